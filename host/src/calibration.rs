@@ -13,6 +13,7 @@ pub mod diagnosis;
 pub mod findings;
 pub(crate) mod judge;
 pub mod known;
+mod one_number;
 pub mod refusal;
 pub mod report;
 pub mod wrong_rows;

@@ -2,10 +2,7 @@
 
 mod arguments;
 mod calibrate;
-mod choices;
-mod completions;
 mod device;
-mod exit_codes;
 mod export;
 mod failure;
 mod import;
@@ -13,10 +10,8 @@ mod init;
 mod kinematics;
 mod length;
 mod output;
-mod outputs;
 mod paths;
 mod plan;
-mod print;
 mod progress;
 mod record;
 mod simulate;
@@ -24,7 +19,7 @@ mod validate;
 mod workspace;
 
 use arguments::{Arguments, Command};
-use clap::{CommandFactory, Parser};
+use clap::Parser;
 use std::process::ExitCode;
 
 /// Reads the command line of this process, does what it says, prints and writes.
@@ -41,7 +36,7 @@ pub fn run() -> ExitCode {
         Command::Workspace(arguments) => workspace::run(&arguments),
         Command::Device(arguments) => device::run(&arguments),
         Command::Init(arguments) => init::run(&arguments),
-        Command::Completions(arguments) => completions::run(&arguments, Arguments::command()),
+        Command::Completions(arguments) => arguments::complete(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -39,6 +39,9 @@ const LARGEST_PART: f64 = 0.1;
 const TOLERANCE: (f64, f64) = (0.5, 0.2);
 const TOWERS: (f64, f64) = (5.0, 0.001);
 
+/// The radius of a platform of which nothing is known, mm.
+const USUAL_PLATFORM: f64 = 25.0;
+
 /// All targets.
 pub const TARGETS: [&Target; 15] = [
     &klipper::ROTARY,
@@ -88,8 +91,11 @@ pub struct Settings {
     /// The joint angle of each arm at its end stop, in the robot file's convention, radians; `None` for
     /// the smallest whole degrees at which all three can be. With towers the travel, mm; `None` for the largest.
     pub home: Option<[f64; 3]>,
-    /// The radius of the platform, mm. Controllers that hold it beside the base's use only the difference.
-    pub platform_radius: f64,
+    /// The radius of the platform, mm; `None` for that of the robot file, or 25 mm. Controllers that hold it beside the
+    /// base's use only the difference.
+    pub platform_radius: Option<f64>,
+    /// Whether the controller's unit is the inch.
+    pub inches: bool,
     /// The largest error of interpolation between the nodes of a correction table, mm.
     pub limit: Option<f64>,
     /// The motion after which z is the height above the bed; `None` if nobody measured heights above it. The fit turns
@@ -102,7 +108,8 @@ impl Default for Settings {
         Self {
             height: None,
             home: None,
-            platform_radius: 25.0,
+            platform_radius: None,
+            inches: false,
             limit: None,
             level: None,
         }
@@ -242,8 +249,12 @@ impl Case<'_> {
         let mut height = 0.0;
         if drive == Drive::Rotary {
             check(&shapes, holds)?;
-            let lowest = (-self.wanted.lowest()).ceil();
-            height = self.settings.height.unwrap_or(lowest);
+            let usual = if holds.from_base_plane {
+                0.0
+            } else {
+                (-self.wanted.lowest()).ceil()
+            };
+            height = self.settings.height.unwrap_or(usual);
         }
         let start = Geometry::start(drive, &shapes, holds, height);
         if holds.heights != geometry::Each::Fixed {
@@ -278,7 +289,12 @@ impl Case<'_> {
             home_stated: home.is_some(),
             level: self.settings.level.is_some(),
             limits: [limits.minimum(), limits.maximum()],
-            platform_radius: self.settings.platform_radius,
+            platform_radius: (self.settings.platform_radius)
+                .or(self.robot.platform_radius)
+                .unwrap_or(USUAL_PLATFORM),
+            convention: self.robot.convention,
+            target: self.robot.instruments.target,
+            inches: self.settings.inches,
             reach: self.wanted.reach(),
         };
         Ok((fitted, frame))
@@ -303,6 +319,9 @@ pub(crate) fn held(
         level: true,
         limits: [robot.limits.minimum(), robot.limits.maximum()],
         platform_radius: 0.0,
+        convention: robot.convention,
+        target: None,
+        inches: false,
         reach: 0.0,
     })
 }

@@ -1,6 +1,7 @@
 //! What is read and written: the robot file, the samples file, and the faults that they can have.
 
 pub mod columns;
+pub mod convention;
 pub mod document;
 pub mod example;
 pub mod input;

@@ -6,6 +6,7 @@
 //!                                       └─────────────────────────────────────────┘
 //! ```
 
+pub(crate) mod datum;
 mod estimators;
 pub mod observations;
 mod robust;
@@ -20,6 +21,7 @@ pub use solve::solve;
 
 /// The estimator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
     /// All parameters at once from the closures of the three arms, weighted together. Needs complete positions in
@@ -45,6 +47,7 @@ impl Method {
 
 /// The frame in which coordinates are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Frame {
     /// The robot's own.

@@ -1,7 +1,6 @@
 //! Where a robot may be: limits of the joints and of the ball joints, which poses it may take and what forbids the others,
 //! the sweep of the forward model.
 
-use crate::text::joint::{in_file, mark};
 use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity, SingularityDistance};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::{ArmIndex, Real, Robot};
@@ -304,24 +303,15 @@ impl Directions {
 }
 
 /// A joint may be this many degrees or millimetres outside the limits: encoder zeros differ.
-const LIMIT_MARGIN: f64 = 1.0;
+pub(crate) const LIMIT_MARGIN: f64 = 1.0;
 
-/// Whether a joint is further outside the limits than that, and how to say so.
-pub(crate) fn outside_limits(angle: f64, limits: &JointLimits<f64>) -> Option<String> {
-    let drive = limits.drive();
-    let (margin, what) = match drive {
-        Drive::Rotary => (LIMIT_MARGIN.to_radians(), "joint limits"),
-        Drive::Linear => (LIMIT_MARGIN, "limits of the travel"),
+/// Whether a joint is further outside the limits than that.
+pub(crate) fn outside_limits(joint: f64, limits: &JointLimits<f64>) -> bool {
+    let margin = match limits.drive() {
+        Drive::Rotary => LIMIT_MARGIN.to_radians(),
+        Drive::Linear => LIMIT_MARGIN,
     };
-    (angle < limits.minimum() - margin || angle > limits.maximum() + margin).then(|| {
-        format!(
-            "{:.3}{mark} is more than {LIMIT_MARGIN}{mark} outside the {what} of {}{mark} to {}{mark}",
-            in_file(drive, angle),
-            in_file(drive, limits.minimum()),
-            in_file(drive, limits.maximum()),
-            mark = mark(drive),
-        )
-    })
+    joint < limits.minimum() - margin || joint > limits.maximum() + margin
 }
 
 /// The least and the greatest value; infinite, and the wrong way round, of none.

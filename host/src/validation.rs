@@ -5,6 +5,7 @@
 //! ```
 
 mod interval;
+mod readings;
 
 use crate::accuracy::position_error::PositionError;
 use crate::accuracy::rigid_motion::degenerate;
@@ -12,13 +13,15 @@ use crate::calibration::diagnosis::diagnose;
 use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Readings, Row};
-use crate::fit::{Frame, Options};
+use crate::files::samples_file::{Kind, Readings, Row};
+use crate::fit::datum::Datum;
+use crate::fit::{Frame, Options, Unsolved};
 use crate::text::count;
 use delta_cal::Sample;
 use delta_cal::frame::RigidTransform;
 pub use interval::{Bounded, RmsError, Verdict};
-use interval::{FRAME, RowDeviation, deviations, largest, poses_to_decide};
+use interval::{Read, RowDeviation, deviations, largest, poses_to_decide};
+use nalgebra::Vector3;
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::collections::BTreeMap;
@@ -37,6 +40,8 @@ pub struct Request {
     pub limit: f64,
     /// In which frame the positions were measured.
     pub frame: Frame,
+    /// Whether that is the sensor's frame of the robot file, which is not fitted again.
+    pub stored: bool,
 }
 
 /// One row of the measurements.
@@ -55,6 +60,8 @@ pub struct Validation {
     pub robot: RobotFile,
     /// The measurements' name.
     pub samples_file: String,
+    /// Of which readings, if all are of one kind.
+    pub kind: Option<Kind>,
     /// What was asked.
     pub request: Request,
     /// In the file's order.
@@ -116,21 +123,36 @@ pub fn validate(
     readings: &Readings,
     request: Request,
 ) -> Result<Validation, CalibrateError> {
+    let (readings, request) = &in_known_frame(robot, readings, request)?;
+    let request = *request;
     let options = Options {
         frame: request.frame,
         ..Options::default()
     };
     let samples: Vec<_> = readings.samples().collect();
-    let poses = distinct_poses(&samples);
+    let poses = readings.distinct_poses();
     check_poses(robot, readings, poses, &options)?;
-    let frame = match request.frame {
-        Frame::Base => None,
-        Frame::Sensor => {
-            Some(aligned(robot, &samples).map_err(|cause| unknown_frame(readings, &cause))?)
-        }
+    let (rows, frame, read) = if readings.is_complete() {
+        let (frame, read) = match request.frame {
+            Frame::Base => (None, Read::IN_BASE),
+            Frame::Sensor => {
+                let frame = aligned(robot, &samples);
+                let frame = frame.map_err(|cause| unknown_frame(readings, &cause))?;
+                (Some(frame), Read::IN_SENSOR)
+            }
+        };
+        let rows = deviations(robot, &samples, frame.as_ref())
+            .map_err(|index| unreachable(robot, readings, index))?;
+        (rows, frame, read)
+    } else {
+        let found = readings::deviations(robot, readings, request.frame)
+            .map_err(|why| undetermined(readings, &why))?;
+        let read = Read {
+            coordinates: found.coordinates,
+            taken_up: found.taken_up,
+        };
+        (found.rows, found.places.frame, read)
     };
-    let rows = deviations(robot, &samples, frame.as_ref())
-        .map_err(|index| unreachable(robot, readings, index))?;
     let deviation = PositionError::of(rows.iter().map(|row| (Some(row.length()), row.line)));
     if deviation.lies_elsewhere(&robot.robot) {
         return Err(elsewhere(robot, readings, &options, &deviation));
@@ -139,7 +161,7 @@ pub fn validate(
         |row: &RowDeviation| Some(row.line) == deviation.max_at_line && row.is_noise(rows.len());
     let outlier = outlier(&deviation).filter(|_| !rows.iter().any(largest_is_noise));
     let mut warnings = warnings(robot, readings, request.frame, outlier, poses);
-    let rows = match overstated(&rows, request.frame) {
+    let rows = match overstated(&rows, read) {
         Some(doubt) => {
             warnings.insert(0, doubt);
             let without = |row: RowDeviation| RowDeviation { noise: None, ..row };
@@ -148,11 +170,7 @@ pub fn validate(
         None => rows,
     };
     let (squares, noise) = by_poses(&rows);
-    let error = RmsError::of(
-        &squares,
-        noise.unwrap_or(0.0),
-        request.frame == Frame::Sensor,
-    );
+    let error = RmsError::of(&squares, noise.unwrap_or(0.0), read);
     let largest = largest(&rows).unwrap_or(Bounded {
         value: f64::NAN,
         interval: (0.0, None),
@@ -165,6 +183,7 @@ pub fn validate(
     Ok(Validation {
         robot: robot.clone(),
         samples_file: readings.name.clone(),
+        kind: only_kind(readings),
         request,
         poses,
         deviation,
@@ -172,7 +191,7 @@ pub fn validate(
         error,
         rms,
         largest,
-        region: region(&rows),
+        region: robot.convention.ranges(region(&rows)),
         rows: rows.iter().map(shown).collect(),
         sensor_frame: frame,
         verdict,
@@ -193,10 +212,61 @@ fn pose_of(joints: &[f64; 3]) -> [u64; 3] {
     joints.map(|q| (q + 0.0).to_bits())
 }
 
-fn distinct_poses(samples: &[Row<Sample<f64>>]) -> usize {
-    let poses = samples.iter().map(|row| pose_of(&row.value.joints));
-    let poses: std::collections::BTreeSet<_> = poses.collect();
-    poses.len()
+fn only_kind(readings: &Readings) -> Option<Kind> {
+    let kinds: Vec<_> = Kind::ALL
+        .into_iter()
+        .filter(|kind| readings.holds(*kind))
+        .collect();
+    match kinds[..] {
+        [kind] => Some(kind),
+        _ => None,
+    }
+}
+
+/// Readings of the platform point, in the robot's frame if that of the sensor is known: stored, or by datum points.
+fn in_known_frame(
+    robot: &RobotFile,
+    readings: &Readings,
+    request: Request,
+) -> Result<(Readings, Request), CalibrateError> {
+    let datum = Datum::of(robot)
+        .ok()
+        .flatten()
+        .filter(|_| request.frame == Frame::Sensor);
+    let frame = match (request.stored, datum) {
+        (true, _) => Some(robot.sensor_frame.ok_or_else(|| {
+            InputError::new(&robot.name, "the robot file has no [sensor_frame]").with_remedy(
+                "calibrate with --frame sensor writes one; --frame sensor fits it again",
+            )
+        })?),
+        (false, datum) => datum.map(|datum| datum.frame),
+    };
+    let target = robot.instruments.target.unwrap_or_default();
+    let Some(frame) = frame else {
+        // The place of a frame that is found takes the target in.
+        let shift = if request.frame == Frame::Base {
+            -target
+        } else {
+            Vector3::zeros()
+        };
+        return Ok((readings.clone().moved(&shift), request));
+    };
+    let request = Request {
+        frame: Frame::Base,
+        ..request
+    };
+    Ok((readings.turned(&frame.inverse()).moved(&-target), request))
+}
+
+fn undetermined(readings: &Readings, why: &Unsolved) -> CalibrateError {
+    match why {
+        Unsolved::Row(index, error) => readings.fault(*index, error.to_string()).into(),
+        _ => unknown_frame(
+            readings,
+            "the readings do not determine where planes, points or the frame are",
+        )
+        .into(),
+    }
 }
 
 /// The mean squared deviation of every pose, and the mean square of the noise. Rows of one pose share the robot's
@@ -317,10 +387,10 @@ fn elsewhere(
 
 /// Deviations that are improbably small for the stated noise: it is then not removed, since a noise stated too
 /// large would hide errors.
-fn overstated(rows: &[RowDeviation], frame: Frame) -> Option<String> {
+fn overstated(rows: &[RowDeviation], read: Read) -> Option<String> {
     let noises: Vec<_> = rows.iter().filter_map(|row| row.noise).collect();
-    let taken_up = if frame == Frame::Sensor { FRAME } else { 0.0 };
-    let freedom = 3.0 * noises.iter().fold(0.0, |count, _| count + 1.0) - taken_up;
+    let count = noises.iter().fold(0.0, |count, _| count + 1.0);
+    let freedom = read.coordinates * count - read.taken_up;
     let squares: f64 = noises.iter().map(|noise| noise.squares).sum();
     let chi_square = ChiSquared::new(freedom).ok()?;
     (chi_square.cdf(squares) < IMPROBABLE).then(|| {

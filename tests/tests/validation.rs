@@ -5,7 +5,7 @@ use delta_cal::frame::RigidTransform;
 use delta_cal::simulate::{random_pose, simulate_sample};
 use delta_cal::{Noise, Robot, Sample};
 use delta_cal_host::validation::{Request, Validation, Verdict, validate};
-use delta_cal_host::{Frame, InstrumentFacts, Options, Readings, Record, RobotFile, calibrate};
+use delta_cal_host::{Frame, Options, Readings, RobotFile, calibrate};
 use delta_cal_tests::geometries::geometries;
 use delta_cal_tests::{Spread, generator, measurements, paper_limits, perturbed, uniform};
 use nalgebra::{Rotation3, Vector3};
@@ -321,16 +321,8 @@ pub(crate) fn largest(robot: &Made, frame: Frame) -> f64 {
 /// The robot file that states the noise.
 pub(crate) fn robot_file(robot: &Robot<f64>) -> RobotFile {
     RobotFile {
-        name: "robot.toml".to_owned(),
-        robot: *robot,
-        limits: paper_limits(),
-        forearm_limit: None,
-        tolerance: None,
         noise: Some(noise()),
-        sensor_frame: None,
-        transmission: None,
-        instruments: InstrumentFacts::default(),
-        record: Record::default(),
+        ..RobotFile::of("robot.toml", *robot, paper_limits())
     }
 }
 

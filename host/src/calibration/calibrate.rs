@@ -1,9 +1,11 @@
 //! From a robot file and readings to a report, or to the reason why there is none.
 
+use super::causes::{CauseKind, Step, step};
 use super::credibility::{NoiseVerdict, PriorTest, doubtful};
 use super::diagnosis::{Diagnosis, diagnose};
 use super::findings::Finding;
 use super::judge::{Case, Judged, attempt};
+use super::one_number::explanation;
 use super::refusal::{CalibrateError, Objection, Refused, explained};
 use super::report::Report;
 use super::wrong_rows::{Shift, beside_the_platform_point, explanations};
@@ -12,10 +14,12 @@ use crate::accuracy::rigid_motion::degenerate;
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Reading, ReadingFrom, Readings};
+use crate::fit::datum::Datum;
 use crate::fit::{Frame, Method, Options};
 use crate::text::joint;
-use delta_cal::Parameter;
 use delta_cal::calibration::StartUsed;
+use delta_cal::{Noise, Parameter};
+use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
 /// A parameter is the tolerance's rather than the samples' beyond this share.
@@ -40,8 +44,8 @@ pub fn read_samples(
     robot: &RobotFile,
     options: &Options,
 ) -> Result<Readings, CalibrateError> {
-    Readings::read(input, &robot.limits).map_err(|error| {
-        let diagnosis = Readings::read_any(input, robot.robot.drive())
+    Readings::read(input, robot).map_err(|error| {
+        let diagnosis = Readings::read_any(input, &robot.convention)
             .ok()
             .and_then(|readings| diagnose(robot, &readings, options));
         match diagnosis {
@@ -76,6 +80,8 @@ pub fn calibrate(
     options: &Options,
 ) -> Result<Report, CalibrateError> {
     let moved = checked(robot, readings, options)?;
+    let weighted = with_noise_of_rows(robot, readings);
+    let robot = weighted.as_ref().unwrap_or(robot);
     let case = Case {
         robot,
         before: robot,
@@ -95,7 +101,10 @@ fn refused(case: &Case<'_>, objection: &Objection, diagnosis: Option<Diagnosis>)
         let target = beside_the_platform_point(case.robot, case.readings, case.options.frame);
         match target {
             Some(target) => hints.push(target.to_string()),
-            None => hints.extend(explanations(case.robot, case.readings, &case.options)),
+            None => match explanation(case).or_else(|| step(case).map(|own| own.to_string())) {
+                Some(found) => hints.push(found),
+                None => hints.extend(explanations(case.robot, case.readings, &case.options)),
+            },
         }
     }
     let error = explained(
@@ -114,6 +123,24 @@ fn refused(case: &Case<'_>, objection: &Objection, diagnosis: Option<Diagnosis>)
     }
 }
 
+/// The robot with the noise that rows state, `None` if none does. It takes the place of that of the robot file, and that of
+/// a row then makes its weight.
+fn with_noise_of_rows(robot: &RobotFile, readings: &Readings) -> Option<RobotFile> {
+    let sigmas = Kind::ALL.map(|kind| readings.stated_sigma(kind));
+    let [position, height, distance] = sigmas;
+    if sigmas.iter().all(Option::is_none) {
+        return None;
+    }
+    let facts = &robot.instruments;
+    let joint = robot.noise.map(|noise| noise.joint()).or(facts.joint_noise);
+    let noise = position.and_then(|sigma| Noise::new(sigma, joint.unwrap_or_default()).ok());
+    let mut weighted = robot.clone();
+    weighted.noise = noise.or(robot.noise);
+    weighted.instruments.height_noise = height.or(facts.height_noise);
+    weighted.instruments.distance_noise = distance.or(facts.distance_noise);
+    Some(weighted)
+}
+
 /// The readings as they are to be used, once everything is right with the files and options.
 fn checked(
     robot: &RobotFile,
@@ -121,7 +148,13 @@ fn checked(
     options: &Options,
 ) -> Result<Readings, CalibrateError> {
     check_method(robot, readings, options)?;
-    check_frame(robot, readings, options.frame)?;
+    if options.loss.is_some() && readings.rows.iter().any(|row| row.value.sigma.is_some()) {
+        let cause = "--robust weighs the rows itself, and the file states the uncertainty of each";
+        return Err(InputError::new(&readings.name, cause)
+            .with_remedy("leave out --robust, or write _ before the name of the column")
+            .into());
+    }
+    check_frame(readings, options.frame)?;
     check_names(robot, readings)?;
     if options.frame == Frame::Sensor {
         let [arm, ..] = robot.robot.arms();
@@ -135,13 +168,52 @@ fn checked(
             return Err(refused.explained(diagnose(robot, readings, options)).into());
         }
     }
+    let datum = datum(robot, readings, options.frame)?;
     let Some(target) = robot.instruments.target else {
         return Ok(readings.clone());
     };
-    // Positions of the platform point in place of those of the target.
-    let frame = robot.sensor_frame.as_ref();
-    let shift = frame.map_or(target, |frame| frame.rotation * target);
+    // Positions of the platform point in place of those of the target. In an unknown frame the place of the frame takes
+    // it in, for the platform does not turn.
+    let shift = match (options.frame, &datum) {
+        (Frame::Base, _) => target,
+        (Frame::Sensor, Some(datum)) => datum.frame.rotation * target,
+        (Frame::Sensor, None) => Vector3::zeros(),
+    };
     Ok(readings.clone().moved(&-shift))
+}
+
+/// The sensor's frame by the points of `[datum]`.
+fn datum(
+    robot: &RobotFile,
+    readings: &Readings,
+    frame: Frame,
+) -> Result<Option<Datum>, InputError> {
+    let at_datum = |cause: String, remedy: &str| {
+        InputError::new(&robot.name, cause)
+            .at_key("[datum]")
+            .with_remedy(remedy)
+    };
+    let found = Datum::of(robot).map_err(|error| {
+        at_datum(
+            error.to_string(),
+            "measure three or more points of the machine, far apart, with the sensor where it stands",
+        )
+    })?;
+    let Some(datum) = found else {
+        return Ok(None);
+    };
+    if frame == Frame::Base {
+        let cause = "the section says where the sensor stands, and the positions are taken as in the robot's frame";
+        return Err(at_datum(
+            cause.to_owned(),
+            "use --frame sensor, or delete the section",
+        ));
+    }
+    let single = |row: &Reading| row.sample().is_none() && row.kind() == Some(Kind::Position);
+    if let Some(index) = readings.rows.iter().position(|row| single(&row.value)) {
+        return Err(readings.fault(index, "with [datum] a row needs all of x, y and z"));
+    }
+    Ok(Some(datum))
 }
 
 fn check_method(
@@ -155,7 +227,7 @@ fn check_method(
     }
     let faults = [
         (
-            options.frame == Frame::Sensor,
+            options.frame == Frame::Sensor && robot.instruments.datum.is_empty(),
             &readings.name,
             "--method joint and ikm need positions in the robot's frame",
             "use --method fkm",
@@ -165,6 +237,12 @@ fn check_method(
             &readings.name,
             "--robust is a loss function of the FKM method",
             "use --method fkm",
+        ),
+        (
+            readings.rows.iter().any(|row| row.value.sigma.is_some()),
+            &readings.name,
+            "only the FKM method weighs each row by its own uncertainty",
+            "use --method fkm, or write _ before the name of the column",
         ),
         (
             robot.transmission.is_some(),
@@ -185,29 +263,10 @@ fn check_method(
     }
 }
 
-fn check_frame(robot: &RobotFile, readings: &Readings, frame: Frame) -> Result<(), InputError> {
-    let coordinates = readings.holds(Kind::Position);
-    if frame == Frame::Base
-        && coordinates
-        && !readings.is_complete()
-        && robot.sensor_frame.is_some()
-    {
-        let cause = "single coordinates cannot be converted from this frame";
-        return Err(InputError::new(&robot.name, cause)
-            .at_key("[sensor_frame]")
-            .with_remedy(
-                "use --frame sensor, or delete the section if they are in the robot's frame",
-            ));
-    }
-    if frame == Frame::Sensor && !coordinates {
+fn check_frame(readings: &Readings, frame: Frame) -> Result<(), InputError> {
+    if frame == Frame::Sensor && !readings.holds(Kind::Position) {
         let cause = "no row holds x, y or z, so there is no frame to find";
         return Err(InputError::new(&readings.name, cause).with_remedy("leave out --frame sensor"));
-    }
-    if frame == Frame::Sensor && robot.instruments.target.is_some() {
-        let cause = "with --frame sensor the sensor's frame takes in the target, since the platform does not turn";
-        return Err(InputError::new(&robot.name, cause)
-            .at_key("[target]")
-            .with_remedy("delete the section [target], or leave out --frame sensor"));
     }
     Ok(())
 }
@@ -240,15 +299,38 @@ fn findings(case: &Case<'_>, judged: &Judged, diagnosis: Option<Diagnosis>) -> V
     let mut found = Vec::new();
     found.extend(diagnosis.map(|diagnosis| Finding::Diagnosis { diagnosis }));
     of_rows(case, judged, &mut found);
+    let step = happened(case, judged);
+    found.extend(step.map(|step| Finding::Step { step }));
+    // A step looks like a drift as well.
     let causes = judged.causes.found.iter();
+    let causes = causes.filter(|cause| step.is_none() || cause.kind != CauseKind::Drift);
     found.extend(causes.map(|cause| Finding::Cause {
         cause: cause.clone(),
         cause_kind: cause.kind.name(),
     }));
+    let hidden = judged
+        .causes
+        .hidden_drift
+        .filter(|_| case.readings.holds(Kind::Position));
+    found.extend(hidden.map(|up_to_mm| Finding::DriftHidden { up_to_mm }));
     of_errors(case, judged, &mut found);
     of_noise(case, judged, &mut found);
     of_parameters(case, judged, &mut found);
     found
+}
+
+/// What happened at one row, where the residuals show that something is wrong.
+fn happened(case: &Case<'_>, judged: &Judged) -> Option<Step> {
+    let drifts = judged
+        .causes
+        .found
+        .iter()
+        .any(|cause| cause.kind == CauseKind::Drift);
+    let large = judged
+        .noise
+        .iter()
+        .any(|test| test.verdict == NoiseVerdict::Understated);
+    if drifts || large { step(case) } else { None }
 }
 
 fn of_rows(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
@@ -291,6 +373,20 @@ fn of_rows(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
                 sigmas,
             });
         }
+    }
+    if let Some(joined) = &readings.joined {
+        found.push(Finding::Joined {
+            joined: joined.clone(),
+            rows: readings.rows.len(),
+        });
+    }
+    if case.options.frame == Frame::Sensor
+        && let Ok(Some(datum)) = Datum::of(case.robot)
+    {
+        found.push(Finding::Datum {
+            points: datum.residuals.len(),
+            rms_mm: datum.rms(),
+        });
     }
     if !readings.copies.is_empty() {
         found.push(Finding::Copies {

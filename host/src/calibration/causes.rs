@@ -9,6 +9,7 @@
 
 mod cause;
 mod regression;
+mod step;
 mod subject;
 
 pub use cause::{Alternative, Cause, CauseKind};
@@ -17,10 +18,15 @@ use delta_cal::{ArmIndex, Sample};
 use nalgebra::{DVector, Matrix3, Vector3};
 use regression::{Regression, Solution};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
+pub use step::Step;
+pub(crate) use step::{improvement, step};
 pub(crate) use subject::Subject;
 
 /// A cause that moves the positions by less, mm rms, is one of the arithmetic.
 const NEGLIGIBLE: f64 = 1e-6;
+
+/// A drift is hidden if the unknowns make its variance so many times larger.
+const TAKEN_UP: f64 = 4.0;
 
 /// What was looked for in the residuals, and what was found.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,6 +35,9 @@ pub struct Causes {
     pub found: Vec<Cause>,
     /// Why nothing was looked for, if that is so.
     pub not_tested: Option<&'static str>,
+    /// A drift of the positions from the first row to the last up to which the rows' order hides it, mm: three σ. `None`
+    /// where the order tells drift from geometry.
+    pub hidden_drift: Option<f64>,
     /// By how much the causes put the calibrated robot's positions off, rms over the workspace, mm: by
     /// themselves and by what the parameters have taken up of them. 0 if none was found.
     pub position_error: f64,
@@ -40,6 +49,7 @@ pub(crate) fn causes(subject: &Subject<'_>, poses: &[Sample<f64>]) -> Causes {
     let mut causes = Causes {
         found: Vec::new(),
         not_tested: None,
+        hidden_drift: None,
         position_error: 0.0,
     };
     let solution = subject.solution;
@@ -51,12 +61,8 @@ pub(crate) fn causes(subject: &Subject<'_>, poses: &[Sample<f64>]) -> Causes {
     let stated = solution.estimated_freedom().is_none();
     let ranges = subject.ranges();
     let joints = (solution.robot.drive(), &ranges);
-    match select(
-        &subject.regression(&counted),
-        joints,
-        stated,
-        NEGLIGIBLE / least,
-    ) {
+    let regression = subject.regression(&counted);
+    match select(&regression, joints, stated, NEGLIGIBLE / least) {
         Err(why) => causes.not_tested = Some(why),
         Ok(None) => {}
         Ok(Some(selection)) => {
@@ -65,7 +71,26 @@ pub(crate) fn causes(subject: &Subject<'_>, poses: &[Sample<f64>]) -> Causes {
             causes.found = selection.found;
         }
     }
+    if causes.not_tested.is_none() && causes.found.iter().all(|own| own.kind != CauseKind::Drift) {
+        causes.hidden_drift = hidden_drift(&regression, solution.robot.drive());
+    }
     causes
+}
+
+/// Three σ of a drift, if the unknowns take up most of it.
+fn hidden_drift(regression: &Regression, drive: Drive) -> Option<f64> {
+    let hypotheses = all(drive);
+    let drift = hypotheses.iter().find(|own| own.kind == CauseKind::Drift)?;
+    let solution = regression.solve(&drift.columns)?;
+    let first = solution.coefficients.len() - drift.columns.len();
+    let (mut inflation, mut variance) = (0.0, 0.0);
+    for (index, column) in drift.columns.iter().enumerate() {
+        let own = solution.covariance[(first + index, first + index)];
+        inflation += own * regression.length_squared(*column) / 3.0;
+        variance += own;
+    }
+    let sigma = (variance * solution.variance().max(1.0)).sqrt();
+    (inflation > TAKEN_UP).then_some(3.0 * sigma)
 }
 
 /// Columns of all hypotheses together.

@@ -18,7 +18,7 @@ const IMPROBABLE: f64 = 0.0027;
 /// Noise that is exceeded by less than this is stated well enough, however many samples tell it.
 const EXCEEDED: f64 = 1.1;
 /// Noise stated larger than it is is cautious; below this part of it, it misleads.
-const SMALL: f64 = 0.5;
+const SMALL: f64 = 0.6;
 /// Probability on either side of the interval.
 const TAIL: f64 = 0.025;
 
@@ -53,7 +53,7 @@ pub enum NoiseVerdict {
     Agrees,
     /// They are larger.
     Understated,
-    /// They are less than half of it.
+    /// They are much smaller.
     Overstated,
 }
 

@@ -64,9 +64,13 @@ fn explanation(
         let parts: Vec<_> = scored.faults.iter().map(of).collect();
         parts.join(between)
     };
+    let (cause, remedy) = words.upwards(&scored.faults).unwrap_or_else(|| {
+        let cause = all(&|fault| words.cause(fault), " and ");
+        (cause, all(&|fault| words.remedy(fault), ", and "))
+    });
     Explanation {
-        cause: all(&|fault| words.cause(fault), " and "),
-        remedy: all(&|fault| words.remedy(fault), ", and "),
+        cause,
+        remedy,
         without: unit * scored.median,
         calibrated: calibrated(robot, readings, options, &scored.faults)
             .map(|median| unit * median),

@@ -1,14 +1,17 @@
 //! What there is to say of a calibration beside its figures: data, and one sentence each.
 
-use super::causes::Cause;
+use super::causes::{Cause, Step};
 use super::credibility::{NoiseTest, PriorTest};
 use super::diagnosis::Diagnosis;
 use super::wrong_rows::Shift;
 use crate::accuracy::improvement::Moved;
-use crate::files::samples_file::Kind;
+use crate::files::samples_file::{Joined, Kind};
 use crate::text::{count, in_lines, probability, significant};
 use serde::Serialize;
 use std::fmt;
+
+/// Residuals above this part of the stated noise may be half of it.
+const HALF: f64 = 0.4;
 
 /// How grave a finding is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -55,6 +58,17 @@ pub enum Finding {
         /// Its name.
         cause_kind: &'static str,
     },
+    /// In this order of the rows a drift and errors of the robot look alike.
+    DriftHidden {
+        /// Up to this drift from the first row to the last, mm.
+        up_to_mm: f64,
+    },
+    /// What happened at one row.
+    Step {
+        /// What, and where.
+        #[serde(flatten)]
+        step: Step,
+    },
     /// The position error over the samples did not become smaller.
     NotImproved {
         /// mm rms.
@@ -97,6 +111,21 @@ pub enum Finding {
         samples: usize,
         /// How many exclude a second solution.
         needed: usize,
+    },
+    /// Joints and positions came from two files.
+    Joined {
+        /// How.
+        #[serde(flatten)]
+        joined: Joined,
+        /// Rows.
+        rows: usize,
+    },
+    /// The sensor's frame is known from points of the machine.
+    Datum {
+        /// How many.
+        points: usize,
+        /// How well they fit, mm rms of a coordinate.
+        rms_mm: f64,
     },
     /// Rows that are equal to others, to the last digit.
     Copies {
@@ -202,6 +231,9 @@ impl Finding {
     pub fn level(&self) -> Level {
         match self {
             Self::Copies { .. }
+            | Self::DriftHidden { .. }
+            | Self::Joined { .. }
+            | Self::Datum { .. }
             | Self::Repeatability { .. }
             | Self::SensorFrameIgnored
             | Self::SeveralSolutions
@@ -222,6 +254,13 @@ impl fmt::Display for Finding {
         match self {
             Self::Diagnosis { diagnosis } => write!(f, "{diagnosis}: {}", diagnosis.remedy()),
             Self::Shift { shift } => shift.fmt(f),
+            Self::Step { step } => step.fmt(f),
+            Self::DriftHidden { up_to_mm } => write!(
+                f,
+                "In this order of the rows a drift of the sensor looks like errors of the robot: up to {} mm from the first row \
+                 to the last would not show. Measure in random order, and the first pose once more at the end.",
+                mm(*up_to_mm)
+            ),
             Self::Target { offset_mm: [x, y, z], scatter_mm } => write!(
                 f,
                 "All measured points are offset by ({x:.1}, {y:.1}, {z:.1}) mm from the platform point (scatter \
@@ -274,6 +313,23 @@ impl fmt::Display for Finding {
                 "{} may have several solutions without a [tolerance]. Measure {needed} or more, or state the tolerance.",
                 count(*samples, "sample")
             ),
+            Self::Joined { joined, rows } => {
+                write!(f, "{} joined with the joints of {} ", count(*rows, "row"), joined.joints_file)?;
+                match &joined.by {
+                    Some(column) => write!(f, "by {column}")?,
+                    None => f.write_str("in the order of the rows")?,
+                }
+                match joined.unused {
+                    0 => f.write_str("."),
+                    unused => write!(f, "; nothing was measured at {} of joints.", count(unused, "row")),
+                }
+            }
+            Self::Datum { points, rms_mm } => write!(
+                f,
+                "The sensor's frame is that of {} of [datum], which fit to {} mm: the result is absolute in the machine's frame.",
+                count(*points, "point"),
+                mm(*rms_mm)
+            ),
             Self::Copies { lines } => write!(
                 f,
                 "{} {} an earlier row to the last digit: one measurement, counted once.",
@@ -300,11 +356,12 @@ impl fmt::Display for Finding {
             ),
             Self::NoiseOverstated { test } => write!(
                 f,
-                "Residuals of {} are only {:.2} × the stated noise ({} mm). If these rows were measured and not computed, set \
+                "Residuals of {} are only {:.2} × the stated noise ({} mm). {}If these rows were measured and not computed, set \
                  {} = {}.",
                 test.kind.plural(),
                 test.ratio,
                 mm(test.sigma_mm),
+                if test.ratio > HALF { "Was it stated as 2 σ? " } else { "" },
                 test.kind.key(),
                 mm(test.sigma_mm),
             ),

@@ -16,6 +16,11 @@ use delta_cal::robot::Drive;
 use delta_cal::{Refusal, Robot, Sample, Tolerance};
 use nalgebra::Vector3;
 
+/// Residuals below this part of the stated noise show another unit.
+const FAR_OFF: f64 = 0.05;
+/// A noise below this part of the forearm is that of the digits.
+const COMPUTED: f64 = 2e-6;
+
 /// A solution that was judged good.
 #[derive(Debug, Clone)]
 pub(crate) struct Judged {
@@ -99,14 +104,20 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
     let robot = case.robot;
     let has_tolerance = robot.tolerance.is_some();
     let noise: Vec<_> = solution.noise.iter().filter_map(NoiseTest::of).collect();
+    if let Some(objection) = noise.iter().find_map(|test| far_off(case, test)) {
+        return Err(objection);
+    }
     let poses = inside(&solution.robot, &robot.reach());
-    let causes = causes(
+    let mut causes = causes(
         &Subject {
             solution: &solution,
             readings: case.readings,
         },
         &poses,
     );
+    for cause in &mut causes.found {
+        cause.turn(&robot.convention);
+    }
     let by_noise = noise
         .iter()
         .map(|test| test.widening(!causes.found.is_empty()))
@@ -191,6 +202,34 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
         known,
         error_before,
         error_after,
+    })
+}
+
+/// That a stated noise is far larger than what the readings show once it does not hold the robot back.
+fn far_off(case: &Case<'_>, test: &NoiseTest) -> Option<Objection> {
+    let stated = test.stated_mm.filter(|_| test.ratio < FAR_OFF)?;
+    let mut free = case.robot.clone();
+    match test.kind {
+        Kind::Position => {
+            free.instruments.joint_noise = free.noise.map(|noise| noise.joint());
+            free.noise = None;
+        }
+        Kind::Height => free.instruments.height_noise = None,
+        Kind::Distance => free.instruments.distance_noise = None,
+    }
+    let solution = solve(&free, case.readings, &case.options).ok()?;
+    let shown = solution
+        .noise
+        .iter()
+        .find(|own| own.kind == test.kind)?
+        .sigma;
+    let [arm, ..] = case.robot.robot.arms();
+    // Computed rows show no noise at all.
+    let measured = shown > COMPUTED * arm.lb();
+    (measured && shown < FAR_OFF * stated).then_some(Objection::NoiseFarOff {
+        kind: test.kind,
+        stated,
+        shown,
     })
 }
 

@@ -6,7 +6,6 @@ use crate::accuracy::information::parameter_at;
 use crate::accuracy::uncertainty::{ExpectedError, PositionUncertainty, inside};
 use crate::files::robot_file::RobotFile;
 use crate::fit::solution::PARAMETERS;
-use crate::text::joint;
 use delta_cal::robot::{Parameter, ParameterKind};
 use delta_cal::{Robot, Tolerance};
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector3};
@@ -103,7 +102,7 @@ const CANDIDATES: usize = 250;
 /// A pose to measure next, and what it would bring.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct NextPose {
-    /// Joint angles in degrees; with linear drives travels in mm.
+    /// Joint angles or travels in the unit and direction of the robot file.
     pub joints: [f64; 3],
     /// The expected position error with x, y and z of this pose and those before it, mm rms.
     pub expected_error_mm: f64,
@@ -142,7 +141,6 @@ pub(crate) fn next_poses(robot: &RobotFile, judged: &Judged) -> Vec<NextPose> {
     sensitivity /= f64::max(count, 1.0);
     let axes = Vector3::from(solution.levels.position.position_by_axis());
     let noise = Matrix3::from_diagonal(&axes.component_mul(&axes));
-    let drive = robot.robot.drive();
     let mut found = Vec::new();
     for _ in 0..PROPOSED {
         let gain = |jacobian: &SMatrix<f64, 3, PARAMETERS>| {
@@ -160,7 +158,7 @@ pub(crate) fn next_poses(robot: &RobotFile, judged: &Judged) -> Vec<NextPose> {
         };
         covariance -= reduction;
         found.push(NextPose {
-            joints: joints.map(|q| joint::in_file(drive, q)),
+            joints: robot.convention.joints(joints),
             expected_error_mm: sensitivity.component_mul(&covariance).sum().max(0.0).sqrt(),
         });
     }

@@ -5,7 +5,7 @@ use super::diagnosis::Diagnosis;
 use crate::accuracy::improvement::Moved;
 use crate::files::input::InputError;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::Readings;
+use crate::files::samples_file::{Kind, Readings};
 use crate::fit::{Frame, RobustRefusal, Unsolved};
 use crate::text::{count, in_file_units, probability, significant};
 use delta_cal::observations::Instrument;
@@ -13,6 +13,8 @@ use delta_cal::{ArmIndex, Parameter, Refusal};
 use std::error::Error;
 use std::fmt;
 
+/// A change below this many times what the noise alone makes shows nothing.
+const NOISE_ALONE: f64 = 1.5;
 const CHECK: &str =
     "Check units, joint order and signs (a positive angle swings the arm towards the platform).";
 const SPREAD: &str = "Spread the poses over the whole workspace.";
@@ -52,6 +54,15 @@ pub(crate) enum Objection {
     UnknownError,
     /// Without a stated noise, residuals that the tolerance does not explain: mm.
     NoiseBeyondTolerance(f64, f64),
+    /// A noise that is stated far too large, and what the readings show: mm.
+    NoiseFarOff {
+        /// Of which readings.
+        kind: Kind,
+        /// As the robot file has it.
+        stated: f64,
+        /// As the readings have it.
+        shown: f64,
+    },
     /// Parameters that are further from nominal than the tolerance allows.
     BeyondTolerance(PriorTest, String),
 }
@@ -69,7 +80,9 @@ impl Objection {
                     | Refusal::ImpossibleRobot(_)
                     | Refusal::WrongSide
             ),
-            Self::Unsolved(_) | Self::UnknownError | Self::Worse(..) => false,
+            Self::Unsolved(_) | Self::UnknownError | Self::Worse(..) | Self::NoiseFarOff { .. } => {
+                false
+            }
             _ => true,
         }
     }
@@ -184,6 +197,17 @@ pub(crate) fn explained(
             format!("The calibrated robot does not reach the measured points: half are more than {median:.1} mm off."),
             CHECK.to_owned(),
         ),
+        Objection::Worse(chance, moved)
+            if robot.tolerance.is_some() && moved.change < NOISE_ALONE * moved.scatter =>
+        (
+            format!(
+                "Nothing to improve: the readings agree with the robot file. Positions would move {} mm, as the noise alone \
+                 makes them, with {} chance of making the robot worse.",
+                significant(moved.change, 2),
+                probability(*chance)
+            ),
+            "Keep the robot file. Smaller errors show with more poses, or with less noise.".to_owned(),
+        ),
         Objection::Worse(chance, moved) => (
             format!(
                 "{} chance of making the robot worse: {}positions would move {} mm but are known only to {} mm.",
@@ -195,6 +219,22 @@ pub(crate) fn explained(
             "Measure more poses, or more exactly. If the robot was calibrated before, state in [tolerance] how far off it \
              can be now."
                 .to_owned(),
+        ),
+        Objection::NoiseFarOff { kind, stated, shown } => (
+            format!(
+                "The stated noise, {} = {}, is {} × what the {} show ({} mm): another unit, or far too large. With it they \
+                 would say next to nothing of the robot.",
+                kind.key(),
+                significant(*stated, 3),
+                significant(stated / shown, 2),
+                kind.plural(),
+                significant(*shown, 2)
+            ),
+            format!(
+                "State it in mm: {} = {}, or leave it out.",
+                kind.key(),
+                significant(*shown, 2)
+            ),
         ),
         Objection::NoiseBeyondTolerance(sigma, tolerated) => (
             format!(

@@ -12,6 +12,7 @@ use crate::accuracy::improvement::WorkspaceComparison;
 use crate::accuracy::position_error::PositionError;
 use crate::accuracy::quantiles::coverage_factor;
 use crate::accuracy::uncertainty::{ExpectedError, Slice, slices};
+use crate::files::convention::Convention;
 use crate::files::document::Document;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Readings};
@@ -21,7 +22,7 @@ use crate::text::{degrees, in_unit, unit};
 use delta_cal::Parameter;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::{Arm, Drive, ParameterKind};
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 use serde::Serialize;
 
 /// Changes whenever a field changes its name or meaning or is removed.
@@ -40,6 +41,8 @@ pub struct Report {
     pub method: Method,
     /// The frame of the coordinates.
     pub frame: Frame,
+    /// How the controller counts, in words; `null` if as usual.
+    pub convention: Option<String>,
     /// The loss function of a robust fit, `huber` or `tukey`.
     pub loss: Option<&'static str>,
     /// Samples (rows).
@@ -285,10 +288,10 @@ pub struct FrameReport {
 }
 
 impl FrameReport {
-    pub(crate) fn of(frame: &RigidTransform<f64>) -> Self {
+    pub(crate) fn of(frame: &RigidTransform<f64>, convention: &Convention) -> Self {
         Self {
-            rotation: frame.rotation.transpose().data.0,
-            translation_mm: frame.translation.data.0[0],
+            rotation: convention.rotation(&frame.rotation).transpose().data.0,
+            translation_mm: convention.vector(&frame.translation).data.0[0],
         }
     }
 }
@@ -359,22 +362,22 @@ fn causes(found: &[Cause], drive: Drive) -> Vec<CauseReport> {
     found.iter().map(of_cause).collect()
 }
 
-fn planes(readings: &Readings, solution: &Solution) -> Vec<PlaneReport> {
+fn planes(readings: &Readings, solution: &Solution, convention: &Convention) -> Vec<PlaneReport> {
     let found = readings.planes.iter().zip(&solution.places.planes);
     let of_plane = |(name, plane): (&String, &PlaneFound)| PlaneReport {
         name: name.clone(),
-        normal: plane.normal.data.0[0],
-        z_mm: plane.offset / plane.normal.z,
+        normal: convention.vector(&plane.normal).data.0[0],
+        z_mm: convention.vector(&Vector3::z()).z * plane.offset / plane.normal.z,
         tilt_deg: degrees(plane.normal.xy().norm().atan2(plane.normal.z)),
     };
     found.map(of_plane).collect()
 }
 
-fn points(readings: &Readings, solution: &Solution) -> Vec<PointReport> {
+fn points(readings: &Readings, solution: &Solution, convention: &Convention) -> Vec<PointReport> {
     let found = readings.points.iter().zip(&solution.places.points);
     let of_point = |(name, point): (&String, &PointFound)| PointReport {
         name: name.clone(),
-        place_mm: point.place.data.0[0],
+        place_mm: convention.vector(&point.place).data.0[0],
         offset_mm: point.offset,
     };
     found.map(of_point).collect()
@@ -384,9 +387,10 @@ impl Report {
     pub(crate) fn new(case: &Case<'_>, judged: Judged, findings: Vec<Finding>) -> Self {
         let (before, readings) = (case.before, case.readings);
         let solution = &judged.solution;
+        let frame = solution.places.frame.map(|own| robot_frame(own, case));
         let after = RobotFile {
             robot: solution.robot,
-            sensor_frame: solution.places.frame.or(before.sensor_frame),
+            sensor_frame: frame.or(before.sensor_frame),
             record: before.record.of_the_robot(),
             ..before.clone()
         };
@@ -409,6 +413,7 @@ impl Report {
             samples_file: readings.name.clone(),
             method: solution.method,
             frame: solution.frame,
+            convention: (!before.convention.is_usual()).then(|| before.convention.to_string()),
             loss: case.options.loss.map(|loss| match loss {
                 Loss::Huber => "huber",
                 Loss::Tukey => "tukey",
@@ -428,7 +433,7 @@ impl Report {
             causes_not_tested: judged.causes.not_tested,
             causes_position_error_mm: judged.causes.position_error,
             sigma_widened_by: judged.widening,
-            expected_error: expected.map(expected_report),
+            expected_error: expected.map(|own| expected_report(own, &before.convention)),
             expanded_uncertainty: expected.and_then(|own| expanded(solution, own)),
             acceptance: None,
             tolerance: judged.prior_test.map(|test| ToleranceReport {
@@ -438,9 +443,11 @@ impl Report {
             workspace: judged.workspace,
             position_uncertainty: slices(&after, &solution.of_parameters()),
             determined: judged.known,
-            sensor_frame: solution.places.frame.as_ref().map(FrameReport::of),
-            planes: planes(readings, solution),
-            points: points(readings, solution),
+            sensor_frame: frame
+                .as_ref()
+                .map(|own| FrameReport::of(own, &before.convention)),
+            planes: planes(readings, solution, &before.convention),
+            points: points(readings, solution, &before.convention),
             transmissions: transmissions(solution),
             suspected_samples: suspected,
             shift: findings.iter().find_map(|own| match own.finding {
@@ -651,15 +658,27 @@ fn samples(case: &Case<'_>, solution: &Solution) -> Vec<SampleReport> {
     }
 }
 
-pub(crate) fn expected_report(expected: &ExpectedError) -> ExpectedReport {
+/// The frame of the platform point where it was that of the target that was found.
+fn robot_frame(found: RigidTransform<f64>, case: &Case<'_>) -> RigidTransform<f64> {
+    let facts = &case.before.instruments;
+    match facts.target {
+        Some(target) if facts.datum.is_empty() => RigidTransform {
+            translation: found.translation - found.rotation * target,
+            ..found
+        },
+        _ => found,
+    }
+}
+
+pub(crate) fn expected_report(expected: &ExpectedError, convention: &Convention) -> ExpectedReport {
     let (absolute, relative) = (&expected.absolute, &expected.intrinsic);
     ExpectedReport {
         absolute_rms_mm: absolute.rms,
         absolute_worst_mm: absolute.max,
-        absolute_worst_at_mm: absolute.max_at.data.0[0],
+        absolute_worst_at_mm: convention.vector(&absolute.max_at).data.0[0],
         relative_rms_mm: relative.rms,
         relative_worst_mm: relative.max,
-        relative_worst_at_mm: relative.max_at.data.0[0],
+        relative_worst_at_mm: convention.vector(&relative.max_at).data.0[0],
     }
 }
 

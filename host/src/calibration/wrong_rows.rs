@@ -18,6 +18,8 @@ const FEWEST: usize = 3;
 /// At least this part of the samples on one side of the change disagrees, and of those that disagree at
 /// least this part lies there.
 const MOST: f64 = 0.9;
+/// Rows are shifted if that brings them nearer by this factor.
+const SHIFTED: f64 = 0.1;
 const INCH: f64 = 25.4;
 
 /// Samples at the beginning or the end of the file that all disagree with the others.
@@ -33,6 +35,8 @@ pub struct Shift {
     pub mean_mm: [f64; 3],
     /// How far they scatter about that, rms in mm.
     pub scatter_mm: f64,
+    /// They fit the joints of the row after their own (1) or before it (−1): a row is missing or there twice.
+    pub belongs_to: Option<i8>,
 }
 
 #[allow(clippy::cast_precision_loss)] // samples of a file
@@ -81,7 +85,9 @@ impl Shift {
         }
         let mean = apart.iter().sum::<Vector3<f64>>() / number(apart.len());
         let squares: f64 = apart.iter().map(|own| (own - mean).norm_squared()).sum();
+        let own = if after { first..count } else { 0..first };
         Some(Self {
+            belongs_to: belongs_to(solution, readings, own),
             line: readings.rows.get(first)?.line,
             after,
             samples: apart.len(),
@@ -91,9 +97,46 @@ impl Shift {
     }
 }
 
+/// The joints that positions fit: of the row after their own, or before it; `None` of neither.
+fn belongs_to(
+    solution: &Solution,
+    readings: &Readings,
+    rows: std::ops::Range<usize>,
+) -> Option<i8> {
+    let median = |by: i8| -> Option<f64> {
+        let off = |index: usize| {
+            let other = index.checked_add_signed(by.into())?;
+            let joints = readings.rows.get(other)?.value.joints;
+            let reading = Reading {
+                joints,
+                ..readings.rows.get(index)?.value
+            };
+            let [x, y, z, ..] = solution.places.expected(&solution.robot, &reading);
+            Some((reading.sample()?.position - Vector3::new(x?, y?, z?)).norm())
+        };
+        let mut all: Vec<f64> = rows.clone().filter_map(off).collect();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 2).copied()
+    };
+    let own = median(0)?;
+    [1, -1]
+        .into_iter()
+        .find(|by| median(*by).is_some_and(|other| other < SHIFTED * own))
+}
+
 impl fmt::Display for Shift {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [x, y, z] = self.mean_mm;
+        if let Some(by) = self.belongs_to {
+            return write!(
+                f,
+                "{} line {} each position fits the joints of the row {} it: rows are shifted by one, as where a row is \
+                 missing or written twice. Put that right.",
+                if self.after { "From" } else { "Before" },
+                self.line,
+                if by > 0 { "after" } else { "before" }
+            );
+        }
         write!(
             f,
             "The {} {} line {} are offset by ({x:.3}, {y:.3}, {z:.3}) mm from the others (scatter {} mm): the sensor, its \

@@ -216,12 +216,7 @@ impl Places {
 
     fn exact(&self, truth: &Robot<f64>, planned: &Planned) -> Option<Reading> {
         let at = truth.forward(&planned.pose.joints).ok()?;
-        let mut reading = Reading {
-            joints: planned.pose.joints,
-            position: [None; 3],
-            height: None,
-            distance: None,
-        };
+        let mut reading = Reading::at(planned.pose.joints);
         match planned.kind {
             Kind::Plane => {
                 let [a, b] = self.slopes;
@@ -267,6 +262,7 @@ fn off(reading: &Reading, sigma: f64, joint: f64, rng: &mut Pcg32) -> Reading {
             };
             (from, near(distance, sigma))
         }),
+        sigma: reading.sigma,
     }
 }
 

@@ -1,18 +1,19 @@
 //! The commands.
 
 use super::calibrate::{self, CalibrateArguments};
-use super::completions::{self, CompletionsArguments};
 use super::device::DeviceArguments;
-use super::exit_codes::EXIT_CODES;
 use super::export::ExportArguments;
+use super::failure::Failure;
 use super::import::ImportArguments;
 use super::init::{self, InitArguments};
 use super::kinematics::{self, KinematicsArguments};
+use super::output::print;
 use super::plan::{self, PlanArguments};
 use super::simulate::{self, SimulateArguments};
 use super::validate::{self, ValidateArguments};
 use super::workspace::WorkspaceArguments;
-use clap::{Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap_complete::{Shell, generate};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -23,6 +24,24 @@ Examples:
   delta-cal calibrate robot.toml samples.csv --output calibrated.toml
   delta-cal validate calibrated.toml check.csv --limit 0.1mm
   delta-cal export calibrated.toml --for klipper";
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0  done
+  1  refused: the measurements cannot calibrate this robot
+  2  the command line is wrong
+  3  an input file is wrong
+  4  a file could not be written
+  5  the controller or the link to it failed
+  6  the --limit is not met; the output files are written
+
+With exit codes 1, 2 and 3 no output file is written or changed.";
+
+const COMPLETIONS: &str = "\
+Examples:
+  delta-cal completions bash > /etc/bash_completion.d/delta-cal
+  delta-cal completions zsh > ~/.zfunc/_delta-cal
+  delta-cal completions fish > ~/.config/fish/completions/delta-cal.fish";
 
 /// Calibrates Delta robots from positions, heights and distances
 #[derive(Debug, Parser)]
@@ -65,6 +84,25 @@ pub(crate) enum Command {
     /// Let a controller calibrate its robot over a serial link
     Device(DeviceArguments),
     /// Print a script that completes commands in a shell
-    #[command(after_help = completions::HELP)]
+    #[command(after_help = COMPLETIONS)]
     Completions(CompletionsArguments),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CompletionsArguments {
+    /// The shell that is to complete commands and options
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+/// Prints what completes the commands as they are.
+pub(crate) fn complete(arguments: &CompletionsArguments) -> Result<(), Failure> {
+    let mut text = Vec::new();
+    generate(
+        arguments.shell,
+        &mut Arguments::command(),
+        "delta-cal",
+        &mut text,
+    );
+    print(&String::from_utf8_lossy(&text))
 }

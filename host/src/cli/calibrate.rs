@@ -1,13 +1,12 @@
 //! `delta-cal calibrate`.
 
-use super::choices::{FrameArgument, MethodArgument};
 use super::failure::Failure;
 use super::import::{includes, rods};
 use super::length::Length;
-use super::outputs::{self, deliver};
-use super::paths::{ColumnsArgument, read, refuse_same, robot_path};
+use super::output::{self, deliver};
+use super::paths::{ColumnsArgument, read_samples_texts, refuse_same, robot_path};
 use super::progress::Waiting;
-use super::record::document;
+use super::record::{document, sources};
 use crate::files::example;
 use crate::import::{Firmware, Imported};
 use crate::report;
@@ -15,8 +14,8 @@ use crate::report::calibration::{RefusalReport, comment};
 use crate::report::document::Source;
 use crate::report::printer::PrinterReport;
 use crate::{
-    CalibrateError, InputError, InputText, Loss, Options, Readings, RobotFile, calibrate,
-    read_samples,
+    CalibrateError, Frame, InputError, InputText, Loss, Method, Options, Readings, RobotFile,
+    calibrate, read_samples,
 };
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -28,22 +27,22 @@ SAMPLES.csv, in any mixture and any order of columns:
   q1_deg,q2_deg,q3_deg,distance_mm,point      a ball bar, a wire
   q1_deg,q2_deg,q3_deg,distance_mm,to_q1_deg,to_q2_deg,to_q3_deg
                                               a calliper, between two poses
-Linear drives: s1_mm,s2_mm,s3_mm. Units: also _rad, _m, _cm, _um, _in.
+Linear drives: s1_mm,s2_mm,s3_mm. Units: also _rad, _counts, _m, _cm, _um, _in. sigma_mm or u_k2_mm weighs a row. Two files are \
+joined by a common column (name, number, time) or by order.
 
-A blank x, y or z is an error unless at least 3 rows, and one in 10, have the same cells blank. Equal rows count once. σ that \
+A blank x, y or z is an error unless 3 rows, and one in 10, have the same cells blank. Equal rows count once. σ that \
 [noise] does not state is estimated. Without x, y and z a [tolerance] is needed.
 
-A result is refused if the samples do not determine the robot, contradict [noise] or [tolerance], or would make the robot \
+A result is refused if the samples do not determine the robot, contradict [noise] or [tolerance], or would make it \
 worse with a chance above 5 %.
 
-A printer's configuration (printer.cfg, config.g, M503) stands for both files if it holds heights: docs/printers.md.
+A printer's configuration (printer.cfg, config.g, M503) that holds heights stands for both files.
 
 Examples:
-  delta-cal calibrate
-      the built-in, simulated example
+  delta-cal calibrate                             (the built-in example)
   delta-cal calibrate robot.toml samples.csv --output calibrated.toml
   delta-cal calibrate robot.toml tracker.csv --frame sensor
-  delta-cal calibrate robot.toml samples.csv --limit 0.1mm
+  delta-cal calibrate robot.toml joints.csv tracker.csv --frame sensor
   delta-cal calibrate printer.cfg --rods 345mm --paste paste.cfg
 
 Exit codes:
@@ -54,7 +53,7 @@ Exit codes:
   4  a file could not be written
   6  the --limit is not met; the output files are written
 
-With exit codes 1, 2 and 3 no file is written or changed.";
+With exit codes 1 to 3 no file is changed.";
 
 #[derive(Debug, Args)]
 pub(crate) struct CalibrateArguments {
@@ -64,33 +63,36 @@ pub(crate) struct CalibrateArguments {
     /// Joint angles and what was measured there; - reads standard input
     #[arg(value_name = "SAMPLES.csv")]
     samples: Option<PathBuf>,
+    /// What was measured, if SAMPLES.csv has joints alone
+    #[arg(value_name = "POSITIONS.csv")]
+    second: Option<PathBuf>,
     #[command(flatten)]
     columns: ColumnsArgument,
     /// joint or ikm (each arm alone) for positions in the robot's frame, fkm for any readings
     #[arg(long, value_enum, hide_possible_values = true)]
-    method: Option<MethodArgument>,
-    /// Leave out samples that disagree, and name them (Tukey's loss function)
+    method: Option<Method>,
+    /// Leave out and name samples that disagree (Tukey's loss)
     #[arg(long)]
     robust: bool,
     /// The frame of x, y and z: base, or sensor, which is found with the parameters
-    #[arg(long, value_enum, hide_possible_values = true, default_value_t = FrameArgument::Base)]
-    frame: FrameArgument,
-    /// Largest expanded uncertainty, rms over the workspace
+    #[arg(long, value_enum, hide_possible_values = true, default_value_t = Frame::Base)]
+    frame: Frame,
+    /// Largest expanded uncertainty (rms)
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     limit: Option<Length>,
-    /// How long a printer's rods were made, one length or three
+    /// A printer's rods as made
     #[arg(long, value_name = "LENGTH[,LENGTH,LENGTH]", value_delimiter = ',')]
     rods: Option<Vec<Length>>,
-    /// Write the calibrated robot to this file; - is standard output
+    /// Write the calibrated robot; - is standard output
     #[arg(long, value_name = "CALIBRATED.toml")]
     output: Option<PathBuf>,
-    /// Write the lines to paste into a printer's configuration
+    /// Write the lines for a printer's configuration
     #[arg(long, value_name = "FILE")]
     paste: Option<PathBuf>,
-    /// Write the report, or the refusal, as JSON
+    /// Write report or refusal as JSON
     #[arg(long, value_name = "REPORT.json")]
     json: Option<PathBuf>,
-    /// Write the report with figures as one HTML file
+    /// Write the report as one HTML file
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
     /// Let --output replace ROBOT.toml itself
@@ -102,7 +104,8 @@ pub(crate) struct CalibrateArguments {
 struct Inputs {
     robot: RobotFile,
     readings: Readings,
-    sources: [Source; 2],
+    source: Source,
+    samples: (Source, Option<Source>),
     /// The robot, if it is a printer.
     printer: Option<Imported>,
 }
@@ -112,26 +115,27 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     let refused = |error: CalibrateError| {
         let json = report::json(&RefusalReport::from(&error));
         if error.refused() {
-            outputs::refused(arguments.json.as_deref(), &json, error.into())
+            output::refused(arguments.json.as_deref(), &json, error.into())
         } else {
             error.into()
         }
     };
     let options = Options {
-        method: arguments.method.map(MethodArgument::method),
+        method: arguments.method,
         loss: arguments.robust.then_some(Loss::Tukey),
-        frame: arguments.frame.frame(),
+        frame: arguments.frame,
     };
     let Inputs {
         robot,
         readings,
-        sources: [robot_file, samples_file],
+        source,
+        samples,
         printer,
     } = inputs(arguments, &options)?;
     let waiting = Waiting::for_rows("calibrating from", readings.rows.len());
     let mut report = calibrate(&robot, &readings, &options).map_err(refused)?;
     drop(waiting);
-    report.document = Some(document(&robot, robot_file, samples_file)?);
+    report.document = Some(document(&robot, source, samples)?);
     if arguments.robot.is_none() {
         report.origin = Some("The built-in example: its measurements are simulated.");
     }
@@ -188,6 +192,7 @@ fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
     }
     let robot = ("the robot file", arguments.robot.as_deref());
     let samples = ("the samples file", arguments.samples.as_deref());
+    let second = ("the positions file", arguments.second.as_deref());
     let output = ("--output", arguments.output.as_deref());
     if !arguments.force {
         let remedy = "give the output another name, or --force to replace the robot file";
@@ -198,23 +203,22 @@ fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
         ("--json", arguments.json.as_deref()),
         ("--report", arguments.report.as_deref()),
     ];
-    outputs::check(&[robot], &others)?;
+    output::check(&[robot], &others)?;
     let [paste, json, report] = others;
-    outputs::check(&[samples], &[output, paste, json, report])
+    output::check(&[samples, second], &[output, paste, json, report])
 }
 
 fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, Failure> {
     let Some(path) = &arguments.robot else {
         no_printer(arguments)?;
         let (robot, readings) = example::load()?;
-        let sources = [
-            InputText::new(&robot.name, example::ROBOT_TOML),
-            InputText::new(&readings.name, example::SAMPLES_CSV),
-        ];
+        let source = InputText::new(&robot.name, example::ROBOT_TOML);
+        let samples = InputText::new(&readings.name, example::SAMPLES_CSV);
         return Ok(Inputs {
             robot,
             readings,
-            sources: sources.each_ref().map(Source::from),
+            source: Source::from(&source),
+            samples: sources(&samples),
             printer: None,
         });
     };
@@ -222,7 +226,9 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, F
     let samples = || match &arguments.samples {
         Some(samples) => {
             let _waiting = Waiting::for_file(samples);
-            Ok(Some(read(samples, &arguments.columns)?))
+            let second = arguments.second.as_deref();
+            let text = read_samples_texts(samples, second, &arguments.columns)?;
+            Ok(Some(text))
         }
         None => Ok::<_, InputError>(None),
     };
@@ -233,17 +239,18 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, F
         return Ok(Inputs {
             readings: read_samples(&samples, &robot, options)?,
             robot,
-            sources: [&text, &samples].map(Source::from),
+            source: Source::from(&text),
+            samples: sources(&samples),
             printer: None,
         });
     }
     let rods = rods(arguments.rods.as_deref())?;
     let mut printer = Firmware::of(&text)?.import(&text, rods, &includes)?;
-    let mut source = Source::from(&text);
+    let mut of_samples = (Source::from(&text), None);
     if let Some(samples) = samples()? {
         let readings = read_samples(&samples, &printer.robot, options)?;
         printer = printer.with_readings(readings);
-        source = Source::from(&samples);
+        of_samples = sources(&samples);
     }
     if printer.readings.rows.is_empty() {
         return Err(printer.without_readings().into());
@@ -251,7 +258,8 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, F
     Ok(Inputs {
         robot: printer.robot.clone(),
         readings: printer.readings.clone(),
-        sources: [Source::from(&text), source],
+        source: Source::from(&text),
+        samples: of_samples,
         printer: Some(printer),
     })
 }

@@ -6,10 +6,10 @@ mod run;
 pub(crate) use run::run;
 
 use super::paths::{ColumnsArgument, robot_path};
+use crate::Method;
 use crate::device::Port;
-use crate::fit;
-use clap::{Args, Subcommand, ValueEnum};
-use delta_cal::stream::Estimator;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, Subcommand};
 use std::path::PathBuf;
 
 const DEVICE_HELP: &str = "\
@@ -68,6 +68,9 @@ pub(crate) struct DeviceArguments {
     link: LinkArguments,
     #[command(subcommand)]
     command: DeviceCommand,
+    /// Write the report as JSON to this file, or with - to standard output
+    #[arg(long, global = true, value_name = "REPORT.json")]
+    json: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -88,14 +91,22 @@ enum DeviceCommand {
     Calibrate(CalibrateArguments),
     /// Let the controller use a robot that was calibrated on this computer
     #[command(after_help = APPLY_HELP)]
-    Apply(ApplyArguments),
+    Apply {
+        /// The robot after calibration
+        #[arg(value_name = "CALIBRATED.toml", value_parser = robot_path())]
+        robot: PathBuf,
+    },
     /// Show what the controller is doing, and the state of its control loop and link
-    Status(StatusArguments),
+    Status,
     /// Write the geometry that the controller uses as a robot file
     #[command(after_help = PARAMETERS_HELP)]
     Parameters(ParametersArguments),
     /// Go back to the parameters before the last change, or to the nominal ones
-    Revert(RevertArguments),
+    Revert {
+        /// Go back to the nominal geometry
+        #[arg(long)]
+        nominal: bool,
+    },
 }
 
 #[derive(Debug, Args)]
@@ -109,54 +120,19 @@ struct CalibrateArguments {
     #[command(flatten)]
     columns: ColumnsArgument,
     /// joint fits all 24 parameters together; ikm fits each arm by itself with a third of the work
-    #[arg(long, value_enum, default_value_t = Method::Joint)]
+    #[arg(long, value_parser = method(), default_value = "joint")]
     method: Method,
     /// Store the result in the controller and let its control loop use it
     #[arg(long)]
     apply: bool,
-    /// Write the report as JSON to this file, or with - to standard output
-    #[arg(long, value_name = "REPORT.json")]
-    json: Option<PathBuf>,
 }
 
-/// The methods of a controller. Without a help text each, which would spread out all options.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Method {
-    Joint,
-    Ikm,
-}
-
-impl Method {
-    const fn on_the_controller(self) -> Estimator {
-        match self {
-            Self::Joint => Estimator::Joint,
-            Self::Ikm => Estimator::Arms,
-        }
-    }
-
-    const fn here(self) -> fit::Method {
-        match self {
-            Self::Joint => fit::Method::Joint,
-            Self::Ikm => fit::Method::Ikm,
-        }
-    }
-}
-
-#[derive(Debug, Args)]
-struct ApplyArguments {
-    /// The robot after calibration
-    #[arg(value_name = "CALIBRATED.toml", value_parser = robot_path())]
-    robot: PathBuf,
-    /// Write the parameters in use as JSON to this file, or with - to standard output
-    #[arg(long, value_name = "REPORT.json")]
-    json: Option<PathBuf>,
-}
-
-#[derive(Debug, Args)]
-struct StatusArguments {
-    /// Write the report as JSON to this file, or with - to standard output
-    #[arg(long, value_name = "REPORT.json")]
-    json: Option<PathBuf>,
+/// A method of a controller.
+fn method() -> impl TypedValueParser<Value = Method> {
+    PossibleValuesParser::new(["joint", "ikm"]).map(|name| match name.as_str() {
+        "ikm" => Method::Ikm,
+        _ => Method::Joint,
+    })
 }
 
 #[derive(Debug, Args)]
@@ -170,17 +146,4 @@ struct ParametersArguments {
     /// Write to this file instead of standard output
     #[arg(long, value_name = "ROBOT.toml")]
     output: Option<PathBuf>,
-    /// Write the parameters as JSON to this file, or with - to standard output
-    #[arg(long, value_name = "REPORT.json")]
-    json: Option<PathBuf>,
-}
-
-#[derive(Debug, Args)]
-struct RevertArguments {
-    /// Go back to the nominal geometry
-    #[arg(long)]
-    nominal: bool,
-    /// Write the parameters in use as JSON to this file, or with - to standard output
-    #[arg(long, value_name = "REPORT.json")]
-    json: Option<PathBuf>,
 }

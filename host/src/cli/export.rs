@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::length::Length;
-use super::outputs::{self, deliver};
+use super::output::{self, deliver};
 use super::paths::{ColumnsArgument, is_stream, read, robot_path, same_kind};
 use crate::export::error::ExportError;
 use crate::export::geometry::Frame;
@@ -11,8 +11,8 @@ use crate::export::{Case, Settings, names, target};
 use crate::files::kinematics;
 use crate::report::export::{Files, Report, summary, text};
 use crate::{InputError, InputText, Options, RobotFile, read_samples, report};
-use clap::Args;
 use clap::builder::PossibleValuesParser;
+use clap::{Args, ValueEnum};
 use delta_cal::robot::Drive;
 use std::path::{Path, PathBuf};
 
@@ -29,8 +29,7 @@ TARGET is one of:
                       four lengths, of which 3 count
   correction-table    CSV of position corrections on a grid, for any controller
 
-Few controllers hold all parameters: those of the target and a rigid motion are fitted, and the loss is stated. \
-docs/export.md has the conventions.
+The target's parameters and a rigid motion are fitted, and the loss is stated. docs/export.md has the conventions.
 
 Examples:
   delta-cal export calibrated.toml --for klipper --output delta.cfg
@@ -43,8 +42,7 @@ Examples:
 Exit codes:
   0  done
   2  the command line is wrong
-  3  an input file is wrong, the target cannot hold this robot, or no correction
-     table keeps to --limit
+  3  an input file is wrong, or the target cannot hold this robot
   4  a file could not be written";
 
 #[derive(Debug, Args)]
@@ -82,9 +80,12 @@ pub(crate) struct ExportArguments {
     /// of mm with no position below 0]
     #[arg(long, value_name = "LENGTH")]
     height: Option<Length>,
-    /// The platform's radius; only its difference from the base's counts
-    #[arg(long, value_name = "LENGTH", default_value = "25mm")]
-    platform_radius: Length,
+    /// The platform's radius [default: that of the robot file, or 25 mm]
+    #[arg(long, value_name = "LENGTH")]
+    platform_radius: Option<Length>,
+    /// The unit of a LinuxCNC machine
+    #[arg(long, value_enum, default_value_t = UnitArgument::Mm)]
+    unit: UnitArgument,
     /// The largest error between the nodes of a correction table [default: nodes 25 mm apart]
     #[arg(long, value_name = "LENGTH")]
     limit: Option<Length>,
@@ -96,6 +97,12 @@ pub(crate) struct ExportArguments {
     json: Option<PathBuf>,
 }
 
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum UnitArgument {
+    Mm,
+    Inch,
+}
+
 pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let (output, json_path) = (arguments.output.as_deref(), arguments.json.as_deref());
     let inputs = [
@@ -104,11 +111,17 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         ("the positions", arguments.positions.as_deref()),
         ("the heights", arguments.bed.as_deref()),
     ];
-    outputs::check(&inputs, &[("--output", output), ("--json", json_path)])?;
+    output::check(&inputs, &[("--output", output), ("--json", json_path)])?;
     if arguments.limit.is_some() && arguments.target != "correction-table" {
         return Err(Failure::Usage {
             cause: format!("--limit cannot be used with --for {}", arguments.target),
             remedy: "use it with --for correction-table".to_owned(),
+        });
+    }
+    if matches!(arguments.unit, UnitArgument::Inch) && arguments.target != "linuxcnc" {
+        return Err(Failure::Usage {
+            cause: format!("--unit inch cannot be used with --for {}", arguments.target),
+            remedy: "use it with --for linuxcnc".to_owned(),
         });
     }
     let input = InputText::from_file(&arguments.robot)?;
@@ -123,7 +136,8 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let settings = Settings {
         height: arguments.height.map(|Length(height)| height),
         home: home(arguments, robot.robot.drive())?,
-        platform_radius: arguments.platform_radius.0,
+        platform_radius: arguments.platform_radius.map(|Length(radius)| radius),
+        inches: matches!(arguments.unit, UnitArgument::Inch),
         limit: arguments.limit.map(|Length(limit)| limit),
         level: level(arguments, &robot)?,
     };

@@ -3,8 +3,8 @@
 use super::failure::Failure;
 use super::length::Length;
 use super::output;
+use super::output::print;
 use super::paths::is_stream;
-use super::print::print;
 use crate::import::{Firmware, Imported};
 use crate::{InputError, InputText};
 use clap::Args;

@@ -1,7 +1,7 @@
 //! `delta-cal init`.
 
 use super::failure::Failure;
-use super::outputs::deliver;
+use super::output::deliver;
 use super::paths::is_stream;
 use crate::RobotFile;
 use clap::{Args, ValueEnum};

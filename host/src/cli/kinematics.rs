@@ -1,10 +1,8 @@
 //! `delta-cal forward` and `delta-cal inverse`.
 
 use super::failure::Failure;
-use super::output;
-use super::outputs;
-use super::paths::{ColumnsArgument, is_stream, read, robot_path};
-use super::print::print;
+use super::output::{self, deliver};
+use super::paths::{ColumnsArgument, read, robot_path};
 use crate::files::kinematics;
 use crate::{InputError, InputText, RobotFile};
 use clap::Args;
@@ -69,15 +67,12 @@ fn run(arguments: &KinematicsArguments, solve: Solve) -> Result<(), Failure> {
     let input = arguments.file.as_deref().unwrap_or(Path::new("-"));
     let robot = ("the robot file", Some(arguments.robot.as_path()));
     let inputs = [robot, ("the input file", Some(input))];
-    outputs::check(&inputs, &[("--output", output)])?;
+    output::check(&inputs, &[("--output", output)])?;
 
     let robot = RobotFile::read(&InputText::from_file(&arguments.robot)?)?;
     let csv = kinematics::to_csv(
-        robot.robot.drive(),
+        &robot.convention,
         &solve(&robot, &read(input, &arguments.columns)?)?,
     );
-    match output.filter(|path| !is_stream(path)) {
-        Some(path) => Ok(output::write_all(&[(path, &csv)])?),
-        None => print(&csv),
-    }
+    deliver(&[(output.or(Some(Path::new("-"))), &csv)], "")
 }

@@ -1,11 +1,82 @@
-//! Files written whole or not at all, and several all together or not at all.
+//! What a command writes: files whole or not at all, several all together or not at all, and one of its outputs to standard
+//! output in place of its report.
 
+use super::failure::Failure;
+use super::paths::{is_stream, refuse_same};
 use std::error::Error;
-use std::fmt;
+use std::fmt::{self, Write as _};
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use tempfile::{Builder, NamedTempFile, TempPath};
+
+/// An option or what it names, and the path that was given.
+pub(crate) type Place<'a> = (&'static str, Option<&'a Path>);
+
+/// That no output is an input or another output, and that at most one goes to standard output.
+pub(crate) fn check(inputs: &[Place<'_>], outputs: &[Place<'_>]) -> Result<(), Failure> {
+    let mut taken = inputs.to_vec();
+    for (option, path) in outputs {
+        for other in &taken {
+            refuse_same(option, *path, *other, "give the output another name")?;
+        }
+        taken.push((option, *path));
+    }
+    let streams = outputs
+        .iter()
+        .filter(|(_, path)| path.is_some_and(is_stream));
+    let streams: Vec<&str> = streams.map(|(option, _)| *option).collect();
+    if let [first, second, ..] = streams.as_slice() {
+        return Err(Failure::Usage {
+            cause: format!("{first} - and {second} - both write to standard output"),
+            remedy: "give one of them the name of a file".to_owned(),
+        });
+    }
+    Ok(())
+}
+
+/// Writes the files, and prints what goes to standard output, or the report and where everything is.
+pub(crate) fn deliver(
+    outputs: &[(Option<&Path>, &str)],
+    report: impl Into<String>,
+) -> Result<(), Failure> {
+    let given = outputs.iter();
+    let given = given.filter_map(|(path, text)| Some(((*path)?, *text)));
+    let (streams, files): (Vec<_>, Vec<_>) = given.partition(|(path, _)| is_stream(path));
+    write_all(&files)?;
+    if let [(_, text), ..] = streams.as_slice() {
+        return print(text);
+    }
+    let mut report = report.into();
+    for (path, _) in &files {
+        let _ = writeln!(report, "Written: {}", path.display());
+    }
+    print(&report)
+}
+
+/// A refusal writes no file; a program that reads the JSON on standard output is told there as well.
+pub(crate) fn refused(to: Option<&Path>, refusal: &str, failure: Failure) -> Failure {
+    if to.is_some_and(is_stream)
+        && let Err(failure) = print(refusal)
+    {
+        return failure;
+    }
+    failure
+}
+
+/// Prints to standard output, with colour only where it is wanted.
+pub(crate) fn print(text: &str) -> Result<(), Failure> {
+    let mut stdout = anstream::stdout().lock();
+    match stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush())
+    {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(format!(
+            "standard output: cannot be written: {error}"
+        ))),
+        _ => Ok(()),
+    }
+}
 
 /// A file that could not be written.
 #[derive(Debug)]
@@ -31,22 +102,14 @@ impl Error for OutputError {
     }
 }
 
-/// Writes every text to its file. Each is first written in full beside its destination; only when all are there do they
+/// Writes every content to its file. Each is first written in full beside its destination; only when all are there do they
 /// take their names. A file that exists is replaced and keeps its permissions; a write-protected one is not replaced.
 ///
 /// # Errors
 /// The first file that could not be written; then all files are as they were.
-pub(super) fn write_all(files: &[(&Path, &str)]) -> Result<(), OutputError> {
-    let bytes = files.iter().map(|(path, text)| (*path, text.as_bytes()));
-    write_all_bytes(&bytes.collect::<Vec<_>>())
-}
-
-/// As [`write_all`], for files of which some are no texts.
-///
-/// # Errors
-/// As [`write_all`].
-pub(super) fn write_all_bytes(files: &[(&Path, &[u8])]) -> Result<(), OutputError> {
-    let prepared = files.iter().map(|(path, bytes)| Prepared::new(path, bytes));
+pub(super) fn write_all<C: AsRef<[u8]>>(files: &[(&Path, C)]) -> Result<(), OutputError> {
+    let prepared = files.iter();
+    let prepared = prepared.map(|(path, bytes)| Prepared::new(path, bytes.as_ref()));
     commit(prepared.collect::<Result<_, _>>()?)
 }
 
@@ -62,7 +125,7 @@ pub(super) fn make_folder(path: &Path) -> Result<(), OutputError> {
 ///
 /// # Errors
 /// As [`write_all`].
-pub(super) fn check(path: &Path) -> Result<(), OutputError> {
+pub(super) fn check_writable(path: &Path) -> Result<(), OutputError> {
     Prepared::new(path, &[]).map(|_| ())
 }
 

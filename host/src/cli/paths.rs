@@ -73,6 +73,19 @@ pub(crate) fn read(path: &Path, columns: &ColumnsArgument) -> Result<InputText, 
     })
 }
 
+/// The samples in one file, or joints and positions in two.
+pub(crate) fn read_samples_texts(
+    samples: &Path,
+    second: Option<&Path>,
+    columns: &ColumnsArgument,
+) -> Result<InputText, InputError> {
+    let first = read(samples, columns)?;
+    match second {
+        None => Ok(first),
+        Some(second) => Ok(read(second, columns)?.with_beside(first)),
+    }
+}
+
 /// The file behind a name, whether it exists yet or not.
 fn identity(path: &Path) -> PathBuf {
     if let Ok(existing) = path.canonicalize() {

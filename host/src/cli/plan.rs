@@ -1,9 +1,8 @@
 //! `delta-cal plan`.
 
-use super::choices::FrameArgument;
 use super::failure::Failure;
 use super::length::Length;
-use super::outputs;
+use super::output;
 use super::paths::{ColumnsArgument, is_stream, read, robot_path};
 use super::progress::Waiting;
 use crate::planning::{
@@ -12,7 +11,7 @@ use crate::planning::{
 };
 use crate::report::plan as report;
 use crate::{Frame, InputError, InputText, Planned, RobotFile};
-use clap::{ArgGroup, Args, ValueEnum};
+use clap::{ArgGroup, Args};
 use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = "\
@@ -68,8 +67,8 @@ pub(crate) struct PlanArguments {
     #[arg(long, value_name = "KINDS", default_value = "xyz")]
     measure: Wishes,
     /// The frame of x, y and z: base, or sensor, which is found with the parameters
-    #[arg(long, value_enum, hide_possible_values = true, default_value_t = FrameArgument::Base)]
-    frame: FrameArgument,
+    #[arg(long, value_enum, hide_possible_values = true, default_value_t = Frame::Base)]
+    frame: Frame,
     /// Only poses within this box or cylinder
     #[arg(long, value_name = "BOX|CYLINDER")]
     within: Option<Region>,
@@ -77,8 +76,8 @@ pub(crate) struct PlanArguments {
     #[arg(long)]
     absolute: bool,
     /// random, or shortest: the shortest way of the joints
-    #[arg(long, value_enum, hide_possible_values = true, default_value_t = OrderArgument::Random)]
-    order: OrderArgument,
+    #[arg(long, value_enum, hide_possible_values = true, default_value_t = Order::Random)]
+    order: Order,
     /// Compare what 12, 20 and 40 measurements with each of many instruments bring
     #[arg(long, conflicts_with_all = ["measure", "count", "accuracy", "output", "frame"])]
     compare: bool,
@@ -93,14 +92,6 @@ pub(crate) struct PlanArguments {
     force: bool,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum OrderArgument {
-    /// Random, and the first measurement once more at the end
-    Random,
-    /// The shortest way of the joints
-    Shortest,
-}
-
 fn whole_number(text: &str) -> Result<usize, String> {
     text.parse()
         .map_err(|_| format!("a whole number is needed, {LEAST} to {MOST}"))
@@ -112,7 +103,7 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
         ("the samples file", arguments.samples.as_deref()),
     ];
     let (output, json) = (arguments.output.as_deref(), arguments.json.as_deref());
-    outputs::check(&inputs, &[("--output", output), ("--json", json)])?;
+    output::check(&inputs, &[("--output", output), ("--json", json)])?;
     let robot = RobotFile::read(&InputText::from_file(&arguments.robot)?)?;
     if let (Some(path), false) = (output, arguments.force) {
         keep_measurements(path, &robot)?;
@@ -122,13 +113,10 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
     }
     let count = arguments.count.unwrap_or(LEAST);
     let request = PlanRequest {
-        frame: arguments.frame.frame(),
-        region: arguments.within,
+        frame: arguments.frame,
+        region: within(arguments, &robot),
         absolute: arguments.absolute,
-        order: match arguments.order {
-            OrderArgument::Random => Order::Random,
-            OrderArgument::Shortest => Order::Shortest,
-        },
+        order: arguments.order,
         ..PlanRequest::new(&robot, arguments.measure.clone(), count)
     };
     if arguments.compare {
@@ -154,7 +142,13 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
         None => format!("{text}\n{csv}"),
     };
     let report = report::json(&request, &planned);
-    outputs::deliver(&[(output, &csv), (json, &report)], text)
+    output::deliver(&[(output, &csv), (json, &report)], text)
+}
+
+/// In the axes inside.
+fn within(arguments: &PlanArguments, robot: &RobotFile) -> Option<Region> {
+    let region = arguments.within?;
+    Some(region.turned(&robot.convention))
 }
 
 /// A file of planned poses becomes one of measured ones by hand: what is in it then is not written
@@ -187,9 +181,9 @@ fn samples(arguments: &PlanArguments, robot: &RobotFile, path: &Path) -> Result<
         unmeasured,
     } = Planned::read(&text, robot)?;
     let request = SamplesRequest {
-        frame: arguments.frame.frame(),
+        frame: arguments.frame,
         add: arguments.count.unwrap_or(ADDED),
-        region: arguments.within,
+        region: within(arguments, robot),
         absolute: arguments.absolute,
     };
     let waiting = Waiting::new("looking for measurements to add".to_owned());
@@ -199,7 +193,7 @@ fn samples(arguments: &PlanArguments, robot: &RobotFile, path: &Path) -> Result<
     let csv = report::csv(&determined.next, &determined.setup);
     let json = report::samples_json(&file.name, &determined, &unmeasured);
     let text = report::samples_text(&file.name, &determined, file.rows.len(), &unmeasured);
-    outputs::deliver(
+    output::deliver(
         &[
             (arguments.output.as_deref(), &csv),
             (arguments.json.as_deref(), &json),
@@ -229,10 +223,10 @@ fn compare_instruments(
     });
     drop(waiting);
     let compared = compared.map_err(|error| failure(request.robot, error))?;
-    let (name, region) = (&request.robot.name, request.region.as_ref());
+    let (name, region) = (&request.robot.name, arguments.within.as_ref());
     let json = report::comparison_json(name, region, &compared);
     let text = report::comparison_text(name, region, &compared);
-    outputs::deliver(&[(arguments.json.as_deref(), &json)], text)
+    output::deliver(&[(arguments.json.as_deref(), &json)], text)
 }
 
 /// Each cause has its exit code.

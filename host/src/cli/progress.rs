@@ -67,9 +67,12 @@ impl Waiting {
         bar.enable_steady_tick(Duration::from_millis(200));
         Self(bar)
     }
-}
 
-impl Waiting {
+    /// What is being computed now.
+    pub(super) fn now(&self, what: &'static str) {
+        self.0.set_message(what);
+    }
+
     /// While a file is read that takes a while.
     pub(super) fn for_file(path: &Path) -> Option<Self> {
         let length = path.metadata().map_or(0, |metadata| metadata.len());

@@ -1,8 +1,8 @@
 //! When a report is written, on which robot and from which files.
 
 use super::failure::Failure;
-use crate::RobotFile;
 use crate::report::document::{Document, Source};
+use crate::{InputText, RobotFile};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Of the standard for reproducible builds: the time in place of the clock's.
@@ -12,14 +12,20 @@ const SOURCE_DATE_EPOCH: &str = "SOURCE_DATE_EPOCH";
 pub(crate) fn document(
     robot: &RobotFile,
     robot_file: Source,
-    samples_file: Source,
+    samples: (Source, Option<Source>),
 ) -> Result<Document, Failure> {
     Ok(Document {
         written: now()?,
         record: robot.record.clone(),
         robot: robot_file,
-        samples: samples_file,
+        samples: samples.0,
+        beside: samples.1,
     })
+}
+
+/// Of a samples file and the one beside it.
+pub(crate) fn sources(samples: &InputText) -> (Source, Option<Source>) {
+    (Source::from(samples), samples.beside().map(Source::from))
 }
 
 /// Seconds since the beginning of 1970.

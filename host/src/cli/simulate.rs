@@ -1,16 +1,14 @@
 //! `delta-cal simulate`.
 
 use super::failure::Failure;
-use super::output;
-use super::paths::{is_stream, refuse_same};
-use super::print::print;
+use super::output::{self, deliver, print};
+use super::paths::is_stream;
 use super::progress::Bar;
 use crate::campaign::{self, CaseSummary, EXAMPLE, Plan, paper, summarize};
 use crate::report;
 use crate::{InputError, InputText};
 use clap::Args;
 use serde::Serialize;
-use std::fmt::Write as _;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -141,66 +139,31 @@ fn plan(campaign: Option<&Path>) -> Result<(Plan, &'static str), Failure> {
 /// A campaign can take long: it is not begun if its results could not be written, or would replace
 /// what they are made of.
 fn check_outputs(arguments: &SimulateArguments) -> Result<(), Failure> {
-    let inputs = arguments
-        .summary
-        .iter()
-        .map(|path| ("a file of rows", path));
-    let campaign = arguments.campaign.iter();
-    let inputs: Vec<_> = inputs
-        .chain(campaign.map(|path| ("the campaign file", path)))
-        .collect();
-    let outputs = [
-        ("--output", arguments.output.as_deref()),
-        ("--json", arguments.json.as_deref()),
-    ];
-    let remedy = "give the output another name";
-    for (option, output) in outputs {
-        for (what, input) in &inputs {
-            refuse_same(option, output, (what, Some(input)), remedy)?;
-        }
-        if let Some(path) = output.filter(|path| !is_stream(path)) {
-            output::check(path)?;
-        }
+    let rows = arguments.summary.iter();
+    let rows = rows.map(|path| ("a file of rows", Some(path.as_path())));
+    let campaign = [("the campaign file", arguments.campaign.as_deref())];
+    let inputs: Vec<_> = rows.chain(campaign).collect();
+    let paths = [arguments.output.as_deref(), arguments.json.as_deref()];
+    let [output, json] = paths;
+    output::check(&inputs, &[("--output", output), ("--json", json)])?;
+    let files = paths.into_iter().flatten().filter(|path| !is_stream(path));
+    for path in files {
+        output::check_writable(path)?;
     }
-    let both = [&arguments.output, &arguments.json];
-    if both
-        .iter()
-        .all(|path| path.as_deref().is_some_and(is_stream))
-    {
-        return Err(Failure::Usage {
-            cause: "--output - and --json - both write to standard output".to_owned(),
-            remedy: "give one of them a file".to_owned(),
-        });
-    }
-    let json = ("--json", arguments.json.as_deref());
-    refuse_same("--output", arguments.output.as_deref(), json, remedy)
+    Ok(())
 }
 
 /// Writes all files or none, and prints the table or, in its place, what goes to standard output.
 fn publish<T: Serialize>(
     arguments: &SimulateArguments,
     summary: &T,
-    mut text: String,
+    text: String,
     csv: Result<String, csv::Error>,
 ) -> Result<(), Failure> {
     let csv = csv.map_err(|error| unwritten(&error))?;
-    let json = serde_json::to_string_pretty(summary).map_err(|error| unwritten(&error))? + "\n";
-    let outputs = [
-        (arguments.output.as_deref(), csv.as_str()),
-        (arguments.json.as_deref(), json.as_str()),
-    ];
-    let outputs = outputs
-        .into_iter()
-        .filter_map(|(path, text)| Some((path?, text)));
-    let (streams, files): (Vec<_>, Vec<_>) = outputs.partition(|(path, _)| is_stream(path));
-    output::write_all(&files)?;
-    if let [(_, stream), ..] = streams.as_slice() {
-        return print(stream);
-    }
-    for (path, _) in files {
-        let _ = writeln!(text, "Written: {}", path.display());
-    }
-    print(&text)
+    let json = report::json(summary);
+    let (output, to) = (arguments.output.as_deref(), arguments.json.as_deref());
+    deliver(&[(output, &csv), (to, &json)], text)
 }
 
 fn unwritten(error: &dyn std::error::Error) -> Failure {

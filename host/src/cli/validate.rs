@@ -1,21 +1,22 @@
 //! `delta-cal validate`.
 
-use super::choices::FrameArgument;
 use super::failure::Failure;
 use super::length::Length;
-use super::outputs::{self, deliver};
-use super::paths::{ColumnsArgument, read, robot_path};
+use super::output::{self, deliver};
+use super::paths::{ColumnsArgument, read_samples_texts, robot_path};
 use super::record;
 use crate::report::document::Source;
 use crate::report::validation as report;
 use crate::validation::{Request, Verdict, check_independent, validate};
-use crate::{CalibrateError, InputText, Options, Readings, RobotFile, read_samples};
-use clap::Args;
+use crate::{CalibrateError, Frame, InputText, Options, Readings, RobotFile, read_samples};
+use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
 pub(crate) const HELP: &str = "\
 Measure some 20 poses that the calibration did not use, spread at random over the region in which the robot works. \
-CHECK.csv holds joint angles and x, y, z as for delta-cal calibrate. The stated [noise] is removed from the error.
+CHECK.csv holds what delta-cal calibrate takes: positions, heights, distances. The stated [noise] is removed from the error.
+
+Planes, points and a frame that the robot file does not know are fitted first, with the robot as it is.
 
 Pass: the 95 % confidence interval of the rms position error ends below the limit. Fail: it begins above it. \
 Otherwise undecided, and the report says how many poses would decide.
@@ -24,7 +25,7 @@ Examples:
   delta-cal validate calibrated.toml check.csv --limit 0.1mm
   delta-cal validate calibrated.toml check.csv --limit 50um --report page.html
   delta-cal validate calibrated.toml tracker.csv --limit 0.1mm --frame sensor
-  delta-cal validate calibrated.toml check.csv --limit 0.1mm --json -
+  delta-cal validate calibrated.toml heights.csv --limit 0.1mm --json -
 
 Exit codes:
   0  passed
@@ -37,6 +38,9 @@ Exit codes:
 With exit codes 1, 2 and 3 no output file is written or changed.";
 
 #[derive(Debug, Args)]
+#[command(
+    override_usage = "delta-cal validate [OPTIONS] --limit <LENGTH> <ROBOT.toml> <CHECK.csv>\n       delta-cal validate [OPTIONS] --limit <LENGTH> <ROBOT.toml> <JOINTS.csv>\n           <POSITIONS.csv>"
+)]
 pub(crate) struct ValidateArguments {
     /// The robot as calibrated, or any robot file
     #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
@@ -44,14 +48,17 @@ pub(crate) struct ValidateArguments {
     /// Joint angles and measured positions; - reads standard input
     #[arg(value_name = "CHECK.csv")]
     samples: PathBuf,
+    /// The positions, if CHECK.csv holds the joints alone
+    #[arg(value_name = "POSITIONS.csv")]
+    second: Option<PathBuf>,
     /// The rms position error that passes, as 0.1mm or 50um
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     limit: Length,
     #[command(flatten)]
     columns: ColumnsArgument,
-    /// The frame of the measured positions
-    #[arg(long, value_enum, default_value_t = FrameArgument::Base)]
-    frame: FrameArgument,
+    /// The frame of the positions: base; sensor, which is fitted; stored, [sensor_frame] of the robot file
+    #[arg(long, value_enum, hide_possible_values = true, default_value_t = ValidatedFrame::Base)]
+    frame: ValidatedFrame,
     /// Write the report as JSON to this file, or with - to standard output
     #[arg(long, value_name = "REPORT.json")]
     json: Option<PathBuf>,
@@ -60,24 +67,49 @@ pub(crate) struct ValidateArguments {
     report: Option<PathBuf>,
 }
 
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum ValidatedFrame {
+    Base,
+    Sensor,
+    Stored,
+}
+
+impl ValidatedFrame {
+    const fn frame(self) -> Frame {
+        match self {
+            Self::Base => Frame::Base,
+            Self::Sensor | Self::Stored => Frame::Sensor,
+        }
+    }
+}
+
 pub(crate) fn run(arguments: &ValidateArguments) -> Result<(), Failure> {
     let robot = ("the robot file", Some(arguments.robot.as_path()));
     let samples = ("the samples file", Some(arguments.samples.as_path()));
+    let second = ("the positions file", arguments.second.as_deref());
     let (json_file, report_file) = (arguments.json.as_deref(), arguments.report.as_deref());
-    outputs::check(
-        &[robot, samples],
+    output::check(
+        &[robot, samples, second],
         &[("--json", json_file), ("--report", report_file)],
     )?;
     let robot_text = InputText::from_file(&arguments.robot)?;
     let robot = RobotFile::read(&robot_text)?;
-    let samples_text = read(&arguments.samples, &arguments.columns)?;
-    let sources = (Source::from(&robot_text), Source::from(&samples_text));
-    let document = record::document(&robot, sources.0, sources.1)?;
+    let samples_text = read_samples_texts(
+        &arguments.samples,
+        arguments.second.as_deref(),
+        &arguments.columns,
+    )?;
+    let document = record::document(
+        &robot,
+        Source::from(&robot_text),
+        record::sources(&samples_text),
+    )?;
     check_independent(&robot_text, &samples_text)?;
-    let samples = positions(arguments, &robot, &samples_text)?;
+    let samples = readings(arguments, &robot, &samples_text)?;
     let request = Request {
         limit: arguments.limit.0,
         frame: arguments.frame.frame(),
+        stored: matches!(arguments.frame, ValidatedFrame::Stored),
     };
     let found = validate(&robot, &samples, request)?;
     let json = report::json(&found, &document);
@@ -98,8 +130,7 @@ pub(crate) fn run(arguments: &ValidateArguments) -> Result<(), Failure> {
     }
 }
 
-/// x, y and z in every row.
-fn positions(
+fn readings(
     arguments: &ValidateArguments,
     robot: &RobotFile,
     text: &InputText,
@@ -108,5 +139,5 @@ fn positions(
         frame: arguments.frame.frame(),
         ..Options::default()
     };
-    Ok(read_samples(text, robot, &options)?.complete()?)
+    read_samples(text, robot, &options)
 }

@@ -2,17 +2,15 @@
 
 use super::failure::Failure;
 use super::length::Length;
-use super::output;
+use super::output::{self, print};
 use super::paths::{is_stream, refuse_same, robot_path};
-use super::print::print;
+use super::progress::Waiting;
 use crate::report::workspace;
 use crate::workspace::{Analysis, Options, WorkspaceError};
 use crate::{InputError, InputText, RobotFile};
 use clap::Args;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::fmt::Write;
 use std::path::PathBuf;
-use std::time::Duration;
 
 const HELP: &str = "\
 The folder of --output receives:
@@ -78,26 +76,22 @@ pub(crate) fn run(arguments: &WorkspaceArguments) -> Result<(), Failure> {
         tolerance: arguments.tolerance.0,
         spacing: arguments.spacing.map(|spacing| spacing.0),
     };
-    let bar = progress_bar();
-    let analysis = Analysis::compute(&robot, &options, &mut |step| bar.set_message(step))
+    let waiting = Waiting::new("computing the workspace".to_owned());
+    let analysis = Analysis::compute(&robot, &options, &mut |step| waiting.now(step))
         .map_err(|error| failure(&error, &robot.name))?;
     let mut files: Vec<(PathBuf, Vec<u8>)> = Vec::new();
     if let Some(folder) = &arguments.output {
-        bar.set_message("figures and report");
+        waiting.now("figures and report");
         let contents = workspace::files(&analysis).into_iter();
         files.extend(contents.map(|(name, bytes)| (folder.join(name), bytes)));
+        output::make_folder(folder)?;
     }
-    bar.finish_and_clear();
+    drop(waiting);
     let json = workspace::to_json(&analysis.report);
     let json_file = arguments.json.as_ref().filter(|path| !is_stream(path));
     files.extend(json_file.map(|path| (path.clone(), json.clone().into_bytes())));
-    if let Some(folder) = &arguments.output {
-        output::make_folder(folder)?;
-    }
-    let borrowed = files
-        .iter()
-        .map(|(path, bytes)| (path.as_path(), bytes.as_slice()));
-    output::write_all_bytes(&borrowed.collect::<Vec<_>>())?;
+    let borrowed = files.iter().map(|(path, bytes)| (path.as_path(), bytes));
+    output::write_all(&borrowed.collect::<Vec<_>>())?;
     if arguments.json.is_some() && json_file.is_none() {
         return print(&json);
     }
@@ -135,14 +129,4 @@ fn failure(error: &WorkspaceError, robot: &str) -> Failure {
     InputError::new(robot, error.to_string())
         .with_remedy(error.remedy())
         .into()
-}
-
-/// What is being computed, on a terminal; nothing elsewhere.
-fn progress_bar() -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}, {elapsed}") {
-        bar.set_style(style);
-    }
-    bar.enable_steady_tick(Duration::from_millis(200));
-    bar
 }

@@ -1,11 +1,14 @@
 //! What a controller says, for people and for programs. Lengths in millimetres, angles in degrees.
 
 use super::Number;
+use crate::calibration::Report as Calibrated;
+use crate::render::{Section, Table};
+use crate::report::Versioned;
 use crate::text::small;
 use delta_cal::robot::ParameterKind;
 use delta_cal::{Parameter, Real};
 use delta_cal_protocol as protocol;
-use delta_cal_protocol::{Identity, Origin, Phase, Scalar};
+use delta_cal_protocol::{Geometry, Identity, Origin, Phase, Scalar};
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::fmt::{self, Display, Write};
@@ -17,8 +20,6 @@ const ARM_LIMITED: u32 = 0x41;
 /// A report of the controller at a port: `contents` after what all have in common.
 #[derive(Debug, Serialize)]
 pub struct Report<C> {
-    schema_version: u32,
-    program_version: &'static str,
     /// As it was given.
     port: String,
     device: Device,
@@ -41,8 +42,6 @@ impl<C: Serialize + Display> Report<C> {
     pub fn new(port: &impl Display, identity: &Identity, contents: C) -> Self {
         let [major, minor, patch] = identity.firmware;
         Self {
-            schema_version: SCHEMA_VERSION,
-            program_version: env!("CARGO_PKG_VERSION"),
             port: port.to_string(),
             device: Device {
                 firmware: format!("{major}.{minor}.{patch}"),
@@ -58,11 +57,8 @@ impl<C: Serialize + Display> Report<C> {
     }
 
     /// For programs.
-    ///
-    /// # Errors
-    /// None: every key is text.
-    pub fn json(&self) -> serde_json::Result<String> {
-        serde_json::to_string_pretty(self).map(|text| text + "\n")
+    pub fn json(&self) -> String {
+        crate::report::json(&Versioned::new(SCHEMA_VERSION, self))
     }
 
     /// For people.
@@ -127,18 +123,10 @@ fn phase(phase: &Phase) -> String {
     }
 }
 
-/// Rows of a name and a figure, aligned.
-fn rows(
-    formatter: &mut fmt::Formatter<'_>,
-    title: &str,
-    rows: &[(&str, &dyn Display)],
-) -> fmt::Result {
-    writeln!(formatter, "\n{title}")?;
-    for (name, figure) in rows {
-        let figure = figure.to_string();
-        writeln!(formatter, "  {name:<34}{figure:>12}")?;
-    }
-    Ok(())
+/// Names and figures under a title.
+fn rows<const N: usize>(title: &str, rows: [(&str, &dyn Display); N]) -> Section {
+    let facts = rows.map(|(name, figure)| (name, figure.to_string()));
+    Section::new(title).table(Table::facts(facts))
 }
 
 /// The control loop since the controller started; in the report of a calibration the first three since it began.
@@ -198,7 +186,8 @@ pub struct Status {
     /// What the gate has done with the samples; `null` without one.
     gate: Option<Gate>,
     control_loop: ControlLoop,
-    link: Counters,
+    #[serde(with = "Counters")]
+    link: protocol::Counters,
 }
 
 #[derive(Debug, Serialize)]
@@ -212,7 +201,8 @@ struct Gate {
 }
 
 /// What the controller has received since it started.
-#[derive(Debug, Serialize)]
+#[derive(Serialize)]
+#[serde(remote = "protocol::Counters")]
 struct Counters {
     received: u32,
     damaged: u32,
@@ -248,16 +238,7 @@ impl Status {
                 alarm: gate.alarm.map(|alarm| alarm.to_string()),
             }),
             control_loop: ControlLoop::new(&status.control),
-            link: Counters {
-                received: counters.received,
-                damaged: counters.damaged,
-                unknown_version: counters.unknown_version,
-                unknown_request: counters.unknown_request,
-                repeated: counters.repeated,
-                lost: counters.lost,
-                refused: counters.refused,
-                overrun: counters.overrun,
-            },
+            link: *counters,
         }
     }
 }
@@ -286,10 +267,11 @@ impl Display for Status {
                 writeln!(formatter, "Alarm: {alarm}")?;
             }
         }
-        rows(
-            formatter,
+        let [x, y, z] = control.point_mm;
+        let [q1, q2, q3] = control.joints_deg;
+        let turns = rows(
             "Control loop since the start",
-            &[
+            [
                 ("turns", &control.turns),
                 ("late or left out", &control.late),
                 ("point out of reach", &control.unreachable),
@@ -300,15 +282,12 @@ impl Display for Status {
                 ),
                 ("switches to other parameters", &control.switches),
             ],
-        )?;
-        let [x, y, z] = control.point_mm;
-        let [q1, q2, q3] = control.joints_deg;
-        writeln!(formatter, "  platform at {x:.3}, {y:.3}, {z:.3} mm")?;
-        writeln!(formatter, "  joints at {q1:.3}, {q2:.3}, {q3:.3} deg")?;
-        rows(
-            formatter,
+        )
+        .text(format!("platform at {x:.3}, {y:.3}, {z:.3} mm"))
+        .text(format!("joints at {q1:.3}, {q2:.3}, {q3:.3} deg"));
+        let frames = rows(
             "Link since the start",
-            &[
+            [
                 ("frames received", &link.received),
                 ("damaged", &link.damaged),
                 ("repeated", &link.repeated),
@@ -318,7 +297,8 @@ impl Display for Status {
                 ("refused requests", &link.refused),
                 ("bytes lost in the UART", &link.overrun),
             ],
-        )
+        );
+        write!(formatter, "\n{turns}\n{frames}")
     }
 }
 
@@ -346,32 +326,22 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// `calibration` and `text`: as `delta-cal calibrate` reports the same files.
+    /// `here`: the calibration of the same samples by this computer. `there`: the controller's result, and its control loop
+    /// while it was calibrated.
     pub fn new<T: Number>(
-        calibration: Value,
-        text: String,
+        here: &Calibrated,
         difference_mm: f64,
-        finished: &super::Finished<T>,
+        (geometry, control): (&Geometry<T>, &protocol::ControlLoop<T>),
         applied: bool,
         repeated_requests: u32,
     ) -> Self {
-        let [before, after] = [&finished.status_before, &finished.status_after];
-        let [before, after] = [before, after].map(|status| &status.control);
-        // What is counted since the controller started is counted from `before` on.
-        let control_loop = ControlLoop::new(&protocol::ControlLoop {
-            turns: after.turns.wrapping_sub(before.turns),
-            late: after.late.wrapping_sub(before.late),
-            unreachable: after.unreachable.wrapping_sub(before.unreachable),
-            ..*after
-        });
-        let geometry = finished.geometry();
         Self {
-            calibration,
-            text,
+            calibration: serde_json::to_value(here).unwrap_or_default(),
+            text: here.to_text(),
             difference_mm,
-            fingerprint: hexadecimal(geometry.map_or(0, |geometry| geometry.fingerprint())),
+            fingerprint: hexadecimal(geometry.fingerprint()),
             applied,
-            control_loop,
+            control_loop: ControlLoop::new(control),
             repeated_requests,
         }
     }
@@ -380,23 +350,19 @@ impl Calibration {
 impl Display for Calibration {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let control = &self.control_loop;
-        write!(formatter, "\n{}", self.text)?;
-        rows(
-            formatter,
+        let turns = rows(
             "Control loop while the controller calibrated",
-            &[
+            [
                 ("turns", &control.turns),
                 ("late or left out", &control.late),
                 (
                     "longest turn",
                     &microseconds(control.longest_turn_calibrating_us),
                 ),
+                ("requests lost and repeated", &self.repeated_requests),
             ],
-        )?;
-        if self.repeated_requests > 0 {
-            let repeated = self.repeated_requests;
-            writeln!(formatter, "  {repeated} requests were lost and repeated")?;
-        }
+        );
+        write!(formatter, "\n{}\n{turns}", self.text)?;
         writeln!(
             formatter,
             "\nThe controller's positions differ by {} mm rms from those of the report above.",
@@ -429,19 +395,10 @@ pub struct Parameters {
     /// Three arms of eight parameters by their symbols.
     arms: Vec<Map<String, Value>>,
     /// What the gear and encoder of each joint do beside turning its arm; `null` if nothing.
-    transmissions: Option<[Transmission; 3]>,
+    transmissions: Option<[Map<String, Value>; 3]>,
     /// What changed, in words.
     #[serde(skip)]
     change: String,
-}
-
-#[derive(Debug, Clone, Copy, Serialize)]
-struct Transmission {
-    gain: f64,
-    cos_deg: f64,
-    sin_deg: f64,
-    cos2_deg: f64,
-    sin2_deg: f64,
 }
 
 impl Parameters {
@@ -458,16 +415,13 @@ impl Parameters {
             });
             named.collect()
         };
-        let transmission = |own: [T; 5]| {
-            let [gain, harmonics @ ..] = own.map(Real::to_f64);
-            let [cos_deg, sin_deg, cos2_deg, sin2_deg] = harmonics.map(f64::to_degrees);
-            Transmission {
-                gain,
-                cos_deg,
-                sin_deg,
-                cos2_deg,
-                sin2_deg,
-            }
+        let transmission = |[gain, harmonics @ ..]: [T; 5]| {
+            let [cos, sin, cos2, sin2] = harmonics.map(|own| own.to_f64().to_degrees());
+            let names = ["gain", "cos_deg", "sin_deg", "cos2_deg", "sin2_deg"];
+            let named = names.into_iter().zip([gain.to_f64(), cos, sin, cos2, sin2]);
+            named
+                .map(|(name, value)| (name.to_owned(), value.into()))
+                .collect()
         };
         let geometry = &parameters.geometry;
         Self {

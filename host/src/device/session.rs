@@ -6,8 +6,8 @@ use super::link::{DeviceError, Transport};
 use delta_cal::stream::StreamRefusal;
 use delta_cal::{ArmIndex, Robot, Sample};
 use delta_cal_protocol::{
-    Adopt, ArmReport, Begin, Fault, Geometry, ParameterSet, Parameters, Phase, Request, Response,
-    SampleMessage, Status,
+    Adopt, ArmReport, Begin, ControlLoop, Fault, Geometry, ParameterSet, Parameters, Phase,
+    Request, Response, SampleMessage, Status,
 };
 
 /// So often is a calibration begun again after the controller forgot it.
@@ -31,9 +31,27 @@ pub struct Finished<T> {
 }
 
 impl<T: Number> Finished<T> {
-    /// The calibrated robot's numbers; `None` if the controller has refused.
-    pub fn geometry(&self) -> Option<Geometry<T>> {
-        self.result.as_ref().ok().map(geometry)
+    /// The calibrated robot's numbers.
+    ///
+    /// # Errors
+    /// The controller has refused.
+    pub fn geometry(&self) -> Result<Geometry<T>, StreamRefusal> {
+        self.result
+            .as_ref()
+            .map(geometry)
+            .map_err(|refusal| *refusal)
+    }
+
+    /// The control loop while it was calibrated: what is counted since the controller started is counted from the first
+    /// sample on.
+    pub fn control_loop(&self) -> ControlLoop<T> {
+        let [before, after] = [&self.status_before, &self.status_after].map(|own| &own.control);
+        ControlLoop {
+            turns: after.turns.wrapping_sub(before.turns),
+            late: after.late.wrapping_sub(before.late),
+            unreachable: after.unreachable.wrapping_sub(before.unreachable),
+            ..*after
+        }
     }
 }
 
@@ -237,7 +255,7 @@ pub fn apply<T: Number, L: Transport>(
     samples: &[Sample<T>],
     calibration: &Finished<T>,
 ) -> Result<Parameters<T>, DeviceError> {
-    let Some(result) = calibration.geometry() else {
+    let Ok(result) = calibration.geometry() else {
         return Err(DeviceError::Fault(Fault::NoOutcome));
     };
     let fingerprint = result.fingerprint();
@@ -259,7 +277,7 @@ pub fn apply<T: Number, L: Transport>(
         }
         let again =
             calibrate(client, begin, samples, &mut |_| {}).map_err(DeviceError::unconfirmed)?;
-        if again.geometry().map(|geometry| geometry.fingerprint()) != Some(fingerprint) {
+        if again.geometry().map(|geometry| geometry.fingerprint()) != Ok(fingerprint) {
             return Err(DeviceError::OutcomeChanged);
         }
         session = again.session;

@@ -193,6 +193,8 @@ pub struct Holds {
     pub radii: Each,
     /// Heights of the motor axes; of towers the travels' zeros.
     pub heights: Each,
+    /// Whether z = 0 is the plane of the motor axes where the user states no height; otherwise it is below all positions.
+    pub from_base_plane: bool,
     /// Upper arms.
     pub upper: Each,
     /// Forearms or rods.
@@ -206,6 +208,7 @@ pub(crate) const TOWERS: Holds = Holds {
     fixed_azimuths: None,
     radii: Each::Shared,
     heights: Each::Arm,
+    from_base_plane: false,
     upper: Each::Fixed,
     lower: Each::Arm,
     zeros: Each::Fixed,

@@ -2,7 +2,9 @@
 
 use super::error::ExportError;
 use super::geometry::{Geometry, Holds, to_decimals};
+use crate::files::convention::Convention;
 use delta_cal::robot::Drive;
+use nalgebra::Vector3;
 use serde::Serialize;
 
 /// A line of a target's parameters.
@@ -12,7 +14,7 @@ pub struct Entry {
     pub name: String,
     /// In the unit.
     pub value: f64,
-    /// `mm` or `deg`.
+    /// `mm`, `in` or `deg`.
     pub unit: &'static str,
 }
 
@@ -22,6 +24,15 @@ impl Entry {
             name: name.into(),
             value,
             unit: "mm",
+        }
+    }
+
+    /// Of a length in mm.
+    pub(super) fn inches(name: impl Into<String>, value: f64) -> Self {
+        Self {
+            name: name.into(),
+            value: value / 25.4,
+            unit: "in",
         }
     }
 
@@ -67,6 +78,12 @@ pub struct Fitted {
     pub limits: [f64; 2],
     /// The radius of the platform, mm.
     pub platform_radius: f64,
+    /// How the robot file's controller counts.
+    pub convention: Convention,
+    /// From the platform point to the tool, mm.
+    pub target: Option<Vector3<f64>>,
+    /// Whether lengths are to be in inches.
+    pub inches: bool,
     /// The largest distance of a wanted position from the z axis, mm.
     pub reach: f64,
 }

@@ -26,12 +26,18 @@ pub(crate) enum Quantity {
     ToTravel1,
     ToTravel2,
     ToTravel3,
+    /// One σ of what is read in the row.
+    Sigma,
+    /// The expanded uncertainty of that, k = 2.
+    Expanded,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Unit {
     Degree,
     Radian,
+    /// An encoder's, of which the robot file says how many a degree has.
+    Count,
     Millimetre,
     Centimetre,
     Metre,
@@ -57,9 +63,10 @@ pub(crate) struct ColumnName {
 }
 
 /// How many there are.
-pub(crate) const COUNT: usize = 19;
+pub(crate) const COUNT: usize = 21;
 
-const QUANTITIES: [(Quantity, &str, Kind); COUNT] = [
+/// The usual name of a quantity first.
+const QUANTITIES: [(Quantity, &str, Kind); COUNT + 2] = [
     (Quantity::Joint1, "q1", Kind::Angle),
     (Quantity::Joint2, "q2", Kind::Angle),
     (Quantity::Joint3, "q3", Kind::Angle),
@@ -79,12 +86,17 @@ const QUANTITIES: [(Quantity, &str, Kind); COUNT] = [
     (Quantity::ToTravel1, "to_s1", Kind::Length),
     (Quantity::ToTravel2, "to_s2", Kind::Length),
     (Quantity::ToTravel3, "to_s3", Kind::Length),
+    (Quantity::Sigma, "sigma", Kind::Length),
+    (Quantity::Sigma, "u", Kind::Length),
+    (Quantity::Expanded, "u_k2", Kind::Length),
+    (Quantity::Expanded, "expanded", Kind::Length),
 ];
 
 /// Of each unit the usual word first.
-const UNITS: [(Unit, Kind, &str); 7] = [
+const UNITS: [(Unit, Kind, &str); 8] = [
     (Unit::Degree, Kind::Angle, "deg ° degree degrees"),
     (Unit::Radian, Kind::Angle, "rad radian radians"),
+    (Unit::Count, Kind::Angle, "counts count"),
     (
         Unit::Millimetre,
         Kind::Length,
@@ -137,6 +149,18 @@ impl Quantity {
         }
     }
 
+    /// Which coordinate it is.
+    pub(crate) fn axis(self) -> Option<usize> {
+        Self::COORDINATES.iter().position(|own| *own == self)
+    }
+
+    /// Which joint it belongs to.
+    pub(crate) fn joint(self) -> Option<usize> {
+        let of = |drive| [Self::joints(drive), Self::to_joints(drive)];
+        let mut all = [of(Drive::Rotary), of(Drive::Linear)].into_iter().flatten();
+        all.find_map(|joints| joints.iter().position(|own| *own == self))
+    }
+
     pub(crate) fn is_angle(self) -> bool {
         self.entry().1 == Kind::Angle
     }
@@ -159,7 +183,18 @@ impl Unit {
             Self::Metre => value * 1000.0,
             Self::Micrometre => value / 1000.0,
             Self::Inch => value * 25.4,
-            Self::Radian | Self::Millimetre | Self::Name => value,
+            Self::Radian | Self::Count | Self::Millimetre | Self::Name => value,
+        }
+    }
+
+    /// A length in this unit, from mm.
+    pub(crate) fn outwards(self, length: f64) -> f64 {
+        match self {
+            Self::Centimetre => length / 10.0,
+            Self::Metre => length / 1000.0,
+            Self::Micrometre => length * 1000.0,
+            Self::Inch => length / 25.4,
+            _ => length,
         }
     }
 
@@ -252,6 +287,13 @@ impl ColumnMapping {
         &self.0
     }
 
+    /// The quantity of the column with this number, counted from 0, where none of these names is a number.
+    pub(crate) fn of_place(&self, place: usize, names: &[String]) -> Option<ColumnName> {
+        let number = (place + 1).to_string();
+        let numbered = !names.contains(&number);
+        numbered.then(|| self.of_column(&number)).flatten()
+    }
+
     /// The quantity that a column of this name holds.
     pub(crate) fn of_column(&self, column: &str) -> Option<ColumnName> {
         let mut all = self.0.iter();
@@ -299,8 +341,8 @@ fn mapped(part: &str) -> Result<Mapped, String> {
     let Some(mut name) = ColumnName::recognise(written) else {
         return Err(format!(
             "\"{written}\" is not what a column can hold: that is q1_deg, q2_deg, q3_deg, x_mm, y_mm, z_mm, \
-             height_mm, plane, distance_mm, point, to_q1_deg, to_q2_deg, to_q3_deg, of a linear drive s1_mm, \
-             s2_mm, s3_mm, to_s1_mm, to_s2_mm, to_s3_mm, or the same in _rad, _cm, _m, _um or _in"
+             height_mm, plane, distance_mm, point, sigma_mm, u_k2_mm, to_q1_deg, to_q2_deg, to_q3_deg, of a linear drive s1_mm, \
+             s2_mm, s3_mm, to_s1_mm, to_s2_mm, to_s3_mm, or the same in _rad, _counts, _cm, _m, _um or _in"
         ));
     };
     let own = Unit::at_end_of(column, name.quantity);

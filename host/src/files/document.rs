@@ -39,6 +39,12 @@ pub struct Document {
     /// The samples file.
     #[serde(rename = "samples_file")]
     pub samples: Source,
+    /// The second samples file, if there are two.
+    #[serde(
+        rename = "second_samples_file",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub beside: Option<Source>,
 }
 
 fn as_day<S: Serializer>(seconds: &u64, serializer: S) -> Result<S::Ok, S::Error> {
@@ -60,8 +66,12 @@ impl Document {
 
     /// For the comment of a robot file that was calibrated: the files, and the measurement that is not copied.
     pub fn comment(&self) -> String {
-        let Source { name, sha256 } = &self.samples;
-        let mut text = format!("SHA-256 of {name}: {sha256}");
+        let files = [Some(&self.samples), self.beside.as_ref()];
+        let lines = files
+            .into_iter()
+            .flatten()
+            .map(|Source { name, sha256 }| format!("SHA-256 of {name}: {sha256}"));
+        let mut text = lines.collect::<Vec<_>>().join("\n");
         let record = &self.record;
         let measurement = [
             ("on", &record.date),

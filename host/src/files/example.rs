@@ -17,9 +17,6 @@ pub const SAMPLES_CSV: &str = include_str!("../../examples/paper-robot/samples.c
 /// None, as long as the built-in files are in order, which a test assures.
 pub fn load() -> Result<(RobotFile, Readings), InputError> {
     let robot = RobotFile::read(&InputText::new("built-in robot.toml", ROBOT_TOML))?;
-    let samples = Readings::read(
-        &InputText::new("built-in samples.csv", SAMPLES_CSV),
-        &robot.limits,
-    )?;
+    let samples = Readings::read(&InputText::new("built-in samples.csv", SAMPLES_CSV), &robot)?;
     Ok((robot, samples))
 }

@@ -23,6 +23,8 @@ pub struct InputText {
     text: String,
     sha256: String,
     columns: ColumnMapping,
+    /// A second file of the same samples.
+    beside: Option<Box<InputText>>,
 }
 
 impl InputText {
@@ -84,7 +86,20 @@ impl InputText {
             text: text.replace("\r\n", "\n").replace('\r', "\n"),
             sha256,
             columns: ColumnMapping::default(),
+            beside: None,
         }
+    }
+
+    /// With a second file of the same samples: joints in one, what was measured in the other.
+    #[must_use]
+    pub fn with_beside(mut self, other: Self) -> Self {
+        self.beside = Some(Box::new(other));
+        self
+    }
+
+    /// The second file of the same samples.
+    pub fn beside(&self) -> Option<&Self> {
+        self.beside.as_deref()
     }
 
     /// With what its columns hold, where their names do not say it.

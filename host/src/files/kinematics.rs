@@ -1,12 +1,12 @@
 //! Forward and inverse kinematics of whole files.
 
+use super::convention::Convention;
 use super::input::{InputError, InputText};
 use super::robot_file::RobotFile;
 use super::samples_file::{Row, read_joints, read_positions};
-use crate::geometry::{hangs_below, outside_limits};
-use crate::text::{joint, rounded};
-use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity};
-use delta_cal::robot::Drive;
+use crate::geometry::hangs_below;
+use crate::text::joint;
+use delta_cal::kinematics::{KinematicsError, Singularity};
 use delta_cal::{ArmIndex, Sample};
 use std::fmt::Write;
 
@@ -15,7 +15,7 @@ use std::fmt::Write;
 /// # Errors
 /// The first faulty row, or the first whose pose does not exist.
 pub fn forward(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>, InputError> {
-    read_joints(input, &robot.limits)?
+    read_joints(input, robot)?
         .into_iter()
         .map(|row| {
             let position = robot
@@ -35,14 +35,14 @@ pub fn forward(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>,
 /// # Errors
 /// The first faulty row, or the first that no joint angles within the limits reach, elbows out.
 pub fn inverse(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>, InputError> {
-    read_positions(input)?
+    read_positions(input, &robot.convention)?
         .into_iter()
         .map(|row| {
             let joints = robot
                 .robot
                 .inverse(&row.value)
                 .map_err(|error| no_pose(input, &row, error))?;
-            check_limits(input, &row, joints, &robot.limits)?;
+            check_limits(input, &row, joints, robot)?;
             if !hangs_below(&robot.robot, &row.value, &joints) {
                 let cause =
                     "the platform would be above its elbows, and no joint angles hold it there";
@@ -60,13 +60,12 @@ pub fn inverse(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>,
         .collect()
 }
 
-/// The columns of a samples file, in degrees and millimetres, rounded to 9 decimals.
-pub fn to_csv(drive: Drive, samples: &[Sample<f64>]) -> String {
-    let mut csv = format!("{},x_mm,y_mm,z_mm\n", joint::columns(drive));
+/// The columns of a samples file in a convention, rounded to 9 decimals.
+pub fn to_csv(convention: &Convention, samples: &[Sample<f64>]) -> String {
+    let joints = convention.joint_columns().join(",");
+    let mut csv = format!("{joints},{}\n", convention.position_columns().join(","));
     for sample in samples {
-        let [q1, q2, q3] = sample.joints.map(|q| rounded(joint::in_file(drive, q)));
-        let [x, y, z] = sample.position.data.0[0].map(rounded);
-        let _ = writeln!(csv, "{q1},{q2},{q3},{x},{y},{z}");
+        let _ = writeln!(csv, "{}", convention.row(&sample.joints, &sample.position));
     }
     csv
 }
@@ -75,13 +74,13 @@ fn check_limits<T>(
     input: &InputText,
     row: &Row<T>,
     joints: [f64; 3],
-    limits: &JointLimits<f64>,
+    robot: &RobotFile,
 ) -> Result<(), InputError> {
     for (angle, arm) in joints.into_iter().zip(ArmIndex::ALL) {
-        if let Some(outside) = outside_limits(angle, limits) {
+        if let Some(outside) = robot.outside_limits(angle) {
             let cause = format!(
                 "unreachable for {arm}: its {} {outside}",
-                joint::name(limits.drive())
+                joint::name(robot.limits.drive())
             );
             return Err(InputError::new(input.name(), cause)
                 .at_line(row.line)

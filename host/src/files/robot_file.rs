@@ -4,7 +4,9 @@ mod read;
 mod schema;
 mod write;
 
-use crate::geometry::Reach;
+use super::convention::Convention;
+use crate::geometry::{LIMIT_MARGIN, Reach, outside_limits};
+use crate::text::joint;
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Drive, TransmissionTolerance};
@@ -16,6 +18,8 @@ use nalgebra::Vector3;
 pub struct RobotFile {
     /// The file's name, for messages.
     pub name: String,
+    /// How its controller counts joints and where its axes point; everything below is in radians, mm and the axes inside.
+    pub convention: Convention,
     /// Its geometry; lengths in millimetres.
     pub robot: Robot<f64>,
     /// The range of every joint.
@@ -31,6 +35,8 @@ pub struct RobotFile {
     pub noise: Option<Noise<f64>>,
     /// From the robot's frame to the sensor's, if an earlier calibration found it.
     pub sensor_frame: Option<RigidTransform<f64>>,
+    /// The radius of the platform, mm, if it is known: the parameters hold only what the base's exceeds it by.
+    pub platform_radius: Option<f64>,
     /// What is known of other instruments.
     pub instruments: InstrumentFacts,
     /// Which robot it is, and how it was measured.
@@ -38,12 +44,62 @@ pub struct RobotFile {
 }
 
 impl RobotFile {
+    /// Of a geometry (mm) of which nothing else is stated.
+    pub fn of(name: impl Into<String>, robot: Robot<f64>, limits: JointLimits<f64>) -> Self {
+        Self {
+            name: name.into(),
+            convention: Convention::usual(robot.drive()),
+            robot,
+            limits,
+            forearm_limit: None,
+            tolerance: None,
+            transmission: None,
+            noise: None,
+            sensor_frame: None,
+            platform_radius: None,
+            instruments: InstrumentFacts::default(),
+            record: Record::default(),
+        }
+    }
+
     /// A robot file to edit: every key with a comment.
     pub const fn template(drive: Drive) -> &'static str {
         match drive {
             Drive::Rotary => include_str!("robot_file/rotary.toml"),
             Drive::Linear => include_str!("robot_file/linear.toml"),
         }
+    }
+
+    /// How to say that a joint is further outside the limits than encoder zeros differ; `None` if it is not.
+    pub(crate) fn outside_limits(&self, joint: f64) -> Option<String> {
+        let drive = self.limits.drive();
+        let what = match drive {
+            Drive::Rotary => "joint limits",
+            Drive::Linear => "limits of the travel",
+        };
+        outside_limits(joint, &self.limits).then(|| {
+            let (low, high) = self.convention.limits(self.limits.minimum(), self.limits.maximum());
+            let [low, high] = [low, high].map(|limit| joint::in_file(drive, limit));
+            format!(
+                "{:.3}{mark} is more than {LIMIT_MARGIN}{mark} outside the {what} of {low}{mark} to {high}{mark}",
+                self.convention.degrees(joint),
+                mark = joint::mark(drive),
+            )
+        })
+    }
+
+    /// With every stated noise of readings so many times larger.
+    pub(crate) fn loosened(&self, factor: f64) -> Self {
+        let mut loose = self.clone();
+        loose.noise = self.noise.and_then(|noise| {
+            let axes = noise.position_by_axis().map(|own| factor * own);
+            Noise::by_axis(axes, noise.joint()).ok()
+        });
+        let facts = &mut loose.instruments;
+        for own in [&mut facts.height_noise, &mut facts.distance_noise] {
+            *own = own.map(|sigma| factor * sigma);
+        }
+        loose
     }
 
     /// Which poses the robot may take.
@@ -70,6 +126,8 @@ pub struct InstrumentFacts {
     pub points: Vec<NamedPoint>,
     /// The shortest and the longest distance between two poses that can be measured, mm.
     pub lengths: Option<(f64, f64)>,
+    /// Points of the machine that the sensor measured too, so that its coordinates are known in the machine's frame.
+    pub datum: Vec<DatumPoint>,
     /// From the platform point to what is measured: a reflector, a tip. mm, in the robot's frame.
     pub target: Option<Vector3<f64>>,
 }
@@ -89,6 +147,17 @@ pub struct KnownPlane {
     pub tilt: Option<f64>,
     /// The gauge blocks that heights are measured on, mm, 0 being the bare plane; empty if not stated.
     pub blocks: Vec<f64>,
+}
+
+/// A point of the machine's frame, and where the sensor saw it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DatumPoint {
+    /// Its name.
+    pub name: String,
+    /// Where it is in the frame of the robot's base, mm.
+    pub place: Vector3<f64>,
+    /// Where the sensor saw it, mm in the sensor's frame.
+    pub seen: Vector3<f64>,
 }
 
 /// A point that distances begin at.

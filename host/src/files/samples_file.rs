@@ -1,17 +1,20 @@
 //! The samples file: joint angles, and what was measured there, one row a pose.
 
 mod header;
+mod pairs;
 mod records;
 mod table;
 
 use super::columns::{Quantity, Unit};
+use super::convention::Convention;
 use super::input::{InputError, InputText};
 use super::robot_file::RobotFile;
 use crate::text::list;
 use delta_cal::Sample;
-use delta_cal::kinematics::JointLimits;
+use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
 use nalgebra::Vector3;
+pub use pairs::Joined;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use table::{Table, TableRow};
@@ -96,6 +99,8 @@ pub struct Readings {
     pub points: Vec<String>,
     /// The lines of the rows that are equal to a row before them, to the last digit.
     pub copies: Vec<u64>,
+    /// How joints and readings of two files were joined.
+    pub joined: Option<Joined>,
     /// Whether the header states the joint angles in degrees, all three.
     pub in_degrees: bool,
     /// In which unit the header states the positions, all three coordinates.
@@ -113,6 +118,8 @@ pub struct Reading {
     pub height: Option<(usize, f64)>,
     /// From where, and how far, mm.
     pub distance: Option<(ReadingFrom, f64)>,
+    /// One σ of what was read, mm, if the row states it.
+    pub sigma: Option<f64>,
 }
 
 /// Where a distance begins.
@@ -136,13 +143,22 @@ pub enum PositionUnit {
 }
 
 impl Reading {
+    /// Nothing yet, at these joint angles (radians) or travels (mm).
+    pub const fn at(joints: [f64; 3]) -> Self {
+        Self {
+            joints,
+            position: [None; 3],
+            height: None,
+            distance: None,
+            sigma: None,
+        }
+    }
+
     /// A complete position.
     pub fn of(sample: &Sample<f64>) -> Self {
         Self {
-            joints: sample.joints,
             position: sample.position.data.0[0].map(Some),
-            height: None,
-            distance: None,
+            ..Self::at(sample.joints)
         }
     }
 
@@ -151,6 +167,12 @@ impl Reading {
         let [x, y, z] = self.position;
         let height = self.height.map(|(_, height)| height);
         [x, y, z, height, self.distance.map(|(_, distance)| distance)]
+    }
+
+    /// Of the first that was read.
+    pub fn kind(&self) -> Option<Kind> {
+        let place = self.read().iter().position(Option::is_some)?;
+        Some(Kind::of_place(place))
     }
 
     /// How many numbers were measured.
@@ -171,28 +193,32 @@ impl Reading {
 }
 
 impl Readings {
-    /// Reads a samples file of a robot with these joint limits.
+    /// Reads a samples file of a robot, in its convention.
     ///
     /// # Errors
     /// The first fault: a missing, unknown or doubled column, a short or long row, a number that does not parse or is not
     /// finite, a joint angle more than 1° outside the limits, no rows; a row without any reading, a coordinate that is blank
     /// in a few rows only; a distance that is not above 0, that begins nowhere, or both at a point and at a pose; a plane
     /// or point without a reading; rows that are all the same.
-    pub fn read(input: &InputText, limits: &JointLimits<f64>) -> Result<Self, InputError> {
-        let table = Table::parse(input)?;
-        table.require(&Quantity::joints(limits.drive()))?;
+    pub fn read(input: &InputText, robot: &RobotFile) -> Result<Self, InputError> {
+        if let Some(joints) = input.beside() {
+            return Self::read_pair(joints, input, robot);
+        }
+        let table = Table::parse(input, &robot.convention)?;
+        table.require(&Quantity::joints(robot.limits.drive()))?;
         if has_positions_alone(&table) {
             table.require(&Quantity::COORDINATES)?;
         }
         table.require_units()?;
-        let rows = table.rows(|row| named(row, limits))?;
+        let rows = table.rows(|row| named(row, robot))?;
         check_blanks(input, &table, &rows)?;
         Self::of_rows(&table, input, rows)
     }
 
-    /// The complete positions of a robot with these drives, whatever the joint angles.
-    pub(crate) fn read_any(input: &InputText, drive: Drive) -> Result<Self, InputError> {
-        let table = Table::parse(input)?;
+    /// The complete positions of a robot with this convention, whatever the joint angles.
+    pub(crate) fn read_any(input: &InputText, convention: &Convention) -> Result<Self, InputError> {
+        let drive = convention.drive;
+        let table = Table::parse(input, convention)?;
         table.require(&Quantity::joints(drive))?;
         table.require(&Quantity::COORDINATES)?;
         let rows = table.rows(|row| {
@@ -202,6 +228,7 @@ impl Readings {
                 position: row.numbers(Quantity::COORDINATES)?.map(Some),
                 height: None,
                 distance: None,
+                sigma: None,
             })
         })?;
         Self::of_rows(&table, input, rows)
@@ -255,6 +282,7 @@ impl Readings {
                     position: value.position,
                     height,
                     distance,
+                    sigma: value.sigma,
                 },
             });
         }
@@ -269,6 +297,7 @@ impl Readings {
             planes: Vec::new(),
             points: Vec::new(),
             copies: Vec::new(),
+            joined: None,
             in_degrees: true,
             positions_in: PositionUnit::Millimetre,
         }
@@ -329,6 +358,20 @@ impl Readings {
         })
     }
 
+    /// The σ that stands for all stated ones of a kind, mm: that of their mean weight. `None` if no row states one.
+    pub(crate) fn stated_sigma(&self, kind: Kind) -> Option<f64> {
+        let of_kind = self
+            .rows
+            .iter()
+            .filter(|row| row.value.kind() == Some(kind));
+        let weights: Vec<f64> = of_kind
+            .filter_map(|row| row.value.sigma)
+            .map(|sigma| sigma.powi(-2))
+            .collect();
+        let count = weights.iter().fold(0.0, |count, _| count + 1.0);
+        (count > 0.0).then(|| (weights.iter().sum::<f64>() / count).powf(-0.5))
+    }
+
     /// Whether a row holds a reading of this kind.
     pub fn holds(&self, kind: Kind) -> bool {
         let mut rows = self.rows.iter();
@@ -351,6 +394,18 @@ impl Readings {
             .map(bits)
             .collect::<std::collections::BTreeSet<_>>()
             .len()
+    }
+
+    /// With every complete position in another frame.
+    #[must_use]
+    pub(crate) fn turned(&self, by: &RigidTransform<f64>) -> Self {
+        let mut turned = self.clone();
+        for row in &mut turned.rows {
+            if let Some(sample) = row.value.sample() {
+                row.value.position = by.apply(&sample.position).data.0[0].map(Some);
+            }
+        }
+        turned
     }
 
     /// With every measured position moved, mm.
@@ -466,6 +521,7 @@ struct Named {
     pub(super) position: [Option<f64>; 3],
     pub(super) height: Option<(String, f64)>,
     pub(super) distance: Option<(NamedFrom, f64)>,
+    pub(super) sigma: Option<f64>,
 }
 
 enum NamedFrom {
@@ -473,7 +529,15 @@ enum NamedFrom {
     Pose([f64; 3]),
 }
 
-fn named(row: &TableRow<'_>, limits: &JointLimits<f64>) -> Result<Named, InputError> {
+fn named(row: &TableRow<'_>, robot: &RobotFile) -> Result<Named, InputError> {
+    Ok(Named {
+        joints: row.joints(robot)?,
+        ..without_joints(row, robot)?
+    })
+}
+
+/// What was read, with the joints at 0.
+fn without_joints(row: &TableRow<'_>, robot: &RobotFile) -> Result<Named, InputError> {
     let mut position = [None; 3];
     for (coordinate, quantity) in position.iter_mut().zip(Quantity::COORDINATES) {
         *coordinate = row.optional(quantity)?;
@@ -488,10 +552,11 @@ fn named(row: &TableRow<'_>, limits: &JointLimits<f64>) -> Result<Named, InputEr
     }
     let height = height.map(|height| (plane.unwrap_or(ONLY_PLANE).to_owned(), height));
     let named = Named {
-        joints: row.joints(limits)?,
+        joints: [0.0; 3],
         position,
         height,
-        distance: distance(row, limits)?,
+        distance: distance(row, robot)?,
+        sigma: sigma(row)?,
     };
     let nothing = named.position.iter().all(Option::is_none);
     if nothing && named.height.is_none() && named.distance.is_none() {
@@ -502,15 +567,29 @@ fn named(row: &TableRow<'_>, limits: &JointLimits<f64>) -> Result<Named, InputEr
     Ok(named)
 }
 
-fn distance(
-    row: &TableRow<'_>,
-    limits: &JointLimits<f64>,
-) -> Result<Option<(NamedFrom, f64)>, InputError> {
+/// One σ of a row, mm.
+fn sigma(row: &TableRow<'_>) -> Result<Option<f64>, InputError> {
+    let (quantity, sigma) = match row.optional(Quantity::Sigma)? {
+        Some(sigma) => (Quantity::Sigma, Some(sigma)),
+        None => {
+            let expanded = row.optional(Quantity::Expanded)?;
+            (Quantity::Expanded, expanded.map(|expanded| expanded / 2.0))
+        }
+    };
+    match sigma {
+        Some(sigma) if !(sigma > 0.0) => Err(row
+            .fault_of(quantity, "an uncertainty must be above 0")
+            .with_remedy("leave the cell empty where it is not known")),
+        sigma => Ok(sigma),
+    }
+}
+
+fn distance(row: &TableRow<'_>, robot: &RobotFile) -> Result<Option<(NamedFrom, f64)>, InputError> {
     const REMEDY: &str = "a distance begins either at a point, whose name stands in the column point, or at \
                           the pose of to_q1_deg,to_q2_deg,to_q3_deg";
     let distance = row.optional(Quantity::Distance)?;
     let point = row.text(Quantity::Point);
-    let filled = Quantity::to_joints(limits.drive()).map(|joint| row.text(joint).is_some());
+    let filled = Quantity::to_joints(robot.limits.drive()).map(|joint| row.text(joint).is_some());
     let pose = filled.contains(&true);
     let Some(distance) = distance else {
         if point.is_some() || pose {
@@ -538,7 +617,7 @@ fn distance(
         }
         (Some(point), false) => NamedFrom::Point(point.to_owned()),
         (None, true) => {
-            NamedFrom::Pose(row.joints_in(Quantity::to_joints(limits.drive()), limits)?)
+            NamedFrom::Pose(row.joints_in(Quantity::to_joints(robot.limits.drive()), robot)?)
         }
     };
     Ok(Some((from, distance)))
@@ -557,13 +636,10 @@ fn index_of(names: &mut Vec<String>, name: String) -> usize {
 ///
 /// # Errors
 /// As [`Readings::read`].
-pub fn read_joints(
-    input: &InputText,
-    limits: &JointLimits<f64>,
-) -> Result<Vec<Row<[f64; 3]>>, InputError> {
-    let table = Table::parse(input)?;
-    table.require(&Quantity::joints(limits.drive()))?;
-    table.rows(|row| row.joints(limits))
+pub fn read_joints(input: &InputText, robot: &RobotFile) -> Result<Vec<Row<[f64; 3]>>, InputError> {
+    let table = Table::parse(input, &robot.convention)?;
+    table.require(&Quantity::joints(robot.limits.drive()))?;
+    table.rows(|row| row.joints(robot))
 }
 
 /// Reads the positions (millimetres) of a file; joint angles may be there too and are not looked
@@ -571,8 +647,11 @@ pub fn read_joints(
 ///
 /// # Errors
 /// As [`Readings::read`].
-pub fn read_positions(input: &InputText) -> Result<Vec<Row<Vector3<f64>>>, InputError> {
-    let table = Table::parse(input)?;
+pub fn read_positions(
+    input: &InputText,
+    convention: &Convention,
+) -> Result<Vec<Row<Vector3<f64>>>, InputError> {
+    let table = Table::parse(input, convention)?;
     table.require(&Quantity::COORDINATES)?;
     table.rows(|row| row.numbers(Quantity::COORDINATES).map(Vector3::from))
 }
@@ -593,7 +672,7 @@ impl Planned {
     /// # Errors
     /// As [`Readings::read`]; an unmeasured row is none.
     pub fn read(input: &InputText, robot: &RobotFile) -> Result<Self, InputError> {
-        let table = Table::parse(input)?;
+        let table = Table::parse(input, &robot.convention)?;
         table.require(&Quantity::joints(robot.limits.drive()))?;
         table.require_units()?;
         let mut unmeasured = Vec::new();
@@ -601,7 +680,7 @@ impl Planned {
         for row in table.rows(|row| {
             let measured = has_reading(row);
             let value = if measured {
-                named(row, &robot.limits)?
+                named(row, robot)?
             } else {
                 to_measure(&table, row, robot)?
             };
@@ -647,17 +726,18 @@ fn to_measure(
     robot: &RobotFile,
 ) -> Result<Named, InputError> {
     let mut own = Named {
-        joints: row.joints(&robot.limits)?,
+        joints: row.joints(robot)?,
         position: [None; 3],
         height: None,
         distance: None,
+        sigma: None,
     };
     let to_joints = Quantity::to_joints(robot.limits.drive());
     let height = |plane: &str| Some((plane.to_owned(), 0.0));
     if let Some(point) = row.text(Quantity::Point) {
         own.distance = Some((NamedFrom::Point(point.to_owned()), 1.0));
     } else if row.text(to_joints[0]).is_some() {
-        let to = row.joints_in(to_joints, &robot.limits)?;
+        let to = row.joints_in(to_joints, robot)?;
         own.distance = Some((NamedFrom::Pose(to), 1.0));
     } else if let Some(plane) = row.text(Quantity::Plane) {
         own.height = height(plane);

@@ -68,7 +68,13 @@ impl Task<'_> {
         let instruments = instruments(self.robot, self.frame, &planes, &points, levels)?;
         let rows = self.readings.rows.iter();
         let mut rows = rows
-            .map(|row| Ok(ObservationRow::new(observation(&row.value)?)))
+            .map(|row| {
+                let mut own = ObservationRow::new(observation(&row.value)?);
+                if let (Some(sigma), Some(kind)) = (row.value.sigma, row.value.kind()) {
+                    own.set_weight((levels.of(kind) / sigma).powi(2));
+                }
+                Ok(own)
+            })
             .collect::<Result<Vec<_>, Unsolved>>()?;
         let (own, rows) = (&instruments, rows.as_mut_slice());
         if PARAMETERS + instruments.unknowns() <= FEW {

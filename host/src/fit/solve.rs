@@ -1,5 +1,6 @@
 //! From readings to a solution: which estimator, and the noise that the robot file does not state.
 
+use super::datum::Datum;
 use super::estimators::Task;
 use super::observations::{USUAL_DISTANCE, USUAL_HEIGHT, Unsolved, levels, tolerance};
 use super::solution::{KindNoise, Levels, Solution};
@@ -42,6 +43,16 @@ pub fn solve(
     readings: &Readings,
     options: &Options,
 ) -> Result<Solution, Unsolved> {
+    // A datum that is none was refused before.
+    if let (Frame::Sensor, Ok(Some(datum))) = (options.frame, Datum::of(robot)) {
+        let turned = datum.turned(readings);
+        let options = Options {
+            frame: Frame::Base,
+            ..*options
+        };
+        let solution = solve(robot, &turned, &options)?;
+        return Ok(datum.added_to(solution, &turned));
+    }
     let task = task(robot, readings, options);
     let first = levels(robot).ok_or(Refusal::Unfinished)?;
     let solution = settled(&task, first)?;
@@ -51,7 +62,8 @@ pub fn solve(
 
 fn task<'a>(robot: &'a RobotFile, readings: &'a Readings, options: &Options) -> Task<'a> {
     let complete = readings.is_complete() && options.frame == Frame::Base;
-    let closures = complete && robot.transmission.is_none() && options.loss.is_none();
+    let weighted = readings.rows.iter().any(|row| row.value.sigma.is_some());
+    let closures = complete && robot.transmission.is_none() && options.loss.is_none() && !weighted;
     Task {
         robot,
         readings,

@@ -2,7 +2,7 @@
 
 use super::Firmware;
 use crate::files::input::InputError;
-use crate::files::robot_file::{InstrumentFacts, KnownPlane, Record, RobotFile};
+use crate::files::robot_file::{InstrumentFacts, KnownPlane, RobotFile};
 use crate::files::samples_file::{Reading, ReadingFrom, Readings};
 use crate::geometry::reaches_anywhere;
 use crate::text::{joint, rounded};
@@ -138,20 +138,13 @@ impl Machine {
             return Err(impossible(&"the forearms do not meet anywhere"));
         }
         Ok(RobotFile {
-            name: name.to_owned(),
-            robot,
-            limits,
-            forearm_limit: None,
             tolerance: tolerance.ok(),
-            transmission: None,
-            noise: None,
-            sensor_frame: None,
             instruments: InstrumentFacts {
                 joint_noise: Some(0.0),
                 planes: readings.planes.iter().map(|name| level_bed(name)).collect(),
                 ..InstrumentFacts::default()
             },
-            record: Record::default(),
+            ..RobotFile::of(name, robot, limits)
         })
     }
 }

@@ -149,12 +149,7 @@ fn measured(
                 let steps = steps(configuration, &format!("{name}_{suffix}"))?;
                 Ok(joints(steps))
             };
-            let mut reading = Reading {
-                joints: [0.0; 3],
-                position: [None; 3],
-                height: None,
-                distance: None,
-            };
+            let mut reading = Reading::at([0.0; 3]);
             if prefix == "distance" {
                 let distance = configuration.require_above_zero(SAVED, &name)?;
                 reading.joints = pose("pos1")?;

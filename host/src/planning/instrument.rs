@@ -130,6 +130,7 @@ impl Instrument {
                 planes: vec![self.plane(robot)],
                 points: self.points.iter().map(point).collect(),
                 lengths: None,
+                datum: facts.datum.clone(),
                 target: facts.target,
             },
             ..robot.clone()

@@ -16,6 +16,7 @@ use delta_cal::robot::ParameterKind;
 use delta_cal::{ArmIndex, Parameter, Robot, Sample};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
+use serde::Serialize;
 
 /// Poses that a region is judged over.
 const REGION_POSES: usize = 300;
@@ -281,7 +282,9 @@ const STARTS: usize = 24;
 
 /// The order in which measurements are taken, within what is set up for them: a gauge block, or a sensor at a
 /// point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
+#[serde(rename_all = "lowercase")]
 pub enum Order {
     /// At random, and each instrument's first measurement once more as its last: a drift is then no error that
     /// parameters can explain, and shows in the repeated measurement.

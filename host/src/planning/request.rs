@@ -1,6 +1,7 @@
 //! What is wished of a plan: kinds of measurements, and where the platform may be.
 
 use crate::files::columns::length;
+use crate::files::convention::Convention;
 use crate::text::list;
 use delta_cal::Real;
 use nalgebra::Vector3;
@@ -200,6 +201,18 @@ impl Region {
         match self {
             Self::Box(ranges) => x.iter().zip(ranges).all(|(x, range)| within(*x, *range)),
             Self::Cylinder { radius, z } => x.xy().norm() <= *radius && within(x.z, *z),
+        }
+    }
+
+    /// In the axes of a convention, or back.
+    #[must_use]
+    pub fn turned(&self, convention: &Convention) -> Self {
+        match *self {
+            Self::Box(ranges) => Self::Box(convention.ranges(ranges)),
+            Self::Cylinder { radius, z } => Self::Cylinder {
+                radius,
+                z: convention.ranges([z; 3])[2],
+            },
         }
     }
 

@@ -99,10 +99,8 @@ fn height(robot: &RobotFile, file: &Readings, [x, y]: [f64; 2]) -> Option<Row<Re
     let (plane, _) = file.rows.iter().find_map(|row| row.value.height)?;
     let joints = robot.robot.inverse(&Vector3::new(x, y, 0.0)).ok()?;
     Some(row(Reading {
-        joints,
-        position: [None; 3],
         height: Some((plane, 0.0)),
-        distance: None,
+        ..Reading::at(joints)
     }))
 }
 
@@ -126,10 +124,8 @@ fn object(robot: &RobotFile) -> Option<Vec<Row<Reading>>> {
             let joints = robot.robot.inverse(&to).ok()?;
             let from_joints = robot.robot.inverse(&from).ok()?;
             rows.push(row(Reading {
-                joints,
-                position: [None; 3],
-                height: None,
                 distance: Some((ReadingFrom::Pose(from_joints), (to - from).norm())),
+                ..Reading::at(joints)
             }));
         }
     }

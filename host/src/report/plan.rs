@@ -4,6 +4,7 @@
 use super::Versioned;
 use super::calibration::{ExpectedReport, expected_report};
 use crate::accuracy::uncertainty::{ExpectedError, PositionSigma};
+use crate::files::columns::Quantity;
 use crate::fit::Frame;
 use crate::planning::{
     COUNTS, Comparison, Determined, Kind, Order, Plan, PlanRequest, Planned, Precision, Region,
@@ -52,13 +53,12 @@ struct Measurement<'a> {
 }
 
 fn measurements<'a>(planned: &[Planned], setup: &'a Setup) -> Vec<Measurement<'a>> {
-    let drive = setup.robot.robot.drive();
-    let in_file = |joints: &[f64; 3]| joints.map(|q| joint::in_file(drive, q));
+    let convention = &setup.robot.convention;
     let all = planned.iter().map(|own| Measurement {
         measure: own.kind.name(),
-        joints: in_file(&own.pose.joints),
-        position_mm: own.pose.position.into(),
-        to_joints: own.other.map(|other| in_file(&other.joints)),
+        joints: convention.joints(&own.pose.joints),
+        position_mm: convention.vector(&own.pose.position).into(),
+        to_joints: own.other.map(|other| convention.joints(&other.joints)),
         plane: plane_of(own, setup).map(|(name, _)| name),
         block_mm: plane_of(own, setup).map(|(_, block)| block),
         point: point_of(own, setup).map(|(name, _)| name),
@@ -86,7 +86,7 @@ pub fn json(request: &PlanRequest<'_>, plan: &Plan) -> String {
         measure: String,
         /// How many differ; repeated ones are in the list as well.
         count: usize,
-        order: &'static str,
+        order: Order,
         seed: u64,
         absolute: bool,
         within: Option<String>,
@@ -106,13 +106,12 @@ pub fn json(request: &PlanRequest<'_>, plan: &Plan) -> String {
     let contents = Contents {
         measure: request.kinds.to_string(),
         count: plan.count,
-        order: match request.order {
-            Order::Random => "random",
-            Order::Shortest => "shortest",
-        },
+        order: request.order,
         seed: request.seed,
         absolute: request.absolute,
-        within: request.region.map(|region| region.to_string()),
+        within: request
+            .region
+            .map(|own| own.turned(&request.robot.convention).to_string()),
         assumptions: noise_and_tolerance(setup, &plan.measurements),
         planes: setup
             .planes
@@ -120,12 +119,15 @@ pub fn json(request: &PlanRequest<'_>, plan: &Plan) -> String {
             .map(|own| (own.name.as_str(), own.offset))
             .collect(),
         points: points
-            .map(|own| (own.name.as_str(), own.place.into()))
+            .map(|own| {
+                let place = setup.robot.convention.vector(&own.place);
+                (own.name.as_str(), place.into())
+            })
             .collect(),
         measurements: measurements(&plan.measurements, setup),
         before: plan.before,
         planned: plan.after,
-        expected_error: expected_report(&plan.expected),
+        expected_error: expected_report(&plan.expected, &setup.robot.convention),
     };
     in_json(&request.robot.name, contents)
 }
@@ -141,7 +143,10 @@ pub fn text(request: &PlanRequest<'_>, plan: &Plan) -> String {
         ))
         .text(noise_and_tolerance(setup, &plan.measurements));
     let section = match &request.region {
-        Some(region) => section.text(format!("Within: {region} mm")),
+        Some(region) => {
+            let region = region.turned(&request.robot.convention);
+            section.text(format!("Within: {region} mm"))
+        }
         None => section,
     };
     let section = section.text(match request.order {
@@ -335,10 +340,9 @@ fn expected(request: &PlanRequest<'_>, plan: &Plan) -> Section {
 pub fn csv(planned: &[Planned], setup: &Setup) -> String {
     type Cell<'a> = Box<dyn Fn(&Planned) -> Option<String> + 'a>;
     let has = |of: &dyn Fn(&Planned) -> bool| planned.iter().any(of);
-    let drive = setup.robot.robot.drive();
-    let names = joint::columns(drive);
-    let joints: Vec<_> = names.split(',').enumerate().collect();
-    let written = |q: f64| rounded(joint::in_file(drive, q));
+    let convention = &setup.robot.convention;
+    let names = convention.joint_columns();
+    let joints: Vec<_> = names.iter().enumerate().collect();
     let heights = has(&|own| own.kind == Kind::Plane);
     let named = heights && (has(&|own| own.kind != Kind::Plane) || !setup.has_only_usual_plane());
     let points = has(&|own| own.point.is_some());
@@ -354,26 +358,30 @@ pub fn csv(planned: &[Planned], setup: &Setup) -> String {
     };
     let empty = || Box::new(|_: &Planned| None);
     for (joint, name) in joints.iter().copied() {
-        let own = move |own: &Planned| Some(written(own.pose.joints[joint]));
-        column(true, name.to_owned(), Box::new(own));
+        let own = move |own: &Planned| Some(rounded(convention.joints(&own.pose.joints)[joint]));
+        column(true, name.clone(), Box::new(own));
     }
-    for (axis, name) in ["x_mm", "y_mm", "z_mm"].into_iter().enumerate() {
+    for (axis, name) in convention.position_columns().into_iter().enumerate() {
         let read = has(&|own| own.kind.coordinates()[axis]);
-        column(read, name.to_owned(), empty());
+        column(read, name, empty());
     }
-    column(heights, "height_mm".to_owned(), empty());
+    column(heights, convention.column(Quantity::Height), empty());
     let plane = |own: &Planned| Some(plane_of(own, setup)?.0.to_owned());
     column(named, "plane".to_owned(), Box::new(plane));
-    column(points || poses, "distance_mm".to_owned(), empty());
+    column(
+        points || poses,
+        convention.column(Quantity::Distance),
+        empty(),
+    );
     let point = |own: &Planned| Some(point_of(own, setup)?.0.to_owned());
     column(points, "point".to_owned(), Box::new(point));
     for (joint, name) in joints.iter().copied() {
-        let to = move |own: &Planned| Some(written(own.other?.joints[joint]));
+        let to = move |own: &Planned| Some(rounded(convention.joints(&own.other?.joints)[joint]));
         column(poses, format!("to_{name}"), Box::new(to));
     }
-    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-        let at = move |own: &Planned| Some(rounded(own.pose.position[axis]));
-        column(true, format!("_nominal_{name}_mm"), Box::new(at));
+    for (axis, name) in convention.position_columns().into_iter().enumerate() {
+        let at = move |own: &Planned| Some(rounded(convention.position(&own.pose.position)[axis]));
+        column(true, format!("_nominal_{name}"), Box::new(at));
     }
     let block = |own: &Planned| Some(rounded(plane_of(own, setup)?.1));
     column(heights, "_block_mm".to_owned(), Box::new(block));
@@ -506,6 +514,7 @@ pub fn samples_json(name: &str, determined: &Determined, unmeasured: &[u64]) -> 
         no_next: Option<String>,
     }
     let setup = &determined.setup;
+    let expected = |own| expected_report(own, &setup.robot.convention);
     let contents = Contents {
         samples_file: name,
         determined: determined.complete(),
@@ -515,9 +524,9 @@ pub fn samples_json(name: &str, determined: &Determined, unmeasured: &[u64]) -> 
         not_reached_lines: &determined.not_reached,
         unchecked_lines: &determined.unchecked,
         assumptions: noise_and_tolerance(setup, &determined.next),
-        expected_error_before: determined.before.as_ref().map(expected_report),
-        expected_error: determined.now.as_ref().map(expected_report),
-        expected_error_with_next: determined.with_next.as_ref().map(expected_report),
+        expected_error_before: determined.before.as_ref().map(expected),
+        expected_error: determined.now.as_ref().map(expected),
+        expected_error_with_next: determined.with_next.as_ref().map(expected),
         next: measurements(&determined.next, setup),
         no_next: determined.no_next.map(|obstacle| obstacle.to_string()),
     };

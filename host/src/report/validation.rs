@@ -4,6 +4,7 @@ use super::Versioned;
 use super::calibration::FrameReport;
 use crate::calibration::report::{MANY, shown};
 use crate::files::document::Document;
+use crate::files::samples_file::Kind;
 use crate::fit::Frame;
 use crate::render::page::{self, figure};
 use crate::render::plot::{Axis, Colour, Figure, Shape};
@@ -98,11 +99,13 @@ fn reason(found: &Validation) -> String {
     match (found.verdict, found.poses_to_decide) {
         (Verdict::Pass, _) => {
             let sure = confidence(below);
-            format!("rms position error below the limit of {limit} mm (confidence {sure}).")
+            let of = error_of(found);
+            format!("rms {of} below the limit of {limit} mm (confidence {sure}).")
         }
         (Verdict::Fail, _) => {
             let sure = confidence(1.0 - below);
-            format!("rms position error above the limit of {limit} mm (confidence {sure}).")
+            let of = error_of(found);
+            format!("rms {of} above the limit of {limit} mm (confidence {sure}).")
         }
         (Verdict::Undecided, Some(poses)) => {
             let more = count(poses.saturating_sub(found.poses), "more pose");
@@ -119,6 +122,26 @@ fn reason(found: &Validation) -> String {
     }
 }
 
+/// Heading of the figures.
+const fn what(found: &Validation) -> &'static str {
+    match found.kind {
+        Some(Kind::Position) => "Position error, mm",
+        Some(Kind::Height) => "Height error, mm",
+        Some(Kind::Distance) => "Distance error, mm",
+        None => "Error of the readings, mm",
+    }
+}
+
+/// The same in a sentence.
+const fn error_of(found: &Validation) -> &'static str {
+    match found.kind {
+        Some(Kind::Position) => "position error",
+        Some(Kind::Height) => "height error",
+        Some(Kind::Distance) => "distance error",
+        None => "error of the readings",
+    }
+}
+
 /// The figures with their intervals.
 fn figures(found: &Validation) -> Table {
     let rms = (
@@ -127,7 +150,7 @@ fn figures(found: &Validation) -> Table {
         format!("{}", found.request.limit),
     );
     Table::of([rms, ("largest at the poses", &found.largest, String::new())])
-        .column("Position error, mm", |(name, ..)| *name)
+        .column(what(found), |(name, ..)| *name)
         .column("estimate", |(_, figure, _)| {
             format!("{:.*}", decimals(figure), figure.value)
         })
@@ -142,7 +165,10 @@ fn interval(figure: &Bounded) -> String {
     match (figure.interval.0, figure.interval.1) {
         (0.0, None) => "unknown".to_owned(),
         (lower, None) => format!("above {lower:.decimals$}"),
-        (0.0, Some(upper)) => format!("below {upper:.decimals$}"),
+        // As it is printed.
+        (lower, Some(upper)) if lower < 0.5 * f64::powf(0.1, decimals as f64) => {
+            format!("below {upper:.decimals$}")
+        }
         (lower, Some(upper)) => format!("{lower:.decimals$} to {upper:.decimals$}"),
     }
 }
@@ -258,7 +284,10 @@ pub fn json(found: &Validation, document: &Document) -> String {
         row_count,
         pose_count: found.poses,
         region_mm: found.region,
-        sensor_frame: found.sensor_frame.as_ref().map(FrameReport::of),
+        sensor_frame: found
+            .sensor_frame
+            .as_ref()
+            .map(|own| FrameReport::of(own, &found.robot.convention)),
         sampled: (some.len() < row_count).then_some(SampledJson {
             shown: some.len(),
             of: row_count,

@@ -18,24 +18,46 @@ const TAIL: f64 = 0.025;
 /// for how many poses that counts beside the measured ones. The variance of a few poses alone is too often too
 /// small, and the interval too short. Found by the simulation in docs/validate.md.
 struct Beforehand {
+    /// In parts of that of independent numbers of one normal distribution, 2 over how many a pose has.
     variation: f64,
     poses: f64,
 }
 
-/// Independent coordinates of one normal distribution have 2/3.
 const IN_BASE: Beforehand = Beforehand {
-    variation: 2.0 / 3.0,
+    variation: 1.0,
     poses: 15.0,
 };
 
-/// What a rigid motion leaves of the error is little in the middle of the region and much at its edge.
-const IN_SENSOR: Beforehand = Beforehand {
-    variation: 4.0 / 3.0,
+/// What a rigid motion, or a plane, leaves of the error is little in the middle of the region and much at its edge.
+const FITTED: Beforehand = Beforehand {
+    variation: 2.0,
     poses: 30.0,
 };
 
+/// What was read at the poses.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Read {
+    /// Numbers a pose: 3 of a position, 1 of a height.
+    pub(super) coordinates: f64,
+    /// How many of all the frame and the instruments took up.
+    pub(super) taken_up: f64,
+}
+
+impl Read {
+    /// Positions in the robot's frame.
+    pub(super) const IN_BASE: Self = Self {
+        coordinates: 3.0,
+        taken_up: 0.0,
+    };
+    /// Positions in a frame that was fitted.
+    pub(super) const IN_SENSOR: Self = Self {
+        coordinates: 3.0,
+        taken_up: FRAME,
+    };
+}
+
 /// Coordinates that the frame of the sensor takes up.
-pub(super) const FRAME: f64 = 6.0;
+const FRAME: f64 = 6.0;
 
 /// A figure with its 95 % confidence limits, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -62,18 +84,15 @@ pub struct RmsError {
     /// c.
     variation: f64,
     poses: f64,
-    /// Coordinates that an adjustment of the sensor's frame took up.
-    taken_up: f64,
+    /// What was read.
+    read: Read,
 }
 
 impl RmsError {
     /// Of squared deviations, one a pose, and the mean square of the noise in them: mm².
-    pub(super) fn of(squares: &[f64], noise: f64, in_sensor_frame: bool) -> Self {
-        let (beforehand, taken_up) = if in_sensor_frame {
-            (IN_SENSOR, FRAME)
-        } else {
-            (IN_BASE, 0.0)
-        };
+    pub(super) fn of(squares: &[f64], noise: f64, read: Read) -> Self {
+        let beforehand = if read.taken_up > 0.0 { FITTED } else { IN_BASE };
+        let expected = beforehand.variation * 2.0 / read.coordinates;
         let poses = squares.iter().fold(0.0, |count, _| count + 1.0);
         let mean_square = squares.iter().sum::<f64>() / poses;
         let scatter: f64 = squares.iter().map(|own| (own - mean_square).powi(2)).sum();
@@ -82,25 +101,24 @@ impl RmsError {
         } else {
             0.0
         };
-        let variation =
-            (beforehand.poses * beforehand.variation + measured) / (beforehand.poses + poses - 1.0);
+        let variation = (beforehand.poses * expected + measured) / (beforehand.poses + poses - 1.0);
         Self {
             mean_square,
             noise,
             variation,
             poses,
-            taken_up,
+            read,
         }
     }
 
-    /// ν, less in proportion to the coordinates that the frame took up.
+    /// ν, less in proportion to the readings that the frame and the instruments took up.
     pub fn degrees_of_freedom(&self) -> f64 {
         self.freedom_of(self.poses)
     }
 
     /// The same if so many poses were measured.
     fn freedom_of(&self, poses: f64) -> f64 {
-        2.0 * (poses - self.taken_up / 3.0) / self.variation
+        2.0 * (poses - self.read.taken_up / self.read.coordinates) / self.variation
     }
 
     /// With its 95 % limits.
@@ -341,13 +359,13 @@ fn row_noise(
 
 #[cfg(test)]
 mod tests {
-    use super::RmsError;
+    use super::{Read, RmsError};
 
     /// Deviations smaller than the noise are chance: they leave as much room for an error as deviations of its size.
     #[test]
     fn deviations_below_the_noise_do_not_prove_that_there_is_no_error() {
         let noise = 4e-4;
-        let of = |square: f64| RmsError::of(&[square; 20], noise, false);
+        let of = |square: f64| RmsError::of(&[square; 20], noise, Read::IN_BASE);
         let (less, expected) = (of(0.25 * noise), of(noise));
         let upper = less.bounded().interval.1;
         assert!(upper > Some(0.1 * f64::sqrt(noise)), "{upper:?}");

@@ -5,7 +5,7 @@ use delta_cal::kinematics::JointLimits;
 use delta_cal::simulate::{random_pose, standard_normal};
 use delta_cal::{Noise, Robot, Sample, SymmetricRobot, Tolerance};
 use delta_cal_host::{Frame, Options, Report, calibrate};
-use delta_cal_host::{InstrumentFacts, Readings, Record, RobotFile};
+use delta_cal_host::{Readings, RobotFile};
 use delta_cal_tests::{Spread, generator, perturbed};
 use nalgebra::{Rotation3, Vector3};
 use rand_pcg::Pcg32;
@@ -132,20 +132,13 @@ fn simulate(setting: &Setting, fault: Fault, campaign: u64, seed: u64) -> Simula
     }
     Simulated {
         robot: RobotFile {
-            name: "robot.toml".to_owned(),
-            robot: nominal,
-            limits,
-            forearm_limit: None,
             tolerance: setting
                 .tolerance_stated
                 .then(|| Tolerance::new(length, angle).unwrap()),
             noise: setting
                 .noise_stated
                 .then(|| Noise::new(NOISE.0, NOISE.1.to_radians()).unwrap()),
-            sensor_frame: None,
-            transmission: None,
-            instruments: InstrumentFacts::default(),
-            record: Record::default(),
+            ..RobotFile::of("robot.toml", nominal, limits)
         },
         readings: Readings::of_samples("samples.csv", &rows),
         faulty,

@@ -1,7 +1,8 @@
 //! `delta-cal device` against the firmware's controller in this process, behind a TCP port, and against wrong input.
 
 use crate::support::{
-    Folder, HEADER, NOMINAL, Run, TOLERANCE, TOWERS, arms_of, csv, exact, noisy, true_arms,
+    Folder, HEADER, NOMINAL, Run, TOLERANCE, TOWERS, arms_of, assert_refused, csv, exact, noisy,
+    true_arms,
 };
 use delta_cal_firmware_example::{
     Controller, Handover, ParameterFlash, StreamFlash, Timer, nominal,
@@ -280,18 +281,6 @@ fn ctrl_c_leaves_open_whether_the_result_is_in_use() {
     find_out(&folder, &port);
 }
 
-/// Nothing is written, nothing applied, and each part is said.
-fn assert_fails(folder: &Folder, port: &str, arguments: &str, code: i32, expected: &[&str]) {
-    let names = folder.names();
-    let failed = run(folder, port, arguments);
-    assert_eq!(failed.code, code, "{arguments}: {}", failed.stderr);
-    for part in expected {
-        assert!(failed.stderr.contains(part), "{part:?}: {}", failed.stderr);
-    }
-    assert_eq!(failed.stdout, "");
-    assert_eq!(folder.names(), names);
-}
-
 #[test]
 fn refusals_change_nothing_and_say_why() {
     let folder = folder();
@@ -309,38 +298,18 @@ fn refusals_change_nothing_and_say_why() {
     let other = NOMINAL.replace("forearm_mm = 480", "forearm_mm = 800");
     folder.write("other.toml", other);
     folder.write("towers.toml", TOWERS);
-    for (command, code, expected) in [
-        ("calibrate bare.toml few.csv", 1, &["few.csv", "help: "][..]),
-        (
-            "calibrate robot.toml swapped.csv",
-            1,
-            &["swapped.csv", "y, x, z", "help: "],
-        ),
-        (
-            "calibrate observed.toml touches.csv",
-            3,
-            &["complete positions", "delta-cal device apply"],
-        ),
-        (
-            "calibrate gears.toml samples.csv",
-            3,
-            &["cannot estimate transmissions", "delta-cal device apply"],
-        ),
-        (
-            "calibrate longer.toml samples.csv",
-            3,
-            &[
-                "not the controller's nominal robot",
-                "La_x of arm 1 is 260.010 mm in the file and 260.000 mm in the controller",
-                "parameters --nominal --output",
-            ],
-        ),
-        ("apply other.toml", 3, &["not the controller's robot"]),
-        ("apply towers.toml", 3, &["linear drives"]),
-    ] {
-        let command = format!("{command} --json report.json");
-        assert_fails(&folder, &port, &command, code, expected);
-    }
+    let table = "
+        calibrate bare.toml few.csv ⇒ 1 ⇒ few.csv | help:
+        calibrate robot.toml swapped.csv ⇒ 1 ⇒ swapped.csv | y, x, z | help:
+        calibrate observed.toml touches.csv ⇒ 3 ⇒ complete positions | delta-cal device apply
+        calibrate gears.toml samples.csv ⇒ 3 ⇒ cannot estimate transmissions | delta-cal device apply
+        calibrate longer.toml samples.csv ⇒ 3 ⇒ not the controller's nominal robot | parameters --nominal --output
+        calibrate longer.toml samples.csv ⇒ 3 ⇒ La_x of arm 1 is 260.010 mm in the file and 260.000 mm in the controller
+        apply other.toml ⇒ 3 ⇒ not the controller's robot
+        apply towers.toml ⇒ 3 ⇒ linear drives
+        ";
+    let command = format!("device --port {port} --json report.json");
+    assert_refused(&folder, &command, table);
     let status = json(&folder, &port, "status");
     assert_eq!(status["origin"], "nominal");
     // Nothing was sent that this computer refuses.
@@ -351,48 +320,28 @@ fn refusals_change_nothing_and_say_why() {
 #[test]
 fn wrong_ports_are_explained() {
     let folder = folder();
-    for (port, code, expected) in [
-        ("/dev/ttyNONE", 5, ["/dev/ttyNONE: cannot be opened", "ls "]),
-        (
-            "tcp:127.0.0.1:1",
-            5,
-            ["tcp:127.0.0.1:1: cannot be opened", "serial server"],
-        ),
-        (
-            "tcp:127.0.0.1:1 --baud 9600",
-            2,
-            ["--baud has no meaning", "serial port"],
-        ),
-        ("tcp:host", 2, ["invalid value", "host and a port number"]),
-        ("tcp:host:99999", 2, ["invalid value", "port number"]),
-    ] {
-        assert_fails(&folder, port, "status", code, &expected);
-    }
-    let missing = folder.run("device status");
-    assert_eq!(missing.code, 2);
-    assert!(missing.stderr.contains("--port is missing"));
+    let table = "
+        --port /dev/ttyNONE ⇒ 5 ⇒ /dev/ttyNONE: cannot be opened | ls
+        --port tcp:127.0.0.1:1 ⇒ 5 ⇒ tcp:127.0.0.1:1: cannot be opened | serial server
+        --port tcp:127.0.0.1:1 --baud 9600 ⇒ 2 ⇒ --baud has no meaning | serial port
+        --port tcp:host ⇒ 2 ⇒ invalid value | host and a port number
+        --port tcp:host:99999 ⇒ 2 ⇒ invalid value | port number
+        ⇒ 2 ⇒ --port is missing
+        ";
+    assert_refused(&folder, "device status", table);
 }
 
 #[test]
 fn wrong_files_are_found_before_the_port_is_opened() {
     let folder = folder();
     folder.write("bad.csv", format!("{HEADER}1,2,3,4,5\n"));
-    for (arguments, code, expected) in [
-        ("calibrate none.toml samples.csv", 3, "none.toml: "),
-        ("calibrate robot.toml bad.csv", 3, "bad.csv:2: "),
-        (
-            "calibrate robot.toml samples.csv --json samples.csv",
-            2,
-            "is the same file as",
-        ),
-        (
-            "parameters robot.toml --output robot.toml",
-            2,
-            "is the same file as",
-        ),
-    ] {
-        assert_fails(&folder, "tcp:127.0.0.1:1", arguments, code, &[expected]);
-    }
+    let table = "
+        calibrate none.toml samples.csv ⇒ 3 ⇒ none.toml:
+        calibrate robot.toml bad.csv ⇒ 3 ⇒ bad.csv:2:
+        calibrate robot.toml samples.csv --json samples.csv ⇒ 2 ⇒ is the same file as
+        parameters robot.toml --output robot.toml ⇒ 2 ⇒ is the same file as
+        ";
+    assert_refused(&folder, "device --port tcp:127.0.0.1:1", table);
 }
 
 #[test]
@@ -409,7 +358,9 @@ fn a_peer_that_is_no_controller_is_reported() {
         }
         drop(listener.accept());
     });
-    let silent = ["no answer to 8 requests", "--baud"];
-    assert_fails(&folder, &port, "status", 5, &silent);
-    assert_fails(&folder, &port, "status", 5, &["the link", "cable"]);
+    let table = "
+        status ⇒ 5 ⇒ no answer to 8 requests | --baud
+        status ⇒ 5 ⇒ the link | cable
+        ";
+    assert_refused(&folder, &format!("device --port {port}"), table);
 }

@@ -282,6 +282,18 @@ const FAULTS: &[Fault] = &[
         &["forearms of arm 2 and arm 3 are exchanged"],
     ),
     (
+        "positions one row above their joints",
+        None,
+        |case, _| {
+            let positions: Vec<_> = case.rows.iter().map(|(_, x)| *x).collect();
+            let count = positions.len();
+            for (index, (_, x)) in case.rows.iter_mut().enumerate() {
+                *x = positions[(index + 1) % count];
+            }
+        },
+        &["one row above the joints"],
+    ),
+    (
         "metres, q2 and q3 exchanged",
         None,
         |case, _| {
@@ -345,7 +357,7 @@ const OTHERS: &[(&str, Change)] = &[
         let positions: Vec<_> = case.rows.iter().map(|(_, x)| *x).collect();
         let count = positions.len();
         for (index, (_, x)) in case.rows.iter_mut().enumerate() {
-            *x = positions[(index + 1) % count];
+            *x = positions[(index + count / 2) % count];
         }
     }),
     ("numbers without meaning", |case, rng| {

@@ -7,6 +7,7 @@ mod support;
 
 mod bad_input;
 mod calibrate;
+mod cases;
 mod causes;
 mod device;
 mod device_on_target;
@@ -20,8 +21,10 @@ mod kinematics;
 mod linuxcnc;
 mod pipeline;
 mod plan;
+mod plant;
 mod plot;
 mod simulate;
 mod table_formats;
+mod unstated_zeros;
 mod validate;
 mod workspace;

@@ -78,12 +78,7 @@ fn measured(
         let x = truth.forward(&joints).unwrap();
         let mut normal = |sigma: f64| sigma * standard_normal::<f64, _>(&mut rng);
         let reported = joints.map(|q| q + normal(joint.to_radians()));
-        let mut own = Reading {
-            joints: reported,
-            position: [None; 3],
-            height: None,
-            distance: None,
-        };
+        let mut own = Reading::at(reported);
         match instrument {
             Instrument::Positions | Instrument::Tracker | Instrument::Camera => {
                 let seen = if instrument == Instrument::Tracker {
@@ -351,7 +346,7 @@ fn position_noise_by_axis_is_along_the_axes_of_the_sensors_frame() {
 fn complete_positions_of_a_file_are_samples() {
     let text = "q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n10,20,30,1.5,-2,-300\n";
     let file = robot_file(GEOMETRIES[0], true);
-    let readings = Readings::read(&InputText::new("s.csv", text), &file.limits).unwrap();
+    let readings = Readings::read(&InputText::new("s.csv", text), &file).unwrap();
     let sample = Sample {
         joints: [10.0, 20.0, 30.0].map(f64::to_radians),
         position: Vector3::new(1.5, -2.0, -300.0),

@@ -1,6 +1,9 @@
 //! `delta-cal plan`: as a user runs it, and whether calibrations achieve what it states.
 
-use crate::support::{Folder, TO_MEASURE, distance, nominal_arms, platform, true_arms};
+use crate::support::{
+    Folder, NOMINAL, TO_MEASURE, TOWERS, assert_refused, distance, nominal_arms, number, platform,
+    true_arms,
+};
 use delta_cal::Robot;
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{DistanceFrom, Observation};
@@ -17,18 +20,13 @@ use nalgebra::{Rotation3, Vector3};
 use rand_pcg::Pcg32;
 use serde_json::Value;
 
-const ROBOT: &str = "[nominal]\nbase_radius_mm = 194\nplatform_radius_mm = 30\nupper_arm_mm = 260\n\
-                     forearm_mm = 480\n[joints]\nmin_deg = -60\nmax_deg = 90\n";
 const KNOWN: &str = "[tolerance]\nlength_mm = 0.5\nangle_deg = 0.2\n[noise]\nposition_mm = 0.02\n\
                      joint_deg = 0.002\n";
-const TOWERS: &str = "[nominal]\nkind = \"linear\"\ntower_radius_mm = 140\nforearm_mm = 330\n\
-                      [joints]\nmin_mm = 100\nmax_mm = 600\n[tolerance]\nlength_mm = 0.5\nangle_deg = 0.17\n\
-                      scale = 0.001\nzero_mm = 5\n[noise]\nposition_mm = 0.02\njoint_mm = 0\n";
 
 fn folder() -> Folder {
     let folder = Folder::new();
-    folder.write("robot.toml", format!("{ROBOT}{KNOWN}"));
-    folder.write("bare.toml", ROBOT);
+    folder.write("robot.toml", format!("{NOMINAL}{KNOWN}"));
+    folder.write("bare.toml", NOMINAL);
     folder.write("touched.toml", TO_MEASURE);
     folder
 }
@@ -55,12 +53,6 @@ fn json(folder: &Folder, arguments: &str) -> (i32, Value) {
         run.code,
         json.unwrap_or_else(|_| panic!("{}{}", run.stdout, run.stderr)),
     )
-}
-
-fn figure(json: &Value, of: &str, key: &str) -> f64 {
-    json[of][key]
-        .as_f64()
-        .unwrap_or_else(|| panic!("{of} {key}: {json}"))
 }
 
 #[test]
@@ -219,7 +211,7 @@ fn what_is_assumed_is_said() {
 #[test]
 fn an_accuracy_is_reached_by_as_many_as_stated_and_not_by_fewer() {
     let folder = folder();
-    let rms = |json: &Value| figure(json, "planned", "relative_rms_mm");
+    let rms = |json: &Value| number(json, "planned/relative_rms_mm");
     let (_, found) = json(&folder, "robot.toml --accuracy 0.014mm");
     assert!(rms(&found) <= 0.014);
     let count = found["count"].as_u64().unwrap();
@@ -238,21 +230,18 @@ fn an_accuracy_is_reached_by_as_many_as_stated_and_not_by_fewer() {
 #[test]
 fn regions_that_make_no_sense_are_refused_with_their_cause() {
     let folder = folder();
-    for (within, cause) in [
-        ("r=500,z=-710..-705", "or next to none"),
-        ("x=900..950,y=0..10,z=-400..-300", "the robot reaches x"),
-        ("z=-500..-400", "x and y"),
-        ("r=10", "has r and z"),
-        ("r=-10,z=-500..-400", "greater than 0"),
-        ("x=5..1,y=0..1,z=-5..-4", "the smaller number comes first"),
-        ("r=10,z=-500..abc", "'abc' is not a number"),
-        ("r=10,r=10,z=-500..-400", "r is given twice"),
-        ("q=10,z=-500..-400", "'q' is not one of"),
-    ] {
-        let run = folder.run(&format!("plan robot.toml --count 12 --within {within}"));
-        assert_eq!(run.code, 2, "{within}: {}", run.stderr);
-        assert!(run.stderr.contains(cause), "{within}: {}", run.stderr);
-    }
+    let table = "
+        r=500,z=-710..-705 ⇒ 2 ⇒ or next to none
+        x=900..950,y=0..10,z=-400..-300 ⇒ 2 ⇒ the robot reaches x
+        z=-500..-400 ⇒ 2 ⇒ x and y
+        r=10 ⇒ 2 ⇒ has r and z
+        r=-10,z=-500..-400 ⇒ 2 ⇒ greater than 0
+        x=5..1,y=0..1,z=-5..-4 ⇒ 2 ⇒ the smaller number comes first
+        r=10,z=-500..abc ⇒ 2 ⇒ 'abc' is not a number
+        r=10,r=10,z=-500..-400 ⇒ 2 ⇒ r is given twice
+        q=10,z=-500..-400 ⇒ 2 ⇒ 'q' is not one of
+        ";
+    assert_refused(&folder, "plan robot.toml --count 12 --within", table);
 }
 
 #[test]
@@ -260,87 +249,40 @@ fn what_cannot_be_planned_is_refused_with_its_cause() {
     let folder = folder();
     folder.write(
         "narrow.toml",
-        ROBOT.replace("-60", "120").replace("90", "130"),
+        NOMINAL.replace("-60", "120").replace("90", "130"),
     );
     let deep = "[planes.table]\nz_mm = -2000\nsigma_mm = 5\n";
-    folder.write("deep.toml", format!("{ROBOT}{KNOWN}{deep}"));
+    folder.write("deep.toml", format!("{NOMINAL}{KNOWN}{deep}"));
     let blocks = "[planes.table]\nz_mm = -500\nsigma_mm = 5\nblocks_mm = [0, -5]\n";
-    folder.write("blocks.toml", format!("{ROBOT}{KNOWN}{blocks}"));
+    folder.write("blocks.toml", format!("{NOMINAL}{KNOWN}{blocks}"));
     let lengths = "[points.A]\nlength_mm = [300, 100]\n";
-    folder.write("lengths.toml", format!("{ROBOT}{KNOWN}{lengths}"));
-    let cases = [
-        ("robot.toml --count 3", 2, "only 4 to 500"),
-        ("robot.toml --count 5000", 2, "only 4 to 500"),
-        ("robot.toml", 2, "--count"),
-        ("robot.toml --count -3", 2, "a whole number is needed"),
-        ("robot.toml --accuracy -1mm", 2, "length"),
-        (
-            "robot.toml --accuracy 1mm --count 12",
-            2,
-            "cannot be used with",
-        ),
-        ("robot.toml --count 12 --measure plate", 2, "'plate' is not"),
-        (
-            "robot.toml --count 12 --measure plane,plane",
-            2,
-            "given twice",
-        ),
-        (
-            "robot.toml --count 12 --measure plane=0",
-            2,
-            "whole number above 0",
-        ),
-        (
-            "robot.toml --count 8 --measure plane=3,distance=2",
-            2,
-            "only 5 measurements",
-        ),
-        (
-            "robot.toml --count 12 --measure plane --frame sensor",
-            2,
-            "for coordinates",
-        ),
-        (
-            "deep.toml --count 12 --measure plane",
-            2,
-            "no reachable pose",
-        ),
-        ("blocks.toml --count 12", 3, "a gauge block is 0 mm"),
-        ("lengths.toml --count 12", 3, "length_mm"),
-        (
-            "bare.toml --count 12 --within x=0..1,y=0..1,z=-401..-400",
-            1,
-            "do not determine",
-        ),
-        (
-            "bare.toml --count 12 --measure plane",
-            1,
-            "do not determine",
-        ),
-        ("narrow.toml --count 12", 3, "no usable pose"),
-        (
-            "robot.toml --count 12 --output robot.toml",
-            2,
-            "the same file",
-        ),
-        ("missing.toml --count 12", 3, "missing.toml"),
-        (
-            "robot.toml --count 12 --output no/such/folder.csv",
-            4,
-            "no folder",
-        ),
-    ];
-    let before = folder.names();
-    for (arguments, code, cause) in cases {
-        let mut arguments = arguments.to_owned();
-        if !arguments.contains("--output") {
-            arguments.push_str(" --output poses.csv");
-        }
-        let run = folder.run(&format!("plan {arguments}"));
-        assert_eq!(run.code, code, "{arguments}: {}", run.stderr);
-        assert!(run.stderr.contains(cause), "{arguments}: {}", run.stderr);
-        assert_eq!(folder.names(), before, "{arguments}");
-    }
+    folder.write("lengths.toml", format!("{NOMINAL}{KNOWN}{lengths}"));
+    let table = "
+        robot.toml --count 3 ⇒ 2 ⇒ only 4 to 500
+        robot.toml --count 5000 ⇒ 2 ⇒ only 4 to 500
+        robot.toml ⇒ 2 ⇒ --count
+        robot.toml --count -3 ⇒ 2 ⇒ a whole number is needed
+        robot.toml --accuracy -1mm ⇒ 2 ⇒ length
+        robot.toml --accuracy 1mm --count 12 ⇒ 2 ⇒ cannot be used with
+        robot.toml --count 12 --measure plate ⇒ 2 ⇒ 'plate' is not
+        robot.toml --count 12 --measure plane,plane ⇒ 2 ⇒ given twice
+        robot.toml --count 12 --measure plane=0 ⇒ 2 ⇒ whole number above 0
+        robot.toml --count 8 --measure plane=3,distance=2 ⇒ 2 ⇒ only 5 measurements
+        robot.toml --count 12 --measure plane --frame sensor ⇒ 2 ⇒ for coordinates
+        deep.toml --count 12 --measure plane ⇒ 2 ⇒ no reachable pose
+        blocks.toml --count 12 ⇒ 3 ⇒ a gauge block is 0 mm
+        lengths.toml --count 12 ⇒ 3 ⇒ length_mm
+        bare.toml --count 12 --within x=0..1,y=0..1,z=-401..-400 ⇒ 1 ⇒ do not determine
+        bare.toml --count 12 --measure plane ⇒ 1 ⇒ do not determine
+        narrow.toml --count 12 ⇒ 3 ⇒ no usable pose
+        missing.toml --count 12 ⇒ 3 ⇒ missing.toml
+        ";
+    assert_refused(&folder, "plan --output poses.csv", table);
+    let table = "
+        robot.toml ⇒ 2 ⇒ the same file
+        no/such/folder.csv ⇒ 4 ⇒ no folder
+        ";
+    assert_refused(&folder, "plan robot.toml --count 12 --output", table);
 }
 
 /// Planes, gauge blocks, points and lengths are those of the robot file.
@@ -416,8 +358,8 @@ fn an_unknown_frame_leaves_absolute_positions_to_the_tolerance() {
     let folder = folder();
     let (_, sensor) = json(&folder, "robot.toml --count 20 --frame sensor");
     let (_, base) = json(&folder, "robot.toml --count 20");
-    let of = |json: &Value, key: &str| figure(json, "planned", key);
-    assert!(of(&sensor, "absolute_rms_mm") > 0.5 * figure(&sensor, "before", "absolute_rms_mm"));
+    let of = |json: &Value, key: &str| number(json, &format!("planned/{key}"));
+    assert!(of(&sensor, "absolute_rms_mm") > 0.5 * number(&sensor, "before/absolute_rms_mm"));
     assert!(of(&sensor, "relative_rms_mm") < 2.0 * of(&base, "relative_rms_mm"));
     assert!(of(&sensor, "relative_rms_mm") > of(&base, "relative_rms_mm"));
     let (_, absolute) = json(&folder, "robot.toml --count 20 --absolute");
@@ -442,7 +384,7 @@ fn a_file_of_rows_is_judged_as_the_plan_that_it_was() {
             found["unmeasured_lines"].as_array().unwrap().len(),
             rows(&folder, "rows.csv")
         );
-        let rms = |json: &Value, of: &str| figure(json, of, "relative_rms_mm");
+        let rms = |json: &Value, of: &str| number(json, &format!("{of}/relative_rms_mm"));
         let expected = rms(&planned, "expected_error");
         assert!(
             (rms(&found, "expected_error") / expected - 1.0).abs() < 1e-3,
@@ -490,7 +432,7 @@ fn measured_rows_are_judged_wherever_the_instruments_stand() {
     });
     let measured: Vec<_> = measured.collect();
     folder.write("touches.csv", measured.join("\n") + "\n");
-    let rms = |json: &Value| figure(json, "expected_error", "relative_rms_mm");
+    let rms = |json: &Value| number(json, "expected_error/relative_rms_mm");
     let (code, found) = json(&folder, "touched.toml --samples touches.csv");
     let (_, planned) = json(&folder, "touched.toml --samples rows.csv");
     assert_eq!(
@@ -545,11 +487,11 @@ fn instruments_are_compared() {
     let instruments = compared["instruments"].as_array().unwrap();
     let of = |name: &str, index: usize| {
         let own = instruments.iter().find(|own| own["name"] == name).unwrap();
-        own["after"][index]["relative_rms_mm"].as_f64().unwrap()
+        number(own, &format!("after/{index}/relative_rms_mm"))
     };
     for own in instruments {
         let name = own["name"].as_str().unwrap();
-        let before = own["before"]["relative_rms_mm"].as_f64().unwrap();
+        let before = number(own, "before/relative_rms_mm");
         assert!(of(name, 2) < of(name, 0) && of(name, 0) < before, "{name}");
     }
     // A bare plate says nothing of the scale; gauge blocks do.
@@ -562,11 +504,11 @@ fn robots() -> Vec<(String, RobotFile)> {
     let read = |text: &str| RobotFile::read(&InputText::new("robot.toml", text)).unwrap();
     let noise = "height_mm = 0.02\ndistance_mm = 0.05\n";
     let all = geometries().into_iter().map(|(name, robot)| {
-        let mut file = read(&format!("{ROBOT}{KNOWN}{noise}"));
+        let mut file = read(&format!("{NOMINAL}{KNOWN}{noise}"));
         file.robot = robot;
         (name.to_owned(), file)
     });
-    let towers = ("towers".to_owned(), read(&format!("{TOWERS}{noise}")));
+    let towers = ("towers".to_owned(), read(TOWERS));
     all.chain([towers]).collect()
 }
 
@@ -648,6 +590,7 @@ fn calibrated(plan: &Plan, rows: &[Observation<f64>]) -> Option<Robot<f64>> {
                 };
                 (from, own.distance)
             }),
+            sigma: None,
         },
     };
     let readings = Readings {
@@ -659,6 +602,7 @@ fn calibrated(plan: &Plan, rows: &[Observation<f64>]) -> Option<Robot<f64>> {
             .map(|own| setup.points[*own].name.clone())
             .collect(),
         copies: Vec::new(),
+        joined: None,
         in_degrees: true,
         positions_in: PositionUnit::Millimetre,
     };

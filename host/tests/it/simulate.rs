@@ -1,6 +1,6 @@
 //! `delta-cal simulate`.
 
-use crate::support::{Folder, NOMINAL};
+use crate::support::{Folder, NOMINAL, assert_refused};
 use delta_cal_tests::size;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
@@ -421,22 +421,22 @@ fn wrong_campaign_files_are_refused_with_place_and_cause() {
     }
 }
 
-/// Arguments, exit code and what is said; `=` is `campaign.toml`.
-const WRONG_COMMANDS: &str = "\
-= --robots 5..5 | 2 | a range holds a robot
-= --robots 5 | 2 | 0..1000
-= --json campaign.toml | 2 | same file
-= --output a.csv --json a.csv | 2 | same file
-= --output - --json - | 2 | standard output
-= --output no/a.csv | 4 | there is no folder
-= --paper | 2 | cannot be used with
---summary rows.csv --json rows.csv | 2 | same file
---summary rows.csv rows.csv | 3 | rows.csv:2: robot 0 of this case was read before
---summary none.csv | 3 | none.csv: cannot be read
---summary other.csv | 3 | other.csv:1: the header is not
---summary damaged.csv | 3 | damaged.csv:
---summary short.csv | 3 | short.csv:33:
-seven.toml | 3 | planned = [true]:";
+const WRONG_COMMANDS: &str = "
+    campaign.toml --robots 5..5 ⇒ 2 ⇒ a range holds a robot
+    campaign.toml --robots 5 ⇒ 2 ⇒ 0..1000
+    campaign.toml --json campaign.toml ⇒ 2 ⇒ same file
+    campaign.toml --output a.csv --json a.csv ⇒ 2 ⇒ same file
+    campaign.toml --output - --json - ⇒ 2 ⇒ standard output
+    campaign.toml --output no/a.csv ⇒ 4 ⇒ there is no folder
+    campaign.toml --paper ⇒ 2 ⇒ cannot be used with
+    --summary rows.csv --json rows.csv ⇒ 2 ⇒ same file
+    --summary rows.csv rows.csv ⇒ 3 ⇒ rows.csv:2: robot 0 of this case was read before
+    --summary none.csv ⇒ 3 ⇒ none.csv: cannot be read
+    --summary other.csv ⇒ 3 ⇒ other.csv:1: the header is not
+    --summary damaged.csv ⇒ 3 ⇒ damaged.csv:
+    --summary short.csv ⇒ 3 ⇒ short.csv:33:
+    seven.toml ⇒ 3 ⇒ planned = [true]:
+    ";
 
 #[test]
 fn wrong_command_lines_and_files_of_rows_are_refused() {
@@ -455,19 +455,7 @@ fn wrong_command_lines_and_files_of_rows_are_refused() {
         "seven.toml",
         CAMPAIGN.replace("[8, 20]", "[7]\nplanned = [true]"),
     );
-    let before = folder.names();
-    for line in WRONG_COMMANDS.lines() {
-        let [arguments, code, part] = line.split(" | ").collect::<Vec<_>>()[..] else {
-            panic!("{line}")
-        };
-        let run = folder.run(&format!(
-            "simulate {}",
-            arguments.replace("= ", "campaign.toml ")
-        ));
-        assert_eq!(run.code.to_string(), code, "{line}: {}", run.stderr);
-        assert!(run.stderr.contains(part), "{line}: {}", run.stderr);
-        assert_eq!(folder.names(), before);
-    }
+    assert_refused(&folder, "simulate", WRONG_COMMANDS);
 }
 
 /// (case, method, start error, poses) and the paper's gain, as printed there.

@@ -197,6 +197,60 @@ fn rows_of_one_pose_count_once() {
     );
 }
 
+/// Heights above a plane, off by ±0.03 mm in turn: of a known plane all of that is error, of an unknown one not what a
+/// plane takes up.
+#[test]
+fn heights_are_validated_above_known_and_unknown_planes() {
+    let mut heights = String::from("q1_deg,q2_deg,q3_deg,height_mm,plane\n");
+    let mut raised = heights.clone();
+    for (index, (q, x)) in exact(&nominal_arms(), 40).into_iter().enumerate() {
+        let off = if index % 2 == 0 { 0.03 } else { -0.03 };
+        let height = x[2] + 700.0 + off;
+        heights += &format!("{},{},{},{height:.6},table\n", q[0], q[1], q[2]);
+        raised += &format!("{},{},{},{:.6},table\n", q[0], q[1], q[2], height + 0.5);
+    }
+    let noise = "\n[noise]\nheight_mm = 0.001\njoint_deg = 0\n";
+    let known = "[planes.table]\nz_mm = -700\nsigma_mm = 0.0001\ntilt_deg = 0.00001\n";
+    for (planes, heights, rms, limit) in [
+        (known, &heights, 0.03, "0.05mm"),
+        ("", &heights, 0.03, "0.05mm"),
+        ("", &raised, 0.03, "0.05mm"),
+        (known, &raised, 0.5, "1mm"),
+    ] {
+        let folder = Folder::new();
+        folder.write("robot.toml", format!("{NOMINAL}{noise}{planes}"));
+        folder.write("check.csv", heights);
+        let run = validate(&folder, &format!("--limit {limit} --json -"));
+        assert_eq!(run.code, 0, "{planes}: {}", run.stderr);
+        let report = report(&run);
+        near(&report["rms_error"]["estimate_mm"], rms, 0.1 * rms);
+        let text = validate(&folder, &format!("--limit {limit}")).stdout;
+        assert!(text.contains("Height error"), "{text}");
+    }
+}
+
+/// A constant offset is taken up by a frame that is fitted, and not by one that is stored.
+#[test]
+fn a_stored_frame_is_not_fitted_again() {
+    let frame = "\n[sensor_frame]\nrotation = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]\ntranslation_mm = [700, 10, -5]\n";
+    let target = "\n[target]\nx_mm = 1\ny_mm = 2\nz_mm = -30\n";
+    let mut samples = exact(&nominal_arms(), 20);
+    for (_, x) in &mut samples {
+        let [a, b, c] = [x[0] + 1.0, x[1] + 2.0, x[2] - 30.0];
+        *x = [700.0 - b, 10.0 + a, -5.0 + c + 0.2];
+    }
+    let folder = folder(&format!("{NOMINAL}{NOISE}{frame}{target}"), &samples);
+    for (of, deviation, code) in [("stored", 0.2, 6), ("sensor", 0.0, 0)] {
+        let run = validate(&folder, &format!("--limit 0.1mm --frame {of} --json -"));
+        assert_eq!(run.code, code, "{of}: {}", run.stderr);
+        near(&report(&run)["deviation_mm"]["rms"], deviation, 1e-6);
+    }
+    let without = self::folder(&format!("{NOMINAL}{NOISE}"), &samples);
+    let run = validate(&without, "--limit 0.1mm --frame stored");
+    assert_eq!(run.code, 3);
+    assert!(run.stderr.contains("[sensor_frame]"), "{}", run.stderr);
+}
+
 fn refused(robot: &str, samples: &str, code: i32, words: &[&str]) {
     let folder = Folder::new();
     folder.write("robot.toml", robot);
@@ -223,12 +277,7 @@ fn what_cannot_be_validated_is_refused_with_place_cause_and_remedy() {
     );
     let heights = "q1_deg,q2_deg,q3_deg,height_mm\n10,20,30,0\n12,20,30,0\n";
     let robot = format!("{NOMINAL}\n[noise]\nheight_mm = 0.02\njoint_deg = 0\n");
-    refused(
-        &robot,
-        heights,
-        3,
-        &["check.csv:2", "x, y and z", "heights"],
-    );
+    refused(&robot, heights, 1, &["2 different poses", "at least 8"]);
     // Metres under a header of millimetres.
     let metres: Vec<_> = exact(&true_arms(), 12)
         .into_iter()

@@ -1,6 +1,8 @@
 //! The reachable workspace: every claim against the forward model, closed forms, or a count.
 
-use crate::support::{Folder, KEYS, NOMINAL, TOLERANCE, nominal_arms};
+use crate::support::{
+    Folder, NOMINAL, TOLERANCE, assert_refused, nominal_arms, number, robot_toml,
+};
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Arm, ParameterKind, SymmetricLinearRobot};
 use delta_cal::{Parameter, Robot, SymmetricRobot, Tolerance};
@@ -12,7 +14,6 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use std::fmt::Write;
 
 struct Case {
     name: String,
@@ -569,11 +570,11 @@ fn all_files_are_written_and_the_same_for_any_number_of_threads() {
     let json: serde_json::Value = serde_json::from_str(&folder.read("1.json")).unwrap();
     assert_eq!(json["schema_version"], 2);
     assert_eq!(json["boundary_points"], csv.lines().count() - 1);
-    assert!(json["largest_cylinder"]["litres"].as_f64().unwrap() > 40.0);
+    assert!(number(&json, "largest_cylinder/litres") > 40.0);
     assert_eq!(json["influence"].as_array().unwrap().len(), 24);
-    assert!(json["tolerance_band"]["sigma_mm"].as_f64().unwrap() > 0.0);
+    assert!(number(&json, "tolerance_band/sigma_mm") > 0.0);
     // The lowest place, all joints at 90°; and a joint's motor, platform and elbow in line, folded, on the z axis.
-    let [bottom, top] = [0, 1].map(|end| json["extent_mm"]["z"][end].as_f64().unwrap());
+    let [bottom, top] = ["extent_mm/z/0", "extent_mm/z/1"].map(|end| number(&json, end));
     let below = |reach: f64| -f64::sqrt(reach * reach - 164.0 * 164.0);
     assert!((bottom - (below(480.0) - 260.0)).abs() < 0.05, "{bottom}");
     assert!((top - below(480.0 - 260.0)).abs() < 0.05, "{top}");
@@ -589,64 +590,22 @@ fn a_workspace_that_is_none_and_wrong_options_are_refused() {
     // The planes in which the arms move have no line in common.
     let mut arms = nominal_arms();
     arms[0][1] = 50.0;
-    let mut tight = String::new();
-    for arm in arms {
-        tight.push_str("[[arm]]\n");
-        for (key, value) in KEYS.iter().zip(arm) {
-            writeln!(tight, "{key} = {value:?}").unwrap();
-        }
-    }
-    tight += "[joints]\nmin_deg = -60\nmax_deg = 90\nforearm_max_deg = 1\n";
+    let tight = robot_toml(&arms).replace("[joints]", "[joints]\nforearm_max_deg = 1");
     let short = NOMINAL.replace("480", "80");
-    for (robot, arguments, code, expected) in [
-        (
-            short.as_str(),
-            "--output out",
-            3,
-            ["forearms do not meet", "[joints]"],
-        ),
-        (
-            &tight,
-            "--output out",
-            3,
-            ["the workspace is empty", "forearm_max_deg forbids"],
-        ),
-        (
-            NOMINAL,
-            "--tolerance 0mm",
-            2,
-            ["--tolerance", "greater than 0"],
-        ),
-        (
-            NOMINAL,
-            "--spacing=-3mm",
-            2,
-            ["--spacing", "greater than 0"],
-        ),
-        (
-            NOMINAL,
-            "--spacing 0.01mm",
-            2,
-            ["0.01mm is too small", "minimum"],
-        ),
-        (NOMINAL, "--spacing 5m", 3, ["thinner", "smaller --spacing"]),
-        (NOMINAL, "--output -", 2, ["--output needs", "folder"]),
-        (
-            NOMINAL,
-            "--json robot.toml",
-            2,
-            ["--json robot.toml is the same file", "robot file"],
-        ),
-        (NOMINAL, "--output robot.toml", 4, ["robot.toml", "error"]),
-    ] {
-        let folder = Folder::new();
-        folder.write("robot.toml", robot);
-        let run = folder.run(&format!("workspace robot.toml {arguments}"));
-        assert_eq!(run.code, code, "{}", run.stderr);
-        for part in expected {
-            assert!(run.stderr.contains(part), "{part}: {}", run.stderr);
-        }
-        assert_eq!(run.stdout, "");
-        assert_eq!(folder.names(), ["robot.toml"]);
-    }
+    let folder = Folder::new();
+    folder.write("robot.toml", NOMINAL);
+    folder.write("short.toml", short);
+    folder.write("tight.toml", tight);
+    let table = "
+        short.toml --output out ⇒ 3 ⇒ forearms do not meet | [joints]
+        tight.toml --output out ⇒ 3 ⇒ the workspace is empty | forearm_max_deg forbids
+        robot.toml --tolerance 0mm ⇒ 2 ⇒ --tolerance | greater than 0
+        robot.toml --spacing=-3mm ⇒ 2 ⇒ --spacing | greater than 0
+        robot.toml --spacing 0.01mm ⇒ 2 ⇒ 0.01mm is too small | minimum
+        robot.toml --spacing 5m ⇒ 3 ⇒ thinner | smaller --spacing
+        robot.toml --output - ⇒ 2 ⇒ --output needs | folder
+        robot.toml --json robot.toml ⇒ 2 ⇒ --json robot.toml is the same file | robot file
+        robot.toml --output robot.toml ⇒ 4 ⇒ robot.toml | error
+        ";
+    assert_refused(&folder, "workspace", table);
 }

@@ -46,6 +46,7 @@ pub fn calibration(data: &[u8]) {
         record: file.record.clone(),
         robot: Origin::from(&robot_text),
         samples: Origin::from(&samples_text),
+        beside: None,
     };
     let calibrated = read_samples(&samples_text, &file, &options)
         .and_then(|readings| Ok((calibrate(&file, &readings, &options)?, readings)));

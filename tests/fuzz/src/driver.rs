@@ -23,11 +23,8 @@ const ROWS: usize = 14;
 static FILES: LazyLock<(RobotFile, Readings)> = LazyLock::new(|| {
     let robot = RobotFile::read(&InputText::new("robot.toml", example::ROBOT_TOML))
         .expect("the example's robot is one");
-    let mut samples = Readings::read(
-        &InputText::new("samples.csv", example::SAMPLES_CSV),
-        &robot.limits,
-    )
-    .expect("the example's samples are some");
+    let mut samples = Readings::read(&InputText::new("samples.csv", example::SAMPLES_CSV), &robot)
+        .expect("the example's samples are some");
     samples.rows.truncate(ROWS);
     (robot, samples)
 });

@@ -5,6 +5,7 @@ use delta_cal::Parameter;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Drive;
 use delta_cal_host::campaign::Plan;
+use delta_cal_host::files::example;
 use delta_cal_host::{InputError, InputText, Readings, RobotFile, read_joints, read_positions};
 use std::fmt::Write;
 
@@ -105,17 +106,21 @@ pub fn samples_file(data: &[u8]) {
     let Some(input) = text(NAME, rest) else {
         return;
     };
-    if let Err(error) = read_joints(&input, &limits) {
+    let Ok((example, _)) = example::load() else {
+        return;
+    };
+    let robot = RobotFile { limits, ..example };
+    if let Err(error) = read_joints(&input, &robot) {
         refused(NAME, rest, &error);
     }
-    match read_positions(&input) {
+    match read_positions(&input, &robot.convention) {
         Ok(rows) => assert!(
             rows.iter()
                 .all(|row| row.value.iter().all(|x| x.is_finite()))
         ),
         Err(error) => refused(NAME, rest, &error),
     }
-    let file = match Readings::read(&input, &limits) {
+    let file = match Readings::read(&input, &robot) {
         Err(error) => return refused(NAME, rest, &error),
         Ok(file) => file,
     };
@@ -133,7 +138,7 @@ pub fn samples_file(data: &[u8]) {
         let [x, y, z] = row.value.position.into();
         let _ = writeln!(written, "{q1:?},{q2:?},{q3:?},{x:?},{y:?},{z:?}");
     }
-    match Readings::read(&InputText::new(NAME, &written), &limits) {
+    match Readings::read(&InputText::new(NAME, &written), &robot) {
         Ok(again) => assert!(
             again
                 .samples()

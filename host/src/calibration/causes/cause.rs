@@ -1,8 +1,10 @@
 //! A cause of residuals that the model does not hold, in figures and in words.
 
+use crate::files::convention::Convention;
 use crate::text::significant;
 use delta_cal::ArmIndex;
 use delta_cal::robot::Drive;
+use nalgebra::Vector3;
 use std::fmt;
 
 /// What kind of error it is.
@@ -167,6 +169,14 @@ impl Cause {
         let (shapes, count) = self.kind.shapes(q, direction, self.range);
         let terms = shapes.iter().take(count).zip(&self.coefficients);
         terms.map(|(shape, coefficient)| shape * coefficient).sum()
+    }
+
+    /// A drift in the axes of a convention.
+    pub(in crate::calibration) fn turn(&mut self, convention: &Convention) {
+        if let (CauseKind::Drift, [x, y, z]) = (self.kind, &self.coefficients[..]) {
+            let turned = convention.vector(&Vector3::new(*x, *y, *z));
+            self.coefficients = turned.as_slice().to_vec();
+        }
     }
 
     /// What there is to do about it.

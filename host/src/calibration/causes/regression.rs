@@ -181,6 +181,14 @@ impl Regression {
         (part * DVector::from_column_slice(coefficients)).norm_squared()
     }
 
+    /// The squared length of a candidate over the measured rows.
+    pub(super) fn length_squared(&self, candidate: usize) -> f64 {
+        self.0
+            .triangle
+            .column(self.0.always + candidate)
+            .norm_squared()
+    }
+
     /// How many residuals the measured rows are worth.
     pub(super) fn worth(&self) -> f64 {
         self.0.worth

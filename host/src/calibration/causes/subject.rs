@@ -31,12 +31,12 @@ pub(super) struct At {
 
 /// A row that counts.
 pub(super) struct Counted<'a> {
-    at: At,
+    pub(super) at: At,
     /// Where a distance between two poses begins.
-    other: Option<At>,
+    pub(super) other: Option<At>,
     place: Place,
-    sensitivity: &'a Sensitivity,
-    residuals: SVector<f64, READINGS>,
+    pub(super) sensitivity: &'a Sensitivity,
+    pub(super) residuals: SVector<f64, READINGS>,
 }
 
 impl At {
@@ -152,6 +152,14 @@ impl<'a> Subject<'a> {
                 rows.add(DVector::from_vec(row), weight);
             }
         }
+        self.add_prior(&mut rows);
+        rows.regression()
+    }
+
+    /// What was known of the unknowns beforehand.
+    pub(super) fn add_prior(&self, rows: &mut Rows) {
+        let solution = self.solution;
+        let unknowns = solution.covariance.nrows();
         let off = &solution.prior * &solution.moved;
         for (row, off) in solution.prior.row_iter().zip(&off) {
             if row.iter().any(|entry| entry.abs() > 0.0) {
@@ -163,7 +171,6 @@ impl<'a> Subject<'a> {
             let row = (0..unknowns).map(|own| if own == index { 1.0 } else { 0.0 });
             rows.add_prior(row, 0.0);
         }
-        rows.regression()
     }
 
     /// What the causes found make of the calibrated robot's positions, rms over poses, mm: its parameters are wrong by what

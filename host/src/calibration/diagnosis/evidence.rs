@@ -1,6 +1,6 @@
 //! How well the samples agree with the robot file if a fault is undone.
 
-use super::fault::{Fault, are_two, faults, undone};
+use super::fault::{Fault, are_two, faults, shifted, undone};
 use crate::accuracy::rigid_motion::degenerate;
 use crate::calibration::judge::{Case, attempt};
 use crate::files::robot_file::RobotFile;
@@ -9,12 +9,15 @@ use crate::fit::{Frame, Options};
 use crate::geometry::outside_limits;
 use delta_cal::Sample;
 use delta_cal::frame::RigidTransform;
+use delta_cal::kinematics::JointLimits;
 use nalgebra::Vector3;
 
 /// An explanation must bring the samples this many times nearer to the robot of the file.
 const CLEARLY: f64 = 4.0;
 /// Explanations within this factor of the best are as good.
 const ALIKE: f64 = 2.0;
+/// Explanations within this factor of the best are the same.
+const SAME: f64 = 1.01;
 /// With an explanation half of the samples are within this part of the forearm from where the robot
 /// of the file would be.
 const NEAR: f64 = 0.1;
@@ -47,7 +50,7 @@ pub(super) struct Evidence<'a> {
     robot: &'a RobotFile,
     frame: Frame,
     positions_in: PositionUnit,
-    compared: Vec<Sample<f64>>,
+    samples: Vec<Sample<f64>>,
     forearm: f64,
 }
 
@@ -64,16 +67,12 @@ impl<'a> Evidence<'a> {
             Frame::Base => SAMPLES_NEEDED,
             Frame::Sensor => SAMPLES_FOR_A_FRAME,
         };
-        let compared = samples
-            .into_iter()
-            .step_by(count.div_ceil(COMPARED).max(1))
-            .collect();
         let [arm, ..] = robot.robot.arms();
         (count >= needed).then(|| Self {
             robot,
             frame: options.frame,
             positions_in: readings.positions_in,
-            compared,
+            samples,
             forearm: arm.lb(),
         })
     }
@@ -81,18 +80,12 @@ impl<'a> Evidence<'a> {
     /// With these faults undone: the median distance of the compared points from the robot of the
     /// file, mm. Infinite if it reaches less than half, or the joint limits exclude them.
     pub(super) fn median(&self, faults: &[Fault]) -> f64 {
-        let Some((robot, samples)) = undone(faults, &self.robot.robot, &self.compared) else {
+        let compared = compared(&self.samples, faults);
+        let Some((robot, samples)) = undone(faults, &self.robot.robot, &compared) else {
             return f64::INFINITY;
         };
-        if faults.iter().any(Fault::is_of_joints) {
-            let outside = samples.iter().filter(|sample| {
-                let limits = &self.robot.limits;
-                let joints = sample.joints.iter();
-                joints.copied().any(|q| outside_limits(q, limits).is_some())
-            });
-            if outside.count() * ONE_OUTSIDE_IN > samples.len() {
-                return f64::INFINITY;
-            }
+        if !faults.is_empty() && self.is_outside(&samples, faults) {
+            return f64::INFINITY;
         }
         let aligned = self.frame == Frame::Sensor || faults.contains(&Fault::Elsewhere);
         if aligned && samples.len() < SAMPLES_FOR_A_FRAME {
@@ -115,6 +108,24 @@ impl<'a> Evidence<'a> {
             }
         }
         median_distance(&expected, &samples, aligned).unwrap_or(f64::INFINITY)
+    }
+
+    /// Whether the limits of the joints exclude samples.
+    fn is_outside(&self, samples: &[Sample<f64>], faults: &[Fault]) -> bool {
+        let limits = if faults.contains(&Fault::Limits) {
+            let own = &self.robot.limits;
+            match JointLimits::new(-own.maximum(), -own.minimum()) {
+                Ok(limits) => limits,
+                Err(_) => return true,
+            }
+        } else {
+            self.robot.limits
+        };
+        let outside = samples.iter().filter(|sample| {
+            let joints = sample.joints.iter();
+            joints.copied().any(|q| outside_limits(q, &limits))
+        });
+        outside.count() * ONE_OUTSIDE_IN > samples.len()
     }
 
     /// What explains the samples, the best first; nothing if they need no explanation. Two faults are
@@ -175,12 +186,21 @@ impl<'a> Evidence<'a> {
     }
 }
 
-/// The best and those that are as good.
+/// The best and those that are as good. Of those that only rounding tells apart the likelier comes first, as [`faults`]
+/// has them.
 fn alike(mut all: Vec<Scored>) -> Vec<Scored> {
-    all.sort_by(|a, b| a.median.total_cmp(&b.median));
-    let best = all.first().map_or(0.0, |scored| scored.median);
+    let medians = all.iter().map(|scored| scored.median);
+    let best = medians.reduce(f64::min).unwrap_or_default();
     all.retain(|scored| scored.median <= ALIKE * best);
+    let rank = |scored: &Scored| scored.median.max(SAME * best);
+    all.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
     all
+}
+
+/// Some of the samples, evenly spread, once positions stand beside the joints that they belong to.
+fn compared(samples: &[Sample<f64>], faults: &[Fault]) -> Vec<Sample<f64>> {
+    let step = samples.len().div_ceil(COMPARED).max(1);
+    shifted(samples, faults).step_by(step).collect()
 }
 
 fn median_distance(
@@ -216,6 +236,7 @@ pub(super) fn calibrated(
     faults: &[Fault],
 ) -> Option<f64> {
     let values: Vec<_> = readings.samples().map(|row| row.value).collect();
+    let values: Vec<_> = shifted(&values, faults).collect();
     let (without, values) = undone(faults, &robot.robot, &values)?;
     let robot = RobotFile {
         robot: without,
@@ -226,9 +247,16 @@ pub(super) fn calibrated(
         .rows
         .iter_mut()
         .filter(|row| row.value.sample().is_some());
+    let count = values.len();
     for (row, value) in complete.zip(values) {
         row.value.joints = value.joints;
         row.value.position = value.position.data.0[0].map(Some);
+    }
+    if faults
+        .iter()
+        .any(|own| matches!(own, Fault::Shifted { .. }))
+    {
+        readings.rows.truncate(count);
     }
     let options = Options {
         frame: if faults.contains(&Fault::Elsewhere) {

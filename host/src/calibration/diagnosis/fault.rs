@@ -26,6 +26,13 @@ pub(super) enum Fault {
     Length(LengthUnit),
     /// In the robot file the upper arms and forearms of these two arms are exchanged.
     Arms(usize, usize),
+    /// The limits of the joints have the other sign.
+    Limits,
+    /// Each position stands one row below the joints that it belongs to, or above.
+    Shifted {
+        /// Below.
+        below: bool,
+    },
     /// The positions are in a frame that stands anywhere.
     Elsewhere,
 }
@@ -50,7 +57,8 @@ pub(super) struct LengthUnit {
     pub(super) robot: Option<&'static str>,
 }
 
-const EXCHANGED: [[usize; 3]; 3] = [[1, 0, 2], [2, 1, 0], [0, 2, 1]];
+/// Of arms that are numbered clockwise first.
+const EXCHANGED: [[usize; 3]; 3] = [[0, 2, 1], [1, 0, 2], [2, 1, 0]];
 const CYCLIC: [[usize; 3]; 2] = [[1, 2, 0], [2, 0, 1]];
 const UNCHANGED: [usize; 3] = [0, 1, 2];
 /// Of a frame that stands anywhere all mirrored ones are the same.
@@ -140,7 +148,11 @@ pub(super) fn faults(frame: Frame, positions_in: PositionUnit) -> Vec<Vec<Fault>
         }
         Frame::Sensor => (vec![MIRRORED], Vec::new()),
     };
-    vec![orders, reversed, angles, axes, lengths, arms, elsewhere]
+    let shifted = [true, false].map(|below| Fault::Shifted { below }).to_vec();
+    let limits = vec![Fault::Limits];
+    vec![
+        orders, reversed, angles, axes, lengths, arms, shifted, limits, elsewhere,
+    ]
 }
 
 /// Whether two faults are more than the second alone: a frame that stands anywhere may be turned as
@@ -152,6 +164,26 @@ pub(super) fn are_two(first: &Fault, second: &Fault) -> bool {
             Fault::Order(order) => EXCHANGED.contains(order),
             _ => true,
         }
+}
+
+/// Samples with the positions beside the joints that they belong to.
+pub(super) fn shifted(
+    samples: &[Sample<f64>],
+    faults: &[Fault],
+) -> impl Iterator<Item = Sample<f64>> {
+    let by = faults.iter().find_map(|fault| match fault {
+        Fault::Shifted { below } => Some(*below),
+        _ => None,
+    });
+    let (joints, positions) = match by {
+        None => (samples, samples),
+        Some(true) => (samples, samples.get(1..).unwrap_or_default()),
+        Some(false) => (samples.get(1..).unwrap_or_default(), samples),
+    };
+    joints.iter().zip(positions).map(|(one, other)| Sample {
+        joints: one.joints,
+        position: other.position,
+    })
 }
 
 /// The samples and the robot as they would be without these faults.
@@ -213,13 +245,8 @@ impl Fault {
                 }
             }
             Self::Length(unit) => sample.position *= unit.factor,
-            Self::Arms(..) | Self::Elsewhere => {}
+            Self::Arms(..) | Self::Limits | Self::Shifted { .. } | Self::Elsewhere => {}
         }
-    }
-
-    /// Whether it changes what the joint angles are.
-    pub(super) const fn is_of_joints(&self) -> bool {
-        matches!(self, Self::Order(_) | Self::Reversed(_) | Self::Angles(..))
     }
 }
 
@@ -282,6 +309,11 @@ impl Words<'_> {
                 first + 1,
                 second + 1
             ),
+            Fault::Limits => format!("[joints] of {} has the other sign", self.robot),
+            Fault::Shifted { below } => format!(
+                "each position stands one row {} the joints that it belongs to",
+                if *below { "below" } else { "above" }
+            ),
             Fault::Elsewhere => "the positions are in another frame than the robot's".to_owned(),
         }
     }
@@ -290,6 +322,12 @@ impl Words<'_> {
     pub(super) fn remedy(&self, fault: &Fault) -> String {
         let samples = &self.samples.name;
         match fault {
+            Fault::Order(order) if self.frame == Frame::Sensor && *order == EXCHANGED[0] => {
+                format!(
+                    "state azimuth_deg = [0, 240, 120] in [nominal] of {}, or exchange the names of q2 and q3 in {samples}",
+                    self.robot
+                )
+            }
             Fault::Order(order) => {
                 let unit = self.angle_unit();
                 let mut joints = [0; 3];
@@ -311,8 +349,13 @@ impl Words<'_> {
             }
             Fault::Reversed(reversed) => format!(
                 "change the sign of {} in {samples} (a positive angle swings the arm towards the \
-                 platform)",
-                self.joints(*reversed)
+                 platform){}",
+                self.joints(*reversed),
+                if *reversed == [true; 3] {
+                    ", or state [convention] joint_positive = \"up\" and the limits in the same sense"
+                } else {
+                    ""
+                }
             ),
             Fault::Angles([true, true, true], AngleUnit::Radians) => {
                 format!("name the columns of {samples} q1_rad,q2_rad,q3_rad")
@@ -335,17 +378,50 @@ impl Words<'_> {
                 "exchange la_x_mm, la_y_mm and lb_mm of the two in {}",
                 self.robot
             ),
+            Fault::Limits => {
+                let usual = "0 is level, a positive angle swings the arm towards the platform";
+                format!(
+                    "change the signs of min_deg and max_deg in {} ({usual})",
+                    self.robot
+                )
+            }
+            Fault::Shifted { below } => format!(
+                "write each position of {samples} one row {}, and delete what then stands alone",
+                if *below { "higher" } else { "lower" }
+            ),
             Fault::Elsewhere => "use --frame sensor".to_owned(),
         }
+    }
+
+    /// Joints that count upwards in both files.
+    pub(super) fn upwards(&self, faults: &[Fault]) -> Option<(String, String)> {
+        let both = faults.contains(&Fault::Limits) && faults.contains(&Fault::Reversed([true; 3]));
+        both.then(|| {
+            let cause = format!(
+                "all joints count upwards in {} and in [joints] of {}",
+                self.samples.name, self.robot
+            );
+            let remedy = format!(
+                "state joint_positive = \"up\" in [convention] of {}",
+                self.robot
+            );
+            (cause, remedy)
+        })
     }
 
     fn order(&self, order: [usize; 3]) -> String {
         let moved: Vec<_> = (0..3).filter(|joint| order[*joint] != *joint).collect();
         if let [first, second] = moved[..] {
             let arms = format!("arm {} and arm {}", first + 1, second + 1);
+            let clockwise = self.frame == Frame::Sensor && order == EXCHANGED[0];
             return format!(
-                "{}, or {arms}, are exchanged",
-                self.joints([0, 1, 2].map(|column| moved.contains(&column)))
+                "{}, or {arms}, are exchanged{}",
+                self.joints([0, 1, 2].map(|column| moved.contains(&column))),
+                if clockwise {
+                    ", as where the arms are numbered clockwise seen from above"
+                } else {
+                    ""
+                }
             );
         }
         let columns = order.map(|column| format!("q{}{}", column + 1, self.angle_unit()));
@@ -359,8 +435,8 @@ impl Words<'_> {
     fn axes(&self, order: [usize; 3], signs: [f64; 3]) -> String {
         let mirrored = handedness(order, signs) < 0.0;
         if self.frame == Frame::Sensor {
-            return "the sensor's frame is mirrored (left-handed), as if a coordinate had the wrong \
-                    sign or two were exchanged"
+            return "the sensor's frame is mirrored (left-handed), as if a coordinate had the wrong sign or two were \
+                    exchanged, if the arms are numbered counter-clockwise"
                 .to_owned();
         }
         let hand = if mirrored {

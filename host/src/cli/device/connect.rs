@@ -1,10 +1,11 @@
 //! The link to the controller, from the command line to the first answer.
 
-use super::LinkArguments;
+use super::{DeviceArguments, LinkArguments};
 use crate::cli::failure::Failure;
 use crate::device::{Client, Number, Patience, Port, Transport};
 use delta_cal_protocol::{Identity, Scalar};
 use std::io;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -15,14 +16,16 @@ const LOOK: Duration = Duration::from_millis(100);
 
 /// What is done with a controller, whatever type it computes in.
 pub(super) trait Task {
-    fn run<T: Number>(self, device: &mut Device) -> Result<(), Failure>;
+    fn run<T: Number>(self, device: &mut Device<'_>) -> Result<(), Failure>;
 }
 
 /// A controller that has said who it is.
-pub(super) struct Device {
+pub(super) struct Device<'a> {
     pub(super) client: Client<Link>,
     pub(super) identity: Identity,
     pub(super) port: Port,
+    /// Where the report goes as JSON.
+    pub(super) json: Option<&'a Path>,
 }
 
 /// The link that Ctrl-C breaks, so that whatever is under way ends in order.
@@ -62,12 +65,12 @@ impl Transport for Link {
 }
 
 /// Does something with the controller at the port.
-pub(super) fn with_device(arguments: &LinkArguments, task: impl Task) -> Result<(), Failure> {
+pub(super) fn with_device(arguments: &DeviceArguments, task: impl Task) -> Result<(), Failure> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&interrupted);
     // Without a handler Ctrl-C ends the process at once, which is no worse than having none.
     let _ = ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed));
-    let (port, transport) = open(arguments)?;
+    let (port, transport) = open(&arguments.link)?;
     let seed = getrandom::u64().map_err(|error| Failure::Device {
         cause: format!("the system has no random numbers: {error}"),
         remedy: String::new(),
@@ -76,27 +79,26 @@ pub(super) fn with_device(arguments: &LinkArguments, task: impl Task) -> Result<
         transport,
         interrupted: Arc::clone(&interrupted),
     };
-    done(port, Client::new(link, Patience::default(), seed), task).map_err(
-        |failure| match failure {
-            Failure::Device { remedy, .. } if interrupted.load(Ordering::Relaxed) => {
-                Failure::Interrupted { remedy }
-            }
-            failure => failure,
-        },
-    )
-}
-
-fn done(port: Port, mut client: Client<Link>, task: impl Task) -> Result<(), Failure> {
-    let identity = client.identity()?;
-    let mut device = Device {
-        client,
-        identity,
-        port,
-    };
-    match identity.scalar {
-        Scalar::Single => task.run::<f32>(&mut device),
-        Scalar::Double => task.run::<f64>(&mut device),
-    }
+    let mut client = Client::new(link, Patience::default(), seed);
+    let identity = client.identity().map_err(Failure::from);
+    let done = identity.and_then(|identity| {
+        let mut device = Device {
+            client,
+            identity,
+            port,
+            json: arguments.json.as_deref(),
+        };
+        match identity.scalar {
+            Scalar::Single => task.run::<f32>(&mut device),
+            Scalar::Double => task.run::<f64>(&mut device),
+        }
+    });
+    done.map_err(|failure| match failure {
+        Failure::Device { remedy, .. } if interrupted.load(Ordering::Relaxed) => {
+            Failure::Interrupted { remedy }
+        }
+        failure => failure,
+    })
 }
 
 fn open(arguments: &LinkArguments) -> Result<(Port, Box<dyn Transport>), Failure> {

@@ -1,12 +1,9 @@
 //! What the commands do.
 
 use super::connect::{Device, Task, with_device};
-use super::{
-    ApplyArguments, CalibrateArguments, DeviceArguments, DeviceCommand, ParametersArguments,
-    RevertArguments, StatusArguments,
-};
+use super::{CalibrateArguments, DeviceArguments, DeviceCommand, ParametersArguments};
 use crate::cli::failure::Failure;
-use crate::cli::outputs::{self, deliver};
+use crate::cli::output::{self, deliver};
 use crate::cli::paths::{is_stream, read};
 use crate::device::report::{self, Report, hexadecimal, origin};
 use crate::device::{
@@ -16,52 +13,66 @@ use crate::device::{
 use crate::files::example;
 use crate::text::small;
 use crate::{
-    CalibrateError, InputError, InputText, InstrumentFacts, Options, Readings, Record, RobotFile,
+    CalibrateError, InputError, InputText, InstrumentFacts, Method, Options, Readings, RobotFile,
     calibrate, read_samples,
 };
 use delta_cal::kinematics::{JointLimits, JointLimitsError};
 use delta_cal::robot::Drive;
+use delta_cal::stream::Estimator;
 use delta_cal_protocol::{ParameterSet, Parameters, RevertTo};
 use indicatif::{ProgressBar, ProgressDrawTarget};
 use serde::Serialize;
 use std::fmt::Display;
 use std::path::Path;
 
+/// What is done with a controller, its files read.
+enum Job<'a> {
+    Calibrate(&'a CalibrateArguments, RobotFile, Readings),
+    Apply(RobotFile),
+    Status,
+    /// With the robot file that everything but the geometry comes from.
+    Parameters(&'a ParametersArguments, Option<RobotFile>),
+    Revert(RevertTo),
+}
+
 pub(crate) fn run(arguments: &DeviceArguments) -> Result<(), Failure> {
-    let link = &arguments.link;
-    match &arguments.command {
-        DeviceCommand::Calibrate(arguments) => {
-            let robot = ("the robot file", arguments.robot.as_deref());
-            let samples = ("the samples file", arguments.samples.as_deref());
-            let json = ("--json", arguments.json.as_deref());
-            outputs::check(&[robot, samples], &[json])?;
-            let (robot, samples) = inputs(arguments)?;
-            let task = Calibrate {
-                arguments,
-                robot,
-                samples,
-            };
-            with_device(link, task)
+    let json = ("--json", arguments.json.as_deref());
+    let job = match &arguments.command {
+        DeviceCommand::Calibrate(own) => {
+            let robot = ("the robot file", own.robot.as_deref());
+            let samples = ("the samples file", own.samples.as_deref());
+            output::check(&[robot, samples], &[json])?;
+            let (robot, samples) = inputs(own)?;
+            Job::Calibrate(own, robot, samples)
         }
-        DeviceCommand::Apply(arguments) => {
-            let file = ("the robot file", Some(arguments.robot.as_path()));
-            outputs::check(&[file], &[("--json", arguments.json.as_deref())])?;
-            let robot = rotary(&arguments.robot)?;
-            with_device(link, Apply { arguments, robot })
+        DeviceCommand::Apply { robot } => {
+            output::check(&[("the robot file", Some(robot))], &[json])?;
+            Job::Apply(rotary(robot)?)
         }
-        DeviceCommand::Status(arguments) => with_device(link, Status(arguments)),
-        DeviceCommand::Parameters(arguments) => {
-            let file = ("the robot file", arguments.robot.as_deref());
-            let output = ("--output", arguments.output.as_deref());
-            outputs::check(&[file], &[output, ("--json", arguments.json.as_deref())])?;
-            let template = arguments.robot.as_deref().map(rotary).transpose()?;
-            let task = ReadParameters {
-                arguments,
-                template,
-            };
-            with_device(link, task)
+        DeviceCommand::Status => Job::Status,
+        DeviceCommand::Parameters(own) => {
+            let robot = ("the robot file", own.robot.as_deref());
+            let output = ("--output", own.output.as_deref());
+            output::check(&[robot], &[output, json])?;
+            Job::Parameters(own, own.robot.as_deref().map(rotary).transpose()?)
         }
-        DeviceCommand::Revert(arguments) => with_device(link, Revert(arguments)),
+        DeviceCommand::Revert { nominal: true } => Job::Revert(RevertTo::Nominal),
+        DeviceCommand::Revert { nominal: false } => Job::Revert(RevertTo::Previous),
+    };
+    with_device(arguments, job)
+}
+
+impl Task for Job<'_> {
+    fn run<T: Number>(self, device: &mut Device<'_>) -> Result<(), Failure> {
+        match self {
+            Self::Calibrate(own, robot, samples) => {
+                calibrate_there::<T>(device, own, &robot, &samples)
+            }
+            Self::Apply(robot) => apply::<T>(device, &robot),
+            Self::Status => status::<T>(device),
+            Self::Parameters(own, template) => parameters::<T>(device, own, template),
+            Self::Revert(to) => revert::<T>(device, to),
+        }
     }
 }
 
@@ -102,85 +113,74 @@ fn rotary(path: &Path) -> Result<RobotFile, InputError> {
 
 /// Writes the files and the JSON report, and prints the report unless something else goes to standard output.
 fn publish<C: Serialize + Display>(
-    device: &Device,
+    device: &Device<'_>,
     contents: C,
-    json: Option<&Path>,
-    files: &[(Option<&Path>, &str)],
+    file: Option<(&Path, &str)>,
 ) -> Result<(), Failure> {
     let report = Report::new(&device.port, &device.identity, contents);
-    let text = report
-        .json()
-        .map_err(|error| Failure::Output(error.to_string()))?;
-    let mut outputs = files.to_vec();
-    outputs.push((json, &text));
+    let (path, text) = file.unzip();
+    let outputs = [
+        (path, text.unwrap_or_default()),
+        (device.json, &report.json()),
+    ];
     deliver(&outputs, report.text())
 }
 
-struct Calibrate<'a> {
-    arguments: &'a CalibrateArguments,
-    robot: RobotFile,
-    samples: Readings,
-}
-
-impl Task for Calibrate<'_> {
-    fn run<T: Number>(self, device: &mut Device) -> Result<(), Failure> {
-        let Self {
-            arguments,
-            robot,
-            samples,
-        } = self;
-        let client = &mut device.client;
-        let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
-        check_nominal(&robot, &nominal.geometry)?;
-        let options = Options {
-            method: Some(arguments.method.here()),
-            ..Options::default()
-        };
-        let here = calibrate(&robot, &samples, &options)?;
-        let begin = device::begin::<T>(&robot, arguments.method.on_the_controller());
-        let rows = device::samples::<T>(&samples);
-        let bar =
-            ProgressBar::with_draw_target(Some(rows.len() as u64), ProgressDrawTarget::stderr());
-        let mut progress = |taken| bar.set_position(taken as u64);
-        let finished = device::calibrate(client, &begin, &rows, &mut progress);
-        bar.finish_and_clear();
-        let finished = finished?;
-        let geometry = match (&finished.result, finished.geometry()) {
-            (_, Some(geometry)) => geometry,
-            (Err(refusal), _) => {
-                return Err(Failure::NotDetermined {
-                    cause: format!("the controller refuses the calibration: {refusal}"),
-                    remedy: "this computer accepts the same samples: send its result with delta-cal device apply"
-                        .to_owned(),
-                });
-            }
-            (Ok(_), None) => return Err(DeviceError::Unexpected.into()),
-        };
-        let joints = samples.rows.iter().map(|row| row.value.joints);
-        let differs = difference(&robot_of(&geometry)?, &here.after.robot, joints);
-        if !(differs <= tolerated(&here)) {
-            return Err(Failure::Device {
-                cause: format!(
-                    "the controller's positions differ by {} mm rms from this computer's",
-                    small(differs)
-                ),
-                remedy: "use the firmware that belongs to this delta-cal; nothing was applied"
-                    .to_owned(),
-            });
-        }
-        if arguments.apply {
-            device::apply(client, &begin, &rows, &finished)?;
-        }
-        let calibration = report::Calibration::new(
-            serde_json::to_value(&here).unwrap_or_default(),
-            here.to_text(),
-            differs,
-            &finished,
-            arguments.apply,
-            client.repetitions(),
-        );
-        publish(device, calibration, arguments.json.as_deref(), &[])
+fn calibrate_there<T: Number>(
+    device: &mut Device<'_>,
+    arguments: &CalibrateArguments,
+    robot: &RobotFile,
+    samples: &Readings,
+) -> Result<(), Failure> {
+    let client = &mut device.client;
+    let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
+    check_nominal(robot, &nominal.geometry)?;
+    let options = Options {
+        method: Some(arguments.method),
+        ..Options::default()
+    };
+    let here = calibrate(robot, samples, &options)?;
+    let estimator = match arguments.method {
+        Method::Ikm => Estimator::Arms,
+        _ => Estimator::Joint,
+    };
+    let begin = device::begin::<T>(robot, estimator);
+    let rows = device::samples::<T>(samples);
+    let bar = ProgressBar::with_draw_target(Some(rows.len() as u64), ProgressDrawTarget::stderr());
+    let mut progress = |taken| bar.set_position(taken as u64);
+    let finished = device::calibrate(client, &begin, &rows, &mut progress);
+    bar.finish_and_clear();
+    let finished = finished?;
+    let geometry = finished.geometry().map_err(|refusal| Failure::NotDetermined {
+        cause: format!("the controller refuses the calibration: {refusal}"),
+        remedy: "this computer accepts the same samples: send its result with delta-cal device apply"
+            .to_owned(),
+    })?;
+    let joints = samples.rows.iter().map(|row| row.value.joints);
+    let differs = difference(&robot_of(&geometry)?, &here.after.robot, joints);
+    if !(differs <= tolerated(&here)) {
+        return Err(Failure::Device {
+            cause: format!(
+                "the controller's positions differ by {} mm rms from this computer's",
+                small(differs)
+            ),
+            remedy: "use the firmware that belongs to this delta-cal; nothing was applied"
+                .to_owned(),
+        });
     }
+    if arguments.apply {
+        device::apply(client, &begin, &rows, &finished)?;
+    }
+    let repetitions = client.repetitions();
+    let there = finished.control_loop();
+    let calibration = report::Calibration::new(
+        &here,
+        differs,
+        (&geometry, &there),
+        arguments.apply,
+        repetitions,
+    );
+    publish(device, calibration, None)
 }
 
 /// By how much a controller's result may differ: by its rounding in single precision, and by far less than the samples scatter.
@@ -190,65 +190,48 @@ fn tolerated(here: &crate::Report) -> f64 {
     residuals.max(1e-5 * arm.lb())
 }
 
-struct Apply<'a> {
-    arguments: &'a ApplyArguments,
-    robot: RobotFile,
+fn apply<T: Number>(device: &mut Device<'_>, robot: &RobotFile) -> Result<(), Failure> {
+    let client = &mut device.client;
+    let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
+    let moved = check_calibrated(robot, &robot_of(&nominal.geometry)?)?;
+    let before = client.parameters::<T>(ParameterSet::Current)?;
+    let after = adopt::<T, _>(client, &robot.robot, before.generation)?;
+    let changed = report::Parameters::changed(&before, &after).note(format!(
+        "Applied: the control loop uses {}, {} mm rms from the nominal robot.",
+        robot.name,
+        small(moved)
+    ));
+    publish(device, changed, None)
 }
 
-impl Task for Apply<'_> {
-    fn run<T: Number>(self, device: &mut Device) -> Result<(), Failure> {
-        let client = &mut device.client;
-        let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
-        let moved = check_calibrated(&self.robot, &robot_of(&nominal.geometry)?)?;
-        let before = client.parameters::<T>(ParameterSet::Current)?;
-        let after = adopt::<T, _>(client, &self.robot.robot, before.generation)?;
-        let changed = report::Parameters::changed(&before, &after).note(format!(
-            "Applied: the control loop uses {}, {} mm rms from the nominal robot.",
-            self.robot.name,
-            small(moved)
-        ));
-        publish(device, changed, self.arguments.json.as_deref(), &[])
-    }
+fn status<T: Number>(device: &mut Device<'_>) -> Result<(), Failure> {
+    let client = &mut device.client;
+    let status = client.status::<T>()?;
+    let parameters = client.parameters(ParameterSet::Current)?;
+    let counters = client.counters::<T>()?;
+    let status = report::Status::new(&status, &parameters, &counters);
+    publish(device, status, None)
 }
 
-struct Status<'a>(&'a StatusArguments);
-
-impl Task for Status<'_> {
-    fn run<T: Number>(self, device: &mut Device) -> Result<(), Failure> {
-        let client = &mut device.client;
-        let status = client.status::<T>()?;
-        let parameters = client.parameters(ParameterSet::Current)?;
-        let counters = client.counters::<T>()?;
-        let status = report::Status::new(&status, &parameters, &counters);
-        publish(device, status, self.0.json.as_deref(), &[])
-    }
-}
-
-struct ReadParameters<'a> {
-    arguments: &'a ParametersArguments,
-    /// Where everything but the geometry comes from.
+fn parameters<T: Number>(
+    device: &mut Device<'_>,
+    arguments: &ParametersArguments,
     template: Option<RobotFile>,
-}
-
-impl Task for ReadParameters<'_> {
-    fn run<T: Number>(self, device: &mut Device) -> Result<(), Failure> {
-        let arguments = self.arguments;
-        let (set, name) = if arguments.nominal {
-            (ParameterSet::Nominal, "nominal")
-        } else {
-            (ParameterSet::Current, "current")
-        };
-        let parameters = device.client.parameters::<T>(set)?;
-        let toml = robot_file(self.template, name, &parameters, device)?;
-        let json = arguments.json.as_deref();
-        let output = match arguments.output.as_deref() {
-            // The robot file is the report.
-            None if !json.is_some_and(is_stream) => Some(Path::new("-")),
-            output => output,
-        };
-        let contents = report::Parameters::new(name, &parameters);
-        publish(device, contents, json, &[(output, &toml)])
-    }
+) -> Result<(), Failure> {
+    let (set, name) = if arguments.nominal {
+        (ParameterSet::Nominal, "nominal")
+    } else {
+        (ParameterSet::Current, "current")
+    };
+    let parameters = device.client.parameters::<T>(set)?;
+    let toml = robot_file(template, name, &parameters, device)?;
+    let output = match arguments.output.as_deref() {
+        // The robot file is the report.
+        None if !device.json.is_some_and(is_stream) => Some(Path::new("-")),
+        output => output,
+    };
+    let contents = report::Parameters::new(name, &parameters);
+    publish(device, contents, output.map(|path| (path, toml.as_str())))
 }
 
 /// The geometry as a robot file.
@@ -256,7 +239,7 @@ fn robot_file<T: Number>(
     template: Option<RobotFile>,
     set: &str,
     parameters: &Parameters<T>,
-    device: &Device,
+    device: &Device<'_>,
 ) -> Result<String, Failure> {
     let mut comment = format!(
         "The {set} geometry of the controller on {}, {}, fingerprint {}.",
@@ -279,18 +262,8 @@ fn robot_file<T: Number>(
             "\nThe controller does not know [joints]: correct the range below. State [tolerance] \
              and [noise] if you can.",
         );
-        RobotFile {
-            name: String::new(),
-            robot,
-            limits: any_limits().map_err(|_| DeviceError::ImpossibleGeometry)?,
-            forearm_limit: None,
-            tolerance: None,
-            noise: None,
-            sensor_frame: None,
-            transmission: None,
-            instruments: InstrumentFacts::default(),
-            record: Record::default(),
-        }
+        let limits = any_limits().map_err(|_| DeviceError::ImpossibleGeometry)?;
+        RobotFile::of("", robot, limits)
     };
     Ok(file.to_toml(&comment))
 }
@@ -300,20 +273,10 @@ fn any_limits() -> Result<JointLimits<f64>, JointLimitsError> {
     JointLimits::new(-90_f64.to_radians(), 90_f64.to_radians())
 }
 
-struct Revert<'a>(&'a RevertArguments);
-
-impl Task for Revert<'_> {
-    fn run<T: Number>(self, device: &mut Device) -> Result<(), Failure> {
-        let client = &mut device.client;
-        let before = client.parameters::<T>(ParameterSet::Current)?;
-        let to = if self.0.nominal {
-            RevertTo::Nominal
-        } else {
-            RevertTo::Previous
-        };
-        let after = client.revert::<T>(before.generation, to)?;
-        let after = in_use::<T, _>(client, after.geometry.fingerprint())?;
-        let changed = report::Parameters::changed(&before, &after);
-        publish(device, changed, self.0.json.as_deref(), &[])
-    }
+fn revert<T: Number>(device: &mut Device<'_>, to: RevertTo) -> Result<(), Failure> {
+    let client = &mut device.client;
+    let before = client.parameters::<T>(ParameterSet::Current)?;
+    let after = client.revert::<T>(before.generation, to)?;
+    let after = in_use::<T, _>(client, after.geometry.fingerprint())?;
+    publish(device, report::Parameters::changed(&before, &after), None)
 }

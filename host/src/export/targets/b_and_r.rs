@@ -3,6 +3,7 @@
 use crate::export::error::ExportError;
 use crate::export::geometry::{Each, Holds};
 use crate::export::target::{Content, Entry, Fitted, Target, Written, decimals};
+use crate::files::convention::Vertical;
 use delta_cal::robot::Drive;
 use std::fmt::Write;
 
@@ -16,6 +17,7 @@ pub(crate) const B_AND_R: Target = Target {
             fixed_azimuths: None,
             radii: Each::Arm,
             heights: Each::Arm,
+            from_base_plane: true,
             upper: Each::Arm,
             lower: Each::Arm,
             zeros: Each::Arm,
@@ -25,43 +27,66 @@ pub(crate) const B_AND_R: Target = Target {
     comment: "#",
     conventions: &[
         "to be confirmed on the machine: joints Q1, Q2 and Q3 are arms 1, 2 and 3",
-        "to be confirmed on the machine: a joint angle is positive with the elbow down, and 0 with the upper arm \
-         level; JointOffset is subtracted from the angle of the robot file",
-        "to be confirmed on the machine: Radius is the base's, and the platform's is stated beside it; only their \
-         difference counts",
+        "to be confirmed on the machine: a joint angle of count direction Standard is positive with the elbow down, and 0 with \
+         the upper arm level; an offset is subtracted from the angle of the robot file",
+        "z = 0 is the plane of the motors; the radii are the base's and the platform's, of which only the difference counts",
+        "TranslationToFlange is [target] of the robot file",
     ],
-    source: "the controller's documentation; its source is not public, so nothing here is verified against it",
+    source: "names of a mechanical system file (Config_3.mechanicalsystem of a published project); the controller's source is \
+             not public, so that signs are not verified against it",
     alternative: "a correction table (--for correction-table)",
 };
 
 #[allow(clippy::unnecessary_wraps)] // the type of every target's function
 fn write(fitted: &Fitted) -> Result<Written, ExportError> {
     let platform = fitted.platform_radius;
+    let up = fitted.convention.joint_positive == Vertical::Up;
     let mut entries = Vec::new();
     for (number, arm) in (1..).zip(&fitted.geometry.arms) {
+        let base = format!("BasePlatform.Arm{number}LinkPoint");
         entries.extend([
-            Entry::azimuth(format!("Arm{number}.Angle"), arm.azimuth),
-            Entry::length(format!("Arm{number}.Radius"), arm.radius + platform),
-            Entry::length(format!("Arm{number}.Z"), arm.height),
-            Entry::length(format!("Arm{number}.UpperArm"), arm.upper),
-            Entry::length(format!("Arm{number}.LowerArm"), arm.lower),
-            Entry::degrees(format!("Arm{number}.JointOffset"), arm.zero),
+            Entry::azimuth(format!("{base}.Angle"), arm.azimuth),
+            Entry::length(format!("{base}.Radius"), arm.radius + platform),
+            Entry::length(format!("{base}.Z"), arm.height),
         ]);
     }
-    entries.extend([
-        Entry::length("Platform.Radius", platform),
-        Entry::length("Platform.Z", 0.0),
-    ]);
+    for (number, arm) in (1..).zip(&fitted.geometry.arms) {
+        let own = format!("Arms.Arm{number}");
+        entries.extend([
+            Entry::length(format!("{own}.UpperArmLength"), arm.upper),
+            Entry::length(format!("{own}.LowerArmLength"), arm.lower),
+        ]);
+    }
+    for number in 1..=3 {
+        let end = format!("EndEffectorPlatform.Arm{number}LinkPoint");
+        entries.extend([
+            Entry::length(format!("{end}.Radius"), platform),
+            Entry::length(format!("{end}.Z"), 0.0),
+        ]);
+    }
+    let flange = fitted.target.unwrap_or_default();
+    for (axis, value) in ["X", "Y", "Z"].into_iter().zip(flange.iter()) {
+        let name = format!("EndEffectorPlatform.TranslationToFlange.{axis}");
+        entries.push(Entry::length(name, *value));
+    }
+    for (number, arm) in (1..).zip(&fitted.geometry.arms) {
+        let zero = if up { -arm.zero } else { arm.zero };
+        entries.push(Entry::degrees(format!("Offsets.JointAxis[{number}]"), zero));
+    }
     let mut lines = String::new();
     for Entry { name, value, unit } in &entries {
         let _ = writeln!(lines, "{name} = {} {unit}", decimals(*value));
+    }
+    let direction = if up { "Inverse" } else { "Standard" };
+    for number in 1..=3 {
+        let _ = writeln!(lines, "CountDirections.JointAxis[{number}] = {direction}");
     }
     Ok(Written {
         entries,
         lines,
         warnings: vec![
-            "Confirm names and signs on the machine: enter the values in the mechanical system of your Automation \
-             Studio project, move to three positions and compare the joint angles."
+            "Confirm the signs on the machine: enter the values in the mechanical system of your Automation Studio \
+             project, move to three positions and compare the joint angles."
                 .to_owned(),
         ],
     })

@@ -13,6 +13,7 @@ const HOLDS: Holds = Holds {
     fixed_azimuths: Some(AZIMUTHS),
     radii: Each::Shared,
     heights: Each::Fixed,
+    from_base_plane: false,
     upper: Each::Shared,
     lower: Each::Shared,
     zeros: Each::Fixed,

@@ -17,6 +17,7 @@ pub(crate) const ROTARY: Target = Target {
             fixed_azimuths: None,
             radii: Each::Shared,
             heights: Each::Shared,
+            from_base_plane: false,
             upper: Each::Arm,
             lower: Each::Arm,
             zeros: Each::Arm,

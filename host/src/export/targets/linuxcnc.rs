@@ -16,6 +16,7 @@ pub(crate) const LINUXCNC: Target = Target {
             fixed_azimuths: Some([-90.0, 150.0, 30.0]),
             radii: Each::Shared,
             heights: Each::Fixed,
+            from_base_plane: false,
             upper: Each::Shared,
             lower: Each::Shared,
             zeros: Each::Arm,
@@ -38,15 +39,28 @@ fn write(fitted: &Fitted) -> Result<Written, ExportError> {
     let geometry = &fitted.geometry;
     let [first, ..] = geometry.by_motor();
     let foot = fitted.platform_radius;
+    let length = |name: &str, value: f64| {
+        if fitted.inches {
+            Entry::inches(name, value)
+        } else {
+            Entry::length(name, value)
+        }
+    };
     let mut entries = vec![
-        Entry::length("platformradius", first.radius + foot),
-        Entry::length("thighlength", first.upper),
-        Entry::length("shinlength", first.lower),
-        Entry::length("footradius", foot),
+        length("platformradius", first.radius + foot),
+        length("thighlength", first.upper),
+        length("shinlength", first.lower),
+        length("footradius", foot),
     ];
     let mut lines = String::from("# In the HAL file:\n");
     for Entry { name, value, .. } in &entries {
-        let _ = writeln!(lines, "setp rotarydeltakins.{name} {}", decimals(*value));
+        // An inch has as many digits more as it is larger.
+        let value = if fitted.inches {
+            format!("{value:.6}")
+        } else {
+            decimals(*value)
+        };
+        let _ = writeln!(lines, "setp rotarydeltakins.{name} {value}");
     }
     lines.push_str("# In the INI file:\n");
     for (joint, arm) in geometry.motors.into_iter().enumerate() {

@@ -16,6 +16,7 @@ pub(crate) const ROTARY: Target = Target {
             fixed_azimuths: None,
             radii: Each::Shared,
             heights: Each::Arm,
+            from_base_plane: false,
             upper: Each::Arm,
             lower: Each::Arm,
             zeros: Each::Arm,

@@ -4,7 +4,8 @@ use super::schema::{
     ByAxis, Kind, Linear, NoiseToml, Number, PointToml, Positive, RobotToml, Rotary,
     SensorFrameToml, Tag, Words, arm_key,
 };
-use super::{InstrumentFacts, KnownPlane, NamedPoint, Record, RobotFile};
+use super::{DatumPoint, InstrumentFacts, KnownPlane, NamedPoint, Record, RobotFile};
+use crate::files::convention::Convention;
 use crate::files::input::{InputError, InputText};
 use crate::geometry::reaches_anywhere;
 use crate::text::count;
@@ -64,8 +65,12 @@ fn table_instead(input: &InputText) -> Option<InputError> {
 
 fn read<K: Kind>(input: &InputText) -> Result<RobotFile, InputError> {
     let toml: RobotToml<K> = parse(input)?;
-    let (robot, place) = robot(input, &toml)?;
-    let (limits, forearm_limit) = section(input, &toml.joints, K::joints)?;
+    let convention = match &toml.convention {
+        Some(own) => section(input, own, |own| own.of(K::DRIVE))?,
+        None => Convention::usual(K::DRIVE),
+    };
+    let (robot, place) = robot(input, &toml, &convention)?;
+    let (limits, forearm_limit) = section(input, &toml.joints, |own| K::joints(own, &convention))?;
     if !reaches_anywhere(&robot, &limits) {
         let cause =
             "the geometry is impossible: the forearms do not meet anywhere within the joint limits";
@@ -84,7 +89,7 @@ fn read<K: Kind>(input: &InputText) -> Result<RobotFile, InputError> {
         target: toml
             .target
             .as_ref()
-            .map(|own| Vector3::new(own.x_mm.0, own.y_mm.0, own.z_mm.0)),
+            .map(|own| convention.vector(&Vector3::new(own.x_mm.0, own.y_mm.0, own.z_mm.0))),
         ..InstrumentFacts::default()
     };
     let noise = match &toml.noise {
@@ -98,7 +103,7 @@ fn read<K: Kind>(input: &InputText) -> Result<RobotFile, InputError> {
         instruments.planes.push(KnownPlane {
             name,
             line: input.line_at(spanned.span().start),
-            height: own.z_mm.0,
+            height: convention.vector(&Vector3::new(0.0, 0.0, own.z_mm.0)).z,
             sigma: own.sigma_mm.0,
             tilt: own.tilt_deg.map(super::schema::Number::radians),
             blocks: section(input, &spanned, |own| blocks(&own.blocks_mm))?,
@@ -109,16 +114,25 @@ fn read<K: Kind>(input: &InputText) -> Result<RobotFile, InputError> {
     }
     for (name, own) in toml.points {
         let line = input.line_at(own.span().start);
-        let point = section(input, &own, |own| point(name, line, own))?;
+        let point = section(input, &own, |own| point(name, line, own, &convention))?;
         instruments.points.push(point);
     }
+    for (name, own) in toml.datum {
+        let inside = |[x, y, z]: [Number; 3]| convention.vector(&Vector3::new(x.0, y.0, z.0));
+        instruments.datum.push(DatumPoint {
+            name,
+            place: inside([own.x_mm, own.y_mm, own.z_mm]),
+            seen: inside(own.sensor_mm),
+        });
+    }
     let sensor_frame = match &toml.sensor_frame {
-        Some(own) => Some(section(input, own, sensor_frame)?),
+        Some(own) => Some(section(input, own, |own| sensor_frame(own, &convention))?),
         None => None,
     };
     let text = |words: Option<Words>| words.map(|words| words.0);
     Ok(RobotFile {
         name: input.name().to_owned(),
+        convention,
         robot,
         limits,
         forearm_limit,
@@ -126,6 +140,10 @@ fn read<K: Kind>(input: &InputText) -> Result<RobotFile, InputError> {
         transmission,
         noise,
         sensor_frame,
+        platform_radius: match &toml.nominal {
+            Some(nominal) => K::platform_radius(nominal.as_ref()),
+            None => toml.platform.map(|own| own.radius_mm.0),
+        },
         instruments,
         record: Record {
             name: text(toml.robot.name),
@@ -153,10 +171,13 @@ fn section<S, T, E: Display>(
 fn robot<K: Kind>(
     input: &InputText,
     toml: &RobotToml<K>,
+    convention: &Convention,
 ) -> Result<(Robot<f64>, Range<usize>), InputError> {
     match (&toml.nominal, toml.arm.as_deref()) {
         (Some(nominal), None) => {
-            let robot = section(input, nominal, |own| K::robot(own).map_err(impossible))?;
+            let robot = section(input, nominal, |own| {
+                K::robot(own, convention).map_err(impossible)
+            })?;
             Ok((robot, nominal.span()))
         }
         (None, Some([first, second, third])) => {
@@ -211,9 +232,17 @@ fn noise(
     Ok(None)
 }
 
-fn point(name: String, line: u64, toml: &PointToml) -> Result<NamedPoint, &'static str> {
+fn point(
+    name: String,
+    line: u64,
+    toml: &PointToml,
+    convention: &Convention,
+) -> Result<NamedPoint, &'static str> {
     let place = match (toml.x_mm, toml.y_mm, toml.z_mm, toml.sigma_mm) {
-        (Some(x), Some(y), Some(z), Some(sigma)) => Some((Vector3::new(x.0, y.0, z.0), sigma.0)),
+        (Some(x), Some(y), Some(z), Some(sigma)) => {
+            let place = convention.vector(&Vector3::new(x.0, y.0, z.0));
+            Some((place, sigma.0))
+        }
         (None, None, None, None) => None,
         _ => return Err("a known place needs all of x_mm, y_mm, z_mm and sigma_mm"),
     };
@@ -245,7 +274,10 @@ fn lengths([shortest, longest]: [Positive; 2]) -> Result<(f64, f64), &'static st
     }
 }
 
-fn sensor_frame(toml: &SensorFrameToml) -> Result<RigidTransform<f64>, &'static str> {
+fn sensor_frame(
+    toml: &SensorFrameToml,
+    convention: &Convention,
+) -> Result<RigidTransform<f64>, &'static str> {
     let rotation = Matrix3::from_fn(|row, column| toml.rotation[row][column].0);
     let off = (rotation.transpose() * rotation - Matrix3::identity()).amax();
     if !(off <= ROTATION_ERROR && rotation.determinant() > 0.0) {
@@ -254,7 +286,7 @@ fn sensor_frame(toml: &SensorFrameToml) -> Result<RigidTransform<f64>, &'static 
         );
     }
     Ok(RigidTransform {
-        rotation,
-        translation: Vector3::from(toml.translation_mm.map(|number| number.0)),
+        rotation: convention.rotation(&rotation),
+        translation: convention.vector(&Vector3::from(toml.translation_mm.map(|number| number.0))),
     })
 }

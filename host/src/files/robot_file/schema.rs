@@ -1,6 +1,7 @@
 //! The keys of a robot file. What they hold in common stands here; what a robot with motors and one with towers have of
 //! their own, in two sets of sections behind the trait [`Kind`].
 
+use crate::files::convention::{Convention, JointUnit, LengthUnit, Vertical};
 use crate::text::joint;
 use delta_cal::kinematics::{JointLimits, JointLimitsError};
 use delta_cal::robot::{
@@ -51,6 +52,7 @@ impl Tag {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, bound = "")]
 pub(super) struct RobotToml<K: Kind> {
+    pub(super) convention: Option<Spanned<ConventionToml>>,
     pub(super) nominal: Option<Spanned<K::Nominal>>,
     pub(super) arm: Option<Vec<Spanned<K::Arm>>>,
     pub(super) joints: Spanned<K::Joints>,
@@ -62,7 +64,10 @@ pub(super) struct RobotToml<K: Kind> {
     pub(super) distances: Option<Spanned<DistancesToml>>,
     #[serde(default)]
     pub(super) points: BTreeMap<String, Spanned<PointToml>>,
+    pub(super) platform: Option<PlatformToml>,
     pub(super) target: Option<TargetToml>,
+    #[serde(default)]
+    pub(super) datum: BTreeMap<String, DatumToml>,
     #[serde(default)]
     pub(super) robot: RobotRecordToml,
     #[serde(default)]
@@ -71,15 +76,23 @@ pub(super) struct RobotToml<K: Kind> {
 
 /// The sections in which robots with motors and robots with towers differ. Results are in mm and radians.
 pub(super) trait Kind {
+    const DRIVE: Drive;
     type Nominal: DeserializeOwned;
     type Arm: DeserializeOwned;
     type Joints: DeserializeOwned;
     type Tolerance: DeserializeOwned;
 
-    fn robot(nominal: &Self::Nominal) -> Result<Robot<f64>, GeometryError>;
+    /// Azimuths are about the z axis of the convention.
+    fn robot(nominal: &Self::Nominal, convention: &Convention)
+    -> Result<Robot<f64>, GeometryError>;
     fn arm(arm: &Self::Arm) -> Result<Arm<f64>, GeometryError>;
+    /// Of the platform, if it has one.
+    fn platform_radius(nominal: &Self::Nominal) -> Option<f64>;
     /// With the largest angle of a forearm out of its arm's plane.
-    fn joints(joints: &Self::Joints) -> Result<(JointLimits<f64>, Option<f64>), String>;
+    fn joints(
+        joints: &Self::Joints,
+        convention: &Convention,
+    ) -> Result<(JointLimits<f64>, Option<f64>), String>;
     fn tolerance(tolerance: &Self::Tolerance) -> Result<Tolerances, String>;
 }
 
@@ -100,6 +113,8 @@ pub(super) struct RotaryNominal {
     platform_radius_mm: Number,
     upper_arm_mm: Positive,
     forearm_mm: Positive,
+    azimuth_deg: Option<[Number; 3]>,
+    zero_deg: Option<OneOrThree>,
 }
 
 #[derive(Deserialize)]
@@ -180,8 +195,10 @@ pub(super) const fn arm_key(parameter: Parameter) -> &'static str {
     reason = "the names are the keys of the file"
 )]
 pub(super) struct RotaryJoints {
-    min_deg: Number,
-    max_deg: Number,
+    min_deg: Option<Number>,
+    max_deg: Option<Number>,
+    min_rad: Option<Number>,
+    max_rad: Option<Number>,
     forearm_max_deg: Option<Positive>,
 }
 
@@ -235,19 +252,53 @@ impl NoiseToml {
 }
 
 impl Kind for Rotary {
+    const DRIVE: Drive = Drive::Rotary;
     type Nominal = RotaryNominal;
     type Arm = RotaryArm;
     type Joints = RotaryJoints;
     type Tolerance = RotaryTolerance;
 
-    fn robot(nominal: &RotaryNominal) -> Result<Robot<f64>, GeometryError> {
-        SymmetricRobot {
+    fn robot(
+        nominal: &RotaryNominal,
+        convention: &Convention,
+    ) -> Result<Robot<f64>, GeometryError> {
+        let robot = SymmetricRobot {
             base_radius: nominal.base_radius_mm.0,
             platform_radius: nominal.platform_radius_mm.0,
             upper_arm: nominal.upper_arm_mm.0,
             forearm: nominal.forearm_mm.0,
         }
-        .robot()
+        .robot()?;
+        if nominal.azimuth_deg.is_none() && nominal.zero_deg.is_none() {
+            return Ok(robot);
+        }
+        let usual = robot.arms().map(|arm| arm.get(Parameter::Theta));
+        let azimuths = azimuths(nominal.azimuth_deg, convention)?.unwrap_or(usual);
+        let zeros = nominal
+            .zero_deg
+            .as_ref()
+            .map_or([0.0; 3], OneOrThree::values);
+        let radius = nominal.base_radius_mm.0 - nominal.platform_radius_mm.0;
+        let length = nominal.upper_arm_mm.0;
+        let arm = |index: usize| {
+            let (sine, cosine) = azimuths[index].sin_cos();
+            let (up, along) = zeros[index].to_radians().sin_cos();
+            Arm::new([
+                radius * cosine,
+                radius * sine,
+                0.0,
+                azimuths[index],
+                0.0,
+                length * along,
+                length * up,
+                nominal.forearm_mm.0,
+            ])
+        };
+        Robot::new([arm(0)?, arm(1)?, arm(2)?])
+    }
+
+    fn platform_radius(nominal: &RotaryNominal) -> Option<f64> {
+        Some(nominal.platform_radius_mm.0)
     }
 
     fn arm(arm: &RotaryArm) -> Result<Arm<f64>, GeometryError> {
@@ -271,9 +322,24 @@ impl Kind for Rotary {
         .with_transmission(transmission)
     }
 
-    fn joints(joints: &RotaryJoints) -> Result<(JointLimits<f64>, Option<f64>), String> {
-        let (low, high) = (joints.min_deg, joints.max_deg);
-        let limits = JointLimits::new(low.radians(), high.radians());
+    fn joints(
+        joints: &RotaryJoints,
+        convention: &Convention,
+    ) -> Result<(JointLimits<f64>, Option<f64>), String> {
+        let (low, high, radians) = match (
+            joints.min_deg,
+            joints.max_deg,
+            joints.min_rad,
+            joints.max_rad,
+        ) {
+            (Some(low), Some(high), None, None) => (low, high, [low, high].map(Number::radians)),
+            (None, None, Some(low), Some(high)) => (low, high, [low.0, high.0]),
+            _ => {
+                return Err("the limits are min_deg and max_deg, or min_rad and max_rad".to_owned());
+            }
+        };
+        let (least, most) = convention.limits(radians[0], radians[1]);
+        let limits = JointLimits::new(least, most);
         let limits = limits.map_err(|error| limits_fault(Drive::Rotary, low, high, error))?;
         match joints.forearm_max_deg {
             Some(Number(degrees)) if degrees > 90.0 => {
@@ -304,23 +370,28 @@ impl Kind for Rotary {
 }
 
 impl Kind for Linear {
+    const DRIVE: Drive = Drive::Linear;
     type Nominal = LinearNominal;
     type Arm = LinearArm;
     type Joints = LinearJoints;
     type Tolerance = LinearTolerance;
 
-    fn robot(nominal: &LinearNominal) -> Result<Robot<f64>, GeometryError> {
+    fn robot(
+        nominal: &LinearNominal,
+        convention: &Convention,
+    ) -> Result<Robot<f64>, GeometryError> {
         let geometry = SymmetricLinearRobot {
             tower_radius: nominal.tower_radius_mm.0,
             forearm: nominal.forearm_mm.0,
         };
-        match nominal.tower_deg {
+        match azimuths(nominal.tower_deg, convention)? {
             None => geometry.robot(),
-            Some(azimuths) if azimuths.iter().any(|azimuth| azimuth.0.abs() > 720.0) => {
-                Err(GeometryError::AzimuthTooLarge)
-            }
-            Some(azimuths) => geometry.robot_at(azimuths.map(Number::radians)),
+            Some(azimuths) => geometry.robot_at(azimuths),
         }
+    }
+
+    fn platform_radius(_: &LinearNominal) -> Option<f64> {
+        None
     }
 
     fn arm(arm: &LinearArm) -> Result<Arm<f64>, GeometryError> {
@@ -335,7 +406,10 @@ impl Kind for Linear {
         ])
     }
 
-    fn joints(joints: &LinearJoints) -> Result<(JointLimits<f64>, Option<f64>), String> {
+    fn joints(
+        joints: &LinearJoints,
+        _: &Convention,
+    ) -> Result<(JointLimits<f64>, Option<f64>), String> {
         let (low, high) = (joints.min_mm, joints.max_mm);
         let limits = JointLimits::travel(low.0, high.0);
         let limits = limits.map_err(|error| limits_fault(Drive::Linear, low, high, error))?;
@@ -357,6 +431,24 @@ impl Kind for Linear {
     }
 }
 
+/// Where the arms or towers stand, radians about the z axis inside.
+fn azimuths(
+    stated: Option<[Number; 3]>,
+    convention: &Convention,
+) -> Result<Option<[f64; 3]>, GeometryError> {
+    let Some(stated) = stated else {
+        return Ok(None);
+    };
+    if stated.iter().any(|azimuth| azimuth.0.abs() > 720.0) {
+        return Err(GeometryError::AzimuthTooLarge);
+    }
+    let sense = match convention.z_axis {
+        Vertical::Up => 1.0,
+        Vertical::Down => -1.0,
+    };
+    Ok(Some(stated.map(|azimuth| sense * azimuth.radians())))
+}
+
 fn limits_fault(drive: Drive, low: Number, high: Number, error: JointLimitsError) -> String {
     match error {
         JointLimitsError::Empty => format!(
@@ -366,6 +458,61 @@ fn limits_fault(drive: Drive, low: Number, high: Number, error: JointLimitsError
             low.0
         ),
         error => error.to_string(),
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ConventionToml {
+    joint_positive: Option<Vertical>,
+    z_axis: Option<Vertical>,
+    joint_unit: Option<JointUnitToml>,
+    counts_per_deg: Option<OneOrThree>,
+    length_unit: Option<LengthUnit>,
+}
+
+#[derive(Deserialize, Clone, Copy, PartialEq)]
+#[serde(rename_all = "lowercase")]
+enum JointUnitToml {
+    Deg,
+    Rad,
+    Counts,
+}
+
+impl ConventionToml {
+    pub(super) fn of(&self, drive: Drive) -> Result<Convention, &'static str> {
+        let of_motors = self.joint_positive.is_some()
+            || self.joint_unit.is_some()
+            || self.counts_per_deg.is_some();
+        if drive == Drive::Linear && of_motors {
+            return Err(
+                "joint_positive, joint_unit and counts_per_deg are for motors that turn arms",
+            );
+        }
+        let counts = self.counts_per_deg.as_ref().map(OneOrThree::values);
+        let joint_unit = match (self.joint_unit, counts) {
+            (Some(JointUnitToml::Counts) | None, Some(counts)) => {
+                if counts.contains(&0.0) {
+                    return Err("counts_per_deg must not be 0");
+                }
+                Some(JointUnit::Counts(counts))
+            }
+            (Some(JointUnitToml::Counts), None) => {
+                return Err("joint_unit = \"counts\" needs counts_per_deg, one number or three");
+            }
+            (Some(_), Some(_)) => return Err("counts_per_deg needs joint_unit = \"counts\""),
+            (Some(JointUnitToml::Deg), None) => Some(JointUnit::Degree),
+            (Some(JointUnitToml::Rad), None) => Some(JointUnit::Radian),
+            (None, None) => None,
+        };
+        let usual = Convention::usual(drive);
+        Ok(Convention {
+            drive,
+            joint_positive: self.joint_positive.unwrap_or(usual.joint_positive),
+            z_axis: self.z_axis.unwrap_or(usual.z_axis),
+            joint_unit,
+            length_unit: self.length_unit,
+        })
     }
 }
 
@@ -409,6 +556,21 @@ pub(super) struct TargetToml {
     pub(super) x_mm: Number,
     pub(super) y_mm: Number,
     pub(super) z_mm: Number,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PlatformToml {
+    pub(super) radius_mm: Positive,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DatumToml {
+    pub(super) x_mm: Number,
+    pub(super) y_mm: Number,
+    pub(super) z_mm: Number,
+    pub(super) sensor_mm: [Number; 3],
 }
 
 #[derive(Deserialize)]
@@ -493,6 +655,26 @@ pub(super) enum ByAxis {
 
 impl ByAxis {
     pub(super) fn values(&self) -> [f64; 3] {
+        match self {
+            Self::One(number) => [number.0; 3],
+            Self::Three(numbers) => numbers.map(|number| number.0),
+        }
+    }
+}
+
+/// One number for all arms, or one for each.
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected a number, or three of them in brackets: one an arm"
+)]
+pub(super) enum OneOrThree {
+    One(Number),
+    Three([Number; 3]),
+}
+
+impl OneOrThree {
+    fn values(&self) -> [f64; 3] {
         match self {
             Self::One(number) => [number.0; 3],
             Self::Three(numbers) => numbers.map(|number| number.0),

@@ -2,9 +2,11 @@
 
 use super::schema::{TRANSMISSION_KEYS, arm_key};
 use super::{Record, RobotFile};
+use crate::files::convention::{Convention, JointUnit, LengthUnit, Vertical};
 use crate::text::{degrees, joint};
 use delta_cal::Parameter;
 use delta_cal::robot::{Drive, ParameterKind};
+use nalgebra::Vector3;
 use std::fmt::Write;
 
 impl RobotFile {
@@ -17,6 +19,7 @@ impl RobotFile {
             let _ = writeln!(text, "# {}", line.replace(char::is_control, "?"));
         }
         write_record(&self.record, &mut text);
+        write_convention(&self.convention, &mut text);
         for arm in self.robot.arms() {
             text.push_str("\n[[arm]]\n");
             for parameter in arm.drive().parameters().iter().copied() {
@@ -35,12 +38,22 @@ impl RobotFile {
                 }
             }
         }
+        if let Some(radius) = self.platform_radius {
+            text.push_str("\n[platform]\n");
+            entry(&mut text, "radius_mm", radius);
+        }
         text.push_str("\n[joints]\n");
         let drive = self.robot.drive();
-        let (low, high) = (self.limits.minimum(), self.limits.maximum());
-        let in_file = |value| joint::in_file(drive, value);
-        entry(&mut text, &joint::key("min", drive), in_file(low));
-        entry(&mut text, &joint::key("max", drive), in_file(high));
+        let convention = &self.convention;
+        let (low, high) = convention.limits(self.limits.minimum(), self.limits.maximum());
+        for (name, limit) in [("min", low), ("max", high)] {
+            if convention.joint_unit == Some(JointUnit::Radian) {
+                entry(&mut text, &format!("{name}_rad"), limit);
+            } else {
+                let limit = joint::in_file(drive, limit);
+                entry(&mut text, &joint::key(name, drive), limit);
+            }
+        }
         if let Some(angle) = self.forearm_limit {
             entry(&mut text, "forearm_max_deg", degrees(angle));
         }
@@ -79,10 +92,10 @@ impl RobotFile {
         if let Some(frame) = &self.sensor_frame {
             text.push_str("\n# X_sensor = rotation * X_robot + translation\n[sensor_frame]\n");
             text.push_str("rotation = [\n");
-            for row in frame.rotation.row_iter() {
+            for row in convention.rotation(&frame.rotation).row_iter() {
                 let _ = writeln!(text, "    [{:?}, {:?}, {:?}],", row[0], row[1], row[2]);
             }
-            let [x, y, z] = frame.translation.data.0[0];
+            let [x, y, z] = convention.vector(&frame.translation).data.0[0];
             let _ = writeln!(text, "]\ntranslation_mm = [{x:?}, {y:?}, {z:?}]");
         }
         text
@@ -114,7 +127,10 @@ impl RobotFile {
         }
         for plane in &facts.planes {
             let _ = writeln!(text, "\n[planes.{}]", key_of(&plane.name));
-            entry(text, "z_mm", plane.height);
+            let at = self
+                .convention
+                .vector(&Vector3::new(0.0, 0.0, plane.height));
+            entry(text, "z_mm", at.z);
             entry(text, "sigma_mm", plane.sigma);
             if let Some(tilt) = plane.tilt {
                 entry(text, "tilt_deg", degrees(tilt));
@@ -126,6 +142,7 @@ impl RobotFile {
         for point in &facts.points {
             let _ = writeln!(text, "\n[points.{}]", key_of(&point.name));
             if let Some((place, sigma)) = point.place {
+                let place = self.convention.vector(&place);
                 entry(text, "x_mm", place.x);
                 entry(text, "y_mm", place.y);
                 entry(text, "z_mm", place.z);
@@ -144,13 +161,64 @@ impl RobotFile {
                 "\n[distances]\nlength_mm = [{shortest:?}, {longest:?}]"
             );
         }
+        for point in &facts.datum {
+            let _ = writeln!(text, "\n[datum.{}]", key_of(&point.name));
+            let [x, y, z] = self.convention.vector(&point.place).data.0[0];
+            entry(text, "x_mm", x);
+            entry(text, "y_mm", y);
+            entry(text, "z_mm", z);
+            let seen = self.convention.vector(&point.seen).data.0[0];
+            let _ = writeln!(text, "sensor_mm = {seen:?}");
+        }
         if let Some(target) = &facts.target {
+            let target = self.convention.vector(target);
             text.push_str("\n[target]\n");
             entry(text, "x_mm", target.x);
             entry(text, "y_mm", target.y);
             entry(text, "z_mm", target.z);
         }
     }
+}
+
+fn write_convention(convention: &Convention, text: &mut String) {
+    if convention.is_usual() {
+        return;
+    }
+    let axis = |vertical| match vertical {
+        Vertical::Up => "up",
+        Vertical::Down => "down",
+    };
+    text.push_str("\n# The arms' parameters below are in the axes of the program: z up, positive joints down.\n");
+    text.push_str("[convention]\n");
+    if convention.drive == Drive::Rotary {
+        let _ = writeln!(
+            text,
+            "joint_positive = {:?}",
+            axis(convention.joint_positive)
+        );
+    }
+    let _ = writeln!(text, "z_axis = {:?}", axis(convention.z_axis));
+    let unit = match convention.joint_unit {
+        Some(JointUnit::Degree) => "deg",
+        Some(JointUnit::Radian) => "rad",
+        Some(JointUnit::Counts(_)) => "counts",
+        None => "",
+    };
+    if !unit.is_empty() {
+        let _ = writeln!(text, "joint_unit = {unit:?}");
+    }
+    if let Some(JointUnit::Counts(counts)) = convention.joint_unit {
+        let _ = writeln!(text, "counts_per_deg = {counts:?}");
+    }
+    let unit = match convention.length_unit {
+        Some(LengthUnit::Millimetre) => "mm",
+        Some(LengthUnit::Centimetre) => "cm",
+        Some(LengthUnit::Metre) => "m",
+        Some(LengthUnit::Micrometre) => "um",
+        Some(LengthUnit::Inch) => "inch",
+        None => return,
+    };
+    let _ = writeln!(text, "length_unit = {unit:?}");
 }
 
 fn write_record(record: &Record, text: &mut String) {

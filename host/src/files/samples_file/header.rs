@@ -2,6 +2,7 @@
 
 use super::records::{IGNORED, Records};
 use crate::files::columns::{COUNT, ColumnName, Quantity, Unit};
+use crate::files::convention::Convention;
 use crate::files::input::InputError;
 use crate::text::{count, list};
 use csv::StringRecord;
@@ -9,7 +10,7 @@ use csv::StringRecord;
 pub(super) const KNOWN: &str = "the columns are q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm (or _rad, and _cm, _m, \
                                 _um, _in), or in place of the last three height_mm,plane or \
                                 distance_mm,point or distance_mm,to_q1_deg,to_q2_deg,to_q3_deg, in any \
-                                order; with a linear drive s1_mm… and to_s1_mm… instead of q1_deg… and \
+                                order, and sigma_mm or u_k2_mm (k = 2), the uncertainty of the row; with a linear drive s1_mm… and to_s1_mm… instead of q1_deg… and \
                                 to_q1_deg…; the program ignores columns whose name begins with _";
 
 /// What is done with the cells of a column.
@@ -42,10 +43,17 @@ pub(super) struct Header {
     uses: Vec<Use>,
     /// By the number of their quantity.
     columns: [Option<Column>; COUNT],
+    convention: Convention,
+    /// Whether columns that are not known are left to another file.
+    lenient: bool,
 }
 
 impl Header {
-    pub(super) fn new(records: &Records<'_>) -> Result<Self, InputError> {
+    pub(super) fn new(
+        records: &Records<'_>,
+        convention: &Convention,
+        lenient: bool,
+    ) -> Result<Self, InputError> {
         let mut header = Self {
             file: records.input().name().to_owned(),
             line: records.header_line,
@@ -53,8 +61,16 @@ impl Header {
             names: records.header.clone(),
             uses: Vec::new(),
             columns: [None; COUNT],
+            convention: *convention,
+            lenient,
         };
-        header.check_mapping(records)?;
+        let motive = records.input().text().starts_with("Format Version");
+        if motive && !lenient && !header.has_joints() {
+            return Err(header.motive());
+        }
+        if !lenient {
+            header.check_mapping(records)?;
+        }
         for place in 0..header.names.len() {
             let used = header.use_of(records, place)?;
             if let Use::Read(column) = used {
@@ -67,23 +83,43 @@ impl Header {
             }
             header.uses.push(used);
         }
+        header.leave_labels();
         Ok(header)
+    }
+
+    /// Without distances a column `point` names the poses.
+    fn leave_labels(&mut self) {
+        if self.columns[Quantity::Distance as usize].is_none()
+            && let Some(column) = self.columns[Quantity::Point as usize].take()
+        {
+            self.uses[column.place] = Use::Ignored;
+        }
     }
 
     /// Every column of `--columns` is there, once.
     fn check_mapping(&self, records: &Records<'_>) -> Result<(), InputError> {
         for mapped in records.input().columns().all() {
             let named = self.names.iter().filter(|name| **name == mapped.column);
+            let number = mapped.column.parse::<usize>();
             let cause = match named.count() {
                 1 => continue,
+                0 if number.is_ok_and(|number| (1..=self.names.len()).contains(&number)) => {
+                    continue;
+                }
                 0 => "the header has no such column, which --columns names",
                 _ => "the header has more than one such column, and --columns names it",
             };
-            let names = list(&self.names);
+            let names: Vec<_> = (1..)
+                .zip(&self.names)
+                .map(|(number, name)| format!("{number} {name}"))
+                .collect();
             return Err(self
                 .fault(cause)
                 .at_column(&mapped.column)
-                .with_remedy(format!("the columns of the file are {names}")));
+                .with_remedy(format!(
+                    "the columns of the file are {}; a number chooses one, as in --columns x_m=7",
+                    list(&names)
+                )));
         }
         Ok(())
     }
@@ -94,27 +130,27 @@ impl Header {
             Use::Read(Column {
                 place,
                 quantity: name.quantity,
-                unit: name.unit.unwrap_or(name.quantity.usual_unit()),
-                stated: name.unit.is_some(),
+                unit: name.unit.unwrap_or(self.convention.unit_of(name.quantity)),
+                stated: name.unit.is_some() || self.convention.states_unit_of(name.quantity),
             })
         };
-        if let Some(mapped) = mapping.of_column(name) {
+        let numbered = mapping.of_place(place, &self.names);
+        if let Some(mapped) = mapping.of_column(name).or(numbered) {
             return Ok(read(mapped));
         }
         if name.is_empty() {
-            return Ok(Use::Unnamed);
+            let others = self.lenient || !mapping.is_empty();
+            return Ok(if others { Use::Ignored } else { Use::Unnamed });
         }
         if name.starts_with(IGNORED) {
             return Ok(Use::Ignored);
         }
         match ColumnName::recognise(name) {
             Some(own) if !mapping.has(own.quantity) => Ok(read(own)),
-            _ if !mapping.is_empty() => Ok(Use::Ignored),
+            _ if name.replace(',', ".").parse::<f64>().is_ok() => Err(self.without_header()),
+            _ if self.lenient || !mapping.is_empty() => Ok(Use::Ignored),
             _ => {
-                let (cause, before) = if name.replace(',', ".").parse::<f64>().is_ok() {
-                    let cause = "the first line must name the columns, but this is a number";
-                    (cause, "write a header above the numbers")
-                } else if name.starts_with('[') {
+                let (cause, before) = if name.starts_with('[') {
                     let cause =
                         "this looks like a robot file, and a table of samples is needed here";
                     (cause, "give the robot file first and the table after it")
@@ -131,8 +167,73 @@ impl Header {
         }
     }
 
+    /// That the first line holds numbers.
+    fn without_header(&self) -> InputError {
+        let columns = count(self.names.len(), "column");
+        let usual = self.convention.joint_columns().into_iter();
+        let usual: Vec<_> = usual.chain(self.convention.position_columns()).collect();
+        let separator = self.separator.to_string();
+        let remedy = match self.names.len() {
+            6 => format!(
+                "write a header above the numbers: {} if that is what they are",
+                usual.join(&separator)
+            ),
+            3 => format!(
+                "three columns are the joints or the positions alone: write {} or {} above the numbers and give both files, \
+                 joints first, or paste them side by side",
+                usual[..3].join(&separator),
+                usual[3..].join(&separator)
+            ),
+            _ => format!("write a header above the numbers; {KNOWN}"),
+        };
+        InputError::new(
+            &self.file,
+            format!(
+                "the first line must name the columns, but this is a number: no header, {columns}"
+            ),
+        )
+        .at_line(self.line)
+        .with_remedy(remedy)
+    }
+
+    /// Whether a name is that of a joint, before any column is read.
+    fn has_joints(&self) -> bool {
+        let mut names = self.names.iter();
+        names.any(|name| {
+            ColumnName::recognise(name).is_some_and(|own| own.quantity.joint().is_some())
+        })
+    }
+
+    /// That this is what Motive exports.
+    fn motive(&self) -> InputError {
+        let cause = format!(
+            "this is a Motive export: its columns stand in line {}, and it has no joint angles",
+            self.line
+        );
+        InputError::new(&self.file, cause)
+            .at_line(self.line)
+            .with_remedy(
+                "give the joints in a file of their own before it, or paste them beside; --columns x_m=7,y_m=8,z_m=9 says \
+                 by number which X, Y and Z are the position",
+            )
+    }
+
     pub(super) fn column(&self, quantity: Quantity) -> Option<&Column> {
         self.columns[quantity as usize].as_ref()
+    }
+
+    /// All of them, as the file has them.
+    pub(super) fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Those of columns that are not read.
+    pub(super) fn unread(&self) -> Vec<String> {
+        let named = self.names.iter().zip(&self.uses);
+        let unread = named
+            .filter(|(_, used)| matches!(used, Use::Ignored))
+            .filter(|(name, _)| !name.starts_with(IGNORED));
+        unread.map(|(name, _)| name.clone()).collect()
     }
 
     /// As the file has it.
@@ -143,7 +244,7 @@ impl Header {
     /// Every one of these quantities must have a column, and lengths a unit.
     pub(super) fn require(&self, quantities: &[Quantity]) -> Result<(), InputError> {
         for quantity in quantities {
-            let usual = quantity.column(quantity.usual_unit());
+            let usual = self.convention.column(*quantity);
             let Some(column) = self.column(*quantity) else {
                 let other = if quantity.is_angle() {
                     quantity.column(Unit::Radian)

@@ -16,6 +16,11 @@ const SEPARATORS: [(u8, &str); 4] = [
     (b' ', "spaces"),
 ];
 
+/// A header names at least so many columns that are known.
+const LEAST_COLUMNS: usize = 3;
+/// Lines above the header that are looked at.
+const MOST_ABOVE: usize = 100;
+
 /// The records below a header.
 pub(super) struct Records<'a> {
     input: &'a InputText,
@@ -29,21 +34,37 @@ pub(super) struct Records<'a> {
 }
 
 impl<'a> Records<'a> {
-    /// `None` if the file has nothing but comments.
+    /// `None` if the file has nothing but comments. What an instrument writes above the header is skipped: the first line
+    /// is no header then, and exactly one of the lines below it is.
     pub(super) fn new(input: &'a InputText) -> Option<Self> {
-        let (mut end, mut header_line) = (0, 0);
-        let header = input.text().split_inclusive('\n').find(|line| {
-            end += line.len();
-            header_line += 1;
-            !(line.trim().is_empty() || line.trim_start().starts_with('#'))
-        })?;
+        let mut end = 0;
+        let lines = (1..)
+            .zip(input.text().split_inclusive('\n'))
+            .map(|(number, line)| {
+                end += line.len();
+                (number, line, end)
+            });
+        let written = |line: &str| !(line.trim().is_empty() || line.trim_start().starts_with('#'));
+        let mut lines = lines.filter(|(_, line, _)| written(line));
+        let first = lines.next()?;
+        let (header_line, header, below) = if is_header(input, first.1) {
+            first
+        } else {
+            let mut others = lines
+                .take(MOST_ABOVE)
+                .filter(|(_, line, _)| is_header(input, line));
+            match (others.next(), others.next()) {
+                (Some(only), None) => only,
+                _ => first,
+            }
+        };
         let separator = separator(input, header);
         Some(Self {
             input,
             header_line,
             header: fields(header, separator),
             separator,
-            below: end,
+            below,
         })
     }
 
@@ -141,6 +162,15 @@ impl<'a> Records<'a> {
             "the fields of this row are separated by {row}, those of the header by {header}"
         ))
     }
+}
+
+/// Whether a line names columns: three or more that are recognised or that `--columns` names.
+fn is_header(input: &InputText, line: &str) -> bool {
+    let fields = fields(line, separator(input, line));
+    let known = |field: &&String| {
+        input.columns().of_column(field).is_some() || ColumnName::recognise(field).is_some()
+    };
+    fields.iter().filter(known).count() >= LEAST_COLUMNS
 }
 
 /// By which most columns of the header are recognised; otherwise the one that separates anything.

@@ -4,11 +4,11 @@ use super::Row;
 use super::header::{Column, Header, KNOWN};
 use super::records::Records;
 use crate::files::columns::{Quantity, Unit};
+use crate::files::convention::Convention;
 use crate::files::input::{InputError, InputText};
-use crate::geometry::outside_limits;
+use crate::files::robot_file::RobotFile;
 use crate::text::decimal_comma;
 use csv::StringRecord;
-use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Drive;
 use std::cell::{Cell, RefCell};
 use std::f64::consts::TAU;
@@ -18,6 +18,7 @@ pub(super) struct Table<'a> {
     input: &'a InputText,
     header: Header,
     records: Records<'a>,
+    convention: &'a Convention,
 }
 
 /// One row of a table.
@@ -29,7 +30,26 @@ pub(super) struct TableRow<'a> {
 }
 
 impl<'a> Table<'a> {
-    pub(super) fn parse(input: &'a InputText) -> Result<Self, InputError> {
+    pub(super) fn parse(
+        input: &'a InputText,
+        convention: &'a Convention,
+    ) -> Result<Self, InputError> {
+        Self::with(input, convention, false)
+    }
+
+    /// The same of a file of which other columns belong to another file.
+    pub(super) fn lenient(
+        input: &'a InputText,
+        convention: &'a Convention,
+    ) -> Result<Self, InputError> {
+        Self::with(input, convention, true)
+    }
+
+    fn with(
+        input: &'a InputText,
+        convention: &'a Convention,
+        lenient: bool,
+    ) -> Result<Self, InputError> {
         let Some(records) = Records::new(input) else {
             return Err(
                 InputError::new(input.name(), "the file is empty: it has no header")
@@ -37,12 +57,35 @@ impl<'a> Table<'a> {
                     .with_remedy(KNOWN),
             );
         };
-        let header = Header::new(&records)?;
+        let header = Header::new(&records, convention, lenient)?;
         Ok(Self {
             input,
             header,
             records,
+            convention,
         })
+    }
+
+    /// Whether the header has this name.
+    pub(super) fn has_name(&self, name: &str) -> bool {
+        self.header.names().iter().any(|own| own == name)
+    }
+
+    /// The names of the columns that are not read.
+    pub(super) fn unread(&self) -> Vec<String> {
+        self.header.unread()
+    }
+
+    /// The cells of a column, row by row.
+    pub(super) fn cells(&self, name: &str) -> Result<Vec<String>, InputError> {
+        let place = self.header.names().iter().position(|own| own == name);
+        let mut cells = Vec::new();
+        self.records.each(|_, record| {
+            let cell = place.and_then(|place| record.get(place));
+            cells.push(cell.unwrap_or_default().trim().to_owned());
+            Ok(())
+        })?;
+        Ok(cells)
     }
 
     /// Every one of these quantities must have a column, and lengths a unit.
@@ -58,11 +101,19 @@ impl<'a> Table<'a> {
             Quantity::Z,
             Quantity::Height,
             Quantity::Distance,
+            Quantity::Sigma,
+            Quantity::Expanded,
         ];
         let there = lengths
             .into_iter()
             .filter(|quantity| self.has_any(&[*quantity]));
         self.require(&there.collect::<Vec<_>>())
+    }
+
+    /// Whether something that can be measured has a column.
+    pub(super) fn has_readings(&self) -> bool {
+        let [x, y, z] = Quantity::COORDINATES;
+        self.has_any(&[x, y, z, Quantity::Height, Quantity::Distance])
     }
 
     /// Whether one of these has a column.
@@ -75,7 +126,7 @@ impl<'a> Table<'a> {
     pub(super) fn name_of(&self, quantity: Quantity) -> String {
         match self.header.column(quantity) {
             Some(column) => self.header.name(column.place).to_owned(),
-            None => quantity.column(quantity.usual_unit()),
+            None => self.convention.column(quantity),
         }
     }
 
@@ -154,21 +205,21 @@ impl TableRow<'_> {
     }
 
     /// Joint angles in radians or travels in mm, within the limits or nearly so.
-    pub(super) fn joints(&self, limits: &JointLimits<f64>) -> Result<[f64; 3], InputError> {
-        self.joints_in(Quantity::joints(limits.drive()), limits)
+    pub(super) fn joints(&self, robot: &RobotFile) -> Result<[f64; 3], InputError> {
+        self.joints_in(Quantity::joints(robot.limits.drive()), robot)
     }
 
     /// The same of other columns.
     pub(super) fn joints_in(
         &self,
         quantities: [Quantity; 3],
-        limits: &JointLimits<f64>,
+        robot: &RobotFile,
     ) -> Result<[f64; 3], InputError> {
         let mut joints = [0.0; 3];
         for (joint, quantity) in joints.iter_mut().zip(quantities) {
             let angle = self.number(quantity)?;
-            if let Some(cause) = outside_limits(angle, limits) {
-                return Err(self.fault_of(quantity, cause).with_remedy(match limits.drive() {
+            if let Some(cause) = robot.outside_limits(angle) {
+                return Err(self.fault_of(quantity, cause).with_remedy(match robot.limits.drive() {
                     Drive::Rotary => {
                         "check the angle, its sign, its unit (_deg or _rad in the header) and [joints] \
                          in the robot file"
@@ -199,7 +250,18 @@ impl TableRow<'_> {
         if column.quantity.is_angle() && !column.stated {
             self.numbers.angle_without_unit(value);
         }
-        column.unit.checked(field, value)
+        let Some(value) = self
+            .table
+            .convention
+            .inwards(column.quantity, column.unit, value)
+        else {
+            return Err((
+                "the joint is in counts, and the robot file does not say how many a degree has"
+                    .to_owned(),
+                "state counts_per_deg in [convention]",
+            ));
+        };
+        possible(field, value)
     }
 
     /// A fault of this row, in the column that a quantity has or should have.
@@ -311,22 +373,19 @@ fn thousands(field: &str) -> bool {
     before.len() <= 3 && !before.starts_with('0') && after.len() == 3
 }
 
-impl Unit {
-    /// In radians or millimetres, if that is possible.
-    pub(super) fn checked(self, field: &str, value: f64) -> Result<f64, Fault> {
-        let value = self.to_internal(value);
-        if !value.is_finite() {
-            return Err((
-                format!("\"{field}\" is not a finite number"),
-                "leave out a row that was not measured, or measure it again",
-            ));
-        }
-        if value.abs() > LARGEST {
-            return Err((
-                format!("\"{field}\" is too large"),
-                "check the number and the unit in the header (_mm or _m)",
-            ));
-        }
-        Ok(value)
+/// A number in radians or millimetres, if it can be one.
+fn possible(field: &str, value: f64) -> Result<f64, Fault> {
+    if !value.is_finite() {
+        return Err((
+            format!("\"{field}\" is not a finite number"),
+            "leave out a row that was not measured, or measure it again",
+        ));
     }
+    if value.abs() > LARGEST {
+        return Err((
+            format!("\"{field}\" is too large"),
+            "check the number and the unit in the header (_mm or _m)",
+        ));
+    }
+    Ok(value)
 }

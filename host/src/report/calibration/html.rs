@@ -5,7 +5,7 @@ use crate::fit::Frame;
 use crate::render::page::{self, figure, tile};
 use crate::render::plot::Figure;
 use crate::render::{Section, Table};
-use crate::text::{capitalised, in_words, joint, probability, significant, small_or};
+use crate::text::{capitalised, in_words, probability, significant, small_or};
 use maud::{Markup, html};
 
 /// So many samples or fewer are shown without being asked for.
@@ -50,7 +50,9 @@ fn stated(report: &Report) -> String {
         Frame::Base => "",
         Frame::Sensor => " The sensor's frame was found with the parameters.",
     };
-    format!("{tolerance}{frame}")
+    let convention = report.convention.as_ref();
+    let convention = convention.map_or_else(String::new, |own| format!(" Convention: {own}."));
+    format!("{tolerance}{frame}{convention}")
 }
 
 fn with_figure(section: Section, drawing: Option<(Figure, &str)>) -> Section {
@@ -103,13 +105,15 @@ fn residuals(report: &Report) -> Section {
 }
 
 fn samples(report: &Report) -> Table {
-    let drive = report.before.robot.drive();
+    let convention = &report.before.convention;
     let of_joint = |joint: usize| {
         move |sample: &&super::SampleReport| {
-            format!("{:.3}", joint::in_file(drive, sample.joints[joint]))
+            format!("{:.3}", convention.joints(&sample.joints)[joint])
         }
     };
-    let [q1, q2, q3] = joint::names(drive).map(|name| name.replace("deg", "°"));
+    let [q1, q2, q3] = convention
+        .joint_names()
+        .map(|name| name.replace("deg", "°"));
     Table::of(report.samples.iter().take(MOST))
         .column("line", |sample| sample.line)
         .column(q1, of_joint(0))

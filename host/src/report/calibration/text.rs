@@ -6,7 +6,7 @@ use crate::calibration::causes::CauseKind;
 use crate::calibration::credibility::NoiseVerdict;
 use crate::fit::Frame;
 use crate::render::{Part, Section, Table, terminal};
-use crate::text::{count, joint, list, probability, significant, small};
+use crate::text::{count, list, probability, significant, small};
 
 /// Rows of the terminal's list of samples that were left out.
 const CONTENTS: &str = "The expanded uncertainty covers the noise of the measurement, what the samples leave undetermined within \
@@ -56,7 +56,10 @@ fn heading(report: &Report) -> Section {
         "{} calibrated from {}",
         report.robot_file, report.samples_file
     );
-    let section = Section::new(title).text(how(report));
+    let mut section = Section::new(title).text(how(report));
+    if let Some(convention) = &report.convention {
+        section = section.text(format!("Convention: {convention}."));
+    }
     match report.origin {
         Some(origin) => section.text(origin),
         None => section,
@@ -334,7 +337,7 @@ pub(super) fn places(report: &Report) -> Vec<Section> {
 pub(super) fn next(report: &Report) -> Option<Section> {
     let last = report.next_poses.last()?;
     let now = report.expected_error?.absolute_rms_mm;
-    let names = joint::names(report.before.robot.drive());
+    let names = report.before.convention.joint_names();
     let table = Table::of(&report.next_poses)
         .column(names[0].clone(), |own| format!("{:.1}", own.joints[0]))
         .column(names[1].clone(), |own| format!("{:.1}", own.joints[1]))

@@ -109,6 +109,7 @@ pub(crate) fn reprapfirmware(lines: &str, home: Point) -> Inverse {
 /// B&R: everything for each arm but side and tilt; the joint angle is positive downwards.
 pub(crate) fn b_and_r(lines: &str, _home: Point) -> Inverse {
     let values: BTreeMap<_, _> = content(lines, "#")
+        .filter(|line| !line.starts_with("CountDirections"))
         .map(|line| {
             let (name, value) = line.split_once('=').unwrap();
             (
@@ -118,15 +119,16 @@ pub(crate) fn b_and_r(lines: &str, _home: Point) -> Inverse {
         })
         .collect();
     let arms = [1, 2, 3].map(|k| {
-        let of = |key: &str| values[format!("Arm{k}.{key}").as_str()];
+        let of = |key: &str| values[key.replace('#', &k.to_string()).as_str()];
         let arm = Arm {
-            azimuth: of("Angle"),
-            radius: of("Radius") - values["Platform.Radius"],
-            height: of("Z"),
-            upper: of("UpperArm"),
-            lower: of("LowerArm"),
+            azimuth: of("BasePlatform.Arm#LinkPoint.Angle"),
+            radius: of("BasePlatform.Arm#LinkPoint.Radius")
+                - of("EndEffectorPlatform.Arm#LinkPoint.Radius"),
+            height: of("BasePlatform.Arm#LinkPoint.Z"),
+            upper: of("Arms.Arm#.UpperArmLength"),
+            lower: of("Arms.Arm#.LowerArmLength"),
         };
-        (arm, of("JointOffset"))
+        (arm, of("Offsets.JointAxis[#]"))
     });
     Box::new(move |at| [0, 1, 2].map(|k| arms[k].1 - arms[k].0.above_horizontal(at)))
 }

@@ -7,6 +7,7 @@
 use crate::support::Point;
 
 /// `kinematics: delta`.
+#[derive(Clone, Copy)]
 pub(crate) struct Delta {
     pub(crate) radius: f64,
     pub(crate) angles: Point,
@@ -16,6 +17,25 @@ pub(crate) struct Delta {
 }
 
 impl Delta {
+    /// Of the options in lines to paste.
+    pub(crate) fn pasted(lines: &str, step_lengths: Point) -> Self {
+        let of = |key: &str| -> Vec<f64> {
+            let values = lines.lines().filter_map(|line| {
+                let value = line.strip_prefix(key)?.strip_prefix(": ")?;
+                value.parse().ok()
+            });
+            values.collect()
+        };
+        let three = |key: &str| Point::try_from(of(key)).unwrap();
+        Self {
+            radius: of("delta_radius")[0],
+            angles: three("angle"),
+            arms: three("arm_length"),
+            endstops: three("position_endstop"),
+            step_lengths,
+        }
+    }
+
     fn towers(&self) -> [[f64; 2]; 3] {
         self.angles.map(|angle| {
             let (sin, cos) = angle.to_radians().sin_cos();

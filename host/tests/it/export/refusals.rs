@@ -1,7 +1,6 @@
 //! What is refused, and what is written then: nothing.
 
-use crate::support::robot_toml;
-use crate::support::{Folder, NOMINAL, nominal_arms};
+use crate::support::{Folder, NOMINAL, assert_refused, nominal_arms, robot_toml};
 
 #[test]
 fn what_cannot_be_exported_is_refused_with_place_and_cause() {
@@ -22,80 +21,25 @@ fn what_cannot_be_exported_is_refused_with_place_and_cause() {
     }
     folder.write("far.csv", far);
     folder.write("metres.csv", "x,y\n1,2\n");
-    let names = folder.names();
-    let cases = [
-        (
-            "tilted.toml --for klipper",
-            3,
-            "tilted.toml:15: alpha_deg: arm 2: its motor axis is tilted by 20.000°",
-        ),
-        ("tilted.toml --for b-and-r", 3, "no controller holds a tilt"),
-        ("turned.toml --for linuxcnc", 3, "theta_deg: arm "),
-        ("calibrated.toml", 2, "--for <TARGET>"),
-        (
-            "calibrated.toml --for mach3",
-            2,
-            "[possible values: klipper, ",
-        ),
-        (
-            "calibrated.toml --for klipper --output calibrated.toml",
-            2,
-            "--output calibrated.toml is the same file as the robot file",
-        ),
-        (
-            "calibrated.toml --for klipper --json out --output out",
-            2,
-            "--json out is the same file as --output",
-        ),
-        (
-            "calibrated.toml --for klipper --home 1,2",
-            2,
-            "--home takes one joint angle in degrees, or three",
-        ),
-        (
-            "calibrated.toml --for klipper --home -60",
-            3,
-            "arm 1: position_endstop has no value for an end stop at -60.000°",
-        ),
-        (
-            "calibrated.toml --for correction-table --limit 0mm",
-            2,
-            "a length greater than 0 is needed",
-        ),
-        (
-            "calibrated.toml --for klipper --limit 0.1mm",
-            2,
-            "--limit cannot be used with --for klipper",
-        ),
-        (
-            "calibrated.toml --for klipper --positions few.csv",
-            3,
-            "few.csv",
-        ),
-        (
-            "calibrated.toml --for klipper --positions far.csv",
-            3,
-            "far.csv:2: unreachable for arm 1",
-        ),
-        (
-            "calibrated.toml --for klipper --positions metres.csv",
-            3,
-            "metres.csv:1: column x: its unit is not stated",
-        ),
-        (
-            "calibrated.toml --for klipper --home -40 --output none/robot.cfg",
-            4,
-            "there is no folder none",
-        ),
-        ("missing.toml --for klipper", 3, "missing.toml"),
-    ];
-    for (arguments, code, cause) in cases {
-        let run = folder.run(&format!("export {arguments}"));
-        assert_eq!(run.code, code, "{arguments}: {}", run.stderr);
-        assert!(run.stderr.contains(cause), "{arguments}: {}", run.stderr);
-        assert_eq!(run.stdout, "", "{arguments}");
-        assert_eq!(folder.names(), names, "{arguments}");
-    }
+    let table = "
+        tilted.toml --for klipper ⇒ 3 ⇒ tilted.toml:15: alpha_deg: arm 2: its motor axis is tilted by 20.000°
+        tilted.toml --for b-and-r ⇒ 3 ⇒ no controller holds a tilt
+        turned.toml --for linuxcnc ⇒ 3 ⇒ theta_deg: arm
+        calibrated.toml ⇒ 2 ⇒ --for <TARGET>
+        calibrated.toml --for mach3 ⇒ 2 ⇒ [possible values: klipper,
+        calibrated.toml --for klipper --output calibrated.toml ⇒ 2 ⇒ --output calibrated.toml is the same file as the robot file
+        calibrated.toml --for klipper --json out --output out ⇒ 2 ⇒ --json out is the same file as --output
+        calibrated.toml --for klipper --home 1,2 ⇒ 2 ⇒ --home takes one joint angle in degrees, or three
+        calibrated.toml --for klipper --home -60 ⇒ 3 ⇒ arm 1: position_endstop has no value for an end stop at -60.000°
+        calibrated.toml --for correction-table --limit 0mm ⇒ 2 ⇒ a length greater than 0 is needed
+        calibrated.toml --for klipper --limit 0.1mm ⇒ 2 ⇒ --limit cannot be used with --for klipper
+        calibrated.toml --for klipper --positions few.csv ⇒ 3 ⇒ few.csv
+        calibrated.toml --for klipper --positions far.csv ⇒ 3 ⇒ far.csv:2: unreachable for arm 1
+        calibrated.toml --for klipper --positions metres.csv ⇒ 3 ⇒ metres.csv:1: column x: its unit is not stated
+        calibrated.toml --for klipper --home -40 --output none/robot.cfg ⇒ 4 ⇒ there is no folder none
+        missing.toml --for klipper ⇒ 3 ⇒ missing.toml
+        ";
+    assert_refused(&folder, "export", table);
     // The same robots can be exported for what holds everything.
     for target in ["linuxcnc-component", "correction-table"] {
         folder
@@ -110,23 +54,17 @@ fn arms_that_are_numbered_clockwise_keep_their_motors() {
     let folder = Folder::new();
     let [first, second, third] = nominal_arms();
     folder.write("robot.toml", robot_toml(&[first, third, second]));
-    let run = folder.run("export robot.toml --for linuxcnc").ok();
-    // LinuxCNC's joints run clockwise: joint k drives arm k + 1.
-    let arms: Vec<_> = run
-        .stdout
-        .lines()
-        .filter(|line| line.starts_with("# arm "))
-        .collect();
-    assert_eq!(arms, ["# arm 1", "# arm 2", "# arm 3"]);
-    let counter_clockwise = [first, second, third];
-    folder.write("robot.toml", robot_toml(&counter_clockwise));
-    let run = folder.run("export robot.toml --for linuxcnc").ok();
-    let arms: Vec<_> = run
-        .stdout
-        .lines()
-        .filter(|line| line.starts_with("# arm "))
-        .collect();
-    assert_eq!(arms, ["# arm 1", "# arm 3", "# arm 2"]);
+    // The arms of LinuxCNC's joints, which run clockwise.
+    let arms = || {
+        let run = folder.run("export robot.toml --for linuxcnc").ok();
+        let lines = run.stdout.lines().map(str::to_owned);
+        lines
+            .filter(|line| line.starts_with("# arm "))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(arms(), ["# arm 1", "# arm 2", "# arm 3"]);
+    folder.write("robot.toml", robot_toml(&[first, second, third]));
+    assert_eq!(arms(), ["# arm 1", "# arm 3", "# arm 2"]);
 }
 
 #[test]
@@ -135,9 +73,6 @@ fn klipper_takes_no_platform_that_is_wider_than_the_base() {
     let wide = NOMINAL.replace("platform_radius_mm = 30", "platform_radius_mm = 230");
     assert_ne!(wide, NOMINAL);
     folder.write("wide.toml", wide);
-    let run = folder.run("export wide.toml --for klipper --output wide.cfg");
-    assert_eq!(run.code, 3);
-    let cause = "is -36.000 mm from the z axis";
-    assert!(run.stderr.contains(cause), "{}", run.stderr);
-    assert_eq!(folder.names(), ["wide.toml"]);
+    let cause = "wide.toml --for klipper --output wide.cfg ⇒ 3 ⇒ is -36.000 mm from the z axis";
+    assert_refused(&folder, "export", cause);
 }

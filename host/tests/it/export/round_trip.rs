@@ -136,9 +136,9 @@ fn positions_close_together_give_parameters_near_the_robots_own() {
     let parameters = report["parameters"].as_array().unwrap();
     let arms = arms_of(&folder.read("calibrated.toml"));
     for (number, [dx, dy, ..]) in (1..).zip(arms) {
-        let name = format!("Arm{number}.Radius");
+        let name = format!("BasePlatform.Arm{number}LinkPoint.Radius");
         let own = parameters.iter().find(|own| own["name"] == name.as_str());
-        let radius = own.unwrap()["value"].as_f64().unwrap() - 25.0;
+        let radius = own.unwrap()["value"].as_f64().unwrap() - 30.0;
         assert!((radius - dx.hypot(dy)).abs() < 0.5, "{name}: {radius}");
     }
 }

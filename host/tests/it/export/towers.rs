@@ -2,7 +2,7 @@
 
 use crate::export::klipper::Delta;
 use crate::export::robots::example;
-use crate::support::{Folder, Point, distance};
+use crate::support::{Folder, Point, assert_refused, distance, number};
 use delta_cal_host::InputText;
 use delta_cal_host::files::robot_file::RobotFile;
 use serde_json::Value;
@@ -73,23 +73,7 @@ fn words(line: &str) -> BTreeMap<char, Vec<f64>> {
 fn read(target: &str, lines: &str) -> Delta {
     let step_lengths = [1.0; 3];
     if target == "klipper" {
-        let mut values = BTreeMap::new();
-        let mut section = "";
-        for line in lines.lines().filter(|line| !line.starts_with('#')) {
-            if let Some(name) = line.strip_prefix('[') {
-                section = name.trim_end_matches(']');
-            } else if let Some((key, value)) = line.split_once(": ") {
-                values.insert(format!("{section} {key}"), value.parse::<f64>().unwrap());
-            }
-        }
-        let of = |key: &str| ["a", "b", "c"].map(|l| values[&format!("stepper_{l} {key}")]);
-        return Delta {
-            radius: values["printer delta_radius"],
-            angles: of("angle"),
-            arms: of("arm_length"),
-            endstops: of("position_endstop"),
-            step_lengths,
-        };
+        return Delta::pasted(lines, step_lengths);
     }
     let line = |command: &str| {
         lines
@@ -209,21 +193,15 @@ fn the_stated_loss_is_that_of_the_lines() {
     for target in ["klipper", "reprapfirmware", "marlin"] {
         let (klipper, report) = export(&folder, target);
         let (rms, worst) = lost(&robot, &klipper, &report["frame"]);
-        let stated = |which: &str, key: &str| report[which][key].as_f64().unwrap();
-        assert!(
-            (rms - stated("loss", "rms_mm")).abs() < ROUNDING,
-            "{target}: {rms}"
-        );
-        assert!(
-            (worst - stated("loss", "worst_mm")).abs() < 2.0 * ROUNDING,
-            "{target}: {worst}"
-        );
+        let stated = |key| number(&report, key);
+        let off = (rms - stated("loss/rms_mm")).abs();
+        assert!(off < ROUNDING, "{target}: {rms}");
+        let off = (worst - stated("loss/worst_mm")).abs();
+        assert!(off < 2.0 * ROUNDING, "{target}: {worst}");
         assert_eq!(report["fitted_parameters"], 10);
         // Leans and scales are what is lost, and far less than not calibrating loses.
-        assert!(
-            rms > 0.02 && rms < 0.5 * stated("not_calibrated", "rms_mm"),
-            "{target}: {rms}"
-        );
+        let before = stated("not_calibrated/rms_mm");
+        assert!(rms > 0.02 && rms < 0.5 * before, "{target}: {rms}");
     }
 }
 
@@ -251,7 +229,7 @@ fn the_bed_of_measured_heights_is_z_0() {
         ))
         .ok();
     let report: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
-    let worst = report["loss"]["worst_mm"].as_f64().unwrap();
+    let worst = number(&report, "loss/worst_mm");
     let klipper = read("klipper", &folder.read("lines.txt"));
     let mut off: f64 = 0.0;
     for [x, y, _] in wanted() {
@@ -269,31 +247,23 @@ fn the_bed_of_measured_heights_is_z_0() {
 #[test]
 fn targets_refuse_the_other_drives_and_name_those_that_do_not() {
     let (folder, _) = prepared(&upright());
+    let others = "3 ⇒ this robot: it can be exported for klipper, reprapfirmware, marlin and correction-table";
     for target in ["b-and-r", "linuxcnc", "smoothieware", "codesys"] {
-        let run = folder.run(&format!("export calibrated.toml --for {target}"));
-        assert_eq!(run.code, 3, "{}", run.stderr);
-        let names = "this robot: it can be exported for klipper, reprapfirmware, marlin and correction-table";
-        assert!(run.stderr.contains(names), "{}", run.stderr);
+        let case = format!("calibrated.toml --for {target} ⇒ {others}");
+        assert_refused(&folder, "export", &case);
     }
     folder
         .run("export calibrated.toml --for correction-table --positions wanted.csv")
         .ok();
-    let run = folder.run("export calibrated.toml --for klipper --bed wanted.csv");
-    assert_eq!(run.code, 3, "{}", run.stderr);
+    let no_heights = "calibrated.toml --for klipper --bed wanted.csv ⇒ 3 ⇒ wanted.csv";
+    assert_refused(&folder, "export", no_heights);
     let rotary = Folder::new();
     example(&rotary);
-    let run = rotary.run("export calibrated.toml --for marlin");
-    assert_eq!(run.code, 3);
-    assert!(
-        run.stderr.contains("motors turn the arms of this robot")
-            && run
-                .stderr
-                .contains("klipper, reprapfirmware, b-and-r, linuxcnc"),
-        "{}",
-        run.stderr
-    );
-    let run = rotary.run("export calibrated.toml --for klipper --bed samples.csv");
-    assert_eq!(run.code, 2, "{}", run.stderr);
+    let table = "
+        --for marlin ⇒ 3 ⇒ motors turn the arms of this robot | klipper, reprapfirmware, b-and-r, linuxcnc
+        --for klipper --bed samples.csv ⇒ 2 ⇒ only be used with towers
+        ";
+    assert_refused(&rotary, "export calibrated.toml", table);
 }
 
 /// Without --home, --bed and --positions the command says what it assumes.

@@ -2,7 +2,7 @@
 
 use crate::export::klipper::Delta;
 use crate::import::fixtures::{SECRETS, block, folder, printer, printers, rotary};
-use crate::support::{Point, Run};
+use crate::support::{Run, number};
 use serde_json::Value;
 use std::fmt::Write;
 
@@ -16,28 +16,6 @@ fn statements(run: &Run) -> usize {
 
 fn json(run: &Run) -> Value {
     serde_json::from_str(&run.stdout).unwrap()
-}
-
-/// The options of the lines to paste.
-fn pasted(lines: &str, step_lengths: Point) -> Delta {
-    let mut values = Vec::new();
-    for key in ["angle", "arm_length", "position_endstop"] {
-        let own = lines
-            .lines()
-            .filter_map(|line| line.strip_prefix(key)?.strip_prefix(": ")?.parse().ok());
-        values.push(own.collect::<Vec<f64>>());
-    }
-    let three = |index: usize| <Point>::try_from(values[index].as_slice()).unwrap();
-    let radius = lines
-        .lines()
-        .find_map(|line| line.strip_prefix("delta_radius: "));
-    Delta {
-        radius: radius.unwrap().parse().unwrap(),
-        angles: three(0),
-        arms: three(1),
-        endstops: three(2),
-        step_lengths,
-    }
 }
 
 /// What is said agrees with itself and with the JSON, and no secret is told.
@@ -95,7 +73,7 @@ fn a_doubtful_distance_is_named_and_makes_sigma_larger() {
         (words.join(" "), report)
     };
     let [(_, right), (said, doubtful)] = [report(&right), report(&doubtful)];
-    let now = |report: &Value| report["printer"]["next"]["sigma_now_mm"].as_f64().unwrap();
+    let now = |report: &Value| number(report, "printer/next/sigma_now_mm");
     assert!(
         now(&doubtful) > 1.1 * now(&right),
         "{} {}",
@@ -138,7 +116,7 @@ fn the_lines_to_paste_improve_a_printer_that_was_not_calibrated() {
         .ok();
     let lines = folder.read("paste.cfg");
     assert!(run.stdout.contains(&lines), "{}", run.stdout);
-    let pasted = pasted(&lines, own.klipper.step_lengths);
+    let pasted = Delta::pasted(&lines, own.klipper.step_lengths);
     let off = |klipper: &Delta| {
         let squares: f64 = own
             .rows
@@ -186,16 +164,12 @@ fn a_printer_made_wrong_is_found_again() {
     assert_eq!(report["printer"]["heights"], 7);
     assert_eq!(report["printer"]["distances"], 0);
     assert_eq!(report["reading_count"], 7);
-    assert!(report["printer"]["lack_of_fit"].as_f64().unwrap() < 1.5);
-    let before = report["printer"]["before"]["height_rms_mm"]
-        .as_f64()
-        .unwrap();
-    let after = report["printer"]["after"]["height_rms_mm"]
-        .as_f64()
-        .unwrap();
+    assert!(number(&report, "printer/lack_of_fit") < 1.5);
+    let [before, after] =
+        ["before", "after"].map(|when| number(&report, &format!("printer/{when}/height_rms_mm")));
     assert!(before > 0.3 && after < 0.03, "{before} {after}");
     let lines = report["printer"]["lines"].as_str().unwrap();
-    let pasted = pasted(lines, own.klipper.step_lengths);
+    let pasted = Delta::pasted(lines, own.klipper.step_lengths);
     for at in [
         [0.0, 0.0, 0.0],
         [90.0, 0.0, 0.0],
@@ -205,11 +179,11 @@ fn a_printer_made_wrong_is_found_again() {
         let is = made.position(pasted.steps(at));
         assert!((is[2] - at[2]).abs() < 0.05, "{at:?} {is:?}");
     }
-    let next = &report["printer"]["next"];
-    let now = next["sigma_now_mm"].as_f64().unwrap();
-    assert!(next["sigma_with_heights_mm"].as_f64().unwrap() < now);
-    assert!(next["sigma_with_printed_object_mm"].as_f64().unwrap() < now);
-    assert!(now < report["printer"]["sigma_before_mm"].as_f64().unwrap());
+    let of = |key: &str| number(&report, &format!("printer/{key}"));
+    let now = of("next/sigma_now_mm");
+    assert!(of("next/sigma_with_heights_mm") < now);
+    assert!(of("next/sigma_with_printed_object_mm") < now);
+    assert!(now < of("sigma_before_mm"));
 }
 
 /// Rods that are wrong by far more than rods are made: refused, nothing written.
@@ -257,12 +231,8 @@ fn a_robot_whose_motors_turn_its_arms_is_assessed_too() {
         lines.contains("shoulder_radius: ") && lines.contains("upper_arm_length: "),
         "{lines}"
     );
-    let before = report["printer"]["before"]["height_rms_mm"]
-        .as_f64()
-        .unwrap();
-    let after = report["printer"]["after"]["height_rms_mm"]
-        .as_f64()
-        .unwrap();
+    let [before, after] =
+        ["before", "after"].map(|when| number(&report, &format!("printer/{when}/height_rms_mm")));
     assert!(before > 0.2 && after < 0.25 * before, "{before} {after}");
     // What the configuration states, beside what to paste.
     let changes = report["printer"]["changes"].as_array().unwrap();

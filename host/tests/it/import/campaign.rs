@@ -17,6 +17,7 @@ use std::fmt::Write;
 
 const RADIUS: f64 = 120.0;
 const STEP: f64 = 0.0125;
+const STEPS: Point = [STEP; 3];
 
 /// What a set of printers has in common.
 struct Set {
@@ -71,7 +72,7 @@ fn drawn() -> Delta {
         angles: [210.0, 330.0, 90.0],
         arms: [330.0; 3],
         endstops: [300.0; 3],
-        step_lengths: [STEP; 3],
+        step_lengths: STEPS,
     }
 }
 
@@ -263,7 +264,7 @@ fn prints(made: &Made, controller: &Delta) -> [f64; 3] {
 fn configuration(controller: &Delta, saved: &Saved) -> String {
     let own = Printer {
         number: String::new(),
-        klipper: Delta { ..*controller },
+        klipper: *controller,
         rows: Vec::new(),
     };
     let text = own.configuration();
@@ -289,23 +290,6 @@ fn configuration(controller: &Delta, saved: &Saved) -> String {
     let block_of_rows = block(&rows);
     let lines: Vec<_> = block_of_rows.lines().skip(3).collect();
     format!("{text}{}\n", lines.join("\n"))
-}
-
-fn pasted(lines: &str, controller: &Delta) -> Delta {
-    let of = |key: &str| -> Vec<f64> {
-        lines
-            .lines()
-            .filter_map(|line| line.strip_prefix(key)?.strip_prefix(": ")?.parse().ok())
-            .collect()
-    };
-    let three = |key: &str| Point::try_from(of(key)).unwrap();
-    Delta {
-        radius: of("delta_radius")[0],
-        angles: three("angle"),
-        arms: three("arm_length"),
-        endstops: three("position_endstop"),
-        step_lengths: controller.step_lengths,
-    }
 }
 
 /// What became of the printers of a set.
@@ -337,7 +321,7 @@ impl Found {
         let report = calibrate(&printer.robot, &printer.readings, &Options::default()).unwrap();
         let found = PrinterReport::of(&printer, report).unwrap().printer;
         let (ours, stated) = match &found.lines {
-            Some(lines) => (pasted(lines, &controller), found.after),
+            Some(lines) => (Delta::pasted(lines, STEPS), found.after),
             None => (controller, found.before),
         };
         let ours = prints(&made, &ours);

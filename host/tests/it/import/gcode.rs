@@ -2,7 +2,7 @@
 
 use crate::export::klipper::Delta;
 use crate::import::run_next;
-use crate::support::{Folder, Point, distance};
+use crate::support::{Folder, Point, assert_refused, cases, distance};
 use delta_cal_host::InputText;
 use delta_cal_host::files::robot_file::RobotFile;
 
@@ -62,51 +62,27 @@ fn the_lines_of_both_firmwares_are_the_printer_that_they_describe() {
 
 #[test]
 fn lines_that_cannot_be_read_are_refused() {
-    let cases = [
-        (
-            "reprapfirmware",
-            "M550 P\"hunter2\"\n".to_owned(),
-            "no line is an M665",
-        ),
-        (
-            "marlin",
-            MARLIN.replace("R141.2000", ""),
-            "M665 R: the word is missing",
-        ),
-        (
-            "marlin",
-            MARLIN.replace("H411.8000", ""),
-            "M665 H: the word is missing",
-        ),
-        (
-            "marlin",
-            MARLIN.replace("L330.1000", "L100"),
-            "config.g:3: M665 L: a rod is not longer",
-        ),
-        (
-            "marlin",
-            MARLIN.replace("R141.2000", "R-1"),
-            "config.g:3: M665 R: the value is not above 0",
-        ),
-        (
-            "reprapfirmware",
-            REPRAPFIRMWARE.replace("L330.1:", "Lhunter2:"),
-            "config.g:4: M665: a word is no letter",
-        ),
-        // RepRapFirmware's bed of 120 mm would make the second rod 450 mm long.
-        (
-            "marlin",
-            REPRAPFIRMWARE.to_owned(),
-            "config.g:4: M665 B: 120 mm is too much for the correction of a rod",
-        ),
-    ];
-    for (controller, text, cause) in cases {
+    // RepRapFirmware's bed of 120 mm would make the second rod 450 mm long.
+    let table = "
+        reprapfirmware M665 ⇒ M550 ⇒ no line is an M665
+        marlin R141.2000 ⇒ ⇒ M665 R: the word is missing
+        marlin H411.8000 ⇒ ⇒ M665 H: the word is missing
+        marlin L330.1000 ⇒ L100 ⇒ config.g:3: M665 L: a rod is not longer
+        marlin R141.2000 ⇒ R-1 ⇒ config.g:3: M665 R: the value is not above 0
+        reprapfirmware L330.1: ⇒ Lhunter2: ⇒ config.g:4: M665: a word is no letter
+        marlin B0.3000 ⇒ B120 ⇒ config.g:3: M665 B: 120 mm is too much for the correction of a rod
+        ";
+    for [from, to, cause] in cases(table) {
+        let (controller, from) = from.split_once(' ').unwrap();
+        let text = match controller {
+            "marlin" => MARLIN,
+            _ => REPRAPFIRMWARE,
+        };
         let folder = Folder::new();
-        folder.write("config.g", text);
-        let run = folder.run(&format!("import {controller} config.g --output mine"));
-        assert_eq!(run.code, 3, "{cause}: {}", run.stderr);
-        assert!(run.stderr.contains(cause), "{cause}: {}", run.stderr);
-        assert!(!run.stderr.contains("hunter2"), "{}", run.stderr);
-        assert_eq!(folder.names(), ["config.g"]);
+        folder.write("config.g", text.replace(from, &to));
+        let case = format!("{controller} config.g --output mine ⇒ 3 ⇒ {cause}");
+        assert_refused(&folder, "import", &case);
+        let said = folder.run(&format!("import {controller} config.g --output mine"));
+        assert!(!said.stderr.contains("hunter2"), "{}", said.stderr);
     }
 }

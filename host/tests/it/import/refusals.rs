@@ -2,7 +2,7 @@
 
 use crate::import::fixtures::{SECRETS, block, folder, printer, rotary};
 use crate::import::run_next;
-use crate::support::Run;
+use crate::support::{Run, assert_refused, cases};
 
 fn silent(run: &Run) {
     for secret in SECRETS {
@@ -16,79 +16,43 @@ fn silent(run: &Run) {
 #[test]
 fn wrong_configurations_are_refused_with_place_and_cause() {
     let good = printer("20").configuration();
-    let replaced = |from: &str, to: &str| {
-        assert!(good.contains(from), "{from}");
-        good.replacen(from, to, 1)
-    };
-    let endstop = "#*# position_endstop = 418.72172\n";
-    let cases = [
-        (
-            replaced("kinematics: delta", "kinematics: corexy"),
-            "printer.cfg:3: [printer] kinematics: the value is not delta or rotary_delta",
-        ),
-        (
-            replaced("kinematics: delta", "speed: 1"),
-            "printer.cfg: [printer] kinematics: the option is missing",
-        ),
-        (
-            replaced("#*# delta_radius = 162.76928", "#*#"),
-            "[printer] delta_radius: the option is missing",
-        ),
-        (
-            replaced(endstop, ""),
-            "[stepper_a] position_endstop: the option is missing",
-        ),
-        (
-            replaced(endstop, "#*# position_endstop = four\n"),
-            "[stepper_a] position_endstop: the value is not a finite number",
-        ),
-        (
-            replaced("#*# delta_radius = 162.76928", "#*# delta_radius = -3"),
-            "[printer] delta_radius: the value is not a number above 0",
-        ),
-        (
-            replaced("#*# delta_radius = 162.76928", "#*# delta_radius = 600"),
-            "[stepper_a] arm_length: the value is not above 600",
-        ),
-        (
-            replaced("Microsteps: 16", "pins: 16"),
-            "[stepper_a] microsteps: the option is missing",
-        ),
-        (
-            replaced("rotation_distance:", "gears:"),
-            "[stepper_a] rotation_distance: the option is missing",
-        ),
-        (
-            replaced("#*# height3_pos = ", "#*# height3_pos = 1;"),
-            "[delta_calibrate] height3_pos: the value is not three numbers of steps",
-        ),
-        (
-            replaced("#*# height3_pos = ", "#*# height3_place = "),
-            "[delta_calibrate] height3_pos: the option is missing",
-        ),
-        (
-            replaced("#*# height3 = ", "#*# height3 = nan #"),
-            "[delta_calibrate] height3: the value is not a finite number",
-        ),
-        (
-            replaced("max_velocity: 300", "max_velocity 300"),
-            "printer.cfg:4: this line of [printer] is no option",
-        ),
-        (
-            replaced("# my printer", "[include printer.cfg]"),
-            "printer.cfg:1: this line includes a file that includes this one again",
-        ),
-    ];
-    for (text, cause) in cases {
-        let folder = folder(&text);
-        for command in [
+    let table = "
+        kinematics: delta ⇒ kinematics: corexy ⇒ printer.cfg:3: [printer] kinematics: the value is not delta or rotary_delta
+        kinematics: delta ⇒ speed: 1 ⇒ printer.cfg: [printer] kinematics: the option is missing
+        #*# delta_radius = 162.76928 ⇒ #*# ⇒ [printer] delta_radius: the option is missing
+        #*# position_endstop = 418.72172\\n ⇒ ⇒ [stepper_a] position_endstop: the option is missing
+        #*# position_endstop = 418.72172 ⇒ #*# position_endstop = four ⇒ position_endstop: the value is not a finite number
+        #*# delta_radius = 162.76928 ⇒ #*# delta_radius = -3 ⇒ [printer] delta_radius: the value is not a number above 0
+        #*# delta_radius = 162.76928 ⇒ #*# delta_radius = 600 ⇒ [stepper_a] arm_length: the value is not above 600
+        Microsteps: 16 ⇒ pins: 16 ⇒ [stepper_a] microsteps: the option is missing
+        rotation_distance: ⇒ gears: ⇒ [stepper_a] rotation_distance: the option is missing
+        #*# height3_pos = ⇒ #*# height3_pos = 1; ⇒ [delta_calibrate] height3_pos: the value is not three numbers of steps
+        #*# height3_pos = ⇒ #*# height3_place = ⇒ [delta_calibrate] height3_pos: the option is missing
+        #*# height3 = ⇒ #*# height3 = nan # ⇒ [delta_calibrate] height3: the value is not a finite number
+        max_velocity: 300 ⇒ max_velocity 300 ⇒ printer.cfg:4: this line of [printer] is no option
+        # my printer ⇒ [include printer.cfg] ⇒ printer.cfg:1: this line includes a file that includes this one again
+        ";
+    assert_wrong(
+        &good,
+        &[
             "import klipper printer.cfg --output mine",
             "calibrate printer.cfg --output c.toml",
-        ] {
+        ],
+        table,
+    );
+}
+
+/// What is replaced in a configuration, by what, and what the error of these commands holds.
+fn assert_wrong(good: &str, commands: &[&str], table: &str) {
+    for [from, to, cause] in cases(table) {
+        assert!(good.contains(&from), "{from}");
+        let folder = folder(&good.replacen(&from, &to, 1));
+        for command in commands {
             let run = folder.run(command);
             assert_eq!(run.code, 3, "{cause}: {}", run.stderr);
-            assert!(run.stderr.contains(cause), "{cause}: {}", run.stderr);
-            assert!(run.stderr.contains("help:"), "{}", run.stderr);
+            for part in [&cause, "help:"] {
+                assert!(run.stderr.contains(part), "{part}: {}", run.stderr);
+            }
             assert_eq!(run.stdout, "");
             assert_eq!(folder.names(), ["printer.cfg"]);
             silent(&run);
@@ -168,60 +132,24 @@ fn a_robot_whose_motors_turn_its_arms_has_faults_of_its_own() {
     let (_, text) = rotary();
     let saved = block("[delta_calibrate]\nheight0 = 1\nheight0_pos = 1,2,3\n");
     let good = format!("{text}\n{saved}");
-    let cases = [
-        (
-            good.replacen("gear_ratio: 107.000:16", "gears: 1", 1),
-            "[stepper_a] gear_ratio: the option is missing",
-        ),
-        (
-            good.replacen("gear_ratio: 107.000:16", "gear_ratio: 107", 1),
-            "[stepper_a] gear_ratio: the value is not ratios",
-        ),
-        (
-            good.replacen("position_endstop: 252\n", "position_endstop: -2000\n", 1),
-            "[stepper_a] position_endstop: the value is not a height that the arm reaches",
-        ),
-        (
-            good.replacen("shoulder_height", "height", 1),
-            "[printer] shoulder_height: the option is missing",
-        ),
-    ];
-    for (text, cause) in cases {
-        let folder = folder(&text);
-        let run = folder.run("import klipper printer.cfg --output mine");
-        assert_eq!(run.code, 3, "{cause}: {}", run.stderr);
-        assert!(run.stderr.contains(cause), "{cause}: {}", run.stderr);
-        assert_eq!(folder.names(), ["printer.cfg"]);
-        silent(&run);
-    }
+    let table = "
+        gear_ratio: 107.000:16 ⇒ gears: 1 ⇒ [stepper_a] gear_ratio: the option is missing
+        gear_ratio: 107.000:16 ⇒ gear_ratio: 107 ⇒ [stepper_a] gear_ratio: the value is not ratios
+        position_endstop: 252 ⇒ position_endstop: -2000 ⇒ position_endstop: the value is not a height that the arm reaches
+        shoulder_height ⇒ height ⇒ [printer] shoulder_height: the option is missing
+        ";
+    assert_wrong(&good, &["import klipper printer.cfg --output mine"], table);
 }
 
 #[test]
 fn the_command_line_is_checked() {
     let folder = folder(&printer("01").configuration());
-    let cases = [
-        ("import klipper printer.cfg", "--output <FOLDER>"),
-        (
-            "import smoothieware printer.cfg --output mine",
-            "[possible values: klipper, reprapfirmware, marlin]",
-        ),
-        (
-            "import klipper printer.cfg --rods 1mm,2mm --output mine",
-            "--rods needs one length, or three",
-        ),
-        (
-            "import klipper printer.cfg --rods=-1mm --output mine",
-            "a length greater than 0 is needed",
-        ),
-        (
-            "calibrate printer.cfg --json printer.cfg",
-            "--json printer.cfg is the same file as the robot file",
-        ),
-    ];
-    for (command, cause) in cases {
-        let run = folder.run(command);
-        assert_eq!(run.code, 2, "{command}: {}", run.stderr);
-        assert!(run.stderr.contains(cause), "{command}: {}", run.stderr);
-        assert_eq!(folder.names(), ["printer.cfg"]);
-    }
+    let table = "
+        import klipper printer.cfg ⇒ 2 ⇒ --output <FOLDER>
+        import smoothieware printer.cfg --output mine ⇒ 2 ⇒ [possible values: klipper, reprapfirmware, marlin]
+        import klipper printer.cfg --rods 1mm,2mm --output mine ⇒ 2 ⇒ --rods needs one length, or three
+        import klipper printer.cfg --rods=-1mm --output mine ⇒ 2 ⇒ a length greater than 0 is needed
+        calibrate printer.cfg --json printer.cfg ⇒ 2 ⇒ --json printer.cfg is the same file as the robot file
+        ";
+    assert_refused(&folder, "", table);
 }

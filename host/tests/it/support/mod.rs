@@ -1,6 +1,7 @@
 //! Runs the command, and computes what it should find without its code: the elbows from the
 //! equations of Model 24, the platform by Newton's method on the three sphere equations.
 
+use serde_json::Value;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -341,6 +342,32 @@ pub(crate) fn cases(table: &str) -> Vec<[String; 3]> {
         cells.collect::<Vec<_>>().try_into().expect("three cells")
     };
     lines.map(case).collect()
+}
+
+/// Each line of a table: arguments of a command, its exit code, and what the error says. Nothing is printed or written.
+pub(crate) fn assert_refused(folder: &Folder, command: &str, table: &str) {
+    let names = folder.names();
+    for [arguments, code, expected] in cases(table) {
+        let run = folder.run(&format!("{command} {arguments}"));
+        let shown = format!("{arguments}: {}{}", run.stderr, run.stdout);
+        assert_eq!(run.code.to_string(), code, "{shown}");
+        for part in expected.split(" | ") {
+            assert!(run.stderr.contains(part), "{part}: {shown}");
+        }
+        assert_eq!((run.stdout.as_str(), folder.names()), ("", names.clone()));
+    }
+}
+
+/// What stands in a JSON report at a path such as `noise/0/sigma_mm`.
+pub(crate) fn at<'a>(json: &'a Value, path: &str) -> &'a Value {
+    let found = json.pointer(&format!("/{path}"));
+    found.unwrap_or_else(|| panic!("{path}: {json}"))
+}
+
+/// A number there.
+pub(crate) fn number(json: &Value, path: &str) -> f64 {
+    let found = at(json, path).as_f64();
+    found.unwrap_or_else(|| panic!("{path}: {json}"))
 }
 
 /// A robot file of these arms, with limits and [`TOLERANCE`].

@@ -1,0 +1,321 @@
+//! Numbers of the robot file of which one, if it is wrong, explains readings that contradict the stated tolerance: joint
+//! zeros, gear ratio, radius, forearms, overall size. Those that explain them about equally well are named together.
+
+use super::causes::{Subject, improvement};
+use super::judge::{Case, Judged, attempt};
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::{ReadingFrom, Readings};
+use crate::fit::{Solution, solve};
+use crate::text::{list, significant};
+use delta_cal::robot::{Drive, Parameter};
+use delta_cal::{ArmIndex, Robot};
+use nalgebra::Vector3;
+
+/// Linearisations of a number; zeros that are ten degrees off take some.
+const ROUNDS: u32 = 8;
+/// A number has settled if it changes by less than this part of itself.
+const SETTLED: f64 = 0.02;
+/// Larger numbers explain anything: radians, and parts of a length.
+const LARGEST: f64 = 0.5;
+/// Of a difference quotient.
+const STEP: f64 = 1e-6;
+/// Twice the logarithm of 20: what explains less than that more is not clearly better.
+const CLEARLY: f64 = 6.0;
+/// Joint zeros of which nothing is known, degrees.
+const UNKNOWN_ZERO_DEG: f64 = 15.0;
+/// The stated noise is multiplied by this until the number is found: the readings contradict it.
+const LOOSE: f64 = 30.0;
+/// A calibration whose σ are multiplied by more is no explanation.
+const WIDENED: f64 = 2.0;
+/// More rows are not fitted again.
+const MOST_ROWS: usize = 2000;
+
+/// A number that all arms have in common.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Wrong {
+    /// All joint zeros, by the same angle.
+    Zero,
+    /// The angle of a turn, or the steps of a travel.
+    Gear,
+    /// From the axis to the motors or towers.
+    Radius,
+    Forearm,
+    /// All lengths.
+    Size,
+}
+
+impl Wrong {
+    fn all(drive: Drive) -> &'static [Self] {
+        match drive {
+            Drive::Rotary => &[
+                Self::Zero,
+                Self::Forearm,
+                Self::Radius,
+                Self::Gear,
+                Self::Size,
+            ],
+            Drive::Linear => &[Self::Forearm, Self::Radius, Self::Gear, Self::Size],
+        }
+    }
+
+    /// A robot with the number changed: by an angle, or by a part of itself.
+    fn changed(self, robot: &Robot<f64>, by: f64) -> Option<Robot<f64>> {
+        let drive = robot.drive();
+        let mut parameters = robot.parameters();
+        for own in &mut parameters {
+            match self {
+                Self::Zero => {
+                    let (sine, cosine) = by.sin_cos();
+                    let [x, y] = [own[5], own[6]];
+                    (own[5], own[6]) = (cosine * x - sine * y, sine * x + cosine * y);
+                }
+                Self::Gear => {}
+                Self::Radius => (own[0], own[1]) = (own[0] * (1.0 + by), own[1] * (1.0 + by)),
+                Self::Forearm => own[7] *= 1.0 + by,
+                Self::Size => {
+                    for (value, parameter) in own.iter_mut().zip(drive.places()) {
+                        let length = parameter.is_some_and(|own| {
+                            own.kind() == delta_cal::robot::ParameterKind::Length
+                                || own == Parameter::Scale
+                        });
+                        if length {
+                            *value *= 1.0 + by;
+                        }
+                    }
+                }
+            }
+        }
+        robot.with_parameters(parameters).ok()
+    }
+
+    /// Joints as the gear turned them.
+    fn turned(self, readings: &Readings, by: f64) -> Readings {
+        let mut turned = readings.clone();
+        if self == Self::Gear {
+            let turn = |joints: [f64; 3]| joints.map(|q| q * (1.0 + by));
+            for row in &mut turned.rows {
+                row.value.joints = turn(row.value.joints);
+                if let Some((ReadingFrom::Pose(joints), _)) = &mut row.value.distance {
+                    *joints = turn(*joints);
+                }
+            }
+        }
+        turned
+    }
+
+    /// How the platform moves with the number.
+    fn moves(self, robot: &Robot<f64>, joints: &[f64; 3]) -> Option<Vector3<f64>> {
+        let here = robot.forward(joints).ok()?;
+        let there = match self {
+            Self::Gear => robot.forward(&joints.map(|q| q * (1.0 + STEP))).ok()?,
+            _ => self.changed(robot, STEP)?.forward(joints).ok()?,
+        };
+        Some((there - here) / STEP)
+    }
+
+    /// In words, with its size and what it is instead.
+    fn words(self, robot: &RobotFile, by: f64) -> String {
+        let [arm, ..] = robot.robot.arms();
+        let percent = format!("{:+.2} %", 100.0 * by);
+        let length = |own: f64| significant(own * (1.0 + by), 4);
+        match self {
+            Self::Zero => format!(
+                "all joint zeros are off by {:+.1}° (the arms hang {} than their joints read)",
+                by.to_degrees(),
+                if by < 0.0 { "lower" } else { "higher" }
+            ),
+            Self::Gear if robot.robot.drive() == Drive::Linear => {
+                format!("the steps of the carriages are off by {percent}")
+            }
+            Self::Gear => format!("the gear ratio is off by {percent}"),
+            Self::Radius => format!(
+                "the radius is off by {percent} (base less platform {} mm)",
+                length(arm.d().xy().norm())
+            ),
+            Self::Forearm => format!("the forearms are {} mm long ({percent})", length(arm.lb())),
+            Self::Size => format!(
+                "everything is {:.2} % {}, or the instrument's scale is wrong by that",
+                100.0 * by.abs(),
+                if by > 0.0 { "larger" } else { "smaller" }
+            ),
+        }
+    }
+
+    /// What shows it at the least cost.
+    const fn check(self) -> &'static str {
+        match self {
+            Self::Forearm => "a forearm's length with a calliper",
+            Self::Radius => "the distance between two motors or towers",
+            Self::Zero => "an arm put level, and what its joint reads then",
+            Self::Gear => "a known turn or travel of one joint, and what it reads",
+            Self::Size => "one known length, as a gauge block",
+        }
+    }
+
+    /// What to write if it is this one.
+    const fn remedy(self) -> &'static str {
+        match self {
+            Self::Zero => {
+                "home again, or state zero_deg in [tolerance], as large as the zeros may be off"
+            }
+            Self::Gear => "correct the gear ratio in the controller",
+            Self::Radius | Self::Forearm => "correct the length in the robot file",
+            Self::Size => "measure one known length",
+        }
+    }
+}
+
+/// What explains the readings.
+struct Explanation {
+    /// `None` of the joint zeros, each by itself.
+    wrong: Option<Wrong>,
+    /// In words.
+    what: String,
+    /// Σ r² and the prior's part.
+    cost: f64,
+}
+
+/// What one number, or the joint zeros, explain, in sentences with what to do; nothing if none does.
+pub(crate) fn explanation(case: &Case<'_>) -> Option<String> {
+    if case.readings.rows.len() > MOST_ROWS {
+        return None;
+    }
+    let drive = case.robot.robot.drive();
+    let numbers = Wrong::all(drive)
+        .iter()
+        .filter_map(|wrong| tried(case, *wrong));
+    let mut found: Vec<_> = zeros(case).into_iter().chain(numbers).collect();
+    let best = found.iter().map(|own| own.cost).reduce(f64::min)?;
+    found.retain(|own| own.cost < best + CLEARLY);
+    // The zeros one by one hold a common one.
+    if found.iter().any(|own| own.wrong.is_none()) {
+        found.retain(|own| own.wrong != Some(Wrong::Zero));
+    }
+    let first = found.first()?;
+    let remedy = first.wrong.unwrap_or(Wrong::Zero).remedy();
+    Some(match &found[..] {
+        [one] => format!("This explains the readings: {}. {remedy}.", one.what),
+        several => {
+            let all: Vec<_> = several.iter().map(|own| own.what.as_str()).collect();
+            format!(
+                "Each of these explains the readings about equally well: {}. The cheapest measurement that decides is {}. {remedy}.",
+                all.join("; or "),
+                cheapest(several).check(),
+            )
+        }
+    })
+}
+
+/// The zeros of the joints, each by itself, where nothing is stated of them.
+fn zeros(case: &Case<'_>) -> Option<Explanation> {
+    let tolerance = case.robot.tolerance?;
+    if case.robot.robot.drive() == Drive::Linear || tolerance.joint_zero().is_some() {
+        return None;
+    }
+    let robot = RobotFile {
+        tolerance: tolerance
+            .with_joint_zero(UNKNOWN_ZERO_DEG.to_radians())
+            .ok(),
+        ..case.robot.clone()
+    };
+    let judged = attempt(&Case {
+        robot: &robot,
+        before: &robot,
+        ..*case
+    })
+    .ok()
+    .filter(agrees)?;
+    let angle = |robot: &Robot<f64>, arm| {
+        let own = robot.arm(arm);
+        own.get(Parameter::LaY)
+            .atan2(own.get(Parameter::LaX))
+            .to_degrees()
+    };
+    let off =
+        ArmIndex::ALL.map(|arm| angle(&judged.solution.robot, arm) - angle(&case.robot.robot, arm));
+    let each: Vec<_> = (1..)
+        .zip(off)
+        .map(|(arm, off)| format!("arm {arm} {off:+.1}°"))
+        .collect();
+    let hang = match (
+        off.iter().all(|own| *own < 0.0),
+        off.iter().all(|own| *own > 0.0),
+    ) {
+        (true, _) => " (the arms hang lower than their joints read)",
+        (_, true) => " (the arms hang higher than their joints read)",
+        _ => "",
+    };
+    Some(Explanation {
+        wrong: None,
+        what: format!("the joint zeros are off: {}{hang}", list(&each)),
+        cost: cost(&judged.solution),
+    })
+}
+
+/// Whether a calibration needs no doubt to be accepted.
+fn agrees(judged: &Judged) -> bool {
+    !judged.widened && judged.widening < WIDENED
+}
+
+fn cheapest(found: &[Explanation]) -> Wrong {
+    let order = [
+        Wrong::Forearm,
+        Wrong::Radius,
+        Wrong::Zero,
+        Wrong::Gear,
+        Wrong::Size,
+    ];
+    let there = |wrong: &Wrong| {
+        found
+            .iter()
+            .any(|own| own.wrong.unwrap_or(Wrong::Zero) == *wrong)
+    };
+    order.into_iter().find(there).unwrap_or(Wrong::Zero)
+}
+
+/// The best size of a number, if the calibration then is as stated.
+fn tried(case: &Case<'_>, wrong: Wrong) -> Option<Explanation> {
+    case.robot.tolerance?;
+    let mut loose = case.robot.loosened(LOOSE);
+    let mut by = 0.0;
+    for _ in 0..ROUNDS {
+        loose.robot = wrong.changed(&case.robot.robot, by)?;
+        let readings = wrong.turned(case.readings, by);
+        let solution = solve(&loose, &readings, &case.options).ok()?;
+        let subject = Subject {
+            solution: &solution,
+            readings: &readings,
+        };
+        let more = improvement(&subject, |joints| wrong.moves(&solution.robot, joints))?;
+        by += more;
+        if !(by.abs() < LARGEST) {
+            return None;
+        }
+        if more.abs() < SETTLED * by.abs() {
+            break;
+        }
+    }
+    let robot = RobotFile {
+        robot: wrong.changed(&case.robot.robot, by)?,
+        ..case.robot.clone()
+    };
+    let readings = wrong.turned(case.readings, by);
+    let judged = attempt(&Case {
+        robot: &robot,
+        before: &robot,
+        readings: &readings,
+        options: case.options,
+    })
+    .ok()
+    .filter(agrees)?;
+    Some(Explanation {
+        wrong: Some(wrong),
+        what: wrong.words(case.robot, by),
+        cost: cost(&judged.solution),
+    })
+}
+
+fn cost(solution: &Solution) -> f64 {
+    let squares: f64 = solution.noise.iter().map(|own| own.squares).sum();
+    squares + (&solution.prior * &solution.moved).norm_squared()
+}

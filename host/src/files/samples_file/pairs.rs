@@ -1,0 +1,262 @@
+//! Joints in one file and what was measured in another, as a controller and an instrument write them.
+
+use super::table::Table;
+use super::{Named, Readings, Row, check_blanks, without_joints};
+use crate::files::columns::{Quantity, Unit};
+use crate::files::input::{InputError, InputText};
+use crate::files::robot_file::RobotFile;
+use crate::text::count;
+use delta_cal::robot::Drive;
+use jiff::civil::{DateTime, Time};
+use jiff::tz::TimeZone;
+use serde::Serialize;
+use std::collections::HashMap;
+
+/// Times match within this part of the usual time between the rows of the denser file.
+const NEAR: f64 = 0.5;
+
+/// How two files were joined.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Joined {
+    /// The file with the joints.
+    pub joints_file: String,
+    /// The column that both have; `None` for the order of the rows.
+    pub by: Option<String>,
+    /// Rows of joints at which nothing was measured.
+    pub unused: usize,
+}
+
+/// A column of both files.
+struct Key {
+    name: String,
+    joints: Vec<String>,
+    measured: Vec<String>,
+}
+
+impl Readings {
+    /// Reads joints from one file and readings from another, in either order. Rows belong together if they agree in a
+    /// column that both files have (a name, a number; of a time the nearest), and by their order where there is none.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read); a measured row without joints, names that two rows of joints have, different numbers of
+    /// rows without a common column.
+    pub fn read_pair(
+        one: &InputText,
+        other: &InputText,
+        robot: &RobotFile,
+    ) -> Result<Self, InputError> {
+        let joints_of = Quantity::joints(robot.limits.drive());
+        for mapped in one.columns().all() {
+            let there = |text: &InputText| {
+                Table::lenient(text, &robot.convention).map(|own| own.has_name(&mapped.column))
+            };
+            if !(there(one)? || there(other)?) {
+                return Err(InputError::new(
+                    other.name(),
+                    "neither file has this column, which --columns names",
+                )
+                .at_column(&mapped.column));
+            }
+        }
+        let first = Table::lenient(one, &robot.convention)?;
+        let second = Table::lenient(other, &robot.convention)?;
+        let (joints, joints_text, measured, text) =
+            if first.has_any(&joints_of) || !second.has_any(&joints_of) {
+                (first, one, second, other)
+            } else {
+                (second, other, first, one)
+            };
+        joints.require(&joints_of)?;
+        measured.require_units()?;
+        if !measured.has_readings() {
+            measured.require(&Quantity::COORDINATES)?;
+        }
+        let poses = joints.rows(|row| row.joints(robot))?;
+        let rows = measured.rows(|row| without_joints(row, robot))?;
+        let keys = keys(&joints, &measured)?;
+        let (by, pairs) = match chosen(&keys) {
+            Some(key) if key.is_time() => (Some(key), by_time(key)),
+            Some(key) => (Some(key), by_name(key, &poses, joints_text)?),
+            None => (None, by_order(&poses, &rows, joints_text, text)?),
+        };
+        let mut named = Vec::with_capacity(rows.len());
+        let mut used = vec![false; poses.len()];
+        for (row, pair) in rows.into_iter().zip(pairs) {
+            let Some(pose) = pair.and_then(|index| Some((index, poses.get(index)?))) else {
+                let of = by.map_or("", |key| key.name.as_str());
+                let cause = format!("no row of {} has this {of}", joints_text.name());
+                return Err(InputError::new(text.name(), cause)
+                    .at_line(row.line)
+                    .with_remedy("add the joints of this pose, or delete the row"));
+            };
+            used[pose.0] = true;
+            let value = Named {
+                joints: pose.1.value,
+                ..row.value
+            };
+            named.push(Row {
+                line: row.line,
+                value,
+            });
+        }
+        check_blanks(text, &measured, &named)?;
+        let joined = Joined {
+            joints_file: joints_text.name().to_owned(),
+            by: by.map(|key| key.name.clone()),
+            unused: used.iter().filter(|used| !**used).count(),
+        };
+        let file = Self::of_rows(&measured, text, named)?;
+        Ok(Self {
+            in_degrees: joints.unit_of(&Quantity::joints(Drive::Rotary)) == Some(Unit::Degree),
+            joined: Some(joined),
+            ..file
+        })
+    }
+}
+
+/// The columns that both files have beside what they are read for.
+fn keys(joints: &Table<'_>, measured: &Table<'_>) -> Result<Vec<Key>, InputError> {
+    let mut keys = Vec::new();
+    let others = measured.unread();
+    for name in joints.unread() {
+        let same = |own: &&String| own.trim().eq_ignore_ascii_case(name.trim());
+        if let Some(other) = others.iter().find(same) {
+            keys.push(Key {
+                name: name.clone(),
+                joints: joints.cells(&name)?,
+                measured: measured.cells(other)?,
+            });
+        }
+    }
+    Ok(keys)
+}
+
+/// A name or number that finds all rows, else a time, else the name that finds most.
+fn chosen(keys: &[Key]) -> Option<&Key> {
+    let found = |key: &Key| {
+        let known: std::collections::HashSet<String> =
+            key.joints.iter().map(|own| comparable(own)).collect();
+        let own = key
+            .measured
+            .iter()
+            .filter(|own| known.contains(&comparable(own)));
+        own.count()
+    };
+    let complete = |key: &&Key| !key.is_time() && found(key) == key.measured.len();
+    let all = keys.iter().find(complete);
+    let time = || keys.iter().find(|key| key.is_time());
+    let most = || {
+        let some = keys.iter().filter(|key| found(key) > 0);
+        some.max_by_key(|key| found(key))
+    };
+    all.or_else(time).or_else(most)
+}
+
+/// Numbers as such, names as they are.
+fn comparable(cell: &str) -> String {
+    let cell = cell.trim();
+    cell.replace(',', ".")
+        .parse::<f64>()
+        .map_or_else(|_| cell.to_owned(), |number| number.to_string())
+}
+
+impl Key {
+    /// Whether its name says so and every cell is one.
+    fn is_time(&self) -> bool {
+        let name = self.name.to_lowercase();
+        let named = name.contains("time")
+            || name == "t"
+            || name.starts_with("t ")
+            || name.starts_with("t_");
+        let mut cells = self.joints.iter().chain(&self.measured);
+        named && cells.all(|cell| seconds(cell).is_some())
+    }
+}
+
+/// Of a number of seconds, a time of day or a date with time.
+fn seconds(cell: &str) -> Option<f64> {
+    let cell = cell.trim();
+    if let Ok(number) = cell.replace(',', ".").parse() {
+        return Some(number);
+    }
+    if let Ok(time) = cell.parse::<Time>() {
+        let whole = i32::from(time.hour()) * 3600
+            + i32::from(time.minute()) * 60
+            + i32::from(time.second());
+        return Some(f64::from(whole) + f64::from(time.subsec_nanosecond()) * 1e-9);
+    }
+    let date: DateTime = cell.parse().ok()?;
+    let at = date.to_zoned(TimeZone::UTC).ok()?.timestamp();
+    Some(at.as_duration().as_secs_f64())
+}
+
+/// For each measured row the row of joints of that name.
+fn by_name(
+    key: &Key,
+    poses: &[Row<[f64; 3]>],
+    joints: &InputText,
+) -> Result<Vec<Option<usize>>, InputError> {
+    let mut places: HashMap<String, usize> = HashMap::new();
+    for (index, cell) in key.joints.iter().enumerate() {
+        let before = places.insert(comparable(cell), index);
+        let same = |other: usize| {
+            poses.get(other).map(|row| row.value) == poses.get(index).map(|row| row.value)
+        };
+        if let (Some(other), Some(row)) = (before, poses.get(index))
+            && !same(other)
+        {
+            let line = poses.get(other).map_or(0, |row| row.line);
+            let cause = format!("{cell} stands in line {line} too, with other joints");
+            return Err(InputError::new(joints.name(), cause)
+                .at_line(row.line)
+                .at_column(&key.name)
+                .with_remedy("give each pose a name of its own"));
+        }
+    }
+    let find = |cell: &String| places.get(&comparable(cell)).copied();
+    Ok(key.measured.iter().map(find).collect())
+}
+
+/// For each measured row the row of joints that is nearest in time, if it is near.
+fn by_time(key: &Key) -> Vec<Option<usize>> {
+    let of =
+        |cells: &[String]| -> Vec<f64> { cells.iter().filter_map(|own| seconds(own)).collect() };
+    let (joints, measured) = (of(&key.joints), of(&key.measured));
+    let between = |times: &[f64]| {
+        let mut sorted = times.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        let mut steps: Vec<f64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        steps.retain(|step| *step > 0.0);
+        steps.sort_by(f64::total_cmp);
+        steps.get(steps.len() / 2).copied().unwrap_or(f64::INFINITY)
+    };
+    let near = NEAR * between(&joints).min(between(&measured));
+    let nearest = |time: &f64| {
+        let apart = |other: &f64| (other - time).abs();
+        let places = joints.iter().enumerate();
+        let (index, other) = places.min_by(|a, b| apart(a.1).total_cmp(&apart(b.1)))?;
+        (apart(other) <= near).then_some(index)
+    };
+    measured.iter().map(nearest).collect()
+}
+
+/// The same number of rows, one for one.
+fn by_order<T>(
+    poses: &[Row<[f64; 3]>],
+    rows: &[Row<T>],
+    joints: &InputText,
+    measured: &InputText,
+) -> Result<Vec<Option<usize>>, InputError> {
+    if poses.len() == rows.len() {
+        return Ok((0..rows.len()).map(Some).collect());
+    }
+    let cause = format!(
+        "{} and {} of {} cannot be joined by their order, and the files have no column in common",
+        count(rows.len(), "row"),
+        count(poses.len(), "row"),
+        joints.name()
+    );
+    Err(InputError::new(measured.name(), cause).with_remedy(
+        "give both a column of the same name that says which rows belong together: a point's name, a number or a time",
+    ))
+}

@@ -1,0 +1,158 @@
+//! The sensor's frame from points of the machine that the sensor measured too.
+
+use super::solution::{MOST, Solution};
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::{READINGS, Readings};
+use delta_cal::frame::RigidTransform;
+use nalgebra::{DMatrix, Matrix3, Matrix6, SMatrix, Vector3};
+use std::fmt;
+
+/// Fewer points do not fix a frame.
+const LEAST: usize = 3;
+/// A datum whose residuals are so many σ has a wrong point.
+const MOST_SIGMAS: f64 = 5.0;
+
+/// From the frame of the robot's base to that of the sensor, by the points of `[datum]`.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Datum {
+    pub(crate) frame: RigidTransform<f64>,
+    places: Vec<Vector3<f64>>,
+    /// What each point is off, mm.
+    pub(crate) residuals: Vec<(String, f64)>,
+}
+
+/// Why points are no datum.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum DatumError {
+    Few(usize),
+    OnALine,
+    Off { point: String, off: f64, rms: f64 },
+}
+
+impl fmt::Display for DatumError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Few(points) => {
+                write!(
+                    f,
+                    "{points} datum points do not fix a frame: at least {LEAST} are needed"
+                )
+            }
+            Self::OnALine => {
+                f.write_str("the datum points lie on a line, so they do not fix a frame")
+            }
+            Self::Off { point, off, rms } => write!(
+                f,
+                "the datum points do not fit the sensor's measurements ({rms:.3} mm rms), {point} least of all ({off:.3} mm)"
+            ),
+        }
+    }
+}
+
+impl Datum {
+    /// `None` if the robot file has no `[datum]`.
+    ///
+    /// # Errors
+    /// Points that fix no frame, or that are not where the sensor saw them.
+    pub(crate) fn of(robot: &RobotFile) -> Result<Option<Self>, DatumError> {
+        let points = &robot.instruments.datum;
+        if points.is_empty() {
+            return Ok(None);
+        }
+        if points.len() < LEAST {
+            return Err(DatumError::Few(points.len()));
+        }
+        let pairs = points.iter().map(|point| (point.place, point.seen));
+        let frame = RigidTransform::align(pairs).map_err(|_| DatumError::OnALine)?;
+        let residuals: Vec<_> = points
+            .iter()
+            .map(|point| {
+                let off = (point.seen - frame.apply(&point.place)).norm();
+                (point.name.clone(), off)
+            })
+            .collect();
+        let datum = Self {
+            frame,
+            places: points.iter().map(|point| point.place).collect(),
+            residuals,
+        };
+        let rms = datum.rms();
+        let worst = datum.residuals.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+        if let (Some((point, off)), Some(noise)) = (worst, &robot.noise)
+            && rms > MOST_SIGMAS * noise.position()
+        {
+            return Err(DatumError::Off {
+                point: point.clone(),
+                off: *off,
+                rms,
+            });
+        }
+        Ok(Some(datum))
+    }
+
+    /// How well the points fit, mm rms of a coordinate, over the degrees of freedom that are left.
+    pub(crate) fn rms(&self) -> f64 {
+        let squares: f64 = self.residuals.iter().map(|(_, off)| off * off).sum();
+        let coordinates = self.residuals.iter().fold(-6.0, |count, _| count + 3.0);
+        (squares / coordinates).sqrt()
+    }
+
+    /// Readings of the sensor in the frame of the robot's base.
+    pub(super) fn turned(&self, readings: &Readings) -> Readings {
+        readings.turned(&self.frame.inverse())
+    }
+
+    /// A solution from [turned](Self::turned) readings in the sensor's frame, with what the datum's own noise adds:
+    ///
+    /// ```text
+    /// C + G D Gᵀ,   D = σ² (Σ MᵀM)⁻¹ over the datum points,   G = C Σ Jᵀ B M over the rows,   M(x) = (I, −[x]×)
+    /// ```
+    ///
+    /// J being the derivatives of a row's readings by the unknowns, and B those by the position.
+    pub(super) fn added_to(&self, mut solution: Solution, readings: &Readings) -> Solution {
+        let sigma = solution.levels.position.position();
+        let information: Matrix6<f64> = self
+            .places
+            .iter()
+            .map(|x| motion(x).transpose() * motion(x))
+            .sum();
+        let unknowns = solution.covariance.nrows();
+        if let Some(spread) = information.try_inverse() {
+            let mut sum = SMatrix::<f64, MOST, 6>::zeros();
+            for own in &solution.sensitivities {
+                let Some(sample) = readings
+                    .rows
+                    .get(own.row)
+                    .and_then(|row| row.value.sample())
+                else {
+                    continue;
+                };
+                let by_position = SMatrix::<f64, READINGS, 3>::from_fn(|reading, axis| {
+                    own.by_positions[0][reading][axis]
+                });
+                sum += own.by_unknowns.transpose() * (by_position * motion(&sample.position));
+            }
+            #[allow(clippy::cast_precision_loss)] // rows of a file
+            let every = readings.rows.len() as f64 / (solution.sensitivities.len() as f64).max(1.0);
+            let sum = DMatrix::from_fn(unknowns, 6, |row, column| every * sum[(row, column)]);
+            let gain = &solution.covariance * sum;
+            let spread = DMatrix::from_iterator(6, 6, spread.iter().map(|own| own * sigma * sigma));
+            solution.covariance += &gain * spread * gain.transpose();
+        }
+        solution.places.frame = Some(self.frame);
+        solution.places_before.frame = Some(self.frame);
+        solution
+    }
+}
+
+/// (I, −[x]×): how a point moves with a shift and a turn.
+fn motion(x: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
+    let mut columns = SMatrix::<f64, 3, 6>::zeros();
+    columns
+        .fixed_columns_mut::<3>(0)
+        .copy_from(&Matrix3::identity());
+    columns
+        .fixed_columns_mut::<3>(3)
+        .copy_from(&-x.cross_matrix());
+    columns
+}

@@ -1,0 +1,369 @@
+//! Robots as they stand in plants: joints that count upwards, arms numbered clockwise, z downwards, counts, inches, a tracker
+//! in a frame of its own that measures a reflector, joints and positions in two files. What is written into the files is
+//! converted here, without the program's code.
+
+use delta_cal::Robot;
+use delta_cal::frame::RigidTransform;
+use delta_cal::robot::Arm;
+use delta_cal::simulate::standard_normal;
+use delta_cal_host::geometry::Reach;
+use delta_cal_host::{Frame, InputText, Options, Report, RobotFile, calibrate, read_samples};
+use nalgebra::{Rotation3, Vector3};
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg32;
+use std::fmt::Write;
+
+const SIGMA: f64 = 0.03;
+const JOINT_DEG: f64 = 0.001;
+const REFLECTOR: [f64; 3] = [12.0, 5.0, -25.0];
+
+/// How the controller counts and what the instruments write.
+struct Plant {
+    up: bool,
+    z_down: bool,
+    /// Counts a degree; radians if it is 0, degrees if there is none.
+    counts: Option<[f64; 3]>,
+    inches: bool,
+    /// Joints and positions in two files, and the column by which they are joined.
+    files: Option<&'static str>,
+    /// The frame of the base by points that the tracker measured.
+    datum: bool,
+}
+
+const USUAL: Plant = Plant {
+    up: false,
+    z_down: false,
+    counts: None,
+    inches: false,
+    files: None,
+    datum: false,
+};
+
+fn plants() -> Vec<Plant> {
+    vec![
+        USUAL,
+        Plant {
+            up: true,
+            z_down: true,
+            ..USUAL
+        },
+        Plant {
+            up: true,
+            z_down: true,
+            counts: Some([0.0; 3]),
+            inches: true,
+            datum: true,
+            ..USUAL
+        },
+        Plant {
+            z_down: true,
+            counts: Some([10_000.0, -10_000.0, 10_000.0]),
+            files: Some("Point"),
+            datum: true,
+            ..USUAL
+        },
+        Plant {
+            up: true,
+            files: Some("Time (s)"),
+            datum: true,
+            ..USUAL
+        },
+        Plant {
+            up: true,
+            z_down: true,
+            files: Some(""),
+            datum: true,
+            ..USUAL
+        },
+    ]
+}
+
+impl Plant {
+    /// In the controller's axes, from ours.
+    fn axes(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        if self.z_down { [x, -y, -z] } else { [x, y, z] }
+    }
+
+    fn joint(&self, index: usize, radians: f64) -> f64 {
+        let angle = if self.up { -radians } else { radians };
+        match self.counts {
+            None => angle.to_degrees(),
+            Some([0.0, ..]) => angle,
+            Some(counts) => (angle.to_degrees() * counts[index]).round(),
+        }
+    }
+
+    fn length(&self, mm: f64) -> f64 {
+        if self.inches { mm / 25.4 } else { mm }
+    }
+
+    /// The robot file: base radius 210, platform 55, upper arm 350, forearm 800; arm 1 along −y, the others clockwise seen
+    /// from above.
+    fn robot_file(&self, datum: &[(Vector3<f64>, Vector3<f64>)]) -> String {
+        // Clockwise from above is against the sense of z if z points upwards.
+        let azimuths = if self.z_down {
+            "[90, 210, 330]"
+        } else {
+            "[-90, 150, 30]"
+        };
+        let (low, high) = if self.up { (-80, 30) } else { (-30, 80) };
+        let mut text = format!(
+            "[nominal]\nbase_radius_mm = 210\nplatform_radius_mm = 55\nupper_arm_mm = 350\nforearm_mm = 800\n\
+             azimuth_deg = {azimuths}\n[joints]\nmin_deg = {low}\nmax_deg = {high}\n\
+             [tolerance]\nlength_mm = 0.4\nangle_deg = 0.15\n\
+             [noise]\nposition_mm = {SIGMA}\njoint_deg = {JOINT_DEG}\n[convention]\n"
+        );
+        if self.up {
+            text += "joint_positive = \"up\"\n";
+        }
+        if self.z_down {
+            text += "z_axis = \"down\"\n";
+        }
+        match self.counts {
+            None => {}
+            Some([0.0, ..]) => text += "joint_unit = \"rad\"\n",
+            Some(counts) => {
+                let _ = writeln!(text, "joint_unit = \"counts\"\ncounts_per_deg = {counts:?}");
+            }
+        }
+        if self.inches {
+            text += "length_unit = \"inch\"\n";
+        }
+        let [x, y, z] = self.axes(REFLECTOR);
+        let _ = writeln!(text, "[target]\nx_mm = {x}\ny_mm = {y}\nz_mm = {z}");
+        for (index, (place, seen)) in datum.iter().enumerate().filter(|_| self.datum) {
+            let [x, y, z] = self.axes((*place).into());
+            let seen: [f64; 3] = (*seen).into();
+            let _ = writeln!(
+                text,
+                "[datum.P{index}]\nx_mm = {x}\ny_mm = {y}\nz_mm = {z}\nsensor_mm = {seen:?}"
+            );
+        }
+        text
+    }
+}
+
+/// Nominal, and as it was made.
+fn robots(rng: &mut Pcg32) -> [Robot<f64>; 2] {
+    let nominal = [-90.0, 150.0, 30.0].map(|azimuth: f64| {
+        let (sine, cosine) = azimuth.to_radians().sin_cos();
+        [
+            155.0 * cosine,
+            155.0 * sine,
+            0.0,
+            azimuth.to_radians(),
+            0.0,
+            350.0,
+            0.0,
+            800.0,
+        ]
+    });
+    let sigmas = [
+        0.4,
+        0.4,
+        0.4,
+        0.15_f64.to_radians(),
+        0.15_f64.to_radians(),
+        0.4,
+        0.4,
+        0.4,
+    ];
+    let made = nominal.map(|mut arm| {
+        for (value, sigma) in arm.iter_mut().zip(sigmas) {
+            *value += sigma * standard_normal::<f64, _>(rng);
+        }
+        arm
+    });
+    [nominal, made].map(|arms| Robot::new(arms.map(|arm| Arm::new(arm).unwrap())).unwrap())
+}
+
+/// A plant's robot file and what its instruments wrote, with the robot as it is and its sensor's frame.
+struct Written {
+    robot: RobotFile,
+    input: InputText,
+    truth: Robot<f64>,
+    /// From our frame to the sensor's.
+    frame: RigidTransform<f64>,
+}
+
+fn written(plant: &Plant, rows: usize, seed: u64) -> Written {
+    let mut rng = Pcg32::seed_from_u64(seed);
+    let [nominal, truth] = robots(&mut rng);
+    let frame = RigidTransform {
+        rotation: Rotation3::from_euler_angles(0.2, -0.4, 1.1).into_inner(),
+        translation: Vector3::new(2500.0, 400.0, -900.0),
+    };
+    let mut near = |point: Vector3<f64>| {
+        point + Vector3::from_fn(|_, _| SIGMA * standard_normal::<f64, _>(&mut rng))
+    };
+    // Spread as far as the robot reaches.
+    let datum = [
+        [500.0, 0.0, -500.0],
+        [-400.0, 450.0, -600.0],
+        [-300.0, -500.0, -400.0],
+        [0.0, 0.0, -1100.0],
+    ]
+    .map(|place| {
+        (
+            Vector3::from(place),
+            near(frame.apply(&Vector3::from(place))),
+        )
+    });
+    let robot = RobotFile::read(&InputText::new("robot.toml", &plant.robot_file(&datum))).unwrap();
+    let reach: Reach = robot.reach();
+    let mut samples = Vec::new();
+    let mut rng = Pcg32::seed_from_u64(seed + 1000);
+    while samples.len() < rows {
+        let uniform = |rng: &mut Pcg32| f64::from(rng.next_u32()) / f64::from(u32::MAX);
+        let q = [0; 3].map(|_| (-30.0 + 110.0 * uniform(&mut rng)).to_radians());
+        if reach.clear_position(&nominal, &q).is_err() {
+            continue;
+        }
+        let Ok(x) = truth.forward(&q) else { continue };
+        let noise = Vector3::from_fn(|_, _| SIGMA * standard_normal::<f64, _>(&mut rng));
+        let seen = frame.apply(&(x + Vector3::from(REFLECTOR))) + noise;
+        let read = q.map(|q| q + JOINT_DEG.to_radians() * standard_normal::<f64, _>(&mut rng));
+        samples.push((read, seen));
+    }
+    let joints = |(read, _): &([f64; 3], Vector3<f64>)| {
+        let cells = [0, 1, 2].map(|index| plant.joint(index, read[index]).to_string());
+        cells.join(";")
+    };
+    let position = |(_, seen): &([f64; 3], Vector3<f64>)| {
+        let cells = [0, 1, 2].map(|axis| plant.length(seen[axis]).to_string().replace('.', ","));
+        cells.join(";")
+    };
+    let unit = if plant.inches { "in" } else { "mm" };
+    let joint_names = match plant.counts {
+        Some(_) => "q1;q2;q3",
+        None => "q1_deg;q2_deg;q3_deg",
+    };
+    let names = format!("X [{unit}];Y [{unit}];Z [{unit}]");
+    let input = match plant.files {
+        None => {
+            let mut text = format!("{joint_names};{names}\n");
+            for sample in &samples {
+                let _ = writeln!(
+                    text,
+                    "{};{}",
+                    joints(sample).replace('.', ","),
+                    position(sample)
+                );
+            }
+            InputText::new("samples.csv", &text)
+        }
+        Some(key) => {
+            // The PLC writes in its order and more than was measured, the tracker in its own, with lines above its header.
+            let cell = |index: usize| match key {
+                "Point" => format!("P{}", 101 + index),
+                _ => format!("{:.3}", 10.0 * index as f64),
+            };
+            let by_order = key.is_empty();
+            let mut plc = format!("{key};{joint_names}\n")
+                .trim_start_matches(';')
+                .to_owned();
+            let mut tracker =
+                format!("Tracker report\nDate;2026-11-25\n\n{key};{names};U (k=2) [{unit}]\n");
+            if by_order {
+                tracker = tracker.replace("\n;X", "\nX");
+            }
+            let last = samples.len() - 1;
+            for (index, sample) in samples.iter().enumerate() {
+                let lead = if by_order {
+                    String::new()
+                } else {
+                    format!("{};", cell(index))
+                };
+                let _ = writeln!(plc, "{lead}{}", joints(sample));
+                let other = if by_order { index } else { last - index };
+                let lead = if by_order {
+                    String::new()
+                } else {
+                    format!("{};", cell(other))
+                };
+                let expanded = plant.length(2.0 * SIGMA).to_string().replace('.', ",");
+                let _ = writeln!(tracker, "{lead}{};{expanded}", position(&samples[other]));
+            }
+            if !by_order {
+                let _ = writeln!(plc, "{};{}", cell(last + 1), joints(&samples[0]));
+            }
+            InputText::new("tracker.csv", &tracker).with_beside(InputText::new("plc.csv", &plc))
+        }
+    };
+    Written {
+        robot,
+        input,
+        truth,
+        frame,
+    }
+}
+
+fn calibrated(plant: &Written) -> Report {
+    let options = Options {
+        frame: Frame::Sensor,
+        ..Options::default()
+    };
+    let readings = read_samples(&plant.input, &plant.robot, &options)
+        .unwrap_or_else(|error| panic!("{error}"));
+    calibrate(&plant.robot, &readings, &options).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Position errors over the workspace, rms mm: in the frame of the base, and after the best rigid motion.
+fn achieved(found: &Robot<f64>, truth: &Robot<f64>) -> [f64; 2] {
+    let mut pairs = Vec::new();
+    for cell in 0..729 {
+        let q = [cell / 81, cell / 9 % 9, cell % 9]
+            .map(|part| (-30.0 + 13.75 * f64::from(part)).to_radians());
+        if let (Ok(a), Ok(b)) = (found.forward(&q), truth.forward(&q)) {
+            pairs.push((a, b));
+        }
+    }
+    let count = pairs.len() as f64;
+    let motion = RigidTransform::align(pairs.iter().copied()).unwrap();
+    let rms = |of: &dyn Fn(&Vector3<f64>) -> Vector3<f64>| {
+        let squares: f64 = pairs.iter().map(|(a, b)| (of(a) - b).norm_squared()).sum();
+        (squares / count).sqrt()
+    };
+    [rms(&|a| *a), rms(&|a| motion.apply(a))]
+}
+
+/// Every plant gives the robot, without a number converted by hand; what is stated is what is achieved.
+#[test]
+fn a_plant_in_its_own_convention_is_calibrated() {
+    for (index, plant) in plants().iter().enumerate() {
+        let (mut squares, mut count) = ([0.0; 2], 0.0);
+        for seed in 0..6 {
+            let written = written(plant, 30, 17 * seed + index as u64);
+            let report = calibrated(&written);
+            let stated = report.expected_error.unwrap();
+            let errors = achieved(&report.after.robot, &written.truth);
+            let stated = [stated.absolute_rms_mm, stated.relative_rms_mm];
+            for (sum, (error, stated)) in squares.iter_mut().zip(errors.iter().zip(stated)) {
+                *sum += (error / stated).powi(2);
+            }
+            count += 1.0;
+            if plant.datum {
+                assert!(errors[0] < 0.15, "plant {index}: {errors:?} mm");
+                assert!(stated[0] < 0.15, "plant {index}: stated {stated:?} mm");
+            }
+            assert!(errors[1] < 0.1, "plant {index}: {errors:?} mm");
+            // The frame is that of the platform point, not of the reflector.
+            let found = Vector3::from(report.sensor_frame.unwrap().translation_mm);
+            let off = (found - written.frame.translation).norm();
+            let most = if plant.datum { 0.3 } else { 12.0 };
+            assert!(off < most, "plant {index}: the frame is {off:.1} mm off");
+            // What was written reads back as the same robot in the same convention.
+            let again =
+                RobotFile::read(&InputText::new("again.toml", &report.after.to_toml(""))).unwrap();
+            assert_eq!(again.convention, written.robot.convention);
+            assert_eq!(again.limits, written.robot.limits);
+        }
+        for (sum, what) in squares.iter().zip(["absolute", "relative"]) {
+            let ratio = f64::sqrt(sum / count);
+            assert!(
+                (0.6..1.5).contains(&ratio),
+                "plant {index}: {what} achieved/stated {ratio:.2}"
+            );
+        }
+    }
+}

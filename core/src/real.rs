@@ -8,7 +8,7 @@ mod single;
 use core::fmt::{Debug, Display};
 use nalgebra::{Field, Scalar};
 
-/// A floating-point scalar, implemented for `f32` and `f64`.
+/// A floating-point scalar, implemented for `f32` and `f64` and for nothing else.
 ///
 /// Addition, multiplication, division and square root are correctly rounded on every platform;
 /// the other functions come from `libm` (or, for the single-precision sine and cosine, from this
@@ -20,7 +20,9 @@ use nalgebra::{Field, Scalar};
 /// let (sine, cosine) = 0.5_f32.sine_cosine();
 /// assert!((sine * sine + cosine * cosine - 1.0).abs() < 2.0 * f32::EPSILON);
 /// ```
-pub trait Real: Field + Scalar + Copy + PartialOrd + Debug + Display + Send + Sync {
+pub trait Real:
+    sealed::Sealed + Field + Scalar + Copy + PartialOrd + Debug + Display + Send + Sync
+{
     /// 0.
     const ZERO: Self;
     /// 1.
@@ -82,6 +84,12 @@ pub trait Real: Field + Scalar + Copy + PartialOrd + Debug + Display + Send + Sy
     fn squared(self) -> Self {
         self * self
     }
+}
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
 }
 
 impl Real for f64 {

@@ -219,7 +219,6 @@ numbers!(StartUsed {
     0: Nominal,
     1: Free,
     2: Search,
-    3: Joint,
 });
 
 // The numbers below are those of the C library's statuses.

@@ -357,8 +357,7 @@ impl Reference<'_> {
             let mut jacobian = DMatrix::zeros(residuals.len(), values.len());
             for column in 0..values.len() {
                 let step = match (self.kind, column) {
-                    (_, 0..24) => 1e-3,
-                    (Kind::Touches, 24) | (Kind::Frame, 27..) => 1e-3,
+                    (_, 0..24) | (Kind::Touches, 24) | (Kind::Frame, 27..) => 1e-3,
                     _ => 1e-6,
                 };
                 let at = |by: f64| {

@@ -3,13 +3,14 @@
 //! than by a least-squares fit.
 
 use crate::joint::{PLACES, Ratios, joint, ratios};
-use delta_cal::calibration::Start;
+use delta_cal::calibration::{JointCalibrator, Start};
 use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity};
 use delta_cal::observations::{
     Height, Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, Plane,
     PositionFrame,
 };
 use delta_cal::robot::{Arm, Drive, GeometryError, ParameterKind, SymmetricLinearRobot};
+use delta_cal::samples::SampleError;
 use delta_cal::simulate::{made_robot, random_pose, simulate_sample, standard_normal};
 use delta_cal::{
     ArmIndex, Calibrator, Noise, Parameter, Robot, Sample, Settings, SymmetricRobot, Tolerance,
@@ -590,5 +591,27 @@ fn exact_positions_and_heights_give_the_robot_back() {
             let off = largest_difference(&outcome.robot, &truth);
             assert!(off < 1e-6, "{name}: {off}");
         }
+    }
+}
+
+/// The square of such a travel is finite in single precision, and the factor would not be.
+#[test]
+fn a_travel_of_thousands_of_forearms_is_refused() {
+    for (name, robot, [low, high]) in linear_geometries() {
+        let robot = robot.cast::<f32>().unwrap();
+        let mut calibrator = Calibrator::new(&robot, &Settings::default());
+        let mut joint = JointCalibrator::new(&robot, &Settings::default());
+        let middle = [0.5 * (low + high) as f32; 3];
+        let mut sample = Sample {
+            joints: middle,
+            position: robot.forward(&middle).unwrap(),
+        };
+        sample.joints[1] = 2e12;
+        let error = SampleError::JointTooLarge(ArmIndex::Second);
+        assert_eq!(calibrator.add(&sample), Err(error), "{name}");
+        assert_eq!(joint.add(&sample), Err(error), "{name}");
+        sample.joints[1] = 100.0 * robot.arms()[1].lb();
+        assert_eq!(calibrator.add(&sample), Ok(()), "{name}");
+        assert_eq!(joint.add(&sample), Ok(()), "{name}");
     }
 }

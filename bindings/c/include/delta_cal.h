@@ -87,6 +87,8 @@ enum {
     DCAL_FORGETTING = 27,
     /** What is known of an instrument's place must be finite, and its sigma not negative. */
     DCAL_KNOWN_PLACE = 28,
+    /** The tolerance of the joints' zeros must be a finite number greater than 0. */
+    DCAL_TOLERANCE_OF_JOINT_ZERO = 29,
     /** A parameter of the geometry is not a finite number. */
     DCAL_GEOMETRY_NOT_FINITE = 30,
     /** The upper arm or the forearm is not longer than 0. */
@@ -219,8 +221,6 @@ enum {
     DCAL_USED_FREE = 1,
     /** The result comes from the search beside an earlier solution. */
     DCAL_USED_SEARCH = 2,
-    /** The result comes from the solution of the joint calibration. */
-    DCAL_USED_JOINT = 3,
     /** The sample agrees with the prediction and was taken in. */
     DCAL_TAKEN = 0,
     /** The sample could not be tested and was taken in. */
@@ -337,7 +337,7 @@ typedef struct dcal_robot_f32 {
 DCAL_OBJECT(dcal_robot_f32, DCAL_ROBOT_F32_SIZE);
 
 /** The per-arm calibrator: samples and solver, each arm by itself. */
-#define DCAL_ARMS_F32_SIZE 4608
+#define DCAL_ARMS_F32_SIZE 4864
 typedef struct dcal_arms_f32 {
     DCAL_ALIGNED unsigned char memory[DCAL_ARMS_F32_SIZE];
 } dcal_arms_f32;
@@ -424,6 +424,9 @@ typedef struct dcal_settings_f32 {
     float length_tolerance;
     /** Manufacturing tolerance, one sigma of theta and alpha. Radians. */
     float angle_tolerance;
+    /** One sigma of each rotary joint's zero, where it is uncertain by more than the tolerance of lengths
+     * says; 0: not stated. Radians. */
+    float joint_zero_tolerance;
     /** DCAL_LEVENBERG_MARQUARDT or DCAL_GAUSS_NEWTON. */
     int32_t solver;
     /** DCAL_START_NOMINAL or DCAL_START_FREE. */
@@ -971,7 +974,7 @@ typedef struct dcal_robot_f64 {
 DCAL_OBJECT(dcal_robot_f64, DCAL_ROBOT_F64_SIZE);
 
 /** The per-arm calibrator: samples and solver, each arm by itself. */
-#define DCAL_ARMS_F64_SIZE 8960
+#define DCAL_ARMS_F64_SIZE 9472
 typedef struct dcal_arms_f64 {
     DCAL_ALIGNED unsigned char memory[DCAL_ARMS_F64_SIZE];
 } dcal_arms_f64;
@@ -1058,6 +1061,9 @@ typedef struct dcal_settings_f64 {
     double length_tolerance;
     /** Manufacturing tolerance, one sigma of theta and alpha. Radians. */
     double angle_tolerance;
+    /** One sigma of each rotary joint's zero, where it is uncertain by more than the tolerance of lengths
+     * says; 0: not stated. Radians. */
+    double joint_zero_tolerance;
     /** DCAL_LEVENBERG_MARQUARDT or DCAL_GAUSS_NEWTON. */
     int32_t solver;
     /** DCAL_START_NOMINAL or DCAL_START_FREE. */
@@ -1614,8 +1620,8 @@ DCAL_ASSERT(sizeof(dcal_point_f32) == 24, "the size of a structure");
 DCAL_ASSERT(sizeof(dcal_point_f64) == 40, "the size of a structure");
 DCAL_ASSERT(sizeof(dcal_sample_f32) == 24, "the size of a structure");
 DCAL_ASSERT(sizeof(dcal_sample_f64) == 48, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_settings_f32) == 40, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_settings_f64) == 64, "the size of a structure");
+DCAL_ASSERT(sizeof(dcal_settings_f32) == 44, "the size of a structure");
+DCAL_ASSERT(sizeof(dcal_settings_f64) == 72, "the size of a structure");
 DCAL_ASSERT(sizeof(dcal_verdict_f32) == 24, "the size of a structure");
 DCAL_ASSERT(sizeof(dcal_verdict_f64) == 32, "the size of a structure");
 

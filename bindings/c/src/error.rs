@@ -224,6 +224,7 @@ impl From<ToleranceError> for Error {
         Self::from(match error {
             ToleranceError::Length => status::TOLERANCE_OF_LENGTH,
             ToleranceError::Angle => status::TOLERANCE_OF_ANGLE,
+            ToleranceError::JointZero => status::TOLERANCE_OF_JOINT_ZERO,
             _ => status::OTHER,
         })
     }
@@ -286,49 +287,44 @@ impl From<PrepareError> for Error {
 
 impl From<Refusal> for Error {
     fn from(refusal: Refusal) -> Self {
+        let own = Self::from(Status::from(refusal.code()));
         let error = match refusal {
             Refusal::TooFewSamples {
                 samples, needed, ..
             } => Self {
                 count: samples,
                 needed,
-                ..status::TOO_FEW_SAMPLES.into()
+                ..own
             },
             Refusal::Undetermined {
                 parameter,
-                condition,
+                condition: figure,
+                ..
+            }
+            | Refusal::Uncertain {
+                parameter,
+                sigma: figure,
+                ..
+            }
+            | Refusal::FarFromNominal {
+                parameter,
+                tolerances: figure,
                 ..
             } => Self {
-                figure: condition,
-                ..Self::from(status::UNDETERMINED).of_parameter(parameter)
-            },
-            Refusal::Uncertain {
-                parameter, sigma, ..
-            } => Self {
-                figure: sigma,
-                ..Self::from(status::UNCERTAIN).of_parameter(parameter)
+                figure,
+                ..own.of_parameter(parameter)
             },
             Refusal::NotConverged { iterations, .. } => Self {
                 count: u64::from(iterations),
-                ..status::NOT_CONVERGED.into()
+                ..own
             },
             Refusal::ResidualContradictsNoise { ratio, .. } => Self {
                 figure: ratio,
-                ..status::RESIDUAL_CONTRADICTS_NOISE.into()
+                ..own
             },
-            Refusal::FarFromNominal {
-                parameter,
-                tolerances,
-                ..
-            } => Self {
-                figure: tolerances,
-                ..Self::from(status::FAR_FROM_NOMINAL).of_parameter(parameter)
-            },
-            Refusal::ImpossibleGeometry { error, .. } => {
-                Self::from(status::IMPOSSIBLE_GEOMETRY).because(error)
+            Refusal::ImpossibleGeometry { error, .. } | Refusal::ImpossibleRobot(error) => {
+                own.because(error)
             }
-            Refusal::ImpossibleRobot(error) => Self::from(status::IMPOSSIBLE_ROBOT).because(error),
-            Refusal::WrongSide => status::WRONG_SIDE.into(),
             Refusal::TooFewObservations {
                 instrument,
                 observations,
@@ -336,18 +332,11 @@ impl From<Refusal> for Error {
             } => Self {
                 count: observations,
                 needed,
-                ..Self::from(status::TOO_FEW_OBSERVATIONS).of_instrument(instrument)
+                ..own.of_instrument(instrument)
             },
-            Refusal::UnusableInstrument(instrument) => {
-                Self::from(status::KNOWN_PLACE).of_instrument(instrument)
-            }
-            Refusal::TooManyUnknowns { .. } => status::TOO_MANY_UNKNOWNS.into(),
-            Refusal::UndeterminedInstrument(instrument) => {
-                Self::from(status::UNDETERMINED_INSTRUMENT).of_instrument(instrument)
-            }
-            Refusal::NonFinite { .. } => status::OVERFLOW.into(),
-            Refusal::Unfinished => status::UNFINISHED.into(),
-            _ => status::OTHER.into(),
+            Refusal::UnusableInstrument(instrument)
+            | Refusal::UndeterminedInstrument(instrument) => own.of_instrument(instrument),
+            _ => own,
         };
         match refusal.arm() {
             Some(arm) => error.of_arm(arm),

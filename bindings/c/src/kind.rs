@@ -156,7 +156,7 @@ macro_rules! kinds {
 
 kinds! {
     Robot "robot" = 1, 384, 752, "A robot: three arms of eight parameters.";
-    Arms "arms" = 2, 4608, 8960, "The per-arm calibrator: samples and solver, each arm by itself.";
+    Arms "arms" = 2, 4864, 9472, "The per-arm calibrator: samples and solver, each arm by itself.";
     RobotOutcome "arms_outcome" = 4, 1728, 3392, "A calibrated robot with the covariance of each arm.";
     Joint "joint" = 5, 11328, 22464, "The joint calibrator: samples and solver, all 24 parameters together.";
     JointOutcome "joint_outcome" = 7, 2944, 5824, "A calibrated robot with the covariance of all 24 parameters.";

@@ -41,8 +41,6 @@ pub const USED_NOMINAL: i32 = 0;
 pub const USED_FREE: i32 = 1;
 /// The result comes from the search beside an earlier solution.
 pub const USED_SEARCH: i32 = 2;
-/// The result comes from the solution of the joint calibration.
-pub const USED_JOINT: i32 = 3;
 
 /// The sample agrees with the prediction and was taken in.
 pub const TAKEN: i32 = 0;

@@ -62,14 +62,14 @@ statuses! {
     TOLERANCE_OF_LENGTH = 24,
     /// The tolerance of angles must be a finite number greater than 0.
     TOLERANCE_OF_ANGLE = 25,
-    /// The tolerance of the joints' zeros must be a finite number greater than 0.
-    TOLERANCE_OF_JOINT_ZERO = 29,
     /// The width of the gate must be a finite number greater than 0.
     WIDTH_OF_GATE = 26,
     /// The factor of forgetting must lie between 0 and 1.
     FORGETTING = 27,
     /// What is known of an instrument's place must be finite, and its sigma not negative.
     KNOWN_PLACE = 28,
+    /// The tolerance of the joints' zeros must be a finite number greater than 0.
+    TOLERANCE_OF_JOINT_ZERO = 29,
 
     /// A parameter of the geometry is not a finite number.
     GEOMETRY_NOT_FINITE = 30,

@@ -119,8 +119,9 @@ impl<T: Real> Calibrator<T> {
     /// As [`add`](Self::add).
     pub fn check(&self, sample: &Sample<T>) -> Result<(), SampleError> {
         sample.check(self.drive())?;
-        for (factor, arm) in self.arms.iter().zip(ArmIndex::ALL) {
-            factor.nominal().check(&sample.position, arm)?;
+        let joints = sample.joints.into_iter().zip(ArmIndex::ALL);
+        for (factor, (q, arm)) in self.arms.iter().zip(joints) {
+            factor.nominal().check(&sample.position, q, arm)?;
         }
         Ok(())
     }

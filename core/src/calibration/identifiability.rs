@@ -2,7 +2,6 @@
 
 use crate::Real;
 use crate::samples::Triangle;
-use core::hint::black_box;
 use nalgebra::SMatrix;
 
 /// Parameters of an arm.
@@ -132,8 +131,7 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
         if let Some(entry) = direction.get_mut(self.weakest) {
             *entry = T::ONE;
         }
-        // Hidden from the optimiser, which would write the step out three times.
-        for _ in 0..black_box(3) {
+        for _ in 0..3 {
             let mut product = [T::ZERO; N];
             for (column, part) in self.covariance.as_slice().chunks_exact(N).zip(direction) {
                 add_multiple(column, part, &mut product);
@@ -163,8 +161,7 @@ fn weakest_of_singular<T: Real, const N: usize, const M: usize, const E: usize>(
         let pivot = normal.row(index).first().copied().unwrap_or(T::ZERO);
         !(T::ONE / pivot.squared()).finite()
     };
-    // Hidden from the optimiser, which would write out the rows one after another.
-    let Some(first) = (0..black_box(N)).find(|index| vanishes(*index)) else {
+    let Some(first) = (0..N).find(|index| vanishes(*index)) else {
         return 0;
     };
     let mut combination = [T::ZERO; N];

@@ -24,8 +24,6 @@ pub enum StartUsed {
     Free,
     /// Beside an earlier solution, along the combination that the samples determine least.
     Search,
-    /// The solution of the joint calibration, from which another method starts.
-    Joint,
 }
 
 /// N parameters as they were estimated, and how far they can be trusted.

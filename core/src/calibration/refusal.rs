@@ -102,6 +102,27 @@ pub enum Refusal {
 }
 
 impl Refusal {
+    /// A number that never changes, for a display or a log; the same as the status that C gets.
+    pub const fn code(&self) -> u8 {
+        match self {
+            Self::UnusableInstrument(_) => 28,
+            Self::TooManyUnknowns { .. } => 66,
+            Self::TooFewSamples { .. } => 70,
+            Self::Undetermined { .. } => 71,
+            Self::Uncertain { .. } => 72,
+            Self::NotConverged { .. } => 73,
+            Self::ResidualContradictsNoise { .. } => 74,
+            Self::FarFromNominal { .. } => 75,
+            Self::ImpossibleGeometry { .. } => 76,
+            Self::ImpossibleRobot(_) => 77,
+            Self::WrongSide => 78,
+            Self::TooFewObservations { .. } => 79,
+            Self::UndeterminedInstrument(_) => 80,
+            Self::NonFinite { .. } => 81,
+            Self::Unfinished => 82,
+        }
+    }
+
     /// The arm at fault, if it is one.
     pub const fn arm(&self) -> Option<ArmIndex> {
         match self {

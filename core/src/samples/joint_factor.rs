@@ -104,8 +104,9 @@ impl<T: Real> JointFactor<T> {
     pub(crate) fn check(&self, sample: &Sample<T>) -> Result<(), SampleError> {
         let [first, ..] = &self.nominal_arms;
         sample.check(first.arm().drive())?;
-        for (nominal, arm) in self.nominal_arms.iter().zip(ArmIndex::ALL) {
-            nominal.check(&sample.position, arm)?;
+        let joints = sample.joints.into_iter().zip(ArmIndex::ALL);
+        for (nominal, (q, arm)) in self.nominal_arms.iter().zip(joints) {
+            nominal.check(&sample.position, q, arm)?;
         }
         Ok(())
     }

@@ -247,14 +247,19 @@ impl<T: Real> NominalArm<T> {
 
     /// Whether a position can be squared and summed up with others: it must be finite, and no more
     /// than 10,000 forearms away from the centre.
-    pub(crate) fn check(&self, x: &Vector3<T>, arm: ArmIndex) -> Result<(), SampleError> {
+    pub(crate) fn check(&self, x: &Vector3<T>, q: T, arm: ArmIndex) -> Result<(), SampleError> {
+        check_joint(q, arm, self.arm.drive())?;
         check_position(x)?;
+        let farthest = T::from_f64(FARTHEST_SQUARED);
         let x = (x - self.centre) * self.inverse_scale;
-        if x.dot(&x) <= T::from_f64(FARTHEST_SQUARED) {
-            Ok(())
-        } else {
-            Err(SampleError::PositionTooFar(arm))
+        if !(x.dot(&x) <= farthest) {
+            return Err(SampleError::PositionTooFar(arm));
         }
+        let travels = self.arm.drive() == Drive::Linear;
+        if travels && !((q * self.inverse_scale).squared() <= farthest) {
+            return Err(SampleError::JointTooLarge(arm));
+        }
+        Ok(())
     }
 
     /// Checks, centres, scales and weights one sample.
@@ -264,8 +269,7 @@ impl<T: Real> NominalArm<T> {
         q: T,
         arm: ArmIndex,
     ) -> Result<ArmSample<T>, SampleError> {
-        check_joint(q, arm, self.arm.drive())?;
-        self.check(x, arm)?;
+        self.check(x, q, arm)?;
         Ok(self.prepare(x, q))
     }
 

@@ -32,7 +32,7 @@ pub enum SampleError {
     PositionTooFar(ArmIndex),
     /// This arm's joint angle or travel is NaN, infinite, or too large to be squared.
     JointNonFinite(ArmIndex),
-    /// This arm's joint angle is beyond ±4π rad.
+    /// This arm's joint angle is beyond ±4π rad, or its travel beyond some 10,000 of its forearms.
     JointTooLarge(ArmIndex),
 }
 
@@ -49,7 +49,7 @@ impl fmt::Display for SampleError {
             }
             Self::JointTooLarge(arm) => write!(
                 formatter,
-                "the joint angle of {arm} is beyond two turns; joint angles are in radians"
+                "the joint angle of {arm} is beyond two turns (joint angles are in radians), or its travel thousands of forearms"
             ),
         }
     }

@@ -561,7 +561,7 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
         }
     }
     match solution.start {
-        StartUsed::Nominal | StartUsed::Joint => {}
+        StartUsed::Nominal => {}
         StartUsed::Free => found.push(Finding::FarStart),
         StartUsed::Search => found.push(Finding::SeveralSolutions),
     }

@@ -96,8 +96,8 @@ fn every_method_takes_the_tolerance_of_joint_zeros() {
     }
     let folder = Folder::new();
     let tolerance = "[tolerance]\nlength_mm = 0.5\nangle_deg = 0.2\nzero_deg = 8\n";
-    folder.write("robot.toml", &format!("{NOMINAL}{tolerance}{NOISE}"));
-    folder.write("samples.csv", &csv(&noisy(&turned, 30, 0.02)));
+    folder.write("robot.toml", format!("{NOMINAL}{tolerance}{NOISE}"));
+    folder.write("samples.csv", csv(&noisy(&turned, 30, 0.02)));
     for method in [
         "--method ikm",
         "--method joint",
@@ -131,9 +131,8 @@ fn zeros_far_beyond_their_tolerance_are_named() {
     }
     let folder = Folder::new();
     let tolerance = "[tolerance]\nlength_mm = 0.5\nangle_deg = 0.2\nzero_deg = 1\n";
-    folder.write("robot.toml", &format!("{NOMINAL}{tolerance}{NOISE}"));
-    folder.write("samples.csv", &csv(&noisy(&turned, 30, 0.02)));
+    folder.write("robot.toml", format!("{NOMINAL}{tolerance}{NOISE}"));
+    folder.write("samples.csv", csv(&noisy(&turned, 30, 0.02)));
     let run = folder.run("calibrate robot.toml samples.csv");
-    println!("{}{}", run.stdout, run.stderr);
     assert!(run.stderr.contains("joint zero"), "{}", run.stderr);
 }

@@ -4,9 +4,7 @@
 use super::Real;
 use crate::error::{Error, status_of};
 use crate::memory::{Held, New, Out, Plain};
-use crate::plain::{
-    GRADIENT_VANISHED, ROUNDING_REACHED, USED_FREE, USED_JOINT, USED_NOMINAL, USED_SEARCH,
-};
+use crate::plain::{GRADIENT_VANISHED, ROUNDING_REACHED, USED_FREE, USED_NOMINAL, USED_SEARCH};
 use crate::status::{self, Status};
 use delta_cal::calibration::{ArmOutcome, JointOutcome, StartUsed, Termination};
 use delta_cal::nalgebra::SMatrix;
@@ -58,7 +56,6 @@ impl From<&ArmOutcome<Real>> for ArmSummary {
                 StartUsed::Nominal => USED_NOMINAL,
                 StartUsed::Free => USED_FREE,
                 StartUsed::Search => USED_SEARCH,
-                StartUsed::Joint => USED_JOINT,
             },
             has_covariance: i32::from(arm.covariance.is_some()),
             has_estimated_noise: i32::from(arm.estimated_noise.is_some()),

@@ -251,7 +251,7 @@ fn settings_that_mean_nothing_are_refused() {
     refused(status::TOLERANCE_OF_LENGTH, &|s| s.angle_tolerance = 1e-3);
     refused(status::TOLERANCE_OF_ANGLE, &|s| s.length_tolerance = 0.5);
     refused(status::TOLERANCE_OF_LENGTH, &|s| {
-        s.joint_zero_tolerance = 0.1
+        s.joint_zero_tolerance = 0.1;
     });
     refused(status::TOLERANCE_OF_JOINT_ZERO, &|s| {
         (s.length_tolerance, s.angle_tolerance) = (0.5, 1e-3);

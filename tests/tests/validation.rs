@@ -78,6 +78,7 @@ fn campaign(frame: Frame, rows: usize, factor: f64, files: u64) -> Counts {
         let request = Request {
             limit: truth,
             frame,
+            stored: false,
         };
         let found = validate(&robot_file(nominal), &samples_file(&robot, frame), request);
         counts.add(&robot, frame, truth, &found.unwrap());
@@ -110,6 +111,7 @@ fn a_row_that_is_noise_is_not_called_wrong_nor_the_largest_error() {
         let request = Request {
             limit: 1.0,
             frame: Frame::Base,
+            stored: false,
         };
         let file = samples_file(&robot, Frame::Base);
         let found = validate(&robot_file(nominal), &file, request).unwrap();

@@ -2,7 +2,7 @@
 //! to the readings first, with the robot as it is.
 
 use super::interval::{RowDeviation, RowNoise};
-use crate::files::robot_file::RobotFile;
+use crate::files::robot_file::{KnownPlane, RobotFile};
 use crate::files::samples_file::{Kind, READINGS, Reading, ReadingFrom, Readings};
 use crate::fit::solution::{Places, Solution};
 use crate::fit::{Frame, Options, Unsolved, solve};
@@ -11,6 +11,10 @@ use nalgebra::Vector3;
 
 /// So near the robot stays to its file while the instruments are found: this part of the forearm, and radians.
 const HELD: f64 = 1e-8;
+
+/// A plane of which nothing is known is so far away, in forearms, and tilted by this angle, radians.
+const ANYWHERE: f64 = 10.0;
+const TILT: f64 = 0.1;
 
 /// Every reading's deviation.
 pub(super) struct Deviations {
@@ -39,6 +43,24 @@ pub(super) fn deviations(
     held.noise = None;
     held.instruments.height_noise = None;
     held.instruments.distance_noise = None;
+    // Poses above one another do not show a plane's tilt: it is nearly level then.
+    for name in &readings.planes {
+        if held
+            .instruments
+            .planes
+            .iter()
+            .all(|plane| plane.name != *name)
+        {
+            held.instruments.planes.push(KnownPlane {
+                name: name.clone(),
+                line: 0,
+                height: 0.0,
+                sigma: ANYWHERE * arm.lb(),
+                tilt: Some(TILT),
+                blocks: Vec::new(),
+            });
+        }
+    }
     let options = Options {
         frame,
         ..Options::default()

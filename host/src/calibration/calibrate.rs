@@ -330,7 +330,10 @@ fn happened(case: &Case<'_>, judged: &Judged) -> Option<Step> {
         .noise
         .iter()
         .any(|test| test.verdict == NoiseVerdict::Understated);
-    if drifts || large { step(case) } else { None }
+    if !(drifts || large) {
+        return None;
+    }
+    step(case).filter(|own| !drifts || own.is_no_drift())
 }
 
 fn of_rows(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {

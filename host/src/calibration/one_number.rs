@@ -2,6 +2,7 @@
 //! zeros, gear ratio, radius, forearms, overall size. Those that explain them about equally well are named together.
 
 use super::causes::{Subject, improvement};
+use super::credibility::NoiseVerdict;
 use super::judge::{Case, Judged, attempt};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{ReadingFrom, Readings};
@@ -25,8 +26,6 @@ const CLEARLY: f64 = 6.0;
 const UNKNOWN_ZERO_DEG: f64 = 15.0;
 /// The stated noise is multiplied by this until the number is found: the readings contradict it.
 const LOOSE: f64 = 30.0;
-/// A calibration whose σ are multiplied by more is no explanation.
-const WIDENED: f64 = 2.0;
 /// More rows are not fitted again.
 const MOST_ROWS: usize = 2000;
 
@@ -156,11 +155,11 @@ impl Wrong {
     const fn remedy(self) -> &'static str {
         match self {
             Self::Zero => {
-                "home again, or state zero_deg in [tolerance], as large as the zeros may be off"
+                "Home the robot again, or state zero_deg in [tolerance], how many degrees its joint zeros may be off"
             }
-            Self::Gear => "correct the gear ratio in the controller",
-            Self::Radius | Self::Forearm => "correct the length in the robot file",
-            Self::Size => "measure one known length",
+            Self::Gear => "If it is the gear, correct its ratio in the controller",
+            Self::Radius | Self::Forearm => "If it is that length, correct it in the robot file",
+            Self::Size => "Measure one known length",
         }
     }
 }
@@ -252,9 +251,10 @@ fn zeros(case: &Case<'_>) -> Option<Explanation> {
     })
 }
 
-/// Whether a calibration needs no doubt to be accepted.
+/// Whether the readings agree with the noise and the tolerance as they are stated.
 fn agrees(judged: &Judged) -> bool {
-    !judged.widened && judged.widening < WIDENED
+    let mut noise = judged.noise.iter();
+    !judged.widened && noise.all(|test| test.verdict != NoiseVerdict::Understated)
 }
 
 fn cheapest(found: &[Explanation]) -> Wrong {

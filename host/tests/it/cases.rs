@@ -30,7 +30,19 @@ const fn case(
 
 const SENSOR: &str = "calibrate robot.toml samples.csv --frame sensor";
 
-const CASES: [Case; 16] = [
+const CASES: [Case; 17] = [
+    case(
+        "../data/circle_sheet",
+        SENSOR,
+        1,
+        &[
+            "the joint zeros are off: arm 1 -9.9°",
+            "the arms hang lower",
+            "zero_deg",
+            "Home the robot again",
+        ],
+        &[],
+    ),
     // Ten rows, each five times: the error of ten rows.
     case(
         "tracker-byte-identical-rows",

@@ -21,6 +21,8 @@ const MOST_ROWS: usize = 300;
 const CLEARLY: f64 = 12.0;
 /// The stated noise is multiplied by this while the step is in the readings.
 const LOOSE: f64 = 30.0;
+/// A sensor that was moved leaves less than this part of the residuals; a drift looks like a small step.
+const NO_DRIFT: f64 = 0.5;
 /// A step leaves at most this part of the residuals.
 const LEFT: f64 = 0.85;
 
@@ -69,6 +71,14 @@ impl fmt::Display for Step {
             Some(_) => "An encoder or a coupling slipped: mend it, home the robot and measure again, or calibrate the rows on one side.",
             None => "The sensor, its reflector or the robot's base was moved there: calibrate the rows before and after separately.",
         })
+    }
+}
+
+impl Step {
+    /// Whether it explains what a drift does not: of the positions only one that leaves little of the residuals.
+    pub(crate) fn is_no_drift(&self) -> bool {
+        let [with, without] = self.sigma_mm;
+        self.arm.is_some() || with < NO_DRIFT * without
     }
 }
 

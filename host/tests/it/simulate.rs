@@ -334,6 +334,25 @@ fn every_instrument_is_at_its_bound_and_better_where_it_is_planned() {
     }
 }
 
+/// Zeros that are off by ten degrees are found by every method that knows of them.
+#[test]
+fn joint_zeros_are_off_by_degrees() {
+    let folder = with_campaign(
+        "robots = 20\nspread = \"normal\"\nposes = [20]\n\
+         start_errors = [{ length_mm = 0.5, angle_deg = 0.2, zero_deg = 10 }]\n\
+         noise_levels = [{ position_mm = 0.02, joint_deg = 0.002 }]\n\
+         methods = [\"ikm\", \"joint\"]\n",
+    );
+    let rows = table(&folder.run("simulate campaign.toml --output -").ok().stdout);
+    assert_eq!(rows.len(), 40);
+    for row in &rows {
+        assert_eq!(row["start_error_zero_deg"], "10.0");
+        assert_eq!(row["status"], "accepted");
+        let [before, after] = ["error_before_mm", "error_after_mm"].map(|key| number(row, key));
+        assert!(before > 3.0 && after < 0.3, "{before} {after}");
+    }
+}
+
 /// Towers that are off together, and travels with noise.
 #[test]
 fn towers_have_a_radius_in_common_and_travels_a_noise() {

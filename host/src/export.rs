@@ -12,7 +12,6 @@ mod correction_table;
 pub mod error;
 mod fit;
 pub mod geometry;
-mod linuxcnc_component;
 pub mod positions;
 pub mod target;
 mod targets;
@@ -51,7 +50,7 @@ pub const TARGETS: [&Target; 15] = [
     &marlin::MARLIN,
     &b_and_r::B_AND_R,
     &linuxcnc::LINUXCNC,
-    &linuxcnc_component::COMPONENT,
+    &linuxcnc::COMPONENT,
     &four_lengths::SMOOTHIEWARE,
     &four_lengths::FLUIDNC,
     &four_lengths::GRBLHAL,
@@ -203,7 +202,7 @@ impl Case<'_> {
                 export.frame = Some(frame);
             }
             Content::Everything => {
-                let (written, held) = linuxcnc_component::write(self.robot, self.settings.home)?;
+                let (written, held) = linuxcnc::write_component(self.robot, self.settings.home)?;
                 export.written = written;
                 let same = RigidTransform::identity();
                 export.loss = Loss::of_controller(robot, &held, &same, wanted);

@@ -39,6 +39,8 @@
 #![forbid(unsafe_code)]
 // Options are passed on as the public functions take them.
 #![allow(clippy::trivially_copy_pass_by_ref)]
+// Counts, lines and steps are far below 2⁵³.
+#![allow(clippy::cast_precision_loss)]
 // In tests a panic is the failure.
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 

@@ -30,24 +30,32 @@ pub use request::{Kind, LEAST, MOST, Region, Wish, Wishes};
 pub(crate) use samples::covariance_after;
 pub use samples::{Determined, SamplesRequest};
 pub use setup::{PLANE, PlaneAt, Planned, PointAt, Setup};
-use std::error::Error;
-use std::fmt;
 
 /// Why there is no plan.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlanError {
     /// Fewer than [`LEAST`] or more than [`MOST`].
+    #[error("{0} measurements cannot be planned, only {LEAST} to {MOST}")]
     Count(usize),
     /// The kinds that are wanted may be measured only so often.
+    #[error("--measure allows only {0} measurements in all")]
     TooFewOfAKind(usize),
     /// Such measurements cannot be taken anywhere.
+    #[error("no reachable pose allows this measurement: {}", .0.title())]
     NoMeasurement(Kind),
     /// More unknowns of instruments than a calibration has room for.
+    #[error("frame, planes and points have too many unknowns together")]
     TooManyInstruments,
     /// The limits leave no pose that is clear of singularities.
+    #[error("no usable pose: within the limits no pose is reachable and clear of singularities")]
     NoPose,
     /// The region holds no pose that the robot can take, or next to none.
+    #[error(
+        "no usable pose within {region}, or next to none: the robot reaches x {:.0} to {:.0}, y {:.0} to {:.0}, z {:.0} \
+         to {:.0} mm, and not all of that",
+        reached[0].0, reached[0].1, reached[1].0, reached[1].1, reached[2].0, reached[2].1
+    )]
     OutsideWorkspace {
         /// The region.
         region: Region,
@@ -55,8 +63,13 @@ pub enum PlanError {
         reached: [(f64, f64); 3],
     },
     /// The measurements that are allowed do not determine the robot.
+    #[error("the poses that are allowed do not determine the parameters")]
     Singular,
     /// The best measurements still leave a parameter unknown: a calibration from them would be refused.
+    #[error(
+        "the poses that are allowed do not determine the robot: {parameter} of {arm} would be known only to {} (σ)",
+        in_file_units(*parameter, *sigma)
+    )]
     NotDetermined {
         /// Its arm.
         arm: ArmIndex,
@@ -66,6 +79,10 @@ pub enum PlanError {
         sigma: f64,
     },
     /// No number of measurements up to [`MOST`] is expected to reach an accuracy.
+    #[error(
+        "no number of measurements up to {MOST} reaches {wanted} mm: {MOST} are expected to reach {} mm",
+        small(*reached)
+    )]
     TooAccurate {
         /// What was asked for, mm.
         wanted: f64,
@@ -104,64 +121,3 @@ impl PlanError {
         }
     }
 }
-
-impl fmt::Display for PlanError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Count(count) => {
-                write!(
-                    formatter,
-                    "{count} measurements cannot be planned, only {LEAST} to {MOST}"
-                )
-            }
-            Self::TooFewOfAKind(count) => {
-                write!(
-                    formatter,
-                    "--measure allows only {count} measurements in all"
-                )
-            }
-            Self::NoMeasurement(kind) => {
-                write!(
-                    formatter,
-                    "no reachable pose allows this measurement: {}",
-                    kind.title()
-                )
-            }
-            Self::TooManyInstruments => {
-                formatter.write_str("frame, planes and points have too many unknowns together")
-            }
-            Self::NoPose => formatter.write_str(
-                "no usable pose: within the limits no pose is reachable and clear of singularities",
-            ),
-            Self::OutsideWorkspace { region, reached } => {
-                let [x, y, z] = reached;
-                write!(
-                    formatter,
-                    "no usable pose within {region}, or next to none: the robot reaches x {:.0} to \
-                     {:.0}, y {:.0} to {:.0}, z {:.0} to {:.0} mm, and not all of that",
-                    x.0, x.1, y.0, y.1, z.0, z.1
-                )
-            }
-            Self::Singular => {
-                formatter.write_str("the poses that are allowed do not determine the parameters")
-            }
-            Self::NotDetermined {
-                arm,
-                parameter,
-                sigma,
-            } => write!(
-                formatter,
-                "the poses that are allowed do not determine the robot: {parameter} of {arm} \
-                 would be known only to {} (σ)",
-                in_file_units(*parameter, *sigma)
-            ),
-            Self::TooAccurate { wanted, reached } => write!(
-                formatter,
-                "no number of measurements up to {MOST} reaches {wanted} mm: {MOST} are expected to reach {} mm",
-                small(*reached)
-            ),
-        }
-    }
-}
-
-impl Error for PlanError {}

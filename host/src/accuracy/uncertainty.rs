@@ -419,7 +419,6 @@ pub fn slices(file: &RobotFile, covariance: &SMatrix<f64, 24, 24>) -> Vec<Slice>
         });
         let cells: Vec<_> = cells.collect();
         let sigmas = || cells.iter().map(|(_, sigma)| *sigma);
-        #[allow(clippy::cast_precision_loss)] // a few thousand
         let count = cells.len() as f64;
         let mean_square = sigmas().map(|sigma| sigma * sigma).sum::<f64>() / count;
         let max_mm = sigmas().fold(0.0, f64::max);

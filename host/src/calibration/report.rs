@@ -633,7 +633,6 @@ fn samples(case: &Case<'_>, solution: &Solution) -> Vec<SampleReport> {
             None => largest(places.expected(robot, &row.value)),
         };
         let squares: f64 = fit.whitened.iter().map(|own| own * own).sum();
-        #[allow(clippy::cast_precision_loss)] // at most five
         let count = row.value.readings() as f64;
         SampleReport {
             line: row.line,

@@ -39,7 +39,6 @@ pub struct Shift {
     pub belongs_to: Option<i8>,
 }
 
-#[allow(clippy::cast_precision_loss)] // samples of a file
 fn number(samples: usize) -> f64 {
     samples as f64
 }
@@ -302,7 +301,6 @@ const LEAST: f64 = 0.005;
 const SIGMAS: f64 = 3.0;
 
 /// That the measured point may be a reflector or a tip, where all points are off by nearly the same.
-#[allow(clippy::cast_precision_loss)] // far fewer than 2^52
 pub(super) fn beside_the_platform_point(
     robot: &RobotFile,
     readings: &Readings,

@@ -179,7 +179,6 @@ impl CaseSummary {
     }
 }
 
-#[allow(clippy::cast_precision_loss)] // counts far below 2⁵³
 const fn number(count: usize) -> f64 {
     count as f64
 }

@@ -3,8 +3,7 @@
 
 use super::failure::Failure;
 use super::paths::{is_stream, refuse_same};
-use std::error::Error;
-use std::fmt::{self, Write as _};
+use std::fmt::Write as _;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -79,27 +78,12 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
 }
 
 /// A file that could not be written.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("{}: cannot be written: {error}", path.display())]
 pub(super) struct OutputError {
     path: PathBuf,
+    #[source]
     error: io::Error,
-}
-
-impl fmt::Display for OutputError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            formatter,
-            "{}: cannot be written: {}",
-            self.path.display(),
-            self.error
-        )
-    }
-}
-
-impl Error for OutputError {
-    fn source(&self) -> Option<&(dyn Error + 'static)> {
-        Some(&self.error)
-    }
 }
 
 /// Writes every content to its file. Each is first written in full beside its destination; only when all are there do they

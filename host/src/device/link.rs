@@ -4,7 +4,6 @@
 use delta_cal::samples::SampleError;
 use delta_cal_protocol::{Fault, VERSION};
 use serial2::SerialPort;
-use std::error::Error;
 use std::fmt;
 use std::io::{self, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -151,31 +150,38 @@ fn received(result: io::Result<usize>) -> io::Result<usize> {
 }
 
 /// Why a controller did not do what was asked. Displayed as one line.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DeviceError {
     /// The link is gone.
-    Link(io::Error),
+    #[error("{}", broken(.0))]
+    Link(#[from] io::Error),
     /// Nothing comes back.
+    #[error("no answer to {attempts} requests")]
     NoAnswer {
         /// So often was it asked.
         attempts: u32,
     },
     /// Something comes back, and never whole.
+    #[error("only damaged answers to {attempts} requests in a row")]
     Unusable {
         /// So often was it asked.
         attempts: u32,
     },
     /// The controller speaks another version of the protocol.
+    #[error("the controller speaks version {spoken} of the protocol, delta-cal version {VERSION}")]
     OtherVersion {
         /// Which.
         spoken: u8,
     },
     /// An answer is whole, and not understood, or not to what was asked.
+    #[error("unexpected reply from the controller")]
     Unexpected,
     /// The controller refused the request.
+    #[error("{}", fault_in_words(*.0))]
     Fault(Fault),
     /// The controller does not take this sample.
+    #[error("the controller refuses sample {}: {error}", index + 1)]
     Sample {
         /// Which, counted from 0.
         index: u32,
@@ -183,26 +189,28 @@ pub enum DeviceError {
         error: SampleError,
     },
     /// The controller restarts over and over, or somebody else is calibrating it.
+    #[error(
+        "the controller lost the calibration {sessions} times: it restarts, or another program calibrates it"
+    )]
     SessionsLost {
         /// So many times was it begun.
         sessions: u32,
     },
     /// The solve does not come to an end.
+    #[error("the controller does not finish solving")]
     SolveHangs,
     /// The three arms' results are not those that the controller had announced.
+    #[error("the controller's result is not the one that it announced")]
     OutcomeChanged,
     /// The controller was asked for other parameters, and whether it uses them is not known.
-    Unconfirmed(Box<Self>),
+    #[error("{0}; the controller may use the new parameters")]
+    Unconfirmed(#[source] Box<Self>),
     /// The parameters were applied, and the controller does not use them.
+    #[error("the controller stored the new parameters and does not use them")]
     NotInUse,
     /// The controller has no robot: its parameters are not a geometry.
+    #[error("these parameters are not a robot's")]
     ImpossibleGeometry,
-}
-
-impl From<io::Error> for DeviceError {
-    fn from(error: io::Error) -> Self {
-        Self::Link(error)
-    }
 }
 
 impl DeviceError {
@@ -250,52 +258,10 @@ impl DeviceError {
     }
 }
 
-impl fmt::Display for DeviceError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Link(error) if error.kind() == io::ErrorKind::UnexpectedEof => {
-                formatter.write_str("the controller closed the link")
-            }
-            Self::Link(error) => write!(formatter, "the link broke: {error}"),
-            Self::NoAnswer { attempts } => write!(formatter, "no answer to {attempts} requests"),
-            Self::Unusable { attempts } => {
-                write!(
-                    formatter,
-                    "only damaged answers to {attempts} requests in a row"
-                )
-            }
-            Self::OtherVersion { spoken } => write!(
-                formatter,
-                "the controller speaks version {spoken} of the protocol, delta-cal version {VERSION}"
-            ),
-            Self::Unexpected => formatter.write_str("unexpected reply from the controller"),
-            Self::Sample { index, error } => {
-                write!(
-                    formatter,
-                    "the controller refuses sample {}: {error}",
-                    index + 1
-                )
-            }
-            Self::Fault(fault) => formatter.write_str(fault_in_words(*fault)),
-            Self::SessionsLost { sessions } => write!(
-                formatter,
-                "the controller lost the calibration {sessions} times: it restarts, or another program \
-                 calibrates it"
-            ),
-            Self::Unconfirmed(error) => {
-                write!(
-                    formatter,
-                    "{error}; the controller may use the new parameters"
-                )
-            }
-            Self::SolveHangs => formatter.write_str("the controller does not finish solving"),
-            Self::OutcomeChanged => {
-                formatter.write_str("the controller's result is not the one that it announced")
-            }
-            Self::NotInUse => formatter
-                .write_str("the controller stored the new parameters and does not use them"),
-            Self::ImpossibleGeometry => formatter.write_str("these parameters are not a robot's"),
-        }
+fn broken(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::UnexpectedEof => "the controller closed the link".to_owned(),
+        _ => format!("the link broke: {error}"),
     }
 }
 
@@ -314,15 +280,5 @@ const fn fault_in_words(fault: Fault) -> &'static str {
         Fault::Store => "the controller could not store the parameters",
         Fault::Geometry(_) => "the controller does not accept the robot",
         _ => "the controller refused the request",
-    }
-}
-
-impl Error for DeviceError {
-    fn source(&self) -> Option<&(dyn Error + 'static)> {
-        match self {
-            Self::Link(error) => Some(error),
-            Self::Unconfirmed(error) => Some(error),
-            _ => None,
-        }
     }
 }

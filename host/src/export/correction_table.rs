@@ -171,7 +171,6 @@ impl Table {
     }
 
     /// Where a node is, mm.
-    #[allow(clippy::cast_precision_loss)] // up to 200,000
     fn position(&self, node: usize) -> Vector3<f64> {
         self.origin + Vector3::from(self.indices(node).map(|index| index as f64)) * self.spacing
     }

@@ -3,13 +3,12 @@
 use crate::text::list;
 use delta_cal::ArmIndex;
 use delta_cal::robot::Drive;
-use std::error::Error;
-use std::fmt;
 
 /// Why a target cannot hold a robot.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ExportError {
     /// A parameter of an arm is further off than the target can make up for.
+    #[error("{arm}: {cause}")]
     CannotHold {
         /// The arm.
         arm: ArmIndex,
@@ -19,10 +18,15 @@ pub enum ExportError {
         cause: String,
     },
     /// The robot reaches too few positions.
+    #[error("the robot reaches {0} of the positions; a fit needs at least 20")]
     TooFewPositions(usize),
     /// The kinematics of the target does not reach a position.
+    #[error("the target's kinematics does not reach the positions that the robot reaches")]
     Unreached,
     /// No correction table that is small enough keeps to the limit.
+    #[error(
+        "no correction table of up to 200 000 nodes keeps the error below {limit} mm; the finest leaves {worst:.4} mm"
+    )]
     LimitNotMet {
         /// The limit, mm.
         limit: f64,
@@ -30,6 +34,7 @@ pub enum ExportError {
         worst: f64,
     },
     /// The target takes no robots with these drives.
+    #[error("{}: it can be exported for {}", moved_by(*drive), list(others))]
     OtherDrive {
         /// Those of the robot.
         drive: Drive,
@@ -37,6 +42,9 @@ pub enum ExportError {
         others: Vec<String>,
     },
     /// The end stop of an arm stands where the target cannot state it.
+    #[error(
+        "{arm}: position_endstop has no value for an end stop at {degrees:.3}°, where the elbow is not outwards"
+    )]
     Home {
         /// The arm.
         arm: ArmIndex,
@@ -67,36 +75,9 @@ impl ExportError {
     }
 }
 
-impl fmt::Display for ExportError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::TooFewPositions(found) => write!(
-                formatter,
-                "the robot reaches {found} of the positions; a fit needs at least 20"
-            ),
-            Self::Unreached => formatter.write_str(
-                "the target's kinematics does not reach the positions that the robot reaches",
-            ),
-            Self::LimitNotMet { limit, worst } => write!(
-                formatter,
-                "no correction table of up to 200 000 nodes keeps the error below {limit} mm; the finest leaves \
-                 {worst:.4} mm"
-            ),
-            Self::OtherDrive { drive, others } => {
-                let robot = match drive {
-                    Drive::Linear => "carriages on towers drive this robot",
-                    Drive::Rotary => "motors turn the arms of this robot",
-                };
-                let others = list(others);
-                write!(formatter, "{robot}: it can be exported for {others}")
-            }
-            Self::CannotHold { arm, cause, .. } => write!(formatter, "{arm}: {cause}"),
-            Self::Home { arm, degrees } => write!(
-                formatter,
-                "{arm}: position_endstop has no value for an end stop at {degrees:.3}°, where the elbow is not outwards"
-            ),
-        }
+const fn moved_by(drive: Drive) -> &'static str {
+    match drive {
+        Drive::Linear => "carriages on towers drive this robot",
+        Drive::Rotary => "motors turn the arms of this robot",
     }
 }
-
-impl Error for ExportError {}

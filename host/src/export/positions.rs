@@ -78,7 +78,6 @@ impl Wanted {
 
     /// Their centre, mm.
     pub(super) fn centre(&self) -> Vector3<f64> {
-        #[allow(clippy::cast_precision_loss)] // some thousands
         let count = self.evaluated.len().max(1) as f64;
         self.evaluated.iter().sum::<Vector3<f64>>() / count
     }

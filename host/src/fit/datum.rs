@@ -132,7 +132,6 @@ impl Datum {
                 });
                 sum += own.by_unknowns.transpose() * (by_position * motion(&sample.position));
             }
-            #[allow(clippy::cast_precision_loss)] // rows of a file
             let every = readings.rows.len() as f64 / (solution.sensitivities.len() as f64).max(1.0);
             let sum = DMatrix::from_fn(unknowns, 6, |row, column| every * sum[(row, column)]);
             let gain = &solution.covariance * sum;

@@ -134,7 +134,6 @@ impl Judge {
         }
         let made: Option<Vec<_>> = self.made.par_iter().map(&of).collect();
         let made = made?;
-        #[allow(clippy::cast_precision_loss)] // 64
         let count = made.len() as f64;
         let mean = |of: &dyn Fn(&Precision) -> f64| {
             (made.iter().map(|own| of(own).powi(2)).sum::<f64>() / count).sqrt()
@@ -167,7 +166,6 @@ impl Place {
             let left = jacobian - motions.at(position) * explained;
             relative += left.transpose() * left;
         }
-        #[allow(clippy::cast_precision_loss)] // 2000
         let count = there.len() as f64;
         Some(Self {
             file,

@@ -219,7 +219,6 @@ impl<'a> Bench<'a> {
         let weights = found.weights(self.judge.weights(absolute));
         // The mean over robots is some factor of the nominal robot's.
         let of = |count: usize| -> Option<f64> {
-            #[allow(clippy::cast_precision_loss)] // 500
             let more = count as f64 / plan.count as f64;
             let rows = found.rows.iter().map(|rows| rows * more.sqrt()).collect();
             let information = Information {

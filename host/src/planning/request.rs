@@ -350,7 +350,6 @@ fn number(text: &str) -> Result<f64, String> {
 pub(super) fn uniform<R: Rng + ?Sized>(rng: &mut R) -> f64 {
     // 53 bits: as many as a double holds.
     let bits = rng.next_u64() >> 11;
-    #[allow(clippy::cast_precision_loss)] // 53 bits fit
     let number = bits as f64;
     number * f64::EPSILON / 2.0
 }

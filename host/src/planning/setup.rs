@@ -281,7 +281,6 @@ pub(super) fn place(points: &mut [PointAt], poses: &[Sample<f64>]) {
     let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), own| (sum + own, count + 1.0));
     let out = POINTS_OUT * (sum / f64::max(count, 1.0)).square_root();
     let unknown = points.iter().filter(|point| point.known.known.is_none());
-    #[allow(clippy::cast_precision_loss)] // a handful
     let unknown = unknown.count() as f64;
     let mut index = 0.0;
     for point in points {

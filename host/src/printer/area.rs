@@ -161,7 +161,6 @@ impl Off {
         if pairs.len() < 3 {
             return None;
         }
-        #[allow(clippy::cast_precision_loss)] // some dozens
         let count = pairs.len() as f64;
         let mean = pairs.iter().map(|(_, is)| is).sum::<Vector3<f64>>() / count;
         let heights = || pairs.iter().map(|(_, is)| is.z - mean.z);

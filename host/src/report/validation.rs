@@ -217,7 +217,6 @@ fn warnings(found: &Validation) -> Option<Part> {
 
 /// Every row's deviation, over its line.
 fn deviations(found: &Validation) -> Markup {
-    #[allow(clippy::cast_precision_loss)] // lines of a file
     let points: Vec<_> = indices(found, MANY_ON_A_PAGE)
         .into_iter()
         .map(|index| {

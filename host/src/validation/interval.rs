@@ -234,9 +234,7 @@ impl Verdict {
 /// How many poses would decide an rms error that is undecided, if they scatter as those measured; `None` if too
 /// many, or if none would.
 pub(super) fn poses_to_decide(error: &RmsError, measured: usize, limit: f64) -> Option<usize> {
-    #[allow(clippy::cast_precision_loss)] // poses
     let decided = |poses: f64| Verdict::of(&error.bounded_by(poses), limit) != Verdict::Undecided;
-    #[allow(clippy::cast_precision_loss)] // poses
     let (mut too_few, mut enough) = (measured as f64, MANY);
     if too_few >= enough || !decided(enough) {
         return None;
@@ -286,7 +284,6 @@ impl RowDeviation {
     /// Whether the stated noise explains the deviation: without any error of the robot one of so many rows deviates more
     /// in one file of a hundred.
     pub(super) fn is_noise(&self, rows: usize) -> bool {
-        #[allow(clippy::cast_precision_loss)] // rows of a file
         let tail = 0.01 / rows as f64;
         let limit = ChiSquared::new(3.0).map(|chi_squared| chi_squared.inverse_cdf(1.0 - tail));
         self.noise

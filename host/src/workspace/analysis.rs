@@ -85,7 +85,6 @@ pub struct Singularities {
 
 impl Singularities {
     /// The share of the workspace that is clear of both, 0 to 1.
-    #[allow(clippy::cast_precision_loss)] // some thousands
     pub fn clear_share(&self) -> f64 {
         self.clear as f64 / self.positions.max(1) as f64
     }

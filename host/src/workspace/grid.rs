@@ -5,7 +5,6 @@ use crate::geometry::{Limit, Reach, SWEPT, sweep};
 use delta_cal::Robot;
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
-use std::fmt;
 
 /// Lines across the longest side, if no spacing is given.
 pub(super) const LINES: f64 = 80.0;
@@ -54,7 +53,6 @@ impl Grid {
     }
 
     /// From a line's beginning to its node of this index, mm.
-    #[allow(clippy::cast_precision_loss)] // some hundreds
     pub(super) fn way(&self, index: usize) -> f64 {
         index as f64 * self.spacing
     }
@@ -106,28 +104,42 @@ pub(super) fn swept_box(
             Err(_) => {}
         }
     }
-    if low.x <= high.x {
-        Ok((low, high))
-    } else {
-        Err(WorkspaceError::Empty { forearms_forbid })
+    match forearms_forbid {
+        _ if low.x <= high.x => Ok((low, high)),
+        0 => Err(WorkspaceError::Apart),
+        _ => Err(WorkspaceError::Empty { forearms_forbid }),
     }
 }
 
 /// Why there is no workspace to speak of.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WorkspaceError {
+    /// At no pose of the forward sweep do the forearms meet.
+    #[error(
+        "the workspace is empty: at none of {SWEPT} poses within the joint limits do the forearms meet"
+    )]
+    Apart,
     /// No pose of the forward sweep is reachable.
+    #[error(
+        "the workspace is empty: forearm_max_deg forbids all {forearms_forbid} poses at which the forearms meet"
+    )]
     Empty {
-        /// How many of them only the ball joints forbid.
+        /// How many only the ball joints forbid.
         forearms_forbid: u32,
     },
     /// The workspace is so thin that no line meets it.
+    #[error("the workspace is thinner than the line spacing of {spacing:.3} mm")]
     Thin {
         /// The lines' spacing, mm.
         spacing: f64,
     },
     /// The grid would have too many nodes.
+    // Rounded up, so that it works.
+    #[error(
+        "--spacing {spacing}mm is too small for this workspace: the minimum is {:.2}mm",
+        (least * 100.0).ceil() / 100.0
+    )]
     TooFine {
         /// The spacing asked for, mm.
         spacing: f64,
@@ -136,40 +148,11 @@ pub enum WorkspaceError {
     },
 }
 
-impl fmt::Display for WorkspaceError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Empty { forearms_forbid: 0 } => write!(
-                formatter,
-                "the workspace is empty: at none of {SWEPT} poses within the joint limits do the \
-                 forearms meet"
-            ),
-            Self::Empty { forearms_forbid } => write!(
-                formatter,
-                "the workspace is empty: forearm_max_deg forbids all {forearms_forbid} poses at \
-                 which the forearms meet"
-            ),
-            Self::Thin { spacing } => write!(
-                formatter,
-                "the workspace is thinner than the line spacing of {spacing:.3} mm"
-            ),
-            Self::TooFine { spacing, least } => write!(
-                formatter,
-                "--spacing {spacing}mm is too small for this workspace: the minimum is {:.2}mm",
-                // Rounded up, so that it works.
-                (least * 100.0).ceil() / 100.0
-            ),
-        }
-    }
-}
-
-impl std::error::Error for WorkspaceError {}
-
 impl WorkspaceError {
     /// What to do next.
     pub const fn remedy(&self) -> &'static str {
         match self {
-            Self::Empty { forearms_forbid: 0 } => {
+            Self::Apart => {
                 "check the lengths (in mm), the arms' azimuths and min_deg, max_deg in [joints]"
             }
             Self::Empty { .. } => "increase forearm_max_deg in [joints], or delete the line",

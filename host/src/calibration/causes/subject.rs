@@ -78,7 +78,6 @@ impl<'a> Subject<'a> {
                     Some((ReadingFrom::Pose(joints), _)) => Some(At::new(robot, &joints)?),
                     _ => None,
                 };
-                #[allow(clippy::cast_precision_loss)] // rows of a file
                 let part = if last > 0.0 {
                     index as f64 / last - 0.5
                 } else {

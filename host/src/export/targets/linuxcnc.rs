@@ -1,9 +1,13 @@
-//! LinuxCNC.
+//! LinuxCNC: its own kinematics, and the component `deltacalkins` (`bindings/c/linuxcnc`) with all 24 parameters.
 
 use crate::export::error::ExportError;
 use crate::export::geometry::{Each, Holds};
 use crate::export::target::{Content, Entry, Fitted, Target, Written, decimals};
-use delta_cal::robot::Drive;
+use crate::files::robot_file::RobotFile;
+use crate::text::degrees;
+use delta_cal::robot::{Drive, ParameterKind};
+use delta_cal::{Parameter, Robot};
+use delta_cal_protocol::Geometry;
 use std::fmt::Write;
 
 /// `rotarydeltakins`.
@@ -78,4 +82,103 @@ fn write(fitted: &Fitted) -> Result<Written, ExportError> {
         lines,
         warnings: fitted.assumptions(),
     })
+}
+
+/// `deltacalkins`.
+pub(crate) const COMPONENT: Target = Target {
+    name: "linuxcnc-component",
+    title: "LinuxCNC deltacalkins",
+    drive: Some(Drive::Rotary),
+    content: Content::Everything,
+    comment: "#",
+    conventions: &[
+        "joints 0, 1 and 2 drive arms 1, 2 and 3, in degrees, as the robot file counts them: 0 where La has it, \
+         positive with the elbow down",
+        "X, Y and Z are those of the platform point in the robot's frame; a calibration in another frame moves the \
+         work offset",
+        "HOME_OFFSET is the joint's angle at its home switch in the same count; a calibration does not change it",
+        "with LINEAR_UNITS = inch: setp deltacalkins.units-per-mm 0.03937007874015748, before the revision",
+    ],
+    source: "bindings/c/linuxcnc/deltacalkins.comp and docs/linuxcnc.md of delta-cal",
+    alternative: "a correction table (--for correction-table), which holds transmissions as well",
+};
+
+/// Digits after the decimal point, of mm and degrees: 1e-9° are 1e-8 mm at the end of half a metre.
+const DIGITS: usize = 9;
+
+/// The pins, in the order of `Parameter::ROTARY`.
+const PINS: [&str; 8] = ["dx", "dy", "dz", "theta", "alpha", "la-x", "la-y", "lb"];
+
+/// A file of `setp` lines, and the robot that it holds. `home`: the joint angle of each arm at its home switch,
+/// radians, if it is stated.
+pub(crate) fn write_component(
+    robot: &RobotFile,
+    home: Option<[f64; 3]>,
+) -> Result<(Written, Robot<f64>), ExportError> {
+    let mut written = Written::default();
+    let mut arms = robot.robot.parameters();
+    for (arm, number) in arms.iter_mut().zip(1..) {
+        for ((value, parameter), pin) in arm.iter_mut().zip(Parameter::ROTARY).zip(PINS) {
+            let name = format!("deltacalkins.arm{number}.{pin}");
+            let angle = parameter.kind() == ParameterKind::Angle;
+            let text = text(if angle { degrees(*value) } else { *value });
+            let rounded: f64 = text.parse().unwrap_or(*value);
+            let _ = writeln!(written.lines, "setp {name} {text}");
+            *value = if angle { rounded.to_radians() } else { rounded };
+            written.entries.push(Entry {
+                name,
+                value: rounded,
+                unit: if angle { "deg" } else { "mm" },
+            });
+        }
+    }
+    let geometry = Geometry {
+        arms,
+        transmissions: None,
+    };
+    let _ = writeln!(
+        written.lines,
+        "# Last: takes over the values above. Other parameters have another number.\nsetp deltacalkins.revision {}",
+        geometry.fingerprint().max(1)
+    );
+    ini(&mut written.lines, robot, home);
+    let mut own = robot.robot.arms().iter();
+    if own.any(|arm| arm.transmission().is_some()) {
+        let warning = "The component has no transmissions: those of the robot file are lost.";
+        written.warnings.push(warning.to_owned());
+    }
+    let held = Robot::from_parameters(arms).map_err(|_| ExportError::Unreached)?;
+    Ok((written, held))
+}
+
+fn text(value: f64) -> String {
+    let text = format!("{value:.DIGITS$}");
+    // No minus before zero.
+    if text.trim_start_matches(['-', '0', '.']).is_empty() {
+        format!("{:.DIGITS$}", 0.0)
+    } else {
+        text
+    }
+}
+
+/// The lines for the INI file, as comments: the file itself is a HAL file.
+fn ini(lines: &mut String, robot: &RobotFile, home: Option<[f64; 3]>) {
+    lines.push_str(
+        "#\n# In the INI file:\n#\n# [KINS]\n# KINEMATICS = deltacalkins\n# JOINTS = 3\n",
+    );
+    let limits = [robot.limits.minimum(), robot.limits.maximum()];
+    let [low, high] = limits.map(|limit| decimals(limit.to_degrees()));
+    for joint in 0..3 {
+        let _ = write!(
+            lines,
+            "#\n# [JOINT_{joint}]\n# TYPE = ANGULAR\n# MIN_LIMIT = {low}\n# MAX_LIMIT = {high}\n"
+        );
+        if let Some(home) = home {
+            let _ = writeln!(
+                lines,
+                "# HOME_OFFSET = {}",
+                decimals(home[joint].to_degrees())
+            );
+        }
+    }
 }

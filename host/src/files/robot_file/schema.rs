@@ -632,7 +632,6 @@ impl<'de, const ABOVE_ZERO: bool> Deserialize<'de> for Number<ABOVE_ZERO> {
                 }
             }
 
-            #[allow(clippy::cast_precision_loss)] // no length and no angle has so many digits
             fn visit_i64<E: Error>(self, value: i64) -> Result<f64, E> {
                 self.visit_f64(value as f64)
             }

@@ -71,7 +71,6 @@ fn in_tolerances(report: &Report, rows: &[Row<'_>], tolerance: &Tolerance<f64>) 
         .map(|(arm, own)| scaled(*arm, own))
         .map(|(change, sigma)| change.abs() + sigma);
     let extent = sizes.fold(1.25, f64::max) * 1.05;
-    #[allow(clippy::cast_precision_loss)] // 24 at most
     let ends = (-0.5, rows.len() as f64 - 0.5);
     let mut figure = Figure::new(
         Axis::linear("change, tolerances", -extent, extent),
@@ -116,7 +115,6 @@ fn decades(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     (low < high && low.is_finite() && high.is_finite()).then(|| (10f64.powf(low), 10f64.powf(high)))
 }
 
-#[allow(clippy::cast_precision_loss)] // lines of a file
 fn line_number(line: u64) -> f64 {
     line as f64
 }

@@ -82,7 +82,7 @@ pub fn names() -> Vec<&'static str> {
 }
 
 /// What the user states beside the robot.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Settings {
     /// The height of the robot's origin above z = 0 of the controller, mm; `None` for the least whole number of
     /// millimetres with which no wanted position is below 0. Used where the controller holds a height.
@@ -100,19 +100,6 @@ pub struct Settings {
     /// The motion after which z is the height above the bed; `None` if nobody measured heights above it. The fit turns
     /// it no more.
     pub level: Option<Frame>,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            height: None,
-            home: None,
-            platform_radius: None,
-            inches: false,
-            limit: None,
-            level: None,
-        }
-    }
 }
 
 /// A robot and what it is exported with.

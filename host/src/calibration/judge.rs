@@ -127,10 +127,8 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
         robot: &solution.robot,
         covariance: &covariance,
     };
-    let by_causes = uncertainty
-        .over(&poses)
-        .filter(|sigma| sigma.rms > 0.0)
-        .map_or(0.0, |sigma| causes.position_error / sigma.rms);
+    let sigma = uncertainty.over(&poses).filter(|sigma| sigma.rms > 0.0);
+    let by_causes = sigma.map_or(0.0, |sigma| causes.position_error / sigma.rms);
     let widening = by_noise.hypot(by_causes);
     let solution = solution.widened(widening);
     let error_before = error(case, &case.before.robot, &solution.places_before, &solution);

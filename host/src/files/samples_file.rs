@@ -569,12 +569,11 @@ fn without_joints(row: &TableRow<'_>, robot: &RobotFile) -> Result<Named, InputE
 
 /// One σ of a row, mm.
 fn sigma(row: &TableRow<'_>) -> Result<Option<f64>, InputError> {
-    let (quantity, sigma) = match row.optional(Quantity::Sigma)? {
-        Some(sigma) => (Quantity::Sigma, Some(sigma)),
-        None => {
-            let expanded = row.optional(Quantity::Expanded)?;
-            (Quantity::Expanded, expanded.map(|expanded| expanded / 2.0))
-        }
+    let (quantity, sigma) = if let Some(sigma) = row.optional(Quantity::Sigma)? {
+        (Quantity::Sigma, Some(sigma))
+    } else {
+        let expanded = row.optional(Quantity::Expanded)?;
+        (Quantity::Expanded, expanded.map(|expanded| expanded / 2.0))
     };
     match sigma {
         Some(sigma) if !(sigma > 0.0) => Err(row

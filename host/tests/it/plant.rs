@@ -18,6 +18,7 @@ const JOINT_DEG: f64 = 0.001;
 const REFLECTOR: [f64; 3] = [12.0, 5.0, -25.0];
 
 /// How the controller counts and what the instruments write.
+#[allow(clippy::struct_excessive_bools)] // each by itself
 struct Plant {
     up: bool,
     z_down: bool,
@@ -186,6 +187,76 @@ struct Written {
     frame: RigidTransform<f64>,
 }
 
+/// One table, or what the controller and the instrument write: the controller more than was measured, the instrument in an
+/// order of its own, with lines above its header.
+fn tables(plant: &Plant, samples: &[([f64; 3], Vector3<f64>)]) -> InputText {
+    let joints = |(read, _): &([f64; 3], Vector3<f64>)| {
+        let cells = [0, 1, 2].map(|index| plant.joint(index, read[index]).to_string());
+        cells.join(";")
+    };
+    let position = |(_, seen): &([f64; 3], Vector3<f64>)| {
+        let cells = [0, 1, 2].map(|axis| plant.length(seen[axis]).to_string().replace('.', ","));
+        cells.join(";")
+    };
+    let unit = if plant.inches { "in" } else { "mm" };
+    let joint_names = match plant.counts {
+        Some(_) => "q1;q2;q3",
+        None => "q1_deg;q2_deg;q3_deg",
+    };
+    let names = format!("X [{unit}];Y [{unit}];Z [{unit}]");
+    match plant.files {
+        None => {
+            let mut text = format!("{joint_names};{names}\n");
+            for sample in samples {
+                let _ = writeln!(
+                    text,
+                    "{};{}",
+                    joints(sample).replace('.', ","),
+                    position(sample)
+                );
+            }
+            InputText::new("samples.csv", &text)
+        }
+        Some(key) => {
+            // The PLC writes in its order and more than was measured, the tracker in its own, with lines above its header.
+            let cell = |index: usize| match key {
+                "Point" => format!("P{}", 101 + index),
+                _ => format!("{}.000", 10 * index),
+            };
+            let by_order = key.is_empty();
+            let mut plc = format!("{key};{joint_names}\n")
+                .trim_start_matches(';')
+                .to_owned();
+            let mut tracker =
+                format!("Tracker report\nDate;2026-11-25\n\n{key};{names};U (k=2) [{unit}]\n");
+            if by_order {
+                tracker = tracker.replace("\n;X", "\nX");
+            }
+            let last = samples.len() - 1;
+            for (index, sample) in samples.iter().enumerate() {
+                let lead = if by_order {
+                    String::new()
+                } else {
+                    format!("{};", cell(index))
+                };
+                let _ = writeln!(plc, "{lead}{}", joints(sample));
+                let other = if by_order { index } else { last - index };
+                let lead = if by_order {
+                    String::new()
+                } else {
+                    format!("{};", cell(other))
+                };
+                let expanded = plant.length(2.0 * SIGMA).to_string().replace('.', ",");
+                let _ = writeln!(tracker, "{lead}{};{expanded}", position(&samples[other]));
+            }
+            if !by_order {
+                let _ = writeln!(plc, "{};{}", cell(last + 1), joints(&samples[0]));
+            }
+            InputText::new("tracker.csv", &tracker).with_beside(InputText::new("plc.csv", &plc))
+        }
+    }
+}
+
 fn written(plant: &Plant, rows: usize, seed: u64) -> Written {
     let mut rng = Pcg32::seed_from_u64(seed);
     let [nominal, truth] = robots(&mut rng);
@@ -225,71 +296,7 @@ fn written(plant: &Plant, rows: usize, seed: u64) -> Written {
         let read = q.map(|q| q + JOINT_DEG.to_radians() * standard_normal::<f64, _>(&mut rng));
         samples.push((read, seen));
     }
-    let joints = |(read, _): &([f64; 3], Vector3<f64>)| {
-        let cells = [0, 1, 2].map(|index| plant.joint(index, read[index]).to_string());
-        cells.join(";")
-    };
-    let position = |(_, seen): &([f64; 3], Vector3<f64>)| {
-        let cells = [0, 1, 2].map(|axis| plant.length(seen[axis]).to_string().replace('.', ","));
-        cells.join(";")
-    };
-    let unit = if plant.inches { "in" } else { "mm" };
-    let joint_names = match plant.counts {
-        Some(_) => "q1;q2;q3",
-        None => "q1_deg;q2_deg;q3_deg",
-    };
-    let names = format!("X [{unit}];Y [{unit}];Z [{unit}]");
-    let input = match plant.files {
-        None => {
-            let mut text = format!("{joint_names};{names}\n");
-            for sample in &samples {
-                let _ = writeln!(
-                    text,
-                    "{};{}",
-                    joints(sample).replace('.', ","),
-                    position(sample)
-                );
-            }
-            InputText::new("samples.csv", &text)
-        }
-        Some(key) => {
-            // The PLC writes in its order and more than was measured, the tracker in its own, with lines above its header.
-            let cell = |index: usize| match key {
-                "Point" => format!("P{}", 101 + index),
-                _ => format!("{:.3}", 10.0 * index as f64),
-            };
-            let by_order = key.is_empty();
-            let mut plc = format!("{key};{joint_names}\n")
-                .trim_start_matches(';')
-                .to_owned();
-            let mut tracker =
-                format!("Tracker report\nDate;2026-11-25\n\n{key};{names};U (k=2) [{unit}]\n");
-            if by_order {
-                tracker = tracker.replace("\n;X", "\nX");
-            }
-            let last = samples.len() - 1;
-            for (index, sample) in samples.iter().enumerate() {
-                let lead = if by_order {
-                    String::new()
-                } else {
-                    format!("{};", cell(index))
-                };
-                let _ = writeln!(plc, "{lead}{}", joints(sample));
-                let other = if by_order { index } else { last - index };
-                let lead = if by_order {
-                    String::new()
-                } else {
-                    format!("{};", cell(other))
-                };
-                let expanded = plant.length(2.0 * SIGMA).to_string().replace('.', ",");
-                let _ = writeln!(tracker, "{lead}{};{expanded}", position(&samples[other]));
-            }
-            if !by_order {
-                let _ = writeln!(plc, "{};{}", cell(last + 1), joints(&samples[0]));
-            }
-            InputText::new("tracker.csv", &tracker).with_beside(InputText::new("plc.csv", &plc))
-        }
-    };
+    let input = tables(plant, &samples);
     Written {
         robot,
         input,
@@ -318,7 +325,7 @@ fn achieved(found: &Robot<f64>, truth: &Robot<f64>) -> [f64; 2] {
             pairs.push((a, b));
         }
     }
-    let count = pairs.len() as f64;
+    let count = pairs.iter().fold(0.0, |count, _| count + 1.0);
     let motion = RigidTransform::align(pairs.iter().copied()).unwrap();
     let rms = |of: &dyn Fn(&Vector3<f64>) -> Vector3<f64>| {
         let squares: f64 = pairs.iter().map(|(a, b)| (of(a) - b).norm_squared()).sum();

@@ -156,8 +156,7 @@ fn joint_zeros_that_nobody_stated_are_named_with_their_size() {
 #[test]
 fn a_bowl_of_eight_touches_is_blamed_on_no_row() {
     let mut named = 0;
-    for seed in 0..6 {
-        let geometry = GEOMETRIES[seed as usize % 3];
+    for (seed, geometry) in (0..6).zip(GEOMETRIES.into_iter().cycle()) {
         let mut rng = Pcg32::seed_from_u64(70 + seed);
         let file = robot_file(geometry, "");
         let truth = made(geometry, [-8.0; 3], &mut rng);

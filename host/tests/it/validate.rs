@@ -4,6 +4,7 @@ use crate::support::{
     Arm, Folder, NOMINAL, Point, Run, csv, exact, nominal_arms, poses, true_arms,
 };
 use serde_json::Value;
+use std::fmt::Write;
 
 const NOISE: &str = "\n[noise]\nposition_mm = 0.01\njoint_deg = 0\n";
 
@@ -206,8 +207,15 @@ fn heights_are_validated_above_known_and_unknown_planes() {
     for (index, (q, x)) in exact(&nominal_arms(), 40).into_iter().enumerate() {
         let off = if index % 2 == 0 { 0.03 } else { -0.03 };
         let height = x[2] + 700.0 + off;
-        heights += &format!("{},{},{},{height:.6},table\n", q[0], q[1], q[2]);
-        raised += &format!("{},{},{},{:.6},table\n", q[0], q[1], q[2], height + 0.5);
+        let _ = writeln!(heights, "{},{},{},{height:.6},table", q[0], q[1], q[2]);
+        let _ = writeln!(
+            raised,
+            "{},{},{},{:.6},table",
+            q[0],
+            q[1],
+            q[2],
+            height + 0.5
+        );
     }
     let noise = "\n[noise]\nheight_mm = 0.001\njoint_deg = 0\n";
     let known = "[planes.table]\nz_mm = -700\nsigma_mm = 0.0001\ntilt_deg = 0.00001\n";

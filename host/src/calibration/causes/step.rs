@@ -46,22 +46,21 @@ pub struct Step {
 impl fmt::Display for Step {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [with, without] = self.sigma_mm.map(|own| significant(own, 2));
-        match self.arm {
-            Some(arm) => write!(
+        if let Some(arm) = self.arm {
+            write!(
                 f,
                 "The joint zero of arm {arm} jumped by {}{} at line {}",
                 significant(self.joint, 2),
                 joint::mark(self.drive),
                 self.line
-            )?,
-            None => {
-                let [x, y, z] = self.position_mm.map(|own| format!("{own:.2}"));
-                write!(
-                    f,
-                    "From line {} on all positions are off by ({x}, {y}, {z}) mm in the robot's axes",
-                    self.line
-                )?;
-            }
+            )?;
+        } else {
+            let [x, y, z] = self.position_mm.map(|own| format!("{own:.2}"));
+            write!(
+                f,
+                "From line {} on all positions are off by ({x}, {y}, {z}) mm in the robot's axes",
+                self.line
+            )?;
         }
         write!(
             f,
@@ -85,7 +84,7 @@ impl Step {
 /// The step that explains most of the residuals, if one clearly does.
 pub(crate) fn step(case: &Case<'_>) -> Option<Step> {
     let rows = case.readings.rows.len();
-    if rows > MOST_ROWS || rows < 4 * LEAST_ROWS || !case.readings.holds(Kind::Position) {
+    if !(4 * LEAST_ROWS..=MOST_ROWS).contains(&rows) || !case.readings.holds(Kind::Position) {
         return None;
     }
     // Whatever noise is stated: the residuals may contradict it until the step is taken out.
@@ -275,7 +274,7 @@ fn mend(mended: &mut Readings, readings: &Readings, found: &Found, solution: &So
     for (row, own) in rows {
         match found.arm {
             Some(arm) => {
-                row.value.joints[arm.index()] = own.value.joints[arm.index()] + found.joint
+                row.value.joints[arm.index()] = own.value.joints[arm.index()] + found.joint;
             }
             None => {
                 for (axis, coordinate) in row.value.position.iter_mut().enumerate() {

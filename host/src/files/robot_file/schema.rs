@@ -190,10 +190,6 @@ pub(super) const fn arm_key(parameter: Parameter) -> &'static str {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-#[expect(
-    clippy::struct_field_names,
-    reason = "the names are the keys of the file"
-)]
 pub(super) struct RotaryJoints {
     min_deg: Option<Number>,
     max_deg: Option<Number>,
@@ -566,6 +562,7 @@ pub(super) struct PlatformToml {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+#[allow(clippy::struct_field_names)] // the keys of the file
 pub(super) struct DatumToml {
     pub(super) x_mm: Number,
     pub(super) y_mm: Number,

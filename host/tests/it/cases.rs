@@ -32,7 +32,7 @@ const SENSOR: &str = "calibrate robot.toml samples.csv --frame sensor";
 
 const CASES: [Case; 17] = [
     case(
-        "../data/circle_sheet",
+        "../../examples/circle-sheet",
         SENSOR,
         1,
         &[

@@ -34,7 +34,7 @@ fn the_zeros_of_a_real_robot_are_found() {
     folder.write("robot.toml", SHEET);
     folder.write(
         "samples.csv",
-        include_str!("../data/circle_sheet/samples.csv"),
+        include_str!("../../examples/circle-sheet/samples.csv"),
     );
     let run = folder
         .run("calibrate robot.toml samples.csv --frame sensor --output out.toml --json report.json --report report.html")

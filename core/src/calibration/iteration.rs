@@ -383,15 +383,16 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
     fn usable<R: Prior<T, N, M, E>>(&self, prior: &R, step: &[T; N]) -> bool {
         let longest = T::from_f64(LONGEST_STEP);
         let most = T::from_f64(LARGEST_TOLERANCES);
-        let is_expected = |parameter: usize| {
-            let tolerances = prior.distance(step, parameter);
-            parameter >= OF_ROBOT || (tolerances > T::ZERO && tolerances <= most)
-        };
-        let mut deltas = step.iter().enumerate();
         match self.control.solver() {
-            Solver::GaussNewton => deltas.all(|(_, delta)| delta.finite()),
-            Solver::LevenbergMarquardt => deltas
-                .all(|(parameter, delta)| delta.magnitude() <= longest || is_expected(parameter)),
+            Solver::GaussNewton => step.iter().all(|delta| delta.finite()),
+            Solver::LevenbergMarquardt => {
+                let distances = prior.distances(step);
+                let mut deltas = step.iter().zip(distances).enumerate();
+                deltas.all(|(parameter, (delta, tolerances))| {
+                    let expected = tolerances > T::ZERO && tolerances <= most;
+                    delta.magnitude() <= longest || parameter >= OF_ROBOT || expected
+                })
+            }
         }
     }
 }

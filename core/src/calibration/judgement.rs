@@ -62,15 +62,12 @@ where
         self.check_tolerances(problem)?;
 
         let covariance = &self.identifiability.covariance;
-        let mut prior_share = [T::ZERO; N];
+        let mut prior_share = self
+            .prior
+            .shares(&self.point.correction, covariance.as_slice());
         let mut determined = T::from_count(N as u64);
-        for (parameter, share) in prior_share.iter_mut().enumerate() {
-            let correction = &self.point.correction;
-            let part = self
-                .prior
-                .share(correction, covariance.as_slice(), parameter)
-                * self.residual_sigma.squared();
-            *share = part.larger(T::ZERO);
+        for share in &mut prior_share {
+            *share = (*share * self.residual_sigma.squared()).larger(T::ZERO);
             // The square of a large weight overflows: no number, or infinite.
             if !(*share <= T::ONE) {
                 *share = T::ONE;
@@ -233,8 +230,8 @@ where
     #[inline(never)]
     fn farthest(&self) -> (usize, T) {
         let mut farthest = (0, T::ZERO);
-        for parameter in 0..N.min(OF_ROBOT) {
-            let tolerances = self.prior.distance(&self.point.correction, parameter);
+        let distances = self.prior.distances(&self.point.correction);
+        for (parameter, tolerances) in distances.into_iter().enumerate().take(OF_ROBOT) {
             if tolerances > farthest.1 {
                 farthest = (parameter, tolerances);
             }

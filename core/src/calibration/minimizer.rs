@@ -490,8 +490,8 @@ where
     R: Prior<T, N, M, E>,
 {
     let mut determined = T::from_count(N as u64);
-    for parameter in 0..N {
-        determined -= prior.share(correction, covariance, parameter) * sigma.squared();
+    for share in prior.shares(correction, covariance) {
+        determined -= share * sigma.squared();
     }
     determined
 }

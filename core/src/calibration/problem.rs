@@ -141,10 +141,10 @@ pub trait Prior<T: Real, const N: usize, const M: usize, const E: usize>: Clone 
     }
     /// How many combinations of parameters it says nothing of.
     fn unheld(&self) -> usize;
-    /// A parameter's distance from nominal, in tolerances.
-    fn distance(&self, correction: &[T; N], parameter: usize) -> T;
-    /// (UᵀU C)ⱼⱼ: the part of a parameter that the prior decides at a correction, C the covariance of all, by columns.
-    fn share(&self, correction: &[T; N], covariance: &[T], parameter: usize) -> T;
+    /// Each parameter's distance from nominal, in tolerances.
+    fn distances(&self, correction: &[T; N]) -> [T; N];
+    /// (UᵀU C)ⱼⱼ: the part of each parameter that the prior decides at a correction, C the covariance of all, by columns.
+    fn shares(&self, correction: &[T; N], covariance: &[T]) -> [T; N];
 }
 
 /// 1/tolerance of each parameter in the problem's units; zero without a tolerance.
@@ -179,17 +179,19 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E> 
         self.iter().filter(|weight| **weight == T::ZERO).count()
     }
 
-    fn distance(&self, correction: &[T; N], parameter: usize) -> T {
-        match (self.get(parameter), correction.get(parameter)) {
-            (Some(weight), Some(delta)) => (*weight * *delta).magnitude(),
-            _ => T::ZERO,
+    fn distances(&self, correction: &[T; N]) -> [T; N] {
+        let mut distances = *self;
+        for (weight, delta) in distances.iter_mut().zip(correction) {
+            *weight = (*weight * *delta).magnitude();
         }
+        distances
     }
 
-    fn share(&self, _: &[T; N], covariance: &[T], parameter: usize) -> T {
-        match (self.get(parameter), covariance.get(parameter * (N + 1))) {
-            (Some(weight), Some(variance)) => weight.squared() * *variance,
-            _ => T::ZERO,
+    fn shares(&self, _: &[T; N], covariance: &[T]) -> [T; N] {
+        let mut shares = *self;
+        for (weight, variance) in shares.iter_mut().zip(covariance.iter().step_by(N + 1)) {
+            *weight = weight.squared() * *variance;
         }
+        shares
     }
 }

@@ -398,53 +398,51 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E>
         Prior::<T, N, M, E>::unheld(&self.weights)
     }
 
-    fn distance(&self, correction: &[T; N], parameter: usize) -> T {
-        if let Some(arm) = self.upper_arm(parameter) {
-            let place = parameter / OF_ARM * OF_ARM + LA_X;
+    fn distances(&self, correction: &[T; N]) -> [T; N] {
+        let mut distances = Prior::<T, N, M, E>::distances(&self.weights, correction);
+        for (place, arm) in self.held_arms() {
             let [direction, length] = arm.residuals(pair(correction, place));
-            return if parameter == place {
-                length
-            } else {
-                direction
+            let places = distances.iter_mut().skip(place);
+            for (distance, own) in places.zip([length, direction]) {
+                *distance = own.magnitude();
             }
-            .magnitude();
         }
-        let own = Prior::<T, N, M, E>::distance(&self.weights, correction, parameter);
         #[cfg(feature = "linear")]
-        let own = self.common.iter().flatten().fold(own, |own, common| {
-            let variance = T::ONE + common.rho * common.at(parameter).squared();
-            own / variance.square_root()
-        });
-        own
+        for common in self.common.iter().flatten() {
+            for (index, distance) in distances.iter_mut().enumerate() {
+                let variance = T::ONE + common.rho * common.at(index).squared();
+                *distance = *distance / variance.square_root();
+            }
+        }
+        distances
     }
 
-    fn share(&self, correction: &[T; N], covariance: &[T], parameter: usize) -> T {
+    fn shares(&self, correction: &[T; N], covariance: &[T]) -> [T; N] {
+        let mut shares = Prior::<T, N, M, E>::shares(&self.weights, correction, covariance);
         let columns = || covariance.chunks_exact(N.max(1));
-        if let Some(arm) = self.upper_arm(parameter) {
-            let place = parameter / OF_ARM * OF_ARM + LA_X;
+        for (place, arm) in self.held_arms() {
             let [turn, stretch] = arm.jacobian(pair(correction, place));
-            let [x, y] = if parameter == place { stretch } else { turn };
-            let mut variance = T::ZERO;
-            for (column, part) in columns().skip(place).zip([x, y]) {
-                let [by_x, by_y] = pair(column, place);
-                variance += part * (x * by_x + y * by_y);
+            let own = shares.iter_mut().skip(place);
+            for (share, [x, y]) in own.zip([stretch, turn]) {
+                *share = T::ZERO;
+                for (column, part) in columns().skip(place).zip([x, y]) {
+                    let [by_x, by_y] = pair(column, place);
+                    *share += part * (x * by_x + y * by_y);
+                }
             }
-            return variance;
         }
-        let own = Prior::<T, N, M, E>::share(&self.weights, correction, covariance, parameter);
         #[cfg(feature = "linear")]
-        let own = self.common.iter().flatten().fold(own, |own, common| {
-            let column = columns().nth(parameter);
-            let (Some(column), Some(weight)) = (column, self.weights.get(parameter)) else {
-                return own;
-            };
-            let mut along = T::ZERO;
-            for (index, (entry, other)) in column.iter().zip(&self.weights).enumerate() {
-                along += common.at(index) * *other * *entry;
+        for common in self.common.iter().flatten() {
+            let own = shares.iter_mut().zip(columns()).zip(&self.weights);
+            for (index, ((share, column), weight)) in own.enumerate() {
+                let mut along = T::ZERO;
+                for (index, (entry, other)) in column.iter().zip(&self.weights).enumerate() {
+                    along += common.at(index) * *other * *entry;
+                }
+                *share = *share - common.gamma() * common.at(index) * *weight * along;
             }
-            own - common.gamma() * common.at(parameter) * *weight * along
-        });
-        own
+        }
+        shares
     }
 }
 
@@ -594,7 +592,7 @@ mod tests {
             covariance[first + 1][first] = -a * b / determinant;
         }
         let share = |covariance: &[f64], index| {
-            Prior::<f64, 26, 27, 378>::share(&prior, &at, covariance, index)
+            Prior::<f64, 26, 27, 378>::shares(&prior, &at, covariance)[index]
         };
         for index in (0..26).filter(|index| *index != 24) {
             let found = share(covariance.as_flattened(), index);
@@ -615,7 +613,7 @@ mod tests {
         at[6] = (la + longer) * libm::sin(turn) / 200.0;
         let prior = prior(Some(&tolerance()));
         for (index, expected) in [(5, 2.0), (6, 2.5), (4, 0.0), (13, 0.0)] {
-            let found = Prior::<f64, 26, 27, 378>::distance(&prior, &at, index);
+            let found = Prior::<f64, 26, 27, 378>::distances(&prior, &at)[index];
             assert!((found - expected).abs() < 1e-10, "{index} {found}");
         }
     }

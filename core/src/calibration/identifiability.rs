@@ -2,6 +2,7 @@
 
 use crate::Real;
 use crate::samples::Triangle;
+use core::hint::black_box;
 use nalgebra::SMatrix;
 
 /// Parameters of an arm.
@@ -131,7 +132,8 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
         if let Some(entry) = direction.get_mut(self.weakest) {
             *entry = T::ONE;
         }
-        for _ in 0..3 {
+        // Hidden from the optimiser, which would write the step out three times: these four places are 2 KB of a firmware.
+        for _ in 0..black_box(3) {
             let mut product = [T::ZERO; N];
             for (column, part) in self.covariance.as_slice().chunks_exact(N).zip(direction) {
                 add_multiple(column, part, &mut product);
@@ -161,7 +163,7 @@ fn weakest_of_singular<T: Real, const N: usize, const M: usize, const E: usize>(
         let pivot = normal.row(index).first().copied().unwrap_or(T::ZERO);
         !(T::ONE / pivot.squared()).finite()
     };
-    let Some(first) = (0..N).find(|index| vanishes(*index)) else {
+    let Some(first) = (0..black_box(N)).find(|index| vanishes(*index)) else {
         return 0;
     };
     let mut combination = [T::ZERO; N];

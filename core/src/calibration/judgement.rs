@@ -214,7 +214,8 @@ where
                 ParameterKind::Length => upper_arm,
                 ParameterKind::Angle | ParameterKind::Ratio => T::ONE,
             };
-            if !(variance.square_root() <= T::from_f64(LARGEST_SIGMA) * unit) {
+            // A root of each takes longer than the comparison.
+            if !(*variance <= (T::from_f64(LARGEST_SIGMA) * unit).squared()) {
                 let (arm, parameter) = self.place(problem, index);
                 return Err(Refusal::Uncertain {
                     arm,

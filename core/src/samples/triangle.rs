@@ -3,6 +3,7 @@
 
 use crate::Real;
 use crate::snapshot::{Reader, State, Writer};
+use core::hint::black_box;
 
 /// R of a QR factorisation, upper triangular `N × N`, packed by rows into `LENGTH` = N(N+1)/2
 /// numbers. RᵀR is the sum of the outer products of all rows ever absorbed.
@@ -401,7 +402,7 @@ fn back_substitute<T: Real>(entries: &[T], smallest: &[T], solution: &mut [T]) -
 /// Columns side by side: an entry of the triangle is loaded once for all of them.
 #[inline(never)]
 fn inverse_columns<T: Real, const K: usize>(entries: &[T], size: usize, columns: &mut [[T; K]]) {
-    let length = columns.len();
+    let length = black_box(columns.len());
     let end = (length * size).saturating_sub(length.saturating_sub(1) * length / 2);
     let mut rest = entries.get(..end).unwrap_or_default();
     for row in (0..length).rev() {
@@ -431,7 +432,7 @@ fn inverse_columns<T: Real, const K: usize>(entries: &[T], size: usize, columns:
 
 #[inline(never)]
 fn substitute<T: Real>(entries: &[T], size: usize, column: &mut [T]) {
-    for row in (0..column.len().saturating_sub(1)).rev() {
+    for row in (0..black_box(column.len().saturating_sub(1))).rev() {
         let ([pivot, row @ ..], Some([target, known @ ..])) =
             (packed_row(entries, size, row), column.get_mut(row..))
         else {

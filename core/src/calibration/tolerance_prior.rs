@@ -411,7 +411,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E>
         for common in self.common.iter().flatten() {
             for (index, distance) in distances.iter_mut().enumerate() {
                 let variance = T::ONE + common.rho * common.at(index).squared();
-                *distance = *distance / variance.square_root();
+                *distance /= variance.square_root();
             }
         }
         distances
@@ -439,7 +439,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E>
                 for (index, (entry, other)) in column.iter().zip(&self.weights).enumerate() {
                     along += common.at(index) * *other * *entry;
                 }
-                *share = *share - common.gamma() * common.at(index) * *weight * along;
+                *share -= common.gamma() * common.at(index) * *weight * along;
             }
         }
         shares

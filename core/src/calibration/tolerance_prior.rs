@@ -21,7 +21,7 @@ const LA_Y: usize = Parameter::LaY.index();
 /// Each parameter has one σ by itself. Beside that, if the tolerance of the [joint zeros](Tolerance::with_joint_zero)
 /// is stated, upper arms have a σ of their direction and one of their length, and this prior is not quadratic: its
 /// [rows](Prior::rows) are those of its linearisation. In figures of a single parameter, as
-/// [`distance`](Prior::distance) and [`share`](Prior::share), the length stands at the place of `La_x` and the
+/// [`distances`](Prior::distances) and [`shares`](Prior::shares), the length stands at the place of `La_x` and the
 /// direction at that of `La_y`.
 ///
 /// Of towers there is one σ of their [common radius](Tolerance::radius) and one of their

@@ -303,7 +303,8 @@ fn expected(request: &PlanRequest<'_>, plan: &Plan) -> Section {
     };
     let row = |table: Table, name: &str, of: fn(&Precision) -> f64, worst: &PositionSigma| {
         let before = small_or("unknown", plan.before.as_ref().map(of));
-        let at = worst.max_at.map(|coordinate| coordinate.round() + 0.0);
+        let at = request.robot.convention.vector(&worst.max_at);
+        let at = at.map(|coordinate| coordinate.round() + 0.0);
         let worst_name = format!("  worst (at {}, {}, {})", at.x, at.y, at.z);
         let table = table.row(
             format!("{name}, rms over {place}"),

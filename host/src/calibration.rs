@@ -16,6 +16,7 @@ pub mod known;
 mod one_number;
 pub mod refusal;
 pub mod report;
+pub mod step;
 pub mod wrong_rows;
 
 pub use calibrate::{calibrate, read_samples};

@@ -1,6 +1,6 @@
 //! From a robot file and readings to a report, or to the reason why there is none.
 
-use super::causes::{CauseKind, Step, step};
+use super::causes::CauseKind;
 use super::credibility::{NoiseVerdict, PriorTest, doubtful};
 use super::diagnosis::{Diagnosis, diagnose};
 use super::findings::Finding;
@@ -8,6 +8,7 @@ use super::judge::{Case, Judged, attempt};
 use super::one_number::explanation;
 use super::refusal::{CalibrateError, Objection, Refused, explained};
 use super::report::Report;
+use super::step::{Step, step};
 use super::wrong_rows::{Shift, beside_the_platform_point, explanations};
 use crate::accuracy::position_error::PositionError;
 use crate::accuracy::rigid_motion::degenerate;
@@ -188,26 +189,14 @@ fn datum(
     readings: &Readings,
     frame: Frame,
 ) -> Result<Option<Datum>, InputError> {
-    let at_datum = |cause: String, remedy: &str| {
-        InputError::new(&robot.name, cause)
-            .at_key("[datum]")
-            .with_remedy(remedy)
-    };
-    let found = Datum::of(robot).map_err(|error| {
-        at_datum(
-            error.to_string(),
-            "measure three or more points of the machine, far apart, with the sensor where it stands",
-        )
-    })?;
-    let Some(datum) = found else {
+    let Some(datum) = Datum::of(robot)? else {
         return Ok(None);
     };
     if frame == Frame::Base {
         let cause = "the section says where the sensor stands, and the positions are taken as in the robot's frame";
-        return Err(at_datum(
-            cause.to_owned(),
-            "use --frame sensor, or delete the section",
-        ));
+        return Err(InputError::new(&robot.name, cause)
+            .at_key("[datum]")
+            .with_remedy("use --frame sensor, or delete the section"));
     }
     let single = |row: &Reading| row.sample().is_none() && row.kind() == Some(Kind::Position);
     if let Some(index) = readings.rows.iter().position(|row| single(&row.value)) {

@@ -9,7 +9,6 @@
 
 mod cause;
 mod regression;
-mod step;
 mod subject;
 
 pub use cause::{Alternative, Cause, CauseKind};
@@ -18,9 +17,7 @@ use delta_cal::{ArmIndex, Sample};
 use nalgebra::{DVector, Matrix3, Vector3};
 use regression::{Regression, Solution};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
-pub use step::Step;
-pub(crate) use step::{improvement, step};
-pub(crate) use subject::Subject;
+pub(crate) use subject::{At, Subject};
 
 /// A cause that moves the positions by less, mm rms, is one of the arithmetic.
 const NEGLIGIBLE: f64 = 1e-6;
@@ -91,6 +88,28 @@ fn hidden_drift(regression: &Regression, drive: Drive) -> Option<f64> {
     }
     let sigma = (variance * solution.variance().max(1.0)).sqrt();
     (inflation > TAKEN_UP).then_some(3.0 * sigma)
+}
+
+/// What residuals say of columns that no hypothesis has, each group by itself with all parameters fitted again: by how much
+/// it lowers the sum of squares, and its coefficients; `None` of a group that the parameters take up. `moves`: by how much
+/// a position of the row with this index moves for one unit of each column, mm.
+pub(crate) fn explained_by(
+    subject: &Subject<'_>,
+    groups: &[Vec<usize>],
+    moves: impl Fn(usize, &At) -> Vec<Vector3<f64>>,
+) -> Vec<Option<(f64, Vec<f64>)>> {
+    let counted = subject.counted();
+    let columns = groups.iter().map(Vec::len).sum();
+    let regression = subject.with_columns(&counted, columns, f64::INFINITY, |row, at| {
+        moves(row.sensitivity.row, at)
+    });
+    let unknowns = subject.solution.covariance.nrows();
+    let gains = regression.gains(&[], groups);
+    let each = groups.iter().zip(gains).map(|(group, gain)| {
+        let coefficients = regression.solve(group)?.coefficients;
+        Some((gain?, coefficients.as_slice()[unknowns..].to_vec()))
+    });
+    each.collect()
 }
 
 /// Columns of all hypotheses together.

@@ -1,8 +1,9 @@
 //! What there is to say of a calibration beside its figures: data, and one sentence each.
 
-use super::causes::{Cause, Step};
+use super::causes::Cause;
 use super::credibility::{NoiseTest, PriorTest};
 use super::diagnosis::Diagnosis;
+use super::step::Step;
 use super::wrong_rows::Shift;
 use crate::accuracy::improvement::Moved;
 use crate::files::samples_file::{Joined, Kind};

@@ -1,7 +1,7 @@
 //! Numbers of the robot file of which one, if it is wrong, explains readings that contradict the stated tolerance: joint
 //! zeros, gear ratio, radius, forearms, overall size. Those that explain them about equally well are named together.
 
-use super::causes::{Subject, improvement};
+use super::causes::{Subject, explained_by};
 use super::credibility::NoiseVerdict;
 use super::judge::{Case, Judged, attempt};
 use crate::files::robot_file::RobotFile;
@@ -27,7 +27,7 @@ const UNKNOWN_ZERO_DEG: f64 = 15.0;
 /// The stated noise is multiplied by this until the number is found: the readings contradict it.
 const LOOSE: f64 = 30.0;
 /// More rows are not fitted again.
-const MOST_ROWS: usize = 2000;
+const MOST_ROWS: usize = 300;
 
 /// A number that all arms have in common.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -286,7 +286,11 @@ fn tried(case: &Case<'_>, wrong: Wrong) -> Option<Explanation> {
             solution: &solution,
             readings: &readings,
         };
-        let more = improvement(&subject, |joints| wrong.moves(&solution.robot, joints))?;
+        let explained = explained_by(&subject, &[vec![0]], |_, at| {
+            vec![wrong.moves(&solution.robot, &at.joints).unwrap_or_default()]
+        });
+        let (_, coefficients) = explained.into_iter().next()??;
+        let more = *coefficients.first()?;
         by += more;
         if !(by.abs() < LARGEST) {
             return None;

@@ -1,11 +1,12 @@
 //! The sensor's frame from points of the machine that the sensor measured too.
 
 use super::solution::{MOST, Solution};
+use crate::files::input::InputError;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{READINGS, Readings};
+use crate::text::count;
 use delta_cal::frame::RigidTransform;
 use nalgebra::{DMatrix, Matrix3, Matrix6, SMatrix, Vector3};
-use std::fmt;
 
 /// Fewer points do not fix a frame.
 const LEAST: usize = 3;
@@ -21,49 +22,33 @@ pub(crate) struct Datum {
     pub(crate) residuals: Vec<(String, f64)>,
 }
 
-/// Why points are no datum.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum DatumError {
-    Few(usize),
-    OnALine,
-    Off { point: String, off: f64, rms: f64 },
-}
-
-impl fmt::Display for DatumError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Few(points) => {
-                write!(
-                    f,
-                    "{points} datum points do not fix a frame: at least {LEAST} are needed"
-                )
-            }
-            Self::OnALine => {
-                f.write_str("the datum points lie on a line, so they do not fix a frame")
-            }
-            Self::Off { point, off, rms } => write!(
-                f,
-                "the datum points do not fit the sensor's measurements ({rms:.3} mm rms), {point} least of all ({off:.3} mm)"
-            ),
-        }
-    }
-}
-
 impl Datum {
     /// `None` if the robot file has no `[datum]`.
     ///
     /// # Errors
     /// Points that fix no frame, or that are not where the sensor saw them.
-    pub(crate) fn of(robot: &RobotFile) -> Result<Option<Self>, DatumError> {
+    pub(crate) fn of(robot: &RobotFile) -> Result<Option<Self>, InputError> {
+        let fault = |cause: String| {
+            InputError::new(&robot.name, cause)
+                .at_key("[datum]")
+                .with_remedy(
+                    "measure three or more points of the machine, far apart, with the sensor where it stands",
+                )
+        };
         let points = &robot.instruments.datum;
         if points.is_empty() {
             return Ok(None);
         }
         if points.len() < LEAST {
-            return Err(DatumError::Few(points.len()));
+            let cause = format!(
+                "{} do not fix a frame: at least {LEAST} are needed",
+                count(points.len(), "datum point")
+            );
+            return Err(fault(cause));
         }
         let pairs = points.iter().map(|point| (point.place, point.seen));
-        let frame = RigidTransform::align(pairs).map_err(|_| DatumError::OnALine)?;
+        let on_a_line = "the datum points lie on a line, so they do not fix a frame";
+        let frame = RigidTransform::align(pairs).map_err(|_| fault(on_a_line.to_owned()))?;
         let residuals: Vec<_> = points
             .iter()
             .map(|point| {
@@ -81,11 +66,9 @@ impl Datum {
         if let (Some((point, off)), Some(noise)) = (worst, &robot.noise)
             && rms > MOST_SIGMAS * noise.position()
         {
-            return Err(DatumError::Off {
-                point: point.clone(),
-                off: *off,
-                rms,
-            });
+            return Err(fault(format!(
+                "the datum points do not fit the sensor's measurements ({rms:.3} mm rms), {point} least of all ({off:.3} mm)"
+            )));
         }
         Ok(Some(datum))
     }

@@ -259,6 +259,37 @@ fn a_stored_frame_is_not_fitted_again() {
     assert!(run.stderr.contains("[sensor_frame]"), "{}", run.stderr);
 }
 
+/// Points of the machine that fix no frame, or are not where the sensor saw them, are refused and not left out.
+#[test]
+fn datum_points_that_are_none_are_refused() {
+    let point = |name: &str, [x, y, z]: Point, [a, b, c]: Point| {
+        format!("[datum.{name}]\nx_mm = {x}\ny_mm = {y}\nz_mm = {z}\nsensor_mm = [{a}, {b}, {c}]\n")
+    };
+    let two = point("A", [300.0, 0.0, -500.0], [0.0, 0.0, 0.0])
+        + &point("B", [0.0, 300.0, -500.0], [-300.0, 300.0, 0.0]);
+    let line = two.clone() + &point("C", [150.0, 150.0, -500.0], [-150.0, 150.0, 0.0]);
+    let off = two.clone() + &point("C", [0.0, 0.0, -500.0], [-300.0, 1.0, 0.0]);
+    for (datum, cause) in [
+        (&two, "2 datum points"),
+        (&line, "on a line"),
+        (&off, "do not fit"),
+    ] {
+        let folder = folder(&format!("{NOMINAL}{NOISE}{datum}"), &shifted(12, [0.0; 3]));
+        for command in [
+            "validate robot.toml check.csv --limit 1mm --frame sensor",
+            "calibrate robot.toml check.csv --frame sensor",
+        ] {
+            let run = folder.run(command);
+            assert_eq!(run.code, 3, "{command}: {}", run.stderr);
+            let all = run.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
+            assert!(
+                all.contains("[datum]") && all.contains(cause),
+                "{command}: {all}"
+            );
+        }
+    }
+}
+
 fn refused(robot: &str, samples: &str, code: i32, words: &[&str]) {
     let folder = Folder::new();
     folder.write("robot.toml", robot);

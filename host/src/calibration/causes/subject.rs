@@ -23,20 +23,20 @@ pub(crate) struct Subject<'a> {
 
 /// A pose of the calibrated robot.
 #[derive(Clone, Copy)]
-pub(super) struct At {
-    pub(super) joints: [f64; 3],
+pub(crate) struct At {
+    pub(crate) joints: [f64; 3],
     pub(super) position: Vector3<f64>,
-    pub(super) by_joints: Matrix3<f64>,
+    pub(crate) by_joints: Matrix3<f64>,
 }
 
 /// A row that counts.
 pub(super) struct Counted<'a> {
-    pub(super) at: At,
+    at: At,
     /// Where a distance between two poses begins.
-    pub(super) other: Option<At>,
+    other: Option<At>,
     place: Place,
     pub(super) sensitivity: &'a Sensitivity,
-    pub(super) residuals: SVector<f64, READINGS>,
+    residuals: SVector<f64, READINGS>,
 }
 
 impl At {
@@ -123,16 +123,27 @@ impl<'a> Subject<'a> {
 
     /// All rows: the unknowns always take part, the hypotheses may.
     pub(super) fn regression(&self, counted: &[Counted<'_>]) -> Regression {
-        let solution = self.solution;
-        let unknowns = solution.covariance.nrows();
-        let drive = solution.robot.drive();
+        let drive = self.solution.robot.drive();
         let ranges = self.ranges();
-        let mut rows = Rows::new(unknowns, columns(drive));
         let largest = LARGEST_RESIDUAL * scale(counted);
+        self.with_columns(counted, columns(drive), largest, |c, at| {
+            movements(drive, &at.by_joints, &at.joints, &ranges, &c.place)
+        })
+    }
+
+    /// All rows with so many columns beside the unknowns. `moves`: by how much a position of a row moves for one unit of
+    /// each, mm. Residuals above `largest` count as that.
+    pub(super) fn with_columns(
+        &self,
+        counted: &[Counted<'_>],
+        columns: usize,
+        largest: f64,
+        moves: impl Fn(&Counted<'_>, &At) -> Vec<Vector3<f64>>,
+    ) -> Regression {
+        let unknowns = self.solution.covariance.nrows();
+        let mut rows = Rows::new(unknowns, columns);
         for c in counted {
-            let movements_at =
-                |at: &At| movements(drive, &at.by_joints, &at.joints, &ranges, &c.place);
-            let (own, other) = (movements_at(&c.at), c.other.as_ref().map(movements_at));
+            let (own, other) = (moves(c, &c.at), c.other.as_ref().map(|at| moves(c, at)));
             for reading in 0..READINGS {
                 let [by_own, by_other] = c.sensitivity.by_positions.map(|all| all[reading]);
                 let read = c.sensitivity.by_unknowns.row(reading);
@@ -156,7 +167,7 @@ impl<'a> Subject<'a> {
     }
 
     /// What was known of the unknowns beforehand.
-    pub(super) fn add_prior(&self, rows: &mut Rows) {
+    fn add_prior(&self, rows: &mut Rows) {
         let solution = self.solution;
         let unknowns = solution.covariance.nrows();
         let off = &solution.prior * &solution.moved;

@@ -1,15 +1,14 @@
 //! What happened at one row: an encoder that jumped, a sensor or reflector that was moved.
 
-use super::regression::Rows;
-use super::subject::Subject;
-use crate::calibration::judge::Case;
+use super::causes::{Subject, explained_by};
+use super::judge::Case;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, READINGS, Readings};
+use crate::files::samples_file::{Kind, Readings};
 use crate::fit::{Solution, solve};
 use crate::text::{joint, significant};
 use delta_cal::ArmIndex;
 use delta_cal::robot::Drive;
-use nalgebra::{DVector, Vector3};
+use nalgebra::Vector3;
 use serde::Serialize;
 use std::fmt;
 
@@ -91,35 +90,32 @@ pub(crate) fn step(case: &Case<'_>) -> Option<Step> {
     let loose = case.robot.loosened(LOOSE);
     let fit = |robot: &RobotFile, readings: &Readings| solve(robot, readings, &case.options).ok();
     let solution = fit(case.robot, case.readings).or_else(|| fit(&loose, case.readings))?;
-    let (joints, positions) = candidates(&solution, case.readings)?;
+    let candidates = candidates(&solution, case.readings);
     let (drive, convention) = (solution.robot.drive(), &case.robot.convention);
     let without = sigma(&solution)?;
-    let tried = [joints, positions]
-        .into_iter()
-        .flatten()
-        .filter_map(|found| {
-            let mut mended = case.readings.clone();
-            let mut total = found;
-            // The second time from where the first one leads: a jump of degrees is not small.
-            let mut with = without;
-            for _ in 0..2 {
-                mend(&mut mended, case.readings, &total, &solution);
-                let again = fit(case.robot, &mended).or_else(|| fit(&loose, &mended))?;
-                with = sigma(&again)?;
-                total.add(&at(&again, &mended, total.index)?);
-            }
-            let line = case.readings.rows.get(found.index)?.line;
-            let count = case.readings.rows.iter().fold(0.0, |count, _| count + 3.0);
-            let gain: f64 = count * (without / with).ln();
-            (gain > CLEARLY && with < LEFT * without).then(|| Step {
-                line,
-                arm: total.arm.map(|arm| arm.index() + 1),
-                joint: convention.degrees(total.joint),
-                position_mm: convention.vector(&total.position).into(),
-                sigma_mm: [with, without],
-                drive,
-            })
-        });
+    let tried = candidates.into_iter().flatten().filter_map(|found| {
+        let mut mended = case.readings.clone();
+        let mut total = found;
+        // The second time from where the first one leads: a jump of degrees is not small.
+        let mut with = without;
+        for _ in 0..2 {
+            mend(&mut mended, case.readings, &total, &solution);
+            let again = fit(case.robot, &mended).or_else(|| fit(&loose, &mended))?;
+            with = sigma(&again)?;
+            total.add(&gains(&again, &mended, total.index).0);
+        }
+        let line = case.readings.rows.get(found.index)?.line;
+        let count = case.readings.rows.iter().fold(0.0, |count, _| count + 3.0);
+        let gain: f64 = count * (without / with).ln();
+        (gain > CLEARLY && with < LEFT * without).then(|| Step {
+            line,
+            arm: total.arm.map(|arm| arm.index() + 1),
+            joint: convention.degrees(total.joint),
+            position_mm: convention.vector(&total.position).into(),
+            sigma_mm: [with, without],
+            drive,
+        })
+    });
     tried.min_by(|a, b| a.sigma_mm[0].total_cmp(&b.sigma_mm[0]))
 }
 
@@ -154,12 +150,10 @@ impl Found {
 }
 
 /// The best step of a joint and the best of the positions.
-fn candidates(solution: &Solution, readings: &Readings) -> Option<(Option<Found>, Option<Found>)> {
+fn candidates(solution: &Solution, readings: &Readings) -> [Option<Found>; 2] {
     let mut best: [Option<(f64, Found)>; 2] = [None; 2];
     for index in LEAST_ROWS..readings.rows.len().saturating_sub(LEAST_ROWS) {
-        let Some((found, gains)) = gains(solution, readings, index) else {
-            continue;
-        };
+        let (found, gains) = gains(solution, readings, index);
         for (own, gain) in found.into_iter().zip(gains) {
             let place = usize::from(own.arm.is_none());
             if best[place].is_none_or(|(most, _)| gain > most) {
@@ -167,82 +161,23 @@ fn candidates(solution: &Solution, readings: &Readings) -> Option<(Option<Found>
             }
         }
     }
-    let [joints, positions] = best.map(|own| own.map(|(_, found)| found));
-    (joints.is_some() || positions.is_some()).then_some((joints, positions))
-}
-
-/// What each kind of step is at a row.
-fn at(solution: &Solution, readings: &Readings, index: usize) -> Option<[Found; 4]> {
-    gains(solution, readings, index).map(|(found, _)| found)
-}
-
-/// By how much a number is too small that moves the platform so at these joints (mm for 1), as the residuals have it; all
-/// parameters being fitted again.
-pub(crate) fn improvement(
-    subject: &Subject<'_>,
-    moves: impl Fn(&[f64; 3]) -> Option<Vector3<f64>>,
-) -> Option<f64> {
-    let unknowns = subject.solution.covariance.nrows();
-    let mut rows = Rows::new(unknowns, 1);
-    for counted in subject.counted() {
-        let own = moves(&counted.at.joints)?;
-        let other = match &counted.other {
-            Some(at) => moves(&at.joints)?,
-            None => Vector3::zeros(),
-        };
-        for reading in 0..READINGS {
-            let [by_own, by_other] = counted.sensitivity.by_positions.map(|all| all[reading]);
-            if by_own == Vector3::zeros() {
-                continue;
-            }
-            let read = counted.sensitivity.by_unknowns.row(reading);
-            let mut row: Vec<f64> = read.columns(0, unknowns).iter().copied().collect();
-            row.push(by_own.dot(&own) + by_other.dot(&other));
-            row.push(counted.residuals[reading]);
-            rows.add(DVector::from_vec(row), 1.0);
-        }
-    }
-    subject.add_prior(&mut rows);
-    let solution = rows.regression().solve(&[0])?;
-    Some(solution.coefficients[unknowns])
+    best.map(|own| own.map(|(_, found)| found))
 }
 
 /// Steps of the three joints and of the positions at a row, and by how much each lowers the sum of squares.
-fn gains(solution: &Solution, readings: &Readings, index: usize) -> Option<([Found; 4], [f64; 4])> {
-    let subject = Subject { solution, readings };
-    let unknowns = solution.covariance.nrows();
-    let mut rows = Rows::new(unknowns, 6);
-    for counted in subject.counted() {
-        let after = counted.sensitivity.row >= index;
-        for reading in 0..READINGS {
-            let by_own = counted.sensitivity.by_positions[0][reading];
-            if by_own == Vector3::zeros() {
-                continue;
-            }
-            let read = counted.sensitivity.by_unknowns.row(reading);
-            let mut row: Vec<f64> = read.columns(0, unknowns).iter().copied().collect();
-            for joint in 0..3 {
-                row.push(if after {
-                    by_own.dot(&counted.at.by_joints.column(joint))
-                } else {
-                    0.0
-                });
-            }
-            for axis in 0..3 {
-                row.push(if after && Kind::of_place(reading) == Kind::Position {
-                    by_own[axis]
-                } else {
-                    0.0
-                });
-            }
-            row.push(counted.residuals[reading]);
-            rows.add(DVector::from_vec(row), 1.0);
-        }
-    }
-    subject.add_prior(&mut rows);
-    let regression = rows.regression();
+fn gains(solution: &Solution, readings: &Readings, index: usize) -> ([Found; 4], [f64; 4]) {
     let groups = [vec![0], vec![1], vec![2], vec![3, 4, 5]];
-    let gains = regression.gains(&[], &groups);
+    let of_position = |row: usize| readings.rows[row].value.kind() == Some(Kind::Position);
+    let explained = explained_by(&Subject { solution, readings }, &groups, |row, at| {
+        let joints = [0, 1, 2].map(|joint| at.by_joints.column(joint).into_owned());
+        let axes = [0, 1, 2].map(|axis| Vector3::ith(axis, f64::from(u8::from(of_position(row)))));
+        let after = if row >= index { 1.0 } else { 0.0 };
+        joints
+            .into_iter()
+            .chain(axes)
+            .map(|own| after * own)
+            .collect()
+    });
     let mut found = [Found {
         index,
         arm: None,
@@ -250,18 +185,20 @@ fn gains(solution: &Solution, readings: &Readings, index: usize) -> Option<([Fou
         position: Vector3::zeros(),
     }; 4];
     let mut sizes = [0.0; 4];
-    for (place, (group, gain)) in groups.iter().zip(gains).enumerate() {
-        let Some(gain) = gain else { continue };
-        let coefficients = regression.solve(group)?.coefficients;
+    for (place, explained) in explained.into_iter().enumerate() {
+        let arm = ArmIndex::ALL.get(place).copied();
+        found[place].arm = arm;
+        let Some((gain, coefficients)) = explained else {
+            continue;
+        };
         sizes[place] = gain;
-        if let Some(arm) = ArmIndex::ALL.get(place) {
-            found[place].arm = Some(*arm);
-            found[place].joint = coefficients[unknowns];
-        } else {
-            found[place].position = coefficients.fixed_rows::<3>(unknowns).into_owned();
+        match (arm, &coefficients[..]) {
+            (Some(_), [joint]) => found[place].joint = *joint,
+            (None, [x, y, z]) => found[place].position = Vector3::new(*x, *y, *z),
+            _ => {}
         }
     }
-    Some((found, sizes))
+    (found, sizes)
 }
 
 /// The readings without a step.

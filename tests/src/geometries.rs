@@ -1,9 +1,12 @@
 //! Robots of other proportions than the paper's.
 
 use crate::closures::inverse_of;
+use crate::paper_limits;
 use delta_cal::robot::{Arm, Drive, ParameterKind, SymmetricLinearRobot};
+use delta_cal::simulate::random_pose;
 use delta_cal::{Noise, Parameter, Robot, Sample, SymmetricRobot, Tolerance};
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector3};
+use rand_core::Rng;
 
 /// Base radius, platform radius, upper arm and forearm, mm.
 const SYMMETRIC: [(&str, [f64; 4]); 6] = [
@@ -170,4 +173,47 @@ pub fn linear_geometries() -> Vec<(&'static str, Robot<f64>, [f64; 2])> {
         ("tall 120/700", symmetric(120.0, 700.0), [300.0, 1500.0]),
         ("leaning, uneven towers", uneven, [150.0, 550.0]),
     ]
+}
+
+/// Poses that the accuracy of a robot is judged over.
+pub const JUDGED: usize = 60;
+
+/// How positions at many poses follow the parameters, relative ones less what a rigid motion of all of them makes.
+///
+/// # Panics
+/// The robot has no poses.
+pub fn judged(robot: &Robot<f64>, relative: bool, rng: &mut impl Rng) -> DMatrix<f64> {
+    let mut jacobian = DMatrix::zeros(3 * JUDGED, 24);
+    let mut motions = DMatrix::zeros(3 * JUDGED, 6);
+    let mut row = 0;
+    while row < 3 * JUDGED {
+        let pose = random_pose(robot, &paper_limits(), rng).expect("a pose");
+        let Some(own) = position_jacobian(robot, &pose.joints) else {
+            continue;
+        };
+        jacobian.view_mut((row, 0), (3, 24)).copy_from(&own);
+        motions.view_mut((row, 0), (3, 3)).fill_with_identity();
+        motions
+            .view_mut((row, 3), (3, 3))
+            .copy_from(&-pose.position.cross_matrix());
+        row += 3;
+    }
+    if !relative {
+        return jacobian;
+    }
+    let normal = motions.transpose() * &motions;
+    let motion = normal.try_inverse().expect("spread poses") * motions.transpose() * &jacobian;
+    jacobian - motions * motion
+}
+
+/// Of all parameters.
+pub fn difference(robot: &Robot<f64>, truth: &Robot<f64>) -> DVector<f64> {
+    let (a, b) = (robot.parameters(), truth.parameters());
+    DVector::from_iterator(
+        24,
+        a.iter()
+            .flatten()
+            .zip(b.iter().flatten())
+            .map(|(a, b)| a - b),
+    )
 }

@@ -7,7 +7,7 @@ use delta_cal::observations::{
 };
 use delta_cal::simulate::{made_robot, random_pose, standard_normal};
 use delta_cal::{Calibrator, Noise, Real, Refusal, Robot, Sample, Tolerance};
-use delta_cal_tests::geometries::{geometries, position_jacobian};
+use delta_cal_tests::geometries::{difference, geometries, judged};
 use delta_cal_tests::{generator, paper_limits, size};
 use nalgebra::{DMatrix, DVector, Rotation3, SMatrix, Vector3};
 use rand_pcg::Pcg32;
@@ -16,8 +16,6 @@ const LENGTH: f64 = 0.5;
 const ANGLE: f64 = 0.2;
 const JOINT: f64 = 0.002;
 const POSITION: f64 = 0.02;
-/// Poses that the accuracy is judged over.
-const JUDGED: usize = 60;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
@@ -385,42 +383,6 @@ impl Reference<'_> {
         }
         None
     }
-}
-
-/// How positions follow the parameters, relative ones less what a rigid motion makes.
-fn judged(robot: &Robot<f64>, relative: bool, rng: &mut Pcg32) -> DMatrix<f64> {
-    let mut jacobian = DMatrix::zeros(3 * JUDGED, 24);
-    let mut motions = DMatrix::zeros(3 * JUDGED, 6);
-    let mut row = 0;
-    while row < 3 * JUDGED {
-        let pose = random_pose(robot, &paper_limits(), rng).unwrap();
-        let Some(own) = position_jacobian(robot, &pose.joints) else {
-            continue;
-        };
-        jacobian.view_mut((row, 0), (3, 24)).copy_from(&own);
-        motions.view_mut((row, 0), (3, 3)).fill_with_identity();
-        motions
-            .view_mut((row, 3), (3, 3))
-            .copy_from(&-pose.position.cross_matrix());
-        row += 3;
-    }
-    if !relative {
-        return jacobian;
-    }
-    let normal = motions.transpose() * &motions;
-    let motion = normal.try_inverse().unwrap() * motions.transpose() * &jacobian;
-    jacobian - motions * motion
-}
-
-fn difference(robot: &Robot<f64>, truth: &Robot<f64>) -> DVector<f64> {
-    let (a, b) = (robot.parameters(), truth.parameters());
-    DVector::from_iterator(
-        24,
-        a.iter()
-            .flatten()
-            .zip(b.iter().flatten())
-            .map(|(a, b)| a - b),
-    )
 }
 
 /// Of robots that were calibrated: mean squares of the error over what is said of it, and over the reference's.

@@ -9,10 +9,10 @@ use delta_cal::observations::{
 use delta_cal::robot::TransmissionTolerance;
 use delta_cal::simulate::{random_pose, standard_normal};
 use delta_cal::{Noise, Real, Refusal, Robot, Tolerance};
-use delta_cal_tests::geometries::{geometries, position_jacobian};
+use delta_cal_tests::geometries::{JUDGED, difference, geometries, judged};
 use delta_cal_tests::goldens::{number, numbers};
 use delta_cal_tests::{Spread, generator, paper_limits, perturbed};
-use nalgebra::{DMatrix, DVector, SMatrix, Vector3};
+use nalgebra::{DMatrix, SMatrix, Vector3};
 use rand_pcg::Pcg32;
 use serde::Deserialize;
 
@@ -317,8 +317,6 @@ fn single_precision_is_within_its_rounding() {
 const N: usize = 40;
 const LENGTH: f64 = 0.5;
 const ANGLE: f64 = 0.2;
-/// Poses that the accuracy is judged over.
-const JUDGED: usize = 60;
 
 /// What is measured with.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -513,39 +511,6 @@ fn calibrated(
     })
 }
 
-/// The difference of all parameters.
-fn difference(robot: &Robot<f64>, truth: &Robot<f64>) -> DVector<f64> {
-    let pairs = robot.arms().iter().zip(truth.arms());
-    let values = pairs.flat_map(|(a, b)| {
-        let (a, b) = (a.parameters(), b.parameters());
-        (0..8).map(move |index| a[index] - b[index])
-    });
-    DVector::from_iterator(24, values)
-}
-
-/// How the relative positions follow the parameters: the Jacobian of many positions, by finite differences, less
-/// what a rigid motion of all of them makes.
-fn relative(robot: &Robot<f64>, rng: &mut Pcg32) -> DMatrix<f64> {
-    let mut jacobian = DMatrix::zeros(3 * JUDGED, 24);
-    let mut motions = DMatrix::zeros(3 * JUDGED, 6);
-    let mut row = 0;
-    while row < 3 * JUDGED {
-        let pose = random_pose(robot, &paper_limits(), rng).unwrap();
-        let Some(own) = position_jacobian(robot, &pose.joints) else {
-            continue;
-        };
-        jacobian.view_mut((row, 0), (3, 24)).copy_from(&own);
-        motions.view_mut((row, 0), (3, 3)).fill_with_identity();
-        motions
-            .view_mut((row, 3), (3, 3))
-            .copy_from(&-pose.position.cross_matrix());
-        row += 3;
-    }
-    let normal = motions.transpose() * &motions;
-    let motion = normal.try_inverse().unwrap() * motions.transpose() * &jacobian;
-    jacobian - motions * motion
-}
-
 /// Over robots made to the tolerance: achieved over reported, both squared and rms over relative positions.
 struct Campaign {
     achieved: f64,
@@ -566,7 +531,7 @@ fn campaign(kind: Kind, nominal: &Robot<f64>, seed: u64, robots: u64, count: usi
         );
         let mut rows = measured(kind, &truth, count, &mut rng);
         let outcome = calibrated(kind, nominal, &mut rows)?;
-        let jacobian = relative(&truth, &mut rng);
+        let jacobian = judged(&truth, true, &mut rng);
         let covariance: SMatrix<f64, 24, 24> = outcome.of_robot().estimate.covariance?;
         let achieved = (&jacobian * difference(&outcome.robot, &truth)).norm_squared();
         let before = (&jacobian * difference(nominal, &truth)).norm_squared();

@@ -14,7 +14,9 @@ use delta_cal::{
 };
 use delta_cal_firmware_example::nominal;
 use small::plant::Plant;
-use small::{fail, go, joints, load, restart, show, show_refusal, start, store, take_over, with};
+use small::{
+    fail, go, joints, load, restart, show_error, show_refusal, start, store, take_over, with,
+};
 
 const SAMPLES: u8 = 40;
 /// How far the tracker's reflector slips at each attempt, mm: at the first it is loose.
@@ -96,6 +98,6 @@ fn check(drawn: &Robot<f32>, calibrated: &Robot<f32>) {
             }
         }
     }
-    show("micrometres off as drawn:", (1000.0 * worst[0]) as i32);
-    show("micrometres off calibrated:", (1000.0 * worst[1]) as i32);
+    show_error("micrometres off as drawn:", worst[0]);
+    show_error("micrometres off calibrated:", worst[1]);
 }

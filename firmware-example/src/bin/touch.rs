@@ -16,7 +16,9 @@ use delta_cal::observations::{
 use delta_cal::{Noise, Refusal, Robot, Settings, Tolerance};
 use delta_cal_firmware_example::nominal;
 use small::plant::Plant;
-use small::{fail, go, load, probe, restart, show, show_refusal, start, store, take_over, with};
+use small::{
+    fail, go, load, probe, restart, show_error, show_refusal, start, store, take_over, with,
+};
 
 /// The heights of the gauge blocks; the plate itself is the first. Millimetres.
 const BLOCKS: [f32; 3] = [0.0, 50.0, 100.0];
@@ -174,6 +176,6 @@ fn check(drawn: &Robot<f32>, calibrated: &Robot<f32>) {
             }
         }
     }
-    show("micrometres off as drawn:", (1000.0 * worst[0]) as i32);
-    show("micrometres off calibrated:", (1000.0 * worst[1]) as i32);
+    show_error("micrometres off as drawn:", worst[0]);
+    show_error("micrometres off calibrated:", worst[1]);
 }

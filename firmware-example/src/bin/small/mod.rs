@@ -13,7 +13,7 @@ use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hio;
 use critical_section::Mutex;
 use delta_cal::nalgebra::Vector3;
-use delta_cal::{Refusal, Robot};
+use delta_cal::{ArmIndex, Refusal, Robot};
 use delta_cal_firmware_example::{ControlLoop, Halves, Path, RamFlash, TURNS_A_SECOND};
 use plant::Plant;
 
@@ -55,6 +55,7 @@ pub(crate) struct Machine {
 
 /// All zeros at the start, which an `Option` is not: it costs no flash.
 #[repr(u8)]
+#[allow(clippy::large_enum_variant)] // there is one, in static memory
 enum Slot {
     Vacant = 0,
     Running(Machine),
@@ -223,13 +224,14 @@ fn save(store: &mut Store, robot: &Robot<f32>) -> bool {
 }
 
 /// Shows a line: a text and a number. Your display.
-pub(crate) fn show(text: &str, number: i32) {
+pub(crate) fn show(text: &str, number: u32) {
     let mut digits = [b'0'; 12];
-    let (mut rest, mut first) = (number.unsigned_abs(), digits.len() - 1);
+    let (mut rest, mut first) = (number, digits.len() - 1);
     digits[first] = b'\n';
     loop {
         first -= 1;
-        digits[first] = b'0' + (rest % 10) as u8;
+        let [digit, ..] = (rest % 10).to_le_bytes();
+        digits[first] += digit;
         rest /= 10;
         if rest == 0 {
             break;
@@ -237,9 +239,20 @@ pub(crate) fn show(text: &str, number: i32) {
     }
     if let Ok(mut console) = hio::hstdout() {
         let _ = console.write_all(text.as_bytes());
-        let _ = console.write_all(if number < 0 { b" -" } else { b" " });
+        let _ = console.write_all(b" ");
         let _ = console.write_all(&digits[first..]);
     }
+}
+
+/// Shows how far a robot is off.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // far below a kilometre, not negative
+pub(crate) fn show_error(text: &str, millimetres: f32) {
+    show(text, (1000.0 * millimetres) as u32);
+}
+
+#[allow(clippy::cast_possible_truncation)] // 0, 1, 2
+fn number_of(arm: ArmIndex) -> u32 {
+    arm.index() as u32
 }
 
 /// Shows why a calibration is refused, with the arm at fault.
@@ -257,7 +270,7 @@ pub(crate) fn show_refusal(refusal: Refusal) {
         }
         _ => ("refused: other", None),
     };
-    show(why, arm.map_or(0, |arm| arm.index() as i32 + 1));
+    show(why, arm.map_or(0, |arm| number_of(arm) + 1));
 }
 
 /// Shows the longest turn of the control loop, and ends the emulation.
@@ -277,7 +290,7 @@ pub(crate) fn restart() -> ! {
 /// One of 25,000 ticks is missed.
 fn show_longest_turn() {
     let longest = with(|machine| machine.longest);
-    show("longest turn, ticks of 25000:", longest as i32);
+    show("longest turn, ticks of 25000:", longest);
 }
 
 pub(crate) fn fail(why: &str) -> ! {

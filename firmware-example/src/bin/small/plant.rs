@@ -53,7 +53,8 @@ impl Plant {
         Some(position.map(|coordinate| coordinate + 0.02 * self.noise()))
     }
 
-    /// Of variance 1: the sum of twelve even numbers.
+    /// Of variance 1: the sum of twelve numbers evenly in (0, 1), less their mean.
+    #[allow(clippy::cast_precision_loss)] // 24 bits
     fn noise(&mut self) -> f32 {
         let mut sum = -6.0;
         for _ in 0..12 {

@@ -16,7 +16,11 @@ pyo3::create_exception!(
 );
 
 /// What the command's messages call its options.
-const WORDS: [(&str, &str); 12] = [
+const WORDS: [(&str, &str); 13] = [
+    (
+        "state zero_deg in [tolerance], how many degrees",
+        "state zero, how many radians",
+    ),
     ("--frame sensor", "frame=\"sensor\""),
     ("--frame", "frame"),
     (

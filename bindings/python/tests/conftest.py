@@ -55,6 +55,7 @@ def command(tmp_path_factory: pytest.TempPathFactory):
     def run(*arguments: str) -> tuple[dict, Path]:
         report = folder / "report.json"
         calibrated = folder / "calibrated.toml"
+        calibrated.unlink(missing_ok=True)
         subprocess.run(
             [program, *arguments, "--json", report, "--output", calibrated],
             check=True,

@@ -62,7 +62,7 @@ pub(crate) fn numbers<'py>(
         return Err(value_error(argument, cause));
     }
     let array = numpy.call_method1("ascontiguousarray", (array, "float64"))?;
-    Ok(array.extract()?)
+    array.extract()
 }
 
 /// An array of this shape.

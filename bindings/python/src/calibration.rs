@@ -3,7 +3,7 @@
 use crate::arrays::{array, with_cores};
 use crate::errors::{calibrate_error, value_error};
 use crate::robot::Robot;
-use crate::samples::{Samples, first_bits};
+use crate::samples::{Again, Samples, first_bits, hexadecimal};
 use delta_cal_host::calibration::report::FrameReport;
 use delta_cal_host::files::document::{Document, Source};
 use delta_cal_host::report::calibration::comment;
@@ -40,6 +40,9 @@ struct Asked {
     written: u64,
 }
 
+/// Its fields, pickled.
+type AskedParts = (String, Option<String>, bool, Option<f64>, u64);
+
 impl Asked {
     fn options(&self) -> PyResult<Options> {
         Ok(Options {
@@ -59,7 +62,7 @@ impl Asked {
             return Err(value_error("limit", cause));
         }
         let found = with_cores(py, true, || {
-            let readings = samples.readings(&robot, &options)?;
+            let readings = samples.readings(&robot, options)?;
             let report = delta_cal_host::calibrate(&robot.file, &readings, &options)?;
             Ok((readings, report))
         })?;
@@ -197,7 +200,7 @@ pub(crate) fn calibrate_again(
     py: Python<'_>,
     robot: &Robot,
     samples: &Samples,
-    asked: (String, Option<String>, bool, Option<f64>, u64),
+    asked: AskedParts,
 ) -> PyResult<Calibration> {
     let (frame, method, robust, limit, written) = asked;
     let asked = Asked {
@@ -220,8 +223,7 @@ impl Calibration {
             "{} {:?} {} {:?}",
             asked.frame, asked.method, asked.robust, asked.limit
         ));
-        let digest = digest.finalize();
-        digest.iter().map(|byte| format!("{byte:02x}")).collect()
+        hexadecimal(digest.finalize())
     }
 
     /// From the platform point to what was measured, in the frame of the readings.
@@ -229,12 +231,11 @@ impl Calibration {
         let RobotFile { instruments, .. } = &self.report.before;
         let places = &self.report.solution.places;
         match (instruments.target, self.report.frame, &places.frame) {
-            (None, ..) => Vector3::zeros(),
             (Some(target), Frame::Base, _) => target,
             (Some(target), Frame::Sensor, Some(frame)) if !instruments.datum.is_empty() => {
                 frame.rotation * target
             }
-            (Some(_), Frame::Sensor, _) => Vector3::zeros(),
+            _ => Vector3::zeros(),
         }
     }
 }
@@ -434,14 +435,7 @@ impl Calibration {
     fn __reduce__<'py>(
         &self,
         py: Python<'py>,
-    ) -> PyResult<(
-        Bound<'py, PyAny>,
-        (
-            Py<Robot>,
-            Samples,
-            (String, Option<String>, bool, Option<f64>, u64),
-        ),
-    )> {
+    ) -> PyResult<Again<'py, (Py<Robot>, Samples, AskedParts)>> {
         let again = py.import("delta_cal._native")?.getattr("calibrate_again")?;
         let Asked {
             frame,

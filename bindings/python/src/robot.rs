@@ -2,7 +2,7 @@
 
 use crate::arrays::{Directions, array, each_row, finite, numbers, outside, radians, rows};
 use crate::errors::{input_error, value_error};
-use crate::samples::{as_table, is_frame};
+use crate::samples::{as_table, first_bits, hexadecimal, is_frame};
 use delta_cal::kinematics::{JointLimits, KinematicsError};
 use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Noise, Parameter, Robot as Geometry, SymmetricRobot, Tolerance};
@@ -13,7 +13,6 @@ use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
 use sha2::{Digest, Sha256};
 use std::fmt;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 
 /// A Delta robot: geometry, joint limits, convention, tolerance, noise.
@@ -71,8 +70,7 @@ impl Robot {
     }
 
     pub(crate) fn identity(&self) -> String {
-        let digest = Sha256::digest(self.file.to_toml("").as_bytes());
-        digest.iter().map(|byte| format!("{byte:02x}")).collect()
+        hexadecimal(Sha256::digest(self.file.to_toml("")))
     }
 
     /// With what is stated beside it.
@@ -535,9 +533,7 @@ impl Robot {
     }
 
     fn __hash__(&self) -> u64 {
-        let mut hasher = DefaultHasher::new();
-        self.identity().hash(&mut hasher);
-        hasher.finish()
+        first_bits(&self.identity())
     }
 
     fn __copy__(slf: Py<Self>) -> Py<Self> {

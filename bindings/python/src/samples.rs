@@ -71,9 +71,9 @@ impl Samples {
     pub(crate) fn readings(
         &self,
         robot: &Robot,
-        options: &Options,
+        options: Options,
     ) -> Result<Readings, CalibrateError> {
-        read(&self.text, &robot.file, options)
+        read(&self.text, &robot.file, &options)
     }
 
     pub(crate) fn identity(&self) -> String {
@@ -82,8 +82,7 @@ impl Samples {
             digest.update(Sha256::digest(bytes));
         }
         digest.update(self.columns.as_deref().unwrap_or_default());
-        let digest = digest.finalize();
-        digest.iter().map(|byte| format!("{byte:02x}")).collect()
+        hexadecimal(digest.finalize())
     }
 
     /// What `calibrate` and `validate` are given: samples, a frame of all columns, or joints and positions.
@@ -164,6 +163,11 @@ pub(crate) fn as_table(argument: &str, frame: &Bound<'_, PyAny>) -> PyResult<Inp
     Ok(InputText::new(argument, &frame_text(argument, frame)?))
 }
 
+/// A function, and the arguments with which it makes an object again.
+pub(crate) type Again<'py, T> = (Bound<'py, PyAny>, T);
+/// Name and bytes of a file.
+type Part<'py> = (String, Bound<'py, PyBytes>);
+
 #[pymethods]
 impl Samples {
     /// What the rows hold, as a robot's convention has it.
@@ -236,10 +240,7 @@ impl Samples {
     fn __reduce__<'py>(
         &self,
         py: Python<'py>,
-    ) -> PyResult<(
-        Bound<'py, PyAny>,
-        (Vec<(String, Bound<'py, PyBytes>)>, Option<String>),
-    )> {
+    ) -> PyResult<Again<'py, (Vec<Part<'py>>, Option<String>)>> {
         let again = py
             .import("delta_cal._native")?
             .getattr("samples_of_bytes")?;
@@ -252,6 +253,15 @@ impl Samples {
         let lines = self.text.text().lines().count();
         format!("<delta_cal.Samples {}, {lines} lines>", self.text.name())
     }
+}
+
+/// A digest in hexadecimal digits.
+pub(crate) fn hexadecimal(digest: impl AsRef<[u8]>) -> String {
+    let mut digits = String::with_capacity(64);
+    for byte in digest.as_ref() {
+        let _ = write!(digits, "{byte:02x}");
+    }
+    digits
 }
 
 /// A number of the first digits of a fingerprint.

@@ -120,7 +120,7 @@ pub(crate) fn validate<'py>(
             frame: request.frame,
             ..Options::default()
         };
-        let readings = samples.readings(robot, &options)?;
+        let readings = samples.readings(robot, options)?;
         delta_cal_host::validation::validate(&robot.file, &readings, request)
     })?;
     let found = found.map_err(|error| calibrate_error(py, &error, samples.rows_of()))?;

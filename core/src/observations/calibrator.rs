@@ -73,7 +73,9 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
     ///
     /// # Errors
     /// [`Refusal::TooManyUnknowns`] and [`Refusal::UnusableInstrument`].
-    #[inline(never)]
+    // Inlined, so that it is built in its place.
+    #[inline(always)]
+    #[allow(clippy::inline_always)]
     pub fn new(
         robot: &Robot<T>,
         instruments: &Instruments<'_, T>,

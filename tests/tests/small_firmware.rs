@@ -25,15 +25,15 @@ const PROGRAMS: [Program; 2] = [
         name: "touch",
         refusal: [75, 1],
         left: 40,
-        flash: 64 << 10,
-        memory: 37 << 10,
+        flash: 50_400,
+        memory: 33_500,
     },
     Program {
         name: "arms",
         refusal: [74, 1],
         left: 10,
-        flash: 40 << 10,
-        memory: 16 << 10,
+        flash: 40_900,
+        memory: 15_600,
     },
 ];
 

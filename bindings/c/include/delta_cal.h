@@ -377,21 +377,21 @@ typedef struct dcal_joint_outcome_f32 {
 DCAL_OBJECT(dcal_joint_outcome_f32, DCAL_JOINT_OUTCOME_F32_SIZE);
 
 /** The per-arm calibrator behind a gate, which tests each sample before it is taken in. */
-#define DCAL_GATE_F32_SIZE 6400
+#define DCAL_GATE_F32_SIZE 6016
 typedef struct dcal_gate_f32 {
     DCAL_ALIGNED unsigned char memory[DCAL_GATE_F32_SIZE];
 } dcal_gate_f32;
 DCAL_OBJECT(dcal_gate_f32, DCAL_GATE_F32_SIZE);
 
 /** The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver. */
-#define DCAL_FKM_F32_SIZE 32768
+#define DCAL_FKM_F32_SIZE 27392
 typedef struct dcal_fkm_f32 {
     DCAL_ALIGNED unsigned char memory[DCAL_FKM_F32_SIZE];
 } dcal_fkm_f32;
 DCAL_OBJECT(dcal_fkm_f32, DCAL_FKM_F32_SIZE);
 
 /** A robot calibrated from any readings, and where the instruments are. */
-#define DCAL_FKM_OUTCOME_F32_SIZE 3328
+#define DCAL_FKM_OUTCOME_F32_SIZE 3200
 typedef struct dcal_fkm_outcome_f32 {
     DCAL_ALIGNED unsigned char memory[DCAL_FKM_OUTCOME_F32_SIZE];
 } dcal_fkm_outcome_f32;
@@ -1092,21 +1092,21 @@ typedef struct dcal_joint_outcome_f64 {
 DCAL_OBJECT(dcal_joint_outcome_f64, DCAL_JOINT_OUTCOME_F64_SIZE);
 
 /** The per-arm calibrator behind a gate, which tests each sample before it is taken in. */
-#define DCAL_GATE_F64_SIZE 12288
+#define DCAL_GATE_F64_SIZE 11648
 typedef struct dcal_gate_f64 {
     DCAL_ALIGNED unsigned char memory[DCAL_GATE_F64_SIZE];
 } dcal_gate_f64;
 DCAL_OBJECT(dcal_gate_f64, DCAL_GATE_F64_SIZE);
 
 /** The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver. */
-#define DCAL_FKM_F64_SIZE 65528
+#define DCAL_FKM_F64_SIZE 54784
 typedef struct dcal_fkm_f64 {
     DCAL_ALIGNED unsigned char memory[DCAL_FKM_F64_SIZE];
 } dcal_fkm_f64;
 DCAL_OBJECT(dcal_fkm_f64, DCAL_FKM_F64_SIZE);
 
 /** A robot calibrated from any readings, and where the instruments are. */
-#define DCAL_FKM_OUTCOME_F64_SIZE 6528
+#define DCAL_FKM_OUTCOME_F64_SIZE 6272
 typedef struct dcal_fkm_outcome_f64 {
     DCAL_ALIGNED unsigned char memory[DCAL_FKM_OUTCOME_F64_SIZE];
 } dcal_fkm_outcome_f64;

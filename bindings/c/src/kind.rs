@@ -146,9 +146,9 @@ kinds! {
     RobotOutcome "ikm_outcome" = 4, 1728, 3392, "A calibrated robot with the covariance of each arm.";
     Joint "joint" = 5, 11328, 22464, "The joint calibrator: samples and solver, all 24 parameters together.";
     JointOutcome "joint_outcome" = 7, 2944, 5824, "A calibrated robot with the covariance of all 24 parameters.";
-    Gate "gate" = 8, 6400, 12288, "The per-arm calibrator behind a gate, which tests each sample before it is taken in.";
-    Fkm "fkm" = 9, 32768, 65528, "The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver.";
-    FkmOutcome "fkm_outcome" = 10, 3328, 6528, "A robot calibrated from any readings, and where the instruments are.";
+    Gate "gate" = 8, 6016, 11648, "The per-arm calibrator behind a gate, which tests each sample before it is taken in.";
+    Fkm "fkm" = 9, 27392, 54784, "The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver.";
+    FkmOutcome "fkm_outcome" = 10, 3200, 6272, "A robot calibrated from any readings, and where the instruments are.";
 }
 
 /// What a calibration from any readings found.

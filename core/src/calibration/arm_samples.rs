@@ -65,7 +65,7 @@ impl<'a, T: Real> NominalArms<'a, T> {
 }
 
 impl<T: Real> Samples<T> for ArmSamples<T> {
-    #[inline(never)]
+    #[inline]
     fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self {
         let nominal_arms = NominalArms::new(robot, settings);
         // Not by `map`: the three factors would be built beside their place and moved.

@@ -133,7 +133,7 @@ impl<T: Real, E: Estimator> PartialEq for Calibrator<T, E> {
 }
 
 /// What a calibrator is doing.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) enum Phase {
     Collecting,
     Solving,
@@ -144,7 +144,7 @@ pub(crate) enum Phase {
 impl<T: Real, E: Estimator> Calibrator<T, E> {
     /// Without samples; `robot` is the robot before calibration, the nominal of the tolerance and the start of the
     /// iteration.
-    #[inline(never)]
+    #[inline]
     pub fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self {
         Self {
             samples: E::Samples::new(robot, settings),
@@ -275,7 +275,7 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
 
     /// One short step of what [`solve`](Self::solve) has begun; does nothing once finished.
     pub fn step(&mut self) -> Progress {
-        if self.phase == Phase::Solving {
+        if self.solving() {
             match self.solver.step(&self.samples) {
                 Ok(Progress::Working) => return Progress::Working,
                 Ok(Progress::Finished) => self.phase = Phase::Finished,
@@ -319,8 +319,8 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
     }
 
     /// Whether it solves, and takes no sample meanwhile.
-    pub fn solving(&self) -> bool {
-        self.phase == Phase::Solving
+    pub const fn solving(&self) -> bool {
+        matches!(self.phase, Phase::Solving)
     }
 
     /// Whether a solve has finished, and nothing was added since: there is an outcome or a refusal.

@@ -40,7 +40,7 @@ state!(
 );
 
 impl<T: Real> Samples<T> for JointSamples<T> {
-    #[inline(never)]
+    #[inline]
     fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self {
         Self {
             settings: *settings,

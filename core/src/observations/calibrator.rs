@@ -73,9 +73,7 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
     ///
     /// # Errors
     /// [`Refusal::TooManyUnknowns`] and [`Refusal::UnusableInstrument`].
-    // Inlined, so that it is built in its place.
-    #[inline(always)]
-    #[allow(clippy::inline_always)]
+    #[inline]
     pub fn new(
         robot: &Robot<T>,
         instruments: &Instruments<'_, T>,
@@ -154,7 +152,7 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
     /// One step of what [`solve`](Self::solve) has begun; does nothing once finished. The first looks where the
     /// instruments are: its time grows with the number of rows.
     pub fn step(&mut self) -> Progress {
-        if self.phase == Phase::Solving {
+        if self.solving() {
             match self.advance() {
                 Ok(Progress::Working) => return Progress::Working,
                 Ok(Progress::Finished) => self.phase = Phase::Finished,
@@ -254,8 +252,8 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
     }
 
     /// Whether it solves, and takes no observation meanwhile.
-    pub fn solving(&self) -> bool {
-        self.phase == Phase::Solving
+    pub const fn solving(&self) -> bool {
+        matches!(self.phase, Phase::Solving)
     }
 
     /// Whether a solve has finished, and nothing was added since: there is an outcome or a refusal.

@@ -63,7 +63,7 @@ struct Gated<T: Real, E: Estimator> {
     beside: <E as Parts>::Beside<T>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 enum Work {
     Collecting,
     /// The gate wants an estimate. The first step of each kind of work begins it.

@@ -33,7 +33,7 @@ const PROGRAMS: [Program; 2] = [
         refusal: [74, 1],
         left: 10,
         flash: 40_900,
-        memory: 15_600,
+        memory: 16_384,
     },
 ];
 

@@ -8,6 +8,7 @@ use delta_cal_host::{
     ColumnMapping, Frame, InputText, Loss, Method, Options, Readings, RobotFile, read_samples,
 };
 use serde::{Deserialize, Serialize};
+use std::path::Path;
 
 /// What the page asks for. Names are of its files.
 #[derive(Debug, Default, Deserialize)]
@@ -164,7 +165,8 @@ impl Request {
 
 /// Whether a text is that of a robot, and not of a controller.
 pub(crate) fn is_robot_file(text: &InputText) -> bool {
-    text.name().ends_with(".toml") || text.text().contains("[joints]")
+    let named = Path::new(text.name()).extension();
+    named.is_some_and(|own| own == "toml") || text.text().contains("[joints]")
 }
 
 /// The files that an import writes.

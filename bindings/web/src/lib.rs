@@ -62,13 +62,13 @@ impl Session {
 
     /// What each file is.
     pub fn recognise(&self) -> String {
-        answer(Ok(recognise::all(&self.files)))
+        answer(&Ok(recognise::all(&self.files)))
     }
 
     /// `delta-cal calibrate`.
     pub fn calibrate(&mut self, request: &str) -> String {
         let done = parse(request).and_then(|own| calibrate::run(&self.files, &own));
-        answer(done.map(|(calibrated, pictured)| {
+        answer(&done.map(|(calibrated, pictured)| {
             self.pictured = Some(pictured);
             calibrated
         }))
@@ -76,38 +76,38 @@ impl Session {
 
     /// `delta-cal export`.
     pub fn export(&self, request: &str) -> String {
-        answer(parse(request).and_then(|own| export::run(&self.files, &own)))
+        answer(&parse(request).and_then(|own| export::run(&self.files, &own)))
     }
 
     /// The export targets of a robot.
     pub fn targets(&self, robot: &str) -> String {
-        answer(export::targets(&self.files, robot))
+        answer(&export::targets(&self.files, robot))
     }
 
     /// `delta-cal import`: robot file and samples of a printer's configuration.
     pub fn import(&self, request: &str) -> String {
-        answer(parse(request).and_then(|own| inputs::import(&self.files, &own)))
+        answer(&parse(request).and_then(|own| inputs::import(&self.files, &own)))
     }
 
     /// `delta-cal plan`.
     pub fn plan(&self, request: &str) -> String {
-        answer(parse(request).and_then(|own| plan::run(&self.files, &own)))
+        answer(&parse(request).and_then(|own| plan::run(&self.files, &own)))
     }
 
     /// `delta-cal validate`.
     pub fn validate(&self, request: &str) -> String {
-        answer(parse(request).and_then(|own| validate::run(&self.files, &own)))
+        answer(&parse(request).and_then(|own| validate::run(&self.files, &own)))
     }
 
     /// Shoulders, elbows and platform of the last calibration at joints in the file's unit, before and after.
     pub fn skeleton(&self, joints: &[f64]) -> String {
         let pictured = self.pictured.as_ref();
-        answer(Ok(pictured.and_then(|own| own.skeleton(joints))))
+        answer(&Ok(pictured.and_then(|own| own.skeleton(joints))))
     }
 
     /// The height of a printer's nozzle above the bed where its controller believes that it touches.
     pub fn bed(&self) -> String {
-        answer(Ok(self.pictured.as_ref().and_then(Pictured::bed)))
+        answer(&Ok(self.pictured.as_ref().and_then(Pictured::bed)))
     }
 }
 
@@ -116,6 +116,6 @@ fn parse<T: DeserializeOwned>(request: &str) -> Result<T, Fault> {
 }
 
 /// `{"Ok": …}`, or `{"Err": …}` with a fault.
-fn answer<T: Serialize>(done: Result<T, Fault>) -> String {
-    serde_json::to_string(&done).unwrap_or_default()
+fn answer<T: Serialize>(done: &Result<T, Fault>) -> String {
+    serde_json::to_string(done).unwrap_or_default()
 }

@@ -93,7 +93,9 @@ impl Pictured {
             let mut found: Vec<_> = found.collect();
             let count = u32::try_from(found.len()).map_or(1.0, f64::from);
             let mean = found.iter().map(|[_, _, z]| z).sum::<f64>() / count;
-            found.iter_mut().for_each(|[_, _, z]| *z -= mean);
+            for [_, _, z] in &mut found {
+                *z -= mean;
+            }
             found
         };
         Some(Bed {

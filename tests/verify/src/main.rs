@@ -41,7 +41,7 @@ const CLIPPY: Stage = Stage {
     name: "clippy",
     about: "clippy on this machine",
     commands: &[
-        "cargo clippy --quiet --workspace --all-targets --features delta-cal/defmt,delta-cal-target-tests/linear -- --deny warnings",
+        "cargo clippy --quiet --workspace --exclude delta-cal-python --all-targets --features delta-cal/defmt,delta-cal-target-tests/linear -- --deny warnings",
     ],
 };
 
@@ -66,6 +66,8 @@ const SIDE_BY_SIDE: [&[Stage]; 2] = [
                 "cargo build --quiet --profile firmware --package delta-cal-target-tests --bin delta-cal-target-tests --bin cases \
                  --bin measure --bin flash --target thumbv7em-none-eabihf --target-dir target/firmware",
                 "cargo build --quiet --profile firmware --package delta-cal-link-tests \
+                 --target thumbv7em-none-eabihf --target-dir target/firmware",
+                "cargo build --quiet --profile small --package delta-cal-firmware-example --features small --bin touch --bin arms \
                  --target thumbv7em-none-eabihf --target-dir target/firmware",
             ],
         },
@@ -111,7 +113,7 @@ const SIDE_BY_SIDE: [&[Stage]; 2] = [
             about: "rustdoc without warnings",
             // With what clippy had checked, in the first list's folder, as soon as the tests are compiled.
             commands: &[
-                "env RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --no-deps --workspace \
+                "env RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --no-deps --workspace --exclude delta-cal-python \
                  --features delta-cal/defmt,delta-cal-target-tests/linear",
             ],
         },
@@ -147,6 +149,24 @@ const WEB: Stage = Stage {
     ],
 };
 
+/// Only if asked for: the host is built once more, optimised.
+const PYTHON: Stage = Stage {
+    name: "python",
+    about: "the Python package in an environment of its own: clippy, pip install, tests, types, examples",
+    commands: &[
+        "cargo clippy --quiet --package delta-cal-python -- --deny warnings",
+        "cargo build --quiet --profile test --package delta-cal-host --bin delta-cal",
+        "python3 -m venv --clear target/python",
+        "target/python/bin/python -m pip install --quiet ./bindings/python[test]",
+        "env DELTA_CAL=target/debug/delta-cal target/python/bin/python -m pytest --quiet bindings/python/tests",
+        "env MYPYPATH=bindings/python/tests target/python/bin/python -m mypy --strict bindings/python/examples",
+        "env --chdir=target/python bin/python ../../bindings/python/examples/laboratory.py",
+        "env --chdir=target/python bin/python ../../bindings/python/examples/circles.py",
+        "env --chdir=target/python bin/python ../../bindings/python/examples/cluster.py 500 2",
+        "env --chdir=target/python bin/python ../../bindings/python/examples/speed.py",
+    ],
+};
+
 /// A program that must be there, and the Debian packages that hold it.
 const PROGRAMS: [(&str, &str); 5] = [
     ("qemu-system-arm", "qemu-system-arm"),
@@ -169,7 +189,7 @@ const TARGETS: [&str; 6] = [
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let stages = [FORMAT, CLIPPY, UNITS, MIRI, WEB];
+    let stages = [FORMAT, CLIPPY, UNITS, MIRI, PYTHON, WEB];
     let all = || stages.iter().chain(SIDE_BY_SIDE.into_iter().flatten());
     if arguments.iter().any(|it| it == "-h" || it == "--help") {
         print!("{USAGE}\nStages:\n");

@@ -99,7 +99,7 @@ static void check_sizes(void)
     check_size(DCAL_ARMS_OUTCOME_F32, sizeof(dcal_arms_outcome_f32));
     check_size(DCAL_JOINT_F32, sizeof(dcal_joint_f32));
     check_size(DCAL_JOINT_OUTCOME_F32, sizeof(dcal_joint_outcome_f32));
-    check_size(DCAL_GATE_F32, sizeof(dcal_gate_f32));
+    check_size(DCAL_GATED_F32, sizeof(dcal_gated_f32));
     check_size(DCAL_OBSERVATION_OUTCOME_F32, sizeof(dcal_observation_outcome_f32));
     if (dcal_alignment() != 8) {
         platform_write("FAILED the header is not the library's: the alignment of an object\n");

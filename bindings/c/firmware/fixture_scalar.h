@@ -5,7 +5,7 @@ static OF(dcal_arms) OF(calibrator);
 static OF(dcal_arms_outcome) OF(outcome);
 static OF(dcal_joint) OF(joint_calibrator);
 static OF(dcal_joint_outcome) OF(joint_outcome);
-static OF(dcal_gate) OF(gate);
+static OF(dcal_gated) OF(gate);
 static OF(dcal_observation) OF(observations)[SAMPLES];
 static OF(dcal_observation_row) OF(rows)[SAMPLES];
 static OF(dcal_observation_outcome) OF(observed);
@@ -222,24 +222,17 @@ static void OF(gated)(const OF(dcal_settings) *settings)
     dcal_error error;
     OF(dcal_gate_counts) counts;
     OF(dcal_verdict) verdict;
-    OK(OF(dcal_arms_init)(&OF(calibrator), sizeof OF(calibrator), &OF(nominal), settings, &error));
-    OK(OF(dcal_gate_init)(&OF(gate), sizeof OF(gate), &OF(calibrator), 0));
+    OK(OF(dcal_gated_init)(&OF(gate), sizeof OF(gate), &OF(nominal), settings, 0, &error));
     for (size_t index = 0; index < SAMPLES; index++) {
         OF(dcal_sample) sample = OF(sample)(index);
         if (index % 7 == 6) {
             sample.position[0] += 5;
         }
-        OK(OF(dcal_gate_add)(&OF(gate), &OF(calibrator), &sample, &verdict, &error));
+        OK(OF(dcal_gated_add)(&OF(gate), &sample, &verdict, &error));
         const REAL figures[2] = {verdict.distance, verdict.normalized};
         OF(write)(verdict.verdict == DCAL_REJECTED ? "rejected" : "taken", figures, 2);
     }
-    /* From the outcome of all good samples, which `arms` has left. */
-    OK(OF(dcal_gate_adopt)(&OF(gate), &OF(calibrator), &OF(outcome)));
-    const OF(dcal_sample) again = OF(sample)(0);
-    OK(OF(dcal_gate_add)(&OF(gate), &OF(calibrator), &again, &verdict, &error));
-    const REAL figures[2] = {verdict.distance, verdict.normalized};
-    OF(write)("adopted", figures, 2);
-    OK(OF(dcal_gate_state)(&OF(gate), &counts));
+    OK(OF(dcal_gated_state)(&OF(gate), &counts));
     platform_write("BITS " NAME " gate:");
     write_count(counts.taken);
     write_count(counts.rejected);

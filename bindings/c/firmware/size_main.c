@@ -33,26 +33,31 @@ static void part(void)
 #ifdef SIZE_JOINT
 #define CALIBRATION(name) dcal_joint_##name##_f32
 static dcal_joint_f32 calibrator;
+static dcal_joint_outcome_f32 outcome;
+#else
+static dcal_arms_outcome_f32 outcome;
+#ifdef SIZE_GATE
+#define CALIBRATION(name) dcal_gated_##name##_f32
+static dcal_gated_f32 calibrator;
 #else
 #define CALIBRATION(name) dcal_arms_##name##_f32
 static dcal_arms_f32 calibrator;
 #endif
-
-static CALIBRATION(outcome) outcome;
+#endif
 
 static void part(void)
 {
     const dcal_settings_f32 settings = {.position_noise = {number, number, number}};
-    CALIBRATION(init)(&calibrator, sizeof calibrator, &robot, &settings, &error);
 #ifdef SIZE_GATE
-    static dcal_gate_f32 gate;
-    dcal_gate_init_f32(&gate, sizeof gate, &calibrator, 0);
+    CALIBRATION(init)(&calibrator, sizeof calibrator, &robot, &settings, 0, &error);
+#else
+    CALIBRATION(init)(&calibrator, sizeof calibrator, &robot, &settings, &error);
 #endif
     while (more) {
         const dcal_sample_f32 sample = {{number, number, number}, {number, number, number}};
 #ifdef SIZE_GATE
         dcal_verdict_f32 verdict;
-        dcal_gate_add_f32(&gate, &calibrator, &sample, &verdict, &error);
+        CALIBRATION(add)(&calibrator, &sample, &verdict, &error);
 #else
         CALIBRATION(add)(&calibrator, &sample, &error);
 #endif
@@ -61,7 +66,11 @@ static void part(void)
     while (CALIBRATION(step)(&calibrator, &error) == DCAL_WORKING) {
     }
     CALIBRATION(finish)(&calibrator, &outcome, sizeof outcome, &error);
-    CALIBRATION(outcome_robot)(&outcome, &robot, sizeof robot);
+#ifdef SIZE_JOINT
+    dcal_joint_outcome_robot_f32(&outcome, &robot, sizeof robot);
+#else
+    dcal_arms_outcome_robot_f32(&outcome, &robot, sizeof robot);
+#endif
 }
 #endif
 

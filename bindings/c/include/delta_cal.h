@@ -167,6 +167,12 @@ enum {
     DCAL_NO_ESTIMATE = 90,
     /** The sample was not tested: the noise is neither stated nor known. */
     DCAL_NO_NOISE = 91,
+    /** The gate rejected a run of samples: the robot has changed, or its measuring frame. */
+    DCAL_ROBOT_HAS_CHANGED = 92,
+    /** The gate rejected a run of samples, and too few came before it to decide which are right. */
+    DCAL_EARLY_SAMPLES = 93,
+    /** The gate rejected so many of all samples that it is not known which are wrong. */
+    DCAL_TOO_MANY_REJECTED = 94,
     /** The memory for the snapshot is shorter than the header states. */
     DCAL_SNAPSHOT_BUFFER = 100,
     /** The bytes are not a whole snapshot: cut off, damaged, or never written. */
@@ -275,14 +281,14 @@ enum {
     DCAL_ARMS_OUTCOME_F32 = 1028,
     DCAL_JOINT_F32 = 1029,
     DCAL_JOINT_OUTCOME_F32 = 1031,
-    DCAL_GATE_F32 = 1032,
+    DCAL_GATED_F32 = 1032,
     DCAL_OBSERVATION_OUTCOME_F32 = 1033,
     DCAL_ROBOT_F64 = 2049,
     DCAL_ARMS_F64 = 2050,
     DCAL_ARMS_OUTCOME_F64 = 2052,
     DCAL_JOINT_F64 = 2053,
     DCAL_JOINT_OUTCOME_F64 = 2055,
-    DCAL_GATE_F64 = 2056,
+    DCAL_GATED_F64 = 2056,
     DCAL_OBSERVATION_OUTCOME_F64 = 2057
 };
 
@@ -364,12 +370,12 @@ typedef struct dcal_joint_outcome_f32 {
 } dcal_joint_outcome_f32;
 DCAL_OBJECT(dcal_joint_outcome_f32, DCAL_JOINT_OUTCOME_F32_SIZE);
 
-/** The gate: tests each sample before the per-arm calibrator takes it in. */
-#define DCAL_GATE_F32_SIZE 1280
-typedef struct dcal_gate_f32 {
-    DCAL_ALIGNED unsigned char memory[DCAL_GATE_F32_SIZE];
-} dcal_gate_f32;
-DCAL_OBJECT(dcal_gate_f32, DCAL_GATE_F32_SIZE);
+/** The per-arm calibrator behind a gate, which tests each sample before it is taken in. */
+#define DCAL_GATED_F32_SIZE 6144
+typedef struct dcal_gated_f32 {
+    DCAL_ALIGNED unsigned char memory[DCAL_GATED_F32_SIZE];
+} dcal_gated_f32;
+DCAL_OBJECT(dcal_gated_f32, DCAL_GATED_F32_SIZE);
 
 /** A robot calibrated from observations, and where the instruments are. */
 #define DCAL_OBSERVATION_OUTCOME_F32_SIZE 6400
@@ -388,7 +394,7 @@ DCAL_OBJECT(dcal_observation_row_f32, DCAL_OBSERVATION_ROW_F32_SIZE);
 /** The bytes of a snapshot. */
 #define DCAL_ARMS_SNAPSHOT_F32_SIZE 1316
 #define DCAL_JOINT_SNAPSHOT_F32_SIZE 3462
-#define DCAL_GATE_SNAPSHOT_F32_SIZE 798
+#define DCAL_GATED_SNAPSHOT_F32_SIZE 2106
 
 /** The robot as a data sheet gives it: three equal arms 120 degrees apart, no tilt. Lengths in any one
  * unit. */
@@ -499,9 +505,8 @@ typedef struct dcal_gate_counts_f32 {
     /** What the first long run of rejections means: DCAL_NO_ALARM, DCAL_ROBOT_CHANGED or
      * DCAL_EARLY_SAMPLES_WRONG. */
     int32_t alarm;
-    /** 1 if the gate cannot test for want of an estimate, and there are samples enough to try and solve
-     * one. */
-    int32_t wants_estimate;
+    /** 1 if there is something left to solve; until that is done, no sample is taken. */
+    int32_t solving;
     /** The first sample of that run, counted from 0 over all that came; 0 without an alarm. */
     uint64_t alarm_sample;
 } dcal_gate_counts_f32;
@@ -670,9 +675,7 @@ dcal_status dcal_arms_solve_f32(dcal_arms_f32 *calibrator, dcal_error *error);
 /** One short step, to be called between the turns of a control loop. Returns DCAL_WORKING as long as there
  * is more to do, and DCAL_OK when the outcome is ready.
  *
- * Errors: DCAL_UNFINISHED before dcal_arms_solve_f32. The per-arm calibrator refuses here
- * (DCAL_TOO_FEW_SAMPLES to DCAL_OVERFLOW, with arm and cause), the joint calibrator in
- * dcal_arms_finish_f32. */
+ * Errors: DCAL_UNFINISHED before dcal_arms_solve_f32. */
 dcal_status dcal_arms_step_f32(dcal_arms_f32 *calibrator, dcal_error *error);
 
 /** Gives up what dcal_arms_solve_f32 has begun. The samples stay. */
@@ -781,9 +784,7 @@ dcal_status dcal_joint_solve_f32(dcal_joint_f32 *calibrator, dcal_error *error);
 /** One short step, to be called between the turns of a control loop. Returns DCAL_WORKING as long as there
  * is more to do, and DCAL_OK when the outcome is ready.
  *
- * Errors: DCAL_UNFINISHED before dcal_joint_solve_f32. The per-arm calibrator refuses here
- * (DCAL_TOO_FEW_SAMPLES to DCAL_OVERFLOW, with arm and cause), the joint calibrator in
- * dcal_joint_finish_f32. */
+ * Errors: DCAL_UNFINISHED before dcal_joint_solve_f32. */
 dcal_status dcal_joint_step_f32(dcal_joint_f32 *calibrator, dcal_error *error);
 
 /** Gives up what dcal_joint_solve_f32 has begun. The samples stay. */
@@ -859,56 +860,72 @@ dcal_status dcal_joint_outcome_arms_f32(
     dcal_arms_outcome_f32 *arms,
     size_t size);
 
-/** Makes a gate in front of a per-arm calibrator, before its first sample or after the first few, in size
- * bytes of memory: write sizeof *gate. sigmas is its width; 0 for the width that rejects three good
- * samples in a million for each arm. With a stated noise and tolerance it tests from the first sample on;
- * otherwise it needs an estimate first, see dcal_gate_adopt_f32.
+/** Makes a per-arm calibrator behind a gate, without samples, in size bytes of memory: write sizeof
+ * *gated. sigmas is the gate's width; 0 for the width that rejects three good samples in a million for
+ * each arm. With a stated noise and tolerance it tests from the first sample on; otherwise it solves an
+ * estimate at the twelfth.
  *
- * Errors: DCAL_WIDTH_OF_GATE. */
-dcal_status dcal_gate_init_f32(dcal_gate_f32 *gate, size_t size, dcal_arms_f32 *calibrator, float sigmas);
+ * Errors: DCAL_WIDTH_OF_GATE, DCAL_NOISE_..., DCAL_TOLERANCE_..., DCAL_NO_SUCH_CHOICE. */
+dcal_status dcal_gated_init_f32(
+    dcal_gated_f32 *gated,
+    size_t size,
+    const dcal_robot_f32 *robot,
+    const dcal_settings_f32 *settings,
+    float sigmas,
+    dcal_error *error);
 
-/** Tests one sample, and takes it into the calibrator unless it disagrees. calibrator is the one of
- * dcal_gate_init_f32. A sample that is rejected is no error: verdict says so.
+/** Tests one sample, and takes it in unless it disagrees. A sample that is rejected is no error: verdict
+ * says so. Call dcal_gated_step before the next: an estimate of the gate may be to be solved.
  *
- * Errors: DCAL_SAMPLE_..., with the arm; nothing has changed. */
-dcal_status dcal_gate_add_f32(
-    dcal_gate_f32 *gate,
-    dcal_arms_f32 *calibrator,
+ * Errors: DCAL_BUSY, and DCAL_SAMPLE_... with the arm; nothing has changed. */
+dcal_status dcal_gated_add_f32(
+    dcal_gated_f32 *gated,
     const dcal_sample_f32 *sample,
     dcal_verdict_f32 *verdict,
     dcal_error *error);
 
-/** Writes how many samples came to what, and whether there is an alarm. */
-dcal_status dcal_gate_state_f32(const dcal_gate_f32 *gate, dcal_gate_counts_f32 *counts);
-
-/** The gate predicts from this outcome from now on, which must be one of the samples of this calibrator. */
-dcal_status dcal_gate_adopt_f32(
-    dcal_gate_f32 *gate,
-    dcal_arms_f32 *calibrator,
-    const dcal_arms_outcome_f32 *outcome);
-
-/** Writes what the gate has seen into bytes, of which there are capacity: write
- * DCAL_GATE_SNAPSHOT_..._SIZE. length is how many were written. They belong to the snapshot of the
- * calibrator as it is now: store both together.
+/** Begins to solve.
  *
- * Errors: DCAL_SNAPSHOT_BUFFER. */
-dcal_status dcal_gate_snapshot_f32(
-    const dcal_gate_f32 *gate,
-    const dcal_arms_f32 *calibrator,
+ * Errors: DCAL_ROBOT_HAS_CHANGED, DCAL_EARLY_SAMPLES, DCAL_TOO_MANY_REJECTED. */
+dcal_status dcal_gated_solve_f32(dcal_gated_f32 *gated, dcal_error *error);
+
+/** One short step of what there is to solve, to be called between the turns of a control loop. Returns
+ * DCAL_WORKING as long as there is more to do, and DCAL_OK otherwise. */
+dcal_status dcal_gated_step_f32(dcal_gated_f32 *gated, dcal_error *error);
+
+/** The calibrated robot, in size bytes of memory: write sizeof *outcome.
+ *
+ * Errors: DCAL_UNFINISHED before the last step, and every refusal, with arm and cause. */
+dcal_status dcal_gated_finish_f32(
+    const dcal_gated_f32 *gated,
+    dcal_arms_outcome_f32 *outcome,
+    size_t size,
+    dcal_error *error);
+
+/** Answers the alarm: the run of rejected samples was wrong, and what was taken in before stays. */
+dcal_status dcal_gated_acknowledge_f32(dcal_gated_f32 *gated);
+
+/** Drops all samples, for a robot that has changed. */
+dcal_status dcal_gated_reset_f32(dcal_gated_f32 *gated);
+
+/** Writes how many samples came to what, and whether there is an alarm. */
+dcal_status dcal_gated_state_f32(const dcal_gated_f32 *gated, dcal_gate_counts_f32 *counts);
+
+/** Writes what came into bytes, of which there are capacity: write DCAL_GATED_SNAPSHOT_..._SIZE. length is
+ * how many were written.
+ *
+ * Errors: DCAL_SNAPSHOT_BUFFER, DCAL_BUSY; nothing is written. */
+dcal_status dcal_gated_snapshot_f32(
+    const dcal_gated_f32 *gated,
     uint8_t *bytes,
     size_t capacity,
     size_t *length);
 
-/** Puts what a snapshot holds in place of what the gate has seen. The gate must be of the same width. Make
- * the gate first, then restore the calibrator, then the gate: dcal_gate_init_f32 takes in the samples
- * that wait in the calibrator.
+/** Puts what a snapshot holds in place of what came. It must be of the same robot, noise, tolerance and
+ * width.
  *
- * Errors: DCAL_SNAPSHOT_...; the gate is unchanged. */
-dcal_status dcal_gate_restore_f32(
-    dcal_gate_f32 *gate,
-    const dcal_arms_f32 *calibrator,
-    const uint8_t *bytes,
-    size_t length);
+ * Errors: DCAL_SNAPSHOT_...; nothing has changed. */
+dcal_status dcal_gated_restore_f32(dcal_gated_f32 *gated, const uint8_t *bytes, size_t length);
 
 /** Calibrates a robot from count observations: touches on planes, distances, single coordinates, in any
  * mixture. robot is the robot before calibration. settings must state the noise of positions and joint
@@ -1001,12 +1018,12 @@ typedef struct dcal_joint_outcome_f64 {
 } dcal_joint_outcome_f64;
 DCAL_OBJECT(dcal_joint_outcome_f64, DCAL_JOINT_OUTCOME_F64_SIZE);
 
-/** The gate: tests each sample before the per-arm calibrator takes it in. */
-#define DCAL_GATE_F64_SIZE 2368
-typedef struct dcal_gate_f64 {
-    DCAL_ALIGNED unsigned char memory[DCAL_GATE_F64_SIZE];
-} dcal_gate_f64;
-DCAL_OBJECT(dcal_gate_f64, DCAL_GATE_F64_SIZE);
+/** The per-arm calibrator behind a gate, which tests each sample before it is taken in. */
+#define DCAL_GATED_F64_SIZE 11840
+typedef struct dcal_gated_f64 {
+    DCAL_ALIGNED unsigned char memory[DCAL_GATED_F64_SIZE];
+} dcal_gated_f64;
+DCAL_OBJECT(dcal_gated_f64, DCAL_GATED_F64_SIZE);
 
 /** A robot calibrated from observations, and where the instruments are. */
 #define DCAL_OBSERVATION_OUTCOME_F64_SIZE 12672
@@ -1025,7 +1042,7 @@ DCAL_OBJECT(dcal_observation_row_f64, DCAL_OBSERVATION_ROW_F64_SIZE);
 /** The bytes of a snapshot. */
 #define DCAL_ARMS_SNAPSHOT_F64_SIZE 2564
 #define DCAL_JOINT_SNAPSHOT_F64_SIZE 6890
-#define DCAL_GATE_SNAPSHOT_F64_SIZE 1458
+#define DCAL_GATED_SNAPSHOT_F64_SIZE 4014
 
 /** The robot as a data sheet gives it: three equal arms 120 degrees apart, no tilt. Lengths in any one
  * unit. */
@@ -1136,9 +1153,8 @@ typedef struct dcal_gate_counts_f64 {
     /** What the first long run of rejections means: DCAL_NO_ALARM, DCAL_ROBOT_CHANGED or
      * DCAL_EARLY_SAMPLES_WRONG. */
     int32_t alarm;
-    /** 1 if the gate cannot test for want of an estimate, and there are samples enough to try and solve
-     * one. */
-    int32_t wants_estimate;
+    /** 1 if there is something left to solve; until that is done, no sample is taken. */
+    int32_t solving;
     /** The first sample of that run, counted from 0 over all that came; 0 without an alarm. */
     uint64_t alarm_sample;
 } dcal_gate_counts_f64;
@@ -1307,9 +1323,7 @@ dcal_status dcal_arms_solve_f64(dcal_arms_f64 *calibrator, dcal_error *error);
 /** One short step, to be called between the turns of a control loop. Returns DCAL_WORKING as long as there
  * is more to do, and DCAL_OK when the outcome is ready.
  *
- * Errors: DCAL_UNFINISHED before dcal_arms_solve_f64. The per-arm calibrator refuses here
- * (DCAL_TOO_FEW_SAMPLES to DCAL_OVERFLOW, with arm and cause), the joint calibrator in
- * dcal_arms_finish_f64. */
+ * Errors: DCAL_UNFINISHED before dcal_arms_solve_f64. */
 dcal_status dcal_arms_step_f64(dcal_arms_f64 *calibrator, dcal_error *error);
 
 /** Gives up what dcal_arms_solve_f64 has begun. The samples stay. */
@@ -1418,9 +1432,7 @@ dcal_status dcal_joint_solve_f64(dcal_joint_f64 *calibrator, dcal_error *error);
 /** One short step, to be called between the turns of a control loop. Returns DCAL_WORKING as long as there
  * is more to do, and DCAL_OK when the outcome is ready.
  *
- * Errors: DCAL_UNFINISHED before dcal_joint_solve_f64. The per-arm calibrator refuses here
- * (DCAL_TOO_FEW_SAMPLES to DCAL_OVERFLOW, with arm and cause), the joint calibrator in
- * dcal_joint_finish_f64. */
+ * Errors: DCAL_UNFINISHED before dcal_joint_solve_f64. */
 dcal_status dcal_joint_step_f64(dcal_joint_f64 *calibrator, dcal_error *error);
 
 /** Gives up what dcal_joint_solve_f64 has begun. The samples stay. */
@@ -1496,56 +1508,72 @@ dcal_status dcal_joint_outcome_arms_f64(
     dcal_arms_outcome_f64 *arms,
     size_t size);
 
-/** Makes a gate in front of a per-arm calibrator, before its first sample or after the first few, in size
- * bytes of memory: write sizeof *gate. sigmas is its width; 0 for the width that rejects three good
- * samples in a million for each arm. With a stated noise and tolerance it tests from the first sample on;
- * otherwise it needs an estimate first, see dcal_gate_adopt_f64.
+/** Makes a per-arm calibrator behind a gate, without samples, in size bytes of memory: write sizeof
+ * *gated. sigmas is the gate's width; 0 for the width that rejects three good samples in a million for
+ * each arm. With a stated noise and tolerance it tests from the first sample on; otherwise it solves an
+ * estimate at the twelfth.
  *
- * Errors: DCAL_WIDTH_OF_GATE. */
-dcal_status dcal_gate_init_f64(dcal_gate_f64 *gate, size_t size, dcal_arms_f64 *calibrator, double sigmas);
+ * Errors: DCAL_WIDTH_OF_GATE, DCAL_NOISE_..., DCAL_TOLERANCE_..., DCAL_NO_SUCH_CHOICE. */
+dcal_status dcal_gated_init_f64(
+    dcal_gated_f64 *gated,
+    size_t size,
+    const dcal_robot_f64 *robot,
+    const dcal_settings_f64 *settings,
+    double sigmas,
+    dcal_error *error);
 
-/** Tests one sample, and takes it into the calibrator unless it disagrees. calibrator is the one of
- * dcal_gate_init_f64. A sample that is rejected is no error: verdict says so.
+/** Tests one sample, and takes it in unless it disagrees. A sample that is rejected is no error: verdict
+ * says so. Call dcal_gated_step before the next: an estimate of the gate may be to be solved.
  *
- * Errors: DCAL_SAMPLE_..., with the arm; nothing has changed. */
-dcal_status dcal_gate_add_f64(
-    dcal_gate_f64 *gate,
-    dcal_arms_f64 *calibrator,
+ * Errors: DCAL_BUSY, and DCAL_SAMPLE_... with the arm; nothing has changed. */
+dcal_status dcal_gated_add_f64(
+    dcal_gated_f64 *gated,
     const dcal_sample_f64 *sample,
     dcal_verdict_f64 *verdict,
     dcal_error *error);
 
-/** Writes how many samples came to what, and whether there is an alarm. */
-dcal_status dcal_gate_state_f64(const dcal_gate_f64 *gate, dcal_gate_counts_f64 *counts);
-
-/** The gate predicts from this outcome from now on, which must be one of the samples of this calibrator. */
-dcal_status dcal_gate_adopt_f64(
-    dcal_gate_f64 *gate,
-    dcal_arms_f64 *calibrator,
-    const dcal_arms_outcome_f64 *outcome);
-
-/** Writes what the gate has seen into bytes, of which there are capacity: write
- * DCAL_GATE_SNAPSHOT_..._SIZE. length is how many were written. They belong to the snapshot of the
- * calibrator as it is now: store both together.
+/** Begins to solve.
  *
- * Errors: DCAL_SNAPSHOT_BUFFER. */
-dcal_status dcal_gate_snapshot_f64(
-    const dcal_gate_f64 *gate,
-    const dcal_arms_f64 *calibrator,
+ * Errors: DCAL_ROBOT_HAS_CHANGED, DCAL_EARLY_SAMPLES, DCAL_TOO_MANY_REJECTED. */
+dcal_status dcal_gated_solve_f64(dcal_gated_f64 *gated, dcal_error *error);
+
+/** One short step of what there is to solve, to be called between the turns of a control loop. Returns
+ * DCAL_WORKING as long as there is more to do, and DCAL_OK otherwise. */
+dcal_status dcal_gated_step_f64(dcal_gated_f64 *gated, dcal_error *error);
+
+/** The calibrated robot, in size bytes of memory: write sizeof *outcome.
+ *
+ * Errors: DCAL_UNFINISHED before the last step, and every refusal, with arm and cause. */
+dcal_status dcal_gated_finish_f64(
+    const dcal_gated_f64 *gated,
+    dcal_arms_outcome_f64 *outcome,
+    size_t size,
+    dcal_error *error);
+
+/** Answers the alarm: the run of rejected samples was wrong, and what was taken in before stays. */
+dcal_status dcal_gated_acknowledge_f64(dcal_gated_f64 *gated);
+
+/** Drops all samples, for a robot that has changed. */
+dcal_status dcal_gated_reset_f64(dcal_gated_f64 *gated);
+
+/** Writes how many samples came to what, and whether there is an alarm. */
+dcal_status dcal_gated_state_f64(const dcal_gated_f64 *gated, dcal_gate_counts_f64 *counts);
+
+/** Writes what came into bytes, of which there are capacity: write DCAL_GATED_SNAPSHOT_..._SIZE. length is
+ * how many were written.
+ *
+ * Errors: DCAL_SNAPSHOT_BUFFER, DCAL_BUSY; nothing is written. */
+dcal_status dcal_gated_snapshot_f64(
+    const dcal_gated_f64 *gated,
     uint8_t *bytes,
     size_t capacity,
     size_t *length);
 
-/** Puts what a snapshot holds in place of what the gate has seen. The gate must be of the same width. Make
- * the gate first, then restore the calibrator, then the gate: dcal_gate_init_f64 takes in the samples
- * that wait in the calibrator.
+/** Puts what a snapshot holds in place of what came. It must be of the same robot, noise, tolerance and
+ * width.
  *
- * Errors: DCAL_SNAPSHOT_...; the gate is unchanged. */
-dcal_status dcal_gate_restore_f64(
-    dcal_gate_f64 *gate,
-    const dcal_arms_f64 *calibrator,
-    const uint8_t *bytes,
-    size_t length);
+ * Errors: DCAL_SNAPSHOT_...; nothing has changed. */
+dcal_status dcal_gated_restore_f64(dcal_gated_f64 *gated, const uint8_t *bytes, size_t length);
 
 /** Calibrates a robot from count observations: touches on planes, distances, single coordinates, in any
  * mixture. robot is the robot before calibration. settings must state the noise of positions and joint

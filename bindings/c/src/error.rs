@@ -7,9 +7,9 @@ use delta_cal::calibration::{Instrument, ToleranceError};
 use delta_cal::kinematics::{KinematicsError, Singularity};
 use delta_cal::observations::{ObservationError, PrepareError};
 use delta_cal::robot::GeometryError;
-use delta_cal::samples::{MergeError, NoiseError, SampleError};
+use delta_cal::samples::{AddError, MergeError, NoiseError, SampleError};
 use delta_cal::snapshot::SnapshotError;
-use delta_cal::stream::{GateError, Untested};
+use delta_cal::stream::{Alarm, GateError, StreamRefusal, Untested};
 use delta_cal::{ArmIndex, Parameter, Refusal};
 
 /// Why a call failed. Every function that takes a pointer to one accepts NULL.
@@ -201,9 +201,21 @@ impl From<SampleError> for Error {
     }
 }
 
+impl From<AddError> for Error {
+    fn from(error: AddError) -> Self {
+        match error {
+            AddError::Sample(error) => error.into(),
+            AddError::Busy => status::BUSY.into(),
+        }
+    }
+}
+
 impl From<MergeError> for Error {
-    fn from(_: MergeError) -> Self {
-        status::DIFFERENT_NOMINAL.into()
+    fn from(error: MergeError) -> Self {
+        match error {
+            MergeError::Busy => status::BUSY.into(),
+            _ => status::DIFFERENT_NOMINAL.into(),
+        }
     }
 }
 
@@ -230,6 +242,17 @@ impl From<ToleranceError> for Error {
     }
 }
 
+impl From<StreamRefusal> for Error {
+    fn from(refusal: StreamRefusal) -> Self {
+        match refusal {
+            StreamRefusal::Calibration(refusal) => refusal.into(),
+            StreamRefusal::Alarm(Alarm::RobotChanged { .. }) => status::ROBOT_HAS_CHANGED.into(),
+            StreamRefusal::Alarm(_) => status::EARLY_SAMPLES.into(),
+            _ => status::TOO_MANY_REJECTED.into(),
+        }
+    }
+}
+
 impl From<GateError> for Error {
     fn from(_: GateError) -> Self {
         status::WIDTH_OF_GATE.into()
@@ -244,6 +267,7 @@ impl From<SnapshotError> for Error {
             SnapshotError::OtherVersion { .. } => status::SNAPSHOT_OTHER_VERSION,
             SnapshotError::OtherKind => status::SNAPSHOT_OTHER_KIND,
             SnapshotError::OtherCalibration => status::SNAPSHOT_OTHER_CALIBRATION,
+            SnapshotError::Busy => status::BUSY,
             _ => status::OTHER,
         })
     }

@@ -6,11 +6,10 @@
 
 use crate::library::VERSION;
 use crate::observed::Observed;
-use crate::status::{self, Status};
-use delta_cal::calibration::{JointCalibrator, JointOutcome, JointSolver};
+use delta_cal::calibration::{Ikm, JointOutcome};
 use delta_cal::observations::ObservationRow;
-use delta_cal::stream::Gate;
-use delta_cal::{Calibrator, Robot, RobotOutcome, RobotSolver};
+use delta_cal::stream::StreamCalibrator;
+use delta_cal::{IkmCalibrator, JointCalibrator, Robot, RobotOutcome};
 
 /// Every object's alignment in C. Bytes.
 pub const ALIGNMENT: usize = 8;
@@ -63,48 +62,24 @@ impl Tag {
 
 /// An object in memory of the caller.
 #[repr(C, align(8))]
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Stored<K> {
     pub(crate) tag: Tag,
     pub(crate) value: K,
 }
 
-/// A calibrator with its samples and its solver.
-#[repr(C)]
-#[derive(Debug, Clone, Copy)]
-pub struct Owning<C, S> {
-    pub(crate) samples: C,
-    /// Since the last `solve`, as long as the samples are those that it has seen.
-    pub(crate) solver: Option<S>,
-    pub(crate) working: bool,
-}
-
 /// The per-arm calibrator.
-pub type Arms<T> = Owning<Calibrator<T>, RobotSolver<T>>;
+pub type Arms<T> = IkmCalibrator<T>;
 /// The joint calibrator.
-pub type Joint<T> = Owning<JointCalibrator<T>, JointSolver<T>>;
-
-impl<C, S> Owning<C, S> {
-    /// The samples, which are going to change: what was found from them is dropped.
-    pub(crate) fn idle(&mut self) -> Result<&mut C, Status> {
-        if self.working {
-            return Err(status::BUSY);
-        }
-        self.solver = None;
-        Ok(&mut self.samples)
-    }
-
-    pub(crate) fn stop(&mut self) {
-        self.solver = None;
-        self.working = false;
-    }
-}
+pub type Joint<T> = JointCalibrator<T>;
+/// The per-arm calibrator behind a gate.
+pub type Gated<T> = StreamCalibrator<T, Ikm>;
 
 /// What an object can be.
 ///
 /// # Safety
-/// No other kind has its number: the tag alone says what the memory holds.
-pub unsafe trait Kind: Copy {
+/// No other kind has its number: the tag alone says what the memory holds. Nothing needs to be dropped.
+pub unsafe trait Kind: Clone {
     /// What the tag holds; never changes.
     const NUMBER: i32;
     /// The size in C. Bytes.
@@ -160,7 +135,7 @@ kinds! {
     RobotOutcome "arms_outcome" = 4, 1728, 3392, "A calibrated robot with the covariance of each arm.";
     Joint "joint" = 5, 11328, 22464, "The joint calibrator: samples and solver, all 24 parameters together.";
     JointOutcome "joint_outcome" = 7, 2944, 5824, "A calibrated robot with the covariance of all 24 parameters.";
-    Gate "gate" = 8, 1280, 2368, "The gate: tests each sample before the per-arm calibrator takes it in.";
+    Gated "gated" = 8, 6144, 11840, "The per-arm calibrator behind a gate, which tests each sample before it is taken in.";
     Observed "observation_outcome" = 9, 6400, 12672, "A robot calibrated from observations, and where the instruments are.";
 }
 
@@ -168,26 +143,21 @@ kinds! {
 pub const SNAPSHOTS: [(&str, [usize; 2]); 3] = [
     (
         "arms",
-        [
-            Calibrator::<f32>::SNAPSHOT_BYTES,
-            Calibrator::<f64>::SNAPSHOT_BYTES,
-        ],
+        [Arms::<f32>::SNAPSHOT_BYTES, Arms::<f64>::SNAPSHOT_BYTES],
     ),
     (
         "joint",
-        [
-            JointCalibrator::<f32>::SNAPSHOT_BYTES,
-            JointCalibrator::<f64>::SNAPSHOT_BYTES,
-        ],
+        [Joint::<f32>::SNAPSHOT_BYTES, Joint::<f64>::SNAPSHOT_BYTES],
     ),
     (
-        "gate",
-        [Gate::<f32>::SNAPSHOT_BYTES, Gate::<f64>::SNAPSHOT_BYTES],
+        "gated",
+        [Gated::<f32>::SNAPSHOT_BYTES, Gated::<f64>::SNAPSHOT_BYTES],
     ),
 ];
 
 /// Fails to compile where an object does not fit its memory in C.
 const fn fits<K: Kind>() {
+    assert!(!core::mem::needs_drop::<K>());
     assert!(size_of::<Stored<K>>() <= K::SIZE);
     assert!(align_of::<Stored<K>>() == ALIGNMENT);
     assert!(K::SIZE.is_multiple_of(ALIGNMENT) && K::SIZE < 0x1_0000);

@@ -6,7 +6,7 @@
 #![allow(unsafe_code)] // each block says why it is right
 #![allow(clippy::cast_ptr_alignment)] // checked at run time, that is what this file is for
 
-use crate::kind::{ALIGNMENT, Kind, Owning, Stored, Tag};
+use crate::kind::{ALIGNMENT, Kind, Stored, Tag};
 use crate::status::{self, Status};
 use core::fmt;
 use core::marker::PhantomData;
@@ -189,17 +189,6 @@ impl<K: Kind> HeldMut<K> {
         apart::<K, L>(self.0, other.0)?;
         Ok((self.get()?, other.get()?))
     }
-
-    /// The object, and another one that lies elsewhere and changes, too.
-    pub(crate) fn beside_mut<'a, L: Kind>(
-        &'a mut self,
-        other: &'a mut HeldMut<L>,
-    ) -> Result<(&'a mut K, &'a mut L), Status> {
-        object::<K>(self.0)?;
-        object::<L>(other.0)?;
-        apart::<K, L>(self.0, other.0)?;
-        Ok((self.get()?, other.get()?))
-    }
 }
 
 impl<K: Kind> New<K> {
@@ -218,30 +207,10 @@ impl<K: Kind> New<K> {
         self.usable(size)?;
         let stored = self.0.cast::<Stored<K>>();
         // SAFETY: not NULL, aligned, and by the interface's promise `size` bytes of memory; an assertion in `kind` holds
-        // the object to `K::SIZE`. What was there is not read and needs no drop: all kinds are `Copy`.
+        // the object to `K::SIZE`. What was there is not read and needs no drop, as no kind does.
         unsafe {
-            (&raw mut (*stored).value).write(*value);
+            (&raw mut (*stored).value).write(value.clone());
             (&raw mut (*stored).tag).write(Tag::of::<K>());
-        }
-        Ok(())
-    }
-}
-
-impl<C: Copy, S: Copy> New<Owning<C, S>>
-where
-    Owning<C, S>: Kind,
-{
-    /// As `put`, for a calibrator that does not solve; its solver is not written.
-    #[inline]
-    pub(crate) fn put_idle(&mut self, size: usize, samples: &C) -> Result<(), Status> {
-        self.usable(size)?;
-        let stored = self.0.cast::<Stored<Owning<C, S>>>();
-        // SAFETY: as in `put`.
-        unsafe {
-            (&raw mut (*stored).value.samples).write(*samples);
-            (&raw mut (*stored).value.solver).write(None);
-            (&raw mut (*stored).value.working).write(false);
-            (&raw mut (*stored).tag).write(Tag::of::<Owning<C, S>>());
         }
         Ok(())
     }

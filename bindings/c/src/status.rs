@@ -154,6 +154,12 @@ statuses! {
     NO_ESTIMATE = 90,
     /// The sample was not tested: the noise is neither stated nor known.
     NO_NOISE = 91,
+    /// The gate rejected a run of samples: the robot has changed, or its measuring frame.
+    ROBOT_HAS_CHANGED = 92,
+    /// The gate rejected a run of samples, and too few came before it to decide which are right.
+    EARLY_SAMPLES = 93,
+    /// The gate rejected so many of all samples that it is not known which are wrong.
+    TOO_MANY_REJECTED = 94,
 
     /// The memory for the snapshot is shorter than the header states.
     SNAPSHOT_BUFFER = 100,

@@ -10,7 +10,7 @@
 mod small;
 
 use delta_cal::{
-    Calibrator, Noise, Progress, Real, Refusal, Robot, RobotSolver, Sample, Settings, Tolerance,
+    IkmCalibrator, Noise, Progress, Real, Refusal, Robot, Sample, Settings, Tolerance,
 };
 use delta_cal_firmware_example::nominal;
 use small::plant::Plant;
@@ -75,15 +75,15 @@ fn measure(pose: u8) -> Sample<f32> {
 /// In bounded steps, while the control loop turns in its interrupt.
 #[inline(never)]
 fn calibrate(drawn: &Robot<f32>, settings: &Settings<f32>) -> Result<Robot<f32>, Refusal> {
-    let mut calibrator = Calibrator::new(drawn, settings);
+    let mut calibrator = IkmCalibrator::new(drawn, settings);
     for pose in 0..SAMPLES {
         if calibrator.add(&measure(pose)).is_err() {
             fail("a sample is not usable");
         }
     }
-    let mut solver = RobotSolver::new(&mut calibrator)?;
-    while solver.step(&calibrator)? == Progress::Working {}
-    Ok(solver.outcome()?.robot)
+    calibrator.solve()?;
+    while calibrator.step() == Progress::Working {}
+    Ok(calibrator.outcome()?.robot)
 }
 
 /// Shows how far the robot as drawn and the calibrated one are from positions that were not used.

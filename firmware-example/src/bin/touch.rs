@@ -9,11 +9,11 @@
 #[path = "small/mod.rs"]
 mod small;
 
+use core::mem::MaybeUninit;
 use delta_cal::observations::{
-    Height, Instruments, Observation, ObservationNoise, ObservationRow, ObservationSolver, Plane,
-    PositionFrame,
+    Height, Instruments, Observation, ObservationNoise, Plane, PositionFrame, TouchCalibrator,
 };
-use delta_cal::{Noise, Refusal, Robot, Settings, Tolerance};
+use delta_cal::{Noise, Progress, Refusal, Robot, Settings, Tolerance};
 use delta_cal_firmware_example::nominal;
 use small::plant::Plant;
 use small::{
@@ -58,15 +58,13 @@ const CREEP: f32 = 1.0;
 const REPEATABILITY: f32 = 0.005;
 
 /// For the robot's 24 parameters and the three of the plate.
-type Solver = ObservationSolver<f32, 27, 28, 406>;
-type Row = ObservationRow<f32>;
+type Calibrator = TouchCalibrator<f32, TOUCHES>;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    static mut SOLVER: Solver = Solver::new();
-    static mut ROWS: [Row; TOUCHES] = [Row::new(Observation::at([0.0; 3])); TOUCHES];
+    static mut PLACE: MaybeUninit<Calibrator> = MaybeUninit::uninit();
     let mut store = store();
-    let (Ok(drawn), Some((instruments, settings))) = (nominal(), known()) else {
+    let Ok(drawn) = nominal() else {
         fail("no robot")
     };
     let stored = load(&mut store);
@@ -75,9 +73,11 @@ fn main() -> ! {
         check(&drawn, &robot);
         small::end();
     }
+    let calibrator = calibrator(PLACE, &drawn);
     for blocks in [WITH_CHIP, BLOCKS] {
-        measure(&drawn, &instruments, &blocks, ROWS);
-        match calibrate(&drawn, &instruments, &settings, SOLVER, ROWS) {
+        calibrator.reset();
+        measure(&blocks, calibrator);
+        match calibrate(calibrator) {
             Ok(robot) => take_over(&mut store, &robot),
             Err(refusal) => show_refusal(refusal),
         }
@@ -115,19 +115,29 @@ fn touch([x, y]: [f32; 2], block: f32) -> [f32; 3] {
     touched.map_or_else(|| fail("the probe touched nothing"), |(joints, _)| joints)
 }
 
+/// In static memory: it is larger than what else there is.
+#[inline(never)]
+fn calibrator<'a>(
+    place: &'a mut MaybeUninit<Calibrator>,
+    drawn: &Robot<f32>,
+) -> &'a mut Calibrator {
+    let Some((instruments, settings)) = known() else {
+        fail("no calibrator")
+    };
+    match Calibrator::new(drawn, &instruments, &settings) {
+        Ok(made) => place.write(made),
+        Err(_) => fail("no calibrator"),
+    }
+}
+
 /// Touches every block at every place.
 #[inline(never)]
-fn measure(
-    drawn: &Robot<f32>,
-    instruments: &Instruments<'_, f32>,
-    standing: &[f32; 3],
-    rows: &mut [Row; TOUCHES],
-) {
+fn measure(standing: &[f32; 3], calibrator: &mut Calibrator) {
     let places = BLOCKS
         .iter()
         .zip(standing)
         .flat_map(|block| PLACES.iter().map(move |it| (block, it)));
-    for (((height, stands), place), row) in places.zip(rows) {
+    for ((height, stands), place) in places {
         with(|machine| machine.plant.block = *stands);
         let height = Some(Height {
             plane: 0,
@@ -137,28 +147,18 @@ fn measure(
             height,
             ..Observation::at(touch(*place, *stands))
         };
-        match Row::checked(observation, drawn, instruments) {
-            Ok(checked) => *row = checked,
-            Err(_) => fail("a touch is not usable"),
+        if calibrator.add(&observation).is_err() {
+            fail("a touch is not usable");
         }
     }
 }
 
 /// In bounded steps, while the control loop turns in its interrupt.
 #[inline(never)]
-fn calibrate(
-    drawn: &Robot<f32>,
-    instruments: &Instruments<'_, f32>,
-    settings: &Settings<f32>,
-    solver: &mut Solver,
-    rows: &mut [Row],
-) -> Result<Robot<f32>, Refusal> {
-    *solver = Solver::new();
-    loop {
-        if let Some(result) = solver.step(drawn, instruments, rows, settings) {
-            return Ok(result?.robot);
-        }
-    }
+fn calibrate(calibrator: &mut Calibrator) -> Result<Robot<f32>, Refusal> {
+    calibrator.solve()?;
+    while calibrator.step() == Progress::Working {}
+    Ok(calibrator.outcome()?.robot)
 }
 
 /// Shows how far the robot as drawn and the calibrated one are off: a block is as high as it is.

@@ -4,7 +4,7 @@
 use super::super::Real;
 use super::super::outcome::{ArmSummary, by_rows, index_of};
 use super::super::sample::{Sample, Settings};
-use super::{Outcome, Own, Samples, Solver, advance, arm_of, found};
+use super::{Outcome, Own, arm_of};
 use crate::error::{Error, report, status_of};
 use crate::memory::{Held, HeldMut, In, Many, New, Out};
 use crate::status::{self, Status};
@@ -24,8 +24,8 @@ pub extern "C" fn init(
 ) -> Status {
     report(error, || {
         calibrator.usable(size)?;
-        let made = Samples::new(robot.get()?, &settings.get()?.checked()?);
-        calibrator.put_idle(size, &made)?;
+        let made = Own::new(robot.get()?, &settings.get()?.checked()?);
+        calibrator.put(size, &made)?;
         Ok(status::OK)
     })
 }
@@ -41,7 +41,7 @@ pub extern "C" fn add(
 ) -> Status {
     report(error, || {
         let sample = sample.get()?;
-        calibrator.get()?.idle()?.add(&sample.into())?;
+        calibrator.get()?.add(&sample.into())?;
         Ok(status::OK)
     })
 }
@@ -53,7 +53,11 @@ pub extern "C" fn add(
 #[unsafe(export_name = family!("flush"))]
 pub extern "C" fn flush(mut calibrator: HeldMut<Own>) -> Status {
     status_of(|| {
-        calibrator.get()?.idle()?.flush();
+        let calibrator = calibrator.get()?;
+        if calibrator.solving() {
+            return Err(status::BUSY.into());
+        }
+        calibrator.flush();
         Ok(status::OK)
     })
 }
@@ -62,7 +66,7 @@ pub extern "C" fn flush(mut calibrator: HeldMut<Own>) -> Status {
 #[unsafe(export_name = family!("samples"))]
 pub extern "C" fn samples(calibrator: Held<Own>, mut samples: Out<u64>) -> Status {
     status_of(|| {
-        let count = calibrator.get()?.samples.samples();
+        let count = calibrator.get()?.samples();
         samples.put(count)?;
         Ok(status::OK)
     })
@@ -75,7 +79,7 @@ pub extern "C" fn samples(calibrator: Held<Own>, mut samples: Out<u64>) -> Statu
 pub extern "C" fn merge(mut calibrator: HeldMut<Own>, other: Held<Own>) -> Status {
     status_of(|| {
         let (calibrator, other) = calibrator.beside(&other)?;
-        calibrator.idle()?.merge(&other.samples)?;
+        calibrator.merge(other)?;
         Ok(status::OK)
     })
 }
@@ -86,26 +90,13 @@ pub extern "C" fn merge(mut calibrator: HeldMut<Own>, other: Held<Own>) -> Statu
 #[unsafe(export_name = family!("forget"))]
 pub extern "C" fn forget(mut calibrator: HeldMut<Own>, lambda: Real) -> Status {
     status_of(|| {
-        let calibrator = calibrator.get()?.idle()?;
+        let calibrator = calibrator.get()?;
         if !(0.0..=1.0).contains(&lambda) {
             return Err(status::FORGETTING.into());
         }
-        calibrator.forget(lambda);
+        calibrator.forget(lambda)?;
         Ok(status::OK)
     })
-}
-
-/// In its place, and not inlined: its temporaries would share the stack with those of the caller.
-#[inline(never)]
-fn begin(own: &mut Own) -> Result<(), Error> {
-    match &Solver::new(own.idle()?) {
-        Ok(solver) => {
-            own.solver = Some(*solver);
-            own.working = true;
-            Ok(())
-        }
-        Err(refusal) => Err((*refusal).into()),
-    }
 }
 
 /// Begins to solve. Until the last `step`, or `stop`, every call that would change the samples returns `DCAL_BUSY`.
@@ -114,7 +105,11 @@ fn begin(own: &mut Own) -> Result<(), Error> {
 #[unsafe(export_name = family!("solve"))]
 pub extern "C" fn solve(mut calibrator: HeldMut<Own>, error: Out<Error>) -> Status {
     report(error, || {
-        begin(calibrator.get()?)?;
+        let calibrator = calibrator.get()?;
+        if calibrator.solving() {
+            return Err(status::BUSY.into());
+        }
+        calibrator.solve()?;
         Ok(status::OK)
     })
 }
@@ -122,18 +117,15 @@ pub extern "C" fn solve(mut calibrator: HeldMut<Own>, error: Out<Error>) -> Stat
 /// One short step, to be called between the turns of a control loop. Returns `DCAL_WORKING` as long as there is more to
 /// do, and `DCAL_OK` when the outcome is ready.
 ///
-/// Errors: `DCAL_UNFINISHED` before `solve`. The per-arm calibrator refuses here (`DCAL_TOO_FEW_SAMPLES` to
-/// `DCAL_OVERFLOW`, with arm and cause), the joint calibrator in `finish`.
+/// Errors: `DCAL_UNFINISHED` before `solve`.
 #[unsafe(export_name = family!("step"))]
 pub extern "C" fn step(mut calibrator: HeldMut<Own>, error: Out<Error>) -> Status {
     report(error, || {
         let own = calibrator.get()?;
-        let solver = own.solver.as_mut().ok_or(status::UNFINISHED)?;
-        let progress = advance(solver, &own.samples);
-        own.working = progress == Ok(Progress::Working);
-        Ok(match progress? {
+        Ok(match own.step() {
             Progress::Working => status::WORKING,
-            Progress::Finished => status::OK,
+            Progress::Finished if own.finished() => status::OK,
+            Progress::Finished => return Err(status::UNFINISHED.into()),
         })
     })
 }
@@ -147,11 +139,10 @@ pub extern "C" fn stop(mut calibrator: HeldMut<Own>) -> Status {
     })
 }
 
-/// Not inlined, as `begin`.
+/// In its place, and not inlined: its temporaries would share the stack with those of the caller.
 #[inline(never)]
 fn put(own: &Own, outcome: &mut New<Outcome>, size: usize) -> Result<(), Error> {
-    let solver = own.solver.as_ref().filter(|_| !own.working);
-    match &found(solver.ok_or(status::UNFINISHED)?, &own.samples) {
+    match &own.outcome() {
         Ok(found) => Ok(outcome.put(size, found)?),
         Err(refusal) => Err((*refusal).into()),
     }
@@ -189,9 +180,9 @@ pub extern "C" fn snapshot(
 ) -> Status {
     status_of(|| {
         length.usable()?;
-        let needed = Samples::SNAPSHOT_BYTES;
+        let needed = Own::SNAPSHOT_BYTES;
         let (own, bytes) = calibrator.beside_bytes(&mut bytes, capacity, needed)?;
-        let written = own.samples.snapshot(bytes)?.len();
+        let written = own.snapshot(bytes)?.len();
         length.put(written)?;
         Ok(status::OK)
     })
@@ -205,7 +196,7 @@ pub extern "C" fn snapshot(
 pub extern "C" fn restore(mut calibrator: HeldMut<Own>, bytes: Many<u8>, length: usize) -> Status {
     status_of(|| {
         let (calibrator, bytes) = calibrator.beside_bytes(&bytes, length)?;
-        calibrator.idle()?.restore(bytes)?;
+        calibrator.restore(bytes)?;
         Ok(status::OK)
     })
 }

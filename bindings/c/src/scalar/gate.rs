@@ -1,17 +1,17 @@
-//! The gate in front of the per-arm calibrator.
+//! The per-arm calibrator behind a gate.
 #![allow(unsafe_code)] // naming symbols, and promises about plain numbers
 
 use super::Real;
-use super::sample::Sample;
+use super::sample::{Sample, Settings};
 use crate::error::{Error, number_of, report, status_of};
-use crate::kind::Arms;
+use crate::kind::Gated;
 use crate::memory::{Held, HeldMut, In, Many, New, Out, Plain};
 use crate::plain::{
     EARLY_SAMPLES_WRONG, NO_ALARM, NO_ARM, REJECTED, ROBOT_CHANGED, TAKEN, UNTESTED,
 };
 use crate::status::{self, Status};
-use delta_cal::RobotOutcome;
-use delta_cal::stream::{Alarm, Gate, Innovation};
+use delta_cal::stream::{Added, Alarm, Innovation, Selection};
+use delta_cal::{Progress, Robot, RobotOutcome};
 
 /// What became of a sample.
 #[repr(C)]
@@ -53,8 +53,8 @@ pub struct GateCounts {
     /// What the first long run of rejections means: `DCAL_NO_ALARM`, `DCAL_ROBOT_CHANGED` or
     /// `DCAL_EARLY_SAMPLES_WRONG`.
     pub alarm: i32,
-    /// 1 if the gate cannot test for want of an estimate, and there are samples enough to try and solve one.
-    pub wants_estimate: i32,
+    /// 1 if there is something left to solve; until that is done, no sample is taken.
+    pub solving: i32,
     /// The first sample of that run, counted from 0 over all that came; 0 without an alarm.
     pub alarm_sample: u64,
 }
@@ -92,40 +92,41 @@ impl From<delta_cal::stream::Verdict<Real>> for Verdict {
     }
 }
 
-/// Makes a gate in front of a per-arm calibrator, before its first sample or after the first few, in `size` bytes of
-/// memory: write `sizeof *gate`. `sigmas` is its width; 0 for the width that rejects three good samples in a million for
-/// each arm. With a stated noise and tolerance it tests from the first sample on; otherwise it needs an estimate first,
-/// see `gate_adopt`.
+/// Makes a per-arm calibrator behind a gate, without samples, in `size` bytes of memory: write `sizeof *gated`.
+/// `sigmas` is the gate's width; 0 for the width that rejects three good samples in a million for each arm. With a stated
+/// noise and tolerance it tests from the first sample on; otherwise it solves an estimate at the twelfth.
 ///
-/// Errors: `DCAL_WIDTH_OF_GATE`.
-#[unsafe(export_name = name!("gate_init"))]
-pub extern "C" fn gate_init(
-    mut gate: New<Gate<Real>>,
+/// Errors: `DCAL_WIDTH_OF_GATE`, `DCAL_NOISE_...`, `DCAL_TOLERANCE_...`, `DCAL_NO_SUCH_CHOICE`.
+#[unsafe(export_name = name!("gated_init"))]
+pub extern "C" fn gated_init(
+    mut gated: New<Gated<Real>>,
     size: usize,
-    mut calibrator: HeldMut<Arms<Real>>,
+    robot: Held<Robot<Real>>,
+    settings: In<Settings>,
     sigmas: Real,
+    error: Out<Error>,
 ) -> Status {
-    status_of(|| {
-        gate.usable(size)?;
-        let mut made = Gate::new(calibrator.get()?.idle()?);
+    report(error, || {
+        gated.usable(size)?;
+        let gate = Selection::Gated { forgetting: None };
+        let mut made = Gated::new(robot.get()?, &settings.get()?.checked()?, &gate);
         // Zero means zero here: it stands for the usual width.
         #[allow(clippy::float_cmp)]
         if sigmas != 0.0 {
-            made = made.with_sigmas(sigmas)?;
+            made.set_sigmas(sigmas)?;
         }
-        gate.put(size, &made)?;
+        gated.put(size, &made)?;
         Ok(status::OK)
     })
 }
 
-/// Tests one sample, and takes it into the calibrator unless it disagrees. `calibrator` is the one of `gate_init`. A
-/// sample that is rejected is no error: `verdict` says so.
+/// Tests one sample, and takes it in unless it disagrees. A sample that is rejected is no error: `verdict` says so. Call
+/// `dcal_gated_step` before the next: an estimate of the gate may be to be solved.
 ///
-/// Errors: `DCAL_SAMPLE_...`, with the arm; nothing has changed.
-#[unsafe(export_name = name!("gate_add"))]
-pub extern "C" fn gate_add(
-    mut gate: HeldMut<Gate<Real>>,
-    mut calibrator: HeldMut<Arms<Real>>,
+/// Errors: `DCAL_BUSY`, and `DCAL_SAMPLE_...` with the arm; nothing has changed.
+#[unsafe(export_name = name!("gated_add"))]
+pub extern "C" fn gated_add(
+    mut gated: HeldMut<Gated<Real>>,
     sample: In<Sample>,
     mut verdict: Out<Verdict>,
     error: Out<Error>,
@@ -133,20 +134,81 @@ pub extern "C" fn gate_add(
     report(error, || {
         verdict.usable()?;
         let sample = sample.get()?;
-        let (gate, calibrator) = gate.beside_mut(&mut calibrator)?;
-        let found = gate.add(calibrator.idle()?, &sample.into())?;
-        verdict.put(found.into())?;
+        if let Added::Tested(found) = gated.get()?.add(&sample.into())? {
+            verdict.put(found.into())?;
+        }
+        Ok(status::OK)
+    })
+}
+
+/// Begins to solve.
+///
+/// Errors: `DCAL_ROBOT_HAS_CHANGED`, `DCAL_EARLY_SAMPLES`, `DCAL_TOO_MANY_REJECTED`.
+#[unsafe(export_name = name!("gated_solve"))]
+pub extern "C" fn gated_solve(mut gated: HeldMut<Gated<Real>>, error: Out<Error>) -> Status {
+    report(error, || {
+        gated.get()?.solve()?;
+        Ok(status::OK)
+    })
+}
+
+/// One short step of what there is to solve, to be called between the turns of a control loop. Returns `DCAL_WORKING` as
+/// long as there is more to do, and `DCAL_OK` otherwise.
+#[unsafe(export_name = name!("gated_step"))]
+pub extern "C" fn gated_step(mut gated: HeldMut<Gated<Real>>, error: Out<Error>) -> Status {
+    report(error, || {
+        Ok(match gated.get()?.step() {
+            Progress::Working => status::WORKING,
+            Progress::Finished => status::OK,
+        })
+    })
+}
+
+/// The calibrated robot, in `size` bytes of memory: write `sizeof *outcome`.
+///
+/// Errors: `DCAL_UNFINISHED` before the last step, and every refusal, with arm and cause.
+#[unsafe(export_name = name!("gated_finish"))]
+pub extern "C" fn gated_finish(
+    gated: Held<Gated<Real>>,
+    mut outcome: New<RobotOutcome<Real>>,
+    size: usize,
+    error: Out<Error>,
+) -> Status {
+    report(error, || {
+        outcome.usable(size)?;
+        match &gated.get()?.outcome() {
+            Ok(found) => outcome.put(size, found)?,
+            Err(refusal) => return Err((*refusal).into()),
+        }
+        Ok(status::OK)
+    })
+}
+
+/// Answers the alarm: the run of rejected samples was wrong, and what was taken in before stays.
+#[unsafe(export_name = name!("gated_acknowledge"))]
+pub extern "C" fn gated_acknowledge(mut gated: HeldMut<Gated<Real>>) -> Status {
+    status_of(|| {
+        gated.get()?.acknowledge();
+        Ok(status::OK)
+    })
+}
+
+/// Drops all samples, for a robot that has changed.
+#[unsafe(export_name = name!("gated_reset"))]
+pub extern "C" fn gated_reset(mut gated: HeldMut<Gated<Real>>) -> Status {
+    status_of(|| {
+        gated.get()?.reset();
         Ok(status::OK)
     })
 }
 
 /// Writes how many samples came to what, and whether there is an alarm.
-#[unsafe(export_name = name!("gate_state"))]
-pub extern "C" fn gate_state(gate: Held<Gate<Real>>, mut counts: Out<GateCounts>) -> Status {
+#[unsafe(export_name = name!("gated_state"))]
+pub extern "C" fn gated_state(gated: Held<Gated<Real>>, mut counts: Out<GateCounts>) -> Status {
     status_of(|| {
-        let gate = gate.get()?;
-        let found = gate.counts();
-        let alarm = gate.alarm();
+        let gated = gated.get()?;
+        let found = gated.gate_counts().copied().unwrap_or_default();
+        let alarm = gated.alarm();
         let written = GateCounts {
             taken: found.taken,
             untested: found.untested,
@@ -159,7 +221,7 @@ pub extern "C" fn gate_state(gate: Held<Gate<Real>>, mut counts: Out<GateCounts>
                 Some(_) => EARLY_SAMPLES_WRONG,
                 None => NO_ALARM,
             },
-            wants_estimate: i32::from(gate.wants_estimate()),
+            solving: i32::from(gated.solving()),
             alarm_sample: alarm.map_or(0, |alarm| alarm.first()),
         };
         counts.put(written)?;
@@ -167,62 +229,42 @@ pub extern "C" fn gate_state(gate: Held<Gate<Real>>, mut counts: Out<GateCounts>
     })
 }
 
-/// The gate predicts from this outcome from now on, which must be one of the samples of this calibrator.
-#[unsafe(export_name = name!("gate_adopt"))]
-pub extern "C" fn gate_adopt(
-    mut gate: HeldMut<Gate<Real>>,
-    mut calibrator: HeldMut<Arms<Real>>,
-    outcome: Held<RobotOutcome<Real>>,
-) -> Status {
-    status_of(|| {
-        // By value: three objects that must not overlap would be three comparisons.
-        let outcome = *outcome.get()?;
-        let (gate, calibrator) = gate.beside_mut(&mut calibrator)?;
-        gate.adopt(calibrator.idle()?, &outcome);
-        Ok(status::OK)
-    })
-}
-
-/// Writes what the gate has seen into `bytes`, of which there are `capacity`: write `DCAL_GATE_SNAPSHOT_..._SIZE`. `length` is
-/// how many were written. They belong to the snapshot of the calibrator as it is now: store both together.
+/// Writes what came into `bytes`, of which there are `capacity`: write `DCAL_GATED_SNAPSHOT_..._SIZE`. `length` is how many
+/// were written.
 ///
-/// Errors: `DCAL_SNAPSHOT_BUFFER`.
-#[unsafe(export_name = name!("gate_snapshot"))]
-pub extern "C" fn gate_snapshot(
-    gate: Held<Gate<Real>>,
-    calibrator: Held<Arms<Real>>,
+/// Errors: `DCAL_SNAPSHOT_BUFFER`, `DCAL_BUSY`; nothing is written.
+#[unsafe(export_name = name!("gated_snapshot"))]
+pub extern "C" fn gated_snapshot(
+    gated: Held<Gated<Real>>,
     mut bytes: Out<u8>,
     capacity: usize,
     mut length: Out<usize>,
 ) -> Status {
     status_of(|| {
         length.usable()?;
-        // By value: the bytes must overlap neither.
-        let calibrator = calibrator.get()?.samples;
-        let needed = Gate::<Real>::SNAPSHOT_BYTES;
-        let (gate, bytes) = gate.beside_bytes(&mut bytes, capacity, needed)?;
-        let written = gate.snapshot(&calibrator, bytes)?.len();
+        if gated.get()?.solving() {
+            return Err(status::BUSY.into());
+        }
+        let needed = Gated::<Real>::SNAPSHOT_BYTES;
+        let (gated, bytes) = gated.beside_bytes(&mut bytes, capacity, needed)?;
+        let written = gated.snapshot(bytes)?.len();
         length.put(written)?;
         Ok(status::OK)
     })
 }
 
-/// Puts what a snapshot holds in place of what the gate has seen. The gate must be of the same width. Make the gate first, then
-/// restore the calibrator, then the gate: `gate_init` takes in the samples that wait in the calibrator.
+/// Puts what a snapshot holds in place of what came. It must be of the same robot, noise, tolerance and width.
 ///
-/// Errors: `DCAL_SNAPSHOT_...`; the gate is unchanged.
-#[unsafe(export_name = name!("gate_restore"))]
-pub extern "C" fn gate_restore(
-    mut gate: HeldMut<Gate<Real>>,
-    calibrator: Held<Arms<Real>>,
+/// Errors: `DCAL_SNAPSHOT_...`; nothing has changed.
+#[unsafe(export_name = name!("gated_restore"))]
+pub extern "C" fn gated_restore(
+    mut gated: HeldMut<Gated<Real>>,
     bytes: Many<u8>,
     length: usize,
 ) -> Status {
     status_of(|| {
-        // By value: three objects that must not overlap would be three comparisons.
-        let calibrator = calibrator.get()?.samples;
-        let (gate, bytes) = gate.beside_bytes(&bytes, length)?;
-        gate.restore(&calibrator, bytes)?;
+        let (gated, bytes) = gated.beside_bytes(&bytes, length)?;
+        gated.restore(bytes)?;
         Ok(status::OK)
     })
 }

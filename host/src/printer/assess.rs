@@ -4,6 +4,7 @@ use super::area::{Area, ON_THE_BED, Off};
 use super::next::{Next, next};
 use crate::accuracy::information::prior;
 use crate::export::error::ExportError;
+use crate::export::geometry::Frame;
 use crate::export::positions::{Loss, Wanted, bed};
 use crate::export::target::Entry;
 use crate::export::{Case, Settings, held, target};
@@ -71,6 +72,12 @@ pub struct Printer {
     pub not_calibrated: Loss,
     /// The lines to paste; `None` if the printer prints as well with its configuration.
     pub lines: Option<String>,
+    /// From the calibrated robot's frame to the bed.
+    #[serde(skip)]
+    pub level: Frame,
+    /// The robot whose inverse kinematics is that of the lines, and its frame.
+    #[serde(skip)]
+    pub controller: Option<(Robot<f64>, Frame)>,
 }
 
 impl Printer {
@@ -133,8 +140,8 @@ impl Printer {
             Off::of(&calibrated.robot, controller, frame, radius, sigmas)
         };
         let before = off(&robot.robot, &level.transform());
-        let after = export.controller.as_ref().zip(export.frame);
-        let after = after.and_then(|(controller, frame)| off(controller, &frame.transform()));
+        let controller = export.controller.zip(export.frame);
+        let after = controller.and_then(|(own, frame)| off(&own, &frame.transform()));
         let better = match (&before, &after) {
             (Some(before), Some(after)) => after.is_better_than(before),
             _ => true,
@@ -161,6 +168,8 @@ impl Printer {
             changes: changes.collect(),
             sigma_before_mm: prior(robot).map(|own| uncertain.relative.dot(&own).sqrt()),
             next: next(&as_measured, &imported.readings, (radius, &uncertain.relative), widening),
+            level,
+            controller,
             loss: export.loss,
             not_calibrated: export.uncalibrated,
             lines: better.then(|| {

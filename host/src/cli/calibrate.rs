@@ -1,14 +1,14 @@
 //! `delta-cal calibrate`.
 
 use super::failure::Failure;
-use super::import::{includes, rods};
+use super::import::{StatedArguments, configuration, includes};
 use super::length::Length;
 use super::output::{self, deliver};
 use super::paths::{ColumnsArgument, read_samples_texts, refuse_same, robot_path};
 use super::progress::Waiting;
 use super::record::{document, sources};
 use crate::files::example;
-use crate::import::{Firmware, Imported};
+use crate::import::{Firmware, Imported, touches};
 use crate::report;
 use crate::report::calibration::{RefusalReport, comment};
 use crate::report::document::Source;
@@ -36,7 +36,8 @@ A blank x, y or z is an error unless 3 rows, and one in 10, have the same cells 
 A result is refused if the samples do not determine the robot, contradict [noise] or [tolerance], or would make it \
 worse with a chance above 5 %.
 
-A printer's configuration (printer.cfg, config.g, M503) that holds heights stands for both files.
+A printer's configuration (printer.cfg, config.g, M503, Configuration.h, or their folder) that holds heights stands for \
+both files. SAMPLES.csv may be what its console answered to PROBE, G30 or G33.
 
 Examples:
   delta-cal calibrate                             (the built-in example)
@@ -80,9 +81,8 @@ pub(crate) struct CalibrateArguments {
     /// Largest expanded uncertainty (rms)
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     limit: Option<Length>,
-    /// A printer's rods as made
-    #[arg(long, value_name = "LENGTH[,LENGTH,LENGTH]", value_delimiter = ',')]
-    rods: Option<Vec<Length>>,
+    #[command(flatten)]
+    stated: StatedArguments,
     /// Write the calibrated robot; - is standard output
     #[arg(long, value_name = "CALIBRATED.toml")]
     output: Option<PathBuf>,
@@ -222,7 +222,7 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, F
             printer: None,
         });
     };
-    let text = InputText::from_file(path)?;
+    let text = configuration(path)?;
     let samples = || match &arguments.samples {
         Some(samples) => {
             let _waiting = Waiting::for_file(samples);
@@ -244,14 +244,22 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, F
             printer: None,
         });
     }
-    let rods = rods(arguments.rods.as_deref())?;
-    let mut printer = Firmware::of(&text)?.import(&text, rods, &includes)?;
+    let stated = arguments.stated.stated()?;
+    let mut printer = Firmware::of(&text)?.import(&text, &stated, &includes)?;
     let mut of_samples = (Source::from(&text), None);
     if let Some(samples) = samples()? {
-        let readings = read_samples(&samples, &printer.robot, options)?;
+        let readings = match touches(&printer, &samples)? {
+            Some(readings) => readings,
+            None => read_samples(&samples, &printer.robot, options)?,
+        };
         printer = printer.with_readings(readings);
         of_samples = sources(&samples);
+    } else if let (true, Some(readings)) =
+        (printer.readings.rows.is_empty(), touches(&printer, &text)?)
+    {
+        printer = printer.with_readings(readings);
     }
+    printer = arguments.stated.add_prints(printer)?;
     if printer.readings.rows.is_empty() {
         return Err(printer.without_readings().into());
     }
@@ -278,13 +286,10 @@ fn without_samples(path: &Path) -> Failure {
 
 /// What only a printer has is not asked of another robot.
 fn no_printer(arguments: &CalibrateArguments) -> Result<(), Failure> {
-    let given = [
-        ("--rods", arguments.rods.is_some()),
-        ("--paste", arguments.paste.is_some()),
-    ];
-    match given.into_iter().find(|(_, given)| *given) {
+    let paste = arguments.paste.is_some().then_some("--paste");
+    match arguments.stated.given().or(paste) {
         None => Ok(()),
-        Some((option, _)) => Err(Failure::Usage {
+        Some(option) => Err(Failure::Usage {
             cause: format!("{option} needs a printer's configuration"),
             remedy: format!(
                 "write for example delta-cal calibrate printer.cfg {option} …, or see delta-cal export"

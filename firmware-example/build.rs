@@ -5,19 +5,22 @@ use std::error::Error;
 use std::fs;
 use std::path::PathBuf;
 
-/// A realistic part, not the board's 4 MiB, so that outgrowing it fails: 192 KiB of memory, in `f64` 232 KiB. The
-/// stack lies below the statics: growing beyond its end it leaves the memory and faults instead of overwriting them.
-fn memory(ram: &str) -> String {
+/// A realistic part, not the board's 4 MiB, so that outgrowing it fails: KiB of flash, stack and statics. The stack
+/// lies below the statics: growing beyond its end it leaves the memory and faults instead of overwriting them.
+/// `STORAGE` stands in for flash that is written.
+fn memory(flash: u32, stack: u32, ram: u32) -> String {
     format!(
         "\
 MEMORY
 {{
-  FLASH : ORIGIN = 0x00000000, LENGTH = 512K
-  STACK : ORIGIN = 0x20000000, LENGTH = 88K
-  RAM   : ORIGIN = 0x20016000, LENGTH = {ram}
+  FLASH : ORIGIN = 0x00000000, LENGTH = {flash}K
+  STACK : ORIGIN = 0x20000000, LENGTH = {stack}K
+  RAM   : ORIGIN = 0x20000000 + {stack}K, LENGTH = {ram}K
+  STORAGE : ORIGIN = 0x20080000, LENGTH = 8K
 }}
 _stack_start = ORIGIN(STACK) + LENGTH(STACK);
 _stack_end = ORIGIN(STACK);
+SECTIONS {{ .storage (NOLOAD) : {{ *(.storage) }} > STORAGE }}
 "
     )
 }
@@ -30,19 +33,30 @@ PROVIDE(TIMER0 = DefaultHandler);
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=build.rs");
-    // Without the board the package is a library: whoever links it has a memory map of their own.
-    let board = env::var_os("CARGO_FEATURE_BOARD").is_some();
-    if board && env::var("CARGO_CFG_TARGET_OS")? == "none" {
-        let out = PathBuf::from(env::var("OUT_DIR")?);
-        // Not files of this package: the linker would find them here before it looks in OUT_DIR.
-        let double = env::var_os("CARGO_FEATURE_DOUBLE").is_some();
-        let ram = if double { "144K" } else { "104K" };
-        fs::write(out.join("memory.x"), memory(ram))?;
-        fs::write(out.join("device.x"), DEVICE)?;
-        println!("cargo::rustc-link-search={}", out.display());
-        println!("cargo::rustc-link-arg-bins=-Tlink.x");
-        println!("cargo::rustc-link-arg-bins=-Tdefmt.x");
-        println!("cargo::rustc-link-arg-bins=--nmagic");
+    let with = |feature: &str| env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
+    // Without a program the package is a library: whoever links it has a memory map of their own.
+    if !(with("BOARD") || with("SMALL")) || env::var("CARGO_CFG_TARGET_OS")? != "none" {
+        return Ok(());
     }
+    let out = PathBuf::from(env::var("OUT_DIR")?);
+    println!("cargo::rustc-link-search={}", out.display());
+    // Not files of this package: the linker would find them here before it looks in OUT_DIR.
+    fs::write(out.join("memory.x"), "")?;
+    fs::write(out.join("device.x"), DEVICE)?;
+    let programs = [
+        (
+            "delta-cal-firmware-example",
+            memory(512, 88, if with("DOUBLE") { 144 } else { 104 }),
+        ),
+        ("touch", memory(64, 20, 17)),
+        ("arms", memory(40, 14, 2)),
+    ];
+    for (program, memory) in programs {
+        fs::write(out.join(format!("{program}.x")), memory)?;
+        println!("cargo::rustc-link-arg-bin={program}=-T{program}.x");
+    }
+    println!("cargo::rustc-link-arg-bins=-Tlink.x");
+    println!("cargo::rustc-link-arg-bin=delta-cal-firmware-example=-Tdefmt.x");
+    println!("cargo::rustc-link-arg-bins=--nmagic");
     Ok(())
 }

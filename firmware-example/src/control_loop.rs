@@ -108,6 +108,11 @@ impl<T: Real, P: Path<T>> ControlLoop<T, P> {
         &self.robot
     }
 
+    /// The path, to give it another target.
+    pub const fn path_mut(&mut self) -> &mut P {
+        &mut self.path
+    }
+
     /// The last point of the path, mm.
     pub const fn point(&self) -> &Vector3<T> {
         &self.point

@@ -1,7 +1,7 @@
 //! One record in flash: written whole or not at all.
 
 use core::ops::Range;
-use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
+use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
 use embedded_storage::nor_flash::NorFlash;
 
 /// Bytes that are written together: a whole number of any flash's units.
@@ -11,12 +11,13 @@ const HEADER: usize = 12;
 const CHECKSUM: usize = 4;
 const ERASED: u8 = 0xff;
 
-static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
+/// Without a table, which takes a kilobyte: a record is short.
+static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// Why a record was not stored, or not found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(all(target_os = "none", feature = "defmt"), derive(defmt::Format))]
-pub(crate) enum StoreError {
+pub enum StoreError {
     /// The flash region is not two halves of whole pages, each with room for a record.
     Region,
     /// The flash failed.
@@ -34,7 +35,7 @@ pub(crate) enum StoreError {
 /// newest record is not in it. And no older record is left behind the newest in the same half, which
 /// could come back in its place if the newest is damaged.
 #[derive(Debug)]
-pub(crate) struct Halves<F> {
+pub struct Halves<F> {
     flash: F,
     /// What a record begins with. A record that begins otherwise is of no use.
     mark: u32,
@@ -72,7 +73,9 @@ impl Half {
 }
 
 impl<F: NorFlash> Halves<F> {
-    pub(crate) const fn new(flash: F, mark: u32, largest: usize) -> Self {
+    /// On flash that is its own. `mark` begins every record of this program, version and robot; `largest` is the most bytes of a
+    /// content.
+    pub const fn new(flash: F, mark: u32, largest: usize) -> Self {
         const {
             assert!(
                 CHUNK.is_multiple_of(F::WRITE_SIZE) && CHUNK.is_multiple_of(F::READ_SIZE),
@@ -87,17 +90,18 @@ impl<F: NorFlash> Halves<F> {
         }
     }
 
-    pub(crate) fn into_flash(self) -> F {
+    /// The flash.
+    pub fn into_flash(self) -> F {
         self.flash
     }
 
     /// The newest record's number, 0 without one: it counts up with every record.
-    pub(crate) fn generation(&self) -> u32 {
+    pub fn generation(&self) -> u32 {
         self.newest().map_or(0, |(_, found)| found.generation)
     }
 
     /// Whether the newest record is surely there: no half is damaged or unreadable, and none lost a record.
-    pub(crate) fn complete(&self) -> bool {
+    pub fn complete(&self) -> bool {
         match self.found {
             // The halves are written in turn: with a gap between them a record is lost.
             [Ok(Some(lower)), Ok(Some(upper))] => {
@@ -122,10 +126,10 @@ impl<F: NorFlash> Halves<F> {
     }
 
     /// The newest record's content, read into `content`; `None` if nothing ever was. Writes nothing.
-    pub(crate) fn load<'a>(
-        &mut self,
-        content: &'a mut [u8],
-    ) -> Result<Option<&'a [u8]>, StoreError> {
+    ///
+    /// # Errors
+    /// What is stored cannot be read.
+    pub fn load<'a>(&mut self, content: &'a mut [u8]) -> Result<Option<&'a [u8]>, StoreError> {
         let lower = self.look(Half::Lower);
         let upper = self.look(Half::Upper);
         while let Some((half, found)) = self.newest() {
@@ -171,8 +175,11 @@ impl<F: NorFlash> Halves<F> {
     }
 
     /// Stores a content and reads it back.
+    ///
+    /// # Errors
+    /// Why not; the record before is then still in use.
     #[inline(never)]
-    pub(crate) fn save(&mut self, content: &[u8]) -> Result<(), StoreError> {
+    pub fn save(&mut self, content: &[u8]) -> Result<(), StoreError> {
         if content.len() > self.largest {
             return Err(StoreError::Record);
         }
@@ -294,7 +301,7 @@ impl<F: NorFlash> Halves<F> {
     }
 
     /// Of the header; the content follows.
-    fn digest(&self, generation: u32, length: usize) -> Digest<'static, u32, Table<1>> {
+    fn digest(&self, generation: u32, length: usize) -> Digest<'static, u32, NoTable> {
         let mut digest = CRC.digest();
         digest.update(&self.header_bytes(generation, length));
         digest

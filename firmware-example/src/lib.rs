@@ -34,6 +34,7 @@ mod stream_store;
 
 pub use control_loop::{BLEND_TURNS, ControlLoop};
 pub use controller::Controller;
+pub use halves::{Halves, StoreError};
 pub use handover::{Background, Foreground, Handover, NewParameters};
 pub use number::Number;
 pub use pace::Timer;

@@ -27,6 +27,7 @@ mod printers;
 mod refusals;
 mod samples;
 mod single_precision;
+mod small_firmware;
 mod statistics;
 mod stream_calibrator;
 mod target;

@@ -67,6 +67,8 @@ const SIDE_BY_SIDE: [&[Stage]; 2] = [
                  --bin measure --bin flash --target thumbv7em-none-eabihf --target-dir target/firmware",
                 "cargo build --quiet --profile firmware --package delta-cal-link-tests \
                  --target thumbv7em-none-eabihf --target-dir target/firmware",
+                "cargo build --quiet --profile small --package delta-cal-firmware-example --features small --bin touch --bin arms \
+                 --target thumbv7em-none-eabihf --target-dir target/firmware",
             ],
         },
         Stage {

@@ -1,0 +1,103 @@
+//! A controller that calibrates its robot arm by arm from measured positions: any number of samples in constant memory.
+//! A tracker or a camera reads where the platform is, in the robot's frame.
+//!
+//! `docs/controller.md` leads here. Yours are the constants, `small/mod.rs` (board) and `small/plant.rs` (the machine).
+
+#![no_std]
+#![no_main]
+
+#[path = "small/mod.rs"]
+mod small;
+
+use delta_cal::{
+    Calibrator, Noise, Progress, Real, Refusal, Robot, RobotSolver, Sample, Settings, Tolerance,
+};
+use delta_cal_firmware_example::nominal;
+use small::plant::Plant;
+use small::{
+    fail, go, joints, load, restart, show_error, show_refusal, start, store, take_over, with,
+};
+
+const SAMPLES: u8 = 40;
+/// How far the tracker's reflector slips at each attempt, mm: at the first it is loose.
+const SLIPS: [f32; 2] = [0.4, 0.0];
+const CHECKS: u8 = 10;
+/// Millimetres a second.
+const SPEED: f32 = 400.0;
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    let mut store = store();
+    let (Ok(drawn), Some(settings)) = (nominal(), settings()) else {
+        fail("no robot")
+    };
+    let stored = load(&mut store);
+    start(stored.as_ref().unwrap_or(&drawn), Plant::new(&drawn));
+    if let Some(robot) = stored {
+        check(&drawn, &robot);
+        small::end();
+    }
+    for slip in SLIPS {
+        with(|machine| machine.plant.slip = slip);
+        match calibrate(&drawn, &settings) {
+            Ok(robot) => take_over(&mut store, &robot),
+            Err(refusal) => show_refusal(refusal),
+        }
+    }
+    restart()
+}
+
+/// What is known beforehand: how good a measurement is, and how well the robot is made. Without the tolerance, exchanged
+/// joints or units would not be noticed.
+fn settings() -> Option<Settings<f32>> {
+    let noise = Noise::new(0.02, 0.0).ok()?;
+    let tolerance = Tolerance::new(0.5, 0.0035).ok()?;
+    Some(Settings::new().with_noise(noise).with_tolerance(tolerance))
+}
+
+/// Moves to one of many poses and measures there.
+fn measure(pose: u8) -> Sample<f32> {
+    let turn = 2.4 * f32::from(pose);
+    let (sine, cosine) = turn.sine_cosine();
+    let (radius, _) = (1.7 * turn).sine_cosine();
+    let height = -440.0 + 60.0 * (0.3 * turn).sine_cosine().0;
+    go(
+        [130.0 * radius * cosine, 130.0 * radius * sine, height],
+        SPEED,
+    );
+    let joints = joints();
+    match with(|machine| machine.plant.position(&joints)) {
+        Some(position) => Sample { joints, position },
+        None => fail("nothing measured"),
+    }
+}
+
+/// In bounded steps, while the control loop turns in its interrupt.
+#[inline(never)]
+fn calibrate(drawn: &Robot<f32>, settings: &Settings<f32>) -> Result<Robot<f32>, Refusal> {
+    let mut calibrator = Calibrator::new(drawn, settings);
+    for pose in 0..SAMPLES {
+        if calibrator.add(&measure(pose)).is_err() {
+            fail("a sample is not usable");
+        }
+    }
+    let mut solver = RobotSolver::new(&mut calibrator)?;
+    while solver.step(&calibrator)? == Progress::Working {}
+    Ok(solver.outcome()?.robot)
+}
+
+/// Shows how far the robot as drawn and the calibrated one are from positions that were not used.
+#[inline(never)]
+fn check(drawn: &Robot<f32>, calibrated: &Robot<f32>) {
+    let mut worst = [0.0; 2];
+    for pose in 100..100 + CHECKS {
+        let Sample { joints, position } = measure(pose);
+        for (worst, robot) in worst.iter_mut().zip([drawn, calibrated]) {
+            if let Ok(computed) = robot.forward(&joints) {
+                *worst = (computed - position).norm().max(*worst);
+            }
+        }
+    }
+    show_error("micrometres off as drawn:", worst[0]);
+    show_error("micrometres off calibrated:", worst[1]);
+}

@@ -1,0 +1,181 @@
+//! A controller that calibrates its robot by itself: a touch probe stands in place of the tool, and someone puts gauge
+//! blocks on the plate below it. No computer, no position is ever measured.
+//!
+//! `docs/controller.md` leads here. Yours are the constants, `small/mod.rs` (board) and `small/plant.rs` (the machine).
+
+#![no_std]
+#![no_main]
+
+#[path = "small/mod.rs"]
+mod small;
+
+use delta_cal::observations::{
+    Height, Instruments, Observation, ObservationNoise, ObservationRow, ObservationSolver, Plane,
+    PositionFrame,
+};
+use delta_cal::{Noise, Refusal, Robot, Settings, Tolerance};
+use delta_cal_firmware_example::nominal;
+use small::plant::Plant;
+use small::{
+    fail, go, load, probe, restart, show_error, show_refusal, start, store, take_over, with,
+};
+
+/// The heights of the gauge blocks; the plate itself is the first. Millimetres.
+const BLOCKS: [f32; 3] = [0.0, 50.0, 100.0];
+/// What stands there at the first attempt: a chip lies under the second block.
+const WITH_CHIP: [f32; 3] = [0.0, 50.8, 100.0];
+/// Where the blocks stand one after the other: x and y, mm.
+const PLACES: [[f32; 2]; 12] = [
+    [0.0, 0.0],
+    [60.0, 0.0],
+    [-50.0, 20.0],
+    [10.0, -70.0],
+    [120.0, 0.0],
+    [85.0, 85.0],
+    [0.0, 120.0],
+    [-85.0, 85.0],
+    [-120.0, 0.0],
+    [-85.0, -85.0],
+    [0.0, -120.0],
+    [85.0, -85.0],
+];
+const TOUCHES: usize = BLOCKS.len() * PLACES.len();
+/// Other places and another block, to look how good the robot is.
+const CHECKS: [[f32; 2]; 3] = [[70.0, 45.0], [-95.0, 20.0], [30.0, -100.0]];
+const CHECK_BLOCK: f32 = 75.0;
+
+/// Where the plate is, mm, and how far it and the robot may be off: the probe begins so far above the block, and gives up
+/// so far below.
+const PLATE: f32 = -500.0;
+const SEARCH: f32 = 4.0;
+/// How far the probe goes back after the first touch, mm.
+const BACK: f32 = 0.1;
+/// Millimetres a second: to the block, to the first touch, and to the second, which the turns of the loop tell to 1 µm.
+const FAST: f32 = 200.0;
+const SLOW: f32 = 10.0;
+const CREEP: f32 = 1.0;
+/// One sigma of a touch, mm.
+const REPEATABILITY: f32 = 0.005;
+
+/// For the robot's 24 parameters and the three of the plate.
+type Solver = ObservationSolver<f32, 27, 28, 406>;
+type Row = ObservationRow<f32>;
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    static mut SOLVER: Solver = Solver::new();
+    static mut ROWS: [Row; TOUCHES] = [Row::new(Observation::at([0.0; 3])); TOUCHES];
+    let mut store = store();
+    let (Ok(drawn), Some((instruments, settings))) = (nominal(), known()) else {
+        fail("no robot")
+    };
+    let stored = load(&mut store);
+    start(stored.as_ref().unwrap_or(&drawn), Plant::new(&drawn));
+    if let Some(robot) = stored {
+        check(&drawn, &robot);
+        small::end();
+    }
+    for blocks in [WITH_CHIP, BLOCKS] {
+        measure(&drawn, &instruments, &blocks, ROWS);
+        match calibrate(&drawn, &instruments, &settings, SOLVER, ROWS) {
+            Ok(robot) => take_over(&mut store, &robot),
+            Err(refusal) => show_refusal(refusal),
+        }
+    }
+    restart()
+}
+
+/// What is known beforehand: how good the probe is, and how well the robot is made.
+fn known() -> Option<(Instruments<'static, f32>, Settings<f32>)> {
+    let positions = Noise::new(REPEATABILITY, 0.0).ok()?;
+    let instruments = Instruments {
+        frame: PositionFrame::Base,
+        planes: &[Plane {
+            known: None,
+            level: None,
+        }],
+        points: &[],
+        noise: ObservationNoise::new(positions, REPEATABILITY, REPEATABILITY).ok()?,
+        transmission: None,
+    };
+    let tolerance = Tolerance::new(0.5, 0.0035).ok()?;
+    Some((instruments, Settings::new().with_tolerance(tolerance)))
+}
+
+/// The joint angles at which the probe touches a block of this height.
+fn touch([x, y]: [f32; 2], block: f32) -> [f32; 3] {
+    let top = PLATE + block;
+    go([x, y, top + SEARCH], FAST);
+    let end = [x, y, top - SEARCH];
+    let touched = probe(end, SLOW).and_then(|(_, z)| {
+        go([x, y, z + BACK], SLOW);
+        probe(end, CREEP)
+    });
+    go([x, y, top + 10.0 * SEARCH], FAST);
+    touched.map_or_else(|| fail("the probe touched nothing"), |(joints, _)| joints)
+}
+
+/// Touches every block at every place.
+#[inline(never)]
+fn measure(
+    drawn: &Robot<f32>,
+    instruments: &Instruments<'_, f32>,
+    standing: &[f32; 3],
+    rows: &mut [Row; TOUCHES],
+) {
+    let places = BLOCKS
+        .iter()
+        .zip(standing)
+        .flat_map(|block| PLACES.iter().map(move |it| (block, it)));
+    for (((height, stands), place), row) in places.zip(rows) {
+        with(|machine| machine.plant.block = *stands);
+        let height = Some(Height {
+            plane: 0,
+            height: *height,
+        });
+        let observation = Observation {
+            height,
+            ..Observation::at(touch(*place, *stands))
+        };
+        match Row::checked(observation, drawn, instruments) {
+            Ok(checked) => *row = checked,
+            Err(_) => fail("a touch is not usable"),
+        }
+    }
+}
+
+/// In bounded steps, while the control loop turns in its interrupt.
+#[inline(never)]
+fn calibrate(
+    drawn: &Robot<f32>,
+    instruments: &Instruments<'_, f32>,
+    settings: &Settings<f32>,
+    solver: &mut Solver,
+    rows: &mut [Row],
+) -> Result<Robot<f32>, Refusal> {
+    *solver = Solver::new();
+    loop {
+        if let Some(result) = solver.step(drawn, instruments, rows, settings) {
+            return Ok(result?.robot);
+        }
+    }
+}
+
+/// Shows how far the robot as drawn and the calibrated one are off: a block is as high as it is.
+#[inline(never)]
+fn check(drawn: &Robot<f32>, calibrated: &Robot<f32>) {
+    let mut worst = [0.0; 2];
+    for place in CHECKS {
+        let [low, high] = [0.0, CHECK_BLOCK].map(|block| {
+            with(|machine| machine.plant.block = block);
+            touch(place, block)
+        });
+        for (worst, robot) in worst.iter_mut().zip([drawn, calibrated]) {
+            if let (Ok(low), Ok(high)) = (robot.forward(&low), robot.forward(&high)) {
+                *worst = (high.z - low.z - CHECK_BLOCK).abs().max(*worst);
+            }
+        }
+    }
+    show_error("micrometres off as drawn:", worst[0]);
+    show_error("micrometres off calibrated:", worst[1]);
+}

@@ -21,7 +21,7 @@ use clap::Args;
 use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = "\
-SAMPLES.csv, in any mixture and any order of columns:
+SAMPLES.csv, in any mixture:
   q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm         positions
   q1_deg,q2_deg,q3_deg,height_mm,plane        touches of a plate, gauge blocks
   q1_deg,q2_deg,q3_deg,distance_mm,point      a ball bar, a wire
@@ -30,20 +30,17 @@ SAMPLES.csv, in any mixture and any order of columns:
 Linear drives: s1_mm,s2_mm,s3_mm. Units: also _rad, _counts, _m, _cm, _um, _in. sigma_mm or u_k2_mm weighs a row. Two files are \
 joined by a common column (name, number, time) or by order.
 
-A blank x, y or z is an error unless 3 rows, and one in 10, have the same cells blank. Equal rows count once. σ that \
-[noise] does not state is estimated. Without x, y and z a [tolerance] is needed.
+σ that [noise] does not state is estimated. Without x, y and z a [tolerance] is needed.
 
 A result is refused if the samples do not determine the robot, contradict [noise] or [tolerance], or would make it \
 worse with a chance above 5 %.
 
-A printer's configuration (printer.cfg, config.g, M503, Configuration.h, or their folder) that holds heights stands for \
-both files. SAMPLES.csv may be what its console answered to PROBE, G30 or G33.
+A printer's configuration (or its folder) that holds heights stands for both files; SAMPLES.csv may be its console's answers.
 
 Examples:
   delta-cal calibrate                             (the built-in example)
   delta-cal calibrate robot.toml samples.csv --output calibrated.toml
   delta-cal calibrate robot.toml tracker.csv --frame sensor
-  delta-cal calibrate robot.toml joints.csv tracker.csv --frame sensor
   delta-cal calibrate printer.cfg --rods 345mm --paste paste.cfg
 
 Exit codes:

@@ -60,16 +60,16 @@ pub(crate) struct ImportArguments {
 /// What the owner of a printer knows beside its configuration.
 #[derive(Debug, Args)]
 pub(crate) struct StatedArguments {
-    /// A printer's rods as made or measured, as 345mm or 345±0.1mm; without ±σ they may be 1 mm off
-    #[arg(long, value_name = "LENGTH[,LENGTH,LENGTH]", value_delimiter = ',')]
+    /// A printer's rods: 345mm as made, 345±0.1mm as measured
+    #[arg(long, value_name = "LENGTH", value_delimiter = ',')]
     rods: Option<Vec<Measured>>,
-    /// Its delta radius as measured
+    /// Its delta radius
     #[arg(long, value_name = "LENGTH")]
     radius: Option<Measured>,
-    /// A length that was printed, and what it came out as, in mm
+    /// A printed length and what it came out as, mm
     #[arg(long, value_name = "100=98.5")]
     printed: Option<Printed>,
-    /// By how much prints shrink, as 0.3%
+    /// What prints shrink by: 0.3%
     #[arg(long, value_name = "PERCENT")]
     shrinkage: Option<Shrinkage>,
 }

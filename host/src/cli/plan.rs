@@ -33,7 +33,7 @@ Examples:
       --output touches.csv
   delta-cal plan robot.toml --samples samples.csv
   delta-cal plan robot.toml --compare
-  delta-cal plan printer.cfg --count 16 --output touches.gcode
+  delta-cal plan printer.cfg --count 16
 
 Exit codes:
   0  done

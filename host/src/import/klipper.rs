@@ -20,7 +20,7 @@ const USUAL_ARMS: [f64; 3] = [30.0, 150.0, 270.0];
 /// A pose so far below where it was measured is no pose of this printer, mm.
 const BELOW: f64 = 20.0;
 /// Klipper fits what it saves to the heights that it saves with it, far better than this, rms, mm.
-const STALE: f64 = 1.0;
+const STALE: f64 = 4.0;
 
 /// Reads a configuration and its saved measurements. What is `stated` takes the place of its own.
 ///

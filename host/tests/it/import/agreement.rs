@@ -173,14 +173,15 @@ fn manual_heights_are_read() {
     let at = text
         .lines()
         .find_map(|line| line.strip_prefix("#*# height0_pos = "));
+    // The probe's height there is 18.224 mm.
     let more = format!(
-        "{text}#*# manual_height0 = 0.1\n#*# manual_height0_pos = {}\n",
+        "{text}#*# manual_height0 = 18.2\n#*# manual_height0_pos = {}\n",
         at.unwrap()
     );
     let folder = import(&more);
     let samples = folder.read("mine/samples.csv");
     assert_eq!(samples.lines().count(), own.rows.len() + 2);
-    assert!(samples.ends_with(",0.1,plane\n"), "{samples}");
+    assert!(samples.ends_with(",18.2,plane\n"), "{samples}");
     assert_eq!(samples.matches(",probe\n").count(), own.rows.len());
 }
 

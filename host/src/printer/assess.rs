@@ -7,8 +7,8 @@ use crate::accuracy::information::prior;
 use crate::export::error::ExportError;
 use crate::export::geometry::Frame;
 use crate::export::positions::{Loss, Wanted};
-use crate::export::target::Entry;
-use crate::export::{Case, Settings, held, target};
+use crate::export::target::{Entry, Target};
+use crate::export::{Case, Export, Settings, held, target};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Kind;
 use crate::fit::Solution;
@@ -89,6 +89,47 @@ pub(super) fn radius_of(imported: &Imported) -> f64 {
     imported.bed_radius.unwrap_or(usual)
 }
 
+/// What the configuration states, and the lines.
+fn changes(
+    imported: &Imported,
+    target: &'static Target,
+    export: &Export,
+) -> Result<Vec<Change>, ExportError> {
+    let configured = RobotFile {
+        robot: imported.configured,
+        ..imported.robot.clone()
+    };
+    let held = held(&configured, imported.home, target)?.entries;
+    let pairs = held.into_iter().zip(&export.written.entries);
+    let changes = pairs.map(|(Entry { name, value, unit }, after)| Change {
+        name,
+        before: value,
+        after: after.value,
+        unit,
+    });
+    Ok(changes.collect())
+}
+
+/// Where the bed was touched, mm.
+fn touches(imported: &Imported, robot: &Robot<f64>) -> Vec<[f64; 2]> {
+    let rows = imported.readings.rows.iter();
+    let touched = rows.filter(|row| row.value.height.is_some());
+    let at = touched.filter_map(|row| robot.forward(&row.value.joints).ok());
+    at.map(|at| [at.x, at.y]).collect()
+}
+
+const fn how_to_paste(firmware: Firmware) -> &'static str {
+    match firmware {
+        Firmware::Klipper => {
+            "Paste above the block of SAVE_CONFIG, never inside it, in place of the same options; delete them in the block."
+        }
+        Firmware::RepRapFirmware => {
+            "In place of M665 and M666 in config.g, and in config-override.g if there is one."
+        }
+        Firmware::Marlin => "Send these lines, then M500.",
+    }
+}
+
 impl Printer {
     /// Of a configuration, what was found from its readings, and by what every σ was multiplied.
     ///
@@ -134,19 +175,7 @@ impl Printer {
             },
         }
         .export(target)?;
-        let configured = RobotFile {
-            robot: imported.configured,
-            ..robot.clone()
-        };
-        let held = held(&configured, imported.home, target)?.entries;
-        let pairs = held.into_iter().zip(&export.written.entries);
-        let changes = pairs.map(|(Entry { name, value, unit }, after)| Change {
-            name,
-            before: value,
-            after: after.value,
-            unit,
-        });
-        let changes: Vec<_> = changes.collect();
+        let changes = changes(imported, target, &export)?;
         let uncertain = area
             .uncertain(calibrated)
             .ok_or(ExportError::TooFewPositions(0))?;
@@ -159,15 +188,6 @@ impl Printer {
         let map = |controller: &Robot<f64>, frame: &RigidTransform<f64>| {
             BedMap::of(&calibrated.robot, controller, frame, radius)
         };
-        let touched = imported
-            .readings
-            .rows
-            .iter()
-            .filter(|row| row.value.height.is_some());
-        let touched = touched.filter_map(|row| {
-            let at = calibrated.robot.forward(&row.value.joints).ok()?;
-            Some([at.x, at.y])
-        });
         let after = export.controller.as_ref().zip(export.frame);
         let maps = [
             before.map(|_| map(&imported.configured, &level.transform())),
@@ -189,7 +209,11 @@ impl Printer {
                 Drive::Linear => "delta",
                 Drive::Rotary => "rotary_delta",
             },
-            notes: [imported.notes.clone(), notes(imported, solution, better, &changes)].concat(),
+            notes: [
+                imported.notes.clone(),
+                notes(imported, solution, better, &changes),
+            ]
+            .concat(),
             heights,
             distances,
             bed_radius_mm: radius,
@@ -198,23 +222,19 @@ impl Printer {
             before,
             after,
             maps,
-            touches: touched.collect(),
+            touches: touches(imported, &calibrated.robot),
             changes,
             sigma_before_mm: prior(robot).map(|own| uncertain.relative.dot(&own).sqrt()),
-            next: next(&as_measured, &imported.readings, (radius, &uncertain.relative), widening),
+            next: next(
+                &as_measured,
+                &imported.readings,
+                (radius, &uncertain.relative),
+                widening,
+            ),
             loss: export.loss,
             not_calibrated: export.uncalibrated,
             lines: better.then(|| {
-                let how = match imported.firmware {
-                    Firmware::Klipper => {
-                        "Paste above the block of SAVE_CONFIG, never inside it, in place of the same options; delete \
-                         them in the block."
-                    }
-                    Firmware::RepRapFirmware => {
-                        "In place of M665 and M666 in config.g, and in config-override.g if there is one."
-                    }
-                    Firmware::Marlin => "Send these lines, then M500.",
-                };
+                let how = how_to_paste(imported.firmware);
                 format!("{} {how}\n{}", export.target.comment, export.written.lines)
             }),
         })

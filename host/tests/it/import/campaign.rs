@@ -346,7 +346,8 @@ impl Found {
 
     fn mean(&self, index: usize) -> f64 {
         let logs = self.ratios.iter().map(|own| own[index].ln());
-        (logs.sum::<f64>() / self.ratios.len() as f64).exp()
+        let count: f64 = self.ratios.iter().map(|_| 1.0).sum();
+        (logs.sum::<f64>() / count).exp()
     }
 
     /// What was stated over what is true, pooled, and how many printers are within a factor of 1.5.
@@ -383,7 +384,8 @@ fn relative(made: &Made, calibrated: &Robot<f64>, home: Point) -> f64 {
     });
     let off = DVector::from_fn(3 * rows.len(), |row, _| rows[row / 3].1[row % 3]);
     let fitted = motion.clone().svd(true, true).solve(&off, 1e-12).unwrap();
-    ((off - motion * fitted).norm_squared() / rows.len() as f64).sqrt()
+    // Four layers of 40.
+    ((off - motion * fitted).norm_squared() / 160.0).sqrt()
 }
 
 /// Heights alone or with printed distances, never calibrated or as saved, rough beds, rods that are a millimetre too

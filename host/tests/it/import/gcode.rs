@@ -102,6 +102,9 @@ fn the_same_values_elsewhere_are_the_same_printer() {
     }
 }
 
+/// What a console says of a place and a height.
+type Answer = fn([f64; 2], f64) -> String;
+
 /// Where each console says that the probe triggered, in all of their words.
 #[test]
 fn answers_of_a_console_are_heights() {
@@ -126,7 +129,7 @@ fn answers_of_a_console_are_heights() {
         z + 0.5
     };
     assert!(high[0] < own.absolute_endstops()[0]);
-    let consoles: [(&str, &str, fn([f64; 2], f64) -> String); 4] = [
+    let consoles: [(&str, &str, Answer); 4] = [
         ("config.g", REPRAPFIRMWARE, |[x, y], z| {
             format!("G1 X{x} Y{y} F6000\nG30 S-1\nStopped at height {z:.4} mm\n")
         }),

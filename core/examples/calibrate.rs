@@ -7,7 +7,7 @@
 
 use delta_cal::kinematics::JointLimits;
 use delta_cal::simulate::{random_pose, simulate_sample};
-use delta_cal::{ArmIndex, Calibrator, Noise, Parameter, Settings, SymmetricRobot};
+use delta_cal::{ArmIndex, IkmCalibrator, Noise, Parameter, Settings, SymmetricRobot};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 
@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // One σ of what is measured: 0.02 mm in each coordinate, 0.001° at each joint.
     let noise = Noise::new(0.02, 0.001_f64.to_radians())?;
     let settings = Settings::default().with_noise(noise);
-    let mut calibrator = Calibrator::new(&drawn, &settings);
+    let mut calibrator = IkmCalibrator::new(&drawn, &settings);
 
     let limits = JointLimits::new(-60_f64.to_radians(), 90_f64.to_radians())?;
     let mut rng = Pcg32::seed_from_u64(1);
@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
 
     // A refusal says why these samples cannot tell; the robot then keeps its parameters.
-    let outcome = calibrator.solve()?;
+    let outcome = calibrator.calibrate()?;
     for (index, arm) in ArmIndex::ALL.into_iter().zip(&outcome.arms) {
         println!("{index}: residuals {:.2} sigma", arm.residual_rms);
         for parameter in Parameter::ROTARY {

@@ -22,8 +22,8 @@
 use delta_cal::kinematics::KinematicsError;
 use delta_cal::nalgebra::Vector3;
 use delta_cal::robot::GeometryError;
-use delta_cal::samples::SampleError;
-use delta_cal::{Calibrator, Progress, Refusal, Robot, RobotSolver, Sample, Settings};
+use delta_cal::samples::AddError;
+use delta_cal::{IkmCalibrator, Progress, Refusal, Robot, Sample, Settings};
 
 /// The robot as drawn, in flash: Dx, Dy, Dz, θ, α, La_x, La_y, Lb of each arm in mm and radians.
 const DRAWN: [[f32; 8]; 3] = [
@@ -35,13 +35,11 @@ const DRAWN: [[f32; 8]; 3] = [
 /// At most so many linearisations for each start: the time for a result is bounded.
 const SETTINGS: Settings<f32> = Settings::new().with_iteration_limit(30);
 
-/// What the controller keeps in static memory. The calibrator is the largest part, some 2 kB in `f32`.
+/// What the controller keeps in static memory. The calibrator is the largest part, some 5 kB in `f32`.
 struct Controller {
     /// The robot that the control loop computes with.
     robot: Robot<f32>,
-    calibrator: Calibrator<f32>,
-    /// The calibration that is under way.
-    solver: Option<RobotSolver<f32>>,
+    calibrator: IkmCalibrator<f32>,
     /// Where the platform is to be.
     target: Vector3<f32>,
 }
@@ -61,8 +59,7 @@ impl Controller {
         let robot = Robot::from_parameters(DRAWN)?;
         Ok(Self {
             robot,
-            calibrator: Calibrator::new(&robot, &SETTINGS),
-            solver: None,
+            calibrator: IkmCalibrator::new(&robot, &SETTINGS),
             target: Vector3::new(0.0, 0.0, -450.0),
         })
     }
@@ -71,8 +68,8 @@ impl Controller {
     ///
     /// # Errors
     /// A number that is not finite, an angle beyond two turns, or a position far outside: nothing has
-    /// changed, and the next sample is welcome.
-    fn measured(&mut self, joints: [f32; 3], position: [f32; 3]) -> Result<(), SampleError> {
+    /// changed, and the next sample is welcome. While it calibrates, [`AddError::Busy`].
+    fn measured(&mut self, joints: [f32; 3], position: [f32; 3]) -> Result<(), AddError> {
         let position = Vector3::from(position);
         self.calibrator.add(&Sample { joints, position })
     }
@@ -82,8 +79,7 @@ impl Controller {
     /// # Errors
     /// [`Refusal::TooFewSamples`].
     fn calibrate(&mut self) -> Result<(), Refusal> {
-        self.solver = Some(RobotSolver::new(&mut self.calibrator)?);
-        Ok(())
+        self.calibrator.solve()
     }
 
     /// One turn of the control loop, then one bounded step of the calibration.
@@ -96,16 +92,10 @@ impl Controller {
     }
 
     fn step(&mut self) -> Report {
-        let Some(solver) = &mut self.solver else {
+        if !self.calibrator.solving() || self.calibrator.step() == Progress::Working {
             return Report::Nothing;
-        };
-        let result = match solver.step(&self.calibrator) {
-            Ok(Progress::Working) => return Report::Nothing,
-            Ok(Progress::Finished) => solver.outcome(),
-            Err(refusal) => Err(refusal),
-        };
-        self.solver = None;
-        match result {
+        }
+        match self.calibrator.outcome() {
             Ok(outcome) => {
                 self.robot = outcome.robot;
                 Report::Calibrated

@@ -6,10 +6,11 @@
 //! ```
 #![allow(clippy::print_stdout)]
 
+use delta_cal::calibration::Ikm;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::simulate::{random_pose, simulate_sample};
-use delta_cal::stream::{Alarm, Gate, Verdict};
-use delta_cal::{Calibrator, Noise, Settings, SymmetricRobot, Tolerance};
+use delta_cal::stream::{Added, Alarm, Selection, StreamCalibrator, Verdict};
+use delta_cal::{Noise, Progress, Settings, SymmetricRobot, Tolerance};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 
@@ -38,8 +39,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let settings = Settings::default()
         .with_noise(noise)
         .with_tolerance(Tolerance::new(0.5, 0.003)?);
-    let mut calibrator = Calibrator::new(&drawn, &settings);
-    let mut gate = Gate::new(&mut calibrator);
+    let gated = Selection::Gated { forgetting: None };
+    let mut stream = StreamCalibrator::<_, Ikm>::new(&drawn, &settings, &gated);
 
     let limits = JointLimits::new(-60_f64.to_radians(), 90_f64.to_radians())?;
     let mut rng = Pcg32::seed_from_u64(1);
@@ -50,24 +51,29 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         if number % 30 == 29 {
             sample.position.x += 5.0; // the reflector slipped
         }
-        if let Verdict::Rejected(innovation) = gate.add(&mut calibrator, &sample)? {
+        if let Added::Tested(Verdict::Rejected(innovation)) = stream.add(&sample)? {
             println!(
                 "sample {number} rejected: {} is {:.3} mm off, {:.0} sigma",
                 innovation.arm, innovation.distance, innovation.normalized
             );
         }
-        if let Some(Alarm::RobotChanged { first }) = gate.alarm() {
+        if let Some(Alarm::RobotChanged { first }) = stream.alarm() {
             println!("the robot has changed before sample {first}: calibrate it anew");
             break;
         }
     }
 
-    let counts = gate.counts();
-    println!(
-        "{} samples taken in, {} rejected",
-        counts.taken, counts.rejected
-    );
-    let outcome = calibrator.solve()?;
+    if let Some(counts) = stream.gate_counts() {
+        println!(
+            "{} samples taken in, {} rejected",
+            counts.taken, counts.rejected
+        );
+    }
+    // What came before the change.
+    stream.acknowledge();
+    stream.solve()?;
+    while stream.step() == Progress::Working {}
+    let outcome = stream.outcome()?;
     println!(
         "upper arms: {:.3} mm",
         outcome.robot.arms()[0].upper_arm_length()

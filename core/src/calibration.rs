@@ -1,18 +1,20 @@
-//! The IKM calibration: each arm's eight parameters from its own samples.
+//! The calibrations from complete positions: [`IkmCalibrator`] solves each arm by itself, [`JointCalibrator`] all
+//! together.
 //!
 //! ```text
 //! minimise  Σ (f(P; Xₖ, qₖ)/σf,ₖ)²  +  Σ ((pⱼ − pⱼ,nominal)/toleranceⱼ)²
 //! ```
 
 mod arm_problem;
+mod arm_samples;
 mod calibrator;
 #[cfg(test)]
 mod curve;
 mod free_start;
 mod identifiability;
 mod iteration;
-mod joint_calibrator;
 mod joint_problem;
+mod joint_samples;
 mod judgement;
 pub mod limits;
 mod minimizer;
@@ -31,8 +33,10 @@ mod upper_arm;
 
 pub use crate::samples::Triangle;
 pub(crate) use arm_problem::Normal;
-pub use calibrator::Calibrator;
-pub use joint_calibrator::{JointCalibrator, JointSolver};
+pub(crate) use arm_samples::ArmSamples;
+pub(crate) use calibrator::Phase;
+pub(crate) use calibrator::parts::{Parts, Samples};
+pub use calibrator::{Calibrator, Estimator, Ikm, IkmCalibrator, Joint, JointCalibrator};
 pub use joint_problem::JointNormal;
 pub(crate) use minimizer::enough_samples;
 pub use minimizer::{Minimizer, Progress};
@@ -41,8 +45,8 @@ pub use outcome::{ArmOutcome, Estimate, JointOutcome, RobotOutcome, StartUsed, T
 pub(crate) use problem::sum_of_squares;
 pub use problem::{Piece, Prior, Problem};
 pub use refusal::{Instrument, Refusal};
+pub use robot_solver::ArmSolver;
 pub(crate) use robot_solver::prior_of_arm;
-pub use robot_solver::{ArmSolver, RobotSolver};
 pub use settings::{Settings, Solver, Start};
 pub use tolerance::{Tolerance, ToleranceError};
 pub use tolerance_prior::TolerancePrior;

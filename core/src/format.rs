@@ -2,7 +2,7 @@
 //! others derive it.
 
 use crate::Real;
-use crate::calibration::{ArmOutcome, ArmSolver, Calibrator, RobotOutcome, RobotSolver};
+use crate::calibration::{ArmOutcome, ArmSolver, Calibrator, Estimator, RobotOutcome};
 use crate::frame::RigidTransform;
 use crate::kinematics::PlatformJacobian;
 use crate::robot::{Arm, ArmBasis, Parameter, Robot};
@@ -82,7 +82,7 @@ impl<T: Real + Format> Format for ArmFactor<T> {
     }
 }
 
-impl<T: Real + Format> Format for Calibrator<T> {
+impl<T: Real + Format, E: Estimator> Format for Calibrator<T, E> {
     fn format(&self, formatter: Formatter<'_>) {
         write!(
             formatter,
@@ -97,12 +97,6 @@ impl<T: Real + Format> Format for Calibrator<T> {
 impl<T: Real + Format> Format for ArmSolver<T> {
     fn format(&self, formatter: Formatter<'_>) {
         write!(formatter, "solver after {} iterations", self.iterations());
-    }
-}
-
-impl<T: Real + Format> Format for RobotSolver<T> {
-    fn format(&self, formatter: Formatter<'_>) {
-        write!(formatter, "solver at {}", self.arm());
     }
 }
 

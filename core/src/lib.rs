@@ -6,7 +6,7 @@
 //! Angles are in radians, lengths in any one unit that the caller chooses.
 //!
 //! ```
-//! use delta_cal::{ArmIndex, Calibrator, Noise, Parameter, Sample, Settings, SymmetricRobot};
+//! use delta_cal::{ArmIndex, IkmCalibrator, Noise, Parameter, Sample, Settings, SymmetricRobot};
 //! # fn main() -> Result<(), Box<dyn core::error::Error>> {
 //! // The robot as drawn, mm, and the one that was built.
 //! let drawn = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 };
@@ -14,7 +14,7 @@
 //!
 //! // One σ of a measured coordinate: 0.02 mm. The joint angles are taken as exact.
 //! let settings = Settings::default().with_noise(Noise::new(0.02, 0.0)?);
-//! let mut calibrator = Calibrator::new(&drawn.robot()?, &settings);
+//! let mut calibrator = IkmCalibrator::new(&drawn.robot()?, &settings);
 //! for k in 0..20 {
 //!     let t = f64::from(k);
 //!     let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
@@ -22,7 +22,7 @@
 //!     calibrator.add(&Sample { joints, position: built.forward(&joints)? })?;
 //! }
 //!
-//! let outcome = calibrator.solve()?;
+//! let outcome = calibrator.calibrate()?;
 //! let arm = &outcome.arms[ArmIndex::First.index()];
 //! assert!((arm.arm.lb() - 479.1).abs() < 1e-6);
 //! assert!(arm.standard_deviation(Parameter::Lb).is_some_and(|sigma| sigma < 1.0));
@@ -33,9 +33,16 @@
 //! # }
 //! ```
 //!
-//! [`Calibrator`] holds any number of samples in constant memory. [`RobotSolver`] solves in short steps
-//! between the turns of a control loop. The examples show whole programs: `calibrate`, `stream` (with a
-//! gate against wrong samples) and `firmware`.
+//! There are three calibrators, with the same five calls: `add`, `solve`, which begins, `step`, which is short and
+//! fits between the turns of a control loop, `outcome` and `reset`.
+//!
+//! | calibrator | solves | from | memory |
+//! | --- | --- | --- | --- |
+//! | [`IkmCalibrator`] | each arm by itself | complete positions | constant |
+//! | [`JointCalibrator`] | all 24 parameters together | complete positions | constant |
+//! | [`FkmCalibrator`] | the same, and where the instruments are | touches, distances, single coordinates | rows |
+//!
+//! The examples show whole programs: `calibrate`, `stream` (with a gate against wrong samples) and `firmware`.
 //!
 //! The modules follow the data, each using only those above it:
 //!
@@ -45,7 +52,7 @@
 //! | [`frame`] | a change of Cartesian frame, and the one that fits two sets of points |
 //! | [`kinematics`] | where the platform is at given joint angles, and back; singularities, joint limits |
 //! | [`samples`] | measurements, their noise, and the factor that keeps what they say |
-//! | [`calibration`] | settings, calibrator, solver, outcome, refusal |
+//! | [`calibration`] | settings, calibrators, outcome, refusal |
 //! | [`observations`] | heights, distances and single coordinates, and the calibration from them |
 //! | [`stream`] | gate and forgetting, for samples that keep coming |
 //! | [`snapshot`] | what a calibrator has seen, as bytes that outlast a power cut |
@@ -79,12 +86,14 @@ mod serialization;
 #[cfg(feature = "simulate")]
 pub mod simulate;
 pub mod snapshot;
+mod state;
 pub mod stream;
 
 pub use calibration::{
-    Calibrator, Progress, Refusal, RobotOutcome, RobotSolver, Settings, Tolerance,
+    IkmCalibrator, JointCalibrator, Progress, Refusal, RobotOutcome, Settings, Tolerance,
 };
 pub use nalgebra;
+pub use observations::FkmCalibrator;
 pub use real::Real;
 pub use robot::{ArmIndex, Parameter, Robot, SymmetricRobot};
 pub use samples::{Noise, Sample};

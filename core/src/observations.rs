@@ -13,6 +13,7 @@
 //! Without x, y and z the place of the robot in space is known from the tolerance alone. The relative
 //! positions are what such measurements determine.
 
+mod calibrator;
 mod check;
 mod equation;
 mod instruments;
@@ -23,10 +24,11 @@ mod solve;
 mod start;
 
 pub use crate::calibration::Instrument;
+pub use calibrator::{FkmCalibrator, TouchCalibrator};
 pub use instruments::{Instruments, ObservationNoise, Plane, Point, PositionFrame};
 pub use observation::{
     Distance, DistanceFrom, Height, Observation, ObservationError, ObservationRow,
 };
 pub use problem::{InstrumentsAt, ObservationProblem, PrepareError};
-pub use solve::{ObservationOutcome, ObservationSolver};
+pub use solve::ObservationOutcome;
 pub use start::StartValues;

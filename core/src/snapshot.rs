@@ -13,9 +13,9 @@
 //! noise, another kind of object or another scalar type are refused, and the object is as it was.
 
 use crate::Real;
+use crate::state::{Reader, State, Writer};
 use core::fmt;
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
-use nalgebra::Vector3;
 
 /// The version of the bytes.
 const VERSION: u8 = 1;
@@ -69,13 +69,10 @@ impl fmt::Display for SnapshotError {
 
 impl core::error::Error for SnapshotError {}
 
-/// Which object a snapshot is of. The numbers never change.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
-    Calibrator = 1,
-    JointCalibrator = 2,
-    Gate = 3,
-    Stream = 4,
+/// What the number of an object's kind is in a snapshot. The numbers never change.
+pub(crate) mod kind {
+    /// A stream, added to the number of its calibrator: 1 of each arm by itself, 2 jointly.
+    pub(crate) const STREAM: u8 = 4;
 }
 
 /// The most bytes of a snapshot of such a state.
@@ -85,7 +82,7 @@ pub(crate) const fn longest<T: Real, S: State<T>>() -> usize {
 
 /// Writes a snapshot, and returns it.
 pub(crate) fn write<'a, T: Real, S: State<T>>(
-    kind: Kind,
+    kind: u8,
     fingerprint: u32,
     state: &S,
     bytes: &'a mut [u8],
@@ -99,7 +96,7 @@ pub(crate) fn write<'a, T: Real, S: State<T>>(
     state.save(&mut writer);
     let length = HEADER + writer.written() + CHECKSUM;
     let mut beginning = Writer::new(header);
-    beginning.put(&[VERSION, kind as u8, number_size::<T>(), 0]);
+    beginning.put(&[VERSION, kind, number_size::<T>(), 0]);
     #[allow(clippy::cast_possible_truncation)] // some kilobytes
     beginning.put(&(length as u32).to_le_bytes());
     beginning.put(&fingerprint.to_le_bytes());
@@ -118,7 +115,7 @@ pub(crate) fn write<'a, T: Real, S: State<T>>(
 
 /// Restores what [`write`] has written; bytes behind it are ignored.
 pub(crate) fn read<T: Real, S: State<T>>(
-    kind: Kind,
+    kind: u8,
     fingerprint: u32,
     state: &mut S,
     bytes: &[u8],
@@ -133,7 +130,7 @@ pub(crate) fn read<T: Real, S: State<T>>(
             version => SnapshotError::OtherVersion { version },
         });
     }
-    if *written_kind != kind as u8 || *size != number_size::<T>() {
+    if *written_kind != kind || *size != number_size::<T>() {
         return Err(SnapshotError::OtherKind);
     }
     let length = length
@@ -201,182 +198,3 @@ impl Fingerprint {
         self.0.finalize()
     }
 }
-
-/// The part of an object that depends on its samples, without what follows from robot and settings.
-pub(crate) trait State<T: Real> {
-    /// Bytes that it takes.
-    const BYTES: usize;
-
-    fn save(&self, to: &mut Writer<'_>);
-
-    fn load(&mut self, from: &mut Reader<'_>);
-}
-
-/// Where a state is written to; what finds no room is left out.
-pub(crate) struct Writer<'a> {
-    rest: &'a mut [u8],
-    written: usize,
-}
-
-impl<'a> Writer<'a> {
-    const fn new(bytes: &'a mut [u8]) -> Self {
-        Self {
-            rest: bytes,
-            written: 0,
-        }
-    }
-
-    const fn written(&self) -> usize {
-        self.written
-    }
-
-    fn put(&mut self, bytes: &[u8]) {
-        if let Some((place, rest)) =
-            core::mem::take(&mut self.rest).split_at_mut_checked(bytes.len())
-        {
-            // Not by copy_from_slice, whose check of the lengths can panic.
-            for (place, byte) in place.iter_mut().zip(bytes) {
-                *place = *byte;
-            }
-            self.rest = rest;
-            self.written += bytes.len();
-        }
-    }
-}
-
-/// Where a state is read from; what is missing is read as zero.
-pub(crate) struct Reader<'a> {
-    rest: &'a [u8],
-}
-
-impl<'a> Reader<'a> {
-    const fn new(bytes: &'a [u8]) -> Self {
-        Self { rest: bytes }
-    }
-
-    fn take<const N: usize>(&mut self) -> [u8; N] {
-        match self.rest.split_first_chunk::<N>() {
-            Some((bytes, rest)) => {
-                self.rest = rest;
-                *bytes
-            }
-            None => [0; N],
-        }
-    }
-}
-
-impl<T: Real> State<T> for T {
-    const BYTES: usize = T::BYTES;
-
-    fn save(&self, to: &mut Writer<'_>) {
-        let bytes = self.bit_pattern().to_le_bytes();
-        to.put(bytes.get(..T::BYTES).unwrap_or_default());
-    }
-
-    fn load(&mut self, from: &mut Reader<'_>) {
-        let pattern = if T::BYTES == 4 {
-            u64::from(u32::from_le_bytes(from.take()))
-        } else {
-            u64::from_le_bytes(from.take())
-        };
-        *self = T::from_bit_pattern(pattern);
-    }
-}
-
-impl<T: Real> State<T> for u64 {
-    const BYTES: usize = 8;
-
-    fn save(&self, to: &mut Writer<'_>) {
-        to.put(&self.to_le_bytes());
-    }
-
-    fn load(&mut self, from: &mut Reader<'_>) {
-        *self = Self::from_le_bytes(from.take());
-    }
-}
-
-impl<T: Real> State<T> for u8 {
-    const BYTES: usize = 1;
-
-    fn save(&self, to: &mut Writer<'_>) {
-        to.put(&[*self]);
-    }
-
-    fn load(&mut self, from: &mut Reader<'_>) {
-        [*self] = from.take();
-    }
-}
-
-impl<T: Real> State<T> for bool {
-    const BYTES: usize = 1;
-
-    fn save(&self, to: &mut Writer<'_>) {
-        to.put(&[u8::from(*self)]);
-    }
-
-    fn load(&mut self, from: &mut Reader<'_>) {
-        let [byte] = from.take();
-        *self = byte != 0;
-    }
-}
-
-/// A number of objects in an array of fewer than 256.
-impl<T: Real> State<T> for usize {
-    const BYTES: usize = 1;
-
-    #[allow(clippy::cast_possible_truncation)] // fewer than 256
-    fn save(&self, to: &mut Writer<'_>) {
-        to.put(&[*self as u8]);
-    }
-
-    fn load(&mut self, from: &mut Reader<'_>) {
-        let [byte] = from.take();
-        *self = Self::from(byte);
-    }
-}
-
-impl<T: Real, S: State<T>, const N: usize> State<T> for [S; N] {
-    const BYTES: usize = N * S::BYTES;
-
-    fn save(&self, to: &mut Writer<'_>) {
-        for item in self {
-            item.save(to);
-        }
-    }
-
-    fn load(&mut self, from: &mut Reader<'_>) {
-        for item in self {
-            item.load(from);
-        }
-    }
-}
-
-impl<T: Real> State<T> for Vector3<T> {
-    const BYTES: usize = 3 * T::BYTES;
-
-    fn save(&self, to: &mut Writer<'_>) {
-        State::<T>::save(&self.data.0, to);
-    }
-
-    fn load(&mut self, from: &mut Reader<'_>) {
-        State::<T>::load(&mut self.data.0, from);
-    }
-}
-
-/// The state of a type is that of these fields, in this order.
-macro_rules! state {
-    ($type:ty: $($field:ident: $kind:ty),+ $(,)?) => {
-        impl<T: $crate::Real> $crate::snapshot::State<T> for $type {
-            const BYTES: usize = 0 $(+ <$kind as $crate::snapshot::State<T>>::BYTES)+;
-
-            fn save(&self, to: &mut $crate::snapshot::Writer<'_>) {
-                $($crate::snapshot::State::<T>::save(&self.$field, to);)+
-            }
-
-            fn load(&mut self, from: &mut $crate::snapshot::Reader<'_>) {
-                $($crate::snapshot::State::<T>::load(&mut self.$field, from);)+
-            }
-        }
-    };
-}
-pub(crate) use state;

@@ -10,7 +10,7 @@ use delta_cal::robot::Arm;
 use delta_cal::robot::Transmission;
 use delta_cal::stream::Forgetting;
 use delta_cal::{
-    Calibrator, Noise, Refusal, Robot, RobotOutcome, Sample, Settings, SymmetricRobot, Tolerance,
+    IkmCalibrator, Noise, Refusal, Robot, RobotOutcome, Sample, Settings, SymmetricRobot, Tolerance,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -55,11 +55,11 @@ fn outcome() -> RobotOutcome<f64> {
     }
     .robot()
     .unwrap();
-    let mut calibrator = Calibrator::new(&DRAWN.robot().unwrap(), &Settings::default());
+    let mut calibrator = IkmCalibrator::new(&DRAWN.robot().unwrap(), &Settings::default());
     for k in 0..20 {
         calibrator.add(&sample(&truth, k)).unwrap();
     }
-    calibrator.solve().unwrap()
+    calibrator.calibrate().unwrap()
 }
 
 #[test]

@@ -236,11 +236,11 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
                 fingerprint,
                 from,
             } => {
-                let (outcome, there) = self.session.outcome(*session)?;
+                let (robot, there) = self.session.outcome(*session)?;
                 if there != *fingerprint {
                     return Err(Fault::OtherParameters { there });
                 }
-                let switched = self.geometries.apply(*from, outcome.robot())?;
+                let switched = self.geometries.apply(*from, &robot)?;
                 self.streams.forget();
                 self.switched(switched)
             }

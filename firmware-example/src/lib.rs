@@ -30,6 +30,7 @@ mod reception;
 mod serve;
 mod session;
 mod store;
+mod stream;
 mod stream_store;
 
 pub use control_loop::{BLEND_TURNS, ControlLoop};

@@ -1,6 +1,6 @@
+use crate::stream::Stream;
 use core::fmt::Debug;
 use delta_cal::Real;
-use delta_cal::stream::StreamCalibrator;
 use delta_cal_protocol::{Scalar, Wire};
 
 #[cfg(all(target_os = "none", feature = "defmt"))]
@@ -31,8 +31,8 @@ const DOUBLE: usize = 16_320;
 
 /// Bytes of the request that stands before the snapshot, at most.
 const BEGIN: usize = 100;
-const _: () = assert!(StreamCalibrator::<f32>::SNAPSHOT_BYTES + BEGIN <= SINGLE);
-const _: () = assert!(StreamCalibrator::<f64>::SNAPSHOT_BYTES + BEGIN <= DOUBLE);
+const _: () = assert!(Stream::<f32>::SNAPSHOT_BYTES + BEGIN <= SINGLE);
+const _: () = assert!(Stream::<f64>::SNAPSHOT_BYTES + BEGIN <= DOUBLE);
 
 impl Number for f32 {
     const SCALAR: Scalar = Scalar::Single;

@@ -1,9 +1,10 @@
 //! One calibration: samples in, solved step by step, an outcome or a refusal.
 
 use crate::Number;
+use crate::stream::Stream;
 use delta_cal::snapshot::SnapshotError;
-use delta_cal::stream::{AddError, Added, StreamCalibrator, StreamOutcome};
-use delta_cal::{ArmIndex, Progress, Robot, RobotOutcome, Sample};
+use delta_cal::stream::{AddError, Added, StreamRefusal};
+use delta_cal::{ArmIndex, Progress, Robot, Sample};
 use delta_cal_protocol::{ArmReport, Begin, Fault, GateStatus, Geometry, Phase, SampleMessage};
 use nalgebra::Vector3;
 
@@ -12,9 +13,9 @@ use nalgebra::Vector3;
 pub(crate) struct Session<T: Number> {
     /// What it was begun with.
     begun: Option<Begin<T>>,
-    stream: Option<StreamCalibrator<T>>,
-    /// Of the outcome, once there is one.
-    fingerprint: Option<u32>,
+    stream: Option<Stream<T>>,
+    /// Of the calibrated robot, or why there is none, once that is known.
+    result: Option<Result<u32, StreamRefusal>>,
 }
 
 impl<T: Number> Session<T> {
@@ -22,7 +23,7 @@ impl<T: Number> Session<T> {
         Self {
             begun: None,
             stream: None,
-            fingerprint: None,
+            result: None,
         }
     }
 
@@ -67,10 +68,9 @@ impl<T: Number> Session<T> {
     #[inline(never)]
     pub(crate) fn begin(&mut self, nominal: &Robot<T>, begin: &Begin<T>) -> Result<(), Fault> {
         if self.begun.as_ref() != Some(begin) {
-            let (settings, options) = begin.calibrator()?;
-            self.stream = Some(StreamCalibrator::new(nominal, &settings, &options));
+            Stream::begin(&mut self.stream, nominal, begin)?;
             self.begun = Some(*begin);
-            self.fingerprint = None;
+            self.result = None;
             info!("session {=u32:08x} begun", begin.session);
         }
         Ok(())
@@ -101,7 +101,7 @@ impl<T: Number> Session<T> {
         if let (Some(alarm), Added::Tested(_)) = (stream.alarm(), &added) {
             warning!("session {=u32:08x}: {}", message.session, alarm);
         }
-        self.fingerprint = None;
+        self.result = None;
         Ok(())
     }
 
@@ -114,6 +114,7 @@ impl<T: Number> Session<T> {
         }
         if let Some(stream) = &mut self.stream {
             stream.solve();
+            self.note_result();
         }
         Ok(())
     }
@@ -130,28 +131,35 @@ impl<T: Number> Session<T> {
         if stream.step() == Progress::Working {
             return true;
         }
-        let session = self.begun.as_ref().map_or(0, |begun| begun.session);
-        match stream.result() {
-            Some(Ok(outcome)) => {
-                let fingerprint = Geometry::of(outcome.robot()).fingerprint();
-                self.fingerprint = Some(fingerprint);
-                info!(
-                    "session {=u32:08x}: solved, {=u32:08x}",
-                    session, fingerprint
-                );
-            }
-            Some(Err(refusal)) => {
-                warning!("session {=u32:08x}: refused, {}", session, refusal);
-            }
-            None => {}
-        }
+        self.note_result();
         false
     }
 
+    /// Keeps what a solve has come to, if one has finished.
+    #[inline(never)]
+    fn note_result(&mut self) {
+        let finished = self.stream.as_ref().filter(|stream| stream.finished());
+        let Some(stream) = finished.filter(|_| self.result.is_none()) else {
+            return;
+        };
+        let result = stream
+            .robot()
+            .map(|robot| Geometry::of(&robot).fingerprint());
+        match result {
+            Ok(fingerprint) => info!(
+                "session {=u32:08x}: solved, {=u32:08x}",
+                self.number(),
+                fingerprint
+            ),
+            Err(refusal) => warning!("session {=u32:08x}: refused, {}", self.number(), refusal),
+        }
+        self.result = Some(result);
+    }
+
     /// The session as it can be stored: it takes in samples, and has no result.
-    pub(crate) fn storable(&self) -> Option<(&Begin<T>, &StreamCalibrator<T>)> {
+    pub(crate) fn storable(&self) -> Option<(&Begin<T>, &Stream<T>)> {
         let (stream, begin) = (self.stream.as_ref()?, self.begun.as_ref()?);
-        let storable = !stream.solving() && stream.result().is_none();
+        let storable = !stream.solving() && !stream.finished();
         storable.then_some((begin, stream))
     }
 
@@ -160,12 +168,12 @@ impl<T: Number> Session<T> {
             return Phase::Idle;
         };
         let samples = self.samples();
-        match (stream.result(), self.fingerprint) {
-            (Some(Ok(_)), Some(fingerprint)) => Phase::Solved {
+        match self.result {
+            Some(Ok(fingerprint)) => Phase::Solved {
                 samples,
                 fingerprint,
             },
-            (Some(Err(refusal)), _) => Phase::CalibrationRefused { samples, refusal },
+            Some(Err(refusal)) => Phase::CalibrationRefused { samples, refusal },
             _ if stream.solving() => Phase::Solving,
             _ => Phase::Collecting { samples },
         }
@@ -177,28 +185,24 @@ impl<T: Number> Session<T> {
     }
 
     /// The calibrated robot and its fingerprint.
-    pub(crate) fn outcome(&self, session: u32) -> Result<(&StreamOutcome<T>, u32), Fault> {
+    pub(crate) fn outcome(&self, session: u32) -> Result<(Robot<T>, u32), Fault> {
+        let (stream, fingerprint) = self.solved(session)?;
+        let robot = stream.robot().map_err(|_| Fault::NoOutcome)?;
+        Ok((robot, fingerprint))
+    }
+
+    fn solved(&self, session: u32) -> Result<(&Stream<T>, u32), Fault> {
         self.check(session)?;
-        let result = self.stream.as_ref().and_then(StreamCalibrator::result);
-        match (result, self.fingerprint) {
-            (Some(Ok(outcome)), Some(fingerprint)) => Ok((outcome, fingerprint)),
+        match (&self.stream, self.result) {
+            (Some(stream), Some(Ok(fingerprint))) => Ok((stream, fingerprint)),
             _ => Err(Fault::NoOutcome),
         }
     }
 
     #[inline(never)]
     pub(crate) fn report(&self, session: u32, index: ArmIndex) -> Result<ArmReport<T>, Fault> {
-        let arm = match self.outcome(session)?.0 {
-            StreamOutcome::Arms(RobotOutcome {
-                arms: [first, second, third],
-                ..
-            }) => match index {
-                ArmIndex::First => *first,
-                ArmIndex::Second => *second,
-                ArmIndex::Third => *third,
-            },
-            StreamOutcome::Joint(outcome) => outcome.arm(index),
-        };
+        let (stream, _) = self.solved(session)?;
+        let arm = stream.arm(index).map_err(|_| Fault::NoOutcome)?;
         Ok(ArmReport::new(index, &arm))
     }
 

@@ -4,13 +4,13 @@ use crate::Number;
 use crate::halves::{Halves, StoreError};
 use crate::session::Session;
 use crate::store::mark;
+use crate::stream::Stream;
 use delta_cal::Robot;
-use delta_cal::stream::StreamCalibrator;
 use delta_cal_protocol::{Begin, Reader, Wire, Writer};
 use embedded_storage::nor_flash::NorFlash;
 
 /// Version of the stored record.
-const VERSION: u8 = 0x82;
+const VERSION: u8 = 0x83;
 
 /// How often a session is stored.
 ///
@@ -98,7 +98,7 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
     }
 
     /// Whether the session is to be stored now, at this turn of the control loop.
-    pub(crate) fn due(&self, begin: &Begin<T>, stream: &StreamCalibrator<T>, turn: u32) -> bool {
+    pub(crate) fn due(&self, begin: &Begin<T>, stream: &Stream<T>, turn: u32) -> bool {
         let stored = match &self.stored {
             Some((session, stored)) if session == begin => *stored,
             _ => 0,
@@ -128,7 +128,7 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
     pub(crate) fn save(
         &mut self,
         begin: &Begin<T>,
-        stream: &StreamCalibrator<T>,
+        stream: &Stream<T>,
         turn: u32,
     ) -> Result<(), StoreError> {
         // Also before a failure, so that flash that fails is not tried at every turn.
@@ -146,6 +146,6 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
     }
 }
 
-fn samples<T: Number>(stream: &StreamCalibrator<T>) -> u32 {
+fn samples<T: Number>(stream: &Stream<T>) -> u32 {
     u32::try_from(stream.samples()).unwrap_or(u32::MAX)
 }

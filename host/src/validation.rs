@@ -229,7 +229,7 @@ fn in_known_frame(
     readings: &Readings,
     request: Request,
 ) -> Result<(Readings, Request), CalibrateError> {
-    let datum = Datum::of(robot)?.filter(|_| request.frame == Frame::Sensor);
+    let datum = Datum::of(robot, request.frame)?;
     let frame = match (request.stored, datum) {
         (true, _) => Some(robot.sensor_frame.ok_or_else(|| {
             InputError::new(&robot.name, "the robot file has no [sensor_frame]").with_remedy(

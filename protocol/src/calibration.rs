@@ -3,7 +3,7 @@
 use crate::messages::{ArmReport, Begin, Fault};
 use delta_cal::calibration::ArmOutcome;
 use delta_cal::robot::Transmission;
-use delta_cal::stream::{Forgetting, Selection, StreamOptions};
+use delta_cal::stream::{Forgetting, Selection};
 use delta_cal::{ArmIndex, Noise, Real, Settings, Tolerance};
 
 impl<T: Real> Begin<T> {
@@ -12,11 +12,11 @@ impl<T: Real> Begin<T> {
     ///
     /// # Errors
     /// [`Fault::Settings`].
-    pub fn calibrator(&self) -> Result<(Settings<T>, StreamOptions<T>), Fault> {
+    pub fn calibrator(&self) -> Result<(Settings<T>, Selection<T>), Fault> {
         if self.session == 0 {
             return Err(Fault::Settings);
         }
-        Ok((self.settings()?, self.options()?))
+        Ok((self.settings()?, self.selection()?))
     }
 
     fn settings(&self) -> Result<Settings<T>, Fault> {
@@ -39,20 +39,16 @@ impl<T: Real> Begin<T> {
             .with_tolerance(tolerance))
     }
 
-    fn options(&self) -> Result<StreamOptions<T>, Fault> {
+    fn selection(&self) -> Result<Selection<T>, Fault> {
         let forgetting = self
             .forgetting
             .map(Forgetting::new)
             .transpose()
             .map_err(|_| Fault::Settings)?;
-        let selection = if self.gate {
+        Ok(if self.gate {
             Selection::Gated { forgetting }
         } else {
             Selection::All { forgetting }
-        };
-        Ok(StreamOptions {
-            estimator: self.estimator,
-            selection,
         })
     }
 }

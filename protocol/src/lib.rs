@@ -44,7 +44,7 @@ pub use frame::{
 };
 pub use geometry::Geometry;
 pub use messages::{
-    Adopt, ArmReport, Begin, ControlLoop, Counters, Fault, GateStatus, Identity, Origin,
+    Adopt, ArmReport, Begin, ControlLoop, Counters, Estimator, Fault, GateStatus, Identity, Origin,
     ParameterSet, Parameters, Phase, Request, Response, RevertTo, SampleMessage, Scalar, Status,
 };
 pub use wire::{Reader, Wire, Writer};

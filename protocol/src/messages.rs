@@ -6,7 +6,7 @@ use delta_cal::ArmIndex;
 use delta_cal::calibration::{StartUsed, Termination};
 use delta_cal::robot::GeometryError;
 use delta_cal::samples::SampleError;
-use delta_cal::stream::{Alarm, Estimator, GateCounts, StreamRefusal};
+use delta_cal::stream::{Alarm, GateCounts, StreamRefusal};
 
 /// What the driver asks, numbers of type `T` (`f32` or `f64`, see [`Identity::scalar`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,6 +87,15 @@ pub enum RevertTo {
     Previous,
     /// The robot as drawn.
     Nominal,
+}
+
+/// How the parameters are estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Estimator {
+    /// Each arm by itself, [`Ikm`](delta_cal::calibration::Ikm).
+    Arms,
+    /// All 24 parameters together, [`Joint`](delta_cal::calibration::Joint).
+    Joint,
 }
 
 /// How a calibration begins.
@@ -456,6 +465,7 @@ numbers!(Phase {
 });
 
 fields!(Adopt<T> { from, geometry });
+numbers!(Estimator { 0: Arms, 1: Joint });
 fields!(Begin<T> { session, tolerance, joint_zero, noise, estimator, gate, forgetting });
 fields!(SampleMessage<T> { session, index, joints, position });
 fields!(Identity {

@@ -4,7 +4,7 @@
 use delta_cal::calibration::{StartUsed, Termination};
 use delta_cal::robot::GeometryError;
 use delta_cal::samples::SampleError;
-use delta_cal::stream::{Alarm, Estimator, StreamRefusal};
+use delta_cal::stream::{Alarm, StreamRefusal};
 use delta_cal::{ArmIndex, Parameter, Refusal};
 
 /// A value that goes over the wire.
@@ -207,8 +207,6 @@ numbers!(Parameter {
     6: LaY,
     7: Lb,
 });
-
-numbers!(Estimator { 0: Arms, 1: Joint });
 
 numbers!(Termination {
     0: GradientVanished,

@@ -1,7 +1,7 @@
 //! Exact measurements return the exact robot: 500 random robots a case, start error 1 cm and 1°.
 
 use delta_cal::calibration::{Start, StartUsed};
-use delta_cal::{Calibrator, Real, Robot, RobotOutcome, Sample, Settings, SymmetricRobot};
+use delta_cal::{IkmCalibrator, Real, Robot, RobotOutcome, Sample, Settings, SymmetricRobot};
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed, to_single,
 };
@@ -26,9 +26,9 @@ fn calibrate<T: Real>(
     samples: &[Sample<T>],
     settings: &Settings<T>,
 ) -> Option<RobotOutcome<T>> {
-    let mut calibrator = Calibrator::new(start, settings);
+    let mut calibrator = IkmCalibrator::new(start, settings);
     calibrator.add_many(samples).unwrap();
-    calibrator.solve().ok()
+    calibrator.calibrate().ok()
 }
 
 #[test]

@@ -1,8 +1,14 @@
 //! The gate in the stream: how often it rejects a good sample, how surely a wrong one, and how soon it
 //! says that the robot has changed.
 
-use delta_cal::stream::{Alarm, Forgetting, ForgettingError, Gate, GateError, Untested, Verdict};
-use delta_cal::{Calibrator, Noise, Robot, Sample, Settings, Tolerance};
+use delta_cal::calibration::Ikm;
+use delta_cal::stream::{
+    AddError, Added, Alarm, Forgetting, ForgettingError, GateCounts, GateError, Innovation,
+    Selection, StreamCalibrator, StreamRefusal, Untested, Verdict,
+};
+use delta_cal::{
+    IkmCalibrator, Noise, Progress, Real, Robot, RobotOutcome, Sample, Settings, Tolerance,
+};
 use delta_cal_tests::{
     Spread, generator, measurements, paper_robot, perturbed, to_single, uniform,
 };
@@ -26,27 +32,35 @@ fn robot(length: f64, angle: f64, rng: &mut Pcg32) -> Robot<f64> {
     perturbed(&paper_robot(), length, angle, Spread::Normal, rng)
 }
 
-/// A calibrator and its gate, which solves when it is asked to.
-struct Stream {
-    calibrator: Calibrator<f64>,
-    gate: Gate<f64>,
-}
+/// A gated stream, which solves its estimate when it is asked to.
+struct Stream<T: Real = f64>(StreamCalibrator<T, Ikm>);
 
-impl Stream {
-    fn new(settings: &Settings<f64>) -> Self {
-        let mut calibrator = Calibrator::new(&paper_robot(), settings);
-        let gate = Gate::new(&mut calibrator);
-        Self { calibrator, gate }
+impl<T: Real> Stream<T> {
+    fn new(settings: &Settings<T>) -> Self {
+        let gated = Selection::Gated { forgetting: None };
+        Self(StreamCalibrator::new(&paper_robot(), settings, &gated))
     }
 
-    fn add(&mut self, sample: &Sample<f64>) -> Verdict<f64> {
-        let verdict = self.gate.add(&mut self.calibrator, sample).unwrap();
-        if self.gate.wants_estimate()
-            && let Ok(outcome) = self.calibrator.solve()
-        {
-            self.gate.adopt(&mut self.calibrator, &outcome);
-        }
+    fn add(&mut self, sample: &Sample<T>) -> Verdict<T> {
+        let Ok(Added::Tested(verdict)) = self.0.add(sample) else {
+            panic!("not tested")
+        };
+        while self.0.step() == Progress::Working {}
         verdict
+    }
+
+    fn innovations(&self, sample: &Sample<T>) -> Result<[Innovation<T>; 3], Untested> {
+        self.0.innovations(sample).unwrap()
+    }
+
+    fn counts(&self) -> &GateCounts {
+        self.0.gate_counts().unwrap()
+    }
+
+    fn solve(&mut self) -> Result<RobotOutcome<T>, StreamRefusal> {
+        self.0.solve()?;
+        while self.0.step() == Progress::Working {}
+        self.0.outcome()
     }
 }
 
@@ -75,41 +89,21 @@ fn a_memory_is_a_forgetting_factor() {
     assert_eq!(Forgetting::new(65_540.0_f32), Err(ForgettingError::TooLong));
 }
 
-/// Eleven samples leave three degrees of freedom, from which the noise can be told; ten do not.
-#[test]
-fn three_spare_samples_tell_the_noise() {
-    for (count, known) in [(10, false), (11, true)] {
-        let settings = Settings::default();
-        let all = measured(14, count + 1);
-        let mut calibrator = Calibrator::new(&paper_robot(), &settings);
-        let mut gate = Gate::new(&mut calibrator);
-        for sample in &all[..count] {
-            gate.add(&mut calibrator, sample).unwrap();
-        }
-        let outcome = calibrator.solve().unwrap();
-        gate.adopt(&mut calibrator, &outcome);
-        let found = gate.innovations(&calibrator, &all[count]);
-        assert_eq!(found.is_ok(), known);
-        assert!(known || found == Err(Untested::NoNoise));
-    }
-}
-
 #[test]
 fn the_eighth_rejection_in_a_row_raises_the_alarm() {
     let settings = Settings::default()
         .with_noise(exact_joints())
         .with_tolerance(Tolerance::new(0.3, 0.002).unwrap());
     for (before, changed) in [(15, false), (16, true), (40, true)] {
-        let mut calibrator = Calibrator::new(&paper_robot(), &settings);
-        let mut gate = Gate::new(&mut calibrator);
+        let mut stream = Stream::new(&settings);
         let mut all = measured(15, before + 30);
         for sample in &mut all[before..] {
             sample.position.z -= 20.0;
         }
         for (k, sample) in all.iter().enumerate() {
-            let verdict = gate.add(&mut calibrator, sample).unwrap();
+            let verdict = stream.add(sample);
             assert_eq!(matches!(verdict, Verdict::Rejected(_)), k >= before);
-            assert_eq!(gate.alarm().is_some(), k >= before + 7);
+            assert_eq!(stream.0.alarm().is_some(), k >= before + 7);
         }
         let first = before as u64;
         let expected = if changed {
@@ -117,8 +111,8 @@ fn the_eighth_rejection_in_a_row_raises_the_alarm() {
         } else {
             Alarm::EarlySamplesWrong { first }
         };
-        assert_eq!(gate.alarm(), Some(expected));
-        let counts = gate.counts();
+        assert_eq!(stream.0.alarm(), Some(expected));
+        let counts = stream.counts();
         assert_eq!((counts.taken, counts.rejected), (first, 30));
         assert_eq!((counts.run, counts.longest_run), (30, 30));
         assert!(
@@ -135,19 +129,18 @@ fn a_gate_has_a_width() {
     let settings = Settings::default()
         .with_noise(exact_joints())
         .with_tolerance(Tolerance::new(0.3, 0.002).unwrap());
-    let mut calibrator = Calibrator::new(&paper_robot(), &settings);
-    let gate = Gate::new(&mut calibrator);
+    let mut stream = Stream::new(&settings);
     for sigmas in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert_eq!(gate.with_sigmas(sigmas), Err(GateError::Sigmas));
+        assert_eq!(stream.0.set_sigmas(sigmas), Err(GateError::Sigmas));
     }
     let all = measured(16, 30);
     let rejected = |sigmas: f64| {
-        let mut calibrator = calibrator;
-        let mut gate = gate.with_sigmas(sigmas).unwrap();
+        let mut stream = Stream::new(&settings);
+        stream.0.set_sigmas(sigmas).unwrap();
         for sample in &all {
-            gate.add(&mut calibrator, sample).unwrap();
+            stream.add(sample);
         }
-        gate.counts().rejected
+        stream.counts().rejected
     };
     assert_eq!(rejected(100.0), 0);
     assert!(rejected(0.5) > 15);
@@ -180,7 +173,7 @@ fn gross_outliers_are_rejected_once_a_few_samples_are_in() {
             let mut rng = generator(910, number);
             let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
             let mut stream = Stream::new(&settings);
-            let mut clean = Calibrator::new(&paper_robot(), &settings);
+            let mut clean = IkmCalibrator::new(&paper_robot(), &settings);
             for (index, sample) in measurements(&truth, 60, Some(&noise()), &mut rng)
                 .iter()
                 .enumerate()
@@ -196,15 +189,15 @@ fn gross_outliers_are_rejected_once_a_few_samples_are_in() {
                     falsely += u32::from(matches!(stream.add(sample), Verdict::Rejected(_)));
                 }
             }
-            let alarmed = stream.gate.alarm().is_some();
+            let alarmed = stream.0.alarm().is_some();
             alarms += u32::from(alarmed);
-            if !alarmed && let Ok(outcome) = stream.calibrator.solve() {
+            if !alarmed && let Ok(outcome) = stream.solve() {
                 let sum = |robot: &Robot<f64>| -> f64 {
                     let differences = delta_cal_tests::parameter_differences(robot, &truth);
                     differences.iter().map(|error| error * error).sum()
                 };
                 error += sum(&outcome.robot);
-                clean_error += sum(&clean.solve().unwrap().robot);
+                clean_error += sum(&clean.calibrate().unwrap().robot);
             }
         }
         println!(
@@ -227,41 +220,37 @@ fn without_prior_and_estimate_the_gate_takes_everything_and_says_so() {
     let settings = Settings::default().with_noise(noise());
     let mut rng = generator(914, 0);
     let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
-    let mut calibrator = Calibrator::new(&paper_robot(), &settings);
-    let mut gate = Gate::new(&mut calibrator);
-    for (index, sample) in measurements(&truth, 30, Some(&noise()), &mut rng)
+    let mut stream = Stream::new(&settings);
+    for (index, sample) in measurements(&truth, 12, Some(&noise()), &mut rng)
         .iter()
         .enumerate()
     {
-        let verdict = gate.add(&mut calibrator, sample).unwrap();
-        assert_eq!(gate.wants_estimate(), index == 11 || index == 23, "{index}");
-        assert_eq!(verdict, Verdict::Untested(Untested::NoEstimate));
+        let untested = Verdict::Untested(Untested::NoEstimate);
+        assert_eq!(stream.0.add(sample), Ok(Added::Tested(untested)));
+        // The estimate is solved then.
+        assert_eq!(stream.0.solving(), index == 11, "{index}");
     }
-    let outcome = calibrator.solve().unwrap();
-    gate.adopt(&mut calibrator, &outcome);
-    assert!(!gate.wants_estimate());
     let [sample, wrong] = &measurements(&truth, 2, Some(&noise()), &mut rng)[..] else {
         panic!("two samples")
     };
-    assert!(matches!(
-        gate.add(&mut calibrator, sample),
-        Ok(Verdict::Taken(_))
-    ));
+    assert_eq!(stream.0.add(sample), Err(AddError::Busy));
+    while stream.0.step() == Progress::Working {}
+    assert!(matches!(stream.add(sample), Verdict::Taken(_)));
     let mut wrong = *wrong;
     wrong.joints[1] += 2.0 * DEGREE;
-    let Ok(Verdict::Rejected(innovation)) = gate.add(&mut calibrator, &wrong) else {
+    let Verdict::Rejected(innovation) = stream.add(&wrong) else {
         panic!("it is not rejected")
     };
     // A joint angle spoils one arm.
     assert_eq!(innovation.arm.index(), 1);
-    assert_eq!(gate.counts().rejected_by_arm, [0, 1, 0]);
-    assert_eq!((gate.counts().taken, gate.counts().untested), (31, 30));
-    assert_eq!(calibrator.samples(), 31);
+    assert_eq!(stream.counts().rejected_by_arm, [0, 1, 0]);
+    assert_eq!((stream.counts().taken, stream.counts().untested), (13, 12));
+    assert_eq!(stream.0.samples(), 14);
     // A faulty number changes nothing.
     wrong.position.x = f64::NAN;
-    let before = gate;
-    assert!(gate.add(&mut calibrator, &wrong).is_err());
-    assert_eq!(gate, before);
+    let before = *stream.counts();
+    assert!(stream.0.add(&wrong).is_err());
+    assert_eq!((*stream.counts(), stream.0.samples()), (before, 14));
 }
 
 /// A long stream in single precision is judged as in double.
@@ -276,15 +265,14 @@ fn single_precision_decides_as_double() {
         let mut rng = generator(916, number);
         let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
         let mut wide = Stream::new(&settings);
-        let mut narrow = Calibrator::<f32>::new(&paper_robot(), &single);
-        let mut gate = Gate::new(&mut narrow);
+        let mut narrow = Stream::new(&single);
         let mut measured = measurements(&truth, 5000, Some(&noise()), &mut rng);
         for sample in measured.iter_mut().skip(30).step_by(50) {
             *sample = slipped(sample, &mut rng);
         }
         for (sample, rounded) in measured.iter().zip(to_single(&measured)) {
             let a = wide.add(sample);
-            let b = gate.add(&mut narrow, &rounded).unwrap();
+            let b = narrow.add(&rounded);
             samples += 1;
             match (a, b) {
                 (Verdict::Taken(a), Verdict::Taken(b)) if a.arm == b.arm => {
@@ -323,7 +311,7 @@ fn the_sign_of_an_innovation_is_that_of_the_error() {
                 for by in [1.0, -1.0] {
                     let position = next.position + away * by;
                     let moved = Sample { position, ..next };
-                    let found = stream.gate.innovations(&stream.calibrator, &moved).unwrap();
+                    let found = stream.innovations(&moved).unwrap();
                     assert!(found[index].normalized * by > 0.0, "{:?}", found[index]);
                 }
             }
@@ -352,7 +340,7 @@ fn innovations(campaign: u64, settings: &Settings<f64>, length: f64, angle: f64)
         let truth = robot(length, angle, &mut rng);
         let mut stream = Stream::new(settings);
         for sample in measurements(&truth, 120, Some(&noise()), &mut rng) {
-            if let Ok(arms) = stream.gate.innovations(&stream.calibrator, &sample) {
+            if let Ok(arms) = stream.innovations(&sample) {
                 for arm in arms {
                     found.number += 1;
                     found.sum += arm.normalized.powi(2);
@@ -363,7 +351,7 @@ fn innovations(campaign: u64, settings: &Settings<f64>, length: f64, angle: f64)
             }
             stream.add(&sample);
         }
-        found.rejected += stream.gate.counts().rejected;
+        found.rejected += stream.counts().rejected;
         found.samples += 120;
     }
     found
@@ -437,13 +425,13 @@ fn a_robot_that_changes_is_detected() {
             for sample in measurements(&truth, 40, Some(&noise()), &mut rng) {
                 stream.add(&sample);
             }
-            early += u32::from(stream.gate.alarm().is_some());
+            early += u32::from(stream.0.alarm().is_some());
             for (index, sample) in measurements(&changed, 100, Some(&noise()), &mut rng)
                 .iter()
                 .enumerate()
             {
                 stream.add(sample);
-                if let Some(alarm) = stream.gate.alarm() {
+                if let Some(alarm) = stream.0.alarm() {
                     detected += 1;
                     delay += index + 1;
                     at_once += u32::from(alarm == Alarm::RobotChanged { first: 40 });
@@ -481,7 +469,7 @@ fn early_samples_that_are_wrong_are_not_taken_for_a_changed_robot() {
         {
             stream.add(sample);
         }
-        if let Some(alarm) = stream.gate.alarm() {
+        if let Some(alarm) = stream.0.alarm() {
             alarmed += 1;
             as_early += u32::from(matches!(alarm, Alarm::EarlySamplesWrong { .. }));
         }
@@ -507,7 +495,7 @@ fn exchanged_joints_are_rejected_from_the_first_sample_on() {
                 ..sample
             });
         }
-        let alarm = stream.gate.alarm().expect("an alarm");
+        let alarm = stream.0.alarm().expect("an alarm");
         assert!(matches!(alarm, Alarm::EarlySamplesWrong { .. }), "{alarm}");
     }
 }

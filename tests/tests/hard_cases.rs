@@ -5,8 +5,8 @@ use delta_cal::calibration::{ArmSolver, Solver};
 use delta_cal::robot::Arm;
 use delta_cal::samples::{ArmFactor, NominalArm};
 use delta_cal::{
-    ArmIndex, Calibrator, Noise, Parameter, Progress, Real, Refusal, Robot, RobotOutcome, Sample,
-    Settings, Tolerance,
+    ArmIndex, IkmCalibrator, Noise, Parameter, Progress, Real, Refusal, Robot, RobotOutcome,
+    Sample, Settings, Tolerance,
 };
 use delta_cal_tests::{
     Spread, generator, measurements, paper_robot, parameter_differences, perturbed, to_single,
@@ -40,9 +40,9 @@ fn factor<T: Real>(
     samples: &[Sample<T>],
     settings: &Settings<T>,
 ) -> Result<RobotOutcome<T>, Refusal> {
-    let mut calibrator = Calibrator::new(robot, settings);
+    let mut calibrator = IkmCalibrator::new(robot, settings);
     calibrator.add_many(samples).unwrap();
-    calibrator.solve()
+    calibrator.calibrate()
 }
 
 #[test]

@@ -16,7 +16,7 @@ pub(crate) fn joint<T: Real>(
 ) -> Result<JointOutcome<T>, Refusal> {
     let mut calibrator = JointCalibrator::new(nominal, settings);
     calibrator.add_many(samples).unwrap();
-    calibrator.solve()
+    calibrator.calibrate()
 }
 
 /// The first forearm over that of the paper's robot: by so much start errors and tolerances are scaled.

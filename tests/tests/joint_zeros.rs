@@ -6,7 +6,7 @@ use delta_cal::observations::{
     ObservationRow, Plane, PositionFrame,
 };
 use delta_cal::simulate::{made_robot, random_pose, standard_normal};
-use delta_cal::{Calibrator, Noise, Real, Refusal, Robot, Sample, Tolerance};
+use delta_cal::{IkmCalibrator, Noise, Real, Refusal, Robot, Sample, Tolerance};
 use delta_cal_tests::geometries::{difference, geometries, judged};
 use delta_cal_tests::{generator, paper_limits, size};
 use nalgebra::{DMatrix, DVector, Rotation3, SMatrix, Vector3};
@@ -135,11 +135,11 @@ fn calibrated(
     });
     match kind {
         Kind::Ikm => {
-            let mut calibrator = Calibrator::new(nominal, &with_noise);
+            let mut calibrator = IkmCalibrator::new(nominal, &with_noise);
             for sample in samples {
                 calibrator.add(&sample).unwrap();
             }
-            let outcome = calibrator.solve()?;
+            let outcome = calibrator.calibrate()?;
             let mut covariance = SMatrix::<f64, 24, 24>::zeros();
             for (index, arm) in outcome.arms.iter().enumerate() {
                 let own = arm.covariance.unwrap();
@@ -159,7 +159,7 @@ fn calibrated(
             for sample in samples {
                 calibrator.add(&sample).unwrap();
             }
-            let outcome = calibrator.solve()?;
+            let outcome = calibrator.calibrate()?;
             Ok(Found {
                 robot: outcome.robot,
                 covariance: outcome.estimate.covariance.unwrap(),
@@ -180,7 +180,7 @@ fn calibrated(
                 let position = sample.position.map(single);
                 calibrator.add(&Sample { joints, position }).unwrap();
             }
-            let outcome = calibrator.solve()?;
+            let outcome = calibrator.calibrate()?;
             Ok(Found {
                 robot: outcome.robot.cast::<f64>().unwrap(),
                 covariance: outcome.estimate.covariance.unwrap().map(f64::from),

@@ -4,7 +4,6 @@
 mod stubborn;
 
 use delta_cal::Sample;
-use delta_cal::stream::Estimator;
 use delta_cal_firmware_example::{
     Background, Controller, Foreground, Handover, Number, ParameterFlash, StreamFlash, StreamPace,
     Timer, nominal,
@@ -13,6 +12,7 @@ use delta_cal_host::device::{
     Client, DeviceError, Patience, Transport, apply, begin, calibrate, check_nominal, samples,
 };
 use delta_cal_host::files::example;
+use delta_cal_protocol::Estimator;
 use delta_cal_protocol::{Begin, Origin, ParameterSet, Phase, RevertTo};
 use delta_cal_tests::{generator, size};
 use rand_core::Rng;

@@ -1,7 +1,7 @@
 //! The calibration of each arm against an independent optimum: SciPy's.
 
 use delta_cal::calibration::{ArmOutcome, Solver};
-use delta_cal::{ArmIndex, Calibrator, RobotOutcome, Sample, Settings};
+use delta_cal::{ArmIndex, IkmCalibrator, RobotOutcome, Sample, Settings};
 use delta_cal_tests::goldens::{GoldenInput, number, numbers};
 use delta_cal_tests::paper_robot;
 use serde::Deserialize;
@@ -21,9 +21,9 @@ struct Golden {
 }
 
 fn factor_outcome(samples: &[Sample<f64>], settings: &Settings<f64>) -> RobotOutcome<f64> {
-    let mut calibrator = Calibrator::new(&paper_robot(), settings);
+    let mut calibrator = IkmCalibrator::new(&paper_robot(), settings);
     calibrator.add_many(samples).unwrap();
-    calibrator.solve().unwrap()
+    calibrator.calibrate().unwrap()
 }
 
 fn largest_deviation(a: &ArmOutcome<f64>, expected: &[f64], sigma: &[f64]) -> f64 {

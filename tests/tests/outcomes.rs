@@ -6,7 +6,7 @@ use delta_cal::calibration::{ArmSolver, Start, StartUsed};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::samples::{ArmFactor, NominalArm};
 use delta_cal::{
-    ArmIndex, Calibrator, Noise, Parameter, Progress, Refusal, Robot, RobotOutcome, Sample,
+    ArmIndex, IkmCalibrator, Noise, Parameter, Progress, Refusal, Robot, RobotOutcome, Sample,
     Settings, Tolerance,
 };
 use delta_cal_tests::closures::distances;
@@ -27,9 +27,9 @@ fn calibrate(
     samples: &[Sample<f64>],
     settings: &Settings<f64>,
 ) -> Result<RobotOutcome<f64>, Refusal> {
-    let mut calibrator = Calibrator::new(&paper_robot(), settings);
+    let mut calibrator = IkmCalibrator::new(&paper_robot(), settings);
     calibrator.add_many(samples).unwrap();
-    calibrator.solve()
+    calibrator.calibrate()
 }
 
 /// Σ d² and JᵀJ of an arm, d the distance along the forearm of the robot before.
@@ -240,7 +240,7 @@ fn a_joint_angle_may_be_two_turns_and_no_more() {
 
 #[test]
 fn a_position_may_be_ten_thousand_units_from_the_centre() {
-    let mut calibrator = Calibrator::new(&paper_robot::<f64>(), &Settings::default());
+    let mut calibrator = IkmCalibrator::new(&paper_robot::<f64>(), &Settings::default());
     let reference = *calibrator.arms()[0].nominal();
     assert!(reference.centre().norm() > 100.0);
     for direction in [Vector3::x(), -Vector3::z(), Vector3::z()] {
@@ -298,7 +298,7 @@ fn a_good_fit_is_not_started_again() {
                 assert_eq!(arm.start, StartUsed::Nominal);
                 assert!((2..6).contains(&arm.iterations), "{}", arm.iterations);
             }
-            let mut calibrator = Calibrator::new(&paper_robot(), &settings);
+            let mut calibrator = IkmCalibrator::new(&paper_robot(), &settings);
             calibrator.add_many(&samples).unwrap();
             let factor = &calibrator.arms()[0];
             let mut solver = ArmSolver::new(factor, ArmIndex::First, &settings).unwrap();

@@ -7,7 +7,7 @@ use delta_cal::robot::GeometryError;
 use delta_cal::samples::{NoiseError, SampleError};
 use delta_cal::stream::{Alarm, ForgettingError, GateError};
 use delta_cal::{
-    ArmIndex, Calibrator, Noise, Parameter, Refusal, Robot, Sample, Settings, Tolerance,
+    ArmIndex, IkmCalibrator, Noise, Parameter, Refusal, Robot, Sample, Settings, Tolerance,
 };
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
 use nalgebra::Vector3;
@@ -26,9 +26,9 @@ fn robot_and_samples(
 }
 
 fn solve(samples: &[Sample<f64>], settings: &Settings<f64>) -> Result<(), Refusal> {
-    let mut calibrator = Calibrator::new(&paper_robot(), settings);
+    let mut calibrator = IkmCalibrator::new(&paper_robot(), settings);
     calibrator.add_many(samples).unwrap();
-    calibrator.solve().map(|_| ())
+    calibrator.calibrate().map(|_| ())
 }
 
 #[test]
@@ -68,11 +68,11 @@ fn too_few_samples() {
 #[test]
 fn everything_forgotten_is_as_good_as_no_samples() {
     let (_, samples) = robot_and_samples(1, 20, None);
-    let mut calibrator = Calibrator::new(&paper_robot(), &Settings::default());
+    let mut calibrator = IkmCalibrator::new(&paper_robot(), &Settings::default());
     calibrator.add_many(&samples).unwrap();
-    calibrator.forget(0.0);
+    calibrator.forget(0.0).unwrap();
     assert!(matches!(
-        calibrator.solve(),
+        calibrator.calibrate(),
         Err(Refusal::TooFewSamples { samples: 0, .. })
     ));
 }
@@ -170,9 +170,9 @@ fn an_accepted_calibration_never_fits_worse_than_before() {
         let (_, samples) = robot_and_samples(seed, 8 + seed as usize % 30, Some(&noise));
         for method in [Solver::LevenbergMarquardt, Solver::GaussNewton] {
             let settings = Settings::default().with_solver(method);
-            let mut calibrator = Calibrator::new(&paper_robot(), &settings);
+            let mut calibrator = IkmCalibrator::new(&paper_robot(), &settings);
             calibrator.add_many(&samples).unwrap();
-            let Ok(outcome) = calibrator.solve() else {
+            let Ok(outcome) = calibrator.calibrate() else {
                 continue;
             };
             accepted += 1;

@@ -4,7 +4,7 @@
 use delta_cal::robot::Arm;
 use delta_cal::samples::{MergeError, SampleError};
 use delta_cal::stream::Forgetting;
-use delta_cal::{ArmIndex, Calibrator, Noise, Parameter, Robot, Sample, Settings, Tolerance};
+use delta_cal::{ArmIndex, IkmCalibrator, Noise, Parameter, Robot, Sample, Settings, Tolerance};
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed,
 };
@@ -28,17 +28,17 @@ fn weighted() -> Settings<f64> {
     Settings::default().with_noise(noise())
 }
 
-fn filled(samples: &[Sample<f64>], settings: &Settings<f64>) -> Calibrator<f64> {
-    let mut calibrator = Calibrator::new(&paper_robot(), settings);
+fn filled(samples: &[Sample<f64>], settings: &Settings<f64>) -> IkmCalibrator<f64> {
+    let mut calibrator = IkmCalibrator::new(&paper_robot(), settings);
     calibrator.add_many(samples).unwrap();
     calibrator
 }
 
 /// Largest difference of two solutions in σ of the first: rounding of R is relative to the
 /// samples' spread, so this is what "the same" means for noisy data.
-fn sigmas_apart(a: &Calibrator<f64>, b: &Calibrator<f64>) -> f64 {
-    let (mut a, mut b) = (*a, *b);
-    let (a, b) = (a.solve().unwrap(), b.solve().unwrap());
+fn sigmas_apart(a: &IkmCalibrator<f64>, b: &IkmCalibrator<f64>) -> f64 {
+    let (mut a, mut b) = (a.clone(), b.clone());
+    let (a, b) = (a.calibrate().unwrap(), b.calibrate().unwrap());
     let mut largest = 0f64;
     for (a, b) in a.arms.iter().zip(&b.arms) {
         let covariance = a.covariance.unwrap();
@@ -66,7 +66,7 @@ proptest! {
     #[test]
     fn one_by_one_and_many_at_once_agree(seed: u64, count in 12usize..80) {
         let (_, samples) = noisy(seed, count);
-        let mut singly = Calibrator::new(&paper_robot(), &weighted());
+        let mut singly = IkmCalibrator::new(&paper_robot(), &weighted());
         for sample in &samples {
             singly.add(sample).unwrap();
         }
@@ -133,16 +133,16 @@ proptest! {
             .unwrap()
         };
         let settings = |unit: f64| Settings::default().with_noise(Noise::new(0.02 * unit, 0.005 * DEGREE).unwrap()).with_tolerance(Tolerance::new(unit, 0.3 * DEGREE).unwrap());
-        let mut small = Calibrator::new(&paper_robot(), &settings(1.0));
+        let mut small = IkmCalibrator::new(&paper_robot(), &settings(1.0));
         small.add_many(&samples).unwrap();
-        let mut large = Calibrator::new(&in_unit(&paper_robot()), &settings(unit));
+        let mut large = IkmCalibrator::new(&in_unit(&paper_robot()), &settings(unit));
         for sample in &samples {
             large
                 .add(&Sample { position: sample.position * unit, ..*sample })
                 .unwrap();
         }
-        let expected = in_unit(&small.solve().unwrap().robot);
-        let found = large.solve().unwrap().robot;
+        let expected = in_unit(&small.calibrate().unwrap().robot);
+        let found = large.calibrate().unwrap().robot;
         // Decimal units round each number: ε · 500 mm, times the condition.
         prop_assert!(largest_difference(&found, &expected) < 1e-7 * unit);
     }
@@ -165,14 +165,14 @@ proptest! {
             SampleError::PositionNonFinite
         };
         let mut calibrator = filled(&samples, &weighted());
-        let before = calibrator;
-        prop_assert_eq!(calibrator.add(&spoilt), Err(expected));
-        prop_assert_eq!(calibrator, before);
+        let before = calibrator.clone();
+        prop_assert_eq!(calibrator.add(&spoilt), Err(expected.into()));
+        prop_assert!(calibrator == before);
 
         let mut many = samples.clone();
         many[7] = spoilt;
-        prop_assert_eq!(calibrator.add_many(&many), Err((7, expected)));
-        prop_assert_eq!(calibrator, before);
+        prop_assert_eq!(calibrator.add_many(&many), Err((7, expected.into())));
+        prop_assert!(calibrator == before);
 
     }
 
@@ -183,14 +183,14 @@ proptest! {
 fn merged_factors_are_worth_the_sum_of_what_they_remember() {
     let (_, samples) = noisy(53, 30);
     let mut first = filled(&samples[..10], &weighted());
-    first.forget(0.5);
+    first.forget(0.5).unwrap();
     first.add_many(&samples[10..13]).unwrap();
     let mut second = filled(&samples[13..], &weighted());
-    second.forget(0.25);
+    second.forget(0.25).unwrap();
     first.merge(&second).unwrap();
     // λ of 1 and more forgets nothing.
     for lambda in [1.0, 1.5, f64::NAN] {
-        first.forget(lambda);
+        first.forget(lambda).unwrap();
     }
     for factor in first.arms() {
         assert!((factor.effective_samples() - (5.0 + 3.0 + 17.0 / 4.0)).abs() < 1e-12);
@@ -202,7 +202,7 @@ fn merged_factors_are_worth_the_sum_of_what_they_remember() {
 fn factors_of_different_references_do_not_merge() {
     let (_, samples) = noisy(1, 12);
     let mut a = filled(&samples, &weighted());
-    let before = a;
+    let before = a.clone();
     let b = filled(&samples, &Settings::default());
     assert_eq!(a.merge(&b), Err(MergeError::DifferentNominal));
     assert_eq!(a, before);
@@ -212,20 +212,20 @@ fn factors_of_different_references_do_not_merge() {
 #[test]
 fn waiting_samples_are_never_overlooked() {
     let (_, samples) = noisy(6, 21);
-    let mut whole = Calibrator::new(&paper_robot(), &weighted());
+    let mut whole = IkmCalibrator::new(&paper_robot(), &weighted());
     for sample in &samples {
         whole.add(sample).unwrap();
     }
     assert_eq!(whole.samples(), 21);
     assert_eq!(whole.arms()[0].samples(), 20);
-    let mut flushed = whole;
+    let mut flushed = whole.clone();
     flushed.flush();
     assert_eq!(flushed.arms()[0].samples(), 21);
-    assert_eq!(whole.solve().unwrap(), flushed.solve().unwrap());
+    assert_eq!(whole.calibrate().unwrap(), flushed.calibrate().unwrap());
     assert_eq!(whole.arms()[0].samples(), 21);
 
     // Merged and forgotten with what waits.
-    let mut parts = [Calibrator::new(&paper_robot(), &weighted()); 2];
+    let mut parts = [(); 2].map(|()| IkmCalibrator::new(&paper_robot(), &weighted()));
     for (index, sample) in samples.iter().enumerate() {
         parts[index % 2].add(sample).unwrap();
     }
@@ -233,9 +233,9 @@ fn waiting_samples_are_never_overlooked() {
     merged.merge(&other).unwrap();
     assert_eq!(merged.samples(), 21);
     assert!(sigmas_apart(&merged, &whole) < SAME);
-    let mut half = Calibrator::new(&paper_robot(), &weighted());
+    let mut half = IkmCalibrator::new(&paper_robot(), &weighted());
     half.add(&samples[0]).unwrap();
-    half.forget(0.5);
+    half.forget(0.5).unwrap();
     assert!((half.arms()[0].effective_samples() - 0.5).abs() < 1e-15);
 }
 
@@ -246,7 +246,7 @@ fn forgetting_weighs_old_samples_down() {
     let (_, samples) = noisy(3, 60);
     let (old, new) = samples.split_at(30);
     let mut forgetful = filled(old, &weighted());
-    forgetful.forget(0.25);
+    forgetful.forget(0.25).unwrap();
     forgetful.add_many(new).unwrap();
     assert_eq!(forgetful.samples(), 60);
     for factor in forgetful.arms() {
@@ -278,11 +278,11 @@ fn the_prior_is_not_forgotten() {
         let mut rng = generator(965, number);
         let truth = perturbed(&paper_robot(), 0.5, 0.2 * DEGREE, Spread::Normal, &mut rng);
         let memory = Forgetting::new(2.0).unwrap();
-        let mut calibrator = Calibrator::new(&paper_robot(), &with);
+        let mut calibrator = IkmCalibrator::new(&paper_robot(), &with);
         for sample in measurements(&truth, 300, Some(&rough), &mut rng) {
             calibrator.add_forgetting(&sample, &memory).unwrap();
         }
-        for arm in &calibrator.solve().unwrap().arms {
+        for arm in &calibrator.calibrate().unwrap().arms {
             for parameter in Parameter::ROTARY {
                 let sigma = arm.standard_deviation(parameter).unwrap();
                 assert!(sigma <= tolerance.of(parameter) * 1.000_001);

@@ -2,7 +2,7 @@
 
 use delta_cal::calibration::JointCalibrator;
 use delta_cal::simulate::standard_normal;
-use delta_cal::{Calibrator, Noise, Real, Sample, Settings};
+use delta_cal::{IkmCalibrator, Noise, Real, Sample, Settings};
 use delta_cal_tests::geometries::geometries;
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed, to_single, uniform,
@@ -134,9 +134,9 @@ fn a_million_samples_leave_single_precision_intact() {
     let poses = measurements(&truth, 1000, None, &mut rng);
     let single = Settings::default().with_noise(Noise::<f32>::new(0.02, 0.0).unwrap());
     let double = Settings::default().with_noise(Noise::new(0.02, 0.0).unwrap());
-    let empty = Calibrator::<f32>::new(&single_nominal, &single);
-    let (mut singly, mut in_blocks, mut merged) = (empty, empty, empty);
-    let mut exact = Calibrator::<f64>::new(&nominal, &double);
+    let empty = IkmCalibrator::<f32>::new(&single_nominal, &single);
+    let (mut singly, mut in_blocks, mut merged) = (empty.clone(), empty.clone(), empty.clone());
+    let mut exact = IkmCalibrator::<f64>::new(&nominal, &double);
     for _ in 0..1000 {
         let measured: Vec<_> = poses
             .iter()
@@ -149,7 +149,7 @@ fn a_million_samples_leave_single_precision_intact() {
             })
             .collect();
         let rounded = to_single(&measured);
-        let mut part = empty;
+        let mut part = empty.clone();
         for sample in &rounded {
             singly.add(sample).unwrap();
             part.add(sample).unwrap();
@@ -159,12 +159,12 @@ fn a_million_samples_leave_single_precision_intact() {
         exact.add_many(&measured).unwrap();
     }
     assert_eq!(merged.samples(), 1_000_000);
-    let error = |calibrator: &Calibrator<f32>| {
-        let mut calibrator = *calibrator;
-        let robot = calibrator.solve().unwrap().robot.cast().unwrap();
+    let error = |calibrator: &IkmCalibrator<f32>| {
+        let mut calibrator = calibrator.clone();
+        let robot = calibrator.calibrate().unwrap().robot.cast().unwrap();
         largest_difference(&robot, &truth) * 1e3
     };
-    let limit = largest_difference(&exact.solve().unwrap().robot, &truth) * 1e3;
+    let limit = largest_difference(&exact.calibrate().unwrap().robot, &truth) * 1e3;
     let (singly, in_blocks, merged) = (error(&singly), error(&in_blocks), error(&merged));
     println!(
         "a million samples of 20 µm, worst parameter: f32 one by one {singly:.2} µm, many at once \
@@ -212,7 +212,7 @@ fn a_million_samples_leave_the_joint_calibrator_intact() {
             }
         }
         assert_eq!(calibrator.samples(), SAMPLES as u64);
-        let outcome = calibrator.solve().unwrap();
+        let outcome = calibrator.calibrate().unwrap();
         let robot = outcome.robot.cast::<f64>().unwrap();
         let mut worst = 0.0_f64;
         for pose in measurements(&truth, 200, None, &mut rng) {

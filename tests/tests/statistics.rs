@@ -1,7 +1,9 @@
 //! Noisy measurements, each arm by itself: the covariance is right, the error is at the Cramér–Rao bound. Of all arms together: `joint::noisy`.
 
 use delta_cal::robot::ParameterKind;
-use delta_cal::{Calibrator, Noise, Parameter, Robot, RobotOutcome, Sample, Settings, Tolerance};
+use delta_cal::{
+    IkmCalibrator, Noise, Parameter, Robot, RobotOutcome, Sample, Settings, Tolerance,
+};
 use delta_cal_tests::{
     Spread, generator, measurements, paper_robot, parameter_differences, perturbed,
 };
@@ -58,9 +60,9 @@ impl Campaign {
             let mut rng = generator(self.number, robot);
             let truth = perturbed(&nominal, length, angle, self.spread, &mut rng);
             let samples = measurements(&truth, self.poses, Some(&noise), &mut rng);
-            let mut calibrator = Calibrator::new(&nominal, &settings);
+            let mut calibrator = IkmCalibrator::new(&nominal, &settings);
             calibrator.add_many(&samples).unwrap();
-            let Ok(outcome) = calibrator.solve() else {
+            let Ok(outcome) = calibrator.calibrate() else {
                 statistics.refused += 1;
                 continue;
             };

@@ -64,7 +64,7 @@ statuses! {
     TOLERANCE_OF_ANGLE = 25,
     /// The width of the gate must be a finite number greater than 0.
     WIDTH_OF_GATE = 26,
-    /// The factor of forgetting must lie between 0 and 1.
+    /// The factor of forgetting must lie between 0 and 1, the mean age of samples be a finite number greater than 0.
     FORGETTING = 27,
     /// What is known of an instrument's place must be finite, and its sigma not negative.
     KNOWN_PLACE = 28,
@@ -120,6 +120,8 @@ statuses! {
     OBSERVATION_SAME_PLACE = 65,
     /// The instruments have more unknowns than there is room for.
     TOO_MANY_UNKNOWNS = 66,
+    /// There is no room for another observation.
+    OBSERVATIONS_FULL = 67,
 
     /// There are fewer samples than needed.
     TOO_FEW_SAMPLES = 70,
@@ -154,6 +156,12 @@ statuses! {
     NO_ESTIMATE = 90,
     /// The sample was not tested: the noise is neither stated nor known.
     NO_NOISE = 91,
+    /// The gate rejected a run of samples: the robot has changed, or its measuring frame.
+    ROBOT_HAS_CHANGED = 92,
+    /// The gate rejected a run of samples, and too few came before it to decide which are right.
+    EARLY_SAMPLES = 93,
+    /// The gate rejected so many of all samples that it is not known which are wrong.
+    TOO_MANY_REJECTED = 94,
 
     /// The memory for the snapshot is shorter than the header states.
     SNAPSHOT_BUFFER = 100,

@@ -1,4 +1,8 @@
-use super::calibrator::Calibrator;
+//! The solver of the three arms, one after the other.
+
+use super::arm_samples::ArmSamples;
+use super::calibrator::Ikm;
+use super::calibrator::parts::{Parts, Samples, Solver};
 use super::free_start::Means;
 use super::minimizer::{Minimizer, Progress, enough_samples};
 use super::outcome::{ArmOutcome, RobotOutcome};
@@ -11,32 +15,8 @@ use crate::robot::{ArmIndex, Drive, Robot};
 use crate::samples::{ArmFactor, Displacement, NominalArm, corrected_arm};
 use nalgebra::Vector3;
 
-impl<T: Real> Calibrator<T> {
-    /// Calibrates all three arms.
-    ///
-    /// # Errors
-    /// The first arm's [`Refusal`]; the robot keeps its parameters.
-    pub fn solve(&mut self) -> Result<RobotOutcome<T>, Refusal> {
-        let mut solver = RobotSolver::new(self)?;
-        while solver.step(self)? == Progress::Working {}
-        solver.outcome()
-    }
-}
-
-/// Calibrates a robot's arms one after the other, one bounded step at a time.
-///
-/// ```
-/// use delta_cal::{Calibrator, Progress, Refusal, RobotSolver, Settings, SymmetricRobot};
-/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
-/// let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }
-///     .robot()?;
-/// let mut calibrator = Calibrator::new(&robot, &Settings::default());
-/// // Without samples the first arm is refused before the first step.
-/// assert!(matches!(RobotSolver::new(&mut calibrator), Err(Refusal::TooFewSamples { needed: 8, .. })));
-/// # Ok(())
-/// # }
-/// ```
-#[derive(Debug, Clone, Copy)]
+/// Solves a robot's arms one after the other.
+#[derive(Debug, Clone)]
 pub struct RobotSolver<T: Real> {
     /// Of the arm at work, once begun.
     solver: Option<ArmSolver<T>>,
@@ -44,34 +24,25 @@ pub struct RobotSolver<T: Real> {
     outcomes: [Option<ArmOutcome<T>>; 3],
 }
 
-impl<T: Real> RobotSolver<T> {
-    /// Takes in the samples that wait, and begins with the first arm.
-    ///
-    /// # Errors
-    /// [`Refusal::TooFewSamples`].
-    pub fn new(calibrator: &mut Calibrator<T>) -> Result<Self, Refusal> {
-        calibrator.flush();
-        let [first, ..] = calibrator.arms();
-        enough_samples(first, ArmIndex::First, calibrator.settings())?;
-        Ok(Self {
+impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
+    fn vacant() -> Self {
+        Self {
             solver: None,
             arm: ArmIndex::First,
             outcomes: [None; 3],
-        })
+        }
     }
 
-    /// The arm at work.
-    pub const fn arm(&self) -> ArmIndex {
-        self.arm
+    fn begin(&mut self, samples: &ArmSamples<T>) -> Result<(), Refusal> {
+        self.solver = None;
+        self.arm = ArmIndex::First;
+        let [first, ..] = samples.arms();
+        enough_samples(first, ArmIndex::First, samples.settings())
     }
 
-    /// One step of the current arm, on the samples that were there at the start and any that were
-    /// taken in since; on its last, its outcome and the start of the next arm.
-    ///
-    /// # Errors
-    /// The arm's [`Refusal`], again on every further call.
-    pub fn step(&mut self, calibrator: &Calibrator<T>) -> Result<Progress, Refusal> {
-        let [first, second, third] = calibrator.arms();
+    /// One step of the current arm; on its last, its outcome and the start of the next arm.
+    fn step(&mut self, samples: &ArmSamples<T>) -> Result<Progress, Refusal> {
+        let [first, second, third] = samples.arms();
         let (problem, next) = match self.arm {
             ArmIndex::First => (first, Some(ArmIndex::Second)),
             ArmIndex::Second => (second, Some(ArmIndex::Third)),
@@ -79,7 +50,7 @@ impl<T: Real> RobotSolver<T> {
         };
         match &mut self.solver {
             None => {
-                self.begin(problem, calibrator.settings())?;
+                self.start(problem, samples.settings())?;
                 return Ok(Progress::Working);
             }
             Some(solver) => {
@@ -90,15 +61,17 @@ impl<T: Real> RobotSolver<T> {
         }
         self.finish(problem)?;
         let Some(arm) = next else {
-            self.check_side(calibrator)?;
+            self.check_side(samples)?;
             return Ok(Progress::Finished);
         };
         self.solver = None;
         self.arm = arm;
         Ok(Progress::Working)
     }
+}
 
-    fn begin(&mut self, problem: &ArmFactor<T>, settings: &Settings<T>) -> Result<(), Refusal> {
+impl<T: Real> RobotSolver<T> {
+    fn start(&mut self, problem: &ArmFactor<T>, settings: &Settings<T>) -> Result<(), Refusal> {
         enough_samples(problem, self.arm, settings)?;
         self.solver
             .insert(ArmSolver::of_arm(problem, self.arm, settings))
@@ -118,29 +91,13 @@ impl<T: Real> RobotSolver<T> {
     }
 
     #[inline(never)]
-    fn check_side(&self, calibrator: &Calibrator<T>) -> Result<(), Refusal> {
-        let [first, second, third] = calibrator.arms();
+    fn check_side(&self, samples: &ArmSamples<T>) -> Result<(), Refusal> {
+        let [first, second, third] = samples.arms();
         check_side(
             &self.robot()?,
             [first.nominal(), second.nominal(), third.nominal()],
             [first.means(), second.means(), third.means()],
         )
-    }
-
-    /// The calibrated robot.
-    ///
-    /// # Errors
-    /// [`Refusal::Unfinished`] before the last step; [`Refusal::ImpossibleRobot`] if three valid
-    /// arms do not make a robot.
-    pub fn outcome(&self) -> Result<RobotOutcome<T>, Refusal> {
-        let robot = self.robot()?;
-        match self.outcomes {
-            [Some(first), Some(second), Some(third)] => Ok(RobotOutcome {
-                robot,
-                arms: [first, second, third],
-            }),
-            _ => Err(Refusal::Unfinished),
-        }
     }
 
     fn robot(&self) -> Result<Robot<T>, Refusal> {
@@ -150,6 +107,40 @@ impl<T: Real> RobotSolver<T> {
             }
             _ => Err(Refusal::Unfinished),
         }
+    }
+}
+
+impl Parts for Ikm {
+    const NUMBER: u8 = 1;
+    type Samples<T: Real> = ArmSamples<T>;
+    type Solver<T: Real> = RobotSolver<T>;
+    type Beside<T: Real> = ();
+
+    fn outcome<T: Real>(
+        solver: &RobotSolver<T>,
+        _: &ArmSamples<T>,
+    ) -> Result<RobotOutcome<T>, Refusal> {
+        let robot = solver.robot()?;
+        match solver.outcomes {
+            [Some(first), Some(second), Some(third)] => Ok(RobotOutcome {
+                robot,
+                arms: [first, second, third],
+            }),
+            _ => Err(Refusal::Unfinished),
+        }
+    }
+
+    fn beside<T: Real>(_: &Robot<T>, _: &Settings<T>) {}
+
+    fn arms<'a, T: Real>(samples: &'a ArmSamples<T>, (): &'a ()) -> &'a ArmSamples<T> {
+        samples
+    }
+
+    fn arms_mut<'a, T: Real>(
+        samples: &'a mut ArmSamples<T>,
+        (): &'a mut (),
+    ) -> (&'a mut ArmSamples<T>, Option<&'a mut ArmSamples<T>>) {
+        (samples, None)
     }
 }
 

@@ -122,9 +122,9 @@ mod tests {
 
     use crate::calibration::{Instrument, Refusal, Settings};
     use crate::observations::{
-        Distance, DistanceFrom, Height, Instruments, Observation, ObservationError,
-        ObservationNoise, ObservationProblem, ObservationRow, ObservationSolver, Plane, Point,
-        PositionFrame, PrepareError,
+        Distance, DistanceFrom, FkmCalibrator, Height, Instruments, Observation, ObservationError,
+        ObservationNoise, ObservationProblem, ObservationRow, Plane, Point, PositionFrame,
+        PrepareError,
     };
     use crate::robot::{ArmIndex, Drive, SymmetricRobot};
     use crate::samples::{Noise, SampleError};
@@ -292,9 +292,8 @@ mod tests {
             let refused = Refusal::UnusableInstrument(expected);
             let problem = ObservationProblem::<f64, 30>::prepare(&robot, &instruments, &mut rows);
             assert_eq!(problem.unwrap_err(), PrepareError::Refused(refused));
-            let mut solver = ObservationSolver::<f64, 30, 31, 496>::new();
-            let found = solver.step(&robot, &instruments, &mut rows, &settings);
-            assert_eq!(found, Some(Err(refused)));
+            let made = FkmCalibrator::<f64, 9, 33, 34, 595>::new(&robot, &instruments, &settings);
+            assert_eq!(made.unwrap_err(), refused);
         };
         let good = Plane {
             known: Some((-700.0, 1.0)),

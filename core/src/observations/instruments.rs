@@ -65,6 +65,55 @@ pub struct Instruments<'a, T: Real> {
     pub transmission: Option<TransmissionTolerance<T>>,
 }
 
+/// Planes of a calibrator at most, and points.
+pub(super) const PLACES: usize = 4;
+
+/// [`Instruments`] that own their planes and points.
+#[derive(Debug, Clone)]
+pub(super) struct OwnInstruments<T: Real> {
+    frame: PositionFrame,
+    planes: [Plane<T>; PLACES],
+    points: [Point<T>; PLACES],
+    counts: [usize; 2],
+    noise: ObservationNoise<T>,
+    transmission: Option<TransmissionTolerance<T>>,
+}
+
+impl<T: Real> OwnInstruments<T> {
+    /// `None` if there are too many.
+    pub(super) fn new(stated: &Instruments<'_, T>) -> Option<Self> {
+        let mut own = Self {
+            frame: stated.frame,
+            planes: [Plane::default(); PLACES],
+            points: [Point::default(); PLACES],
+            counts: [stated.planes.len(), stated.points.len()],
+            noise: stated.noise,
+            transmission: stated.transmission,
+        };
+        for (place, plane) in own.planes.iter_mut().zip(stated.planes) {
+            *place = *plane;
+        }
+        for (place, point) in own.points.iter_mut().zip(stated.points) {
+            *place = *point;
+        }
+        own.counts
+            .iter()
+            .all(|count| *count <= PLACES)
+            .then_some(own)
+    }
+
+    pub(super) fn view(&self) -> Instruments<'_, T> {
+        let [planes, points] = self.counts;
+        Instruments {
+            frame: self.frame,
+            planes: self.planes.get(..planes).unwrap_or_default(),
+            points: self.points.get(..points).unwrap_or_default(),
+            noise: self.noise,
+            transmission: self.transmission,
+        }
+    }
+}
+
 impl<T: Real> ObservationNoise<T> {
     /// σ of positions and joint angles, of a height and of a distance (length).
     ///

@@ -67,6 +67,10 @@ pub enum ObservationError {
     NoSuchPoint(u8),
     /// The distance between two poses that the nominal robot has in the same place.
     SamePlace,
+    /// The calibrator has as many observations as there is room for.
+    Full,
+    /// The calibrator solves: first call its `step` until it has finished.
+    Busy,
 }
 
 impl fmt::Display for ObservationError {
@@ -80,6 +84,9 @@ impl fmt::Display for ObservationError {
             Self::NoSuchPlane(index) => write!(formatter, "there is no plane {index}"),
             Self::NoSuchPoint(index) => write!(formatter, "there is no point {index}"),
             Self::SamePlace => formatter.write_str("the two poses of the distance are the same"),
+            Self::Full => formatter.write_str("there is no room for another observation"),
+            Self::Busy => formatter
+                .write_str("the calibrator is solving: observations wait until it has finished"),
         }
     }
 }

@@ -1,13 +1,12 @@
-//! How the problem is solved: what is known beforehand, and the minimisation, at once or in bounded steps.
+//! What is known beforehand, the minimisation at once, and what comes out.
 
 use super::instruments::{
     Instruments, OF_FRAME, OF_PLANE, OF_POINT, OF_ROBOT, OF_TRANSMISSIONS, PositionFrame,
 };
-use super::observation::{Observation, ObservationError, ObservationRow};
-use super::problem::{InstrumentsAt, ObservationProblem, Prepared};
+use super::problem::{InstrumentsAt, ObservationProblem};
 use crate::Real;
 use crate::calibration::{
-    Estimate, JointOutcome, Minimizer, Progress, Refusal, Settings, TolerancePrior, enough_samples,
+    Estimate, JointOutcome, Minimizer, Progress, Refusal, Settings, TolerancePrior,
 };
 use crate::frame::RigidTransform;
 use crate::robot::{ArmIndex, Robot};
@@ -99,173 +98,8 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
     }
 }
 
-type ObservationMinimizer<T, const N: usize, const M: usize, const E: usize> =
+pub(super) type ObservationMinimizer<T, const N: usize, const M: usize, const E: usize> =
     Minimizer<T, InstrumentsAt<T, N>, TolerancePrior<T, N>, N, M, E>;
-
-impl<T: Real> ObservationRow<T> {
-    /// A row for an [`ObservationSolver`], checked for a robot and instruments.
-    ///
-    /// # Errors
-    /// What is wrong with the observation.
-    pub fn checked(
-        observation: Observation<T>,
-        robot: &Robot<T>,
-        instruments: &Instruments<'_, T>,
-    ) -> Result<Self, ObservationError> {
-        observation.check(robot.drive(), instruments)?;
-        let mut row = Self::new(observation);
-        row.look_whether_reached(robot)?;
-        Ok(row)
-    }
-}
-
-/// Calibrates from observations one bounded step at a time, to the same bits as
-/// [`ObservationProblem::solve`]. Robot, instruments, rows and settings stay with the caller, who hands in the
-/// same ones with every step.
-///
-/// N parameters in all or more, M = N + 1, E = M (M + 1)/2. The longest step is the first, which looks where the
-/// instruments are: its time grows with the number of rows.
-///
-/// ```
-/// use delta_cal::calibration::Settings;
-/// use delta_cal::observations::{
-///     Height, Instruments, Observation, ObservationNoise, ObservationRow, ObservationSolver, Plane, PositionFrame,
-/// };
-/// use delta_cal::{Noise, SymmetricRobot, Tolerance};
-/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
-/// let drawn = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 };
-/// let built = SymmetricRobot { upper_arm: 260.7, forearm: 479.1, ..drawn }.robot()?;
-/// let drawn = drawn.robot()?;
-/// let instruments = Instruments {
-///     frame: PositionFrame::Base,
-///     planes: &[Plane::default()],
-///     points: &[],
-///     noise: ObservationNoise::new(Noise::new(0.02, 0.0)?, 0.02, 0.02)?,
-///     transmission: None,
-/// };
-/// let mut rows = Vec::new();
-/// for k in 0..45 {
-///     let t = f64::from(k);
-///     let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
-///     let height = Some(Height { plane: 0, height: built.forward(&joints)?.z + 560.0 });
-///     let observation = Observation { height, ..Observation::at(joints) };
-///     rows.push(ObservationRow::checked(observation, &drawn, &instruments)?);
-/// }
-/// let settings = Settings::new().with_tolerance(Tolerance::new(0.5, 0.0035)?);
-/// let mut solver = ObservationSolver::<f64, 27, 28, 406>::new();
-/// let outcome = loop {
-///     if let Some(result) = solver.step(&drawn, &instruments, &mut rows, &settings) {
-///         break result?;
-///     }
-/// };
-/// let [c, ..] = outcome.plane(&instruments, 0);
-/// assert!((c + 560.0).abs() < 1.0);
-/// # Ok(())
-/// # }
-/// ```
-#[derive(Debug, Clone, Copy)]
-pub struct ObservationSolver<T: Real, const N: usize, const M: usize, const E: usize> {
-    prepared: Option<Prepared<T, N>>,
-    /// Rows that have their weights.
-    weighed: usize,
-    minimizer: Option<ObservationMinimizer<T, N, M, E>>,
-}
-
-impl<T: Real, const N: usize, const M: usize, const E: usize> Default
-    for ObservationSolver<T, N, M, E>
-{
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl<T: Real, const N: usize, const M: usize, const E: usize> ObservationSolver<T, N, M, E> {
-    /// Whether there is room for the unknowns of these instruments.
-    pub fn has_room_for(instruments: &Instruments<'_, T>) -> bool {
-        OF_ROBOT + instruments.unknowns() <= N
-    }
-
-    /// Before the first step.
-    pub const fn new() -> Self {
-        Self {
-            prepared: None,
-            weighed: 0,
-            minimizer: None,
-        }
-    }
-
-    /// One step; with the last one the outcome, or why there is none. A step after that is none of a calibration:
-    /// begin with a new solver.
-    ///
-    /// # Errors
-    /// A [`Refusal`]; of instruments for which there is [no room](Self::has_room_for), [`Refusal::TooManyUnknowns`].
-    pub fn step(
-        &mut self,
-        robot: &Robot<T>,
-        instruments: &Instruments<'_, T>,
-        rows: &mut [ObservationRow<T>],
-        settings: &Settings<T>,
-    ) -> Option<Result<ObservationOutcome<T, N>, Refusal>> {
-        let Some(prepared) = &mut self.prepared else {
-            if !Self::has_room_for(instruments) {
-                let parameters = (OF_ROBOT + instruments.unknowns()) as u64;
-                return Some(Err(Refusal::TooManyUnknowns { parameters }));
-            }
-            return match Prepared::begun(robot, instruments, rows) {
-                Ok(begun) => {
-                    self.prepared = Some(begun);
-                    None
-                }
-                Err(refusal) => Some(Err(refusal)),
-            };
-        };
-        if let Some(row) = rows.get_mut(self.weighed) {
-            self.weighed += 1;
-            row.take_weights(robot, instruments, prepared.start());
-            prepared.count(robot, row);
-            return None;
-        }
-        let problem = ObservationProblem {
-            robot,
-            instruments,
-            rows,
-            prepared: *prepared,
-        };
-        let Some(minimizer) = &mut self.minimizer else {
-            return self.begin(&problem, settings);
-        };
-        match minimizer.step(&problem) {
-            Progress::Working => None,
-            Progress::Finished => Some(self.end(&problem)),
-        }
-    }
-
-    // Not inlined, here and below: what is done one after the other shares the stack.
-    #[inline(never)]
-    fn begin(
-        &mut self,
-        problem: &ObservationProblem<'_, T, N>,
-        settings: &Settings<T>,
-    ) -> Option<Result<ObservationOutcome<T, N>, Refusal>> {
-        if let Err(refusal) = enough_samples::<T, _, N, M, E>(problem, ArmIndex::First, settings) {
-            return Some(Err(refusal));
-        }
-        let prior = problem.prior(settings);
-        let minimizer = Minimizer::unstarted(ArmIndex::First, prior, settings);
-        self.minimizer.insert(minimizer).begin(problem);
-        None
-    }
-
-    #[inline(never)]
-    fn end(
-        &self,
-        problem: &ObservationProblem<'_, T, N>,
-    ) -> Result<ObservationOutcome<T, N>, Refusal> {
-        let minimizer = self.minimizer.as_ref().ok_or(Refusal::Unfinished)?;
-        let estimate = minimizer.estimate(problem)?;
-        problem.outcome(&estimate)
-    }
-}
 
 /// A robot calibrated from observations, and the unknowns of the instruments.
 #[derive(Debug, Clone, Copy, PartialEq)]

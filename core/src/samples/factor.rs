@@ -4,7 +4,7 @@ use super::sample::{Sample, SampleError};
 use super::triangle::{Triangle, put_row};
 use crate::Real;
 use crate::robot::{Arm, ArmIndex};
-use crate::snapshot::state;
+use crate::state::state;
 use core::fmt;
 use nalgebra::Vector3;
 
@@ -56,13 +56,20 @@ state!(ArmFactor<T>: triangle: Triangle<T, COLUMNS, 91>, count: SampleCount<T>);
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum MergeError {
-    /// The factors were started from different arms, centres, units or noises.
+    /// The calibrators are of different robots or noises.
     DifferentNominal,
+    /// The calibrator solves: until it has finished, its samples do not change.
+    Busy,
 }
 
 impl fmt::Display for MergeError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("the factors do not share their nominal arm, centre and noise")
+        formatter.write_str(match self {
+            Self::DifferentNominal => "the calibrators are of different robots or noises",
+            Self::Busy => {
+                "the calibrator is solving: its samples do not change until it has finished"
+            }
+        })
     }
 }
 
@@ -140,34 +147,27 @@ impl<T: Real> ArmFactor<T> {
         self.count.add(samples.len() as u64);
     }
 
-    /// Takes in many samples, in blocks; a block costs less than its samples one by one.
-    ///
-    /// # Errors
-    /// The first faulty sample's position in the sequence and its fault; the factor is unchanged.
-    pub fn add_many<'a, I>(&mut self, samples: I, arm: ArmIndex) -> Result<(), (usize, SampleError)>
-    where
-        I: IntoIterator<Item = (&'a Vector3<T>, T)>,
-    {
-        let mut updated = *self;
+    /// Takes in many samples that are checked, in blocks; a block costs less than its samples one by one.
+    pub(crate) fn absorb_many<'a>(&mut self, samples: impl Iterator<Item = (&'a Vector3<T>, T)>) {
         let mut block = [ArmSample::vacant(); LARGE_BLOCK];
         let mut count = 0;
-        for (index, (x, q)) in samples.into_iter().enumerate() {
-            let sample = self
-                .nominal
-                .sample(x, q, arm)
-                .map_err(|error| (index, error))?;
+        for (x, q) in samples {
             if let Some(place) = block.get_mut(count) {
-                *place = sample;
+                *place = self.nominal.prepare(x, q);
                 count += 1;
             }
             if count == LARGE_BLOCK {
-                updated.absorb(&block);
+                self.absorb(&block);
                 count = 0;
             }
         }
-        updated.absorb(block.get(..count).unwrap_or_default());
-        *self = updated;
-        Ok(())
+        self.absorb(block.get(..count).unwrap_or_default());
+    }
+
+    /// Drops all samples.
+    pub(crate) fn clear(&mut self) {
+        self.triangle = Triangle::zero();
+        self.count = SampleCount::none();
     }
 
     /// Adds everything another factor has seen, as if its samples had been added to this one.

@@ -6,7 +6,7 @@ use super::triangle::Triangle;
 use super::whitened_sample::{FEATURES, JointDisplacement, MeanPose, WhitenedSample};
 use crate::Real;
 use crate::robot::{ArmIndex, Robot};
-use crate::snapshot::state;
+use crate::state::state;
 use nalgebra::Vector3;
 
 /// Twelve features of each arm, and the right-hand side.
@@ -111,14 +111,8 @@ impl<T: Real> JointFactor<T> {
         Ok(())
     }
 
-    /// Takes in many samples, in blocks; a block costs less than its samples one by one.
-    ///
-    /// # Errors
-    /// The first faulty sample's place and its fault; the factor is unchanged.
-    pub(crate) fn add_many(&mut self, samples: &[Sample<T>]) -> Result<(), (usize, SampleError)> {
-        for (index, sample) in samples.iter().enumerate() {
-            self.check(sample).map_err(|error| (index, error))?;
-        }
+    /// Takes in many samples that are checked, in blocks; a block costs less than its samples one by one.
+    pub(crate) fn absorb_many(&mut self, samples: &[Sample<T>]) {
         let (blocks, rest) = samples.as_chunks::<4>();
         for block in blocks {
             self.absorb::<4, 8, 12>(&block.each_ref().map(|sample| self.prepare(sample)));
@@ -126,7 +120,12 @@ impl<T: Real> JointFactor<T> {
         for sample in rest {
             self.absorb_one(&self.prepare(sample));
         }
-        Ok(())
+    }
+
+    /// Drops all samples.
+    pub(crate) fn clear(&mut self) {
+        self.triangle = Triangle::zero();
+        self.count = SampleCount::none();
     }
 
     /// Takes in a sample that was checked when it came.

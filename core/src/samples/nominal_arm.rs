@@ -2,7 +2,8 @@ use super::sample::Noise;
 use super::sample::{SampleError, check_joint, check_position};
 use crate::Real;
 use crate::robot::{Arm, ArmIndex, Drive, Parameter, ParameterKind, Transmission};
-use crate::snapshot::{Fingerprint, state};
+use crate::snapshot::Fingerprint;
+use crate::state::state;
 use nalgebra::Vector3;
 
 /// Number of columns of a sample's row: twelve features and the constraint at the nominal arm.

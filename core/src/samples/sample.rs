@@ -1,6 +1,6 @@
 use crate::Real;
 use crate::robot::{ArmIndex, Drive};
-use crate::snapshot::state;
+use crate::state::state;
 use core::fmt;
 use nalgebra::Vector3;
 
@@ -56,6 +56,35 @@ impl fmt::Display for SampleError {
 }
 
 impl core::error::Error for SampleError {}
+
+/// Why a calibrator does not take a sample in. Nothing has changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum AddError {
+    /// It is impossible.
+    Sample(SampleError),
+    /// The calibrator solves: first call its `step` until it has finished.
+    Busy,
+}
+
+impl fmt::Display for AddError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Sample(error) => error.fmt(formatter),
+            Self::Busy => {
+                formatter.write_str("the calibrator is solving: samples wait until it has finished")
+            }
+        }
+    }
+}
+
+impl core::error::Error for AddError {}
+
+impl From<SampleError> for AddError {
+    fn from(error: SampleError) -> Self {
+        Self::Sample(error)
+    }
+}
 
 /// All zeros, to fill a buffer with.
 impl<T: Real> Default for Sample<T> {

@@ -2,7 +2,7 @@
 //! Householder reflections.
 
 use crate::Real;
-use crate::snapshot::{Reader, State, Writer};
+use crate::state::{Reader, State, Writer};
 use core::hint::black_box;
 
 /// R of a QR factorisation, upper triangular `N × N`, packed by rows into `LENGTH` = N(N+1)/2

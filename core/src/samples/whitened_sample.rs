@@ -4,7 +4,7 @@ use super::displacement::Displacement;
 use super::nominal_arm::{ArmSample, COLUMNS};
 use super::triangle::put_row;
 use crate::Real;
-use crate::snapshot::state;
+use crate::state::state;
 use nalgebra::Vector3;
 
 /// Features of an arm.

@@ -1,32 +1,29 @@
 //! The calibration of a stream in bounded steps, with gate and forgetting.
 
-use super::gate::{Alarm, Gate, GateCounts, Verdict};
-use super::options::{
-    AddError, Added, Estimator, Selection, StreamOptions, StreamOutcome, StreamRefusal,
-};
+use super::gate::{Alarm, Gate, GateCounts, GateError, Innovation, Untested, Verdict};
+use super::options::{Added, Selection, StreamRefusal};
 use crate::Real;
 use crate::calibration::limits::MOST_REJECTED;
-use crate::calibration::{
-    Calibrator, JointCalibrator, JointSolver, Progress, Refusal, RobotOutcome, RobotSolver,
-    Settings,
-};
-use crate::robot::{ArmIndex, Robot};
-use crate::samples::{Sample, SampleError};
-use crate::snapshot::{Kind, Reader, SnapshotError, State, Writer, longest, read, write};
+use crate::calibration::{Calibrator, Estimator, Parts, Progress, Refusal, Samples, Settings};
+use crate::robot::Robot;
+use crate::samples::{AddError, Sample};
+use crate::snapshot::{SnapshotError, kind, longest, read, write};
+use crate::state::{Reader, State, Writer};
 
-/// A robot's calibration from samples that come one by one. It contains the estimator, the gate and forgetting,
-/// and does their steps in the right order. Controller and host run this code, so that both accept and reject the same
-/// samples and compute the same bits.
+/// A [`Calibrator`] of samples that come one by one, behind a gate or with forgetting. It does the steps of all three in
+/// the right order. Controller and host run this code, so that both accept and reject the same samples and compute the
+/// same bits.
 ///
 /// ```
+/// use delta_cal::calibration::Joint;
 /// use delta_cal::{Noise, Progress, Sample, Settings, SymmetricRobot, Tolerance};
-/// use delta_cal::stream::{Added, Estimator, Selection, StreamCalibrator, StreamOptions, StreamOutcome, Verdict};
+/// use delta_cal::stream::{Added, Selection, StreamCalibrator, Verdict};
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
 /// let nominal = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 };
 /// let truth = SymmetricRobot { upper_arm: 260.4, ..nominal }.robot()?;
 /// let settings = Settings::default().with_noise(Noise::new(0.02, 0.0)?).with_tolerance(Tolerance::new(0.5, 0.003)?);
-/// let options = StreamOptions { estimator: Estimator::Joint, selection: Selection::Gated { forgetting: None } };
-/// let mut stream = StreamCalibrator::new(&nominal.robot()?, &settings, &options);
+/// let gated = Selection::Gated { forgetting: None };
+/// let mut stream = StreamCalibrator::<_, Joint>::new(&nominal.robot()?, &settings, &gated);
 /// for k in 0..40 {
 ///     let t = f64::from(k);
 ///     let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
@@ -39,36 +36,73 @@ use crate::snapshot::{Kind, Reader, SnapshotError, State, Writer, longest, read,
 ///     // Without a stated noise or tolerance the gate first needs an estimate.
 ///     while stream.step() == Progress::Working {}
 /// }
-/// stream.solve();
+/// stream.solve()?;
 /// while stream.step() == Progress::Working {} // between the turns of a control loop
-/// let Some(Ok(StreamOutcome::Joint(outcome))) = stream.result() else { panic!() };
+/// let outcome = stream.outcome()?;
 /// // Where the platform is, to the noise.
 /// let joints = [0.1, 0.2, -0.3];
 /// assert!((outcome.robot.forward(&joints)? - truth.forward(&joints)?).norm() < 0.02);
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Debug, Clone, Copy)]
-pub struct StreamCalibrator<T: Real> {
-    calibrators: Calibrators<T>,
+#[derive(Debug, Clone)]
+pub struct StreamCalibrator<T: Real, E: Estimator> {
+    calibrator: Calibrator<T, E>,
+    selection: Selection<T>,
+    gated: Option<Gated<T, E>>,
     samples: u64,
-    work: Work<T>,
+    work: Work,
     /// Whether to solve as soon as the gate's estimate is finished.
     asked: bool,
 }
 
-impl<T: Real> StreamCalibrator<T> {
+/// The gate, and the samples that it predicts from if the calibrator's are none of single arms.
+#[derive(Debug, Clone)]
+struct Gated<T: Real, E: Estimator> {
+    gate: Gate<T>,
+    beside: <E as Parts>::Beside<T>,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Work {
+    Collecting,
+    /// The gate wants an estimate. The first step of each kind of work begins it.
+    Estimate,
+    Estimating,
+    /// All samples have come.
+    Solve,
+    Solving,
+    Solved,
+    Refused(StreamRefusal),
+}
+
+impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// Without samples; `robot` is the robot before calibration, the nominal of the tolerance and the start of the iteration.
-    pub fn new(robot: &Robot<T>, settings: &Settings<T>, options: &StreamOptions<T>) -> Self {
-        Self {
-            calibrators: Calibrators::new(robot, settings, options),
+    #[inline(never)]
+    pub fn new(robot: &Robot<T>, settings: &Settings<T>, selection: &Selection<T>) -> Self {
+        let mut stream = Self {
+            calibrator: Calibrator::new(robot, settings),
+            selection: *selection,
+            gated: None,
             samples: 0,
             work: Work::Collecting,
             asked: false,
+        };
+        stream.close_gate(robot, settings);
+        stream
+    }
+
+    /// A new gate, if there is one.
+    #[inline(never)]
+    fn close_gate(&mut self, robot: &Robot<T>, settings: &Settings<T>) {
+        if let Selection::Gated { .. } = self.selection {
+            let beside = E::beside(robot, settings);
+            let gate = Gate::new(E::arms(&self.calibrator.samples, &beside));
+            self.gated = Some(Gated { gate, beside });
         }
     }
 
-    /// Takes in one sample, or tests it first. A result of the samples before is dropped.
+    /// Takes in one sample, or tests it first. An outcome of the samples before is dropped.
     ///
     /// # Errors
     /// A faulty number, or a solve that has not finished; nothing has changed.
@@ -76,35 +110,62 @@ impl<T: Real> StreamCalibrator<T> {
         if self.solving() {
             return Err(AddError::Busy);
         }
-        let (added, wants_estimate) = self.calibrators.add(sample)?;
-        self.samples = self.samples.saturating_add(1);
-        self.work = if wants_estimate {
-            Work::Estimate
-        } else {
-            Work::Collecting
+        let forgetting = self.selection.forgetting();
+        let mut work = Work::Collecting;
+        let added = match &mut self.gated {
+            None => {
+                match &forgetting {
+                    Some(forgetting) => self.calibrator.add_forgetting(sample, forgetting)?,
+                    None => self.calibrator.add(sample)?,
+                }
+                Added::Taken
+            }
+            Some(Gated { gate, beside }) => {
+                self.calibrator.check(sample)?;
+                let own = self.calibrator.idle()?;
+                let (arms, others) = E::arms_mut(own, beside);
+                let verdict = gate.add(arms, sample, forgetting.as_ref());
+                match (&verdict, others, &forgetting) {
+                    (Verdict::Rejected(_), ..) | (_, None, _) => {}
+                    (_, Some(own), None) => own.push(sample),
+                    (_, Some(own), Some(forgetting)) => own.push_forgetting(sample, forgetting),
+                }
+                if gate.wants_estimate() {
+                    work = Work::Estimate;
+                }
+                Added::Tested(verdict)
+            }
         };
+        self.samples = self.samples.saturating_add(1);
+        self.work = work;
         Ok(added)
     }
 
     /// Begins to solve, unless that is under way or done. If the gate's estimate is being solved, the solve begins
     /// after it. The work itself is done by [`step`](Self::step).
-    pub fn solve(&mut self) {
+    ///
+    /// # Errors
+    /// The gate's objection to all samples.
+    pub fn solve(&mut self) -> Result<(), StreamRefusal> {
         match self.work {
             Work::Collecting => {
-                self.work = match self.rejected_too_many() {
-                    Some(refusal) => Work::Refused(refusal),
-                    None => Work::Solve,
-                };
+                if let Some(refusal) = self.rejected_too_many() {
+                    self.work = Work::Refused(refusal);
+                    return Err(refusal);
+                }
+                self.work = Work::Solve;
             }
-            Work::Estimate | Work::Estimating(_) => self.asked = true,
-            _ => {}
+            Work::Estimate | Work::Estimating => self.asked = true,
+            Work::Refused(refusal) => return Err(refusal),
+            Work::Solve | Work::Solving | Work::Solved => {}
         }
+        Ok(())
     }
 
     /// Answers the gate's alarm: the run of rejected samples was wrong, and what was taken in before stays. It can be
-    /// solved again.
-    pub const fn acknowledge(&mut self) {
-        if let Some(gate) = &mut self.calibrators.gate {
+    /// solved again. If it is the robot that has changed, [`reset`](Self::reset).
+    pub fn acknowledge(&mut self) {
+        if let Some(Gated { gate, .. }) = &mut self.gated {
             gate.acknowledge();
         }
         if matches!(self.work, Work::Refused(StreamRefusal::Alarm(_))) {
@@ -113,10 +174,25 @@ impl<T: Real> StreamCalibrator<T> {
     }
 
     /// Drops all that came, for a robot that has changed: it is calibrated from the samples that come from now on, with
-    /// the same robot before calibration, settings and options.
-    pub fn begin_again(&mut self) {
-        self.calibrators.begin_again();
+    /// the same robot before calibration, settings and selection.
+    #[inline(never)]
+    pub fn reset(&mut self) {
+        self.calibrator.reset();
+        let width = self.gated.as_ref().map(|gated| gated.gate.sigmas());
+        let (robot, settings) = (self.calibrator.robot(), *self.calibrator.settings());
+        self.close_gate(&robot, &settings);
+        if let Some(sigmas) = width {
+            // It was one.
+            let _ = self.set_sigmas(sigmas);
+        }
         self.samples = 0;
+        self.work = Work::Collecting;
+        self.asked = false;
+    }
+
+    /// Gives up what is being solved, and drops the outcome. The samples stay.
+    pub fn stop(&mut self) {
+        self.calibrator.stop();
         self.work = Work::Collecting;
         self.asked = false;
     }
@@ -136,12 +212,38 @@ impl<T: Real> StreamCalibrator<T> {
         )
     }
 
-    /// One bounded step of what there is to solve. After the last step there is a result; if it was the gate's
+    /// One bounded step of what there is to solve. After the last step there is an outcome; if it was the gate's
     /// estimate that was solved, the next sample can be added.
     pub fn step(&mut self) -> Progress {
-        self.work.step(&mut self.calibrators);
+        match self.work {
+            Work::Estimate => {
+                self.work = match self.calibrator.solve() {
+                    Ok(()) => Work::Estimating,
+                    Err(_) => self.give_up_estimate(),
+                };
+            }
+            Work::Estimating => {
+                if self.calibrator.step() == Progress::Finished {
+                    self.adopt();
+                    self.work = self.give_up_estimate();
+                }
+            }
+            Work::Solve => {
+                self.work = match self.calibrator.solve() {
+                    Ok(()) => Work::Solving,
+                    Err(refusal) => Work::Refused(refusal.into()),
+                };
+            }
+            Work::Solving => {
+                if self.calibrator.step() == Progress::Finished {
+                    self.work = Work::Solved;
+                }
+            }
+            Work::Collecting | Work::Solved | Work::Refused(_) => {}
+        }
         if !self.solving() && core::mem::take(&mut self.asked) {
-            self.solve();
+            // A refusal is kept for the outcome.
+            let _ = self.solve();
         }
         if self.solving() {
             Progress::Working
@@ -150,39 +252,59 @@ impl<T: Real> StreamCalibrator<T> {
         }
     }
 
-    /// Whether there is something left to solve; until that is done, no sample is taken.
-    pub const fn solving(&self) -> bool {
-        !matches!(
-            self.work,
-            Work::Collecting | Work::Solved(_) | Work::Refused(_)
-        )
+    /// The gate goes on, with a new estimate or without one.
+    fn give_up_estimate(&mut self) -> Work {
+        self.calibrator.stop();
+        Work::Collecting
     }
 
-    /// The arm at work; `None` if all are, or none is.
-    pub const fn arm(&self) -> Option<ArmIndex> {
-        self.work.arm()
-    }
-
-    /// The result, once a solve has finished and until the next sample comes.
-    ///
-    /// # Errors
-    /// Why the samples do not calibrate the robot.
-    pub const fn result(&self) -> Option<Result<&StreamOutcome<T>, StreamRefusal>> {
-        match &self.work {
-            Work::Solved(outcome) => Some(Ok(outcome)),
-            Work::Refused(refusal) => Some(Err(*refusal)),
-            _ => None,
+    #[inline(never)]
+    fn adopt(&mut self) {
+        if let (Ok(outcome), Some(Gated { gate, beside })) =
+            (&self.calibrator.outcome(), &mut self.gated)
+        {
+            let (arms, _) = E::arms_mut(&mut self.calibrator.samples, beside);
+            arms.flush();
+            gate.adopt(arms, E::robot(outcome));
         }
     }
 
-    /// The options that it was made with.
-    pub const fn options(&self) -> &StreamOptions<T> {
-        &self.calibrators.options
+    /// Whether there is something left to solve; until that is done, no sample is taken.
+    pub const fn solving(&self) -> bool {
+        matches!(
+            self.work,
+            Work::Estimate | Work::Estimating | Work::Solve | Work::Solving
+        )
+    }
+
+    /// Whether a solve that was asked for has finished, and no sample came since: there is an outcome or a refusal.
+    pub const fn finished(&self) -> bool {
+        matches!(self.work, Work::Solved | Work::Refused(_))
+    }
+
+    /// The calibrated robot, until the next sample comes. It is judged anew by each call.
+    ///
+    /// # Errors
+    /// Why the samples do not calibrate the robot; [`Refusal::Unfinished`] before the last step.
+    pub fn outcome(&self) -> Result<E::Outcome<T>, StreamRefusal> {
+        match self.work {
+            Work::Refused(refusal) => Err(refusal),
+            Work::Solved => self
+                .calibrator
+                .outcome()
+                .map_err(StreamRefusal::Calibration),
+            _ => Err(StreamRefusal::Calibration(Refusal::Unfinished)),
+        }
+    }
+
+    /// Which samples count.
+    pub const fn selection(&self) -> &Selection<T> {
+        &self.selection
     }
 
     /// What the calibration assumes.
-    pub const fn settings(&self) -> &Settings<T> {
-        self.calibrators.arms.settings()
+    pub fn settings(&self) -> &Settings<T> {
+        self.calibrator.settings()
     }
 
     /// Samples that came, rejected ones included.
@@ -190,279 +312,77 @@ impl<T: Real> StreamCalibrator<T> {
         self.samples
     }
 
+    /// Makes the gate so many σ wide; it is [`SUSPECTED`](crate::calibration::limits::SUSPECTED) σ wide at first. Does nothing
+    /// where there is none.
+    ///
+    /// # Errors
+    /// A number that is not finite or not positive.
+    pub fn set_sigmas(&mut self, sigmas: T) -> Result<(), GateError> {
+        match &mut self.gated {
+            Some(Gated { gate, .. }) => gate.set_sigmas(sigmas),
+            None => Ok(()),
+        }
+    }
+
+    /// How far a sample is off in each arm; nothing is taken in or counted. `None` without a gate.
+    pub fn innovations(&self, sample: &Sample<T>) -> Option<Result<[Innovation<T>; 3], Untested>> {
+        let Gated { gate, beside } = self.gated.as_ref()?;
+        let arms = E::arms(&self.calibrator.samples, beside);
+        Some(gate.innovations(arms, sample))
+    }
+
     /// What became of the samples at the gate, if there is one.
     pub const fn gate_counts(&self) -> Option<&GateCounts> {
-        match &self.calibrators.gate {
-            Some(gate) => Some(gate.counts()),
+        match &self.gated {
+            Some(Gated { gate, .. }) => Some(gate.counts()),
             None => None,
         }
     }
 
     /// What a run of rejections means, if there was one since the last was [acknowledged](Self::acknowledge).
     pub const fn alarm(&self) -> Option<Alarm> {
-        match &self.calibrators.gate {
-            Some(gate) => gate.alarm(),
+        match &self.gated {
+            Some(Gated { gate, .. }) => gate.alarm(),
             None => None,
         }
     }
 }
 
-#[derive(Debug, Clone, Copy)]
-#[allow(clippy::large_enum_variant)] // no allocation
-enum Work<T: Real> {
-    Collecting,
-    /// The gate wants an estimate. The first step of each kind of work prepares its solver.
-    Estimate,
-    Estimating(RobotSolver<T>),
-    /// All samples have come.
-    Solve,
-    /// No sample waits any more.
-    Begin,
-    Arms(RobotSolver<T>),
-    Joint(JointSolver<T>),
-    Solved(StreamOutcome<T>),
-    Refused(StreamRefusal),
-}
-
-impl<T: Real> Work<T> {
-    const fn arm(&self) -> Option<ArmIndex> {
-        match self {
-            Self::Estimating(solver) | Self::Arms(solver) => Some(solver.arm()),
-            _ => None,
-        }
-    }
-
-    /// One step. A refusal ends the work; if it was the gate's estimate that was refused, the gate goes on without one.
-    fn step(&mut self, calibrators: &mut Calibrators<T>) {
-        let done = match self {
-            Self::Collecting | Self::Solved(_) | Self::Refused(_) => Ok(()),
-            Self::Estimate => {
-                self.estimate(calibrators);
-                Ok(())
-            }
-            Self::Estimating(_) => {
-                self.go_on_estimating(calibrators);
-                Ok(())
-            }
-            Self::Solve => {
-                self.flush(calibrators);
-                Ok(())
-            }
-            Self::Begin => self.begin(calibrators),
-            Self::Arms(_) => self.go_on_with_arms(calibrators),
-            Self::Joint(_) => self.go_on_jointly(calibrators),
-        };
-        if let Err(refusal) = done {
-            *self = Self::Refused(refusal);
-        }
-    }
-
-    // Not inlined, here and below: what is done one after the other shares the stack.
-    #[inline(never)]
-    fn estimate(&mut self, calibrators: &mut Calibrators<T>) {
-        *self = match RobotSolver::new(&mut calibrators.arms) {
-            Ok(solver) => Self::Estimating(solver),
-            Err(_) => Self::Collecting,
-        };
-    }
-
-    #[inline(never)]
-    fn go_on_estimating(&mut self, calibrators: &mut Calibrators<T>) {
-        let Self::Estimating(solver) = self else {
-            return;
-        };
-        let finished = match solver.step(&calibrators.arms) {
-            Ok(Progress::Working) => return,
-            finished => finished,
-        };
-        if let (Ok(_), Ok(outcome), Some(gate)) =
-            (finished, solver.outcome(), &mut calibrators.gate)
-        {
-            gate.adopt(&mut calibrators.arms, &outcome);
-        }
-        *self = Self::Collecting;
-    }
-
-    #[inline(never)]
-    fn flush(&mut self, calibrators: &mut Calibrators<T>) {
-        // Here already: with the begin of its solve it would be the longest of all steps.
-        if let Some(joint) = &mut calibrators.joint {
-            joint.flush();
-        }
-        *self = Self::Begin;
-    }
-
-    fn begin(&mut self, calibrators: &mut Calibrators<T>) -> Result<(), StreamRefusal> {
-        match &mut calibrators.joint {
-            Some(joint) => self.begin_jointly(joint),
-            None => self.begin_with_arms(&mut calibrators.arms),
-        }
-    }
-
-    #[inline(never)]
-    fn begin_jointly(&mut self, joint: &mut JointCalibrator<T>) -> Result<(), StreamRefusal> {
-        *self = Self::Joint(JointSolver::new(joint)?);
-        Ok(())
-    }
-
-    #[inline(never)]
-    fn begin_with_arms(&mut self, arms: &mut Calibrator<T>) -> Result<(), StreamRefusal> {
-        *self = Self::Arms(RobotSolver::new(arms)?);
-        Ok(())
-    }
-
-    #[inline(never)]
-    fn go_on_with_arms(&mut self, calibrators: &Calibrators<T>) -> Result<(), StreamRefusal> {
-        let Self::Arms(solver) = self else {
-            return Ok(());
-        };
-        if let Some(outcome) = finished(solver, &calibrators.arms)? {
-            *self = Self::Solved(StreamOutcome::Arms(outcome));
-        }
-        Ok(())
-    }
-
-    #[inline(never)]
-    fn go_on_jointly(&mut self, calibrators: &Calibrators<T>) -> Result<(), StreamRefusal> {
-        let (Self::Joint(solver), Some(joint)) = (&mut *self, &calibrators.joint) else {
-            return Ok(());
-        };
-        if solver.step(joint) == Progress::Finished {
-            *self = Self::Solved(StreamOutcome::Joint(solver.outcome(joint)?));
-        }
-        Ok(())
-    }
-}
-
-fn finished<T: Real>(
-    solver: &mut RobotSolver<T>,
-    calibrator: &Calibrator<T>,
-) -> Result<Option<RobotOutcome<T>>, Refusal> {
-    Ok(match solver.step(calibrator)? {
-        Progress::Working => None,
-        Progress::Finished => Some(solver.outcome()?),
-    })
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Calibrators<T: Real> {
-    options: StreamOptions<T>,
-    /// Empty where nothing needs it.
-    arms: Calibrator<T>,
-    joint: Option<JointCalibrator<T>>,
-    /// What tests the samples, if anything does.
-    gate: Option<Gate<T>>,
-}
-
-impl<T: Real> Calibrators<T> {
-    #[inline(never)]
-    fn new(robot: &Robot<T>, settings: &Settings<T>, options: &StreamOptions<T>) -> Self {
-        let mut arms = Calibrator::new(robot, settings);
-        let gate = match options.selection {
-            Selection::All { .. } => None,
-            Selection::Gated { forgetting } => {
-                let gate = Gate::new(&mut arms);
-                Some(match forgetting {
-                    Some(forgetting) => gate.with_forgetting(forgetting),
-                    None => gate,
-                })
-            }
-        };
-        Self {
-            options: *options,
-            arms,
-            joint: match options.estimator {
-                Estimator::Arms => None,
-                Estimator::Joint => Some(JointCalibrator::new(robot, settings)),
-            },
-            gate,
-        }
-    }
-
-    /// As before the first sample.
-    #[inline(never)]
-    fn begin_again(&mut self) {
-        let (settings, options) = (*self.arms.settings(), self.options);
-        *self = Self::new(&self.arms.robot(), &settings, &options);
-    }
-
-    /// What became of the sample, and whether the gate wants an estimate before the next.
-    fn add(&mut self, sample: &Sample<T>) -> Result<(Added<T>, bool), SampleError> {
-        let forgetting = self.options.forgetting();
-        let (added, wants_estimate) = match &mut self.gate {
-            None => {
-                if self.joint.is_none() {
-                    match &forgetting {
-                        Some(forgetting) => self.arms.add_forgetting(sample, forgetting)?,
-                        None => self.arms.add(sample)?,
-                    }
-                }
-                (Added::Taken, false)
-            }
-            Some(gate) => {
-                let verdict = gate.add(&mut self.arms, sample)?;
-                (Added::Tested(verdict), gate.wants_estimate())
-            }
-        };
-        if let Some(joint) = &mut self.joint
-            && !matches!(added, Added::Tested(Verdict::Rejected(_)))
-        {
-            match &forgetting {
-                Some(forgetting) => joint.add_forgetting(sample, forgetting)?,
-                None => joint.add(sample)?,
-            }
-        }
-        Ok((added, wants_estimate))
-    }
-}
-
-impl<T: Real> State<T> for Calibrators<T> {
-    const BYTES: usize = Calibrator::<T>::BYTES + JointCalibrator::<T>::BYTES + Gate::<T>::BYTES;
+impl<T: Real, E: Estimator> State<T> for StreamCalibrator<T, E> {
+    const BYTES: usize = <u64 as State<T>>::BYTES
+        + <E as Parts>::Samples::<T>::BYTES
+        + <E as Parts>::Beside::<T>::BYTES
+        + Gate::<T>::BYTES;
 
     fn save(&self, to: &mut Writer<'_>) {
-        self.arms.save(to);
-        if let Some(joint) = &self.joint {
-            joint.save(to);
-        }
-        if let Some(gate) = &self.gate {
+        State::<T>::save(&self.samples, to);
+        self.calibrator.samples.save(to);
+        if let Some(Gated { gate, beside }) = &self.gated {
+            beside.save(to);
             gate.save(to);
         }
     }
 
     fn load(&mut self, from: &mut Reader<'_>) {
-        self.arms.load(from);
-        if let Some(joint) = &mut self.joint {
-            joint.load(from);
-        }
-        if let Some(gate) = &mut self.gate {
-            gate.load(from);
-            gate.displace(&self.arms);
-        }
-    }
-}
-
-impl<T: Real> State<T> for StreamCalibrator<T> {
-    const BYTES: usize = <u64 as State<T>>::BYTES + Calibrators::<T>::BYTES;
-
-    fn save(&self, to: &mut Writer<'_>) {
-        State::<T>::save(&self.samples, to);
-        self.calibrators.save(to);
-    }
-
-    fn load(&mut self, from: &mut Reader<'_>) {
         State::<T>::load(&mut self.samples, from);
-        self.calibrators.load(from);
+        self.calibrator.samples.load(from);
+        if let Some(Gated { gate, beside }) = &mut self.gated {
+            beside.load(from);
+            gate.load(from);
+            gate.displace(E::arms(&self.calibrator.samples, beside));
+        }
+        self.calibrator.stop();
         self.work = Work::Collecting;
         self.asked = false;
     }
 }
 
-impl<T: Real> StreamCalibrator<T> {
+impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// How many bytes a [`snapshot`](Self::snapshot) takes at most.
     pub const SNAPSHOT_BYTES: usize = longest::<T, Self>();
 
     /// Writes what the stream has seen into `bytes`, of which there must be [`SNAPSHOT_BYTES`](Self::SNAPSHOT_BYTES), and
-    /// returns the part that was written. Results are not part of it: they are solved again.
+    /// returns the part that was written. Outcomes are not part of it: they are solved again.
     ///
     /// # Errors
     /// [`SnapshotError::BufferTooShort`]; [`SnapshotError::Busy`] while something is being solved.
@@ -470,24 +390,25 @@ impl<T: Real> StreamCalibrator<T> {
         if self.solving() {
             return Err(SnapshotError::Busy);
         }
-        write(Kind::Stream, self.fingerprint(), self, bytes)
+        write(kind::STREAM + E::NUMBER, self.fingerprint(), self, bytes)
     }
 
     /// Puts what a [`snapshot`](Self::snapshot) holds in place of what this stream has seen. It must be of the same
-    /// robot, noise and options, and with a gate of the same tolerance. A solve that was asked for is none any more. From then on this stream gives the same results as the one that the snapshot is
-    /// of, bit by bit.
+    /// robot, noise and selection, and with a gate of the same tolerance. A solve that was asked for is none any more.
+    /// From then on this stream gives the same results as the one that the snapshot is of, bit by bit.
     ///
     /// # Errors
     /// Bytes that are damaged, or a snapshot of something else; the stream is unchanged.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
-        read(Kind::Stream, self.fingerprint(), self, bytes)
+        read(kind::STREAM + E::NUMBER, self.fingerprint(), self, bytes)
     }
 
     fn fingerprint(&self) -> u32 {
-        let mut fingerprint = self.calibrators.arms.marked();
-        self.calibrators.options.mark(&mut fingerprint);
-        if self.calibrators.gate.is_some() {
-            Gate::mark(&self.calibrators.arms, &mut fingerprint);
+        let mut fingerprint = self.calibrator.marked();
+        self.selection.mark(&mut fingerprint);
+        if let Some(Gated { gate, beside }) = &self.gated {
+            let arms = E::arms(&self.calibrator.samples, beside);
+            gate.mark(arms, &mut fingerprint);
         }
         fingerprint.finish()
     }
@@ -497,16 +418,14 @@ impl<T: Real> StreamCalibrator<T> {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use super::StreamCalibrator;
-    use crate::calibration::{Progress, Settings, Solver, Tolerance};
+    use crate::calibration::{Ikm, Progress, Settings, Solver, Tolerance};
     use crate::robot::{Robot, SymmetricRobot};
     use crate::samples::{Noise, Sample};
-    use crate::stream::{Added, Alarm, Selection, StreamOptions, StreamRefusal, Verdict};
+    use crate::stream::{Added, Alarm, Selection, StreamRefusal, Verdict};
 
-    const GATED: StreamOptions<f64> = StreamOptions {
-        estimator: crate::stream::Estimator::Arms,
-        selection: Selection::Gated { forgetting: None },
-    };
+    type StreamCalibrator = super::StreamCalibrator<f64, Ikm>;
+
+    const GATED: Selection<f64> = Selection::Gated { forgetting: None };
 
     fn robot(forearm: f64) -> Robot<f64> {
         let robot = SymmetricRobot {
@@ -532,15 +451,12 @@ mod tests {
     }
 
     /// By how much the platform is off.
-    fn solved(
-        stream: &mut StreamCalibrator<f64>,
-        truth: &Robot<f64>,
-    ) -> Result<f64, StreamRefusal> {
-        stream.solve();
+    fn solved(stream: &mut StreamCalibrator, truth: &Robot<f64>) -> Result<f64, StreamRefusal> {
+        stream.solve()?;
         while stream.step() == Progress::Working {}
-        let outcome = stream.result().unwrap()?;
+        let outcome = stream.outcome()?;
         let at = |robot: &Robot<f64>| robot.forward(&[0.1, 0.2, -0.3]).unwrap();
-        Ok((at(outcome.robot()) - at(truth)).norm())
+        Ok((at(&outcome.robot) - at(truth)).norm())
     }
 
     #[test]
@@ -570,7 +486,7 @@ mod tests {
         }
         assert_eq!(stream.alarm(), Some(Alarm::RobotChanged { first: 48 }));
         // The robot has changed.
-        stream.begin_again();
+        stream.reset();
         assert_eq!((stream.alarm(), stream.samples()), (None, 0));
         let mut new = StreamCalibrator::new(&nominal, &settings(), &GATED);
         for k in 0..40 {
@@ -590,25 +506,25 @@ mod tests {
         let (nominal, truth) = (robot(480.0), robot(480.4));
         let settings = Settings::default();
         let mut stream = StreamCalibrator::new(&nominal, &settings, &GATED);
-        let mut bytes = [0; StreamCalibrator::<f64>::SNAPSHOT_BYTES];
+        let mut bytes = [0; StreamCalibrator::SNAPSHOT_BYTES];
         for k in 0..12 {
             if k == 11 {
                 stream.snapshot(&mut bytes).unwrap();
             }
             stream.add(&sample(&truth, k)).unwrap();
         }
-        stream.solve();
+        stream.solve().unwrap();
         stream.restore(&bytes).unwrap();
         stream.add(&sample(&truth, 11)).unwrap();
         while stream.step() == Progress::Working {}
-        assert!(stream.result().is_none() && !stream.solving());
+        assert!(!stream.finished() && !stream.solving());
     }
 
     /// What the samples are kept in depends on robot and noise alone.
     #[test]
     fn samples_outlast_a_change_of_how_they_are_solved() {
         let (nominal, truth) = (robot(480.0), robot(480.4));
-        let all = StreamOptions::default();
+        let all = Selection::default();
         let changed = [
             settings().with_iteration_limit(20),
             settings().with_solver(Solver::GaussNewton),
@@ -619,7 +535,7 @@ mod tests {
         for k in 0..30 {
             stream.add(&sample(&truth, k)).unwrap();
         }
-        let mut bytes = [0; StreamCalibrator::<f64>::SNAPSHOT_BYTES];
+        let mut bytes = [0; StreamCalibrator::SNAPSHOT_BYTES];
         stream.snapshot(&mut bytes).unwrap();
         for settings in changed {
             let mut restored = StreamCalibrator::new(&nominal, &settings, &all);

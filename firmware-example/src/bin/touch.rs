@@ -10,15 +10,15 @@
 mod small;
 
 use delta_cal::observations::{
-    Height, Instruments, Observation, ObservationNoise, ObservationRow, ObservationSolver, Plane,
-    PositionFrame,
+    Height, Instruments, Observation, ObservationNoise, Plane, PositionFrame, TouchCalibrator,
 };
-use delta_cal::{Noise, Refusal, Robot, Settings, Tolerance};
+use delta_cal::{Noise, Progress, Refusal, Robot, Settings, Tolerance};
 use delta_cal_firmware_example::nominal;
 use small::plant::Plant;
 use small::{
     fail, go, load, probe, restart, show_error, show_refusal, start, store, take_over, with,
 };
+use static_cell::StaticCell;
 
 /// The heights of the gauge blocks; the plate itself is the first. Millimetres.
 const BLOCKS: [f32; 3] = [0.0, 50.0, 100.0];
@@ -57,16 +57,14 @@ const CREEP: f32 = 1.0;
 /// One sigma of a touch, mm.
 const REPEATABILITY: f32 = 0.005;
 
-/// For the robot's 24 parameters and the three of the plate.
-type Solver = ObservationSolver<f32, 27, 28, 406>;
-type Row = ObservationRow<f32>;
+/// Touches and solver, for the robot's 24 parameters and the three of the plate.
+type Calibrator = TouchCalibrator<f32, TOUCHES>;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    static mut SOLVER: Solver = Solver::new();
-    static mut ROWS: [Row; TOUCHES] = [Row::new(Observation::at([0.0; 3])); TOUCHES];
+    static CALIBRATOR: StaticCell<Calibrator> = StaticCell::new();
     let mut store = store();
-    let (Ok(drawn), Some((instruments, settings))) = (nominal(), known()) else {
+    let Ok(drawn) = nominal() else {
         fail("no robot")
     };
     let stored = load(&mut store);
@@ -75,14 +73,28 @@ fn main() -> ! {
         check(&drawn, &robot);
         small::end();
     }
+    let calibrator = prepare(&CALIBRATOR, &drawn);
     for blocks in [WITH_CHIP, BLOCKS] {
-        measure(&drawn, &instruments, &blocks, ROWS);
-        match calibrate(&drawn, &instruments, &settings, SOLVER, ROWS) {
+        calibrator.reset();
+        measure(calibrator, &blocks);
+        match calibrate(calibrator) {
             Ok(robot) => take_over(&mut store, &robot),
             Err(refusal) => show_refusal(refusal),
         }
     }
     restart()
+}
+
+/// In its place. Not inlined, here and below: what is done one after the other shares the stack.
+#[inline(never)]
+fn prepare(place: &'static StaticCell<Calibrator>, drawn: &Robot<f32>) -> &'static mut Calibrator {
+    let Some((instruments, settings)) = known() else {
+        fail("no noise or tolerance")
+    };
+    place.init_with(|| match Calibrator::new(drawn, &instruments, &settings) {
+        Ok(made) => made,
+        Err(_) => fail("no room for the instruments"),
+    })
 }
 
 /// What is known beforehand: how good the probe is, and how well the robot is made.
@@ -117,48 +129,31 @@ fn touch([x, y]: [f32; 2], block: f32) -> [f32; 3] {
 
 /// Touches every block at every place.
 #[inline(never)]
-fn measure(
-    drawn: &Robot<f32>,
-    instruments: &Instruments<'_, f32>,
-    standing: &[f32; 3],
-    rows: &mut [Row; TOUCHES],
-) {
-    let places = BLOCKS
-        .iter()
-        .zip(standing)
-        .flat_map(|block| PLACES.iter().map(move |it| (block, it)));
-    for (((height, stands), place), row) in places.zip(rows) {
+fn measure(calibrator: &mut Calibrator, standing: &[f32; 3]) {
+    for (height, stands) in BLOCKS.iter().zip(standing) {
         with(|machine| machine.plant.block = *stands);
-        let height = Some(Height {
-            plane: 0,
-            height: *height,
-        });
-        let observation = Observation {
-            height,
-            ..Observation::at(touch(*place, *stands))
-        };
-        match Row::checked(observation, drawn, instruments) {
-            Ok(checked) => *row = checked,
-            Err(_) => fail("a touch is not usable"),
+        for place in PLACES {
+            let height = Some(Height {
+                plane: 0,
+                height: *height,
+            });
+            let observation = Observation {
+                height,
+                ..Observation::at(touch(place, *stands))
+            };
+            if calibrator.add(&observation).is_err() {
+                fail("a touch is not usable");
+            }
         }
     }
 }
 
 /// In bounded steps, while the control loop turns in its interrupt.
 #[inline(never)]
-fn calibrate(
-    drawn: &Robot<f32>,
-    instruments: &Instruments<'_, f32>,
-    settings: &Settings<f32>,
-    solver: &mut Solver,
-    rows: &mut [Row],
-) -> Result<Robot<f32>, Refusal> {
-    *solver = Solver::new();
-    loop {
-        if let Some(result) = solver.step(drawn, instruments, rows, settings) {
-            return Ok(result?.robot);
-        }
-    }
+fn calibrate(calibrator: &mut Calibrator) -> Result<Robot<f32>, Refusal> {
+    calibrator.solve()?;
+    while calibrator.step() == Progress::Working {}
+    Ok(calibrator.outcome()?.robot)
 }
 
 /// Shows how far the robot as drawn and the calibrated one are off: a block is as high as it is.

@@ -189,15 +189,9 @@ fn datum(
     readings: &Readings,
     frame: Frame,
 ) -> Result<Option<Datum>, InputError> {
-    let Some(datum) = Datum::of(robot)? else {
+    let Some(datum) = Datum::of(robot, frame)? else {
         return Ok(None);
     };
-    if frame == Frame::Base {
-        let cause = "the section says where the sensor stands, and the positions are taken as in the robot's frame";
-        return Err(InputError::new(&robot.name, cause)
-            .at_key("[datum]")
-            .with_remedy("use --frame sensor, or delete the section"));
-    }
     let single = |row: &Reading| row.sample().is_none() && row.kind() == Some(Kind::Position);
     if let Some(index) = readings.rows.iter().position(|row| single(&row.value)) {
         return Err(readings.fault(index, "with [datum] a row needs all of x, y and z"));
@@ -372,9 +366,7 @@ fn of_rows(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
             rows: readings.rows.len(),
         });
     }
-    if case.options.frame == Frame::Sensor
-        && let Ok(Some(datum)) = Datum::of(case.robot)
-    {
+    if let Ok(Some(datum)) = Datum::of(case.robot, case.options.frame) {
         found.push(Finding::Datum {
             points: datum.residuals.len(),
             rms_mm: datum.rms(),

@@ -14,7 +14,7 @@ mod subject;
 pub use cause::{Alternative, Cause, CauseKind};
 use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Sample};
-use nalgebra::{DVector, Matrix3, Vector3};
+use nalgebra::{DVector, Vector3};
 use regression::{Regression, Solution};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 pub(crate) use subject::{At, Subject};
@@ -131,7 +131,7 @@ pub(super) fn all(drive: Drive) -> Vec<Hypothesis> {
     let of_arms = CauseKind::of_joints(drive)
         .iter()
         .flat_map(|kind| ArmIndex::ALL.map(|arm| (*kind, Some(arm))));
-    let of_platform = [(CauseKind::Sag, None), (CauseKind::Drift, None)];
+    let of_platform = CauseKind::OF_PLATFORM.map(|kind| (kind, None));
     let mut next = 0;
     of_arms
         .chain(of_platform)
@@ -156,27 +156,29 @@ pub(super) struct Place {
     pub(super) part: f64,
     /// The square of the distance from the robot's axis, 1 at the largest of the file.
     pub(super) radius_squared: f64,
+    /// 1 of a row whose readings are in the scale of the instrument, 0 of a touch of a plane.
+    pub(super) scaled: f64,
 }
 
 /// By how much a position moves for one unit of each column: mm per radian, 1, or mm.
 pub(super) fn movements(
     drive: Drive,
-    by_joints: &Matrix3<f64>,
-    joints: &[f64; 3],
+    at: &At,
     ranges: &[[f64; 2]; 3],
     place: &Place,
 ) -> Vec<Vector3<f64>> {
     let mut movements = Vec::new();
     for kind in CauseKind::of_joints(drive) {
-        for (arm, q) in joints.iter().enumerate() {
+        for (arm, q) in at.joints.iter().enumerate() {
             let (shapes, count) = kind.shapes(*q, place.directions[arm], ranges[arm]);
             for shape in &shapes[..count] {
-                movements.push(by_joints.column(arm) * *shape);
+                movements.push(at.by_joints.column(arm) * *shape);
             }
         }
     }
     movements.push(Vector3::new(0.0, 0.0, -place.radius_squared));
     movements.extend([0, 1, 2].map(|axis| Vector3::ith(axis, place.part)));
+    movements.push(at.position * place.scaled);
     movements
 }
 
@@ -289,7 +291,7 @@ impl Search<'_> {
             with.push(index);
             let gain = self.gain(chosen, index);
             let probability = self.probability(gain, index, &self.solve(&with)?);
-            let rare = self.hypotheses[index].kind == CauseKind::SecondHarmonic;
+            let rare = self.hypotheses[index].kind.is_rare();
             let rank = (*rank)? - if rare { CLEARLY } else { 0.0 };
             (probability < self.level).then_some((index, rank))
         });
@@ -308,14 +310,20 @@ impl Search<'_> {
         let mut others = chosen.to_vec();
         let own = others.remove(place);
         let ranks = self.ranks(&others, solution);
-        let least = ranks[own].map_or(f64::INFINITY, |rank| rank - CLEARLY);
+        let best = ranks[own].unwrap_or(f64::INFINITY);
+        let least = |kind| match kind {
+            // A scale that shows is large, and its gain here is that of the first step towards it.
+            CauseKind::Scale => (best - 2.0 * CLEARLY).max(0.5 * best),
+            _ => best - CLEARLY,
+        };
         let as_good =
             ranks
                 .iter()
                 .zip(&self.hypotheses)
                 .enumerate()
-                .filter(|(index, (rank, _))| {
-                    !chosen.contains(index) && rank.is_some_and(|rank| rank > least)
+                .filter(|(index, (rank, hypothesis))| {
+                    !chosen.contains(index)
+                        && rank.is_some_and(|rank| rank > least(hypothesis.kind))
                 });
         as_good
             .map(|(_, (_, hypothesis))| Alternative {

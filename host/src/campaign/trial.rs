@@ -14,7 +14,7 @@ use delta_cal::observations::{
     Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, PositionFrame,
     PrepareError,
 };
-use delta_cal::{Calibrator, Noise, Parameter, Refusal, Robot, RobotOutcome, Sample, Settings};
+use delta_cal::{IkmCalibrator, Noise, Parameter, Refusal, Robot, RobotOutcome, Sample, Settings};
 use nalgebra::SMatrix;
 
 /// Of the 24 parameters: mm, radians and their products.
@@ -66,9 +66,9 @@ pub(super) fn calibrate(
         .with_solver(case.solver.into());
     let outcome = match case.method {
         Method::Ikm => {
-            let mut calibrator = Calibrator::new(nominal, &settings);
+            let mut calibrator = IkmCalibrator::new(nominal, &settings);
             calibrator.add_many(samples).map_err(|_| FAULTY_SAMPLE)?;
-            return match calibrator.solve() {
+            return match calibrator.calibrate() {
                 Ok(outcome) => Ok(of_arms(&outcome, None)),
                 Err(refusal) => Err(status(&refusal)),
             };
@@ -76,7 +76,7 @@ pub(super) fn calibrate(
         Method::Joint => {
             let mut calibrator = JointCalibrator::new(nominal, &settings);
             calibrator.add_many(samples).map_err(|_| FAULTY_SAMPLE)?;
-            calibrator.solve()
+            calibrator.calibrate()
         }
         Method::Fkm => fkm(nominal, samples, &settings),
     };

@@ -2,6 +2,7 @@
 //! z points upwards; everything that is read or written is in the convention of its robot file.
 
 use super::columns::{Quantity, Unit};
+use crate::geometry::Limit;
 use crate::text::{degrees, joint, list, rounded};
 use delta_cal::robot::Drive;
 use nalgebra::{Matrix3, Vector3};
@@ -181,6 +182,15 @@ impl Convention {
             (-high, -low)
         } else {
             (low, high)
+        }
+    }
+
+    /// What limits a robot: the smaller limit of a joint is the larger one where it counts upwards.
+    pub(crate) fn limit(&self, limit: Limit) -> Limit {
+        match limit {
+            Limit::JointMinimum(arm) if self.sense() < 0.0 => Limit::JointMaximum(arm),
+            Limit::JointMaximum(arm) if self.sense() < 0.0 => Limit::JointMinimum(arm),
+            other => other,
         }
     }
 

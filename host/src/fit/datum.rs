@@ -1,5 +1,6 @@
 //! The sensor's frame from points of the machine that the sensor measured too.
 
+use super::Frame;
 use super::solution::{MOST, Solution};
 use crate::files::input::InputError;
 use crate::files::robot_file::RobotFile;
@@ -26,8 +27,8 @@ impl Datum {
     /// `None` if the robot file has no `[datum]`.
     ///
     /// # Errors
-    /// Points that fix no frame, or that are not where the sensor saw them.
-    pub(crate) fn of(robot: &RobotFile) -> Result<Option<Self>, InputError> {
+    /// Positions that are not in the sensor's frame; points that fix no frame, or that are not where the sensor saw them.
+    pub(crate) fn of(robot: &RobotFile, frame: Frame) -> Result<Option<Self>, InputError> {
         let fault = |cause: String| {
             InputError::new(&robot.name, cause)
                 .at_key("[datum]")
@@ -38,6 +39,12 @@ impl Datum {
         let points = &robot.instruments.datum;
         if points.is_empty() {
             return Ok(None);
+        }
+        if frame == Frame::Base {
+            let cause = "the section says where the sensor stands, and the positions are taken as in the robot's frame";
+            return Err(InputError::new(&robot.name, cause)
+                .at_key("[datum]")
+                .with_remedy("use --frame sensor, or delete the section"));
         }
         if points.len() < LEAST {
             let cause = format!(

@@ -9,14 +9,17 @@ use super::solution::{
 use super::{Frame, Method};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Readings};
-use delta_cal::calibration::{JointCalibrator, Problem, StartUsed, Termination};
+use delta_cal::calibration::{Problem, StartUsed, Termination};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{
-    Instruments, ObservationOutcome, ObservationProblem, ObservationRow, PositionFrame,
+    Instruments, ObservationError, ObservationOutcome, ObservationProblem, ObservationRow,
+    PositionFrame,
 };
 use delta_cal::robot::Arm;
-use delta_cal::samples::Triangle;
-use delta_cal::{ArmIndex, Calibrator, Noise, Robot, Sample, Settings, Tolerance};
+use delta_cal::samples::{AddError, Triangle};
+use delta_cal::{
+    ArmIndex, IkmCalibrator, JointCalibrator, Noise, Robot, Sample, Settings, Tolerance,
+};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
 use rayon::prelude::*;
 
@@ -100,7 +103,7 @@ impl Task<'_> {
         let empty = JointCalibrator::new(&self.robot.robot, &settings);
         let (before, after) = samples.split_at(samples.len() / 2);
         let taken = |first: usize, samples: &[Sample<f64>]| {
-            let mut own = empty;
+            let mut own = empty.clone();
             own.add_many(samples)
                 .map_err(|(index, error)| unusable(first + index, error))?;
             own.flush();
@@ -110,7 +113,7 @@ impl Task<'_> {
         let mut calibrator = one?;
         // Both are of the same robot and noise.
         let _ = calibrator.merge(&other?);
-        let outcome = calibrator.solve()?;
+        let outcome = calibrator.calibrate()?;
         let estimate = outcome.estimate;
         Ok(FromClosures {
             robot: outcome.robot,
@@ -125,11 +128,11 @@ impl Task<'_> {
 
     fn ikm(&self, noise: &Noise<f64>) -> Result<FromClosures, Unsolved> {
         let samples = self.samples();
-        let mut calibrator = Calibrator::new(&self.robot.robot, &self.settings(noise));
+        let mut calibrator = IkmCalibrator::new(&self.robot.robot, &self.settings(noise));
         calibrator
             .add_many(&samples)
             .map_err(|(index, error)| unusable(index, error))?;
-        let outcome = calibrator.solve()?;
+        let outcome = calibrator.calibrate()?;
         let mut covariance = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
         let mut prior_share = [0.0; PARAMETERS];
         for (place, arm) in outcome.arms.iter().enumerate() {
@@ -304,11 +307,12 @@ fn from_centre<const M: usize, const E: usize>(
     }
 }
 
-fn unusable(index: usize, error: delta_cal::samples::SampleError) -> Unsolved {
-    Unsolved::Row(
-        index,
-        delta_cal::observations::ObservationError::Joints(error),
-    )
+fn unusable(index: usize, error: AddError) -> Unsolved {
+    let error = match error {
+        AddError::Sample(error) => ObservationError::Joints(error),
+        AddError::Busy => ObservationError::Busy,
+    };
+    Unsolved::Row(index, error)
 }
 
 /// Where an estimator ended, with N places for the unknowns.

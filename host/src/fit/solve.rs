@@ -44,7 +44,7 @@ pub fn solve(
     options: &Options,
 ) -> Result<Solution, Unsolved> {
     // A datum that is none was refused before.
-    if let (Frame::Sensor, Ok(Some(datum))) = (options.frame, Datum::of(robot)) {
+    if let Ok(Some(datum)) = Datum::of(robot, options.frame) {
         let turned = datum.turned(readings);
         let options = Options {
             frame: Frame::Base,

@@ -79,6 +79,12 @@ pub struct Printer {
     pub not_calibrated: Loss,
     /// The lines to paste; `None` if the printer prints as well with its configuration.
     pub lines: Option<String>,
+    /// From the calibrated robot's frame to the bed.
+    #[serde(skip)]
+    pub level: Frame,
+    /// The robot whose inverse kinematics is that of the lines, and its frame.
+    #[serde(skip)]
+    pub controller: Option<(Robot<f64>, Frame)>,
 }
 
 /// Of the printed area, mm.
@@ -231,6 +237,8 @@ impl Printer {
                 (radius, &uncertain.relative),
                 widening,
             ),
+            level,
+            controller: export.controller.zip(export.frame),
             loss: export.loss,
             not_calibrated: export.uncalibrated,
             lines: better.then(|| {

@@ -2,13 +2,14 @@
 
 use super::Versioned;
 use crate::accuracy::information::parameters;
+use crate::files::convention::{Convention, Vertical};
 use crate::geometry::{Limit, range};
 use crate::render::page::{self, figure};
 use crate::render::plot::{Axis, Colour, Figure, Patch, STEPS, Shape};
 use crate::render::{Section, Table, terminal};
 use crate::text::count;
 use crate::workspace::{
-    Analysis, BoundaryPoint, Cylinder, LimitShare, Mesh, Options, ParameterInfluence,
+    Analysis, BoundaryPoint, Cylinder, Extent, LimitShare, Mesh, Options, ParameterInfluence,
     ToleranceBand, Workspace, WorkspaceReport, unit,
 };
 use delta_cal::kinematics::SingularityDistance;
@@ -39,7 +40,9 @@ pub fn files(analysis: &Analysis) -> Vec<(String, Vec<u8>)> {
     let figures = figures(analysis);
     let mut contents = vec![
         boundary_csv(analysis).into_bytes(),
-        analysis.mesh.to_stl(&analysis.workspace),
+        analysis
+            .mesh
+            .to_stl(&analysis.workspace, &analysis.convention),
         influence_csv(analysis).into_bytes(),
         page(&analysis.report, &figures).into_bytes(),
     ];
@@ -60,7 +63,7 @@ pub fn to_json(report: &WorkspaceReport) -> String {
 pub fn boundary_csv(analysis: &Analysis) -> String {
     let mut csv = String::from("x_mm,y_mm,z_mm,kind\n");
     for point in &analysis.workspace.points {
-        let _ = writeln!(csv, "{}", place(point));
+        let _ = writeln!(csv, "{}", place(point, &analysis.convention));
     }
     csv
 }
@@ -76,8 +79,9 @@ fn influence_csv(analysis: &Analysis) -> String {
     csv.push('\n');
     let points = analysis.workspace.points.iter();
     for (point, moved) in points.zip(&analysis.influence.displacements) {
-        let [x, y, z] = point.outward.into();
-        let _ = write!(csv, "{},{x:.6},{y:.6},{z:.6}", place(point));
+        let [x, y, z] = analysis.convention.vector(&point.outward).into();
+        let place = place(point, &analysis.convention);
+        let _ = write!(csv, "{place},{x:.6},{y:.6},{z:.6}");
         for (arm, parameter) in parameters(robot) {
             let value = moved.map(|moved| moved[8 * arm.index() + parameter.index()]);
             let value = value.map(|value| format!("{:.6}", value * unit(parameter)));
@@ -89,9 +93,10 @@ fn influence_csv(analysis: &Analysis) -> String {
 }
 
 /// To a nanometre: far below any tolerance.
-fn place(point: &BoundaryPoint) -> String {
-    let [x, y, z] = point.position.into();
-    format!("{x:.6},{y:.6},{z:.6},{}", point.limit.name())
+fn place(point: &BoundaryPoint, convention: &Convention) -> String {
+    let [x, y, z] = convention.vector(&point.position).into();
+    let limit = convention.limit(point.limit).name();
+    format!("{x:.6},{y:.6},{z:.6},{limit}")
 }
 
 /// For a terminal.
@@ -287,16 +292,26 @@ fn figures(analysis: &Analysis) -> Vec<(Figure, String)> {
     drawn.into_iter().zip(captions).collect()
 }
 
-/// The plane y = 0.
-fn plain(report: &WorkspaceReport) -> Figure {
+/// The plane y = 0, upright whichever way z points.
+fn plain(analysis: &Analysis) -> Figure {
     let axis = |label, (from, to): (f64, f64)| {
         let margin = 0.04 * (to - from);
         Axis::linear(label, from - margin, to + margin)
     };
-    let (x, z) = (report.extent_mm.x, report.extent_mm.z);
-    Figure::new(axis("x, mm", x), axis("z, mm", z))
+    let [x, _, z] = inside(analysis);
+    let label = match analysis.convention.z_axis {
+        Vertical::Up => "z, mm",
+        Vertical::Down => "−z, mm",
+    };
+    Figure::new(axis("x, mm", x), axis(label, z))
         .sized(460, 460)
         .with_equal_scales()
+}
+
+/// The box that holds the workspace, in the axes inside.
+fn inside(analysis: &Analysis) -> [(f64, f64); 3] {
+    let Extent { x, y, z } = analysis.report.extent_mm;
+    analysis.convention.ranges([x, y, z])
 }
 
 type Segments = Vec<[(f64, f64); 2]>;
@@ -319,13 +334,11 @@ fn section(analysis: &Analysis) -> Figure {
             of_kind.1.push([from, to]);
         }
     }
-    let mut figure = plain(&analysis.report);
+    let mut figure = plain(analysis);
     if let Some(cylinder) = &analysis.report.largest_cylinder {
-        let (r, low, high) = (
-            cylinder.diameter_mm / 2.0,
-            cylinder.bottom_mm,
-            cylinder.top_mm,
-        );
+        let r = cylinder.diameter_mm / 2.0;
+        let upright = (cylinder.bottom_mm, cylinder.top_mm);
+        let [.., (low, high)] = analysis.convention.ranges([(-r, r), (-r, r), upright]);
         let corners = vec![(-r, low), (r, low), (r, high), (-r, high)];
         figure = figure.with("largest cylinder", Colour::Grey, Shape::Region(corners));
     }
@@ -337,7 +350,7 @@ fn section(analysis: &Analysis) -> Figure {
 
 /// Conditioning in the plane y = 0, in classes.
 fn map(analysis: &Analysis, value: fn(&SingularityDistance<f64>) -> f64) -> Figure {
-    let (across, up) = (analysis.report.extent_mm.x, analysis.report.extent_mm.z);
+    let [across, _, up] = inside(analysis);
     let side = (across.1 - across.0).max(up.1 - up.0) / f64::from(CELLS);
     // Runs of cells of one class become one rectangle.
     let row = |row: u32| {
@@ -368,7 +381,7 @@ fn map(analysis: &Analysis, value: fn(&SingularityDistance<f64>) -> f64) -> Figu
     for (class, corners) in rows.into_iter().flatten() {
         classes[class].push((corners, STEPS[class]));
     }
-    let mut figure = plain(&analysis.report);
+    let mut figure = plain(analysis);
     for (class, patches) in classes.into_iter().enumerate() {
         let name = match class.checked_sub(1).map(|below| CLASSES[below]) {
             None => format!("below {}", CLASSES[0]),

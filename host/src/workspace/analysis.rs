@@ -4,6 +4,7 @@ use super::{
     Cylinder, Influence, Mesh, Options, ParameterInfluence, ToleranceBand, Volume, Workspace,
     WorkspaceError, cylinders,
 };
+use crate::files::convention::Convention;
 use crate::files::robot_file::RobotFile;
 use crate::geometry::Limit;
 use delta_cal::kinematics::SingularityDistance;
@@ -16,7 +17,7 @@ use std::f64::consts::TAU;
 /// Positions at which the distance from singularities is computed, at most.
 const POSITIONS: usize = 20_000;
 
-/// What is reported of a workspace.
+/// What is reported of a workspace, in the convention of the robot file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WorkspaceReport {
     /// The robot file's name.
@@ -93,6 +94,8 @@ impl Singularities {
 /// A workspace, and what is reported of it.
 #[derive(Debug, Clone)]
 pub struct Analysis {
+    /// The convention of the robot file; only the report is in it.
+    pub convention: Convention,
     /// The boundary.
     pub workspace: Workspace,
     /// The boundary as a mesh.
@@ -118,7 +121,16 @@ impl Analysis {
         progress("mesh");
         let mesh = Mesh::of(&workspace);
         progress("cylinders");
-        let mut cylinders = cylinders(&workspace).into_iter();
+        let convention = robot.convention;
+        let mut cylinders = cylinders(&workspace).into_iter().map(|own| {
+            let [.., (bottom_mm, top_mm)] =
+                convention.ranges([(0.0, 0.0), (0.0, 0.0), (own.bottom_mm, own.top_mm)]);
+            Cylinder {
+                bottom_mm,
+                top_mm,
+                ..own
+            }
+        });
         let largest_cylinder = cylinders.next();
         progress("influence of the parameters");
         let influence = Influence::of(&workspace);
@@ -132,18 +144,15 @@ impl Analysis {
                 furthest(&workspace, axis, 1.0),
             )
         };
+        let [x, y, z] = convention.ranges([axis(0), axis(1), axis(2)]);
         let report = WorkspaceReport {
             robot_file: robot.name.clone(),
             tolerance_mm: workspace.tolerance,
             spacing_mm: workspace.grid.spacing,
             boundary_points: workspace.points.len(),
             volume,
-            extent_mm: Extent {
-                x: axis(0),
-                y: axis(1),
-                z: axis(2),
-            },
-            limits: limits(&workspace),
+            extent_mm: Extent { x, y, z },
+            limits: limits(&workspace, &convention),
             largest_cylinder,
             cylinders: cylinders.collect(),
             influence: influence.of_parameters(&workspace),
@@ -151,6 +160,7 @@ impl Analysis {
             conditioning,
         };
         Ok(Self {
+            convention,
             workspace,
             mesh,
             influence,
@@ -186,10 +196,10 @@ fn furthest(workspace: &Workspace, axis: usize, sign: f64) -> f64 {
     best[axis]
 }
 
-fn limits(workspace: &Workspace) -> Vec<LimitShare> {
+fn limits(workspace: &Workspace, convention: &Convention) -> Vec<LimitShare> {
     let mut areas: BTreeMap<Limit, f64> = BTreeMap::new();
     for point in &workspace.points {
-        *areas.entry(point.limit).or_default() += point.area;
+        *areas.entry(convention.limit(point.limit)).or_default() += point.area;
     }
     let all: f64 = areas.values().sum();
     let share = |(kind, area)| LimitShare {

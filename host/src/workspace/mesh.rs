@@ -5,6 +5,7 @@
 //! is within the tolerance of the boundary, and rims are cut off within a cell.
 
 use super::{BoundaryPoint, Workspace};
+use crate::files::convention::Convention;
 use mcubes::{MarchingCubes, MeshSide};
 
 /// Boundary points, three a triangle: their numbers in [`Workspace::points`], counter-clockwise as
@@ -78,7 +79,7 @@ impl Mesh {
 
     /// As binary STL, in mm.
     #[allow(clippy::cast_possible_truncation)] // the format's numbers are single precision
-    pub fn to_stl(&self, workspace: &Workspace) -> Vec<u8> {
+    pub fn to_stl(&self, workspace: &Workspace, convention: &Convention) -> Vec<u8> {
         let mut stl = Vec::with_capacity(84 + 50 * self.0.len());
         let title = b"delta-cal: boundary of the reachable workspace, millimetres";
         stl.extend_from_slice(title);
@@ -86,7 +87,7 @@ impl Mesh {
         let count = u32::try_from(self.0.len()).unwrap_or(u32::MAX);
         stl.extend_from_slice(&count.to_le_bytes());
         for corners in self.corners(workspace) {
-            let [a, b, c] = corners.map(|corner| corner.position);
+            let [a, b, c] = corners.map(|corner| convention.vector(&corner.position));
             let normal = (b - a)
                 .cross(&(c - a))
                 .try_normalize(0.0)

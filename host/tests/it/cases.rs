@@ -265,17 +265,6 @@ const OF_PRINTERS: &[Case] = &[
         &[],
     ),
     case(
-        "klipper1610-rotary-endstop",
-        "calibrate printer.cfg",
-        0,
-        &[
-            "shoulder_height -3",
-            "position_endstop: 23",
-            "position_endstop -2",
-        ],
-        &["(--rods)", "rotation_distance"],
-    ),
-    case(
         "klipper5455-distance-below-bed",
         "calibrate printer.cfg",
         3,

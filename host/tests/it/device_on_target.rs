@@ -4,11 +4,12 @@
 mod on_target {
     use crate::support::arms_of;
     use delta_cal::Progress;
-    use delta_cal::stream::{Estimator, StreamCalibrator};
+    use delta_cal::calibration::{self, Ikm, Joint};
+    use delta_cal::stream::StreamCalibrator;
     use delta_cal_firmware_example::{Number, nominal};
     use delta_cal_host::device::{begin, samples};
     use delta_cal_host::files::example;
-    use delta_cal_protocol::{Begin, Geometry};
+    use delta_cal_protocol::{Begin, Estimator, Geometry};
     use object::elf::{FileHeader32, PT_LOAD, ProgramHeader32};
     use object::read::elf::FileHeader;
     use object::{LittleEndian, Object, ObjectSection, ObjectSegment, ObjectSymbol};
@@ -291,21 +292,28 @@ mod on_target {
 
     /// Of the example's samples, calibrated here with the controller's numbers.
     fn fingerprint<T: Number>(estimator: Estimator) -> String {
+        match estimator {
+            Estimator::Arms => fingerprint_by::<T, Ikm>(estimator),
+            Estimator::Joint => fingerprint_by::<T, Joint>(estimator),
+        }
+    }
+
+    fn fingerprint_by<T: Number, E: calibration::Estimator>(estimator: Estimator) -> String {
         let (robot, file) = example::load().unwrap();
         let begin = Begin {
             session: 1,
             ..begin::<T>(&robot, estimator)
         };
-        let (settings, options) = begin.calibrator().unwrap();
+        let (settings, selection) = begin.calibrator().unwrap();
         let nominal = nominal().unwrap();
-        let mut stream = StreamCalibrator::new(&nominal, &settings, &options);
+        let mut stream = StreamCalibrator::<T, E>::new(&nominal, &settings, &selection);
         for sample in samples(&file) {
             stream.add(&sample).unwrap();
         }
-        stream.solve();
+        stream.solve().unwrap();
         while stream.step() == Progress::Working {}
-        let outcome = stream.result().unwrap().unwrap();
-        format!("{:08x}", Geometry::of(outcome.robot()).fingerprint())
+        let outcome = stream.outcome().unwrap();
+        format!("{:08x}", Geometry::of(E::robot(&outcome)).fingerprint())
     }
 
     #[test]

@@ -76,6 +76,12 @@ fn the_zeros_of_a_real_robot_are_found() {
         .sum();
     let chi_square = readings * (residuals / 0.6).powi(2) + zeros;
     assert!((chi_square - 129.0).abs() < 2.0, "{chi_square}");
+    // With the size of the print free χ² is 79: that is as likely as any sag.
+    assert!(
+        run.stdout.contains("about as likely: a wrong scale of"),
+        "{}",
+        run.stdout
+    );
     // One plane shows no scale, and the report asks for a known length.
     assert!(
         run.stdout.contains("Measure one known length"),

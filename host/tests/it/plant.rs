@@ -285,11 +285,7 @@ fn written(plant: &Plant, rows: usize, seed: u64) -> Written {
     let mut samples = Vec::new();
     let mut rng = Pcg32::seed_from_u64(seed + 1000);
     while samples.len() < rows {
-        let uniform = |rng: &mut Pcg32| f64::from(rng.next_u32()) / f64::from(u32::MAX);
-        let q = [0; 3].map(|_| (-30.0 + 110.0 * uniform(&mut rng)).to_radians());
-        if reach.clear_position(&nominal, &q).is_err() {
-            continue;
-        }
+        let q = clear_pose(&reach, &nominal, &mut rng);
         let Ok(x) = truth.forward(&q) else { continue };
         let noise = Vector3::from_fn(|_, _| SIGMA * standard_normal::<f64, _>(&mut rng));
         let seen = frame.apply(&(x + Vector3::from(REFLECTOR))) + noise;
@@ -305,22 +301,36 @@ fn written(plant: &Plant, rows: usize, seed: u64) -> Written {
     }
 }
 
-fn calibrated(plant: &Written) -> Report {
+/// `None` if it is refused.
+fn calibrated(plant: &Written) -> Option<Report> {
     let options = Options {
         frame: Frame::Sensor,
         ..Options::default()
     };
     let readings = read_samples(&plant.input, &plant.robot, &options)
         .unwrap_or_else(|error| panic!("{error}"));
-    calibrate(&plant.robot, &readings, &options).unwrap_or_else(|error| panic!("{error}"))
+    calibrate(&plant.robot, &readings, &options)
+        .inspect_err(|error| println!("{error}"))
+        .ok()
+}
+
+/// A pose that is evenly spread in joint space, within the limits and clear of singularities of the robot.
+fn clear_pose(reach: &Reach, robot: &Robot<f64>, rng: &mut Pcg32) -> [f64; 3] {
+    loop {
+        let mut uniform = || f64::from(rng.next_u32()) / f64::from(u32::MAX);
+        let q = [0; 3].map(|_| (-30.0 + 110.0 * uniform()).to_radians());
+        if reach.clear_position(robot, &q).is_ok() {
+            return q;
+        }
+    }
 }
 
 /// Position errors over the workspace, rms mm: in the frame of the base, and after the best rigid motion.
-fn achieved(found: &Robot<f64>, truth: &Robot<f64>) -> [f64; 2] {
+fn achieved(reach: &Reach, found: &Robot<f64>, truth: &Robot<f64>) -> [f64; 2] {
+    let mut rng = Pcg32::seed_from_u64(1);
     let mut pairs = Vec::new();
-    for cell in 0..729 {
-        let q = [cell / 81, cell / 9 % 9, cell % 9]
-            .map(|part| (-30.0 + 13.75 * f64::from(part)).to_radians());
+    while pairs.len() < 500 {
+        let q = clear_pose(reach, truth, &mut rng);
         if let (Ok(a), Ok(b)) = (found.forward(&q), truth.forward(&q)) {
             pairs.push((a, b));
         }
@@ -337,23 +347,24 @@ fn achieved(found: &Robot<f64>, truth: &Robot<f64>) -> [f64; 2] {
 /// Every plant gives the robot, without a number converted by hand; what is stated is what is achieved.
 #[test]
 fn a_plant_in_its_own_convention_is_calibrated() {
+    let seeds = delta_cal_tests::size(6, 60);
+    let (mut all, mut refused) = (Vec::new(), 0);
     for (index, plant) in plants().iter().enumerate() {
-        let (mut squares, mut count) = ([0.0; 2], 0.0);
-        for seed in 0..6 {
+        for seed in 0..seeds {
             let written = written(plant, 30, 17 * seed + index as u64);
-            let report = calibrated(&written);
+            let Some(report) = calibrated(&written) else {
+                refused += 1;
+                continue;
+            };
             let stated = report.expected_error.unwrap();
-            let errors = achieved(&report.after.robot, &written.truth);
+            let errors = achieved(&written.robot.reach(), &report.after.robot, &written.truth);
             let stated = [stated.absolute_rms_mm, stated.relative_rms_mm];
-            for (sum, (error, stated)) in squares.iter_mut().zip(errors.iter().zip(stated)) {
-                *sum += (error / stated).powi(2);
-            }
-            count += 1.0;
+            all.push([errors[0] / stated[0], errors[1] / stated[1]]);
             if plant.datum {
                 assert!(errors[0] < 0.15, "plant {index}: {errors:?} mm");
                 assert!(stated[0] < 0.15, "plant {index}: stated {stated:?} mm");
             }
-            assert!(errors[1] < 0.1, "plant {index}: {errors:?} mm");
+            assert!(errors[1] < 0.15, "plant {index}: {errors:?} mm");
             // The frame is that of the platform point, not of the reflector.
             let found = Vector3::from(report.sensor_frame.unwrap().translation_mm);
             let off = (found - written.frame.translation).norm();
@@ -365,12 +376,24 @@ fn a_plant_in_its_own_convention_is_calibrated() {
             assert_eq!(again.convention, written.robot.convention);
             assert_eq!(again.limits, written.robot.limits);
         }
-        for (sum, what) in squares.iter().zip(["absolute", "relative"]) {
-            let ratio = f64::sqrt(sum / count);
-            assert!(
-                (0.6..1.5).contains(&ratio),
-                "plant {index}: {what} achieved/stated {ratio:.2}"
-            );
-        }
+    }
+    // A robot at the edge of its tolerance is refused once in some hundred times.
+    assert!(
+        50 * refused <= all.len() as u64 + refused,
+        "{refused} refused"
+    );
+    for (own, what) in ["absolute", "relative"].into_iter().enumerate() {
+        let squares: f64 = all.iter().map(|ratios| ratios[own].powi(2)).sum();
+        let ratio = f64::sqrt(squares / all.iter().fold(0.0, |count, _| count + 1.0));
+        println!(
+            "{what}: achieved/stated {ratio:.3} of {} plants, {refused} refused",
+            all.len()
+        );
+        // The rms of 36 plants scatters by 5 %; over 360 they were within 2 %.
+        let most = delta_cal_tests::size(0.15, 0.03);
+        assert!(
+            (ratio - 1.0).abs() < most,
+            "{what}: achieved/stated {ratio:.2}"
+        );
     }
 }

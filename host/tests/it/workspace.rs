@@ -4,8 +4,9 @@ use crate::support::{
     Folder, NOMINAL, TOLERANCE, assert_refused, nominal_arms, number, robot_toml,
 };
 use delta_cal::kinematics::JointLimits;
-use delta_cal::robot::{Arm, ParameterKind, SymmetricLinearRobot};
+use delta_cal::robot::{Arm, Drive, ParameterKind, SymmetricLinearRobot};
 use delta_cal::{Parameter, Robot, SymmetricRobot, Tolerance};
+use delta_cal_host::files::convention::Convention;
 use delta_cal_host::geometry::Reach;
 use delta_cal_host::workspace::{Influence, Mesh, Options, Workspace, cylinders};
 use delta_cal_tests::{Spread, perturbed, size, uniform};
@@ -511,7 +512,7 @@ fn the_mesh_is_closed_without_branches_and_holds_the_volume() {
             !usual || edges.values().all(|uses| *uses == 1),
             "{name}: branches"
         );
-        let stl = mesh.to_stl(&workspace);
+        let stl = mesh.to_stl(&workspace, &Convention::usual(Drive::Rotary));
         assert_eq!(stl.len(), 84 + 50 * mesh.0.len());
         assert!(!stl.starts_with(b"solid"), "that is how ASCII files begin");
         let (inside, volume) = (volume_of_stl(&stl) * 1e-6, workspace.volume());
@@ -583,6 +584,48 @@ fn all_files_are_written_and_the_same_for_any_number_of_threads() {
     let page = folder.read("1/report.html");
     let named = ["http-equiv", "http://www.w3.org/2000/svg"].map(|name| page.matches(name).count());
     assert_eq!(page.matches("http").count(), named.iter().sum::<usize>());
+}
+
+/// The same robot whose controller counts upwards with z downwards, y turned as well.
+#[test]
+fn a_workspace_is_in_the_convention_of_its_robot_file() {
+    let folder = Folder::new();
+    folder.write("usual.toml", NOMINAL);
+    let limits = "min_deg = -60\nmax_deg = 90";
+    assert!(NOMINAL.contains(limits), "{NOMINAL}");
+    let turned = NOMINAL.replace(limits, "min_deg = -90\nmax_deg = 60");
+    let convention = "[convention]\njoint_positive = \"up\"\nz_axis = \"down\"\n";
+    // Seen along the other z, the arms go round the other way.
+    let turned = turned.replace("forearm_mm", "azimuth_deg = [0, -120, -240]\nforearm_mm");
+    folder.write("turned.toml", format!("{turned}{convention}"));
+    let [usual, turned] = ["usual", "turned"].map(|name| {
+        let run = "workspace NAME.toml --spacing 20mm --output NAME --json NAME.json";
+        folder.run(&run.replace("NAME", name)).ok();
+        let json: serde_json::Value =
+            serde_json::from_str(&folder.read(&format!("{name}.json"))).unwrap();
+        let ends = ["extent_mm/z/0", "extent_mm/z/1", "largest_cylinder/top_mm"];
+        let csv = folder.read(&format!("{name}/boundary.csv"));
+        let rows: BTreeSet<_> = csv.lines().skip(1).map(str::to_owned).collect();
+        (ends.map(|end| number(&json, end)), rows)
+    });
+    let [low, high, _] = usual.0;
+    assert!((turned.0[0] + high).abs() + (turned.0[1] + low).abs() < 1e-9);
+    // That robot's points in the axes of the other, and the other name of a joint's limits.
+    let seen = turned.1.iter().map(|row| {
+        let cells: Vec<_> = row.split(',').collect();
+        let [x, y, z] = [0, 1, 2].map(|axis| cells[axis].parse::<f64>().unwrap());
+        let limit = match cells[3].split_at("joint_minimum".len().min(cells[3].len())) {
+            ("joint_minimum", arm) => format!("joint_maximum{arm}"),
+            ("joint_maximum", arm) => format!("joint_minimum{arm}"),
+            _ => cells[3].to_owned(),
+        };
+        format!("{x:.6},{:.6},{:.6},{limit}", -y, -z).replace("-0.000000", "0.000000")
+    });
+    let usual = usual
+        .1
+        .iter()
+        .map(|row| row.replace("-0.000000", "0.000000"));
+    assert_eq!(seen.collect::<BTreeSet<_>>(), usual.collect());
 }
 
 #[test]

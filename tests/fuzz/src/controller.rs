@@ -2,8 +2,8 @@
 
 use crate::numbers::{Bits, Source, finite_robot};
 use delta_cal::ArmIndex;
-use delta_cal::stream::Estimator;
 use delta_cal_firmware_example::{Controller, ParameterFlash, StreamFlash, StreamPace, nominal};
+use delta_cal_protocol::Estimator;
 use delta_cal_protocol::{
     Begin, ControlLoop, Direction, LARGEST_FRAME, Origin, ParameterSet, Phase, Reader as From,
     Receiver, Request, Response, RevertTo, SampleMessage, Wire, Writer as To, encode,

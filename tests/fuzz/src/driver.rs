@@ -2,11 +2,11 @@
 
 use crate::controller::{Bench, Raw, frame, messages};
 use crate::numbers::{Bits, Source, finite_robot};
-use delta_cal::stream::Estimator;
 use delta_cal_firmware_example::ParameterFlash;
 use delta_cal_host::device::{self, Client, DeviceError, Patience, Transport, apply, calibrate};
 use delta_cal_host::files::example;
 use delta_cal_host::{InputText, Readings, RobotFile};
+use delta_cal_protocol::Estimator;
 use delta_cal_protocol::{
     ControlLoop, Direction, LARGEST_FRAME, Request, Response, RevertTo, Wire, Writer,
 };

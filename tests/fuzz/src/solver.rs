@@ -1,8 +1,10 @@
 //! The calibration step by step.
 
 use crate::numbers::{Bits, Source, finite_outcome};
-use delta_cal::calibration::{JointCalibrator, JointSolver, Start};
-use delta_cal::{Calibrator, Progress, Real, Robot, RobotOutcome, RobotSolver, Sample, Settings};
+use delta_cal::calibration::Start;
+use delta_cal::{
+    IkmCalibrator, JointCalibrator, Progress, Real, Robot, RobotOutcome, Sample, Settings,
+};
 
 const MOST_SAMPLES: usize = 40;
 /// Starts of one arm and rounds of balancing the tolerance, at most; the core's tests have the same.
@@ -29,7 +31,7 @@ fn calibration<T: Bits>(source: &mut Source<'_>) {
     let forget = source.number(0.9, 0.1);
     let samples = source.samples::<T>(MOST_SAMPLES);
 
-    let mut probe = Calibrator::new(&robot, &settings);
+    let mut probe = IkmCalibrator::new(&robot, &settings);
     let mut taken: Vec<Sample<T>> = Vec::new();
     for sample in &samples {
         let before = probe.samples();
@@ -38,11 +40,11 @@ fn calibration<T: Bits>(source: &mut Source<'_>) {
             Err(_) => assert_eq!(probe.samples(), before),
         }
     }
-    let mut calibrator = Calibrator::new(&robot, &settings);
+    let mut calibrator = IkmCalibrator::new(&robot, &settings);
     take_in(&mut calibrator, &taken, order);
     assert_eq!(calibrator.samples(), probe.samples());
     if order & 0x40 != 0 {
-        calibrator.forget(forget);
+        assert_eq!(calibrator.forget(forget), Ok(()));
     }
     if let Some(outcome) = solved(&mut calibrator) {
         not_worse(&mut calibrator, &outcome);
@@ -72,17 +74,17 @@ fn joint<T: Bits>(
     }
     assert_eq!(calibrator.samples(), samples.len() as u64);
     if order & 0x40 != 0 {
-        calibrator.forget(forget);
+        assert_eq!(calibrator.forget(forget), Ok(()));
     }
-    let Ok(mut solver) = JointSolver::new(&mut calibrator) else {
+    if calibrator.solve().is_err() {
         return;
-    };
+    }
     let mut left = JOINT_PIECES * steps(settings);
-    while solver.step(&calibrator) == Progress::Working {
+    while calibrator.step() == Progress::Working {
         left -= 1;
         assert!(left > 0, "no end: {settings:?}");
     }
-    match solver.outcome(&calibrator) {
+    match calibrator.outcome() {
         Err(refusal) => assert!(!refusal.to_string().is_empty()),
         Ok(outcome) => {
             finite_outcome(&RobotOutcome::from(&outcome));
@@ -93,12 +95,12 @@ fn joint<T: Bits>(
 }
 
 /// One by one, many at once, or by way of another calibrator.
-fn take_in<T: Bits>(calibrator: &mut Calibrator<T>, samples: &[Sample<T>], order: u8) {
+fn take_in<T: Bits>(calibrator: &mut IkmCalibrator<T>, samples: &[Sample<T>], order: u8) {
     let (first, rest) = samples.split_at(samples.len() * usize::from(order & 0xf) / 15);
     for sample in first {
         assert_eq!(calibrator.add(sample), Ok(()));
     }
-    let many = |calibrator: &mut Calibrator<T>| {
+    let many = |calibrator: &mut IkmCalibrator<T>| {
         // In two parts, one behind a sample that is refused and changes nothing.
         let (two, three) = rest.split_at(rest.len() / 2);
         assert_eq!(calibrator.add_many(two), Ok(()));
@@ -114,34 +116,33 @@ fn take_in<T: Bits>(calibrator: &mut Calibrator<T>, samples: &[Sample<T>], order
     if order & 0x10 == 0 {
         many(calibrator);
     } else {
-        let mut other = Calibrator::new(&calibrator.robot(), calibrator.settings());
+        let mut other = IkmCalibrator::new(&calibrator.robot(), calibrator.settings());
         many(&mut other);
         assert_eq!(calibrator.merge(&other), Ok(()));
     }
 }
 
 /// The result, if it is accepted, after a bounded number of steps.
-fn solved<T: Bits>(calibrator: &mut Calibrator<T>) -> Option<RobotOutcome<T>> {
+fn solved<T: Bits>(calibrator: &mut IkmCalibrator<T>) -> Option<RobotOutcome<T>> {
     let settings = *calibrator.settings();
-    let mut solver = RobotSolver::new(calibrator).ok()?;
+    calibrator.solve().ok()?;
     let mut left = steps(&settings);
-    loop {
-        match solver.step(calibrator) {
-            Ok(Progress::Working) => {}
-            Ok(Progress::Finished) => break,
-            Err(refusal) => {
-                assert!(!refusal.to_string().is_empty());
-                assert_eq!(
-                    solver.step(calibrator).map_err(|again| again.to_string()),
-                    Err(refusal.to_string())
-                );
-                return None;
-            }
-        }
+    while calibrator.step() == Progress::Working {
         left -= 1;
         assert!(left > 0, "no end: {settings:?}");
     }
-    let outcome = solver.outcome().ok()?;
+    let outcome = match calibrator.outcome() {
+        Ok(outcome) => outcome,
+        Err(refusal) => {
+            assert!(!refusal.to_string().is_empty());
+            let again = calibrator.solve().and_then(|()| calibrator.outcome());
+            assert_eq!(
+                again.map_err(|again| again.to_string()),
+                Err(refusal.to_string())
+            );
+            return None;
+        }
+    };
     finite_outcome(&outcome);
     Some(outcome)
 }
@@ -153,7 +154,7 @@ fn steps<T: Bits>(settings: &Settings<T>) -> u32 {
 
 /// An iteration from the reference ends no higher than it began, but for rounding: the samples'
 /// residuals are no larger than the reference's.
-fn not_worse<T: Bits>(calibrator: &mut Calibrator<T>, outcome: &RobotOutcome<T>) {
+fn not_worse<T: Bits>(calibrator: &mut IkmCalibrator<T>, outcome: &RobotOutcome<T>) {
     if calibrator.settings().start != Start::Nominal {
         return;
     }

@@ -48,24 +48,23 @@ macro_rules! of_scalar {
     ($module:ident, $prefix:literal, $t:ident) => {
         mod $module {
             use core::mem::MaybeUninit;
-            use delta_cal::calibration::JointOutcome;
+            use delta_cal::calibration::{Joint, JointOutcome};
             use delta_cal::kinematics::{KinematicsError, PlatformJacobian, SingularityDistance};
             use delta_cal::observations::{
-                Instruments, Observation, ObservationError, ObservationOutcome, ObservationRow,
-                ObservationSolver,
+                FkmCalibrator, Instruments, Observation, ObservationError, ObservationOutcome,
             };
             use delta_cal::robot::{GeometryError, SymmetricLinearRobot};
-            use delta_cal::samples::{NoiseError, SampleError};
+            use delta_cal::samples::{AddError, NoiseError};
             use delta_cal::snapshot::SnapshotError;
             use delta_cal::stream::{
-                AddError, Added, Forgetting, Gate, Innovation, StreamCalibrator, StreamOutcome,
-                StreamRefusal, Untested,
+                Added, Forgetting, Innovation, StreamCalibrator, StreamRefusal, Untested,
             };
-            use delta_cal::{Calibrator, Noise, Progress, Refusal, Robot, Sample, Settings};
+            use delta_cal::{IkmCalibrator, Noise, Progress, Refusal, Robot, Sample, Settings};
             use nalgebra::Vector3;
 
             /// With twelve unknowns of instruments.
-            type Solver = ObservationSolver<$t, 36, 37, 703>;
+            type Readings = FkmCalibrator<$t, 40, 36, 37, 703>;
+            type Stream = StreamCalibrator<$t, Joint>;
 
             symbols! { $prefix;
                 // Robot and kinematics
@@ -98,36 +97,39 @@ macro_rules! of_scalar {
 
                 // Each arm
                 fn arms_add_many(
-                    own: &mut Calibrator<$t>,
+                    own: &mut IkmCalibrator<$t>,
                     samples: &[Sample<$t>; 40],
-                ) -> Result<(), (usize, SampleError)> {
+                ) -> Result<(), (usize, AddError)> {
                     own.add_many(samples)
                 }
                 fn arms_add_forgetting(
-                    own: &mut Calibrator<$t>,
+                    own: &mut IkmCalibrator<$t>,
                     sample: &Sample<$t>,
                     memory: &Forgetting<$t>,
-                ) -> Result<(), SampleError> {
+                ) -> Result<(), AddError> {
                     own.add_forgetting(sample, memory)
                 }
 
                 // Any readings
-                fn row(
-                    observation: &Observation<$t>,
+                fn readings_new(
                     robot: &Robot<$t>,
                     instruments: &Instruments<'_, $t>,
-                ) -> Result<ObservationRow<$t>, ObservationError> {
-                    ObservationRow::checked(*observation, robot, instruments)
-                }
-                fn readings_new() -> Solver { Solver::new() }
-                fn readings_step(
-                    solver: &mut Solver,
-                    robot: &Robot<$t>,
-                    instruments: &Instruments<'_, $t>,
-                    rows: &mut [ObservationRow<$t>],
                     settings: &Settings<$t>,
-                ) -> Option<Result<ObservationOutcome<$t, 36>, Refusal>> {
-                    solver.step(robot, instruments, rows, settings)
+                ) -> Result<Readings, Refusal> {
+                    Readings::new(robot, instruments, settings)
+                }
+                fn readings_add(
+                    own: &mut Readings,
+                    observation: &Observation<$t>,
+                ) -> Result<(), ObservationError> {
+                    own.add(observation)
+                }
+                fn readings_solve(own: &mut Readings) -> Result<(), Refusal> { own.solve() }
+                fn readings_step(own: &mut Readings) -> Progress { own.step() }
+                fn readings_found(
+                    own: &Readings,
+                ) -> Result<ObservationOutcome<$t, 36>, Refusal> {
+                    own.outcome()
                 }
                 fn readings_outcome(
                     outcome: &ObservationOutcome<$t, 36>,
@@ -142,35 +144,35 @@ macro_rules! of_scalar {
                 }
 
                 // Samples one after the other
-                fn gate_innovations(
-                    gate: &Gate<$t>,
-                    own: &Calibrator<$t>,
+                fn stream_innovations(
+                    stream: &Stream,
                     sample: &Sample<$t>,
-                ) -> Result<[Innovation<$t>; 3], Untested> {
-                    gate.innovations(own, sample)
+                ) -> Option<Result<[Innovation<$t>; 3], Untested>> {
+                    stream.innovations(sample)
                 }
                 fn stream_add(
-                    stream: &mut StreamCalibrator<$t>,
+                    stream: &mut Stream,
                     sample: &Sample<$t>,
                 ) -> Result<Added<$t>, AddError> {
                     stream.add(sample)
                 }
-                fn stream_solve(stream: &mut StreamCalibrator<$t>) -> () { stream.solve(); }
-                fn stream_step(stream: &mut StreamCalibrator<$t>) -> Progress { stream.step() }
-                fn stream_result(
-                    stream: &StreamCalibrator<$t>,
-                ) -> Option<Result<StreamOutcome<$t>, StreamRefusal>> {
-                    stream.result().map(|result| result.copied())
+                fn stream_solve(stream: &mut Stream) -> Result<(), StreamRefusal> { stream.solve() }
+                fn stream_step(stream: &mut Stream) -> Progress { stream.step() }
+                fn stream_reset(stream: &mut Stream) -> () { stream.reset(); }
+                fn stream_outcome(
+                    stream: &Stream,
+                ) -> Result<JointOutcome<$t>, StreamRefusal> {
+                    stream.outcome()
                 }
                 fn stream_snapshot(
-                    stream: &StreamCalibrator<$t>,
+                    stream: &Stream,
                     bytes: &mut [u8; 20_000],
                     length: usize,
                 ) -> Result<usize, SnapshotError> {
                     stream.snapshot(bytes.get_mut(..length).unwrap_or_default()).map(|it| it.len())
                 }
                 fn stream_restore(
-                    stream: &mut StreamCalibrator<$t>,
+                    stream: &mut Stream,
                     bytes: &[u8; 20_000],
                     length: usize,
                 ) -> Result<(), SnapshotError> {

@@ -8,7 +8,7 @@ use core::fmt;
 use crc::{CRC_64_XZ, Crc, Digest, NoTable};
 use delta_cal::calibration::{ArmOutcome, Solver, Start};
 use delta_cal::simulate::{simulate_sample, standard_normal};
-use delta_cal::{Calibrator, Noise, Real, Robot, RobotOutcome, Sample, Settings};
+use delta_cal::{IkmCalibrator, Noise, Real, Robot, RobotOutcome, Sample, Settings};
 use heapless::Vec;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -169,8 +169,8 @@ impl<T: Real> Case<T> {
 
     /// A calibrator with the samples of the case, and how many of them it refused.
     #[inline(never)]
-    pub fn calibrator(&self) -> (Calibrator<T>, usize) {
-        let mut calibrator = Calibrator::new(&self.nominal, &self.settings);
+    pub fn calibrator(&self) -> (IkmCalibrator<T>, usize) {
+        let mut calibrator = IkmCalibrator::new(&self.nominal, &self.settings);
         let mut refused = 0;
         for sample in &self.samples {
             refused += usize::from(calibrator.add(sample).is_err());
@@ -245,7 +245,7 @@ fn case<T: Scalar>(out: &mut dyn fmt::Write, seed: u64) -> fmt::Result {
     }
     let (mut calibrator, refused) = case.calibrator();
     hash.count(refused as u64);
-    let result = calibrator.solve();
+    let result = calibrator.calibrate();
     if let Ok(outcome) = &result {
         hash.outcome(outcome);
     }

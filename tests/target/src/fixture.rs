@@ -6,7 +6,7 @@ use crate::measurements::{noise, nominal, samples};
 use core::fmt::{self, Write};
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::KinematicsError;
-use delta_cal::{ArmIndex, Calibrator, Real, Refusal, RobotOutcome, Sample, Settings};
+use delta_cal::{ArmIndex, IkmCalibrator, Real, Refusal, RobotOutcome, Sample, Settings};
 use nalgebra::{RealField, Vector3};
 
 /// Writes one line a result, `BITS <scalar> <what>: <bits> …`, in both precisions. A refusal is written in words.
@@ -142,9 +142,9 @@ fn frame<T: Scalar + RealField>(out: &mut dyn Write) -> fmt::Result {
 fn built_in_data<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
     let samples = samples::<T>();
     let settings = Settings::default().with_noise(noise());
-    let empty = Calibrator::new(&nominal::<T>(), &settings);
+    let empty = IkmCalibrator::new(&nominal::<T>(), &settings);
 
-    let mut calibrator = empty;
+    let mut calibrator = empty.clone();
     for sample in &samples {
         if let Err(error) = calibrator.add(sample) {
             record::<T>(out, format_args!("sample {error:?}"), &[])?;
@@ -152,21 +152,21 @@ fn built_in_data<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
     }
     solve(out, format_args!("one by one"), &mut calibrator)?;
 
-    calibrator = empty;
+    calibrator = empty.clone();
     add_at_once(out, &mut calibrator, &samples)?;
     solve(out, format_args!("at once"), &mut calibrator)?;
 
     let (left, right) = samples.split_at(samples.len() / 2);
-    calibrator = empty;
+    calibrator = empty.clone();
     add_at_once(out, &mut calibrator, left)?;
-    let mut other = empty;
+    let mut other = empty.clone();
     add_at_once(out, &mut other, right)?;
     if let Err(error) = calibrator.merge(&other) {
         record::<T>(out, format_args!("merge {error:?}"), &[])?;
     }
     solve(out, format_args!("merged"), &mut calibrator)?;
 
-    calibrator.forget(T::from_f64(0.9));
+    calibrator.forget(T::from_f64(0.9)).expect("at rest");
     add_at_once(out, &mut calibrator, left)?;
     solve(out, format_args!("after forgetting"), &mut calibrator)
 }
@@ -174,7 +174,7 @@ fn built_in_data<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
 #[inline(never)]
 fn add_at_once<T: Scalar>(
     out: &mut dyn Write,
-    calibrator: &mut Calibrator<T>,
+    calibrator: &mut IkmCalibrator<T>,
     samples: &[Sample<T>],
 ) -> fmt::Result {
     match calibrator.add_many(samples) {
@@ -187,9 +187,9 @@ fn add_at_once<T: Scalar>(
 fn solve<T: Scalar>(
     out: &mut dyn Write,
     label: fmt::Arguments<'_>,
-    calibrator: &mut Calibrator<T>,
+    calibrator: &mut IkmCalibrator<T>,
 ) -> fmt::Result {
-    match calibrator.solve() {
+    match calibrator.calibrate() {
         Ok(outcome) => accepted(out, label, &outcome),
         Err(refusal) => refused::<T>(out, label, &refusal),
     }

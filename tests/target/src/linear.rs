@@ -11,7 +11,7 @@ use delta_cal::observations::{
 };
 use delta_cal::robot::SymmetricLinearRobot;
 use delta_cal::simulate::{made_robot, random_pose, simulate_sample, standard_normal};
-use delta_cal::{Calibrator, Noise, Real, Robot, RobotOutcome, Sample, Tolerance};
+use delta_cal::{IkmCalibrator, Noise, Real, Robot, RobotOutcome, Sample, Tolerance};
 use heapless::Vec;
 use nalgebra::Vector3;
 use rand_core::SeedableRng;
@@ -173,11 +173,11 @@ fn by_arm<T: Scalar>(
     settings: &Settings<T>,
     (seed, samples): (u64, &[Sample<T>]),
 ) -> fmt::Result {
-    let mut calibrator = Calibrator::new(nominal, settings);
+    let mut calibrator = IkmCalibrator::new(nominal, settings);
     if let Err((index, error)) = calibrator.add_many(samples) {
         record::<T>(out, format_args!("tower sample {index} {error:?}"), &[])?;
     }
-    match calibrator.solve() {
+    match calibrator.calibrate() {
         Err(refusal) => refused::<T>(out, format_args!("towers {seed}"), &refusal),
         Ok(outcome) => accepted(out, format_args!("towers {seed}"), &outcome),
     }
@@ -194,7 +194,7 @@ fn jointly<T: Scalar>(
     if let Err((index, error)) = calibrator.add_many(samples) {
         record::<T>(out, format_args!("tower sample {index} {error:?}"), &[])?;
     }
-    match calibrator.solve() {
+    match calibrator.calibrate() {
         Err(refusal) => refused::<T>(out, format_args!("joint towers {seed}"), &refusal),
         Ok(outcome) => {
             if let Some(covariance) = &outcome.estimate.covariance {

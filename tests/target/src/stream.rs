@@ -4,8 +4,9 @@ use crate::fixture::{Scalar, record};
 use crate::measurements::{measured, robot_near, tolerance};
 use crate::measurements::{noise, nominal};
 use core::fmt::{self, Write};
-use delta_cal::stream::{Forgetting, Gate, Innovation, Verdict};
-use delta_cal::{ArmIndex, Calibrator, Robot, Sample, Settings};
+use delta_cal::calibration::{Ikm, Progress};
+use delta_cal::stream::{Added, Forgetting, Innovation, Selection, StreamCalibrator, Verdict};
+use delta_cal::{ArmIndex, IkmCalibrator, Robot, Sample, Settings};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 
@@ -48,11 +49,8 @@ fn gated<T: Scalar>(
     changed: &Robot<T>,
     rng: &mut Pcg32,
 ) -> fmt::Result {
-    let mut calibrator = Calibrator::new(&nominal::<T>(), settings);
-    let mut gate = Gate::new(&mut calibrator);
-    if let Some(memory) = memory {
-        gate = gate.with_forgetting(memory);
-    }
+    let selection = Selection::Gated { forgetting: memory };
+    let mut stream = StreamCalibrator::<T, Ikm>::new(&nominal::<T>(), settings, &selection);
     for index in 0..SAMPLES.0 + SAMPLES.1 {
         let robot = if index < SAMPLES.0 { truth } else { changed };
         let Some(mut sample) = measured(robot, Some(&noise()), rng) else {
@@ -62,7 +60,9 @@ fn gated<T: Scalar>(
         if index % 11 == 10 && index > 12 {
             sample.position.x += T::from_f64(5.0);
         }
-        let verdict = gate.add(&mut calibrator, &sample).expect("finite numbers");
+        let Added::Tested(verdict) = stream.add(&sample).expect("finite numbers") else {
+            continue;
+        };
         match verdict {
             Verdict::Untested(why) => {
                 record::<T>(out, format_args!("gate {seed} {index} {why:?}"), &[])?;
@@ -78,15 +78,15 @@ fn gated<T: Scalar>(
                 )?;
             }
         }
-        if gate.wants_estimate()
-            && let Ok(outcome) = calibrator.solve()
-        {
-            gate.adopt(&mut calibrator, &outcome);
-        }
+        while stream.step() == Progress::Working {}
     }
     record::<T>(
         out,
-        format_args!("gate {seed} {:?} {:?}", gate.counts(), gate.alarm()),
+        format_args!(
+            "gate {seed} {:?} {:?}",
+            stream.gate_counts(),
+            stream.alarm()
+        ),
         &[],
     )
 }
@@ -112,7 +112,7 @@ fn forgetting<T: Scalar>(
     rng: &mut Pcg32,
 ) -> fmt::Result {
     let memory = Forgetting::new(T::from_f64(30.0)).expect("a memory");
-    let mut calibrator = Calibrator::new(&nominal::<T>(), settings);
+    let mut calibrator = IkmCalibrator::new(&nominal::<T>(), settings);
     for _ in 0..200 {
         let Some(sample): Option<Sample<T>> = measured(truth, Some(&noise()), rng) else {
             continue;
@@ -121,7 +121,7 @@ fn forgetting<T: Scalar>(
             .add_forgetting(&sample, &memory)
             .expect("finite numbers");
     }
-    match calibrator.solve() {
+    match calibrator.calibrate() {
         Err(refusal) => record::<T>(out, format_args!("forgetting {seed} {refusal:?}"), &[]),
         Ok(outcome) => {
             for (arm, index) in outcome.robot.arms().iter().zip(ArmIndex::ALL) {

@@ -1,11 +1,11 @@
 //! The other end of the link.
 
-use delta_cal::stream::Estimator;
-use delta_cal::{Calibrator, Noise, Robot, Sample, Settings, Tolerance};
+use delta_cal::{IkmCalibrator, Noise, Robot, Sample, Settings, Tolerance};
 pub(crate) use delta_cal_firmware_example::ParameterFlash as Flash;
 use delta_cal_firmware_example::{
     Controller, FlashError, NewParameters, Number, PAGE, RamFlash, StreamFlash, WORD, nominal,
 };
+use delta_cal_protocol::Estimator;
 use delta_cal_protocol::{
     Begin, Direction, Fault, Geometry, LARGEST_FRAME, ParameterSet, Parameters, Phase, Receiver,
     Request, Response, RevertTo, SampleMessage, Status, encode,
@@ -235,13 +235,13 @@ pub(crate) fn samples<T: Number>(robot: u64, count: usize) -> Vec<Sample<T>> {
 }
 
 /// What the core makes of the same samples without a controller around it.
-pub(crate) fn on_the_host<T: Number>(samples: &[Sample<T>]) -> Calibrator<T> {
+pub(crate) fn on_the_host<T: Number>(samples: &[Sample<T>]) -> IkmCalibrator<T> {
     let (length, angle) = TOLERANCE;
     let (position, joint) = NOISE;
     let settings = Settings::default()
         .with_tolerance(Tolerance::new(T::from_f64(length), T::from_f64(angle)).unwrap())
         .with_noise(Noise::new(T::from_f64(position), T::from_f64(joint)).unwrap());
-    let mut calibrator = Calibrator::new(&paper_robot::<T>(), &settings);
+    let mut calibrator = IkmCalibrator::new(&paper_robot::<T>(), &settings);
     for sample in samples {
         calibrator.add(sample).expect("a sample");
     }

@@ -46,7 +46,7 @@ fn a_calibration_is_expressed_against_nominal_whatever_is_current() {
     let (first, second) = (samples::<f32>(8, 20), samples::<f32>(11, 20));
     let fingerprint = driver.solved(9, &first);
     driver.apply(9, fingerprint);
-    let expected = on_the_host(&second).solve().expect("a calibration");
+    let expected = on_the_host(&second).calibrate().expect("a calibration");
     assert_eq!(
         driver.solved(10, &second),
         Geometry::of(&expected.robot).fingerprint()
@@ -208,7 +208,7 @@ fn a_restart_in_a_session_keeps_the_parameters_and_says_that_the_session_is_gone
     assert_eq!(driver.controller.current().fingerprint, first);
     let sample = crate::controller::driver::message(2, 11, &more[11]);
     assert_eq!(driver.fault(&sample), Fault::NoSession);
-    let expected = on_the_host(&more).solve().expect("a calibration");
+    let expected = on_the_host(&more).calibrate().expect("a calibration");
     assert_eq!(
         driver.solved(2, &more),
         Geometry::of(&expected.robot).fingerprint()

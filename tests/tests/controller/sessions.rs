@@ -141,7 +141,7 @@ fn each_sample_is_taken_in_once_and_in_order() {
     }
     driver.solve(9, 20);
     driver.rest();
-    let expected = on_the_host(&samples).solve().expect("a calibration");
+    let expected = on_the_host(&samples).calibrate().expect("a calibration");
     assert_eq!(
         driver.status().phase,
         Phase::Solved {

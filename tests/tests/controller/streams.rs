@@ -1,17 +1,16 @@
 //! Gate, forgetting and the joint estimator on the controller.
 
 use crate::controller::driver::{Cut, Driver, FailingFlash, Flash, begin, message, samples};
-use delta_cal::stream::{
-    Estimator, Forgetting, Selection, StreamCalibrator, StreamOptions, StreamOutcome, StreamRefusal,
-};
-use delta_cal::{ArmIndex, Noise, Progress, RobotOutcome, Sample, Settings, Tolerance};
+use delta_cal::calibration::{Ikm, Joint};
+use delta_cal::stream::{Forgetting, Selection, StreamCalibrator, StreamRefusal};
+use delta_cal::{ArmIndex, Noise, Progress, Sample, Settings, Tolerance, calibration};
 use delta_cal_firmware_example::{Number, PAGE, StreamFlash, StreamPace};
-use delta_cal_protocol::{Begin, Fault, GateStatus, Geometry, Phase, Request, Response};
+use delta_cal_protocol::{Begin, Estimator, Fault, GateStatus, Geometry, Phase, Request, Response};
 use delta_cal_tests::paper_robot;
 use embedded_storage::nor_flash::NorFlash;
 
 /// Every option, each as the core has it and as it goes over the wire.
-pub(crate) fn options<T: Number>() -> Vec<(StreamOptions<T>, Begin<T>)> {
+pub(crate) fn options<T: Number>() -> Vec<(Selection<T>, Begin<T>)> {
     let age = T::from_f64(20.0);
     let fading = Some(Forgetting::new(age).unwrap());
     let mut all = Vec::new();
@@ -42,11 +41,7 @@ pub(crate) fn options<T: Number>() -> Vec<(StreamOptions<T>, Begin<T>)> {
                 },
             ),
         ] {
-            let options = StreamOptions {
-                estimator,
-                selection,
-            };
-            all.push((options, begin));
+            all.push((selection, begin));
         }
     }
     all
@@ -91,32 +86,29 @@ pub(crate) fn send<T: Number, F: NorFlash, S: NorFlash>(
 }
 
 /// The controller's result against the core's, every bit of it.
-fn compare<T: Number>(
+fn compare<T: Number, E: calibration::Estimator>(
     driver: &mut Driver<T, Flash>,
     begin: &Begin<T>,
-    here: &StreamCalibrator<T>,
+    here: &StreamCalibrator<T, E>,
 ) -> bool {
     let status = driver.status();
     let counts = here.gate_counts();
     let gate = counts.map(|counts| GateStatus::new(counts, here.alarm()));
     assert_eq!(status.gate, gate);
-    let outcome = match (status.phase, here.result().unwrap()) {
+    let outcome = match (status.phase, here.outcome()) {
         (Phase::CalibrationRefused { refusal, .. }, Err(expected)) => {
             assert_eq!(refusal, expected);
             return false;
         }
         (Phase::Solved { fingerprint, .. }, Ok(outcome)) => {
-            assert_eq!(fingerprint, Geometry::of(outcome.robot()).fingerprint());
+            assert_eq!(fingerprint, Geometry::of(E::robot(&outcome)).fingerprint());
             outcome
         }
         (phase, expected) => panic!("{begin:?}: {phase:?}, {expected:?}"),
     };
     let session = begin.session;
-    let arms = match outcome {
-        StreamOutcome::Arms(outcome) => outcome.arms,
-        StreamOutcome::Joint(outcome) => RobotOutcome::from(outcome).arms,
-    };
-    for (arm, expected) in ArmIndex::ALL.into_iter().zip(arms) {
+    for arm in ArmIndex::ALL {
+        let expected = E::arm(&outcome, arm);
         let Response::Outcome(report) = driver.ask(&Request::Outcome { session, arm }) else {
             panic!("no outcome")
         };
@@ -139,9 +131,31 @@ fn compare<T: Number>(
     true
 }
 
+/// Whether the samples calibrate the robot, here as there.
+fn both_solve<T: Number, E: calibration::Estimator>(
+    driver: &mut Driver<T, Flash>,
+    begin: &Begin<T>,
+    selection: &Selection<T>,
+    samples: &[Sample<T>],
+) -> bool {
+    let mut here = StreamCalibrator::<T, E>::new(&paper_robot(), &settings(begin), selection);
+    for (index, sample) in (0..).zip(samples) {
+        here.add(sample).unwrap();
+        while here.step() == Progress::Working {}
+        send(driver, index, sample);
+    }
+    // A refusal is that of the outcome.
+    let _ = here.solve();
+    while here.step() == Progress::Working {}
+    while driver.solve(1, 40) == Phase::Solving || matches!(driver.status().phase, Phase::Solving) {
+        driver.rest();
+    }
+    compare(driver, begin, &here)
+}
+
 fn options_have_the_bits_of_the_core<T: Number>() {
     let (mut solved, mut refused) = (0, 0);
-    for (options, begin) in options::<T>() {
+    for (selection, begin) in options::<T>() {
         for robot in 0..6 {
             // Noise and tolerance stated; neither, so that the gate waits for an estimate.
             for begin in [
@@ -155,20 +169,11 @@ fn options_have_the_bits_of_the_core<T: Number>() {
                 let samples = one_wrong::<T>(robot, 40);
                 let mut driver = Driver::<T, _>::start(Flash::new());
                 assert_eq!(driver.begin_with(begin), 0);
-                let mut here = StreamCalibrator::new(&paper_robot(), &settings(&begin), &options);
-                for (index, sample) in (0..).zip(&samples) {
-                    here.add(sample).unwrap();
-                    while here.step() == Progress::Working {}
-                    send(&mut driver, index, sample);
-                }
-                here.solve();
-                while here.step() == Progress::Working {}
-                while driver.solve(1, 40) == Phase::Solving
-                    || matches!(driver.status().phase, Phase::Solving)
-                {
-                    driver.rest();
-                }
-                if compare(&mut driver, &begin, &here) {
+                let run = match begin.estimator {
+                    Estimator::Arms => both_solve::<T, Ikm>,
+                    Estimator::Joint => both_solve::<T, Joint>,
+                };
+                if run(&mut driver, &begin, &selection, &samples) {
                     solved += 1;
                 } else {
                     refused += 1;

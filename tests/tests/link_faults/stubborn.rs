@@ -1,8 +1,9 @@
 //! Ports and controllers that keep a client busy: every request and every session comes to its end.
 
-use delta_cal::stream::{Estimator, StreamRefusal};
+use delta_cal::stream::StreamRefusal;
 use delta_cal::{Refusal, Sample};
 use delta_cal_host::device::{Client, DeviceError, Patience, Transport, calibrate};
+use delta_cal_protocol::Estimator;
 use delta_cal_protocol::{
     Begin, ControlLoop, Direction, Fault, Geometry, LARGEST_FRAME, Origin, Parameters, Phase,
     Receiver, Request, Response, Status, encode,

@@ -41,7 +41,7 @@ const CLIPPY: Stage = Stage {
     name: "clippy",
     about: "clippy on this machine",
     commands: &[
-        "cargo clippy --quiet --workspace --all-targets --features delta-cal/defmt,delta-cal-target-tests/linear -- --deny warnings",
+        "cargo clippy --quiet --workspace --exclude delta-cal-python --all-targets --features delta-cal/defmt,delta-cal-target-tests/linear -- --deny warnings",
     ],
 };
 
@@ -113,7 +113,7 @@ const SIDE_BY_SIDE: [&[Stage]; 2] = [
             about: "rustdoc without warnings",
             // With what clippy had checked, in the first list's folder, as soon as the tests are compiled.
             commands: &[
-                "env RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --no-deps --workspace \
+                "env RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --no-deps --workspace --exclude delta-cal-python \
                  --features delta-cal/defmt,delta-cal-target-tests/linear",
             ],
         },
@@ -134,6 +134,36 @@ const MIRI: Stage = Stage {
     commands: &[
         "cargo +nightly miri test --target arm-unknown-linux-gnueabi --target-dir target/miri --package delta-cal-c \
          --test it -- misuse calibrations",
+    ],
+};
+
+/// Only if asked for.
+const WEB: Stage = Stage {
+    name: "web",
+    about: "the page is built and drives a browser (node, npm, python3, chromium; a quarter of an hour at first)",
+    commands: &[
+        "npm ci --prefix bindings/web --no-audit --no-fund",
+        "node bindings/web/build.mjs",
+        "cargo build --quiet --profile test --package delta-cal-host --bin delta-cal",
+        "node --test bindings/web/tests/",
+    ],
+};
+
+/// Only if asked for: the host is built once more, optimised.
+const PYTHON: Stage = Stage {
+    name: "python",
+    about: "the Python package in an environment of its own: clippy, pip install, tests, types, examples",
+    commands: &[
+        "cargo clippy --quiet --package delta-cal-python -- --deny warnings",
+        "cargo build --quiet --profile test --package delta-cal-host --bin delta-cal",
+        "python3 -m venv --clear target/python",
+        "target/python/bin/python -m pip install --quiet ./bindings/python[test]",
+        "env DELTA_CAL=target/debug/delta-cal target/python/bin/python -m pytest --quiet bindings/python/tests",
+        "env MYPYPATH=bindings/python/tests target/python/bin/python -m mypy --strict bindings/python/examples",
+        "env --chdir=target/python bin/python ../../bindings/python/examples/laboratory.py",
+        "env --chdir=target/python bin/python ../../bindings/python/examples/circles.py",
+        "env --chdir=target/python bin/python ../../bindings/python/examples/cluster.py 500 2",
+        "env --chdir=target/python bin/python ../../bindings/python/examples/speed.py",
     ],
 };
 
@@ -159,7 +189,7 @@ const TARGETS: [&str; 6] = [
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let stages = [FORMAT, CLIPPY, UNITS, MIRI];
+    let stages = [FORMAT, CLIPPY, UNITS, MIRI, PYTHON, WEB];
     let all = || stages.iter().chain(SIDE_BY_SIDE.into_iter().flatten());
     if arguments.iter().any(|it| it == "-h" || it == "--help") {
         print!("{USAGE}\nStages:\n");

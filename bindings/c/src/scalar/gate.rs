@@ -1,17 +1,32 @@
-//! The gate in front of the per-arm calibrator.
+//! The per-arm calibrator behind a gate, which tests each sample before it is taken in.
 #![allow(unsafe_code)] // naming symbols, and promises about plain numbers
 
 use super::Real;
-use super::sample::Sample;
+use super::sample::{Sample, Settings};
 use crate::error::{Error, number_of, report, status_of};
-use crate::kind::Arms;
-use crate::memory::{Held, HeldMut, In, Many, New, Out, Plain};
+use crate::memory::{Held, HeldMut, In, New, Out, Plain};
 use crate::plain::{
     EARLY_SAMPLES_WRONG, NO_ALARM, NO_ARM, REJECTED, ROBOT_CHANGED, TAKEN, UNTESTED,
 };
 use crate::status::{self, Status};
-use delta_cal::RobotOutcome;
-use delta_cal::stream::{Alarm, Gate, Innovation};
+use delta_cal::stream::{
+    Added, Alarm, Forgetting, GateCounts as Counts, Innovation, Selection, Verdict as Tested,
+};
+use delta_cal::{Robot, RobotOutcome};
+
+macro_rules! family {
+    ($name:literal) => {
+        concat!("dcal_gate_", $name, suffix!())
+    };
+}
+/// The calibrator.
+pub type Own = crate::kind::Gate<Real>;
+/// What it finds.
+pub type Outcome = RobotOutcome<Real>;
+
+fn found(own: &Own) -> Result<Outcome, Error> {
+    Ok(own.outcome()?)
+}
 
 /// What became of a sample.
 #[repr(C)]
@@ -36,7 +51,7 @@ unsafe impl Plain for Verdict {}
 
 /// How many samples came to what, and what that means.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct GateCounts {
     /// Samples taken in, untested ones included.
     pub taken: u64,
@@ -53,8 +68,8 @@ pub struct GateCounts {
     /// What the first long run of rejections means: `DCAL_NO_ALARM`, `DCAL_ROBOT_CHANGED` or
     /// `DCAL_EARLY_SAMPLES_WRONG`.
     pub alarm: i32,
-    /// 1 if the gate cannot test for want of an estimate, and there are samples enough to try and solve one.
-    pub wants_estimate: i32,
+    /// 1 while there is something to solve, which may be the gate's own estimate: call `step` until it returns `DCAL_OK`.
+    pub solving: i32,
     /// The first sample of that run, counted from 0 over all that came; 0 without an alarm.
     pub alarm_sample: u64,
 }
@@ -75,57 +90,75 @@ impl Verdict {
     }
 }
 
-impl From<delta_cal::stream::Verdict<Real>> for Verdict {
-    fn from(verdict: delta_cal::stream::Verdict<Real>) -> Self {
-        match verdict {
-            delta_cal::stream::Verdict::Taken(innovation) => Self::of(TAKEN, &innovation),
-            delta_cal::stream::Verdict::Rejected(innovation) => Self::of(REJECTED, &innovation),
-            delta_cal::stream::Verdict::Untested(why) => Self {
-                verdict: UNTESTED,
-                reason: Error::from(why).status,
-                arm: NO_ARM,
-                reserved: 0,
-                distance: 0.0,
-                normalized: 0.0,
-            },
+impl Verdict {
+    const fn without_figures(verdict: i32, reason: Status) -> Self {
+        Self {
+            verdict,
+            reason,
+            arm: NO_ARM,
+            reserved: 0,
+            distance: 0.0,
+            normalized: 0.0,
         }
     }
 }
 
-/// Makes a gate in front of a per-arm calibrator, before its first sample or after the first few, in `size` bytes of
-/// memory: write `sizeof *gate`. `sigmas` is its width; 0 for the width that rejects three good samples in a million for
-/// each arm. With a stated noise and tolerance it tests from the first sample on; otherwise it needs an estimate first,
-/// see `gate_adopt`.
-///
-/// Errors: `DCAL_WIDTH_OF_GATE`.
-#[unsafe(export_name = name!("gate_init"))]
-pub extern "C" fn gate_init(
-    mut gate: New<Gate<Real>>,
-    size: usize,
-    mut calibrator: HeldMut<Arms<Real>>,
-    sigmas: Real,
-) -> Status {
-    status_of(|| {
-        gate.usable(size)?;
-        let mut made = Gate::new(calibrator.get()?.idle()?);
-        // Zero means zero here: it stands for the usual width.
-        #[allow(clippy::float_cmp)]
-        if sigmas != 0.0 {
-            made = made.with_sigmas(sigmas)?;
+impl From<Added<Real>> for Verdict {
+    fn from(added: Added<Real>) -> Self {
+        match added {
+            Added::Taken => Self::without_figures(TAKEN, status::OK),
+            Added::Tested(Tested::Taken(innovation)) => Self::of(TAKEN, &innovation),
+            Added::Tested(Tested::Rejected(innovation)) => Self::of(REJECTED, &innovation),
+            Added::Tested(Tested::Untested(why)) => {
+                Self::without_figures(UNTESTED, Error::from(why).status)
+            }
         }
-        gate.put(size, &made)?;
+    }
+}
+
+/// Makes a calibrator with a gate, without samples, in `size` bytes of memory: write `sizeof *calibrator`. `sigmas` is the
+/// gate's width; 0 for the width that rejects three good samples in a million for each arm. `age` is the mean age of the
+/// samples that count, for a robot that changes slowly; 0 if all count alike. With a stated noise and tolerance the gate
+/// tests from the first sample on, otherwise from its first estimate on.
+///
+/// Errors: `DCAL_NOISE_...`, `DCAL_TOLERANCE_...`, `DCAL_NO_SUCH_CHOICE`, `DCAL_WIDTH_OF_GATE`, `DCAL_FORGETTING`.
+#[unsafe(export_name = family!("init"))]
+pub extern "C" fn init(
+    mut calibrator: New<Own>,
+    size: usize,
+    robot: Held<Robot<Real>>,
+    settings: In<Settings>,
+    sigmas: Real,
+    age: Real,
+    error: Out<Error>,
+) -> Status {
+    report(error, || {
+        calibrator.usable(size)?;
+        // Zero means zero here: it stands for the usual width, and for no forgetting.
+        #[allow(clippy::float_cmp)]
+        let stated = |number: Real| number != 0.0;
+        let forgetting = if stated(age) {
+            Some(Forgetting::new(age)?)
+        } else {
+            None
+        };
+        let selection = Selection::Gated { forgetting };
+        let mut made = Own::new(robot.get()?, &settings.get()?.checked()?, &selection);
+        if stated(sigmas) {
+            made.set_sigmas(sigmas)?;
+        }
+        calibrator.put(size, &made)?;
         Ok(status::OK)
     })
 }
 
-/// Tests one sample, and takes it into the calibrator unless it disagrees. `calibrator` is the one of `gate_init`. A
-/// sample that is rejected is no error: `verdict` says so.
+/// Tests one sample, and takes it in unless it disagrees. A sample that is rejected is no error: `verdict` says so. Where
+/// the gate then wants an estimate of its own, call `step` until it returns `DCAL_OK`, before the next sample.
 ///
-/// Errors: `DCAL_SAMPLE_...`, with the arm; nothing has changed.
-#[unsafe(export_name = name!("gate_add"))]
-pub extern "C" fn gate_add(
-    mut gate: HeldMut<Gate<Real>>,
-    mut calibrator: HeldMut<Arms<Real>>,
+/// Errors: `DCAL_BUSY`, and `DCAL_SAMPLE_...` with the arm; nothing has changed.
+#[unsafe(export_name = family!("add"))]
+pub extern "C" fn add(
+    mut calibrator: HeldMut<Own>,
     sample: In<Sample>,
     mut verdict: Out<Verdict>,
     error: Out<Error>,
@@ -133,96 +166,60 @@ pub extern "C" fn gate_add(
     report(error, || {
         verdict.usable()?;
         let sample = sample.get()?;
-        let (gate, calibrator) = gate.beside_mut(&mut calibrator)?;
-        let found = gate.add(calibrator.idle()?, &sample.into())?;
+        let found = calibrator.get()?.add(&sample.into())?;
         verdict.put(found.into())?;
         Ok(status::OK)
     })
 }
 
 /// Writes how many samples came to what, and whether there is an alarm.
-#[unsafe(export_name = name!("gate_state"))]
-pub extern "C" fn gate_state(gate: Held<Gate<Real>>, mut counts: Out<GateCounts>) -> Status {
+#[unsafe(export_name = family!("state"))]
+pub extern "C" fn state(calibrator: Held<Own>, mut counts: Out<GateCounts>) -> Status {
     status_of(|| {
-        let gate = gate.get()?;
-        let found = gate.counts();
-        let alarm = gate.alarm();
-        let written = GateCounts {
-            taken: found.taken,
-            untested: found.untested,
-            rejected: found.rejected,
-            rejected_by_arm: found.rejected_by_arm,
-            run: found.run,
-            longest_run: found.longest_run,
+        let own = calibrator.get()?;
+        let Counts {
+            taken,
+            untested,
+            rejected,
+            rejected_by_arm,
+            run,
+            longest_run,
+            ..
+        } = own.gate_counts().copied().unwrap_or_default();
+        let alarm = own.alarm();
+        counts.put(GateCounts {
+            taken,
+            untested,
+            rejected,
+            rejected_by_arm,
+            run,
+            longest_run,
             alarm: match alarm {
                 Some(Alarm::RobotChanged { .. }) => ROBOT_CHANGED,
                 Some(_) => EARLY_SAMPLES_WRONG,
                 None => NO_ALARM,
             },
-            wants_estimate: i32::from(gate.wants_estimate()),
+            solving: i32::from(own.solving()),
             alarm_sample: alarm.map_or(0, |alarm| alarm.first()),
-        };
-        counts.put(written)?;
+        })?;
         Ok(status::OK)
     })
 }
 
-/// The gate predicts from this outcome from now on, which must be one of the samples of this calibrator.
-#[unsafe(export_name = name!("gate_adopt"))]
-pub extern "C" fn gate_adopt(
-    mut gate: HeldMut<Gate<Real>>,
-    mut calibrator: HeldMut<Arms<Real>>,
-    outcome: Held<RobotOutcome<Real>>,
-) -> Status {
+/// Answers the alarm: the run of rejected samples was wrong, and what was taken in before stays. If the robot has
+/// changed, call `reset`.
+#[unsafe(export_name = family!("acknowledge"))]
+pub extern "C" fn acknowledge(mut calibrator: HeldMut<Own>) -> Status {
     status_of(|| {
-        // By value: three objects that must not overlap would be three comparisons.
-        let outcome = *outcome.get()?;
-        let (gate, calibrator) = gate.beside_mut(&mut calibrator)?;
-        gate.adopt(calibrator.idle()?, &outcome);
+        calibrator.get()?.acknowledge();
         Ok(status::OK)
     })
 }
 
-/// Writes what the gate has seen into `bytes`, of which there are `capacity`: write `DCAL_GATE_SNAPSHOT_..._SIZE`. `length` is
-/// how many were written. They belong to the snapshot of the calibrator as it is now: store both together.
-///
-/// Errors: `DCAL_SNAPSHOT_BUFFER`.
-#[unsafe(export_name = name!("gate_snapshot"))]
-pub extern "C" fn gate_snapshot(
-    gate: Held<Gate<Real>>,
-    calibrator: Held<Arms<Real>>,
-    mut bytes: Out<u8>,
-    capacity: usize,
-    mut length: Out<usize>,
-) -> Status {
-    status_of(|| {
-        length.usable()?;
-        // By value: the bytes must overlap neither.
-        let calibrator = calibrator.get()?.samples;
-        let needed = Gate::<Real>::SNAPSHOT_BYTES;
-        let (gate, bytes) = gate.beside_bytes(&mut bytes, capacity, needed)?;
-        let written = gate.snapshot(&calibrator, bytes)?.len();
-        length.put(written)?;
-        Ok(status::OK)
-    })
-}
+#[path = "family.rs"]
+mod family;
+pub use family::*;
 
-/// Puts what a snapshot holds in place of what the gate has seen. The gate must be of the same width. Make the gate first, then
-/// restore the calibrator, then the gate: `gate_init` takes in the samples that wait in the calibrator.
-///
-/// Errors: `DCAL_SNAPSHOT_...`; the gate is unchanged.
-#[unsafe(export_name = name!("gate_restore"))]
-pub extern "C" fn gate_restore(
-    mut gate: HeldMut<Gate<Real>>,
-    calibrator: Held<Arms<Real>>,
-    bytes: Many<u8>,
-    length: usize,
-) -> Status {
-    status_of(|| {
-        // By value: three objects that must not overlap would be three comparisons.
-        let calibrator = calibrator.get()?.samples;
-        let (gate, bytes) = gate.beside_bytes(&bytes, length)?;
-        gate.restore(&calibrator, bytes)?;
-        Ok(status::OK)
-    })
-}
+#[path = "stored.rs"]
+mod stored;
+pub use stored::*;

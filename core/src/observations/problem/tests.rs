@@ -1,10 +1,12 @@
 #![allow(clippy::unwrap_used, clippy::indexing_slicing)]
 
 use super::super::{
-    Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationProblem,
-    ObservationRow, ObservationSolver, Plane, Point, PositionFrame,
+    Distance, DistanceFrom, Height, Instruments, Observation, ObservationError, ObservationNoise,
+    ObservationProblem, ObservationRow, Plane, Point, PositionFrame, TouchCalibrator,
 };
-use crate::calibration::{Instrument, Problem, Refusal, Settings, Tolerance, sum_of_squares};
+use crate::calibration::{
+    Instrument, Problem, Progress, Refusal, Settings, Tolerance, sum_of_squares,
+};
 use crate::frame::RigidTransform;
 #[cfg(feature = "transmission")]
 use crate::robot::Transmission;
@@ -281,11 +283,10 @@ fn the_jacobian_of_a_row_is_that_of_its_residuals() {
     }
 }
 
-/// A step for where the instruments are, one for each row, and those of the minimisation: to the same bits.
+/// A step for where the instruments are, one for each row, and those of the minimisation: to the same bits as at once,
+/// and no observation gets in between.
 #[test]
-fn the_solver_s_steps_end_with_the_outcome_of_solve() {
-    type Solver<const N: usize> = ObservationSolver<f64, N, 28, 406>;
-
+fn the_steps_end_with_the_outcome_of_the_problem() {
     let robot = SymmetricRobot::PAPER.robot().unwrap();
     let instruments = Instruments {
         frame: PositionFrame::Base,
@@ -294,39 +295,64 @@ fn the_solver_s_steps_end_with_the_outcome_of_solve() {
         noise: ObservationNoise::new(Noise::new(0.02, 0.0).unwrap(), 0.02, 0.02).unwrap(),
         transmission: None,
     };
-    assert!(Solver::<27>::has_room_for(&instruments));
-    assert!(Solver::<28>::has_room_for(&instruments));
-    assert!(!Solver::<26>::has_room_for(&instruments));
     let settings = Settings::new().with_tolerance(Tolerance::new(0.5, 0.003).unwrap());
-    let mut measured: [ObservationRow<f64>; 30] = core::array::from_fn(|index| {
+    let measured: [Observation<f64>; 30] = core::array::from_fn(|index| {
         #[allow(clippy::cast_precision_loss)]
         let t = index as f64;
         let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
         let height = robot.forward(&joints).unwrap().z + 560.0 + 0.05 * (5.0 * t).sin();
-        let observation = Observation {
+        Observation {
             height: Some(Height { plane: 0, height }),
             ..Observation::at(joints)
-        };
-        ObservationRow::checked(observation, &robot, &instruments).unwrap()
-    });
-    let mut solver = ObservationSolver::<f64, 27, 28, 406>::new();
-    let mut steps = 0;
-    let found = loop {
-        steps += 1;
-        if let Some(result) = solver.step(&robot, &instruments, &mut measured, &settings) {
-            break result;
         }
-    };
+    });
+    let mut calibrator = TouchCalibrator::<f64, 31>::new(&robot, &instruments, &settings).unwrap();
+    let refusal = calibrator.solve().unwrap_err();
+    assert!(matches!(
+        refusal,
+        Refusal::TooFewSamples {
+            samples: 0,
+            needed: 1,
+            ..
+        }
+    ));
+    assert_eq!(calibrator.outcome(), Err(refusal));
+    for observation in &measured {
+        calibrator.add(observation).unwrap();
+    }
+    assert_eq!(calibrator.outcome(), Err(Refusal::Unfinished));
+    calibrator.solve().unwrap();
+    let mut steps = 1;
+    while calibrator.step() == Progress::Working {
+        steps += 1;
+        assert_eq!(calibrator.add(&measured[0]), Err(ObservationError::Busy));
+        assert_eq!(calibrator.outcome(), Err(Refusal::Unfinished));
+    }
     assert!((40..500).contains(&steps), "{steps}");
-    let problem = ObservationProblem::<f64, 27>::prepare(&robot, &instruments, &mut measured);
+    let found = calibrator.outcome();
+    let mut rows = measured.map(ObservationRow::new);
+    let problem = ObservationProblem::<f64, 27>::prepare(&robot, &instruments, &mut rows);
     assert_eq!(found, problem.unwrap().solve::<28, 406>(&settings));
     assert!(found.is_ok());
 
-    let mut small = ObservationSolver::<f64, 24, 25, 325>::new();
-    assert_eq!(
-        small.step(&robot, &instruments, &mut measured, &settings),
-        Some(Err(Refusal::TooManyUnknowns { parameters: 27 }))
-    );
+    // One more, and no further one.
+    calibrator.add(&measured[0]).unwrap();
+    assert_eq!(calibrator.outcome(), Err(Refusal::Unfinished));
+    assert_eq!(calibrator.add(&measured[0]), Err(ObservationError::Full));
+    calibrator.reset();
+    assert_eq!(calibrator.samples(), 0);
+    for observation in &measured {
+        calibrator.add(observation).unwrap();
+    }
+    assert_eq!(calibrator.calibrate(), found);
+
+    let two = Instruments {
+        planes: &[Plane::default(); 2],
+        ..instruments
+    };
+    let refused = Refusal::TooManyUnknowns { parameters: 30 };
+    let made = TouchCalibrator::<f64, 31>::new(&robot, &two, &settings);
+    assert_eq!(made.unwrap_err(), refused);
 }
 
 /// The nominal robot in a frame of its own: the outcome says where that is.

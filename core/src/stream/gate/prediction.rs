@@ -4,7 +4,7 @@ use crate::Real;
 use crate::calibration::step_control::LONGEST_STEP;
 use crate::calibration::{Normal, Prior, TolerancePrior};
 use crate::samples::{ArmFactor, ArmSample, Displacement};
-use crate::snapshot::state;
+use crate::state::state;
 use nalgebra::SVector;
 
 /// Without a stated noise the parameters take eight degrees of freedom from the residuals, and Student's t has

@@ -2,7 +2,7 @@
 
 use crate::Real;
 use crate::robot::ArmIndex;
-use crate::snapshot::{Reader, State, Writer, state};
+use crate::state::{Reader, State, Writer, state};
 use core::fmt;
 
 /// A sample against what was predicted of one arm.
@@ -39,7 +39,7 @@ impl<T: Real> Innovation<T> {
 #[non_exhaustive]
 pub enum Untested {
     /// There is neither a prior (a stated tolerance and a stated noise to weigh it with) nor a solved
-    /// estimate; see [`Gate::wants_estimate`](crate::stream::Gate::wants_estimate).
+    /// estimate: the stream solves one at the twelfth sample, and each time their number has doubled.
     NoEstimate,
     /// The noise is not stated, and too few samples are left over to estimate it from.
     NoNoise,

@@ -25,6 +25,8 @@ pub enum CauseKind {
     Sag,
     /// The positions move in proportion to the row's number.
     Drift,
+    /// Coordinates and distances are larger than the robot makes them, in proportion.
+    Scale,
 }
 
 impl CauseKind {
@@ -41,14 +43,22 @@ impl CauseKind {
         }
     }
 
+    /// Those of no joint.
+    pub(super) const OF_PLATFORM: [Self; 3] = [Self::Sag, Self::Drift, Self::Scale];
+
+    /// Whether it must explain clearly more than the others to be taken for the cause.
+    pub(super) const fn is_rare(self) -> bool {
+        matches!(self, Self::SecondHarmonic | Self::Scale)
+    }
+
     /// All that are looked for in robots with these drives.
     pub fn all(drive: Drive) -> impl Iterator<Item = Self> {
         let of_joints = Self::of_joints(drive).iter().copied();
-        of_joints.chain([Self::Sag, Self::Drift])
+        of_joints.chain(Self::OF_PLATFORM)
     }
 
-    /// As it is written: `gear_ratio`, `eccentricity`, `second_harmonic`, `uneven_travel`, `backlash`, `sag` or
-    /// `drift`.
+    /// As it is written: `gear_ratio`, `eccentricity`, `second_harmonic`, `uneven_travel`, `backlash`, `sag`,
+    /// `drift` or `scale`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::GearRatio => "gear_ratio",
@@ -58,13 +68,14 @@ impl CauseKind {
             Self::Backlash => "backlash",
             Self::Sag => "sag",
             Self::Drift => "drift",
+            Self::Scale => "scale",
         }
     }
 
     /// Of its size: `ratio`, `deg` or `mm`.
     pub const fn unit(self, drive: Drive) -> &'static str {
         match (self, drive) {
-            (Self::GearRatio, _) => "ratio",
+            (Self::GearRatio | Self::Scale, _) => "ratio",
             (Self::Eccentricity | Self::SecondHarmonic, _) | (Self::Backlash, Drive::Rotary) => {
                 "deg"
             }
@@ -86,7 +97,7 @@ impl CauseKind {
     /// How many coefficients it has.
     pub(super) const fn columns(self) -> usize {
         match self {
-            Self::GearRatio | Self::UnevenTravel | Self::Backlash | Self::Sag => 1,
+            Self::GearRatio | Self::UnevenTravel | Self::Backlash | Self::Sag | Self::Scale => 1,
             Self::Eccentricity | Self::SecondHarmonic => 2,
             Self::Drift => 3,
         }
@@ -105,7 +116,7 @@ impl CauseKind {
             }
             Self::UnevenTravel => ([0.0, 0.0], 1),
             Self::Backlash => ([direction, 0.0], 1),
-            Self::Sag | Self::Drift => ([0.0, 0.0], 0),
+            Self::Sag | Self::Drift | Self::Scale => ([0.0, 0.0], 0),
         }
     }
 }
@@ -157,6 +168,7 @@ impl fmt::Display for Alternative {
             CauseKind::Backlash => "a backlash",
             CauseKind::Sag => "a sag of the platform",
             CauseKind::Drift => "a drift of the positions",
+            CauseKind::Scale => "a wrong scale of the instrument or the sheet",
         })?;
         self.arm
             .map_or(Ok(()), |arm| write!(formatter, " of {arm}"))
@@ -194,6 +206,11 @@ impl Cause {
                         (docs/instruments.md#gears-and-encoders), or find out which it is by comparing the joint with \
                         a reference over its whole range, and mend that";
             }
+            let is_scale = |kind| kind == CauseKind::Scale;
+            if is_scale(self.kind) || self.alternatives.iter().any(|other| is_scale(other.kind)) {
+                return "find out which of these it is: measure one known length with the same instrument or on the same \
+                        sheet, and one pose with another load; then mend that";
+            }
             return "find out which of these it is, by comparing the joint with a reference \
                     over its whole range, and by measuring one pose with another load, from another \
                     side and again at the end; then mend that";
@@ -224,6 +241,9 @@ impl Cause {
             CauseKind::Drift => {
                 "let the robot and the sensor warm up, fasten the sensor, and measure in random \
                  order"
+            }
+            CauseKind::Scale => {
+                "measure one known length with the same instrument or on the same sheet, and correct the readings by it"
             }
         }
     }
@@ -301,6 +321,14 @@ impl fmt::Display for Cause {
                      order in which they were measured",
                 )
             }
+            CauseKind::Scale => write!(
+                formatter,
+                "all measured lengths are {} ± {} % {} than the robot makes them, as with a sheet printed at \
+                 another size or an instrument of another scale",
+                significant(100.0 * self.size.abs(), 2),
+                significant(100.0 * self.sigma, 1),
+                if self.size > 0.0 { "larger" } else { "smaller" }
+            ),
         }?;
         if self.alternatives.is_empty() {
             return Ok(());

@@ -95,6 +95,7 @@ impl<'a> Subject<'a> {
                         } else {
                             0.0
                         },
+                        scaled: if reading.height.is_none() { 1.0 } else { 0.0 },
                     },
                     sensitivity,
                     residuals: SVector::from(self.solution.rows[index].whitened),
@@ -127,7 +128,7 @@ impl<'a> Subject<'a> {
         let ranges = self.ranges();
         let largest = LARGEST_RESIDUAL * scale(counted);
         self.with_columns(counted, columns(drive), largest, |c, at| {
-            movements(drive, &at.by_joints, &at.joints, &ranges, &c.place)
+            movements(drive, at, &ranges, &c.place)
         })
     }
 

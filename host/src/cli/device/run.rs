@@ -18,7 +18,7 @@ use crate::{
 };
 use delta_cal::kinematics::{JointLimits, JointLimitsError};
 use delta_cal::robot::Drive;
-use delta_cal::stream::Estimator;
+use delta_cal_protocol::Estimator;
 use delta_cal_protocol::{ParameterSet, Parameters, RevertTo};
 use indicatif::{ProgressBar, ProgressDrawTarget};
 use serde::Serialize;

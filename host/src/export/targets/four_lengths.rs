@@ -181,32 +181,41 @@ pub(crate) const CODESYS: Target = Target {
             let [arm, ..] = fitted.geometry.by_motor();
             let platform = fitted.platform_radius;
             let entries = vec![
-                Entry::length("UpperArm", arm.upper),
-                Entry::length("LowerArm", arm.lower),
-                Entry::length("BaseRadius", arm.radius + platform),
-                Entry::length("PlatformRadius", platform),
+                Entry::length("dArmLength1", arm.upper),
+                Entry::length("dArmLength2", arm.lower),
+                Entry::length("dArm1Radius", arm.radius + platform),
+                Entry::length("dStewartRadius", platform),
+                Entry::length("dDistance", 0.0),
             ];
             let mut lines = String::new();
             for entry in &entries {
                 let _ = writeln!(lines, "{} := {}; // mm", entry.name, decimals(entry.value));
             }
+            let level = arm.radius + arm.upper;
+            let below = (arm.lower * arm.lower - level * level).max(0.0).sqrt();
             Ok(Written {
                 entries,
                 lines,
                 warnings: vec![
-                    "The names and signs are to be confirmed on the machine.".to_owned(),
+                    format!(
+                        "The origin is the platform's centre with the upper arms level: z = {} mm in the robot's frame.",
+                        decimals(arm.height - below)
+                    ),
+                    "Confirm the signs on the machine: move to three positions and compare the joint angles."
+                        .to_owned(),
                 ],
             })
         },
     },
     comment: "//",
     conventions: &[
-        "to be confirmed on the machine: the azimuths of the arms; here −90°, 30° and 150°",
-        "to be confirmed on the machine: the joint angle is positive with the elbow down, and 0 with the upper \
-         arm level",
-        "to be confirmed on the machine: the names; the radii are radii, not sides of triangles",
+        "A0, A1 and A2 drive the arms at −90°, 30° and 150°; x points from the origin away from A0's motor: the robot's y axis",
+        "the joint angle is 0 with the upper arm level, in degrees; here positive with the elbow down",
+        "dStewartRadius goes with dDistance 0: for rods that are d apart write d into dDistance and √(dStewartRadius² + d²/4) \
+         into dStewartRadius",
     ],
-    source: "the controller's documentation; its source is not public, so nothing here is verified against it",
+    source: "the reference of Kin_Tripod_Rotary in the library SM3_Transformation; its source is not public, so nothing here is \
+             verified against it",
     alternative: "a correction table (--for correction-table) or a kinematics function block of your own with all 24 parameters",
 };
 

@@ -242,10 +242,10 @@ pub(crate) fn delta_x(lines: &str, _home: Point) -> Inverse {
 pub(crate) fn codesys(lines: &str, _home: Point) -> Inverse {
     let value = named(lines, " := ");
     let side = |name: &str| 2.0 * 3f64.sqrt() * value(name);
-    let (upper, lower) = (value("UpperArm"), value("LowerArm"));
+    let (upper, lower) = (value("dArmLength1"), value("dArmLength2"));
     four(
-        side("BaseRadius"),
-        side("PlatformRadius"),
+        side("dArm1Radius"),
+        side("dStewartRadius"),
         upper,
         lower,
         0.0,

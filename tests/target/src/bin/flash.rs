@@ -12,9 +12,7 @@ fn main() {
 mod firmware {
     use core::hint::black_box;
     use core::panic::PanicInfo;
-    use delta_cal::{
-        Calibrator, Progress, Refusal, Robot, RobotOutcome, RobotSolver, Sample, Settings,
-    };
+    use delta_cal::{IkmCalibrator, Progress, Refusal, Robot, RobotOutcome, Sample, Settings};
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
@@ -30,13 +28,13 @@ mod firmware {
 
     /// Everything that a controller has to call.
     fn calibrate((robot, settings, samples): Known<'_>) -> Result<RobotOutcome<f32>, Refusal> {
-        let mut calibrator = Calibrator::new(robot, settings);
+        let mut calibrator = IkmCalibrator::new(robot, settings);
         for sample in samples {
             let _ = black_box(calibrator.add(sample));
         }
-        let mut solver = RobotSolver::new(&mut calibrator)?;
-        while solver.step(&calibrator)? == Progress::Working {}
-        solver.outcome()
+        calibrator.solve()?;
+        while calibrator.step() == Progress::Working {}
+        calibrator.outcome()
     }
 
     #[panic_handler]

@@ -3,18 +3,17 @@
 use crate::report::{Counts, Report, deepest, measured, stated};
 use core::fmt;
 use core::hint::black_box;
-use core::mem::MaybeUninit;
-use delta_cal::calibration::Start;
-use delta_cal::stream::{Forgetting, Gate};
-use delta_cal::{Calibrator, Progress, Refusal, RobotSolver, Sample, Settings};
-use delta_cal_target_tests::cases::Case;
-use delta_cal_target_tests::{noise, nominal, stack_of, tolerance};
+use delta_cal::calibration::{Ikm, Start};
+use delta_cal::stream::{Forgetting, Selection, StreamCalibrator};
+use delta_cal::{IkmCalibrator, Progress, Refusal, Sample, Settings};
+use delta_cal_target_tests::{noise, nominal, tolerance};
 
 /// Robots whose solves are counted, and those whose samples are.
 const ROBOTS: (u64, u64) = (40, 5);
 /// One solve after another number of samples, up to this many more: however many a calibrator keeps back to take them
 /// in together, every number of them is met.
 const MORE: usize = 16;
+const GATED: Selection<f32> = Selection::Gated { forgetting: None };
 /// Cases over which the stack is measured.
 const CASES: u64 = 300;
 
@@ -22,8 +21,9 @@ pub(crate) fn measure(report: &mut Report<'_>) -> fmt::Result {
     kinematics(report)?;
     samples(report)?;
     solves(report)?;
-    report.figure(format_args!("calibrator"), size_of::<Calibrator<f32>>())?;
-    report.figure(format_args!("gate"), size_of::<Gate<f32>>())?;
+    report.figure(format_args!("calibrator"), size_of::<IkmCalibrator<f32>>())?;
+    let gate = size_of::<StreamCalibrator<f32, Ikm>>() - size_of::<IkmCalibrator<f32>>();
+    report.figure(format_args!("gate"), gate)?;
     stack(report)
 }
 
@@ -55,15 +55,14 @@ fn samples(report: &mut Report<'_>) -> fmt::Result {
     let memory = Forgetting::new(50.0).map_err(|_| fmt::Error)?;
     for seed in 0..ROBOTS.1 {
         let samples = measured::<400>(seed);
-        let empty = Calibrator::new(&nominal(), &settings);
-        let [mut plain, mut tested, mut fading] = [empty; 3];
-        let mut gate = Gate::new(&mut tested);
+        let [mut plain, mut fading] = [(); 2].map(|()| IkmCalibrator::new(&nominal(), &settings));
+        let mut tested = StreamCalibrator::<f32, Ikm>::new(&nominal(), &settings, &GATED);
         for sample in &samples {
             add.note(report.count(|| {
                 let _ = black_box(plain.add(black_box(sample)));
             })?);
             gated.note(report.count(|| {
-                let _ = black_box(gate.add(black_box(&mut tested), black_box(sample)));
+                let _ = black_box(black_box(&mut tested).add(black_box(sample)));
             })?);
             forgetting.note(report.count(|| {
                 let _ = black_box(fading.add_forgetting(black_box(sample), &memory));
@@ -85,26 +84,24 @@ struct Solves {
 }
 
 impl Solves {
-    fn one(&mut self, report: &mut Report<'_>, calibrator: &mut Calibrator<f32>) -> fmt::Result {
-        let mut solver = Err(Refusal::Unfinished);
-        let mut total = report.count(|| solver = black_box(RobotSolver::new(calibrator)))?;
+    fn one(&mut self, report: &mut Report<'_>, calibrator: &mut IkmCalibrator<f32>) -> fmt::Result {
+        let mut begun = Err(Refusal::Unfinished);
+        let mut total = report.count(|| begun = black_box(&mut *calibrator).solve())?;
+        begun.map_err(|_| fmt::Error)?;
         let mut longest = total;
-        let mut solver = solver.map_err(|_| fmt::Error)?;
-        loop {
-            let mut progress = Ok(Progress::Working);
-            let step = report.count(|| progress = solver.step(black_box(calibrator)))?;
+        let mut progress = Progress::Working;
+        while progress == Progress::Working {
+            let step = report.count(|| progress = black_box(&mut *calibrator).step())?;
             total += step;
             longest = longest.max(step);
-            match progress {
-                Ok(Progress::Working) => {}
-                Ok(Progress::Finished) => break,
-                // A refusal would say nothing of an outcome.
-                Err(_) => return Ok(()),
-            }
         }
         total += report.count(|| {
-            let _ = black_box(solver.outcome());
+            black_box(&black_box(&*calibrator).outcome());
         })?;
+        if calibrator.outcome().is_err() {
+            // A refusal would say nothing of an outcome.
+            return Ok(());
+        }
         self.total.note(total);
         self.step.note(longest);
         Ok(())
@@ -118,12 +115,12 @@ impl Solves {
         samples: &[Sample<f32>],
         further: &[Sample<f32>],
     ) -> fmt::Result {
-        let mut calibrator = Calibrator::new(&nominal(), settings);
+        let mut calibrator = IkmCalibrator::new(&nominal(), settings);
         for sample in samples {
             calibrator.add(sample).map_err(|_| fmt::Error)?;
         }
         for sample in further.iter().take(MORE) {
-            let mut now = calibrator;
+            let mut now = calibrator.clone();
             self.one(report, &mut now)?;
             calibrator.add(sample).map_err(|_| fmt::Error)?;
         }
@@ -163,13 +160,6 @@ fn solves(report: &mut Report<'_>) -> fmt::Result {
 
 #[inline(never)]
 fn stack(report: &mut Report<'_>) -> fmt::Result {
-    let deepest = deepest!(
-        CASES,
-        Calibrator,
-        RobotSolver,
-        |solver: &mut RobotSolver<f32>, calibrator| solver.step(calibrator)
-            == Ok(Progress::Working),
-        |solver: &RobotSolver<f32>, _| solver.outcome()
-    );
+    let deepest = deepest::<Ikm>(CASES);
     report.figure(format_args!("stack"), deepest)
 }

@@ -3,11 +3,9 @@
 use crate::report::{Counts, Report, deepest, measured, stated};
 use core::fmt;
 use core::hint::black_box;
-use core::mem::MaybeUninit;
-use delta_cal::calibration::{JointCalibrator, JointSolver, Start};
+use delta_cal::calibration::{Joint, JointCalibrator, Start};
 use delta_cal::{Progress, Refusal};
-use delta_cal_target_tests::cases::Case;
-use delta_cal_target_tests::{nominal, stack_of};
+use delta_cal_target_tests::nominal;
 
 const ROBOTS: u64 = 4;
 /// Cases over which the stack is measured.
@@ -30,14 +28,13 @@ impl Solves {
         calibrator: &mut JointCalibrator<f32>,
     ) -> fmt::Result {
         let flush = report.count(|| black_box(&mut *calibrator).flush())?;
-        let mut solver = Err(Refusal::Unfinished);
-        let begin = report.count(|| solver = JointSolver::new(black_box(calibrator)))?;
-        black_box(&mut solver);
-        let mut solver = solver.map_err(|_| fmt::Error)?;
+        let mut begun = Err(Refusal::Unfinished);
+        let begin = report.count(|| begun = black_box(&mut *calibrator).solve())?;
+        begun.map_err(|_| fmt::Error)?;
         let (mut total, mut longest) = (flush + begin, 0);
         loop {
             let mut progress = Progress::Working;
-            let step = report.count(|| progress = solver.step(black_box(calibrator)))?;
+            let step = report.count(|| progress = black_box(&mut *calibrator).step())?;
             total += step;
             longest = longest.max(step);
             if progress == Progress::Finished {
@@ -46,9 +43,9 @@ impl Solves {
         }
         // Not stored within the count: whether that copies the outcome once more, the compiler decides anew each time.
         let end = report.count(|| {
-            black_box(&solver.outcome(black_box(calibrator)));
+            black_box(&black_box(&*calibrator).outcome());
         })?;
-        if solver.outcome(calibrator).is_ok() {
+        if calibrator.outcome().is_ok() {
             self.total.note(total + end);
             self.flush.note(flush);
             self.begin.note(begin);
@@ -81,7 +78,7 @@ fn solves(report: &mut Report<'_>) -> fmt::Result {
                     let _ = black_box(calibrator.add(black_box(sample)));
                 })?);
                 if (20..=22).contains(&(index + 1)) {
-                    let mut now = calibrator;
+                    let mut now = calibrator.clone();
                     at_20.one(report, &mut now)?;
                 }
             }
@@ -109,12 +106,6 @@ fn solves(report: &mut Report<'_>) -> fmt::Result {
 
 #[inline(never)]
 fn stack(report: &mut Report<'_>) -> fmt::Result {
-    let deepest = deepest!(
-        CASES,
-        JointCalibrator,
-        JointSolver,
-        |solver: &mut JointSolver<f32>, calibrator| solver.step(calibrator) == Progress::Working,
-        |solver: &JointSolver<f32>, calibrator| solver.outcome(calibrator)
-    );
+    let deepest = deepest::<Joint>(CASES);
     report.figure(format_args!("joint-stack"), deepest)
 }

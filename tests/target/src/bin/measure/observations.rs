@@ -4,15 +4,15 @@ use crate::report::{Report, measured};
 use core::fmt;
 use core::hint::black_box;
 use delta_cal::observations::{
-    Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationRow,
-    ObservationSolver, Plane, Point, PositionFrame,
+    Distance, DistanceFrom, FkmCalibrator, Height, Instruments, Observation, ObservationNoise,
+    Plane, Point, PositionFrame,
 };
-use delta_cal::{Sample, Settings};
+use delta_cal::{Progress, Sample, Settings};
 use delta_cal_target_tests::{noise, nominal, stack_of, tolerance};
 
 const ROWS: usize = 40;
 
-type Solver = ObservationSolver<f32, 36, 37, 703>;
+type Calibrator = FkmCalibrator<f32, ROWS, 36, 37, 703>;
 
 /// By turns a height, two coordinates, and a distance.
 fn observation(index: usize, sample: &Sample<f32>) -> Observation<f32> {
@@ -45,52 +45,52 @@ pub(crate) fn measure(report: &mut Report<'_>) -> fmt::Result {
         transmission: None,
     };
     let settings = Settings::default().with_tolerance(tolerance());
-    let mut rows = [ObservationRow::new(Observation::at([0.0; 3])); ROWS];
+    let empty = Calibrator::new(&robot, &instruments, &settings).map_err(|_| fmt::Error)?;
+    let mut calibrator = empty.clone();
     let mut taken_in = 0;
-    for (index, (sample, place)) in measured::<ROWS>(3).iter().zip(&mut rows).enumerate() {
+    for (index, sample) in measured::<ROWS>(3).iter().enumerate() {
         let observation = observation(index, sample);
-        let mut row = None;
-        taken_in += report.count(|| {
-            row = ObservationRow::checked(black_box(observation), &robot, &instruments).ok();
-        })?;
-        *place = row.ok_or(fmt::Error)?;
+        let mut taken = Ok(());
+        taken_in += report.count(|| taken = calibrator.add(black_box(&observation)))?;
+        taken.map_err(|_| fmt::Error)?;
     }
     report.instructions(format_args!("observations-row"), taken_in / 40)?;
 
-    let mut solver = Solver::new();
-    let (mut steps, mut total, mut longest) = (0, 0, 0);
-    let mut first = None;
-    let again = rows;
-    let last = loop {
-        let mut result = None;
-        let step = report.count(|| {
-            result = solver.step(&robot, &instruments, &mut rows, black_box(&settings));
-        })?;
+    let mut again = calibrator.clone();
+    let (mut steps, mut longest) = (1, 0);
+    let mut first = report.count(|| {
+        let _ = black_box(calibrator.solve());
+    })?;
+    let mut total = first;
+    let mut progress = Progress::Working;
+    while progress == Progress::Working {
+        let step = report.count(|| progress = black_box(&mut calibrator).step())?;
         total += step;
-        steps += 1;
-        match result {
-            Some(Ok(_)) => break step,
-            Some(Err(_)) => return Err(fmt::Error),
-            None if first.is_none() => first = Some(step),
-            None => longest = longest.max(step),
+        if steps == 1 {
+            first += step;
+        } else {
+            longest = longest.max(step);
         }
-    };
-    report.instructions(format_args!("observations"), total)?;
+        steps += 1;
+    }
+    let last = report.count(|| {
+        black_box(&calibrator.outcome());
+    })?;
+    calibrator.outcome().map_err(|_| fmt::Error)?;
+    report.instructions(format_args!("observations"), total + last)?;
     report.instructions(format_args!("observations-steps"), steps)?;
-    report.instructions(format_args!("observations-begin"), first.unwrap_or(0))?;
+    report.instructions(format_args!("observations-begin"), first)?;
     report.instructions(format_args!("observations-step"), longest)?;
     report.instructions(format_args!("observations-end"), last)?;
-    report.figure(format_args!("observations-solver"), size_of::<Solver>())?;
+    report.figure(
+        format_args!("observations-calibrator"),
+        size_of::<Calibrator>(),
+    )?;
 
-    let mut rows = again;
-    let mut solver = Solver::new();
-    let (mut stack, mut done) = (0, false);
-    while !done {
-        let used = stack_of(&mut || {
-            let result = solver.step(&robot, &instruments, &mut rows, &settings);
-            done = black_box(&result).is_some();
-        });
-        stack = stack.max(used);
-    }
+    let stack = stack_of(&mut || {
+        let _ = black_box(again.solve());
+        while again.step() == Progress::Working {}
+        black_box(&again.outcome());
+    });
     report.figure(format_args!("observations-stack"), stack)
 }

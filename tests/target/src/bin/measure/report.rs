@@ -2,7 +2,10 @@
 
 use core::fmt::{self, Arguments, Write};
 use core::hint::black_box;
-use delta_cal::{Sample, Settings};
+use core::mem::MaybeUninit;
+use delta_cal::calibration::{Calibrator, Estimator};
+use delta_cal::{Progress, Refusal, Sample, Settings};
+use delta_cal_target_tests::cases::Case;
 use delta_cal_target_tests::{
     Counter, measurements_of, noise, nominal, robot_near, stack_of, tolerance,
 };
@@ -89,47 +92,33 @@ pub(crate) fn measured<const N: usize>(seed: u64) -> [Sample<f32>; N] {
     measurements_of(&truth, Some(&noise()), &mut rng)
 }
 
-/// The deepest call, over so many random calibrations of every kind; calibrator, solver and outcome stand where firmware
-/// keeps them, not on the stack of whoever calls.
-macro_rules! deepest {
-    ($cases:expr, $calibrator:ident, $solver:ident, $step:expr, $outcome:expr) => {{
-        type Calibrated = $calibrator<f32>;
-        type Solving = Result<$solver<f32>, Refusal>;
-
-        #[inline(never)]
-        fn deepest(
-            place: &mut MaybeUninit<Calibrated>,
-            solver: &mut MaybeUninit<Solving>,
-            case: &Case<f32>,
-        ) -> usize {
-            let new = || Calibrated::new(black_box(&case.nominal), black_box(&case.settings));
-            let create = stack_of(&mut || {
-                black_box(place.write(new()));
-            });
-            // Exists already; the same again, for a reference.
-            let calibrator = place.write(new());
-            let add = stack_of(&mut || {
-                for sample in &case.samples {
-                    let _ = black_box(calibrator.add(black_box(sample)));
-                }
-            });
-            let begin = stack_of(&mut || {
-                let _ = black_box(solver.write($solver::new(calibrator)));
-            });
-            let Ok(solver) = solver.write($solver::new(calibrator)) else {
-                return create.max(add).max(begin);
-            };
-            let step = stack_of(&mut || while $step(&mut *solver, &*calibrator) {});
-            let mut outcome = MaybeUninit::uninit();
-            let end = stack_of(&mut || {
-                let _ = black_box(outcome.write($outcome(&*solver, &*calibrator)));
-            });
-            create.max(add).max(begin).max(step).max(end)
-        }
-        let mut place = MaybeUninit::uninit();
-        let mut solver = MaybeUninit::uninit();
-        let deepest = (0..$cases).map(|seed| deepest(&mut place, &mut solver, &Case::draw(seed)));
-        deepest.max().unwrap_or(0)
-    }};
+/// The deepest stack over so many cases of a calibrator's calls: made, filled, solved, judged.
+pub(crate) fn deepest<E: Estimator>(cases: u64) -> usize {
+    #[inline(never)]
+    fn of<E: Estimator>(
+        place: &mut MaybeUninit<Calibrator<f32, E>>,
+        outcome: &mut MaybeUninit<Result<E::Outcome<f32>, Refusal>>,
+        case: &Case<f32>,
+    ) -> usize {
+        let new = || Calibrator::new(black_box(&case.nominal), black_box(&case.settings));
+        let create = stack_of(&mut || {
+            black_box(place.write(new()));
+        });
+        // Exists already; the same again, for a reference.
+        let calibrator = place.write(new());
+        let solve = stack_of(&mut || {
+            for sample in &case.samples {
+                let _ = black_box(calibrator.add(black_box(sample)));
+            }
+            let _ = black_box(calibrator.solve());
+            while calibrator.step() == Progress::Working {}
+        });
+        let end = stack_of(&mut || {
+            black_box(outcome.write(calibrator.outcome()));
+        });
+        create.max(solve).max(end)
+    }
+    let (mut place, mut outcome) = (MaybeUninit::uninit(), MaybeUninit::uninit());
+    let deepest = (0..cases).map(|seed| of::<E>(&mut place, &mut outcome, &Case::draw(seed)));
+    deepest.max().unwrap_or(0)
 }
-pub(crate) use deepest;

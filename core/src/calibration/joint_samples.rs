@@ -1,4 +1,8 @@
-use super::calibrator::workspace_centre;
+//! What is kept of the samples for all arms together, and how that is solved.
+
+use super::arm_samples::{ArmSamples, workspace_centre};
+use super::calibrator::parts::{Parts, Samples, Solver};
+use super::calibrator::{Calibrator, Joint};
 use super::minimizer::{Minimizer, Progress, enough_samples};
 use super::outcome::JointOutcome;
 use super::refusal::Refusal;
@@ -7,43 +11,15 @@ use super::tolerance_prior::TolerancePrior;
 use crate::Real;
 use crate::robot::{ArmIndex, Robot};
 use crate::samples::{
-    JointDisplacement, JointFactor, LeftOver, MergeError, NominalArm, Sample, SampleError,
-    WhitenedSample,
+    BLOCK, Forgetting, JointDisplacement, JointFactor, LeftOver, MergeError, NominalArm, Sample,
+    SampleError, WhitenedSample,
 };
-use crate::snapshot::state;
+use crate::state::state;
 
-/// Calibration of all 24 parameters together, in constant memory and at the Cramér–Rao bound: the
-/// errors of the three closures of a sample share the noise of its position, and
-/// one factor weighs them by their whole covariance.
-///
-/// [`Calibrator`](super::Calibrator), which takes the arms for independent, costs a third of this and
-/// its errors are 1.05 to 1.9 times as large, depending on the robot's proportions.
-///
-/// Samples added one by one go in by pairs, half of the work at the second sample of a pair and half at
-/// the next, so that every call of [`add`](Self::add) is short.
-///
-/// ```
-/// use delta_cal::{ArmIndex, Noise, Parameter, Sample, Settings, SymmetricRobot};
-/// use delta_cal::calibration::JointCalibrator;
-/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
-/// let nominal = SymmetricRobot { base_radius: 200.0, platform_radius: 45.0, upper_arm: 235.0, forearm: 800.0 };
-/// let truth = SymmetricRobot { upper_arm: 235.7, forearm: 799.1, ..nominal }.robot()?;
-///
-/// let settings = Settings::default().with_noise(Noise::new(0.02, 0.0)?);
-/// let mut calibrator = JointCalibrator::new(&nominal.robot()?, &settings);
-/// for k in 0..20 {
-///     let t = f64::from(k);
-///     let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
-///     calibrator.add(&Sample { joints, position: truth.forward(&joints)? })?;
-/// }
-/// let outcome = calibrator.solve()?;
-/// assert!((outcome.robot.arms()[2].lb() - 799.1).abs() < 1e-6);
-/// assert!(outcome.standard_deviation(ArmIndex::Third, Parameter::Lb).is_some_and(|sigma| sigma < 1.0));
-/// # Ok(())
-/// # }
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JointCalibrator<T: Real> {
+/// One factor weighs the closures of all arms by their whole covariance. Samples added one by one go in by pairs, half
+/// of the work at the second sample of a pair and half at the next, so that every call of [`add`](Samples::add) is short.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointSamples<T: Real> {
     settings: Settings<T>,
     factor: JointFactor<T>,
     /// A pair and the sample after it, whitened as they came; the first `count` are there.
@@ -55,7 +31,7 @@ pub struct JointCalibrator<T: Real> {
 }
 
 state!(
-    JointCalibrator<T>:
+    JointSamples<T>:
     factor: JointFactor<T>,
     waiting: [WhitenedSample<T>; 3],
     count: usize,
@@ -63,26 +39,12 @@ state!(
     left: LeftOver<T, 2>,
 );
 
-impl<T: Real> JointCalibrator<T> {
-    /// Without samples; `robot` is the robot before calibration, the nominal of the tolerance and
-    /// the start of the iteration.
-    #[inline(never)]
-    pub fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self {
-        Self::of_factor(
-            JointFactor::new(robot, &workspace_centre(robot), settings.noise),
-            settings,
-        )
-    }
-
-    /// With samples that are in a factor. Its noise is that of the calibration, whatever the settings
-    /// say.
-    pub(crate) fn of_factor(factor: JointFactor<T>, settings: &Settings<T>) -> Self {
+impl<T: Real> Samples<T> for JointSamples<T> {
+    #[inline]
+    fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self {
         Self {
-            settings: Settings {
-                noise: factor.noise().copied(),
-                ..*settings
-            },
-            factor,
+            settings: *settings,
+            factor: JointFactor::new(robot, &workspace_centre(robot), settings.noise),
             waiting: [WhitenedSample::vacant(); 3],
             count: 0,
             begun: false,
@@ -90,17 +52,17 @@ impl<T: Real> JointCalibrator<T> {
         }
     }
 
-    /// Takes in one sample.
-    ///
-    /// # Errors
-    /// A faulty number; nothing is taken in.
-    pub fn add(&mut self, sample: &Sample<T>) -> Result<(), SampleError> {
-        self.check(sample)?;
-        self.push(sample);
-        Ok(())
+    fn reset(&mut self) {
+        self.factor.clear();
+        self.count = 0;
+        self.begun = false;
     }
 
-    pub(crate) fn push(&mut self, sample: &Sample<T>) {
+    fn check(&self, sample: &Sample<T>) -> Result<(), SampleError> {
+        self.factor.check(sample)
+    }
+
+    fn push(&mut self, sample: &Sample<T>) {
         if let Some(place) = self.waiting.get_mut(self.count) {
             *place = self.factor.prepare(sample);
             self.count += 1;
@@ -114,18 +76,65 @@ impl<T: Real> JointCalibrator<T> {
         }
     }
 
+    fn push_forgetting(&mut self, sample: &Sample<T>, forgetting: &Forgetting<T>) {
+        let recent = self.factor.recent();
+        // Samples that a solve did not leave waiting are to be forgotten too.
+        if self.begins_next() || (recent >= BLOCK as u64 && !self.begun) {
+            self.factor.forget(forgetting.after(recent));
+        }
+        self.push(sample);
+    }
+
+    fn take_in(&mut self, samples: &[Sample<T>]) {
+        self.factor.absorb_many(samples);
+    }
+
+    fn flush(&mut self) {
+        if self.begun {
+            self.finish_pair();
+        }
+        let [first, ..] = &self.waiting;
+        if self.count > 0 {
+            self.factor.absorb_one(first);
+            self.count = 0;
+        }
+    }
+
+    fn merge(&mut self, other: &Self) -> Result<(), MergeError> {
+        let mut other = other.clone();
+        other.flush();
+        self.factor.merge(&other.factor)
+    }
+
+    fn forget(&mut self, lambda: T) {
+        self.factor.forget(lambda);
+    }
+
+    fn count(&self) -> u64 {
+        self.factor.samples() + self.count as u64
+    }
+
+    fn robot(&self) -> Robot<T> {
+        Robot::of_valid(Samples::nominal_arms(self).map(|nominal| *nominal.arm()))
+    }
+
+    fn settings(&self) -> &Settings<T> {
+        &self.settings
+    }
+
+    fn nominal_arms(&self) -> [&NominalArm<T>; 3] {
+        self.factor.nominal_arms().each_ref()
+    }
+}
+
+impl<T: Real> JointSamples<T> {
     /// Whether a pair waits of which nothing is in the factor.
-    fn completes_pair(&self) -> bool {
+    const fn completes_pair(&self) -> bool {
         self.count == 2
     }
 
-    /// Whether a part of a pair is in the factor.
-    pub(crate) const fn has_begun(&self) -> bool {
-        self.begun
-    }
-
     /// Whether the next sample begins a pair's way into the factor.
-    pub(crate) const fn begins_next(&self) -> bool {
+    const fn begins_next(&self) -> bool {
         !self.begun && self.count == 1
     }
 
@@ -139,116 +148,22 @@ impl<T: Real> JointCalibrator<T> {
         self.count = self.count.saturating_sub(2);
     }
 
-    /// Whether [`add`](Self::add) would take the sample.
-    ///
-    /// # Errors
-    /// As [`add`](Self::add).
-    pub fn check(&self, sample: &Sample<T>) -> Result<(), SampleError> {
-        self.factor.check(sample)
-    }
-
-    /// Takes the waiting samples into the factor. Everything that needs them does so itself, but for
-    /// [`sum_of_squares`](Self::sum_of_squares), which only looks.
-    pub fn flush(&mut self) {
-        if self.begun {
-            self.finish_pair();
-        }
-        let [first, ..] = &self.waiting;
-        if self.count > 0 {
-            self.factor.absorb_one(first);
-            self.count = 0;
-        }
-    }
-
-    /// Takes in many samples; cheaper than one by one.
-    ///
-    /// # Errors
-    /// The first faulty sample's position in the sequence, and its fault; nothing is taken in.
-    pub fn add_many(&mut self, samples: &[Sample<T>]) -> Result<(), (usize, SampleError)> {
-        self.flush();
-        self.factor.add_many(samples)
-    }
-
-    /// Adds everything that another calibrator of the same robot and noise has seen.
-    ///
-    /// # Errors
-    /// [`MergeError::DifferentNominal`]; nothing is merged.
-    pub fn merge(&mut self, other: &Self) -> Result<(), MergeError> {
-        self.flush();
-        let mut other = *other;
-        other.flush();
-        self.factor.merge(&other.factor)
-    }
-
-    /// Lets everything seen so far count λ times as much; see [`Calibrator::forget`](super::Calibrator::forget).
-    pub fn forget(&mut self, lambda: T) {
-        self.flush();
-        self.factor.forget(lambda);
-    }
-
-    /// The robot before calibration.
-    pub fn robot(&self) -> Robot<T> {
-        Robot::of_valid(
-            self.factor
-                .nominal_arms()
-                .each_ref()
-                .map(|nominal| *nominal.arm()),
-        )
-    }
-
-    /// What the calibration assumes.
-    pub const fn settings(&self) -> &Settings<T> {
-        &self.settings
-    }
-
-    /// Σ r² of any robot over the samples, r their whitened residuals; without a stated noise in units of
-    /// the robot's size squared. Those that still wait for [`flush`](Self::flush) are not among them.
-    pub fn sum_of_squares(&self, robot: &Robot<T>) -> T {
-        self.factor.sum_of_squares(robot)
-    }
-
-    /// The samples; those that still wait for [`flush`](Self::flush) are not among them.
+    /// The samples that do not wait any more.
     pub(crate) const fn factor(&self) -> &JointFactor<T> {
         &self.factor
     }
+}
 
-    pub(crate) const fn factor_mut(&mut self) -> &mut JointFactor<T> {
-        &mut self.factor
-    }
-
-    /// Samples taken in.
-    pub fn samples(&self) -> u64 {
-        self.factor.samples() + self.count as u64
+impl<T: Real> Calibrator<T, Joint> {
+    /// Σ r² of any robot over the samples, r their whitened residuals; without a stated noise in units of
+    /// the robot's size squared. Those that still wait for [`flush`](Self::flush) are not among them.
+    pub fn sum_of_squares(&self, robot: &Robot<T>) -> T {
+        self.samples.factor.sum_of_squares(robot)
     }
 }
 
-impl<T: Real> JointCalibrator<T> {
-    /// Calibrates the robot.
-    ///
-    /// # Errors
-    /// A [`Refusal`]; the robot keeps its parameters.
-    pub fn solve(&mut self) -> Result<JointOutcome<T>, Refusal> {
-        let mut solver = JointSolver::new(self)?;
-        while solver.step(self) == Progress::Working {}
-        solver.outcome(self)
-    }
-}
-
-/// Calibrates a robot's 24 parameters together, one bounded step at a time, so that a control loop can
-/// interleave it: 24 parameters are linearised in nine steps, and their covariance takes three.
-///
-/// ```
-/// use delta_cal::{Progress, Refusal, Settings, SymmetricRobot};
-/// use delta_cal::calibration::{JointCalibrator, JointSolver};
-/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
-/// let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }
-///     .robot()?;
-/// let mut calibrator = JointCalibrator::new(&robot, &Settings::default());
-/// assert!(matches!(JointSolver::new(&mut calibrator), Err(Refusal::TooFewSamples { needed: 8, .. })));
-/// # Ok(())
-/// # }
-/// ```
-#[derive(Debug, Clone, Copy)]
+/// Solves for all 24 parameters together: they are linearised in nine steps, and their covariance takes three.
+#[derive(Debug, Clone)]
 pub struct JointSolver<T: Real> {
     /// `None` before the first step, which begins in place: a copy of it costs as much as a step.
     minimizer: Option<JointMinimizer<T>>,
@@ -256,54 +171,69 @@ pub struct JointSolver<T: Real> {
 
 type JointMinimizer<T> = Minimizer<T, JointDisplacement<T>, TolerancePrior<T, 24>, 24, 25, 325>;
 
+impl<T: Real> Solver<T, JointSamples<T>> for JointSolver<T> {
+    fn vacant() -> Self {
+        Self { minimizer: None }
+    }
+
+    fn begin(&mut self, samples: &JointSamples<T>) -> Result<(), Refusal> {
+        self.minimizer = None;
+        enough_samples(samples.factor(), ArmIndex::First, &samples.settings)
+    }
+
+    fn step(&mut self, samples: &JointSamples<T>) -> Result<Progress, Refusal> {
+        Ok(match &mut self.minimizer {
+            Some(minimizer) => minimizer.step(&samples.factor),
+            None => {
+                self.start(samples);
+                Progress::Working
+            }
+        })
+    }
+}
+
 impl<T: Real> JointSolver<T> {
-    /// Takes in the samples that wait. A control loop with little time for each step calls
-    /// [`JointCalibrator::flush`] in the step before: there is nothing left to take in then.
-    ///
-    /// # Errors
-    /// [`Refusal::TooFewSamples`].
-    pub fn new(calibrator: &mut JointCalibrator<T>) -> Result<Self, Refusal> {
-        calibrator.flush();
-        enough_samples(calibrator.factor(), ArmIndex::First, calibrator.settings())?;
-        Ok(Self { minimizer: None })
-    }
-
-    /// One step, on the samples that were there at the start and any that were taken in since. Does
-    /// nothing once finished.
-    pub fn step(&mut self, calibrator: &JointCalibrator<T>) -> Progress {
-        let Some(minimizer) = &mut self.minimizer else {
-            self.begin(calibrator);
-            return Progress::Working;
-        };
-        minimizer.step(calibrator.factor())
-    }
-
     #[inline(never)]
-    fn begin(&mut self, calibrator: &JointCalibrator<T>) {
-        let (factor, settings) = (calibrator.factor(), calibrator.settings());
+    fn start(&mut self, samples: &JointSamples<T>) {
+        let (factor, settings) = (&samples.factor, &samples.settings);
         let prior = tolerance_prior(factor, settings);
         self.minimizer
             .insert(Minimizer::unstarted(ArmIndex::First, prior, settings))
             .begin(factor);
     }
+}
 
-    /// Linearisations so far, all starts together.
-    pub fn iterations(&self) -> u16 {
-        self.minimizer.as_ref().map_or(0, Minimizer::iterations)
-    }
+impl Parts for Joint {
+    const NUMBER: u8 = 2;
+    type Samples<T: Real> = JointSamples<T>;
+    type Solver<T: Real> = JointSolver<T>;
+    type Beside<T: Real> = ArmSamples<T>;
 
-    /// The calibrated robot, or why there is none.
-    ///
-    /// # Errors
-    /// Every [`Refusal`]; [`Refusal::Unfinished`] before the last step.
-    pub fn outcome(&self, calibrator: &JointCalibrator<T>) -> Result<JointOutcome<T>, Refusal> {
-        let minimizer = self.minimizer.as_ref().ok_or(Refusal::Unfinished)?;
-        let factor = calibrator.factor();
+    fn outcome<T: Real>(
+        solver: &JointSolver<T>,
+        samples: &JointSamples<T>,
+    ) -> Result<JointOutcome<T>, Refusal> {
+        let minimizer = solver.minimizer.as_ref().ok_or(Refusal::Unfinished)?;
         // Not moved out of its place: a copy costs thousands of instructions.
-        match &minimizer.estimate(factor) {
-            Ok(estimate) => JointOutcome::new(factor, estimate),
+        match &minimizer.estimate(&samples.factor) {
+            Ok(estimate) => JointOutcome::new(&samples.factor, estimate),
             Err(refusal) => Err(*refusal),
         }
+    }
+
+    fn beside<T: Real>(robot: &Robot<T>, settings: &Settings<T>) -> ArmSamples<T> {
+        ArmSamples::new(robot, settings)
+    }
+
+    fn arms<'a, T: Real>(_: &'a JointSamples<T>, beside: &'a ArmSamples<T>) -> &'a ArmSamples<T> {
+        beside
+    }
+
+    fn arms_mut<'a, T: Real>(
+        samples: &'a mut JointSamples<T>,
+        beside: &'a mut ArmSamples<T>,
+    ) -> (&'a mut ArmSamples<T>, Option<&'a mut JointSamples<T>>) {
+        (beside, Some(samples))
     }
 }
 
@@ -325,8 +255,7 @@ pub(crate) fn tolerance_prior<T: Real>(
 mod tests {
     #![allow(clippy::cast_precision_loss, clippy::float_cmp, clippy::unwrap_used)]
 
-    use super::JointCalibrator;
-    use crate::calibration::{JointSolver, Progress, Refusal, Settings, Start, Tolerance};
+    use crate::calibration::{JointCalibrator, Progress, Refusal, Settings, Start, Tolerance};
     use crate::robot::{ArmIndex, Parameter, Robot};
     use crate::samples::joint_factor_tests::{changed, robot, samples};
     use crate::samples::{Noise, Sample};
@@ -340,7 +269,7 @@ mod tests {
     /// Parameters to 1e-9 of a millimetre and a radian: noisy samples determine them to some hundredths.
     fn assert_same(a: &mut JointCalibrator<f64>, b: &mut JointCalibrator<f64>) {
         assert_eq!(a.samples(), b.samples());
-        match (a.solve(), b.solve()) {
+        match (a.calibrate(), b.calibrate()) {
             (Ok(a), Ok(b)) => {
                 let (a, b) = (a.robot.parameters(), b.robot.parameters());
                 for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
@@ -363,7 +292,7 @@ mod tests {
             while taken < count {
                 match rng.next_u32() % 8 {
                     0 => calibrator.flush(),
-                    1 => drop(calibrator.solve()),
+                    1 => drop(calibrator.calibrate()),
                     2 => {
                         let some = (rng.next_u32() % 6) as usize;
                         let next = (taken + some).min(count);
@@ -379,7 +308,7 @@ mod tests {
                         calibrator.merge(&other).unwrap();
                         taken = next;
                     }
-                    4 => calibrator.forget(1.0),
+                    4 => calibrator.forget(1.0).unwrap(),
                     _ => {
                         calibrator.add(&measured[taken]).unwrap();
                         taken += 1;
@@ -400,16 +329,16 @@ mod tests {
         let mut calibrator = JointCalibrator::new(&robot(), &settings());
         for (index, (sample, in_factor)) in measured.iter().zip([0, 0, 2, 2, 4, 4, 6]).enumerate() {
             // The pair begins its way with its second sample, and until it is in, none begins.
-            assert_eq!(calibrator.begins_next(), index % 2 == 1, "{index}");
+            assert_eq!(calibrator.samples.begins_next(), index % 2 == 1, "{index}");
             calibrator.add(sample).unwrap();
-            assert_eq!(calibrator.factor().samples(), in_factor);
+            assert_eq!(calibrator.samples.factor().samples(), in_factor);
             assert_eq!(calibrator.samples(), index as u64 + 1);
         }
         calibrator.flush();
-        assert_eq!(calibrator.factor().samples(), 7);
-        let before = calibrator;
+        assert_eq!(calibrator.samples.factor().samples(), 7);
+        let before = calibrator.samples.clone();
         calibrator.flush();
-        assert_eq!(calibrator, before);
+        assert_eq!(calibrator.samples, before);
     }
 
     #[test]
@@ -420,8 +349,8 @@ mod tests {
             for sample in &measured[..count] {
                 calibrator.add(sample).unwrap();
             }
-            calibrator.forget(0.5);
-            let effective = calibrator.factor().effective_samples();
+            calibrator.forget(0.5).unwrap();
+            let effective = calibrator.samples.factor().effective_samples();
             assert!((effective - 0.5 * count as f64).abs() < 1e-12);
         }
     }
@@ -431,12 +360,12 @@ mod tests {
         let measured = samples::<5>(&changed(1), 24);
         let mut calibrator = JointCalibrator::new(&robot(), &settings());
         for sample in &measured {
-            let before = calibrator;
+            let before = calibrator.samples.clone();
             let mut wrong = *sample;
             wrong.position.x = f64::NAN;
             assert!(calibrator.add(&wrong).is_err());
             assert!(calibrator.check(&wrong).is_err());
-            assert_eq!(calibrator, before);
+            assert_eq!(calibrator.samples, before);
             calibrator.add(sample).unwrap();
         }
         let other = JointCalibrator::new(&changed(2), &settings());
@@ -452,7 +381,7 @@ mod tests {
             let limited = settings().with_start(start).with_iteration_limit(1);
             let mut calibrator = JointCalibrator::new(&robot(), &limited);
             calibrator.add_many(&measured).unwrap();
-            let refusal = calibrator.solve().unwrap_err();
+            let refusal = calibrator.calibrate().unwrap_err();
             assert!(
                 matches!(refusal, Refusal::NotConverged { iterations, .. } if iterations == expected),
                 "{refusal:?}"
@@ -476,7 +405,7 @@ mod tests {
                 let limited = settings().with_iteration_limit(limit);
                 let mut calibrator = JointCalibrator::new(&robot(), &limited);
                 calibrator.add_many(&measured).unwrap();
-                let refusal = calibrator.solve().unwrap_err();
+                let refusal = calibrator.calibrate().unwrap_err();
                 // The columns of a joint that stands still depend on each other but for rounding.
                 assert!(
                     matches!(refusal, Refusal::Undetermined { arm: named, condition, .. }
@@ -496,17 +425,17 @@ mod tests {
         for sample in &measured {
             calibrator.add(sample).unwrap();
         }
-        let mut solver = JointSolver::new(&mut calibrator).unwrap();
+        let mut at_once = calibrator.clone();
+        calibrator.solve().unwrap();
         let mut steps = 0;
-        while solver.step(&calibrator) == Progress::Working {
-            assert_eq!(solver.outcome(&calibrator), Err(Refusal::Unfinished));
+        while calibrator.step() == Progress::Working {
+            assert_eq!(calibrator.outcome(), Err(Refusal::Unfinished));
             steps += 1;
         }
         assert!((14..200).contains(&steps), "{steps}");
-        let outcome = solver.outcome(&calibrator).unwrap();
-        assert_eq!(solver.iterations(), outcome.estimate.iterations);
-        assert_eq!(solver.step(&calibrator), Progress::Finished);
-        assert_eq!(calibrator.solve(), Ok(outcome));
+        let outcome = calibrator.outcome().unwrap();
+        assert_eq!(calibrator.step(), Progress::Finished);
+        assert_eq!(at_once.calibrate(), Ok(outcome));
         assert_eq!(outcome.estimate.samples, 25);
     }
 
@@ -517,7 +446,7 @@ mod tests {
         let stated = settings().with_tolerance(Tolerance::new(0.5, 0.003).unwrap());
         let mut calibrator = JointCalibrator::new(&robot(), &stated);
         calibrator.add_many(&measured).unwrap();
-        let outcome = calibrator.solve().unwrap();
+        let outcome = calibrator.calibrate().unwrap();
         let whole = outcome.estimate.covariance.unwrap();
         for (number, arm) in ArmIndex::ALL.into_iter().enumerate() {
             let own = outcome.arm(arm);
@@ -537,15 +466,6 @@ mod tests {
             // Of eight parameters the samples determine those that the tolerance does not hold.
             assert!((own.degrees_of_freedom - (25.0 - (8.0 - held))).abs() < 1e-12);
         }
-    }
-
-    /// Whatever the settings say: samples that are in a factor are weighed already.
-    #[test]
-    fn the_noise_of_a_factor_is_that_of_its_calibration() {
-        let calibrator = JointCalibrator::new(&robot(), &settings());
-        let other = Settings::default().with_noise(Noise::new(0.5, 0.0).unwrap());
-        let of_factor = JointCalibrator::of_factor(*calibrator.factor(), &other);
-        assert_eq!(of_factor.settings().noise, settings().noise);
     }
 
     /// From a ten-thousandth of the robot's size, whose square is a hundred-millionth and whose fourth power is rounding:
@@ -573,7 +493,7 @@ mod tests {
         });
         let mut calibrator = JointCalibrator::new(&robot(), &settings());
         calibrator.add_many(&measured).unwrap();
-        assert_eq!(calibrator.solve().unwrap().estimate.iterations, 2);
+        assert_eq!(calibrator.calibrate().unwrap().estimate.iterations, 2);
     }
 
     /// Of three arms together it is not known whose samples contradict the noise.
@@ -584,7 +504,7 @@ mod tests {
         let mut calibrator = JointCalibrator::new(&robot(), &stated);
         calibrator.add_many(&measured).unwrap();
         assert!(matches!(
-            calibrator.solve(),
+            calibrator.calibrate(),
             Err(Refusal::ResidualContradictsNoise { arm: None, .. })
         ));
     }

@@ -1,0 +1,35 @@
+"""Kinematic calibration of Delta parallel robots.
+
+Arrays in, arrays out: millimetres and radians, a row a pose. A robot is read from its file or made from a data sheet,
+calibrated from measured positions, heights or distances, validated, and exported to its controller::
+
+    import delta_cal as dc
+
+    robot = dc.Robot.read("robot.toml")
+    result = dc.calibrate(robot, dc.read_samples("samples.csv"))
+    result.robot.write("calibrated.toml")
+
+A calibration that cannot be trusted raises :class:`Refused`; an argument that cannot be used raises ``ValueError``, whose
+message begins with its name. The results are those of the command ``delta-cal``, to the bit.
+"""
+
+from ._native import Calibration, Refused, Robot, Samples, calibrate, read_samples
+from ._tasks import Export, Imported, Plan, Validation, export, import_, plan, simulate, validate
+
+__all__ = [
+    "Calibration",
+    "Export",
+    "Imported",
+    "Plan",
+    "Refused",
+    "Robot",
+    "Samples",
+    "Validation",
+    "calibrate",
+    "export",
+    "import_",
+    "plan",
+    "read_samples",
+    "simulate",
+    "validate",
+]

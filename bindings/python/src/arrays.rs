@@ -1,0 +1,228 @@
+//! Arguments to rows of numbers, and rows to arrays.
+
+use crate::errors::value_error;
+use delta_cal::robot::Drive;
+use delta_cal_host::RobotFile;
+use delta_cal_host::files::convention::Convention;
+use nalgebra::Vector3;
+use numpy::{PyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+use rayon::iter::{IndexedParallelIterator, ParallelIterator};
+use rayon::slice::{ParallelSlice, ParallelSliceMut};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::f64::consts::TAU;
+use std::fmt::Display;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Rows that one core takes at once.
+const CHUNK: usize = 2048;
+/// Rows that a message names.
+const NAMED: usize = 5;
+
+/// Rows of three numbers.
+pub(crate) struct Rows {
+    pub(crate) rows: Vec<[f64; 3]>,
+    /// Whether one row was given, of shape (3,).
+    pub(crate) single: bool,
+}
+
+/// Numbers of any real type in the shape (n, 3) or (3,).
+pub(crate) fn rows(argument: &str, given: &Bound<'_, PyAny>) -> PyResult<Rows> {
+    let array = numbers(argument, given)?;
+    let shape = array.shape().to_vec();
+    if shape.last() != Some(&3) || shape.len() > 2 {
+        let cause = format!("shape {shape:?}; an array of shape (n, 3) is needed");
+        return Err(value_error(argument, cause));
+    }
+    let flat = array.as_slice()?;
+    let (rows, _) = flat.as_chunks::<3>();
+    Ok(Rows {
+        rows: rows.to_vec(),
+        single: shape.len() == 1,
+    })
+}
+
+/// Contiguous 64-bit numbers of any shape.
+pub(crate) fn numbers<'py>(
+    argument: &str,
+    given: &Bound<'py, PyAny>,
+) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+    let numpy = given.py().import("numpy")?;
+    let array = numpy
+        .call_method1("asarray", (given,))
+        .map_err(|error| value_error(argument, error.value(given.py())))?;
+    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+    if !["f", "i", "u"].contains(&kind.as_str()) {
+        let cause = format!(
+            "dtype {}; an array of real numbers is needed",
+            array.getattr("dtype")?
+        );
+        return Err(value_error(argument, cause));
+    }
+    let array = numpy.call_method1("ascontiguousarray", (array, "float64"))?;
+    array.extract()
+}
+
+/// An array of this shape.
+pub(crate) fn array<'py>(
+    py: Python<'py>,
+    values: Vec<f64>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyAny>> {
+    PyArray1::from_vec(py, values).call_method1("reshape", (PyTuple::new(py, shape)?,))
+}
+
+/// "row 3 holds NaN", if one holds what is no finite number.
+pub(crate) fn finite(argument: &str, rows: &[[f64; 3]]) -> PyResult<()> {
+    let faulty = rows
+        .iter()
+        .enumerate()
+        .filter(|(_, row)| !row.iter().all(|own| own.is_finite()));
+    let faulty: Vec<String> = faulty.map(|(index, _)| index.to_string()).collect();
+    let named = faulty.iter().take(NAMED).cloned().collect::<Vec<_>>();
+    let more = if faulty.len() > NAMED { ", …" } else { "" };
+    match faulty.len() {
+        0 => Ok(()),
+        1 => Err(value_error(
+            argument,
+            format!("row {} holds NaN or infinity; leave it out", named.join("")),
+        )),
+        count => Err(value_error(
+            argument,
+            format!(
+                "{count} rows hold NaN or infinity; leave them out: {}{more}",
+                named.join(", ")
+            ),
+        )),
+    }
+}
+
+/// Joint angles of more than a turn are degrees.
+pub(crate) fn radians(argument: &str, rows: &[[f64; 3]], drive: Drive) -> PyResult<()> {
+    if drive == Drive::Linear {
+        return Ok(());
+    }
+    for (index, row) in rows.iter().enumerate() {
+        if let Some(angle) = row.iter().find(|own| own.abs() > TAU) {
+            let cause = format!(
+                "row {index} holds {angle}, more than a turn; angles are radians (numpy.deg2rad converts)"
+            );
+            return Err(value_error(argument, cause));
+        }
+    }
+    Ok(())
+}
+
+/// From the directions and axes of a robot's controller to those inside, and back.
+#[derive(Clone, Copy)]
+pub(crate) struct Directions {
+    pub(crate) sense: f64,
+    pub(crate) axes: [f64; 3],
+}
+
+impl Directions {
+    pub(crate) fn of(convention: &Convention) -> Self {
+        Self {
+            sense: match convention.drive {
+                Drive::Rotary => convention.degrees(1.0).signum(),
+                Drive::Linear => 1.0,
+            },
+            axes: convention.vector(&Vector3::repeat(1.0)).into(),
+        }
+    }
+
+    pub(crate) fn joints(self, joints: &[f64; 3]) -> [f64; 3] {
+        joints.map(|own| self.sense * own)
+    }
+
+    pub(crate) fn position(self, position: &[f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|axis| self.axes[axis] * position[axis])
+    }
+}
+
+/// Whether a joint is more than a degree or a millimetre outside the limits: encoder zeros differ.
+pub(crate) fn outside(robot: &RobotFile, joints: &[f64; 3]) -> bool {
+    let margin = match robot.limits.drive() {
+        Drive::Rotary => 1f64.to_radians(),
+        Drive::Linear => 1.0,
+    };
+    let (low, high) = (robot.limits.minimum(), robot.limits.maximum());
+    joints
+        .iter()
+        .any(|own| *own < low - margin || *own > high + margin)
+}
+
+/// `WIDTH` numbers for each row, on all cores and without the interpreter's lock. A row that has none is NaN, or with
+/// `raise` an error that names it.
+pub(crate) fn each_row<const WIDTH: usize, E: Display + Send>(
+    py: Python<'_>,
+    argument: &str,
+    rows: &[[f64; 3]],
+    raise: bool,
+    compute: impl Fn(&[f64; 3]) -> Result<[f64; WIDTH], E> + Sync,
+) -> PyResult<Vec<f64>> {
+    let chunk = |(index, (into, from)): (usize, (&mut [f64], &[[f64; 3]]))| {
+        let mut first = None;
+        let (into, _) = into.as_chunks_mut::<WIDTH>();
+        for (row, (into, from)) in into.iter_mut().zip(from).enumerate() {
+            match compute(from) {
+                Ok(values) => *into = values,
+                Err(error) => {
+                    *into = [f64::NAN; WIDTH];
+                    first.get_or_insert((index * CHUNK + row, error));
+                }
+            }
+        }
+        first
+    };
+    let (values, first) = with_cores(py, rows.len() > CHUNK, || {
+        let mut values = vec![0.0; WIDTH * rows.len()];
+        let first = if rows.len() > CHUNK {
+            let pairs = values
+                .par_chunks_mut(WIDTH * CHUNK)
+                .zip(rows.par_chunks(CHUNK));
+            let faults = pairs.enumerate().filter_map(chunk);
+            faults.min_by_key(|(row, _)| *row)
+        } else {
+            chunk((0, (&mut values, rows)))
+        };
+        (values, first)
+    })?;
+    match first {
+        Some((row, error)) if raise => Err(value_error(argument, format!("row {row}: {error}"))),
+        _ => Ok(values),
+    }
+}
+
+/// Without the interpreter's lock, and if `many` on threads of this process: those of a process that forked are not
+/// there in its child.
+pub(crate) fn with_cores<T: Send>(
+    py: Python<'_>,
+    many: bool,
+    work: impl FnOnce() -> T + Send,
+) -> PyResult<T> {
+    if !many {
+        return Ok(py.detach(work));
+    }
+    let pool = cores()?;
+    Ok(py.detach(|| pool.install(work)))
+}
+
+fn cores() -> PyResult<Arc<ThreadPool>> {
+    static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+    let process = std::process::id();
+    let mut pool = POOL.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, own)) = pool.as_ref().filter(|(of, _)| *of == process) {
+        return Ok(Arc::clone(own));
+    }
+    let new = ThreadPoolBuilder::new()
+        .thread_name(|index| format!("delta-cal {index}"))
+        .build()
+        .map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+    let new = Arc::new(new);
+    // The pool of the parent process has no threads here that could be told to end.
+    std::mem::forget(pool.replace((process, Arc::clone(&new))));
+    Ok(new)
+}

@@ -1,0 +1,41 @@
+//! The extension module of the Python package `delta_cal`: the host library over NumPy arrays.
+//!
+//! ```text
+//! errors       refusals and faults as Python exceptions
+//! arrays       arguments to rows of numbers, rows to arrays; the cores
+//! robot        the class Robot: kinematics of whole arrays
+//! samples      the class Samples: files, frames and arrays as one text
+//! calibration  the class Calibration, and `calibrate`
+//! tasks        plan, validate, export, import_, simulate
+//! ```
+//!
+//! Whatever its source, a sample passes through the reader of samples files: arrays give the same bits and the same
+//! refusals as the command does with a file.
+
+#![forbid(unsafe_code)]
+// PyO3 hands over owned values and references to them as Python's calls need them.
+#![allow(clippy::needless_pass_by_value, clippy::too_many_arguments)]
+
+mod arrays;
+mod calibration;
+mod errors;
+mod robot;
+mod samples;
+mod tasks;
+
+use pyo3::prelude::*;
+
+/// The compiled part of `delta_cal`.
+#[pymodule]
+mod _native {
+    #[pymodule_export]
+    use crate::calibration::{Calibration, calibrate, calibrate_again};
+    #[pymodule_export]
+    use crate::errors::Refused;
+    #[pymodule_export]
+    use crate::robot::{Robot, robot_of_text};
+    #[pymodule_export]
+    use crate::samples::{Samples, read_samples, samples_of_bytes};
+    #[pymodule_export]
+    use crate::tasks::{export, import_, plan, simulate, validate};
+}

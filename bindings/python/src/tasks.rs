@@ -1,0 +1,376 @@
+//! What is done with a robot beside its calibration. The package wraps each in a dataclass.
+
+use crate::arrays::{Directions, array, with_cores};
+use crate::calibration::{document, frame_of, loads, now, plain};
+use crate::errors::{calibrate_error, in_python, input_error, refusal, value_error};
+use crate::robot::Robot;
+use crate::samples::{Samples, samples_of_bytes};
+use delta_cal::Parameter;
+use delta_cal::robot::Drive;
+use delta_cal_host::campaign::{self, RobotResult};
+use delta_cal_host::export::positions::Wanted;
+use delta_cal_host::export::{Case, Settings, target as target_of};
+use delta_cal_host::import::{Firmware, Stated};
+use delta_cal_host::planning::{
+    self, LEAST, MOST, Order, PlanError, PlanRequest, Region, Wishes, plan_for,
+};
+use delta_cal_host::report::{self, export as export_report, plan as plan_report, validation};
+use delta_cal_host::validation::{Request, Verdict, check_independent};
+use delta_cal_host::{Frame, InputError, InputText, Options};
+use nalgebra::Vector3;
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use std::path::PathBuf;
+
+/// Robots of a campaign between two looks at the keyboard.
+const BATCH: u64 = 2048;
+
+/// Joint angles, nominal positions, the samples file to fill in, the report for programs and for people.
+#[pyfunction]
+pub(crate) fn plan<'py>(
+    py: Python<'py>,
+    robot: &Robot,
+    count: usize,
+    measure: &str,
+    frame: &str,
+    within: Option<&str>,
+    absolute: bool,
+    order: &str,
+    accuracy: Option<f64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let wishes: Wishes = measure
+        .parse()
+        .map_err(|cause: String| value_error("measure", cause))?;
+    let region = within.map(str::parse::<Region>).transpose();
+    let region = region.map_err(|cause| value_error("within", cause))?;
+    if accuracy.is_none() && !(LEAST..=MOST).contains(&count) {
+        let cause = format!("{count}; {LEAST} to {MOST} measurements can be planned");
+        return Err(value_error("count", cause));
+    }
+    let request = PlanRequest {
+        frame: frame_of(frame)?,
+        region: region.map(|own| own.turned(&robot.file.convention)),
+        absolute,
+        order: match order {
+            "random" => Order::Random,
+            "shortest" => Order::Shortest,
+            _ => return Err(value_error("order", "\"random\" or \"shortest\" is needed")),
+        },
+        ..PlanRequest::new(&robot.file, wishes, count)
+    };
+    if request.frame == Frame::Sensor && !request.kinds.positions() {
+        let cause = "\"sensor\" is for coordinates, and measure asks for none";
+        return Err(value_error("frame", cause));
+    }
+    let found = with_cores(py, true, || match accuracy {
+        Some(accuracy) => plan_for(&request, accuracy),
+        None => planning::plan(&request),
+    })?;
+    let found = found.map_err(|error| match error {
+        PlanError::Singular | PlanError::NotDetermined { .. } | PlanError::TooAccurate { .. } => {
+            let finding = ("plan", in_python(error), in_python(error.remedy()));
+            refusal(py, &[finding])
+        }
+        _ => value_error("measure", in_python(format!("{error}\n{}", error.remedy()))),
+    })?;
+    let directions = Directions::of(&robot.file.convention);
+    let rows = &found.measurements;
+    let q = rows
+        .iter()
+        .flat_map(|own| directions.joints(&own.pose.joints));
+    let x = rows
+        .iter()
+        .flat_map(|own| directions.position(&own.pose.position.into()));
+    let json = plan_report::json(&request, &found);
+    let dict = PyDict::new(py);
+    dict.set_item("q", array(py, q.collect(), &[rows.len(), 3])?)?;
+    dict.set_item("x", array(py, x.collect(), &[rows.len(), 3])?)?;
+    dict.set_item("csv", plan_report::csv(rows, &found.setup))?;
+    dict.set_item("report", loads(py, &json)?)?;
+    dict.set_item("text", plain(&plan_report::text(&request, &found)))?;
+    Ok(dict)
+}
+
+/// Verdict, report for programs, certificate and text.
+#[pyfunction]
+pub(crate) fn validate<'py>(
+    py: Python<'py>,
+    robot: &Robot,
+    q: &Bound<'py, PyAny>,
+    x: Option<&Bound<'py, PyAny>>,
+    limit: f64,
+    frame: &str,
+) -> PyResult<Bound<'py, PyDict>> {
+    if !(limit > 0.0 && limit.is_finite()) {
+        let cause = format!("{limit}; a length above 0 mm is needed");
+        return Err(value_error("limit", cause));
+    }
+    let stored = frame == "stored";
+    let request = Request {
+        limit,
+        frame: frame_of(if stored { "sensor" } else { frame })?,
+        stored,
+    };
+    let samples = Samples::given(robot, q, x)?;
+    check_independent(&robot.source, &samples.text)
+        .map_err(|error| input_error(&error, samples.rows_of()))?;
+    let found = with_cores(py, true, || {
+        let options = Options {
+            frame: request.frame,
+            ..Options::default()
+        };
+        let readings = samples.readings(robot, options)?;
+        delta_cal_host::validation::validate(&robot.file, &readings, request)
+    })?;
+    let found = found.map_err(|error| calibrate_error(py, &error, samples.rows_of()))?;
+    let document = document(robot, &samples, now());
+    let deviations = found.rows.iter().map(|own| own.deviation_mm).collect();
+    let verdict = match found.verdict {
+        Verdict::Pass => "pass",
+        Verdict::Undecided => "undecided",
+        Verdict::Fail => "fail",
+    };
+    let dict = PyDict::new(py);
+    dict.set_item("verdict", verdict)?;
+    dict.set_item("rms", found.rms.value)?;
+    dict.set_item("interval", found.rms.interval)?;
+    dict.set_item("largest", found.largest.value)?;
+    dict.set_item("confidence", found.confidence())?;
+    dict.set_item("deviations", PyArray1::<f64>::from_vec(py, deviations))?;
+    dict.set_item(
+        "warnings",
+        found.warnings.iter().map(in_python).collect::<Vec<_>>(),
+    )?;
+    dict.set_item("report", loads(py, &validation::json(&found, &document))?)?;
+    dict.set_item("html", validation::certificate(&found, &document))?;
+    dict.set_item("text", plain(&validation::text(&found)))?;
+    Ok(dict)
+}
+
+/// The lines to paste, with and without the comment that says what is lost, and the report for programs.
+#[pyfunction]
+pub(crate) fn export<'py>(
+    py: Python<'py>,
+    robot: &Robot,
+    target: &str,
+    nominal: Option<&Robot>,
+    x: Option<&Bound<'py, PyAny>>,
+    home: Option<[f64; 3]>,
+    height: Option<f64>,
+    limit: Option<f64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let drive = robot.file.robot.drive();
+    let found = target_of(target, drive);
+    let target = found.map_err(|error| value_error("target", in_python(error)))?;
+    if let Some(nominal) = nominal
+        && nominal.file.robot.drive() != drive
+    {
+        let cause = format!("its drives are not {drive:?}, as those of robot are").to_lowercase();
+        return Err(value_error("nominal", cause));
+    }
+    let positions = x.map(|own| robot.positions(own)).transpose()?;
+    let settings = Settings {
+        home,
+        height,
+        limit,
+        ..Settings::default()
+    };
+    let found = with_cores(py, true, || {
+        let wanted = match &positions {
+            Some((rows, _)) => Wanted::of(rows.iter().map(|own| Vector3::from(*own)).collect()),
+            None => Wanted::in_workspace(&robot.file),
+        };
+        let case = Case {
+            robot: &robot.file,
+            nominal: nominal.map(|own| &own.file.robot),
+            wanted: &wanted,
+            settings,
+        };
+        case.export(target)
+    })?;
+    let found = found
+        .map_err(|error| value_error("robot", in_python(format!("{error}\n{}", error.remedy()))))?;
+    let files = export_report::Files {
+        robot: &robot.file.name,
+        nominal: nominal.map(|own| own.file.name.as_str()),
+        positions: x.map(|_| "x"),
+    };
+    let json = report::json(&export_report::Report::of(&found, &files));
+    let dict = PyDict::new(py);
+    dict.set_item("lines", &found.written.lines)?;
+    dict.set_item("text", export_report::text(&found, &files))?;
+    dict.set_item("kept", found.kept())?;
+    let warnings = found.written.warnings.iter().map(in_python);
+    dict.set_item("warnings", warnings.collect::<Vec<_>>())?;
+    dict.set_item("report", loads(py, &json)?)?;
+    Ok(dict)
+}
+
+/// Robot, samples, joints at the end stops, radius of the bed and notes.
+#[pyfunction]
+pub(crate) fn import_<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    firmware: Option<&str>,
+    rods: Option<[f64; 3]>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let name = path.display().to_string();
+    let text = InputText::from_bytes(name, &std::fs::read(&path)?);
+    let text = text.map_err(|error| input_error(&error, None))?;
+    let firmware = match firmware {
+        None => Firmware::of(&text).map_err(|error| input_error(&error, None))?,
+        Some(name) => {
+            let mut all = Firmware::ALL.into_iter();
+            all.find(|own| own.name() == name).ok_or_else(|| {
+                let names = Firmware::ALL.map(Firmware::name).join(", ");
+                value_error("firmware", format!("one of {names} is needed"))
+            })?
+        }
+    };
+    let includes = |from: &str, wanted: &str| included(py, from, wanted);
+    let found = firmware.import(
+        &text,
+        &Stated {
+            rods,
+            ..Stated::default()
+        },
+        &includes,
+    );
+    let found = found.map_err(|error| input_error(&error, None))?;
+    let robot = Robot::of_text(InputText::new(&found.robot.name, &found.robot_text()))?;
+    let samples = match found.samples_text() {
+        Some(text) => {
+            let name = format!("{}, readings", found.robot.name);
+            Some(samples_of_bytes(vec![(name, text.into_bytes())], None)?)
+        }
+        None => None,
+    };
+    let dict = PyDict::new(py);
+    dict.set_item("robot", Py::new(py, robot)?)?;
+    dict.set_item("samples", samples)?;
+    dict.set_item("home", found.home)?;
+    dict.set_item("bed_radius", found.bed_radius)?;
+    dict.set_item("notes", &found.notes)?;
+    Ok(dict)
+}
+
+/// The files that a line of a configuration includes, beside the file with the line.
+fn included(py: Python<'_>, from: &str, wanted: &str) -> Result<Vec<InputText>, InputError> {
+    let found = || -> PyResult<Vec<PathBuf>> {
+        let folder = PathBuf::from(from);
+        let folder = folder.parent().unwrap_or(std::path::Path::new(""));
+        let literal = folder.join(wanted);
+        if literal.is_file() {
+            return Ok(vec![literal]);
+        }
+        let glob = py.import("glob")?;
+        let folder = glob.call_method1("escape", (folder.display().to_string(),))?;
+        let pattern = PathBuf::from(folder.extract::<String>()?).join(wanted);
+        let found = glob.call_method1("glob", (pattern.display().to_string(),))?;
+        let mut paths: Vec<PathBuf> = found.extract()?;
+        paths.sort();
+        Ok(paths)
+    };
+    let paths = found().map_err(|error| InputError::new(from, error.to_string()))?;
+    let files = paths.iter().filter(|path| path.is_file());
+    let read = |path: &PathBuf| {
+        let name = path.display().to_string();
+        let bytes = std::fs::read(path);
+        let bytes = bytes.map_err(|error| InputError::new(&name, error.to_string()))?;
+        InputText::from_bytes(name, &bytes)
+    };
+    files.map(read).collect()
+}
+
+/// Columns of a simulated campaign, a row a robot.
+#[pyfunction]
+pub(crate) fn simulate<'py>(
+    py: Python<'py>,
+    robot: &Robot,
+    first: u64,
+    count: u64,
+    seed: u64,
+    poses: u64,
+    measure: &str,
+    method: &str,
+    planned: bool,
+    spread: &str,
+) -> PyResult<Bound<'py, PyDict>> {
+    let needed = |name| move || value_error(name, "needed, here or in the robot");
+    let tolerance = robot.file.tolerance.ok_or_else(needed("tolerance"))?;
+    let noise = robot.file.noise.ok_or_else(needed("noise"))?;
+    let (joint, zero) = match robot.file.robot.drive() {
+        Drive::Rotary => {
+            let zero = tolerance.joint_zero().unwrap_or_default().to_degrees();
+            let joint = format!("joint_deg = {:?}", noise.joint().to_degrees());
+            (joint, format!("zero_deg = {zero:?}"))
+        }
+        Drive::Linear => {
+            let radius = tolerance.radius();
+            let joint = format!("joint_mm = {:?}", noise.joint());
+            (joint, format!("radius_mm = {radius:?}"))
+        }
+    };
+    let file = format!(
+        "robot = \"robot\"\nrobots = 1\nseed = {seed}\nspread = {spread:?}\nmeasure = [{measure:?}]\nposes = [{poses}]\n\
+         start_errors = [{{ length_mm = {:?}, angle_deg = {:?}, {zero} }}]\n\
+         noise_levels = [{{ position_mm = {:?}, {joint} }}]\nmethods = [{method:?}]\nplanned = [{planned}]\n",
+        tolerance.of(Parameter::Lb),
+        tolerance.of(Parameter::Theta).to_degrees(),
+        noise.position(),
+    );
+    let named = InputText::new("simulate", &file);
+    let plan = campaign::Plan::read(&named, &|_| Ok(robot.source.clone()));
+    let plan = plan.map_err(|error| input_error(&error, None))?;
+    let mut rows: Vec<RobotResult> = Vec::new();
+    let end = first
+        .checked_add(count)
+        .ok_or_else(|| value_error("n", "too many robots"))?;
+    // A plan is made for each batch.
+    let batch = if planned { count.max(1) } else { BATCH };
+    let mut next = first;
+    while next < end {
+        let range = next..end.min(next + batch);
+        next = range.end;
+        let found = with_cores(py, true, || campaign::run(&plan, &range, &mut |_, _| {}))?;
+        let found = found.map_err(|error| input_error(&error, None))?;
+        rows.extend(found.into_iter().map(|(_, row)| row));
+        py.check_signals()?;
+    }
+    columns(py, &rows)
+}
+
+/// A column of robots.
+type Column = (&'static str, fn(&RobotResult) -> Option<f64>);
+
+const COLUMNS: [Column; 10] = [
+    ("parameter_before", |row| row.parameter_before_mm),
+    ("parameter_after", |row| row.parameter_after_mm),
+    ("parameter_stated", |row| row.parameter_stated_mm),
+    ("parameter_bound", |row| row.parameter_bound_mm),
+    ("error_before", |row| row.error_before_mm),
+    ("error_after", |row| row.error_after_mm),
+    ("error_stated", |row| row.error_stated_mm),
+    ("relative_before", |row| row.relative_before_mm),
+    ("relative_after", |row| row.relative_after_mm),
+    ("relative_stated", |row| row.relative_stated_mm),
+];
+
+fn columns<'py>(py: Python<'py>, rows: &[RobotResult]) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    let robots = rows.iter().map(|row| row.robot).collect();
+    dict.set_item("robot", PyArray1::<u64>::from_vec(py, robots))?;
+    let accepted = rows.iter().map(RobotResult::is_accepted).collect();
+    dict.set_item("accepted", PyArray1::<bool>::from_vec(py, accepted))?;
+    for (name, of) in COLUMNS {
+        let values = rows.iter().map(|row| of(row).unwrap_or(f64::NAN)).collect();
+        dict.set_item(name, PyArray1::<f64>::from_vec(py, values))?;
+    }
+    let statuses = PyList::new(py, rows.iter().map(|row| row.status.as_str()))?;
+    let statuses = py
+        .import("numpy")?
+        .call_method1("array", (statuses, "str"))?;
+    dict.set_item("status", statuses)?;
+    Ok(dict)
+}

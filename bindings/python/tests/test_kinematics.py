@@ -1,0 +1,171 @@
+"""Robots and their kinematics: against formulas of NumPy, difference quotients, and the files."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+
+import numpy as np
+import pandas as pd
+import polars as pl
+import pytest
+from conftest import EXAMPLES
+from formula import forward
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+import delta_cal as dc
+
+ROBOT = dc.Robot.nominal(base_radius=194, platform_radius=30, upper_arm=260, forearm=480, limits=(-1.05, 1.57))
+Q = np.random.default_rng(1).uniform(-0.9, 1.4, (500, 3))
+
+
+def test_forward_is_that_of_an_independent_formula(measured):
+    made, *_ = measured
+    np.testing.assert_allclose(made.forward(Q), forward(made.parameters, Q), atol=1e-9)
+
+
+def test_inverse_gives_joints_of_the_same_pose():
+    x = ROBOT.forward(Q)
+    np.testing.assert_allclose(forward(ROBOT.parameters, ROBOT.inverse(x)), x, atol=1e-9)
+
+
+@pytest.mark.parametrize("column", range(24))
+def test_parameter_jacobian_is_the_difference_quotient(column):
+    step = 1e-5
+    moved = [forward(ROBOT.parameters + sign * step * np.eye(24)[column].reshape(3, 8), Q) for sign in (1, -1)]
+    expected = (moved[0] - moved[1]) / (2 * step)
+    np.testing.assert_allclose(ROBOT.parameter_jacobian(Q)[:, :, column], expected, atol=1e-4, rtol=1e-6)
+
+
+@pytest.mark.parametrize("joint", range(3))
+def test_jacobian_is_the_difference_quotient(joint):
+    step = 1e-6 * np.eye(3)[joint]
+    expected = (forward(ROBOT.parameters, Q + step) - forward(ROBOT.parameters, Q - step)) / 2e-6
+    np.testing.assert_allclose(ROBOT.jacobian(Q)[:, :, joint], expected, atol=1e-3)
+
+
+def test_of_a_controller_with_other_directions(tmp_path):
+    usual = ROBOT.to_toml()
+    path = tmp_path / "robot.toml"
+    path.write_text('[convention]\njoint_positive = "up"\nz_axis = "down"\n' + usual.replace("min_deg", "was").replace(
+        "max_deg", "min_deg").replace("was", "max_deg").replace("_deg = -60", "_deg = 60").replace("_deg = 89", "_deg = -89"))
+    other = dc.Robot.read(path)
+    axes = np.array([1, -1, -1])
+    assert other.limits == pytest.approx((-1.57, 1.05))
+    np.testing.assert_array_equal(other.forward(-Q), ROBOT.forward(Q) * axes)
+    np.testing.assert_array_equal(other.inverse(ROBOT.forward(Q) * axes), -ROBOT.inverse(ROBOT.forward(Q)))
+    np.testing.assert_array_equal(other.jacobian(-Q), -ROBOT.jacobian(Q) * axes[:, None])
+    np.testing.assert_array_equal(other.parameter_jacobian(-Q), ROBOT.parameter_jacobian(Q) * axes[:, None])
+
+
+@settings(max_examples=50, deadline=None)
+@given(hnp.arrays(np.float64, st.tuples(st.integers(0, 40), st.just(3)), elements=st.floats(-6, 6)))
+def test_any_joints_have_a_pose_or_nan(q):
+    x = ROBOT.forward(q)
+    assert x.shape == q.shape
+    reached = np.isfinite(x).all(axis=1)
+    assert (np.isnan(x).all(axis=1) | reached).all()
+    assert ROBOT.jacobian(q).shape == (len(q), 3, 3)
+    back = ROBOT.inverse(x)
+    again = ROBOT.forward(back[np.isfinite(back).all(axis=1)])
+    np.testing.assert_allclose(again, x[np.isfinite(back).all(axis=1)], atol=1e-6)
+
+
+def test_one_pose_any_layout_and_any_type():
+    one = ROBOT.forward(Q)
+    np.testing.assert_array_equal(ROBOT.forward(Q[3]), one[3])
+    np.testing.assert_array_equal(ROBOT.forward(Q.tolist()), one)
+    np.testing.assert_array_equal(ROBOT.forward(np.asfortranarray(Q)), one)
+    np.testing.assert_array_equal(ROBOT.forward(Q[::-1])[::-1], one)
+    assert ROBOT.forward([[0, 0, 1]]).shape == (1, 3)
+    assert ROBOT.forward(Q.astype(np.float32)).dtype == np.float64
+    assert ROBOT.parameter_jacobian(Q[0]).shape == (3, 24)
+    assert ROBOT.forward(np.empty((0, 3))).shape == (0, 3)
+
+
+def test_rows_of_many_threads_have_the_bits_of_one():
+    many = np.tile(Q, (20, 1))
+    np.testing.assert_array_equal(ROBOT.forward(many), np.tile(ROBOT.forward(Q), (20, 1)))
+
+
+@pytest.mark.parametrize("frame", [pd.DataFrame, pl.DataFrame])
+def test_frames_by_the_names_of_their_columns(frame):
+    q = frame({"q1_rad": Q[:, 0], "q2_rad": Q[:, 1], "q3_rad": Q[:, 2]})
+    np.testing.assert_array_equal(ROBOT.forward(q), ROBOT.forward(Q))
+    x = ROBOT.forward(Q)
+    np.testing.assert_array_equal(ROBOT.inverse(frame(x, columns=["x_mm", "y_mm", "z_mm"])) if frame is pd.DataFrame
+                                  else ROBOT.inverse(frame(x, schema=["x_mm", "y_mm", "z_mm"])), ROBOT.inverse(x))
+    with pytest.raises(ValueError, match="q.*column q2_deg"):
+        ROBOT.forward(frame({"q1_deg": [1.0], "q3_deg": [1.0]}))
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: ROBOT.forward([[1, 2]]), r"q: shape \[1, 2\]"),
+        (lambda: ROBOT.forward(np.zeros((2, 2, 3))), "q: shape"),
+        (lambda: ROBOT.forward([["a", "b", "c"]]), "q: dtype"),
+        (lambda: ROBOT.forward(np.zeros((1, 3), complex)), "q: dtype complex"),
+        (lambda: ROBOT.forward([[1, 2], [3]]), "q: "),
+        (lambda: ROBOT.forward(None), "q: dtype object"),
+        (lambda: ROBOT.forward([[0.1, 0.2, 30]]), "q: row 0 holds 30, more than a turn"),
+        (lambda: ROBOT.forward([[0, 0, 0], [0, 0, 2]], errors="raise"), "q: row 1: a joint is outside its limits"),
+        (lambda: ROBOT.forward([[0, 0, 0]], errors="no"), "errors: "),
+        (lambda: ROBOT.inverse([[0, 0, -2000]], errors="raise"), "x: row 0: .*arm 1"),
+        (lambda: ROBOT.inverse([[0, np.nan, -400]], errors="raise"), "x: row 0: "),
+        (lambda: dc.Robot.from_parameters(np.zeros((3, 7)), limits=(-1, 1)), "parameters: shape"),
+        (lambda: dc.Robot.from_parameters(np.zeros((3, 8)), limits=(-1, 1)), "parameters: "),
+        (lambda: ROBOT.replace(noise=(0.02,)), "noise: "),
+        (lambda: ROBOT.replace(noise=(-1.0, 1.0)), "noise: "),
+        (lambda: ROBOT.replace(tolerance=(0.5, 0.0)), "tolerance: "),
+        (lambda: ROBOT.replace(zero=0.1), "zero: "),
+    ],
+)
+def test_a_fault_names_its_argument(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"base_radius": -1}, "base_radius: -1"),
+        ({"forearm": float("nan")}, "forearm: NaN"),
+        ({"limits": (1.57, -1.05)}, "limits: .*radians"),
+        ({"limits": (-60, 90)}, "limits: .*radians"),
+        ({"forearm": 10}, "impossible"),
+    ],
+)
+def test_a_data_sheet_that_cannot_be(change, message):
+    sheet = {"base_radius": 194, "platform_radius": 30, "upper_arm": 260, "forearm": 480, "limits": (-1.05, 1.57)}
+    with pytest.raises(ValueError, match=message):
+        dc.Robot.nominal(**{**sheet, **change})
+
+
+@pytest.mark.parametrize("name", ["paper-robot", "circle-sheet", "plate", "printer"])
+def test_a_robot_is_its_file(name, tmp_path):
+    robot = dc.Robot.read(EXAMPLES / name / "robot.toml")
+    robot.write(tmp_path / "copy.toml")
+    for other in (
+        dc.Robot.read(tmp_path / "copy.toml"),
+        pickle.loads(pickle.dumps(robot)),
+        copy.copy(robot),
+        copy.deepcopy(robot),
+    ):
+        assert other == robot
+        assert hash(other) == hash(robot)
+        assert other.fingerprint == robot.fingerprint
+        np.testing.assert_array_equal(other.parameters, robot.parameters)
+    changed = robot.replace(tolerance=(0.123, 0.00123))
+    assert changed != robot and robot != 1
+    assert changed.tolerance == pytest.approx((0.123, 0.00123))
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        dc.Robot.read(tmp_path / "none.toml")
+    (tmp_path / "robot.toml").write_text("[nominal]\nbase_radius_mm = 'x'\n")
+    with pytest.raises(ValueError, match="robot.toml:2"):
+        dc.Robot.read(tmp_path / "robot.toml")

@@ -1,0 +1,122 @@
+"""Plans, validations, exports, imports, simulations: against the command and against arithmetic."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import pickle
+
+import numpy as np
+import pytest
+from conftest import EXAMPLES
+
+import delta_cal as dc
+
+
+def test_a_plan_is_that_of_the_command(command, monkeypatch):
+    monkeypatch.chdir(EXAMPLES)
+    report, poses = command("plan", "paper-robot/robot.toml", "--count", "12")
+    plan = dc.plan(dc.Robot.read("paper-robot/robot.toml"), 12)
+    assert plan.csv == poses.read_text()
+    assert plan.to_dict() == report
+
+
+def test_a_plan_holds_what_it_says(robot, tmp_path):
+    plan = dc.plan(robot, 12, within="r=150,z=-600..-350")
+    assert plan.q.shape == plan.x.shape and len(plan.q) >= 12
+    np.testing.assert_allclose(robot.forward(plan.q), plan.x, atol=1e-9)
+    assert (np.hypot(plan.x[:, 0], plan.x[:, 1]) <= 150 + 1e-9).all()
+    assert plan.expected_error["relative_rms_mm"] > 0 and "12" in repr(plan)
+    assert pickle.loads(pickle.dumps(plan)) == plan
+    plan.write(tmp_path / "poses.csv")
+    assert dc.read_samples(tmp_path / "poses.csv").text == plan.csv
+    few = dc.plan(robot, accuracy=0.05)
+    assert few.to_dict()["count"] < 40
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"count": 3}, "count: 3"),
+        ({"measure": "plate"}, "measure: "),
+        ({"within": "r=200"}, "within: "),
+        ({"order": "any"}, "order: "),
+        ({"frame": "sensor", "measure": "plane"}, "frame: "),
+        ({"within": "r=10,z=100..200"}, "no usable pose"),
+    ],
+)
+def test_a_plan_that_cannot_be(options, message, robot):
+    with pytest.raises(ValueError, match=message):
+        dc.plan(robot, **options)
+
+
+def test_from_a_data_sheet_to_a_validated_robot(robot, measured, tmp_path):
+    made, q, x = measured
+    rng = np.random.default_rng(3)
+    result = dc.calibrate(robot, q, x)
+    check = rng.uniform(-0.7, 1.2, (25, 3))
+    seen = made.forward(check) + 0.02 * rng.standard_normal(check.shape)
+    found = dc.validate(result.robot, check, seen, limit=0.1)
+    assert found.passed and found.verdict == "pass" and found.interval[1] < 0.1
+    off = np.linalg.norm(seen - result.robot.forward(check), axis=1)
+    np.testing.assert_allclose(found.deviations, off, atol=1e-9)
+    assert dc.validate(robot, check, seen, limit=0.1).verdict == "fail"
+    for ending in ("html", "json", "txt"):
+        found.write(tmp_path / f"certificate.{ending}")
+    assert json.loads((tmp_path / "certificate.json").read_text()) == found.to_dict()
+    assert pickle.loads(pickle.dumps(found)) == found
+    # The very samples of the calibration prove nothing.
+    with pytest.raises(ValueError, match="calibrated from these very measurements"):
+        dc.validate(result.robot, q, x, limit=0.1)
+    with pytest.raises(dc.Refused):
+        dc.validate(result.robot, check[:4], seen[:4], limit=0.1)
+    with pytest.raises(ValueError, match="limit: "):
+        dc.validate(result.robot, check, seen, limit=0)
+
+
+def test_an_export_is_that_of_the_command(command, monkeypatch):
+    monkeypatch.chdir(EXAMPLES)
+    report, lines = command("export", "paper-robot/robot.toml", "--for", "klipper")
+    found = dc.export(dc.Robot.read("paper-robot/robot.toml"), "klipper")
+    assert found.text == lines.read_text()
+    assert found.to_dict() == report
+    assert found.text.endswith(found.lines) and repr(found) == found.text
+    with pytest.raises(ValueError, match="target: .*klipper"):
+        dc.export(dc.Robot.read("paper-robot/robot.toml"), "no-such")
+
+
+def test_a_printer_is_imported_and_calibrated():
+    found = dc.import_(EXAMPLES / "printer" / "printer.cfg")
+    assert found.robot.drive == "linear" and len(found.home) == 3
+    assert found.samples is not None
+    assert dc.calibrate(found.robot, found.samples).method == "fkm"
+    assert dataclasses.is_dataclass(found) and pickle.loads(pickle.dumps(found)) == found
+    with pytest.raises(ValueError, match="firmware: "):
+        dc.import_(EXAMPLES / "printer" / "printer.cfg", "smoothie")
+
+
+def test_simulated_robots_have_the_errors_that_they_state(robot):
+    found = dc.simulate(robot, n=300, seed=5)
+    assert {len(column) for column in found.values()} == {300}
+    assert found["accepted"].mean() > 0.98
+    kept = found["accepted"]
+    ratio = np.sqrt(np.mean(found["error_after"][kept] ** 2) / np.mean(found["error_stated"][kept] ** 2))
+    assert ratio == pytest.approx(1, abs=0.1)
+    assert (found["error_before"] > found["error_after"])[kept].mean() > 0.98
+
+
+def test_a_robot_of_a_campaign_is_the_same_in_every_range(robot):
+    whole = dc.simulate(robot, n=30)
+    part = dc.simulate(robot, first=10, n=10)
+    for name, column in part.items():
+        np.testing.assert_array_equal(column, whole[name][10:20])
+    assert len(dc.simulate(robot, n=0)["robot"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [({"n": -1}, "n: "), ({"poses": 0}, "poses: "), ({"measure": "guess"}, "guess"), ({"spread": "even"}, "even")],
+)
+def test_a_campaign_that_cannot_be(options, message, robot):
+    with pytest.raises(ValueError, match=message):
+        dc.simulate(robot, **options)

@@ -1,0 +1,114 @@
+//! How fast older samples lose their weight.
+
+use crate::Real;
+use core::fmt;
+
+/// Exponential forgetting: a sample that came k samples ago counts λᵏ. The forgetting factor
+/// λ = N/(N + 1) is stated by N, the mean age of the samples in the estimate.
+///
+/// ```text
+/// Σ λᵏ = N + 1,   Σ k λᵏ / Σ λᵏ = λ/(1 − λ) = N,   (Σ λᵏ)² / Σ λ²ᵏ = (1 + λ)/(1 − λ) = 2N + 1
+/// ```
+///
+/// The estimate of a parameter that changes at a constant rate lags N samples behind. For a robot that does
+/// not change, the variance of the estimate is that of 2N + 1 samples (exponentially weighted least squares;
+/// Ljung, System Identification, 1999, section 11.2). With a mean age below a hundred samples the eight
+/// parameters of an arm share few samples: the newest determine the combinations that are seldom seen, and
+/// less is left of them for the rest. The lag of Lb is twice N at N = 20.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Forgetting<T> {
+    mean_age: T,
+    factor: T,
+}
+
+/// Why a number of samples cannot be the mean age of an estimate that forgets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum ForgettingError {
+    /// NaN, or less than one sample.
+    TooShort,
+    /// λ would be known to less than a hundredth of 1 − λ: above 65,536 samples in single precision.
+    TooLong,
+}
+
+impl fmt::Display for ForgettingError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::TooShort => "the mean age of the samples must be one sample or more",
+            Self::TooLong => "the mean age of the samples is too large for this arithmetic: add the samples without forgetting",
+        })
+    }
+}
+
+impl core::error::Error for ForgettingError {}
+
+impl<T: Real> Forgetting<T> {
+    /// With the mean age N, in samples.
+    ///
+    /// # Errors
+    /// A number below one, NaN, or too large for the scalar type.
+    ///
+    /// ```
+    /// use delta_cal::stream::Forgetting;
+    /// assert_eq!(Forgetting::new(49.0)?.factor(), 0.98);
+    /// assert!(Forgetting::new(0.5).is_err() && Forgetting::new(1e6_f32).is_err());
+    /// # Ok::<(), delta_cal::stream::ForgettingError>(())
+    /// ```
+    pub fn new(mean_age: T) -> Result<Self, ForgettingError> {
+        if !(mean_age >= T::ONE) {
+            return Err(ForgettingError::TooShort);
+        }
+        if !(mean_age * T::EPSILON <= T::from_f64(1.0 / 128.0)) {
+            return Err(ForgettingError::TooLong);
+        }
+        Ok(Self {
+            mean_age,
+            factor: mean_age / (mean_age + T::ONE),
+        })
+    }
+
+    /// N, the mean age of the samples in the estimate, in samples.
+    pub fn mean_age(&self) -> T {
+        self.mean_age
+    }
+
+    /// λ, the forgetting factor.
+    pub fn factor(&self) -> T {
+        self.factor
+    }
+
+    /// λ to the power of a count.
+    pub(crate) fn after(&self, samples: u64) -> T {
+        let (mut power, mut square, mut rest) = (T::ONE, self.factor, samples);
+        while rest > 0 {
+            if rest & 1 == 1 {
+                power *= square;
+            }
+            square *= square;
+            rest >>= 1;
+        }
+        power
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use super::Forgetting;
+
+    #[test]
+    fn after_so_many_samples_the_factor_is_its_power() {
+        let forgetting = Forgetting::new(19.0_f64).unwrap();
+        let mut expected = 1.0;
+        for count in 0..70 {
+            assert!(
+                (forgetting.after(count) / expected - 1.0).abs() < 1e-13,
+                "{count}"
+            );
+            expected *= 0.95;
+        }
+    }
+}

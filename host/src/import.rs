@@ -54,7 +54,7 @@ impl Firmware {
     }
 
     /// What moves to x and y in mm and touches the bed there.
-    pub(crate) fn touch(self, [x, y]: [f64; 2]) -> String {
+    pub fn touch(self, [x, y]: [f64; 2]) -> String {
         match self {
             Self::Klipper => format!("G1 X{x:.1} Y{y:.1} Z10 F3000\nPROBE\n"),
             Self::RepRapFirmware => format!("G1 X{x:.1} Y{y:.1} Z10 F6000\nG30 S-1\n"),

@@ -40,7 +40,7 @@ fn joint_sigma(drive: Drive) -> f64 {
     }
 }
 
-fn file_of(robot: Robot<f64>, [low, high]: [f64; 2], noise: bool) -> RobotFile {
+fn file_of(robot: &Robot<f64>, [low, high]: [f64; 2], noise: bool) -> RobotFile {
     let [position, _, height, distance] = NOISE;
     let tolerance = Tolerance::new(0.5, 0.2_f64.to_radians()).unwrap();
     let tolerance = match robot.drive() {
@@ -61,7 +61,7 @@ fn file_of(robot: Robot<f64>, [low, high]: [f64; 2], noise: bool) -> RobotFile {
         tolerance: Some(tolerance),
         noise: noise.then_some(stated),
         instruments,
-        ..RobotFile::of("robot.toml", robot, limits.unwrap())
+        ..RobotFile::of("robot.toml", *robot, limits.unwrap())
     }
 }
 
@@ -70,7 +70,7 @@ fn rotary(noise: bool) -> Vec<RobotFile> {
     let limits = [-60.0, 75.0].map(f64::to_radians);
     let files = geometries()
         .into_iter()
-        .map(|(_, robot)| file_of(robot, limits, noise));
+        .map(|(_, robot)| file_of(&robot, limits, noise));
     files.collect()
 }
 
@@ -78,7 +78,7 @@ fn rotary(noise: bool) -> Vec<RobotFile> {
 fn twelve(noise: bool) -> Vec<RobotFile> {
     let towers = linear_geometries()
         .into_iter()
-        .map(|(_, robot, travels)| file_of(robot, travels, noise));
+        .map(|(_, robot, travels)| file_of(&robot, travels, noise));
     rotary(noise).into_iter().chain(towers).collect()
 }
 

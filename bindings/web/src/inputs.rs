@@ -3,7 +3,7 @@
 use crate::fault::Fault;
 use crate::folder::Folder;
 use delta_cal_host::files::document::{Document, Source};
-use delta_cal_host::import::{Firmware, Imported};
+use delta_cal_host::import::{Firmware, Imported, Stated};
 use delta_cal_host::{
     ColumnMapping, Frame, InputText, Loss, Method, Options, Readings, RobotFile, read_samples,
 };
@@ -150,7 +150,14 @@ impl Request {
             .find(|own| Some(own.name()) == stated);
         let firmware = stated.map_or_else(|| Firmware::of(text), Ok)?;
         let includes = |from: &str, wanted: &str| files.included(from, wanted);
-        Ok(firmware.import(text, rods, &includes)?)
+        Ok(firmware.import(
+            text,
+            &Stated {
+                rods,
+                ..Stated::default()
+            },
+            &includes,
+        )?)
     }
 
     /// The robot alone, of a robot file or a configuration.

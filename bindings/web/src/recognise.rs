@@ -5,7 +5,7 @@ use crate::folder::Folder;
 use crate::inputs::is_robot_file;
 use delta_cal::robot::Drive;
 use delta_cal_host::files::samples_file::Kind as Measured;
-use delta_cal_host::import::Firmware;
+use delta_cal_host::import::{Firmware, Stated};
 use delta_cal_host::text::{count, list};
 use delta_cal_host::{InputText, Planned, Readings, RobotFile, read_joints, read_positions};
 use serde::Serialize;
@@ -104,7 +104,7 @@ fn settings(files: &Folder, name: &str, known: &mut Option<Known>) -> Option<Rec
     let includes = |from: &str, wanted: &str| files.included(from, wanted);
     let found = files
         .settings(name)
-        .and_then(|text| firmware.import(&text, None, &includes));
+        .and_then(|text| firmware.import(&text, &Stated::default(), &includes));
     Some(match found {
         Ok(imported) => {
             let drive = match imported.robot.robot.drive() {

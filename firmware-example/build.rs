@@ -5,7 +5,8 @@ use std::error::Error;
 use std::fs;
 use std::path::PathBuf;
 
-/// A realistic part, not the board's 4 MiB, so that outgrowing it fails: KiB of flash, stack and statics. The stack
+/// A realistic part, not the board's 4 MiB, so that outgrowing it fails: KiB of flash, bytes of stack and
+/// KiB of statics. The stack
 /// lies below the statics: growing beyond its end it leaves the memory and faults instead of overwriting them.
 /// `STORAGE` stands in for flash that is written.
 fn memory(flash: u32, stack: u32, ram: u32) -> String {
@@ -14,8 +15,8 @@ fn memory(flash: u32, stack: u32, ram: u32) -> String {
 MEMORY
 {{
   FLASH : ORIGIN = 0x00000000, LENGTH = {flash}K
-  STACK : ORIGIN = 0x20000000, LENGTH = {stack}K
-  RAM   : ORIGIN = 0x20000000 + {stack}K, LENGTH = {ram}K
+  STACK : ORIGIN = 0x20000000, LENGTH = {stack}
+  RAM   : ORIGIN = 0x20000000 + {stack}, LENGTH = {ram}K
   STORAGE : ORIGIN = 0x20080000, LENGTH = 8K
 }}
 _stack_start = ORIGIN(STACK) + LENGTH(STACK);
@@ -46,10 +47,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let programs = [
         (
             "delta-cal-firmware-example",
-            memory(512, 88, if with("DOUBLE") { 144 } else { 104 }),
+            memory(512, 88 << 10, if with("DOUBLE") { 144 } else { 104 }),
         ),
-        ("touch", memory(64, 20, 17)),
-        ("arms", memory(40, 14, 2)),
+        ("touch", memory(64, 16 << 10, 17)),
+        ("arms", memory(44, 15_200, 2)),
     ];
     for (program, memory) in programs {
         fs::write(out.join(format!("{program}.x")), memory)?;

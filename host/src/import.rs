@@ -9,13 +9,15 @@
 //! line.
 
 pub mod configuration;
+mod console;
 mod gcode;
 mod imported;
 mod klipper;
 
 use crate::files::input::{InputError, InputText};
 pub use configuration::Includes;
-pub use imported::Imported;
+pub use console::touches;
+pub use imported::{Imported, Stated};
 use std::path::Path;
 
 /// Whose configuration it is.
@@ -25,7 +27,7 @@ pub enum Firmware {
     Klipper,
     /// `config.g`: `M665 L R H B X Y Z`, `M666 X Y Z` upwards.
     RepRapFirmware,
-    /// What `M503` prints: `M665 L R H X Y Z A B C`, `M666 X Y Z` downwards from the end stop.
+    /// What `M503` prints, or `Configuration.h`: `M665 L R H X Y Z A B C`, `M666 X Y Z` downwards from the end stop.
     Marlin,
 }
 
@@ -51,51 +53,71 @@ impl Firmware {
         }
     }
 
+    /// What moves to x and y in mm and touches the bed there.
+    pub fn touch(self, [x, y]: [f64; 2]) -> String {
+        match self {
+            Self::Klipper => format!("G1 X{x:.1} Y{y:.1} Z10 F3000\nPROBE\n"),
+            Self::RepRapFirmware => format!("G1 X{x:.1} Y{y:.1} Z10 F6000\nG30 S-1\n"),
+            Self::Marlin => format!("G30 X{x:.1} Y{y:.1}\n"),
+        }
+    }
+
+    /// Which one wrote a configuration, as far as that shows.
+    pub(crate) fn wrote(input: &InputText) -> Option<Self> {
+        let mut lines = input.text().lines().map(str::trim_start);
+        let all = lines.clone();
+        let any = |starts: &[&str]| {
+            let mut lines = all.clone();
+            lines.any(|line| starts.iter().any(|own| line.starts_with(own)))
+        };
+        if any(&["[printer]", "[include"]) {
+            return Some(Self::Klipper);
+        }
+        if lines.any(|line| line.contains("echo:") || line.starts_with("#define DELTA_")) {
+            return Some(Self::Marlin);
+        }
+        let of_duet = Path::new(input.name())
+            .extension()
+            .is_some_and(|own| own == "g");
+        (of_duet || any(&["M550", "M551", "M552", "M563", "M584", "M950"]))
+            .then_some(Self::RepRapFirmware)
+    }
+
     /// Which one wrote a configuration.
     ///
     /// # Errors
     /// None, or RepRapFirmware or Marlin: their `M666` have opposite signs.
     pub fn of(input: &InputText) -> Result<Self, InputError> {
-        let text = input.text();
-        let mut lines = text.lines().map(str::trim_start);
-        if lines
-            .clone()
-            .any(|line| line.starts_with("[printer]") || line.starts_with("[include"))
-        {
-            return Ok(Self::Klipper);
+        if let Some(own) = Self::wrote(input) {
+            return Ok(own);
         }
-        if !lines.any(|line| line.contains("M665")) {
-            let cause = "the file is no configuration of Klipper, RepRapFirmware or Marlin";
-            return Err(InputError::new(input.name(), cause)
-                .with_remedy("give printer.cfg, config.g, what M503 prints, or a robot file"));
-        }
-        if Path::new(input.name())
-            .extension()
-            .is_some_and(|own| own == "g")
-        {
-            return Ok(Self::RepRapFirmware);
-        }
-        if text.contains("echo:") {
-            return Ok(Self::Marlin);
-        }
-        let cause = "M665 and M666 have other meanings in RepRapFirmware than in Marlin";
-        Err(InputError::new(input.name(), cause)
-            .with_remedy("use delta-cal import reprapfirmware or delta-cal import marlin"))
+        let (cause, remedy) = if input.text().contains("M665") {
+            (
+                "M665 and M666 have other meanings in RepRapFirmware than in Marlin",
+                "use delta-cal import reprapfirmware or delta-cal import marlin",
+            )
+        } else {
+            (
+                "the file is no configuration of Klipper, RepRapFirmware or Marlin",
+                "give printer.cfg, config.g, what M503 prints, Configuration.h, or a robot file",
+            )
+        };
+        Err(InputError::new(input.name(), cause).with_remedy(remedy))
     }
 
-    /// Reads a configuration. `rods`, mm, take the place of its own.
+    /// Reads a configuration. What is `stated` takes the place of its own.
     ///
     /// # Errors
     /// No Delta, a value that is missing or damaged, or an impossible geometry.
     pub fn import(
         self,
         input: &InputText,
-        rods: Option<[f64; 3]>,
+        stated: &Stated,
         includes: &Includes<'_>,
     ) -> Result<Imported, InputError> {
         match self {
-            Self::Klipper => klipper::import(input, rods, includes),
-            Self::RepRapFirmware | Self::Marlin => gcode::import(input, self, rods),
+            Self::Klipper => klipper::import(input, stated, includes),
+            Self::RepRapFirmware | Self::Marlin => gcode::import(input, self, stated, includes),
         }
     }
 }

@@ -4,7 +4,9 @@
 mod area;
 mod assess;
 mod next;
+mod notes;
 
-pub use area::{Area, Off};
+pub use area::{Area, BedMap, Off};
 pub use assess::{Change, Printer};
-pub use next::Next;
+pub use next::{Next, touches_of_bed};
+pub(crate) use notes::common_scale;

@@ -2,6 +2,7 @@
 #
 #   set(DELTA_CAL_RUST_TARGET thumbv7em-none-eabihf)      # hard float; thumbv7em-none-eabi: soft and softfp
 #   set(DELTA_CAL_RUST_CPU cortex-m7)                     # if wanted: whatever that processor has, double precision too
+#   set(DELTA_CAL_SMALL ON)                               # if wanted: half the flash, more instructions
 #   include(path/to/delta-cal/bindings/c/cmake/delta_cal.cmake)
 #   target_link_libraries(your_firmware PRIVATE delta_cal::delta_cal)
 #
@@ -23,13 +24,17 @@ find_program(DELTA_CAL_CARGO cargo HINTS "$ENV{HOME}/.cargo/bin" REQUIRED)
 if(DELTA_CAL_RUST_CPU)
   set(DELTA_CAL_BUILD "${DELTA_CAL_BUILD}/${DELTA_CAL_RUST_CPU}")
 endif()
-set(delta_cal_arguments --lib --package delta-cal-c --profile firmware)
+set(delta_cal_profile firmware)
+if(DELTA_CAL_SMALL)
+  set(delta_cal_profile small)
+endif()
+set(delta_cal_arguments --lib --package delta-cal-c --profile ${delta_cal_profile})
 if(DELTA_CAL_RUST_TARGET)
   # An image of C holds no other Rust: it needs the panic handler, which nothing calls.
   list(APPEND delta_cal_arguments --target "${DELTA_CAL_RUST_TARGET}" --features panic-handler)
-  set(delta_cal_folder "${DELTA_CAL_BUILD}/${DELTA_CAL_RUST_TARGET}/firmware")
+  set(delta_cal_folder "${DELTA_CAL_BUILD}/${DELTA_CAL_RUST_TARGET}/${delta_cal_profile}")
 else()
-  set(delta_cal_folder "${DELTA_CAL_BUILD}/firmware")
+  set(delta_cal_folder "${DELTA_CAL_BUILD}/${delta_cal_profile}")
 endif()
 if(DELTA_CAL_RUST_CPU)
   list(APPEND delta_cal_arguments

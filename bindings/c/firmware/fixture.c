@@ -95,12 +95,13 @@ static void check_size(int32_t kind, size_t size)
 static void check_sizes(void)
 {
     check_size(DCAL_ROBOT_F32, sizeof(dcal_robot_f32));
-    check_size(DCAL_ARMS_F32, sizeof(dcal_arms_f32));
-    check_size(DCAL_ARMS_OUTCOME_F32, sizeof(dcal_arms_outcome_f32));
+    check_size(DCAL_IKM_F32, sizeof(dcal_ikm_f32));
+    check_size(DCAL_IKM_OUTCOME_F32, sizeof(dcal_ikm_outcome_f32));
     check_size(DCAL_JOINT_F32, sizeof(dcal_joint_f32));
     check_size(DCAL_JOINT_OUTCOME_F32, sizeof(dcal_joint_outcome_f32));
-    check_size(DCAL_GATED_F32, sizeof(dcal_gated_f32));
-    check_size(DCAL_OBSERVATION_OUTCOME_F32, sizeof(dcal_observation_outcome_f32));
+    check_size(DCAL_GATE_F32, sizeof(dcal_gate_f32));
+    check_size(DCAL_FKM_F32, sizeof(dcal_fkm_f32));
+    check_size(DCAL_FKM_OUTCOME_F32, sizeof(dcal_fkm_outcome_f32));
     if (dcal_alignment() != 8) {
         platform_write("FAILED the header is not the library's: the alignment of an object\n");
         failures++;

@@ -1,14 +1,13 @@
 /* Included once for each scalar: REAL, BITS, OF(name) and NAME are defined. */
 
 static OF(dcal_robot) OF(nominal);
-static OF(dcal_arms) OF(calibrator);
-static OF(dcal_arms_outcome) OF(outcome);
+static OF(dcal_ikm) OF(calibrator);
+static OF(dcal_ikm_outcome) OF(outcome);
 static OF(dcal_joint) OF(joint_calibrator);
 static OF(dcal_joint_outcome) OF(joint_outcome);
-static OF(dcal_gated) OF(gate);
-static OF(dcal_observation) OF(observations)[SAMPLES];
-static OF(dcal_observation_row) OF(rows)[SAMPLES];
-static OF(dcal_observation_outcome) OF(observed);
+static OF(dcal_gate) OF(gate);
+static OF(dcal_fkm) OF(fkm);
+static OF(dcal_fkm_outcome) OF(fkm_outcome);
 
 static REAL OF(number)(uint64_t bits)
 {
@@ -111,51 +110,51 @@ static void OF(kinematics)(void)
 }
 
 /* With the noise stated, or with nothing stated. */
-static void OF(arms)(const OF(dcal_settings) *settings)
+static void OF(ikm)(const OF(dcal_settings) *settings)
 {
     dcal_error error;
     unsigned long adding = 0;
     unsigned long solving = 0;
     unsigned long longest = 0;
     dcal_status status;
-    OK(OF(dcal_arms_init)(&OF(calibrator), sizeof OF(calibrator), &OF(nominal), settings, &error));
-    expect(OF(dcal_arms_solve)(&OF(calibrator), &error),
+    OK(OF(dcal_ikm_init)(&OF(calibrator), sizeof OF(calibrator), &OF(nominal), settings, &error));
+    expect(OF(dcal_ikm_solve)(&OF(calibrator), &error),
         DCAL_TOO_FEW_SAMPLES, "solve without samples");
     write_error(NAME " without samples", &error);
     for (size_t index = 0; index < SAMPLES; index++) {
         const OF(dcal_sample) sample = OF(sample)(index);
         const unsigned long start = platform_count();
-        OK(OF(dcal_arms_add)(&OF(calibrator), &sample, &error));
+        OK(OF(dcal_ikm_add)(&OF(calibrator), &sample, &error));
         adding += platform_count() - start;
     }
-    OK(OF(dcal_arms_solve)(&OF(calibrator), &error));
-    expect(OF(dcal_arms_finish)(&OF(calibrator), &OF(outcome), sizeof OF(outcome), &error),
+    OK(OF(dcal_ikm_solve)(&OF(calibrator), &error));
+    expect(OF(dcal_ikm_finish)(&OF(calibrator), &OF(outcome), sizeof OF(outcome), &error),
         DCAL_UNFINISHED, "outcome before the last step");
     do {
         const unsigned long start = platform_count();
-        status = OF(dcal_arms_step)(&OF(calibrator), &error);
+        status = OF(dcal_ikm_step)(&OF(calibrator));
         const unsigned long spent = platform_count() - start;
         solving += spent;
         longest = spent > longest ? spent : longest;
     } while (status == DCAL_WORKING);
     expect(status, DCAL_OK, "step");
-    OK(OF(dcal_arms_finish)(&OF(calibrator), &OF(outcome), sizeof OF(outcome), &error));
+    OK(OF(dcal_ikm_finish)(&OF(calibrator), &OF(outcome), sizeof OF(outcome), &error));
     OF(cost)("add, mean", adding / SAMPLES);
     OF(cost)("all steps", solving);
     OF(cost)("longest step", longest);
 
     OF(dcal_robot) robot;
     REAL deviations[24];
-    OK(OF(dcal_arms_outcome_robot)(&OF(outcome), &robot, sizeof robot));
+    OK(OF(dcal_ikm_outcome_robot)(&OF(outcome), &robot, sizeof robot));
     OF(write_robot)(&robot);
-    OK(OF(dcal_arms_outcome_deviations)(&OF(outcome), deviations));
+    OK(OF(dcal_ikm_outcome_deviations)(&OF(outcome), deviations));
     OF(write)("deviations", deviations, 24);
     for (int32_t arm = 0; arm < 3; arm++) {
         OF(dcal_arm_summary) summary;
         REAL covariance[64];
-        OK(OF(dcal_arms_outcome_arm)(&OF(outcome), arm, &summary));
+        OK(OF(dcal_ikm_outcome_arm)(&OF(outcome), arm, &summary));
         OF(write_summary)(&summary);
-        OK(OF(dcal_arms_outcome_arm_covariance)(&OF(outcome), arm, covariance));
+        OK(OF(dcal_ikm_outcome_arm_covariance)(&OF(outcome), arm, covariance));
         OF(write)("covariance", covariance, 64);
     }
 }
@@ -200,7 +199,7 @@ static void OF(joint)(const OF(dcal_settings) *settings)
     OK(OF(dcal_joint_solve)(&OF(joint_calibrator), &error));
     do {
         const unsigned long start = platform_count();
-        status = OF(dcal_joint_step)(&OF(joint_calibrator), &error);
+        status = OF(dcal_joint_step)(&OF(joint_calibrator));
         const unsigned long spent = platform_count() - start;
         solving += spent;
         longest = spent > longest ? spent : longest;
@@ -216,68 +215,93 @@ static void OF(joint)(const OF(dcal_settings) *settings)
     OF(write_joint)(&OF(joint_outcome));
 }
 
-/* Every seventh sample is 5 mm off. */
+/* Every eleventh sample is 5 mm off. */
 static void OF(gated)(const OF(dcal_settings) *settings)
 {
     dcal_error error;
     OF(dcal_gate_counts) counts;
     OF(dcal_verdict) verdict;
-    OK(OF(dcal_gated_init)(&OF(gate), sizeof OF(gate), &OF(nominal), settings, 0, &error));
+    OF(dcal_robot) robot;
+    OK(OF(dcal_gate_init)(&OF(gate), sizeof OF(gate), &OF(nominal), settings, 0, 0, &error));
     for (size_t index = 0; index < SAMPLES; index++) {
         OF(dcal_sample) sample = OF(sample)(index);
-        if (index % 7 == 6) {
+        if (index % 11 == 10) {
             sample.position[0] += 5;
         }
-        OK(OF(dcal_gated_add)(&OF(gate), &sample, &verdict, &error));
+        OK(OF(dcal_gate_add)(&OF(gate), &sample, &verdict, &error));
         const REAL figures[2] = {verdict.distance, verdict.normalized};
         OF(write)(verdict.verdict == DCAL_REJECTED ? "rejected" : "taken", figures, 2);
     }
-    OK(OF(dcal_gated_state)(&OF(gate), &counts));
+    OK(OF(dcal_gate_state)(&OF(gate), &counts));
     platform_write("BITS " NAME " gate:");
     write_count(counts.taken);
     write_count(counts.rejected);
     write_count(counts.longest_run);
     write_count((uint64_t)counts.alarm);
     platform_write("\n");
+    OK(OF(dcal_gate_solve)(&OF(gate), &error));
+    while (OF(dcal_gate_step)(&OF(gate)) == DCAL_WORKING) {
+    }
+    OK(OF(dcal_gate_finish)(&OF(gate), &OF(outcome), sizeof OF(outcome), &error));
+    OK(OF(dcal_ikm_outcome_robot)(&OF(outcome), &robot, sizeof robot));
+    OF(write_robot)(&robot);
 }
 
 /* Heights above a plane, x and z alone, distances from a point, in turn. */
+static OF(dcal_observation) OF(observation)(size_t index)
+{
+    const OF(dcal_sample) sample = OF(sample)(index);
+    OF(dcal_observation) observation = {0};
+    memcpy(observation.joints, sample.joints, sizeof sample.joints);
+    memcpy(observation.position, sample.position, sizeof sample.position);
+    observation.height = sample.position[2] + 560;
+    observation.distance = OF(number)(distances[index]);
+    observation.readings = index % 3 == 0 ? (uint32_t)DCAL_READ_HEIGHT
+        : index % 3 == 1                  ? (uint32_t)(DCAL_READ_X | DCAL_READ_Z)
+                                          : (uint32_t)DCAL_READ_DISTANCE;
+    return observation;
+}
+
 static void OF(observe)(const OF(dcal_settings) *settings)
 {
     dcal_error error;
     OF(dcal_instruments) instruments = {0};
     REAL place[4];
     REAL rotation[9];
+    unsigned long solving = 0;
+    unsigned long longest = 0;
+    unsigned long begin;
+    dcal_status status;
     instruments.plane_count = 1;
     instruments.point_count = 1;
     instruments.height_noise = settings->position_noise[0];
     instruments.distance_noise = settings->position_noise[0];
+    OK(OF(dcal_fkm_init)(&OF(fkm), sizeof OF(fkm), &OF(nominal), &instruments, settings, &error));
     for (size_t index = 0; index < SAMPLES; index++) {
-        const OF(dcal_sample) sample = OF(sample)(index);
-        OF(dcal_observation) *observation = &OF(observations)[index];
-        memset(observation, 0, sizeof *observation);
-        memcpy(observation->joints, sample.joints, sizeof sample.joints);
-        memcpy(observation->position, sample.position, sizeof sample.position);
-        observation->height = sample.position[2] + 560;
-        observation->distance = OF(number)(distances[index]);
-        observation->readings = index % 3 == 0 ? (uint32_t)DCAL_READ_HEIGHT
-            : index % 3 == 1                   ? (uint32_t)(DCAL_READ_X | DCAL_READ_Z)
-                                               : (uint32_t)DCAL_READ_DISTANCE;
+        const OF(dcal_observation) observation = OF(observation)(index);
+        OK(OF(dcal_fkm_add)(&OF(fkm), &observation, &error));
     }
-    expect(OF(dcal_observations_solve)(&OF(nominal), OF(observations), SAMPLES, &instruments, settings, OF(rows),
-               sizeof OF(rows) - 1, &OF(observed), sizeof OF(observed), &error),
-        DCAL_WRONG_SIZE, "observations with too little workspace");
-    const unsigned long start = platform_count();
-    OK(OF(dcal_observations_solve)(&OF(nominal), OF(observations), SAMPLES, &instruments, settings, OF(rows),
-        sizeof OF(rows), &OF(observed), sizeof OF(observed), &error));
-    OF(cost)("observations", platform_count() - start);
-    OK(OF(dcal_observation_outcome_joint)(&OF(observed), &OF(joint_outcome), sizeof OF(joint_outcome)));
+    OK(OF(dcal_fkm_solve)(&OF(fkm), &error));
+    do {
+        const unsigned long start = platform_count();
+        status = OF(dcal_fkm_step)(&OF(fkm));
+        const unsigned long spent = platform_count() - start;
+        solving += spent;
+        longest = spent > longest ? spent : longest;
+    } while (status == DCAL_WORKING);
+    expect(status, DCAL_OK, "fkm step");
+    begin = platform_count();
+    OK(OF(dcal_fkm_finish)(&OF(fkm), &OF(fkm_outcome), sizeof OF(fkm_outcome), &error));
+    OF(cost)("fkm, end", platform_count() - begin);
+    OF(cost)("fkm, all steps", solving);
+    OF(cost)("fkm, longest step", longest);
+    OK(OF(dcal_fkm_outcome_joint)(&OF(fkm_outcome), &OF(joint_outcome), sizeof OF(joint_outcome)));
     OF(write_joint)(&OF(joint_outcome));
-    OK(OF(dcal_observation_outcome_plane)(&OF(observed), 0, place));
+    OK(OF(dcal_fkm_outcome_plane)(&OF(fkm_outcome), 0, place));
     OF(write)("plane", place, 3);
-    OK(OF(dcal_observation_outcome_point)(&OF(observed), 0, place));
+    OK(OF(dcal_fkm_outcome_point)(&OF(fkm_outcome), 0, place));
     OF(write)("point", place, 4);
-    OK(OF(dcal_observation_outcome_frame)(&OF(observed), rotation, place));
+    OK(OF(dcal_fkm_outcome_frame)(&OF(fkm_outcome), rotation, place));
     OF(write)("frame", rotation, 9);
 }
 
@@ -306,11 +330,11 @@ static void OF(run)(void)
     OK(OF(dcal_robot_from_dimensions)(&OF(nominal), sizeof OF(nominal), &dimensions, &error));
     OF(write_robot)(&OF(nominal));
     OF(kinematics)();
-    OF(arms)(&nothing);
+    OF(ikm)(&nothing);
     OF(joint)(&nothing);
     OF(joint)(&both);
     OF(stack_of)("joint", OF(joint), &noise_alone);
-    OF(stack_of)("arms", OF(arms), &noise_alone);
+    OF(stack_of)("ikm", OF(ikm), &noise_alone);
     OF(stack_of)("gate", OF(gated), &both);
-    OF(stack_of)("observations", OF(observe), &both);
+    OF(stack_of)("fkm", OF(observe), &both);
 }

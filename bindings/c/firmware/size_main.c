@@ -1,5 +1,5 @@
-/* What a part of the library adds to a firmware, in single precision: the part is named by SIZE_ROBOT, SIZE_ARMS, SIZE_GATE,
- * SIZE_JOINT or SIZE_OBSERVATIONS; SIZE_NOTHING is the firmware without any. Built to be looked at. */
+/* What a part of the library adds to a firmware, in single precision: the part is named by SIZE_ROBOT, SIZE_IKM, SIZE_GATE,
+ * SIZE_JOINT or SIZE_FKM; SIZE_NOTHING is the firmware without any. Built to be looked at. */
 #include "delta_cal.h"
 
 #ifndef SIZE_NOTHING
@@ -29,65 +29,56 @@ static void part(void)
 }
 #endif
 
-#if defined(SIZE_ARMS) || defined(SIZE_GATE) || defined(SIZE_JOINT)
-#ifdef SIZE_JOINT
-#define CALIBRATION(name) dcal_joint_##name##_f32
-static dcal_joint_f32 calibrator;
-static dcal_joint_outcome_f32 outcome;
-#else
-static dcal_arms_outcome_f32 outcome;
-#ifdef SIZE_GATE
-#define CALIBRATION(name) dcal_gated_##name##_f32
-static dcal_gated_f32 calibrator;
-#else
-#define CALIBRATION(name) dcal_arms_##name##_f32
-static dcal_arms_f32 calibrator;
+#ifndef SIZE_NOTHING
+#ifdef SIZE_IKM
+#define OF(name) dcal_ikm##name##_f32
+#define OUTCOME(name) dcal_ikm_outcome##name##_f32
+#elif defined(SIZE_GATE)
+#define OF(name) dcal_gate##name##_f32
+#define OUTCOME(name) dcal_ikm_outcome##name##_f32
+#elif defined(SIZE_JOINT)
+#define OF(name) dcal_joint##name##_f32
+#define OUTCOME(name) dcal_joint_outcome##name##_f32
+#elif defined(SIZE_FKM)
+#define OF(name) dcal_fkm##name##_f32
+#define OUTCOME(name) dcal_fkm_outcome##name##_f32
 #endif
 #endif
+
+#ifdef OF
+static OF() calibrator;
+static OUTCOME() outcome;
 
 static void part(void)
 {
     const dcal_settings_f32 settings = {.position_noise = {number, number, number}};
-#ifdef SIZE_GATE
-    CALIBRATION(init)(&calibrator, sizeof calibrator, &robot, &settings, 0, &error);
+#ifdef SIZE_FKM
+    const dcal_instruments_f32 instruments = {.height_noise = number};
+    OF(_init)(&calibrator, sizeof calibrator, &robot, &instruments, &settings, &error);
+#elif defined(SIZE_GATE)
+    OF(_init)(&calibrator, sizeof calibrator, &robot, &settings, 0, 0, &error);
 #else
-    CALIBRATION(init)(&calibrator, sizeof calibrator, &robot, &settings, &error);
+    OF(_init)(&calibrator, sizeof calibrator, &robot, &settings, &error);
 #endif
     while (more) {
+#ifdef SIZE_FKM
+        const dcal_observation_f32 observation = {.height = number, .readings = DCAL_READ_HEIGHT};
+        OF(_add)(&calibrator, &observation, &error);
+#else
         const dcal_sample_f32 sample = {{number, number, number}, {number, number, number}};
 #ifdef SIZE_GATE
         dcal_verdict_f32 verdict;
-        CALIBRATION(add)(&calibrator, &sample, &verdict, &error);
+        OF(_add)(&calibrator, &sample, &verdict, &error);
 #else
-        CALIBRATION(add)(&calibrator, &sample, &error);
+        OF(_add)(&calibrator, &sample, &error);
+#endif
 #endif
     }
-    CALIBRATION(solve)(&calibrator, &error);
-    while (CALIBRATION(step)(&calibrator, &error) == DCAL_WORKING) {
+    OF(_solve)(&calibrator, &error);
+    while (OF(_step)(&calibrator) == DCAL_WORKING) {
     }
-    CALIBRATION(finish)(&calibrator, &outcome, sizeof outcome, &error);
-#ifdef SIZE_JOINT
-    dcal_joint_outcome_robot_f32(&outcome, &robot, sizeof robot);
-#else
-    dcal_arms_outcome_robot_f32(&outcome, &robot, sizeof robot);
-#endif
-}
-#endif
-
-#ifdef SIZE_OBSERVATIONS
-static dcal_observation_f32 observations[30];
-static dcal_observation_row_f32 rows[30];
-static dcal_observation_outcome_f32 observed;
-static dcal_joint_outcome_f32 outcome;
-
-static void part(void)
-{
-    const dcal_settings_f32 settings = {.position_noise = {number, number, number}};
-    const dcal_instruments_f32 instruments = {.height_noise = number};
-    dcal_observations_solve_f32(&robot, observations, (size_t)more, &instruments, &settings, rows, sizeof rows,
-        &observed, sizeof observed, &error);
-    dcal_observation_outcome_joint_f32(&observed, &outcome, sizeof outcome);
-    dcal_joint_outcome_robot_f32(&outcome, &robot, sizeof robot);
+    OF(_finish)(&calibrator, &outcome, sizeof outcome, &error);
+    OUTCOME(_robot)(&outcome, &robot, sizeof robot);
 }
 #endif
 

@@ -83,7 +83,7 @@ enum {
     DCAL_TOLERANCE_OF_ANGLE = 25,
     /** The width of the gate must be a finite number greater than 0. */
     DCAL_WIDTH_OF_GATE = 26,
-    /** The factor of forgetting must lie between 0 and 1. */
+    /** The factor of forgetting must lie between 0 and 1, the mean age of samples be a finite number greater than 0. */
     DCAL_FORGETTING = 27,
     /** What is known of an instrument's place must be finite, and its sigma not negative. */
     DCAL_KNOWN_PLACE = 28,
@@ -135,6 +135,8 @@ enum {
     DCAL_OBSERVATION_SAME_PLACE = 65,
     /** The instruments have more unknowns than there is room for. */
     DCAL_TOO_MANY_UNKNOWNS = 66,
+    /** There is no room for another observation. */
+    DCAL_OBSERVATIONS_FULL = 67,
     /** There are fewer samples than needed. */
     DCAL_TOO_FEW_SAMPLES = 70,
     /** The poses do not determine the parameters. */
@@ -265,9 +267,11 @@ enum {
     DCAL_READ_DISTANCE = 16,
     /** Bit of an observation: a distance from the platform's position at other joint angles was measured. */
     DCAL_READ_DISTANCE_BETWEEN = 32,
-    /** Planes of a calibration from observations at most. */
+    /** Observations of a calibration from any readings at most. */
+    DCAL_FKM_ROWS = 64,
+    /** Planes of a calibration from any readings at most. */
     DCAL_PLANES = 4,
-    /** Points of a calibration from observations at most. */
+    /** Points of a calibration from any readings at most. */
     DCAL_POINTS = 4,
     /** Unknowns of the instruments at most: six of a frame, three of a plane, three of a point, one of its
      * offset. */
@@ -277,19 +281,21 @@ enum {
 /** The kinds of object, for dcal_size. The numbers never change. */
 enum {
     DCAL_ROBOT_F32 = 1025,
-    DCAL_ARMS_F32 = 1026,
-    DCAL_ARMS_OUTCOME_F32 = 1028,
+    DCAL_IKM_F32 = 1026,
+    DCAL_IKM_OUTCOME_F32 = 1028,
     DCAL_JOINT_F32 = 1029,
     DCAL_JOINT_OUTCOME_F32 = 1031,
-    DCAL_GATED_F32 = 1032,
-    DCAL_OBSERVATION_OUTCOME_F32 = 1033,
+    DCAL_GATE_F32 = 1032,
+    DCAL_FKM_F32 = 1033,
+    DCAL_FKM_OUTCOME_F32 = 1034,
     DCAL_ROBOT_F64 = 2049,
-    DCAL_ARMS_F64 = 2050,
-    DCAL_ARMS_OUTCOME_F64 = 2052,
+    DCAL_IKM_F64 = 2050,
+    DCAL_IKM_OUTCOME_F64 = 2052,
     DCAL_JOINT_F64 = 2053,
     DCAL_JOINT_OUTCOME_F64 = 2055,
-    DCAL_GATED_F64 = 2056,
-    DCAL_OBSERVATION_OUTCOME_F64 = 2057
+    DCAL_GATE_F64 = 2056,
+    DCAL_FKM_F64 = 2057,
+    DCAL_FKM_OUTCOME_F64 = 2058
 };
 
 /** Why a call failed. Every function that takes a pointer to one accepts NULL. */
@@ -309,7 +315,7 @@ typedef struct dcal_error {
     /** The instrument at fault: DCAL_NO_INSTRUMENT, DCAL_FRAME, DCAL_PLANE, DCAL_POINT or
      * DCAL_TRANSMISSION. */
     int32_t instrument;
-    /** Index of the plane or point, or of the observation at fault. */
+    /** Index of the plane or point at fault. */
     uint32_t index;
     /** The figure of a refusal: condition number (undetermined), sigma in length or radians (uncertain),
      * ratio of the residuals to what the noise allows (residual contradicts noise), or tolerances (far
@@ -343,18 +349,18 @@ typedef struct dcal_robot_f32 {
 DCAL_OBJECT(dcal_robot_f32, DCAL_ROBOT_F32_SIZE);
 
 /** The per-arm calibrator: samples and solver, each arm by itself. */
-#define DCAL_ARMS_F32_SIZE 4864
-typedef struct dcal_arms_f32 {
-    DCAL_ALIGNED unsigned char memory[DCAL_ARMS_F32_SIZE];
-} dcal_arms_f32;
-DCAL_OBJECT(dcal_arms_f32, DCAL_ARMS_F32_SIZE);
+#define DCAL_IKM_F32_SIZE 4864
+typedef struct dcal_ikm_f32 {
+    DCAL_ALIGNED unsigned char memory[DCAL_IKM_F32_SIZE];
+} dcal_ikm_f32;
+DCAL_OBJECT(dcal_ikm_f32, DCAL_IKM_F32_SIZE);
 
 /** A calibrated robot with the covariance of each arm. */
-#define DCAL_ARMS_OUTCOME_F32_SIZE 1728
-typedef struct dcal_arms_outcome_f32 {
-    DCAL_ALIGNED unsigned char memory[DCAL_ARMS_OUTCOME_F32_SIZE];
-} dcal_arms_outcome_f32;
-DCAL_OBJECT(dcal_arms_outcome_f32, DCAL_ARMS_OUTCOME_F32_SIZE);
+#define DCAL_IKM_OUTCOME_F32_SIZE 1728
+typedef struct dcal_ikm_outcome_f32 {
+    DCAL_ALIGNED unsigned char memory[DCAL_IKM_OUTCOME_F32_SIZE];
+} dcal_ikm_outcome_f32;
+DCAL_OBJECT(dcal_ikm_outcome_f32, DCAL_IKM_OUTCOME_F32_SIZE);
 
 /** The joint calibrator: samples and solver, all 24 parameters together. */
 #define DCAL_JOINT_F32_SIZE 11328
@@ -371,30 +377,30 @@ typedef struct dcal_joint_outcome_f32 {
 DCAL_OBJECT(dcal_joint_outcome_f32, DCAL_JOINT_OUTCOME_F32_SIZE);
 
 /** The per-arm calibrator behind a gate, which tests each sample before it is taken in. */
-#define DCAL_GATED_F32_SIZE 6144
-typedef struct dcal_gated_f32 {
-    DCAL_ALIGNED unsigned char memory[DCAL_GATED_F32_SIZE];
-} dcal_gated_f32;
-DCAL_OBJECT(dcal_gated_f32, DCAL_GATED_F32_SIZE);
+#define DCAL_GATE_F32_SIZE 6016
+typedef struct dcal_gate_f32 {
+    DCAL_ALIGNED unsigned char memory[DCAL_GATE_F32_SIZE];
+} dcal_gate_f32;
+DCAL_OBJECT(dcal_gate_f32, DCAL_GATE_F32_SIZE);
 
-/** A robot calibrated from observations, and where the instruments are. */
-#define DCAL_OBSERVATION_OUTCOME_F32_SIZE 6400
-typedef struct dcal_observation_outcome_f32 {
-    DCAL_ALIGNED unsigned char memory[DCAL_OBSERVATION_OUTCOME_F32_SIZE];
-} dcal_observation_outcome_f32;
-DCAL_OBJECT(dcal_observation_outcome_f32, DCAL_OBSERVATION_OUTCOME_F32_SIZE);
+/** The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver. */
+#define DCAL_FKM_F32_SIZE 27392
+typedef struct dcal_fkm_f32 {
+    DCAL_ALIGNED unsigned char memory[DCAL_FKM_F32_SIZE];
+} dcal_fkm_f32;
+DCAL_OBJECT(dcal_fkm_f32, DCAL_FKM_F32_SIZE);
 
-/** Workspace for one observation. */
-#define DCAL_OBSERVATION_ROW_F32_SIZE 192
-typedef struct dcal_observation_row_f32 {
-    DCAL_ALIGNED unsigned char memory[DCAL_OBSERVATION_ROW_F32_SIZE];
-} dcal_observation_row_f32;
-DCAL_OBJECT(dcal_observation_row_f32, DCAL_OBSERVATION_ROW_F32_SIZE);
+/** A robot calibrated from any readings, and where the instruments are. */
+#define DCAL_FKM_OUTCOME_F32_SIZE 3200
+typedef struct dcal_fkm_outcome_f32 {
+    DCAL_ALIGNED unsigned char memory[DCAL_FKM_OUTCOME_F32_SIZE];
+} dcal_fkm_outcome_f32;
+DCAL_OBJECT(dcal_fkm_outcome_f32, DCAL_FKM_OUTCOME_F32_SIZE);
 
 /** The bytes of a snapshot. */
-#define DCAL_ARMS_SNAPSHOT_F32_SIZE 1316
+#define DCAL_IKM_SNAPSHOT_F32_SIZE 1316
 #define DCAL_JOINT_SNAPSHOT_F32_SIZE 3462
-#define DCAL_GATED_SNAPSHOT_F32_SIZE 2106
+#define DCAL_GATE_SNAPSHOT_F32_SIZE 2106
 
 /** The robot as a data sheet gives it: three equal arms 120 degrees apart, no tilt. Lengths in any one
  * unit. */
@@ -505,7 +511,8 @@ typedef struct dcal_gate_counts_f32 {
     /** What the first long run of rejections means: DCAL_NO_ALARM, DCAL_ROBOT_CHANGED or
      * DCAL_EARLY_SAMPLES_WRONG. */
     int32_t alarm;
-    /** 1 if there is something left to solve; until that is done, no sample is taken. */
+    /** 1 while there is something to solve, which may be the gate's own estimate: call dcal_gate_step_f32
+     * until it returns DCAL_OK. */
     int32_t solving;
     /** The first sample of that run, counted from 0 over all that came; 0 without an alarm. */
     uint64_t alarm_sample;
@@ -539,6 +546,8 @@ typedef struct dcal_plane_f32 {
     float known;
     /** One sigma of that; 0: nothing is known. Length. */
     float sigma;
+    /** One sigma of the slopes a and b of a plane that is nearly level; 0: nothing is known. No unit. */
+    float level;
 } dcal_plane_f32;
 
 /** A fixed point, whose place is unknown. */
@@ -629,112 +638,118 @@ dcal_status dcal_robot_inverse_f32(
     float joints[3],
     dcal_error *error);
 
+/** Writes the covariance of all 24 parameters, eight an arm, row by row: length^2, length radian,
+ * radian^2.
+ *
+ * Errors: DCAL_NO_COVARIANCE. */
+dcal_status dcal_joint_outcome_covariance_f32(const dcal_joint_outcome_f32 *outcome, float covariance[576]);
+
 /** Makes a calibrator without samples, in size bytes of memory: write sizeof *calibrator. robot is the
  * robot before calibration, the nominal of the tolerance and the start of the iteration; it is copied.
  *
  * Errors: DCAL_NOISE_..., DCAL_TOLERANCE_..., DCAL_NO_SUCH_CHOICE. */
-dcal_status dcal_arms_init_f32(
-    dcal_arms_f32 *calibrator,
+dcal_status dcal_ikm_init_f32(
+    dcal_ikm_f32 *calibrator,
     size_t size,
     const dcal_robot_f32 *robot,
     const dcal_settings_f32 *settings,
     dcal_error *error);
 
 /** Adds one sample; memory and time are the same for any number of samples. The result of the last
- * dcal_arms_solve_f32 is dropped.
+ * dcal_ikm_solve_f32 is dropped.
  *
  * Errors: DCAL_BUSY, and DCAL_SAMPLE_... with the arm; nothing is added. */
-dcal_status dcal_arms_add_f32(dcal_arms_f32 *calibrator, const dcal_sample_f32 *sample, dcal_error *error);
+dcal_status dcal_ikm_add_f32(dcal_ikm_f32 *calibrator, const dcal_sample_f32 *sample, dcal_error *error);
 
-/** Works in the samples that still wait: the calibrator works in several at once. dcal_arms_solve_f32 does
+/** Works in the samples that still wait: the calibrator works in several at once. dcal_ikm_solve_f32 does
  * it as well; call this one turn of the control loop earlier if that call takes too long. The result has
- * the same bits.
- *
- * Errors: DCAL_BUSY. */
-dcal_status dcal_arms_flush_f32(dcal_arms_f32 *calibrator);
-
-/** Writes the number of samples. */
-dcal_status dcal_arms_samples_f32(const dcal_arms_f32 *calibrator, uint64_t *samples);
+ * the same bits. */
+dcal_status dcal_ikm_flush_f32(dcal_ikm_f32 *calibrator);
 
 /** Adds all samples of another calibrator of the same robot and noise.
  *
  * Errors: DCAL_BUSY, DCAL_DIFFERENT_NOMINAL; nothing is added. */
-dcal_status dcal_arms_merge_f32(dcal_arms_f32 *calibrator, const dcal_arms_f32 *other);
+dcal_status dcal_ikm_merge_f32(dcal_ikm_f32 *calibrator, const dcal_ikm_f32 *other);
 
 /** Multiplies the weight of all samples so far by lambda, 0 to 1.
  *
  * Errors: DCAL_BUSY, DCAL_FORGETTING. */
-dcal_status dcal_arms_forget_f32(dcal_arms_f32 *calibrator, float lambda);
+dcal_status dcal_ikm_forget_f32(dcal_ikm_f32 *calibrator, float lambda);
 
-/** Begins to solve. Until the last dcal_arms_step_f32, or dcal_arms_stop_f32, every call that would change
+/** Writes the number of samples. */
+dcal_status dcal_ikm_samples_f32(const dcal_ikm_f32 *calibrator, uint64_t *samples);
+
+/** Begins to solve. Until the last dcal_ikm_step_f32, or dcal_ikm_stop_f32, every call that would change
  * the samples returns DCAL_BUSY.
  *
- * Errors: DCAL_BUSY; DCAL_TOO_FEW_SAMPLES, with the arm, how many there are and how many are needed. */
-dcal_status dcal_arms_solve_f32(dcal_arms_f32 *calibrator, dcal_error *error);
+ * Errors: those of dcal_ikm_finish_f32 that are known already, as DCAL_TOO_FEW_SAMPLES, with the arm, how
+ * many there are and how many are needed. */
+dcal_status dcal_ikm_solve_f32(dcal_ikm_f32 *calibrator, dcal_error *error);
 
 /** One short step, to be called between the turns of a control loop. Returns DCAL_WORKING as long as there
- * is more to do, and DCAL_OK when the outcome is ready.
- *
- * Errors: DCAL_UNFINISHED before dcal_arms_solve_f32. */
-dcal_status dcal_arms_step_f32(dcal_arms_f32 *calibrator, dcal_error *error);
+ * is more to do, and then DCAL_OK: dcal_ikm_finish_f32 has the outcome, or why there is none. */
+dcal_status dcal_ikm_step_f32(dcal_ikm_f32 *calibrator);
 
-/** Gives up what dcal_arms_solve_f32 has begun. The samples stay. */
-dcal_status dcal_arms_stop_f32(dcal_arms_f32 *calibrator);
+/** Gives up what dcal_ikm_solve_f32 has begun. The samples stay. */
+dcal_status dcal_ikm_stop_f32(dcal_ikm_f32 *calibrator);
+
+/** Drops all samples and what was solved from them: as after dcal_ikm_init_f32. */
+dcal_status dcal_ikm_reset_f32(dcal_ikm_f32 *calibrator);
 
 /** The calibrated robot, in size bytes of memory: write sizeof *outcome.
  *
  * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to
  * DCAL_OVERFLOW), with arm and cause; the robot keeps its parameters. */
-dcal_status dcal_arms_finish_f32(
-    const dcal_arms_f32 *calibrator,
-    dcal_arms_outcome_f32 *outcome,
+dcal_status dcal_ikm_finish_f32(
+    const dcal_ikm_f32 *calibrator,
+    dcal_ikm_outcome_f32 *outcome,
     size_t size,
     dcal_error *error);
 
 /** Writes the samples into bytes, of which there are capacity: write the constant
  * DCAL_..._SNAPSHOT_..._SIZE. length is how many were written. They are the same on every target. Store
- * them where they outlast a power cut, and give them to dcal_arms_restore_f32.
+ * them where they outlast a power cut, and give them to dcal_ikm_restore_f32.
  *
- * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. */
-dcal_status dcal_arms_snapshot_f32(
-    const dcal_arms_f32 *calibrator,
+ * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. The gate: DCAL_BUSY. */
+dcal_status dcal_ikm_snapshot_f32(
+    const dcal_ikm_f32 *calibrator,
     uint8_t *bytes,
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must be of the same robot and settings. It
+/** Replaces the samples by those of a snapshot. The calibrator must be of the same robot and noise. It
  * goes on to the same bits as the one that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
-dcal_status dcal_arms_restore_f32(dcal_arms_f32 *calibrator, const uint8_t *bytes, size_t length);
+dcal_status dcal_ikm_restore_f32(dcal_ikm_f32 *calibrator, const uint8_t *bytes, size_t length);
 
 /** Makes the calibrated robot, in size bytes of memory: write sizeof *robot. robot may be the robot in
  * use, which is then replaced. */
-dcal_status dcal_arms_outcome_robot_f32(
-    const dcal_arms_outcome_f32 *outcome,
+dcal_status dcal_ikm_outcome_robot_f32(
+    const dcal_ikm_outcome_f32 *outcome,
     dcal_robot_f32 *robot,
     size_t size);
 
-/** Writes how well an arm is known; arm is 0, 1 or 2. With dcal_joint_... residual and noise are the whole
+/** Writes how well an arm is known; arm is 0, 1 or 2. Solved together, residual and noise are the whole
  * robot's.
  *
  * Errors: DCAL_NO_SUCH_ARM. */
-dcal_status dcal_arms_outcome_arm_f32(
-    const dcal_arms_outcome_f32 *outcome,
+dcal_status dcal_ikm_outcome_arm_f32(
+    const dcal_ikm_outcome_f32 *outcome,
     int32_t arm,
     dcal_arm_summary_f32 *summary);
 
 /** Writes the standard uncertainty of each of the 24 parameters, eight an arm: length or radians.
  *
  * Errors: DCAL_NO_COVARIANCE. */
-dcal_status dcal_arms_outcome_deviations_f32(const dcal_arms_outcome_f32 *outcome, float sigma[24]);
+dcal_status dcal_ikm_outcome_deviations_f32(const dcal_ikm_outcome_f32 *outcome, float sigma[24]);
 
 /** Writes the covariance of an arm's eight parameters, row by row: length^2, length radian, radian^2. arm
  * is 0, 1 or 2.
  *
  * Errors: DCAL_NO_SUCH_ARM, DCAL_NO_COVARIANCE. */
-dcal_status dcal_arms_outcome_arm_covariance_f32(
-    const dcal_arms_outcome_f32 *outcome,
+dcal_status dcal_ikm_outcome_arm_covariance_f32(
+    const dcal_ikm_outcome_f32 *outcome,
     int32_t arm,
     float covariance[64]);
 
@@ -757,13 +772,8 @@ dcal_status dcal_joint_add_f32(dcal_joint_f32 *calibrator, const dcal_sample_f32
 
 /** Works in the samples that still wait: the calibrator works in several at once. dcal_joint_solve_f32
  * does it as well; call this one turn of the control loop earlier if that call takes too long. The result
- * has the same bits.
- *
- * Errors: DCAL_BUSY. */
+ * has the same bits. */
 dcal_status dcal_joint_flush_f32(dcal_joint_f32 *calibrator);
-
-/** Writes the number of samples. */
-dcal_status dcal_joint_samples_f32(const dcal_joint_f32 *calibrator, uint64_t *samples);
 
 /** Adds all samples of another calibrator of the same robot and noise.
  *
@@ -775,20 +785,25 @@ dcal_status dcal_joint_merge_f32(dcal_joint_f32 *calibrator, const dcal_joint_f3
  * Errors: DCAL_BUSY, DCAL_FORGETTING. */
 dcal_status dcal_joint_forget_f32(dcal_joint_f32 *calibrator, float lambda);
 
+/** Writes the number of samples. */
+dcal_status dcal_joint_samples_f32(const dcal_joint_f32 *calibrator, uint64_t *samples);
+
 /** Begins to solve. Until the last dcal_joint_step_f32, or dcal_joint_stop_f32, every call that would
  * change the samples returns DCAL_BUSY.
  *
- * Errors: DCAL_BUSY; DCAL_TOO_FEW_SAMPLES, with the arm, how many there are and how many are needed. */
+ * Errors: those of dcal_joint_finish_f32 that are known already, as DCAL_TOO_FEW_SAMPLES, with the arm,
+ * how many there are and how many are needed. */
 dcal_status dcal_joint_solve_f32(dcal_joint_f32 *calibrator, dcal_error *error);
 
 /** One short step, to be called between the turns of a control loop. Returns DCAL_WORKING as long as there
- * is more to do, and DCAL_OK when the outcome is ready.
- *
- * Errors: DCAL_UNFINISHED before dcal_joint_solve_f32. */
-dcal_status dcal_joint_step_f32(dcal_joint_f32 *calibrator, dcal_error *error);
+ * is more to do, and then DCAL_OK: dcal_joint_finish_f32 has the outcome, or why there is none. */
+dcal_status dcal_joint_step_f32(dcal_joint_f32 *calibrator);
 
 /** Gives up what dcal_joint_solve_f32 has begun. The samples stay. */
 dcal_status dcal_joint_stop_f32(dcal_joint_f32 *calibrator);
+
+/** Drops all samples and what was solved from them: as after dcal_joint_init_f32. */
+dcal_status dcal_joint_reset_f32(dcal_joint_f32 *calibrator);
 
 /** The calibrated robot, in size bytes of memory: write sizeof *outcome.
  *
@@ -804,14 +819,14 @@ dcal_status dcal_joint_finish_f32(
  * DCAL_..._SNAPSHOT_..._SIZE. length is how many were written. They are the same on every target. Store
  * them where they outlast a power cut, and give them to dcal_joint_restore_f32.
  *
- * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. */
+ * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. The gate: DCAL_BUSY. */
 dcal_status dcal_joint_snapshot_f32(
     const dcal_joint_f32 *calibrator,
     uint8_t *bytes,
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must be of the same robot and settings. It
+/** Replaces the samples by those of a snapshot. The calibrator must be of the same robot and noise. It
  * goes on to the same bits as the one that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
@@ -824,7 +839,7 @@ dcal_status dcal_joint_outcome_robot_f32(
     dcal_robot_f32 *robot,
     size_t size);
 
-/** Writes how well an arm is known; arm is 0, 1 or 2. With dcal_joint_... residual and noise are the whole
+/** Writes how well an arm is known; arm is 0, 1 or 2. Solved together, residual and noise are the whole
  * robot's.
  *
  * Errors: DCAL_NO_SUCH_ARM. */
@@ -847,139 +862,197 @@ dcal_status dcal_joint_outcome_arm_covariance_f32(
     int32_t arm,
     float covariance[64]);
 
-/** Writes the covariance of all 24 parameters, eight an arm, row by row: length^2, length radian,
- * radian^2.
+/** Makes a calibrator with a gate, without samples, in size bytes of memory: write sizeof *calibrator.
+ * sigmas is the gate's width; 0 for the width that rejects three good samples in a million for each arm.
+ * age is the mean age of the samples that count, for a robot that changes slowly; 0 if all count alike.
+ * With a stated noise and tolerance the gate tests from the first sample on, otherwise from its first
+ * estimate on.
  *
- * Errors: DCAL_NO_COVARIANCE. */
-dcal_status dcal_joint_outcome_covariance_f32(const dcal_joint_outcome_f32 *outcome, float covariance[576]);
-
-/** Makes the outcome of each arm by itself, in size bytes of memory: write sizeof *arms. What the joint
- * outcome says of two arms together is left out. */
-dcal_status dcal_joint_outcome_arms_f32(
-    const dcal_joint_outcome_f32 *outcome,
-    dcal_arms_outcome_f32 *arms,
-    size_t size);
-
-/** Makes a per-arm calibrator behind a gate, without samples, in size bytes of memory: write sizeof
- * *gated. sigmas is the gate's width; 0 for the width that rejects three good samples in a million for
- * each arm. With a stated noise and tolerance it tests from the first sample on; otherwise it solves an
- * estimate at the twelfth.
- *
- * Errors: DCAL_WIDTH_OF_GATE, DCAL_NOISE_..., DCAL_TOLERANCE_..., DCAL_NO_SUCH_CHOICE. */
-dcal_status dcal_gated_init_f32(
-    dcal_gated_f32 *gated,
+ * Errors: DCAL_NOISE_..., DCAL_TOLERANCE_..., DCAL_NO_SUCH_CHOICE, DCAL_WIDTH_OF_GATE, DCAL_FORGETTING. */
+dcal_status dcal_gate_init_f32(
+    dcal_gate_f32 *calibrator,
     size_t size,
     const dcal_robot_f32 *robot,
     const dcal_settings_f32 *settings,
     float sigmas,
+    float age,
     dcal_error *error);
 
 /** Tests one sample, and takes it in unless it disagrees. A sample that is rejected is no error: verdict
- * says so. Call dcal_gated_step before the next: an estimate of the gate may be to be solved.
+ * says so. Where the gate then wants an estimate of its own, call dcal_gate_step_f32 until it returns
+ * DCAL_OK, before the next sample.
  *
  * Errors: DCAL_BUSY, and DCAL_SAMPLE_... with the arm; nothing has changed. */
-dcal_status dcal_gated_add_f32(
-    dcal_gated_f32 *gated,
+dcal_status dcal_gate_add_f32(
+    dcal_gate_f32 *calibrator,
     const dcal_sample_f32 *sample,
     dcal_verdict_f32 *verdict,
     dcal_error *error);
 
-/** Begins to solve.
- *
- * Errors: DCAL_ROBOT_HAS_CHANGED, DCAL_EARLY_SAMPLES, DCAL_TOO_MANY_REJECTED. */
-dcal_status dcal_gated_solve_f32(dcal_gated_f32 *gated, dcal_error *error);
+/** Writes how many samples came to what, and whether there is an alarm. */
+dcal_status dcal_gate_state_f32(const dcal_gate_f32 *calibrator, dcal_gate_counts_f32 *counts);
 
-/** One short step of what there is to solve, to be called between the turns of a control loop. Returns
- * DCAL_WORKING as long as there is more to do, and DCAL_OK otherwise. */
-dcal_status dcal_gated_step_f32(dcal_gated_f32 *gated, dcal_error *error);
+/** Answers the alarm: the run of rejected samples was wrong, and what was taken in before stays. If the
+ * robot has changed, call dcal_gate_reset_f32. */
+dcal_status dcal_gate_acknowledge_f32(dcal_gate_f32 *calibrator);
+
+/** Writes the number of samples. */
+dcal_status dcal_gate_samples_f32(const dcal_gate_f32 *calibrator, uint64_t *samples);
+
+/** Begins to solve. Until the last dcal_gate_step_f32, or dcal_gate_stop_f32, every call that would change
+ * the samples returns DCAL_BUSY.
+ *
+ * Errors: those of dcal_gate_finish_f32 that are known already, as DCAL_TOO_FEW_SAMPLES, with the arm,
+ * how many there are and how many are needed. */
+dcal_status dcal_gate_solve_f32(dcal_gate_f32 *calibrator, dcal_error *error);
+
+/** One short step, to be called between the turns of a control loop. Returns DCAL_WORKING as long as there
+ * is more to do, and then DCAL_OK: dcal_gate_finish_f32 has the outcome, or why there is none. */
+dcal_status dcal_gate_step_f32(dcal_gate_f32 *calibrator);
+
+/** Gives up what dcal_gate_solve_f32 has begun. The samples stay. */
+dcal_status dcal_gate_stop_f32(dcal_gate_f32 *calibrator);
+
+/** Drops all samples and what was solved from them: as after dcal_gate_init_f32. */
+dcal_status dcal_gate_reset_f32(dcal_gate_f32 *calibrator);
 
 /** The calibrated robot, in size bytes of memory: write sizeof *outcome.
  *
- * Errors: DCAL_UNFINISHED before the last step, and every refusal, with arm and cause. */
-dcal_status dcal_gated_finish_f32(
-    const dcal_gated_f32 *gated,
-    dcal_arms_outcome_f32 *outcome,
+ * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to
+ * DCAL_OVERFLOW), with arm and cause; the robot keeps its parameters. */
+dcal_status dcal_gate_finish_f32(
+    const dcal_gate_f32 *calibrator,
+    dcal_ikm_outcome_f32 *outcome,
     size_t size,
     dcal_error *error);
 
-/** Answers the alarm: the run of rejected samples was wrong, and what was taken in before stays. */
-dcal_status dcal_gated_acknowledge_f32(dcal_gated_f32 *gated);
-
-/** Drops all samples, for a robot that has changed. */
-dcal_status dcal_gated_reset_f32(dcal_gated_f32 *gated);
-
-/** Writes how many samples came to what, and whether there is an alarm. */
-dcal_status dcal_gated_state_f32(const dcal_gated_f32 *gated, dcal_gate_counts_f32 *counts);
-
-/** Writes what came into bytes, of which there are capacity: write DCAL_GATED_SNAPSHOT_..._SIZE. length is
- * how many were written.
+/** Writes the samples into bytes, of which there are capacity: write the constant
+ * DCAL_..._SNAPSHOT_..._SIZE. length is how many were written. They are the same on every target. Store
+ * them where they outlast a power cut, and give them to dcal_gate_restore_f32.
  *
- * Errors: DCAL_SNAPSHOT_BUFFER, DCAL_BUSY; nothing is written. */
-dcal_status dcal_gated_snapshot_f32(
-    const dcal_gated_f32 *gated,
+ * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. The gate: DCAL_BUSY. */
+dcal_status dcal_gate_snapshot_f32(
+    const dcal_gate_f32 *calibrator,
     uint8_t *bytes,
     size_t capacity,
     size_t *length);
 
-/** Puts what a snapshot holds in place of what came. It must be of the same robot, noise, tolerance and
- * width.
+/** Replaces the samples by those of a snapshot. The calibrator must be of the same robot and noise. It
+ * goes on to the same bits as the one that the snapshot is of.
  *
- * Errors: DCAL_SNAPSHOT_...; nothing has changed. */
-dcal_status dcal_gated_restore_f32(dcal_gated_f32 *gated, const uint8_t *bytes, size_t length);
+ * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
+dcal_status dcal_gate_restore_f32(dcal_gate_f32 *calibrator, const uint8_t *bytes, size_t length);
 
-/** Calibrates a robot from count observations: touches on planes, distances, single coordinates, in any
- * mixture. robot is the robot before calibration. settings must state the noise of positions and joint
- * angles, and a tolerance unless x, y and z were measured often enough; instruments states the noise of
- * heights and distances. workspace is memory for count observations, workspace_size its size in bytes;
- * its content has no meaning before or after the call. size is sizeof *outcome.
+/** Makes a calibrator without observations, in size bytes of memory: write sizeof *calibrator. robot is
+ * the robot before calibration. settings must state the noise of positions and joint angles, and a
+ * tolerance unless x, y and z are measured often enough; instruments states the noise of heights and
+ * distances.
  *
- * This is one long call, unlike the solvers: its time grows with count, and its temporaries lie on the
- * stack (docs/c.md states how much).
- *
- * Errors: DCAL_OBSERVATION_..., DCAL_SAMPLE_JOINT_..., DCAL_NO_SUCH_PLANE and ..._POINT with the index of
- * the observation; DCAL_TOO_MANY_UNKNOWNS, DCAL_NOISE_..., DCAL_KNOWN_PLACE, and every refusal
- * (DCAL_TOO_FEW_SAMPLES to DCAL_OVERFLOW). */
-dcal_status dcal_observations_solve_f32(
+ * Errors: DCAL_NOISE_..., DCAL_TOLERANCE_..., DCAL_NO_SUCH_CHOICE, DCAL_KNOWN_PLACE,
+ * DCAL_TOO_MANY_UNKNOWNS. */
+dcal_status dcal_fkm_init_f32(
+    dcal_fkm_f32 *calibrator,
+    size_t size,
     const dcal_robot_f32 *robot,
-    const dcal_observation_f32 *observations,
-    size_t count,
     const dcal_instruments_f32 *instruments,
     const dcal_settings_f32 *settings,
-    dcal_observation_row_f32 *workspace,
-    size_t workspace_size,
-    dcal_observation_outcome_f32 *outcome,
-    size_t size,
+    dcal_error *error);
+
+/** Takes in one observation, of DCAL_FKM_ROWS at most.
+ *
+ * Errors: DCAL_OBSERVATION_..., DCAL_SAMPLE_JOINT_..., DCAL_NO_SUCH_PLANE and ..._POINT, DCAL_NOISE_...
+ * of a height or distance where it is not stated, DCAL_NO_SUCH_CHOICE, DCAL_BUSY; nothing is taken in. */
+dcal_status dcal_fkm_add_f32(
+    dcal_fkm_f32 *calibrator,
+    const dcal_observation_f32 *observation,
     dcal_error *error);
 
 /** Makes the outcome of the robot's 24 parameters alone, in size bytes of memory: write sizeof *joint. Its
  * covariance takes the unknowns of the instruments into account. */
-dcal_status dcal_observation_outcome_joint_f32(
-    const dcal_observation_outcome_f32 *outcome,
+dcal_status dcal_fkm_outcome_joint_f32(
+    const dcal_fkm_outcome_f32 *outcome,
     dcal_joint_outcome_f32 *joint,
     size_t size);
 
 /** Writes where a plane z = c + a x + b y lies: c (length), a, b.
  *
  * Errors: DCAL_NO_SUCH_PLANE. */
-dcal_status dcal_observation_outcome_plane_f32(
-    const dcal_observation_outcome_f32 *outcome,
+dcal_status dcal_fkm_outcome_plane_f32(
+    const dcal_fkm_outcome_f32 *outcome,
     uint32_t plane,
     float coefficients[3]);
 
 /** Writes where a point is, and what the sensor there reads too much: x, y, z, offset. Length.
  *
  * Errors: DCAL_NO_SUCH_POINT. */
-dcal_status dcal_observation_outcome_point_f32(
-    const dcal_observation_outcome_f32 *outcome,
-    uint32_t point,
-    float place[4]);
+dcal_status dcal_fkm_outcome_point_f32(const dcal_fkm_outcome_f32 *outcome, uint32_t point, float place[4]);
 
 /** Writes the frame in which coordinates were measured, from the robot's frame to it: the rotation row by
  * row, and the translation (length). The identity for DCAL_FRAME_BASE. */
-dcal_status dcal_observation_outcome_frame_f32(
-    const dcal_observation_outcome_f32 *outcome,
+dcal_status dcal_fkm_outcome_frame_f32(
+    const dcal_fkm_outcome_f32 *outcome,
     float rotation[9],
     float translation[3]);
+
+/** Writes the number of samples. */
+dcal_status dcal_fkm_samples_f32(const dcal_fkm_f32 *calibrator, uint64_t *samples);
+
+/** Begins to solve. Until the last dcal_fkm_step_f32, or dcal_fkm_stop_f32, every call that would change
+ * the samples returns DCAL_BUSY.
+ *
+ * Errors: those of dcal_fkm_finish_f32 that are known already, as DCAL_TOO_FEW_SAMPLES, with the arm, how
+ * many there are and how many are needed. */
+dcal_status dcal_fkm_solve_f32(dcal_fkm_f32 *calibrator, dcal_error *error);
+
+/** One short step, to be called between the turns of a control loop. Returns DCAL_WORKING as long as there
+ * is more to do, and then DCAL_OK: dcal_fkm_finish_f32 has the outcome, or why there is none. */
+dcal_status dcal_fkm_step_f32(dcal_fkm_f32 *calibrator);
+
+/** Gives up what dcal_fkm_solve_f32 has begun. The samples stay. */
+dcal_status dcal_fkm_stop_f32(dcal_fkm_f32 *calibrator);
+
+/** Drops all samples and what was solved from them: as after dcal_fkm_init_f32. */
+dcal_status dcal_fkm_reset_f32(dcal_fkm_f32 *calibrator);
+
+/** The calibrated robot, in size bytes of memory: write sizeof *outcome.
+ *
+ * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to
+ * DCAL_OVERFLOW), with arm and cause; the robot keeps its parameters. */
+dcal_status dcal_fkm_finish_f32(
+    const dcal_fkm_f32 *calibrator,
+    dcal_fkm_outcome_f32 *outcome,
+    size_t size,
+    dcal_error *error);
+
+/** Makes the calibrated robot, in size bytes of memory: write sizeof *robot. robot may be the robot in
+ * use, which is then replaced. */
+dcal_status dcal_fkm_outcome_robot_f32(
+    const dcal_fkm_outcome_f32 *outcome,
+    dcal_robot_f32 *robot,
+    size_t size);
+
+/** Writes how well an arm is known; arm is 0, 1 or 2. Solved together, residual and noise are the whole
+ * robot's.
+ *
+ * Errors: DCAL_NO_SUCH_ARM. */
+dcal_status dcal_fkm_outcome_arm_f32(
+    const dcal_fkm_outcome_f32 *outcome,
+    int32_t arm,
+    dcal_arm_summary_f32 *summary);
+
+/** Writes the standard uncertainty of each of the 24 parameters, eight an arm: length or radians.
+ *
+ * Errors: DCAL_NO_COVARIANCE. */
+dcal_status dcal_fkm_outcome_deviations_f32(const dcal_fkm_outcome_f32 *outcome, float sigma[24]);
+
+/** Writes the covariance of an arm's eight parameters, row by row: length^2, length radian, radian^2. arm
+ * is 0, 1 or 2.
+ *
+ * Errors: DCAL_NO_SUCH_ARM, DCAL_NO_COVARIANCE. */
+dcal_status dcal_fkm_outcome_arm_covariance_f32(
+    const dcal_fkm_outcome_f32 *outcome,
+    int32_t arm,
+    float covariance[64]);
 
 /* ---- Double precision ---- */
 
@@ -991,18 +1064,18 @@ typedef struct dcal_robot_f64 {
 DCAL_OBJECT(dcal_robot_f64, DCAL_ROBOT_F64_SIZE);
 
 /** The per-arm calibrator: samples and solver, each arm by itself. */
-#define DCAL_ARMS_F64_SIZE 9472
-typedef struct dcal_arms_f64 {
-    DCAL_ALIGNED unsigned char memory[DCAL_ARMS_F64_SIZE];
-} dcal_arms_f64;
-DCAL_OBJECT(dcal_arms_f64, DCAL_ARMS_F64_SIZE);
+#define DCAL_IKM_F64_SIZE 9472
+typedef struct dcal_ikm_f64 {
+    DCAL_ALIGNED unsigned char memory[DCAL_IKM_F64_SIZE];
+} dcal_ikm_f64;
+DCAL_OBJECT(dcal_ikm_f64, DCAL_IKM_F64_SIZE);
 
 /** A calibrated robot with the covariance of each arm. */
-#define DCAL_ARMS_OUTCOME_F64_SIZE 3392
-typedef struct dcal_arms_outcome_f64 {
-    DCAL_ALIGNED unsigned char memory[DCAL_ARMS_OUTCOME_F64_SIZE];
-} dcal_arms_outcome_f64;
-DCAL_OBJECT(dcal_arms_outcome_f64, DCAL_ARMS_OUTCOME_F64_SIZE);
+#define DCAL_IKM_OUTCOME_F64_SIZE 3392
+typedef struct dcal_ikm_outcome_f64 {
+    DCAL_ALIGNED unsigned char memory[DCAL_IKM_OUTCOME_F64_SIZE];
+} dcal_ikm_outcome_f64;
+DCAL_OBJECT(dcal_ikm_outcome_f64, DCAL_IKM_OUTCOME_F64_SIZE);
 
 /** The joint calibrator: samples and solver, all 24 parameters together. */
 #define DCAL_JOINT_F64_SIZE 22464
@@ -1019,30 +1092,30 @@ typedef struct dcal_joint_outcome_f64 {
 DCAL_OBJECT(dcal_joint_outcome_f64, DCAL_JOINT_OUTCOME_F64_SIZE);
 
 /** The per-arm calibrator behind a gate, which tests each sample before it is taken in. */
-#define DCAL_GATED_F64_SIZE 11840
-typedef struct dcal_gated_f64 {
-    DCAL_ALIGNED unsigned char memory[DCAL_GATED_F64_SIZE];
-} dcal_gated_f64;
-DCAL_OBJECT(dcal_gated_f64, DCAL_GATED_F64_SIZE);
+#define DCAL_GATE_F64_SIZE 11648
+typedef struct dcal_gate_f64 {
+    DCAL_ALIGNED unsigned char memory[DCAL_GATE_F64_SIZE];
+} dcal_gate_f64;
+DCAL_OBJECT(dcal_gate_f64, DCAL_GATE_F64_SIZE);
 
-/** A robot calibrated from observations, and where the instruments are. */
-#define DCAL_OBSERVATION_OUTCOME_F64_SIZE 12672
-typedef struct dcal_observation_outcome_f64 {
-    DCAL_ALIGNED unsigned char memory[DCAL_OBSERVATION_OUTCOME_F64_SIZE];
-} dcal_observation_outcome_f64;
-DCAL_OBJECT(dcal_observation_outcome_f64, DCAL_OBSERVATION_OUTCOME_F64_SIZE);
+/** The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver. */
+#define DCAL_FKM_F64_SIZE 54784
+typedef struct dcal_fkm_f64 {
+    DCAL_ALIGNED unsigned char memory[DCAL_FKM_F64_SIZE];
+} dcal_fkm_f64;
+DCAL_OBJECT(dcal_fkm_f64, DCAL_FKM_F64_SIZE);
 
-/** Workspace for one observation. */
-#define DCAL_OBSERVATION_ROW_F64_SIZE 368
-typedef struct dcal_observation_row_f64 {
-    DCAL_ALIGNED unsigned char memory[DCAL_OBSERVATION_ROW_F64_SIZE];
-} dcal_observation_row_f64;
-DCAL_OBJECT(dcal_observation_row_f64, DCAL_OBSERVATION_ROW_F64_SIZE);
+/** A robot calibrated from any readings, and where the instruments are. */
+#define DCAL_FKM_OUTCOME_F64_SIZE 6272
+typedef struct dcal_fkm_outcome_f64 {
+    DCAL_ALIGNED unsigned char memory[DCAL_FKM_OUTCOME_F64_SIZE];
+} dcal_fkm_outcome_f64;
+DCAL_OBJECT(dcal_fkm_outcome_f64, DCAL_FKM_OUTCOME_F64_SIZE);
 
 /** The bytes of a snapshot. */
-#define DCAL_ARMS_SNAPSHOT_F64_SIZE 2564
+#define DCAL_IKM_SNAPSHOT_F64_SIZE 2564
 #define DCAL_JOINT_SNAPSHOT_F64_SIZE 6890
-#define DCAL_GATED_SNAPSHOT_F64_SIZE 4014
+#define DCAL_GATE_SNAPSHOT_F64_SIZE 4014
 
 /** The robot as a data sheet gives it: three equal arms 120 degrees apart, no tilt. Lengths in any one
  * unit. */
@@ -1153,7 +1226,8 @@ typedef struct dcal_gate_counts_f64 {
     /** What the first long run of rejections means: DCAL_NO_ALARM, DCAL_ROBOT_CHANGED or
      * DCAL_EARLY_SAMPLES_WRONG. */
     int32_t alarm;
-    /** 1 if there is something left to solve; until that is done, no sample is taken. */
+    /** 1 while there is something to solve, which may be the gate's own estimate: call dcal_gate_step_f64
+     * until it returns DCAL_OK. */
     int32_t solving;
     /** The first sample of that run, counted from 0 over all that came; 0 without an alarm. */
     uint64_t alarm_sample;
@@ -1187,6 +1261,8 @@ typedef struct dcal_plane_f64 {
     double known;
     /** One sigma of that; 0: nothing is known. Length. */
     double sigma;
+    /** One sigma of the slopes a and b of a plane that is nearly level; 0: nothing is known. No unit. */
+    double level;
 } dcal_plane_f64;
 
 /** A fixed point, whose place is unknown. */
@@ -1277,112 +1353,118 @@ dcal_status dcal_robot_inverse_f64(
     double joints[3],
     dcal_error *error);
 
+/** Writes the covariance of all 24 parameters, eight an arm, row by row: length^2, length radian,
+ * radian^2.
+ *
+ * Errors: DCAL_NO_COVARIANCE. */
+dcal_status dcal_joint_outcome_covariance_f64(const dcal_joint_outcome_f64 *outcome, double covariance[576]);
+
 /** Makes a calibrator without samples, in size bytes of memory: write sizeof *calibrator. robot is the
  * robot before calibration, the nominal of the tolerance and the start of the iteration; it is copied.
  *
  * Errors: DCAL_NOISE_..., DCAL_TOLERANCE_..., DCAL_NO_SUCH_CHOICE. */
-dcal_status dcal_arms_init_f64(
-    dcal_arms_f64 *calibrator,
+dcal_status dcal_ikm_init_f64(
+    dcal_ikm_f64 *calibrator,
     size_t size,
     const dcal_robot_f64 *robot,
     const dcal_settings_f64 *settings,
     dcal_error *error);
 
 /** Adds one sample; memory and time are the same for any number of samples. The result of the last
- * dcal_arms_solve_f64 is dropped.
+ * dcal_ikm_solve_f64 is dropped.
  *
  * Errors: DCAL_BUSY, and DCAL_SAMPLE_... with the arm; nothing is added. */
-dcal_status dcal_arms_add_f64(dcal_arms_f64 *calibrator, const dcal_sample_f64 *sample, dcal_error *error);
+dcal_status dcal_ikm_add_f64(dcal_ikm_f64 *calibrator, const dcal_sample_f64 *sample, dcal_error *error);
 
-/** Works in the samples that still wait: the calibrator works in several at once. dcal_arms_solve_f64 does
+/** Works in the samples that still wait: the calibrator works in several at once. dcal_ikm_solve_f64 does
  * it as well; call this one turn of the control loop earlier if that call takes too long. The result has
- * the same bits.
- *
- * Errors: DCAL_BUSY. */
-dcal_status dcal_arms_flush_f64(dcal_arms_f64 *calibrator);
-
-/** Writes the number of samples. */
-dcal_status dcal_arms_samples_f64(const dcal_arms_f64 *calibrator, uint64_t *samples);
+ * the same bits. */
+dcal_status dcal_ikm_flush_f64(dcal_ikm_f64 *calibrator);
 
 /** Adds all samples of another calibrator of the same robot and noise.
  *
  * Errors: DCAL_BUSY, DCAL_DIFFERENT_NOMINAL; nothing is added. */
-dcal_status dcal_arms_merge_f64(dcal_arms_f64 *calibrator, const dcal_arms_f64 *other);
+dcal_status dcal_ikm_merge_f64(dcal_ikm_f64 *calibrator, const dcal_ikm_f64 *other);
 
 /** Multiplies the weight of all samples so far by lambda, 0 to 1.
  *
  * Errors: DCAL_BUSY, DCAL_FORGETTING. */
-dcal_status dcal_arms_forget_f64(dcal_arms_f64 *calibrator, double lambda);
+dcal_status dcal_ikm_forget_f64(dcal_ikm_f64 *calibrator, double lambda);
 
-/** Begins to solve. Until the last dcal_arms_step_f64, or dcal_arms_stop_f64, every call that would change
+/** Writes the number of samples. */
+dcal_status dcal_ikm_samples_f64(const dcal_ikm_f64 *calibrator, uint64_t *samples);
+
+/** Begins to solve. Until the last dcal_ikm_step_f64, or dcal_ikm_stop_f64, every call that would change
  * the samples returns DCAL_BUSY.
  *
- * Errors: DCAL_BUSY; DCAL_TOO_FEW_SAMPLES, with the arm, how many there are and how many are needed. */
-dcal_status dcal_arms_solve_f64(dcal_arms_f64 *calibrator, dcal_error *error);
+ * Errors: those of dcal_ikm_finish_f64 that are known already, as DCAL_TOO_FEW_SAMPLES, with the arm, how
+ * many there are and how many are needed. */
+dcal_status dcal_ikm_solve_f64(dcal_ikm_f64 *calibrator, dcal_error *error);
 
 /** One short step, to be called between the turns of a control loop. Returns DCAL_WORKING as long as there
- * is more to do, and DCAL_OK when the outcome is ready.
- *
- * Errors: DCAL_UNFINISHED before dcal_arms_solve_f64. */
-dcal_status dcal_arms_step_f64(dcal_arms_f64 *calibrator, dcal_error *error);
+ * is more to do, and then DCAL_OK: dcal_ikm_finish_f64 has the outcome, or why there is none. */
+dcal_status dcal_ikm_step_f64(dcal_ikm_f64 *calibrator);
 
-/** Gives up what dcal_arms_solve_f64 has begun. The samples stay. */
-dcal_status dcal_arms_stop_f64(dcal_arms_f64 *calibrator);
+/** Gives up what dcal_ikm_solve_f64 has begun. The samples stay. */
+dcal_status dcal_ikm_stop_f64(dcal_ikm_f64 *calibrator);
+
+/** Drops all samples and what was solved from them: as after dcal_ikm_init_f64. */
+dcal_status dcal_ikm_reset_f64(dcal_ikm_f64 *calibrator);
 
 /** The calibrated robot, in size bytes of memory: write sizeof *outcome.
  *
  * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to
  * DCAL_OVERFLOW), with arm and cause; the robot keeps its parameters. */
-dcal_status dcal_arms_finish_f64(
-    const dcal_arms_f64 *calibrator,
-    dcal_arms_outcome_f64 *outcome,
+dcal_status dcal_ikm_finish_f64(
+    const dcal_ikm_f64 *calibrator,
+    dcal_ikm_outcome_f64 *outcome,
     size_t size,
     dcal_error *error);
 
 /** Writes the samples into bytes, of which there are capacity: write the constant
  * DCAL_..._SNAPSHOT_..._SIZE. length is how many were written. They are the same on every target. Store
- * them where they outlast a power cut, and give them to dcal_arms_restore_f64.
+ * them where they outlast a power cut, and give them to dcal_ikm_restore_f64.
  *
- * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. */
-dcal_status dcal_arms_snapshot_f64(
-    const dcal_arms_f64 *calibrator,
+ * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. The gate: DCAL_BUSY. */
+dcal_status dcal_ikm_snapshot_f64(
+    const dcal_ikm_f64 *calibrator,
     uint8_t *bytes,
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must be of the same robot and settings. It
+/** Replaces the samples by those of a snapshot. The calibrator must be of the same robot and noise. It
  * goes on to the same bits as the one that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
-dcal_status dcal_arms_restore_f64(dcal_arms_f64 *calibrator, const uint8_t *bytes, size_t length);
+dcal_status dcal_ikm_restore_f64(dcal_ikm_f64 *calibrator, const uint8_t *bytes, size_t length);
 
 /** Makes the calibrated robot, in size bytes of memory: write sizeof *robot. robot may be the robot in
  * use, which is then replaced. */
-dcal_status dcal_arms_outcome_robot_f64(
-    const dcal_arms_outcome_f64 *outcome,
+dcal_status dcal_ikm_outcome_robot_f64(
+    const dcal_ikm_outcome_f64 *outcome,
     dcal_robot_f64 *robot,
     size_t size);
 
-/** Writes how well an arm is known; arm is 0, 1 or 2. With dcal_joint_... residual and noise are the whole
+/** Writes how well an arm is known; arm is 0, 1 or 2. Solved together, residual and noise are the whole
  * robot's.
  *
  * Errors: DCAL_NO_SUCH_ARM. */
-dcal_status dcal_arms_outcome_arm_f64(
-    const dcal_arms_outcome_f64 *outcome,
+dcal_status dcal_ikm_outcome_arm_f64(
+    const dcal_ikm_outcome_f64 *outcome,
     int32_t arm,
     dcal_arm_summary_f64 *summary);
 
 /** Writes the standard uncertainty of each of the 24 parameters, eight an arm: length or radians.
  *
  * Errors: DCAL_NO_COVARIANCE. */
-dcal_status dcal_arms_outcome_deviations_f64(const dcal_arms_outcome_f64 *outcome, double sigma[24]);
+dcal_status dcal_ikm_outcome_deviations_f64(const dcal_ikm_outcome_f64 *outcome, double sigma[24]);
 
 /** Writes the covariance of an arm's eight parameters, row by row: length^2, length radian, radian^2. arm
  * is 0, 1 or 2.
  *
  * Errors: DCAL_NO_SUCH_ARM, DCAL_NO_COVARIANCE. */
-dcal_status dcal_arms_outcome_arm_covariance_f64(
-    const dcal_arms_outcome_f64 *outcome,
+dcal_status dcal_ikm_outcome_arm_covariance_f64(
+    const dcal_ikm_outcome_f64 *outcome,
     int32_t arm,
     double covariance[64]);
 
@@ -1405,13 +1487,8 @@ dcal_status dcal_joint_add_f64(dcal_joint_f64 *calibrator, const dcal_sample_f64
 
 /** Works in the samples that still wait: the calibrator works in several at once. dcal_joint_solve_f64
  * does it as well; call this one turn of the control loop earlier if that call takes too long. The result
- * has the same bits.
- *
- * Errors: DCAL_BUSY. */
+ * has the same bits. */
 dcal_status dcal_joint_flush_f64(dcal_joint_f64 *calibrator);
-
-/** Writes the number of samples. */
-dcal_status dcal_joint_samples_f64(const dcal_joint_f64 *calibrator, uint64_t *samples);
 
 /** Adds all samples of another calibrator of the same robot and noise.
  *
@@ -1423,20 +1500,25 @@ dcal_status dcal_joint_merge_f64(dcal_joint_f64 *calibrator, const dcal_joint_f6
  * Errors: DCAL_BUSY, DCAL_FORGETTING. */
 dcal_status dcal_joint_forget_f64(dcal_joint_f64 *calibrator, double lambda);
 
+/** Writes the number of samples. */
+dcal_status dcal_joint_samples_f64(const dcal_joint_f64 *calibrator, uint64_t *samples);
+
 /** Begins to solve. Until the last dcal_joint_step_f64, or dcal_joint_stop_f64, every call that would
  * change the samples returns DCAL_BUSY.
  *
- * Errors: DCAL_BUSY; DCAL_TOO_FEW_SAMPLES, with the arm, how many there are and how many are needed. */
+ * Errors: those of dcal_joint_finish_f64 that are known already, as DCAL_TOO_FEW_SAMPLES, with the arm,
+ * how many there are and how many are needed. */
 dcal_status dcal_joint_solve_f64(dcal_joint_f64 *calibrator, dcal_error *error);
 
 /** One short step, to be called between the turns of a control loop. Returns DCAL_WORKING as long as there
- * is more to do, and DCAL_OK when the outcome is ready.
- *
- * Errors: DCAL_UNFINISHED before dcal_joint_solve_f64. */
-dcal_status dcal_joint_step_f64(dcal_joint_f64 *calibrator, dcal_error *error);
+ * is more to do, and then DCAL_OK: dcal_joint_finish_f64 has the outcome, or why there is none. */
+dcal_status dcal_joint_step_f64(dcal_joint_f64 *calibrator);
 
 /** Gives up what dcal_joint_solve_f64 has begun. The samples stay. */
 dcal_status dcal_joint_stop_f64(dcal_joint_f64 *calibrator);
+
+/** Drops all samples and what was solved from them: as after dcal_joint_init_f64. */
+dcal_status dcal_joint_reset_f64(dcal_joint_f64 *calibrator);
 
 /** The calibrated robot, in size bytes of memory: write sizeof *outcome.
  *
@@ -1452,14 +1534,14 @@ dcal_status dcal_joint_finish_f64(
  * DCAL_..._SNAPSHOT_..._SIZE. length is how many were written. They are the same on every target. Store
  * them where they outlast a power cut, and give them to dcal_joint_restore_f64.
  *
- * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. */
+ * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. The gate: DCAL_BUSY. */
 dcal_status dcal_joint_snapshot_f64(
     const dcal_joint_f64 *calibrator,
     uint8_t *bytes,
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must be of the same robot and settings. It
+/** Replaces the samples by those of a snapshot. The calibrator must be of the same robot and noise. It
  * goes on to the same bits as the one that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
@@ -1472,7 +1554,7 @@ dcal_status dcal_joint_outcome_robot_f64(
     dcal_robot_f64 *robot,
     size_t size);
 
-/** Writes how well an arm is known; arm is 0, 1 or 2. With dcal_joint_... residual and noise are the whole
+/** Writes how well an arm is known; arm is 0, 1 or 2. Solved together, residual and noise are the whole
  * robot's.
  *
  * Errors: DCAL_NO_SUCH_ARM. */
@@ -1495,139 +1577,197 @@ dcal_status dcal_joint_outcome_arm_covariance_f64(
     int32_t arm,
     double covariance[64]);
 
-/** Writes the covariance of all 24 parameters, eight an arm, row by row: length^2, length radian,
- * radian^2.
+/** Makes a calibrator with a gate, without samples, in size bytes of memory: write sizeof *calibrator.
+ * sigmas is the gate's width; 0 for the width that rejects three good samples in a million for each arm.
+ * age is the mean age of the samples that count, for a robot that changes slowly; 0 if all count alike.
+ * With a stated noise and tolerance the gate tests from the first sample on, otherwise from its first
+ * estimate on.
  *
- * Errors: DCAL_NO_COVARIANCE. */
-dcal_status dcal_joint_outcome_covariance_f64(const dcal_joint_outcome_f64 *outcome, double covariance[576]);
-
-/** Makes the outcome of each arm by itself, in size bytes of memory: write sizeof *arms. What the joint
- * outcome says of two arms together is left out. */
-dcal_status dcal_joint_outcome_arms_f64(
-    const dcal_joint_outcome_f64 *outcome,
-    dcal_arms_outcome_f64 *arms,
-    size_t size);
-
-/** Makes a per-arm calibrator behind a gate, without samples, in size bytes of memory: write sizeof
- * *gated. sigmas is the gate's width; 0 for the width that rejects three good samples in a million for
- * each arm. With a stated noise and tolerance it tests from the first sample on; otherwise it solves an
- * estimate at the twelfth.
- *
- * Errors: DCAL_WIDTH_OF_GATE, DCAL_NOISE_..., DCAL_TOLERANCE_..., DCAL_NO_SUCH_CHOICE. */
-dcal_status dcal_gated_init_f64(
-    dcal_gated_f64 *gated,
+ * Errors: DCAL_NOISE_..., DCAL_TOLERANCE_..., DCAL_NO_SUCH_CHOICE, DCAL_WIDTH_OF_GATE, DCAL_FORGETTING. */
+dcal_status dcal_gate_init_f64(
+    dcal_gate_f64 *calibrator,
     size_t size,
     const dcal_robot_f64 *robot,
     const dcal_settings_f64 *settings,
     double sigmas,
+    double age,
     dcal_error *error);
 
 /** Tests one sample, and takes it in unless it disagrees. A sample that is rejected is no error: verdict
- * says so. Call dcal_gated_step before the next: an estimate of the gate may be to be solved.
+ * says so. Where the gate then wants an estimate of its own, call dcal_gate_step_f64 until it returns
+ * DCAL_OK, before the next sample.
  *
  * Errors: DCAL_BUSY, and DCAL_SAMPLE_... with the arm; nothing has changed. */
-dcal_status dcal_gated_add_f64(
-    dcal_gated_f64 *gated,
+dcal_status dcal_gate_add_f64(
+    dcal_gate_f64 *calibrator,
     const dcal_sample_f64 *sample,
     dcal_verdict_f64 *verdict,
     dcal_error *error);
 
-/** Begins to solve.
- *
- * Errors: DCAL_ROBOT_HAS_CHANGED, DCAL_EARLY_SAMPLES, DCAL_TOO_MANY_REJECTED. */
-dcal_status dcal_gated_solve_f64(dcal_gated_f64 *gated, dcal_error *error);
+/** Writes how many samples came to what, and whether there is an alarm. */
+dcal_status dcal_gate_state_f64(const dcal_gate_f64 *calibrator, dcal_gate_counts_f64 *counts);
 
-/** One short step of what there is to solve, to be called between the turns of a control loop. Returns
- * DCAL_WORKING as long as there is more to do, and DCAL_OK otherwise. */
-dcal_status dcal_gated_step_f64(dcal_gated_f64 *gated, dcal_error *error);
+/** Answers the alarm: the run of rejected samples was wrong, and what was taken in before stays. If the
+ * robot has changed, call dcal_gate_reset_f64. */
+dcal_status dcal_gate_acknowledge_f64(dcal_gate_f64 *calibrator);
+
+/** Writes the number of samples. */
+dcal_status dcal_gate_samples_f64(const dcal_gate_f64 *calibrator, uint64_t *samples);
+
+/** Begins to solve. Until the last dcal_gate_step_f64, or dcal_gate_stop_f64, every call that would change
+ * the samples returns DCAL_BUSY.
+ *
+ * Errors: those of dcal_gate_finish_f64 that are known already, as DCAL_TOO_FEW_SAMPLES, with the arm,
+ * how many there are and how many are needed. */
+dcal_status dcal_gate_solve_f64(dcal_gate_f64 *calibrator, dcal_error *error);
+
+/** One short step, to be called between the turns of a control loop. Returns DCAL_WORKING as long as there
+ * is more to do, and then DCAL_OK: dcal_gate_finish_f64 has the outcome, or why there is none. */
+dcal_status dcal_gate_step_f64(dcal_gate_f64 *calibrator);
+
+/** Gives up what dcal_gate_solve_f64 has begun. The samples stay. */
+dcal_status dcal_gate_stop_f64(dcal_gate_f64 *calibrator);
+
+/** Drops all samples and what was solved from them: as after dcal_gate_init_f64. */
+dcal_status dcal_gate_reset_f64(dcal_gate_f64 *calibrator);
 
 /** The calibrated robot, in size bytes of memory: write sizeof *outcome.
  *
- * Errors: DCAL_UNFINISHED before the last step, and every refusal, with arm and cause. */
-dcal_status dcal_gated_finish_f64(
-    const dcal_gated_f64 *gated,
-    dcal_arms_outcome_f64 *outcome,
+ * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to
+ * DCAL_OVERFLOW), with arm and cause; the robot keeps its parameters. */
+dcal_status dcal_gate_finish_f64(
+    const dcal_gate_f64 *calibrator,
+    dcal_ikm_outcome_f64 *outcome,
     size_t size,
     dcal_error *error);
 
-/** Answers the alarm: the run of rejected samples was wrong, and what was taken in before stays. */
-dcal_status dcal_gated_acknowledge_f64(dcal_gated_f64 *gated);
-
-/** Drops all samples, for a robot that has changed. */
-dcal_status dcal_gated_reset_f64(dcal_gated_f64 *gated);
-
-/** Writes how many samples came to what, and whether there is an alarm. */
-dcal_status dcal_gated_state_f64(const dcal_gated_f64 *gated, dcal_gate_counts_f64 *counts);
-
-/** Writes what came into bytes, of which there are capacity: write DCAL_GATED_SNAPSHOT_..._SIZE. length is
- * how many were written.
+/** Writes the samples into bytes, of which there are capacity: write the constant
+ * DCAL_..._SNAPSHOT_..._SIZE. length is how many were written. They are the same on every target. Store
+ * them where they outlast a power cut, and give them to dcal_gate_restore_f64.
  *
- * Errors: DCAL_SNAPSHOT_BUFFER, DCAL_BUSY; nothing is written. */
-dcal_status dcal_gated_snapshot_f64(
-    const dcal_gated_f64 *gated,
+ * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. The gate: DCAL_BUSY. */
+dcal_status dcal_gate_snapshot_f64(
+    const dcal_gate_f64 *calibrator,
     uint8_t *bytes,
     size_t capacity,
     size_t *length);
 
-/** Puts what a snapshot holds in place of what came. It must be of the same robot, noise, tolerance and
- * width.
+/** Replaces the samples by those of a snapshot. The calibrator must be of the same robot and noise. It
+ * goes on to the same bits as the one that the snapshot is of.
  *
- * Errors: DCAL_SNAPSHOT_...; nothing has changed. */
-dcal_status dcal_gated_restore_f64(dcal_gated_f64 *gated, const uint8_t *bytes, size_t length);
+ * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
+dcal_status dcal_gate_restore_f64(dcal_gate_f64 *calibrator, const uint8_t *bytes, size_t length);
 
-/** Calibrates a robot from count observations: touches on planes, distances, single coordinates, in any
- * mixture. robot is the robot before calibration. settings must state the noise of positions and joint
- * angles, and a tolerance unless x, y and z were measured often enough; instruments states the noise of
- * heights and distances. workspace is memory for count observations, workspace_size its size in bytes;
- * its content has no meaning before or after the call. size is sizeof *outcome.
+/** Makes a calibrator without observations, in size bytes of memory: write sizeof *calibrator. robot is
+ * the robot before calibration. settings must state the noise of positions and joint angles, and a
+ * tolerance unless x, y and z are measured often enough; instruments states the noise of heights and
+ * distances.
  *
- * This is one long call, unlike the solvers: its time grows with count, and its temporaries lie on the
- * stack (docs/c.md states how much).
- *
- * Errors: DCAL_OBSERVATION_..., DCAL_SAMPLE_JOINT_..., DCAL_NO_SUCH_PLANE and ..._POINT with the index of
- * the observation; DCAL_TOO_MANY_UNKNOWNS, DCAL_NOISE_..., DCAL_KNOWN_PLACE, and every refusal
- * (DCAL_TOO_FEW_SAMPLES to DCAL_OVERFLOW). */
-dcal_status dcal_observations_solve_f64(
+ * Errors: DCAL_NOISE_..., DCAL_TOLERANCE_..., DCAL_NO_SUCH_CHOICE, DCAL_KNOWN_PLACE,
+ * DCAL_TOO_MANY_UNKNOWNS. */
+dcal_status dcal_fkm_init_f64(
+    dcal_fkm_f64 *calibrator,
+    size_t size,
     const dcal_robot_f64 *robot,
-    const dcal_observation_f64 *observations,
-    size_t count,
     const dcal_instruments_f64 *instruments,
     const dcal_settings_f64 *settings,
-    dcal_observation_row_f64 *workspace,
-    size_t workspace_size,
-    dcal_observation_outcome_f64 *outcome,
-    size_t size,
+    dcal_error *error);
+
+/** Takes in one observation, of DCAL_FKM_ROWS at most.
+ *
+ * Errors: DCAL_OBSERVATION_..., DCAL_SAMPLE_JOINT_..., DCAL_NO_SUCH_PLANE and ..._POINT, DCAL_NOISE_...
+ * of a height or distance where it is not stated, DCAL_NO_SUCH_CHOICE, DCAL_BUSY; nothing is taken in. */
+dcal_status dcal_fkm_add_f64(
+    dcal_fkm_f64 *calibrator,
+    const dcal_observation_f64 *observation,
     dcal_error *error);
 
 /** Makes the outcome of the robot's 24 parameters alone, in size bytes of memory: write sizeof *joint. Its
  * covariance takes the unknowns of the instruments into account. */
-dcal_status dcal_observation_outcome_joint_f64(
-    const dcal_observation_outcome_f64 *outcome,
+dcal_status dcal_fkm_outcome_joint_f64(
+    const dcal_fkm_outcome_f64 *outcome,
     dcal_joint_outcome_f64 *joint,
     size_t size);
 
 /** Writes where a plane z = c + a x + b y lies: c (length), a, b.
  *
  * Errors: DCAL_NO_SUCH_PLANE. */
-dcal_status dcal_observation_outcome_plane_f64(
-    const dcal_observation_outcome_f64 *outcome,
+dcal_status dcal_fkm_outcome_plane_f64(
+    const dcal_fkm_outcome_f64 *outcome,
     uint32_t plane,
     double coefficients[3]);
 
 /** Writes where a point is, and what the sensor there reads too much: x, y, z, offset. Length.
  *
  * Errors: DCAL_NO_SUCH_POINT. */
-dcal_status dcal_observation_outcome_point_f64(
-    const dcal_observation_outcome_f64 *outcome,
-    uint32_t point,
-    double place[4]);
+dcal_status dcal_fkm_outcome_point_f64(const dcal_fkm_outcome_f64 *outcome, uint32_t point, double place[4]);
 
 /** Writes the frame in which coordinates were measured, from the robot's frame to it: the rotation row by
  * row, and the translation (length). The identity for DCAL_FRAME_BASE. */
-dcal_status dcal_observation_outcome_frame_f64(
-    const dcal_observation_outcome_f64 *outcome,
+dcal_status dcal_fkm_outcome_frame_f64(
+    const dcal_fkm_outcome_f64 *outcome,
     double rotation[9],
     double translation[3]);
+
+/** Writes the number of samples. */
+dcal_status dcal_fkm_samples_f64(const dcal_fkm_f64 *calibrator, uint64_t *samples);
+
+/** Begins to solve. Until the last dcal_fkm_step_f64, or dcal_fkm_stop_f64, every call that would change
+ * the samples returns DCAL_BUSY.
+ *
+ * Errors: those of dcal_fkm_finish_f64 that are known already, as DCAL_TOO_FEW_SAMPLES, with the arm, how
+ * many there are and how many are needed. */
+dcal_status dcal_fkm_solve_f64(dcal_fkm_f64 *calibrator, dcal_error *error);
+
+/** One short step, to be called between the turns of a control loop. Returns DCAL_WORKING as long as there
+ * is more to do, and then DCAL_OK: dcal_fkm_finish_f64 has the outcome, or why there is none. */
+dcal_status dcal_fkm_step_f64(dcal_fkm_f64 *calibrator);
+
+/** Gives up what dcal_fkm_solve_f64 has begun. The samples stay. */
+dcal_status dcal_fkm_stop_f64(dcal_fkm_f64 *calibrator);
+
+/** Drops all samples and what was solved from them: as after dcal_fkm_init_f64. */
+dcal_status dcal_fkm_reset_f64(dcal_fkm_f64 *calibrator);
+
+/** The calibrated robot, in size bytes of memory: write sizeof *outcome.
+ *
+ * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to
+ * DCAL_OVERFLOW), with arm and cause; the robot keeps its parameters. */
+dcal_status dcal_fkm_finish_f64(
+    const dcal_fkm_f64 *calibrator,
+    dcal_fkm_outcome_f64 *outcome,
+    size_t size,
+    dcal_error *error);
+
+/** Makes the calibrated robot, in size bytes of memory: write sizeof *robot. robot may be the robot in
+ * use, which is then replaced. */
+dcal_status dcal_fkm_outcome_robot_f64(
+    const dcal_fkm_outcome_f64 *outcome,
+    dcal_robot_f64 *robot,
+    size_t size);
+
+/** Writes how well an arm is known; arm is 0, 1 or 2. Solved together, residual and noise are the whole
+ * robot's.
+ *
+ * Errors: DCAL_NO_SUCH_ARM. */
+dcal_status dcal_fkm_outcome_arm_f64(
+    const dcal_fkm_outcome_f64 *outcome,
+    int32_t arm,
+    dcal_arm_summary_f64 *summary);
+
+/** Writes the standard uncertainty of each of the 24 parameters, eight an arm: length or radians.
+ *
+ * Errors: DCAL_NO_COVARIANCE. */
+dcal_status dcal_fkm_outcome_deviations_f64(const dcal_fkm_outcome_f64 *outcome, double sigma[24]);
+
+/** Writes the covariance of an arm's eight parameters, row by row: length^2, length radian, radian^2. arm
+ * is 0, 1 or 2.
+ *
+ * Errors: DCAL_NO_SUCH_ARM, DCAL_NO_COVARIANCE. */
+dcal_status dcal_fkm_outcome_arm_covariance_f64(
+    const dcal_fkm_outcome_f64 *outcome,
+    int32_t arm,
+    double covariance[64]);
 
 /* ---- What this compiler makes of it ---- */
 
@@ -1638,12 +1778,12 @@ DCAL_ASSERT(sizeof(dcal_dimensions_f64) == 40, "the size of a structure");
 DCAL_ASSERT(sizeof(dcal_error) == 48, "the size of a structure");
 DCAL_ASSERT(sizeof(dcal_gate_counts_f32) == 80, "the size of a structure");
 DCAL_ASSERT(sizeof(dcal_gate_counts_f64) == 80, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_instruments_f32) == 152, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_instruments_f64) == 256, "the size of a structure");
+DCAL_ASSERT(sizeof(dcal_instruments_f32) == 168, "the size of a structure");
+DCAL_ASSERT(sizeof(dcal_instruments_f64) == 288, "the size of a structure");
 DCAL_ASSERT(sizeof(dcal_observation_f32) == 60, "the size of a structure");
 DCAL_ASSERT(sizeof(dcal_observation_f64) == 104, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_plane_f32) == 8, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_plane_f64) == 16, "the size of a structure");
+DCAL_ASSERT(sizeof(dcal_plane_f32) == 12, "the size of a structure");
+DCAL_ASSERT(sizeof(dcal_plane_f64) == 24, "the size of a structure");
 DCAL_ASSERT(sizeof(dcal_point_f32) == 24, "the size of a structure");
 DCAL_ASSERT(sizeof(dcal_point_f64) == 40, "the size of a structure");
 DCAL_ASSERT(sizeof(dcal_sample_f32) == 24, "the size of a structure");

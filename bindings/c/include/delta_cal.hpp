@@ -35,6 +35,7 @@ template <> struct Api<float> {
     static constexpr auto solve = dcal_joint_solve_f32;
     static constexpr auto step = dcal_joint_step_f32;
     static constexpr auto stop = dcal_joint_stop_f32;
+    static constexpr auto reset = dcal_joint_reset_f32;
     static constexpr auto finish = dcal_joint_finish_f32;
     static constexpr auto robot = dcal_joint_outcome_robot_f32;
     static constexpr auto deviations = dcal_joint_outcome_deviations_f32;
@@ -61,6 +62,7 @@ template <> struct Api<double> {
     static constexpr auto solve = dcal_joint_solve_f64;
     static constexpr auto step = dcal_joint_step_f64;
     static constexpr auto stop = dcal_joint_stop_f64;
+    static constexpr auto reset = dcal_joint_reset_f64;
     static constexpr auto finish = dcal_joint_finish_f64;
     static constexpr auto robot = dcal_joint_outcome_robot_f64;
     static constexpr auto deviations = dcal_joint_outcome_deviations_f64;
@@ -123,7 +125,8 @@ public:
     // Works in the samples that wait, which `solve` does otherwise: that call is then shorter.
     Status flush() { return C::flush(&calibrator); }
     Status solve(Error *error = nullptr) { return C::solve(&calibrator, error); }
-    Status step(Error *error = nullptr) { return C::step(&calibrator, error); }
+    Status step() { return C::step(&calibrator); }
+    Status reset() { return C::reset(&calibrator); }
     Status stop() { return C::stop(&calibrator); }
     Status finish(Outcome<Real> &outcome, Error *error = nullptr) const {
         return C::finish(&calibrator, outcome.c(), sizeof *outcome.c(), error);

@@ -10,8 +10,6 @@ macro_rules! suffix {
 /// `double` in C.
 pub type Real = f64;
 
-use crate::kind::OBSERVATION_ROW_F64 as OBSERVATION_ROW;
-
 #[path = "scalar/mod.rs"]
 mod scalar;
 pub use scalar::*;

@@ -5,11 +5,11 @@ use crate::plain::{FRAME, NO_ARM, NO_INSTRUMENT, NO_PARAMETER, PLANE, POINT, TRA
 use crate::status::{self, Status};
 use delta_cal::calibration::{Instrument, ToleranceError};
 use delta_cal::kinematics::{KinematicsError, Singularity};
-use delta_cal::observations::{ObservationError, PrepareError};
+use delta_cal::observations::ObservationError;
 use delta_cal::robot::GeometryError;
 use delta_cal::samples::{AddError, MergeError, NoiseError, SampleError};
 use delta_cal::snapshot::SnapshotError;
-use delta_cal::stream::{Alarm, GateError, StreamRefusal, Untested};
+use delta_cal::stream::{Alarm, ForgettingError, GateError, StreamRefusal, Untested};
 use delta_cal::{ArmIndex, Parameter, Refusal};
 
 /// Why a call failed. Every function that takes a pointer to one accepts NULL.
@@ -31,7 +31,7 @@ pub struct Error {
     /// The instrument at fault: `DCAL_NO_INSTRUMENT`, `DCAL_FRAME`, `DCAL_PLANE`, `DCAL_POINT` or
     /// `DCAL_TRANSMISSION`.
     pub instrument: i32,
-    /// Index of the plane or point, or of the observation at fault.
+    /// Index of the plane or point at fault.
     pub index: u32,
     /// The figure of a refusal: condition number (undetermined), sigma in length or radians (uncertain), ratio of the
     /// residuals to what the noise allows (residual contradicts noise), or tolerances (far from nominal); otherwise 0.
@@ -99,14 +99,6 @@ impl Error {
         Self {
             instrument,
             index: u32::from(index),
-            ..self
-        }
-    }
-
-    /// Of the observation with this index.
-    fn at(self, index: usize) -> Self {
-        Self {
-            index: u32::try_from(index).unwrap_or(u32::MAX),
             ..self
         }
     }
@@ -212,10 +204,17 @@ impl From<AddError> for Error {
 
 impl From<MergeError> for Error {
     fn from(error: MergeError) -> Self {
-        match error {
-            MergeError::Busy => status::BUSY.into(),
-            _ => status::DIFFERENT_NOMINAL.into(),
-        }
+        Self::from(match error {
+            MergeError::DifferentNominal => status::DIFFERENT_NOMINAL,
+            MergeError::Busy => status::BUSY,
+            _ => status::OTHER,
+        })
+    }
+}
+
+impl From<ForgettingError> for Error {
+    fn from(_: ForgettingError) -> Self {
+        status::FORGETTING.into()
     }
 }
 
@@ -239,17 +238,6 @@ impl From<ToleranceError> for Error {
             ToleranceError::JointZero => status::TOLERANCE_OF_JOINT_ZERO,
             _ => status::OTHER,
         })
-    }
-}
-
-impl From<StreamRefusal> for Error {
-    fn from(refusal: StreamRefusal) -> Self {
-        match refusal {
-            StreamRefusal::Calibration(refusal) => refusal.into(),
-            StreamRefusal::Alarm(Alarm::RobotChanged { .. }) => status::ROBOT_HAS_CHANGED.into(),
-            StreamRefusal::Alarm(_) => status::EARLY_SAMPLES.into(),
-            _ => status::TOO_MANY_REJECTED.into(),
-        }
     }
 }
 
@@ -293,17 +281,28 @@ impl From<ObservationError> for Error {
             ObservationError::NoSuchPlane(_) => status::NO_SUCH_PLANE,
             ObservationError::NoSuchPoint(_) => status::NO_SUCH_POINT,
             ObservationError::SamePlace => status::OBSERVATION_SAME_PLACE,
+            ObservationError::Full => status::OBSERVATIONS_FULL,
+            ObservationError::Busy => status::BUSY,
             _ => status::OTHER,
         })
     }
 }
 
-impl From<PrepareError> for Error {
-    fn from(error: PrepareError) -> Self {
-        match error {
-            PrepareError::Row { index, error } => Self::from(error).at(index),
-            PrepareError::Refused(refusal) => refusal.into(),
-            PrepareError::TooManyUnknowns { .. } => status::TOO_MANY_UNKNOWNS.into(),
+impl From<StreamRefusal> for Error {
+    fn from(refusal: StreamRefusal) -> Self {
+        match refusal {
+            StreamRefusal::Calibration(refusal) => refusal.into(),
+            StreamRefusal::Alarm(alarm) => Self {
+                count: alarm.first(),
+                ..Self::from(match alarm {
+                    Alarm::RobotChanged { .. } => status::ROBOT_HAS_CHANGED,
+                    _ => status::EARLY_SAMPLES,
+                })
+            },
+            StreamRefusal::TooManyRejected { rejected, .. } => Self {
+                count: rejected,
+                ..Self::from(status::TOO_MANY_REJECTED)
+            },
             _ => status::OTHER.into(),
         }
     }

@@ -4,24 +4,29 @@
 //! align differently. Assertions hold the Rust types to them wherever the library is built.
 #![allow(unsafe_code)] // promises about kinds
 
-use crate::library::VERSION;
-use crate::observed::Observed;
-use delta_cal::calibration::{Ikm, JointOutcome};
-use delta_cal::observations::ObservationRow;
+use crate::plain::{FKM_ROWS, PLANES, POINTS, UNKNOWNS};
+use delta_cal::calibration::{Ikm as EachArm, IkmCalibrator, JointCalibrator, JointOutcome};
+use delta_cal::observations::FkmCalibrator;
 use delta_cal::stream::StreamCalibrator;
-use delta_cal::{IkmCalibrator, JointCalibrator, Robot, RobotOutcome};
+use delta_cal::{Real, Robot, RobotOutcome};
+
+/// The version that this library was built as: major, minor and patch, one byte each, as `DCAL_VERSION`.
+pub const VERSION: u32 = number(env!("CARGO_PKG_VERSION_MAJOR")) << 16
+    | number(env!("CARGO_PKG_VERSION_MINOR")) << 8
+    | number(env!("CARGO_PKG_VERSION_PATCH"));
+
+const fn number(text: &str) -> u32 {
+    let mut digits = text.as_bytes();
+    let mut value = 0;
+    while let [digit, rest @ ..] = digits {
+        value = 10 * value + (*digit - b'0') as u32;
+        digits = rest;
+    }
+    value
+}
 
 /// Every object's alignment in C. Bytes.
 pub const ALIGNMENT: usize = 8;
-
-/// The bytes of an observation in the workspace, in single precision.
-pub const OBSERVATION_ROW_F32: usize = 192;
-/// The bytes of an observation in the workspace, in double precision.
-pub const OBSERVATION_ROW_F64: usize = 368;
-
-const _: () = assert!(size_of::<ObservationRow<f32>>() <= OBSERVATION_ROW_F32);
-const _: () = assert!(size_of::<ObservationRow<f64>>() <= OBSERVATION_ROW_F64);
-const _: () = assert!(align_of::<ObservationRow<f64>>() <= ALIGNMENT);
 
 /// "DCAL".
 const MAGIC: u32 = 0x4c41_4344;
@@ -62,24 +67,30 @@ impl Tag {
 
 /// An object in memory of the caller.
 #[repr(C, align(8))]
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub struct Stored<K> {
     pub(crate) tag: Tag,
     pub(crate) value: K,
 }
 
 /// The per-arm calibrator.
-pub type Arms<T> = IkmCalibrator<T>;
+pub type Ikm<T> = IkmCalibrator<T>;
 /// The joint calibrator.
 pub type Joint<T> = JointCalibrator<T>;
 /// The per-arm calibrator behind a gate.
-pub type Gated<T> = StreamCalibrator<T, Ikm>;
+pub type Gate<T> = StreamCalibrator<T, EachArm>;
+/// The calibrator from any readings, with all its parameters.
+pub type Fkm<T> = FkmCalibrator<T, FKM_ROWS, PARAMETERS, COLUMNS, ENTRIES>;
+
+pub(crate) const PARAMETERS: usize = 24 + UNKNOWNS;
+const COLUMNS: usize = PARAMETERS + 1;
+const ENTRIES: usize = COLUMNS * (COLUMNS + 1) / 2;
 
 /// What an object can be.
 ///
 /// # Safety
-/// No other kind has its number: the tag alone says what the memory holds. Nothing needs to be dropped.
-pub unsafe trait Kind: Clone {
+/// No other kind has its number: the tag alone says what the memory holds.
+pub unsafe trait Kind {
     /// What the tag holds; never changes.
     const NUMBER: i32;
     /// The size in C. Bytes.
@@ -131,32 +142,45 @@ macro_rules! kinds {
 
 kinds! {
     Robot "robot" = 1, 384, 752, "A robot: three arms of eight parameters.";
-    Arms "arms" = 2, 4864, 9472, "The per-arm calibrator: samples and solver, each arm by itself.";
-    RobotOutcome "arms_outcome" = 4, 1728, 3392, "A calibrated robot with the covariance of each arm.";
+    Ikm "ikm" = 2, 4864, 9472, "The per-arm calibrator: samples and solver, each arm by itself.";
+    RobotOutcome "ikm_outcome" = 4, 1728, 3392, "A calibrated robot with the covariance of each arm.";
     Joint "joint" = 5, 11328, 22464, "The joint calibrator: samples and solver, all 24 parameters together.";
     JointOutcome "joint_outcome" = 7, 2944, 5824, "A calibrated robot with the covariance of all 24 parameters.";
-    Gated "gated" = 8, 6144, 11840, "The per-arm calibrator behind a gate, which tests each sample before it is taken in.";
-    Observed "observation_outcome" = 9, 6400, 12672, "A robot calibrated from observations, and where the instruments are.";
+    Gate "gate" = 8, 6016, 11648, "The per-arm calibrator behind a gate, which tests each sample before it is taken in.";
+    Fkm "fkm" = 9, 27392, 54784, "The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver.";
+    FkmOutcome "fkm_outcome" = 10, 3200, 6272, "A robot calibrated from any readings, and where the instruments are.";
+}
+
+/// What a calibration from any readings found.
+#[derive(Debug, Clone)]
+pub struct FkmOutcome<T: Real> {
+    pub(crate) joint: JointOutcome<T>,
+    pub(crate) planes: [[T; 3]; PLANES],
+    pub(crate) points: [[T; 4]; POINTS],
+    pub(crate) frame: ([[T; 3]; 3], [T; 3]),
+    pub(crate) plane_count: usize,
+    pub(crate) point_count: usize,
 }
 
 /// The bytes of a snapshot, in single and in double precision: of what, and how many.
 pub const SNAPSHOTS: [(&str, [usize; 2]); 3] = [
     (
-        "arms",
-        [Arms::<f32>::SNAPSHOT_BYTES, Arms::<f64>::SNAPSHOT_BYTES],
+        "ikm",
+        [Ikm::<f32>::SNAPSHOT_BYTES, Ikm::<f64>::SNAPSHOT_BYTES],
     ),
     (
         "joint",
         [Joint::<f32>::SNAPSHOT_BYTES, Joint::<f64>::SNAPSHOT_BYTES],
     ),
     (
-        "gated",
-        [Gated::<f32>::SNAPSHOT_BYTES, Gated::<f64>::SNAPSHOT_BYTES],
+        "gate",
+        [Gate::<f32>::SNAPSHOT_BYTES, Gate::<f64>::SNAPSHOT_BYTES],
     ),
 ];
 
 /// Fails to compile where an object does not fit its memory in C.
 const fn fits<K: Kind>() {
+    // Memory of the caller is overwritten and never dropped.
     assert!(!core::mem::needs_drop::<K>());
     assert!(size_of::<Stored<K>>() <= K::SIZE);
     assert!(align_of::<Stored<K>>() == ALIGNMENT);

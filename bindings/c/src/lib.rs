@@ -12,7 +12,6 @@ pub mod error;
 pub mod kind;
 pub mod library;
 mod memory;
-pub mod observed;
 #[cfg(all(feature = "panic-handler", target_os = "none"))]
 mod panic;
 pub mod plain;
@@ -21,4 +20,4 @@ pub mod status;
 pub mod double;
 pub mod single;
 
-pub use memory::{Held, HeldMut, In, Many, New, Out, Workspace};
+pub use memory::{Held, HeldMut, In, Many, New, Out};

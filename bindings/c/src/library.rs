@@ -1,24 +1,9 @@
 //! What the library says of itself.
 #![allow(unsafe_code)] // naming a symbol
 
-use crate::kind::{ALIGNMENT, size_of_kind};
+use crate::kind::{ALIGNMENT, VERSION, size_of_kind};
 use crate::status::{self, Status};
 use core::ffi::c_char;
-
-/// The version that this library was built as: major, minor and patch, one byte each, as `DCAL_VERSION`.
-pub const VERSION: u32 = number(env!("CARGO_PKG_VERSION_MAJOR")) << 16
-    | number(env!("CARGO_PKG_VERSION_MINOR")) << 8
-    | number(env!("CARGO_PKG_VERSION_PATCH"));
-
-const fn number(text: &str) -> u32 {
-    let mut digits = text.as_bytes();
-    let mut value = 0;
-    while let [digit, rest @ ..] = digits {
-        value = 10 * value + (*digit - b'0') as u32;
-        digits = rest;
-    }
-    value
-}
 
 /// The version of the library that is linked. Compare it with `DCAL_VERSION`, that of the header: before 1.0 both
 /// must agree in major and minor.

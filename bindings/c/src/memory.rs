@@ -10,6 +10,7 @@ use crate::kind::{ALIGNMENT, Kind, Stored, Tag};
 use crate::status::{self, Status};
 use core::fmt;
 use core::marker::PhantomData;
+use core::ptr;
 
 /// Numbers without further rules.
 ///
@@ -82,11 +83,6 @@ pointer!(
 pointer!(
     /// Where a value is written.
     Out,
-    *mut u8
-);
-pointer!(
-    /// Memory that a function works in.
-    Workspace,
     *mut u8
 );
 
@@ -201,15 +197,16 @@ impl<K: Kind> New<K> {
         Ok(())
     }
 
-    /// Makes the object. From a reference and part by part, so that a large object is not copied on the stack first.
+    /// Makes the object, from a reference, so that a large one is not copied on the stack first.
     #[inline]
     pub(crate) fn put(&mut self, size: usize, value: &K) -> Result<(), Status> {
         self.usable(size)?;
         let stored = self.0.cast::<Stored<K>>();
         // SAFETY: not NULL, aligned, and by the interface's promise `size` bytes of memory; an assertion in `kind` holds
-        // the object to `K::SIZE`. What was there is not read and needs no drop, as no kind does.
+        // the object to `K::SIZE`. What was there is not read and needs no drop: that assertion says so of all kinds,
+        // which hold numbers alone and can be copied by their bytes. `value` lies elsewhere: it is not C's.
         unsafe {
-            (&raw mut (*stored).value).write(value.clone());
+            ptr::copy_nonoverlapping(value, &raw mut (*stored).value, 1);
             (&raw mut (*stored).tag).write(Tag::of::<K>());
         }
         Ok(())
@@ -224,30 +221,14 @@ impl<T: Plain> In<T> {
     }
 }
 
-impl<T: Plain> Many<T> {
-    /// Whether so many values can be there.
-    pub(crate) fn usable(&self, count: usize) -> Result<(), Status> {
-        usable(self.0, align_of::<T>())?;
-        match count.checked_mul(size_of::<T>()) {
-            Some(size) if isize::try_from(size).is_ok() => Ok(()),
-            _ => Err(status::WRONG_SIZE),
-        }
-    }
-
-    /// The values. The caller of the interface has said how many there are.
-    pub(crate) fn values(&self, count: usize) -> Result<impl Iterator<Item = T>, Status> {
-        self.usable(count)?;
-        let first = self.0.cast::<T>();
-        // SAFETY: as in `In::get`; `count` values lie there by the interface's promise, and their size fits.
-        Ok((0..count).map(move |index| unsafe { first.add(index).read() }))
-    }
-}
-
 impl Many<u8> {
     /// The bytes as they lie there.
     fn row(&self, count: usize) -> Result<&[u8], Status> {
-        self.usable(count)?;
-        // SAFETY: as in `values`; and nobody else changes them during the call.
+        usable(self.0, 1)?;
+        if isize::try_from(count).is_err() {
+            return Err(status::WRONG_SIZE);
+        }
+        // SAFETY: not NULL, and by the interface's promise so many bytes, which nobody changes during the call.
         Ok(unsafe { core::slice::from_raw_parts(self.0, count) })
     }
 }
@@ -291,31 +272,5 @@ impl<T: Plain> Out<T> {
     /// Writes where there is a place to write to.
     pub(crate) fn put_if_there(&mut self, value: T) {
         let _ = self.put(value);
-    }
-}
-
-impl<T: Copy> Workspace<T> {
-    /// Memory of so many bytes, as a row of values, each of which takes at most `each` bytes.
-    pub(crate) fn rows(
-        &mut self,
-        size: usize,
-        each: usize,
-        count: usize,
-        values: impl Iterator<Item = T>,
-    ) -> Result<&mut [T], Status> {
-        usable(self.0, ALIGNMENT)?;
-        if count.checked_mul(each).is_none_or(|needed| size < needed) {
-            return Err(status::WRONG_SIZE);
-        }
-        let first = self.0.cast::<T>();
-        let mut length = 0;
-        for value in values.take(count) {
-            // SAFETY: not NULL, aligned to `ALIGNMENT`, and by the interface's promise `size` bytes, in which there is
-            // room for `count` values (an assertion in `kind` holds a value to `each`).
-            unsafe { first.add(length).write(value) };
-            length += 1;
-        }
-        // SAFETY: `length` values were written just now, and nobody else uses the memory during the call.
-        Ok(unsafe { core::slice::from_raw_parts_mut(first, length) })
     }
 }

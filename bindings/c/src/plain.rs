@@ -85,9 +85,11 @@ pub const READ_DISTANCE: u32 = 16;
 /// Bit of an observation: a distance from the platform's position at other joint angles was measured.
 pub const READ_DISTANCE_BETWEEN: u32 = 32;
 
-/// Planes of a calibration from observations at most.
+/// Observations of a calibration from any readings at most.
+pub const FKM_ROWS: usize = 64;
+/// Planes of a calibration from any readings at most.
 pub const PLANES: usize = 4;
-/// Points of a calibration from observations at most.
+/// Points of a calibration from any readings at most.
 pub const POINTS: usize = 4;
 /// Unknowns of the instruments at most: six of a frame, three of a plane, three of a point, one of its offset.
 pub const UNKNOWNS: usize = 12;

@@ -10,8 +10,6 @@ macro_rules! suffix {
 /// `float` in C.
 pub type Real = f32;
 
-use crate::kind::OBSERVATION_ROW_F32 as OBSERVATION_ROW;
-
 #[path = "scalar/mod.rs"]
 mod scalar;
 pub use scalar::*;

@@ -64,7 +64,7 @@ statuses! {
     TOLERANCE_OF_ANGLE = 25,
     /// The width of the gate must be a finite number greater than 0.
     WIDTH_OF_GATE = 26,
-    /// The factor of forgetting must lie between 0 and 1.
+    /// The factor of forgetting must lie between 0 and 1, the mean age of samples be a finite number greater than 0.
     FORGETTING = 27,
     /// What is known of an instrument's place must be finite, and its sigma not negative.
     KNOWN_PLACE = 28,
@@ -120,6 +120,8 @@ statuses! {
     OBSERVATION_SAME_PLACE = 65,
     /// The instruments have more unknowns than there is room for.
     TOO_MANY_UNKNOWNS = 66,
+    /// There is no room for another observation.
+    OBSERVATIONS_FULL = 67,
 
     /// There are fewer samples than needed.
     TOO_FEW_SAMPLES = 70,

@@ -134,9 +134,11 @@ impl Robot {
         }
         let own = rows("q", given)?;
         radians("q", &own.rows, self.file.robot.drive())?;
-        let directions = self.directions();
-        let inside = own.rows.iter().map(|row| directions.joints(row));
-        Ok((inside.collect(), own.single))
+        let (directions, mut inside) = (self.directions(), own.rows);
+        for row in &mut inside {
+            *row = directions.joints(row);
+        }
+        Ok((inside, own.single))
     }
 
     /// Positions inside, and whether one row was given.
@@ -148,9 +150,11 @@ impl Robot {
             return Ok((read.iter().map(|row| row.value.into()).collect(), false));
         }
         let own = rows("x", given)?;
-        let directions = self.directions();
-        let inside = own.rows.iter().map(|row| directions.position(row));
-        Ok((inside.collect(), own.single))
+        let (directions, mut inside) = (self.directions(), own.rows);
+        for row in &mut inside {
+            *row = directions.position(row);
+        }
+        Ok((inside, own.single))
     }
 
     fn pose(&self, q: &[f64; 3]) -> Result<Vector3<f64>, NoPose> {

@@ -10,7 +10,7 @@ use delta_cal::robot::Drive;
 use delta_cal_host::campaign::{self, RobotResult};
 use delta_cal_host::export::positions::Wanted;
 use delta_cal_host::export::{Case, Settings, target as target_of};
-use delta_cal_host::import::Firmware;
+use delta_cal_host::import::{Firmware, Stated};
 use delta_cal_host::planning::{
     self, LEAST, MOST, Order, PlanError, PlanRequest, Region, Wishes, plan_for,
 };
@@ -229,7 +229,14 @@ pub(crate) fn import_<'py>(
         }
     };
     let includes = |from: &str, wanted: &str| included(py, from, wanted);
-    let found = firmware.import(&text, rods, &includes);
+    let found = firmware.import(
+        &text,
+        &Stated {
+            rods,
+            ..Stated::default()
+        },
+        &includes,
+    );
     let found = found.map_err(|error| input_error(&error, None))?;
     let robot = Robot::of_text(InputText::new(&found.robot.name, &found.robot_text()))?;
     let samples = match found.samples_text() {

@@ -190,6 +190,13 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         self.asked = false;
     }
 
+    /// Gives up what is being solved, and drops the outcome. The samples stay.
+    pub fn stop(&mut self) {
+        self.calibrator.stop();
+        self.work = Work::Collecting;
+        self.asked = false;
+    }
+
     /// The gate's objection to all samples.
     fn rejected_too_many(&self) -> Option<StreamRefusal> {
         let counts = self.gate_counts()?;

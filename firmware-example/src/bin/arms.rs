@@ -15,7 +15,7 @@ use delta_cal::{
 use delta_cal_firmware_example::nominal;
 use small::plant::Plant;
 use small::{
-    fail, go, joints, load, restart, show_error, show_refusal, start, store, take_over, with,
+    Store, fail, go, joints, load, restart, show_error, show_refusal, start, store, take_over, with,
 };
 
 const SAMPLES: u8 = 40;
@@ -28,7 +28,7 @@ const SPEED: f32 = 400.0;
 #[cortex_m_rt::entry]
 fn main() -> ! {
     let mut store = store();
-    let (Ok(drawn), Some(settings)) = (nominal(), settings()) else {
+    let Ok(drawn) = nominal() else {
         fail("no robot")
     };
     let stored = load(&mut store);
@@ -37,14 +37,25 @@ fn main() -> ! {
         check(&drawn, &robot);
         small::end();
     }
+    attempt(&drawn, &mut store);
+    restart()
+}
+
+/// Calibrates until nothing slips. The calibrator lies on the stack, where it is built in its place.
+#[inline(never)]
+fn attempt(drawn: &Robot<f32>, store: &mut Store) {
+    let Some(settings) = settings() else {
+        fail("no noise or tolerance")
+    };
+    let mut calibrator = IkmCalibrator::new(drawn, &settings);
     for slip in SLIPS {
         with(|machine| machine.plant.slip = slip);
-        match calibrate(&drawn, &settings) {
-            Ok(robot) => take_over(&mut store, &robot),
+        calibrator.reset();
+        match calibrate(&mut calibrator) {
+            Ok(robot) => take_over(store, &robot),
             Err(refusal) => show_refusal(refusal),
         }
     }
-    restart()
 }
 
 /// What is known beforehand: how good a measurement is, and how well the robot is made. Without the tolerance, exchanged
@@ -74,8 +85,7 @@ fn measure(pose: u8) -> Sample<f32> {
 
 /// In bounded steps, while the control loop turns in its interrupt.
 #[inline(never)]
-fn calibrate(drawn: &Robot<f32>, settings: &Settings<f32>) -> Result<Robot<f32>, Refusal> {
-    let mut calibrator = IkmCalibrator::new(drawn, settings);
+fn calibrate(calibrator: &mut IkmCalibrator<f32>) -> Result<Robot<f32>, Refusal> {
     for pose in 0..SAMPLES {
         if calibrator.add(&measure(pose)).is_err() {
             fail("a sample is not usable");

@@ -9,7 +9,6 @@
 #[path = "small/mod.rs"]
 mod small;
 
-use core::mem::MaybeUninit;
 use delta_cal::observations::{
     Height, Instruments, Observation, ObservationNoise, Plane, PositionFrame, TouchCalibrator,
 };
@@ -19,6 +18,7 @@ use small::plant::Plant;
 use small::{
     fail, go, load, probe, restart, show_error, show_refusal, start, store, take_over, with,
 };
+use static_cell::StaticCell;
 
 /// The heights of the gauge blocks; the plate itself is the first. Millimetres.
 const BLOCKS: [f32; 3] = [0.0, 50.0, 100.0];
@@ -57,12 +57,12 @@ const CREEP: f32 = 1.0;
 /// One sigma of a touch, mm.
 const REPEATABILITY: f32 = 0.005;
 
-/// For the robot's 24 parameters and the three of the plate.
+/// Touches and solver, for the robot's 24 parameters and the three of the plate.
 type Calibrator = TouchCalibrator<f32, TOUCHES>;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    static mut PLACE: MaybeUninit<Calibrator> = MaybeUninit::uninit();
+    static CALIBRATOR: StaticCell<Calibrator> = StaticCell::new();
     let mut store = store();
     let Ok(drawn) = nominal() else {
         fail("no robot")
@@ -73,16 +73,28 @@ fn main() -> ! {
         check(&drawn, &robot);
         small::end();
     }
-    let calibrator = calibrator(PLACE, &drawn);
+    let calibrator = prepare(&CALIBRATOR, &drawn);
     for blocks in [WITH_CHIP, BLOCKS] {
         calibrator.reset();
-        measure(&blocks, calibrator);
+        measure(calibrator, &blocks);
         match calibrate(calibrator) {
             Ok(robot) => take_over(&mut store, &robot),
             Err(refusal) => show_refusal(refusal),
         }
     }
     restart()
+}
+
+/// In its place. Not inlined, here and below: what is done one after the other shares the stack.
+#[inline(never)]
+fn prepare(place: &'static StaticCell<Calibrator>, drawn: &Robot<f32>) -> &'static mut Calibrator {
+    let Some((instruments, settings)) = known() else {
+        fail("no noise or tolerance")
+    };
+    place.init_with(|| match Calibrator::new(drawn, &instruments, &settings) {
+        Ok(made) => made,
+        Err(_) => fail("no room for the instruments"),
+    })
 }
 
 /// What is known beforehand: how good the probe is, and how well the robot is made.
@@ -115,40 +127,23 @@ fn touch([x, y]: [f32; 2], block: f32) -> [f32; 3] {
     touched.map_or_else(|| fail("the probe touched nothing"), |(joints, _)| joints)
 }
 
-/// In static memory: it is larger than what else there is.
-#[inline(never)]
-fn calibrator<'a>(
-    place: &'a mut MaybeUninit<Calibrator>,
-    drawn: &Robot<f32>,
-) -> &'a mut Calibrator {
-    let Some((instruments, settings)) = known() else {
-        fail("no calibrator")
-    };
-    match Calibrator::new(drawn, &instruments, &settings) {
-        Ok(made) => place.write(made),
-        Err(_) => fail("no calibrator"),
-    }
-}
-
 /// Touches every block at every place.
 #[inline(never)]
-fn measure(standing: &[f32; 3], calibrator: &mut Calibrator) {
-    let places = BLOCKS
-        .iter()
-        .zip(standing)
-        .flat_map(|block| PLACES.iter().map(move |it| (block, it)));
-    for ((height, stands), place) in places {
+fn measure(calibrator: &mut Calibrator, standing: &[f32; 3]) {
+    for (height, stands) in BLOCKS.iter().zip(standing) {
         with(|machine| machine.plant.block = *stands);
-        let height = Some(Height {
-            plane: 0,
-            height: *height,
-        });
-        let observation = Observation {
-            height,
-            ..Observation::at(touch(*place, *stands))
-        };
-        if calibrator.add(&observation).is_err() {
-            fail("a touch is not usable");
+        for place in PLACES {
+            let height = Some(Height {
+                plane: 0,
+                height: *height,
+            });
+            let observation = Observation {
+                height,
+                ..Observation::at(touch(place, *stands))
+            };
+            if calibrator.add(&observation).is_err() {
+                fail("a touch is not usable");
+            }
         }
     }
 }

@@ -1,14 +1,14 @@
 //! `delta-cal calibrate`.
 
 use super::failure::Failure;
-use super::import::{includes, rods};
+use super::import::{StatedArguments, configuration, includes};
 use super::length::Length;
 use super::output::{self, deliver};
 use super::paths::{ColumnsArgument, read_samples_texts, refuse_same, robot_path};
 use super::progress::Waiting;
 use super::record::{document, sources};
 use crate::files::example;
-use crate::import::{Firmware, Imported};
+use crate::import::{Firmware, Imported, touches};
 use crate::report;
 use crate::report::calibration::{RefusalReport, comment};
 use crate::report::document::Source;
@@ -21,7 +21,7 @@ use clap::Args;
 use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = "\
-SAMPLES.csv, in any mixture and any order of columns:
+SAMPLES.csv, in any mixture:
   q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm         positions
   q1_deg,q2_deg,q3_deg,height_mm,plane        touches of a plate, gauge blocks
   q1_deg,q2_deg,q3_deg,distance_mm,point      a ball bar, a wire
@@ -30,19 +30,17 @@ SAMPLES.csv, in any mixture and any order of columns:
 Linear drives: s1_mm,s2_mm,s3_mm. Units: also _rad, _counts, _m, _cm, _um, _in. sigma_mm or u_k2_mm weighs a row. Two files are \
 joined by a common column (name, number, time) or by order.
 
-A blank x, y or z is an error unless 3 rows, and one in 10, have the same cells blank. Equal rows count once. σ that \
-[noise] does not state is estimated. Without x, y and z a [tolerance] is needed.
+σ that [noise] does not state is estimated. Without x, y and z a [tolerance] is needed.
 
 A result is refused if the samples do not determine the robot, contradict [noise] or [tolerance], or would make it \
 worse with a chance above 5 %.
 
-A printer's configuration (printer.cfg, config.g, M503) that holds heights stands for both files.
+A printer's configuration (or its folder) that holds heights stands for both files; SAMPLES.csv may be its console's answers.
 
 Examples:
   delta-cal calibrate                             (the built-in example)
   delta-cal calibrate robot.toml samples.csv --output calibrated.toml
   delta-cal calibrate robot.toml tracker.csv --frame sensor
-  delta-cal calibrate robot.toml joints.csv tracker.csv --frame sensor
   delta-cal calibrate printer.cfg --rods 345mm --paste paste.cfg
 
 Exit codes:
@@ -80,9 +78,8 @@ pub(crate) struct CalibrateArguments {
     /// Largest expanded uncertainty (rms)
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     limit: Option<Length>,
-    /// A printer's rods as made
-    #[arg(long, value_name = "LENGTH[,LENGTH,LENGTH]", value_delimiter = ',')]
-    rods: Option<Vec<Length>>,
+    #[command(flatten)]
+    stated: StatedArguments,
     /// Write the calibrated robot; - is standard output
     #[arg(long, value_name = "CALIBRATED.toml")]
     output: Option<PathBuf>,
@@ -222,7 +219,7 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, F
             printer: None,
         });
     };
-    let text = InputText::from_file(path)?;
+    let text = configuration(path)?;
     let samples = || match &arguments.samples {
         Some(samples) => {
             let _waiting = Waiting::for_file(samples);
@@ -244,14 +241,22 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, F
             printer: None,
         });
     }
-    let rods = rods(arguments.rods.as_deref())?;
-    let mut printer = Firmware::of(&text)?.import(&text, rods, &includes)?;
+    let stated = arguments.stated.stated()?;
+    let mut printer = Firmware::of(&text)?.import(&text, &stated, &includes)?;
     let mut of_samples = (Source::from(&text), None);
     if let Some(samples) = samples()? {
-        let readings = read_samples(&samples, &printer.robot, options)?;
+        let readings = match touches(&printer, &samples)? {
+            Some(readings) => readings,
+            None => read_samples(&samples, &printer.robot, options)?,
+        };
         printer = printer.with_readings(readings);
         of_samples = sources(&samples);
+    } else if let (true, Some(readings)) =
+        (printer.readings.rows.is_empty(), touches(&printer, &text)?)
+    {
+        printer = printer.with_readings(readings);
     }
+    printer = arguments.stated.add_prints(printer)?;
     if printer.readings.rows.is_empty() {
         return Err(printer.without_readings().into());
     }
@@ -278,13 +283,10 @@ fn without_samples(path: &Path) -> Failure {
 
 /// What only a printer has is not asked of another robot.
 fn no_printer(arguments: &CalibrateArguments) -> Result<(), Failure> {
-    let given = [
-        ("--rods", arguments.rods.is_some()),
-        ("--paste", arguments.paste.is_some()),
-    ];
-    match given.into_iter().find(|(_, given)| *given) {
+    let paste = arguments.paste.is_some().then_some("--paste");
+    match arguments.stated.given().or(paste) {
         None => Ok(()),
-        Some((option, _)) => Err(Failure::Usage {
+        Some(option) => Err(Failure::Usage {
             cause: format!("{option} needs a printer's configuration"),
             remedy: format!(
                 "write for example delta-cal calibrate printer.cfg {option} …, or see delta-cal export"

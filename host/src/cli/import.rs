@@ -1,24 +1,27 @@
 //! `delta-cal import`.
 
 use super::failure::Failure;
-use super::length::Length;
+use super::length::Measured;
 use super::output;
 use super::output::print;
 use super::paths::is_stream;
-use crate::import::{Firmware, Imported};
+use crate::import::{Firmware, Imported, Stated};
 use crate::{InputError, InputText};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use delta_cal::robot::Drive;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 pub(crate) const HELP: &str = "\
 CONTROLLER is one of:
   klipper           printer.cfg: kinematics: delta or rotary_delta, and the
                     measurements that DELTA_CALIBRATE and DELTA_ANALYZE saved
   reprapfirmware    config.g or config-override.g: M665 and M666
-  marlin            what M503 prints: M665 and M666
+  marlin            what M503 prints: M665 and M666, or Configuration.h
+
+A folder stands for the printer.cfg or config.g in it.
 
 The program writes robot.toml and, if the configuration holds measurements, samples.csv. It never changes the configuration, \
 keeps nothing of sections that the geometry does not need, and prints no line of it.
@@ -47,24 +50,116 @@ pub(crate) struct ImportArguments {
     /// The folder to write to; the program makes it if it does not exist
     #[arg(long, value_name = "FOLDER")]
     output: PathBuf,
-    /// How long the rods were made, one length or three, in place of those of the configuration
-    #[arg(long, value_name = "LENGTH[,LENGTH,LENGTH]", value_delimiter = ',')]
-    rods: Option<Vec<Length>>,
+    #[command(flatten)]
+    stated: StatedArguments,
     /// Replace files that exist
     #[arg(long)]
     force: bool,
 }
 
-/// One length for all rods, or three.
-pub(crate) fn rods(values: Option<&[Length]>) -> Result<Option<[f64; 3]>, Failure> {
-    match values {
-        None => Ok(None),
-        Some([Length(all)]) => Ok(Some([*all; 3])),
-        Some([Length(a), Length(b), Length(c)]) => Ok(Some([*a, *b, *c])),
-        Some(_) => Err(Failure::Usage {
-            cause: "--rods needs one length, or three".to_owned(),
-            remedy: "write for example --rods 345mm or --rods 345.1mm,344.9mm,345.0mm".to_owned(),
-        }),
+/// What the owner of a printer knows beside its configuration.
+#[derive(Debug, Args)]
+pub(crate) struct StatedArguments {
+    /// A printer's rods: 345mm as made, 345±0.1mm as measured
+    #[arg(long, value_name = "LENGTH", value_delimiter = ',')]
+    rods: Option<Vec<Measured>>,
+    /// Its delta radius
+    #[arg(long, value_name = "LENGTH")]
+    radius: Option<Measured>,
+    /// A printed length and what it came out as, mm
+    #[arg(long, value_name = "100=98.5")]
+    printed: Option<Printed>,
+    /// What prints shrink by: 0.3%
+    #[arg(long, value_name = "PERCENT")]
+    shrinkage: Option<Shrinkage>,
+}
+
+/// So long a part was to be, and so long it came out, mm.
+#[derive(Debug, Clone, Copy)]
+struct Printed([f64; 2]);
+
+/// A part of the length.
+#[derive(Debug, Clone, Copy)]
+struct Shrinkage(f64);
+
+impl FromStr for Printed {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let number = |text: &str| {
+            let own = text.trim().trim_end_matches("mm").trim().parse().ok();
+            own.filter(|own: &f64| *own > 0.0 && own.is_finite())
+        };
+        let pair = text.split_once('=');
+        pair.and_then(|(wanted, is)| Some(Self([number(wanted)?, number(is)?])))
+            .ok_or_else(|| "two lengths in mm are needed, as 100=98.5".to_owned())
+    }
+}
+
+impl FromStr for Shrinkage {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let number = text.trim().strip_suffix('%').map(|own| own.trim().parse());
+        match number {
+            Some(Ok(percent)) if (-10.0..=10.0).contains(&percent) => Ok(Self(0.01 * percent)),
+            _ => Err("a percentage of up to 10 is needed, as 0.3%".to_owned()),
+        }
+    }
+}
+
+impl StatedArguments {
+    /// What takes the place of the configuration's values: one length for all rods, or three.
+    pub(crate) fn stated(&self) -> Result<Stated, Failure> {
+        let own = self.rods.as_deref();
+        let rods = match own {
+            None => None,
+            Some([all]) => Some([all.length; 3]),
+            Some([a, b, c]) => Some([a.length, b.length, c.length]),
+            Some(_) => {
+                return Err(Failure::Usage {
+                    cause: "--rods needs one length, or three".to_owned(),
+                    remedy: "write for example --rods 345mm or --rods 345.1mm,344.9mm,345.0mm"
+                        .to_owned(),
+                });
+            }
+        };
+        let sigmas = own.unwrap_or_default().iter().filter_map(|own| own.sigma);
+        Ok(Stated {
+            rods,
+            rods_sigma: sigmas.reduce(f64::max),
+            radius: self.radius.map(|own| own.length),
+            radius_sigma: self.radius.and_then(|own| own.sigma),
+        })
+    }
+
+    /// With what was printed.
+    pub(crate) fn add_prints(&self, imported: Imported) -> Result<Imported, InputError> {
+        let printed = self.printed.map(|Printed(own)| own);
+        let shrinkage = self.shrinkage.map_or(0.0, |Shrinkage(own)| own);
+        imported.with_prints(printed, shrinkage)
+    }
+
+    /// The first option that was given.
+    pub(crate) fn given(&self) -> Option<&'static str> {
+        let given = [
+            ("--rods", self.rods.is_some()),
+            ("--radius", self.radius.is_some()),
+            ("--printed", self.printed.is_some()),
+            ("--shrinkage", self.shrinkage.is_some()),
+        ];
+        given
+            .into_iter()
+            .find_map(|(name, given)| given.then_some(name))
+    }
+}
+
+/// A configuration, or that of a folder.
+pub(crate) fn configuration(path: &Path) -> Result<InputText, InputError> {
+    let own = ["printer.cfg", "config.g", "Configuration.h"].map(|name| path.join(name));
+    match own.iter().find(|own| own.is_file()) {
+        Some(own) if path.is_dir() => InputText::from_file(own),
+        _ => InputText::from_file(path),
     }
 }
 
@@ -98,12 +193,13 @@ pub(crate) fn run(arguments: &ImportArguments) -> Result<(), Failure> {
                 .to_owned(),
         });
     }
-    let rods = rods(arguments.rods.as_deref())?;
+    let stated = arguments.stated.stated()?;
     let mut all = Firmware::ALL.into_iter();
     let firmware = all.find(|own| own.name() == arguments.controller);
     let firmware = firmware.unwrap_or(Firmware::Klipper);
-    let input = InputText::from_file(&arguments.file)?;
-    let imported = firmware.import(&input, rods, &includes)?;
+    let input = configuration(&arguments.file)?;
+    let imported = firmware.import(&input, &stated, &includes)?;
+    let imported = arguments.stated.add_prints(imported)?;
     let files = [
         ("robot.toml", Some(imported.robot_text())),
         ("samples.csv", imported.samples_text()),

@@ -31,9 +31,58 @@ impl fmt::Display for Length {
     }
 }
 
+/// A measured length: `345mm`, or `345±0.1mm` with one σ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Measured {
+    /// mm.
+    pub(crate) length: f64,
+    /// mm, if it is stated.
+    pub(crate) sigma: Option<f64>,
+}
+
+impl FromStr for Measured {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let Some((length, sigma)) = text.split_once('±').or(text.split_once("+-")) else {
+            let Length(length) = text.parse()?;
+            return Ok(Self {
+                length,
+                sigma: None,
+            });
+        };
+        let Length(own) = sigma.parse()?;
+        // 345±0.1mm has one unit for both.
+        let unit = sigma.trim_start_matches(|own: char| " .0123456789".contains(own));
+        let length = length
+            .parse()
+            .or_else(|_| format!("{length}{unit}").parse());
+        let Length(length) = length?;
+        Ok(Self {
+            length,
+            sigma: Some(own),
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::Length;
+    use super::{Length, Measured};
+
+    #[test]
+    fn a_measured_length_may_state_its_sigma() {
+        for (written, length, sigma) in [
+            ("345mm", 345.0, None),
+            ("345±0.1mm", 345.0, Some(0.1)),
+            ("34.5cm+-100um", 345.0, Some(0.1)),
+        ] {
+            let own: Measured = written.parse().unwrap();
+            assert!((own.length - length).abs() < 1e-9, "{written}: {own:?}");
+            let off = own.sigma.unwrap_or(0.0) - sigma.unwrap_or(0.0);
+            assert!(off.abs() < 1e-9, "{written}: {own:?}");
+        }
+        assert!("345±0.1".parse::<Measured>().is_err());
+    }
 
     #[test]
     fn a_length_is_the_same_in_every_unit() {

@@ -1,14 +1,17 @@
 //! `delta-cal plan`.
 
 use super::failure::Failure;
+use super::import::{configuration, includes};
 use super::length::Length;
 use super::output;
 use super::paths::{ColumnsArgument, is_stream, read, robot_path};
 use super::progress::Waiting;
+use crate::import::{Firmware, Stated};
 use crate::planning::{
     Determined, LEAST, MOST, Order, PlanError, PlanRequest, Region, SamplesRequest, Wishes,
     compare, plan, plan_for,
 };
+use crate::printer::touches_of_bed;
 use crate::report::plan as report;
 use crate::{Frame, InputError, InputText, Planned, RobotFile};
 use clap::{ArgGroup, Args};
@@ -30,6 +33,7 @@ Examples:
       --output touches.csv
   delta-cal plan robot.toml --samples samples.csv
   delta-cal plan robot.toml --compare
+  delta-cal plan printer.cfg --count 16
 
 Exit codes:
   0  done
@@ -104,7 +108,11 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
     ];
     let (output, json) = (arguments.output.as_deref(), arguments.json.as_deref());
     output::check(&inputs, &[("--output", output), ("--json", json)])?;
-    let robot = RobotFile::read(&InputText::from_file(&arguments.robot)?)?;
+    let text = configuration(&arguments.robot)?;
+    if Firmware::wrote(&text).is_some() {
+        return printer(arguments, &text);
+    }
+    let robot = RobotFile::read(&text)?;
     if let (Some(path), false) = (output, arguments.force) {
         keep_measurements(path, &robot)?;
     }
@@ -143,6 +151,41 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
     };
     let report = report::json(&request, &planned);
     output::deliver(&[(output, &csv), (json, &report)], text)
+}
+
+/// Commands that touch a printer's bed.
+fn printer(arguments: &PlanArguments, text: &InputText) -> Result<(), Failure> {
+    let Some(count) = arguments
+        .count
+        .filter(|count| (LEAST..=MOST).contains(count))
+    else {
+        return Err(Failure::Usage {
+            cause: "touches of a printer's bed are planned with --count".to_owned(),
+            remedy:
+                "write for example delta-cal plan printer.cfg --count 16 --output touches.gcode"
+                    .to_owned(),
+        });
+    };
+    let firmware = Firmware::of(text)?;
+    let imported = firmware.import(text, &Stated::default(), &includes)?;
+    let (radius, places) = touches_of_bed(&imported, count);
+    let commands = places.iter().map(|place| firmware.touch(*place));
+    let commands: String = std::iter::once("G28\n".to_owned())
+        .chain(commands)
+        .collect();
+    let said = format!(
+        "{} touches of the bed within {:.0} mm of the centre, in machine coordinates.\nRun the commands, save what the \
+         console answers, and run delta-cal calibrate {} console.txt\n",
+        places.len(),
+        radius,
+        text.name()
+    );
+    let output = arguments.output.as_deref();
+    let said = match output {
+        Some(_) => said,
+        None => format!("{said}\n{commands}"),
+    };
+    output::deliver(&[(output, &commands)], said)
 }
 
 /// In the axes inside.

@@ -2,7 +2,6 @@
 //! do about it.
 
 use super::columns::ColumnMapping;
-use encoding_rs::{Encoding, UTF_8, UTF_16BE, UTF_16LE, WINDOWS_1252};
 use sha2::{Digest, Sha256};
 use std::error::Error;
 use std::fmt::{self, Write};
@@ -192,28 +191,56 @@ impl NotText {
 /// What is no UTF-8 and no UTF-16 is taken for Windows-1252: numbers and units are the same in all encodings of one
 /// byte a letter.
 fn decode(bytes: &[u8]) -> Result<String, NotText> {
-    let (encoding, mark) = Encoding::for_bom(bytes).unwrap_or_else(|| {
-        let encoding = match bytes {
-            [first, 0, ..] if *first != 0 => UTF_16LE,
-            [0, second, ..] if *second != 0 => UTF_16BE,
-            _ => UTF_8,
-        };
-        (encoding, 0)
-    });
-    let bytes = &bytes[mark..];
-    let (mut text, mut damaged) = encoding.decode_without_bom_handling(bytes);
-    if damaged && encoding == UTF_8 {
-        (text, damaged) = WINDOWS_1252.decode_without_bom_handling(bytes);
-    }
-    let control = |letter| letter < ' ' && !matches!(letter, '\t' | '\n' | '\r' | '\u{c}');
-    if text.contains(control) {
+    let text = match bytes {
+        [0xff, 0xfe, wide @ ..] => from_utf16(wide, u16::from_le_bytes)?,
+        [0xfe, 0xff, wide @ ..] => from_utf16(wide, u16::from_be_bytes)?,
+        [first, 0, ..] if *first != 0 => from_utf16(bytes, u16::from_le_bytes)?,
+        [0, second, ..] if *second != 0 => from_utf16(bytes, u16::from_be_bytes)?,
+        _ => {
+            let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+            match std::str::from_utf8(bytes) {
+                Ok(text) => text.to_owned(),
+                Err(_) => bytes.iter().copied().map(in_windows_1252).collect(),
+            }
+        }
+    };
+    if text.contains(is_control) {
         return Err(NotText::Control);
     }
-    if damaged {
-        let (before, _) = text.split_once('\u{fffd}').unwrap_or_default();
-        return Err(NotText::Damaged(1 + before.matches('\n').count() as u64));
+    Ok(text)
+}
+
+fn is_control(letter: char) -> bool {
+    letter < ' ' && !matches!(letter, '\t' | '\n' | '\r' | '\u{c}')
+}
+
+fn from_utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Result<String, NotText> {
+    let (pairs, rest) = bytes.as_chunks();
+    let letters = char::decode_utf16(pairs.iter().copied().map(unit));
+    let mut text: String = letters
+        .map(|letter| letter.unwrap_or(char::REPLACEMENT_CHARACTER))
+        .collect();
+    if !rest.is_empty() {
+        text.push(char::REPLACEMENT_CHARACTER);
     }
-    Ok(text.into_owned())
+    match text.split_once(char::REPLACEMENT_CHARACTER) {
+        Some(_) if text.contains(is_control) => Err(NotText::Control),
+        Some((before, _)) => Err(NotText::Damaged(1 + before.matches('\n').count() as u64)),
+        None => Ok(text),
+    }
+}
+
+/// As Unicode has the bytes but for those from 80 to 9F, in hexadecimal digits.
+fn in_windows_1252(byte: u8) -> char {
+    const OTHERS: [char; 32] = [
+        '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8d}', 'Ž',
+        '\u{8f}', '\u{90}', '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}',
+        'ž', 'Ÿ',
+    ];
+    let other = byte
+        .checked_sub(0x80)
+        .and_then(|place| OTHERS.get(usize::from(place)));
+    other.copied().unwrap_or(char::from(byte))
 }
 
 /// One fault in an input file. Displayed as `file:line: column x_mm: cause`, in one line.
@@ -252,7 +279,8 @@ impl InputError {
             .with_remedy("check the file's name and its permissions")
     }
 
-    pub(super) fn file(&self) -> &str {
+    /// The name of the file at fault.
+    pub fn file(&self) -> &str {
         &self.file
     }
 

@@ -22,6 +22,21 @@ const SECTIONS: [&str; 5] = [
 /// What every line of the saved block begins with.
 const SAVED: &str = "#*#";
 
+/// Words of options that state geometry, and Klipper's own among these options.
+const GEOMETRY: [&str; 9] = [
+    "radius", "lean", "tilt", "arm", "rod", "tower", "angle", "shoulder", "diagonal",
+];
+const OPTIONS: [&str; 8] = [
+    "delta_radius",
+    "print_radius",
+    "angle",
+    "arm_length",
+    "upper_arm_length",
+    "lower_arm_length",
+    "shoulder_radius",
+    "shoulder_height",
+];
+
 /// A value, and where it stands.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Entry {
@@ -29,6 +44,8 @@ pub struct Entry {
     pub value: String,
     /// The line in its file.
     pub line: u64,
+    /// Whether it stands in the block of `SAVE_CONFIG`.
+    pub saved: bool,
     file: String,
 }
 
@@ -40,6 +57,8 @@ pub struct Configuration {
     entries: BTreeMap<(String, String), Entry>,
     /// Names and lines of includes whose files are not there.
     pub missing: Vec<(String, u64)>,
+    /// The line for which Klipper ignores the block of `SAVE_CONFIG`.
+    pub broken: Option<u64>,
 }
 
 impl Configuration {
@@ -52,8 +71,10 @@ impl Configuration {
             name: text.name().to_owned(),
             entries: BTreeMap::new(),
             missing: Vec::new(),
+            broken: None,
         };
-        let [written, saved] = split(text.text());
+        let (written, saved, broken) = split(text.text());
+        configuration.broken = broken;
         let mut visited = vec![text.name().to_owned()];
         configuration.add(text, &written, includes, &mut visited)?;
         // What is written by hand wins over what was saved, as in Klipper.
@@ -63,6 +84,10 @@ impl Configuration {
         };
         of_saved.add(text, &saved, includes, &mut visited)?;
         for (key, entry) in of_saved.entries {
+            let entry = Entry {
+                saved: true,
+                ..entry
+            };
             configuration.entries.entry(key).or_insert(entry);
         }
         Ok(configuration)
@@ -122,6 +147,7 @@ impl Configuration {
                 value: value[at + 1..].trim().to_owned(),
                 file: text.name().to_owned(),
                 line: *line,
+                saved: false,
             };
             self.entries.insert(key.clone(), entry);
             last = Some((key, indentation));
@@ -160,6 +186,27 @@ impl Configuration {
             visited.push(other.name().to_owned());
             self.add(&other, &numbered(other.text()), includes, visited)?;
             visited.pop();
+        }
+        Ok(())
+    }
+
+    /// That an option states geometry which is not Klipper's own, if one does.
+    ///
+    /// # Errors
+    /// The first such option.
+    pub fn refuse_foreign(&self) -> Result<(), InputError> {
+        for ((section, option), entry) in &self.entries {
+            let foreign = option.split('_').any(|word| GEOMETRY.contains(&word));
+            if section != "delta_calibrate" && foreign && !OPTIONS.contains(&option.as_str()) {
+                let cause =
+                    "this option of geometry is not Klipper's own: its meaning is not known";
+                return Err(InputError::new(&entry.file, cause)
+                    .at_line(entry.line)
+                    .at_key(format!("[{section}] {option}"))
+                    .with_remedy(
+                        "set it to no effect, remove it from this copy, and calibrate again",
+                    ));
+            }
         }
         Ok(())
     }
@@ -264,21 +311,32 @@ fn numbered(text: &str) -> Vec<(u64, &str)> {
     (1..).zip(text.lines()).collect()
 }
 
-/// The lines by hand, and those of the saved block without what each begins with.
-fn split(text: &str) -> [Vec<(u64, &str)>; 2] {
-    let lines = numbered(text);
+/// A line with its number.
+type Numbered<'a> = (u64, &'a str);
+
+/// The lines by hand, those of the saved block without what each begins with, and the line for which Klipper ignores
+/// the block: in and below it every line begins with `#*#`, an empty one too (`klippy/configfile.py`).
+fn split(text: &str) -> (Vec<Numbered<'_>>, Vec<Numbered<'_>>, Option<u64>) {
+    let lines = numbered(text.trim_end());
     let begin = lines
         .iter()
         .position(|(_, line)| line.starts_with(SAVED) && line.contains("SAVE_CONFIG"));
     let Some(begin) = begin else {
-        return [lines, Vec::new()];
+        return (lines, Vec::new(), None);
     };
     let (written, saved) = lines.split_at(begin);
+    let of_block = |own: &str| own == SAVED || own.starts_with("#*# ");
+    let above = written.iter().find(|(_, own)| own.starts_with("#*# "));
+    let foreign = above.or(saved.iter().find(|(_, own)| !of_block(own)));
+    if let Some((line, _)) = foreign {
+        let line = *line;
+        return (lines, Vec::new(), Some(line));
+    }
     let saved = saved.iter().skip(1).filter_map(|(line, own)| {
         let own = own.strip_prefix(SAVED)?;
         let own = own.strip_prefix(' ').unwrap_or(own);
         // The block's own warning is no option.
         (!own.starts_with("DO NOT EDIT")).then_some((*line, own))
     });
-    [written.to_vec(), saved.collect()]
+    (written.to_vec(), saved.collect(), None)
 }

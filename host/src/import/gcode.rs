@@ -1,84 +1,158 @@
-//! The lines M665 and M666 of RepRapFirmware and Marlin.
+//! The lines M665 and M666 of RepRapFirmware and Marlin, and the same values in Marlin's `Configuration.h`.
 
 use super::Firmware;
-use super::imported::{Imported, Machine, USUAL_TOWERS, rods_note};
+use super::configuration::Includes;
+use super::imported::{Imported, Machine, Stated, Towers, USUAL_TOWERS, rods_note};
 use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::Readings;
 use std::collections::BTreeMap;
 
-/// A rod is off by less than this, mm: RepRapFirmware's B, the bed's radius, is more.
+/// A rod is off by less than this, mm: B as a radius of the bed is more.
 const LARGEST_TRIM: f64 = 10.0;
 /// Of the bed, as a part of the towers' radius, if it is not stated.
 const USUAL_BED: f64 = 0.6;
+/// What `M501` of RepRapFirmware reads after `config.g`.
+const OVERRIDE: &str = "config-override.g";
 
-const COMMANDS: [&str; 2] = ["M665", "M666"];
+const M665: &str = "M665";
+const M666: &str = "M666";
+/// Constants of Marlin's `Configuration.h` with the words that they are.
+const CONSTANTS: [(&str, &str, &str); 9] = [
+    ("DELTA_DIAGONAL_ROD", M665, "L"),
+    ("DELTA_RADIUS", M665, "R"),
+    ("DELTA_HEIGHT", M665, "H"),
+    ("DELTA_TOWER_ANGLE_TRIM", M665, "XYZ"),
+    ("DELTA_DIAGONAL_ROD_TRIM_TOWER", M665, "ABC"),
+    ("DELTA_ENDSTOP_ADJ", M666, "XYZ"),
+    ("PRINTABLE_RADIUS", M665, "P"),
+    ("DELTA_PRINTABLE_RADIUS", M665, "P"),
+    (RADIUS_TRIMS, M665, "U"),
+];
+/// What no M665 states.
+const RADIUS_TRIMS: &str = "DELTA_RADIUS_TRIM_TOWER";
 
-/// The words of M665 and M666, the later ones in place of the earlier, each with its line.
-struct Words<'a> {
-    input: &'a InputText,
-    values: BTreeMap<(&'static str, char), (u64, Vec<f64>)>,
+/// The words of M665 and M666, the later ones in place of the earlier, each with its file and line.
+struct Words {
+    name: String,
+    values: BTreeMap<(&'static str, char), Word>,
 }
 
-impl<'a> Words<'a> {
-    fn read(input: &'a InputText) -> Result<Self, InputError> {
+struct Word {
+    file: String,
+    line: u64,
+    values: Vec<f64>,
+}
+
+/// The command of a line and its words, behind what a controller or a terminal prints before it.
+fn command(line: &str) -> Option<(&'static str, Vec<&str>)> {
+    let own = line.split([';', '(']).next().unwrap_or_default();
+    let mut words = own.split_whitespace();
+    loop {
+        let word = words.next()?;
+        let bare = word.rsplit([':', '>']).next().unwrap_or_default();
+        let mut known = [M665, M666].into_iter();
+        if let Some(command) = known.find(|known| bare.eq_ignore_ascii_case(known)) {
+            return Some((command, words.collect()));
+        }
+        let printed = word.ends_with([':', '>', ']', '<'])
+            || word.starts_with(|own: char| own.is_ascii_digit());
+        if !printed {
+            return None;
+        }
+    }
+}
+
+/// A constant of `Configuration.h` with its numbers.
+fn constant(line: &str) -> Option<(&'static str, &'static str, Vec<f64>)> {
+    let own = line.trim_start().strip_prefix("#define ")?;
+    let own = own.split("//").next().unwrap_or_default().trim();
+    let (name, value) = own.split_once(char::is_whitespace)?;
+    let (_, command, letters) = CONSTANTS.into_iter().find(|(own, ..)| *own == name)?;
+    let numbers = value.split(|own: char| "{}(), \t".contains(own));
+    let numbers = numbers.filter(|own| !own.is_empty());
+    let values: Option<Vec<f64>> = numbers.map(|own| own.parse().ok()).collect();
+    Some((command, letters, values.unwrap_or_default()))
+}
+
+impl Words {
+    fn read(name: &str, inputs: &[InputText]) -> Result<Self, InputError> {
         let mut words = Self {
-            input,
+            name: name.to_owned(),
             values: BTreeMap::new(),
         };
-        for (line, own) in (1..).zip(input.text().lines()) {
-            // What a controller prints before a command.
-            let own = own.trim_start().trim_start_matches("echo:").trim_start();
-            let own = own.split([';', '(']).next().unwrap_or_default();
-            let mut parts = own.split_whitespace();
-            let Some(command) = parts.next() else {
-                continue;
-            };
-            let mut known = COMMANDS.into_iter();
-            if let Some(command) = known.find(|known| command.eq_ignore_ascii_case(known)) {
-                for word in parts {
-                    words.add(line, command, word)?;
+        for input in inputs {
+            for (line, own) in (1..).zip(input.text().lines()) {
+                if let Some((command, of_command)) = command(own) {
+                    for word in of_command {
+                        words.add(input, line, command, word)?;
+                    }
+                } else if let Some((command, letters, values)) = constant(own) {
+                    let each = letters.chars().count() > 1;
+                    for (index, letter) in letters.chars().enumerate() {
+                        let values = match (each, values.get(index)) {
+                            (true, Some(own)) => vec![*own],
+                            (true, None) => Vec::new(),
+                            (false, _) => values.clone(),
+                        };
+                        words.insert(input, line, (command, letter), values)?;
+                    }
                 }
             }
         }
         Ok(words)
     }
 
-    fn add(&mut self, line: u64, command: &'static str, word: &str) -> Result<(), InputError> {
+    fn add(
+        &mut self,
+        input: &InputText,
+        line: u64,
+        command: &'static str,
+        word: &str,
+    ) -> Result<(), InputError> {
         let letter = word.chars().next().unwrap_or_default().to_ascii_uppercase();
         let numbers = word.get(1..).unwrap_or_default().split(':');
-        let values: Option<Vec<f64>> = numbers
-            .map(|text| text.parse::<f64>().ok().filter(|value| value.is_finite()))
-            .collect();
-        match values {
-            Some(values) if letter.is_ascii_alphabetic() => {
-                self.values.insert((command, letter), (line, values));
-                Ok(())
-            }
-            _ => {
-                let cause = "a word is no letter with a finite number";
-                Err(self.fault(command, cause).at_line(line))
-            }
+        let values: Option<Vec<f64>> = numbers.map(|text| text.parse().ok()).collect();
+        let values = values.filter(|_| letter.is_ascii_alphabetic());
+        self.insert(input, line, (command, letter), values.unwrap_or_default())
+    }
+
+    fn insert(
+        &mut self,
+        input: &InputText,
+        line: u64,
+        key: (&'static str, char),
+        values: Vec<f64>,
+    ) -> Result<(), InputError> {
+        if values.is_empty() || !values.iter().all(|own| own.is_finite()) {
+            let cause = "a word is no letter with a finite number";
+            return Err(self.fault(key.0, cause).at_line(line));
         }
+        let file = input.name().to_owned();
+        self.values.insert(key, Word { file, line, values });
+        Ok(())
     }
 
     fn fault(&self, key: &str, cause: &str) -> InputError {
-        InputError::new(self.input.name(), cause)
+        InputError::new(&self.name, cause)
             .at_key(key)
             .with_remedy("correct the line, or let the controller write it again")
     }
 
     /// A fault of a word of M665, in its line if it is there.
     fn fault_of(&self, letter: char, cause: &str) -> InputError {
-        let fault = self.fault(&format!("M665 {letter}"), cause);
-        match self.values.get(&("M665", letter)) {
-            Some((line, _)) => fault.at_line(*line),
-            None => fault,
+        let key = format!("{M665} {letter}");
+        match self.values.get(&(M665, letter)) {
+            Some(word) => InputError::new(&word.file, cause)
+                .at_key(key)
+                .at_line(word.line)
+                .with_remedy("correct the line, or let the controller write it again"),
+            None => self.fault(&key, cause),
         }
     }
 
     fn all(&self, command: &'static str, letter: char) -> &[f64] {
         let own = self.values.get(&(command, letter));
-        own.map_or(&[], |(_, values)| values)
+        own.map_or(&[], |own| own.values.as_slice())
     }
 
     fn one(&self, command: &'static str, letter: char) -> Option<f64> {
@@ -90,7 +164,7 @@ impl<'a> Words<'a> {
     }
 
     fn required(&self, letter: char) -> Result<f64, InputError> {
-        let value = self.one("M665", letter);
+        let value = self.one(M665, letter);
         value.ok_or_else(|| self.fault_of(letter, "the word is missing"))
     }
 
@@ -102,87 +176,140 @@ impl<'a> Words<'a> {
             Err(self.fault_of(letter, "the value is not above 0"))
         }
     }
+
+    /// Whether B is the radius of Marlin 1.1's calibration: that firmware has no A and C beside it.
+    fn old_b(&self) -> bool {
+        self.one(M665, 'A').is_none() && self.one(M665, 'C').is_none()
+    }
+
+    /// Marlin's corrections of the rods.
+    fn trims(&self) -> Result<[f64; 3], InputError> {
+        let [a, b, c] = self.three(M665, ['A', 'B', 'C']);
+        let trims = [a, if self.old_b() { 0.0 } else { b }, c];
+        for (letter, trim) in ['A', 'B', 'C'].into_iter().zip(trims) {
+            if trim.abs() > LARGEST_TRIM {
+                let cause = format!(
+                    "since Marlin 2.0 {letter} lengthens the rods of a tower, and {trim} mm is too much for that"
+                );
+                let remedy = match letter {
+                    'B' => {
+                        "if you meant the printable radius: send M665 B0, and give what M503 prints then".to_owned()
+                    }
+                    letter => format!("send M665 {letter}0, and give what M503 prints then"),
+                };
+                return Err(self.fault_of(letter, &cause).with_remedy(remedy));
+            }
+        }
+        Ok(trims)
+    }
+}
+
+/// A configuration and what overrides it.
+fn files(
+    input: &InputText,
+    firmware: Firmware,
+    includes: &Includes<'_>,
+) -> Result<Vec<InputText>, InputError> {
+    let mut files = vec![input.clone()];
+    let lines = (1..).zip(input.text().lines());
+    let mut loads = lines.filter(|(_, line)| line.split_whitespace().next() == Some("M501"));
+    if let (Firmware::RepRapFirmware, Some((line, _))) = (firmware, loads.next()) {
+        let found = includes(input.name(), OVERRIDE)?;
+        if found.is_empty() {
+            let cause = "M501 loads config-override.g, whose M665 and M666 override these";
+            return Err(InputError::new(input.name(), cause)
+                .at_line(line)
+                .with_remedy(
+                    "copy config-override.g from the controller's card beside this file; if there is none, remove M501 \
+                     from this copy",
+                ));
+        }
+        files.extend(found);
+    }
+    Ok(files)
 }
 
 /// Reads the printer of M665 and M666.
 ///
 /// # Errors
-/// No M665, a word that is missing or damaged, or an impossible geometry.
+/// No M665, a word that is missing or damaged, a file of the other firmware, or an impossible geometry.
 pub(super) fn import(
     input: &InputText,
     firmware: Firmware,
-    stated_rods: Option<[f64; 3]>,
+    stated: &Stated,
+    includes: &Includes<'_>,
 ) -> Result<Imported, InputError> {
-    let words = Words::read(input)?;
     let name = input.name();
-    if !words.values.keys().any(|(command, _)| *command == "M665") {
+    if let Some(other) = Firmware::wrote(input).filter(|own| *own != firmware) {
+        let cause = format!("this is a file of {}", other.title());
+        let remedy = format!(
+            "use delta-cal import {}: its numbers mean something else",
+            other.name()
+        );
+        return Err(InputError::new(name, cause).with_remedy(remedy));
+    }
+    let words = Words::read(name, &files(input, firmware, includes)?)?;
+    if !words.values.keys().any(|(command, _)| *command == M665) {
         let cause =
             "no line is an M665 with values, which states the geometry of a Delta with towers";
         return Err(InputError::new(name, cause).with_remedy(
-            "give the file that holds it: config.g or config-override.g of RepRapFirmware, or what M503 prints of \
-             Marlin",
+            "give the file that holds it: config.g or config-override.g of RepRapFirmware; of Marlin what M503 prints, or \
+             Configuration.h",
         ));
+    }
+    if words.all(M665, 'U').iter().any(|own| own.abs() > 0.0) {
+        let cause = format!("{RADIUS_TRIMS} is not 0, and no M665 holds it");
+        return Err(words
+            .fault_of('U', &cause)
+            .with_remedy("set it to { 0, 0, 0 }, which M665 R makes up for"));
     }
     let radius = words.above_zero('R')?;
     let rod = words.above_zero('L')?;
     let height = words.required('H')?;
-    let corrections = words.three("M665", ['X', 'Y', 'Z']);
-    let azimuths = [0, 1, 2].map(|tower| USUAL_TOWERS[tower] + corrections[tower]);
-    let stops = words.three("M666", ['X', 'Y', 'Z']);
-    let (configured, endstops) = if firmware == Firmware::Marlin {
-        let trims = words.three("M665", ['A', 'B', 'C']);
-        refuse_trims(&words, trims)?;
-        (trims.map(|by| rod + by), stops.map(|by| height - by))
+    let corrections = words.three(M665, ['X', 'Y', 'Z']);
+    let stops = words.three(M666, ['X', 'Y', 'Z']);
+    let mut notes = Vec::new();
+    let (rods, endstops, bed) = if firmware == Firmware::Marlin {
+        let old = words.one(M665, 'B').filter(|_| words.old_b());
+        let bed = words.one(M665, 'P').or(old);
+        let rods = words.trims()?.map(|by| rod + by);
+        (rods, stops.map(|by| height - by), bed)
     } else {
-        let each = words.all("M665", 'L');
+        let each = words.all(M665, 'L');
         let rods = [0, 1, 2].map(|tower| each.get(tower).copied().unwrap_or(rod));
-        (rods, stops.map(|by| height + by))
-    };
-    let rods = stated_rods.unwrap_or(configured);
-    if !rods.iter().all(|rod| *rod > radius) {
-        return Err(words.fault_of('L', "a rod is not longer than the radius R"));
-    }
-    let mut notes = Vec::from_iter(rods_note(rods, configured, stated_rods.is_some()));
-    let mut bed = None;
-    if firmware == Firmware::RepRapFirmware {
-        bed = words.one("M665", 'B').filter(|radius| *radius > 0.0);
-        if words
-            .three("M666", ['A', 'B', 'B'])
-            .iter()
-            .any(|tilt| tilt.abs() > 0.0)
-        {
+        let tilts = words.three(M666, ['A', 'B', 'B']);
+        if tilts.iter().any(|tilt| tilt.abs() > 0.0) {
             let note =
                 "The tilt of the bed (M666 A and B) is left out: measure heights above the bed.";
             notes.push(note.to_owned());
         }
+        (rods, stops.map(|by| height + by), words.one(M665, 'B'))
+    };
+    let bed = bed.filter(|radius| *radius > 0.0);
+    let configured = Towers {
+        radius,
+        azimuths: [0, 1, 2].map(|tower| USUAL_TOWERS[tower] + corrections[tower]),
+        rods,
+        endstops,
+    };
+    let towers = configured.as_stated(stated);
+    if !towers.rods.iter().all(|rod| *rod > towers.radius) {
+        return Err(words.fault_of('L', "a rod is not longer than the radius R"));
     }
-    let machine = Machine::towers(name, radius, azimuths, rods, endstops)?;
+    notes.extend(rods_note(stated.rods, rods));
+    let machine = Machine::towers(name, &configured, stated)?;
     let home = machine.home().map(|home| home.unwrap_or(height));
     let readings = Readings::of_name(name);
     let area = (bed.unwrap_or(USUAL_BED * radius), 0.0);
     Ok(Imported {
         firmware,
         robot: machine.robot_file(name, home, area, &readings)?,
+        configured: machine.configured()?,
         readings,
         names: Vec::new(),
         home,
         bed_radius: bed,
+        saved_ignored: false,
         notes,
     })
-}
-
-/// RepRapFirmware gives the same letter another meaning, so its file would make wrong rods here.
-fn refuse_trims(words: &Words<'_>, trims: [f64; 3]) -> Result<(), InputError> {
-    for (letter, trim) in ['A', 'B', 'C'].into_iter().zip(trims) {
-        if trim.abs() > LARGEST_TRIM {
-            let cause = format!(
-                "{trim} mm is too much for the correction of a rod that {letter} is in Marlin 2; in RepRapFirmware and \
-                 Marlin 1.1 B is a radius of the bed"
-            );
-            return Err(words.fault_of(letter, &cause).with_remedy(
-                "if B is that radius, remove it; if RepRapFirmware wrote the file, use delta-cal import reprapfirmware",
-            ));
-        }
-    }
-    Ok(())
 }

@@ -3,7 +3,7 @@
 use super::Firmware;
 use crate::files::input::InputError;
 use crate::files::robot_file::{InstrumentFacts, KnownPlane, RobotFile};
-use crate::files::samples_file::{Reading, ReadingFrom, Readings};
+use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
 use crate::geometry::reaches_anywhere;
 use crate::text::{joint, rounded};
 use delta_cal::kinematics::JointLimits;
@@ -24,16 +24,80 @@ const TOWERS: (f64, f64, f64, f64) = (0.3, 0.1, 5.0, 0.0005);
 const COMMON: f64 = 1.0;
 /// Of arms that motors turn, mm and degrees.
 const ARMS: (f64, f64) = (0.5, 0.2);
+/// A joint's zero is what an end stop is off by, degrees, and the shoulders' height above the bed is a tape's, mm.
+const ARM_ZERO: f64 = 6.0;
+const SHOULDERS: f64 = 20.0;
+/// The plane of the probe's heights where others were measured by hand, and one σ of the probe's offset, mm.
+pub(super) const PROBE: &str = "probe";
+const PROBE_OFFSET: f64 = 0.3;
+/// One σ of a length on a printed part, by a calliper, mm; it is measured in so many directions, degrees.
+const CALLIPER: f64 = 0.1;
+const DIRECTIONS: [f64; 3] = [0.0, 60.0, 120.0];
 /// Rods whose length is no whole number of these were not made so, mm.
 const ROUND: f64 = 0.1;
+
+/// What an owner states beside the configuration. Lengths in mm.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Stated {
+    /// The rods as made or measured, between their joints.
+    pub rods: Option<[f64; 3]>,
+    /// The radius of the towers less the platform's, as measured.
+    pub radius: Option<f64>,
+    /// One σ of these that all rods, or all towers, have in common; 1 mm if it is not stated.
+    pub rods_sigma: Option<f64>,
+    /// The radius' own.
+    pub radius_sigma: Option<f64>,
+}
+
+/// What a controller of towers is told: lengths in mm, azimuths in degrees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Towers {
+    pub(super) radius: f64,
+    pub(super) azimuths: [f64; 3],
+    pub(super) rods: [f64; 3],
+    /// The height of the nozzle at x = y = 0 with each carriage at its end stop.
+    pub(super) endstops: [f64; 3],
+}
+
+impl Towers {
+    /// With what the owner states in place of the configuration's.
+    pub(super) fn as_stated(self, stated: &Stated) -> Self {
+        Self {
+            radius: stated.radius.unwrap_or(self.radius),
+            rods: stated.rods.unwrap_or(self.rods),
+            ..self
+        }
+    }
+
+    /// Upright towers whose carriages are so high at a travel of 0.
+    fn arms(&self, name: &str, zeros: [f64; 3]) -> Result<[Arm<f64>; 3], InputError> {
+        let arm = |index: usize| {
+            let (sine, cosine) = self.azimuths[index].to_radians().sin_cos();
+            let place = [self.radius * cosine, self.radius * sine, zeros[index]];
+            let [x, y, z] = place;
+            Arm::linear([x, y, z, 0.0, 0.0, 1.0, self.rods[index]])
+        };
+        possible(name, [arm(0), arm(1), arm(2)])
+    }
+
+    /// The travel of each carriage at its end stop.
+    fn home(&self) -> [f64; 3] {
+        let square = self.radius * self.radius;
+        [0, 1, 2].map(|tower| {
+            self.endstops[tower] + (self.rods[tower] * self.rods[tower] - square).sqrt()
+        })
+    }
+}
 
 /// A robot as its controller is told that it is, with the readings that the configuration holds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imported {
     /// Whose configuration it was.
     pub firmware: Firmware,
-    /// The robot, under the configuration's name.
+    /// The robot with what its owner states, under the configuration's name.
     pub robot: RobotFile,
+    /// The controller's robot as the configuration stands, at the same joints.
+    pub configured: Robot<f64>,
     /// The readings; the line of each is that of the configuration.
     pub readings: Readings,
     /// What the configuration calls each reading.
@@ -42,48 +106,67 @@ pub struct Imported {
     pub home: [f64; 3],
     /// The radius within which the nozzle is wanted, mm.
     pub bed_radius: Option<f64>,
+    /// Whether Klipper ignores what it saved.
+    pub saved_ignored: bool,
     /// What to know of the import, in sentences.
     pub notes: Vec<String>,
 }
 
 /// The arms of a controller and the height of the nozzle at x = y = 0 with each joint at its end stop, mm.
 pub(super) struct Machine {
-    pub(super) arms: [Arm<f64>; 3],
-    pub(super) endstops: [f64; 3],
+    arms: [Arm<f64>; 3],
+    configured: [Arm<f64>; 3],
+    endstops: [f64; 3],
+    /// One σ of the radius and of the rods' length that all towers have in common.
+    sigmas: [f64; 2],
+}
+
+fn possible<E: std::fmt::Display>(
+    name: &str,
+    [a, b, c]: [Result<Arm<f64>, E>; 3],
+) -> Result<[Arm<f64>; 3], InputError> {
+    let impossible =
+        |error: E| InputError::new(name, format!("the geometry is impossible: {error}"));
+    Ok([
+        a.map_err(impossible)?,
+        b.map_err(impossible)?,
+        c.map_err(impossible)?,
+    ])
 }
 
 impl Machine {
-    /// Upright towers: lengths in mm, azimuths in degrees.
+    /// Upright towers.
     pub(super) fn towers(
         name: &str,
-        radius: f64,
-        azimuths: [f64; 3],
-        rods: [f64; 3],
-        endstops: [f64; 3],
+        configured: &Towers,
+        stated: &Stated,
     ) -> Result<Self, InputError> {
-        let arm = |index: usize| {
-            let (sine, cosine) = azimuths[index].to_radians().sin_cos();
-            let place = [radius * cosine, radius * sine, 0.0];
-            let [x, y, z] = place;
-            Arm::linear([x, y, z, 0.0, 0.0, 1.0, rods[index]])
-        };
-        Self::of(name, [arm(0), arm(1), arm(2)], endstops)
+        let own = configured.as_stated(stated);
+        let [now, then] = [configured.home(), own.home()];
+        let arms = own.arms(name, [0.0; 3])?;
+        let shift = [0, 1, 2].map(|tower| now[tower] - then[tower]);
+        // Rods that cannot be are why others are stated.
+        let as_configured = configured.arms(name, shift).unwrap_or(arms);
+        Ok(Self {
+            arms,
+            configured: as_configured,
+            endstops: own.endstops,
+            sigmas: [stated.radius_sigma, stated.rods_sigma].map(|own| own.unwrap_or(COMMON)),
+        })
     }
 
-    pub(super) fn of<E: std::fmt::Display>(
+    /// Arms that motors turn.
+    pub(super) fn rotary<E: std::fmt::Display>(
         name: &str,
-        [a, b, c]: [Result<Arm<f64>, E>; 3],
+        arms: [Result<Arm<f64>, E>; 3],
         endstops: [f64; 3],
     ) -> Result<Self, InputError> {
-        let impossible =
-            |error: E| InputError::new(name, format!("the geometry is impossible: {error}"));
+        let arms = possible(name, arms)?;
         Ok(Self {
-            arms: [
-                a.map_err(impossible)?,
-                b.map_err(impossible)?,
-                c.map_err(impossible)?,
-            ],
+            arms,
+            configured: arms,
             endstops,
+            sigmas: [COMMON; 2],
         })
     }
 
@@ -93,6 +176,16 @@ impl Machine {
             let robot = Robot::new([self.arms[index]; 3]).ok()?;
             let at = Vector3::new(0.0, 0.0, self.endstops[index]);
             robot.inverse(&at).ok().map(|[joint, ..]| joint)
+        })
+    }
+
+    /// The controller's robot as the configuration stands.
+    pub(super) fn configured(&self) -> Result<Robot<f64>, InputError> {
+        Robot::new(self.configured).map_err(|error| {
+            InputError::new(
+                "the configuration",
+                format!("the geometry is impossible: {error}"),
+            )
         })
     }
 
@@ -123,14 +216,15 @@ impl Machine {
         let (limits, tolerance) = match robot.drive() {
             Drive::Rotary => (
                 JointLimits::new(low, high.max(LOWEST_ARM.to_radians())),
-                Tolerance::new(ARMS.0, ARMS.1.to_radians()),
+                Tolerance::new(ARMS.0, ARMS.1.to_radians())
+                    .and_then(|own| own.with_joint_zero(ARM_ZERO.to_radians())),
             ),
             Drive::Linear => (
                 JointLimits::travel(low.min(lowest_travel(&robot, bed)).floor(), high),
                 Tolerance::new(TOWERS.0, TOWERS.1.to_radians())
                     .and_then(|own| own.with_linear(TOWERS.2, TOWERS.3))
-                    .and_then(|own| own.with_radius(COMMON))
-                    .and_then(|own| own.with_forearm(COMMON)),
+                    .and_then(|own| own.with_radius(self.sigmas[0]))
+                    .and_then(|own| own.with_forearm(self.sigmas[1])),
             ),
         };
         let limits = limits.map_err(|error| impossible(&error))?;
@@ -141,7 +235,7 @@ impl Machine {
             tolerance: tolerance.ok(),
             instruments: InstrumentFacts {
                 joint_noise: Some(0.0),
-                planes: readings.planes.iter().map(|name| level_bed(name)).collect(),
+                planes: level_planes(&readings.planes, robot.drive()),
                 ..InstrumentFacts::default()
             },
             ..RobotFile::of(name, robot, limits)
@@ -149,16 +243,21 @@ impl Machine {
     }
 }
 
-/// The bed: z = 0 and level.
-fn level_bed(name: &str) -> KnownPlane {
-    KnownPlane {
-        name: name.to_owned(),
+/// The bed: z = 0 and level, and so is what a probe takes for it.
+fn level_planes(names: &[String], drive: Drive) -> Vec<KnownPlane> {
+    let plane = |name: &String| KnownPlane {
+        name: name.clone(),
         line: 0,
         height: 0.0,
-        sigma: BED,
+        sigma: match drive {
+            Drive::Linear if name == PROBE => PROBE_OFFSET,
+            Drive::Linear => BED,
+            Drive::Rotary => SHOULDERS,
+        },
         tilt: Some(BED.to_radians()),
         blocks: Vec::new(),
-    }
+    };
+    names.iter().map(plane).collect()
 }
 
 /// The lowest carriage that the printed area needs, mm: opposite of each tower, as far as its rod gets.
@@ -177,9 +276,9 @@ fn lowest_travel(robot: &Robot<f64>, (radius, lowest): (f64, f64)) -> f64 {
 }
 
 /// What to say of rods: those of `--rods` are another length, or those of the configuration were not made so.
-pub(super) fn rods_note(rods: [f64; 3], configured: [f64; 3], stated: bool) -> Option<String> {
+pub(super) fn rods_note(stated: Option<[f64; 3]>, configured: [f64; 3]) -> Option<String> {
     let of = |rods: [f64; 3]| rods.map(rounded).join(", ");
-    if stated {
+    if let Some(rods) = stated {
         return Some(format!(
             "The rods are {} mm as --rods states; the configuration has {}.",
             of(rods),
@@ -202,15 +301,63 @@ impl Imported {
     pub fn with_readings(mut self, readings: Readings) -> Self {
         let line = |line| format!("line {line} of {}", readings.name);
         self.names = readings.rows.iter().map(|row| line(row.line)).collect();
-        let planes = readings.planes.iter();
-        self.robot.instruments.planes = planes.map(|name| level_bed(name)).collect();
+        let drive = self.robot.robot.drive();
+        self.robot.instruments.planes = level_planes(&readings.planes, drive);
         self.readings = readings;
         self
+    }
+
+    /// With a part that was to be so long and came out so long, mm, and all prints shrunk by this part.
+    ///
+    /// # Errors
+    /// A part that does not fit on the bed.
+    pub fn with_prints(
+        mut self,
+        printed: Option<[f64; 2]>,
+        shrinkage: f64,
+    ) -> Result<Self, InputError> {
+        for row in &mut self.readings.rows {
+            if let Some((ReadingFrom::Pose(_), distance)) = &mut row.value.distance {
+                *distance /= 1.0 - shrinkage;
+            }
+        }
+        let Some([wanted, came_out]) = printed else {
+            return Ok(self);
+        };
+        for direction in DIRECTIONS {
+            let (sine, cosine) = f64::to_radians(direction).sin_cos();
+            let half = Vector3::new(cosine, sine, 0.0) * (0.5 * wanted);
+            let ends = [
+                self.configured.inverse(&half),
+                self.configured.inverse(&-half),
+            ];
+            let [Ok(to), Ok(from)] = ends else {
+                let cause = format!("--printed: no part of {wanted} mm fits on the bed");
+                return Err(InputError::new(&self.robot.name, cause)
+                    .with_remedy("state a length that was printed, as --printed 100=99.7"));
+            };
+            self.readings.rows.push(Row {
+                line: 0,
+                value: Reading {
+                    distance: Some((ReadingFrom::Pose(from), came_out / (1.0 - shrinkage))),
+                    // One measurement, taken for all directions.
+                    sigma: Some(CALLIPER * (DIRECTIONS.len() as f64).sqrt()),
+                    ..Reading::at(to)
+                },
+            });
+            self.names.push("--printed".to_owned());
+        }
+        Ok(self)
     }
 
     /// That there is nothing to calibrate from, and how to get it.
     pub fn without_readings(&self) -> InputError {
         let (cause, remedy) = match self.firmware {
+            Firmware::Klipper if self.saved_ignored => (
+                "Klipper ignores the block of SAVE_CONFIG with the saved measurements: a line in or below it does not \
+                 begin with #*#",
+                "move such lines above the block (empty ones too), then run DELTA_CALIBRATE and SAVE_CONFIG again",
+            ),
             Firmware::Klipper => (
                 "the configuration holds no saved measurements (height0, … in [delta_calibrate])",
                 "run DELTA_CALIBRATE in Klipper, then SAVE_CONFIG, and give the file that it wrote; docs/printers.md has the \
@@ -282,8 +429,13 @@ impl Imported {
                 .join(",")
         };
         let mut text = names("");
+        let planes = self.readings.planes.len() > 1;
         if heights > 0 {
-            text.push_str(",height_mm");
+            text.push_str(if planes {
+                ",height_mm,plane"
+            } else {
+                ",height_mm"
+            });
         }
         if distances > 0 {
             let _ = write!(text, ",distance_mm,{}", names("to_"));
@@ -303,8 +455,12 @@ impl Imported {
             };
             text.push_str(&cells(joints));
             if heights > 0 {
-                let height = height.map(|(_, height)| rounded(height));
-                let _ = write!(text, ",{}", height.unwrap_or_default());
+                let value = height.map(|(_, height)| rounded(height));
+                let _ = write!(text, ",{}", value.unwrap_or_default());
+                if planes {
+                    let name = height.and_then(|(plane, _)| self.readings.planes.get(plane));
+                    let _ = write!(text, ",{}", name.map_or("", String::as_str));
+                }
             }
             match distance {
                 Some((ReadingFrom::Pose(from), distance)) => {

@@ -2,7 +2,7 @@
 
 use super::Firmware;
 use super::configuration::{Configuration, Includes};
-use super::imported::{Imported, Machine, USUAL_TOWERS, rods_note};
+use super::imported::{Imported, Machine, PROBE, Stated, Towers, USUAL_TOWERS, rods_note};
 use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
 use delta_cal::robot::Arm;
@@ -17,54 +17,65 @@ const FULL_STEPS: f64 = 200.0;
 /// The azimuths of arms that motors turn, degrees.
 const USUAL_ARMS: [f64; 3] = [30.0, 150.0, 270.0];
 
-/// Reads a configuration and its saved measurements. `rods` take the place of its `arm_length`.
+/// A pose so far below where it was measured is no pose of this printer, mm.
+const BELOW: f64 = 20.0;
+/// Klipper fits what it saves to the heights that it saves with it, far better than this, rms, mm.
+const STALE: f64 = 4.0;
+
+/// Reads a configuration and its saved measurements. What is `stated` takes the place of its own.
 ///
 /// # Errors
 /// No Delta, an option that is missing or damaged, or a geometry that is impossible.
 pub(super) fn import(
     input: &InputText,
-    rods: Option<[f64; 3]>,
+    stated: &Stated,
     includes: &Includes<'_>,
 ) -> Result<Imported, InputError> {
     let configuration = Configuration::read(input, includes)?;
-    match configuration
-        .require("printer", "kinematics")?
-        .value
-        .as_str()
-    {
-        "delta" => linear(&configuration, rods),
-        "rotary_delta" if rods.is_none() => rotary(&configuration),
+    let kinematics = configuration.require("printer", "kinematics")?;
+    let imported = match kinematics.value.as_str() {
+        "delta" => linear(&configuration, stated),
+        "rotary_delta" if *stated == Stated::default() => rotary(&configuration),
         "rotary_delta" => {
-            let cause = "kinematics: rotary_delta has no arm_length that --rods could replace";
+            let cause = "kinematics: rotary_delta has no towers for --rods and --radius";
             Err(InputError::new(&configuration.name, cause)
-                .with_remedy("leave out --rods, and edit lb_mm in the robot file"))
+                .with_remedy("leave them out, and edit lb_mm in the robot file"))
         }
         _ => Err(configuration
             .damaged("printer", "kinematics", "delta or rotary_delta")
             .with_remedy("delta-cal calibrates Delta robots only")),
-    }
+    }?;
+    configuration.refuse_foreign()?;
+    Ok(imported)
 }
 
-fn linear(configuration: &Configuration, stated: Option<[f64; 3]>) -> Result<Imported, InputError> {
+fn linear(configuration: &Configuration, stated: &Stated) -> Result<Imported, InputError> {
     let name = &configuration.name;
     let radius = configuration.require_above_zero("printer", "delta_radius")?;
-    let configured = like_first(configuration, "arm_length", Some(radius));
-    let rods = match stated {
-        Some(rods) => rods,
-        None => configured.clone()?,
+    let rods = like_first(configuration, "arm_length", Some(radius));
+    let mut notes = missing(configuration);
+    if let Ok(configured) = rods {
+        notes.extend(rods_note(stated.rods, configured));
+    }
+    let configured = Towers {
+        radius,
+        rods: match (rods, stated.rods) {
+            (Err(_), Some(stated)) => stated,
+            (rods, _) => rods?,
+        },
+        azimuths: azimuths(configuration, USUAL_TOWERS)?,
+        endstops: like_first(configuration, "position_endstop", None)?,
     };
-    if let Some(short) = rods.iter().find(|rod| !(**rod > radius)) {
-        let cause = format!("rods of {short} mm do not reach from delta_radius, {radius} mm");
+    let towers = configured.as_stated(stated);
+    if let Some(short) = towers.rods.iter().find(|rod| !(**rod > towers.radius)) {
+        let cause = format!(
+            "rods of {short} mm do not reach from delta_radius, {} mm",
+            towers.radius
+        );
         return Err(InputError::new(name, cause)
             .with_remedy("state with --rods the length between the joints of a rod"));
     }
-    let endstops = like_first(configuration, "position_endstop", None)?;
-    let azimuths = azimuths(configuration, USUAL_TOWERS)?;
-    let machine = Machine::towers(name, radius, azimuths, rods, endstops)?;
-    let mut notes = missing(configuration);
-    if let Ok(configured) = configured {
-        notes.extend(rods_note(rods, configured, stated.is_some()));
-    }
+    let machine = Machine::towers(name, &configured, stated)?;
     let bed = configuration.above_zero("printer", "print_radius")?;
     let bed = bed
         .or(configuration.above_zero(SAVED, "radius")?)
@@ -77,10 +88,72 @@ fn linear(configuration: &Configuration, stated: Option<[f64; 3]>) -> Result<Imp
         (bed, lowest.unwrap_or(0.0)),
         notes,
     )?;
+    refuse_elsewhere(configuration, &imported)?;
     Ok(Imported {
         bed_radius: Some(bed),
         ..imported
     })
+}
+
+/// Refuses poses far below the bed, and heights that are not those which Klipper fitted its parameters to.
+fn refuse_elsewhere(configuration: &Configuration, imported: &Imported) -> Result<(), InputError> {
+    let fault = |name: &str, cause: String, remedy: &str| {
+        let fault = InputError::new(&configuration.name, cause).at_key(name);
+        let entry = configuration.get(SAVED, name);
+        entry
+            .map_or(fault.clone(), |entry| fault.at_line(entry.line))
+            .with_remedy(remedy)
+    };
+    let high = |joints: &[f64; 3]| imported.configured.forward(joints).map(|at| at.z);
+    let (mut squares, mut count) = (0.0, 0.0);
+    for (row, name) in imported.readings.rows.iter().zip(&imported.names) {
+        let reading = &row.value;
+        let height = reading.height.map_or(0.0, |(_, height)| height);
+        let Ok(to) = high(&reading.joints) else {
+            continue;
+        };
+        let below = match reading.distance {
+            Some((ReadingFrom::Pose(from), _)) => high(&from).map(|from| vec![from, to]),
+            _ => Ok(vec![to - height]),
+        };
+        let below = below.unwrap_or_default();
+        if below.iter().any(|own| *own < -BELOW) {
+            let depths: Vec<_> = below.iter().map(|own| format!("{:.0}", -own)).collect();
+            let cause = match depths.as_slice() {
+                [one] => format!("its pose is {one} mm below the bed"),
+                both => format!("its two poses are {} mm below the bed", both.join(" and ")),
+            };
+            return Err(fault(
+                name,
+                format!("{cause}: it was saved with other end stops or steps"),
+                "measure it again (DELTA_CALIBRATE, DELTA_ANALYZE), or delete it",
+            ));
+        }
+        if reading.height.is_some() {
+            squares += (to - height).powi(2);
+            count += 1.0;
+        }
+    }
+    let off = f64::sqrt(squares / f64::max(count, 1.0));
+    let saved = |section, option| {
+        configuration
+            .get(section, option)
+            .is_some_and(|own| own.saved)
+    };
+    let together = saved("printer", "delta_radius")
+        && saved(STEPPERS[0], "position_endstop")
+        && saved(SAVED, "height0");
+    if together && off > STALE {
+        return Err(fault(
+            "height0",
+            format!(
+                "the saved parameters are not the fit of the saved heights, which are {off:.1} mm off (rms): rods, end \
+                 stops or steps were changed after DELTA_CALIBRATE"
+            ),
+            "run DELTA_CALIBRATE and SAVE_CONFIG again",
+        ));
+    }
+    Ok(())
 }
 
 fn rotary(configuration: &Configuration) -> Result<Imported, InputError> {
@@ -96,7 +169,7 @@ fn rotary(configuration: &Configuration) -> Result<Imported, InputError> {
         let (x, y) = (radius * cosine, radius * sine);
         Arm::new([x, y, height, azimuth, 0.0, upper[index], 0.0, lower[index]])
     };
-    let machine = Machine::of(&configuration.name, [arm(0), arm(1), arm(2)], endstops)?;
+    let machine = Machine::rotary(&configuration.name, [arm(0), arm(1), arm(2)], endstops)?;
     let notes = missing(configuration);
     finished(configuration, &machine, true, (0.0, 0.0), notes)
 }
@@ -107,7 +180,7 @@ fn finished(
     machine: &Machine,
     rotary: bool,
     area: (f64, f64),
-    notes: Vec<String>,
+    mut notes: Vec<String>,
 ) -> Result<Imported, InputError> {
     let mut home = [0.0; 3];
     let mut step_lengths = [0.0; 3];
@@ -121,24 +194,38 @@ fn finished(
     let joints =
         |steps: [f64; 3]| [0, 1, 2].map(|motor| home[motor] + steps[motor] * step_lengths[motor]);
     let (readings, names) = measured(configuration, joints)?;
+    if let Some(line) = configuration.broken {
+        notes.push(format!(
+            "{}:{line} makes Klipper ignore the block of SAVE_CONFIG: in and below it every line begins with #*#. Move \
+             the line above the block, or delete it if it is empty.",
+            configuration.name
+        ));
+    }
     Ok(Imported {
         firmware: Firmware::Klipper,
         robot: machine.robot_file(&configuration.name, home, area, &readings)?,
+        configured: machine.configured()?,
         readings,
         names,
         home,
         bed_radius: configuration.above_zero(SAVED, "radius")?,
+        saved_ignored: configuration.broken.is_some(),
         notes,
     })
 }
 
-/// Heights by the probe, then those entered by hand, then distances; and what the configuration calls each.
+/// Heights by the probe, then those entered by hand, then distances; and what the configuration calls each. Where there
+/// are heights of both kinds, those by hand are the bed's: how far the probe is off is unknown.
 fn measured(
     configuration: &Configuration,
     joints: impl Fn([f64; 3]) -> [f64; 3],
 ) -> Result<(Readings, Vec<String>), InputError> {
     let mut file = Readings::of_name(&configuration.name);
     let mut names = Vec::new();
+    let has = |option| configuration.get(SAVED, option).is_some();
+    // Turning arms are too far off for a probe's offset to matter.
+    let linear = configuration.get("printer", "delta_radius").is_some();
+    let both = linear && has("height0") && has("manual_height0");
     for prefix in ["height", "manual_height", "distance"] {
         for index in 0..MOST {
             let name = format!("{prefix}{index}");
@@ -157,8 +244,11 @@ fn measured(
             } else {
                 let height = configuration.number(SAVED, &name)?.unwrap_or_default();
                 reading.joints = pose("pos")?;
-                reading.height = Some((0, height));
+                reading.height = Some((usize::from(both && prefix == "height"), height));
                 file.planes = vec!["plane".to_owned()];
+                if both {
+                    file.planes.push(PROBE.to_owned());
+                }
             }
             file.rows.push(Row {
                 line: entry.line,

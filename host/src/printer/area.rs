@@ -118,6 +118,61 @@ pub(super) fn bed(radius: f64, circles: u32, on_a_circle: u32) -> Vec<[f64; 2]> 
     places
 }
 
+/// Where the nozzle is over the bed, as far as is known.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct BedMap {
+    /// Where it is sent on the bed, and how far it is from there: from the mean height, and along x and y, mm.
+    pub off: Vec<([f64; 2], Vector3<f64>)>,
+    /// The distance between neighbours, mm.
+    pub step: f64,
+}
+
+/// Places along the diameter of a map.
+const ACROSS: i32 = 40;
+
+impl BedMap {
+    /// Of a controller, as [`Off::of`].
+    pub(super) fn of(
+        calibrated: &Robot<f64>,
+        controller: &Robot<f64>,
+        frame: &RigidTransform<f64>,
+        radius: f64,
+    ) -> Self {
+        let step = 2.0 * radius / f64::from(ACROSS);
+        let along = |index: i32| step * (f64::from(index) + 0.5) - radius;
+        let places = (0..ACROSS).flat_map(|x| (0..ACROSS).map(move |y| [along(x), along(y)]));
+        let places: Vec<_> = places.filter(|[x, y]| x.hypot(*y) <= radius).collect();
+        let is = is_at(calibrated, controller, frame, &places);
+        let mean = is
+            .iter()
+            .map(|(wanted, is)| is - wanted)
+            .sum::<Vector3<f64>>();
+        let mean = mean / is.len().max(1) as f64;
+        Self {
+            off: is
+                .into_iter()
+                .map(|(wanted, is)| ([wanted.x, wanted.y], is - wanted - mean))
+                .collect(),
+            step,
+        }
+    }
+}
+
+/// Places on the bed, each with where the nozzle is in the controller's frame.
+fn is_at(
+    calibrated: &Robot<f64>,
+    controller: &Robot<f64>,
+    frame: &RigidTransform<f64>,
+    places: &[[f64; 2]],
+) -> Vec<(Vector3<f64>, Vector3<f64>)> {
+    let at = |[x, y]: &[f64; 2]| {
+        let wanted = Vector3::new(*x, *y, 0.0);
+        let joints = controller.inverse(&wanted).ok()?;
+        Some((wanted, frame.apply(&calibrated.forward(&joints).ok()?)))
+    };
+    places.iter().filter_map(at).collect()
+}
+
 /// How far a nozzle is expected to be from where its controller believes, over the bed: what is known to be off, and
 /// what is not known.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -149,15 +204,8 @@ impl Off {
         radius: f64,
         sigmas: [f64; 2],
     ) -> Option<Self> {
-        let mut pairs = Vec::new();
-        for [x, y] in bed(radius, CIRCLES, ON_A_CIRCLE) {
-            let wanted = Vector3::new(x, y, 0.0);
-            let joints = controller.inverse(&wanted).ok();
-            let is = joints.and_then(|joints| calibrated.forward(&joints).ok());
-            if let Some(is) = is {
-                pairs.push((wanted, frame.apply(&is)));
-            }
-        }
+        let places = bed(radius, CIRCLES, ON_A_CIRCLE);
+        let pairs = is_at(calibrated, controller, frame, &places);
         if pairs.len() < 3 {
             return None;
         }

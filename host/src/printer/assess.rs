@@ -1,17 +1,19 @@
 //! A printer assessed: what its configuration is off, what to paste instead, and what that leaves.
 
-use super::area::{Area, ON_THE_BED, Off};
+use super::area::{Area, BedMap, ON_THE_BED, Off};
 use super::next::{Next, next};
+use super::notes::notes;
 use crate::accuracy::information::prior;
 use crate::export::error::ExportError;
-use crate::export::positions::{Loss, Wanted, bed};
-use crate::export::target::Entry;
-use crate::export::{Case, Settings, held, target};
+use crate::export::geometry::Frame;
+use crate::export::positions::{Loss, Wanted};
+use crate::export::target::{Entry, Target};
+use crate::export::{Case, Export, Settings, held, target};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Kind;
 use crate::fit::Solution;
 use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT};
-use crate::import::Imported;
+use crate::import::{Firmware, Imported};
 use delta_cal::Robot;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
@@ -59,6 +61,12 @@ pub struct Printer {
     pub before: Option<Off>,
     /// What the lines to paste are off.
     pub after: Option<Off>,
+    /// The bed as configured, and with the lines to paste.
+    #[serde(skip)]
+    pub maps: [Option<BedMap>; 2],
+    /// Where the bed was touched.
+    #[serde(skip)]
+    pub touches: Vec<[f64; 2]>,
     /// What the controller is told, and what it would be told.
     pub changes: Vec<Change>,
     /// The expected error before any measurement, one σ, rms over the printed area.
@@ -71,6 +79,61 @@ pub struct Printer {
     pub not_calibrated: Loss,
     /// The lines to paste; `None` if the printer prints as well with its configuration.
     pub lines: Option<String>,
+    /// From the calibrated robot's frame to the bed.
+    #[serde(skip)]
+    pub level: Frame,
+    /// The robot whose inverse kinematics is that of the lines, and its frame.
+    #[serde(skip)]
+    pub controller: Option<(Robot<f64>, Frame)>,
+}
+
+/// Of the printed area, mm.
+pub(super) fn radius_of(imported: &Imported) -> f64 {
+    let arms = imported.robot.robot.arms().iter();
+    let least = arms.map(|arm| arm.d().xy().norm());
+    let usual = USUAL_AREA * least.fold(f64::INFINITY, f64::min);
+    imported.bed_radius.unwrap_or(usual)
+}
+
+/// What the configuration states, and the lines.
+fn changes(
+    imported: &Imported,
+    target: &'static Target,
+    export: &Export,
+) -> Result<Vec<Change>, ExportError> {
+    let configured = RobotFile {
+        robot: imported.configured,
+        ..imported.robot.clone()
+    };
+    let held = held(&configured, imported.home, target)?.entries;
+    let pairs = held.into_iter().zip(&export.written.entries);
+    let changes = pairs.map(|(Entry { name, value, unit }, after)| Change {
+        name,
+        before: value,
+        after: after.value,
+        unit,
+    });
+    Ok(changes.collect())
+}
+
+/// Where the bed was touched, mm.
+fn touches(imported: &Imported, robot: &Robot<f64>) -> Vec<[f64; 2]> {
+    let rows = imported.readings.rows.iter();
+    let touched = rows.filter(|row| row.value.height.is_some());
+    let at = touched.filter_map(|row| robot.forward(&row.value.joints).ok());
+    at.map(|at| [at.x, at.y]).collect()
+}
+
+const fn how_to_paste(firmware: Firmware) -> &'static str {
+    match firmware {
+        Firmware::Klipper => {
+            "Paste above the block of SAVE_CONFIG, never inside it, in place of the same options; delete them in the block."
+        }
+        Firmware::RepRapFirmware => {
+            "In place of M665 and M666 in config.g, and in config-override.g if there is one."
+        }
+        Firmware::Marlin => "Send these lines, then M500.",
+    }
 }
 
 impl Printer {
@@ -85,9 +148,7 @@ impl Printer {
         widening: f64,
     ) -> Result<Self, ExportError> {
         let robot = &imported.robot;
-        let arms = robot.robot.arms().iter().map(|arm| arm.d().xy().norm());
-        let usual = USUAL_AREA * arms.fold(f64::INFINITY, f64::min);
-        let radius = imported.bed_radius.unwrap_or(usual);
+        let radius = radius_of(imported);
         let area = Area::of(calibrated, radius);
         let positions = area.positions();
         let times = |at: &Vector3<f64>| {
@@ -102,11 +163,15 @@ impl Printer {
             fitted: positions.iter().map(|at| (*at, times(at))).collect(),
             evaluated: positions,
         };
-        let level = bed(&calibrated.robot, &imported.readings).unwrap_or_default();
+        // The first plane is the bed.
+        let plane = solution.places.planes.first();
+        let level = plane.map_or_else(Frame::default, |own| {
+            Frame::on_plane(&own.normal, own.offset)
+        });
         let target = target(imported.firmware.name(), robot.robot.drive())?;
         let export = Case {
             robot: calibrated,
-            nominal: Some(&robot.robot),
+            nominal: Some(&imported.configured),
             wanted: &wanted,
             settings: Settings {
                 home: Some(imported.home),
@@ -116,14 +181,7 @@ impl Printer {
             },
         }
         .export(target)?;
-        let held = held(robot, imported.home, target)?.entries;
-        let pairs = held.into_iter().zip(&export.written.entries);
-        let changes = pairs.map(|(Entry { name, value, unit }, after)| Change {
-            name,
-            before: value,
-            after: after.value,
-            unit,
-        });
+        let changes = changes(imported, target, &export)?;
         let uncertain = area
             .uncertain(calibrated)
             .ok_or(ExportError::TooFewPositions(0))?;
@@ -132,8 +190,15 @@ impl Printer {
         let off = |controller: &Robot<f64>, frame: &RigidTransform<f64>| {
             Off::of(&calibrated.robot, controller, frame, radius, sigmas)
         };
-        let before = off(&robot.robot, &level.transform());
+        let before = off(&imported.configured, &level.transform());
+        let map = |controller: &Robot<f64>, frame: &RigidTransform<f64>| {
+            BedMap::of(&calibrated.robot, controller, frame, radius)
+        };
         let after = export.controller.as_ref().zip(export.frame);
+        let maps = [
+            before.map(|_| map(&imported.configured, &level.transform())),
+            after.map(|(controller, frame)| map(controller, &frame.transform())),
+        ];
         let after = after.and_then(|(controller, frame)| off(controller, &frame.transform()));
         let better = match (&before, &after) {
             (Some(before), Some(after)) => after.is_better_than(before),
@@ -150,7 +215,11 @@ impl Printer {
                 Drive::Linear => "delta",
                 Drive::Rotary => "rotary_delta",
             },
-            notes: imported.notes.clone(),
+            notes: [
+                imported.notes.clone(),
+                notes(imported, solution, better, &changes),
+            ]
+            .concat(),
             heights,
             distances,
             bed_radius_mm: radius,
@@ -158,18 +227,23 @@ impl Printer {
             fits_worst: Self::worst(imported, solution),
             before,
             after,
-            changes: changes.collect(),
+            maps,
+            touches: touches(imported, &calibrated.robot),
+            changes,
             sigma_before_mm: prior(robot).map(|own| uncertain.relative.dot(&own).sqrt()),
-            next: next(&as_measured, &imported.readings, (radius, &uncertain.relative), widening),
+            next: next(
+                &as_measured,
+                &imported.readings,
+                (radius, &uncertain.relative),
+                widening,
+            ),
+            level,
+            controller: export.controller.zip(export.frame),
             loss: export.loss,
             not_calibrated: export.uncalibrated,
             lines: better.then(|| {
-                format!(
-                    "{} In place of the same parameters of {}, also of those that it saved itself.\n{}",
-                    export.target.comment,
-                    imported.firmware.title(),
-                    export.written.lines
-                )
+                let how = how_to_paste(imported.firmware);
+                format!("{} {how}\n{}", export.target.comment, export.written.lines)
             }),
         })
     }

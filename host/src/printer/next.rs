@@ -1,10 +1,12 @@
 //! What to measure next.
 
-use super::area::bed;
+use super::area::{Area, bed};
+use super::assess::radius_of;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
 use crate::fit::Frame;
 use crate::fit::solution::RobotCovariance;
+use crate::import::Imported;
 use crate::planning::covariance_after;
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -52,27 +54,12 @@ pub(super) fn next(
         Some(widening * weights.dot(&covariance).sqrt())
     };
     let now = leaves(file)?;
+    let places = bed(OUT * radius, CIRCLES, ON_A_CIRCLE);
+    let rows = chosen(robot, file, places, HEIGHTS, leaves);
     let mut with = file.clone();
-    let mut heights = Vec::new();
-    let mut with_heights = None;
-    let places: Vec<_> = bed(OUT * radius, CIRCLES, ON_A_CIRCLE)
-        .into_iter()
-        .filter_map(|place| Some((place, height(robot, file, place)?)))
-        .collect();
-    for _ in 0..HEIGHTS {
-        let added = places.iter().filter_map(|(place, row)| {
-            let mut more = with.clone();
-            more.rows.push(*row);
-            Some((leaves(&more)?, *place, row))
-        });
-        let best = added.min_by(|one, other| one.0.total_cmp(&other.0));
-        let Some((error, place, row)) = best else {
-            break;
-        };
-        with.rows.push(*row);
-        heights.push(place);
-        with_heights = Some(error);
-    }
+    with.rows.extend(rows.iter().map(|(_, row)| *row));
+    let with_heights = (!rows.is_empty()).then(|| leaves(&with)).flatten();
+    let heights = rows.into_iter().map(|(place, _)| place).collect();
     let object = object(robot);
     let with_object = object.and_then(|rows| {
         let mut more = file.clone();
@@ -87,6 +74,38 @@ pub(super) fn next(
     })
 }
 
+/// So many touches of the bed, each at another place, each as good as possible after those before it.
+fn chosen(
+    robot: &RobotFile,
+    file: &Readings,
+    places: Vec<[f64; 2]>,
+    count: usize,
+    leaves: impl Fn(&Readings) -> Option<f64>,
+) -> Vec<([f64; 2], Row<Reading>)> {
+    let mut with = file.clone();
+    let mut places: Vec<_> = places
+        .into_iter()
+        .filter_map(|place| Some((place, height(robot, place)?)))
+        .collect();
+    let mut chosen = Vec::new();
+    for _ in 0..count {
+        let added = places.iter().enumerate().filter_map(|(index, (_, row))| {
+            with.rows.push(*row);
+            let left = leaves(&with);
+            with.rows.pop();
+            Some((left?, index))
+        });
+        let best = added.min_by(|one, other| one.0.total_cmp(&other.0));
+        let Some((_, index)) = best else {
+            break;
+        };
+        let (place, row) = places.swap_remove(index);
+        with.rows.push(row);
+        chosen.push((place, row));
+    }
+    chosen
+}
+
 fn row(reading: Reading) -> Row<Reading> {
     Row {
         line: 0,
@@ -94,14 +113,35 @@ fn row(reading: Reading) -> Row<Reading> {
     }
 }
 
-/// The nozzle on the bed, above the plane that the file's heights have.
-fn height(robot: &RobotFile, file: &Readings, [x, y]: [f64; 2]) -> Option<Row<Reading>> {
-    let (plane, _) = file.rows.iter().find_map(|row| row.value.height)?;
+/// The nozzle on the bed, which is the first plane.
+fn height(robot: &RobotFile, [x, y]: [f64; 2]) -> Option<Row<Reading>> {
     let joints = robot.robot.inverse(&Vector3::new(x, y, 0.0)).ok()?;
     Some(row(Reading {
-        height: Some((plane, 0.0)),
+        height: Some((0, 0.0)),
         ..Reading::at(joints)
     }))
+}
+
+/// Where to touch a printer's bed so many times, each at another place, for the flattest bed: the radius of the bed, and
+/// x and y in the controller's frame, mm.
+pub fn touches_of_bed(imported: &Imported, count: usize) -> (f64, Vec<[f64; 2]>) {
+    let radius = radius_of(imported);
+    let mut nothing = Readings::of_name(&imported.robot.name);
+    nothing.planes = vec!["plane".to_owned()];
+    let imported = imported.clone().with_readings(nothing);
+    let robot = &imported.robot;
+    let Some(weights) = Area::of(robot, radius).uncertain(robot) else {
+        return (radius, Vec::new());
+    };
+    let leaves = |file: &Readings| {
+        let covariance = covariance_after(robot, file, Frame::Base)?;
+        Some(weights.height.dot(&covariance))
+    };
+    let on_a_circle = usize::try_from(ON_A_CIRCLE).unwrap_or(1);
+    let circles = u32::try_from(count / on_a_circle).unwrap_or(0) + CIRCLES;
+    let places = bed(OUT * radius, circles, ON_A_CIRCLE);
+    let rows = chosen(robot, &imported.readings, places, count, leaves);
+    (radius, rows.into_iter().map(|(place, _)| place).collect())
 }
 
 /// The distances of `DELTA_ANALYZE`: six from the centre to the pillars, six between the pillars.

@@ -5,7 +5,9 @@ use crate::calibration::Level;
 use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::files::input::InputError;
 use crate::import::Imported;
-use crate::printer::{Change, Next, Printer};
+use crate::printer::{BedMap, Change, Next, Printer, common_scale};
+use crate::render::page::figure;
+use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::render::terminal::wrapped;
 use crate::text::{count, list, significant};
 use maud::html;
@@ -19,8 +21,12 @@ const CHANGED: f64 = 0.01;
 /// Noise so many times the usual is worth a look at the worst reading.
 const DOUBTFUL: f64 = 3.0;
 
+/// Shades of a map to each side, the least step between them, mm, and one place of so many with a line.
+const SHADES: u32 = 4;
+const LEAST_SHADE: f64 = 0.005;
+const EVERY: usize = 13;
 /// Readings that are so many times noisier than usual are no printer's.
-const UNEXPLAINED: f64 = 15.0;
+const UNEXPLAINED: f64 = 20.0;
 
 /// The calibration of a printer and what it means for its configuration.
 #[derive(Debug, Clone, Serialize)]
@@ -43,13 +49,14 @@ impl PrinterReport {
             let cause = format!(
                 "No printer within the tolerance explains these measurements (residuals {worst:.0} × the usual)."
             );
-            let remedy = match Printer::worst(imported, &calibration.solution) {
-                Some(worst) => format!(
-                    "Measure {worst} again. Check the rods' length (--rods) and the belts' rotation_distance, and that \
-                     nothing is loose."
-                ),
-                None => "Measure again.".to_owned(),
-            };
+            let named = Printer::worst(imported, &calibration.solution);
+            let remedy = common_scale(imported).unwrap_or_else(|| {
+                format!(
+                    "Measure {} again. Check the rods' length (--rods) and the belts' rotation_distance, and that nothing \
+                     is loose.",
+                    named.as_deref().unwrap_or("everything")
+                )
+            });
             return Err(Refused::new(cause, remedy).into());
         }
         let (after, solution) = (&calibration.after, &calibration.solution);
@@ -78,10 +85,68 @@ impl PrinterReport {
         let printer = &self.printer;
         self.calibration.to_html_below(&html! {
             ol { @for own in statements(&self.calibration, printer) { li { (own) } } }
+            div.views { @for (drawn, caption) in maps(printer) { (figure(&drawn, caption)) } }
             @if let Some(lines) = &printer.lines { pre { (lines) } }
             @for note in &printer.notes { p.note { (note) } }
         })
     }
+}
+
+/// The bed as configured and with the lines pasted, in the same shades.
+fn maps(printer: &Printer) -> Vec<(Figure, &'static str)> {
+    let captions = ["The bed as configured.", "The bed with the lines pasted."];
+    let shown = if printer.lines.is_some() { 2 } else { 1 };
+    let maps: Vec<_> = printer.maps.iter().take(shown).flatten().collect();
+    let all = || maps.iter().flat_map(|map| &map.off);
+    let highest = all().map(|(_, off)| off.z.abs()).fold(0.0, f64::max);
+    let widest = all().map(|(_, off)| off.xy().norm()).fold(0.0, f64::max);
+    let shade = (highest / f64::from(SHADES)).max(LEAST_SHADE);
+    // Arrows as long as a tenth of the bed.
+    let times = 10f64.powf(
+        (0.1 * printer.bed_radius_mm / widest.max(1e-6))
+            .log10()
+            .floor(),
+    );
+    let drawn = maps.iter().map(|map| map_of(printer, map, shade, times));
+    drawn.zip(captions).collect()
+}
+
+/// Heights about their mean as shades, x and y as lines, and the touches.
+fn map_of(printer: &Printer, map: &BedMap, shade: f64, times: f64) -> Figure {
+    let end = 1.05 * printer.bed_radius_mm;
+    let axis = |label| Axis::linear(label, -end, end);
+    let mut figure = Figure::new(axis("x, mm"), axis("y, mm")).sized(560, 520);
+    let half = 0.5 * map.step;
+    for (word, colour, sign) in [
+        ("low", Colour::Blue, -1.0),
+        ("high", Colour::Vermilion, 1.0),
+    ] {
+        for class in 0..SHADES {
+            let (from, to) = (shade * f64::from(class), shade * f64::from(class + 1));
+            let tiles = map.off.iter().filter(|(_, off)| {
+                let own = sign * off.z;
+                own >= from && (own < to || class + 1 == SHADES)
+            });
+            let tiles = tiles.map(|([x, y], _)| [(x - half, y - half), (x + half, y + half)]);
+            let tiles: Vec<_> = tiles.collect();
+            let opacity = f64::from(class + 1) / f64::from(SHADES + 1);
+            if !tiles.is_empty() {
+                let name = format!("{from:.3} to {to:.3} mm {word}");
+                figure = figure.with(name, colour, Shape::Tiles(tiles, opacity));
+            }
+        }
+    }
+    let lines = map.off.iter().step_by(EVERY);
+    let lines = lines.map(|([x, y], off)| [(*x, *y), (x + times * off.x, y + times * off.y)]);
+    let touches = printer.touches.iter().map(|[x, y]| (*x, *y)).collect();
+    figure
+        .with(
+            format!("x and y, {times} times"),
+            Colour::Grey,
+            Shape::Segments(lines.collect()),
+        )
+        .with("touches", Colour::Ink, Shape::Points(touches))
+        .with_equal_scales()
 }
 
 fn text(report: &Report, printer: &Printer) -> String {

@@ -6,6 +6,7 @@ mod assessed;
 mod campaign;
 mod fixtures;
 mod gcode;
+mod owner;
 mod refusals;
 
 use crate::support::Folder;

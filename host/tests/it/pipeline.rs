@@ -2,25 +2,21 @@
 //! as the stated σ say. The truth is known, so that nothing is compared with the program itself.
 
 use delta_cal::frame::RigidTransform;
+use delta_cal::kinematics::JointLimits;
+use delta_cal::robot::Drive;
 use delta_cal::simulate::{made_robot, random_pose, standard_normal};
-use delta_cal::{Robot, Sample};
+use delta_cal::{Noise, Robot, Sample, Tolerance};
 use delta_cal_host::{
-    Frame, InputText, Method, Options, Reading, ReadingFrom, Readings, Report, RobotFile, Row,
-    calibrate,
+    Frame, InputText, InstrumentFacts, Method, Options, Reading, ReadingFrom, Readings, Report,
+    RobotFile, Row, calibrate,
 };
+use delta_cal_tests::geometries::{bound, geometries, linear_geometries, position_jacobian};
+use delta_cal_tests::size;
 use nalgebra::{Rotation3, Vector3};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 
-/// Base radius, platform radius, upper arm and forearm, mm: the paper's, large, tall, platform larger than base, short.
-const GEOMETRIES: [[f64; 4]; 5] = [
-    [194.0, 30.0, 260.0, 480.0],
-    [200.0, 45.0, 235.0, 800.0],
-    [60.0, 40.0, 400.0, 900.0],
-    [60.0, 110.0, 250.0, 520.0],
-    [150.0, 60.0, 250.0, 275.0],
-];
-/// One σ of a coordinate, mm, of a joint, degrees, of a height and of a distance, mm.
+/// One σ of a coordinate, mm, of a joint, degrees or mm, of a height and of a distance, mm.
 const NOISE: [f64; 4] = [0.02, 0.002, 0.02, 0.05];
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,20 +32,58 @@ enum Instrument {
     Camera,
 }
 
-fn robot_file([base, platform, upper, fore]: [f64; 4], noise: bool) -> RobotFile {
-    let [position, joint, height, distance] = NOISE;
-    let noise = if noise {
-        format!(
-            "[noise]\nposition_mm = {position}\njoint_deg = {joint}\nheight_mm = {height}\ndistance_mm = {distance}\n"
-        )
-    } else {
-        String::new()
+/// One σ of a joint, radians or mm.
+fn joint_sigma(drive: Drive) -> f64 {
+    match drive {
+        Drive::Rotary => NOISE[1].to_radians(),
+        Drive::Linear => NOISE[1],
+    }
+}
+
+fn file_of(robot: &Robot<f64>, [low, high]: [f64; 2], noise: bool) -> RobotFile {
+    let [position, _, height, distance] = NOISE;
+    let tolerance = Tolerance::new(0.5, 0.2_f64.to_radians()).unwrap();
+    let tolerance = match robot.drive() {
+        Drive::Rotary => tolerance,
+        Drive::Linear => tolerance.with_linear(1.0, 0.001).unwrap(),
     };
-    let text = format!(
-        "[nominal]\nbase_radius_mm = {base}\nplatform_radius_mm = {platform}\nupper_arm_mm = {upper}\nforearm_mm = {fore}\n\
-         [joints]\nmin_deg = -60\nmax_deg = 75\n[tolerance]\nlength_mm = 0.5\nangle_deg = 0.2\n{noise}"
-    );
-    RobotFile::read(&InputText::new("robot.toml", &text)).unwrap()
+    let instruments = InstrumentFacts {
+        height_noise: noise.then_some(height),
+        distance_noise: noise.then_some(distance),
+        ..InstrumentFacts::default()
+    };
+    let stated = Noise::new(position, joint_sigma(robot.drive())).unwrap();
+    let limits = match robot.drive() {
+        Drive::Rotary => JointLimits::new(low, high),
+        Drive::Linear => JointLimits::travel(low, high),
+    };
+    RobotFile {
+        tolerance: Some(tolerance),
+        noise: noise.then_some(stated),
+        instruments,
+        ..RobotFile::of("robot.toml", *robot, limits.unwrap())
+    }
+}
+
+/// The paper's, large, tall, platform larger than base, short, tiny, asymmetric arms, tilted axes.
+fn rotary(noise: bool) -> Vec<RobotFile> {
+    let limits = [-60.0, 75.0].map(f64::to_radians);
+    let files = geometries()
+        .into_iter()
+        .map(|(_, robot)| file_of(&robot, limits, noise));
+    files.collect()
+}
+
+/// And four with towers.
+fn twelve(noise: bool) -> Vec<RobotFile> {
+    let towers = linear_geometries()
+        .into_iter()
+        .map(|(_, robot, travels)| file_of(&robot, travels, noise));
+    rotary(noise).into_iter().chain(towers).collect()
+}
+
+fn first() -> RobotFile {
+    rotary(true).remove(0)
 }
 
 /// A robot made to the tolerance, and what an instrument reads of it.
@@ -67,7 +101,8 @@ fn measured(
         rotation: *Rotation3::from_scaled_axis(vector(1.0)).matrix(),
         translation: vector(500.0),
     };
-    let [position, joint, height, distance] = NOISE;
+    let [position, _, height, distance] = NOISE;
+    let joint = joint_sigma(truth.drive());
     let mut readings = Readings::of_name("samples.csv");
     if matches!(instrument, Instrument::Plate | Instrument::PlateAndCalliper) {
         readings.planes = ["p0", "p60", "p120"].map(str::to_owned).to_vec();
@@ -77,7 +112,7 @@ fn measured(
         let joints = random_pose(&truth, &file.limits, &mut rng).unwrap().joints;
         let x = truth.forward(&joints).unwrap();
         let mut normal = |sigma: f64| sigma * standard_normal::<f64, _>(&mut rng);
-        let reported = joints.map(|q| q + normal(joint.to_radians()));
+        let reported = joints.map(|q| q + normal(joint));
         let mut own = Reading::at(reported);
         match instrument {
             Instrument::Positions | Instrument::Tracker | Instrument::Camera => {
@@ -119,15 +154,25 @@ fn measured(
 struct Promise {
     accepted: f64,
     parameters: (f64, f64),
+    /// Achieved, and the Cramér–Rao bound of complete positions.
+    bound: (f64, f64),
     absolute: (f64, f64),
     relative: (f64, f64),
     worse: usize,
 }
 
 impl Promise {
-    fn add(&mut self, file: &RobotFile, truth: &Robot<f64>, report: &Report, seed: u64) {
+    fn add(
+        &mut self,
+        file: &RobotFile,
+        truth: &Robot<f64>,
+        readings: &Readings,
+        report: &Report,
+        seed: u64,
+    ) {
         self.accepted += 1.0;
         let found = &report.solution.robot;
+        let places = found.drive().places();
         let pairs = found.parameters().into_iter().zip(truth.parameters());
         for (arm, (found, truth)) in pairs.enumerate() {
             for place in 0..8 {
@@ -136,12 +181,15 @@ impl Promise {
                     apart -= (apart / std::f64::consts::TAU).round() * std::f64::consts::TAU;
                 }
                 let variance = report.solution.covariance[(8 * arm + place, 8 * arm + place)];
+                if places[place].is_none() {
+                    continue;
+                }
                 self.parameters.0 += apart * apart / variance;
                 self.parameters.1 += 1.0;
             }
         }
         let mut rng = Pcg32::seed_from_u64(seed ^ 0xacc0_0acc);
-        let (mut pairs, mut before) = (Vec::new(), 0.0);
+        let (mut pairs, mut poses, mut before) = (Vec::new(), Vec::new(), 0.0);
         while pairs.len() < 200 {
             let q = random_pose(truth, &file.limits, &mut rng).unwrap().joints;
             let clear = file.reach().clear_position(found, &q).is_ok();
@@ -152,6 +200,7 @@ impl Promise {
                 file.robot.forward(&q),
             ) {
                 pairs.push((found, truth));
+                poses.push(q);
                 before += (was - truth).norm_squared();
             }
         }
@@ -170,6 +219,16 @@ impl Promise {
         self.absolute.1 += stated.absolute_rms_mm.powi(2);
         self.relative.0 += apart(&|x| motion.apply(x));
         self.relative.1 += stated.relative_rms_mm.powi(2);
+        if let (true, Some(noise)) = (readings.is_complete(), &file.noise) {
+            let samples: Vec<_> = readings.samples().map(|row| row.value).collect();
+            let least = bound(truth, &samples, noise, file.tolerance.as_ref()).unwrap();
+            let variances = poses.iter().map(|q| {
+                let jacobian = position_jacobian(truth, q).unwrap();
+                (jacobian * least * jacobian.transpose()).trace()
+            });
+            self.bound.0 += apart(&|x| *x);
+            self.bound.1 += mean(variances.sum());
+        }
         let is_absolute = report.solution.is_absolute();
         self.worse += usize::from(is_absolute && apart(&|x| *x) > mean(before));
     }
@@ -181,9 +240,8 @@ impl Promise {
 
 fn promised(instrument: Instrument, method: Option<Method>, noise: bool, rows: usize) -> Promise {
     let mut promise = Promise::default();
-    for (place, geometry) in GEOMETRIES.into_iter().enumerate() {
-        let file = robot_file(geometry, noise);
-        for seed in 0..8 {
+    for (place, file) in twelve(noise).into_iter().enumerate() {
+        for seed in 0..size(4, 40) {
             let seed = seed + 1000 * place as u64;
             let (truth, readings) = measured(&file, instrument, rows, seed);
             let frame = if instrument == Instrument::Tracker {
@@ -197,15 +255,15 @@ fn promised(instrument: Instrument, method: Option<Method>, noise: bool, rows: u
                 loss: None,
             };
             if let Ok(report) = calibrate(&file, &readings, &options) {
-                promise.add(&file, &truth, &report, seed);
+                promise.add(&file, &truth, &readings, &report, seed);
             }
         }
     }
     promise
 }
 
-/// Of 40 robots with some 24 independent errors each √χ²/ν scatters by 0.03; the position errors, dominated by few
-/// combinations, by 0.1.
+/// Of 48 robots with some 24 independent errors each √χ²/ν scatters by 0.03; the position errors, dominated by few
+/// combinations, by 0.1. Of ten times as many by a third of that.
 #[test]
 fn errors_are_as_large_as_the_stated_sigma_whatever_the_instrument() {
     let rows = [
@@ -221,23 +279,32 @@ fn errors_are_as_large_as_the_stated_sigma_whatever_the_instrument() {
         let promise = promised(instrument, method, noise, rows);
         let [z, absolute, relative] =
             [promise.parameters, promise.absolute, promise.relative].map(Promise::ratio);
+        let bound =
+            (method.is_none() && promise.bound.1 > 0.0 && instrument == Instrument::Positions)
+                .then(|| Promise::ratio(promise.bound));
         let figures = format!(
-            "{instrument:?} {method:?} {noise}: {} accepted, z {z:.3}, absolute {absolute:.3}, relative {relative:.3}, {} worse",
+            "{instrument:?} {method:?} {noise}: {} accepted, z {z:.3}, absolute {absolute:.3}, relative {relative:.3}, \
+             over the bound {bound:.3?}, {} worse",
             promise.accepted, promise.worse
         );
         println!("{figures}");
-        assert!(promise.accepted >= 36.0, "{figures}");
+        assert!(promise.accepted >= size(44.0, 440.0), "{figures}");
         assert!((0.9..1.1).contains(&z), "{figures}");
-        assert!((0.75..1.3).contains(&absolute), "{figures}");
-        assert!((0.75..1.3).contains(&relative), "{figures}");
-        assert_eq!(promise.worse, 0, "{figures}");
+        let most = size(0.25, 0.1);
+        assert!((absolute - 1.0).abs() < most, "{figures}");
+        assert!((relative - 1.0).abs() < most, "{figures}");
+        assert!(
+            bound.is_none_or(|ratio| ratio < size(1.2, 1.05)),
+            "{figures}"
+        );
+        // A chance of harm below 5 % each.
+        assert!(promise.worse <= size(1, 3), "{figures}");
     }
 }
 
 #[test]
 fn the_joint_and_the_fkm_method_find_the_same_within_a_part_of_sigma() {
-    for geometry in GEOMETRIES {
-        let file = robot_file(geometry, true);
+    for file in twelve(true) {
         let (_, readings) = measured(&file, Instrument::Positions, 24, 7);
         let of = |method| {
             let options = Options {
@@ -269,8 +336,8 @@ fn the_joint_and_the_fkm_method_find_the_same_within_a_part_of_sigma() {
 /// A robot that was calibrated before, 50 times better than the stated tolerance, is not made worse.
 #[test]
 fn a_robot_that_is_better_than_its_tolerance_is_not_made_worse() {
-    let file = robot_file(GEOMETRIES[0], true);
-    let exact = delta_cal::Tolerance::new(0.01, 7e-5).unwrap();
+    let file = first();
+    let exact = Tolerance::new(0.01, 7e-5).unwrap();
     let mut accepted_and_worse = 0;
     for seed in 0..12 {
         let made = RobotFile {
@@ -280,7 +347,7 @@ fn a_robot_that_is_better_than_its_tolerance_is_not_made_worse() {
         let (truth, readings) = measured(&made, Instrument::Positions, 8, seed);
         if let Ok(report) = calibrate(&file, &readings, &Options::default()) {
             let mut promise = Promise::default();
-            promise.add(&file, &truth, &report, seed);
+            promise.add(&file, &truth, &readings, &report, seed);
             accepted_and_worse += promise.worse;
         }
     }
@@ -291,8 +358,7 @@ fn a_robot_that_is_better_than_its_tolerance_is_not_made_worse() {
 /// nothing is said, for they do not count.
 #[test]
 fn a_robust_fit_names_the_wrong_rows_and_is_not_spoiled_by_them() {
-    for (place, geometry) in GEOMETRIES.into_iter().enumerate() {
-        let file = robot_file(geometry, true);
+    for (place, file) in rotary(true).into_iter().take(5).enumerate() {
         let (_, mut readings) = measured(&file, Instrument::Positions, 40, 11 + place as u64);
         let wrong = [8, 17, 29];
         for (axis, (row, off)) in wrong.into_iter().zip([1.0, 1.5, 2.0]).enumerate() {
@@ -304,11 +370,11 @@ fn a_robust_fit_names_the_wrong_rows_and_is_not_spoiled_by_them() {
             ..Options::default()
         };
         let report = calibrate(&file, &readings, &options).unwrap();
-        assert_eq!(report.suspected_samples, [10, 19, 31], "{geometry:?}");
+        assert_eq!(report.suspected_samples, [10, 19, 31], "{place}");
         let plain = calibrate(&file, &readings, &Options::default());
         assert!(
             plain.is_err(),
-            "{geometry:?}: residuals 20 times the noise are accepted"
+            "{place}: residuals 20 times the noise are accepted"
         );
     }
 }
@@ -316,9 +382,9 @@ fn a_robust_fit_names_the_wrong_rows_and_is_not_spoiled_by_them() {
 /// Three numbers are along the axes of the coordinates' frame: a tracker that is worse along its own z.
 #[test]
 fn position_noise_by_axis_is_along_the_axes_of_the_sensors_frame() {
-    let file = robot_file(GEOMETRIES[0], true);
+    let file = first();
     let by_axis = RobotFile {
-        noise: Some(delta_cal::Noise::by_axis([0.02, 0.02, 0.4], NOISE[1].to_radians()).unwrap()),
+        noise: Some(Noise::by_axis([0.02, 0.02, 0.4], NOISE[1].to_radians()).unwrap()),
         ..file.clone()
     };
     let options = Options {
@@ -345,7 +411,7 @@ fn position_noise_by_axis_is_along_the_axes_of_the_sensors_frame() {
 #[test]
 fn complete_positions_of_a_file_are_samples() {
     let text = "q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n10,20,30,1.5,-2,-300\n";
-    let file = robot_file(GEOMETRIES[0], true);
+    let file = first();
     let readings = Readings::read(&InputText::new("s.csv", text), &file).unwrap();
     let sample = Sample {
         joints: [10.0, 20.0, 30.0].map(f64::to_radians),

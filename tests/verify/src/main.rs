@@ -137,6 +137,18 @@ const MIRI: Stage = Stage {
     ],
 };
 
+/// Only if asked for.
+const WEB: Stage = Stage {
+    name: "web",
+    about: "the page is built and drives a browser (node, npm, python3, chromium; a quarter of an hour at first)",
+    commands: &[
+        "npm ci --prefix bindings/web --no-audit --no-fund",
+        "node bindings/web/build.mjs",
+        "cargo build --quiet --profile test --package delta-cal-host --bin delta-cal",
+        "node --test bindings/web/tests/",
+    ],
+};
+
 /// Only if asked for: the host is built once more, optimised.
 const PYTHON: Stage = Stage {
     name: "python",
@@ -177,7 +189,7 @@ const TARGETS: [&str; 6] = [
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let stages = [FORMAT, CLIPPY, UNITS, MIRI, PYTHON];
+    let stages = [FORMAT, CLIPPY, UNITS, MIRI, PYTHON, WEB];
     let all = || stages.iter().chain(SIDE_BY_SIDE.into_iter().flatten());
     if arguments.iter().any(|it| it == "-h" || it == "--help") {
         print!("{USAGE}\nStages:\n");

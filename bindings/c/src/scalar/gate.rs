@@ -1,17 +1,32 @@
-//! The per-arm calibrator behind a gate.
+//! The per-arm calibrator behind a gate, which tests each sample before it is taken in.
 #![allow(unsafe_code)] // naming symbols, and promises about plain numbers
 
 use super::Real;
 use super::sample::{Sample, Settings};
 use crate::error::{Error, number_of, report, status_of};
-use crate::kind::Gated;
-use crate::memory::{Held, HeldMut, In, Many, New, Out, Plain};
+use crate::memory::{Held, HeldMut, In, New, Out, Plain};
 use crate::plain::{
     EARLY_SAMPLES_WRONG, NO_ALARM, NO_ARM, REJECTED, ROBOT_CHANGED, TAKEN, UNTESTED,
 };
 use crate::status::{self, Status};
-use delta_cal::stream::{Added, Alarm, Innovation, Selection};
-use delta_cal::{Progress, Robot, RobotOutcome};
+use delta_cal::stream::{
+    Added, Alarm, Forgetting, GateCounts as Counts, Innovation, Selection, Verdict as Tested,
+};
+use delta_cal::{Robot, RobotOutcome};
+
+macro_rules! family {
+    ($name:literal) => {
+        concat!("dcal_gate_", $name, suffix!())
+    };
+}
+/// The calibrator.
+pub type Own = crate::kind::Gate<Real>;
+/// What it finds.
+pub type Outcome = RobotOutcome<Real>;
+
+fn found(own: &Own) -> Result<Outcome, Error> {
+    Ok(own.outcome()?)
+}
 
 /// What became of a sample.
 #[repr(C)]
@@ -36,7 +51,7 @@ unsafe impl Plain for Verdict {}
 
 /// How many samples came to what, and what that means.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct GateCounts {
     /// Samples taken in, untested ones included.
     pub taken: u64,
@@ -53,7 +68,7 @@ pub struct GateCounts {
     /// What the first long run of rejections means: `DCAL_NO_ALARM`, `DCAL_ROBOT_CHANGED` or
     /// `DCAL_EARLY_SAMPLES_WRONG`.
     pub alarm: i32,
-    /// 1 if there is something left to solve; until that is done, no sample is taken.
+    /// 1 while there is something to solve, which may be the gate's own estimate: call `step` until it returns `DCAL_OK`.
     pub solving: i32,
     /// The first sample of that run, counted from 0 over all that came; 0 without an alarm.
     pub alarm_sample: u64,
@@ -75,58 +90,75 @@ impl Verdict {
     }
 }
 
-impl From<delta_cal::stream::Verdict<Real>> for Verdict {
-    fn from(verdict: delta_cal::stream::Verdict<Real>) -> Self {
-        match verdict {
-            delta_cal::stream::Verdict::Taken(innovation) => Self::of(TAKEN, &innovation),
-            delta_cal::stream::Verdict::Rejected(innovation) => Self::of(REJECTED, &innovation),
-            delta_cal::stream::Verdict::Untested(why) => Self {
-                verdict: UNTESTED,
-                reason: Error::from(why).status,
-                arm: NO_ARM,
-                reserved: 0,
-                distance: 0.0,
-                normalized: 0.0,
-            },
+impl Verdict {
+    const fn without_figures(verdict: i32, reason: Status) -> Self {
+        Self {
+            verdict,
+            reason,
+            arm: NO_ARM,
+            reserved: 0,
+            distance: 0.0,
+            normalized: 0.0,
         }
     }
 }
 
-/// Makes a per-arm calibrator behind a gate, without samples, in `size` bytes of memory: write `sizeof *gated`.
-/// `sigmas` is the gate's width; 0 for the width that rejects three good samples in a million for each arm. With a stated
-/// noise and tolerance it tests from the first sample on; otherwise it solves an estimate at the twelfth.
+impl From<Added<Real>> for Verdict {
+    fn from(added: Added<Real>) -> Self {
+        match added {
+            Added::Taken => Self::without_figures(TAKEN, status::OK),
+            Added::Tested(Tested::Taken(innovation)) => Self::of(TAKEN, &innovation),
+            Added::Tested(Tested::Rejected(innovation)) => Self::of(REJECTED, &innovation),
+            Added::Tested(Tested::Untested(why)) => {
+                Self::without_figures(UNTESTED, Error::from(why).status)
+            }
+        }
+    }
+}
+
+/// Makes a calibrator with a gate, without samples, in `size` bytes of memory: write `sizeof *calibrator`. `sigmas` is the
+/// gate's width; 0 for the width that rejects three good samples in a million for each arm. `age` is the mean age of the
+/// samples that count, for a robot that changes slowly; 0 if all count alike. With a stated noise and tolerance the gate
+/// tests from the first sample on, otherwise from its first estimate on.
 ///
-/// Errors: `DCAL_WIDTH_OF_GATE`, `DCAL_NOISE_...`, `DCAL_TOLERANCE_...`, `DCAL_NO_SUCH_CHOICE`.
-#[unsafe(export_name = name!("gated_init"))]
-pub extern "C" fn gated_init(
-    mut gated: New<Gated<Real>>,
+/// Errors: `DCAL_NOISE_...`, `DCAL_TOLERANCE_...`, `DCAL_NO_SUCH_CHOICE`, `DCAL_WIDTH_OF_GATE`, `DCAL_FORGETTING`.
+#[unsafe(export_name = family!("init"))]
+pub extern "C" fn init(
+    mut calibrator: New<Own>,
     size: usize,
     robot: Held<Robot<Real>>,
     settings: In<Settings>,
     sigmas: Real,
+    age: Real,
     error: Out<Error>,
 ) -> Status {
     report(error, || {
-        gated.usable(size)?;
-        let gate = Selection::Gated { forgetting: None };
-        let mut made = Gated::new(robot.get()?, &settings.get()?.checked()?, &gate);
-        // Zero means zero here: it stands for the usual width.
+        calibrator.usable(size)?;
+        // Zero means zero here: it stands for the usual width, and for no forgetting.
         #[allow(clippy::float_cmp)]
-        if sigmas != 0.0 {
+        let stated = |number: Real| number != 0.0;
+        let forgetting = if stated(age) {
+            Some(Forgetting::new(age)?)
+        } else {
+            None
+        };
+        let selection = Selection::Gated { forgetting };
+        let mut made = Own::new(robot.get()?, &settings.get()?.checked()?, &selection);
+        if stated(sigmas) {
             made.set_sigmas(sigmas)?;
         }
-        gated.put(size, &made)?;
+        calibrator.put(size, &made)?;
         Ok(status::OK)
     })
 }
 
-/// Tests one sample, and takes it in unless it disagrees. A sample that is rejected is no error: `verdict` says so. Call
-/// `dcal_gated_step` before the next: an estimate of the gate may be to be solved.
+/// Tests one sample, and takes it in unless it disagrees. A sample that is rejected is no error: `verdict` says so. Where
+/// the gate then wants an estimate of its own, call `step` until it returns `DCAL_OK`, before the next sample.
 ///
 /// Errors: `DCAL_BUSY`, and `DCAL_SAMPLE_...` with the arm; nothing has changed.
-#[unsafe(export_name = name!("gated_add"))]
-pub extern "C" fn gated_add(
-    mut gated: HeldMut<Gated<Real>>,
+#[unsafe(export_name = family!("add"))]
+pub extern "C" fn add(
+    mut calibrator: HeldMut<Own>,
     sample: In<Sample>,
     mut verdict: Out<Verdict>,
     error: Out<Error>,
@@ -134,137 +166,60 @@ pub extern "C" fn gated_add(
     report(error, || {
         verdict.usable()?;
         let sample = sample.get()?;
-        if let Added::Tested(found) = gated.get()?.add(&sample.into())? {
-            verdict.put(found.into())?;
-        }
-        Ok(status::OK)
-    })
-}
-
-/// Begins to solve.
-///
-/// Errors: `DCAL_ROBOT_HAS_CHANGED`, `DCAL_EARLY_SAMPLES`, `DCAL_TOO_MANY_REJECTED`.
-#[unsafe(export_name = name!("gated_solve"))]
-pub extern "C" fn gated_solve(mut gated: HeldMut<Gated<Real>>, error: Out<Error>) -> Status {
-    report(error, || {
-        gated.get()?.solve()?;
-        Ok(status::OK)
-    })
-}
-
-/// One short step of what there is to solve, to be called between the turns of a control loop. Returns `DCAL_WORKING` as
-/// long as there is more to do, and `DCAL_OK` otherwise.
-#[unsafe(export_name = name!("gated_step"))]
-pub extern "C" fn gated_step(mut gated: HeldMut<Gated<Real>>, error: Out<Error>) -> Status {
-    report(error, || {
-        Ok(match gated.get()?.step() {
-            Progress::Working => status::WORKING,
-            Progress::Finished => status::OK,
-        })
-    })
-}
-
-/// The calibrated robot, in `size` bytes of memory: write `sizeof *outcome`.
-///
-/// Errors: `DCAL_UNFINISHED` before the last step, and every refusal, with arm and cause.
-#[unsafe(export_name = name!("gated_finish"))]
-pub extern "C" fn gated_finish(
-    gated: Held<Gated<Real>>,
-    mut outcome: New<RobotOutcome<Real>>,
-    size: usize,
-    error: Out<Error>,
-) -> Status {
-    report(error, || {
-        outcome.usable(size)?;
-        match &gated.get()?.outcome() {
-            Ok(found) => outcome.put(size, found)?,
-            Err(refusal) => return Err((*refusal).into()),
-        }
-        Ok(status::OK)
-    })
-}
-
-/// Answers the alarm: the run of rejected samples was wrong, and what was taken in before stays.
-#[unsafe(export_name = name!("gated_acknowledge"))]
-pub extern "C" fn gated_acknowledge(mut gated: HeldMut<Gated<Real>>) -> Status {
-    status_of(|| {
-        gated.get()?.acknowledge();
-        Ok(status::OK)
-    })
-}
-
-/// Drops all samples, for a robot that has changed.
-#[unsafe(export_name = name!("gated_reset"))]
-pub extern "C" fn gated_reset(mut gated: HeldMut<Gated<Real>>) -> Status {
-    status_of(|| {
-        gated.get()?.reset();
+        let found = calibrator.get()?.add(&sample.into())?;
+        verdict.put(found.into())?;
         Ok(status::OK)
     })
 }
 
 /// Writes how many samples came to what, and whether there is an alarm.
-#[unsafe(export_name = name!("gated_state"))]
-pub extern "C" fn gated_state(gated: Held<Gated<Real>>, mut counts: Out<GateCounts>) -> Status {
+#[unsafe(export_name = family!("state"))]
+pub extern "C" fn state(calibrator: Held<Own>, mut counts: Out<GateCounts>) -> Status {
     status_of(|| {
-        let gated = gated.get()?;
-        let found = gated.gate_counts().copied().unwrap_or_default();
-        let alarm = gated.alarm();
-        let written = GateCounts {
-            taken: found.taken,
-            untested: found.untested,
-            rejected: found.rejected,
-            rejected_by_arm: found.rejected_by_arm,
-            run: found.run,
-            longest_run: found.longest_run,
+        let own = calibrator.get()?;
+        let Counts {
+            taken,
+            untested,
+            rejected,
+            rejected_by_arm,
+            run,
+            longest_run,
+            ..
+        } = own.gate_counts().copied().unwrap_or_default();
+        let alarm = own.alarm();
+        counts.put(GateCounts {
+            taken,
+            untested,
+            rejected,
+            rejected_by_arm,
+            run,
+            longest_run,
             alarm: match alarm {
                 Some(Alarm::RobotChanged { .. }) => ROBOT_CHANGED,
                 Some(_) => EARLY_SAMPLES_WRONG,
                 None => NO_ALARM,
             },
-            solving: i32::from(gated.solving()),
+            solving: i32::from(own.solving()),
             alarm_sample: alarm.map_or(0, |alarm| alarm.first()),
-        };
-        counts.put(written)?;
+        })?;
         Ok(status::OK)
     })
 }
 
-/// Writes what came into `bytes`, of which there are `capacity`: write `DCAL_GATED_SNAPSHOT_..._SIZE`. `length` is how many
-/// were written.
-///
-/// Errors: `DCAL_SNAPSHOT_BUFFER`, `DCAL_BUSY`; nothing is written.
-#[unsafe(export_name = name!("gated_snapshot"))]
-pub extern "C" fn gated_snapshot(
-    gated: Held<Gated<Real>>,
-    mut bytes: Out<u8>,
-    capacity: usize,
-    mut length: Out<usize>,
-) -> Status {
+/// Answers the alarm: the run of rejected samples was wrong, and what was taken in before stays. If the robot has
+/// changed, call `reset`.
+#[unsafe(export_name = family!("acknowledge"))]
+pub extern "C" fn acknowledge(mut calibrator: HeldMut<Own>) -> Status {
     status_of(|| {
-        length.usable()?;
-        if gated.get()?.solving() {
-            return Err(status::BUSY.into());
-        }
-        let needed = Gated::<Real>::SNAPSHOT_BYTES;
-        let (gated, bytes) = gated.beside_bytes(&mut bytes, capacity, needed)?;
-        let written = gated.snapshot(bytes)?.len();
-        length.put(written)?;
+        calibrator.get()?.acknowledge();
         Ok(status::OK)
     })
 }
 
-/// Puts what a snapshot holds in place of what came. It must be of the same robot, noise, tolerance and width.
-///
-/// Errors: `DCAL_SNAPSHOT_...`; nothing has changed.
-#[unsafe(export_name = name!("gated_restore"))]
-pub extern "C" fn gated_restore(
-    mut gated: HeldMut<Gated<Real>>,
-    bytes: Many<u8>,
-    length: usize,
-) -> Status {
-    status_of(|| {
-        let (gated, bytes) = gated.beside_bytes(&bytes, length)?;
-        gated.restore(bytes)?;
-        Ok(status::OK)
-    })
-}
+#[path = "family.rs"]
+mod family;
+pub use family::*;
+
+#[path = "stored.rs"]
+mod stored;
+pub use stored::*;

@@ -1,8 +1,9 @@
 //! The joint calibrator: all 24 parameters together.
 
 use super::Real;
-use delta_cal::ArmIndex;
-use delta_cal::calibration::{ArmOutcome, Estimator, Joint, JointOutcome};
+use crate::error::Error;
+use delta_cal::calibration::{ArmOutcome, JointOutcome};
+use delta_cal::{ArmIndex, Robot};
 
 macro_rules! family {
     ($name:literal) => {
@@ -14,10 +15,30 @@ pub type Own = crate::kind::Joint<Real>;
 /// What it finds.
 pub type Outcome = JointOutcome<Real>;
 
-fn arm_of(outcome: &Outcome, arm: ArmIndex) -> ArmOutcome<Real> {
-    Joint::arm(outcome, arm)
+fn found(own: &Own) -> Result<Outcome, Error> {
+    Ok(own.outcome()?)
 }
+
+fn robot_of(outcome: &Outcome) -> &Robot<Real> {
+    &outcome.robot
+}
+
+fn arm_of(outcome: &Outcome, arm: ArmIndex) -> ArmOutcome<Real> {
+    outcome.arm(arm)
+}
+
+#[path = "positions.rs"]
+mod positions;
+pub use positions::*;
 
 #[path = "family.rs"]
 mod family;
 pub use family::*;
+
+#[path = "stored.rs"]
+mod stored;
+pub use stored::*;
+
+#[path = "outcomes.rs"]
+mod outcomes;
+pub use outcomes::*;

@@ -1,6 +1,6 @@
 //! Everything that exists once for each scalar; compiled twice.
 
-use super::{OBSERVATION_ROW, Real};
+use super::Real;
 
 macro_rules! name {
     ($name:literal) => {
@@ -8,10 +8,10 @@ macro_rules! name {
     };
 }
 
-pub mod arms;
+pub mod fkm;
 pub mod gate;
+pub mod ikm;
 pub mod joint;
-pub mod observations;
 pub mod outcome;
 pub mod robot;
 pub mod sample;

@@ -3,12 +3,12 @@
 
 use super::Real;
 use crate::error::{Error, status_of};
-use crate::memory::{Held, New, Out, Plain};
+use crate::memory::{Held, Out, Plain};
 use crate::plain::{GRADIENT_VANISHED, ROUNDING_REACHED, USED_FREE, USED_NOMINAL, USED_SEARCH};
 use crate::status::{self, Status};
+use delta_cal::ArmIndex;
 use delta_cal::calibration::{ArmOutcome, JointOutcome, StartUsed, Termination};
 use delta_cal::nalgebra::SMatrix;
-use delta_cal::{ArmIndex, RobotOutcome};
 
 /// How well one arm is known.
 #[repr(C)]
@@ -97,22 +97,6 @@ pub extern "C" fn joint_outcome_covariance(
         let found = all.as_ref().ok_or(Error::from(status::NO_COVARIANCE))?;
         let found = by_rows(found);
         covariance.put(found)?;
-        Ok(status::OK)
-    })
-}
-
-/// Makes the outcome of each arm by itself, in `size` bytes of memory: write `sizeof *arms`. What the joint outcome says
-/// of two arms together is left out.
-#[unsafe(export_name = name!("joint_outcome_arms"))]
-pub extern "C" fn joint_outcome_arms(
-    outcome: Held<JointOutcome<Real>>,
-    mut arms: New<RobotOutcome<Real>>,
-    size: usize,
-) -> Status {
-    status_of(|| {
-        arms.usable(size)?;
-        let found = RobotOutcome::from(outcome.get()?);
-        arms.put(size, &found)?;
         Ok(status::OK)
     })
 }

@@ -4,7 +4,7 @@
 //! DELTA_CAL_HEADER=write cargo test --package delta-cal-c --test it header
 //! ```
 
-use delta_cal_c::{kind, library, plain, status};
+use delta_cal_c::{kind, plain, status};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -159,32 +159,45 @@ fn at_depth_0(text: &str) -> Vec<&str> {
     .collect()
 }
 
-/// Everything of one scalar: of `family` twice, with the names and types of each calibrator.
+/// Each calibrator: its prefix, what makes and fills it, and the object and outcome in Rust; then what several share.
+const CALIBRATORS: [(&str, &str, [&str; 2], &[&str]); 4] = [
+    (
+        "ikm",
+        "positions",
+        ["Ikm", "RobotOutcome"],
+        &["family", "stored", "outcomes"],
+    ),
+    (
+        "joint",
+        "positions",
+        ["Joint", "JointOutcome"],
+        &["family", "stored", "outcomes"],
+    ),
+    (
+        "gate",
+        "gate",
+        ["Gate", "RobotOutcome"],
+        &["family", "stored"],
+    ),
+    ("fkm", "fkm", ["Fkm", "FkmOutcome"], &["family", "outcomes"]),
+];
+
+/// Everything of one scalar: what calibrators share once for each, with its names and types.
 fn of_scalar() -> Source {
     let mut all = Source::default();
-    for file in [
-        "robot",
-        "sample",
-        "family",
-        "outcome",
-        "gate",
-        "observations",
-    ] {
-        let text = text(&format!("scalar/{file}"));
-        if file != "family" {
-            all.append(Source::read(&text, file));
-            continue;
-        }
-        for (prefix, own, outcome) in [
-            ("arms", "Arms", "RobotOutcome"),
-            ("joint", "Joint", "JointOutcome"),
-        ] {
-            let mut text = text
+    for file in ["robot", "sample", "outcome"] {
+        all.append(Source::of_file(&format!("scalar/{file}")));
+    }
+    for (prefix, first, [own, outcome], shared) in CALIBRATORS {
+        for file in [&[first], shared].concat() {
+            let mut text = text(&format!("scalar/{file}"))
                 .replace("<Own>", &format!("<{own}>"))
                 .replace("<Outcome>", &format!("<{outcome}>"))
                 .replace("family!(\"", &format!("family!(\"{prefix}_"))
                 .replace("extern \"C\" fn ", &format!("extern \"C\" fn {prefix}_"));
-            for name in ["solve", "step", "stop", "finish", "restore"] {
+            for name in [
+                "init", "solve", "step", "stop", "reset", "finish", "restore",
+            ] {
                 text = text.replace(&format!("`{name}`"), &format!("`{prefix}_{name}`"));
             }
             all.append(Source::read(&text, file));
@@ -272,7 +285,6 @@ impl Scalar {
                 format!("{constant}{} *{name}", self.object(inner))
             }
             ("In" | "Many" | "Out", None) => format!("{constant}{} *{name}", self.value(inner)),
-            ("Workspace", None) => format!("dcal_observation_row{} *{name}", self.suffix()),
             _ => panic!("{outer} is no type of the interface"),
         }
     }
@@ -320,10 +332,10 @@ fn sizes() -> BTreeMap<String, usize> {
         outcome ArmSummary
         gate Verdict
         gate GateCounts
-        observations Observation
-        observations Plane
-        observations Point
-        observations Instruments
+        fkm Observation
+        fkm Plane
+        fkm Point
+        fkm Instruments
     }
     .into_iter()
     .chain([("dcal_error".to_owned(), error)])
@@ -373,7 +385,7 @@ fn header() -> String {
             .map(|function| &*function.name)
             .collect(),
     };
-    let version = library::VERSION;
+    let version = kind::VERSION;
     writeln!(
         text,
         "\n/** The version of this header: major << 16 | minor << 8 | patch. */\n\
@@ -427,9 +439,6 @@ fn header() -> String {
             let size = kind.scalars[index].1;
             opaque(&mut text, &scalar.object(kind.name), kind.about, size);
         }
-        let row = format!("dcal_observation_row{}", scalar.suffix());
-        let size = [kind::OBSERVATION_ROW_F32, kind::OBSERVATION_ROW_F64][index];
-        opaque(&mut text, &row, "Workspace for one observation.", size);
         text.push_str("\n/** The bytes of a snapshot. */\n");
         for (of, sizes) in kind::SNAPSHOTS {
             let name = format!("DCAL_{of}_SNAPSHOT{}_SIZE", scalar.suffix());

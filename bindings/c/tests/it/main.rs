@@ -7,8 +7,9 @@
 mod calibrations;
 mod errors;
 mod fixture;
+mod fkm;
+mod gate;
 mod header;
 mod misuse;
 mod numbers;
-mod observations;
 mod place;

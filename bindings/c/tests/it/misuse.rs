@@ -5,18 +5,16 @@
 use crate::place::{Place, at, in_c, input, no_error, noise_alone, ok, output, robot};
 use core::ptr::null_mut;
 use delta_cal::Robot;
-use delta_cal_c::double::gate::*;
-use delta_cal_c::double::observations::*;
 use delta_cal_c::double::outcome::*;
 use delta_cal_c::double::robot::*;
 use delta_cal_c::double::sample::{Sample, Settings};
-use delta_cal_c::double::{arms, joint};
-use delta_cal_c::kind::{Arms, Joint};
+use delta_cal_c::double::{fkm, gate, ikm, joint};
+use delta_cal_c::kind::{Ikm, Joint};
 use delta_cal_c::{error::Error, single, status};
 use delta_cal_target_tests::samples;
 
 /// Memory that is larger than every object.
-const ROOM: usize = 32_768;
+const ROOM: usize = 65_536;
 
 /// Every argument as a pointer to the same place.
 fn every_function(place: *mut u8) -> Vec<(String, i32)> {
@@ -31,20 +29,28 @@ fn every_function(place: *mut u8) -> Vec<(String, i32)> {
             $(found.push((format!("{}{}", $prefix, stringify!($name)), $name($($argument),*)));)+
         };
     }
-    macro_rules! family {
-        ($family:ident $prefix:literal) => {{
+    macro_rules! calibrator {
+        ($family:ident $prefix:literal: $($name:ident ($($argument:expr),*))*) => {{
             use $family::*;
             tried! { $prefix:
+                samples(p!(), p!())
+                solve(p!(), no_error())
+                step(p!())
+                stop(p!())
+                reset(p!())
+                finish(p!(), p!(), ROOM, no_error())
+                $($name($($argument),*))*
+            }
+        }};
+    }
+    macro_rules! of_positions {
+        ($family:ident $prefix:literal) => {
+            calibrator! { $family $prefix:
                 init(p!(), ROOM, p!(), p!(), no_error())
                 add(p!(), p!(), no_error())
                 flush(p!())
-                samples(p!(), p!())
                 merge(p!(), p!())
                 forget(p!(), 0.5)
-                solve(p!(), no_error())
-                step(p!(), no_error())
-                stop(p!())
-                finish(p!(), p!(), ROOM, no_error())
                 snapshot(p!(), p!(), ROOM, p!())
                 restore(p!(), p!(), ROOM)
                 outcome_robot(p!(), p!(), ROOM)
@@ -52,33 +58,37 @@ fn every_function(place: *mut u8) -> Vec<(String, i32)> {
                 outcome_deviations(p!(), p!())
                 outcome_arm_covariance(p!(), 0, p!())
             }
-        }};
+        };
     }
-    family!(arms "arms_");
-    family!(joint "joint_");
+    of_positions!(ikm "ikm_");
+    of_positions!(joint "joint_");
+    calibrator! { gate "gate_":
+        init(p!(), ROOM, p!(), p!(), 0.0, 0.0, no_error())
+        add(p!(), p!(), p!(), no_error())
+        state(p!(), p!())
+        acknowledge(p!())
+        snapshot(p!(), p!(), ROOM, p!())
+        restore(p!(), p!(), ROOM)
+    }
+    calibrator! { fkm "fkm_":
+        init(p!(), ROOM, p!(), p!(), p!(), no_error())
+        add(p!(), p!(), no_error())
+        outcome_robot(p!(), p!(), ROOM)
+        outcome_arm(p!(), 0, p!())
+        outcome_deviations(p!(), p!())
+        outcome_arm_covariance(p!(), 0, p!())
+        outcome_joint(p!(), p!(), ROOM)
+        outcome_plane(p!(), 0, p!())
+        outcome_point(p!(), 0, p!())
+        outcome_frame(p!(), p!(), p!())
+    }
     tried! { "":
         joint_outcome_covariance(p!(), p!())
-        joint_outcome_arms(p!(), p!(), ROOM)
         robot_parameters(p!(), p!())
         robot_set_transmissions(p!(), p!(), no_error())
         robot_transmissions(p!(), p!())
         robot_forward(p!(), p!(), p!(), no_error())
         robot_inverse(p!(), p!(), p!(), no_error())
-        gated_init(p!(), ROOM, p!(), p!(), 0.0, no_error())
-        gated_add(p!(), p!(), p!(), no_error())
-        gated_solve(p!(), no_error())
-        gated_step(p!(), no_error())
-        gated_finish(p!(), p!(), ROOM, no_error())
-        gated_acknowledge(p!())
-        gated_reset(p!())
-        gated_state(p!(), p!())
-        gated_snapshot(p!(), p!(), ROOM, p!())
-        gated_restore(p!(), p!(), ROOM)
-        observations_solve(p!(), p!(), 1, p!(), p!(), p!(), ROOM, p!(), ROOM, no_error())
-        observation_outcome_joint(p!(), p!(), ROOM)
-        observation_outcome_plane(p!(), 0, p!())
-        observation_outcome_point(p!(), 0, p!())
-        observation_outcome_frame(p!(), p!(), p!())
         // Last: they may make an object.
         robot_from_dimensions(p!(), ROOM, p!(), no_error())
         robot_from_parameters(p!(), ROOM, p!(), no_error())
@@ -188,11 +198,11 @@ fn a_size_that_is_too_small_is_refused() {
     }
 }
 
-fn calibrator() -> Place<Arms<f64>> {
+fn calibrator() -> Place<Ikm<f64>> {
     let (mut robot, mut calibrator) = (robot(), Place::new());
     let (new, size) = (calibrator.new_object(), calibrator.size());
     let settings = noise_alone();
-    ok(arms::init(
+    ok(ikm::init(
         new,
         size,
         robot.held(),
@@ -206,10 +216,10 @@ fn calibrator() -> Place<Arms<f64>> {
 fn two_calibrators_in_one_place_are_refused() {
     let mut calibrator = calibrator();
     let place = calibrator.start();
-    assert_eq!(arms::merge(at(place), at(place)), status::OVERLAP);
+    assert_eq!(ikm::merge(at(place), at(place)), status::OVERLAP);
     // The object is as usable as before.
     let sample = in_c(&samples()[0]);
-    ok(arms::add(calibrator.held_mut(), input(&sample), no_error()));
+    ok(ikm::add(calibrator.held_mut(), input(&sample), no_error()));
 }
 
 /// The numbers are read before the robot is changed, so that they may lie in it.
@@ -293,10 +303,10 @@ fn a_faulty_sample_is_refused_with_its_arm() {
         (status::SAMPLE_POSITION_NOT_FINITE, -1, far_away),
     ] {
         let mut error = Error::from(status::OK);
-        let found = arms::add(calibrator.held_mut(), input(&faulty), output(&mut error));
+        let found = ikm::add(calibrator.held_mut(), input(&faulty), output(&mut error));
         assert_eq!((found, error.status, error.arm), (expected, expected, arm));
     }
     let mut count = 7;
-    ok(arms::samples(calibrator.held(), output(&mut count)));
+    ok(ikm::samples(calibrator.held(), output(&mut count)));
     assert_eq!(count, 0);
 }

@@ -5,7 +5,7 @@ use delta_cal_c::double::robot::robot_from_parameters;
 use delta_cal_c::double::sample::{Sample, Settings};
 use delta_cal_c::error::Error;
 use delta_cal_c::kind::Kind;
-use delta_cal_c::{Held, HeldMut, In, Many, New, Out, Workspace, status};
+use delta_cal_c::{Held, HeldMut, In, Many, New, Out, status};
 use delta_cal_target_tests::{noise, nominal, tolerance};
 use std::marker::PhantomData;
 use std::ptr::null_mut;
@@ -26,7 +26,7 @@ macro_rules! pointers {
     };
 }
 
-pointers! { Held HeldMut In Many New Out Workspace }
+pointers! { Held HeldMut In Many New Out }
 
 /// The tests are in the place of C: what they promise is that the memory is there.
 pub(crate) fn at<P: Pointer>(place: *mut u8) -> P {

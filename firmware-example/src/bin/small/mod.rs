@@ -13,7 +13,7 @@ use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hio;
 use critical_section::Mutex;
 use delta_cal::nalgebra::Vector3;
-use delta_cal::{ArmIndex, Refusal, Robot};
+use delta_cal::{Refusal, Robot};
 use delta_cal_firmware_example::{ControlLoop, Halves, Path, RamFlash, TURNS_A_SECOND};
 use plant::Plant;
 
@@ -250,27 +250,14 @@ pub(crate) fn show_error(text: &str, millimetres: f32) {
     show(text, (1000.0 * millimetres) as u32);
 }
 
+/// Shows why a calibration is refused, and the arm at fault: 1, 2, 3, or 0 for none.
 #[allow(clippy::cast_possible_truncation)] // 0, 1, 2
-fn number_of(arm: ArmIndex) -> u32 {
-    arm.index() as u32
-}
-
-/// Shows why a calibration is refused, with the arm at fault.
 pub(crate) fn show_refusal(refusal: Refusal) {
-    let (why, arm) = match refusal {
-        Refusal::TooFewSamples { arm, .. } => ("refused: too few samples, arm", Some(arm)),
-        Refusal::Undetermined { arm, .. } => ("refused: the poses are too alike, arm", Some(arm)),
-        Refusal::Uncertain { arm, .. } => ("refused: too uncertain, arm", Some(arm)),
-        Refusal::NotConverged { arm, .. } => ("refused: not converged, arm", Some(arm)),
-        Refusal::ResidualContradictsNoise { arm, .. } => {
-            ("refused: the samples contradict each other, arm", arm)
-        }
-        Refusal::FarFromNominal { arm, .. } => {
-            ("refused: far from the robot as drawn, arm", Some(arm))
-        }
-        _ => ("refused: other", None),
-    };
-    show(why, arm.map_or(0, |arm| number_of(arm) + 1));
+    show("refused, status:", refusal.code().into());
+    show(
+        "arm:",
+        refusal.arm().map_or(0, |arm| arm.index() as u32 + 1),
+    );
 }
 
 /// Shows the longest turn of the control loop, and ends the emulation.

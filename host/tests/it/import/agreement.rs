@@ -165,16 +165,24 @@ fn steps_may_be_of_any_length() {
     }
 }
 
-/// Heights that were entered by hand stand beside the probed ones.
+/// Heights that were entered by hand are of the bed, and the probe's of a plane of their own.
 #[test]
 fn manual_heights_are_read() {
     let own = printer("01");
-    let more =
-        own.configuration() + "#*# manual_height0 = 0.1\n#*# manual_height0_pos = 1e5, 2e4,3.5\n";
+    let text = own.configuration();
+    let at = text
+        .lines()
+        .find_map(|line| line.strip_prefix("#*# height0_pos = "));
+    // The probe's height there is 18.224 mm.
+    let more = format!(
+        "{text}#*# manual_height0 = 18.2\n#*# manual_height0_pos = {}\n",
+        at.unwrap()
+    );
     let folder = import(&more);
     let samples = folder.read("mine/samples.csv");
-    assert_eq!(rows_of(&samples).len(), own.rows.len() + 1);
-    assert!(samples.ends_with(",0.1\n"), "{samples}");
+    assert_eq!(samples.lines().count(), own.rows.len() + 2);
+    assert!(samples.ends_with(",18.2,plane\n"), "{samples}");
+    assert_eq!(samples.matches(",probe\n").count(), own.rows.len());
 }
 
 #[test]

@@ -189,14 +189,15 @@ fn a_printer_made_wrong_is_found_again() {
 /// Rods that are wrong by far more than rods are made: refused, nothing written.
 #[test]
 fn a_printer_that_no_tolerance_explains_is_refused() {
-    let mut own = printer("20");
-    own.klipper.arms = own.klipper.arms.map(|arm| arm - 60.0);
-    let folder = folder(&own.configuration());
-    let run = folder.run("calibrate printer.cfg --output c.toml --paste p.cfg --json report.json");
+    let folder = folder(&printer("20").configuration());
+    let command = "calibrate printer.cfg --rods 286mm";
+    let run = folder.run(&format!(
+        "{command} --output c.toml --paste p.cfg --json report.json"
+    ));
     assert_eq!(run.code, 1, "{} {}", run.stdout, run.stderr);
     assert_eq!(run.stdout, "");
     // A program that reads standard output is told there.
-    let run = folder.run("calibrate printer.cfg --json -");
+    let run = folder.run(&format!("{command} --json -"));
     assert_eq!(run.code, 1, "{}", run.stderr);
     assert!(json(&run)["refused"].as_str().is_some(), "{}", run.stdout);
     assert_eq!(folder.names(), ["printer.cfg"]);

@@ -2,7 +2,7 @@
 
 use crate::export::klipper::Delta;
 use crate::import::run_next;
-use crate::support::{Folder, Point, assert_refused, cases, distance};
+use crate::support::{Folder, Point, assert_refused, cases, distance, number};
 use delta_cal_host::InputText;
 use delta_cal_host::files::robot_file::RobotFile;
 
@@ -60,9 +60,107 @@ fn the_lines_of_both_firmwares_are_the_printer_that_they_describe() {
     }
 }
 
+/// The same printer in Marlin's `Configuration.h`, behind OctoPrint's prefixes, and overridden by what `M501` loads.
+#[test]
+fn the_same_values_elsewhere_are_the_same_printer() {
+    let constants = "\
+//#define DELTA_HEIGHT 1
+#define DELTA_DIAGONAL_ROD 330.1 // mm
+#define DELTA_HEIGHT 411.8
+#define DELTA_ENDSTOP_ADJ { -1.1, 0.0, -1.0 }
+#define DELTA_RADIUS 141.2
+#define DELTA_TOWER_ANGLE_TRIM { 0.3, -0.2, 0.1 }
+#define DELTA_RADIUS_TRIM_TOWER { 0.0, 0.0, 0.0 }
+#define DELTA_DIAGONAL_ROD_TRIM_TOWER { 0.0, 0.3, -0.3 }
+";
+    let bare = MARLIN.replace("echo:", "12:30:01 Recv: echo:");
+    for (firmware, name, text) in [
+        ("marlin", "Configuration.h", constants.to_owned()),
+        ("marlin", "log.txt", bare),
+        (
+            "reprapfirmware",
+            "config.g",
+            "M665 R100 L200 H9\nM501 ; load".to_owned(),
+        ),
+    ] {
+        let folder = Folder::new();
+        folder.write(name, text);
+        let command = format!("import {firmware} {name} --output mine");
+        if firmware == "reprapfirmware" {
+            let run = folder.run(&command);
+            assert!(
+                run.stderr.contains("copy config-override.g"),
+                "{}",
+                run.stderr
+            );
+            folder.write("config-override.g", REPRAPFIRMWARE);
+        }
+        let run = folder.run(&command).ok();
+        let [a, b, c] = printer().absolute_endstops();
+        let home = format!("--home {a:.6},{b:.6},{c:.6}");
+        assert!(run.stdout.contains(&home), "{name}: {}", run.stdout);
+    }
+}
+
+/// What a console says of a place and a height.
+type Answer = fn([f64; 2], f64) -> String;
+
+/// Where each console says that the probe triggered, in all of their words.
+#[test]
+fn answers_of_a_console_are_heights() {
+    let own = printer();
+    let places = [
+        [0.0, 0.0],
+        [90.0, 0.0],
+        [-45.0, 78.0],
+        [-45.0, -78.0],
+        [45.0, 78.0],
+    ];
+    // The bed as another printer makes it: an end stop that is 0.4 mm lower.
+    let mut made = printer();
+    made.endstops[0] -= 0.4;
+    let high = made.absolute_endstops();
+    let z = |[x, y]: [f64; 2]| {
+        let mut z = 0.0;
+        for _ in 0..20 {
+            let steps = own.steps([x, y, z]);
+            z -= made.position(steps)[2];
+        }
+        z + 0.5
+    };
+    assert!(high[0] < own.absolute_endstops()[0]);
+    let consoles: [(&str, &str, Answer); 4] = [
+        ("config.g", REPRAPFIRMWARE, |[x, y], z| {
+            format!("G1 X{x} Y{y} F6000\nG30 S-1\nStopped at height {z:.4} mm\n")
+        }),
+        ("m503.txt", MARLIN, |[x, y], z| {
+            format!("Recv: Bed X: {x} Y: {y} Z: {z:.4}\n")
+        }),
+        ("m503.txt", MARLIN, |[x, y], z| {
+            format!("// probe at {x:.3},{y:.3} is z={z:.6}\n")
+        }),
+        ("m503.txt", MARLIN, |[x, y], z| {
+            format!("// probe: at {x:.3},{y:.3} bed will contact at z={z:.6}\n")
+        }),
+    ];
+    for (name, text, answer) in consoles {
+        let folder = Folder::new();
+        folder.write(name, text);
+        let answers = places.map(|place| answer(place, z(place)));
+        folder.write("console.txt", answers.concat());
+        let run = folder
+            .run(&format!("calibrate {name} console.txt --json -"))
+            .ok();
+        let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+        assert_eq!(report["printer"]["heights"], 5, "{name}");
+        let now = number(&report, "printer/before/height_rms_mm");
+        let then = number(&report, "printer/after/height_rms_mm");
+        assert!(now > 0.1 && then < 0.5 * now, "{now} {then}");
+    }
+}
+
 #[test]
 fn lines_that_cannot_be_read_are_refused() {
-    // RepRapFirmware's bed of 120 mm would make the second rod 450 mm long.
     let table = "
         reprapfirmware M665 ⇒ M550 ⇒ no line is an M665
         marlin R141.2000 ⇒ ⇒ M665 R: the word is missing
@@ -70,7 +168,8 @@ fn lines_that_cannot_be_read_are_refused() {
         marlin L330.1000 ⇒ L100 ⇒ config.g:3: M665 L: a rod is not longer
         marlin R141.2000 ⇒ R-1 ⇒ config.g:3: M665 R: the value is not above 0
         reprapfirmware L330.1: ⇒ Lhunter2: ⇒ config.g:4: M665: a word is no letter
-        marlin B0.3000 ⇒ B120 ⇒ config.g:3: M665 B: 120 mm is too much for the correction of a rod
+        marlin B0.3000 ⇒ B120 ⇒ config.g:3: M665 B: since Marlin 2.0 B lengthens the rods of a tower, and 120 mm
+        marlin A0.0000 ⇒ A12 ⇒ config.g:3: M665 A: since Marlin 2.0 A lengthens the rods of a tower, and 12 mm
         ";
     for [from, to, cause] in cases(table) {
         let (controller, from) = from.split_once(' ').unwrap();

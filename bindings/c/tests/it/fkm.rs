@@ -1,28 +1,30 @@
 //! Observations of every kind: a sensor's frame, a plane that is known to a sigma, a point with an offset, distances
 //! between poses.
 
-use crate::place::{Place, bits, input, noise_and_tolerance, ok, output, robot, row};
+use crate::place::{Place, bits, input, no_error, noise_and_tolerance, ok, output, robot};
 use delta_cal::nalgebra::Vector3;
 use delta_cal::observations::{
     Distance, DistanceFrom, Height, ObservationNoise, ObservationOutcome, ObservationProblem,
     ObservationRow, PositionFrame,
 };
-use delta_cal_c::double::observations::*;
+use delta_cal_c::double::fkm::*;
 use delta_cal_c::double::outcome::joint_outcome_covariance;
 use delta_cal_c::error::Error;
-use delta_cal_c::kind::OBSERVATION_ROW_F64;
 use delta_cal_c::plain::{
-    FRAME_SENSOR, READ_DISTANCE, READ_DISTANCE_BETWEEN, READ_HEIGHT, READ_X, READ_Y, READ_Z,
+    FKM_ROWS, FRAME_SENSOR, READ_DISTANCE, READ_DISTANCE_BETWEEN, READ_HEIGHT, READ_X, READ_Y,
+    READ_Z,
 };
 use delta_cal_c::status;
-use delta_cal_target_tests::{noise, nominal, samples, tolerance};
+use delta_cal_target_tests::{noise, nominal, samples as measured, tolerance};
 
 const SIGMA: f64 = 0.02;
+/// One sigma of the plane's slopes.
+const LEVEL: f64 = 0.01;
 const PLACE: [f64; 3] = [10.0, -20.0, -700.0];
 
 /// The readings of each sample, in C and in the core.
 fn observed() -> Vec<(Observation, delta_cal::observations::Observation<f64>)> {
-    let samples = samples::<f64>();
+    let samples = measured::<f64>();
     let place = Vector3::from(PLACE);
     let mut all = Vec::new();
     for (index, sample) in samples.iter().enumerate() {
@@ -83,6 +85,7 @@ fn instruments() -> Instruments {
     let plane = Plane {
         known: 0.0,
         sigma: 0.0,
+        level: 0.0,
     };
     let point = Point {
         known: [0.0; 3],
@@ -103,34 +106,50 @@ fn instruments() -> Instruments {
     all.planes[0] = Plane {
         known: -560.2,
         sigma: 1.0,
+        level: LEVEL,
     };
     all.points[0].has_offset = 1;
     all
 }
 
-/// The call, and the error that it leaves.
-fn solve(
+/// A calibrator of these instruments, if they are usable.
+fn made(instruments: &Instruments) -> Result<Place<Own>, Error> {
+    let (mut robot, mut calibrator) = (robot(), Place::filled_with(0x5a));
+    let mut error = Error::from(status::OK);
+    let (new, size) = (calibrator.new_object(), calibrator.size());
+    let (own, settings) = (robot.held(), noise_and_tolerance());
+    let (stated, why) = (input(instruments), output(&mut error));
+    if init(new, size, own, stated, input(&settings), why) == status::OK {
+        return Ok(calibrator);
+    }
+    assert!(calibrator.is_filled_with(0x5a), "something was written");
+    Err(error)
+}
+
+/// In bounded steps; the outcome, or the error that the calls leave.
+fn solved(
     observations: &[Observation],
     instruments: &Instruments,
-    outcome: &mut Place<delta_cal_c::observed::Observed<f64>>,
-) -> (i32, Error) {
-    let mut robot = robot();
-    let mut workspace = vec![0_u64; observations.len() * OBSERVATION_ROW_F64 / 8];
+) -> Result<Place<Outcome>, Error> {
+    let (mut calibrator, mut outcome) = (made(instruments)?, Place::new());
+    for observation in observations {
+        ok(add(calibrator.held_mut(), input(observation), no_error()));
+    }
     let mut error = Error::from(status::OK);
+    if solve(calibrator.held_mut(), output(&mut error)) != status::OK {
+        return Err(error);
+    }
     let (new, size) = (outcome.new_object(), outcome.size());
-    let found = observations_solve(
-        robot.held(),
-        row(observations),
-        observations.len(),
-        input(instruments),
-        input(&noise_and_tolerance()),
-        crate::place::at(workspace.as_mut_ptr().cast()),
-        size_of_val(&*workspace),
-        new,
-        size,
-        output(&mut error),
-    );
-    (found, error)
+    assert_eq!(step(calibrator.held_mut()), status::WORKING);
+    let busy = add(calibrator.held_mut(), input(&observations[0]), no_error());
+    let early = finish(calibrator.held(), new, size, no_error());
+    assert_eq!((busy, early), (status::BUSY, status::UNFINISHED));
+    while step(calibrator.held_mut()) == status::WORKING {}
+    let (new, size) = (outcome.new_object(), outcome.size());
+    match finish(calibrator.held(), new, size, output(&mut error)) {
+        status::OK => Ok(outcome),
+        _ => Err(error),
+    }
 }
 
 /// Readings of the kinds that are chosen, which the core and C solve alike; the outcome of both.
@@ -138,10 +157,7 @@ fn solved_alike(
     chosen: &[usize],
     points: &[delta_cal::observations::Point<f64>],
     has_plane: bool,
-) -> (
-    Place<delta_cal_c::observed::Observed<f64>>,
-    ObservationOutcome<f64, 36>,
-) {
+) -> (Place<Outcome>, ObservationOutcome<f64, 36>) {
     let kinds = observed().into_iter().enumerate();
     let (in_c, of_core): (Vec<_>, Vec<_>) = kinds
         .filter(|(index, _)| chosen.contains(&(index % 4)))
@@ -159,10 +175,7 @@ fn solved_alike(
     let mut stated = instruments();
     stated.plane_count = u32::from(has_plane);
     stated.point_count = u32::try_from(points.len()).unwrap();
-    let mut outcome = Place::new();
-    let (found, error) = solve(&in_c, &stated, &mut outcome);
-    assert_eq!((found, error.status), (status::OK, status::OK));
-    (outcome, expected)
+    (solved(&in_c, &stated).unwrap(), expected)
 }
 
 /// As [`instruments`], in the core.
@@ -172,7 +185,7 @@ fn known(
 ) -> delta_cal::observations::Instruments<'_, f64> {
     const PLANE: &[delta_cal::observations::Plane<f64>] = &[delta_cal::observations::Plane {
         known: Some((-560.2, 1.0)),
-        level: None,
+        level: Some(LEVEL),
     }];
     delta_cal::observations::Instruments {
         frame: PositionFrame::Sensor,
@@ -190,24 +203,19 @@ fn observations_of_every_kind_are_the_cores() {
         offset: true,
     }];
     // 24 + 6 + 3 + 4 parameters are one more than there is room for.
-    let all: Vec<Observation> = observed().into_iter().map(|(in_c, _)| in_c).collect();
-    let (found, _) = solve(&all, &instruments(), &mut Place::new());
-    assert_eq!(found, status::TOO_MANY_UNKNOWNS);
+    let refused = made(&instruments()).err().unwrap();
+    assert_eq!(refused.status, status::TOO_MANY_UNKNOWNS);
 
     let (mut outcome, expected) = solved_alike(&[0, 1, 2], &points, false);
     let mut place = [0.0; 4];
-    ok(observation_outcome_point(
-        outcome.held(),
-        0,
-        output(&mut place),
-    ));
+    ok(outcome_point(outcome.held(), 0, output(&mut place)));
     assert_eq!(
         bits(&place),
         bits(&expected.point(&known(&points, false), 0))
     );
     let (mut rotation, mut translation) = ([[0.0; 3]; 3], [0.0; 3]);
     let (turned, moved) = (output(&mut rotation), output(&mut translation));
-    ok(observation_outcome_frame(outcome.held(), turned, moved));
+    ok(outcome_frame(outcome.held(), turned, moved));
     let frame = expected.frame();
     let by_rows = frame.rotation.transpose();
     assert_eq!(bits(rotation.as_flattened()), bits(by_rows.as_slice()));
@@ -215,7 +223,7 @@ fn observations_of_every_kind_are_the_cores() {
 
     let mut joint = Place::new();
     let (new, size) = (joint.new_object(), joint.size());
-    ok(observation_outcome_joint(outcome.held(), new, size));
+    ok(outcome_joint(outcome.held(), new, size));
     let mut covariance = [[0.0; 24]; 24];
     ok(joint_outcome_covariance(
         joint.held(),
@@ -229,16 +237,12 @@ fn observations_of_every_kind_are_the_cores() {
 fn a_plane_that_is_known_is_the_cores() {
     let (mut outcome, expected) = solved_alike(&[2, 3], &[], true);
     let mut plane = [0.0; 3];
-    ok(observation_outcome_plane(
-        outcome.held(),
-        0,
-        output(&mut plane),
-    ));
+    ok(outcome_plane(outcome.held(), 0, output(&mut plane)));
     assert_eq!(bits(&plane), bits(&expected.plane(&known(&[], true), 0)));
 }
 
 #[test]
-fn wrong_observations_are_refused_by_their_index() {
+fn wrong_observations_and_instruments_are_refused() {
     let good: Vec<Observation> = observed().into_iter().map(|(in_c, _)| in_c).collect();
     let mut stated = instruments();
     stated.frame = 0;
@@ -268,13 +272,14 @@ fn wrong_observations_are_refused_by_their_index() {
         }),
         (status::SAMPLE_JOINT_TOO_LARGE, &|o| o.joints[2] = 45.0),
     ] {
-        let mut wrong = good.clone();
-        change(&mut wrong[5]);
-        let mut outcome = Place::new();
-        let (found, error) = solve(&wrong, &stated, &mut outcome);
-        assert_eq!((found, error.status, error.index), (expected, expected, 5));
-        let unmade = observation_outcome_plane(outcome.held(), 0, output(&mut [0.0; 3]));
-        assert_eq!(unmade, status::NOT_INITIALIZED);
+        let (mut wrong, mut calibrator) = (good[5], made(&stated).unwrap());
+        change(&mut wrong);
+        let mut error = Error::from(status::OK);
+        let found = add(calibrator.held_mut(), input(&wrong), output(&mut error));
+        assert_eq!((found, error.status), (expected, expected));
+        let mut count = 7;
+        ok(samples(calibrator.held(), output(&mut count)));
+        assert_eq!(count, 0);
     }
     for (expected, height, distance) in [
         (status::NOISE_OF_HEIGHT, 0.0, SIGMA),
@@ -283,12 +288,35 @@ fn wrong_observations_are_refused_by_their_index() {
     ] {
         let mut wrong = stated;
         (wrong.height_noise, wrong.distance_noise) = (height, distance);
-        assert_eq!(solve(&good, &wrong, &mut Place::new()).0, expected);
+        let found = match made(&wrong) {
+            Ok(mut calibrator) => good
+                .iter()
+                .map(|own| add(calibrator.held_mut(), input(own), no_error()))
+                .find(|found| *found != status::OK),
+            Err(error) => Some(error.status),
+        };
+        assert_eq!(found, Some(expected));
     }
     for sigma in [-1.0, f64::NAN, f64::INFINITY] {
-        let mut wrong = stated;
-        wrong.planes[0].sigma = sigma;
-        let (found, _) = solve(&good, &wrong, &mut Place::new());
-        assert_eq!(found, status::KNOWN_PLACE);
+        let (mut known, mut level) = (stated, stated);
+        known.planes[0].sigma = sigma;
+        level.planes[0].level = sigma;
+        for wrong in [known, level] {
+            assert_eq!(made(&wrong).err().unwrap().status, status::KNOWN_PLACE);
+        }
     }
+}
+
+#[test]
+fn there_is_room_for_so_many_observations() {
+    let mut stated = instruments();
+    stated.frame = 0;
+    let (mut calibrator, (own, _)) = (made(&stated).unwrap(), observed()[0]);
+    for _ in 0..FKM_ROWS {
+        ok(add(calibrator.held_mut(), input(&own), no_error()));
+    }
+    let found = add(calibrator.held_mut(), input(&own), no_error());
+    assert_eq!(found, status::OBSERVATIONS_FULL);
+    ok(reset(calibrator.held_mut()));
+    ok(add(calibrator.held_mut(), input(&own), no_error()));
 }

@@ -1,0 +1,390 @@
+//! The calibrator from any readings: touches on planes, distances, single coordinates, in any mixture.
+#![allow(unsafe_code)] // naming symbols, and promises about plain numbers
+
+use super::Real;
+use super::sample::Settings;
+use crate::error::{Error, report, status_of};
+use crate::kind::FkmOutcome;
+use crate::memory::{Held, HeldMut, In, New, Out, Plain};
+use crate::plain::{
+    FRAME_BASE, FRAME_SENSOR, PLANES, POINTS, READ_DISTANCE, READ_DISTANCE_BETWEEN, READ_HEIGHT,
+    READ_X, READ_Y, READ_Z,
+};
+use crate::status::{self, Status};
+use delta_cal::calibration::{ArmOutcome, JointOutcome};
+use delta_cal::nalgebra::Vector3;
+use delta_cal::observations::{Distance, DistanceFrom, Height, ObservationNoise, PositionFrame};
+use delta_cal::{ArmIndex, Robot};
+
+macro_rules! family {
+    ($name:literal) => {
+        concat!("dcal_fkm_", $name, suffix!())
+    };
+}
+/// The calibrator.
+pub type Own = crate::kind::Fkm<Real>;
+/// What it finds.
+pub type Outcome = FkmOutcome<Real>;
+
+fn robot_of(outcome: &Outcome) -> &Robot<Real> {
+    &outcome.joint.robot
+}
+
+fn arm_of(outcome: &Outcome, arm: ArmIndex) -> ArmOutcome<Real> {
+    outcome.joint.arm(arm)
+}
+
+fn found(own: &Own) -> Result<Outcome, Error> {
+    let whole = &own.outcome()?;
+    let instruments = own.instruments();
+    let (mut planes, mut points) = ([[0.0; 3]; PLANES], [[0.0; 4]; POINTS]);
+    for (index, plane) in (0..).zip(&mut planes) {
+        *plane = whole.plane(&instruments, index);
+    }
+    for (index, point) in (0..).zip(&mut points) {
+        *point = whole.point(&instruments, index);
+    }
+    let frame = whole.frame();
+    Ok(Outcome {
+        joint: whole.of_robot(),
+        planes,
+        points,
+        frame: match instruments.frame {
+            PositionFrame::Base => (UNTURNED, [0.0; 3]),
+            PositionFrame::Sensor => (frame.rotation.transpose().into(), frame.translation.into()),
+        },
+        plane_count: instruments.planes.len(),
+        point_count: instruments.points.len(),
+    })
+}
+
+const UNTURNED: [[Real; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+/// Stands for a noise that is not stated: a reading of that kind is refused.
+const NOT_STATED: Real = Real::MAX;
+
+/// What was measured at one set of joint angles: any of the coordinates, a height, a distance.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Observation {
+    /// q1, q2, q3. Radians.
+    pub joints: [Real; 3],
+    /// x, y, z, as far as they were measured. Length.
+    pub position: [Real; 3],
+    /// Height of the platform point above a plane, along the plane's upward normal. Length.
+    pub height: Real,
+    /// Distance of the platform point from a point, or from where it is at `other_joints`. Length.
+    pub distance: Real,
+    /// The joint angles at the other end of a distance. Radians.
+    pub other_joints: [Real; 3],
+    /// Which plane the height is above, from 0 on.
+    pub plane: u32,
+    /// Which point the distance is from, from 0 on.
+    pub point: u32,
+    /// What was measured: bits `DCAL_READ_...`, at most one of the two kinds of distance.
+    pub readings: u32,
+    /// 0.
+    pub reserved: u32,
+}
+
+// SAFETY: C's layout, numbers alone, no padding (the header's test looks).
+unsafe impl Plain for Observation {}
+
+/// A plane z = c + a x + b y, whose c, a and b are unknown.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// What is known of c. Length.
+    pub known: Real,
+    /// One sigma of that; 0: nothing is known. Length.
+    pub sigma: Real,
+    /// One sigma of the slopes a and b of a plane that is nearly level; 0: nothing is known. No unit.
+    pub level: Real,
+}
+
+/// A fixed point, whose place is unknown.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// What is known of the place: x, y, z. Length.
+    pub known: [Real; 3],
+    /// One sigma of each coordinate; 0: nothing is known. Length.
+    pub sigma: Real,
+    /// 1 if the sensor there reads a constant too much that is unknown, too; otherwise 0.
+    pub has_offset: u32,
+    /// 0.
+    pub reserved: u32,
+}
+
+/// What the readings refer to. All zeros: coordinates in the robot's own frame, no plane, no point.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Instruments {
+    /// `DCAL_FRAME_BASE` or `DCAL_FRAME_SENSOR`.
+    pub frame: i32,
+    /// How many planes there are.
+    pub plane_count: u32,
+    /// How many points there are.
+    pub point_count: u32,
+    /// 0.
+    pub reserved: u32,
+    /// One sigma of a height; 0 where none is measured. Length.
+    pub height_noise: Real,
+    /// One sigma of a distance; 0 where none is measured. Length.
+    pub distance_noise: Real,
+    /// The planes that heights are measured above.
+    pub planes: [Plane; PLANES],
+    /// The points that distances are measured from.
+    pub points: [Point; POINTS],
+}
+
+// SAFETY: C's layout, numbers alone, no padding (the header's test looks).
+unsafe impl Plain for Instruments {}
+
+impl Observation {
+    fn reads(&self, bit: u32) -> bool {
+        self.readings & bit != 0
+    }
+
+    fn checked(&self) -> Result<delta_cal::observations::Observation<Real>, Error> {
+        let all = READ_X | READ_Y | READ_Z | READ_HEIGHT | READ_DISTANCE | READ_DISTANCE_BETWEEN;
+        if self.readings & !all != 0
+            || self.reads(READ_DISTANCE) && self.reads(READ_DISTANCE_BETWEEN)
+        {
+            return Err(status::NO_SUCH_CHOICE.into());
+        }
+        let [x, y, z] = self.position;
+        let [read_x, read_y, read_z] = [READ_X, READ_Y, READ_Z].map(|bit| self.reads(bit));
+        let height = if self.reads(READ_HEIGHT) {
+            Some(Height {
+                plane: u8::try_from(self.plane).map_err(|_| Error::from(status::NO_SUCH_PLANE))?,
+                height: self.height,
+            })
+        } else {
+            None
+        };
+        let from = if self.reads(READ_DISTANCE) {
+            let point = u8::try_from(self.point).map_err(|_| Error::from(status::NO_SUCH_POINT))?;
+            Some(DistanceFrom::Point(point))
+        } else if self.reads(READ_DISTANCE_BETWEEN) {
+            Some(DistanceFrom::Pose(self.other_joints))
+        } else {
+            None
+        };
+        Ok(delta_cal::observations::Observation {
+            joints: self.joints,
+            position: [
+                read_x.then_some(x),
+                read_y.then_some(y),
+                read_z.then_some(z),
+            ],
+            height,
+            distance: from.map(|from| Distance {
+                from,
+                distance: self.distance,
+            }),
+        })
+    }
+}
+
+/// `true` with something known, and an error where it is not usable.
+fn known(numbers: &[Real], sigma: Real) -> Result<bool, Error> {
+    // Zero means zero here: it stands for "nothing is known".
+    #[allow(clippy::float_cmp)]
+    if sigma == 0.0 {
+        return Ok(false);
+    }
+    if sigma > 0.0 && sigma.is_finite() && numbers.iter().all(|number| number.is_finite()) {
+        return Ok(true);
+    }
+    Err(status::KNOWN_PLACE.into())
+}
+
+/// Makes a calibrator without observations, in `size` bytes of memory: write `sizeof *calibrator`. `robot` is the robot
+/// before calibration. `settings` must state the noise of positions and joint angles, and a tolerance unless x, y and z
+/// are measured often enough; `instruments` states the noise of heights and distances.
+///
+/// Errors: `DCAL_NOISE_...`, `DCAL_TOLERANCE_...`, `DCAL_NO_SUCH_CHOICE`, `DCAL_KNOWN_PLACE`, `DCAL_TOO_MANY_UNKNOWNS`.
+#[unsafe(export_name = family!("init"))]
+pub extern "C" fn init(
+    mut calibrator: New<Own>,
+    size: usize,
+    robot: Held<Robot<Real>>,
+    instruments: In<Instruments>,
+    settings: In<Settings>,
+    error: Out<Error>,
+) -> Status {
+    report(error, || {
+        calibrator.usable(size)?;
+        let robot = robot.get()?;
+        let instruments = instruments.get()?;
+        make(
+            &mut calibrator,
+            size,
+            robot,
+            &instruments,
+            &settings.get()?.checked()?,
+        )?;
+        Ok(status::OK)
+    })
+}
+
+/// In its place, and not inlined: its temporaries are as large as the object.
+#[inline(never)]
+fn make(
+    calibrator: &mut New<Own>,
+    size: usize,
+    robot: &Robot<Real>,
+    stated: &Instruments,
+    settings: &delta_cal::Settings<Real>,
+) -> Result<(), Error> {
+    let (mut planes, mut points) = (
+        [delta_cal::observations::Plane::default(); PLANES],
+        [delta_cal::observations::Point::default(); POINTS],
+    );
+    let (plane_count, point_count) = (stated.plane_count as usize, stated.point_count as usize);
+    let (Some(used_planes), Some(used_points)) =
+        (planes.get_mut(..plane_count), points.get_mut(..point_count))
+    else {
+        return Err(status::TOO_MANY_UNKNOWNS.into());
+    };
+    for (own, plane) in used_planes.iter_mut().zip(&stated.planes) {
+        own.known = known(&[plane.known], plane.sigma)?.then_some((plane.known, plane.sigma));
+        own.level = known(&[], plane.level)?.then_some(plane.level);
+    }
+    for (own, point) in used_points.iter_mut().zip(&stated.points) {
+        let place = Vector3::from(point.known);
+        own.known = known(&point.known, point.sigma)?.then_some((place, point.sigma));
+        own.offset = point.has_offset != 0;
+    }
+    let noise = settings
+        .noise
+        .ok_or(Error::from(status::NOISE_OF_POSITION))?;
+    // Zero means zero here: not stated.
+    #[allow(clippy::float_cmp)]
+    let or_not_stated = |sigma: Real| if sigma == 0.0 { NOT_STATED } else { sigma };
+    let instruments = delta_cal::observations::Instruments {
+        frame: match stated.frame {
+            FRAME_BASE => PositionFrame::Base,
+            FRAME_SENSOR => PositionFrame::Sensor,
+            _ => return Err(status::NO_SUCH_CHOICE.into()),
+        },
+        planes: used_planes,
+        points: used_points,
+        noise: ObservationNoise::new(
+            noise,
+            or_not_stated(stated.height_noise),
+            or_not_stated(stated.distance_noise),
+        )?,
+        transmission: None,
+    };
+    match &Own::new(robot, &instruments, settings) {
+        Ok(made) => Ok(calibrator.put(size, made)?),
+        Err(refusal) => Err((*refusal).into()),
+    }
+}
+
+/// Takes in one observation, of `DCAL_FKM_ROWS` at most.
+///
+/// Errors: `DCAL_OBSERVATION_...`, `DCAL_SAMPLE_JOINT_...`, `DCAL_NO_SUCH_PLANE` and `..._POINT`, `DCAL_NOISE_...` of a
+/// height or distance where it is not stated, `DCAL_NO_SUCH_CHOICE`, `DCAL_BUSY`; nothing is taken in.
+#[unsafe(export_name = family!("add"))]
+pub extern "C" fn add(
+    mut calibrator: HeldMut<Own>,
+    observation: In<Observation>,
+    error: Out<Error>,
+) -> Status {
+    report(error, || {
+        let own = calibrator.get()?;
+        let observation = observation.get()?.checked()?;
+        let noise = own.instruments().noise;
+        // Zero difference means that it is the mark itself.
+        #[allow(clippy::float_cmp)]
+        let not_stated = |sigma: Real| sigma == NOT_STATED;
+        if observation.height.is_some() && not_stated(noise.height()) {
+            return Err(status::NOISE_OF_HEIGHT.into());
+        }
+        if observation.distance.is_some() && not_stated(noise.distance()) {
+            return Err(status::NOISE_OF_DISTANCE.into());
+        }
+        own.add(&observation)?;
+        Ok(status::OK)
+    })
+}
+
+/// Makes the outcome of the robot's 24 parameters alone, in `size` bytes of memory: write `sizeof *joint`. Its covariance
+/// takes the unknowns of the instruments into account.
+#[unsafe(export_name = family!("outcome_joint"))]
+pub extern "C" fn outcome_joint(
+    outcome: Held<Outcome>,
+    mut joint: New<JointOutcome<Real>>,
+    size: usize,
+) -> Status {
+    status_of(|| {
+        // By value: the memory may be that of the outcome.
+        let found = outcome.get()?.joint;
+        joint.put(size, &found)?;
+        Ok(status::OK)
+    })
+}
+
+/// Writes where a plane z = c + a x + b y lies: c (length), a, b.
+///
+/// Errors: `DCAL_NO_SUCH_PLANE`.
+#[unsafe(export_name = family!("outcome_plane"))]
+pub extern "C" fn outcome_plane(
+    outcome: Held<Outcome>,
+    plane: u32,
+    mut coefficients: Out<[Real; 3]>,
+) -> Status {
+    status_of(|| {
+        let outcome = outcome.get()?;
+        let mut planes = outcome.planes.iter().take(outcome.plane_count);
+        let found = *planes.nth(plane as usize).ok_or(status::NO_SUCH_PLANE)?;
+        coefficients.put(found)?;
+        Ok(status::OK)
+    })
+}
+
+/// Writes where a point is, and what the sensor there reads too much: x, y, z, offset. Length.
+///
+/// Errors: `DCAL_NO_SUCH_POINT`.
+#[unsafe(export_name = family!("outcome_point"))]
+pub extern "C" fn outcome_point(
+    outcome: Held<Outcome>,
+    point: u32,
+    mut place: Out<[Real; 4]>,
+) -> Status {
+    status_of(|| {
+        let outcome = outcome.get()?;
+        let mut points = outcome.points.iter().take(outcome.point_count);
+        let found = *points.nth(point as usize).ok_or(status::NO_SUCH_POINT)?;
+        place.put(found)?;
+        Ok(status::OK)
+    })
+}
+
+/// Writes the frame in which coordinates were measured, from the robot's frame to it: the rotation row by row, and the
+/// translation (length). The identity for `DCAL_FRAME_BASE`.
+#[unsafe(export_name = family!("outcome_frame"))]
+pub extern "C" fn outcome_frame(
+    outcome: Held<Outcome>,
+    mut rotation: Out<[[Real; 3]; 3]>,
+    mut translation: Out<[Real; 3]>,
+) -> Status {
+    status_of(|| {
+        rotation.usable()?;
+        translation.usable()?;
+        let (turned, moved) = outcome.get()?.frame;
+        rotation.put(turned)?;
+        translation.put(moved)?;
+        Ok(status::OK)
+    })
+}
+
+#[path = "family.rs"]
+mod family;
+pub use family::*;
+
+#[path = "outcomes.rs"]
+mod outcomes;
+pub use outcomes::*;

@@ -1,0 +1,44 @@
+//! The per-arm calibrator: each arm by itself.
+
+use super::Real;
+use crate::error::Error;
+use delta_cal::calibration::ArmOutcome;
+use delta_cal::{ArmIndex, Robot, RobotOutcome};
+
+macro_rules! family {
+    ($name:literal) => {
+        concat!("dcal_ikm_", $name, suffix!())
+    };
+}
+/// The calibrator.
+pub type Own = crate::kind::Ikm<Real>;
+/// What it finds.
+pub type Outcome = RobotOutcome<Real>;
+
+fn found(own: &Own) -> Result<Outcome, Error> {
+    Ok(own.outcome()?)
+}
+
+fn robot_of(outcome: &Outcome) -> &Robot<Real> {
+    &outcome.robot
+}
+
+fn arm_of(outcome: &Outcome, arm: ArmIndex) -> ArmOutcome<Real> {
+    outcome.arms[arm.index()]
+}
+
+#[path = "positions.rs"]
+mod positions;
+pub use positions::*;
+
+#[path = "family.rs"]
+mod family;
+pub use family::*;
+
+#[path = "stored.rs"]
+mod stored;
+pub use stored::*;
+
+#[path = "outcomes.rs"]
+mod outcomes;
+pub use outcomes::*;

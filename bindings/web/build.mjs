@@ -1,0 +1,88 @@
+// Builds the page into dist/: `node bindings/web/build.mjs`. Needs cargo with the target wasm32-unknown-unknown; installs the
+// wasm-bindgen of Cargo.lock's version into target/web-tools if it is not there. With `npm ci` in this folder wasm-opt makes
+// the program smaller.
+
+import { execFileSync } from "node:child_process";
+import { createHash } from "node:crypto";
+import { cpSync, existsSync, mkdirSync, readFileSync, readdirSync, rmSync, statSync, writeFileSync } from "node:fs";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { brotliCompressSync, gzipSync } from "node:zlib";
+
+const HERE = dirname(fileURLToPath(import.meta.url));
+const ROOT = join(HERE, "../..");
+const TARGET = process.env.CARGO_TARGET_DIR ?? join(ROOT, "target/web");
+const TOOLS = join(ROOT, "target/web-tools");
+const DIST = join(HERE, "dist");
+/** Of everything together, compressed as static hosts do it: with Brotli. */
+const LARGEST = 700_000;
+const EXAMPLES = ["paper-robot/robot.toml", "paper-robot/samples.csv", "circle-sheet/robot.toml", "circle-sheet/samples.csv", "printer/printer.cfg"];
+
+function run(program, ...values) {
+  execFileSync(program, values, { cwd: ROOT, stdio: "inherit" });
+}
+
+function bindgen() {
+  const lock = readFileSync(join(ROOT, "Cargo.lock"), "utf8");
+  const version = /name = "wasm-bindgen"\nversion = "(.*)"/.exec(lock)[1];
+  const candidates = ["wasm-bindgen", join(TOOLS, "bin/wasm-bindgen")];
+  const fits = (program) => {
+    try {
+      return execFileSync(program, ["--version"], { encoding: "utf8" }).includes(version);
+    } catch {
+      return false;
+    }
+  };
+  const found = candidates.find(fits);
+  if (found) return found;
+  run("cargo", "install", "wasm-bindgen-cli", "--version", version, "--root", TOOLS);
+  return candidates[1];
+}
+
+const program = "wasm32-unknown-unknown/web/delta_cal_web.wasm";
+run("cargo", "build", "--profile", "web", "--target", "wasm32-unknown-unknown", "--package", "delta-cal-web", "--target-dir", TARGET);
+rmSync(DIST, { recursive: true, force: true });
+mkdirSync(DIST);
+run(bindgen(), join(TARGET, program), "--target", "web", "--no-typescript", "--remove-name-section", "--remove-producers-section", "--out-dir", DIST);
+
+const optimiser = join(HERE, "node_modules/binaryen/bin/wasm-opt");
+const module = join(DIST, "delta_cal_web_bg.wasm");
+if (existsSync(optimiser)) {
+  const features = ["--enable-bulk-memory", "--enable-nontrapping-float-to-int", "--enable-sign-ext", "--enable-mutable-globals", "--enable-reference-types", "--enable-multivalue"];
+  run("node", optimiser, "-Os", ...features, module, "-o", module);
+} else {
+  console.log(`wasm-opt is not there: npm ci --prefix ${HERE} makes the program smaller`);
+}
+
+cpSync(join(HERE, "page"), DIST, { recursive: true });
+for (const example of EXAMPLES) cpSync(join(ROOT, "host/examples", example), join(DIST, "examples", example));
+
+const inside = (folder, prefix = "") =>
+  readdirSync(folder).flatMap((name) => {
+    const path = join(folder, name);
+    return statSync(path).isDirectory() ? inside(path, `${prefix}${name}/`) : [`${prefix}${name}`];
+  });
+const files = inside(DIST).filter((file) => file !== "sw.js").sort();
+const hash = createHash("sha256");
+for (const file of files) hash.update(readFileSync(join(DIST, file)));
+const worker = readFileSync(join(DIST, "sw.js"), "utf8")
+  .replace("const FILES = [];", `const FILES = ${JSON.stringify(["./", ...files])};`)
+  .replace("delta-cal-unbuilt", `delta-cal-${hash.digest("hex").slice(0, 16)}`);
+writeFileSync(join(DIST, "sw.js"), worker);
+
+let [all, compressed, zipped] = [0, 0, 0];
+for (const file of [...files, "sw.js"]) {
+  const bytes = readFileSync(join(DIST, file));
+  all += bytes.length;
+  compressed += brotliCompressSync(bytes).length;
+  zipped += gzipSync(bytes, { level: 9 }).length;
+}
+console.log(`dist: ${files.length + 1} files, ${kilobytes(all)}; Brotli ${kilobytes(compressed)}, gzip ${kilobytes(zipped)}`);
+if (compressed > LARGEST) {
+  console.error(`The page is larger than ${kilobytes(LARGEST)}.`);
+  process.exit(1);
+}
+
+function kilobytes(bytes) {
+  return `${(bytes / 1000).toFixed(0)} KB`;
+}

@@ -1,0 +1,124 @@
+//! `delta-cal export`.
+
+use crate::fault::Fault;
+use crate::folder::Folder;
+use delta_cal::robot::Drive;
+use delta_cal_host::export::positions::{Wanted, bed};
+use delta_cal_host::export::{Case, Settings, TARGETS, target};
+use delta_cal_host::files::kinematics;
+use delta_cal_host::report::export::{Files, Report, summary, text};
+use delta_cal_host::{InputError, Options, RobotFile, read_samples, report};
+use serde::{Deserialize, Serialize};
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct Request {
+    /// The calibrated robot.
+    robot: String,
+    target: String,
+    nominal: Option<String>,
+    positions: Option<String>,
+    /// With towers: the samples file with heights of the bed.
+    bed: Option<String>,
+    /// One joint at the end stops, or three: degrees, or mm of travel.
+    home: Vec<f64>,
+    height: Option<f64>,
+    platform_radius: Option<f64>,
+    inches: bool,
+    limit: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+pub(crate) struct Exported {
+    /// The lines with the summary as their comment.
+    text: String,
+    summary: String,
+    json: String,
+}
+
+#[derive(Debug, Serialize)]
+pub(crate) struct Named {
+    name: &'static str,
+    title: &'static str,
+}
+
+fn robot(files: &Folder, name: &str) -> Result<RobotFile, Fault> {
+    Ok(RobotFile::read(&files.settings(name)?)?)
+}
+
+/// Those that take a robot.
+pub(crate) fn targets(files: &Folder, name: &str) -> Result<Vec<Named>, Fault> {
+    let drive = robot(files, name)?.robot.drive();
+    let taking = TARGETS.into_iter();
+    let taking = taking.filter(|own| own.drive.is_none_or(|own| own == drive));
+    let named = taking.map(|own| Named {
+        name: own.name,
+        title: own.title,
+    });
+    Ok(named.collect())
+}
+
+pub(crate) fn run(files: &Folder, request: &Request) -> Result<Exported, Fault> {
+    let robot = robot(files, &request.robot)?;
+    let drive = robot.robot.drive();
+    let nominal = request.nominal.as_deref();
+    let nominal = nominal.map(|name| self::robot(files, name)).transpose()?;
+    let home = match request.home.as_slice() {
+        [] => None,
+        [all] => Some([*all; 3]),
+        [first, second, third] => Some([*first, *second, *third]),
+        _ => {
+            return Err(Fault::new(
+                "end stops need one joint, or three",
+                "write one number, or three with commas",
+            ));
+        }
+    };
+    let level = match request.bed.as_deref() {
+        Some(name) if drive == Drive::Linear => {
+            let samples = read_samples(&files.table(name)?, &robot, &Options::default())?;
+            let found = bed(&robot.robot, &samples);
+            Some(found.ok_or_else(|| {
+                let cause = "the file does not hold three heights that are not on one line";
+                InputError::new(name, cause).with_remedy("measure more heights")
+            })?)
+        }
+        _ => None,
+    };
+    let settings = Settings {
+        height: request.height,
+        home: home.map(|home| match drive {
+            Drive::Rotary => home.map(f64::to_radians),
+            Drive::Linear => home,
+        }),
+        platform_radius: request.platform_radius,
+        inches: request.inches,
+        limit: request.limit,
+        level,
+    };
+    let wanted = match request.positions.as_deref() {
+        Some(name) => {
+            let poses = kinematics::inverse(&robot, &files.table(name)?)?;
+            Wanted::of(poses.into_iter().map(|pose| pose.position).collect())
+        }
+        None => Wanted::in_workspace(&robot),
+    };
+    let case = Case {
+        robot: &robot,
+        nominal: nominal.as_ref().map(|own| &own.robot),
+        wanted: &wanted,
+        settings,
+    };
+    let export = target(&request.target, drive).and_then(|own| case.export(own));
+    let export = export.map_err(|error| Fault::new(error.to_string(), error.remedy()))?;
+    let files = Files {
+        robot: &robot.name,
+        nominal: nominal.as_ref().map(|own| own.name.as_str()),
+        positions: request.positions.as_deref(),
+    };
+    Ok(Exported {
+        text: text(&export, &files),
+        summary: summary(&export, &files),
+        json: report::json(&Report::of(&export, &files)),
+    })
+}

@@ -1,0 +1,86 @@
+//! What is wrong with a request or its files.
+
+use delta_cal_host::{CalibrateError, InputError};
+use serde::Serialize;
+
+/// As the command says it on standard error.
+#[derive(Debug, Serialize)]
+pub(crate) struct Fault {
+    /// Whether the readings are refused, and not a file wrong.
+    refused: bool,
+    /// `file:line: cause`.
+    message: String,
+    file: Option<String>,
+    line: Option<u64>,
+    excerpt: Option<String>,
+    diagnosis: Option<String>,
+    remedy: Option<String>,
+    /// The refusal for programs.
+    json: Option<String>,
+}
+
+impl Fault {
+    /// For a cause and what to do next.
+    pub(crate) fn new(cause: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self {
+            refused: false,
+            message: cause.into(),
+            file: None,
+            line: None,
+            excerpt: None,
+            diagnosis: None,
+            remedy: Some(remedy.into()),
+            json: None,
+        }
+    }
+
+    /// Readings that cannot be used.
+    pub(crate) fn refused(cause: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self {
+            refused: true,
+            ..Self::new(cause, remedy)
+        }
+    }
+
+    /// A value of the page that cannot be read.
+    pub(crate) fn of_request(cause: impl Into<String>) -> Self {
+        Self {
+            remedy: None,
+            ..Self::new(cause, "")
+        }
+    }
+
+    /// With the refusal for programs.
+    pub(crate) fn with_json(mut self, json: String) -> Self {
+        self.json = Some(json);
+        self
+    }
+}
+
+impl From<InputError> for Fault {
+    fn from(error: InputError) -> Self {
+        Self {
+            refused: false,
+            message: error.to_string(),
+            file: Some(error.file().to_owned()),
+            line: error.line(),
+            excerpt: error.excerpt().map(ToOwned::to_owned),
+            diagnosis: None,
+            remedy: error.remedy().map(ToOwned::to_owned),
+            json: None,
+        }
+    }
+}
+
+impl From<CalibrateError> for Fault {
+    fn from(error: CalibrateError) -> Self {
+        let diagnosis = error.diagnosis().map(ToString::to_string);
+        let fault = match &error {
+            CalibrateError::Input(error) => error.clone().into(),
+            CalibrateError::Refused(refused) => {
+                Self::refused(refused.to_string(), refused.remedy())
+            }
+        };
+        Self { diagnosis, ..fault }
+    }
+}

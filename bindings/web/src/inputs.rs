@@ -1,0 +1,195 @@
+//! What a request is about: a robot, its readings, and the printer if it is one.
+
+use crate::fault::Fault;
+use crate::folder::Folder;
+use delta_cal_host::files::document::{Document, Source};
+use delta_cal_host::import::{Firmware, Imported, Stated};
+use delta_cal_host::{
+    ColumnMapping, Frame, InputText, Loss, Method, Options, Readings, RobotFile, read_samples,
+};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// What the page asks for. Names are of its files.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct Request {
+    /// A robot file or a printer's configuration.
+    pub(crate) robot: String,
+    /// One file, or joints and then positions.
+    pub(crate) samples: Vec<String>,
+    columns: Option<String>,
+    /// Whose configuration it is, where its text does not say.
+    firmware: Option<String>,
+    /// One length of a printer's rods, or three, mm.
+    rods: Vec<f64>,
+    method: Option<Method>,
+    robust: bool,
+    /// Whether coordinates are in the sensor's frame.
+    pub(crate) sensor: bool,
+    /// Whether that is the frame in the robot file.
+    pub(crate) stored: bool,
+    /// mm.
+    pub(crate) limit: Option<f64>,
+    /// Seconds since the beginning of 1970.
+    pub(crate) now: u64,
+}
+
+/// What is calibrated, from what, and the files that say so.
+#[derive(Debug)]
+pub(crate) struct Inputs {
+    pub(crate) robot: RobotFile,
+    pub(crate) readings: Readings,
+    pub(crate) document: Document,
+    pub(crate) printer: Option<Imported>,
+}
+
+impl Request {
+    pub(crate) fn options(&self) -> Options {
+        Options {
+            method: self.method,
+            loss: self.robust.then_some(Loss::Tukey),
+            frame: self.frame(),
+        }
+    }
+
+    pub(crate) fn frame(&self) -> Frame {
+        if self.sensor {
+            Frame::Sensor
+        } else {
+            Frame::Base
+        }
+    }
+
+    pub(crate) fn document(
+        &self,
+        robot: &RobotFile,
+        file: &InputText,
+        samples: &InputText,
+    ) -> Document {
+        Document {
+            written: self.now,
+            record: robot.record.clone(),
+            robot: Source::from(file),
+            samples: Source::from(samples),
+            beside: samples.beside().map(Source::from),
+        }
+    }
+
+    /// The samples in one file, or joints and positions in two.
+    pub(crate) fn samples(&self, files: &Folder) -> Result<Option<InputText>, Fault> {
+        let columns = self.columns.as_deref().filter(|own| !own.trim().is_empty());
+        let columns = columns.map(str::parse::<ColumnMapping>).transpose();
+        let columns = columns.map_err(Fault::of_request)?;
+        let read = |name: &String| {
+            let text = files.table(name)?;
+            Ok::<_, Fault>(match &columns {
+                Some(columns) => text.with_columns(columns.clone()),
+                None => text,
+            })
+        };
+        match self.samples.as_slice() {
+            [] => Ok(None),
+            [only] => read(only).map(Some),
+            [first, second, ..] => Ok(Some(read(second)?.with_beside(read(first)?))),
+        }
+    }
+
+    pub(crate) fn inputs(&self, files: &Folder) -> Result<Inputs, Fault> {
+        let name = &self.robot;
+        let text = files.settings(name)?;
+        let samples = self.samples(files)?;
+        if is_robot_file(&text) {
+            let robot = RobotFile::read(&text)?;
+            let samples = samples.ok_or_else(|| {
+                Fault::new(
+                    format!("{name} is given without its samples"),
+                    "add a samples file, or plan measurements",
+                )
+            })?;
+            return Ok(Inputs {
+                readings: read_samples(&samples, &robot, &self.options())?,
+                document: self.document(&robot, &text, &samples),
+                robot,
+                printer: None,
+            });
+        }
+        let mut printer = self.printer(files, &text)?;
+        let mut of_samples = text.clone();
+        if let Some(samples) = samples {
+            let readings = read_samples(&samples, &printer.robot, &self.options())?;
+            printer = printer.with_readings(readings);
+            of_samples = samples;
+        }
+        if printer.readings.rows.is_empty() {
+            return Err(printer.without_readings().into());
+        }
+        Ok(Inputs {
+            robot: printer.robot.clone(),
+            readings: printer.readings.clone(),
+            document: self.document(&printer.robot, &text, &of_samples),
+            printer: Some(printer),
+        })
+    }
+
+    fn printer(&self, files: &Folder, text: &InputText) -> Result<Imported, Fault> {
+        let rods = match self.rods.as_slice() {
+            [] => None,
+            [all] => Some([*all; 3]),
+            [a, b, c] => Some([*a, *b, *c]),
+            _ => {
+                return Err(Fault::new(
+                    "rods need one length, or three",
+                    "write for example 345, or 345.1, 344.9, 345.0",
+                ));
+            }
+        };
+        let stated = self.firmware.as_deref();
+        let stated = Firmware::ALL
+            .into_iter()
+            .find(|own| Some(own.name()) == stated);
+        let firmware = stated.map_or_else(|| Firmware::of(text), Ok)?;
+        let includes = |from: &str, wanted: &str| files.included(from, wanted);
+        Ok(firmware.import(
+            text,
+            &Stated {
+                rods,
+                ..Stated::default()
+            },
+            &includes,
+        )?)
+    }
+
+    /// The robot alone, of a robot file or a configuration.
+    pub(crate) fn robot(&self, files: &Folder) -> Result<RobotFile, Fault> {
+        let text = files.settings(&self.robot)?;
+        if is_robot_file(&text) {
+            return Ok(RobotFile::read(&text)?);
+        }
+        Ok(self.printer(files, &text)?.robot)
+    }
+}
+
+/// Whether a text is that of a robot, and not of a controller.
+pub(crate) fn is_robot_file(text: &InputText) -> bool {
+    let named = Path::new(text.name()).extension();
+    named.is_some_and(|own| own == "toml") || text.text().contains("[joints]")
+}
+
+/// The files that an import writes.
+#[derive(Debug, Serialize)]
+pub(crate) struct ImportedFiles {
+    robot: String,
+    samples: Option<String>,
+    notes: Vec<String>,
+}
+
+/// Robot file and samples of a printer's configuration.
+pub(crate) fn import(files: &Folder, request: &Request) -> Result<ImportedFiles, Fault> {
+    let imported = request.printer(files, &files.settings(&request.robot)?)?;
+    Ok(ImportedFiles {
+        robot: imported.robot_text(),
+        samples: imported.samples_text(),
+        notes: imported.notes,
+    })
+}

@@ -1,0 +1,121 @@
+//! What the page of `page/` asks: the commands of `delta-cal` over files in memory. Requests and answers are JSON, so that
+//! they cross from the worker to the page as they are.
+//!
+//! ```text
+//! folder      the files that were dropped, and the built-in example
+//! fault       what is wrong, with line and remedy
+//! recognise   what each file is
+//! inputs      robot, readings and printer of a request
+//! calibrate, export, plan, validate
+//!             the commands; the texts are those that the command writes
+//! picture     arms and bed, before and after
+//! ```
+
+mod calibrate;
+mod export;
+mod fault;
+mod folder;
+mod inputs;
+mod picture;
+mod plan;
+mod recognise;
+mod validate;
+
+use fault::Fault;
+use folder::Folder;
+use picture::Pictured;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use wasm_bindgen::prelude::wasm_bindgen;
+
+/// The files of a page, and its last calibration.
+#[wasm_bindgen]
+#[derive(Debug, Default)]
+pub struct Session {
+    files: Folder,
+    pictured: Option<Pictured>,
+}
+
+#[wasm_bindgen]
+impl Session {
+    /// Without files.
+    #[wasm_bindgen(constructor)]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a file, or replaces the one of its name.
+    pub fn put(&mut self, name: &str, bytes: &[u8]) {
+        self.files.put(name, bytes);
+    }
+
+    /// Forgets a file.
+    pub fn remove(&mut self, name: &str) {
+        self.files.remove(name);
+    }
+
+    /// A file as text, if it is text.
+    pub fn text(&self, name: &str) -> Option<String> {
+        let text = self.files.table(name).ok()?;
+        Some(text.text().to_owned())
+    }
+
+    /// What each file is.
+    pub fn recognise(&self) -> String {
+        answer(&Ok(recognise::all(&self.files)))
+    }
+
+    /// `delta-cal calibrate`.
+    pub fn calibrate(&mut self, request: &str) -> String {
+        let done = parse(request).and_then(|own| calibrate::run(&self.files, &own));
+        answer(&done.map(|(calibrated, pictured)| {
+            self.pictured = Some(pictured);
+            calibrated
+        }))
+    }
+
+    /// `delta-cal export`.
+    pub fn export(&self, request: &str) -> String {
+        answer(&parse(request).and_then(|own| export::run(&self.files, &own)))
+    }
+
+    /// The export targets of a robot.
+    pub fn targets(&self, robot: &str) -> String {
+        answer(&export::targets(&self.files, robot))
+    }
+
+    /// `delta-cal import`: robot file and samples of a printer's configuration.
+    pub fn import(&self, request: &str) -> String {
+        answer(&parse(request).and_then(|own| inputs::import(&self.files, &own)))
+    }
+
+    /// `delta-cal plan`.
+    pub fn plan(&self, request: &str) -> String {
+        answer(&parse(request).and_then(|own| plan::run(&self.files, &own)))
+    }
+
+    /// `delta-cal validate`.
+    pub fn validate(&self, request: &str) -> String {
+        answer(&parse(request).and_then(|own| validate::run(&self.files, &own)))
+    }
+
+    /// Shoulders, elbows and platform of the last calibration at joints in the file's unit, before and after.
+    pub fn skeleton(&self, joints: &[f64]) -> String {
+        let pictured = self.pictured.as_ref();
+        answer(&Ok(pictured.and_then(|own| own.skeleton(joints))))
+    }
+
+    /// The height of a printer's nozzle above the bed where its controller believes that it touches.
+    pub fn bed(&self) -> String {
+        answer(&Ok(self.pictured.as_ref().and_then(Pictured::bed)))
+    }
+}
+
+fn parse<T: DeserializeOwned>(request: &str) -> Result<T, Fault> {
+    serde_json::from_str(request).map_err(|error| Fault::of_request(error.to_string()))
+}
+
+/// `{"Ok": …}`, or `{"Err": …}` with a fault.
+fn answer<T: Serialize>(done: &Result<T, Fault>) -> String {
+    serde_json::to_string(done).unwrap_or_default()
+}

@@ -1,0 +1,78 @@
+//! `delta-cal plan`.
+
+use crate::fault::Fault;
+use crate::folder::Folder;
+use crate::inputs;
+use delta_cal_host::Frame;
+use delta_cal_host::export::positions::Wanted;
+use delta_cal_host::planning::{LEAST, Order, PlanRequest, Region, Wishes, plan, plan_for};
+use delta_cal_host::report::plan as report;
+use serde::{Deserialize, Serialize};
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct Request {
+    #[serde(flatten)]
+    of: inputs::Request,
+    /// As `--measure`.
+    measure: String,
+    count: Option<usize>,
+    /// The expected error that is asked for in place of a count, mm.
+    accuracy: Option<f64>,
+    /// As `--within`.
+    within: Option<String>,
+    absolute: bool,
+    shortest: bool,
+}
+
+#[derive(Debug, Serialize)]
+pub(crate) struct Planned {
+    text: String,
+    csv: String,
+    json: String,
+    /// Places all over the workspace, mm.
+    workspace: Vec<[f64; 3]>,
+}
+
+pub(crate) fn run(files: &Folder, request: &Request) -> Result<Planned, Fault> {
+    let robot = request.of.robot(files)?;
+    let kinds: Wishes = request.measure.parse().map_err(Fault::of_request)?;
+    let within = request
+        .within
+        .as_deref()
+        .filter(|own| !own.trim().is_empty());
+    let within = within.map(str::parse::<Region>).transpose();
+    let within = within.map_err(Fault::of_request)?;
+    if request.of.frame() == Frame::Sensor && !kinds.positions() {
+        return Err(Fault::new(
+            "the sensor's frame is for coordinates, and none are measured",
+            "choose the robot's frame, or measure coordinates too",
+        ));
+    }
+    let wanted = PlanRequest {
+        frame: request.of.frame(),
+        region: within.map(|own| own.turned(&robot.convention)),
+        absolute: request.absolute,
+        order: if request.shortest {
+            Order::Shortest
+        } else {
+            Order::Random
+        },
+        ..PlanRequest::new(&robot, kinds, request.count.unwrap_or(LEAST))
+    };
+    let planned = match request.accuracy {
+        Some(accuracy) => plan_for(&wanted, accuracy),
+        None => plan(&wanted),
+    };
+    let planned = planned.map_err(|error| Fault::refused(error.to_string(), error.remedy()))?;
+    let workspace = Wanted::in_workspace(&robot).evaluated;
+    let places = workspace
+        .iter()
+        .map(|at| robot.convention.vector(at).into());
+    Ok(Planned {
+        text: report::text(&wanted, &planned),
+        csv: report::csv(&planned.measurements, &planned.setup),
+        json: report::json(&wanted, &planned),
+        workspace: places.collect(),
+    })
+}

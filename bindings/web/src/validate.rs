@@ -1,0 +1,46 @@
+//! `delta-cal validate`.
+
+use crate::fault::Fault;
+use crate::folder::Folder;
+use crate::inputs::Request;
+use delta_cal_host::report::validation as report;
+use delta_cal_host::validation::{self, Verdict, check_independent, validate};
+use delta_cal_host::{RobotFile, read_samples};
+use serde::Serialize;
+
+#[derive(Debug, Serialize)]
+pub(crate) struct Validated {
+    verdict: &'static str,
+    text: String,
+    /// The certificate.
+    html: String,
+    json: String,
+}
+
+pub(crate) fn run(files: &Folder, request: &Request) -> Result<Validated, Fault> {
+    let missing = |what: &str| Fault::new(format!("{what} is missing"), "choose one");
+    let text = files.settings(&request.robot)?;
+    let robot = RobotFile::read(&text)?;
+    let samples = request.samples(files)?;
+    let samples = samples.ok_or_else(|| missing("a file of check measurements"))?;
+    let limit = request.limit.ok_or_else(|| missing("the limit"))?;
+    let document = request.document(&robot, &text, &samples);
+    check_independent(&text, &samples)?;
+    let readings = read_samples(&samples, &robot, &request.options())?;
+    let asked = validation::Request {
+        limit,
+        frame: request.frame(),
+        stored: request.stored,
+    };
+    let found = validate(&robot, &readings, asked)?;
+    Ok(Validated {
+        verdict: match found.verdict {
+            Verdict::Pass => "pass",
+            Verdict::Fail => "fail",
+            Verdict::Undecided => "undecided",
+        },
+        text: report::text(&found),
+        html: report::certificate(&found, &document),
+        json: report::json(&found, &document),
+    })
+}

@@ -1,0 +1,150 @@
+//! What an owner must know of readings and lines beside the figures: an offset of the probe, a common scale, a move of
+//! the end stops that may crash.
+
+use super::assess::Change;
+use crate::files::samples_file::ReadingFrom;
+use crate::fit::Solution;
+use crate::import::Imported;
+use delta_cal::Robot;
+use delta_cal::robot::{Arm, Drive};
+use nalgebra::Vector3;
+use std::f64::consts::TAU;
+
+/// An end stop that moves by more may drive the nozzle into the bed, mm.
+const CRASH: f64 = 1.0;
+/// A common scale: so far off 1, and so many times its own σ and the scatter of the distances.
+const SCALE: f64 = 0.005;
+const CLEAR: f64 = 5.0;
+/// Distances that show a common scale.
+const LEAST_DISTANCES: usize = 3;
+/// A probe is off if its heights are so far from those by hand, mm.
+const PROBE_OFF: f64 = 0.03;
+
+/// Of what was read, and of lines that are worth pasting.
+pub(super) fn notes(
+    imported: &Imported,
+    solution: &Solution,
+    pasted: bool,
+    changes: &[Change],
+) -> Vec<String> {
+    let mut notes = Vec::new();
+    if let [bed, probe] = solution.places.planes.as_slice() {
+        let off = probe.offset - bed.offset;
+        if off.abs() > PROBE_OFF {
+            let word = if off < 0.0 { "large" } else { "small" };
+            notes.push(format!(
+                "Heights by hand and by the probe differ by {:.2} mm: the probe's z_offset is so much too {word}. The lines \
+                 follow the heights by hand.",
+                off.abs()
+            ));
+        }
+    }
+    notes.extend(common_scale(imported));
+    let endstops = changes.iter().filter(|own| is_endstop(&own.name));
+    let moved = endstops.map(|own| (own.after - own.before).abs());
+    let most = moved.fold(0.0, f64::max);
+    if pasted && most > CRASH {
+        notes.push(format!(
+            "An end stop moves by {most:.1} mm: after pasting, home and lower the nozzle onto the bed by hand in steps of 1 mm \
+             before anything else. A wrong end stop drives it into the bed."
+        ));
+    }
+    notes
+}
+
+fn is_endstop(name: &str) -> bool {
+    name.ends_with("position_endstop") || name == "M665 H" || name.starts_with("M666")
+}
+
+/// Distances that all are too long or too short by the same part, and what could do that.
+pub(crate) fn common_scale(imported: &Imported) -> Option<String> {
+    let robot = &imported.configured;
+    let mut parts = Vec::new();
+    for row in &imported.readings.rows {
+        let Some((ReadingFrom::Pose(from), distance)) = row.value.distance else {
+            continue;
+        };
+        let ends = [row.value.joints, from].map(|joints| robot.forward(&joints).ok());
+        let [Some(to), Some(from)] = ends else {
+            continue;
+        };
+        parts.push(distance / (to - from).norm());
+    }
+    if parts.len() < LEAST_DISTANCES || robot.drive() != Drive::Linear {
+        return None;
+    }
+    let count = parts.len() as f64;
+    let mean = parts.iter().sum::<f64>() / count;
+    let squares = parts.iter().map(|own| (own - mean).powi(2));
+    let scatter = (squares.sum::<f64>() / (count - 1.0)).sqrt();
+    let off = (mean - 1.0).abs();
+    if off < SCALE || off < CLEAR * scatter / count.sqrt() || off < 2.0 * scatter {
+        return None;
+    }
+    let causes = match lengths_for(robot, imported.bed_radius, mean) {
+        Some([rods, radius]) => format!(
+            "rods of {rods:.1} mm with a radius of {radius:.1} mm, a belt or steps per mm that are {:.1} % off",
+            100.0 * off
+        ),
+        None => format!(
+            "other rods, a belt or steps per mm that are {:.1} % off",
+            100.0 * off
+        ),
+    };
+    let (word, shrink) = if mean < 1.0 {
+        (
+            "short",
+            format!(
+                ", or prints that shrink by {:.1} % (--shrinkage)",
+                100.0 * off
+            ),
+        )
+    } else {
+        ("long", String::new())
+    };
+    Some(format!(
+        "All {} distances are {:.1} % (±{:.2} %) too {word}: a common scale. It is {causes}{shrink}. Measure the rods \
+         between their joints with a calliper and state them, as --rods 345±0.1mm.",
+        parts.len(),
+        100.0 * off,
+        100.0 * scatter / count.sqrt(),
+    ))
+}
+
+/// The common length of the rods and the radius with which x and y have another scale and the bed stays flat: to first
+/// order about symmetric towers.
+fn lengths_for(robot: &Robot<f64>, bed: Option<f64>, scale: f64) -> Option<[f64; 2]> {
+    let arms = robot.arms();
+    let mean = |value: fn(&Arm<f64>) -> f64| arms.iter().map(value).sum::<f64>() / 3.0;
+    let (radius, rod) = (mean(|arm| arm.d().xy().norm()), mean(Arm::lb));
+    let out = 0.9 * bed?;
+    let made = |radius: f64, rod: f64| {
+        let arm = |index: u8| {
+            let (sine, cosine) = (TAU * (f64::from(index) / 3.0 + 0.25)).sin_cos();
+            Arm::linear([radius * cosine, radius * sine, 0.0, 0.0, 0.0, 1.0, rod]).ok()
+        };
+        Robot::new([arm(0)?, arm(1)?, arm(2)?]).ok()
+    };
+    let controller = made(radius, rod)?;
+    // Height at the rim over that of the centre, and the part by which the rim is further out.
+    let moved = |radius: f64, rod: f64| {
+        let other = made(radius, rod)?;
+        let at = |place: Vector3<f64>| other.forward(&controller.inverse(&place).ok()?).ok();
+        let centre = at(Vector3::zeros())?;
+        let (mut height, mut scale) = (0.0, 0.0);
+        for index in 0..12_u8 {
+            let (sine, cosine) = (TAU * f64::from(index) / 12.0).sin_cos();
+            let place = Vector3::new(out * cosine, out * sine, 0.0);
+            let off = at(place)? - place - centre;
+            height += off.z / 12.0;
+            scale += off.dot(&place) / (12.0 * out * out);
+        }
+        Some([height, scale])
+    };
+    let [by_radius, scale_radius] = moved(radius + 0.1, rod)?;
+    let [by_rod, scale_rod] = moved(radius, rod + 0.1)?;
+    let radius_per_rod = -by_rod / by_radius;
+    let per_rod = (scale_rod + radius_per_rod * scale_radius) / 0.1;
+    let rods = (scale - 1.0) / per_rod;
+    (rods.abs() < 0.2 * rod).then_some([rod + rods, radius + radius_per_rod * rods])
+}

@@ -1,0 +1,137 @@
+//! What an owner states beside the configuration, plans for it, and the pictures of the bed.
+
+use crate::export::klipper::Delta;
+use crate::import::fixtures::{folder, printer};
+use crate::support::{Folder, number};
+use serde_json::Value;
+use std::fmt::Write;
+
+/// A printer as configured, with heights of 0 and twelve distances that all are longer by this part.
+fn scaled(part: f64) -> (Folder, Delta) {
+    let own = printer("01").klipper;
+    let mut text = format!(
+        "{}[printer]\ndelta_radius: {}\n",
+        printer("01").by_hand(),
+        own.radius
+    );
+    for (k, letter) in ["a", "b", "c"].into_iter().enumerate() {
+        writeln!(
+            text,
+            "[stepper_{letter}]\nangle: {}\narm_length: {}\nposition_endstop: {}",
+            own.angles[k], own.arms[k], own.endstops[k]
+        )
+        .unwrap();
+    }
+    let steps = |at: [f64; 2]| {
+        let steps = own.steps([at[0], at[1], 0.0]);
+        steps.map(|own| format!("{own:.6}")).join(",")
+    };
+    text += "[delta_calibrate]\n";
+    for index in 0..7_u8 {
+        let turn = f64::from(index).to_radians() * 60.0;
+        let out = if index == 6 { 0.0 } else { 90.0 };
+        let at = steps([out * turn.cos(), out * turn.sin()]);
+        writeln!(text, "height{index} = 0\nheight{index}_pos = {at}").unwrap();
+    }
+    for index in 0..12_u8 {
+        let turn = f64::from(index).to_radians() * 30.0;
+        let [from, to] = [10.0, 75.0].map(|out| steps([out * turn.cos(), out * turn.sin()]));
+        writeln!(
+            text,
+            "distance{index} = {:.3}\ndistance{index}_pos1 = {from}\ndistance{index}_pos2 = {to}",
+            65.0 * (1.0 + part)
+        )
+        .unwrap();
+    }
+    (folder(&text), own)
+}
+
+/// Twelve distances, 1.5 % short: said as one scale, with what could do it; as shrinkage it is none.
+#[test]
+fn a_common_scale_is_named_with_its_causes() {
+    let (folder, _) = scaled(-0.015);
+    let run = folder.run("calibrate printer.cfg");
+    let said = format!("{} {}", run.stdout, run.stderr);
+    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    for words in [
+        "All 12 distances are 1.5 %",
+        "too short: a common scale",
+        "--rods",
+        "shrink by 1.5 %",
+    ] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    let run = folder.run("calibrate printer.cfg --shrinkage 1.5%").ok();
+    assert!(!run.stdout.contains("common scale"), "{}", run.stdout);
+}
+
+/// The length of one part decides the size of all.
+#[test]
+fn a_printed_length_is_a_measurement() {
+    let own = printer("01");
+    let folder = folder(&own.configuration());
+    let run = folder
+        .run("calibrate printer.cfg --printed 100=99.5 --json -")
+        .ok();
+    let report: Value = serde_json::from_str(&run.stdout).unwrap();
+    let hundred = number(&report, "printer/before/hundred_mm_become_mm");
+    assert!((99.4..99.7).contains(&hundred), "{hundred}");
+    assert_eq!(report["printer"]["distances"], 3);
+}
+
+/// Touches on the bed, within its radius, no place twice, in the firmware's commands.
+#[test]
+fn touches_of_the_bed_are_planned_in_machine_coordinates() {
+    let folder = folder(&printer("01").configuration());
+    folder.write(
+        "config.g",
+        "M665 R141.2 L330.1 B120 H412.5\nM666 X0 Y0 Z0\n",
+    );
+    folder.write(
+        "m503.txt",
+        "echo:  M665 L330 R141 H411 B100\necho:  M666 X0 Y0 Z0\n",
+    );
+    for (name, radius, command) in [
+        ("printer.cfg", 120.0, "PROBE"),
+        ("config.g", 120.0, "G30 S-1"),
+        ("m503.txt", 100.0, "G30 X"),
+    ] {
+        folder
+            .run(&format!("plan {name} --count 9 --output {name}.gcode"))
+            .ok();
+        let commands = folder.read(&format!("{name}.gcode"));
+        assert_eq!(commands.matches(command).count(), 9, "{commands}");
+        let mut places: Vec<_> = commands
+            .lines()
+            .filter(|line| line.contains(" X"))
+            .collect();
+        for line in &places {
+            let number = |letter: char| -> f64 {
+                let word = line
+                    .split_whitespace()
+                    .find_map(|word| word.strip_prefix(letter));
+                word.unwrap().parse().unwrap()
+            };
+            assert!(number('X').hypot(number('Y')) <= radius, "{line}");
+        }
+        places.sort_unstable();
+        places.dedup();
+        assert_eq!(places.len(), 9, "{commands}");
+    }
+}
+
+/// Both maps of a bed that the lines improve, with the touches.
+#[test]
+fn the_page_shows_the_bed_before_and_after() {
+    let folder = folder(&printer("13").configuration());
+    folder.run("calibrate printer.cfg --report r.html").ok();
+    let page = folder.read("r.html");
+    for words in [
+        "The bed as configured.",
+        "The bed with the lines pasted.",
+        "touches",
+        "x and y, ",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+}

@@ -182,12 +182,11 @@ impl<T: Real> Solver<T, JointSamples<T>> for JointSolver<T> {
     }
 
     fn step(&mut self, samples: &JointSamples<T>) -> Result<Progress, Refusal> {
-        Ok(match &mut self.minimizer {
-            Some(minimizer) => minimizer.step(&samples.factor),
-            None => {
-                self.start(samples);
-                Progress::Working
-            }
+        Ok(if let Some(minimizer) = &mut self.minimizer {
+            minimizer.step(&samples.factor)
+        } else {
+            self.start(samples);
+            Progress::Working
         })
     }
 }

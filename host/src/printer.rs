@@ -9,4 +9,4 @@ mod notes;
 pub use area::{Area, BedMap, Off};
 pub use assess::{Change, Printer};
 pub use next::{Next, touches_of_bed};
-pub(crate) use notes::common_scale;
+pub(crate) use notes::{alike, common_scale};

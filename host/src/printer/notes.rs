@@ -56,6 +56,63 @@ fn is_endstop(name: &str) -> bool {
     name.ends_with("position_endstop") || name == "M665 H" || name.starts_with("M666")
 }
 
+/// The largest error of the end stops of arms that motors turn, and its steps, degrees.
+const LARGEST_ZERO: f64 = 25.0;
+const ZERO_STEP: f64 = 0.01;
+/// Heights that are explained scatter by less, mm.
+const EXPLAINED: f64 = 1.0;
+
+/// What the heights say of a printer with arms that motors turn if all end stops are off by the same angle and the bed is at
+/// another height; nothing if that does not explain them.
+pub(crate) fn alike(imported: &Imported) -> Option<String> {
+    let configured = &imported.configured;
+    if configured.drive() == Drive::Linear {
+        return None;
+    }
+    let turned = |degrees: f64| {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        let mut parameters = configured.parameters();
+        for own in &mut parameters {
+            let [x, y] = [own[5], own[6]];
+            (own[5], own[6]) = (cosine * x - sine * y, sine * x + cosine * y);
+        }
+        configured.with_parameters(parameters).ok()
+    };
+    let rows = &imported.readings.rows;
+    // How far the bed is above z = 0, and how much the heights scatter about that, mm.
+    let bed = |robot: &Robot<f64>| {
+        let mut off = Vec::new();
+        for row in rows {
+            let (_, height) = row.value.height?;
+            off.push(robot.forward(&row.value.joints).ok()?.z - height);
+        }
+        let mean = off.iter().sum::<f64>() / off.len() as f64;
+        let scatter = off.iter().map(|own| (own - mean).abs()).fold(0.0, f64::max);
+        Some((mean, scatter))
+    };
+    let mut best = (EXPLAINED, 0.0, 0.0);
+    let mut degrees = -LARGEST_ZERO;
+    while degrees <= LARGEST_ZERO {
+        if let Some((mean, scatter)) = turned(degrees).and_then(|robot| bed(&robot))
+            && scatter < best.0
+        {
+            best = (scatter, degrees, mean);
+        }
+        degrees += ZERO_STEP;
+    }
+    let (scatter, degrees, mean) = best;
+    if !(scatter < EXPLAINED) || rows.len() < LEAST_DISTANCES {
+        return None;
+    }
+    let home = turned(degrees)?.forward(&imported.home).ok()?.z - mean;
+    let [arm, ..] = configured.arms();
+    Some(format!(
+        "If all end stops are off alike, they are off by {:.1}°: position_endstop {home:.1}, shoulder_height {:.1}.",
+        degrees.abs(),
+        arm.d().z - mean
+    ))
+}
+
 /// Distances that all are too long or too short by the same part, and what could do that.
 pub(crate) fn common_scale(imported: &Imported) -> Option<String> {
     let robot = &imported.configured;

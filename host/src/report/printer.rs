@@ -5,7 +5,7 @@ use crate::calibration::Level;
 use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::files::input::InputError;
 use crate::import::Imported;
-use crate::printer::{BedMap, Change, Next, Printer, common_scale};
+use crate::printer::{BedMap, Change, Next, Printer, alike, common_scale};
 use crate::render::page::figure;
 use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::render::terminal::wrapped;
@@ -27,6 +27,8 @@ const LEAST_SHADE: f64 = 0.005;
 const EVERY: usize = 13;
 /// Readings that are so many times noisier than usual are no printer's.
 const UNEXPLAINED: f64 = 20.0;
+/// Lines after which the bed is less certain are not printed, one σ, mm.
+const UNCERTAIN: f64 = 1.0;
 
 /// The calibration of a printer and what it means for its configuration.
 #[derive(Debug, Clone, Serialize)]
@@ -64,6 +66,20 @@ impl PrinterReport {
         let printer = printer.map_err(|error| {
             InputError::new(&imported.robot.name, error.to_string()).with_remedy(error.remedy())
         })?;
+        let sigma = printer.after.map_or(0.0, |own| own.height_sigma);
+        if sigma > UNCERTAIN {
+            let [heights, distances] = imported.counts();
+            let cause = format!(
+                "{} leave the height of the bed uncertain by {sigma:.1} mm (σ).",
+                count(heights + distances, "reading")
+            );
+            let places = "Touch the bed at seven or more places all over it.";
+            let remedy = match alike(imported) {
+                Some(alike) => format!("{alike} {places}"),
+                None => places.to_owned(),
+            };
+            return Err(Refused::new(cause, remedy).into());
+        }
         Ok(Self {
             calibration,
             printer,

@@ -265,6 +265,17 @@ const OF_PRINTERS: &[Case] = &[
         &[],
     ),
     case(
+        "klipper1610-rotary-endstop",
+        "calibrate printer.cfg",
+        3,
+        &[
+            "3 readings leave the height of the bed uncertain",
+            "9.3°: position_endstop 230.",
+            "shoulder_height 383.9",
+        ],
+        &["height0", "rods"],
+    ),
+    case(
         "klipper5455-distance-below-bed",
         "calibrate printer.cfg",
         3,

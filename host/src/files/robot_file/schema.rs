@@ -557,7 +557,7 @@ pub(super) struct TargetToml {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PlatformToml {
-    pub(super) radius_mm: Positive,
+    pub(super) radius_mm: Number,
 }
 
 #[derive(Deserialize)]

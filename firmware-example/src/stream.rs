@@ -1,9 +1,9 @@
 //! A session's calibrator, by the estimator that the session was begun with.
 
-use delta_cal::calibration::{ArmOutcome, Estimator as _, Ikm, Joint, Progress};
+use delta_cal::calibration::{ArmOutcome, Estimator as _, Ikm, Joint, Progress, Settings};
 use delta_cal::samples::AddError;
 use delta_cal::snapshot::SnapshotError;
-use delta_cal::stream::{Added, Alarm, GateCounts, StreamCalibrator, StreamRefusal};
+use delta_cal::stream::{Added, Alarm, GateCounts, Selection, StreamCalibrator, StreamRefusal};
 use delta_cal::{ArmIndex, Real, Robot, Sample};
 use delta_cal_protocol::{Begin, Estimator, Fault};
 
@@ -35,11 +35,36 @@ impl<T: Real> Stream<T> {
         begin: &Begin<T>,
     ) -> Result<(), Fault> {
         let (settings, selection) = begin.calibrator()?;
-        *place = Some(match begin.estimator {
-            Estimator::Arms => Self::Arms(StreamCalibrator::new(nominal, &settings, &selection)),
-            Estimator::Joint => Self::Joint(StreamCalibrator::new(nominal, &settings, &selection)),
-        });
+        match begin.estimator {
+            Estimator::Arms => Self::arms(place, nominal, &settings, &selection),
+            Estimator::Joint => Self::joint(place, nominal, &settings, &selection),
+        }
         Ok(())
+    }
+
+    // Apart, or the stack holds both calibrators at once.
+    #[inline(never)]
+    fn arms(
+        place: &mut Option<Self>,
+        nominal: &Robot<T>,
+        settings: &Settings<T>,
+        selection: &Selection<T>,
+    ) {
+        *place = Some(Self::Arms(StreamCalibrator::new(
+            nominal, settings, selection,
+        )));
+    }
+
+    #[inline(never)]
+    fn joint(
+        place: &mut Option<Self>,
+        nominal: &Robot<T>,
+        settings: &Settings<T>,
+        selection: &Selection<T>,
+    ) {
+        *place = Some(Self::Joint(StreamCalibrator::new(
+            nominal, settings, selection,
+        )));
     }
 
     pub(crate) fn add(&mut self, sample: &Sample<T>) -> Result<Added<T>, AddError> {

@@ -267,7 +267,7 @@ const OF_PRINTERS: &[Case] = &[
     case(
         "klipper1610-rotary-endstop",
         "calibrate printer.cfg",
-        3,
+        1,
         &[
             "3 readings leave the height of the bed uncertain",
             "9.3°: position_endstop 230.",

@@ -153,8 +153,9 @@ fn answers_of_a_console_are_heights() {
             .ok();
         let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
         assert_eq!(report["printer"]["heights"], 5, "{name}");
-        let now = number(&report, "printer/before/height_rms_mm");
-        let then = number(&report, "printer/after/height_rms_mm");
+        // Five touches leave 0.1 mm open, so what is known of the bed is compared.
+        let now = number(&report, "printer/before/height_worst_mm");
+        let then = number(&report, "printer/after/height_worst_mm");
         assert!(now > 0.1 && then < 0.5 * now, "{now} {then}");
     }
 }

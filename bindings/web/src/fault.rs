@@ -5,7 +5,10 @@ use serde::Serialize;
 
 /// As the command says it on standard error.
 #[derive(Debug, Serialize)]
-pub(crate) struct Fault {
+pub(crate) struct Fault(Box<Details>);
+
+#[derive(Debug, Default, Serialize)]
+struct Details {
     /// Whether the readings are refused, and not a file wrong.
     refused: bool,
     /// `file:line: cause`.
@@ -22,65 +25,56 @@ pub(crate) struct Fault {
 impl Fault {
     /// For a cause and what to do next.
     pub(crate) fn new(cause: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self {
-            refused: false,
-            message: cause.into(),
-            file: None,
-            line: None,
-            excerpt: None,
-            diagnosis: None,
-            remedy: Some(remedy.into()),
-            json: None,
-        }
+        let mut fault = Self::of_request(cause);
+        fault.0.remedy = Some(remedy.into());
+        fault
     }
 
     /// Readings that cannot be used.
     pub(crate) fn refused(cause: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self {
-            refused: true,
-            ..Self::new(cause, remedy)
-        }
+        let mut fault = Self::new(cause, remedy);
+        fault.0.refused = true;
+        fault
     }
 
     /// A value of the page that cannot be read.
     pub(crate) fn of_request(cause: impl Into<String>) -> Self {
-        Self {
-            remedy: None,
-            ..Self::new(cause, "")
-        }
+        Self(Box::new(Details {
+            message: cause.into(),
+            ..Details::default()
+        }))
     }
 
     /// With the refusal for programs.
     pub(crate) fn with_json(mut self, json: String) -> Self {
-        self.json = Some(json);
+        self.0.json = Some(json);
         self
     }
 }
 
 impl From<InputError> for Fault {
     fn from(error: InputError) -> Self {
-        Self {
-            refused: false,
+        Self(Box::new(Details {
             message: error.to_string(),
             file: Some(error.file().to_owned()),
             line: error.line(),
             excerpt: error.excerpt().map(ToOwned::to_owned),
-            diagnosis: None,
             remedy: error.remedy().map(ToOwned::to_owned),
-            json: None,
-        }
+            ..Details::default()
+        }))
     }
 }
 
 impl From<CalibrateError> for Fault {
     fn from(error: CalibrateError) -> Self {
         let diagnosis = error.diagnosis().map(ToString::to_string);
-        let fault = match &error {
+        let mut fault = match &error {
             CalibrateError::Input(error) => error.clone().into(),
             CalibrateError::Refused(refused) => {
                 Self::refused(refused.to_string(), refused.remedy())
             }
         };
-        Self { diagnosis, ..fault }
+        fault.0.diagnosis = diagnosis;
+        fault
     }
 }

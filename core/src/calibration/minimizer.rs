@@ -25,7 +25,7 @@ pub enum Progress {
 /// judges what it found: from the nominal parameters, without a guess, or along what the samples
 /// determine least, whichever ends best. N parameters, M = N + 1, E = M (M + 1)/2.
 ///
-/// Use it as [`ArmSolver`](super::ArmSolver) or [`JointSolver`](super::JointSolver).
+/// Use it as [`ArmSolver`](super::ArmSolver).
 #[derive(Debug, Clone, Copy)]
 pub struct Minimizer<T: Real, A, R, const N: usize, const M: usize, const E: usize> {
     first_arm: ArmIndex,

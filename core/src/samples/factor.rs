@@ -22,7 +22,7 @@ pub(crate) const BLOCK: usize = 4;
 ///
 /// Every update rounds R once. In single precision that stays below the statistical error for some
 /// hundred thousand samples added one by one, and for a million in blocks
-/// ([`add_many`](Self::add_many), or a [`Calibrator`](crate::Calibrator), which blocks them by
+/// (an [`IkmCalibrator`](crate::IkmCalibrator), which blocks them by
 /// itself); for longer streams fill a second factor and [`merge`](Self::merge) it in every thousand
 /// samples, or [`forget`](Self::forget).
 ///

@@ -189,6 +189,9 @@ const LEAST_FREEDOM: f64 = 5.0;
 /// What a hypothesis must gain for each of its columns to be ranked before another: near the limit as
 /// many as change the probability by the same factor.
 const PER_COLUMN: f64 = 3.0;
+/// The part of a gain that must be one of the residuals. What brings the parameters nearer to nominal alone is no cause: a
+/// wrong length of the robot file is explained by a wrong scale as well.
+const IN_RESIDUALS: f64 = 0.5;
 /// Twice the logarithm of 20: what explains less than that more is not clearly better.
 const CLEARLY: f64 = 6.0;
 
@@ -285,12 +288,17 @@ impl Search<'_> {
     /// Of the significant hypotheses the one that explains most beside the chosen ones. A rare one must
     /// explain clearly more than the others.
     fn next(&self, chosen: &[usize]) -> Option<usize> {
-        let ranks = self.ranks(chosen, &self.solve(chosen)?);
+        let without = self.solve(chosen)?;
+        let ranks = self.ranks(chosen, &without);
         let ranked = ranks.iter().enumerate().filter_map(|(index, rank)| {
             let mut with = chosen.to_vec();
             with.push(index);
             let gain = self.gain(chosen, index);
-            let probability = self.probability(gain, index, &self.solve(&with)?);
+            let with = self.solve(&with)?;
+            let probability = self.probability(gain, index, &with);
+            if without.squares - with.squares < IN_RESIDUALS * gain {
+                return None;
+            }
             let rare = self.hypotheses[index].kind.is_rare();
             let rank = (*rank)? - if rare { CLEARLY } else { 0.0 };
             (probability < self.level).then_some((index, rank))

@@ -30,7 +30,7 @@ base's z axis. With a [tolerance] the report includes the standard uncertainty o
 Lengths have a unit: 0.01mm, 5 mm, 1cm; without one they are in mm.
 
 Examples:
-  delta-cal init robot.toml
+  delta-cal init --output robot.toml
   delta-cal workspace robot.toml
   delta-cal workspace robot.toml --output workspace
   delta-cal workspace robot.toml --spacing 5mm --json -

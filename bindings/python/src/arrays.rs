@@ -1,19 +1,19 @@
-//! Arguments to rows of numbers, and rows to arrays.
+//! Arguments to rows of numbers, frames to tables, rows to arrays, and what identifies them.
 
 use crate::errors::value_error;
 use delta_cal::robot::Drive;
-use delta_cal_host::RobotFile;
 use delta_cal_host::files::convention::Convention;
+use delta_cal_host::{InputText, RobotFile};
 use nalgebra::Vector3;
 use numpy::{PyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyTuple};
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::{ParallelSlice, ParallelSliceMut};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::f64::consts::TAU;
-use std::fmt::Display;
+use std::fmt::{Display, Write};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Rows that one core takes at once.
@@ -225,4 +225,42 @@ fn cores() -> PyResult<Arc<ThreadPool>> {
     // The pool of the parent process has no threads here that could be told to end.
     std::mem::forget(pool.replace((process, Arc::clone(&new))));
     Ok(new)
+}
+
+/// Whether it is a data frame: of pandas, polars, or what has their methods.
+pub(crate) fn is_frame(given: &Bound<'_, PyAny>) -> PyResult<bool> {
+    Ok(given.hasattr("columns")? && (given.hasattr("to_csv")? || given.hasattr("write_csv")?))
+}
+
+/// Both write each number so that it reads back as the same.
+pub(crate) fn frame_text(argument: &str, frame: &Bound<'_, PyAny>) -> PyResult<String> {
+    let text = if frame.hasattr("to_csv")? {
+        let arguments = PyDict::new(frame.py());
+        arguments.set_item("index", false)?;
+        frame.call_method("to_csv", (), Some(&arguments))
+    } else {
+        frame.call_method0("write_csv")
+    };
+    let text = text.and_then(|text| text.extract());
+    text.map_err(|error| value_error(argument, error.value(frame.py())))
+}
+
+/// A frame as a table of this name.
+pub(crate) fn as_table(argument: &str, frame: &Bound<'_, PyAny>) -> PyResult<InputText> {
+    Ok(InputText::new(argument, &frame_text(argument, frame)?))
+}
+
+/// A digest in hexadecimal digits.
+pub(crate) fn hexadecimal(digest: impl AsRef<[u8]>) -> String {
+    let mut digits = String::with_capacity(64);
+    for byte in digest.as_ref() {
+        let _ = write!(digits, "{byte:02x}");
+    }
+    digits
+}
+
+/// A number of the first digits of a fingerprint.
+pub(crate) fn first_bits(fingerprint: &str) -> u64 {
+    let digits = fingerprint.get(..16).unwrap_or_default();
+    u64::from_str_radix(digits, 16).unwrap_or_default()
 }

@@ -1,9 +1,10 @@
 //! A calibration and everything there is to know of it.
 
 use crate::arrays::{array, with_cores};
+use crate::arrays::{first_bits, hexadecimal};
 use crate::errors::{calibrate_error, value_error};
 use crate::robot::Robot;
-use crate::samples::{Again, Samples, first_bits, hexadecimal};
+use crate::samples::{Again, Samples};
 use delta_cal_host::calibration::report::FrameReport;
 use delta_cal_host::files::document::{Document, Source};
 use delta_cal_host::report::calibration::comment;

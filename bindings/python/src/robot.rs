@@ -1,8 +1,10 @@
 //! A robot: what a robot file says, and the kinematics of whole arrays.
 
-use crate::arrays::{Directions, array, each_row, finite, numbers, outside, radians, rows};
+use crate::arrays::{
+    Directions, array, as_table, each_row, finite, first_bits, hexadecimal, is_frame, numbers,
+    outside, radians, rows,
+};
 use crate::errors::{input_error, value_error};
-use crate::samples::{as_table, first_bits, hexadecimal, is_frame};
 use delta_cal::kinematics::{JointLimits, KinematicsError};
 use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Noise, Parameter, Robot as Geometry, SymmetricRobot, Tolerance};

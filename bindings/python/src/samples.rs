@@ -1,6 +1,6 @@
 //! Samples: files, frames and arrays as one text, which the reader of samples files reads.
 
-use crate::arrays::{Directions, array, rows};
+use crate::arrays::{Directions, array, first_bits, frame_text, hexadecimal, is_frame, rows};
 use crate::errors::{input_error, value_error};
 use crate::robot::{Robot, checked};
 use delta_cal::robot::Drive;
@@ -140,29 +140,6 @@ impl Samples {
     }
 }
 
-/// Whether it is a data frame: of pandas, polars, or what has their methods.
-pub(crate) fn is_frame(given: &Bound<'_, PyAny>) -> PyResult<bool> {
-    Ok(given.hasattr("columns")? && (given.hasattr("to_csv")? || given.hasattr("write_csv")?))
-}
-
-/// Both write each number so that it reads back as the same.
-fn frame_text(argument: &str, frame: &Bound<'_, PyAny>) -> PyResult<String> {
-    let text = if frame.hasattr("to_csv")? {
-        let arguments = PyDict::new(frame.py());
-        arguments.set_item("index", false)?;
-        frame.call_method("to_csv", (), Some(&arguments))
-    } else {
-        frame.call_method0("write_csv")
-    };
-    let text = text.and_then(|text| text.extract());
-    text.map_err(|error| value_error(argument, error.value(frame.py())))
-}
-
-/// A frame as a table of this name.
-pub(crate) fn as_table(argument: &str, frame: &Bound<'_, PyAny>) -> PyResult<InputText> {
-    Ok(InputText::new(argument, &frame_text(argument, frame)?))
-}
-
 /// A function, and the arguments with which it makes an object again.
 pub(crate) type Again<'py, T> = (Bound<'py, PyAny>, T);
 /// Name and bytes of a file.
@@ -253,21 +230,6 @@ impl Samples {
         let lines = self.text.text().lines().count();
         format!("<delta_cal.Samples {}, {lines} lines>", self.text.name())
     }
-}
-
-/// A digest in hexadecimal digits.
-pub(crate) fn hexadecimal(digest: impl AsRef<[u8]>) -> String {
-    let mut digits = String::with_capacity(64);
-    for byte in digest.as_ref() {
-        let _ = write!(digits, "{byte:02x}");
-    }
-    digits
-}
-
-/// A number of the first digits of a fingerprint.
-pub(crate) fn first_bits(fingerprint: &str) -> u64 {
-    let digits = fingerprint.get(..16).unwrap_or_default();
-    u64::from_str_radix(digits, 16).unwrap_or_default()
 }
 
 /// Reads a samples file: CSV in any encoding, units by the names of the columns.

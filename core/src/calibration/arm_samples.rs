@@ -1,7 +1,6 @@
 //! What is kept of the samples for each arm by itself.
 
-use super::calibrator::parts::Samples;
-use super::calibrator::{Calibrator, Ikm};
+use super::parts::Samples;
 use super::settings::Settings;
 use crate::Real;
 use crate::robot::{ArmIndex, Drive, Robot};
@@ -168,13 +167,6 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
     fn nominal_arms(&self) -> [&NominalArm<T>; 3] {
         let [first, second, third] = &self.arms;
         [first.nominal(), second.nominal(), third.nominal()]
-    }
-}
-
-impl<T: Real> Calibrator<T, Ikm> {
-    /// The three arms' samples; those that still wait for [`flush`](Self::flush) are not among them.
-    pub const fn arms(&self) -> &[ArmFactor<T>; 3] {
-        &self.samples.arms
     }
 }
 

@@ -2,13 +2,14 @@
 
 use super::minimizer::Progress;
 use super::outcome::{ArmOutcome, JointOutcome, RobotOutcome};
+use super::parts::{Samples, Solver};
 use super::refusal::Refusal;
 use super::settings::Settings;
 use crate::Real;
 use crate::robot::{ArmIndex, Robot};
 use crate::samples::{AddError, Forgetting, MergeError, Sample, SampleError};
 use core::fmt::Debug;
-use parts::{Parts, Samples, Solver};
+use estimators::Parts;
 
 /// Each arm's eight parameters from that arm's closures (the paper's IKM method): a third of the work of [`Joint`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -354,10 +355,9 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
 }
 
 /// What an estimator consists of. Nobody else can implement it.
-pub(super) mod parts {
-    use super::{Debug, Estimator, Progress, Real, Refusal, Robot, Sample, SampleError, Settings};
+pub(super) mod estimators {
+    use super::{Debug, Estimator, Real, Refusal, Robot, Samples, Settings, Solver};
     use crate::calibration::arm_samples::ArmSamples;
-    use crate::samples::{Forgetting, MergeError, NominalArm};
     use crate::state::State;
 
     /// Samples, solver, and what the gate needs beside them.
@@ -390,46 +390,6 @@ pub(super) mod parts {
             samples: &'a mut Self::Samples<T>,
             beside: &'a mut Self::Beside<T>,
         ) -> (&'a mut ArmSamples<T>, Option<&'a mut Self::Samples<T>>);
-    }
-
-    /// What is kept of samples.
-    pub trait Samples<T: Real>: Clone + Debug + PartialEq + State<T> {
-        /// None yet.
-        fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self;
-        /// Drops all.
-        fn reset(&mut self);
-        /// Whether the numbers of a sample are usable.
-        fn check(&self, sample: &Sample<T>) -> Result<(), SampleError>;
-        /// Takes in a sample that is checked.
-        fn push(&mut self, sample: &Sample<T>);
-        /// The same, and those before it fade.
-        fn push_forgetting(&mut self, sample: &Sample<T>, forgetting: &Forgetting<T>);
-        /// Takes in samples that are checked, while none waits.
-        fn take_in(&mut self, samples: &[Sample<T>]);
-        /// Takes in those that wait.
-        fn flush(&mut self);
-        /// Adds those of another, while none waits here.
-        fn merge(&mut self, other: &Self) -> Result<(), MergeError>;
-        /// Lets all count λ times as much, while none waits.
-        fn forget(&mut self, lambda: T);
-        /// How many came.
-        fn count(&self) -> u64;
-        /// The robot before calibration.
-        fn robot(&self) -> Robot<T>;
-        /// What the calibration assumes.
-        fn settings(&self) -> &Settings<T>;
-        /// What the samples are expressed against.
-        fn nominal_arms(&self) -> [&NominalArm<T>; 3];
-    }
-
-    /// How samples are solved, of which none waits.
-    pub trait Solver<T: Real, S>: Clone + Debug {
-        /// Before it begins.
-        fn vacant() -> Self;
-        /// Begins anew.
-        fn begin(&mut self, samples: &S) -> Result<(), Refusal>;
-        /// One short step.
-        fn step(&mut self, samples: &S) -> Result<Progress, Refusal>;
     }
 }
 

@@ -1,10 +1,11 @@
 //! What is kept of the samples for all arms together, and how that is solved.
 
 use super::arm_samples::{ArmSamples, workspace_centre};
-use super::calibrator::parts::{Parts, Samples, Solver};
+use super::calibrator::estimators::Parts;
 use super::calibrator::{Calibrator, Joint};
 use super::minimizer::{Minimizer, Progress, enough_samples};
 use super::outcome::JointOutcome;
+use super::parts::{Samples, Solver};
 use super::refusal::Refusal;
 use super::settings::Settings;
 use super::tolerance_prior::TolerancePrior;

@@ -1,11 +1,12 @@
 //! The solver of the three arms, one after the other.
 
 use super::arm_samples::ArmSamples;
-use super::calibrator::Ikm;
-use super::calibrator::parts::{Parts, Samples, Solver};
+use super::calibrator::estimators::Parts;
+use super::calibrator::{Calibrator, Ikm};
 use super::free_start::Means;
 use super::minimizer::{Minimizer, Progress, enough_samples};
 use super::outcome::{ArmOutcome, RobotOutcome};
+use super::parts::{Samples, Solver};
 use super::refusal::Refusal;
 use super::settings::Settings;
 use super::tolerance::Tolerance;
@@ -107,6 +108,13 @@ impl<T: Real> RobotSolver<T> {
             }
             _ => Err(Refusal::Unfinished),
         }
+    }
+}
+
+impl<T: Real> Calibrator<T, Ikm> {
+    /// The three arms' samples; those that still wait for [`flush`](Self::flush) are not among them.
+    pub const fn arms(&self) -> &[ArmFactor<T>; 3] {
+        &self.samples.arms
     }
 }
 

@@ -1,7 +1,8 @@
 //! Snapshots of the calibrators from complete positions.
 
-use super::calibrator::parts::{Parts, Samples};
+use super::calibrator::estimators::Parts;
 use super::calibrator::{Calibrator, Estimator};
+use super::parts::Samples;
 use crate::Real;
 use crate::samples::{Noise, NominalArm};
 use crate::snapshot::{Fingerprint, SnapshotError, longest, read, write};

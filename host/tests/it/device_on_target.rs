@@ -18,6 +18,7 @@ mod on_target {
     use std::net::{TcpListener, TcpStream};
     use std::path::{Path, PathBuf};
     use std::process::{Child, Command, Stdio};
+    use std::sync::OnceLock;
     use std::time::{Duration, Instant};
     use tempfile::TempDir;
 
@@ -31,13 +32,21 @@ mod on_target {
         delta_cal_verify::have(&["qemu-system-arm", TARGET])
     }
 
-    /// The firmware as `firmware-example/README.md` builds it; in `f64` if `double`.
+    /// The firmware as `firmware-example/README.md` builds it; in `f64` if `double`. Built once: Cargo puts a program that
+    /// is up to date in its place anew, and an emulator that starts at that moment finds none.
     fn firmware(double: bool) -> PathBuf {
+        static BUILT: [OnceLock<PathBuf>; 2] = [const { OnceLock::new() }; 2];
+        BUILT[usize::from(double)]
+            .get_or_init(|| built(double))
+            .clone()
+    }
+
+    fn built(double: bool) -> PathBuf {
         let workspace = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
         // A folder of its own: another test may be about to load the other program.
         let folder = workspace.join(if double { "target/double" } else { "target" });
         let features = if double { "double" } else { "board" };
-        let built = Command::new(env!("CARGO"))
+        let status = Command::new(env!("CARGO"))
             .current_dir(workspace)
             .args([
                 "build",
@@ -50,7 +59,7 @@ mod on_target {
             .args(["--package", PACKAGE, "--features", features, "--target-dir"])
             .arg(&folder)
             .status();
-        assert!(built.unwrap().success(), "rustup target add {TARGET}");
+        assert!(status.unwrap().success(), "rustup target add {TARGET}");
         folder.join(TARGET).join("firmware").join(PACKAGE)
     }
 
@@ -102,7 +111,9 @@ mod on_target {
                 monitor,
                 instruction: f64::from(1 << shift),
             };
-            drop(connected(&board.monitor));
+            // The monitor listens before the serial port does, and answers once the board runs.
+            let mut monitor = connected(&board.monitor);
+            monitor.read_exact(&mut [0]).unwrap();
             board
         }
 

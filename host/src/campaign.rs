@@ -5,16 +5,16 @@
 //! ```
 
 mod file;
-mod instruments;
 pub mod paper;
 mod plan;
 mod row;
+mod simulated;
 mod summary;
 mod trial;
 
-pub use instruments::HELD_OUT_POSES;
 pub use plan::{CampaignSolver, Case, Plan, Spread};
 pub use row::{RobotResult, Row, read_rows, rows_csv, run};
+pub use simulated::HELD_OUT_POSES;
 pub use summary::{CaseSummary, Distribution, Ratios, join, summarize};
 
 /// A small campaign with every key, and what it means.

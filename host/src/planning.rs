@@ -11,7 +11,6 @@
 
 mod candidates;
 mod exchange;
-mod instrument;
 mod judge;
 mod plan;
 mod request;
@@ -21,9 +20,7 @@ mod selection;
 mod setup;
 
 use crate::text::{in_file_units, small};
-pub use candidates::random_measurements;
 use delta_cal::{ArmIndex, Parameter};
-pub use instrument::{COUNTS, Comparison, Instrument, compare};
 pub use judge::Precision;
 pub use plan::{Order, Plan, PlanRequest, plan, plan_for};
 pub use request::{Kind, LEAST, MOST, Region, Wish, Wishes};

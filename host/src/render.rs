@@ -80,7 +80,6 @@ pub(crate) struct Column {
     /// May have several lines.
     pub(super) heading: String,
     pub(super) cells: Vec<String>,
-    pub(super) only_in_page: bool,
 }
 
 /// Columns of cells that are formatted already. The first column names the rows.
@@ -166,7 +165,6 @@ impl Column {
         Self {
             heading: heading.into(),
             cells,
-            only_in_page: false,
         }
     }
 
@@ -199,19 +197,6 @@ impl<T> Rows<T> {
             .columns
             .push(Column::new(heading, cells.collect()));
         self
-    }
-
-    /// One more column that a terminal has no room for.
-    pub(crate) fn page_column<C: ToString>(
-        self,
-        heading: impl Into<String>,
-        cell: impl Fn(&T) -> C,
-    ) -> Self {
-        let mut rows = self.column(heading, cell);
-        if let Some(column) = rows.table.columns.last_mut() {
-            column.only_in_page = true;
-        }
-        rows
     }
 
     /// One more column if there is something to show in it.

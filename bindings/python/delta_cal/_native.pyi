@@ -173,7 +173,6 @@ def simulate(
     count: int,
     seed: int,
     poses: int,
-    measure: str,
     method: str,
     planned: bool,
     spread: str,

@@ -273,8 +273,7 @@ def simulate(
     n: int = 1000,
     first: int = 0,
     poses: int = 20,
-    measure: str = "xyz",
-    method: Literal["joint", "ikm", "fkm"] | None = None,
+    method: Literal["joint", "ikm", "fkm"] = "joint",
     planned: bool = False,
     spread: Literal["normal", "uniform"] = "normal",
 ) -> dict[str, Any]:
@@ -288,11 +287,9 @@ def simulate(
         The robots ``first`` to ``first + n`` of a seed. A robot is the same in every range, so ranges on many computers
         join to one campaign.
     poses : int
-        Measurements of each.
-    measure : str
-        ``"xyz"``, or an instrument of ``delta-cal plan --compare``.
-    method : {"joint", "ikm", "fkm"}, optional
-        Joint for xyz, otherwise fkm.
+        Measured positions of each.
+    method : {"joint", "ikm", "fkm"}
+        The estimator.
     planned : bool
         Poses of ``plan`` in place of random ones.
     spread : {"normal", "uniform"}
@@ -309,6 +306,5 @@ def simulate(
         name = next(name for name, own in (("n", n), ("first", first), ("seed", seed), ("poses", poses - 1)) if own < 0)
         raise ValueError(f"{name}: a whole number of at least {int(name == 'poses')} is needed")
     known = robot.replace(noise=noise, tolerance=tolerance, zero=zero)
-    chosen = method or ("joint" if measure == "xyz" else "fkm")
-    found: dict[str, Any] = _native.simulate(known, first, n, seed, poses, measure, chosen, planned, spread)
+    found: dict[str, Any] = _native.simulate(known, first, n, seed, poses, method, planned, spread)
     return found

@@ -292,7 +292,6 @@ pub(crate) fn simulate<'py>(
     count: u64,
     seed: u64,
     poses: u64,
-    measure: &str,
     method: &str,
     planned: bool,
     spread: &str,
@@ -313,7 +312,7 @@ pub(crate) fn simulate<'py>(
         }
     };
     let file = format!(
-        "robot = \"robot\"\nrobots = 1\nseed = {seed}\nspread = {spread:?}\nmeasure = [{measure:?}]\nposes = [{poses}]\n\
+        "robot = \"robot\"\nrobots = 1\nseed = {seed}\nspread = {spread:?}\nposes = [{poses}]\n\
          start_errors = [{{ length_mm = {:?}, angle_deg = {:?}, {zero} }}]\n\
          noise_levels = [{{ position_mm = {:?}, {joint} }}]\nmethods = [{method:?}]\nplanned = [{planned}]\n",
         tolerance.of(Parameter::Lb),

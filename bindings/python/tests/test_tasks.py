@@ -115,7 +115,7 @@ def test_a_robot_of_a_campaign_is_the_same_in_every_range(robot):
 
 @pytest.mark.parametrize(
     ("options", "message"),
-    [({"n": -1}, "n: "), ({"poses": 0}, "poses: "), ({"measure": "guess"}, "guess"), ({"spread": "even"}, "even")],
+    [({"n": -1}, "n: "), ({"poses": 0}, "poses: "), ({"method": "guess"}, "guess"), ({"spread": "even"}, "even")],
 )
 def test_a_campaign_that_cannot_be(options, message, robot):
     with pytest.raises(ValueError, match=message):

@@ -1,6 +1,6 @@
 //! The campaign file.
 
-use super::plan::{CampaignSolver, Case, Measure, Plan, Scenario, Spread, fingerprint};
+use super::plan::{CampaignSolver, Case, Plan, Scenario, Spread, fingerprint};
 use crate::files::example;
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
@@ -22,8 +22,6 @@ struct CampaignToml {
     seed: Whole<0, { i64::MAX }>,
     #[serde(default)]
     spread: Spread,
-    #[serde(default)]
-    measure: List<Measure>,
     poses: List<Whole<1, 1_000_000>>,
     start_errors: List<StartError>,
     noise_levels: List<NoiseLevel>,
@@ -131,20 +129,6 @@ impl<T: Default> Default for List<T> {
     }
 }
 
-impl TryFrom<String> for Measure {
-    type Error = String;
-
-    fn try_from(name: String) -> Result<Self, String> {
-        Self::all().find(|own| own.name() == name).ok_or_else(|| {
-            let names: Vec<_> = Self::all().map(Self::name).collect();
-            format!(
-                "there is no instrument \"{name}\"; choose among {}",
-                names.join(", ")
-            )
-        })
-    }
-}
-
 impl Plan {
     /// Reads a campaign file. `robot_file` reads the robot file that it names.
     ///
@@ -182,39 +166,36 @@ impl Plan {
 type Fault = (&'static str, String);
 
 impl CampaignToml {
-    /// What is measured × poses × start errors × noise levels × random or planned.
+    /// Poses × start errors × noise levels × random or planned.
     fn scenarios(&self, file: &RobotFile) -> Result<Vec<Scenario>, Fault> {
         let drive = file.robot.drive();
-        for measure in &self.measure.0 {
-            self.check(*measure, file)?;
+        if file.transmission.is_some() {
+            let cause = "positions do not determine transmissions: delete transmission_deg in the robot file";
+            return Err(("robot", cause.to_owned()));
         }
         for start in &self.start_errors.0 {
             self.check_start_error(drive, start)?;
         }
         let mut scenarios = Vec::new();
-        for &measure in &self.measure.0 {
-            for poses in &self.poses.0 {
-                for start in &self.start_errors.0 {
-                    for level in &self.noise_levels.0 {
-                        let [joint_deg, joint_mm] = level.joints(drive)?;
-                        for &planned in &self.planned.0 {
-                            let shared = Case {
-                                geometry: fingerprint(file),
-                                spread: self.spread,
-                                measure: measure.name().to_owned(),
-                                poses: usize::try_from(poses.0).unwrap_or(usize::MAX),
-                                planned,
-                                start_error_mm: start.length_mm.0,
-                                start_error_deg: start.angle_deg.0,
-                                start_error_zero_deg: start.zero_deg.0,
-                                start_error_radius_mm: start.radius_mm.0,
-                                noise_position_mm: level.position_mm.0,
-                                noise_joint_deg: joint_deg,
-                                noise_joint_mm: joint_mm,
-                                ..Case::default()
-                            };
-                            scenarios.push(self.scenario(measure, shared)?);
-                        }
+        for poses in &self.poses.0 {
+            for start in &self.start_errors.0 {
+                for level in &self.noise_levels.0 {
+                    let [joint_deg, joint_mm] = level.joints(drive)?;
+                    for &planned in &self.planned.0 {
+                        scenarios.push(self.scenario(Case {
+                            geometry: fingerprint(file),
+                            spread: self.spread,
+                            poses: usize::try_from(poses.0).unwrap_or(usize::MAX),
+                            planned,
+                            start_error_mm: start.length_mm.0,
+                            start_error_deg: start.angle_deg.0,
+                            start_error_zero_deg: start.zero_deg.0,
+                            start_error_radius_mm: start.radius_mm.0,
+                            noise_position_mm: level.position_mm.0,
+                            noise_joint_deg: joint_deg,
+                            noise_joint_mm: joint_mm,
+                            ..Case::default()
+                        })?);
                     }
                 }
             }
@@ -227,24 +208,6 @@ impl CampaignToml {
             ));
         }
         Ok(scenarios)
-    }
-
-    /// Instruments need the FKM method with known noise; transmissions need instruments.
-    fn check(&self, measure: Measure, file: &RobotFile) -> Result<(), Fault> {
-        let name = measure.name();
-        if measure == Measure::Positions {
-            if file.transmission.is_some() {
-                let cause = "positions do not determine transmissions: choose an instrument, or \
-                             delete transmission_deg in the robot file";
-                return Err(("measure", cause.to_owned()));
-            }
-        } else if self.methods.0 != [Method::Fkm] {
-            let cause = format!("\"{name}\" needs methods = [\"fkm\"]");
-            return Err(("methods", cause));
-        } else if self.weights.0 != [true] {
-            return Err(("weights", format!("\"{name}\" needs weights = [true]")));
-        }
-        Ok(())
     }
 
     fn check_start_error(&self, drive: Drive, start: &StartError) -> Result<(), Fault> {
@@ -266,7 +229,7 @@ impl CampaignToml {
     }
 
     /// Methods × solvers × weights × prior.
-    fn scenario(&self, measure: Measure, shared: Case) -> Result<Scenario, Fault> {
+    fn scenario(&self, shared: Case) -> Result<Scenario, Fault> {
         let mut cases = Vec::new();
         for &method in &self.methods.0 {
             for &solver in &self.solvers.0 {
@@ -308,7 +271,6 @@ impl CampaignToml {
         Ok(Scenario {
             shared,
             cases,
-            measure,
             noise,
             tolerance,
         })

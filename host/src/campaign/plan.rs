@@ -2,7 +2,6 @@
 
 use crate::files::robot_file::RobotFile;
 use crate::fit::Method;
-use crate::planning::Instrument;
 use delta_cal::calibration::Solver;
 use delta_cal::robot::Arm;
 use delta_cal::{Noise, Tolerance};
@@ -39,33 +38,6 @@ pub enum Spread {
     Normal,
 }
 
-/// What is measured of a robot.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
-#[serde(try_from = "String")]
-pub(super) enum Measure {
-    /// x, y and z in the robot's frame.
-    #[default]
-    Positions,
-    /// What an instrument of [`Instrument::ALL`] reads; its noise is the case's.
-    With(Instrument),
-}
-
-impl Measure {
-    pub(super) const POSITIONS: &str = "xyz";
-
-    /// As in the campaign file: `xyz`, or the instrument's name.
-    pub(super) const fn name(self) -> &'static str {
-        match self {
-            Self::Positions => Self::POSITIONS,
-            Self::With(instrument) => instrument.name,
-        }
-    }
-
-    pub(super) fn all() -> impl Iterator<Item = Self> {
-        std::iter::once(Self::Positions).chain(Instrument::ALL.map(Self::With))
-    }
-}
-
 /// What tells one case from another: the first columns of the rows and of the summary. Lengths are
 /// in millimetres and angles in degrees.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -74,8 +46,6 @@ pub struct Case {
     pub geometry: String,
     /// How the robots scatter.
     pub spread: Spread,
-    /// `xyz`, or the instrument.
-    pub measure: String,
     /// Measured poses a robot.
     pub poses: usize,
     /// Whether the poses were planned.
@@ -89,7 +59,7 @@ pub struct Case {
     pub start_error_zero_deg: f64,
     /// Of the radius that all towers have in common.
     pub start_error_radius_mm: f64,
-    /// One σ of each coordinate, height or distance.
+    /// One σ of each coordinate.
     pub noise_position_mm: f64,
     /// One σ of each joint angle.
     pub noise_joint_deg: f64,
@@ -105,13 +75,6 @@ pub struct Case {
     pub prior: bool,
 }
 
-impl Case {
-    /// Whether the measurements do not tell where the robot stands.
-    pub fn is_relative(&self) -> bool {
-        self.measure != Measure::POSITIONS
-    }
-}
-
 /// Robots and what is measured of them. All its cases see the same ones.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Scenario {
@@ -119,7 +82,6 @@ pub(super) struct Scenario {
     pub(super) shared: Case,
     /// One for each method, solver, weights and prior.
     pub(super) cases: Vec<Case>,
-    pub(super) measure: Measure,
     /// `None` for exact measurements.
     pub(super) noise: Option<Noise<f64>>,
     /// What a calibration with a prior assumes: the start error.
@@ -149,21 +111,20 @@ impl Plan {
     /// of two geometries have nothing in common.
     pub(super) fn seed_of(&self, scenario: &Scenario, robot: u64) -> u64 {
         let case = &scenario.shared;
-        let geometry = case.geometry.bytes().chain(case.measure.bytes());
         let values = [
             case.poses as u64,
             u64::from(case.planned),
             case.start_error_mm.to_bits(),
             case.start_error_deg.to_bits(),
+            case.start_error_zero_deg.to_bits(),
             case.start_error_radius_mm.to_bits(),
             case.noise_position_mm.to_bits(),
             case.noise_joint_deg.to_bits(),
             case.noise_joint_mm.to_bits(),
             robot,
         ];
-        // What older campaigns did not have leaves their robots as they were.
-        let zero = Some(case.start_error_zero_deg.to_bits()).filter(|bits| *bits != 0);
-        let values = geometry.map(u64::from).chain(values).chain(zero);
+        let geometry = case.geometry.bytes().map(u64::from);
+        let values = geometry.chain(values);
         values.fold(mixed(self.seed), |state, value| mixed(state ^ value))
     }
 }

@@ -1,7 +1,7 @@
 //! The rows of a campaign: one robot, calibrated one way.
 
-use super::instruments::{MeasuredAt, measured_at, simulate};
 use super::plan::{Case, Plan, Scenario};
+use super::simulated::{Planned, measured_at, simulate};
 use super::trial::{ACCEPTED, NO_ROBOT, bound, calibrate};
 use crate::accuracy::evaluation::{Evaluation, HeldOutError};
 use crate::files::input::InputError;
@@ -84,7 +84,7 @@ pub type Row = (Case, RobotResult);
 /// robot's number alone: rows are the same to the bit for any number of threads and in any range.
 ///
 /// # Errors
-/// Poses or measurements that cannot be planned.
+/// Poses that cannot be planned.
 pub fn run(
     plan: &Plan,
     robots: &Range<u64>,
@@ -97,13 +97,13 @@ pub fn run(
     let mut finished = 0;
     progress(finished, total);
     for scenario in &plan.scenarios {
-        let at = measured_at(plan, scenario)?;
+        let planned = measured_at(plan, scenario)?;
         let mut first = robots.start;
         while first < robots.end {
             let next = robots.end.min(first + batch);
             let found: Vec<_> = (first..next)
                 .into_par_iter()
-                .map(|robot| of_robot(plan, scenario, &at, robot))
+                .map(|robot| of_robot(plan, scenario, &planned, robot))
                 .collect();
             rows.extend(found.into_iter().flatten());
             finished += next - first;
@@ -115,10 +115,10 @@ pub fn run(
 }
 
 /// One row for each case of a scenario.
-fn of_robot(plan: &Plan, scenario: &Scenario, at: &MeasuredAt, robot: u64) -> Vec<Row> {
+fn of_robot(plan: &Plan, scenario: &Scenario, planned: &Planned, robot: u64) -> Vec<Row> {
     let seed = plan.seed_of(scenario, robot);
     let nominal = &plan.robot.robot;
-    let Some(simulated) = simulate(plan, scenario, at, seed) else {
+    let Some(simulated) = simulate(plan, scenario, planned, seed) else {
         let none = RobotResult {
             robot,
             seed,
@@ -152,12 +152,12 @@ fn of_robot(plan: &Plan, scenario: &Scenario, at: &MeasuredAt, robot: u64) -> Ve
         row.parameter_bound_mm = if let Some((.., bound)) = known {
             *bound
         } else {
-            let bound = bound(plan, scenario, case, &simulated);
+            let bound = bound(scenario, case, &simulated);
             bounds.push((case.method, case.prior, bound));
             bound
         };
         let begin = Instant::now();
-        let calibrated = calibrate(plan, scenario, case, &simulated.read);
+        let calibrated = calibrate(plan, scenario, case, &simulated.samples);
         row.seconds = Some(begin.elapsed().as_secs_f64());
         let calibrated = match calibrated {
             Ok(calibrated) => calibrated,

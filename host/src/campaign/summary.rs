@@ -70,8 +70,7 @@ pub struct CaseSummary {
     pub no_robot: usize,
     /// Robots that were calibrated, not refused.
     pub accepted: usize,
-    /// Those of them whose position error is larger than before; relative with instruments that do
-    /// not tell where the robot stands.
+    /// Those of them whose position error is larger than before.
     pub worse: usize,
     /// Robots whose true parameters were found: to the arithmetic's accuracy without noise, within
     /// five times the Cramér–Rao bound with it.
@@ -141,19 +140,12 @@ impl CaseSummary {
             (sigmas > 0.0).then(|| (errors / sigmas).sqrt())
         };
         let seconds = rows.iter().filter_map(|row| row.seconds).collect();
-        let is_relative = case.is_relative();
         Self {
             case: case.clone(),
             robots: robots.len(),
             no_robot: rows.len() - robots.len(),
             accepted: accepted.len(),
-            worse: count(&|row| {
-                if is_relative {
-                    row.relative_after_mm > row.relative_before_mm
-                } else {
-                    row.error_after_mm > row.error_before_mm
-                }
-            }),
+            worse: count(&|row| row.error_after_mm > row.error_before_mm),
             returned: count(&|row| row.returned == Some(true)),
             returned_from_nominal: count(&|row| {
                 row.returned == Some(true) && row.from_nominal == Some(true)

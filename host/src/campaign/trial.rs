@@ -1,14 +1,12 @@
 //! One simulated robot calibrated one way, and what came of it.
 
-use super::instruments::{InstrumentReadings, Read, SimulatedRobot, known};
 use super::plan::{Case, Plan, Scenario};
+use super::simulated::SimulatedRobot;
 use crate::accuracy::evaluation::CramerRaoBound;
 use crate::accuracy::information::units;
 use crate::accuracy::rigid_motion::RigidMotions;
 use crate::accuracy::uncertainty::PositionUncertainty;
-use crate::files::robot_file::RobotFile;
-use crate::fit::{self, Method, Options, Unsolved};
-use crate::planning::covariance_after;
+use crate::fit::Method;
 use delta_cal::calibration::{ArmOutcome, JointCalibrator, JointOutcome, StartUsed};
 use delta_cal::observations::{
     Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, PositionFrame,
@@ -53,12 +51,8 @@ pub(super) fn calibrate(
     plan: &Plan,
     scenario: &Scenario,
     case: &Case,
-    read: &Read,
+    samples: &[Sample<f64>],
 ) -> Result<Calibrated, Status> {
-    let samples = match read {
-        Read::Readings(readings) => return of_readings(plan, scenario, case, readings),
-        Read::Positions(samples, _) => samples,
-    };
     let nominal = &plan.robot.robot;
     let settings = Settings::default()
         .with_noise(scenario.noise.filter(|_| case.weights))
@@ -87,31 +81,6 @@ pub(super) fn calibrate(
         }
         Err(refusal) => Err(status(&refusal)),
     }
-}
-
-/// The only call of the host's own fit.
-fn of_readings(
-    plan: &Plan,
-    scenario: &Scenario,
-    case: &Case,
-    readings: &InstrumentReadings,
-) -> Result<Calibrated, Status> {
-    let robot = known(plan, scenario, case.prior);
-    let options = Options {
-        method: Some(Method::Fkm),
-        frame: readings.frame,
-        ..Options::default()
-    };
-    let solution = fit::solve(&robot, &readings.file, &options).map_err(|error| match error {
-        Unsolved::Refused(refusal) => status(&refusal),
-        _ => FAULTY_SAMPLE,
-    })?;
-    Ok(Calibrated {
-        robot: solution.robot,
-        covariance: Some(solution.of_parameters()),
-        whole: true,
-        from_nominal: solution.start == StartUsed::Nominal,
-    })
 }
 
 /// The FKM method of the paper: the core's problem of observations whose readings are all three
@@ -238,30 +207,11 @@ impl Calibrated {
 }
 
 /// The least rms of the parameter error that a case can have (Cramér–Rao), mm.
-pub(super) fn bound(
-    plan: &Plan,
-    scenario: &Scenario,
-    case: &Case,
-    robot: &SimulatedRobot,
-) -> Option<f64> {
-    match &robot.read {
-        Read::Positions(_, joints) => {
-            let tolerance = scenario.tolerance.as_ref().filter(|_| case.prior);
-            let noise = scenario.noise.as_ref()?;
-            CramerRaoBound::new(case.method, &robot.truth, joints, noise, tolerance)
-                .map(|bound| bound.error())
-        }
-        Read::Readings(readings) => {
-            let known = RobotFile {
-                robot: robot.truth,
-                ..known(plan, scenario, case.prior)
-            };
-            known.tolerance?;
-            let covariance = covariance_after(&known, &readings.exact, readings.frame)?;
-            let of_robot = covariance.fixed_view::<24, 24>(0, 0).into_owned();
-            Some(error_of(&of_robot, &robot.truth))
-        }
-    }
+pub(super) fn bound(scenario: &Scenario, case: &Case, robot: &SimulatedRobot) -> Option<f64> {
+    let tolerance = scenario.tolerance.as_ref().filter(|_| case.prior);
+    let noise = scenario.noise.as_ref()?;
+    CramerRaoBound::new(case.method, &robot.truth, &robot.measured, noise, tolerance)
+        .map(|bound| bound.error())
 }
 
 /// √ of the trace, angles times the upper arm's length.
@@ -287,7 +237,6 @@ const fn status(refusal: &Refusal) -> Status {
         Refusal::WrongSide => "wrong_side",
         Refusal::NonFinite { .. } => "non_finite",
         Refusal::TooFewObservations { .. } => "too_few_observations",
-        Refusal::UndeterminedInstrument(_) => "undetermined_instrument",
         _ => "refused",
     }
 }

@@ -8,8 +8,8 @@ use super::paths::{ColumnsArgument, is_stream, read, robot_path};
 use super::progress::Waiting;
 use crate::import::{Firmware, Stated};
 use crate::planning::{
-    Determined, LEAST, MOST, Order, PlanError, PlanRequest, Region, SamplesRequest, Wishes,
-    compare, plan, plan_for,
+    Determined, LEAST, MOST, Order, PlanError, PlanRequest, Region, SamplesRequest, Wishes, plan,
+    plan_for,
 };
 use crate::printer::touches_of_bed;
 use crate::report::plan as report;
@@ -32,7 +32,6 @@ Examples:
   delta-cal plan robot.toml --measure plane,distance=8 --count 40 \\
       --output touches.csv
   delta-cal plan robot.toml --samples samples.csv
-  delta-cal plan robot.toml --compare
   delta-cal plan printer.cfg --count 16
 
 Exit codes:
@@ -47,9 +46,9 @@ Exit codes:
 const ADDED: usize = 4;
 
 #[derive(Debug, Args)]
-#[command(group = ArgGroup::new("what").args(["count", "accuracy", "samples", "compare"]).required(true).multiple(true))]
+#[command(group = ArgGroup::new("what").args(["count", "accuracy", "samples"]).required(true).multiple(true))]
 #[command(
-    override_usage = "delta-cal plan [OPTIONS] --count <N> <ROBOT.toml>\n       delta-cal plan [OPTIONS] --accuracy <LENGTH> <ROBOT.toml>\n       delta-cal plan [OPTIONS] --samples <SAMPLES.csv> <ROBOT.toml>\n       delta-cal plan [OPTIONS] --compare <ROBOT.toml>"
+    override_usage = "delta-cal plan [OPTIONS] --count <N> <ROBOT.toml>\n       delta-cal plan [OPTIONS] --accuracy <LENGTH> <ROBOT.toml>\n       delta-cal plan [OPTIONS] --samples <SAMPLES.csv> <ROBOT.toml>"
 )]
 pub(crate) struct PlanArguments {
     /// The robot as it is known before the measurement
@@ -62,7 +61,7 @@ pub(crate) struct PlanArguments {
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, conflicts_with_all = ["count", "samples"])]
     accuracy: Option<Length>,
     /// Say what the rows of this file determine, and which to add
-    #[arg(long, value_name = "SAMPLES.csv", conflicts_with_all = ["measure", "compare"])]
+    #[arg(long, value_name = "SAMPLES.csv", conflicts_with = "measure")]
     samples: Option<PathBuf>,
     #[command(flatten)]
     columns: ColumnsArgument,
@@ -82,9 +81,6 @@ pub(crate) struct PlanArguments {
     /// random, or shortest: the shortest way of the joints
     #[arg(long, value_enum, hide_possible_values = true, default_value_t = Order::Random)]
     order: Order,
-    /// Compare what 12, 20 and 40 measurements with each of many instruments bring
-    #[arg(long, conflicts_with_all = ["measure", "count", "accuracy", "output", "frame"])]
-    compare: bool,
     /// Write the measurements to this file; - is standard output
     #[arg(long, value_name = "POSES.csv")]
     output: Option<PathBuf>,
@@ -127,9 +123,6 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
         order: arguments.order,
         ..PlanRequest::new(&robot, arguments.measure.clone(), count)
     };
-    if arguments.compare {
-        return compare_instruments(arguments, &request);
-    }
     if request.frame == Frame::Sensor && !request.kinds.positions() {
         return Err(Failure::Usage {
             cause: "--frame sensor is for coordinates, and --measure asks for none".to_owned(),
@@ -251,25 +244,6 @@ fn samples(arguments: &PlanArguments, robot: &RobotFile, path: &Path) -> Result<
             .to_owned(),
         remedy: "take the proposed measurements as well, or state a [tolerance]".to_owned(),
     })
-}
-
-fn compare_instruments(
-    arguments: &PlanArguments,
-    request: &PlanRequest<'_>,
-) -> Result<(), Failure> {
-    let mut waiting = None;
-    let compared = compare(request, |instrument, count| {
-        // One line at a time.
-        drop(waiting.take());
-        let what = format!("planning {count} measurements: {}", instrument.title);
-        waiting = Some(Waiting::new(what));
-    });
-    drop(waiting);
-    let compared = compared.map_err(|error| failure(request.robot, error))?;
-    let (name, region) = (&request.robot.name, arguments.within.as_ref());
-    let json = report::comparison_json(name, region, &compared);
-    let text = report::comparison_text(name, region, &compared);
-    output::deliver(&[(arguments.json.as_deref(), &json)], text)
 }
 
 /// Each cause has its exit code.

@@ -21,8 +21,7 @@ The folder of --output receives:
   boundary.stl   the boundary as a mesh, in mm
   influence.csv  displacement of each point along its outward normal for each
                  parameter, in mm per mm and mm per degree
-  *.svg          view, sections, singularity maps, cylinders, influence
-  report.html    all of this in one page
+  section.svg    the section y = 0 and the largest cylinder
 
 A position is reachable if the forward model leads to it from joint angles within [joints]. \
 Set forearm_max_deg in [joints] to respect the ball joints. The cylinders stand upright about the \
@@ -49,7 +48,7 @@ pub(crate) struct WorkspaceArguments {
     /// The robot
     #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
     robot: PathBuf,
-    /// Write boundary, mesh, figures and report to this folder, replacing files of these names
+    /// Write boundary, mesh, influence and section to this folder, replacing files of these names
     #[arg(long, value_name = "DIR")]
     output: Option<PathBuf>,
     /// Write the report as JSON to this file; - prints it in place of the text
@@ -81,7 +80,7 @@ pub(crate) fn run(arguments: &WorkspaceArguments) -> Result<(), Failure> {
         .map_err(|error| failure(&error, &robot.name))?;
     let mut files: Vec<(PathBuf, Vec<u8>)> = Vec::new();
     if let Some(folder) = &arguments.output {
-        waiting.now("figures and report");
+        waiting.now("files");
         let contents = workspace::files(&analysis).into_iter();
         files.extend(contents.map(|(name, bytes)| (folder.join(name), bytes)));
         output::make_folder(folder)?;
@@ -112,7 +111,7 @@ fn check_paths(arguments: &WorkspaceArguments) -> Result<(), Failure> {
         });
     }
     refuse_same("--json", json, input, "give the output another name")?;
-    for name in output.iter().flat_map(|_| workspace::names()) {
+    for name in output.iter().flat_map(|_| workspace::NAMES) {
         let path = output.map(|folder| folder.join(name));
         refuse_same("--output", path.as_deref(), input, "choose another folder")?;
     }

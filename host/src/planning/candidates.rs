@@ -20,20 +20,6 @@ const STEEP: f64 = 3.0;
 /// Measurements of each kind and instrument that show where the instruments are, whatever else is looked at.
 const ANCHORS: usize = 40;
 
-/// Random measurements of some kinds that can be taken where the instruments are, as many of each or one more.
-///
-/// # Errors
-/// Limits that leave no such measurement.
-pub fn random_measurements(
-    setup: &Setup,
-    kinds: &Wishes,
-    count: usize,
-    rng: &mut Pcg32,
-) -> Result<Vec<Planned>, PlanError> {
-    let selection = Selection::new(&setup.robot, None);
-    Candidates::new(setup, &selection, rng)?.of_kinds(kinds, count, rng)
-}
-
 /// Where measurements are drawn from.
 pub(super) struct Candidates<'a> {
     setup: &'a Setup,

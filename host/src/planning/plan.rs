@@ -4,7 +4,7 @@ use super::PlanError;
 use super::candidates::Candidates;
 use super::judge::{Information, Judge, Precision};
 use super::request::{Kind, LEAST, MOST, Region, Wishes, below};
-use super::search::{Effort, Search};
+use super::search::Search;
 use super::selection::Selection;
 use super::setup::{Planned, Setup};
 use crate::accuracy::uncertainty::ExpectedError;
@@ -94,7 +94,7 @@ pub struct Plan {
 /// # }
 /// ```
 pub fn plan(request: &PlanRequest<'_>) -> Result<Plan, PlanError> {
-    Bench::new(request)?.plan(request, &Effort::thorough(request.count))
+    Bench::new(request)?.plan(request)
 }
 
 /// As few measurements as are expected to leave no more than `accuracy` (mm, rms) of the position error, whatever
@@ -109,7 +109,7 @@ pub fn plan_for(request: &PlanRequest<'_>, accuracy: f64) -> Result<Plan, PlanEr
             count,
             ..request.clone()
         };
-        bench.plan(&request, &Effort::thorough(count))
+        bench.plan(&request)
     };
     let reaches = |plan: &Plan| plan.after.of(request.absolute) <= accuracy;
     let mut found = of(TRIED)?;
@@ -137,15 +137,14 @@ pub fn plan_for(request: &PlanRequest<'_>, accuracy: f64) -> Result<Plan, PlanEr
     })
 }
 
-/// What plans for the same robot and region have in common.
-pub(super) struct Bench<'a> {
+/// What plans of different numbers have in common.
+struct Bench<'a> {
     selection: Selection<'a>,
     judge: Judge,
 }
 
 impl<'a> Bench<'a> {
-    /// The request's kinds and instruments do not matter.
-    pub(super) fn new(request: &'a PlanRequest<'_>) -> Result<Self, PlanError> {
+    fn new(request: &'a PlanRequest<'_>) -> Result<Self, PlanError> {
         let mut rng = Pcg32::seed_from_u64(request.seed);
         let selection = Selection::new(request.robot, request.region.as_ref());
         let within = match request.region {
@@ -158,11 +157,7 @@ impl<'a> Bench<'a> {
         })
     }
 
-    pub(super) fn plan(
-        &self,
-        request: &PlanRequest<'_>,
-        effort: &Effort,
-    ) -> Result<Plan, PlanError> {
+    fn plan(&self, request: &PlanRequest<'_>) -> Result<Plan, PlanError> {
         if !(LEAST..=MOST).contains(&request.count) {
             return Err(PlanError::Count(request.count));
         }
@@ -179,7 +174,7 @@ impl<'a> Bench<'a> {
             prior: Information::of(&setup.robot, &setup, &[], &anchors)?.prior,
             weights: self.judge.weights(request.absolute),
         };
-        let found = search.best(request.count, effort, &mut rng)?;
+        let found = search.best(request.count, &mut rng)?;
         let count = found.len();
         if count < request.count {
             return Err(PlanError::TooFewOfAKind(count));

@@ -14,40 +14,12 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-/// How much is searched.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Effort {
-    /// Random sets that the search begins with.
-    starts: usize,
-    /// Candidates from all over.
-    candidates: usize,
-    /// Candidates near the chosen ones.
-    near: usize,
-    /// How far these are from the chosen ones, one σ in degrees, one round after the other.
-    spreads: &'static [f64],
-}
-
-impl Effort {
-    /// What finds the best. Fewer starts of more measurements, for they differ less.
-    pub(super) fn thorough(count: usize) -> Self {
-        Self {
-            starts: (240 / count.max(1)).clamp(4, 12),
-            candidates: 1500,
-            near: 500,
-            spreads: &[8.0, 3.0, 1.0, 0.3],
-        }
-    }
-
-    /// What comes within some percent of the best, in a fraction of the time.
-    pub(super) fn quick(count: usize) -> Self {
-        Self {
-            starts: (100 / count.max(1)).max(2),
-            candidates: 600,
-            near: 300,
-            spreads: &[8.0, 2.0],
-        }
-    }
-}
+/// Candidates from all over.
+const CANDIDATES: usize = 1500;
+/// Candidates near the chosen ones.
+const NEAR: usize = 500;
+/// How far these are from the chosen ones, one σ in degrees, one round after the other.
+const SPREADS: [f64; 4] = [8.0, 3.0, 1.0, 0.3];
 
 /// What is searched in.
 pub(super) struct Search<'a> {
@@ -72,16 +44,11 @@ struct Members<const R: usize> {
 
 impl Search<'_> {
     /// The best set of so many measurements that was found from so many random sets.
-    pub(super) fn best(
-        &self,
-        count: usize,
-        effort: &Effort,
-        rng: &mut Pcg32,
-    ) -> Result<Vec<Planned>, PlanError> {
+    pub(super) fn best(&self, count: usize, rng: &mut Pcg32) -> Result<Vec<Planned>, PlanError> {
         if self.readings() == 1 {
-            self.all_over::<1>(count, effort, rng)
+            self.all_over::<1>(count, rng)
         } else {
-            self.all_over::<3>(count, effort, rng)
+            self.all_over::<3>(count, rng)
         }
     }
 
@@ -107,15 +74,16 @@ impl Search<'_> {
     fn all_over<const R: usize>(
         &self,
         count: usize,
-        effort: &Effort,
         rng: &mut Pcg32,
     ) -> Result<Vec<Planned>, PlanError> {
-        let number = effort.candidates.max(2 * count);
+        let number = CANDIDATES.max(2 * count);
         let drawn = self.candidates.of_kinds(self.kinds, number, rng)?;
         let members = self.members::<R>(drawn)?;
         let most = self.most();
         let pool = members.pool(&self.prior, &most);
-        let starts: Vec<_> = (0..effort.starts)
+        // Fewer starts of more measurements, for they differ less.
+        let starts = (240 / count.max(1)).clamp(4, 12);
+        let starts: Vec<_> = (0..starts)
             .map(|_| {
                 let chosen = random_subset(&members.kinds, count, &most, rng);
                 (chosen, Pcg32::seed_from_u64(rng.next_u64()))
@@ -125,7 +93,7 @@ impl Search<'_> {
             .into_par_iter()
             .filter_map(|(chosen, mut rng)| {
                 let set = pool.exchange(pool.set(chosen)?);
-                self.nearer::<R>(members.chosen(&set), effort, &mut rng)
+                self.nearer::<R>(members.chosen(&set), &mut rng)
             })
             .collect();
         let best = found.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
@@ -136,14 +104,13 @@ impl Search<'_> {
     fn nearer<const R: usize>(
         &self,
         mut chosen: Vec<Planned>,
-        effort: &Effort,
         rng: &mut Pcg32,
     ) -> Option<(Vec<Planned>, f64)> {
         let count = chosen.len();
-        let each = effort.near.div_ceil(count.max(1)).max(2);
+        let each = NEAR.div_ceil(count.max(1)).max(2);
         let most = self.most();
         let mut value = f64::INFINITY;
-        for spread in effort.spreads {
+        for spread in SPREADS {
             let mut near = chosen.clone();
             for member in &chosen {
                 let spread = spread.to_radians();
@@ -163,8 +130,7 @@ impl Search<'_> {
         count: usize,
         rng: &mut Pcg32,
     ) -> Result<Vec<Planned>, PlanError> {
-        let number = Effort::thorough(1).candidates;
-        let drawn = self.candidates.of_kinds(self.kinds, number, rng)?;
+        let drawn = self.candidates.of_kinds(self.kinds, CANDIDATES, rng)?;
         let members = self.members::<R>(drawn)?;
         let most = self.most();
         let pool = members.pool(&self.prior, &most);

@@ -25,7 +25,7 @@ const POSITION: f64 = 0.02;
 const HEIGHT: f64 = 0.02;
 const DISTANCE: f64 = 0.05;
 /// What an encoder on a geared joint does, degrees.
-pub(super) const JOINT_DEGREES: f64 = 0.002;
+const JOINT_DEGREES: f64 = 0.002;
 
 /// A plane that is touched.
 #[derive(Debug, Clone, PartialEq)]
@@ -230,7 +230,7 @@ pub(super) fn with_noise(robot: &RobotFile, measured: [bool; 3]) -> (RobotFile, 
 }
 
 /// The height above which, up to the tallest gauge block, most poses lie.
-pub(super) fn broadest(poses: &[Sample<f64>]) -> f64 {
+fn broadest(poses: &[Sample<f64>]) -> f64 {
     let [.., tallest] = BLOCKS;
     let heights = || poses.iter().map(|pose| pose.position.z);
     let lowest = heights().fold(f64::INFINITY, f64::min);

@@ -31,8 +31,6 @@ pub enum Colour {
     Purple,
     /// #E69F00.
     Orange,
-    /// #56B4E9.
-    SkyBlue,
     /// Text and axes: black on white, and what the page makes of it on black.
     Ink,
     /// What is there for comparison only.
@@ -40,35 +38,19 @@ pub enum Colour {
 }
 
 impl Colour {
-    /// Red, green and blue.
-    pub const fn channels(self) -> [u8; 3] {
+    /// As an attribute of SVG.
+    const fn hex(self) -> &'static str {
         match self {
-            Self::Blue => [0x00, 0x72, 0xb2],
-            Self::Vermilion => [0xd5, 0x5e, 0x00],
-            Self::Green => [0x00, 0x9e, 0x73],
-            Self::Purple => [0xcc, 0x79, 0xa7],
-            Self::Orange => [0xe6, 0x9f, 0x00],
-            Self::SkyBlue => [0x56, 0xb4, 0xe9],
-            Self::Ink => [0x1a, 0x1a, 0x1a],
-            Self::Grey => [0x80, 0x80, 0x80],
+            Self::Blue => "#0072B2",
+            Self::Vermilion => "#D55E00",
+            Self::Green => "#009E73",
+            Self::Purple => "#CC79A7",
+            Self::Orange => "#E69F00",
+            Self::Ink => "#1A1A1A",
+            Self::Grey => "#808080",
         }
     }
-
-    fn hex(self) -> String {
-        svg::hex(self.channels())
-    }
 }
-
-/// Six steps from dark to light of the map viridis, whose steps differ for the colour-blind: for
-/// what is graded.
-pub const STEPS: [[u8; 3]; 6] = [
-    [0x44, 0x01, 0x54],
-    [0x41, 0x44, 0x87],
-    [0x2a, 0x78, 0x8e],
-    [0x22, 0xa8, 0x84],
-    [0x7a, 0xd1, 0x51],
-    [0xfd, 0xe7, 0x25],
-];
 
 /// What a series looks like. Values are those of the axes; what is not finite, or not positive on a
 /// logarithmic axis, is left out.
@@ -86,14 +68,9 @@ pub enum Shape {
     Points(Vec<(f64, f64)>),
     /// Rings, larger than discs: what stands out.
     Rings(Vec<(f64, f64)>),
-    /// Polygons, each filled with a colour of its own (red, green, blue), the first undermost.
-    Patches(Vec<Patch>),
     /// Text to the right of points.
     Labels(Vec<((f64, f64), String)>),
 }
-
-/// The corners of a polygon, and its colour: red, green, blue.
-pub type Patch = (Vec<(f64, f64)>, [u8; 3]);
 
 /// One entry of the legend and what it stands for.
 #[derive(Debug, Clone, PartialEq)]
@@ -112,7 +89,6 @@ pub struct Figure {
     width: u32,
     height: u32,
     equal_scales: bool,
-    axes_shown: bool,
 }
 
 impl Figure {
@@ -125,7 +101,6 @@ impl Figure {
             width: 720,
             height: 400,
             equal_scales: false,
-            axes_shown: true,
         }
     }
 
@@ -149,12 +124,6 @@ impl Figure {
     /// With as many pixels a unit on both axes: for what is seen in space. One range grows.
     pub fn with_equal_scales(mut self) -> Self {
         self.equal_scales = true;
-        self
-    }
-
-    /// Without axes and their labels.
-    pub fn without_axes(mut self) -> Self {
-        self.axes_shown = false;
         self
     }
 }

@@ -82,7 +82,6 @@ impl Display for Table {
         let shown: Vec<_> = self
             .columns
             .iter()
-            .filter(|column| !column.only_in_page)
             .map(|column| (column, width(column), column.is_words()))
             .collect();
         let line = |cell: &dyn Fn(&Column) -> String| {

@@ -10,15 +10,12 @@ use serde::Serialize;
 /// Cases of which the reasons are named.
 const REFUSALS_SHOWN: usize = 12;
 
-type Error = Option<Distribution>;
-
 /// A heading, and what a case has under it.
 type Setting = (&'static str, fn(&Case) -> String);
 
 /// The axes of a campaign.
-const SETTINGS: [Setting; 10] = [
+const SETTINGS: [Setting; 9] = [
     ("geometry", |case| case.geometry.chars().take(6).collect()),
-    ("measure", |case| case.measure.clone()),
     ("poses", |case| case.poses.to_string()),
     ("planned", |case| yes_no(case.planned)),
     ("start error\nmm/°", start_error),
@@ -79,15 +76,9 @@ pub fn render(summaries: &[CaseSummary]) -> String {
         parts.push(Section::new("").text(format!("All cases: {}.", words.join(", "))));
     }
     parts.push(Section::new("").table(table(&different, summaries)));
-    let relative = summaries.iter().any(|summary| summary.case.is_relative());
-    let relative = if relative {
-        " With instruments that do not tell where the robot stands: after the best rigid motion."
-    } else {
-        ""
-    };
     let notes = Section::new("").note(format!(
         "gain: of the parameters, (4.1); error: of positions, mm, rms over {HELD_OUT_POSES} poses that were not \
-         measured.{relative} Gain and errors are over all robots; a refused robot keeps its error. \
+         measured. Gain and errors are over all robots; a refused robot keeps its error. \
          worse: accepted robots whose error grew. bound, stated: √(Σ error² / Σ σ²) of the accepted robots' \
          parameters with σ of the Cramér–Rao bound, and of their positions with the stated σ."
     ));
@@ -99,15 +90,8 @@ fn table(settings: &[Setting], summaries: &[CaseSummary]) -> Table {
     let gain = |of: fn(&Distribution) -> f64| {
         move |summary: &&CaseSummary| or_dash(summary.gain_percent.as_ref().map(of), percent)
     };
-    let error = |absolute: fn(&CaseSummary) -> Error, relative: fn(&CaseSummary) -> Error| {
-        move |summary: &&CaseSummary| {
-            let of = if summary.case.is_relative() {
-                relative
-            } else {
-                absolute
-            };
-            or_dash(of(summary).map(|error| error.mean), small)
-        }
+    let error = |of: fn(&CaseSummary) -> Option<Distribution>| {
+        move |summary: &&CaseSummary| or_dash(of(summary).map(|error| error.mean), small)
     };
     let ratio = |value: Option<f64>| or_dash(value, |ratio| format!("{ratio:.2}"));
     let rows = Table::of(summaries);
@@ -119,23 +103,13 @@ fn table(settings: &[Setting], summaries: &[CaseSummary]) -> Table {
         .column("\nworse", |summary| summary.worse)
         .column("gain\n5 %", gain(|own| own.p05))
         .column("gain, %\nmedian", gain(|own| own.median))
-        .column(
-            "error\nbefore",
-            error(|own| own.error_before_mm, |own| own.relative_before_mm),
-        )
-        .column(
-            "mean\nafter",
-            error(|own| own.error_after_mm, |own| own.relative_after_mm),
-        )
+        .column("error\nbefore", error(|own| own.error_before_mm))
+        .column("mean\nafter", error(|own| own.error_after_mm))
         .column("error/\nbound", |summary| {
             ratio(summary.ratios.error_to_bound)
         })
         .column("error/\nstated", |summary| {
-            ratio(if summary.case.is_relative() {
-                summary.ratios.relative_to_stated
-            } else {
-                summary.ratios.error_to_stated
-            })
+            ratio(summary.ratios.error_to_stated)
         })
         .table()
 }

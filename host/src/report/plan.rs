@@ -1,15 +1,12 @@
-//! Planned measurements, what the rows of a file determine, and a comparison of instruments: for people, for
-//! programs, and as a samples file to fill in.
+//! Planned measurements, and what the rows of a file determine: for people, for programs, and as a samples file to
+//! fill in.
 
 use super::Versioned;
 use super::calibration::{ExpectedReport, expected_report};
 use crate::accuracy::uncertainty::{ExpectedError, PositionSigma};
 use crate::files::columns::Quantity;
 use crate::fit::Frame;
-use crate::planning::{
-    COUNTS, Comparison, Determined, Kind, Order, Plan, PlanRequest, Planned, Precision, Region,
-    Setup,
-};
+use crate::planning::{Determined, Kind, Order, Plan, PlanRequest, Planned, Precision, Setup};
 use crate::render::{Section, Table, terminal};
 use crate::text::{
     count, in_file_units, in_lines, in_words, joint, list, rounded, small, small_or,
@@ -532,49 +529,4 @@ pub fn samples_json(name: &str, determined: &Determined, unmeasured: &[u64]) -> 
         no_next: determined.no_next.map(|obstacle| obstacle.to_string()),
     };
     in_json(&setup.robot.name, contents)
-}
-
-/// A comparison of instruments for people at a terminal.
-pub fn comparison_text(robot: &str, region: Option<&Region>, compared: &[Comparison]) -> String {
-    let mut headings = vec![
-        "Expected relative error, mm (σ)".to_owned(),
-        "noise, mm".to_owned(),
-    ];
-    headings.push("before".to_owned());
-    headings.extend(COUNTS.map(|count| count.to_string()));
-    let table = compared.iter().fold(Table::new(headings), |table, own| {
-        let mut cells = vec![
-            rounded(own.sigma_mm),
-            small_or("unknown", own.before.map(|own| own.relative)),
-        ];
-        cells.extend(
-            own.after
-                .iter()
-                .map(|own| small_or("–", own.map(|own| own.relative))),
-        );
-        table.row(format!("{}: {}", own.name, own.title), cells)
-    });
-    let place = region.map_or_else(|| "the workspace".to_owned(), ToString::to_string);
-    let section = Section::new(format!("Instruments for {robot}")).table(table).note(format!(
-        "Before, and after so many planned measurements: rms over {place} after the best rigid motion. –: no such \
-         measurement can be taken."
-    ));
-    terminal::text([section])
-}
-
-/// The same for programs.
-pub fn comparison_json(robot: &str, region: Option<&Region>, compared: &[Comparison]) -> String {
-    #[derive(Serialize)]
-    struct Contents<'a> {
-        within: Option<String>,
-        /// Of the figures `after`.
-        measurements: [usize; COUNTS.len()],
-        instruments: &'a [Comparison],
-    }
-    let contents = Contents {
-        within: region.map(ToString::to_string),
-        measurements: COUNTS,
-        instruments: compared,
-    };
-    in_json(robot, contents)
 }

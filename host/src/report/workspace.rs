@@ -1,22 +1,17 @@
-//! What is written of a workspace: text for a terminal, JSON, CSV, mesh, figures, and a page.
+//! What is written of a workspace: text for a terminal, JSON, CSV, mesh, and a picture.
 
 use super::Versioned;
 use crate::accuracy::information::parameters;
 use crate::files::convention::{Convention, Vertical};
-use crate::geometry::{Limit, range};
-use crate::render::page::{self, figure};
-use crate::render::plot::{Axis, Colour, Figure, Patch, STEPS, Shape};
+use crate::geometry::Limit;
+use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::render::{Section, Table, terminal};
 use crate::text::count;
 use crate::workspace::{
-    Analysis, BoundaryPoint, Cylinder, Extent, LimitShare, Mesh, Options, ParameterInfluence,
-    ToleranceBand, Workspace, WorkspaceReport, unit,
+    Analysis, BoundaryPoint, Cylinder, Extent, LimitShare, ParameterInfluence, ToleranceBand,
+    WorkspaceReport, unit,
 };
-use delta_cal::kinematics::SingularityDistance;
 use delta_cal::{ArmIndex, Parameter};
-use maud::{Markup, html};
-use nalgebra::Vector3;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -24,34 +19,28 @@ use std::fmt::Write;
 pub const SCHEMA_VERSION: u32 = 2;
 
 /// The names of all files, in the order of [`files`].
-pub fn names() -> impl Iterator<Item = String> {
-    let tables = [
-        "boundary.csv",
-        "boundary.stl",
-        "influence.csv",
-        "report.html",
-    ];
-    let figures = NAMES.map(|name| format!("{name}.svg"));
-    tables.into_iter().map(str::to_owned).chain(figures)
-}
+pub const NAMES: [&str; 4] = [
+    "boundary.csv",
+    "boundary.stl",
+    "influence.csv",
+    "section.svg",
+];
 
 /// Names and contents of the files of an output folder.
-pub fn files(analysis: &Analysis) -> Vec<(String, Vec<u8>)> {
-    let figures = figures(analysis);
-    let mut contents = vec![
+pub fn files(analysis: &Analysis) -> Vec<(&'static str, Vec<u8>)> {
+    let Analysis {
+        mesh,
+        workspace,
+        convention,
+        ..
+    } = analysis;
+    let contents = [
         boundary_csv(analysis).into_bytes(),
-        analysis
-            .mesh
-            .to_stl(&analysis.workspace, &analysis.convention),
+        mesh.to_stl(workspace, convention),
         influence_csv(analysis).into_bytes(),
-        page(&analysis.report, &figures).into_bytes(),
+        section(analysis).to_svg().into_bytes(),
     ];
-    contents.extend(
-        figures
-            .iter()
-            .map(|(figure, _)| figure.to_svg().into_bytes()),
-    );
-    names().zip(contents).collect()
+    NAMES.into_iter().zip(contents).collect()
 }
 
 /// As JSON.
@@ -101,32 +90,6 @@ fn place(point: &BoundaryPoint, convention: &Convention) -> String {
 
 /// For a terminal.
 pub fn to_text(report: &WorkspaceReport) -> String {
-    let title = Section::new(format!("Workspace of {}", report.robot_file));
-    let sections = sections(report, &|_| html! {}, 8);
-    terminal::text([title].into_iter().chain(sections))
-}
-
-/// As one HTML file that opens from disk: everything it needs is in it.
-fn page(report: &WorkspaceReport, figures: &[(Figure, String)]) -> String {
-    let beside = |names: &[&str]| {
-        let named = NAMES.iter().zip(figures);
-        let chosen = named.filter(|(name, _)| names.contains(name));
-        html! { div.views { @for (_, (drawn, caption)) in chosen { (figure(drawn, caption)) } } }
-    };
-    let title = format!("Workspace of {}", report.robot_file);
-    let body = html! {
-        h1 { (title) }
-        @for section in sections(report, &beside, 16) { (section) }
-    };
-    page::render(&title, &body)
-}
-
-/// What the terminal and the page show; `figures` are seen in a page only. So many cylinders.
-fn sections(
-    report: &WorkspaceReport,
-    figures: &dyn Fn(&[&str]) -> Markup,
-    most: usize,
-) -> Vec<Section> {
     let WorkspaceReport {
         volume,
         extent_mm: extent,
@@ -136,6 +99,7 @@ fn sections(
     let axis = |axis, (from, to): (f64, f64)| format!("{axis} {from:.2} to {to:.2} mm");
     let mut sections =
         vec![
+        Section::new(format!("Workspace of {}", report.robot_file)),
         Section::new("Volume and extent")
             .text(format!(
                 "Volume {:.2} ± {:.2} litres, boundary {:.3} m²",
@@ -147,29 +111,25 @@ fn sections(
                 count(report.boundary_points, "point"),
                 report.tolerance_mm,
                 report.spacing_mm
-            ))
-            .in_page(figures(&["view", "vertical_xz"])),
+            )),
         Section::new("What limits the boundary").table(limits(&report.limits)),
-        cylinders(report, most),
+        cylinders(report),
         Section::new("Influence of the parameters on the boundary")
-            .in_page(figures(&["influence"]))
             .table(influence(&report.influence))
             .note("Displacement along the normal, rms over the boundary, mm per mm or per degree."),
     ];
     sections.extend(report.tolerance_band.as_ref().map(band));
     sections.push(
-        Section::new("Singularities: conditioning from 0 (singular) to 1 (best)")
-            .in_page(figures(&["serial", "parallel"]))
-            .text(format!(
-                "Clear of singularities in {:.1} % of the volume, {:.2} litres. Least conditioning: \
-                 {:.3} for type 1 (serial), {:.3} for type 2 (parallel).",
-                100.0 * conditioning.clear_share(),
-                conditioning.clear_litres,
-                conditioning.least_serial,
-                conditioning.least_parallel
-            )),
+        Section::new("Singularities: conditioning from 0 (singular) to 1 (best)").text(format!(
+            "Clear of singularities in {:.1} % of the volume, {:.2} litres. Least conditioning: \
+             {:.3} for type 1 (serial), {:.3} for type 2 (parallel).",
+            100.0 * conditioning.clear_share(),
+            conditioning.clear_litres,
+            conditioning.least_serial,
+            conditioning.least_parallel
+        )),
     );
-    sections
+    terminal::text(sections)
 }
 
 fn limits(limits: &[LimitShare]) -> Table {
@@ -181,13 +141,16 @@ fn limits(limits: &[LimitShare]) -> Table {
         .table()
 }
 
-/// The largest cylinder, and so many others, evenly chosen.
-fn cylinders(report: &WorkspaceReport, most: usize) -> Section {
+/// Cylinders that are shown beside the largest.
+const CYLINDERS: usize = 8;
+
+/// The largest cylinder, and others, evenly chosen.
+fn cylinders(report: &WorkspaceReport) -> Section {
     let section = Section::new("Upright cylinders about the z axis");
     let Some(largest) = &report.largest_cylinder else {
         return section.text("None: the z axis is not in the workspace.");
     };
-    let stride = report.cylinders.len().div_ceil(most).max(1);
+    let stride = report.cylinders.len().div_ceil(CYLINDERS).max(1);
     let chosen = report.cylinders.iter().skip(stride - 1).step_by(stride);
     let length = |of: fn(&Cylinder) -> f64| move |row: &&Cylinder| format!("{:.1}", of(row));
     let table = Table::of([largest].into_iter().chain(chosen))
@@ -200,7 +163,6 @@ fn cylinders(report: &WorkspaceReport, most: usize) -> Section {
     section.table(table.table())
 }
 
-/// The displacement, and in a page the change of the volume.
 fn influence(influence: &[ParameterInfluence]) -> Table {
     let of = |arm: ArmIndex, parameter: Parameter| {
         let mut all = influence.iter();
@@ -211,12 +173,6 @@ fn influence(influence: &[ParameterInfluence]) -> Table {
     for arm in ArmIndex::ALL {
         rows = rows.column(format!("mm\n{arm}"), |parameter| {
             of(arm, *parameter).map_or_else(String::new, |of| format!("{:.3}", of.rms_mm))
-        });
-    }
-    for arm in ArmIndex::ALL {
-        rows = rows.page_column(format!("volume, l\n{arm}"), |parameter| {
-            let of = of(arm, *parameter);
-            of.map_or_else(String::new, |of| format!("{:+.3}", of.volume_litres))
         });
     }
     rows.table()
@@ -237,21 +193,6 @@ fn band(band: &ToleranceBand) -> Section {
     Section::new("Standard uncertainty σ within the stated tolerance").table(Table::facts(facts))
 }
 
-/// The names of the figures' files, without ending.
-pub(super) const NAMES: [&str; 5] = ["view", "vertical_xz", "serial", "parallel", "influence"];
-
-/// Cells of a map across its width.
-const CELLS: u32 = 120;
-/// The eye of the view in space: turned about z and raised, radians.
-const TURN: f64 = 0.6;
-const RISE: f64 = 0.3;
-/// Lines of the view are so many times further apart than those of the boundary.
-const COARSER: f64 = 3.0;
-/// By how much the faces of the view overlap, in parts of the spacing of its lines.
-const OVERLAP: f64 = 0.1;
-/// Upper ends of the classes of a map; the last one is open.
-const CLASSES: [f64; 5] = [0.05, 0.1, 0.25, 0.5, 0.75];
-
 /// The colour of what limits a point, and its name without the arm.
 const fn class_of(limit: Limit) -> (Colour, &'static str) {
     match limit {
@@ -264,59 +205,9 @@ const fn class_of(limit: Limit) -> (Colour, &'static str) {
     }
 }
 
-/// All of them with their captions, in the order of their names.
-fn figures(analysis: &Analysis) -> Vec<(Figure, String)> {
-    let serial = |at: &SingularityDistance<f64>| at.serial.into_iter().fold(1.0, f64::min);
-    let drawn = [
-        view(&analysis.workspace),
-        section(analysis),
-        map(analysis, serial),
-        map(analysis, |at| at.parallel),
-        displacements(&analysis.report.influence),
-    ];
-    let captions = [
-        "The boundary, coloured by what limits it.".to_owned(),
-        "Section y = 0.".to_owned(),
-        format!(
-            "Type 1: an arm stretched or folded. Section y = 0; clear above {}.",
-            SingularityDistance::<f64>::LEAST_SERIAL
-        ),
-        format!(
-            "Type 2: forearms in one plane. Section y = 0; clear above {}.",
-            SingularityDistance::<f64>::LEAST_PARALLEL
-        ),
-        "Displacement of the boundary along its outward normal for 1 mm or 1° of each parameter: \
-         range and rms (dot)."
-            .to_owned(),
-    ];
-    drawn.into_iter().zip(captions).collect()
-}
-
-/// The plane y = 0, upright whichever way z points.
-fn plain(analysis: &Analysis) -> Figure {
-    let axis = |label, (from, to): (f64, f64)| {
-        let margin = 0.04 * (to - from);
-        Axis::linear(label, from - margin, to + margin)
-    };
-    let [x, _, z] = inside(analysis);
-    let label = match analysis.convention.z_axis {
-        Vertical::Up => "z, mm",
-        Vertical::Down => "−z, mm",
-    };
-    Figure::new(axis("x, mm", x), axis(label, z))
-        .sized(460, 460)
-        .with_equal_scales()
-}
-
-/// The box that holds the workspace, in the axes inside.
-fn inside(analysis: &Analysis) -> [(f64, f64); 3] {
-    let Extent { x, y, z } = analysis.report.extent_mm;
-    analysis.convention.ranges([x, y, z])
-}
-
 type Segments = Vec<[(f64, f64); 2]>;
 
-/// Where the mesh meets that plane, by what limits it, and the largest cylinder.
+/// Where the mesh meets the plane y = 0, by what limits it, and the largest cylinder.
 fn section(analysis: &Analysis) -> Figure {
     let mut kinds: BTreeMap<&str, (Colour, Segments)> = BTreeMap::new();
     for corners in analysis.mesh.corners(&analysis.workspace) {
@@ -334,7 +225,20 @@ fn section(analysis: &Analysis) -> Figure {
             of_kind.1.push([from, to]);
         }
     }
-    let mut figure = plain(analysis);
+    let axis = |label, (from, to): (f64, f64)| {
+        let margin = 0.04 * (to - from);
+        Axis::linear(label, from - margin, to + margin)
+    };
+    // The axes inside: upright whichever way z points.
+    let Extent { x, y, z } = analysis.report.extent_mm;
+    let [x, _, z] = analysis.convention.ranges([x, y, z]);
+    let label = match analysis.convention.z_axis {
+        Vertical::Up => "z, mm",
+        Vertical::Down => "−z, mm",
+    };
+    let mut figure = Figure::new(axis("x, mm", x), axis(label, z))
+        .sized(460, 460)
+        .with_equal_scales();
     if let Some(cylinder) = &analysis.report.largest_cylinder {
         let r = cylinder.diameter_mm / 2.0;
         let upright = (cylinder.bottom_mm, cylinder.top_mm);
@@ -346,136 +250,4 @@ fn section(analysis: &Analysis) -> Figure {
         figure = figure.with(name, colour, Shape::Segments(segments));
     }
     figure
-}
-
-/// Conditioning in the plane y = 0, in classes.
-fn map(analysis: &Analysis, value: fn(&SingularityDistance<f64>) -> f64) -> Figure {
-    let [across, _, up] = inside(analysis);
-    let side = (across.1 - across.0).max(up.1 - up.0) / f64::from(CELLS);
-    // Runs of cells of one class become one rectangle.
-    let row = |row: u32| {
-        let from = |column: u32| across.0 + side * f64::from(column);
-        let low = up.0 + side * f64::from(row);
-        let mut runs: Vec<(usize, u32, u32)> = Vec::new();
-        for column in 0..CELLS {
-            let x = Vector3::new(from(column) + 0.5 * side, 0.0, low + 0.5 * side);
-            let Some(at) = analysis.workspace.conditioning(&x) else {
-                continue;
-            };
-            let class = CLASSES.iter().filter(|end| value(&at) >= **end).count();
-            match runs.last_mut() {
-                Some((of, _, end)) if *of == class && *end == column => *end += 1,
-                _ => runs.push((class, column, column + 1)),
-            }
-        }
-        let rectangle = |(class, begin, end): (usize, u32, u32)| {
-            // Rows overlap a little, or the paper shines through between them.
-            let (left, right, high) = (from(begin), from(end), low + 1.1 * side);
-            let corners = vec![(left, low), (right, low), (right, high), (left, high)];
-            (class, corners)
-        };
-        runs.into_iter().map(rectangle).collect::<Vec<_>>()
-    };
-    let rows: Vec<Vec<_>> = (0..CELLS).into_par_iter().map(row).collect();
-    let mut classes = vec![Vec::new(); STEPS.len()];
-    for (class, corners) in rows.into_iter().flatten() {
-        classes[class].push((corners, STEPS[class]));
-    }
-    let mut figure = plain(analysis);
-    for (class, patches) in classes.into_iter().enumerate() {
-        let name = match class.checked_sub(1).map(|below| CLASSES[below]) {
-            None => format!("below {}", CLASSES[0]),
-            Some(from) => match CLASSES.get(class) {
-                Some(to) => format!("{from} to {to}"),
-                None => format!("above {from}"),
-            },
-        };
-        if !patches.is_empty() {
-            figure = figure.with(name, Colour::Ink, Shape::Patches(patches));
-        }
-    }
-    figure
-}
-
-fn displacements(influences: &[ParameterInfluence]) -> Figure {
-    let names = influences
-        .iter()
-        .map(|of| format!("{} {}", of.arm.index() + 1, of.parameter.symbol()))
-        .collect();
-    let ends = influences
-        .iter()
-        .flat_map(|of| [of.rms_mm, of.outwards_mm, -of.inwards_mm]);
-    let most = ends.fold(1e-9, f64::max) * 1.05;
-    let along = Axis::linear(
-        "displacement outwards, mm per mm or per degree",
-        -most,
-        most,
-    );
-    let mut figure = Figure::new(along, Axis::named("", names)).sized(800, 560);
-    let rows = || (0..).map(f64::from).zip(influences);
-    let colours = [Colour::Blue, Colour::Vermilion, Colour::Green];
-    for (arm, colour) in ArmIndex::ALL.into_iter().zip(colours) {
-        let of_arm = || rows().filter(move |(_, of)| of.arm == arm);
-        let ranges = of_arm().map(|(row, of)| [(of.inwards_mm, row), (of.outwards_mm, row)]);
-        let rms = of_arm().map(|(row, of)| (of.rms_mm, row));
-        figure = figure
-            .with(arm.to_string(), colour, Shape::Segments(ranges.collect()))
-            .with("", colour, Shape::Points(rms.collect()));
-    }
-    figure
-}
-
-/// Shades of each triangle of a coarser mesh, the farthest first.
-fn view(fine: &Workspace) -> Figure {
-    let spacing = fine.grid.spacing * COARSER;
-    let options = Options {
-        tolerance: fine.tolerance,
-        spacing: Some(spacing),
-    };
-    // Too coarse for a thin workspace.
-    let coarse = Workspace::compute(&fine.robot, &fine.reach, &options);
-    let workspace = &coarse.unwrap_or_else(|_| fine.clone());
-    let (sin_turn, cos_turn) = TURN.sin_cos();
-    let (sin_rise, cos_rise) = RISE.sin_cos();
-    let right = Vector3::new(cos_turn, -sin_turn, 0.0);
-    let into = Vector3::new(sin_turn * cos_rise, cos_turn * cos_rise, -sin_rise);
-    let up = right.cross(&into);
-    let light = (up * 0.5 - into + right * -0.4).normalize();
-    let mut faces: Vec<(f64, Patch)> = Vec::new();
-    let mut kinds: BTreeMap<&str, Colour> = BTreeMap::new();
-    for corners in Mesh::of(workspace).corners(workspace) {
-        let (colour, name) = class_of(corners[0].limit);
-        kinds.insert(name, colour);
-        let [a, b, c] = corners.map(|corner| corner.position);
-        let normal = (b - a).cross(&(c - a));
-        if normal.dot(&into) >= 0.0 {
-            continue;
-        }
-        let shade = 0.45 + 0.55 * normal.normalize().dot(&light).max(0.0);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 0 to 255
-        let fill = colour
-            .channels()
-            .map(|channel| (f64::from(channel) * shade) as u8);
-        // A little larger than they are, or the paper shines through between them.
-        let centre = (a + b + c) / 3.0;
-        let grown = [a, b, c].map(|at| at + (at - centre).normalize() * (OVERLAP * spacing));
-        let outline = grown.map(|at| (at.dot(&right), at.dot(&up)));
-        faces.push((centre.dot(&into), (outline.to_vec(), fill)));
-    }
-    faces.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let corners = || faces.iter().flat_map(|(_, (outline, _))| outline);
-    let (x, y) = (
-        range(corners().map(|at| at.0)),
-        range(corners().map(|at| at.1)),
-    );
-    let mut figure = Figure::new(Axis::linear("", x.0, x.1), Axis::linear("", y.0, y.1))
-        .sized(460, 420)
-        .with_equal_scales()
-        .without_axes();
-    for (name, colour) in kinds {
-        let key = Shape::Patches(vec![(Vec::new(), colour.channels())]);
-        figure = figure.with(name, colour, key);
-    }
-    let patches = faces.into_iter().map(|(_, patch)| patch);
-    figure.with("", Colour::Ink, Shape::Patches(patches.collect()))
 }

@@ -476,29 +476,6 @@ fn measured_rows_are_judged_wherever_the_instruments_stand() {
     assert!(run.stderr.contains("wrong.csv:3"), "{}", run.stderr);
 }
 
-#[test]
-fn instruments_are_compared() {
-    let folder = folder();
-    let run = folder.run("plan robot.toml --compare --json c.json").ok();
-    for words in ["bar300", "laser tracker", "before"] {
-        assert!(run.stdout.contains(words), "{words}: {}", run.stdout);
-    }
-    let compared: Value = serde_json::from_str(&folder.read("c.json")).unwrap();
-    let instruments = compared["instruments"].as_array().unwrap();
-    let of = |name: &str, index: usize| {
-        let own = instruments.iter().find(|own| own["name"] == name).unwrap();
-        number(own, &format!("after/{index}/relative_rms_mm"))
-    };
-    for own in instruments {
-        let name = own["name"].as_str().unwrap();
-        let before = number(own, "before/relative_rms_mm");
-        assert!(of(name, 2) < of(name, 0) && of(name, 0) < before, "{name}");
-    }
-    // A bare plate says nothing of the scale; gauge blocks do.
-    assert!(of("blocks", 2) < 0.7 * of("plate", 2));
-    assert!(of("tracker", 2) < of("blocks", 2));
-}
-
 /// All proportions, and a robot with towers; with a noise of everything.
 fn robots() -> Vec<(String, RobotFile)> {
     let read = |text: &str| RobotFile::read(&InputText::new("robot.toml", text)).unwrap();

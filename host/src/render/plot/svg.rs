@@ -39,11 +39,7 @@ impl Figure {
         let y_ticks = self.y.ticks(y, most(height, BETWEEN_LABELS.1));
         let widest = y_ticks.iter().map(|(_, text)| text_width(text));
         let beside = if self.y.label.is_empty() { 14.0 } else { 34.0 };
-        let (left, below) = if self.axes_shown {
-            (widest.fold(0.0, f64::max) + beside, 46.0)
-        } else {
-            (MARGIN, MARGIN)
-        };
+        let (left, below) = (widest.fold(0.0, f64::max) + beside, 46.0);
         let (entries, above) = self.legend(left, width - MARGIN);
         let top = MARGIN + above;
         let size = (width - left - MARGIN - 8.0, height - top - below);
@@ -67,9 +63,7 @@ impl Figure {
         for (series, place) in entries {
             svg.entry(series, place);
         }
-        if self.axes_shown {
-            frame.axes(&mut svg);
-        }
+        frame.axes(&mut svg);
         for series in &self.series {
             frame.draw(series, &mut svg);
         }
@@ -199,11 +193,6 @@ impl Frame<'_> {
                     svg.area(&self.all(&corners), &style);
                 }
             }
-            Shape::Patches(patches) => {
-                for (outline, shade) in patches {
-                    svg.area(&self.all(outline), &format!("fill=\"{}\"", hex(*shade)));
-                }
-            }
             Shape::Points(points) | Shape::Rings(points) => {
                 for at in self.within(points) {
                     svg.mark(series, at);
@@ -231,9 +220,7 @@ impl Series {
             Shape::Dashed(_) => line(LINE) + " stroke-dasharray=\"8 6\"",
             Shape::Region(_) => filled(REGION),
             Shape::Tiles(_, opacity) => filled(*opacity),
-            Shape::Patches(_) | Shape::Points(_) | Shape::Labels(_) => {
-                format!("fill=\"{hex}\"")
-            }
+            Shape::Points(_) | Shape::Labels(_) => format!("fill=\"{hex}\""),
         }
     }
 }
@@ -294,22 +281,12 @@ impl Svg {
                 self.mark(series, (x + KEY / 2.0, y));
             }
             Shape::Labels(_) => {}
-            shape => {
-                let shade = match shape {
-                    Shape::Patches(patches) => patches.first().map(|(_, shade)| hex(*shade)),
-                    _ => None,
-                };
-                let style = shade.map_or(style, |shade| format!("fill=\"{shade}\""));
+            Shape::Region(_) | Shape::Tiles(..) => {
                 self.area(&[(x, low), (right, low), (right, high), (x, high)], &style);
             }
         }
         self.text((right + GAP, y), "start", Colour::Ink, &series.name);
     }
-}
-
-/// As in `#0072B2`.
-pub(super) fn hex([red, green, blue]: [u8; 3]) -> String {
-    format!("#{red:02X}{green:02X}{blue:02X}")
 }
 
 /// To hundredths.

@@ -1,0 +1,143 @@
+//! Simulated robots: their true geometry, where they are measured, and where they are tested.
+
+use super::plan::{Plan, Scenario, Spread};
+use crate::files::input::InputError;
+use crate::files::robot_file::RobotFile;
+use crate::planning::{Kind, Order, PlanError, PlanRequest, Wishes, plan as planned};
+use delta_cal::robot::{Arm, ParameterKind};
+use delta_cal::simulate::{random_pose, simulate_sample, standard_normal};
+use delta_cal::{Parameter, Robot, Sample};
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg32;
+
+/// Joint angles (radians) of one plan; random ones for each robot if `None`.
+pub(super) type Planned = Option<Vec<[f64; 3]>>;
+
+/// Poses as a user would plan them: once, for the nominal robot and the scenario's noise, and without a
+/// tolerance. All robots of a scenario are measured there.
+pub(super) fn measured_at(plan: &Plan, scenario: &Scenario) -> Result<Planned, InputError> {
+    plan_of(plan, scenario).map_err(|error| {
+        InputError::new(&plan.robot.name, format!("planned = [true]: {error}"))
+            .with_remedy(error.remedy())
+    })
+}
+
+fn plan_of(plan: &Plan, scenario: &Scenario) -> Result<Planned, PlanError> {
+    if !scenario.shared.planned {
+        return Ok(None);
+    }
+    let robot = RobotFile {
+        noise: scenario.noise,
+        tolerance: None,
+        ..plan.robot.clone()
+    };
+    let request = PlanRequest {
+        seed: plan.seed,
+        absolute: true,
+        order: Order::Shortest,
+        ..PlanRequest::new(&robot, Wishes::only(Kind::XYZ), scenario.shared.poses)
+    };
+    let found = planned(&request)?.measurements;
+    Ok(Some(found.iter().map(|own| own.pose.joints).collect()))
+}
+
+/// Poses over which the position error is stated; none of them is among the measured ones.
+pub const HELD_OUT_POSES: usize = 100;
+
+/// A robot whose true parameters are known, and measurements of it.
+#[derive(Debug, Clone)]
+pub(super) struct SimulatedRobot {
+    pub(super) truth: Robot<f64>,
+    /// With noise.
+    pub(super) samples: Vec<Sample<f64>>,
+    /// The exact joint angles of the samples, radians.
+    pub(super) measured: Vec<[f64; 3]>,
+    /// Joint angles that were not measured, radians.
+    pub(super) held_out: Vec<[f64; 3]>,
+}
+
+/// The robot that a seed stands for, as it is measured. `None` if the start error makes no robot of it, one
+/// without usable poses within the joint limits, or one that does not reach the planned ones.
+pub(super) fn simulate(
+    plan: &Plan,
+    scenario: &Scenario,
+    planned: &Planned,
+    seed: u64,
+) -> Option<SimulatedRobot> {
+    let mut rng = Pcg32::seed_from_u64(seed);
+    let truth = true_robot(plan, scenario, &mut rng)?;
+    let count = scenario.shared.poses;
+    let mut samples = Vec::with_capacity(count);
+    let mut measured = Vec::with_capacity(count);
+    for index in 0..count {
+        let pose = match planned {
+            Some(joints) => simulate_sample(&truth, joints.get(index)?, None, &mut rng).ok()?,
+            None => random_pose(&truth, &plan.robot.limits, &mut rng).ok()?,
+        };
+        measured.push(pose.joints);
+        samples.push(match &scenario.noise {
+            None => pose,
+            noise => simulate_sample(&truth, &pose.joints, noise.as_ref(), &mut rng).ok()?,
+        });
+    }
+    let held_out = (0..HELD_OUT_POSES)
+        .map(|_| random_pose(&truth, &plan.robot.limits, &mut rng).map(|pose| pose.joints))
+        .collect::<Result<_, _>>()
+        .ok()?;
+    Some(SimulatedRobot {
+        truth,
+        samples,
+        measured,
+        held_out,
+    })
+}
+
+fn true_robot(plan: &Plan, scenario: &Scenario, rng: &mut Pcg32) -> Option<Robot<f64>> {
+    let case = &scenario.shared;
+    let [first, second, third] = plan.robot.robot.arms();
+    let common = match case.start_error_radius_mm {
+        radius if radius > 0.0 => radius * scatter(case.spread, rng),
+        _ => 0.0,
+    };
+    let mut arm = |nominal: &Arm<f64>| {
+        let mut parameters = nominal.parameters();
+        for parameter in nominal.drive().parameters() {
+            let bound = match parameter.kind() {
+                ParameterKind::Length => case.start_error_mm,
+                // A tower that leans and a belt that is too long by as much move the platform alike.
+                ParameterKind::Angle | ParameterKind::Ratio => case.start_error_deg.to_radians(),
+            };
+            parameters[parameter.index()] += bound * scatter(case.spread, rng);
+        }
+        let [x, y, ..] = nominal.parameters();
+        let radius = x.hypot(y);
+        if common != 0.0 && radius > 0.0 {
+            parameters[0] += common * x / radius;
+            parameters[1] += common * y / radius;
+        }
+        if case.start_error_zero_deg > 0.0 {
+            let turn = case.start_error_zero_deg.to_radians() * scatter(case.spread, rng);
+            turn_upper_arm(nominal, &mut parameters, turn);
+        }
+        nominal.with_parameters(parameters).ok()
+    };
+    Robot::new([arm(first)?, arm(second)?, arm(third)?]).ok()
+}
+
+/// The upper arm in another direction where the joint reads 0, as much longer as its `La_x` is.
+fn turn_upper_arm(nominal: &Arm<f64>, parameters: &mut [f64; 8], turn: f64) {
+    let (x, y) = nominal.la();
+    let place = Parameter::LaX.index();
+    let length = nominal.upper_arm_length() + parameters[place] - x;
+    let direction = y.atan2(x) + turn;
+    parameters[place] = length * direction.cos();
+    parameters[place + 1] = length * direction.sin();
+}
+
+/// In units of the start error.
+fn scatter(spread: Spread, rng: &mut Pcg32) -> f64 {
+    match spread {
+        Spread::Uniform => f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0,
+        Spread::Normal => standard_normal::<f64, _>(rng),
+    }
+}

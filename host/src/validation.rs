@@ -8,20 +8,19 @@ mod interval;
 mod readings;
 
 use crate::accuracy::position_error::PositionError;
-use crate::accuracy::rigid_motion::degenerate;
 use crate::calibration::diagnosis::diagnose;
 use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, Readings, Row};
+use crate::files::samples_file::{Kind, Readings};
 use crate::fit::datum::Datum;
-use crate::fit::{Frame, Options, Unsolved};
+use crate::fit::{Frame, Options};
 use crate::text::count;
-use delta_cal::Sample;
 use delta_cal::frame::RigidTransform;
 pub use interval::{Bounded, RmsError, Verdict};
-use interval::{Read, RowDeviation, deviations, largest, poses_to_decide};
+use interval::{Read, RowDeviation, largest, poses_to_decide};
 use nalgebra::Vector3;
+use readings::{Deviations, deviations};
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::collections::BTreeMap;
@@ -129,29 +128,17 @@ pub fn validate(
         frame: request.frame,
         ..Options::default()
     };
-    let samples: Vec<_> = readings.samples().collect();
     let poses = readings.distinct_poses();
     check_poses(robot, readings, poses, &options)?;
-    let (rows, frame, read) = if readings.is_complete() {
-        let (frame, read) = match request.frame {
-            Frame::Base => (None, Read::IN_BASE),
-            Frame::Sensor => {
-                let frame = aligned(robot, &samples);
-                let frame = frame.map_err(|cause| unknown_frame(readings, &cause))?;
-                (Some(frame), Read::IN_SENSOR)
-            }
-        };
-        let rows = deviations(robot, &samples, frame.as_ref())
-            .map_err(|index| unreachable(robot, readings, index))?;
-        (rows, frame, read)
-    } else {
-        let found = readings::deviations(robot, readings, request.frame)
-            .map_err(|why| undetermined(readings, &why))?;
-        let read = Read {
-            coordinates: found.coordinates,
-            taken_up: found.taken_up,
-        };
-        (found.rows, found.places.frame, read)
+    let Deviations {
+        rows,
+        frame,
+        taken_up,
+        coordinates,
+    } = deviations(robot, readings, request.frame)?;
+    let read = Read {
+        coordinates,
+        taken_up,
     };
     let deviation = PositionError::of(rows.iter().map(|row| (Some(row.length()), row.line)));
     if deviation.lies_elsewhere(&robot.robot) {
@@ -255,17 +242,6 @@ fn in_known_frame(
     Ok((readings.turned(&frame.inverse()).moved(&-target), request))
 }
 
-fn undetermined(readings: &Readings, why: &Unsolved) -> CalibrateError {
-    match why {
-        Unsolved::Row(index, error) => readings.fault(*index, error.to_string()).into(),
-        _ => unknown_frame(
-            readings,
-            "the readings do not determine where planes, points or the frame are",
-        )
-        .into(),
-    }
-}
-
 /// The mean squared deviation of every pose, and the mean square of the noise. Rows of one pose share the robot's
 /// error, so that together they are one draw of it.
 fn by_poses(rows: &[RowDeviation]) -> (Vec<f64>, Option<f64>) {
@@ -322,27 +298,6 @@ fn check_poses(
         .into())
 }
 
-/// The motion from the robot's frame to the sensor's that fits the points best.
-fn aligned(robot: &RobotFile, samples: &[Row<Sample<f64>>]) -> Result<RigidTransform<f64>, String> {
-    let [arm, ..] = robot.robot.arms();
-    let points: Vec<_> = samples.iter().map(|row| row.value.position).collect();
-    if let Some(how) = degenerate(points.into_iter(), arm.lb()) {
-        return Err(format!(
-            "the measured points lie {how}, so the sensor's frame is not determined"
-        ));
-    }
-    let pairs = samples.iter().filter_map(|row| {
-        let expected = robot.robot.forward(&row.value.joints).ok()?;
-        Some((expected, row.value.position))
-    });
-    RigidTransform::align(pairs).map_err(|error| error.to_string())
-}
-
-fn unknown_frame(readings: &Readings, cause: &str) -> Refused {
-    let remedy = "measure more poses, spread over the whole workspace";
-    Refused::new(format!("{}: {cause}", readings.name), remedy)
-}
-
 /// The sample that is much further off than the others, if there is one.
 fn outlier(error: &PositionError) -> Option<String> {
     let line = error.max_at_line.filter(|_| error.is_outlier(error.max))?;
@@ -350,14 +305,6 @@ fn outlier(error: &PositionError) -> Option<String> {
         "line {line}: {:.3} mm off, while half of the samples are within {:.3} mm",
         error.max, error.median
     ))
-}
-
-fn unreachable(robot: &RobotFile, readings: &Readings, index: usize) -> InputError {
-    let cause = format!(
-        "the robot of {} does not reach these joint angles",
-        robot.name
-    );
-    readings.fault(index, cause)
 }
 
 /// Half of the points are out of all proportion: units, columns or the frame are wrong.

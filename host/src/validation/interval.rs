@@ -1,13 +1,7 @@
-//! How far each measured position is from where the robot of the file says it is, the rms and the largest position error
-//! with their confidence intervals, and what these say of a limit.
+//! The rms and the largest position error of deviations, with their confidence intervals, and what these say of a limit.
 
-use crate::accuracy::information::whitening;
 use crate::accuracy::quantiles::quantile;
-use crate::accuracy::rigid_motion::RigidMotions;
-use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::Row;
-use delta_cal::frame::RigidTransform;
-use delta_cal::{Noise, Robot, Sample};
+use delta_cal::Sample;
 use nalgebra::Vector3;
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
@@ -42,22 +36,6 @@ pub(super) struct Read {
     /// How many of all the frame and the instruments took up.
     pub(super) taken_up: f64,
 }
-
-impl Read {
-    /// Positions in the robot's frame.
-    pub(super) const IN_BASE: Self = Self {
-        coordinates: 3.0,
-        taken_up: 0.0,
-    };
-    /// Positions in a frame that was fitted.
-    pub(super) const IN_SENSOR: Self = Self {
-        coordinates: 3.0,
-        taken_up: FRAME,
-    };
-}
-
-/// Coordinates that the frame of the sensor takes up.
-const FRAME: f64 = 6.0;
 
 /// A figure with its 95 % confidence limits, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -297,63 +275,6 @@ impl RowDeviation {
     }
 }
 
-/// Of every row; `Err` with the index of a row whose joint angles the robot does not reach. `frame` is that of the
-/// sensor, if it was adjusted.
-pub(super) fn deviations(
-    robot: &RobotFile,
-    samples: &[Row<Sample<f64>>],
-    frame: Option<&RigidTransform<f64>>,
-) -> Result<Vec<RowDeviation>, usize> {
-    let to_robot = frame.map(RigidTransform::inverse);
-    let mut rows = Vec::with_capacity(samples.len());
-    for (index, row) in samples.iter().enumerate() {
-        let position = row.value.position;
-        let measured = Sample {
-            position: to_robot
-                .as_ref()
-                .map_or(position, |own| own.apply(&position)),
-            ..row.value
-        };
-        let expected = robot.robot.forward(&measured.joints).map_err(|_| index)?;
-        let deviation = measured.position - expected;
-        rows.push(RowDeviation {
-            line: row.line,
-            measured,
-            deviation,
-            leverage: 0.0,
-            noise: robot
-                .noise
-                .as_ref()
-                .and_then(|noise| row_noise(&robot.robot, &measured, &deviation, noise)),
-        });
-    }
-    if frame.is_some() {
-        let points: Vec<_> = rows.iter().map(|row| row.measured.position).collect();
-        if let Some(motions) = RigidMotions::of(points.into_iter()) {
-            for row in &mut rows {
-                row.leverage = motions.leverage(&row.measured.position);
-            }
-        }
-    }
-    Ok(rows)
-}
-
-fn row_noise(
-    robot: &Robot<f64>,
-    measured: &Sample<f64>,
-    deviation: &Vector3<f64>,
-    noise: &Noise<f64>,
-) -> Option<RowNoise> {
-    let whitening = whitening(robot, measured, noise)?;
-    let factor = whitening.try_inverse()?;
-    let covariance = factor * factor.transpose();
-    Some(RowNoise {
-        mean_square: covariance.trace(),
-        largest: covariance.symmetric_eigenvalues().max().max(0.0).sqrt(),
-        squares: (whitening * deviation).norm_squared(),
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::{Read, RmsError};
@@ -362,7 +283,11 @@ mod tests {
     #[test]
     fn deviations_below_the_noise_do_not_prove_that_there_is_no_error() {
         let noise = 4e-4;
-        let of = |square: f64| RmsError::of(&[square; 20], noise, Read::IN_BASE);
+        let read = Read {
+            coordinates: 3.0,
+            taken_up: 0.0,
+        };
+        let of = |square: f64| RmsError::of(&[square; 20], noise, read);
         let (less, expected) = (of(0.25 * noise), of(noise));
         let upper = less.bounded().interval.1;
         assert!(upper > Some(0.1 * f64::sqrt(noise)), "{upper:?}");

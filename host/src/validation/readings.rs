@@ -1,13 +1,17 @@
-//! Deviations of heights, distances and single coordinates: planes, points and a frame of which nothing is known are fitted
-//! to the readings first, with the robot as it is.
+//! Deviations of readings of any kind: planes, points and a frame of which nothing is known are fitted to the readings
+//! first, with the robot as it is.
 
 use super::interval::{RowDeviation, RowNoise};
+use crate::accuracy::rigid_motion::{RigidMotions, degenerate};
+use crate::calibration::refusal::{CalibrateError, Refused};
+use crate::files::input::InputError;
 use crate::files::robot_file::{KnownPlane, RobotFile};
 use crate::files::samples_file::{Kind, READINGS, Reading, ReadingFrom, Readings};
-use crate::fit::solution::{Places, Solution};
+use crate::fit::solution::Places;
 use crate::fit::{Frame, Options, Unsolved, solve};
+use delta_cal::frame::RigidTransform;
 use delta_cal::{Robot, Sample, Tolerance};
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, DVector, Vector3};
 
 /// So near the robot stays to its file while the instruments are found: this part of the forearm, and radians.
 const HELD: f64 = 1e-8;
@@ -19,7 +23,8 @@ const TILT: f64 = 0.1;
 /// Every reading's deviation.
 pub(super) struct Deviations {
     pub(super) rows: Vec<RowDeviation>,
-    pub(super) places: Places,
+    /// From the robot's frame to the sensor's, if that was fitted.
+    pub(super) frame: Option<RigidTransform<f64>>,
     /// How many readings the unknowns of the instruments took up.
     pub(super) taken_up: f64,
     /// Readings of a row, on average.
@@ -34,7 +39,79 @@ pub(super) fn deviations(
     robot: &RobotFile,
     readings: &Readings,
     frame: Frame,
-) -> Result<Deviations, Unsolved> {
+) -> Result<Deviations, CalibrateError> {
+    let (places, leverages) = if readings.is_complete() {
+        of_positions(robot, readings, frame)?
+    } else {
+        of_instruments(robot, readings, frame).map_err(|why| match why {
+            Unsolved::Row(index, error) => readings.fault(index, error.to_string()).into(),
+            _ => {
+                let cause = "the readings do not determine where planes, points or the frame are";
+                CalibrateError::from(unknown_frame(readings, cause))
+            }
+        })?
+    };
+    let (mut rows, mut taken_up, mut coordinates) = (Vec::new(), 0.0, 0.0);
+    for (index, (row, leverage)) in readings.rows.iter().zip(&leverages).enumerate() {
+        for kind in Kind::ALL {
+            let of = deviation(robot, &places, &row.value, kind, leverage);
+            let of = of.ok_or_else(|| unreachable(robot, readings, index))?;
+            let Some((own, used, count)) = of else {
+                continue;
+            };
+            rows.push(RowDeviation {
+                line: row.line,
+                ..own
+            });
+            taken_up += used;
+            coordinates += count;
+        }
+    }
+    Ok(Deviations {
+        coordinates: coordinates / (rows.len() as f64).max(1.0),
+        rows,
+        frame: places.frame,
+        taken_up,
+    })
+}
+
+/// Where the instruments are, and of each reading how much of its deviation finding them took up, 0 to 1.
+type Found = (Places, Vec<[f64; READINGS]>);
+
+/// Of complete positions: a frame of the sensor is the rigid motion that fits best.
+fn of_positions(robot: &RobotFile, readings: &Readings, frame: Frame) -> Result<Found, Refused> {
+    let mut places = Places {
+        frame: None,
+        planes: Vec::new(),
+        points: Vec::new(),
+    };
+    let mut leverages = vec![[0.0; READINGS]; readings.rows.len()];
+    if frame == Frame::Base {
+        return Ok((places, leverages));
+    }
+    let samples: Vec<_> = readings.samples().collect();
+    let [arm, ..] = robot.robot.arms();
+    let points = samples.iter().map(|row| row.value.position);
+    if let Some(how) = degenerate(points.clone(), arm.lb()) {
+        let cause =
+            format!("the measured points lie {how}, so the sensor's frame is not determined");
+        return Err(unknown_frame(readings, &cause));
+    }
+    let pairs = samples.iter().filter_map(|row| {
+        let expected = robot.robot.forward(&row.value.joints).ok()?;
+        Some((expected, row.value.position))
+    });
+    let found = RigidTransform::align(pairs);
+    places.frame = Some(found.map_err(|error| unknown_frame(readings, &error.to_string()))?);
+    if let Some(motions) = RigidMotions::of(points.clone()) {
+        for (leverage, point) in leverages.iter_mut().zip(points) {
+            leverage[..3].fill(motions.leverage(&point));
+        }
+    }
+    Ok((places, leverages))
+}
+
+fn of_instruments(robot: &RobotFile, readings: &Readings, frame: Frame) -> Result<Found, Unsolved> {
     let [arm, ..] = robot.robot.arms();
     let mut held = robot.clone();
     held.tolerance = Tolerance::new(HELD * arm.lb(), HELD).ok();
@@ -45,12 +122,8 @@ pub(super) fn deviations(
     held.instruments.distance_noise = None;
     // Poses above one another do not show a plane's tilt: it is nearly level then.
     for name in &readings.planes {
-        if held
-            .instruments
-            .planes
-            .iter()
-            .all(|plane| plane.name != *name)
-        {
+        let mut planes = held.instruments.planes.iter();
+        if planes.all(|plane| plane.name != *name) {
             held.instruments.planes.push(KnownPlane {
                 name: name.clone(),
                 line: 0,
@@ -66,86 +139,90 @@ pub(super) fn deviations(
         ..Options::default()
     };
     let solution = solve(&held, readings, &options)?;
-    let (mut rows, mut taken_up, mut coordinates) = (Vec::new(), 0.0, 0.0);
-    for (index, row) in readings.rows.iter().enumerate() {
-        let leverage = solution.rows[index].leverage;
-        for kind in Kind::ALL {
-            let Some((own, used, count)) = deviation(robot, &solution, &row.value, kind, leverage)
-            else {
-                continue;
-            };
-            rows.push(RowDeviation {
-                line: row.line,
-                ..own
-            });
-            taken_up += used;
-            coordinates += count;
-        }
-    }
-    let count = rows.iter().fold(0.0, |count: f64, _| count + 1.0);
-    Ok(Deviations {
-        rows,
-        places: solution.places,
-        taken_up,
-        coordinates: coordinates / count.max(1.0),
-    })
+    let leverages = solution.rows.iter().map(|row| row.leverage).collect();
+    Ok((solution.places, leverages))
 }
 
-/// Of the readings of one kind in a row, with how much of them was taken up and how many they are.
+fn unknown_frame(readings: &Readings, cause: &str) -> Refused {
+    let remedy = "measure more poses, spread over the whole workspace";
+    Refused::new(format!("{}: {cause}", readings.name), remedy)
+}
+
+fn unreachable(robot: &RobotFile, readings: &Readings, index: usize) -> InputError {
+    let cause = format!(
+        "the robot of {} does not reach these joint angles",
+        robot.name
+    );
+    readings.fault(index, cause)
+}
+
+/// Of the readings of one kind in a row, with how much of them was taken up and how many they are: none if there is
+/// no such reading. `None` if the robot does not reach the row.
 fn deviation(
     robot: &RobotFile,
-    solution: &Solution,
+    places: &Places,
     reading: &Reading,
     kind: Kind,
-    leverage: [f64; READINGS],
-) -> Option<(RowDeviation, f64, f64)> {
+    leverage: &[f64; READINGS],
+) -> Option<Option<(RowDeviation, f64, f64)>> {
     let position = robot.robot.forward(&reading.joints).ok()?;
-    let by_joints = robot
-        .robot
-        .platform_jacobian(&position, &reading.joints)
-        .ok()?
-        .by_joints;
-    let expected = solution.places.expected(&robot.robot, reading);
-    let mut off = Vector3::zeros();
-    let (mut used, mut count) = (0.0, 0.0);
-    let (mut variance, mut largest, mut squares) = (Some(0.0), 0.0_f64, 0.0);
+    let expected = places.expected(&robot.robot, reading);
+    let (mut off, mut used) = (Vector3::zeros(), 0.0);
+    let mut noises = Vec::with_capacity(READINGS);
     for (place, read) in reading.read().into_iter().enumerate() {
-        let (Some(read), Some(expected), true) =
-            (read, expected[place], Kind::of_place(place) == kind)
-        else {
+        let (Some(read), true) = (read, Kind::of_place(place) == kind) else {
             continue;
         };
         let axis = if kind == Kind::Position { place } else { 2 };
-        off[axis] = read - expected;
+        off[axis] = read - expected[place]?;
         used += leverage[place];
-        count += 1.0;
-        let own = noise(robot, kind, axis).map(|(sigma, joint)| {
-            let along = direction(robot, &solution.places, reading, place, &position);
-            let by_joint = along.map_or(0.0, |along| {
-                (by_joints.tr_mul(&along) * joint).norm_squared()
-            });
-            sigma * sigma + by_joint
-        });
-        variance = variance.zip(own).map(|(sum, own)| sum + own);
-        largest = largest.max(own.unwrap_or_default().sqrt());
-        squares += own.map_or(0.0, |own| off[axis].powi(2) / own);
+        let along = direction(robot, places, reading, place, &position)?;
+        noises.push((axis, along, noise(robot, kind, axis)));
     }
-    (count > 0.0).then(|| {
-        let own = RowDeviation {
-            line: 0,
-            measured: Sample {
-                joints: reading.joints,
-                position,
-            },
-            deviation: off,
-            leverage: used / count,
-            noise: variance.map(|mean_square| RowNoise {
-                mean_square,
-                largest,
-                squares,
-            }),
-        };
-        (own, used, count)
+    let count = noises.len() as f64;
+    if noises.is_empty() {
+        return Some(None);
+    }
+    let own = RowDeviation {
+        line: 0,
+        measured: Sample {
+            joints: reading.joints,
+            position,
+        },
+        deviation: off,
+        leverage: used / count,
+        noise: row_noise(&robot.robot, &reading.joints, &position, &off, &noises),
+    };
+    Some(Some((own, used, count)))
+}
+
+/// The axis of a reading's deviation, ∂h/∂X, and σ of the reading and of the joints.
+type ReadingNoise = (usize, Vector3<f64>, Option<(f64, f64)>);
+
+/// `None` if the noise of a reading is not stated, or at a singularity.
+fn row_noise(
+    robot: &Robot<f64>,
+    joints: &[f64; 3],
+    position: &Vector3<f64>,
+    off: &Vector3<f64>,
+    noises: &[ReadingNoise],
+) -> Option<RowNoise> {
+    let by_joints = robot.platform_jacobian(position, joints).ok()?.by_joints;
+    let count = noises.len();
+    let mut by_joint = DMatrix::zeros(count, 3);
+    let mut covariance = DMatrix::zeros(count, count);
+    for (index, (_, along, noise)) in noises.iter().enumerate() {
+        let (sigma, joint) = (*noise)?;
+        by_joint.set_row(index, &(along.transpose() * by_joints * joint));
+        covariance[(index, index)] = sigma * sigma;
+    }
+    covariance += &by_joint * by_joint.transpose();
+    let deviation = DVector::from_iterator(count, noises.iter().map(|own| off[own.0]));
+    let weighed = covariance.clone().cholesky()?.solve(&deviation);
+    Some(RowNoise {
+        mean_square: covariance.trace(),
+        largest: covariance.symmetric_eigenvalues().max().max(0.0).sqrt(),
+        squares: deviation.dot(&weighed),
     })
 }
 

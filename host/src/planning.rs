@@ -1,4 +1,4 @@
-//! What to measure: the set of measurements after which positions are known best, for any mixture of heights,
+//! What to measure: the set of measurements that minimises the expected position error, for any mixture of heights,
 //! distances and coordinates; and what the rows of a file determine.
 //!
 //! ```text
@@ -35,19 +35,19 @@ pub enum PlanError {
     /// Fewer than [`LEAST`] or more than [`MOST`].
     #[error("{0} measurements cannot be planned, only {LEAST} to {MOST}")]
     Count(usize),
-    /// The kinds that are wanted may be measured only so often.
+    /// The request's limits per kind allow too few measurements.
     #[error("--measure allows only {0} measurements in all")]
     TooFewOfAKind(usize),
-    /// Such measurements cannot be taken anywhere.
+    /// No reachable pose allows this kind of measurement.
     #[error("no reachable pose allows this measurement: {}", .0.title())]
     NoMeasurement(Kind),
-    /// More unknowns of instruments than a calibration has room for.
+    /// The instruments have more unknowns than a calibration has room for.
     #[error("frame, planes and points have too many unknowns together")]
     TooManyInstruments,
-    /// The limits leave no pose that is clear of singularities.
-    #[error("no usable pose: within the limits no pose is reachable and clear of singularities")]
+    /// No pose within the limits is clear of singularities.
+    #[error("no usable pose: no pose within the limits is reachable and clear of singularities")]
     NoPose,
-    /// The region holds no pose that the robot can take, or next to none.
+    /// The robot reaches (almost) no pose in the region.
     #[error(
         "no usable pose within {region}, or next to none: the robot reaches x {:.0} to {:.0}, y {:.0} to {:.0}, z {:.0} \
          to {:.0} mm, and not all of that",
@@ -56,34 +56,34 @@ pub enum PlanError {
     OutsideWorkspace {
         /// The region.
         region: Region,
-        /// Smallest and largest x, y and z that random poses without it reach, mm.
+        /// Smallest and largest x, y and z that the robot reaches, mm.
         reached: [(f64, f64); 3],
     },
-    /// The measurements that are allowed do not determine the robot.
-    #[error("the poses that are allowed do not determine the parameters")]
+    /// The allowed measurements do not determine the robot.
+    #[error("the allowed poses do not determine the parameters")]
     Singular,
-    /// The best measurements still leave a parameter unknown: a calibration from them would be refused.
+    /// Even the best measurements leave a parameter so uncertain that a calibration would refuse.
     #[error(
-        "the poses that are allowed do not determine the robot: {parameter} of {arm} would be known only to {} (σ)",
+        "the allowed poses do not determine the robot: {parameter} of {arm} would be known only to {} (σ)",
         in_file_units(*parameter, *sigma)
     )]
     NotDetermined {
         /// Its arm.
         arm: ArmIndex,
-        /// The one known worst.
+        /// The least known parameter.
         parameter: Parameter,
         /// One σ of it, mm or radians.
         sigma: f64,
     },
-    /// No number of measurements up to [`MOST`] is expected to reach an accuracy.
+    /// No number of measurements up to [`MOST`] is expected to reach the required accuracy.
     #[error(
         "no number of measurements up to {MOST} reaches {wanted} mm: {MOST} are expected to reach {} mm",
         small(*reached)
     )]
     TooAccurate {
-        /// What was asked for, mm.
+        /// The required accuracy, mm.
         wanted: f64,
-        /// What [`MOST`] measurements are expected to reach, mm.
+        /// The accuracy expected of [`MOST`] measurements, mm.
         reached: f64,
     },
 }
@@ -93,10 +93,12 @@ impl PlanError {
     pub const fn remedy(&self) -> &'static str {
         match self {
             Self::Count(count) if *count > MOST => {
-                "plan fewer: beyond a hundred each further measurement adds hardly anything"
+                "plan fewer: beyond a hundred, further measurements add little"
             }
             Self::Count(_) => "plan 12 or more",
-            Self::TooFewOfAKind(_) => "give a smaller --count, or allow more of a kind",
+            Self::TooFewOfAKind(_) => {
+                "give a smaller --count, or allow more measurements of a kind"
+            }
             Self::NoMeasurement(_) => {
                 "check the planes, points and lengths in the robot file: the robot must get there within its limits \
                  and clear of singularities"
@@ -107,13 +109,13 @@ impl PlanError {
                  angle swings the arm towards the platform"
             }
             Self::OutsideWorkspace { .. } => {
-                "move the region into the workspace; its z is negative below the base"
+                "move the region into the workspace; z is negative below the base"
             }
             Self::Singular | Self::NotDetermined { .. } => {
                 "allow a larger region or more poses, or state [noise] and [tolerance] in the robot file"
             }
             Self::TooAccurate { .. } => {
-                "ask for less, or measure with less noise and state it in [noise]"
+                "ask for less accuracy, or measure with less noise and state it in [noise]"
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Measurements that may be chosen: at poses that may be taken, with the instruments where they are.
+//! Candidate measurements: allowed poses, read by the instruments where they stand.
 
 use super::PlanError;
 use super::request::{Kind, Wishes, below};
@@ -8,23 +8,23 @@ use delta_cal::{Parameter, Robot, Sample};
 use nalgebra::Vector3;
 use rand_pcg::Pcg32;
 
-/// Draws without a usable measurement before there is said to be none.
+/// After this many draws without a usable measurement, the search gives up.
 const HOPELESS: usize = 20_000;
-/// Draws a candidate at most, on average.
+/// Draws allowed per candidate, on average.
 const DRAWS: usize = 400;
-/// Poses that show how steep the workspace is.
+/// Poses sampled to find out how steep the workspace is.
 const DRAWN: usize = 200;
-/// Where an error along a forearm moves the platform by more than this factor, the robot is far from linear, and
-/// a calibration from poses that are all so may lead nowhere.
+/// Where an error along a forearm moves the platform by more than this factor, the robot is far from linear. A
+/// calibration from such poses alone may not converge.
 const STEEP: f64 = 3.0;
-/// Measurements of each kind and instrument that show where the instruments are, whatever else is looked at.
+/// Measurements per kind and instrument that locate the instruments, whatever else is measured.
 const ANCHORS: usize = 40;
 
 /// Where measurements are drawn from.
 pub(super) struct Candidates<'a> {
     setup: &'a Setup,
     selection: &'a Selection<'a>,
-    /// [`STEEP`], or what half of the workspace is where that is more.
+    /// [`STEEP`], or the median over the workspace if that is larger.
     steep: f64,
 }
 
@@ -46,7 +46,7 @@ impl<'a> Candidates<'a> {
         })
     }
 
-    /// So many in all, of each kind as many or one more.
+    /// `count` in all, divided evenly among the kinds.
     pub(super) fn of_kinds(
         &self,
         kinds: &Wishes,
@@ -61,7 +61,7 @@ impl<'a> Candidates<'a> {
         Ok(all)
     }
 
-    /// Some of each kind with each instrument.
+    /// [`ANCHORS`] of each kind with each instrument.
     pub(super) fn anchors(
         &self,
         kinds: &Wishes,
@@ -84,7 +84,7 @@ impl<'a> Candidates<'a> {
         }
     }
 
-    /// So many of one kind, with one instrument or with any.
+    /// `count` of one kind, with one instrument or with any.
     fn of(
         &self,
         kind: Kind,
@@ -104,7 +104,7 @@ impl<'a> Candidates<'a> {
             }
             draws += 1;
             if draws >= HOPELESS + DRAWS * found.len() {
-                // Where a region or the limits leave nothing at all, that is said first.
+                // If the region or the limits leave no pose at all, report that instead.
                 self.selection.draw_many(1, rng)?;
                 return Err(PlanError::NoMeasurement(kind));
             }
@@ -112,7 +112,7 @@ impl<'a> Candidates<'a> {
         Ok(found)
     }
 
-    /// One near another, one σ of its joint angles in radians away; `None` if that is not allowed.
+    /// A measurement near another; `spread` is one σ of the joint angles, radians. `None` if it is not allowed.
     pub(super) fn near(&self, own: &Planned, spread: f64, rng: &mut Pcg32) -> Option<Planned> {
         let pose = self.selection.near(&own.pose, spread, rng)?;
         let other = match &own.other {
@@ -123,8 +123,8 @@ impl<'a> Candidates<'a> {
         self.placed(own.kind, pose, other, at)
     }
 
-    /// The measurement nearest to poses: on a gauge block of a plane, or as far from its point or its other pose
-    /// as can be measured. `at`: which plane and block, or which point.
+    /// Moves poses to where they can be measured: onto a gauge block, or to a measurable distance from a point or from
+    /// the other pose. `at`: plane and block, or point.
     fn placed(
         &self,
         kind: Kind,
@@ -162,14 +162,14 @@ impl<'a> Candidates<'a> {
                 }
             }
         }
-        // Complete positions lead there from anywhere.
+        // From complete positions a calibration converges anywhere.
         let robot = &self.setup.robot.robot;
         let mut poses = std::iter::once(&planned.pose).chain(&planned.other);
         let gentle = kind == Kind::XYZ || poses.all(|pose| steepness(robot, pose) <= self.steep);
         gentle.then_some(planned)
     }
 
-    /// The pose on the line from a place to another pose whose distance can be measured.
+    /// The pose on the line through a place and another pose whose distance from the place can be measured.
     fn as_far(
         &self,
         from: &Vector3<f64>,
@@ -187,7 +187,7 @@ impl<'a> Candidates<'a> {
     }
 }
 
-/// By what factor an error along a forearm moves the platform at most.
+/// The largest factor by which an error along a forearm moves the platform.
 fn steepness(robot: &Robot<f64>, pose: &Sample<f64>) -> f64 {
     let jacobian = robot.platform_jacobian(&pose.position, &pose.joints);
     jacobian.map_or(f64::INFINITY, |jacobian| {

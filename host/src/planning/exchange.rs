@@ -1,5 +1,5 @@
-//! Fedorov's exchange: one candidate of the set after the other is replaced by that which betters the
-//! set most, until none does.
+//! Fedorov's exchange: each candidate in the set is replaced in turn by the one that improves the set most, until
+//! no replacement improves it.
 //!
 //! V. V. Fedorov, *Theory of Optimal Experiments*, 1972; one replacement at a time as R. D. Cook and
 //! C. J. Nachtsheim, "A comparison of algorithms for constructing exact D-optimal designs",
@@ -7,33 +7,33 @@
 
 use nalgebra::{Const, DMatrix, Dyn, OMatrix, SMatrix};
 
-/// Passes over the set at most; it settles after some ten.
+/// Most passes over the set; about ten are enough.
 const PASSES: usize = 40;
-/// An exchange must better the criterion by this part of it.
+/// An exchange must improve the criterion by at least this fraction.
 const WORTHWHILE: f64 = 1e-9;
-/// Candidates side by side: the compiler computes with all of them at once.
+/// Candidates processed side by side, so that the compiler can vectorise.
 const LANES: usize = 8;
 
-/// What a candidate adds to the information: `R` rows, transposed.
+/// A candidate's contribution to the information: `R` rows, transposed.
 pub(super) type Rows<const R: usize> = OMatrix<f64, Dyn, Const<R>>;
-/// A small matrix of each candidate of a group.
+/// A small matrix for each candidate of a group.
 type Each<const R: usize> = [SMatrix<f64, R, R>; LANES];
 
-/// The candidates, what is known before any is measured, and what a set is judged by.
+/// The candidates, the information before any measurement, and the criterion's weights.
 pub(super) struct Pool<'a, const R: usize> {
     rows: &'a [Rows<R>],
     /// The same rows entry by entry for a group of candidates: `R` times the unknowns.
     lanes: Vec<Vec<[f64; LANES]>>,
-    /// Of which kind each is.
+    /// The kind of each candidate.
     kinds: &'a [usize],
-    /// Information before.
+    /// Information before any measurement.
     prior: &'a DMatrix<f64>,
     weights: &'a DMatrix<f64>,
     /// How many of each kind a set may hold.
     most: &'a [usize],
 }
 
-/// A set of candidates, by index, and the covariance it leaves.
+/// A set of candidates, by index, and the covariance after measuring them.
 #[derive(Debug, Clone)]
 pub(super) struct Set {
     pub(super) chosen: Vec<usize>,
@@ -44,7 +44,7 @@ pub(super) struct Set {
     pub(super) value: f64,
 }
 
-/// What adding a candidate, rows V, to the set would do.
+/// The effect of adding a candidate, rows V, to the set.
 #[derive(Debug, Clone, Copy)]
 struct Addition<const R: usize> {
     /// Vᵀ C V.
@@ -53,7 +53,7 @@ struct Addition<const R: usize> {
     weighted: SMatrix<f64, R, R>,
     /// (I + Vᵀ C V)⁻¹.
     inverse: SMatrix<f64, R, R>,
-    /// By which tr W C falls.
+    /// The decrease of tr W C.
     gain: f64,
 }
 
@@ -113,11 +113,11 @@ impl<'a, const R: usize> Pool<'a, R> {
         })
     }
 
-    /// Exchanges until nothing is gained.
+    /// Exchanges until nothing improves.
     pub(super) fn exchange(&self, mut set: Set) -> Set {
         let mut taken = self.taken(&set);
         for _ in 0..PASSES {
-            // Anew in every pass: updates gather rounding.
+            // Recomputed in every pass: updates accumulate rounding errors.
             let mut additions = self.additions(&set);
             let mut bettered = false;
             for place in 0..set.chosen.len() {
@@ -128,7 +128,7 @@ impl<'a, const R: usize> Pool<'a, R> {
                 };
                 let mut chosen = set.chosen.clone();
                 let removed = std::mem::replace(&mut chosen[place], candidate);
-                // From the rows, for the same reason.
+                // Recomputed from the rows, for the same reason.
                 let exchanged = self.set(chosen);
                 let Some(exchanged) = exchanged.filter(|own| own.value < threshold) else {
                     continue;
@@ -151,7 +151,7 @@ impl<'a, const R: usize> Pool<'a, R> {
         set
     }
 
-    /// The candidates that better a set most if they are added to it one after the other.
+    /// Adds the candidates that improve a set most, one at a time.
     pub(super) fn add(&self, mut set: Set, count: usize) -> Set {
         let mut taken = self.taken(&set);
         for _ in 0..count {
@@ -203,8 +203,8 @@ impl<'a, const R: usize> Pool<'a, R> {
         additions
     }
 
-    /// What the additions are after a candidate was added to a set and another removed. `None` if rounding leaves
-    /// nothing of that. With the information of rows U added (±1) or taken away, S = C U and Z = ±(I ± Uᵀ S)⁻¹:
+    /// Updates the additions after one candidate was added to the set and another removed. `None` if rounding makes
+    /// that impossible. When the information of rows U is added or removed (±), with S = C U and Z = ±(I ± Uᵀ S)⁻¹:
     ///
     /// ```text
     /// C' = C − S Z Sᵀ
@@ -244,7 +244,7 @@ impl<'a, const R: usize> Pool<'a, R> {
         Some(())
     }
 
-    /// The candidate that replaces the one at a place of the set best, and the criterion then.
+    /// The best replacement for the candidate at a place in the set, and the criterion after it.
     fn best(
         &self,
         set: &Set,
@@ -298,9 +298,8 @@ impl<const R: usize> Addition<R> {
         }
     }
 
-    /// By how much the criterion changes if the candidate, rows V, is added and another, rows U, then removed.
-    /// Adding first leaves nothing singular in between. Given Vᵀ C U and Vᵀ C W C U. `None` if what is left is
-    /// singular.
+    /// The change of the criterion if the candidate, rows V, is added and then another, rows U, removed, given Vᵀ C U
+    /// and Vᵀ C W C U. Adding first keeps the information regular in between. `None` if it is singular afterwards.
     fn less(
         &self,
         coupling: &SMatrix<f64, R, R>,
@@ -316,7 +315,7 @@ impl<const R: usize> Addition<R> {
     }
 }
 
-/// Of a small matrix that is positive definite but for rounding; in closed form, unlike a Cholesky factor's.
+/// The inverse, in closed form, of a small matrix that is positive definite up to rounding.
 fn inverse<const R: usize>(matrix: SMatrix<f64, R, R>) -> Option<SMatrix<f64, R, R>> {
     let inverse = matrix.try_inverse()?;
     let positive = (0..R).all(|index| inverse[(index, index)] > 0.0);
@@ -343,7 +342,7 @@ fn between<const R: usize>(lanes: &[[f64; LANES]], matrix: &DMatrix<f64>) -> Eac
     let mut products = [SMatrix::<f64, R, R>::zeros(); LANES];
     for (column, right) in lanes.chunks_exact(unknowns).enumerate() {
         for (own, of_column) in matrix.column_iter().enumerate() {
-            // Of C V the one entry that this row of C gives.
+            // The entry of C V that belongs to this row of C.
             let sums = sum(right, of_column.iter());
             for (index, left) in lanes.chunks_exact(unknowns).enumerate() {
                 for lane in 0..LANES {
@@ -370,8 +369,7 @@ fn sum<'a>(row: &[[f64; LANES]], factors: impl Iterator<Item = &'a f64>) -> [f64
 mod tests {
     use super::*;
 
-    /// An exchange by its formulas is the one that inverting anew finds best, and no exchange is left that
-    /// betters the set.
+    /// The result is a local optimum: no single exchange, evaluated by direct inversion, improves the set.
     #[test]
     fn an_exchange_ends_where_no_other_candidate_is_better() {
         let mut state = 1_u32;

@@ -1,5 +1,5 @@
-//! What measurements say before they are taken, and how well a robot is known after them: the variance of its positions
-//! over the workspace, from the Cramér–Rao bound with the tolerance as prior.
+//! How well a robot will be known after planned measurements: the variance of its positions over the workspace, from
+//! the Cramér–Rao bound with the tolerance as prior.
 
 use super::PlanError;
 use super::setup::Setup;
@@ -21,26 +21,25 @@ use rand_pcg::Pcg32;
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 use serde::Serialize;
 
-/// Robots made to the tolerance. Where edges are steep the mean square differs by some 40 % between robots: the
-/// rms over 64 is known to 3 %.
+/// Robots drawn from the tolerance. The mean square differs by up to 40 % between robots, so the rms over 64 of them
+/// is known to 3 %.
 const MADE: usize = 64;
-/// Poses that each of them is judged over.
+/// Poses per drawn robot.
 const EACH: usize = 400;
 
-/// The expected position error, one σ, mm: root of the mean square over the workspace and over robots made to
-/// the tolerance.
+/// The expected position error, one σ, mm: rms over the workspace and over robots drawn from the tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Precision {
-    /// Of relative positions: after the best rigid motion.
+    /// Relative: after the best rigid motion.
     #[serde(rename = "relative_rms_mm")]
     pub relative: f64,
-    /// In the frame of the robot's base.
+    /// Absolute: in the robot's base frame.
     #[serde(rename = "absolute_rms_mm")]
     pub absolute: f64,
 }
 
 impl Precision {
-    /// Of the one or the other.
+    /// The absolute or the relative error.
     pub const fn of(&self, absolute: bool) -> f64 {
         if absolute {
             self.absolute
@@ -50,33 +49,32 @@ impl Precision {
     }
 }
 
-/// A robot, and what it is judged by.
+/// A robot and the weights of its position errors.
 #[derive(Debug, Clone)]
 struct Place {
     file: RobotFile,
-    /// W of the parameters' covariance C: tr(W C) is the mean square of the error of relative positions…
+    /// With the parameters' covariance C, tr(W C) is the mean square of the relative position error.
     relative: RobotCovariance,
-    /// …and of absolute ones.
+    /// The same for the absolute position error.
     absolute: RobotCovariance,
 }
 
-/// What measurements are judged by: over the nominal robot's workspace, and over those of robots as they may
-/// have been made.
+/// Evaluates measurements over the workspaces of the nominal robot and of robots drawn from the tolerance.
 #[derive(Debug, Clone)]
 pub(super) struct Judge {
     nominal: Place,
-    /// None without a tolerance.
+    /// Empty without a tolerance.
     made: Vec<Place>,
 }
 
 impl Judge {
-    /// `region`: poses of the nominal robot where alone positions count; `None`: all over each robot's workspace.
+    /// `region`: the nominal robot's poses at which positions count; `None` for the whole workspace of each robot.
     pub(super) fn new(
         file: &RobotFile,
         region: Option<&[Sample<f64>]>,
         rng: &mut Pcg32,
     ) -> Result<Self, PlanError> {
-        // A made robot's own workspace: where its edges differ from the nominal robot's, they are steep.
+        // Each robot's own workspace: near its edges errors grow steeply, and the edges differ between robots.
         let place = |file: RobotFile, region: Option<&[Sample<f64>]>, count| {
             let poses = match region {
                 Some(poses) => poses,
@@ -98,7 +96,7 @@ impl Judge {
         })
     }
 
-    /// W of tr W C, the mean square of the nominal robot's position error.
+    /// W, for which tr W C is the mean square of the nominal robot's position error.
     pub(super) const fn weights(&self, absolute: bool) -> &RobotCovariance {
         if absolute {
             &self.nominal.absolute
@@ -113,8 +111,7 @@ impl Judge {
         self.mean(|robot| robot.precision(&prior(&robot.file)?))
     }
 
-    /// After rows with what the nominal robot reads: the mean over all robots. One that they do not calibrate
-    /// stays as it was made.
+    /// After measuring these rows: rms over all robots. A robot that they do not calibrate keeps its error.
     pub(super) fn after(
         &self,
         setup: &Setup,
@@ -127,7 +124,7 @@ impl Judge {
         })
     }
 
-    /// The root of the mean square over all robots; `None` if one of them is not known.
+    /// The rms over all robots; `None` if it is unknown for one of them.
     fn mean(&self, of: impl Fn(&Place) -> Option<Precision> + Sync) -> Option<Precision> {
         if self.made.is_empty() {
             return of(&self.nominal);
@@ -200,7 +197,7 @@ impl Place {
     }
 }
 
-/// Files of robots as they may have been made.
+/// Robots drawn from the tolerance.
 fn made_to_tolerance(file: &RobotFile, rng: &mut Pcg32) -> Vec<RobotFile> {
     let Some(tolerance) = &file.tolerance else {
         return Vec::new();
@@ -215,23 +212,23 @@ fn made_to_tolerance(file: &RobotFile, rng: &mut Pcg32) -> Vec<RobotFile> {
     (0..MADE).filter_map(|_| one()).collect()
 }
 
-/// What rows say of all unknowns, in the units of the core's problem.
+/// The information of rows about all unknowns, in the units of the core's problem.
 #[derive(Debug, Clone)]
 pub(super) struct Information {
-    /// Of each row how its readings change with the unknowns, in σ: a column a reading.
+    /// The sensitivity of each row's readings to the unknowns, in σ: one column per reading.
     pub(super) rows: Vec<DMatrix<f64>>,
-    /// Before any measurement: what is known, and that no parameter is off by more than a forearm, so that
-    /// there always is some.
+    /// Information before any measurement: the priors, and a weak one (no parameter is off by more than a forearm)
+    /// that keeps the matrix regular.
     pub(super) prior: DMatrix<f64>,
-    /// What an unknown is counted in: mm or radians.
+    /// The size of each unknown's unit, in mm or radians.
     pub(super) units: DVector<f64>,
-    /// How many of the unknowns are the robot's: with its transmissions, if they are to be found.
+    /// The number of unknowns that belong to the robot, including transmissions if they are estimated.
     pub(super) of_robot: usize,
 }
 
 impl Information {
-    /// Of rows that a robot is measured in, whatever was read but for where it shows the instruments. `anchors`
-    /// show that as well and say nothing else.
+    /// The information of rows. Their values matter only where they locate the instruments; `anchors` help to locate
+    /// the instruments and add no information.
     pub(super) fn of(
         file: &RobotFile,
         setup: &Setup,
@@ -285,7 +282,7 @@ impl Information {
         })
     }
 
-    /// Of all unknowns after these rows.
+    /// The covariance of all unknowns after these rows.
     pub(super) fn covariance(&self) -> Option<DMatrix<f64>> {
         let prior = self.prior.clone();
         let information = self
@@ -295,7 +292,7 @@ impl Information {
         Some(information.cholesky()?.inverse())
     }
 
-    /// The part of the robot's own parameters, in mm and radians.
+    /// The robot's own part of a covariance, in mm and radians.
     pub(super) fn of_robot(&self, covariance: &DMatrix<f64>) -> RobotCovariance {
         RobotCovariance::from_fn(|row, column| {
             if row.max(column) < self.of_robot {
@@ -306,7 +303,7 @@ impl Information {
         })
     }
 
-    /// W of tr W C for the robot's own parameters in mm and radians, in the units and of the size of all unknowns.
+    /// Weights of the robot's own parameters (mm, radians), extended to all unknowns and their units.
     pub(super) fn weights(&self, of_robot: &RobotCovariance) -> DMatrix<f64> {
         let unknowns = self.units.len();
         DMatrix::from_fn(unknowns, unknowns, |row, column| {

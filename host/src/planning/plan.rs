@@ -1,4 +1,4 @@
-//! Plans measurements, and the order in which they are taken.
+//! Chooses measurements and the order in which to take them.
 
 use super::PlanError;
 use super::candidates::Candidates;
@@ -18,25 +18,25 @@ use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 use serde::Serialize;
 
-/// Poses that a region is judged over.
+/// Poses over which a region is evaluated.
 const REGION_POSES: usize = 300;
-/// Measurements that an accuracy is first tried with.
+/// The number of measurements tried first for a required accuracy.
 const TRIED: usize = 20;
 
-/// Which measurements are wanted.
+/// A request for measurements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanRequest<'a> {
     /// The robot as it is known, with its instruments, their noise and its tolerance.
     pub robot: &'a RobotFile,
-    /// Of which kinds.
+    /// The kinds to choose from.
     pub kinds: Wishes,
-    /// How many.
+    /// The number of measurements.
     pub count: usize,
     /// The frame of coordinates.
     pub frame: Frame,
     /// Where the platform may be; anywhere if `None`.
     pub region: Option<Region>,
-    /// Whether positions in the frame of the base count, and not relative ones.
+    /// Minimise the absolute position error instead of the relative one.
     pub absolute: bool,
     /// The order in which they are taken.
     pub order: Order,
@@ -45,7 +45,7 @@ pub struct PlanRequest<'a> {
 }
 
 impl<'a> PlanRequest<'a> {
-    /// As many of these kinds, anywhere, for relative positions, in random order.
+    /// `count` measurements of these kinds anywhere, minimising the relative error, in random order.
     pub fn new(robot: &'a RobotFile, kinds: Wishes, count: usize) -> Self {
         Self {
             robot,
@@ -60,28 +60,28 @@ impl<'a> PlanRequest<'a> {
     }
 }
 
-/// Measurements to take, and what to expect of a calibration from them.
+/// Measurements to take, and the accuracy to expect from them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// In their order, repeated ones included.
+    /// In order, including repeats.
     pub measurements: Vec<Planned>,
-    /// How many of them differ.
+    /// The number of different measurements.
     pub count: usize,
-    /// What was planned for.
+    /// The instruments and noise assumed.
     pub setup: Setup,
-    /// Before any measurement; `None` without a tolerance.
+    /// The expected error before any measurement; `None` without a tolerance.
     pub before: Option<Precision>,
-    /// After them.
+    /// The expected error after the measurements.
     pub after: Precision,
-    /// The nominal robot's expected error over its whole workspace after them, with the worst places.
+    /// The nominal robot's expected error over its whole workspace, with the worst places.
     pub expected: ExpectedError,
 }
 
 /// Plans measurements.
 ///
 /// # Errors
-/// A number of measurements or a region without sense, instruments out of reach, or measurements that cannot
-/// determine the robot without a tolerance.
+/// An impossible number of measurements or region, instruments out of reach, or measurements that cannot determine
+/// the robot.
 ///
 /// ```
 /// use delta_cal_host::files::example;
@@ -97,11 +97,11 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<Plan, PlanError> {
     Bench::new(request)?.plan(request)
 }
 
-/// As few measurements as are expected to leave no more than `accuracy` (mm, rms) of the position error, whatever
-/// number is asked for.
+/// The fewest measurements expected to reduce the position error to `accuracy` (mm, rms). The request's count is
+/// ignored.
 ///
 /// # Errors
-/// As [`plan`]; an accuracy that no number reaches.
+/// As [`plan`], and an accuracy that no number of measurements reaches.
 pub fn plan_for(request: &PlanRequest<'_>, accuracy: f64) -> Result<Plan, PlanError> {
     let bench = Bench::new(request)?;
     let of = |count: usize| {
@@ -113,7 +113,7 @@ pub fn plan_for(request: &PlanRequest<'_>, accuracy: f64) -> Result<Plan, PlanEr
     };
     let reaches = |plan: &Plan| plan.after.of(request.absolute) <= accuracy;
     let mut found = of(TRIED)?;
-    // As if the same measurements were taken more often: near the number that is needed.
+    // Extrapolated from repeating the same measurements: close to the number needed.
     let count = bench.times(&found, request.absolute, accuracy)?;
     if count != found.count {
         found = of(count)?;
@@ -137,7 +137,7 @@ pub fn plan_for(request: &PlanRequest<'_>, accuracy: f64) -> Result<Plan, PlanEr
     })
 }
 
-/// What plans of different numbers have in common.
+/// What plans with different counts share.
 struct Bench<'a> {
     selection: Selection<'a>,
     judge: Judge,
@@ -203,7 +203,7 @@ impl<'a> Bench<'a> {
         })
     }
 
-    /// How many measurements like those of a plan reach an accuracy.
+    /// How many measurements like those of a plan are needed for an accuracy.
     fn times(&self, plan: &Plan, absolute: bool, accuracy: f64) -> Result<usize, PlanError> {
         let rows: Vec<_> = plan
             .measurements
@@ -212,7 +212,7 @@ impl<'a> Bench<'a> {
             .collect();
         let found = Information::of(&plan.setup.robot, &plan.setup, &rows, &[])?;
         let weights = found.weights(self.judge.weights(absolute));
-        // The mean over robots is some factor of the nominal robot's.
+        // The ratio of the rms over all robots to the nominal robot's.
         let of = |count: usize| -> Option<f64> {
             let more = count as f64 / plan.count as f64;
             let rows = found.rows.iter().map(|rows| rows * more.sqrt()).collect();
@@ -243,7 +243,7 @@ impl<'a> Bench<'a> {
     }
 }
 
-/// Of the covariance of all parameters, mm and radians, the one for whose σ a calibration would be refused.
+/// The parameter, if any, whose σ (mm, radians) would make a calibration refuse, the worst first.
 pub(super) fn unknown_parameter(
     robot: &Robot<f64>,
     covariance: &RobotCovariance,
@@ -271,24 +271,23 @@ pub(super) fn unknown_parameter(
         .map(|(_, found)| found)
 }
 
-/// First poses that are tried for a short way.
+/// Starting poses tried for a short path.
 const STARTS: usize = 24;
 
-/// The order in which measurements are taken, within what is set up for them: a gauge block, or a sensor at a
-/// point.
+/// The order of the measurements within each set-up: a gauge block, or a sensor at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Order {
-    /// At random, and each instrument's first measurement once more as its last: a drift is then no error that
-    /// parameters can explain, and shows in the repeated measurement.
+    /// Random, with each instrument's first measurement repeated as its last. A drift then cannot be mistaken for an
+    /// error of the parameters, and shows in the repeated measurement.
     #[default]
     Random,
-    /// A short way of the joints.
+    /// A short path of the joints.
     Shortest,
 }
 
-/// What has to be set up for a measurement: the instrument, and of a plane the gauge block.
+/// The instrument that has to be set up for a measurement.
 fn instrument(own: &Planned) -> (usize, usize) {
     match own.kind {
         Kind::Position(_) => (0, 0),
@@ -298,7 +297,7 @@ fn instrument(own: &Planned) -> (usize, usize) {
     }
 }
 
-/// Sorted by what has to be set up, and within that as asked for.
+/// Sorted by set-up, and within a set-up as requested.
 pub(super) fn ordered(measurements: &[Planned], order: Order, rng: &mut Pcg32) -> Vec<Planned> {
     let block = |own: &Planned| own.plane.map_or(0, |(_, block)| block);
     let mut groups: Vec<_> = measurements
@@ -331,7 +330,7 @@ pub(super) fn ordered(measurements: &[Planned], order: Order, rng: &mut Pcg32) -
     all
 }
 
-/// From one pose to the next, radians: what the joint that moves furthest moves. All joints move at the same time.
+/// The distance between two poses: the largest move of a joint, radians, since all joints move at the same time.
 fn apart(from: &Sample<f64>, to: &Sample<f64>) -> f64 {
     let moves = from.joints.iter().zip(&to.joints);
     moves
@@ -339,8 +338,7 @@ fn apart(from: &Sample<f64>, to: &Sample<f64>) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// An order that is short to travel: from each stop on to the nearest, from several first ones, and the shortest of
-/// these ways.
+/// A short path: nearest neighbour from several starting poses, of which the shortest is kept.
 fn short_way(stops: &[Planned]) -> Vec<Planned> {
     let length = |way: &[Planned]| -> f64 {
         let steps = way.windows(2);

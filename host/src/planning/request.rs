@@ -1,4 +1,4 @@
-//! What is wished of a plan: kinds of measurements, and where the platform may be.
+//! What a plan may contain: kinds of measurements, and the region for the platform.
 
 use crate::files::columns::length;
 use crate::files::convention::Convention;
@@ -9,9 +9,9 @@ use rand_core::Rng;
 use std::fmt;
 use std::str::FromStr;
 
-/// Fewer measurements are not planned.
+/// The smallest number of measurements in a plan.
 pub const LEAST: usize = 4;
-/// As many as a plan may have.
+/// The largest number of measurements in a plan.
 pub const MOST: usize = 500;
 
 /// What a measurement reads at a pose.
@@ -23,7 +23,7 @@ pub enum Kind {
     Distance,
     /// The distance from a fixed point.
     Point,
-    /// Coordinates: whether x, y and z.
+    /// Coordinates: which of x, y and z.
     Position([bool; 3]),
 }
 
@@ -44,7 +44,7 @@ impl Kind {
         Self::Point,
     ];
 
-    /// As it is written: `plane`, `distance`, `point`, or the letters of the coordinates.
+    /// As written in options: `plane`, `distance`, `point`, or the letters of the coordinates.
     pub fn name(self) -> String {
         match self {
             Self::Plane => "plane".to_owned(),
@@ -54,7 +54,7 @@ impl Kind {
         }
     }
 
-    /// What is measured, in the plural.
+    /// What is measured, in plural.
     pub fn title(self) -> String {
         match self {
             Self::Plane => "heights above a plane".to_owned(),
@@ -78,24 +78,24 @@ impl Kind {
         }
     }
 
-    /// Whether it reads coordinates, which are in some frame.
+    /// Whether it reads coordinates.
     pub const fn is_position(self) -> bool {
         matches!(self, Self::Position(_))
     }
 
-    /// How many numbers it reads.
+    /// The number of readings per measurement.
     pub(super) fn readings(self) -> usize {
         let coordinates = self.coordinates();
         coordinates.iter().filter(|read| **read).count().max(1)
     }
 }
 
-/// A kind that may be used, and how often.
+/// A kind of measurement and how often it may be used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Wish {
     /// The kind.
     pub kind: Kind,
-    /// So many of it at most.
+    /// The most measurements of this kind; `None` for any number.
     pub most: Option<usize>,
 }
 
@@ -204,7 +204,7 @@ impl Region {
         }
     }
 
-    /// In the axes of a convention, or back.
+    /// Converted to the axes of a convention, or back.
     #[must_use]
     pub fn turned(&self, convention: &Convention) -> Self {
         match *self {
@@ -216,7 +216,7 @@ impl Region {
         }
     }
 
-    /// As much of it as positions within a box need; `None` if it has none of them.
+    /// The part within a box; `None` if there is none.
     pub(super) fn clipped(&self, to: &[(f64, f64); 3]) -> Option<Self> {
         let common = |(low, high): (f64, f64), (least, most): (f64, f64)| {
             let range = (low.max(least), high.min(most));
@@ -240,7 +240,7 @@ impl Region {
         }
     }
 
-    /// A position in it, any as likely as any other.
+    /// A uniformly distributed position in it.
     pub(super) fn random<R: Rng + ?Sized>(&self, rng: &mut R) -> Vector3<f64> {
         let mut between = |(low, high): (f64, f64)| low + (high - low) * uniform(rng);
         match self {
@@ -346,15 +346,15 @@ fn number(text: &str) -> Result<f64, String> {
     length.ok_or_else(|| format!("'{}' is not a number", text.trim()))
 }
 
-/// A number from [0, 1).
+/// A uniformly distributed number in [0, 1).
 pub(super) fn uniform<R: Rng + ?Sized>(rng: &mut R) -> f64 {
-    // 53 bits: as many as a double holds.
+    // 53 bits, the precision of a double.
     let bits = rng.next_u64() >> 11;
     let number = bits as f64;
     number * f64::EPSILON / 2.0
 }
 
-/// A whole number below another.
+/// A uniformly distributed whole number below `number`.
 pub(super) fn below(number: usize, rng: &mut impl Rng) -> usize {
     usize::try_from(rng.next_u64() % number.max(1) as u64).unwrap_or(0)
 }

@@ -1,5 +1,5 @@
-//! What the rows of a file determine, measured already or not, and which to add: with the instruments of the
-//! file, where they are.
+//! What the rows of a samples file determine, whether already measured or only planned, and which measurements to add
+//! with the same instruments.
 
 use super::PlanError;
 use super::candidates::Candidates;
@@ -24,62 +24,62 @@ use nalgebra::Vector3;
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 
-/// A calibration is worthwhile that leaves no more than this part of the error.
+/// A calibration is worthwhile if it leaves at most this fraction of the error.
 const WORTHWHILE: f64 = 0.5;
-/// A row that decides this part of one of its readings is hardly checked by any other.
+/// With at least this leverage, a row is hardly checked by any other.
 const UNCHECKED: f64 = 0.9;
-/// Heights that differ by less are of the same gauge block, and distances of the same bar, mm.
+/// Heights closer together than this belong to the same gauge block, and distances to the same bar, mm.
 const SAME: f64 = 1.0;
-/// A file that was measured on more blocks than these was not measured on blocks.
+/// A file with more different heights than this was not measured on gauge blocks.
 const BLOCKS: usize = 8;
-/// A plane that is steeper than some 60° is not touched from above.
+/// A plane steeper than about 60° is not touched from above.
 const STEEP: f64 = 0.5;
-/// The random numbers' seed: the same files give the same proposals.
+/// Seed of the random numbers: the same files give the same proposals.
 const SEED: u64 = 1;
 
 /// What the rows of a file determine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Determined {
-    /// Where the instruments are, and the robot with the noise that was assumed.
+    /// Where the instruments are, and the robot with the noise assumed.
     pub setup: Setup,
-    /// The lines that do not count, since the robot as drawn does not reach their joint angles.
+    /// Lines that do not count, because the nominal robot does not reach their joint angles.
     pub not_reached: Vec<u64>,
-    /// The lines whose readings are hardly checked by any other: an error in them goes into the parameters.
+    /// Lines hardly checked by any other: an error in them goes into the parameters unnoticed.
     pub unchecked: Vec<u64>,
-    /// The position error that the tolerance allows; `None` without one.
+    /// The expected position error within the tolerance; `None` without a tolerance.
     pub before: Option<ExpectedError>,
-    /// What these rows leave of it; `None` if they cannot be taken.
+    /// The expected error after these rows; `None` if they cannot be measured.
     pub now: Option<ExpectedError>,
-    /// What they leave with the additional ones.
+    /// The expected error after these rows and the proposed ones.
     pub with_next: Option<ExpectedError>,
-    /// What is known better than the tolerance says.
+    /// What the rows determine better than the tolerance does.
     pub known: Known,
-    /// A parameter for whose σ (mm or radians) a calibration would be refused.
+    /// A parameter whose σ (mm or radians) would make a calibration refuse.
     pub unknown: Option<(ArmIndex, Parameter, f64)>,
-    /// What is best measured in addition, the best first.
+    /// The measurements best added, the best first.
     pub next: Vec<Planned>,
-    /// Why nothing is proposed.
+    /// Why no measurement is proposed.
     pub no_next: Option<PlanError>,
 }
 
-/// What is asked of the rows of a file.
+/// A question about the rows of a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SamplesRequest {
     /// The frame of the coordinates.
     pub frame: Frame,
-    /// How many measurements to propose.
+    /// The number of measurements to propose.
     pub add: usize,
-    /// Where the platform may be then; anywhere if `None`.
+    /// Where the platform may be in the proposed measurements; anywhere if `None`.
     pub region: Option<Region>,
-    /// Whether they are chosen for positions in the frame of the base, and not for relative ones.
+    /// Minimise the absolute position error instead of the relative one.
     pub absolute: bool,
 }
 
 impl Determined {
-    /// By the rows of a file, of which those in the lines `unmeasured` hold nothing yet.
+    /// Evaluates the rows of a file; those in the lines `unmeasured` are only planned.
     ///
     /// # Errors
-    /// Names and numbers that the core does not take.
+    /// More instruments than a calibration has room for, or rows that determine nothing.
     pub fn by(
         robot: &RobotFile,
         file: &Readings,
@@ -92,7 +92,7 @@ impl Determined {
         let rows: Vec<_> = given.iter().map(|row| setup.read(&robot, row)).collect();
         instruments_as_used(&mut setup, &rows);
         let found = Information::of(&setup.robot, &setup, &rows, &[]).or_else(|_| {
-            // An instrument with fewer readings than unknowns tells nothing.
+            // An instrument with fewer readings than unknowns cannot be located by the rows alone.
             let anchors = anchors(&setup, &rows, request)?;
             Information::of(&setup.robot, &setup, &rows, &anchors)
         })?;
@@ -175,13 +175,12 @@ impl Determined {
         Ok(next)
     }
 
-    /// Whether nothing that relative positions depend on is left to the tolerance.
+    /// Whether the rows, not the tolerance, determine everything that relative positions depend on.
     pub fn complete(&self) -> bool {
         self.unknown.is_none() && self.known.relative_positions()
     }
 
-    /// Whether a calibration is expected to halve the error of relative positions, or, without a tolerance, to
-    /// be accepted.
+    /// Whether a calibration is expected to halve the relative position error or, without a tolerance, to be accepted.
     pub fn worthwhile(&self) -> bool {
         let rms = |own: &Option<ExpectedError>| own.as_ref().map(|own| own.intrinsic.rms);
         self.unknown.is_none()
@@ -193,7 +192,7 @@ impl Determined {
     }
 }
 
-/// The covariance of a robot's parameters (mm, radians) after measurements of it. `None` if they cannot be taken.
+/// The covariance of a robot's parameters (mm, radians) after these measurements; `None` if they cannot be taken.
 pub(crate) fn covariance_after(
     robot: &RobotFile,
     file: &Readings,
@@ -231,7 +230,7 @@ fn anchors(
     Ok(anchors.iter().map(|own| setup.row(own)).collect())
 }
 
-/// The instruments that a file names, and what the robot file knows of them.
+/// The instruments named in a file, and what the robot file says about them.
 fn unplaced(robot: &RobotFile, file: &Readings, frame: Frame) -> Setup {
     let (planes, points) = places(robot, file);
     let planes = file.planes.iter().zip(planes).map(|(name, known)| PlaneAt {
@@ -269,8 +268,8 @@ fn unplaced(robot: &RobotFile, file: &Readings, frame: Frame) -> Setup {
     }
 }
 
-/// The instruments of a file where a calibration finds them, if every row is measured and calibrates the robot.
-/// Otherwise planes are level, points are where a plan puts them, and the frame is the robot's.
+/// The instruments where a calibration locates them, if every row is measured and the calibration succeeds. Otherwise
+/// planes are level, points are where a plan would put them, and the frame is the robot's.
 fn setup_of(robot: &RobotFile, file: &Readings, unmeasured: &[u64], frame: Frame) -> Setup {
     let mut setup = unplaced(robot, file, frame);
     if unmeasured.is_empty()
@@ -304,8 +303,7 @@ fn setup_of(robot: &RobotFile, file: &Readings, unmeasured: &[u64], frame: Frame
     setup
 }
 
-/// The height at which a plane is as the robot that was drawn touches it; where nothing was measured, where its
-/// lowest pose is.
+/// The height of a plane according to the nominal robot's touches; without measurements, that of its lowest pose.
 fn level(robot: &delta_cal::Robot<f64>, file: &Readings, unmeasured: &[u64], plane: usize) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     let mut lowest = f64::INFINITY;
@@ -326,7 +324,7 @@ fn level(robot: &delta_cal::Robot<f64>, file: &Readings, unmeasured: &[u64], pla
     }
 }
 
-/// The gauge blocks and lengths that the rows were measured with, where the robot file states none.
+/// Takes gauge blocks and lengths from the rows where the robot file states none.
 fn instruments_as_used(setup: &mut Setup, rows: &[Observation<f64>]) {
     let facts = setup.robot.instruments.clone();
     for (index, plane) in setup.planes.iter_mut().enumerate() {
@@ -334,7 +332,7 @@ fn instruments_as_used(setup: &mut Setup, rows: &[Observation<f64>]) {
         let stated = stated.map(|own| own.blocks.as_slice()).unwrap_or_default();
         let heights = rows.iter().filter_map(|row| row.height);
         let heights = heights.filter(|own| usize::from(own.plane) == index);
-        // To a tenth of a millimetre: the blocks' names.
+        // Nominal heights of the blocks, to a tenth of a millimetre.
         let mut heights: Vec<_> = heights
             .map(|own| (10.0 * own.height).round() / 10.0 + 0.0)
             .collect();
@@ -373,7 +371,7 @@ fn instruments_as_used(setup: &mut Setup, rows: &[Observation<f64>]) {
     }
 }
 
-/// What the rows measure and can be measured in addition.
+/// The kinds that can be added: those that the rows measure.
 fn kinds(setup: &Setup, rows: &[Observation<f64>]) -> Wishes {
     let level = setup.planes.iter().all(|plane| plane.normal.z > STEEP);
     let measured = |kind: &Kind| match kind {

@@ -1,5 +1,5 @@
-//! From candidates all over to a set, then the same among candidates ever nearer to it; from several
-//! random sets, and the best of what they lead to.
+//! Searches for the best set of measurements: exchange among candidates from the whole workspace, then among candidates
+//! ever closer to the chosen ones; from several random sets, of which the best result is kept.
 
 use super::PlanError;
 use super::candidates::Candidates;
@@ -14,23 +14,23 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-/// Candidates from all over.
+/// Candidates from the whole workspace.
 const CANDIDATES: usize = 1500;
 /// Candidates near the chosen ones.
 const NEAR: usize = 500;
-/// How far these are from the chosen ones, one σ in degrees, one round after the other.
+/// The distance of these from the chosen ones, one σ in degrees, round by round.
 const SPREADS: [f64; 4] = [8.0, 3.0, 1.0, 0.3];
 
-/// What is searched in.
+/// Everything a search needs.
 pub(super) struct Search<'a> {
     pub(super) setup: &'a Setup,
     pub(super) kinds: &'a Wishes,
     pub(super) candidates: &'a Candidates<'a>,
-    /// Rows that show where the instruments are.
+    /// Rows that locate the instruments.
     pub(super) anchors: &'a [Observation<f64>],
-    /// Information before, of what is measured already as well.
+    /// The information so far, including what is already measured.
     pub(super) prior: DMatrix<f64>,
-    /// W of the criterion tr W C of the robot's parameters, mm and radians.
+    /// W in the criterion tr W C for the robot's parameters, mm and radians.
     pub(super) weights: &'a RobotCovariance,
 }
 
@@ -43,7 +43,7 @@ struct Members<const R: usize> {
 }
 
 impl Search<'_> {
-    /// The best set of so many measurements that was found from so many random sets.
+    /// The best set of `count` measurements found.
     pub(super) fn best(&self, count: usize, rng: &mut Pcg32) -> Result<Vec<Planned>, PlanError> {
         if self.readings() == 1 {
             self.all_over::<1>(count, rng)
@@ -52,7 +52,7 @@ impl Search<'_> {
         }
     }
 
-    /// What is best added, one after the other.
+    /// The measurements best added, one at a time.
     pub(super) fn added(&self, count: usize, rng: &mut Pcg32) -> Result<Vec<Planned>, PlanError> {
         if self.readings() == 1 {
             self.added_one_by_one::<1>(count, rng)
@@ -81,7 +81,7 @@ impl Search<'_> {
         let members = self.members::<R>(drawn)?;
         let most = self.most();
         let pool = members.pool(&self.prior, &most);
-        // Fewer starts of more measurements, for they differ less.
+        // Larger sets differ less, and need fewer starts.
         let starts = (240 / count.max(1)).clamp(4, 12);
         let starts: Vec<_> = (0..starts)
             .map(|_| {
@@ -100,7 +100,7 @@ impl Search<'_> {
         best.map(|(chosen, _)| chosen).ok_or(PlanError::Singular)
     }
 
-    /// Exchanges the members of a set for others near them; the criterion as well.
+    /// Exchanges the members of a set for others nearby; returns the set and its criterion.
     fn nearer<const R: usize>(
         &self,
         mut chosen: Vec<Planned>,
@@ -181,7 +181,7 @@ impl<const R: usize> Members<R> {
     }
 }
 
-/// Different candidates, any as likely as any other, no more of a kind than allowed.
+/// Different candidates drawn at random, no more of a kind than allowed.
 fn random_subset(kinds: &[usize], count: usize, most: &[usize], rng: &mut Pcg32) -> Vec<usize> {
     let mut all: Vec<_> = (0..kinds.len()).collect();
     let mut left = most.to_vec();

@@ -1,5 +1,4 @@
-//! The poses that may be chosen: within the limits with a margin, clear of singularities, and in the
-//! region that was asked for.
+//! The allowed poses: within the limits with a margin, clear of singularities, and in the requested region.
 
 use super::PlanError;
 use super::request::{Region, uniform};
@@ -12,25 +11,25 @@ use delta_cal::{ArmIndex, Parameter, Real, Robot, Sample};
 use nalgebra::{SVector, Vector3};
 use rand_core::Rng;
 
-/// Draws without a usable pose before there is said to be none.
+/// After this many draws without a usable pose, the search gives up.
 const HOPELESS: usize = 20_000;
-/// Draws a candidate at most, on average.
+/// Draws allowed per candidate, on average.
 const DRAWS: usize = 200;
-/// Poses by which it is told where the robot gets.
+/// Poses drawn to report where the robot can reach.
 const ANYWHERE: usize = 5000;
-/// Joint angles are planned in steps of this, degrees: what a person types and a drive holds.
+/// Joint angles are planned in these steps, degrees: convenient to type, and within a drive's resolution.
 const STEP: f64 = 1e-3;
-/// Positions are stated in steps of this, mm.
+/// Positions are stated in these steps, mm.
 const STEP_MM: f64 = 1e-6;
 
-/// Which poses may be chosen.
+/// Decides which poses are allowed.
 #[derive(Debug, Clone)]
 pub(super) struct Selection<'a> {
     robot: &'a Robot<f64>,
     reach: Reach,
     clearance: Clearance,
     region: Option<&'a Region>,
-    /// As much of the region as lies where the arms end: nothing if it is out of their reach.
+    /// The part of the region within the arms' reach, if any.
     drawn: Option<Region>,
 }
 
@@ -48,7 +47,7 @@ impl<'a> Selection<'a> {
         }
     }
 
-    /// The same anywhere the robot gets.
+    /// The same without a region.
     fn anywhere(&self) -> Self {
         Self {
             region: None,
@@ -56,10 +55,10 @@ impl<'a> Selection<'a> {
         }
     }
 
-    /// The pose at these joint angles (radians), rounded to what is written, if it may be chosen.
+    /// The pose at these joint angles (radians), rounded as it is written, if it is allowed.
     pub(super) fn pose(&self, joints: [f64; 3]) -> Option<Sample<f64>> {
         let joints = joints.map(|q| {
-            // Divided, so that the number is the nearest to its three decimals.
+            // Dividing yields the double nearest to three decimals.
             let rounded = |q: f64| (q / STEP).round() / STEP.recip().round() + 0.0;
             match self.robot.drive() {
                 Drive::Rotary => rounded(q.to_degrees()).to_radians(),
@@ -74,12 +73,12 @@ impl<'a> Selection<'a> {
         })
     }
 
-    /// The pose at a position, as near as what is written allows.
+    /// The pose at a position, as near as rounding allows.
     pub(super) fn at(&self, position: &Vector3<f64>) -> Option<Sample<f64>> {
         self.pose(self.reach.joints(self.robot, position).ok()?)
     }
 
-    /// Any pose: evenly in the region, or else evenly in joint space.
+    /// A random pose: uniform in the region or, without one, in joint space.
     pub(super) fn draw<R: Rng + ?Sized>(&self, rng: &mut R) -> Option<Sample<f64>> {
         let joints = match self.region {
             Some(_) => {
@@ -91,7 +90,7 @@ impl<'a> Selection<'a> {
         self.pose(joints)
     }
 
-    /// As many as asked for.
+    /// `count` random poses.
     pub(super) fn draw_many<R: Rng + ?Sized>(
         &self,
         count: usize,
@@ -112,7 +111,7 @@ impl<'a> Selection<'a> {
         Ok(found)
     }
 
-    /// A region without poses, or a robot without any.
+    /// The error for a region without poses, or for a robot without any.
     fn outside<R: Rng + ?Sized>(&self, region: &Region, rng: &mut R) -> PlanError {
         let anywhere = match self.anywhere().draw_many(ANYWHERE, rng) {
             Ok(poses) => poses,
@@ -130,7 +129,7 @@ impl<'a> Selection<'a> {
         }
     }
 
-    /// A pose near another, at most on the limits.
+    /// A pose near another, clamped to the limits.
     pub(super) fn near<R: Rng + ?Sized>(
         &self,
         pose: &Sample<f64>,
@@ -138,7 +137,7 @@ impl<'a> Selection<'a> {
         rng: &mut R,
     ) -> Option<Sample<f64>> {
         let limits = &self.reach.limits;
-        // A travel of a forearm's length moves the platform as far as a turn by 1 rad.
+        // A travel of one forearm moves the platform about as far as a turn of 1 rad.
         let spread = match self.robot.drive() {
             Drive::Rotary => spread,
             Drive::Linear => spread * self.robot.arm(ArmIndex::First).lb(),
@@ -149,8 +148,8 @@ impl<'a> Selection<'a> {
     }
 }
 
-/// Where all arms reach: each ends within an upper arm and a forearm of its motor axis. Smallest and
-/// largest x, y and z, mm.
+/// The box within reach of all arms: each ends within an upper arm and a forearm of its motor axis. Smallest and largest
+/// x, y and z, mm.
 fn box_of_the_arms(robot: &Robot<f64>) -> [(f64, f64); 3] {
     [0, 1, 2].map(|axis| {
         let whole = (f64::NEG_INFINITY, f64::INFINITY);
@@ -162,18 +161,18 @@ fn box_of_the_arms(robot: &Robot<f64>) -> [(f64, f64); 3] {
     })
 }
 
-/// A pose is at least so far inside every limit, degrees.
+/// Least distance of a pose from every limit, degrees.
 const LEAST_DEGREES: f64 = 1.0;
-/// The same of a travel, mm.
+/// The same for a travel, mm.
 const LEAST_TRAVEL: f64 = 1.0;
-/// And by so many σ of what the tolerance does to its distance from the limit: of three million robots one is
-/// further off.
+/// And at least this many σ of the change that the tolerance makes to that distance: exceeded by one robot in three
+/// million.
 const SIGMAS: f64 = 5.0;
-/// So many tolerances, of an angle and of a length at the end of the upper arm, count up to this,
-/// degrees. Beyond that a tolerance says nothing of where the robot gets.
+/// The tolerances of an angle and of a length at the end of the upper arm count up to this, degrees. A larger tolerance
+/// says nothing about where the robot can reach.
 const LARGEST_DEGREES: f64 = 10.0;
 
-/// The joints' limits less their margin.
+/// The joint limits less their margin.
 pub(super) fn narrowed(limits: &JointLimits<f64>) -> JointLimits<f64> {
     let range = limits.maximum() - limits.minimum();
     let (least, new): (_, fn(f64, f64) -> _) = match limits.drive() {
@@ -184,22 +183,20 @@ pub(super) fn narrowed(limits: &JointLimits<f64>) -> JointLimits<f64> {
     new(limits.minimum() + margin, limits.maximum() - margin).unwrap_or(*limits)
 }
 
-/// What must not be below a bound: the volume of the forearms' unit vectors squared, of each forearm the
-/// sine of its angle from the upper arm's line, and less its angle out of its arm's plane.
+/// Measures that must stay above a bound: the squared volume of the forearms' unit vectors; for each forearm the sine of
+/// its angle to the upper arm, and the negative of its angle out of the arm's plane.
 ///
-/// The volume is squared because its square changes evenly with the parameters up to the singularity and
-/// beyond, where it would be negative.
+/// The square of the volume changes smoothly with the parameters up to the singularity and beyond.
 type Distances = SVector<f64, 7>;
 
-/// Which poses a robot made to the tolerance reaches, clear of singularities.
+/// Decides which poses any robot within the tolerance reaches, clear of singularities.
 #[derive(Debug, Clone)]
 pub(super) struct Clearance {
-    /// That a pose of any robot has.
+    /// Bounds for every robot within the tolerance.
     least: Distances,
-    /// That a pose of the nominal robot has.
+    /// Bounds for the nominal robot.
     least_nominal: Distances,
-    /// The nominal robot with one parameter larger by its tolerance, each of the 24 in turn; none
-    /// without a tolerance.
+    /// The nominal robot with each of the 24 parameters in turn larger by its tolerance; empty without a tolerance.
     others: Vec<Robot<f64>>,
 }
 
@@ -226,7 +223,7 @@ impl Clearance {
         }
     }
 
-    /// Whether a pose of the nominal robot, which satisfies the constraints, is far enough inside.
+    /// Whether a pose of the nominal robot that satisfies the constraints is far enough inside.
     pub(super) fn allows(&self, robot: &Robot<f64>, x: &Vector3<f64>, q: &[f64; 3]) -> bool {
         let limited = self.least[4].is_finite();
         let here = distances(robot, x, q, limited);
@@ -251,7 +248,7 @@ impl Clearance {
     }
 }
 
-/// `limited`: whether there is a limit of the forearms; otherwise their angles count as 0.
+/// `limited`: whether the forearms have a limit; otherwise their angles count as 0.
 fn distances(robot: &Robot<f64>, x: &Vector3<f64>, q: &[f64; 3], limited: bool) -> Distances {
     let singularities = robot.singularity_distance(x, q);
     let [first, second, third] = singularities.serial;
@@ -288,7 +285,7 @@ fn one_tolerance_off(file: &RobotFile) -> Vec<Robot<f64>> {
     (0..24).filter_map(larger).collect()
 }
 
-/// With the core's arctangent: the platform's arcsine has other bits on another system.
+/// By the core's arctangent, which gives the same bits on every system.
 fn arcsine(sine: f64) -> f64 {
     sine.angle_over((1.0 - sine.squared()).square_root())
 }

@@ -1,4 +1,4 @@
-//! Where the instruments stand and how good they are, and what they read of a robot.
+//! Where the instruments stand, how accurate they are, and what they read at a pose.
 
 use super::PlanRequest;
 use super::request::Kind;
@@ -10,21 +10,21 @@ use delta_cal::observations::{Distance, DistanceFrom, Height, Observation, Plane
 use delta_cal::{Noise, Real, Robot, Sample};
 use nalgebra::Vector3;
 
-/// The name of a plane that the robot file does not name.
+/// The name of a plane that the robot file leaves unnamed.
 pub const PLANE: &str = "plane";
-/// Gauge blocks where the robot file states none of a plane, mm.
+/// Gauge blocks of a plane for which the robot file states none, mm.
 const BLOCKS: [f64; 3] = [0.0, 60.0, 120.0];
-/// Fixed points where the robot file states none.
+/// Fixed points if the robot file states none.
 const POINTS: [&str; 3] = ["A", "B", "C"];
-/// They stand so far from the z axis as part of the positions' distance from it (root of the mean square).
+/// Their distance from the z axis, as a fraction of the positions' rms distance from it.
 const POINTS_OUT: f64 = 0.7;
-/// Distances are no shorter where nothing is said of them, mm.
+/// Shortest distance if none is stated, mm.
 const SHORTEST: f64 = 50.0;
-/// What a laser tracker or a dial gauge does, and a calliper or a wire sensor: mm.
+/// Typical σ of a laser tracker, a dial gauge, and a calliper or wire sensor, mm.
 const POSITION: f64 = 0.02;
 const HEIGHT: f64 = 0.02;
 const DISTANCE: f64 = 0.05;
-/// What an encoder on a geared joint does, degrees.
+/// Typical σ of an encoder on a geared joint, degrees.
 const JOINT_DEGREES: f64 = 0.002;
 
 /// A plane that is touched.
@@ -32,13 +32,13 @@ const JOINT_DEGREES: f64 = 0.002;
 pub struct PlaneAt {
     /// As the samples file names it.
     pub name: String,
-    /// Upward, of length 1.
+    /// Unit vector, pointing up.
     pub normal: Vector3<f64>,
     /// mm: a height above the plane is `normal · X − offset`.
     pub offset: f64,
     /// Heights of the gauge blocks on it, mm; 0 is the bare plane.
     pub blocks: Vec<f64>,
-    /// What a calibration knows of it.
+    /// What a calibration knows about it.
     pub known: Plane<f64>,
 }
 
@@ -51,20 +51,20 @@ pub struct PointAt {
     pub place: Vector3<f64>,
     /// The shortest and the longest distance that can be measured from it, mm.
     pub lengths: (f64, f64),
-    /// What a calibration knows of it.
+    /// What a calibration knows about it.
     pub known: Point<f64>,
 }
 
-/// Where the instruments stand and how good they are.
+/// Where the instruments stand and how accurate they are.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setup {
-    /// The robot, its tolerance, and the noise that is planned for.
+    /// The robot with its tolerance and the noise assumed.
     pub robot: RobotFile,
     /// The planes.
     pub planes: Vec<PlaneAt>,
     /// The fixed points.
     pub points: Vec<PointAt>,
-    /// Whether the points stand on a table, so that the platform stays above them.
+    /// Whether the points stand on a table, below the platform.
     pub(super) on_table: bool,
     /// The shortest and the longest distance between two poses, mm.
     pub lengths: (f64, f64),
@@ -72,27 +72,27 @@ pub struct Setup {
     pub frame: Frame,
     /// From the robot's frame to that of the coordinates.
     pub to_frame: RigidTransform<f64>,
-    /// Whether the robot file states the noise of all that is measured.
+    /// Whether the robot file states the noise of every kind that is measured.
     pub noise_stated: bool,
 }
 
 /// A measurement to take.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Planned {
-    /// What is read.
+    /// The kind of reading.
     pub kind: Kind,
-    /// Where: joint angles in whole thousandths of a degree, and the nominal robot's position there.
+    /// Joint angles in whole thousandths of a degree, and the nominal robot's position there.
     pub pose: Sample<f64>,
-    /// Where a distance between poses begins.
+    /// The other pose of a distance between two poses.
     pub other: Option<Sample<f64>>,
-    /// Above which of the planes ([`Setup::planes`]), and on which of its gauge blocks.
+    /// Which of the planes ([`Setup::planes`]), and which of its gauge blocks.
     pub plane: Option<(usize, usize)>,
-    /// From which of the points ([`Setup::points`]).
+    /// Which of the points ([`Setup::points`]).
     pub point: Option<usize>,
 }
 
 impl Setup {
-    /// For a request: what the robot file states, and what is assumed.
+    /// The set-up for a request: what the robot file states, and defaults for the rest.
     pub fn of(request: &PlanRequest<'_>) -> Self {
         let facts = &request.robot.instruments;
         let kinds = &request.kinds;
@@ -140,12 +140,12 @@ impl Setup {
         }
     }
 
-    /// Whether a samples file need not name the plane.
+    /// Whether there is only one unnamed plane, which a samples file need not name.
     pub fn has_only_usual_plane(&self) -> bool {
         self.planes.len() == 1 && self.planes.iter().all(|plane| plane.name == PLANE)
     }
 
-    /// The row of a samples file that a measurement becomes, with what the nominal robot reads.
+    /// A measurement as a row of a samples file, with the nominal robot's readings.
     pub fn row(&self, own: &Planned) -> Observation<f64> {
         let from = match (&own.other, own.point) {
             (Some(other), _) => Some(DistanceFrom::Pose(other.joints)),
@@ -165,7 +165,7 @@ impl Setup {
         self.read(&self.robot.robot, &asked)
     }
 
-    /// The same row with what another robot reads there, or as it is if that robot does not get there.
+    /// The same row with another robot's readings; unchanged if that robot does not reach it.
     pub fn read(&self, robot: &Robot<f64>, row: &Observation<f64>) -> Observation<f64> {
         let mut read = *row;
         let Ok(there) = robot.forward(&row.joints) else {
@@ -208,8 +208,8 @@ pub(super) fn blocks_or_usual(stated: &[f64]) -> Vec<f64> {
     }
 }
 
-/// The robot with a noise of everything: what its file states, or what is typical. And whether the file states
-/// it of all that is measured: coordinates, heights, distances.
+/// The robot with a noise of every kind, stated or typical, and whether the file states it for each kind that is measured:
+/// coordinates, heights, distances.
 pub(super) fn with_noise(robot: &RobotFile, measured: [bool; 3]) -> (RobotFile, bool) {
     let facts = &robot.instruments;
     let stated = [
@@ -229,7 +229,7 @@ pub(super) fn with_noise(robot: &RobotFile, measured: [bool; 3]) -> (RobotFile, 
     (with, all_stated)
 }
 
-/// The height above which, up to the tallest gauge block, most poses lie.
+/// The height of the plane, such that most poses lie between it and the tallest gauge block.
 fn broadest(poses: &[Sample<f64>]) -> f64 {
     let [.., tallest] = BLOCKS;
     let heights = || poses.iter().map(|pose| pose.position.z);
@@ -239,11 +239,11 @@ fn broadest(poses: &[Sample<f64>]) -> f64 {
     let within = |low: f64| heights().filter(|z| (low..low + span).contains(z)).count();
     let steps = (0..100).map(|step| lowest + (highest - lowest) * f64::from(step) / 100.0);
     let best = steps.max_by_key(|low| within(*low)).unwrap_or(lowest);
-    // To a centimetre: nobody places a plate better.
+    // To a centimetre: a plate is not placed more accurately than that.
     10.0 * (best / 10.0).round()
 }
 
-/// The height below which one pose in ten lies: where a table is.
+/// The height of a table: one pose in ten lies below it.
 fn low(poses: &[Sample<f64>]) -> f64 {
     let mut heights: Vec<_> = poses.iter().map(|pose| pose.position.z).collect();
     heights.sort_by(f64::total_cmp);
@@ -251,7 +251,7 @@ fn low(poses: &[Sample<f64>]) -> f64 {
     10.0 * (height / 10.0).round()
 }
 
-/// Those of the robot file: where they are known to be, or else on a table, evenly around the z axis.
+/// The points of the robot file at their known places, or else on a table, evenly around the z axis.
 fn points(robot: &RobotFile, poses: &[Sample<f64>]) -> Vec<PointAt> {
     let unnamed = |name: &str| PointAt {
         name: name.to_owned(),
@@ -275,7 +275,7 @@ fn points(robot: &RobotFile, poses: &[Sample<f64>]) -> Vec<PointAt> {
     points
 }
 
-/// Puts points of unknown place on a table, evenly around the z axis.
+/// Places points with unknown positions on a table, evenly around the z axis.
 pub(super) fn place(points: &mut [PointAt], poses: &[Sample<f64>]) {
     let squares = poses.iter().map(|pose| pose.position.xy().norm_squared());
     let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), own| (sum + own, count + 1.0));

@@ -134,9 +134,9 @@ pub fn text(request: &PlanRequest<'_>, plan: &Plan) -> String {
     let setup = &plan.setup;
     let section = Section::new("")
         .text(format!(
-            "{} for {}",
-            number_of_kinds(plan),
-            request.robot.name
+            "Plan for {}: {}",
+            request.robot.name,
+            number_of_kinds(plan)
         ))
         .text(noise_and_tolerance(setup, &plan.measurements));
     let section = match &request.region {
@@ -148,16 +148,16 @@ pub fn text(request: &PlanRequest<'_>, plan: &Plan) -> String {
     };
     let section = section.text(match request.order {
         Order::Random => format!(
-            "Order: random (seed {}). Measure in this order; the last row repeats the first and shows drift.",
+            "Order: random (seed {}). Measure in this order: the last row repeats the first, to show drift.",
             request.seed
         ),
-        Order::Shortest => "Order: shortest way. A drift during the measurement goes unnoticed.".to_owned(),
+        Order::Shortest => "Order: shortest path of the joints. A drift during the measurement would go unnoticed.".to_owned(),
     });
     let section = places(plan).into_iter().fold(section, Section::text);
     terminal::text([section, expected(request, plan)])
 }
 
-/// "20 measurements: 12 heights above a plane and 8 distances between two poses".
+/// "20 measurements, 1 of them repeated: 13 heights above a plane and 8 distances between two poses".
 fn number_of_kinds(plan: &Plan) -> String {
     let kinds = Kind::ALL.into_iter().filter_map(|kind| {
         let own = plan.measurements.iter().filter(|own| own.kind == kind);
@@ -168,10 +168,10 @@ fn number_of_kinds(plan: &Plan) -> String {
     let repeated = plan.measurements.len() - plan.count;
     let repeated = match repeated {
         0 => String::new(),
-        repeated => format!(" and {} once more", count(repeated, "measurement")),
+        repeated => format!(", {repeated} of them repeated"),
     };
     let measured = count(plan.count, "measurement");
-    format!("{measured}{repeated} ({})", list(&kinds))
+    format!("{measured}{repeated}: {}", list(&kinds))
 }
 
 fn noise_and_tolerance(setup: &Setup, planned: &[Planned]) -> String {
@@ -412,10 +412,10 @@ pub fn samples_text(
     let lines = [
         ("Not measured yet", unmeasured),
         (
-            "Not counted, because the nominal robot does not reach them",
+            "Not counted: the nominal robot does not reach them",
             &determined.not_reached,
         ),
-        ("Checked by hardly any other row", &determined.unchecked),
+        ("Hardly checked by any other row", &determined.unchecked),
     ];
     for (what, lines) in lines.into_iter().filter(|(_, lines)| !lines.is_empty()) {
         summary = summary.text(format!("{what}: {}.", in_lines(lines)));

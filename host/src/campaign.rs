@@ -1,4 +1,4 @@
-//! Simulation campaigns: many random robots, calibrated in every way that a file asks for.
+//! Simulation campaigns: many random robots, calibrated in every combination of settings in a file.
 //!
 //! ```text
 //! campaign file ─→ Plan ─→ cases × robots ─→ rows ─→ CaseSummary
@@ -17,5 +17,5 @@ pub use row::{RobotResult, Row, read_rows, rows_csv, run};
 pub use simulated::HELD_OUT_POSES;
 pub use summary::{CaseSummary, Distribution, Ratios, join, summarize};
 
-/// A small campaign with every key, and what it means.
+/// An example campaign file with every key explained.
 pub const EXAMPLE: &str = include_str!("../examples/campaign.toml");

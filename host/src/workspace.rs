@@ -1,5 +1,4 @@
-//! Where the platform gets: the boundary of the reachable workspace, what limits it, how large it
-//! is, and how it moves with the 24 parameters.
+//! The reachable workspace: its boundary, the limits that form it, its size, and how it moves with the 24 parameters.
 //!
 //! ```text
 //! Robot, Reach ─→ Grid ─→ lines, inside and outside ─→ BoundaryPoint ─→ influence of the parameters
@@ -8,10 +7,10 @@
 //! Robot, Reach ─→ largest cylinders
 //! ```
 //!
-//! A position is reachable if the forward model leads to it from joint angles within the limits:
-//! [`Reach::any_joints`]. The forward model swept over the joints' range finds the box that holds
-//! the workspace; lines through it, parallel to the axes, are then bisected where they enter and
-//! leave. Nothing is assumed of the workspace's shape: it may be hollow, or in several parts.
+//! A position is reachable if the forward model leads to it from joint angles within the limits: [`Reach::any_joints`].
+//! Sweeping the forward model over the joints' range gives a box that contains the workspace; along lines through it,
+//! parallel to the axes, the points of entry and exit are found by bisection. The workspace may have any shape: it may
+//! be hollow or consist of several parts.
 
 mod analysis;
 mod cylinder;
@@ -32,7 +31,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 pub use surface::BoundaryPoint;
 
-/// How finely a workspace is computed.
+/// Resolution of the computation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// Every boundary point is within this distance of the boundary, mm.
@@ -53,17 +52,17 @@ impl Default for Options {
 /// The reachable workspace of a robot.
 #[derive(Debug, Clone)]
 pub struct Workspace {
-    /// The robot.
+    /// The analysed robot.
     pub robot: Robot<f64>,
-    /// Its limits.
+    /// Joint and forearm limits.
     pub reach: Reach,
     /// Every boundary point is within this distance of the boundary, mm.
     pub tolerance: f64,
-    /// The lines on which the boundary is searched.
+    /// The lines along which the boundary is searched.
     pub grid: Grid,
-    /// The pieces of all lines along x, y and z that are inside.
+    /// The reachable intervals of all lines along x, y and z.
     lines: [Vec<Intervals>; 3],
-    /// Where the lines enter and leave: line by line, both ends of each piece.
+    /// Points of entry and exit: line by line, both ends of each interval.
     pub points: Vec<BoundaryPoint>,
 }
 
@@ -91,7 +90,7 @@ impl Workspace {
     /// ```
     ///
     /// # Errors
-    /// A workspace that is empty, or too thin or too large for the lines.
+    /// The workspace is empty, or too thin or too large for the lines.
     pub fn compute(
         robot: &Robot<f64>,
         reach: &Reach,
@@ -114,7 +113,7 @@ impl Workspace {
             if [0, 1, 2].map(|axis| pieces(axis).count()) == [0; 3] {
                 return Err(WorkspaceError::Thin { spacing });
             }
-            // Where the workspace goes on beyond the grid, the sweep missed something.
+            // If the workspace extends beyond the grid, the sweep missed a part: enlarge the grid.
             let grow = 4.0 * spacing + 0.1 * longest;
             let before = (low, high);
             for axis in 0..3 {
@@ -137,12 +136,12 @@ impl Workspace {
         }
     }
 
-    /// Whether the platform gets to a position (mm).
+    /// Whether the platform can reach a position (mm).
     pub fn contains(&self, x: &Vector3<f64>) -> bool {
         self.reach.any_joints(&self.robot, x).is_ok()
     }
 
-    /// Whether the node at these indices is inside, as its line along an axis has it.
+    /// Whether the node at these indices is inside, according to its line along `axis`.
     fn has_node(&self, place: [usize; 3], axis: usize) -> bool {
         let way = self.grid.way(place[axis]);
         let pieces = &self.lines[axis][self.grid.line_of(place, axis)];
@@ -150,24 +149,24 @@ impl Workspace {
     }
 }
 
-/// A volume and how well it is known.
+/// A volume and its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Volume {
     /// The volume.
     pub litres: f64,
-    /// What the spacing of the lines may put it off by: the larger of how far the lines along one
-    /// axis are off the mean of all three, and half of how far every second line alone is off it, rms.
+    /// The error due to the line spacing: the larger of the deviation between the axes from their mean, and half the
+    /// rms deviation from it when only every second line is used.
     pub uncertainty_litres: f64,
     /// The area of the boundary.
     pub boundary_m2: f64,
 }
 
 impl Workspace {
-    /// The volume, from the length inside of all lines of the grid: spacing² · Σ length. It is taken
-    /// along each axis; the three agree but for the lines' spacing.
+    /// The volume: spacing² · Σ length of the lines inside, averaged over the axes. The three values differ only by the
+    /// error due to the line spacing.
     pub fn volume(&self) -> Volume {
         let litres = self.grid.spacing.powi(2) * 1e-6;
-        // Every second line both ways: four sets for each axis.
+        // Every second line in both directions: four subsets per axis.
         let quarters = [0, 1, 2].map(|axis| self.lengths_along(axis).map(|sum| sum * litres));
         let along = quarters.map(|quarters| quarters.iter().sum::<f64>());
         let volume = along.iter().sum::<f64>() / 3.0;
@@ -182,7 +181,7 @@ impl Workspace {
         }
     }
 
-    /// The length inside of all lines along an axis, mm, for odd and even lines each.
+    /// The reachable length of all lines along an axis, mm, summed over the four subsets of odd and even lines.
     fn lengths_along(&self, axis: usize) -> [f64; 4] {
         let across = self.grid.counts[(axis + 1) % 3];
         let mut sums = [0.0; 4];

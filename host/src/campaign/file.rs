@@ -64,7 +64,7 @@ struct NoiseLevel {
     joint_mm: Option<Size>,
 }
 
-/// A whole number within limits.
+/// A whole number within bounds.
 #[derive(Clone, Copy, PartialEq, Deserialize)]
 #[serde(try_from = "i64")]
 struct Whole<const LEAST: i64, const MOST: i64>(u64);
@@ -100,7 +100,7 @@ impl TryFrom<f64> for Size {
     }
 }
 
-/// A list with something in it, and nothing twice.
+/// A non-empty list without duplicates.
 #[derive(Deserialize)]
 #[serde(
     try_from = "Vec<T>",
@@ -117,7 +117,7 @@ impl<T: PartialEq> TryFrom<Vec<T>> for List<T> {
         }
         let is_twice = |(index, value): (usize, &T)| values[..index].contains(value);
         if values.iter().enumerate().any(is_twice) {
-            return Err("the list holds an entry twice");
+            return Err("the list has a duplicate entry");
         }
         Ok(Self(values))
     }
@@ -130,11 +130,11 @@ impl<T: Default> Default for List<T> {
 }
 
 impl Plan {
-    /// Reads a campaign file. `robot_file` reads the robot file that it names.
+    /// Reads a campaign file. `robot_file` reads the robot file named in it.
     ///
     /// # Errors
-    /// The first fault: TOML that does not parse, an unknown or missing key, a number that is not
-    /// possible, an empty list or one that holds something twice, a robot file that is wrong.
+    /// The first fault: invalid TOML, an unknown or missing key, a number out of range, an empty list or one with
+    /// duplicates, an invalid robot file.
     pub fn read(
         input: &InputText,
         robot_file: &dyn Fn(&str) -> Result<InputText, InputError>,
@@ -162,7 +162,7 @@ impl Plan {
     }
 }
 
-/// A key, and what is wrong there.
+/// A key and the fault in it.
 type Fault = (&'static str, String);
 
 impl CampaignToml {
@@ -204,7 +204,7 @@ impl CampaignToml {
         if cases > CASES_AT_MOST {
             return Err((
                 "poses",
-                format!("{cases} cases are more than {CASES_AT_MOST}"),
+                format!("{cases} cases; at most {CASES_AT_MOST} are allowed"),
             ));
         }
         Ok(scenarios)
@@ -244,7 +244,7 @@ impl CampaignToml {
                 }
             }
         }
-        // A drive has one of both.
+        // A drive is either rotary or linear: one of the two is 0.
         let joint = shared.noise_joint_deg.to_radians() + shared.noise_joint_mm;
         let position = shared.noise_position_mm;
         let noise = if position == 0.0 && joint == 0.0 {
@@ -278,7 +278,7 @@ impl CampaignToml {
 }
 
 impl NoiseLevel {
-    /// In degrees with rotary drives, in mm with linear ones.
+    /// Joint noise as `[degrees, mm]`: degrees for rotary drives, mm for linear ones.
     fn joints(&self, drive: Drive) -> Result<[f64; 2], Fault> {
         match (drive, self.joint_deg, self.joint_mm) {
             (Drive::Rotary, Some(own), None) => Ok([own.0, 0.0]),
@@ -294,7 +294,7 @@ impl NoiseLevel {
     }
 }
 
-/// The TOML reader's error, with its line.
+/// Turns the TOML parser's error into one with a line number.
 fn syntax(input: &InputText, error: &toml::de::Error) -> InputError {
     let line = input.line_at(error.span().map_or(0, |span| span.start));
     let index = usize::try_from(line).unwrap_or(usize::MAX);

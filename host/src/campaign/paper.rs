@@ -1,4 +1,4 @@
-//! The simulations of the paper as campaigns, beside what it found.
+//! The paper's simulations as campaigns, and its results for comparison.
 //!
 //! The paper: T. Bentaleb, J. Iqbal, "On the improvement of calibration accuracy of parallel robots –
 //! modeling and optimization", JTAM 58(1), 2020, doi 10.15632/jtam-pl/115863.
@@ -20,7 +20,7 @@ macro_rules! experiment {
     };
 }
 
-/// In the order of the paper. Each file says how an ambiguous sentence was read.
+/// In the paper's order. Each file documents how ambiguous passages were interpreted.
 const EXPERIMENTS: [(&str, &str); 7] = [
     experiment!("exact"),
     experiment!("fkm-noise"),
@@ -31,41 +31,41 @@ const EXPERIMENTS: [(&str, &str); 7] = [
     experiment!("number-of-poses"),
 ];
 
-/// What the paper found.
+/// The paper's results.
 const FIGURES: &str = include_str!("../../examples/paper/figures.csv");
 
-/// A simulation of the paper and what came of it here.
+/// A simulation from the paper and its results here.
 #[derive(Debug, Clone)]
 pub struct Experiment {
-    /// As in `results.csv`.
+    /// Name, as in `results.csv`.
     pub name: &'static str,
-    /// Its cases.
+    /// Results of its cases.
     pub cases: Vec<CaseSummary>,
 }
 
-/// What the paper found in some case.
+/// A result reported in the paper.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
-    /// The simulation.
+    /// Name of the simulation.
     pub case: String,
     /// IKM or FKM.
     pub method: Method,
-    /// Any if not stated.
+    /// Start error; `None` if the paper does not state it.
     pub start_error_mm: Option<f64>,
-    /// Any if not stated.
+    /// Number of poses; `None` if the paper does not state it.
     pub poses: Option<usize>,
-    /// (4.1).
+    /// Gain, equation (4.1).
     pub gain_percent: Option<f64>,
-    /// Of one calibration.
+    /// Time for one calibration.
     pub seconds: Option<f64>,
-    /// What it says in words.
+    /// The paper's remark.
     pub remark: String,
 }
 
-/// Runs every simulation. `robots` replaces the robots of each case.
+/// Runs every simulation. `robots` overrides the range of robots in each case.
 ///
 /// # Errors
-/// None, as long as the built-in campaigns are in order, which a test assures.
+/// None: a test checks the built-in campaigns.
 pub fn simulate(
     robots: Option<&Range<u64>>,
     progress: &mut dyn FnMut(u64, u64),
@@ -95,29 +95,29 @@ pub fn simulate(
     Ok(experiments)
 }
 
-/// A row of the paper and the median gains (4.1) of the same case here, percent.
+/// A result from the paper beside the median gains (4.1) of the same case here, percent.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
-    /// What the paper found.
+    /// The paper's result.
     pub paper: Figure,
-    /// The case here.
+    /// The corresponding case.
     pub here: Case,
     /// Least squares as in the paper, by Levenberg–Marquardt.
     pub levenberg_marquardt_percent: Option<f64>,
-    /// The same by Gauss–Newton.
+    /// The same, by Gauss–Newton.
     pub gauss_newton_percent: Option<f64>,
     /// With known noise and tolerance; `None` without noise.
     pub noise_and_tolerance_percent: Option<f64>,
-    /// The same from planned poses.
+    /// The same, from planned poses.
     pub planned_percent: Option<f64>,
-    /// Of one calibration by Levenberg–Marquardt.
+    /// Time for one calibration by Levenberg–Marquardt.
     pub seconds: Option<f64>,
 }
 
-/// Every row of the paper, for each case here that it concerns.
+/// Each result of the paper with every matching case.
 ///
 /// # Errors
-/// None, as long as the built-in figures are in order, which a test assures.
+/// None: a test checks the built-in figures.
 pub fn comparisons(experiments: &[Experiment]) -> Result<Vec<Comparison>, csv::Error> {
     let figures = figures()?;
     let mut comparisons = Vec::new();
@@ -159,7 +159,7 @@ fn figures() -> Result<Vec<Figure>, csv::Error> {
     reader.deserialize().collect()
 }
 
-/// What the paper found in a case, whatever was known of noise and tolerance here.
+/// The paper's result for a case, regardless of whether noise and tolerance are known.
 fn figure_of<'a>(figures: &'a [Figure], name: &str, case: &Case) -> Option<&'a Figure> {
     figures.iter().find(|figure| {
         let start = figure.start_error_mm;
@@ -176,11 +176,11 @@ const COLUMNS: &str = "case,method,solver,poses,start_error_mm,start_error_deg,n
     returned_percent,returned_from_nominal_percent,seconds_per_calibration,paper_gain_percent,\
     paper_seconds,paper_remark";
 
-/// `results.csv`: one row a case. Gains and errors are those of the median robot; the bound ratio is
-/// √(Σ error²/Σ bound²) of the parameters over the calibrated robots.
+/// `results.csv`: one row per case. Gains and errors are medians over robots; the bound ratio is √(Σ error²/Σ bound²)
+/// of the parameters over the calibrated robots.
 ///
 /// # Errors
-/// As [`comparisons`].
+/// Same as [`comparisons`].
 pub fn results_csv(experiments: &[Experiment]) -> Result<String, csv::Error> {
     let figures = figures()?;
     let mut writer = csv::Writer::from_writer(Vec::new());

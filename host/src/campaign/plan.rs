@@ -1,4 +1,4 @@
-//! What a campaign computes: every combination of the lists in its file is a case.
+//! The cases of a campaign: every combination of the lists in its file.
 
 use crate::files::robot_file::RobotFile;
 use crate::fit::Method;
@@ -7,7 +7,7 @@ use delta_cal::robot::Arm;
 use delta_cal::{Noise, Tolerance};
 use serde::{Deserialize, Serialize};
 
-/// How the equations are solved.
+/// The algorithm that solves the equations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum CampaignSolver {
@@ -27,47 +27,47 @@ impl From<CampaignSolver> for Solver {
     }
 }
 
-/// How the true robots scatter about the nominal one.
+/// Distribution of the true robots about the nominal one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Spread {
-    /// Every parameter evenly within ± the start error.
+    /// Every parameter uniform within ± the start error.
     #[default]
     Uniform,
-    /// Every parameter normally, the start error being one σ.
+    /// Every parameter normal, with the start error as σ.
     Normal,
 }
 
-/// What tells one case from another: the first columns of the rows and of the summary. Lengths are
-/// in millimetres and angles in degrees.
+/// The settings that identify a case: the first columns of the rows and of the summary. Lengths are in millimetres,
+/// angles in degrees.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Case {
     /// A fingerprint of the nominal robot and its joint limits.
     pub geometry: String,
-    /// How the robots scatter.
+    /// Distribution of the true parameters.
     pub spread: Spread,
-    /// Measured poses a robot.
+    /// Measured poses per robot.
     pub poses: usize,
     /// Whether the poses were planned.
     pub planned: bool,
-    /// Of every length.
+    /// Start error of every length.
     pub start_error_mm: f64,
-    /// Of every angle.
+    /// Start error of every angle.
     pub start_error_deg: f64,
-    /// Of every rotary joint's zero; 0 where `La_x` and `La_y` are off by the error of lengths.
+    /// Start error of every rotary joint zero; if 0, `La_x` and `La_y` have the error of lengths instead.
     #[serde(default)]
     pub start_error_zero_deg: f64,
-    /// Of the radius that all towers have in common.
+    /// Start error of the radius common to all towers.
     pub start_error_radius_mm: f64,
-    /// One σ of each coordinate.
+    /// Noise of each coordinate (σ).
     pub noise_position_mm: f64,
-    /// One σ of each joint angle.
+    /// Noise of each joint angle (σ).
     pub noise_joint_deg: f64,
-    /// One σ of each travel.
+    /// Noise of each joint travel (σ).
     pub noise_joint_mm: f64,
     /// The estimator.
     pub method: Method,
-    /// How it solves.
+    /// The solver.
     pub solver: CampaignSolver,
     /// Whether the calibration knew the noise.
     pub weights: bool,
@@ -75,40 +75,40 @@ pub struct Case {
     pub prior: bool,
 }
 
-/// Robots and what is measured of them. All its cases see the same ones.
+/// Simulated robots and their measurements, shared by all its cases.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Scenario {
-    /// What all cases have in common.
+    /// Settings common to all cases.
     pub(super) shared: Case,
-    /// One for each method, solver, weights and prior.
+    /// One case per combination of method, solver, weights and prior.
     pub(super) cases: Vec<Case>,
     /// `None` for exact measurements.
     pub(super) noise: Option<Noise<f64>>,
-    /// What a calibration with a prior assumes: the start error.
+    /// The tolerance that a calibration with a prior assumes: the start error.
     pub(super) tolerance: Option<Tolerance<f64>>,
 }
 
-/// A campaign, read and checked.
+/// A campaign read from a file and checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// The nominal robot and its joint limits.
     pub robot: RobotFile,
-    /// Robots of every case, unless a range is asked for.
+    /// Number of robots per case unless a range is requested.
     pub robots: u64,
-    /// Another seed, other robots.
+    /// Seed of all random robots.
     pub seed: u64,
     pub(super) scenarios: Vec<Scenario>,
 }
 
 impl Plan {
-    /// Every case, in the order of the rows.
+    /// Every case, in row order.
     pub fn cases(&self) -> impl Iterator<Item = &Case> {
         self.scenarios.iter().flat_map(|scenario| &scenario.cases)
     }
 
-    /// The seed of a robot. It depends on the geometry and on the scenario's values, not on its place
-    /// in the file: a longer list adds cases and leaves the others' robots as they were, and robots
-    /// of two geometries have nothing in common.
+    /// The seed of a robot. It depends on the geometry and the scenario's values, not on the scenario's position in the
+    /// file: extending a list adds cases without changing the robots of the others, and robots of different geometries
+    /// are unrelated.
     pub(super) fn seed_of(&self, scenario: &Scenario, robot: u64) -> u64 {
         let case = &scenario.shared;
         let values = [
@@ -129,18 +129,18 @@ impl Plan {
     }
 }
 
-/// The nominal robot and its limits as 16 hexadecimal digits.
+/// A hash of the nominal robot and its joint limits: 16 hexadecimal digits.
 pub(super) fn fingerprint(file: &RobotFile) -> String {
     let parameters = file.robot.arms().iter().flat_map(Arm::parameters);
     let limits = [file.limits.minimum(), file.limits.maximum()];
     let values = parameters.chain(limits);
-    // −0 is 0.
+    // Treat −0 as 0.
     let state = values.fold(0, |state, value| mixed(state ^ (value + 0.0).to_bits()));
     format!("{state:016x}")
 }
 
-/// The output function of SplitMix64 (Steele, Lea, Flood 2014): a bijection, every bit of whose
-/// result depends on every bit of its argument.
+/// The output function of SplitMix64 (Steele, Lea, Flood 2014): a bijection in which every output bit depends on every
+/// input bit.
 fn mixed(value: u64) -> u64 {
     let value = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let value = (value ^ (value >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -152,7 +152,7 @@ fn mixed(value: u64) -> u64 {
 mod tests {
     use super::mixed;
 
-    /// The first numbers of the generator that SplitMix64's authors publish, seeded with 1234567.
+    /// The first outputs that SplitMix64's authors publish for seed 1234567.
     #[test]
     fn the_mixing_is_that_of_splitmix64() {
         let published = [

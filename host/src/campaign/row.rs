@@ -1,4 +1,4 @@
-//! The rows of a campaign: one robot, calibrated one way.
+//! The rows of a campaign: one robot calibrated with one set of settings.
 
 use super::plan::{Case, Plan, Scenario};
 use super::simulated::{Planned, measured_at, simulate};
@@ -12,79 +12,77 @@ use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::time::Instant;
 
-/// Robots a thread between two signs of progress.
+/// Robots per thread between progress reports.
 const ROBOTS_A_THREAD: u64 = 64;
-/// Without noise, a robot is the true one if its parameter error is below this, mm.
+/// Without noise, the true robot is recovered if the parameter error is below this, mm.
 const EXACT: f64 = 1e-6;
-/// With noise, a robot is the true one if its parameter error is below this many times the bound.
+/// With noise, the true robot is recovered if the parameter error is below this multiple of the bound.
 const RETURNED: f64 = 5.0;
 
-/// What came of one robot in one case. Empty where there is nothing to state. Lengths are in
-/// millimetres; of parameters √ Σ error², angles times the upper arm's length, and of positions
-/// rms over the held-out poses.
+/// The result for one robot in one case; `None` where a figure does not exist. Errors are in millimetres: parameter
+/// errors are √ Σ error² with angles times the upper arm's length, position errors are rms over the held-out poses.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct RobotResult {
-    /// Counted from 0.
+    /// Index of the robot, from 0.
     pub robot: u64,
-    /// Of its random numbers.
+    /// Seed of its random numbers.
     pub seed: u64,
-    /// `accepted`, or why it was refused.
+    /// `accepted`, or the reason for refusal.
     pub status: String,
-    /// Whether the calibrated robot is the true one: to the arithmetic's accuracy without noise,
-    /// within five times the bound with it.
+    /// Whether the true robot was recovered: to rounding without noise, within five times the bound with it.
     pub returned: Option<bool>,
-    /// Whether no other start than the nominal robot was needed.
+    /// Whether the nominal robot sufficed as starting point.
     pub from_nominal: Option<bool>,
-    /// (4.1), of the parameters.
+    /// Gain (4.1) of the parameters.
     pub gain_percent: Option<f64>,
-    /// Of the parameters, before.
+    /// Parameter error before calibration.
     pub parameter_before_mm: Option<f64>,
-    /// The same after.
+    /// Parameter error after calibration.
     pub parameter_after_mm: Option<f64>,
-    /// What the calibration states of it, one σ.
+    /// σ of the parameter error as stated by the calibration.
     pub parameter_stated_mm: Option<f64>,
-    /// The least that it can be (Cramér–Rao), one σ.
+    /// Lower bound on σ of the parameter error (Cramér–Rao).
     pub parameter_bound_mm: Option<f64>,
-    /// Of positions, before; infinite where the robot's geometry reaches no pose.
+    /// Position error before calibration; infinite if the robot reaches none of the poses.
     pub error_before_mm: Option<f64>,
-    /// The same after.
+    /// Position error after calibration.
     pub error_after_mm: Option<f64>,
-    /// What the calibration states of it, one σ.
+    /// σ of the position error as stated by the calibration.
     pub error_stated_mm: Option<f64>,
-    /// Of positions after the best rigid motion, before.
+    /// Relative position error (after the best rigid motion) before calibration.
     pub relative_before_mm: Option<f64>,
-    /// The same after.
+    /// Relative position error after calibration.
     pub relative_after_mm: Option<f64>,
-    /// What the calibration states of it, one σ.
+    /// σ of the relative position error as stated by the calibration.
     pub relative_stated_mm: Option<f64>,
-    /// Wall clock of the calibration; not among the columns, which are the same in every run.
+    /// Wall-clock time of the calibration; not written to the file, whose contents are reproducible.
     #[serde(skip)]
     pub seconds: Option<f64>,
 }
 
 impl RobotResult {
-    /// Whether there was a robot to calibrate.
+    /// Whether the simulation produced a usable robot.
     pub fn is_simulated(&self) -> bool {
         self.status != NO_ROBOT
     }
 
-    /// Whether it was calibrated and not refused.
+    /// Whether the calibration was accepted.
     pub fn is_accepted(&self) -> bool {
         self.status == ACCEPTED
     }
 }
 
-/// A case and what came of one robot in it.
+/// A case and the result for one robot.
 pub type Row = (Case, RobotResult);
 
-/// Simulates these robots of each case and calibrates them. `progress` is told how many robots are
-/// finished, of how many.
+/// Simulates and calibrates the given robots of each case. `progress` receives the number of finished robots and the
+/// total.
 ///
-/// A robot's random numbers depend on the campaign's seed, the geometry, the case's values and the
-/// robot's number alone: rows are the same to the bit for any number of threads and in any range.
+/// A robot's random numbers depend only on the campaign's seed, the geometry, the case's values and the robot's index:
+/// rows are bit-identical for any number of threads and any range.
 ///
 /// # Errors
-/// Poses that cannot be planned.
+/// Planned poses were requested and cannot be found.
 pub fn run(
     plan: &Plan,
     robots: &Range<u64>,
@@ -114,7 +112,7 @@ pub fn run(
     Ok(rows)
 }
 
-/// One row for each case of a scenario.
+/// One row per case of a scenario.
 fn of_robot(plan: &Plan, scenario: &Scenario, planned: &Planned, robot: u64) -> Vec<Row> {
     let seed = plan.seed_of(scenario, robot);
     let nominal = &plan.robot.robot;
@@ -135,7 +133,7 @@ fn of_robot(plan: &Plan, scenario: &Scenario, planned: &Planned, robot: u64) -> 
     };
     let [error_before_mm, relative_before_mm] =
         errors(&before.position_error_before(&simulated.held_out));
-    // They depend on neither solver nor weights.
+    // Bounds do not depend on the solver or the weights.
     let mut bounds: Vec<(Method, bool, Option<f64>)> = Vec::new();
     let result = |case: &Case| {
         let mut row = RobotResult {
@@ -197,7 +195,7 @@ fn of_robot(plan: &Plan, scenario: &Scenario, planned: &Planned, robot: u64) -> 
     scenario.cases.iter().cloned().zip(results).collect()
 }
 
-/// Absolute and relative. A robot that reaches none of the poses has an error all the same.
+/// Absolute and relative position error; infinite for a robot that reaches none of the poses.
 fn errors(error: &HeldOutError) -> [Option<f64>; 2] {
     let known = |value: f64| Some(if value.is_nan() { f64::INFINITY } else { value });
     [known(error.rms), known(error.intrinsic_rms)]
@@ -206,7 +204,7 @@ fn errors(error: &HeldOutError) -> [Option<f64>; 2] {
 /// Rows as a CSV file.
 ///
 /// # Errors
-/// None is known: the table is written to memory.
+/// None in practice: the table is written to memory.
 pub fn rows_csv(rows: &[Row]) -> Result<String, csv::Error> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
@@ -222,10 +220,10 @@ pub(super) fn text(writer: csv::Writer<Vec<u8>>) -> Result<String, csv::Error> {
     String::from_utf8(bytes).map_err(|error| std::io::Error::other(error).into())
 }
 
-/// Rows of a CSV file that [`rows_csv`] has made.
+/// Reads rows written by [`rows_csv`].
 ///
 /// # Errors
-/// Another file, or a row that is damaged, with its line.
+/// A different header, or a damaged row, with its line.
 pub fn read_rows(name: &str, text: &str) -> Result<Vec<Row>, InputError> {
     let fault = |error: csv::Error| {
         let line = error.position().map_or(1, csv::Position::line);
@@ -233,14 +231,14 @@ pub fn read_rows(name: &str, text: &str) -> Result<Vec<Row>, InputError> {
     };
     let header = rows_csv(&[Row::default()]).map_err(fault)?;
     if text.lines().next() != header.lines().next() {
-        let cause = "the header is not that of the rows of a campaign";
-        let remedy = "name files that `delta-cal simulate --output` of this version has written";
+        let cause = "the header is not that of campaign rows";
+        let remedy = "name files written by `delta-cal simulate --output` of this version";
         return Err(InputError::new(name, cause).at_line(1).with_remedy(remedy));
     }
     let mut reader = ReaderBuilder::new()
         .has_headers(false)
         .from_reader(text.as_bytes());
-    // By their places: a struct within a row has no header of its own.
+    // Deserialised by position: a struct nested in a row has no header of its own.
     let rows = reader.records().skip(1);
     rows.map(|record| record?.deserialize::<Row>(None))
         .collect::<Result<_, _>>()

@@ -1,4 +1,4 @@
-//! Simulated robots: their true geometry, where they are measured, and where they are tested.
+//! Simulated robots: true geometry, measured poses and held-out poses.
 
 use super::plan::{Plan, Scenario, Spread};
 use crate::files::input::InputError;
@@ -10,11 +10,11 @@ use delta_cal::{Parameter, Robot, Sample};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
-/// Joint angles (radians) of one plan; random ones for each robot if `None`.
+/// Joint angles of planned poses, radians; `None` for random poses, different for each robot.
 pub(super) type Planned = Option<Vec<[f64; 3]>>;
 
-/// Poses as a user would plan them: once, for the nominal robot and the scenario's noise, and without a
-/// tolerance. All robots of a scenario are measured there.
+/// Plans poses as a user would: once, for the nominal robot and the scenario's noise, without a tolerance. All robots
+/// of a scenario are measured at them.
 pub(super) fn measured_at(plan: &Plan, scenario: &Scenario) -> Result<Planned, InputError> {
     plan_of(plan, scenario).map_err(|error| {
         InputError::new(&plan.robot.name, format!("planned = [true]: {error}"))
@@ -41,23 +41,23 @@ fn plan_of(plan: &Plan, scenario: &Scenario) -> Result<Planned, PlanError> {
     Ok(Some(found.iter().map(|own| own.pose.joints).collect()))
 }
 
-/// Poses over which the position error is stated; none of them is among the measured ones.
+/// Number of poses over which the position error is evaluated; none of them is measured.
 pub const HELD_OUT_POSES: usize = 100;
 
-/// A robot whose true parameters are known, and measurements of it.
+/// A robot with known true parameters, and its measurements.
 #[derive(Debug, Clone)]
 pub(super) struct SimulatedRobot {
     pub(super) truth: Robot<f64>,
-    /// With noise.
+    /// Samples, including noise.
     pub(super) samples: Vec<Sample<f64>>,
     /// The exact joint angles of the samples, radians.
     pub(super) measured: Vec<[f64; 3]>,
-    /// Joint angles that were not measured, radians.
+    /// Joint angles of the held-out poses, radians.
     pub(super) held_out: Vec<[f64; 3]>,
 }
 
-/// The robot that a seed stands for, as it is measured. `None` if the start error makes no robot of it, one
-/// without usable poses within the joint limits, or one that does not reach the planned ones.
+/// Simulates the robot of a seed and its measurements. `None` if the start error yields no valid robot, no usable poses
+/// within the joint limits, or a robot that does not reach the planned poses.
 pub(super) fn simulate(
     plan: &Plan,
     scenario: &Scenario,
@@ -104,7 +104,7 @@ fn true_robot(plan: &Plan, scenario: &Scenario, rng: &mut Pcg32) -> Option<Robot
         for parameter in nominal.drive().parameters() {
             let bound = match parameter.kind() {
                 ParameterKind::Length => case.start_error_mm,
-                // A tower that leans and a belt that is too long by as much move the platform alike.
+                // A leaning tower and an equal relative error of the belt move the platform by the same amount.
                 ParameterKind::Angle | ParameterKind::Ratio => case.start_error_deg.to_radians(),
             };
             parameters[parameter.index()] += bound * scatter(case.spread, rng);
@@ -124,7 +124,7 @@ fn true_robot(plan: &Plan, scenario: &Scenario, rng: &mut Pcg32) -> Option<Robot
     Robot::new([arm(first)?, arm(second)?, arm(third)?]).ok()
 }
 
-/// The upper arm in another direction where the joint reads 0, as much longer as its `La_x` is.
+/// Turns the upper arm at joint reading 0. Its length changes by the error already drawn for `La_x`.
 fn turn_upper_arm(nominal: &Arm<f64>, parameters: &mut [f64; 8], turn: f64) {
     let (x, y) = nominal.la();
     let place = Parameter::LaX.index();
@@ -134,7 +134,7 @@ fn turn_upper_arm(nominal: &Arm<f64>, parameters: &mut [f64; 8], turn: f64) {
     parameters[place + 1] = length * direction.sin();
 }
 
-/// In units of the start error.
+/// A random error in units of the start error.
 fn scatter(spread: Spread, rng: &mut Pcg32) -> f64 {
     match spread {
         Spread::Uniform => f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0,

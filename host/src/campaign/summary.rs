@@ -1,4 +1,4 @@
-//! What came of each case: how many robots were refused or became worse, and the errors of all.
+//! Summary of each case: how many robots were refused or became worse, and the errors of all.
 
 use super::plan::Case;
 use super::row::{RobotResult, Row};
@@ -6,16 +6,16 @@ use crate::files::input::InputError;
 use serde::Serialize;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-/// Mean and quantiles, linear between the two nearest values.
+/// Mean and quantiles, interpolated linearly.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Distribution {
-    /// The mean.
+    /// Mean.
     pub mean: f64,
-    /// At 5 %.
+    /// 5 % quantile.
     pub p05: f64,
-    /// At 50 %.
+    /// Median.
     pub median: f64,
-    /// At 95 %.
+    /// 95 % quantile.
     pub p95: f64,
 }
 
@@ -28,7 +28,7 @@ impl Distribution {
             let (index, rest) = (percent * last / 100, percent * last % 100);
             let low = values[index];
             let high = values[last.min(index + 1)];
-            // An infinite neighbour of no weight does not count.
+            // Skip the neighbour if its weight is 0: it may be infinite.
             if rest == 0 {
                 low
             } else {
@@ -44,63 +44,63 @@ impl Distribution {
     }
 }
 
-/// √(Σ error² / Σ σ²) over the accepted robots: 1 where σ is right.
+/// √(Σ error² / Σ σ²) over the accepted robots: 1 if σ is correct.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Ratios {
-    /// Of the parameters, over the Cramér–Rao bound.
+    /// Parameter error over the Cramér–Rao bound.
     pub error_to_bound: Option<f64>,
-    /// Of the parameters, over the stated σ.
+    /// Parameter error over the stated σ.
     pub parameters_to_stated: Option<f64>,
-    /// Of positions, over the stated σ.
+    /// Position error over the stated σ.
     pub error_to_stated: Option<f64>,
-    /// Of positions after the best rigid motion, over the stated σ.
+    /// Relative position error over the stated σ.
     pub relative_to_stated: Option<f64>,
 }
 
-/// What came of one case. Means and quantiles are over all simulated robots; one that was refused
-/// keeps the error that it had, and its gain is 0.
+/// Summary of one case. Means and quantiles are over all simulated robots; a refused robot keeps its original error,
+/// and its gain is 0.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CaseSummary {
-    /// Which case.
+    /// The case.
     #[serde(flatten)]
     pub case: Case,
-    /// Simulated robots.
+    /// Number of simulated robots.
     pub robots: usize,
-    /// Start errors that make no robot, or one that cannot be measured; not among the robots.
+    /// Start errors that yield no valid robot or one that cannot be measured; not counted in `robots`.
     pub no_robot: usize,
-    /// Robots that were calibrated, not refused.
+    /// Number of accepted calibrations.
     pub accepted: usize,
-    /// Those of them whose position error is larger than before.
+    /// Accepted calibrations after which the position error is larger than before.
     pub worse: usize,
-    /// Robots whose true parameters were found: to the arithmetic's accuracy without noise, within
-    /// five times the Cramér–Rao bound with it.
+    /// Robots whose true parameters were recovered: to rounding without noise, within five times the Cramér–Rao bound
+    /// with it.
     pub returned: usize,
-    /// Those of them for which no other start than the nominal robot was needed.
+    /// Recovered robots for which the nominal robot sufficed as starting point.
     pub returned_from_nominal: usize,
-    /// Why robots were refused, and how many for each reason.
+    /// Number of refused robots by reason.
     pub refused: BTreeMap<String, usize>,
     /// Gain (4.1), percent.
     pub gain_percent: Option<Distribution>,
-    /// Parameter error before, mm.
+    /// Parameter error before calibration, mm.
     pub parameter_before_mm: Option<Distribution>,
-    /// The same after.
+    /// Parameter error after calibration, mm.
     pub parameter_after_mm: Option<Distribution>,
-    /// Position error over the held-out poses before, mm.
+    /// Position error over the held-out poses before calibration, mm.
     pub error_before_mm: Option<Distribution>,
-    /// The same after.
+    /// Position error after calibration, mm.
     pub error_after_mm: Option<Distribution>,
-    /// Position error after the best rigid motion before, mm.
+    /// Relative position error (after the best rigid motion) before calibration, mm.
     pub relative_before_mm: Option<Distribution>,
-    /// The same after.
+    /// Relative position error after calibration, mm.
     pub relative_after_mm: Option<Distribution>,
-    /// Of the accepted robots.
+    /// Error over σ, for the accepted robots.
     pub ratios: Ratios,
-    /// Wall clock of one calibration; not known of rows from a file.
+    /// Mean wall-clock time of one calibration; `None` for rows read from a file.
     pub seconds_per_calibration: Option<f64>,
 }
 
 impl CaseSummary {
-    /// How many of the robots, percent.
+    /// A count as a percentage of the simulated robots.
     pub fn percent(&self, count: usize) -> f64 {
         100.0 * number(count) / number(self.robots)
     }
@@ -119,7 +119,7 @@ impl CaseSummary {
         }
         let count =
             |of: &dyn Fn(&RobotResult) -> bool| accepted.iter().filter(|row| of(row)).count();
-        // Refused robots stay as they were.
+        // Refused robots keep their original errors.
         let over = |of: &dyn Fn(&RobotResult) -> [Option<f64>; 2]| {
             let values = robots.iter().filter_map(|row| {
                 let [before, after] = of(row);
@@ -175,7 +175,7 @@ const fn number(count: usize) -> f64 {
     count as f64
 }
 
-/// The cases of rows, in the order in which they occur.
+/// Summarises rows by case, in order of first occurrence.
 pub fn summarize(rows: &[Row]) -> Vec<CaseSummary> {
     let mut places: HashMap<String, usize> = HashMap::new();
     let mut cases: Vec<(&Case, Vec<&RobotResult>)> = Vec::new();
@@ -192,20 +192,20 @@ pub fn summarize(rows: &[Row]) -> Vec<CaseSummary> {
         .collect()
 }
 
-/// Joins the rows of several files, each with its name.
+/// Joins the rows of several files, given by name.
 ///
 /// # Errors
-/// A robot that stands in them twice.
+/// A robot that occurs twice.
 pub fn join(files: Vec<(String, Vec<Row>)>) -> Result<Vec<Row>, InputError> {
     let mut seen = HashSet::new();
     let mut all = Vec::new();
     for (name, rows) in files {
         for (line, (case, result)) in (2..).zip(&rows) {
             if !seen.insert((format!("{case:?}"), result.seed)) {
-                let cause = format!("robot {} of this case was read before", result.robot);
+                let cause = format!("robot {} of this case is a duplicate", result.robot);
                 return Err(InputError::new(&name, cause)
                     .at_line(line)
-                    .with_remedy("name each file once, and files of different robots"));
+                    .with_remedy("name each file once, and only files with different robots"));
             }
         }
         all.extend(rows);

@@ -1,4 +1,4 @@
-//! One simulated robot calibrated one way, and what came of it.
+//! Calibrates one simulated robot with the settings of one case.
 
 use super::plan::{Case, Plan, Scenario};
 use super::simulated::SimulatedRobot;
@@ -15,35 +15,34 @@ use delta_cal::observations::{
 use delta_cal::{IkmCalibrator, Noise, Parameter, Refusal, Robot, RobotOutcome, Sample, Settings};
 use nalgebra::SMatrix;
 
-/// Of the 24 parameters: mm, radians and their products.
+/// Covariance of the 24 parameters, in mm, radians and their products.
 type Covariance = SMatrix<f64, 24, 24>;
 
-/// The FKM method without a known noise takes this for it first, mm: less than any residual that is
-/// not rounding.
+/// First estimate of an unknown noise for the FKM method, mm: smaller than any residual other than rounding.
 const FIRST_SIGMA: f64 = 1e-6;
-/// With a tolerance, this part of its length.
+/// With a tolerance: first estimate as a fraction of its length.
 const FIRST_PART: f64 = 0.01;
-/// How often it estimates the noise anew, and when that has settled.
+/// Most noise estimates, and the relative change at which they have converged.
 const ESTIMATES: usize = 12;
 const SETTLED: f64 = 0.02;
 
-/// Why a robot was not calibrated, in one word.
+/// The outcome of a calibration as one word.
 pub(super) type Status = &'static str;
-/// That it was.
+/// Accepted calibration.
 pub(super) const ACCEPTED: Status = "accepted";
-/// That there is no robot to measure: the start error makes none, or one without usable poses.
+/// No robot to measure: the start error yields no valid robot, or one without usable poses.
 pub(super) const NO_ROBOT: Status = "no_robot";
 const FAULTY_SAMPLE: Status = "faulty_sample";
 
-/// The result of a calibration that was not refused.
+/// An accepted calibration.
 #[derive(Debug)]
 pub(super) struct Calibrated {
     pub(super) robot: Robot<f64>,
-    /// `None` if nothing is left over to tell the noise from.
+    /// `None` without redundant readings to estimate the noise from.
     covariance: Option<Covariance>,
-    /// Whether that holds what the arms have in common.
+    /// Whether `covariance` includes the correlation between arms.
     whole: bool,
-    /// Whether every arm's iteration began at the nominal robot, and no other start was needed.
+    /// Whether the nominal robot sufficed as starting point for every arm.
     pub(super) from_nominal: bool,
 }
 
@@ -83,9 +82,8 @@ pub(super) fn calibrate(
     }
 }
 
-/// The FKM method of the paper: the core's problem of observations whose readings are all three
-/// coordinates in the robot's frame. That needs a noise: where none is known it is the one that the
-/// residuals show.
+/// The paper's FKM method: the core's observation problem, where each row reads all three coordinates in the robot's
+/// frame. It needs a noise; an unknown noise is estimated from the residuals.
 fn fkm(
     nominal: &Robot<f64>,
     samples: &[Sample<f64>],
@@ -132,7 +130,7 @@ fn fkm(
                 let freedom = estimate.degrees_of_freedom.max(1.0);
                 let factor = estimate.residual_rms * (residuals / freedom).sqrt();
                 if tolerance.is_none() || (factor - 1.0).abs() < SETTLED {
-                    // No residual tells the noise.
+                    // The residuals are mere rounding and do not show the noise.
                     estimate.covariance.take_if(|_| sigma <= FIRST_SIGMA);
                     return Ok(outcome);
                 }
@@ -143,7 +141,7 @@ fn fkm(
     Err(Refusal::Unfinished)
 }
 
-/// `covariance`: of all parameters, or that of the arms.
+/// Takes `covariance` of all parameters if given, otherwise the arms' own.
 fn of_arms(outcome: &RobotOutcome<f64>, covariance: Option<&Covariance>) -> Calibrated {
     let mut arms = outcome.arms.iter();
     Calibrated {
@@ -166,9 +164,9 @@ fn by_arms(arms: &[ArmOutcome<f64>; 3]) -> Option<Covariance> {
 }
 
 impl Calibrated {
-    /// What it states of its own error, one σ: of the parameters, and of the positions at the
-    /// held-out poses, absolute and relative. Of arms that were calibrated apart the parameters'
-    /// alone: positions depend on what the arms' errors have in common.
+    /// The stated error (σ) of the parameters, and of absolute and relative positions at the held-out poses. If the
+    /// arms were calibrated separately, only that of the parameters: position errors depend on the correlation between
+    /// arms.
     pub(super) fn stated(&self, held_out: &[[f64; 3]]) -> [Option<f64>; 3] {
         let Some(covariance) = &self.covariance else {
             return [None; 3];
@@ -206,7 +204,7 @@ impl Calibrated {
     }
 }
 
-/// The least rms of the parameter error that a case can have (Cramér–Rao), mm.
+/// The Cramér–Rao bound on the rms parameter error of a case, mm.
 pub(super) fn bound(scenario: &Scenario, case: &Case, robot: &SimulatedRobot) -> Option<f64> {
     let tolerance = scenario.tolerance.as_ref().filter(|_| case.prior);
     let noise = scenario.noise.as_ref()?;
@@ -214,7 +212,7 @@ pub(super) fn bound(scenario: &Scenario, case: &Case, robot: &SimulatedRobot) ->
         .map(|bound| bound.error())
 }
 
-/// √ of the trace, angles times the upper arm's length.
+/// Square root of the trace, with angles times the upper arm's length.
 fn error_of(covariance: &Covariance, robot: &Robot<f64>) -> f64 {
     let units = units(robot);
     covariance

@@ -1,4 +1,4 @@
-//! Everything that is known of a robot's workspace, computed at once.
+//! The complete analysis of a robot's workspace.
 
 use super::{
     Cylinder, Influence, Mesh, Options, ParameterInfluence, ToleranceBand, Volume, Workspace,
@@ -14,39 +14,39 @@ use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-/// Positions at which the distance from singularities is computed, at most.
+/// Most positions at which the distance from singularities is evaluated.
 const POSITIONS: usize = 20_000;
 
-/// What is reported of a workspace, in the convention of the robot file.
+/// Results of a workspace analysis, in the robot file's convention.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct WorkspaceReport {
     /// The robot file's name.
     pub robot_file: String,
     /// Every boundary point is within this distance of the boundary.
     pub tolerance_mm: f64,
-    /// Between neighbouring lines.
+    /// Distance between neighbouring lines.
     pub spacing_mm: f64,
-    /// How many points there are.
+    /// Number of boundary points.
     pub boundary_points: usize,
-    /// How large it is.
+    /// Volume and area.
     pub volume: Volume,
-    /// The box that holds it.
+    /// Bounding box.
     pub extent_mm: Extent,
-    /// The share of the boundary that each limit makes, largest first.
+    /// Share of the boundary due to each limit, largest first.
     pub limits: Vec<LimitShare>,
-    /// The upright cylinder of the largest volume, if the z axis is inside.
+    /// The upright cylinder of largest volume; `None` if the z axis is outside.
     pub largest_cylinder: Option<Cylinder>,
-    /// The highest cylinder of each diameter, narrow to wide.
+    /// The tallest cylinder of each diameter, in ascending order.
     pub cylinders: Vec<Cylinder>,
-    /// What each parameter does to the boundary.
+    /// Influence of each parameter on the boundary.
     pub influence: Vec<ParameterInfluence>,
-    /// One σ of the boundary for the stated tolerance.
+    /// Uncertainty (σ) of the boundary for the stated tolerance.
     pub tolerance_band: Option<ToleranceBand>,
-    /// Distance from singularities inside.
+    /// Distance from singularities inside the workspace.
     pub conditioning: Singularities,
 }
 
-/// From and to along each axis.
+/// Range along each axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[allow(missing_docs)]
 pub struct Extent {
@@ -58,10 +58,10 @@ pub struct Extent {
 /// A limit and its share of the boundary's area.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LimitShare {
-    /// Such as `joint_maximum_1`.
+    /// The limit, such as `joint_maximum_1`.
     #[serde(serialize_with = "name")]
     pub kind: Limit,
-    /// 0 to 1.
+    /// Share, 0 to 1.
     pub share: f64,
 }
 
@@ -69,48 +69,48 @@ fn name<S: Serializer>(limit: &Limit, serializer: S) -> Result<S::Ok, S::Error> 
     limit.name().serialize(serializer)
 }
 
-/// How far from singularities the robot is at evenly spaced positions inside: 0 at a singularity, 1 at best.
+/// Distance from singularities over evenly spaced positions inside: 0 is singular, 1 is best.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Singularities {
-    /// How many positions.
+    /// Number of positions.
     pub positions: usize,
-    /// The least of any arm, type 1.
+    /// Smallest value of any arm, type 1.
     pub least_serial: f64,
-    /// The least, type 2.
+    /// Smallest value, type 2.
     pub least_parallel: f64,
-    /// At how many positions the robot is clear of both.
+    /// Number of positions clear of both types.
     pub clear: usize,
-    /// The volume in which it is.
+    /// Volume clear of both types.
     pub clear_litres: f64,
 }
 
 impl Singularities {
-    /// The share of the workspace that is clear of both, 0 to 1.
+    /// Share of the workspace clear of both types, 0 to 1.
     pub fn clear_share(&self) -> f64 {
         self.clear as f64 / self.positions.max(1) as f64
     }
 }
 
-/// A workspace, and what is reported of it.
+/// A workspace with its analysis.
 #[derive(Debug, Clone)]
 pub struct Analysis {
-    /// The convention of the robot file; only the report is in it.
+    /// The robot file's convention; only `report` uses it.
     pub convention: Convention,
     /// The boundary.
     pub workspace: Workspace,
     /// The boundary as a mesh.
     pub mesh: Mesh,
-    /// How it moves with the parameters.
+    /// How the boundary moves with the parameters.
     pub influence: Influence,
-    /// What is reported.
+    /// The results.
     pub report: WorkspaceReport,
 }
 
 impl Analysis {
-    /// Computes all of it. `progress` is told what is being computed.
+    /// Runs the analysis. `progress` receives the name of each step.
     ///
     /// # Errors
-    /// A robot without a workspace.
+    /// The workspace is empty or cannot be resolved.
     pub fn compute(
         robot: &RobotFile,
         options: &Options,
@@ -169,8 +169,8 @@ impl Analysis {
     }
 }
 
-/// The largest coordinate along an axis, or with sign −1 the least. It lies between the lines: from the
-/// outermost boundary point on, lines nearby are tried for one that leads further.
+/// The largest coordinate along an axis, or the smallest for sign −1. The extreme lies between grid lines: starting at
+/// the outermost boundary point, nearby lines are searched for one that reaches further.
 fn furthest(workspace: &Workspace, axis: usize, sign: f64) -> f64 {
     let positions = workspace.points.iter().map(|point| point.position);
     let outermost = positions.max_by(|a, b| (sign * a[axis]).total_cmp(&(sign * b[axis])));
@@ -180,7 +180,7 @@ fn furthest(workspace: &Workspace, axis: usize, sign: f64) -> f64 {
     let (direction, mut step) = (Vector3::ith(axis, sign), workspace.grid.spacing / 2.0);
     let [b, c] = [1, 2].map(|turn| Vector3::ith((axis + turn) % 3, 1.0));
     while step > workspace.tolerance / 16.0 {
-        // Many directions: at a ridge, few lead further.
+        // Try many directions: at a ridge, few reach further.
         let further = (0..32_u8).find_map(|part| {
             let (sin, cos) = (TAU * f64::from(part) / 32.0).sin_cos();
             let origin = best + (b * cos + c * sin) * step;
@@ -212,14 +212,14 @@ fn limits(workspace: &Workspace, convention: &Convention) -> Vec<LimitShare> {
 }
 
 impl Workspace {
-    /// How far a position is from singularities, 0 at one; `None` where it is not reachable.
+    /// The distance of a position from singularities, 0 if singular; `None` if unreachable.
     pub fn conditioning(&self, x: &Vector3<f64>) -> Option<SingularityDistance<f64>> {
         let q = self.reach.any_joints(&self.robot, x).ok()?;
         Some(self.robot.singularity_distance(x, &q))
     }
 }
 
-/// At nodes of the grid, every second or third if there are too many.
+/// Evaluated at grid nodes, with a stride if there are more than [`POSITIONS`].
 fn singularities(workspace: &Workspace, litres: f64) -> Singularities {
     let inside = |stride: usize| {
         let places = workspace.grid.places(stride);

@@ -1,8 +1,7 @@
 //! The largest upright cylinder inside the workspace, about the base's z axis.
 //!
-//! The workspace is cut into vertical lines on rings about the axis. Along each line the reachable
-//! intervals are found to the tolerance; those common to all lines within a radius are where a
-//! cylinder of that radius can stand.
+//! The workspace is sampled by vertical lines on rings about the axis. On each line the reachable intervals are found
+//! to the tolerance; a cylinder fits within the intervals common to all lines up to its radius.
 
 use super::Workspace;
 use super::grid::{Intervals, intersection};
@@ -12,34 +11,34 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 
-/// Rings from the axis to the furthest boundary point.
+/// Number of rings from the axis to the outermost boundary point.
 const RINGS: u32 = 100;
-/// Lines on a ring; between them, the ring's ends are interpolated by a parabola.
+/// Lines per ring; between them, the ends are interpolated by a parabola.
 const LINES: u32 = 360;
-/// The rings on both sides of the largest cylinder are divided so often, each time into so many.
+/// The interval around the best ring is refined this many times, each time into `PARTS` rings.
 const REFINEMENTS: usize = 3;
 const PARTS: u32 = 8;
 
 /// An upright cylinder about the base's z axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Cylinder {
-    /// Its diameter.
+    /// Diameter.
     pub diameter_mm: f64,
-    /// Its height.
+    /// Height.
     pub height_mm: f64,
-    /// z of its lower end.
+    /// z of the lower end.
     pub bottom_mm: f64,
-    /// z of its upper end.
+    /// z of the upper end.
     pub top_mm: f64,
-    /// Its volume.
+    /// Volume.
     pub litres: f64,
 }
 
-/// A ring's radius, the intervals common to all lines within it, and the highest cylinder there.
+/// Radius of a ring, intervals common to all lines up to it, and the tallest cylinder there.
 type Ring = (f64, Intervals, Cylinder);
 
-/// The cylinder of the largest volume first, then the highest cylinder of each ring's diameter, from
-/// narrow to wide; none if the axis is not in the workspace.
+/// The cylinder of largest volume, then the tallest cylinder for each ring's diameter in ascending order; empty if the
+/// axis is outside the workspace.
 pub fn cylinders(workspace: &Workspace) -> Vec<Cylinder> {
     let positions = || workspace.points.iter().map(|point| point.position);
     let (lowest, highest) = range(positions().map(|at| at.z));
@@ -91,7 +90,7 @@ impl Scan<'_> {
             .collect()
     }
 
-    /// So many rings from one on to this radius, as long as a cylinder fits into them.
+    /// `count` rings from `start` (exclusive) to `end`, until no cylinder fits.
     fn rings(&self, (start, mut common): (f64, Intervals), end: f64, count: u32) -> Vec<Ring> {
         let mut rings = Vec::new();
         for ring in 1..=count {
@@ -122,7 +121,7 @@ impl Scan<'_> {
         ends.filter(|(from, to)| from < to).collect()
     }
 
-    /// The highest cylinder within these intervals, shorter by the tolerance at both ends.
+    /// The tallest cylinder within these intervals, shortened by the tolerance at both ends.
     fn highest(&self, radius: f64, intervals: &Intervals) -> Option<Cylinder> {
         let tolerance = self.workspace.tolerance;
         let longest = intervals
@@ -140,9 +139,9 @@ impl Scan<'_> {
     }
 }
 
-/// How far an end may lie inside the lowest of a ring's lines, between two of them. At a kink it goes
-/// on falling as on its flatter side, for one step at most; where it is smooth, a parabola through
-/// three lines is an eighth of their second difference below the lowest.
+/// How far the boundary may lie inside the lowest of a ring's lines, between two lines. At a kink it continues with the
+/// slope of the flatter side for at most one step; where it is smooth, the vertex of a parabola through three lines is
+/// at most 1/8 of their second difference below the lowest.
 fn between_lines(lines: &[Intervals]) -> f64 {
     let mut slack = 0.0_f64;
     for (index, line) in lines.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! A grid of lines through the box that holds the workspace.
+//! The grid of lines through the workspace's bounding box.
 
 use super::Workspace;
 use crate::geometry::{Limit, Reach, SWEPT, sweep};
@@ -6,21 +6,21 @@ use delta_cal::Robot;
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-/// Lines across the longest side, if no spacing is given.
+/// Lines across the longest side if no spacing is set.
 pub(super) const LINES: f64 = 80.0;
-/// Nodes beyond the box that the sweep found, at each side; the sweep may miss a little.
+/// Margin of nodes on each side of the swept box, which may be slightly too small.
 const MARGIN: f64 = 2.0;
 /// Nodes of the largest grid.
 const LARGEST: f64 = 6e7;
 
-/// Lines parallel to the axes, all of the same distance from their neighbours.
+/// Equally spaced lines parallel to the axes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
-    /// Its first node, mm.
+    /// Position of the first node, mm.
     pub origin: Vector3<f64>,
-    /// Between neighbouring nodes, mm.
+    /// Distance between neighbouring nodes, mm.
     pub spacing: f64,
-    /// Nodes along x, y and z.
+    /// Number of nodes along x, y and z.
     pub counts: [usize; 3],
 }
 
@@ -36,8 +36,8 @@ impl Grid {
             let least = ((high - low).product() / LARGEST).cbrt() * 1.1;
             return Err(WorkspaceError::TooFine { spacing, least });
         }
-        // Whole multiples of the spacing plus an odd part of it: the planes of a robot's symmetry,
-        // and its limits in round numbers, do not fall on nodes.
+        // Multiples of the spacing plus an odd fraction of it, so that no node lies on a robot's symmetry plane or on a
+        // limit at a round number.
         let odd = Vector3::new(0.317, 0.433, 0.241);
         let first = low.zip_map(&odd, |low, odd| (low / spacing).floor() - odd);
         Ok(Self {
@@ -52,22 +52,22 @@ impl Grid {
         self.origin + Vector3::from(place.map(|index| self.way(index)))
     }
 
-    /// From a line's beginning to its node of this index, mm.
+    /// Distance from a line's start to the node with this index, mm.
     pub(super) fn way(&self, index: usize) -> f64 {
         index as f64 * self.spacing
     }
 
-    /// From the first to the last node along an axis, mm.
+    /// Distance from the first to the last node along an axis, mm.
     pub(super) fn length(&self, axis: usize) -> f64 {
         self.way(self.counts[axis] - 1)
     }
 
-    /// How many lines there are along an axis.
+    /// Number of lines along an axis.
     pub(super) fn lines(&self, axis: usize) -> usize {
         self.counts[(axis + 1) % 3] * self.counts[(axis + 2) % 3]
     }
 
-    /// Which of the lines along an axis goes through a node.
+    /// Index of the line along `axis` through a node.
     pub(super) fn line_of(&self, place: [usize; 3], axis: usize) -> usize {
         let (b, c) = ((axis + 1) % 3, (axis + 2) % 3);
         place[b] + self.counts[b] * place[c]
@@ -89,7 +89,7 @@ impl Grid {
     }
 }
 
-/// The box of all positions of the forward model swept over the joints' range.
+/// The bounding box of all positions in a sweep of the forward model over the joints' range.
 pub(super) fn swept_box(
     robot: &Robot<f64>,
     reach: &Reach,
@@ -111,13 +111,13 @@ pub(super) fn swept_box(
     }
 }
 
-/// Why there is no workspace to speak of.
+/// Why a workspace cannot be computed.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WorkspaceError {
-    /// At no pose of the forward sweep do the forearms meet.
+    /// The forearms meet at no pose of the forward sweep.
     #[error(
-        "the workspace is empty: at none of {SWEPT} poses within the joint limits do the forearms meet"
+        "the workspace is empty: the forearms meet at none of {SWEPT} poses within the joint limits"
     )]
     Apart,
     /// No pose of the forward sweep is reachable.
@@ -125,25 +125,25 @@ pub enum WorkspaceError {
         "the workspace is empty: forearm_max_deg forbids all {forearms_forbid} poses at which the forearms meet"
     )]
     Empty {
-        /// How many only the ball joints forbid.
+        /// Number of poses that only the ball joints forbid.
         forearms_forbid: u32,
     },
-    /// The workspace is so thin that no line meets it.
+    /// No line meets the workspace: it is too thin.
     #[error("the workspace is thinner than the line spacing of {spacing:.3} mm")]
     Thin {
-        /// The lines' spacing, mm.
+        /// Line spacing, mm.
         spacing: f64,
     },
     /// The grid would have too many nodes.
-    // Rounded up, so that it works.
+    // The minimum is rounded up so that it is accepted.
     #[error(
         "--spacing {spacing}mm is too small for this workspace: the minimum is {:.2}mm",
         (least * 100.0).ceil() / 100.0
     )]
     TooFine {
-        /// The spacing asked for, mm.
+        /// The requested spacing, mm.
         spacing: f64,
-        /// The smallest possible, mm.
+        /// The smallest accepted spacing, mm.
         least: f64,
     },
 }
@@ -162,15 +162,14 @@ impl WorkspaceError {
     }
 }
 
-/// Ends are found to this part of the tolerance; the rest is left for rounding.
+/// Bisection stops at this fraction of the tolerance; the rest is a margin for rounding.
 pub(super) const PART: f64 = 1.0 / 64.0;
 
-/// Pieces of a line that are inside: their first and last reachable places, mm from the line's
-/// beginning, in order.
+/// The reachable intervals of a line, in order: first and last reachable point, mm from its start.
 pub(super) type Intervals = Vec<(f64, f64)>;
 
 impl Workspace {
-    /// The pieces of all lines of the grid along an axis.
+    /// The reachable intervals of all grid lines along an axis.
     pub(super) fn lines_along(&self, axis: usize) -> Vec<Intervals> {
         let (direction, length) = (Vector3::ith(axis, 1.0), self.grid.length(axis));
         (0..self.grid.lines(axis))
@@ -182,7 +181,7 @@ impl Workspace {
             .collect()
     }
 
-    /// The pieces of the line from `origin` along the unit vector `direction` of this length.
+    /// The reachable intervals of a line from `origin` along the unit vector `direction`.
     pub(super) fn pieces(
         &self,
         origin: &Vector3<f64>,
@@ -236,7 +235,7 @@ impl Workspace {
         pieces
     }
 
-    /// Where to look, in order.
+    /// Positions to test along a line, in order: the grid nodes, and both sides of each intersection with a limit.
     fn places(&self, origin: &Vector3<f64>, direction: &Vector3<f64>, length: f64) -> Vec<f64> {
         let nodes = (0..).map(|node| self.grid.way(node));
         let mut places: Vec<f64> = nodes.take_while(|way| *way < length).collect();
@@ -277,7 +276,7 @@ impl Workspace {
     }
 }
 
-/// The last place from `inside` towards `outside` that is inside, to this tolerance.
+/// The last position from `inside` towards `outside` that is inside, to within `tolerance`.
 pub(super) fn bisected(
     is_inside: impl Fn(f64) -> bool,
     mut inside: f64,
@@ -298,7 +297,7 @@ pub(super) fn bisected(
     inside
 }
 
-/// What two lists of intervals have in common.
+/// The intersection of two lists of intervals.
 pub(super) fn intersection(a: &Intervals, b: &Intervals) -> Intervals {
     let both = a
         .iter()

@@ -8,24 +8,24 @@ use delta_cal::{ArmIndex, Parameter, Tolerance};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::{Serialize, Serializer};
 
-/// What one parameter does to the boundary. Per mm for a length, per degree for an angle.
+/// Influence of one parameter on the boundary, per mm for a length and per degree for an angle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ParameterInfluence {
-    /// Whose parameter.
+    /// The arm.
     #[serde(serialize_with = "number")]
     pub arm: ArmIndex,
-    /// Which.
+    /// The parameter.
     #[serde(serialize_with = "symbol")]
     pub parameter: Parameter,
-    /// Of what the displacement is for one.
+    /// Unit of the parameter to which the displacements refer.
     pub per: &'static str,
-    /// rms displacement of the boundary along its normal, over its area.
+    /// rms displacement of the boundary along its normal, weighted by area.
     pub rms_mm: f64,
-    /// The largest outwards.
+    /// Largest outward displacement.
     pub outwards_mm: f64,
-    /// The largest inwards (negative).
+    /// Largest inward displacement (negative).
     pub inwards_mm: f64,
-    /// Change of the volume: the displacement's integral over the boundary.
+    /// Change of the volume: the integral of the displacement over the boundary.
     pub volume_litres: f64,
 }
 
@@ -37,27 +37,27 @@ fn symbol<S: Serializer>(parameter: &Parameter, serializer: S) -> Result<S::Ok, 
     parameter.symbol().serialize(serializer)
 }
 
-/// One standard uncertainty of the boundary for the stated tolerance of the parameters.
+/// Standard uncertainty of the boundary for the stated tolerance of the parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ToleranceBand {
-    /// Of the displacement along the normal, rms over the boundary's area.
+    /// σ of the displacement along the normal, rms weighted by area.
     pub sigma_mm: f64,
-    /// At the worst point.
+    /// σ at the worst point.
     pub largest_sigma_mm: f64,
-    /// Of the volume.
+    /// σ of the volume.
     pub volume_sigma_litres: f64,
 }
 
 /// How the boundary moves with each parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Influence {
-    /// Displacement of each boundary point along its outward normal for each parameter, arm by arm at
-    /// its place: mm per mm, and mm per radian. `None` where the surface has no normal.
+    /// Displacement of each boundary point along its outward normal for each parameter, ordered by arm: mm per mm or mm
+    /// per radian. `None` where the surface has no normal.
     pub displacements: Vec<Option<[f64; 24]>>,
 }
 
 impl Influence {
-    /// Of the robot's parameters on its workspace's boundary.
+    /// Computes the influence of the robot's parameters on its workspace's boundary.
     pub fn of(workspace: &Workspace) -> Self {
         let Workspace { robot, reach, .. } = workspace;
         let varied = Varied::of(robot);
@@ -71,7 +71,7 @@ impl Influence {
         }
     }
 
-    /// The points' areas, mm², and displacements.
+    /// Areas (mm²) and displacements of the points.
     fn by_area<'a>(
         &'a self,
         workspace: &'a Workspace,
@@ -80,7 +80,7 @@ impl Influence {
         points.filter_map(|(point, moved)| Some((point.area, moved.as_ref()?)))
     }
 
-    /// All 24, arm by arm.
+    /// The influence of each parameter, arm by arm.
     pub fn of_parameters(&self, workspace: &Workspace) -> Vec<ParameterInfluence> {
         let of = |(arm, parameter): (ArmIndex, Parameter)| {
             let index = 8 * arm.index() + parameter.index();
@@ -111,7 +111,7 @@ impl Influence {
         parameters(&workspace.robot).map(of).collect()
     }
 
-    /// Of a robot whose parameters are known to this tolerance.
+    /// The uncertainty of the boundary when the parameters are known to this tolerance.
     pub fn within(&self, workspace: &Workspace, tolerance: &Tolerance<f64>) -> ToleranceBand {
         let sigma_of = |moved: &[f64; 24]| sigma_of_sum(&workspace.robot, tolerance, moved);
         let (mut square, mut sum, mut largest, mut volume) = (0.0, 0.0, 0.0_f64, [0.0; 24]);
@@ -132,7 +132,7 @@ impl Influence {
     }
 }
 
-/// A millimetre, or a degree in radians.
+/// The unit of a parameter in results: a millimetre, or a degree in radians.
 pub fn unit(parameter: Parameter) -> f64 {
     match parameter.kind() {
         ParameterKind::Length | ParameterKind::Ratio => 1.0,

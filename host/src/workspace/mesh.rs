@@ -1,15 +1,14 @@
-//! The boundary as a mesh of triangles, by marching cubes over the grid's nodes.
+//! The boundary as a triangle mesh, by marching cubes over the grid nodes.
 //!
-//! A corner of a triangle lies on an edge of the grid between a node that is inside and one that is
-//! not; there the boundary point is known, and takes the place of the edge's middle. So every corner
-//! is within the tolerance of the boundary, and rims are cut off within a cell.
+//! Marching cubes puts each corner in the middle of a grid edge between a node inside and one outside. It is moved to
+//! the boundary point on that edge, so every corner is within the tolerance of the boundary. Sharp edges are cut off
+//! within a cell.
 
 use super::{BoundaryPoint, Workspace};
 use crate::files::convention::Convention;
 use mcubes::{MarchingCubes, MeshSide};
 
-/// Boundary points, three a triangle: their numbers in [`Workspace::points`], counter-clockwise as
-/// seen from outside.
+/// Triangles as indices into [`Workspace::points`], counter-clockwise as seen from outside.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Mesh(pub Vec<[usize; 3]>);
 
@@ -69,7 +68,7 @@ impl Mesh {
         corners.map(|triangle| triangle.map(|corner| &workspace.points[corner]))
     }
 
-    /// The volume inside, mm³.
+    /// The enclosed volume, mm³.
     pub fn volume(&self, workspace: &Workspace) -> f64 {
         let corners = self
             .corners(workspace)
@@ -77,7 +76,7 @@ impl Mesh {
         corners.map(|[a, b, c]| a.dot(&b.cross(&c)) / 6.0).sum()
     }
 
-    /// As binary STL, in mm.
+    /// The mesh as binary STL, in mm.
     #[allow(clippy::cast_possible_truncation)] // the format's numbers are single precision
     pub fn to_stl(&self, workspace: &Workspace, convention: &Convention) -> Vec<u8> {
         let mut stl = Vec::with_capacity(84 + 50 * self.0.len());
@@ -101,10 +100,10 @@ impl Mesh {
     }
 }
 
-/// Where the boundary points of each line are among all.
+/// Index of the boundary points by line.
 struct Ends<'a> {
     workspace: &'a Workspace,
-    /// The number of each line's first point.
+    /// Index of each line's first point.
     first: [Vec<usize>; 3],
 }
 
@@ -122,7 +121,7 @@ impl<'a> Ends<'a> {
         Self { workspace, first }
     }
 
-    /// The boundary point on the edge whose middle is here, in nodes.
+    /// The boundary point on the grid edge with this midpoint, in node units.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // some hundreds
     fn nearest(&self, middle: [f32; 3]) -> Option<usize> {
         let grid = &self.workspace.grid;

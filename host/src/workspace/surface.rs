@@ -1,4 +1,4 @@
-//! The smooth surfaces of which the boundary consists, one a limit.
+//! The smooth surfaces that form the boundary, one per limit.
 //!
 //! | limit of arm i | the surface g(X, P) = 0, g > 0 outside |
 //! | --- | --- |
@@ -8,7 +8,7 @@
 //! | parallel singularity | det(w₁, w₂, w₃) = 0, qᵢ(X) on their branches |
 //! | elbows' plane upright | ((B₂ − B₁) × (B₃ − B₁))·up = 0, the same |
 //!
-//! Derivatives are central differences: over lengths of some 100 mm, steps of 1e-4 mm leave nine digits.
+//! Derivatives are central differences: with lengths of some 100 mm, steps of 1e-4 mm give nine digits.
 
 use super::grid::PART;
 use super::{Workspace, surface};
@@ -20,26 +20,25 @@ use nalgebra::Vector3;
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 use std::f64::consts::{PI, TAU};
 
-/// mm.
+/// Step of a length, mm.
 const STEP: f64 = 1e-4;
-/// Radians; on an arm of 100 mm the same.
+/// Step of an angle, radians: the same displacement on an arm of 100 mm.
 const TURN: f64 = 1e-6;
 
-/// The boundary's surface near a pose.
+/// A limit's surface near a pose.
 pub(super) struct Surface<'a> {
     reach: &'a Reach,
     limit: Limit,
-    /// Joint angles nearby (radians): they tell the branches of the inverse apart.
+    /// Joint angles nearby (radians), to select the branch of the inverse.
     q: [f64; 3],
-    /// The sign outside of what vanishes at the last two limits.
+    /// Sign, outside, of the function that vanishes at the last two limits.
     sign: f64,
 }
 
 impl<'a> Surface<'a> {
-    /// The surface of a limit at joint angles of a pose inside.
+    /// The surface of a limit near a pose inside, given by its joint angles.
     pub(super) fn new(robot: &Robot<f64>, reach: &'a Reach, limit: Limit, q: [f64; 3]) -> Self {
-        // Inside, the elbows' plane has the right side, and the platform is below it:
-        // det(w₁, w₂, w₃) = ((B₂ − B₁) × (B₃ − B₁))·(X − B₁).
+        // Inside, the elbows' plane faces up and the platform is below it:
         let side = upright(robot, &q).signum();
         let sign = if matches!(limit, Limit::Assembly(_)) {
             -side
@@ -54,8 +53,8 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// How far a position is outside, mm: exactly for the first three limits; for the others a volume or
-    /// an area that vanishes on the surface. `None` where the surface has no meaning.
+    /// The distance of a position outside the surface: in mm for the first three limits, otherwise a volume or an area
+    /// that vanishes on the surface. `None` where the surface is undefined.
     pub(super) fn outside(&self, robot: &Robot<f64>, x: &Vector3<f64>) -> Option<f64> {
         let arm = robot.arm(self.limit.arm());
         let w = x - arm.d();
@@ -115,8 +114,8 @@ impl<'a> Surface<'a> {
         self.gradient(robot, x).map(|gradient| gradient.normalize())
     }
 
-    /// How far the surface moves along its outward normal at `x` for each of the 24 parameters, mm per mm
-    /// and mm per radian: −∂g/∂p / |∂g/∂X|. `x` must be on the surface.
+    /// Displacement of the surface along its outward normal at `x` for each of the 24 parameters, mm per mm or mm per
+    /// radian: −∂g/∂p / |∂g/∂X|. `x` must be on the surface.
     pub(super) fn displacement(&self, varied: &Varied, x: &Vector3<f64>) -> Option<[f64; 24]> {
         let steep = self.gradient(&varied.robot, x)?.norm();
         let own = self.limit.arm().index();
@@ -135,7 +134,7 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// A robot, and with each parameter a step more and a step less.
+/// A robot, and the robots with each parameter one step larger and one step smaller.
 pub(super) struct Varied {
     robot: Robot<f64>,
     variations: Vec<Option<(f64, [Robot<f64>; 2])>>,
@@ -171,7 +170,7 @@ fn apart(a: f64, b: f64) -> f64 {
     turn.min(TAU - turn)
 }
 
-/// The joint angles at `x` on the branches nearest to those of `near`.
+/// The joint angles at `x` on the branch nearest to `near`.
 pub(super) fn branch(robot: &Robot<f64>, x: &Vector3<f64>, near: &[f64; 3]) -> Option<[f64; 3]> {
     let mut q = robot.inverse(x).ok()?;
     for ((arm, q), near) in robot.arms().iter().zip(&mut q).zip(near) {
@@ -187,18 +186,18 @@ fn forearms(robot: &Robot<f64>, x: &Vector3<f64>, q: &[f64; 3]) -> [Vector3<f64>
     ArmIndex::ALL.map(|arm| x - robot.arm(arm).elbow(q[arm.index()]))
 }
 
-/// The area that the elbows span, seen from above, mm²: 0 where their plane stands upright.
+/// The area spanned by the elbows as seen from above, mm²: 0 if their plane is vertical.
 fn upright(robot: &Robot<f64>, q: &[f64; 3]) -> f64 {
     let [w1, w2, w3] = forearms(robot, &Vector3::zeros(), q);
     (w2 - w1).cross(&(w3 - w1)).dot(&robot.up())
 }
 
-/// Whether the elbows' plane has another side up at the first joint angles than at the second.
+/// Whether the elbows' plane is flipped between two sets of joint angles.
 pub(super) fn elbows_turned_over(robot: &Robot<f64>, q: &[f64; 3], other: &[f64; 3]) -> bool {
     (upright(robot, q) > 0.0) != (upright(robot, other) > 0.0)
 }
 
-/// The arm whose forearm lies nearest to the plane of the other two.
+/// The arm whose forearm is closest to the plane of the other two.
 pub(super) fn flattest(robot: &Robot<f64>, x: &Vector3<f64>, q: &[f64; 3]) -> ArmIndex {
     let w = forearms(robot, x, q);
     let flatness = |arm: &ArmIndex| {
@@ -212,23 +211,23 @@ pub(super) fn flattest(robot: &Robot<f64>, x: &Vector3<f64>, q: &[f64; 3]) -> Ar
         .unwrap_or(ArmIndex::First)
 }
 
-/// One point of the boundary.
+/// A point of the boundary.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundaryPoint {
-    /// Where it is, mm; reachable.
+    /// Position, mm; reachable.
     pub position: Vector3<f64>,
-    /// What keeps the platform from going further outwards.
+    /// The limit that stops the platform there.
     pub limit: Limit,
-    /// The boundary's normal, outwards.
+    /// Outward normal of the boundary.
     pub outward: Vector3<f64>,
-    /// The area for which the point stands, mm²: spacing² · |normal along its line|. Summed over all
-    /// points it is the area of the boundary.
+    /// The area that the point represents, mm²: spacing² · |normal along its line|. The sum over all points is the area
+    /// of the boundary.
     pub area: f64,
-    /// The joint angles there, radians.
+    /// Joint angles, radians.
     pub q: [f64; 3],
 }
 
-/// Both ends of each piece of each line along x, y and z, in this order.
+/// Both ends of each reachable interval of each line along x, y and z, in this order.
 pub(super) fn points(workspace: &Workspace) -> Vec<BoundaryPoint> {
     let along = |axis: usize| {
         let of_line = move |(line, pieces): (usize, &Vec<(f64, f64)>)| {
@@ -248,13 +247,13 @@ pub(super) fn points(workspace: &Workspace) -> Vec<BoundaryPoint> {
     [0, 1, 2].into_iter().flat_map(along).collect()
 }
 
-/// The boundary point at the last reachable position along an axis, in the direction of the sign.
+/// The boundary point at the last reachable position along an axis, in the direction of `sign`.
 fn point(workspace: &Workspace, position: Vector3<f64>, axis: usize, sign: f64) -> BoundaryPoint {
     let Workspace { robot, reach, .. } = workspace;
     let joints = reach.any_joints(robot, &position);
     let q = joints.unwrap_or([reach.limits.at(0.5); 3]);
     let direction = Vector3::ith(axis, sign);
-    // Twice as far as the last unreachable place, which may be there but for rounding.
+    // Twice as far as the last position found unreachable, which rounding may have decided.
     let outside = position + direction * (2.0 * PART * workspace.tolerance);
     let limit = what_stops(workspace, &q, &outside);
     let normal = Surface::new(robot, reach, limit, q).normal(robot, &position);
@@ -268,7 +267,7 @@ fn point(workspace: &Workspace, position: Vector3<f64>, axis: usize, sign: f64) 
     }
 }
 
-/// What keeps the platform from `outside`, coming from a pose nearby with joint angles `q`.
+/// The limit that keeps the platform from `outside`, starting from a nearby pose with joint angles `q`.
 fn what_stops(workspace: &Workspace, q: &[f64; 3], outside: &Vector3<f64>) -> Limit {
     let Workspace { robot, reach, .. } = workspace;
     if let Err(error) = robot.inverse(outside) {

@@ -418,7 +418,7 @@ const WRONG_COMMANDS: &str = "
     campaign.toml --output no/a.csv ⇒ 4 ⇒ there is no folder
     campaign.toml --paper ⇒ 2 ⇒ cannot be used with
     --summary rows.csv --json rows.csv ⇒ 2 ⇒ same file
-    --summary rows.csv rows.csv ⇒ 3 ⇒ rows.csv:2: robot 0 of this case was read before
+    --summary rows.csv rows.csv ⇒ 3 ⇒ rows.csv:2: robot 0 of this case is a duplicate
     --summary none.csv ⇒ 3 ⇒ none.csv: cannot be read
     --summary other.csv ⇒ 3 ⇒ other.csv:1: the header is not
     --summary damaged.csv ⇒ 3 ⇒ damaged.csv:

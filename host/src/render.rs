@@ -1,5 +1,4 @@
-//! Figures, pages, and what is written to a terminal. What a report says is described once, as
-//! sections and tables, and shown in both.
+//! Figures, HTML pages and terminal output. A report is described once, as sections and tables, and rendered as either.
 
 pub(crate) mod page;
 pub mod plot;
@@ -12,20 +11,20 @@ use maud::Markup;
 pub(crate) enum Part {
     /// A paragraph.
     Text(String),
-    /// A paragraph about what is beside it.
+    /// A paragraph explaining its neighbours.
     Note(String),
-    /// A paragraph on what is as it should be.
+    /// A paragraph with a good result.
     Good(String),
-    /// A paragraph on what is not, and the doubts one by one.
+    /// A paragraph with a doubtful result, and a list of warnings.
     Doubts(String, Vec<String>),
-    /// Paragraphs that are not in an order.
+    /// An unordered list of paragraphs.
     List(Vec<String>),
     Table(Table),
-    /// What a terminal cannot show.
+    /// Content for pages only.
     Page(Markup),
 }
 
-/// What a report says under a heading.
+/// The part of a report under one heading.
 #[derive(Debug, Default)]
 pub(crate) struct Section {
     pub(super) title: String,
@@ -33,7 +32,7 @@ pub(crate) struct Section {
 }
 
 impl Section {
-    /// An empty section; without a heading if the title is empty.
+    /// An empty section, without a heading if the title is empty.
     pub(crate) fn new(title: impl Into<String>) -> Self {
         Self {
             title: title.into(),
@@ -41,61 +40,61 @@ impl Section {
         }
     }
 
-    /// With one more part.
+    /// Adds a part.
     pub(crate) fn part(mut self, part: Part) -> Self {
         self.parts.push(part);
         self
     }
 
-    /// With one more paragraph.
+    /// Adds a paragraph.
     pub(crate) fn text(self, text: impl Into<String>) -> Self {
         self.part(Part::Text(text.into()))
     }
 
-    /// With one more note.
+    /// Adds a note.
     pub(crate) fn note(self, note: impl Into<String>) -> Self {
         self.part(Part::Note(note.into()))
     }
 
-    /// With one more table.
+    /// Adds a table.
     pub(crate) fn table(self, table: Table) -> Self {
         self.part(Part::Table(table))
     }
 
-    /// With what a terminal cannot show.
+    /// Adds content for pages only.
     pub(crate) fn in_page(self, markup: Markup) -> Self {
         self.part(Part::Page(markup))
     }
 
-    /// With this, which a terminal cannot show, in front of all.
+    /// Inserts content for pages only before all other parts.
     pub(crate) fn after(mut self, markup: Markup) -> Self {
         self.parts.insert(0, Part::Page(markup));
         self
     }
 }
 
-/// A heading, and a cell for each row.
+/// A heading and a cell for each row.
 #[derive(Debug)]
 pub(crate) struct Column {
-    /// May have several lines.
+    /// May contain line breaks.
     pub(super) heading: String,
     pub(super) cells: Vec<String>,
 }
 
-/// Columns of cells that are formatted already. The first column names the rows.
+/// Columns of formatted cells. The first column names the rows.
 #[derive(Debug, Default)]
 pub(crate) struct Table {
     pub(super) columns: Vec<Column>,
-    /// The rows that stand out.
+    /// Highlighted rows.
     pub(super) standing_out: Vec<usize>,
-    /// So many rows belong together.
+    /// Number of rows in a group.
     pub(super) group: Option<usize>,
-    /// What a page shows in place of the table until it is asked for, and whether it is.
+    /// Title of a collapsible table in a page, and whether it is open.
     pub(super) folded: Option<(String, bool)>,
 }
 
 impl Table {
-    /// One row an item; the columns follow.
+    /// A table with one row per item; the columns follow.
     pub(crate) fn of<T>(items: impl IntoIterator<Item = T>) -> Rows<T> {
         Rows {
             items: items.into_iter().collect(),
@@ -103,7 +102,7 @@ impl Table {
         }
     }
 
-    /// Headings only; the rows follow.
+    /// A table with headings only; the rows follow.
     pub(crate) fn new<H: Into<String>>(headings: impl IntoIterator<Item = H>) -> Self {
         let columns = headings
             .into_iter()
@@ -114,7 +113,7 @@ impl Table {
         }
     }
 
-    /// Values with their names, without headings.
+    /// A table of names and values, without headings.
     pub(crate) fn facts<N: Into<String>>(facts: impl IntoIterator<Item = (N, String)>) -> Self {
         let facts = facts.into_iter().map(|(name, value)| (name.into(), value));
         let (names, values) = facts.unzip();
@@ -124,7 +123,7 @@ impl Table {
         }
     }
 
-    /// One more row; cells that are missing are empty.
+    /// Adds a row; missing cells are empty.
     pub(crate) fn row<C: ToString>(
         mut self,
         name: impl Into<String>,
@@ -139,13 +138,13 @@ impl Table {
         self
     }
 
-    /// With a gap after every so many rows.
+    /// Adds a gap after each group of this many rows.
     pub(crate) fn in_groups_of(mut self, rows: usize) -> Self {
         self.group = Some(rows);
         self
     }
 
-    /// Under a line of a page that opens it.
+    /// Makes the table collapsible in a page, under a title.
     pub(crate) fn folded(mut self, line: impl Into<String>, open: bool) -> Self {
         self.folded = Some((line.into(), open));
         self
@@ -168,7 +167,7 @@ impl Column {
         }
     }
 
-    /// Whether most cells are words, which begin on the left; numbers end on the right.
+    /// Whether most cells are words, which are left-aligned; numbers are right-aligned.
     pub(super) fn is_words(&self) -> bool {
         let begin = |with: fn(char) -> bool| {
             let cells = self.cells.iter().filter(|cell| cell.starts_with(with));
@@ -178,7 +177,7 @@ impl Column {
     }
 }
 
-/// A table whose columns are described by what they show of an item.
+/// A table whose columns are functions of an item.
 #[derive(Debug)]
 pub(crate) struct Rows<T> {
     items: Vec<T>,
@@ -186,7 +185,7 @@ pub(crate) struct Rows<T> {
 }
 
 impl<T> Rows<T> {
-    /// One more column.
+    /// Adds a column.
     pub(crate) fn column<C: ToString>(
         mut self,
         heading: impl Into<String>,
@@ -199,7 +198,7 @@ impl<T> Rows<T> {
         self
     }
 
-    /// One more column if there is something to show in it.
+    /// Adds a column if `shown`.
     pub(crate) fn column_if<C: ToString>(
         self,
         shown: bool,
@@ -213,7 +212,7 @@ impl<T> Rows<T> {
         }
     }
 
-    /// The rows that stand out in a page.
+    /// Highlights rows in a page.
     pub(crate) fn rows_standing_out(mut self, stands_out: impl Fn(&T) -> bool) -> Self {
         let numbered = self.items.iter().enumerate();
         let those = numbered.filter(|(_, item)| stands_out(item));
@@ -221,7 +220,7 @@ impl<T> Rows<T> {
         self
     }
 
-    /// The table.
+    /// The finished table.
     pub(crate) fn table(self) -> Table {
         self.table
     }

@@ -1,4 +1,4 @@
-//! Results for people and for programs.
+//! Results for people and programs.
 
 pub mod calibration;
 pub mod campaign;
@@ -13,7 +13,7 @@ use document::Document;
 use maud::{Markup, html};
 use serde::Serialize;
 
-/// What reports for programs have in common, before their contents.
+/// The common header of all JSON reports.
 #[derive(Debug, Serialize)]
 pub(crate) struct Versioned<T> {
     schema_version: u32,
@@ -32,15 +32,15 @@ impl<T: Serialize> Versioned<T> {
     }
 }
 
-/// A report for programs: indented, ending in a new line.
+/// A JSON report: indented, with a final newline.
 pub fn json(report: &impl Serialize) -> String {
     let text = serde_json::to_string_pretty(report);
-    // A report is a struct of numbers and texts, which always can be written.
+    // A struct of numbers and strings always serialises.
     text.unwrap_or_default() + "\n"
 }
 
 impl Document {
-    /// For a page.
+    /// The document's data for a page.
     fn page(&self) -> Markup {
         html! {
             dl.document {

@@ -1,4 +1,4 @@
-//! Whether a calibration still holds: a robot file against independent measurements.
+//! Validates a robot file against independent measurements.
 //!
 //! ```text
 //! RobotFile, SamplesFile, Request ─→ deviations ─→ rms and largest error with their intervals ─→ verdict
@@ -25,67 +25,67 @@ use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::collections::BTreeMap;
 
-/// Fewer different poses than this say too little of how the error varies.
+/// Fewer distinct poses than this do not show how the error varies.
 const LEAST_POSES: usize = 8;
-/// With the frame of the sensor, which takes up six coordinates.
+/// The same when the sensor's frame is fitted, which uses up six coordinates.
 const LEAST_POSES_OF_SENSOR: usize = 10;
-/// A noise is stated too large if deviations as small are less probable: 3 σ of a normal distribution, one-sided.
+/// The stated noise is too large if deviations this small are less probable than this: one-sided 3 σ (normal).
 const IMPROBABLE: f64 = 0.00135;
 
-/// What is asked.
+/// The question to be answered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Request {
-    /// Of the rms position error, mm.
+    /// Limit of the rms position error, mm.
     pub limit: f64,
-    /// In which frame the positions were measured.
+    /// The frame in which the positions were measured.
     pub frame: Frame,
-    /// Whether that is the sensor's frame of the robot file, which is not fitted again.
+    /// Whether to use the sensor's frame stored in the robot file rather than fit it.
     pub stored: bool,
 }
 
-/// One row of the measurements.
+/// The deviation of one row.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Deviation {
-    /// In the samples file.
+    /// Line in the samples file.
     pub line: u64,
-    /// Between measured and computed position, with the instrument's noise in it.
+    /// Distance between measured and computed position, including the instrument's noise.
     pub deviation_mm: f64,
 }
 
-/// What measurements say of a calibrated robot.
+/// The result of validating a calibrated robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Validation {
-    /// The robot that was validated.
+    /// The validated robot.
     pub robot: RobotFile,
-    /// The measurements' name.
+    /// Name of the samples file.
     pub samples_file: String,
-    /// Of which readings, if all are of one kind.
+    /// The kind of the readings if they are all of one kind.
     pub kind: Option<Kind>,
-    /// What was asked.
+    /// The request.
     pub request: Request,
-    /// In the file's order.
+    /// Deviations in file order.
     pub rows: Vec<Deviation>,
-    /// Different joint angles among the rows.
+    /// Number of distinct poses.
     pub poses: usize,
-    /// Over the rows, with the instrument's noise in them.
+    /// Deviations over all rows, including the instrument's noise.
     pub deviation: PositionError,
-    /// The rms length of the noise that was removed from the deviations, mm; `None` if none was.
+    /// rms noise removed from the deviations, mm; `None` if none was removed.
     pub noise: Option<f64>,
     /// The rms position error without the noise.
     pub error: RmsError,
-    /// Its figures.
+    /// Estimate and interval of the rms position error.
     pub rms: Bounded,
     /// The largest position error at the measured poses, without the noise.
     pub largest: Bounded,
-    /// Where the robot was measured: the least and the largest x, y and z, mm.
+    /// Measured region: smallest and largest x, y and z, mm.
     pub region: [(f64, f64); 3],
-    /// From the robot's frame to the sensor's, if that was looked for.
+    /// Transform from the robot's frame to the sensor's, if fitted.
     pub sensor_frame: Option<RigidTransform<f64>>,
-    /// What follows of the limit.
+    /// Whether the limit is met.
     pub verdict: Verdict,
-    /// How many poses would decide the rms, if it is undecided and some would.
+    /// Number of poses that would decide an undecided verdict, if any would.
     pub poses_to_decide: Option<usize>,
-    /// Anything doubtful, in plain words.
+    /// Warnings.
     pub warnings: Vec<String>,
 }
 
@@ -96,10 +96,10 @@ impl Validation {
     }
 }
 
-/// That a robot was not calibrated from these samples: the file that `calibrate` writes names their SHA-256.
+/// Checks that a robot was not calibrated from these samples: `calibrate` writes their SHA-256 to its file.
 ///
 /// # Errors
-/// It was.
+/// The robot was calibrated from these samples.
 pub fn check_independent(robot: &InputText, samples: &InputText) -> Result<(), InputError> {
     if !robot.text().contains(samples.sha256()) {
         return Ok(());
@@ -112,11 +112,11 @@ pub fn check_independent(robot: &InputText, samples: &InputText) -> Result<(), I
         .with_remedy("measure other poses, spread over the region in which the robot works"))
 }
 
-/// Whether a robot is where its file says it is, within a limit.
+/// Checks whether the robot's positions agree with its file to within a limit.
 ///
 /// # Errors
-/// Too few poses, poses that do not fix the sensor's frame, joint angles that the robot does not reach, or samples
-/// that are wrong as a whole.
+/// Too few poses, poses that do not determine the sensor's frame, joint angles that the robot does not reach, or
+/// samples that are wrong altogether.
 pub fn validate(
     robot: &RobotFile,
     readings: &Readings,
@@ -194,7 +194,7 @@ fn shown(row: &RowDeviation) -> Deviation {
     }
 }
 
-/// −0 and 0 are the same angle.
+/// Identifies a pose by its joint angles; −0 and 0 are equal.
 fn pose_of(joints: &[f64; 3]) -> [u64; 3] {
     joints.map(|q| (q + 0.0).to_bits())
 }
@@ -210,7 +210,7 @@ fn only_kind(readings: &Readings) -> Option<Kind> {
     }
 }
 
-/// Readings of the platform point, in the robot's frame if that of the sensor is known: stored, or by datum points.
+/// Readings of the platform point, in the robot's frame if the sensor's is known: stored, or from datum points.
 fn in_known_frame(
     robot: &RobotFile,
     readings: &Readings,
@@ -220,14 +220,14 @@ fn in_known_frame(
     let frame = match (request.stored, datum) {
         (true, _) => Some(robot.sensor_frame.ok_or_else(|| {
             InputError::new(&robot.name, "the robot file has no [sensor_frame]").with_remedy(
-                "calibrate with --frame sensor writes one; --frame sensor fits it again",
+                "`calibrate --frame sensor` writes it; `validate --frame sensor` fits it again",
             )
         })?),
         (false, datum) => datum.map(|datum| datum.frame),
     };
     let target = robot.instruments.target.unwrap_or_default();
     let Some(frame) = frame else {
-        // The place of a frame that is found takes the target in.
+        // A fitted frame's position absorbs the target offset.
         let shift = if request.frame == Frame::Base {
             -target
         } else {
@@ -242,8 +242,8 @@ fn in_known_frame(
     Ok((readings.turned(&frame.inverse()).moved(&-target), request))
 }
 
-/// The mean squared deviation of every pose, and the mean square of the noise. Rows of one pose share the robot's
-/// error, so that together they are one draw of it.
+/// The mean squared deviation of each pose, and the mean square of the noise. All rows of a pose share the robot's
+/// error and count as one draw of it.
 fn by_poses(rows: &[RowDeviation]) -> (Vec<f64>, Option<f64>) {
     let mut poses: BTreeMap<[u64; 3], (f64, Option<f64>, f64)> = BTreeMap::new();
     for row in rows {
@@ -288,7 +288,7 @@ fn check_poses(
         return Ok(());
     }
     let cause = format!(
-        "{}: {}, and at least {least} are needed",
+        "{}: {}; at least {least} are needed",
         readings.name,
         count(poses, "different pose"),
     );
@@ -298,16 +298,16 @@ fn check_poses(
         .into())
 }
 
-/// The sample that is much further off than the others, if there is one.
+/// The sample that deviates far more than the others, if any.
 fn outlier(error: &PositionError) -> Option<String> {
     let line = error.max_at_line.filter(|_| error.is_outlier(error.max))?;
     Some(format!(
-        "line {line}: {:.3} mm off, while half of the samples are within {:.3} mm",
+        "line {line}: {:.3} mm off; half of the samples are within {:.3} mm",
         error.max, error.median
     ))
 }
 
-/// Half of the points are out of all proportion: units, columns or the frame are wrong.
+/// Half of the points are far off: the units, columns or frame are wrong.
 fn elsewhere(
     robot: &RobotFile,
     readings: &Readings,
@@ -315,12 +315,12 @@ fn elsewhere(
     deviation: &PositionError,
 ) -> CalibrateError {
     let cause = format!(
-        "{}: half of the measured positions are more than {:.0} mm from those of {}",
+        "{}: half of the measured positions are more than {:.0} mm from those computed with {}",
         readings.name, deviation.median, robot.name
     );
     let remedy = match options.frame {
         Frame::Base => {
-            "check units and columns, or give --frame sensor if the positions are in the frame of a sensor"
+            "check units and columns; use --frame sensor if the positions are in a sensor's frame"
         }
         Frame::Sensor => "check units and columns",
     };
@@ -329,8 +329,8 @@ fn elsewhere(
         .into()
 }
 
-/// Deviations that are improbably small for the stated noise: it is then not removed, since a noise stated too
-/// large would hide errors.
+/// Warns of deviations improbably small for the stated noise. That noise is not removed: if it is stated too large,
+/// removing it would hide errors.
 fn overstated(rows: &[RowDeviation], read: Read) -> Option<String> {
     let noises: Vec<_> = rows.iter().filter_map(|row| row.noise).collect();
     let count = noises.iter().fold(0.0, |count, _| count + 1.0);
@@ -339,7 +339,7 @@ fn overstated(rows: &[RowDeviation], read: Read) -> Option<String> {
     let chi_square = ChiSquared::new(freedom).ok()?;
     (chi_square.cdf(squares) < IMPROBABLE).then(|| {
         format!(
-            "deviations are only {:.2} × the stated [noise], so that it is stated too large; it was not removed",
+            "deviations are only {:.2} × the stated [noise]: the noise is stated too large and was not removed",
             (squares / freedom).sqrt()
         )
     })
@@ -355,19 +355,19 @@ fn warnings(
     let mut warnings = Vec::new();
     if robot.noise.is_none() {
         warnings.push(
-            "no [noise] stated: the instrument's noise is part of every figure, so that a robot can pass but not fail"
+            "no [noise] stated: every figure includes the instrument's noise, so a robot can pass but not fail"
                 .to_owned(),
         );
     }
     if robot.sensor_frame.is_some() && frame == Frame::Base {
         warnings.push(
-            "[sensor_frame] of the robot file was not used; if the positions are in that frame, give --frame sensor"
+            "[sensor_frame] of the robot file was not used; use --frame sensor if the positions are in that frame"
                 .to_owned(),
         );
     }
     if let Some(outlier) = outlier {
         warnings.push(format!(
-            "{outlier}: it may be a wrong row; measure it again"
+            "{outlier}. This may be a wrong row: measure it again"
         ));
     }
     if poses < readings.rows.len() {

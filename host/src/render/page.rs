@@ -1,11 +1,11 @@
-//! What every HTML report has: one file that opens from disk, with everything it needs in it.
+//! The frame of every HTML report: one self-contained file that opens from disk.
 
 use super::plot::Figure;
 use super::{Column, Part, Section, Table};
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 
 const STYLE: &str = include_str!("page/style.css");
-/// One arm with its parameters, and the arms from above: docs/model.svg without paper and references.
+/// One arm with its parameters, and the arms from above: docs/model.svg without background and references.
 const DRAWING: &str = include_str!("page/arm.svg");
 
 /// The page around a report.
@@ -33,7 +33,7 @@ pub(crate) fn render(title: &str, body: &Markup) -> String {
     page.into_string() + "\n"
 }
 
-/// A figure with what is to be seen in it.
+/// A figure with a caption.
 pub(crate) fn figure(figure: &Figure, caption: &str) -> Markup {
     html! {
         figure {
@@ -48,7 +48,7 @@ pub(crate) fn drawing() -> Markup {
     html! { figure.model { div.scroll { (PreEscaped(DRAWING)) } } }
 }
 
-/// A number to be seen first, and what there is to say of it.
+/// A key figure with a note.
 pub(crate) fn tile(name: &str, value: &str, note: &str) -> Markup {
     html! {
         div.tile {
@@ -89,7 +89,7 @@ impl Render for Part {
     }
 }
 
-/// Tables of more columns are set smaller.
+/// Tables with more columns are set in smaller type.
 const WIDE: usize = 8;
 
 impl Render for Table {

@@ -1,7 +1,6 @@
-//! Figures made to be read: axes with units, a legend, log axes.
+//! Figures: axes with units, a legend, logarithmic axes.
 //!
-//! A [`Figure`] says what is to be seen; [`Figure::to_svg`] draws it. The same figure gives the same
-//! bytes.
+//! A [`Figure`] describes the content; [`Figure::to_svg`] draws it. The output is deterministic.
 //!
 //! ```
 //! use delta_cal_host::render::plot::{Axis, Colour, Figure, Shape};
@@ -17,8 +16,8 @@
 
 mod svg;
 
-/// The colours of Okabe and Ito that differ for the colour-blind and stand out from white and from
-/// black (their yellow does not), and two that are part of no comparison.
+/// The colours of Okabe and Ito, which the colour-blind can distinguish, without the yellow, which is too pale on
+/// white; and two neutral colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Colour {
     /// #0072B2.
@@ -31,14 +30,14 @@ pub enum Colour {
     Purple,
     /// #E69F00.
     Orange,
-    /// Text and axes: black on white, and what the page makes of it on black.
+    /// Text and axes: black on white; the page inverts it on a dark background.
     Ink,
-    /// What is there for comparison only.
+    /// Background and comparison.
     Grey,
 }
 
 impl Colour {
-    /// As an attribute of SVG.
+    /// The colour as an SVG attribute.
     const fn hex(self) -> &'static str {
         match self {
             Self::Blue => "#0072B2",
@@ -52,27 +51,27 @@ impl Colour {
     }
 }
 
-/// What a series looks like. Values are those of the axes; what is not finite, or not positive on a
-/// logarithmic axis, is left out.
+/// Appearance of a series. Coordinates are in axis units; values that are not finite, or not positive on a logarithmic
+/// axis, are omitted.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
-    /// Points (x, y) joined by a dashed line.
+    /// Points (x, y) connected by a dashed line.
     Dashed(Vec<(f64, f64)>),
-    /// The inside of a polygon.
+    /// A filled polygon.
     Region(Vec<(f64, f64)>),
-    /// Rectangles between two corners, all of this opacity, 0 to 1: one shade of a map.
+    /// Rectangles given by two corners, all with this opacity, 0 to 1: one shade of a map.
     Tiles(Vec<[(f64, f64); 2]>, f64),
-    /// Lines between (x, y) and (x, y), each by itself.
+    /// Separate lines between (x, y) and (x, y).
     Segments(Vec<[(f64, f64); 2]>),
     /// Discs.
     Points(Vec<(f64, f64)>),
-    /// Rings, larger than discs: what stands out.
+    /// Rings, larger than discs, to highlight points.
     Rings(Vec<(f64, f64)>),
     /// Text to the right of points.
     Labels(Vec<((f64, f64), String)>),
 }
 
-/// One entry of the legend and what it stands for.
+/// One entry of the legend and its data.
 #[derive(Debug, Clone, PartialEq)]
 struct Series {
     name: String,
@@ -80,7 +79,7 @@ struct Series {
     shape: Shape,
 }
 
-/// Two axes and what is drawn between them, the first series undermost.
+/// Two axes and the series drawn between them, the first at the bottom.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     x: Axis,
@@ -104,7 +103,7 @@ impl Figure {
         }
     }
 
-    /// With one more series, on top of the others; one without a name is not in the legend.
+    /// Adds a series on top of the others; without a name it is not in the legend.
     pub fn with(mut self, name: impl Into<String>, colour: Colour, shape: Shape) -> Self {
         let name = name.into();
         self.series.push(Series {
@@ -115,25 +114,25 @@ impl Figure {
         self
     }
 
-    /// In this size, pixels at the resolution of a screen.
+    /// Sets the size in screen pixels.
     pub fn sized(mut self, width: u32, height: u32) -> Self {
         (self.width, self.height) = (width, height);
         self
     }
 
-    /// With as many pixels a unit on both axes: for what is seen in space. One range grows.
+    /// Uses the same scale on both axes, for spatial data; one range is widened.
     pub fn with_equal_scales(mut self) -> Self {
         self.equal_scales = true;
         self
     }
 }
 
-/// Decades of a logarithmic axis that have lines between them, at most.
+/// Most decades of a logarithmic axis with lines in between.
 const DIVIDED_DECADES: f64 = 9.0;
-/// Decades of a logarithmic axis with a label each, at most.
+/// Most decades of a logarithmic axis with a label each.
 const LABELLED_DECADES: usize = 10;
 
-/// Place and text of a label.
+/// Position and text of a label.
 pub(super) type Tick = (f64, String);
 
 #[derive(Debug, Clone, PartialEq)]
@@ -143,7 +142,7 @@ enum Scale {
     Named(Vec<String>),
 }
 
-/// What an axis shows: its label with the unit, its range, its scale.
+/// An axis: label with unit, range and scale.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     pub(super) label: String,
@@ -163,7 +162,7 @@ impl Axis {
         }
     }
 
-    /// A logarithmic axis; both ends are positive.
+    /// A logarithmic axis; both ends must be positive.
     pub fn logarithmic(label: impl Into<String>, low: f64, high: f64) -> Self {
         Self {
             scale: Scale::Logarithmic,
@@ -171,7 +170,7 @@ impl Axis {
         }
     }
 
-    /// A linear axis with names at 0, 1, 2…, the first one at the far end.
+    /// A linear axis with names at 0, 1, 2…, the first at the far end.
     pub fn named(label: impl Into<String>, names: Vec<String>) -> Self {
         let count = u32::try_from(names.len()).map_or(f64::INFINITY, f64::from);
         Self {
@@ -180,7 +179,7 @@ impl Axis {
         }
     }
 
-    /// Where a value is on the paper, before it is scaled; `None` for what has no place.
+    /// Position of a value on the axis before scaling; `None` if it cannot be drawn.
     pub(super) fn place(&self, value: f64) -> Option<f64> {
         let place = match self.scale {
             Scale::Logarithmic => value.log10(),
@@ -189,8 +188,7 @@ impl Axis {
         place.is_finite().then_some(place)
     }
 
-    /// The ends of the axis on the paper; 0 and 1 of one that is not finite or empty, or is logarithmic and not
-    /// positive.
+    /// The positions of both ends; 0 and 1 if the range is not finite, empty, or logarithmic and not positive.
     pub(super) fn ends(&self) -> (f64, f64) {
         match (self.place(self.low), self.place(self.high)) {
             (Some(low), Some(high)) if (high - low).abs() > 0.0 => (low, high),
@@ -198,7 +196,7 @@ impl Axis {
         }
     }
 
-    /// Places and texts of the labels between two places, at most about `most` of a linear axis.
+    /// Labels between two positions; on a linear axis at most about `most`.
     pub(super) fn ticks(&self, (low, high): (f64, f64), most: f64) -> Vec<Tick> {
         match &self.scale {
             Scale::Named(names) => (0..).map(f64::from).zip(names.iter().cloned()).collect(),
@@ -207,7 +205,7 @@ impl Axis {
         }
     }
 
-    /// Places between the labels of a logarithmic axis: 2, 3… 9 times a power of ten.
+    /// Positions between the labels of a logarithmic axis: 2, 3… 9 times a power of ten.
     pub(super) fn minor(&self, (low, high): (f64, f64)) -> Vec<f64> {
         if self.scale != Scale::Logarithmic || high - low > DIVIDED_DECADES {
             return Vec::new();
@@ -220,7 +218,7 @@ impl Axis {
     }
 }
 
-/// The whole numbers between two places.
+/// The integers between two positions.
 #[allow(clippy::cast_possible_truncation)] // exponents of f64, or some dozens of steps
 fn whole(low: f64, high: f64) -> std::ops::RangeInclusive<i32> {
     low.ceil() as i32..=high.floor() as i32
@@ -271,7 +269,7 @@ fn decades(low: f64, high: f64) -> Vec<Tick> {
         .collect()
 }
 
-/// 0.01, 1000, or 1e-7 where that is shorter.
+/// 0.01, 1000, or 1e-7 if shorter.
 fn power_of_ten(decade: i32) -> String {
     match decade {
         -4..=5 => number(10f64.powi(decade), usize::try_from(-decade).unwrap_or(0)),
@@ -281,7 +279,7 @@ fn power_of_ten(decade: i32) -> String {
 
 fn number(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
-    // −0 has a sign, and so has what is rounded to it.
+    // −0 keeps its sign, as does a value rounded to it.
     let zero = text.parse::<f64>().is_ok_and(|value| value.abs() <= 0.0);
     let text = if zero {
         text.trim_start_matches('-')

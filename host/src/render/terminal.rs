@@ -1,5 +1,5 @@
-//! Reports on a terminal: plain lines of at most 100 columns, with colour as ANSI codes that the
-//! printer strips where they are not wanted.
+//! Terminal output: plain lines of at most 100 columns, with colours as ANSI codes that the printer strips where they
+//! are unwanted.
 
 use super::{Column, Part, Section, Table};
 use anstyle::{AnsiColor, Style};
@@ -10,7 +10,7 @@ pub(crate) const GOOD: Style = AnsiColor::Green.on_default();
 pub(crate) const DOUBTFUL: Style = AnsiColor::Yellow.on_default().bold();
 const WIDTH: usize = 100;
 
-/// Sections, one after the other.
+/// Renders sections in order.
 pub(crate) fn text(sections: impl IntoIterator<Item = Section>) -> String {
     let shown: Vec<_> = sections
         .into_iter()
@@ -54,8 +54,7 @@ fn list(formatter: &mut Formatter<'_>, items: &[String]) -> fmt::Result {
         .try_for_each(|item| writeln!(formatter, "  - {}", wrapped(item, "    ")))
 }
 
-/// Lines of at most [`WIDTH`] columns; all but the first begin with `indent`, and the first is
-/// expected behind as much.
+/// Wraps text to [`WIDTH`] columns. All lines but the first begin with `indent`; the caller has indented the first.
 pub(crate) fn wrapped(text: &str, indent: &str) -> String {
     let mut lines = String::new();
     let mut column = indent.len();

@@ -1,5 +1,4 @@
-//! The summary of a campaign for people at a terminal: one line a case. What is the same in all
-//! cases stands above.
+//! The summary of a campaign for the terminal: one line per case. Settings common to all cases are shown above.
 
 use crate::campaign::paper::Comparison;
 use crate::campaign::{Case, CaseSummary, Distribution, HELD_OUT_POSES};
@@ -7,13 +6,13 @@ use crate::render::{Section, Table, terminal};
 use crate::text::{percent, small};
 use serde::Serialize;
 
-/// Cases of which the reasons are named.
+/// Most cases whose refusals are listed.
 const REFUSALS_SHOWN: usize = 12;
 
-/// A heading, and what a case has under it.
+/// A heading, and the function that formats a case's setting.
 type Setting = (&'static str, fn(&Case) -> String);
 
-/// The axes of a campaign.
+/// The settings of a campaign.
 const SETTINGS: [Setting; 9] = [
     ("geometry", |case| case.geometry.chars().take(6).collect()),
     ("poses", |case| case.poses.to_string()),
@@ -49,18 +48,18 @@ fn yes_no(yes: bool) -> String {
     if yes { "yes" } else { "no" }.to_owned()
 }
 
-/// As in the campaign file.
+/// The word used in the campaign file.
 fn word(value: impl Serialize) -> String {
     let value = serde_json::to_value(value).unwrap_or_default();
     value.as_str().unwrap_or_default().to_owned()
 }
 
-/// A value that there may be none of.
+/// The formatted value, or a dash.
 fn or_dash(value: Option<f64>, format: impl Fn(f64) -> String) -> String {
     value.map_or_else(|| "–".to_owned(), format)
 }
 
-/// One line a case, what all have in common, and what the columns mean.
+/// A table with one line per case, the settings common to all, and an explanation of the columns.
 pub fn render(summaries: &[CaseSummary]) -> String {
     let (common, different): (Vec<_>, Vec<_>) = SETTINGS.into_iter().partition(|(_, of)| {
         let cells: Vec<_> = summaries.iter().map(|summary| of(&summary.case)).collect();
@@ -114,7 +113,7 @@ fn table(settings: &[Setting], summaries: &[CaseSummary]) -> Table {
         .table()
 }
 
-/// Why robots were refused, a line a case.
+/// Reasons for refusals, one line per case.
 fn refusals(summaries: &[CaseSummary]) -> Vec<String> {
     let mut lines = Vec::new();
     for (index, summary) in summaries.iter().enumerate() {
@@ -140,12 +139,12 @@ fn refusals(summaries: &[CaseSummary]) -> Vec<String> {
     let others = lines.len().saturating_sub(REFUSALS_SHOWN);
     if others > 0 {
         lines.truncate(REFUSALS_SHOWN);
-        lines.push(format!("and in {others} other rows; --json names all."));
+        lines.push(format!("{others} more rows; --json lists all."));
     }
     lines
 }
 
-/// The paper's rows beside this program's.
+/// The paper's results beside this program's.
 pub fn render_paper(comparisons: &[Comparison]) -> String {
     let gain =
         |of: fn(&Comparison) -> Option<f64>| move |row: &&Comparison| or_dash(of(row), percent);
@@ -176,7 +175,7 @@ pub fn render_paper(comparisons: &[Comparison]) -> String {
             or_dash(row.seconds, |seconds| format!("{:.2}", 1e3 * seconds))
         })
         .table();
-    let note = "gain: (4.1), of the median robot; a refused robot has gain 0. LM, GN: least squares by \
+    let note = "gain: (4.1), median; a refused robot has gain 0. LM, GN: least squares by \
                 Levenberg–Marquardt and Gauss–Newton, as in the paper. prior: with noise and tolerance known; planned poses: and with poses from plan.";
     terminal::text([Section::new("").table(table).note(note)])
 }

@@ -1,5 +1,5 @@
-//! Planned measurements, and what the rows of a file determine: for people, for programs, and as a samples file to
-//! fill in.
+//! Reports of planned measurements and of what the rows of a file determine, for terminals, programs, and as a samples
+//! file to fill in.
 
 use super::Versioned;
 use super::calibration::{ExpectedReport, expected_report};
@@ -15,10 +15,10 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use std::fmt::Write;
 
-/// Changes whenever a field changes its name or meaning or is removed.
+/// Incremented whenever a field is renamed, removed or changes its meaning.
 const SCHEMA_VERSION: u32 = 2;
 
-/// Lengths in millimetres, angles in degrees; `null` where a figure is unknown.
+/// Lengths are in millimetres, angles in degrees; `null` if unknown.
 #[derive(Debug, Serialize)]
 struct Report<'a, T> {
     robot_file: &'a str,
@@ -40,9 +40,9 @@ struct Measurement<'a> {
     measure: String,
     /// Degrees, or millimetres of travel.
     joints: [f64; 3],
-    /// Where the nominal robot is then.
+    /// Position of the nominal robot.
     position_mm: [f64; 3],
-    /// Where a distance between poses begins.
+    /// Joints of the pose from which a distance between poses is measured.
     to_joints: Option<[f64; 3]>,
     plane: Option<&'a str>,
     block_mm: Option<f64>,
@@ -63,25 +63,25 @@ fn measurements<'a>(planned: &[Planned], setup: &'a Setup) -> Vec<Measurement<'a
     all.collect()
 }
 
-/// Name of the plane, and the gauge block on it.
+/// Name of the plane, and gauge block.
 fn plane_of<'a>(own: &Planned, setup: &'a Setup) -> Option<(&'a str, f64)> {
     let (plane, block) = own.plane?;
     let plane = setup.planes.get(plane)?;
     Some((&plane.name, *plane.blocks.get(block)?))
 }
 
-/// Name and place of the point.
+/// Name and position of the point.
 fn point_of<'a>(own: &Planned, setup: &'a Setup) -> Option<(&'a str, Vector3<f64>)> {
     let point = setup.points.get(own.point?)?;
     Some((&point.name, point.place))
 }
 
-/// A plan for programs.
+/// A plan as JSON.
 pub fn json(request: &PlanRequest<'_>, plan: &Plan) -> String {
     #[derive(Serialize)]
     struct Contents<'a> {
         measure: String,
-        /// How many differ; repeated ones are in the list as well.
+        /// Number of different measurements; repetitions are in the list as well.
         count: usize,
         order: Order,
         seed: u64,
@@ -92,10 +92,10 @@ pub fn json(request: &PlanRequest<'_>, plan: &Plan) -> String {
         planes: Vec<(&'a str, f64)>,
         points: Vec<(&'a str, [f64; 3])>,
         measurements: Vec<Measurement<'a>>,
-        /// Over the workspace, or what of it is within `within`, and over robots made to the tolerance.
+        /// Over the workspace, or the part of it within `within`, and over robots drawn from the tolerance.
         before: Option<Precision>,
         planned: Precision,
-        /// Of the nominal robot over its whole workspace.
+        /// For the nominal robot, over its whole workspace.
         expected_error: ExpectedReport,
     }
     let setup = &plan.setup;
@@ -129,7 +129,7 @@ pub fn json(request: &PlanRequest<'_>, plan: &Plan) -> String {
     in_json(&request.robot.name, contents)
 }
 
-/// A plan for people at a terminal, without the measurements themselves.
+/// A plan for the terminal, without the measurements.
 pub fn text(request: &PlanRequest<'_>, plan: &Plan) -> String {
     let setup = &plan.setup;
     let section = Section::new("")
@@ -218,7 +218,7 @@ fn noise_and_tolerance(setup: &Setup, planned: &[Planned]) -> String {
     )
 }
 
-/// Where everything has to stand.
+/// Where to put planes and points.
 fn places(plan: &Plan) -> Vec<String> {
     let setup = &plan.setup;
     let mut sentences = Vec::new();
@@ -333,8 +333,8 @@ fn expected(request: &PlanRequest<'_>, plan: &Plan) -> Section {
     ))
 }
 
-/// The samples file to fill in: joint angles, empty cells for what is to be read, and in columns that are
-/// ignored what the nominal robot would read.
+/// The samples file to fill in: joint angles, empty cells for the readings, and ignored columns with the nominal
+/// robot's readings.
 pub fn csv(planned: &[Planned], setup: &Setup) -> String {
     type Cell<'a> = Box<dyn Fn(&Planned) -> Option<String> + 'a>;
     let has = |of: &dyn Fn(&Planned) -> bool| planned.iter().any(of);
@@ -397,7 +397,7 @@ pub fn csv(planned: &[Planned], setup: &Setup) -> String {
     text
 }
 
-/// What the rows of a file determine, for people at a terminal.
+/// What the rows of a file determine, for the terminal.
 pub fn samples_text(
     name: &str,
     determined: &Determined,
@@ -487,15 +487,15 @@ pub fn verdict(determined: &Determined) -> String {
     )
 }
 
-/// The same for programs.
+/// What the rows of a file determine, as JSON.
 pub fn samples_json(name: &str, determined: &Determined, unmeasured: &[u64]) -> String {
     #[derive(Serialize)]
     struct Contents<'a> {
         samples_file: &'a str,
-        /// Whether relative positions depend on nothing that is left to the tolerance; without one whether every
-        /// parameter is determined.
+        /// Whether no relative position depends on the tolerance; without a tolerance, whether every parameter is
+        /// determined.
         determined: bool,
-        /// Whether a calibration is expected to halve the relative error, or without a tolerance to be accepted.
+        /// Whether a calibration is expected to halve the relative error, or without a tolerance, to be accepted.
         worthwhile: bool,
         verdict: String,
         unmeasured_lines: &'a [u64],
@@ -506,9 +506,9 @@ pub fn samples_json(name: &str, determined: &Determined, unmeasured: &[u64]) -> 
         expected_error_before: Option<ExpectedReport>,
         expected_error: Option<ExpectedReport>,
         expected_error_with_next: Option<ExpectedReport>,
-        /// What is best added, one after the other.
+        /// Best additional measurements, in order.
         next: Vec<Measurement<'a>>,
-        /// Why there is none; `null` where some are proposed or none was asked for.
+        /// Why there is none; `null` if there are some or none was requested.
         no_next: Option<String>,
     }
     let setup = &determined.setup;

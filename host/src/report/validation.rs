@@ -1,4 +1,4 @@
-//! A [`Validation`] for a terminal, as a certificate that prints on one page, and for programs.
+//! A [`Validation`] for the terminal, as a one-page certificate, and as JSON.
 
 use super::Versioned;
 use super::calibration::FrameReport;
@@ -14,12 +14,12 @@ use crate::validation::{Bounded, Deviation, Validation, Verdict};
 use maud::{Markup, html};
 use serde::Serialize;
 
-/// Changes whenever a field of the JSON changes its name or meaning or is removed.
+/// Incremented whenever a field of the JSON is renamed, removed or changes its meaning.
 pub const SCHEMA_VERSION: u32 = 2;
-/// Of more rows the page's figure shows some.
+/// The page's figure shows a selection if there are more rows than this.
 const MANY_ON_A_PAGE: usize = 2_500;
 
-/// For a terminal.
+/// The validation for the terminal.
 pub fn text(found: &Validation) -> String {
     let figures = Section::new("").table(figures(found)).text(measured(found));
     let verdict = match found.verdict {
@@ -32,7 +32,7 @@ pub fn text(found: &Validation) -> String {
     terminal::text(sections)
 }
 
-/// The certificate, one HTML file.
+/// The certificate as one HTML file.
 pub fn certificate(found: &Validation, document: &Document) -> String {
     let robot = document.record.name.as_deref();
     let heading = format!("Validation of {}", robot.unwrap_or(&found.robot.name));
@@ -60,7 +60,7 @@ pub fn certificate(found: &Validation, document: &Document) -> String {
     page::render(&heading, &body)
 }
 
-/// What the figures contain.
+/// Explanation of the figures.
 const CONTENTS: &str = "The rms position error is the root mean square distance between the robot's position and \
     that of its file, over the measured region. Its interval takes the poses as a random sample of the region \
     (chi-square distribution with effective degrees of freedom). The interval of the largest error holds at the \
@@ -93,7 +93,7 @@ const fn title(verdict: Verdict) -> &'static str {
     }
 }
 
-/// What the verdict follows from.
+/// The reason for the verdict.
 fn reason(found: &Validation) -> String {
     let (limit, below) = (found.request.limit, found.confidence());
     match (found.verdict, found.poses_to_decide) {
@@ -122,7 +122,7 @@ fn reason(found: &Validation) -> String {
     }
 }
 
-/// Heading of the figures.
+/// Heading of the table.
 const fn what(found: &Validation) -> &'static str {
     match found.kind {
         Some(Kind::Position) => "Position error, mm",
@@ -132,7 +132,7 @@ const fn what(found: &Validation) -> &'static str {
     }
 }
 
-/// The same in a sentence.
+/// The kind of error, within a sentence.
 const fn error_of(found: &Validation) -> &'static str {
     match found.kind {
         Some(Kind::Position) => "position error",
@@ -165,7 +165,7 @@ fn interval(figure: &Bounded) -> String {
     match (figure.interval.0, figure.interval.1) {
         (0.0, None) => "unknown".to_owned(),
         (lower, None) => format!("above {lower:.decimals$}"),
-        // As it is printed.
+        // A lower limit that would be printed as 0.
         (lower, Some(upper)) if lower < 0.5 * f64::powf(0.1, decimals as f64) => {
             format!("below {upper:.decimals$}")
         }
@@ -173,7 +173,7 @@ fn interval(figure: &Bounded) -> String {
     }
 }
 
-/// As many as show two digits of the interval's half width.
+/// Number of decimals that shows two digits of the interval's half width.
 fn decimals(figure: &Bounded) -> usize {
     let half = figure
         .interval
@@ -186,7 +186,7 @@ fn decimals(figure: &Bounded) -> usize {
     digits
 }
 
-/// What was measured, where, and which noise was removed.
+/// What was measured, where, and the noise that was removed.
 fn measured(found: &Validation) -> String {
     let deviation = &found.deviation;
     let line = deviation.max_at_line;
@@ -215,7 +215,7 @@ fn warnings(found: &Validation) -> Option<Part> {
     (!found.warnings.is_empty()).then(|| Part::Doubts(format!("{number}:"), found.warnings.clone()))
 }
 
-/// Every row's deviation, over its line.
+/// Plot of every row's deviation over its line.
 fn deviations(found: &Validation) -> Markup {
     let points: Vec<_> = indices(found, MANY_ON_A_PAGE)
         .into_iter()
@@ -246,17 +246,17 @@ fn deviations(found: &Validation) -> Markup {
     );
     figure(
         &drawn,
-        "Distance between measured and computed position, with the instrument's noise in it.",
+        "Distance between measured and computed position, including the instrument's noise.",
     )
 }
 
-/// All rows, or of very many those farthest off and others spread evenly.
+/// All rows, or if there are very many, the largest deviations and an even selection of the others.
 fn indices(found: &Validation, most: usize) -> Vec<usize> {
     let rows = found.rows.len();
     shown(rows, most, |index| found.rows[index].deviation_mm).unwrap_or_else(|| (0..rows).collect())
 }
 
-/// For programs: lengths in millimetres, `null` where a figure is unknown.
+/// The validation as JSON: lengths in millimetres, `null` if unknown.
 pub fn json(found: &Validation, document: &Document) -> String {
     let (row_count, some) = (found.rows.len(), indices(found, MANY));
     let contents = Contents {
@@ -316,13 +316,13 @@ struct Contents<'a> {
     /// rms of the noise that was removed.
     noise_mm: Option<f64>,
     row_count: usize,
-    /// Different joint angles.
+    /// Number of distinct poses.
     pose_count: usize,
-    /// From and to, of x, y and z in the robot's frame.
+    /// Range of x, y and z in the robot's frame.
     region_mm: [(f64, f64); 3],
     /// `null` with `--frame base`.
     sensor_frame: Option<FrameReport>,
-    /// Of more than 10,000 rows, how many `rows` holds.
+    /// With more than 10,000 rows, the number in `rows`.
     sampled: Option<SampledJson>,
     rows: Vec<Deviation>,
     warnings: &'a [String],
@@ -333,11 +333,11 @@ struct Contents<'a> {
 struct RmsErrorJson {
     #[serde(flatten)]
     error: Bounded,
-    /// Effective ones, of the interval.
+    /// Effective number, of the interval.
     degrees_of_freedom: f64,
     limit_mm: f64,
     confidence_below_limit: f64,
-    /// In all, if the verdict is undecided and some number would decide it.
+    /// Total number of poses that would decide an undecided verdict, if any would.
     poses_to_decide: Option<usize>,
 }
 

@@ -1,4 +1,4 @@
-//! What is written of a workspace: text for a terminal, JSON, CSV, mesh, and a picture.
+//! Reports of a workspace: terminal text, JSON, CSV, mesh and a figure.
 
 use super::Versioned;
 use crate::accuracy::information::parameters;
@@ -15,7 +15,7 @@ use delta_cal::{ArmIndex, Parameter};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// Changes whenever a key of the JSON changes its name or meaning or is removed.
+/// Incremented whenever a key of the JSON is renamed, removed or changes its meaning.
 pub const SCHEMA_VERSION: u32 = 2;
 
 /// The names of all files, in the order of [`files`].
@@ -43,12 +43,12 @@ pub fn files(analysis: &Analysis) -> Vec<(&'static str, Vec<u8>)> {
     NAMES.into_iter().zip(contents).collect()
 }
 
-/// As JSON.
+/// The report as JSON.
 pub fn to_json(report: &WorkspaceReport) -> String {
     super::json(&Versioned::new(SCHEMA_VERSION, report))
 }
 
-/// `x_mm,y_mm,z_mm,kind`: every point of the boundary and what limits it.
+/// `x_mm,y_mm,z_mm,kind`: every boundary point and the limit that causes it.
 pub fn boundary_csv(analysis: &Analysis) -> String {
     let mut csv = String::from("x_mm,y_mm,z_mm,kind\n");
     for point in &analysis.workspace.points {
@@ -57,8 +57,8 @@ pub fn boundary_csv(analysis: &Analysis) -> String {
     csv
 }
 
-/// The same points, the outward normal, and its displacement for each of the 24 parameters, in mm
-/// per mm and mm per degree.
+/// The same points with the outward normal and its displacement for each of the 24 parameters, in mm per mm and mm per
+/// degree.
 fn influence_csv(analysis: &Analysis) -> String {
     let robot = &analysis.workspace.robot;
     let mut csv = String::from("x_mm,y_mm,z_mm,kind,normal_x,normal_y,normal_z");
@@ -81,14 +81,14 @@ fn influence_csv(analysis: &Analysis) -> String {
     csv
 }
 
-/// To a nanometre: far below any tolerance.
+/// Position to a nanometre, far below any tolerance, and limit.
 fn place(point: &BoundaryPoint, convention: &Convention) -> String {
     let [x, y, z] = convention.vector(&point.position).into();
     let limit = convention.limit(point.limit).name();
     format!("{x:.6},{y:.6},{z:.6},{limit}")
 }
 
-/// For a terminal.
+/// The report for the terminal.
 pub fn to_text(report: &WorkspaceReport) -> String {
     let WorkspaceReport {
         volume,
@@ -141,10 +141,10 @@ fn limits(limits: &[LimitShare]) -> Table {
         .table()
 }
 
-/// Cylinders that are shown beside the largest.
+/// Number of cylinders shown besides the largest.
 const CYLINDERS: usize = 8;
 
-/// The largest cylinder, and others, evenly chosen.
+/// The largest cylinder and an even selection of the others.
 fn cylinders(report: &WorkspaceReport) -> Section {
     let section = Section::new("Upright cylinders about the z axis");
     let Some(largest) = &report.largest_cylinder else {
@@ -193,7 +193,7 @@ fn band(band: &ToleranceBand) -> Section {
     Section::new("Standard uncertainty σ within the stated tolerance").table(Table::facts(facts))
 }
 
-/// The colour of what limits a point, and its name without the arm.
+/// The colour of a limit, and its name without the arm.
 const fn class_of(limit: Limit) -> (Colour, &'static str) {
     match limit {
         Limit::JointMaximum(_) => (Colour::Blue, "joint maximum"),
@@ -207,7 +207,7 @@ const fn class_of(limit: Limit) -> (Colour, &'static str) {
 
 type Segments = Vec<[(f64, f64); 2]>;
 
-/// Where the mesh meets the plane y = 0, by what limits it, and the largest cylinder.
+/// Cross-section of the mesh at y = 0, coloured by limit, with the largest cylinder.
 fn section(analysis: &Analysis) -> Figure {
     let mut kinds: BTreeMap<&str, (Colour, Segments)> = BTreeMap::new();
     for corners in analysis.mesh.corners(&analysis.workspace) {
@@ -229,7 +229,7 @@ fn section(analysis: &Analysis) -> Figure {
         let margin = 0.04 * (to - from);
         Axis::linear(label, from - margin, to + margin)
     };
-    // The axes inside: upright whichever way z points.
+    // The internal axes: upright whichever way z points.
     let Extent { x, y, z } = analysis.report.extent_mm;
     let [x, _, z] = analysis.convention.ranges([x, y, z]);
     let label = match analysis.convention.z_axis {

@@ -1,4 +1,4 @@
-//! The rms and the largest position error of deviations, with their confidence intervals, and what these say of a limit.
+//! The rms and the largest position error with confidence intervals, and whether they meet a limit.
 
 use crate::accuracy::quantiles::quantile;
 use delta_cal::Sample;
@@ -6,13 +6,13 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
-/// Probability on either side of an interval: together 5 %.
+/// Probability outside either end of an interval: 5 % in total.
 const TAIL: f64 = 0.025;
-/// What is known of the variation beforehand: the variance of a squared deviation over the square of its mean, and
-/// for how many poses that counts beside the measured ones. The variance of a few poses alone is too often too
-/// small, and the interval too short. Found by the simulation in docs/validate.md.
+/// Prior knowledge of the variation (the variance of a squared deviation over its squared mean), and its weight as a
+/// number of poses. The variance of a few poses alone is too often too small, which makes the interval too short.
+/// Determined by the simulation in docs/validate.md.
 struct Beforehand {
-    /// In parts of that of independent numbers of one normal distribution, 2 over how many a pose has.
+    /// Relative to that of independent normal numbers, 2 / (numbers per pose).
     variation: f64,
     poses: f64,
 }
@@ -22,18 +22,18 @@ const IN_BASE: Beforehand = Beforehand {
     poses: 15.0,
 };
 
-/// What a rigid motion, or a plane, leaves of the error is little in the middle of the region and much at its edge.
+/// The error left after fitting a rigid motion or a plane is small mid-region and large at the edge.
 const FITTED: Beforehand = Beforehand {
     variation: 2.0,
     poses: 30.0,
 };
 
-/// What was read at the poses.
+/// Number of readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Read {
-    /// Numbers a pose: 3 of a position, 1 of a height.
+    /// Numbers per pose: 3 for a position, 1 for a height.
     pub(super) coordinates: f64,
-    /// How many of all the frame and the instruments took up.
+    /// Total number used up by fitting the frame and the instruments.
     pub(super) taken_up: f64,
 }
 
@@ -43,16 +43,16 @@ pub struct Bounded {
     /// The estimate.
     #[serde(rename = "estimate_mm")]
     pub value: f64,
-    /// From, 0 if the noise is not known, to; `None` if the noise is not known and there is no upper limit.
+    /// Lower limit, 0 if the noise is unknown, and upper limit, `None` if the noise is unknown and there is none.
     #[serde(rename = "interval_mm")]
     pub interval: (f64, Option<f64>),
 }
 
-/// The rms position error over the region that the poses are a sample of.
+/// The rms position error over the region sampled by the poses.
 ///
-/// The squared deviations yₖ of n poses have the mean M = E² + σ², where E is the error that is looked for and σ²
-/// the noise's mean square. M is distributed about its expectation as χ²(ν)/ν, with ν = 2n/c and c the variance of
-/// y over the square of its mean (Satterthwaite). What the poses say of c is averaged with what is known beforehand.
+/// The squared deviations yₖ of n poses have the mean M = E² + σ², where E is the unknown error and σ² the mean square
+/// of the noise. M is distributed about its expectation as χ²(ν)/ν with ν = 2n/c, where c is the variance of y over its
+/// squared mean (Satterthwaite). The estimate of c from the poses is averaged with the prior one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RmsError {
     /// M, mm².
@@ -62,12 +62,12 @@ pub struct RmsError {
     /// c.
     variation: f64,
     poses: f64,
-    /// What was read.
+    /// The readings.
     read: Read,
 }
 
 impl RmsError {
-    /// Of squared deviations, one a pose, and the mean square of the noise in them: mm².
+    /// From squared deviations, one per pose, and the mean square of the noise in them, mm².
     pub(super) fn of(squares: &[f64], noise: f64, read: Read) -> Self {
         let beforehand = if read.taken_up > 0.0 { FITTED } else { IN_BASE };
         let expected = beforehand.variation * 2.0 / read.coordinates;
@@ -89,22 +89,22 @@ impl RmsError {
         }
     }
 
-    /// ν, less in proportion to the readings that the frame and the instruments took up.
+    /// ν, reduced in proportion to the readings used up by the frame and the instruments.
     pub fn degrees_of_freedom(&self) -> f64 {
         self.freedom_of(self.poses)
     }
 
-    /// The same if so many poses were measured.
+    /// Degrees of freedom for a number of poses.
     fn freedom_of(&self, poses: f64) -> f64 {
         2.0 * (poses - self.read.taken_up / self.read.coordinates) / self.variation
     }
 
-    /// With its 95 % limits.
+    /// The estimate with its 95 % limits.
     pub fn bounded(&self) -> Bounded {
         self.bounded_by(self.poses)
     }
 
-    /// The same with the limits that so many poses would give.
+    /// The estimate with the limits that a number of poses would give.
     pub(super) fn bounded_by(&self, poses: f64) -> Bounded {
         let freedom = self.freedom_of(poses);
         let limit = |mean_square: f64, probability: f64| {
@@ -122,15 +122,15 @@ impl RmsError {
         }
     }
 
-    /// The confidence that the error is below a limit (mm): of the one-sided interval that ends there.
+    /// The confidence that the error is below a limit (mm): that of the one-sided interval ending at the limit.
     pub fn confidence_below(&self, limit: f64) -> f64 {
         let freedom = self.degrees_of_freedom();
         let ratio = self.at_least_noise() / (limit * limit + self.noise);
         ChiSquared::new(freedom).map_or(0.0, |chi_square| chi_square.sf(freedom * ratio))
     }
 
-    /// M, at least σ²: deviations that happen to be smaller than the noise do not show an error smaller than so many poses
-    /// of this noise can show.
+    /// M, but at least σ²: deviations that are smaller than the noise by chance do not prove an error smaller than this
+    /// many poses can show with this noise.
     const fn at_least_noise(&self) -> f64 {
         self.mean_square.max(self.noise)
     }
@@ -140,11 +140,11 @@ impl RmsError {
     }
 }
 
-/// The largest position error at the measured poses, of which there is at least one.
+/// The largest position error at the measured poses; `None` without rows.
 ///
-/// A deviation d is the error e plus noise n, whose standard deviation along any direction is at most s.
-/// Along e the deviation is at least |e| + n·e/|e|, so that |e| is below d + 1.96 s in 97.5 % of all cases; the row
-/// of the largest error is one row, whichever it is. And |e| is above d − |n|, for all rows at once with 97.5 %.
+/// A deviation d is the error e plus noise n, whose standard deviation along any direction is at most s. Along e the
+/// deviation is at least |e| + n·e/|e|, so |e| is below d + 1.96 s with 97.5 % probability; this holds for the row of
+/// the largest error, as for any single row. And |e| is above d − |n|, for all rows at once with 97.5 %.
 pub(super) fn largest(rows: &[RowDeviation]) -> Option<Bounded> {
     let number = rows.iter().fold(0.0, |count, _| count + 1.0);
     let worst = rows
@@ -168,7 +168,7 @@ pub(super) fn largest(rows: &[RowDeviation]) -> Option<Bounded> {
             .map(|(row, noise)| of(row.length(), noise.largest));
         values.fold(0.0, f64::max)
     };
-    // Not of the largest deviation: near a singularity that may be noise alone.
+    // Not that of the largest deviation, which may be mere noise near a singularity.
     let value = known
         .iter()
         .map(|(row, noise)| row.deviation.norm_squared() - noise.mean_square)
@@ -182,7 +182,7 @@ pub(super) fn largest(rows: &[RowDeviation]) -> Option<Bounded> {
     })
 }
 
-/// More poses than this nobody measures to decide a limit.
+/// Nobody measures more poses than this to decide a limit.
 const MANY: f64 = 10_000.0;
 
 /// Whether the robot meets a limit.
@@ -209,8 +209,8 @@ impl Verdict {
     }
 }
 
-/// How many poses would decide an rms error that is undecided, if they scatter as those measured; `None` if too
-/// many, or if none would.
+/// Number of poses that would decide an undecided rms error, assuming the same scatter; `None` if that takes too many,
+/// or no number would.
 pub(super) fn poses_to_decide(error: &RmsError, measured: usize, limit: f64) -> Option<usize> {
     let decided = |poses: f64| Verdict::of(&error.bounded_by(poses), limit) != Verdict::Undecided;
     let (mut too_few, mut enough) = (measured as f64, MANY);
@@ -229,28 +229,28 @@ pub(super) fn poses_to_decide(error: &RmsError, measured: usize, limit: f64) -> 
     Some(enough as usize)
 }
 
-/// The instrument's and the joints' noise in one deviation.
+/// The instrument's and the joints' noise in a deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RowNoise {
     /// The trace of its covariance, mm².
     pub(super) mean_square: f64,
     /// The largest standard deviation along any direction, mm.
     pub(super) largest: f64,
-    /// |L⁻¹ d|² of the deviation, L Lᵀ the covariance.
+    /// |L⁻¹ d|² of the deviation d, with L Lᵀ the covariance.
     pub(super) squares: f64,
 }
 
-/// One row.
+/// The deviation of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RowDeviation {
     pub(super) line: u64,
-    /// In the robot's frame.
+    /// The sample, in the robot's frame.
     pub(super) measured: Sample<f64>,
     /// Measured less computed, mm.
     pub(super) deviation: Vector3<f64>,
-    /// How much of the row's own deviation the adjustment of a frame took up, 0 to 1.
+    /// Fraction of the row's own deviation absorbed by fitting a frame, 0 to 1.
     pub(super) leverage: f64,
-    /// `None` if it is not stated.
+    /// `None` if no noise is stated.
     pub(super) noise: Option<RowNoise>,
 }
 
@@ -259,8 +259,8 @@ impl RowDeviation {
         self.deviation.norm()
     }
 
-    /// Whether the stated noise explains the deviation: without any error of the robot one of so many rows deviates more
-    /// in one file of a hundred.
+    /// Whether the stated noise explains the deviation: with no error of the robot, only one file in a hundred has a
+    /// row that deviates more.
     pub(super) fn is_noise(&self, rows: usize) -> bool {
         let tail = 0.01 / rows as f64;
         let limit = ChiSquared::new(3.0).map(|chi_squared| chi_squared.inverse_cdf(1.0 - tail));
@@ -269,7 +269,7 @@ impl RowDeviation {
             .is_some_and(|(noise, limit)| noise.squares < limit)
     }
 
-    /// The squared deviation that the row would have without the adjustment of a frame, mm².
+    /// The squared deviation that the row would have without the fitted frame, mm².
     pub(super) fn square(&self) -> f64 {
         self.deviation.norm_squared() / (1.0 - self.leverage).max(f64::EPSILON)
     }
@@ -279,7 +279,7 @@ impl RowDeviation {
 mod tests {
     use super::{Read, RmsError};
 
-    /// Deviations smaller than the noise are chance: they leave as much room for an error as deviations of its size.
+    /// Deviations smaller than the noise are chance: the upper limit is the same as for deviations equal to the noise.
     #[test]
     fn deviations_below_the_noise_do_not_prove_that_there_is_no_error() {
         let noise = 4e-4;

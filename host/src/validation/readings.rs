@@ -1,5 +1,5 @@
-//! Deviations of readings of any kind: planes, points and a frame of which nothing is known are fitted to the readings
-//! first, with the robot as it is.
+//! Deviations of readings of any kind. Unknown planes, points and frames are first fitted to the readings, with the
+//! robot held fixed.
 
 use super::interval::{RowDeviation, RowNoise};
 use crate::accuracy::rigid_motion::{RigidMotions, degenerate};
@@ -13,28 +13,28 @@ use delta_cal::frame::RigidTransform;
 use delta_cal::{Robot, Sample, Tolerance};
 use nalgebra::{DMatrix, DVector, Vector3};
 
-/// So near the robot stays to its file while the instruments are found: this part of the forearm, and radians.
+/// Tolerance that holds the robot fixed while the instruments are fitted: as a fraction of the forearm, and in radians.
 const HELD: f64 = 1e-8;
 
-/// A plane of which nothing is known is so far away, in forearms, and tilted by this angle, radians.
+/// Prior of an unknown plane: its distance (σ) in forearm lengths, and its tilt in radians.
 const ANYWHERE: f64 = 10.0;
 const TILT: f64 = 0.1;
 
-/// Every reading's deviation.
+/// The deviations of all readings.
 pub(super) struct Deviations {
     pub(super) rows: Vec<RowDeviation>,
-    /// From the robot's frame to the sensor's, if that was fitted.
+    /// Transform from the robot's frame to the sensor's, if fitted.
     pub(super) frame: Option<RigidTransform<f64>>,
-    /// How many readings the unknowns of the instruments took up.
+    /// Number of readings used up by the unknowns of the instruments.
     pub(super) taken_up: f64,
-    /// Readings of a row, on average.
+    /// Average number of readings per row.
     pub(super) coordinates: f64,
 }
 
-/// Of readings of any kind, with a frame that is known or to be found.
+/// Computes the deviations of readings of any kind, with a known or a fitted frame.
 ///
 /// # Errors
-/// Readings that do not determine where the instruments are, or that this robot cannot have.
+/// The readings do not determine where the instruments are, or this robot cannot produce them.
 pub(super) fn deviations(
     robot: &RobotFile,
     readings: &Readings,
@@ -75,10 +75,10 @@ pub(super) fn deviations(
     })
 }
 
-/// Where the instruments are, and of each reading how much of its deviation finding them took up, 0 to 1.
+/// Where the instruments are, and the fraction of each reading's deviation absorbed by fitting them, 0 to 1.
 type Found = (Places, Vec<[f64; READINGS]>);
 
-/// Of complete positions: a frame of the sensor is the rigid motion that fits best.
+/// For complete positions; the sensor's frame is the best rigid motion.
 fn of_positions(robot: &RobotFile, readings: &Readings, frame: Frame) -> Result<Found, Refused> {
     let mut places = Places {
         frame: None,
@@ -116,11 +116,11 @@ fn of_instruments(robot: &RobotFile, readings: &Readings, frame: Frame) -> Resul
     let mut held = robot.clone();
     held.tolerance = Tolerance::new(HELD * arm.lb(), HELD).ok();
     held.transmission = None;
-    // A robot that is off is no reason to refuse: the noise is what the deviations show.
+    // An inaccurate robot is no reason to refuse, so the noise is taken from the deviations.
     held.noise = None;
     held.instruments.height_noise = None;
     held.instruments.distance_noise = None;
-    // Poses above one another do not show a plane's tilt: it is nearly level then.
+    // Poses above one another do not show a plane's tilt, so the plane is assumed nearly level.
     for name in &readings.planes {
         let mut planes = held.instruments.planes.iter();
         if planes.all(|plane| plane.name != *name) {
@@ -156,8 +156,8 @@ fn unreachable(robot: &RobotFile, readings: &Readings, index: usize) -> InputErr
     readings.fault(index, cause)
 }
 
-/// Of the readings of one kind in a row, with how much of them was taken up and how many they are: none if there is
-/// no such reading. `None` if the robot does not reach the row.
+/// The deviation of a row's readings of one kind, how many of them the fit used up, and their number; `Some(None)`
+/// without such readings. `None` if the robot does not reach the row.
 fn deviation(
     robot: &RobotFile,
     places: &Places,
@@ -196,10 +196,10 @@ fn deviation(
     Some(Some((own, used, count)))
 }
 
-/// The axis of a reading's deviation, ∂h/∂X, and σ of the reading and of the joints.
+/// Axis of a reading's deviation, ∂h/∂X, and σ of the reading and of the joints.
 type ReadingNoise = (usize, Vector3<f64>, Option<(f64, f64)>);
 
-/// `None` if the noise of a reading is not stated, or at a singularity.
+/// `None` if the noise of a reading is not stated, or the pose is singular.
 fn row_noise(
     robot: &Robot<f64>,
     joints: &[f64; 3],
@@ -226,7 +226,7 @@ fn row_noise(
     })
 }
 
-/// σ of a reading and of the joints, if they are stated.
+/// σ of a reading and of the joints, if stated.
 fn noise(robot: &RobotFile, kind: Kind, axis: usize) -> Option<(f64, f64)> {
     let facts = &robot.instruments;
     let joint = robot.noise.map(|own| own.joint()).or(facts.joint_noise);

@@ -4,35 +4,35 @@ use super::{Colour, Figure, Series, Shape};
 use maud::html;
 use std::fmt::Write;
 
-/// Size of the text.
+/// Text size.
 const TEXT: f64 = 12.0;
-/// Width of a letter in parts of the text's size: what wide fonts need.
+/// Width of a letter relative to the text size, for wide fonts.
 const LETTER: f64 = 0.62;
-/// Between the plot and the figure's edge.
+/// Distance between the plot and the figure's edge.
 const MARGIN: f64 = 12.0;
-/// Between the labels of an axis, at least, along it.
+/// Minimum distance between labels along each axis.
 const BETWEEN_LABELS: (f64, f64) = (70.0, 40.0);
-/// The legend is rows above the plot, so that it never hides what it explains: a row's height.
+/// Row height of the legend, which is placed above the plot so that it hides nothing.
 const ROW: f64 = 20.0;
-/// Width of a legend's sample of the series.
+/// Width of a legend's swatch.
 const KEY: f64 = 22.0;
-/// Between the sample and its name, and twice that between two entries.
+/// Gap between the swatch and its name; twice that between entries.
 const GAP: f64 = 8.0;
 /// Opacity of regions.
 const REGION: f64 = 0.2;
-/// More discs than this are drawn smaller.
+/// Discs are drawn smaller if there are more than this.
 const MANY: usize = 250;
-/// Width of lines.
+/// Line width.
 const LINE: f64 = 1.75;
-/// Radius of rings.
+/// Ring radius.
 const RING: f64 = 6.0;
-/// Lines behind the data.
+/// Colour of grid lines.
 const GRID: &str = "#DDDDDD";
 
 type Place = (f64, f64);
 
 impl Figure {
-    /// As SVG. Colours are attributes, so that a style sheet can change them for a dark page.
+    /// The figure as SVG. Colours are attributes, so that a style sheet can change them for dark pages.
     pub fn to_svg(&self) -> String {
         let (width, height) = (f64::from(self.width), f64::from(self.height));
         let (x, y) = (self.x.ends(), self.y.ends());
@@ -71,7 +71,7 @@ impl Figure {
         svg.0
     }
 
-    /// Where each named series goes in the legend, and the legend's height.
+    /// The position of each named series in the legend, and the legend's height.
     fn legend(&self, left: f64, right: f64) -> (Vec<(&Series, Place)>, f64) {
         let (mut x, mut row) = (left, 0.0);
         let mut entries = Vec::new();
@@ -88,7 +88,7 @@ impl Figure {
     }
 }
 
-/// Where the plot is in its figure, and the ranges of its axes.
+/// The position of the plot in its figure, and the ranges of its axes.
 struct Frame<'a> {
     figure: &'a Figure,
     x: (f64, f64),
@@ -107,7 +107,7 @@ impl Frame<'_> {
         self.top + self.size.1 * (self.y.1 - place) / (self.y.1 - self.y.0)
     }
 
-    /// Where a value is; `None` if it has no place.
+    /// Position of a point; `None` if it cannot be drawn.
     fn at(&self, &(x, y): &Place) -> Option<Place> {
         let (x, y) = (self.figure.x.place(x)?, self.figure.y.place(y)?);
         Some((self.across(x), self.down(y)))
@@ -117,14 +117,14 @@ impl Frame<'_> {
         points.iter().filter_map(|point| self.at(point)).collect()
     }
 
-    /// Where those values are that are within the axes.
+    /// Positions of the points within the axes.
     fn within<'a>(&self, points: impl IntoIterator<Item = &'a Place>) -> Vec<Place> {
         let places = points.into_iter().filter_map(|point| self.at(point));
         places.filter(|at| self.holds(*at)).collect()
     }
 
     fn holds(&self, (x, y): Place) -> bool {
-        // Half a hundredth of a pixel: what is written is rounded to that.
+        // Half the resolution of the output, 0.01 pixels.
         let inside =
             |at: f64, from: f64, size: f64| at >= from - 0.005 && at <= from + size + 0.005;
         inside(x, self.left, self.size.0) && inside(y, self.top, self.size.1)
@@ -171,7 +171,7 @@ impl Frame<'_> {
         svg.line(&[(left, top), (left, bottom), (right, bottom)], &ink);
         let middle = (left + width / 2.0, top + height / 2.0);
         svg.text((middle.0, bottom + 34.0), "middle", Colour::Ink, x_label);
-        // From below, about its middle.
+        // Rotated about its middle to read upwards.
         let _ = writeln!(svg.0, "<g transform=\"rotate(-90 12 {})\">", middle.1);
         svg.text((12.0, middle.1), "middle", Colour::Ink, y_label);
         svg.0.push_str("</g>\n");
@@ -210,7 +210,7 @@ impl Frame<'_> {
 }
 
 impl Series {
-    /// The attributes of what is drawn.
+    /// The SVG attributes of the series.
     fn style(&self) -> String {
         let hex = self.colour.hex();
         let line = |width: f64| format!("fill=\"none\" stroke=\"{hex}\" stroke-width=\"{width}\"");
@@ -260,7 +260,7 @@ impl Svg {
         );
     }
 
-    /// Centred on its line.
+    /// Text, centred vertically.
     fn text(&mut self, (x, y): Place, anchor: &str, colour: Colour, text: &str) {
         let (x, y, fill) = (rounded(x), rounded(y), colour.hex());
         let text = html! { (text) }.into_string();
@@ -270,7 +270,7 @@ impl Svg {
         );
     }
 
-    /// A legend's sample of a series, from here to the right, and its name.
+    /// A legend entry: swatch and name, from this position to the right.
     fn entry(&mut self, series: &Series, (x, y): Place) {
         let (low, high, right, style) = (y - 6.0, y + 6.0, x + KEY, series.style());
         match &series.shape {
@@ -289,22 +289,22 @@ impl Svg {
     }
 }
 
-/// To hundredths.
+/// Rounded to hundredths.
 fn rounded(value: f64) -> f64 {
     (value * 100.0).round() / 100.0
 }
 
-/// Width of a text, at most.
+/// Upper bound of a text's width.
 fn text_width(text: &str) -> f64 {
     text.chars().map(|_| LETTER * TEXT).sum::<f64>().ceil()
 }
 
-/// Labels on an axis of this length, at most.
+/// Most labels on an axis of this length.
 fn most(length: f64, each: f64) -> f64 {
     (length / each).floor().max(2.0)
 }
 
-/// The same number of units a pixel on both axes: the one that has room grows on both sides.
+/// Widens one range symmetrically so that both axes have the same scale.
 fn equal(x: Place, y: Place, (width, height): (f64, f64)) -> (Place, Place) {
     let scale = ((x.1 - x.0).abs() / width).max((y.1 - y.0).abs() / height);
     let grown = |(from, to): Place, length: f64| {

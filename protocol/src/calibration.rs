@@ -1,4 +1,4 @@
-//! A session's beginning and its result, as the core has them: the same on the controller and on whoever compares with it.
+//! Conversions between messages and the core's types, shared by the controller and whoever checks its results.
 
 use crate::messages::{ArmReport, Begin, Fault};
 use delta_cal::calibration::ArmOutcome;
@@ -7,11 +7,11 @@ use delta_cal::stream::{Forgetting, Selection};
 use delta_cal::{ArmIndex, Noise, Real, Settings, Tolerance};
 
 impl<T: Real> Begin<T> {
-    /// What the calibrator that this begins is made with: a
-    /// [`StreamCalibrator`](delta_cal::stream::StreamCalibrator), which is large and best made in its place.
+    /// The settings and selection of the session's [`StreamCalibrator`](delta_cal::stream::StreamCalibrator), which is
+    /// large and best constructed in place.
     ///
     /// # Errors
-    /// [`Fault::Settings`].
+    /// [`Fault::Settings`] if they are invalid.
     pub fn calibrator(&self) -> Result<(Settings<T>, Selection<T>), Fault> {
         if self.session == 0 {
             return Err(Fault::Settings);
@@ -54,7 +54,7 @@ impl<T: Real> Begin<T> {
 }
 
 impl<T: Real> ArmReport<T> {
-    /// Of one arm's outcome.
+    /// The report of one arm's outcome.
     pub fn new(arm: ArmIndex, outcome: &ArmOutcome<T>) -> Self {
         let [prior_share] = outcome.prior_share.data.0;
         let sigma = outcome.covariance.map(|covariance| {

@@ -1,4 +1,4 @@
-//! Frames: how a message becomes bytes on the link, and how it is found in them again.
+//! Frames: how messages are encoded as bytes on the link and recovered from them.
 
 use crate::wire::{Reader, Wire, Writer};
 use cobs::{decode_in_place, try_encode};
@@ -6,22 +6,22 @@ use core::fmt;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use heapless::Vec;
 
-/// The protocol version in every frame.
+/// The protocol version, part of every frame.
 pub const VERSION: u8 = 5;
 
-/// Sequence number of an answer to a frame whose own could not be read. Requests never have it.
+/// Sequence number of the answer to a frame whose own is unreadable. Requests never use it.
 pub const UNKNOWN_SEQUENCE: u16 = 0;
 
-/// Bytes of the largest frame on the wire, delimiters included, with room to spare: a geometry with transmissions in `f64`.
+/// Size of the largest frame in bytes, with delimiters and a margin: a geometry with transmissions in `f64`.
 pub const LARGEST_FRAME: usize = 384;
 
-/// Version and direction, sequence number.
+/// Version and direction (1 byte), sequence number (2 bytes).
 const HEAD: usize = 3;
 const CHECKSUM: usize = 4;
-/// Set in the first byte of an answer, so that an echo is not taken for a request.
+/// Set in the first byte of a response, so that an echo is not mistaken for a request.
 const ANSWER: u8 = 0x80;
 
-/// Which way a frame goes.
+/// The direction of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
     /// From the driver to the controller.
@@ -39,10 +39,10 @@ impl Direction {
     }
 }
 
-/// Why a message does not become a frame.
+/// Why a message cannot be encoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EncodeError {
-    /// It is larger than [`LARGEST_FRAME`].
+    /// The message is larger than [`LARGEST_FRAME`].
     TooLarge,
 }
 
@@ -54,16 +54,16 @@ impl fmt::Display for EncodeError {
 
 impl core::error::Error for EncodeError {}
 
-/// Why received bytes are no frame.
+/// Why received bytes are not a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FrameError {
-    /// Wrong checksum, or too short, or stuffed wrongly.
+    /// Wrong checksum, too short, or invalid COBS.
     Damaged,
-    /// More bytes between two delimiters than the largest frame has.
+    /// More bytes between two delimiters than in the largest frame.
     TooLong,
-    /// The frame goes the other way: an echo.
+    /// The frame has the opposite direction: an echo.
     WrongDirection,
-    /// A whole frame of a version that is not spoken here.
+    /// An intact frame of an unsupported protocol version.
     UnknownVersion {
         /// Its sequence number.
         sequence: u16,
@@ -87,16 +87,16 @@ impl fmt::Display for FrameError {
 
 impl core::error::Error for FrameError {}
 
-/// A message as bytes for the wire:
+/// Encodes a message for the wire:
 ///
 /// ```text
 /// 0x00  COBS( version | direction << 7, sequence u16, message, CRC-32 of all that )  0x00
 /// ```
 ///
-/// numbers little-endian. The delimiter in front ends whatever noise came before.
+/// Numbers are little-endian. The leading delimiter terminates any noise before the frame.
 ///
 /// # Errors
-/// [`EncodeError::TooLarge`].
+/// [`EncodeError::TooLarge`] if it exceeds [`LARGEST_FRAME`].
 ///
 /// ```
 /// use delta_cal_protocol::{Direction, LARGEST_FRAME, Receiver, Request, encode};
@@ -140,7 +140,7 @@ pub fn encode<M: Wire>(
     let stuffed = frame.get_mut(1..LARGEST_FRAME - 1).unwrap_or_default();
     let length = try_encode(content, stuffed).map_err(|_| EncodeError::TooLarge)?;
     frame.truncate(length + 2);
-    // Behind a block of 254 bytes at the end the encoder has left the beginning of another.
+    // After a final block of 254 bytes the encoder has already started the next one.
     *frame.last_mut().ok_or(EncodeError::TooLarge)? = 0;
     Ok(frame)
 }
@@ -149,10 +149,10 @@ fn checksum(bytes: &[u8]) -> u32 {
     Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC).checksum(bytes)
 }
 
-/// A whole frame.
+/// An intact frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Frame<'a> {
-    /// The sequence number; an answer has that of its request.
+    /// The sequence number; a response has that of its request.
     pub sequence: u16,
     body: &'a [u8],
 }
@@ -163,7 +163,7 @@ impl Frame<'_> {
         self.body
     }
 
-    /// The message in it; `None` if it is none of this type, or followed by other bytes.
+    /// The message; `None` if it is not of this type or is followed by other bytes.
     pub fn message<M: Wire>(&self) -> Option<M> {
         let mut reader = Reader::new(self.body);
         let message = M::get(&mut reader)?;
@@ -171,7 +171,7 @@ impl Frame<'_> {
     }
 }
 
-/// Puts frames together from bytes as they come.
+/// Assembles frames from a stream of bytes.
 #[derive(Debug, Clone)]
 pub struct Receiver<const N: usize> {
     direction: Direction,
@@ -181,7 +181,7 @@ pub struct Receiver<const N: usize> {
 }
 
 impl<const N: usize> Receiver<N> {
-    /// A receiver of frames of one direction. Frames of the other are an echo.
+    /// Creates a receiver for one direction. Frames of the other are echoes.
     pub const fn new(direction: Direction) -> Self {
         Self {
             direction,
@@ -191,7 +191,7 @@ impl<const N: usize> Receiver<N> {
         }
     }
 
-    /// Takes in a byte; on the delimiter that ends a frame, the frame or what is wrong with it.
+    /// Processes a byte; at the delimiter that ends a frame, returns the frame or its error.
     pub fn push(&mut self, byte: u8) -> Option<Result<Frame<'_>, FrameError>> {
         if self.complete {
             self.bytes.clear();

@@ -1,21 +1,21 @@
-//! The numbers of a robot, and their fingerprint.
+//! A robot's parameters as numbers, and their fingerprint.
 
 use crate::wire::fields;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use delta_cal::robot::{GeometryError, Transmission};
 use delta_cal::{Real, Robot};
 
-/// The numbers of a robot.
+/// A robot's parameters as numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Geometry<T> {
-    /// Eight parameters an arm, in the order of [`delta_cal::Parameter::ROTARY`]: mm and radians.
+    /// Eight parameters per arm, in the order of [`delta_cal::Parameter::ROTARY`]: mm and radians.
     pub arms: [[T; 8]; 3],
-    /// Five numbers a joint, in the order of [`Transmission::numbers`]: no unit, and radians. `None` if all are 0.
+    /// Five numbers per joint, in the order of [`Transmission::numbers`]: unitless or radians. `None` if all are 0.
     pub transmissions: Option<[[T; 5]; 3]>,
 }
 
 impl<T: Real> Geometry<T> {
-    /// Of a robot.
+    /// The geometry of a robot.
     pub fn of(robot: &Robot<T>) -> Self {
         let numbers = robot.transmissions().map(|own| own.numbers());
         let exact = numbers
@@ -28,10 +28,10 @@ impl<T: Real> Geometry<T> {
         }
     }
 
-    /// The robot.
+    /// The robot with this geometry.
     ///
     /// # Errors
-    /// Numbers that are not those of a robot.
+    /// The numbers do not describe a valid robot.
     pub fn robot(&self) -> Result<Robot<T>, GeometryError> {
         let robot = Robot::from_parameters(self.arms)?;
         let Some([first, second, third]) = self.transmissions else {
@@ -44,10 +44,10 @@ impl<T: Real> Geometry<T> {
         ])
     }
 
-    /// A checksum of all numbers, bit by bit: names a geometry in a message, so that nothing else than what was
-    /// looked at is applied or reverted.
+    /// A checksum over the bits of all numbers. A message names a geometry by it, so that only the geometry that was
+    /// inspected is applied or reverted.
     ///
-    /// CRC-32 of the parameters and then of the transmissions, if there are any, as `f64`, little-endian, arm by arm.
+    /// CRC-32 of the parameters followed by the transmissions, if any, as little-endian `f64`, arm by arm.
     pub fn fingerprint(&self) -> u32 {
         let crc = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
         let mut digest = crc.digest();

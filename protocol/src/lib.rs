@@ -1,10 +1,9 @@
-//! What goes over the wire between a controller that calibrates its own robot and whoever drives
-//! it: [messages](Request) in [frames](encode).
+//! The protocol between a controller that calibrates its own robot and its driver: [messages](Request) in
+//! [frames](encode).
 //!
-//! The driver asks, the controller answers each request once; nothing is sent unasked. Any frame may
-//! be lost, damaged or repeated, or come late: the driver sends the same request again until it is
-//! answered, and every request is made so that a second one changes nothing, also one that comes after
-//! others. Lengths are millimetres, angles radians.
+//! The controller answers each of the driver's requests once and sends nothing unasked. Any frame may be lost, damaged,
+//! repeated or delayed: the driver repeats a request until it is answered, and every request is idempotent, even if a
+//! copy arrives after later requests. Lengths are in millimetres, angles in radians.
 //!
 //! ```text
 //! driver                                   controller
@@ -19,10 +18,10 @@
 //! Apply { session, fingerprint, from } ──→ Parameters
 //! ```
 //!
-//! A robot that was calibrated elsewhere: `Adopt` in place of all but `Identify` and `Parameters`.
+//! For a robot calibrated elsewhere, `Adopt` replaces everything but `Identify` and `Parameters`.
 //!
-//! Every number on the wire is written down in this crate, independent of the order in which the core or this crate
-//! declares the variants of an enum. A change of them is another [`VERSION`].
+//! This crate defines every number on the wire, independently of the order in which it or the core declares enum
+//! variants. Any change to them requires a new [`VERSION`].
 
 #![forbid(unsafe_code)]
 #![no_std]

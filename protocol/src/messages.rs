@@ -8,113 +8,113 @@ use delta_cal::robot::GeometryError;
 use delta_cal::samples::SampleError;
 use delta_cal::stream::{Alarm, GateCounts, StreamRefusal};
 
-/// What the driver asks, numbers of type `T` (`f32` or `f64`, see [`Identity::scalar`]).
+/// Requests of the driver, with numbers of type `T` (`f32` or `f64`, see [`Identity::scalar`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Request<T> {
-    /// Who are you? Answer: [`Response::Identity`], which has no numbers of type `T`.
+    /// Asks for the identity. Answer: [`Response::Identity`], which has no numbers of type `T`.
     Identify,
-    /// The geometry. Answer: [`Response::Parameters`].
+    /// Asks for a geometry. Answer: [`Response::Parameters`].
     Parameters(ParameterSet),
-    /// Begins a calibration without samples; one that is under way is dropped. If the session is open
-    /// already with the same fields, nothing changes. Answer: [`Response::Taken`].
+    /// Begins a calibration without samples; one in progress is discarded. If the session is already open with the same
+    /// fields, nothing changes. Answer: [`Response::Taken`].
     Begin(Begin<T>),
-    /// One measurement. Answer: [`Response::Taken`].
+    /// Adds a sample. Answer: [`Response::Taken`].
     Sample(SampleMessage<T>),
-    /// Starts solving, if `samples` is the number of samples that have come. Answer: [`Response::Status`].
+    /// Starts solving if `samples` is the number received. Answer: [`Response::Status`].
     Solve {
         /// The session.
         session: u32,
-        /// How many samples the driver has sent.
+        /// Number of samples sent by the driver.
         samples: u32,
     },
-    /// What the controller is doing. Answer: [`Response::Status`].
+    /// Asks for the status. Answer: [`Response::Status`].
     Status,
-    /// One arm's result. Answer: [`Response::Outcome`].
+    /// Asks for the result of one arm. Answer: [`Response::Outcome`].
     Outcome {
         /// The session.
         session: u32,
-        /// Which arm.
+        /// The arm.
         arm: ArmIndex,
     },
-    /// Stores the result and switches the control loop to it. Parameters that are in use already are
-    /// not stored again. Answer: [`Response::Parameters`].
+    /// Stores the result and switches the control loop to it. Parameters already in use are not stored again. Answer:
+    /// [`Response::Parameters`].
     Apply {
         /// The session.
         session: u32,
-        /// The [`fingerprint`](Geometry::fingerprint) of the result that is meant.
+        /// The [`fingerprint`](Geometry::fingerprint) of the result to apply.
         fingerprint: u32,
-        /// The [generation](Parameters::generation) of the parameters that it is to replace.
+        /// The [generation](Parameters::generation) of the parameters to replace.
         from: u32,
     },
-    /// Goes back to other parameters and stores that. Parameters that are in use already are not
-    /// stored again. Answer: [`Response::Parameters`].
+    /// Reverts to other parameters and stores that. Parameters already in use are not stored again. Answer:
+    /// [`Response::Parameters`].
     Revert {
-        /// The [generation](Parameters::generation) of the parameters that are no longer wanted.
+        /// The [generation](Parameters::generation) of the parameters to abandon.
         from: u32,
-        /// Where to.
+        /// The parameters to revert to.
         to: RevertTo,
     },
-    /// What went wrong on the link so far. Answer: [`Response::Counters`].
+    /// Asks for the link statistics. Answer: [`Response::Counters`].
     Counters,
-    /// Stores a geometry that was calibrated elsewhere and switches the control loop to it. One that is in use already
-    /// is not stored again. Answer: [`Response::Parameters`].
+    /// Stores a geometry calibrated elsewhere and switches the control loop to it. A geometry already in use is not
+    /// stored again. Answer: [`Response::Parameters`].
     Adopt(Adopt<T>),
 }
 
-/// A geometry that was calibrated elsewhere.
+/// A geometry calibrated elsewhere.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Adopt<T> {
-    /// The [generation](Parameters::generation) of the parameters that it is to replace.
+    /// The [generation](Parameters::generation) of the parameters to replace.
     pub from: u32,
     /// The geometry.
     pub geometry: Geometry<T>,
 }
 
-/// Which of the controller's geometries.
+/// One of the controller's geometries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ParameterSet {
-    /// The one that the control loop uses.
+    /// The geometry used by the control loop.
     Current,
-    /// The robot as drawn: what a calibration is expressed against.
+    /// The nominal robot: calibrations are relative to it.
     Nominal,
 }
 
-/// What a [`Request::Revert`] goes back to.
+/// Target of a [`Request::Revert`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RevertTo {
-    /// What was in use before the last [`Request::Apply`]; going back twice is going back once.
+    /// The parameters in use before the last [`Request::Apply`]; reverting twice has the same effect as once.
     Previous,
-    /// The robot as drawn.
+    /// The nominal robot.
     Nominal,
 }
 
 /// How the parameters are estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Estimator {
-    /// Each arm by itself, [`Ikm`](delta_cal::calibration::Ikm).
+    /// Each arm separately, [`Ikm`](delta_cal::calibration::Ikm).
     Arms,
     /// All 24 parameters together, [`Joint`](delta_cal::calibration::Joint).
     Joint,
 }
 
-/// How a calibration begins.
+/// Settings of a calibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Begin<T> {
-    /// A number that the driver draws; not 0.
+    /// A number chosen by the driver; not 0.
     pub session: u32,
-    /// One σ of the manufacturing tolerance: millimetres, radians.
+    /// Manufacturing tolerance (σ): millimetres, radians.
     pub tolerance: Option<(T, T)>,
-    /// One σ of each rotary joint's zero, if it is uncertain by more than its tolerance of lengths says; radians. Needs a
-    /// tolerance.
+    /// Tolerance (σ) of each rotary joint zero, radians, if larger than the tolerance of lengths implies. Requires
+    /// `tolerance`.
     pub joint_zero: Option<T>,
-    /// One σ of each coordinate and of a joint angle in a measurement: millimetres, radians.
+    /// Noise (σ) of each coordinate and of a joint angle: millimetres, radians.
     pub noise: Option<([T; 3], T)>,
-    /// Each arm by itself, or all 24 parameters together.
+    /// Each arm separately, or all 24 parameters together.
     pub estimator: Estimator,
-    /// Test each sample against those before it, and leave out the ones that disagree.
+    /// Whether to test each sample against earlier ones and reject outliers.
     pub gate: bool,
-    /// Older samples count less: N, the mean age of the samples in the estimate; see
+    /// Weights older samples less: N, the mean age of the samples in the estimate; see
     /// [`Forgetting`](delta_cal::stream::Forgetting).
     pub forgetting: Option<T>,
 }
@@ -124,7 +124,7 @@ pub struct Begin<T> {
 pub struct SampleMessage<T> {
     /// The session.
     pub session: u32,
-    /// Counted from 0; each sample is taken in once.
+    /// Index of the sample, from 0; each index is accepted once.
     pub index: u32,
     /// q₁, q₂, q₃ in radians.
     pub joints: [T; 3],
@@ -132,29 +132,29 @@ pub struct SampleMessage<T> {
     pub position: [T; 3],
 }
 
-/// What the controller answers.
+/// Responses of the controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 #[allow(clippy::large_enum_variant)] // no allocation
 pub enum Response<T> {
-    /// The request changed nothing, and why.
+    /// The request changed nothing; the reason.
     Fault(Fault),
-    /// Who answers.
+    /// The controller's identity.
     Identity(Identity),
     /// A geometry.
     Parameters(Parameters<T>),
-    /// The session's samples are complete up to here.
+    /// The session's samples are complete up to `next`.
     Taken {
         /// The session.
         session: u32,
-        /// Index of the sample that is expected next: this many have come, rejected ones included.
+        /// Index of the next expected sample: the number received, rejected ones included.
         next: u32,
     },
-    /// What the controller is doing.
+    /// The controller's status.
     Status(Status<T>),
     /// One arm's result.
     Outcome(ArmReport<T>),
-    /// What went wrong on the link so far.
+    /// The link statistics.
     Counters(Counters),
 }
 
@@ -162,56 +162,55 @@ pub enum Response<T> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Fault {
-    /// The frame was damaged on its way; the sequence number of the answer is
-    /// [`UNKNOWN_SEQUENCE`](crate::UNKNOWN_SEQUENCE).
+    /// The frame was damaged; the sequence number of the answer is [`UNKNOWN_SEQUENCE`](crate::UNKNOWN_SEQUENCE).
     Damaged,
-    /// The frame is of a protocol version that is not spoken here.
+    /// The frame has an unsupported protocol version.
     UnknownVersion {
-        /// The version that is.
+        /// The supported version.
         spoken: u8,
     },
-    /// The frame is whole, and its content not a request.
+    /// The frame is intact but its content is not a request.
     UnknownRequest,
-    /// There is no such session: it was never begun, another one was, or the controller restarted.
+    /// No such session: it was never begun, another one was begun, or the controller restarted.
     NoSession,
-    /// A sample, or a `Solve`, that leaves samples out.
+    /// A sample or a `Solve` that skips samples.
     OutOfOrder {
-        /// Index of the sample that is expected next.
+        /// Index of the next expected sample.
         next: u32,
     },
     /// The sample is impossible.
     Sample(SampleError),
-    /// The tolerance, the noise or `forgetting` is not valid, or the session is 0.
+    /// The tolerance, noise or `forgetting` is invalid, or the session is 0.
     Settings,
-    /// The controller is solving: samples wait until it has finished.
+    /// The controller is solving; samples must wait until it has finished.
     Busy,
-    /// There is no outcome: not solved yet, or refused; [`Phase`] says which.
+    /// There is no outcome: not solved yet, or refused; see [`Phase`].
     NoOutcome,
-    /// The fingerprint is not that of the outcome, or the generation not that of the current parameters.
+    /// The fingerprint does not match the outcome, or the generation does not match the current parameters.
     OtherParameters {
-        /// The fingerprint of what is there.
+        /// The fingerprint present on the controller.
         there: u32,
     },
-    /// The parameters could not be stored, so they are not used either.
+    /// The parameters could not be stored and are therefore not used.
     Store,
-    /// The numbers of an [`Adopt`] are not those of a robot.
+    /// The numbers of an [`Adopt`] do not describe a valid robot.
     Geometry(GeometryError),
 }
 
-/// Who answers.
+/// Identity of a controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Identity {
-    /// Major, minor, patch of the firmware.
+    /// Firmware version: major, minor, patch.
     pub firmware: [u16; 3],
     /// The type `T` of every number in the other messages.
     pub scalar: Scalar,
-    /// CPUID as read from the core: implementer, variant, part, revision.
+    /// CPUID register of the core: implementer, variant, part, revision.
     pub processor: u32,
     /// Fingerprint of the nominal geometry.
     pub nominal: u32,
 }
 
-/// The type in which a controller computes.
+/// The number type of a controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scalar {
     /// `f32`.
@@ -220,62 +219,61 @@ pub enum Scalar {
     Double,
 }
 
-/// A geometry.
+/// A geometry and its origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameters<T> {
-    /// Where it comes from.
+    /// Its origin.
     pub origin: Origin,
-    /// Counts the changes of the current geometry, also over restarts, and around: the same parameters
-    /// have another one when they come into use again. In an answer about the nominal geometry it is
-    /// the current one's, too.
+    /// Number of changes of the current geometry, across restarts, modulo 2³²: parameters that come into use again get
+    /// a new generation. In an answer about the nominal geometry it is that of the current one.
     pub generation: u32,
-    /// Its numbers.
+    /// The geometry.
     pub geometry: Geometry<T>,
 }
 
-/// Where the current geometry comes from.
+/// Origin of the current geometry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Origin {
-    /// The robot as drawn: nothing else was ever stored, or it was reverted to.
+    /// The nominal robot: nothing else was ever stored, or it was reverted to.
     Nominal,
-    /// The robot as drawn, because what was stored is damaged or another robot's.
+    /// The nominal robot, because the stored data is damaged or belongs to another robot.
     NominalStoreDamaged,
     /// A calibration.
     Calibration,
-    /// A calibration, and part of the store is damaged, or was cut off while it was written: it may be
-    /// the one before the last.
+    /// A calibration, but part of the store is damaged or was interrupted while being written: it may be the one before
+    /// the last.
     CalibrationStoreDamaged,
 }
 
-/// What the controller is doing.
+/// Status of the controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Status<T> {
-    /// The open session, 0 without one.
+    /// The open session, 0 if none.
     pub session: u32,
-    /// How far it is.
+    /// Progress of the calibration.
     pub phase: Phase,
-    /// What the gate has done, if the session has one.
+    /// Counts of the gate, if the session has one.
     pub gate: Option<GateStatus>,
-    /// The control loop.
+    /// Status of the control loop.
     pub control: ControlLoop<T>,
 }
 
-/// What the gate has done.
+/// Counts of the gate that rejects outliers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GateStatus {
-    /// Samples taken in, untested ones included.
+    /// Samples accepted, untested ones included.
     pub taken: u64,
-    /// Of them, those that could not be tested.
+    /// Accepted samples that could not be tested.
     pub untested: u64,
-    /// Samples rejected.
+    /// Rejected samples.
     pub rejected: u64,
-    /// What the first run of eight rejected samples means, if there was one.
+    /// Cause of the first run of eight rejected samples, if any.
     pub alarm: Option<Alarm>,
 }
 
 impl GateStatus {
-    /// Of a gate's counts.
+    /// The status from a gate's counts.
     pub const fn new(counts: &GateCounts, alarm: Option<Alarm>) -> Self {
         Self {
             taken: counts.taken,
@@ -286,109 +284,109 @@ impl GateStatus {
     }
 }
 
-/// How far a calibration is.
+/// Progress of a calibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Phase {
     /// No session.
     Idle,
-    /// Samples are taken in.
+    /// Samples are being collected.
     Collecting {
-        /// This many have come, rejected ones included.
+        /// Number received, rejected ones included.
         samples: u32,
     },
-    /// The solver is at work.
+    /// The solver is running.
     Solving,
-    /// There is an outcome.
+    /// An outcome exists.
     Solved {
-        /// This many samples had come, rejected ones included.
+        /// Number of samples received, rejected ones included.
         samples: u32,
         /// Its fingerprint.
         fingerprint: u32,
     },
-    /// There is no outcome: the samples cannot calibrate this robot. More samples may be sent.
+    /// No outcome: the samples cannot calibrate this robot. More samples may be sent.
     CalibrationRefused {
-        /// This many samples had come, rejected ones included.
+        /// Number of samples received, rejected ones included.
         samples: u32,
-        /// Why.
+        /// The reason.
         refusal: StreamRefusal,
     },
 }
 
-/// The control loop since the controller started.
+/// Statistics of the control loop since the controller started.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControlLoop<T> {
-    /// Turns.
+    /// Number of cycles.
     pub turns: u32,
-    /// Timer ticks of the longest turn, see `ticks_a_second`.
+    /// Duration of the longest cycle in timer ticks, see `ticks_a_second`.
     pub longest_ticks: u32,
-    /// Timer ticks of the longest turn while a calibration was at work.
+    /// Duration of the longest cycle during a calibration, in timer ticks.
     pub longest_ticks_calibrating: u32,
-    /// Resolution of the two.
+    /// Timer resolution.
     pub ticks_a_second: u32,
-    /// Turns that began late, or were left out.
+    /// Cycles that began late or were skipped.
     pub late: u32,
-    /// Turns whose point could not be reached: the joints kept their targets.
+    /// Cycles whose point was unreachable: the joints kept their targets.
     pub unreachable: u32,
-    /// How often the loop switched to other parameters.
+    /// Number of switches to other parameters.
     pub switches: u32,
-    /// Fingerprint of the parameters it uses.
+    /// Fingerprint of the parameters in use.
     pub fingerprint: u32,
     /// The last point of the path, mm.
     pub point: [T; 3],
-    /// The joint angles for it, radians.
+    /// The joint angles of that point, radians.
     pub joints: [T; 3],
 }
 
 /// One arm's result; see [`delta_cal::calibration::ArmOutcome`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ArmReport<T> {
-    /// Which arm.
+    /// The arm.
     pub arm: ArmIndex,
-    /// Its eight parameters: mm and radians.
+    /// The eight parameters: mm and radians.
     pub parameters: [T; 8],
-    /// The five numbers of its transmission, which is the nominal robot's; `None` if it is exact.
+    /// The five numbers of its transmission, which is that of the nominal robot; `None` if it is exact.
     pub transmission: Option<[T; 5]>,
-    /// Their standard uncertainties: mm and radians. `None` without a stated noise and too few samples to estimate it from.
+    /// Standard uncertainties: mm, radians. `None` if the noise is not stated and too few samples show it.
     pub sigma: Option<[T; 8]>,
-    /// rms of the residuals: σ with a stated noise, mm without.
+    /// rms residual: in units of σ with a stated noise, otherwise in mm.
     pub residual_rms: T,
     /// Estimated noise along the forearm, mm.
     pub estimated_noise: Option<T>,
-    /// Samples less parameters.
+    /// Number of samples minus number of parameters.
     pub degrees_of_freedom: T,
-    /// Samples.
+    /// Number of samples.
     pub samples: u64,
-    /// Linearisations.
+    /// Number of linearisations.
     pub iterations: u16,
     /// Why the iteration stopped.
     pub termination: Termination,
-    /// Where it had started.
+    /// Starting point of the iteration.
     pub start: StartUsed,
-    /// Condition number.
+    /// Condition number of the problem.
     pub condition: T,
-    /// The share of each parameter that the tolerance decided.
+    /// Share of each parameter that comes from the tolerance.
     pub prior_share: [T; 8],
 }
 
-/// What the controller has received since it started.
+/// Link statistics since the controller started.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
-    /// Whole frames.
+    /// Intact frames.
     pub received: u32,
     /// Frames with a wrong checksum or length.
     pub damaged: u32,
     /// Frames of an unknown protocol version.
     pub unknown_version: u32,
-    /// Whole frames that are no request.
+    /// Intact frames that are not requests.
     pub unknown_request: u32,
-    /// Requests that came again with the sequence number of the one before.
+    /// Requests repeated with the previous sequence number.
     pub repeated: u32,
-    /// Sequence numbers that were left out.
+    /// Sequence numbers skipped.
     pub lost: u32,
-    /// Requests that were understood and answered with a fault.
+    /// Valid requests answered with a fault.
     pub refused: u32,
-    /// Bytes that came faster than they were read, and were lost.
+    /// Bytes lost because they arrived faster than they were read.
     pub overrun: u32,
 }
 

@@ -1,5 +1,5 @@
-//! Values as bytes: integers and numbers little-endian with a fixed width, fields one after the other, and each variant of an
-//! enum under a number that is written down here and not taken from its place in the enum.
+//! Serialisation: little-endian integers and numbers of fixed width, fields in sequence, and enum variants identified
+//! by numbers assigned explicitly here rather than by declaration order.
 
 use delta_cal::calibration::{StartUsed, Termination};
 use delta_cal::robot::GeometryError;
@@ -7,30 +7,30 @@ use delta_cal::samples::SampleError;
 use delta_cal::stream::{Alarm, StreamRefusal};
 use delta_cal::{ArmIndex, Parameter, Refusal};
 
-/// A value that goes over the wire.
+/// A value that can be sent over the wire.
 pub trait Wire: Sized {
-    /// Appends its bytes.
+    /// Appends the value's bytes.
     fn put(&self, to: &mut Writer<'_>);
 
-    /// Takes it off the front; `None` if that is no such value.
+    /// Reads a value from the front; `None` if the bytes are not valid.
     fn get(from: &mut Reader<'_>) -> Option<Self>;
 }
 
-/// Bytes that are being written.
+/// Writes bytes into a buffer.
 #[derive(Debug)]
 pub struct Writer<'a> {
     bytes: &'a mut [u8],
-    /// So many bytes have been put; more than there is room for, if not all fit.
+    /// Number of bytes put; exceeds the buffer's length if they did not fit.
     length: usize,
 }
 
 impl<'a> Writer<'a> {
-    /// Writes to the beginning of these bytes.
+    /// A writer to the beginning of a buffer.
     pub const fn new(bytes: &'a mut [u8]) -> Self {
         Self { bytes, length: 0 }
     }
 
-    /// Appends bytes as they are.
+    /// Appends raw bytes.
     pub fn bytes(&mut self, own: &[u8]) {
         let end = self.length.saturating_add(own.len());
         if let Some(place) = self.bytes.get_mut(self.length..end) {
@@ -39,7 +39,7 @@ impl<'a> Writer<'a> {
         self.length = end;
     }
 
-    /// How many bytes were written; `None` if they did not fit.
+    /// The number of bytes written; `None` if they did not fit.
     pub const fn finish(self) -> Option<usize> {
         if self.length <= self.bytes.len() {
             Some(self.length)
@@ -49,12 +49,12 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Bytes that are being read.
+/// Reads bytes from a buffer.
 #[derive(Debug, Clone)]
 pub struct Reader<'a>(&'a [u8]);
 
 impl<'a> Reader<'a> {
-    /// Reads from the beginning of these bytes.
+    /// A reader from the beginning of a buffer.
     pub const fn new(bytes: &'a [u8]) -> Self {
         Self(bytes)
     }
@@ -65,7 +65,7 @@ impl<'a> Reader<'a> {
         Some(*own)
     }
 
-    /// What has not been read.
+    /// The unread bytes.
     pub const fn rest(&self) -> &'a [u8] {
         self.0
     }
@@ -99,7 +99,7 @@ impl Wire for bool {
     }
 }
 
-/// 0, or 1 and the value.
+/// 0 for `None`, or 1 and the value.
 impl<V: Wire> Wire for Option<V> {
     fn put(&self, to: &mut Writer<'_>) {
         self.is_some().put(to);
@@ -141,7 +141,7 @@ impl<A: Wire, B: Wire> Wire for (A, B) {
     }
 }
 
-/// A struct: its fields in this order.
+/// A struct: its fields in the given order.
 macro_rules! fields {
     ($name:ident $(<$scalar:ident>)? { $($field:ident),+ $(,)? }) => {
         impl$(<$scalar: $crate::wire::Wire + Copy>)? $crate::wire::Wire for $name$(<$scalar>)? {
@@ -156,8 +156,8 @@ macro_rules! fields {
 }
 pub(crate) use fields;
 
-/// An enum: the number of the variant in one byte, then its fields. A variant without a number is written as
-/// [`NO_NUMBER`], which nobody reads.
+/// An enum: the variant's number in one byte, then its fields. A variant without a number is written as [`NO_NUMBER`],
+/// which no reader accepts.
 macro_rules! numbers {
     ($name:ident $(<$scalar:ident>)? {
         $($number:literal: $variant:ident $(($content:ident))? $({ $($field:ident),+ $(,)? })?),+ $(,)?
@@ -170,7 +170,7 @@ macro_rules! numbers {
                         $($content.put(to);)?
                         $($($field.put(to);)+)?
                     })+
-                    #[allow(unreachable_patterns)] // of an enum that may become more
+                    #[allow(unreachable_patterns)] // of a non-exhaustive enum
                     _ => to.bytes(&[$crate::wire::NO_NUMBER]),
                 }
             }
@@ -188,7 +188,7 @@ macro_rules! numbers {
 }
 pub(crate) use numbers;
 
-/// The number of what has none in this version.
+/// The number of variants that this version does not number.
 pub(crate) const NO_NUMBER: u8 = 127;
 
 numbers!(ArmIndex {
@@ -219,7 +219,7 @@ numbers!(StartUsed {
     2: Search,
 });
 
-// The numbers below are those of the C library's statuses.
+// The numbers below match the C library's status codes.
 
 numbers!(GeometryError {
     30: NonFinite(parameter),
@@ -273,7 +273,7 @@ numbers!(Alarm {
     93: EarlySamplesWrong { first },
 });
 
-/// A refusal of the calibration or of the gate: one list of numbers.
+/// Refusals of the calibration and of the gate share one list of numbers.
 impl Wire for StreamRefusal {
     fn put(&self, to: &mut Writer<'_>) {
         match self {

@@ -1,10 +1,10 @@
-//! The distances of one arm, densely and by their definition: what the factors hold in triangles.
+//! The distances of one arm as a dense matrix, from their definition: what the factors hold in triangular form.
 
 use delta_cal::robot::Arm;
 use delta_cal::{ArmIndex, Robot, Sample};
 use nalgebra::{DVector, Dyn, OMatrix, SMatrix, U8};
 
-/// A row for each sample: ∂d/∂P of one arm.
+/// One row per sample: ∂d/∂P of one arm.
 pub type Jacobian = OMatrix<f64, Dyn, U8>;
 
 /// d = f/(2 Lb) of an arm, the distance along the forearm of the robot before calibration, and ∂d/∂P.
@@ -26,8 +26,7 @@ pub fn distances(
     (distances, jacobian)
 }
 
-/// The inverse of an information matrix whose parameters are lengths and angles; scaled, since these differ
-/// by a factor of some hundred.
+/// Inverts an information matrix of lengths and angles; scaled first, since they differ by a factor of some hundred.
 pub fn inverse_of(information: &SMatrix<f64, 24, 24>) -> Option<SMatrix<f64, 24, 24>> {
     let scale = information.map_diagonal(|entry| entry.sqrt().recip());
     let scale = SMatrix::<f64, 24, 24>::from_diagonal(&scale);

@@ -1,4 +1,4 @@
-//! Robots of other proportions than the paper's.
+//! Robots with proportions other than the paper's.
 
 use crate::closures::inverse_of;
 use crate::paper_limits;
@@ -18,8 +18,8 @@ const SYMMETRIC: [(&str, [f64; 4]); 6] = [
     ("tiny 60/25/80/180", [60.0, 25.0, 80.0, 180.0]),
 ];
 
-/// Eight robots, each with its name: small, large, tall, with a platform larger than the base, with short
-/// forearms, with three different arms, and with tilted motor axes. Lengths in mm.
+/// Eight named robots: small, large, tall, with a platform larger than the base, with short forearms, with three
+/// different arms, and with tilted motor axes. Lengths in mm.
 pub fn geometries() -> Vec<(&'static str, Robot<f64>)> {
     let mut robots: Vec<_> = SYMMETRIC
         .iter()
@@ -60,9 +60,9 @@ pub fn geometries() -> Vec<(&'static str, Robot<f64>)> {
     robots
 }
 
-/// The Cramér–Rao bound of all 24 parameters (lengths in mm, angles in rad) from three coordinates a
-/// sample, the tolerance counted as a prior. By central differences of forward kinematics and a dense
-/// inverse, so that it shares nothing with what it is compared with.
+/// The Cramér–Rao bound of all 24 parameters (lengths in mm, angles in rad) from three coordinates per sample, with the
+/// tolerance as a prior. Computed by central differences of forward kinematics and a dense inverse, so that it shares
+/// no code with what it verifies.
 pub fn bound(
     truth: &Robot<f64>,
     samples: &[Sample<f64>],
@@ -91,7 +91,7 @@ pub fn bound(
     if let Some(tolerance) = tolerance {
         information += inverse_of(&made_to(truth, tolerance))?;
     }
-    // A place that the arms leave empty: nothing is to be known of it.
+    // A parameter that the arms do not have carries no information.
     let empty = |index: usize| places[index % 8].is_none();
     for index in (0..24).filter(|index| empty(*index)) {
         information[(index, index)] = 1.0;
@@ -103,7 +103,7 @@ pub fn bound(
     Some(covariance)
 }
 
-/// The covariance of the parameters of robots made to a tolerance, 1 at places that the arms leave empty: the
+/// The covariance of the parameters of robots made to a tolerance, 1 for parameters that the arms do not have: the
 /// common radius moves every tower along its azimuth.
 pub fn made_to(robot: &Robot<f64>, tolerance: &Tolerance<f64>) -> SMatrix<f64, 24, 24> {
     let places = robot.drive().places();
@@ -126,7 +126,7 @@ pub fn made_to(robot: &Robot<f64>, tolerance: &Tolerance<f64>) -> SMatrix<f64, 2
     covariance
 }
 
-/// ∂X/∂P by central differences: mm per mm, mm per rad. `None` where the pose is out of reach.
+/// ∂X/∂P by central differences: mm per mm, mm per rad. `None` if the pose is unreachable.
 pub fn position_jacobian(robot: &Robot<f64>, joints: &[f64; 3]) -> Option<SMatrix<f64, 3, 24>> {
     let mut jacobian = SMatrix::<f64, 3, 24>::zeros();
     for index in 0..24 {
@@ -145,8 +145,8 @@ pub fn position_jacobian(robot: &Robot<f64>, joints: &[f64; 3]) -> Option<SMatri
     Some(jacobian)
 }
 
-/// Four robots with linear drives, each with its name and the range of its travel, mm: a printer, a small one, a
-/// tall one with long forearms, and one whose towers lean, stand unevenly and have forearms of their own.
+/// Four named robots with linear drives and their range of travel, mm: a printer, a small one, a tall one with long
+/// forearms, and one with leaning, uneven towers and unequal forearms.
 pub fn linear_geometries() -> Vec<(&'static str, Robot<f64>, [f64; 2])> {
     let symmetric = |tower_radius: f64, forearm: f64| {
         let robot = SymmetricLinearRobot {
@@ -175,10 +175,10 @@ pub fn linear_geometries() -> Vec<(&'static str, Robot<f64>, [f64; 2])> {
     ]
 }
 
-/// Poses that the accuracy of a robot is judged over.
+/// Number of poses over which a robot's accuracy is evaluated.
 pub const JUDGED: usize = 60;
 
-/// How positions at many poses follow the parameters, relative ones less what a rigid motion of all of them makes.
+/// Sensitivity of positions to the parameters; if `relative`, without what a common rigid motion explains.
 ///
 /// # Panics
 /// The robot has no poses.
@@ -206,7 +206,7 @@ pub fn judged(robot: &Robot<f64>, relative: bool, rng: &mut impl Rng) -> DMatrix
     jacobian - motions * motion
 }
 
-/// Of all parameters.
+/// The difference of all parameters.
 pub fn difference(robot: &Robot<f64>, truth: &Robot<f64>) -> DVector<f64> {
     let (a, b) = (robot.parameters(), truth.parameters());
     DVector::from_iterator(

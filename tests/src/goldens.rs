@@ -1,10 +1,10 @@
-//! Golden values as their generators write them: bit patterns in hexadecimal.
+//! Golden values in the generators' format: bit patterns in hexadecimal.
 
 use delta_cal::{Noise, Sample, Settings, Tolerance};
 use nalgebra::Vector3;
 use serde::Deserialize;
 
-/// What both generators state of a case: measurements and assumptions.
+/// Measurements and assumptions of a case, written by both generators.
 #[derive(Debug, Deserialize)]
 pub struct GoldenInput {
     joints: Vec<String>,
@@ -16,18 +16,18 @@ pub struct GoldenInput {
     tolerance: Option<[String; 2]>,
 }
 
-/// One number.
+/// Parses one number.
 pub fn number(bits: &str) -> f64 {
     f64::from_bits(u64::from_str_radix(bits, 16).expect("sixteen hexadecimal digits"))
 }
 
-/// Several.
+/// Parses several numbers.
 pub fn numbers(bits: &[String]) -> Vec<f64> {
     bits.iter().map(|bits| number(bits)).collect()
 }
 
 impl GoldenInput {
-    /// Radians and mm.
+    /// The samples, in radians and mm.
     pub fn samples(&self) -> Vec<Sample<f64>> {
         let (joints, positions) = (numbers(&self.joints), numbers(&self.positions));
         let (joints, _) = joints.as_chunks::<3>();
@@ -42,7 +42,7 @@ impl GoldenInput {
             .collect()
     }
 
-    /// Noise and tolerance as stated, the rest by default.
+    /// The stated noise and tolerance, and defaults otherwise.
     pub fn settings(&self) -> Settings<f64> {
         let pair = |[first, second]: &[String; 2]| (number(first), number(second));
         let alike = self.noise.as_ref().map(pair).map(|(position, joint)| {

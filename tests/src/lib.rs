@@ -1,9 +1,9 @@
-//! Random robots, poses and measurements that the tests and benchmarks share.
+//! Random robots, poses and measurements shared by tests and benchmarks.
 
 #![forbid(unsafe_code)]
-#![allow(clippy::expect_used, clippy::missing_panics_doc)] // in tests a panic is the failure
+#![allow(clippy::expect_used, clippy::missing_panics_doc)] // a panic fails the test
 
-/// The README's examples, compiled and run with the documentation's.
+/// Compiles and runs the README's examples as doc tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../README.md")]
 struct Readme;
@@ -22,7 +22,7 @@ use delta_cal::{Noise, Real, Robot, Sample};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
-/// −60° to 90°.
+/// The paper's joint limits, −60° to 90°.
 pub fn paper_limits<T: Real>() -> JointLimits<T> {
     JointLimits::new(
         T::from_f64(-60f64.to_radians()),
@@ -31,37 +31,37 @@ pub fn paper_limits<T: Real>() -> JointLimits<T> {
     .expect("the limits are valid")
 }
 
-/// The size of a campaign: the short one finds what the campaign is there for.
-/// `DELTA_CAL_CAMPAIGNS=long` runs the long one.
+/// Chooses the size of a campaign: short by default, but large enough to find the errors it targets; long with
+/// `DELTA_CAL_CAMPAIGNS=long`.
 pub fn size<T>(short: T, long: T) -> T {
     if is_long() { long } else { short }
 }
 
-/// Whether campaigns have their full size.
+/// Whether campaigns run at full size.
 pub fn is_long() -> bool {
     std::env::var("DELTA_CAL_CAMPAIGNS").is_ok_and(|size| size == "long")
 }
 
-/// A generator for one robot of one campaign; campaigns do not share streams.
+/// A random generator for one robot of one campaign; campaigns do not share streams.
 pub fn generator(campaign: u64, robot: u64) -> Pcg32 {
     Pcg32::seed_from_u64(campaign.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ robot)
 }
 
-/// Evenly in (−1, 1).
+/// Uniform in (−1, 1).
 pub fn uniform(rng: &mut Pcg32) -> f64 {
     f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0
 }
 
-/// How a robot's parameters differ from nominal.
+/// Distribution of a robot's parameters about nominal.
 #[derive(Debug, Clone, Copy)]
 pub enum Spread {
-    /// Evenly within ± the bound.
+    /// Uniform within ± the bound.
     Uniform,
-    /// Normally with the bound as one σ.
+    /// Normal with the bound as σ.
     Normal,
 }
 
-/// The nominal robot with every length off by `length` and every angle by `angle` radians.
+/// The nominal robot with random errors of `length` in every length and `angle` radians in every angle.
 pub fn perturbed(
     nominal: &Robot<f64>,
     length: f64,
@@ -104,7 +104,7 @@ pub fn measurements(
         .collect()
 }
 
-/// The largest difference of any parameter, angles times the upper arm's length.
+/// The largest parameter difference, with angles times the upper arm's length.
 pub fn largest_difference(a: &Robot<f64>, b: &Robot<f64>) -> f64 {
     parameter_differences(a, b)
         .into_iter()
@@ -112,7 +112,7 @@ pub fn largest_difference(a: &Robot<f64>, b: &Robot<f64>) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// All 24 differences a − b, angles times the upper arm's length.
+/// All 24 differences a − b, with angles times the upper arm's length.
 pub fn parameter_differences(a: &Robot<f64>, b: &Robot<f64>) -> Vec<f64> {
     let mut differences = Vec::with_capacity(24);
     for (a, b) in a.arms().iter().zip(b.arms()) {

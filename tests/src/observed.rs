@@ -1,11 +1,11 @@
-//! Files of heights, distances and single coordinates, measured on a robot that differs from the paper's.
+//! Sample files with heights, distances and single coordinates, measured on a robot that differs from the paper's.
 
 use crate::{Spread, generator, paper_limits, paper_robot, perturbed};
 use delta_cal::simulate::{random_pose, standard_normal};
 use std::fmt::Write;
 
-/// The paper's robot as drawn, and how it is measured. The table is known to a few millimetres; the sensor at
-/// the anchor reads too much.
+/// The paper's nominal robot and its instruments. The table is known to a few millimetres; the sensor at the anchor has
+/// an unknown positive offset.
 pub const OBSERVED_ROBOT: &str = "\
 [nominal]
 base_radius_mm = 194
@@ -30,8 +30,8 @@ sigma_mm = 3
 offset = \"unknown\"
 ";
 
-/// Rows in turn: a touch on a table, one on a shelf with a distance from an anchor, the length of a ball bar between
-/// two poses, and z alone.
+/// Cycles through four kinds of rows: a touch on a table; one on a shelf with a distance from an anchor; the length of
+/// a ball bar between two poses; z alone.
 ///
 /// # Panics
 /// Never: the paper's robot has such poses.

@@ -1,4 +1,4 @@
-//! A robot file and a samples file, calibrated as the command does.
+//! Calibrates a robot file and a samples file as the command does.
 
 use crate::files::{alike, refused, text};
 use crate::numbers::{Source, finite_robot};
@@ -12,14 +12,14 @@ use serde_json::Value;
 
 const ROBOT: &str = "robot.toml";
 const SAMPLES: &str = "samples.csv";
-/// The line between the two files.
+/// Separator of the two files.
 const BETWEEN: &[u8] = b"\n---\n";
-/// Longer samples files take longer and lead nowhere else.
+/// Longer samples files are slower and reach no other code.
 const MOST_ROWS: usize = 64;
-/// mm; nothing is refused because of it.
+/// The accuracy limit, mm; it causes no refusal.
 const LIMIT: f64 = 0.1;
 
-/// Four bytes of options, as digits in the seeds, then both files.
+/// Input: four bytes of options (digits in the seeds), then both files.
 pub fn calibration(data: &[u8]) {
     let (head, files) = data.split_at(data.len().min(4));
     let mut head = Source::new(head);
@@ -82,7 +82,7 @@ pub fn calibration(data: &[u8]) {
     }
 }
 
-/// As the command's options can be.
+/// Any combination of the command's options.
 fn options(source: &mut Source<'_>) -> Options {
     let (fit, case) = (source.byte(), source.byte());
     let _ = source.byte();
@@ -106,7 +106,7 @@ fn options(source: &mut Source<'_>) -> Options {
     }
 }
 
-/// The terminal shows no number that is none, unless the input itself says so.
+/// The terminal shows neither NaN nor infinity unless the input contains them.
 fn shown(table: &str, data: &[u8]) {
     let own = String::from_utf8_lossy(data).to_lowercase();
     if !own.contains("nan") && !own.contains("inf") {
@@ -115,13 +115,13 @@ fn shown(table: &str, data: &[u8]) {
     }
 }
 
-/// What programs are told.
+/// The report for programs is valid JSON with a schema version.
 fn parsed(report: &str) {
     let again: Value = serde_json::from_str(report).expect("JSON");
     assert!(again["schema_version"].is_u64(), "{again}");
 }
 
-/// A refusal names a file and a line that it has, or says what to do next; programs are told the same.
+/// A refusal names a file and an existing line, or says what to do next; its JSON report is valid.
 fn explained(error: &CalibrateError, files: [(&str, &[u8]); 2]) {
     let message = error.to_string();
     if let CalibrateError::Input(error) = error {

@@ -1,4 +1,4 @@
-//! The controller: whatever comes over the link, it answers with whole frames and keeps a robot.
+//! The controller: whatever it receives, it answers with intact frames and keeps a valid robot.
 
 use crate::numbers::{Bits, Source, finite_robot};
 use delta_cal::ArmIndex;
@@ -9,10 +9,10 @@ use delta_cal_protocol::{
     Receiver, Request, Response, RevertTo, SampleMessage, Wire, Writer as To, encode,
 };
 
-/// Background steps after which a calibration must have ended: 3 arms, 40 starts of 50 steps each.
+/// Upper limit of background steps per calibration: 3 arms, 40 starts of 50 steps each.
 const STEPS: u32 = 3 * 40 * 51;
 
-/// As in `f32`, so in `f64`, whichever the first byte says.
+/// The first byte selects `f32` or `f64`.
 pub fn controller(data: &[u8]) {
     let mut source = Source::new(data);
     if source.byte() & 1 == 0 {
@@ -22,7 +22,7 @@ pub fn controller(data: &[u8]) {
     }
 }
 
-/// A controller and what its driver knows.
+/// A controller and its driver's state.
 pub(crate) struct Bench<T: Bits> {
     pub(crate) controller: Controller<T, ParameterFlash, StreamFlash>,
     sequence: u16,
@@ -36,7 +36,7 @@ impl<T: Bits> Bench<T> {
         Self::start_with((flash, StreamFlash::new()))
     }
 
-    /// Every sample is stored.
+    /// Starts a controller that stores every sample.
     pub(crate) fn start_with((flash, stream_flash): (ParameterFlash, StreamFlash)) -> Self {
         let robot = nominal().expect("the robot as drawn is a robot");
         let mut controller = Controller::new(robot, flash, stream_flash, 0);
@@ -53,7 +53,7 @@ impl<T: Bits> Bench<T> {
         }
     }
 
-    /// Sends bytes; the answers are whole, and every parameter in them is a number.
+    /// Sends bytes; the answers must be intact and their parameters finite.
     fn send(&mut self, bytes: &[u8]) -> Vec<Response<T>> {
         let mut answers = Vec::new();
         for byte in bytes {
@@ -108,7 +108,7 @@ impl<T: Bits> Bench<T> {
         }
     }
 
-    /// One request, one answer, once what came before is ended.
+    /// Sends a request, after a delimiter that ends any partial frame, and expects one answer.
     pub(crate) fn ask(&mut self, request: &Request<T>) -> Response<T> {
         self.send(&[0]);
         self.sequence = self.sequence.wrapping_add(1).max(1);
@@ -119,7 +119,7 @@ impl<T: Bits> Bench<T> {
         *answer
     }
 
-    /// Of the parameters in use.
+    /// The generation of the parameters in use.
     pub(crate) fn generation(&mut self) -> u32 {
         match self.ask(&Request::Parameters(ParameterSet::Current)) {
             Response::Parameters(parameters) => parameters.generation,
@@ -127,7 +127,7 @@ impl<T: Bits> Bench<T> {
         }
     }
 
-    /// Background work to its end.
+    /// Runs background work to its end.
     fn rest(&mut self) {
         let mut left = STEPS;
         while self.controller.idle() {
@@ -136,7 +136,7 @@ impl<T: Bits> Bench<T> {
         }
     }
 
-    /// Calibrates and applies; whether there was a result to apply and it was stored.
+    /// Calibrates and applies; returns whether a result was applied and stored.
     pub(crate) fn calibrated(&mut self, samples: &[SampleMessage<T>]) -> bool {
         let session = 9;
         let begin = delta_cal_protocol::Begin {
@@ -176,7 +176,7 @@ impl<T: Bits> Bench<T> {
         matches!(answer, Response::Parameters(parameters) if parameters.origin == Origin::Calibration)
     }
 
-    /// What the control loop would say after it has switched.
+    /// Updates the control loop's report after a switch of parameters.
     pub(crate) fn switch(&mut self, control: &mut ControlLoop<T>) {
         if let Some(parameters) = self.controller.take_switch() {
             control.fingerprint = parameters.fingerprint;
@@ -191,7 +191,7 @@ fn session<T: Bits>(source: &mut Source<'_>) {
     while !source.is_empty() {
         match source.byte() % 16 {
             0 => {
-                // Whatever: noise, half a frame, two of them.
+                // Arbitrary bytes: noise, part of a frame, two frames.
                 bench.send(source.bytes());
             }
             1 => {
@@ -210,7 +210,7 @@ fn session<T: Bits>(source: &mut Source<'_>) {
                     *byte ^= source.byte();
                 }
                 bench.send(&damaged);
-                // Whatever it took that for, the next frame is a frame again.
+                // However that was interpreted, the next frame is received.
                 bench.send(&[0]);
             }
             3 => bench.rest(),
@@ -227,7 +227,7 @@ fn session<T: Bits>(source: &mut Source<'_>) {
                     flash.1.bytes_mut()[place] ^= source.byte();
                 }
                 bench = Bench::start_with(flash);
-                // As many samples as were stored.
+                // The status counts the stored samples.
                 bench.ask(&Request::Status);
                 assert_eq!(
                     bench.controller.current(),
@@ -286,7 +286,7 @@ fn session<T: Bits>(source: &mut Source<'_>) {
     }
 }
 
-/// Bytes that are the content of a message as they are.
+/// Raw bytes as the content of a message.
 pub(crate) struct Raw<'a>(pub(crate) &'a [u8]);
 
 impl Wire for Raw<'_> {
@@ -298,12 +298,12 @@ impl Wire for Raw<'_> {
     }
 }
 
-/// A whole frame with this content.
+/// An intact frame with this content.
 pub(crate) fn frame(direction: Direction, sequence: u16, message: &impl Wire) -> Vec<u8> {
     encode(direction, sequence, message).map_or_else(|_| Vec::new(), |frame| frame.to_vec())
 }
 
-/// The sequence numbers and messages of whole frames; everything must be one.
+/// Sequence numbers and messages of a byte stream that must consist of intact frames.
 pub(crate) fn messages<M: Wire>(direction: Direction, bytes: &[u8]) -> Vec<(u16, M)> {
     let mut receiver = Receiver::<LARGEST_FRAME>::new(direction);
     let mut messages = Vec::new();
@@ -317,7 +317,7 @@ pub(crate) fn messages<M: Wire>(direction: Direction, bytes: &[u8]) -> Vec<(u16,
     messages
 }
 
-/// A request such as a driver sends, with any numbers.
+/// A request as a driver would send it, with arbitrary numbers.
 pub(crate) fn request<T: Bits>(source: &mut Source<'_>, next: u32) -> Request<T> {
     let session = u32::from(source.byte() & 1) + 1;
     match source.byte() % 12 {

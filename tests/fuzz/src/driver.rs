@@ -1,4 +1,4 @@
-//! The driver's side of the link: whatever a controller answers, an error or a result without NaN.
+//! The driver: whatever the controller answers, it returns an error or a result without NaN.
 
 use crate::controller::{Bench, Raw, frame, messages};
 use crate::numbers::{Bits, Source, finite_robot};
@@ -15,9 +15,9 @@ use std::io;
 use std::sync::LazyLock;
 use std::time::Duration;
 
-/// Background steps of the controller between two looks at the link.
+/// Background steps of the controller between polls of the link.
 const STEPS: u32 = 500;
-/// Of the example's rows: enough for a result, few enough for thousands of sessions a minute.
+/// Number of rows from the example: enough for a result, few enough for thousands of sessions per minute.
 const ROWS: usize = 14;
 
 static FILES: LazyLock<(RobotFile, Readings)> = LazyLock::new(|| {
@@ -29,7 +29,7 @@ static FILES: LazyLock<(RobotFile, Readings)> = LazyLock::new(|| {
     (robot, samples)
 });
 
-/// A controller whose answers are changed on the way as the bytes of the input say.
+/// A controller whose answers are altered in transit, as the input bytes say.
 struct Link<'a, T: Bits> {
     bench: Bench<T>,
     control: ControlLoop<T>,
@@ -52,7 +52,7 @@ impl<T: Bits> Link<'_, T> {
                 frame(Direction::Response, sequence, &Raw(content))
             }
             0xd0..0xf0 => {
-                // A whole frame with one field changed.
+                // An intact frame with one field changed.
                 let mut content = vec![0; LARGEST_FRAME];
                 let mut writer = Writer::new(&mut content);
                 response.put(&mut writer);
@@ -104,7 +104,7 @@ impl<T: Bits> Transport for Link<'_, T> {
     }
 }
 
-/// As in `f32`, so in `f64`, whichever the first byte says.
+/// The first byte selects `f32` or `f64`.
 pub fn driver(data: &[u8]) {
     let mut source = Source::new(data);
     if source.byte() & 1 == 0 {

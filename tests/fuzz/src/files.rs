@@ -1,4 +1,4 @@
-//! Files that users write.
+//! Files written by users.
 
 use crate::numbers::{Source, finite_robot};
 use delta_cal::Parameter;
@@ -19,7 +19,7 @@ pub(crate) fn text(name: &str, data: &[u8]) -> Option<InputText> {
     }
 }
 
-/// A refusal names the file, a line that it has, and a cause, all in one line.
+/// A refusal names the file, an existing line, and a cause, all in one line.
 pub(crate) fn refused(name: &str, data: &[u8], error: &InputError) {
     let message = error.to_string();
     let cause = message
@@ -39,7 +39,7 @@ pub(crate) fn refused(name: &str, data: &[u8], error: &InputError) {
     }
 }
 
-/// A robot file: refused with its place, or a robot that is written and read back the same.
+/// A robot file is refused with a location, or yields a robot that survives writing and reading.
 pub fn robot_file(data: &[u8]) {
     const NAME: &str = "robot.toml";
     let Some(input) = text(NAME, data) else {
@@ -70,7 +70,7 @@ pub fn robot_file(data: &[u8]) {
     }
 }
 
-/// The same numbers, but for what angles lose in degrees.
+/// Whether the numbers are equal up to the rounding of angles in degrees.
 pub(crate) fn alike(a: &RobotFile, b: &RobotFile) -> bool {
     let numbers = |file: &RobotFile| {
         let arms = file.robot.arms().map(|arm| arm.parameters());
@@ -93,8 +93,7 @@ pub(crate) fn alike(a: &RobotFile, b: &RobotFile) -> bool {
         && a.sensor_frame == b.sensor_frame
 }
 
-/// A samples file of a robot with these or those joint limits, and the same file as one of joint
-/// angles or positions alone.
+/// A samples file, for a robot with either set of joint limits, and read as joint angles or positions alone.
 pub fn samples_file(data: &[u8]) {
     const NAME: &str = "samples.csv";
     let (head, rest) = data.split_at(data.len().min(4));
@@ -150,8 +149,7 @@ pub fn samples_file(data: &[u8]) {
     }
 }
 
-/// A campaign file: refused with its place, or a plan. One that names a robot file of its own is
-/// refused: there is none.
+/// A campaign file is refused with a location, or yields a plan. One that names a robot file is refused: there is none.
 pub fn campaign_file(data: &[u8]) {
     const NAME: &str = "campaign.toml";
     let Some(input) = text(NAME, data) else {

@@ -1,4 +1,4 @@
-//! Forward and inverse kinematics and what is computed beside them, of any robot at any pose.
+//! Forward and inverse kinematics and derived quantities, for any robot at any pose.
 
 use crate::numbers::{Bits, Source};
 use delta_cal::frame::RigidTransform;
@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 
-/// As in `f32`, so in `f64`, whichever the first byte says.
+/// The first byte selects `f32` or `f64`.
 pub fn kinematics(data: &[u8]) {
     let mut source = Source::new(data);
     if source.byte() & 1 == 0 {
@@ -55,7 +55,7 @@ fn poses<T: Bits>(robot: &Robot<T>, source: &mut Source<'_>) {
         );
         pose(robot, &position, &angles);
     }
-    // Not a pose of the robot: nothing is promised but an end, and no NaN that counts as clear.
+    // Not a pose of the robot: it must only terminate, and NaN must not count as clear.
     let conditioning = robot.singularity_distance(&position, &joints);
     assert!(
         !(conditioning.is_clear()
@@ -68,7 +68,7 @@ fn poses<T: Bits>(robot: &Robot<T>, source: &mut Source<'_>) {
 
     let (least, most) = (source.number(-1.0, 1.0), source.number(1.6, 1.0));
     let mut rng = Pcg32::seed_from_u64(u64::from(source.byte()));
-    // A draw that finds nothing takes 10,000 attempts: not for every input.
+    // A draw that fails takes 10,000 attempts, so it is not run for every input.
     if source.byte() & 0x1f == 0x1f
         && let Ok(limits) = JointLimits::new(least, most)
         && let Ok(drawn) = random_pose(robot, &limits, &mut rng)
@@ -79,7 +79,7 @@ fn poses<T: Bits>(robot: &Robot<T>, source: &mut Source<'_>) {
     }
 }
 
-/// What is computed at a pose of the robot.
+/// Quantities computed at a pose of the robot.
 fn pose<T: Bits>(robot: &Robot<T>, position: &Vector3<T>, joints: &[T; 3]) {
     let conditioning = robot.singularity_distance(position, joints);
     let figures = conditioning.serial.iter().chain([&conditioning.parallel]);
@@ -105,7 +105,7 @@ fn jacobian<T: Bits>(robot: &Robot<T>, position: &Vector3<T>, joints: &[T; 3]) {
     }
 }
 
-/// Whatever the points, an accepted transform is a proper rotation and a finite translation.
+/// For any points, an accepted transform is a proper rotation and a finite translation.
 fn alignment<T: Bits>(source: &mut Source<'_>) {
     let count = source.below(8);
     let mut pairs = [(Vector3::zeros(), Vector3::zeros()); 8];

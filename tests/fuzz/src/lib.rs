@@ -1,10 +1,10 @@
-//! What every fuzz target does with its input: see `README.md` beside this package's `Cargo.toml`.
+//! The fuzz targets: see `README.md` beside this package's `Cargo.toml`.
 //!
-//! A target reads robots, samples and settings from the bytes, or files, or frames; does with them
-//! what the program would; and asserts what is promised of the result. A panic is a finding.
+//! A target reads robots, samples and settings, files, or frames from the bytes, uses them as the program would, and
+//! asserts what is promised of the result. A panic is a finding.
 
 #![forbid(unsafe_code)]
-// In a fuzz target a panic is the failure.
+// A panic is how a fuzz target fails.
 #![allow(clippy::expect_used, clippy::panic, clippy::missing_panics_doc)]
 
 mod calibration;
@@ -24,7 +24,7 @@ pub use kinematics::kinematics;
 pub use solver::solver;
 pub use store::store;
 
-/// The target of this name.
+/// The target with this name.
 pub fn target(name: &str) -> fn(&[u8]) {
     match name {
         "robot_file" => robot_file,

@@ -1,5 +1,5 @@
-//! Robots, samples and settings from arbitrary bytes: mostly such as a robot has, now and then any bit
-//! pattern at all. And what an accepted result is never without.
+//! Robots, samples and settings from arbitrary bytes: mostly realistic, occasionally any bit pattern. And assertions
+//! that hold for every accepted result.
 
 use arbitrary::Unstructured;
 use delta_cal::calibration::{Solver, Start};
@@ -8,9 +8,9 @@ use delta_cal::{Noise, Parameter, Real, Robot, RobotOutcome, Sample, Settings, T
 use delta_cal_firmware_example::{Number, nominal};
 use nalgebra::Vector3;
 
-/// A scalar whose bits can be anything.
+/// A scalar with arbitrary bits.
 pub(crate) trait Bits: Number {
-    /// The number of this bit pattern, of its lower half in `f32`.
+    /// The number with this bit pattern; `f32` takes the lower half.
     fn of_bits(bits: u64) -> Self;
 }
 
@@ -27,7 +27,7 @@ impl Bits for f64 {
     }
 }
 
-/// Zeros, denormal, tiny, huge, infinite and no numbers.
+/// Zero, denormal, tiny, huge, infinite and NaN values.
 const SPECIAL: [f64; 16] = [
     0.0,
     -0.0,
@@ -47,7 +47,7 @@ const SPECIAL: [f64; 16] = [
     f64::NAN,
 ];
 
-/// The bytes of one input, read to their end; behind it there are zeros.
+/// The bytes of one input, followed by zeros.
 pub(crate) struct Source<'a>(Unstructured<'a>);
 
 impl<'a> Source<'a> {
@@ -71,7 +71,7 @@ impl<'a> Source<'a> {
         self.0.arbitrary().unwrap_or_default()
     }
 
-    /// Less than `count`.
+    /// A number less than `count`.
     pub(crate) fn below(&mut self, count: usize) -> usize {
         usize::from(self.byte()) % count.max(1)
     }
@@ -82,8 +82,7 @@ impl<'a> Source<'a> {
         self.0.bytes(count).unwrap_or_default()
     }
 
-    /// The usual number, one that differs from it by up to `spread`, one of another magnitude, a
-    /// special one or any bit pattern.
+    /// The usual number, one within `spread` of it, one of another magnitude, a special value, or any bit pattern.
     pub(crate) fn number<T: Bits>(&mut self, usual: f64, spread: f64) -> T {
         match self.byte() {
             0..0x60 => T::from_f64(usual),
@@ -104,7 +103,7 @@ impl<'a> Source<'a> {
         Vector3::from(usual.map(|usual| self.number(usual, spread)))
     }
 
-    /// 24 parameters: as drawn, or each from the bytes.
+    /// 24 parameters: nominal, or each from the bytes.
     pub(crate) fn geometry<T: Bits>(&mut self) -> Result<[[T; 8]; 3], GeometryError> {
         let drawn = nominal::<f64>()?.arms().map(|arm| arm.parameters());
         if self.byte() < 0x40 {
@@ -125,13 +124,13 @@ impl<'a> Source<'a> {
         }))
     }
 
-    /// A robot that is accepted.
+    /// A valid robot.
     pub(crate) fn robot<T: Bits>(&mut self) -> Result<Robot<T>, GeometryError> {
         let [first, second, third] = self.geometry()?;
         Robot::new([Arm::new(first)?, Arm::new(second)?, Arm::new(third)?])
     }
 
-    /// What is assumed of noise and tolerance, and how it is solved.
+    /// Noise, tolerance and solver settings.
     pub(crate) fn settings<T: Bits>(&mut self) -> Settings<T> {
         let kind = self.byte();
         let noise = (kind & 1 != 0).then(|| {
@@ -162,8 +161,7 @@ impl<'a> Source<'a> {
             })
     }
 
-    /// Up to `most` measurements of a robot that is nearly the one that was drawn, each number of them
-    /// open to change.
+    /// Up to `most` measurements of a robot close to nominal; each number may be altered.
     pub(crate) fn samples<T: Bits>(&mut self, most: usize) -> Vec<Sample<T>> {
         let count = self.below(most + 1);
         let length: f64 = self.number(0.5, 20.0);
@@ -203,7 +201,7 @@ impl<'a> Source<'a> {
     }
 }
 
-/// Every parameter is a finite number.
+/// Asserts that every parameter is finite.
 pub(crate) fn finite_robot<T: Real>(robot: &Robot<T>) {
     for arm in robot.arms() {
         assert!(
@@ -213,7 +211,7 @@ pub(crate) fn finite_robot<T: Real>(robot: &Robot<T>) {
     }
 }
 
-/// Every figure of a calibration is a number, and of the size that its meaning allows.
+/// Asserts that every figure of a calibration is finite and within its possible range.
 pub(crate) fn finite_outcome<T: Real>(outcome: &RobotOutcome<T>) {
     finite_robot(&outcome.robot);
     for arm in &outcome.arms {

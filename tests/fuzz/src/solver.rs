@@ -1,4 +1,4 @@
-//! The calibration step by step.
+//! Calibration step by step.
 
 use crate::numbers::{Bits, Source, finite_outcome};
 use delta_cal::calibration::Start;
@@ -7,12 +7,12 @@ use delta_cal::{
 };
 
 const MOST_SAMPLES: usize = 40;
-/// Starts of one arm and rounds of balancing the tolerance, at most; the core's tests have the same.
+/// Most starts per arm, and most rounds of balancing the tolerance, as in the core's tests.
 const STARTS: u32 = 40;
-/// Steps of a linearisation, of a damping and a trial; of a covariance there are fewer.
+/// Steps per linearisation, damping or trial; a covariance takes fewer.
 const JOINT_PIECES: u32 = 16;
 
-/// As in `f32`, so in `f64`, whichever the first byte says.
+/// The first byte selects `f32` or `f64`.
 pub fn solver(data: &[u8]) {
     let mut source = Source::new(data);
     if source.byte() & 1 == 0 {
@@ -52,7 +52,7 @@ fn calibration<T: Bits>(source: &mut Source<'_>) {
     joint(&robot, &settings, &taken, order, forget);
 }
 
-/// All 24 parameters together, of the same samples.
+/// Calibrates all 24 parameters together from the same samples.
 fn joint<T: Bits>(
     robot: &Robot<T>,
     settings: &Settings<T>,
@@ -94,14 +94,14 @@ fn joint<T: Bits>(
     }
 }
 
-/// One by one, many at once, or by way of another calibrator.
+/// Adds samples one by one, many at once, or through another calibrator.
 fn take_in<T: Bits>(calibrator: &mut IkmCalibrator<T>, samples: &[Sample<T>], order: u8) {
     let (first, rest) = samples.split_at(samples.len() * usize::from(order & 0xf) / 15);
     for sample in first {
         assert_eq!(calibrator.add(sample), Ok(()));
     }
     let many = |calibrator: &mut IkmCalibrator<T>| {
-        // In two parts, one behind a sample that is refused and changes nothing.
+        // In two parts, the second after a refused batch that must change nothing.
         let (two, three) = rest.split_at(rest.len() / 2);
         assert_eq!(calibrator.add_many(two), Ok(()));
         let mut wrong = three.to_vec();
@@ -122,7 +122,7 @@ fn take_in<T: Bits>(calibrator: &mut IkmCalibrator<T>, samples: &[Sample<T>], or
     }
 }
 
-/// The result, if it is accepted, after a bounded number of steps.
+/// The result, if accepted, after a bounded number of steps.
 fn solved<T: Bits>(calibrator: &mut IkmCalibrator<T>) -> Option<RobotOutcome<T>> {
     let settings = *calibrator.settings();
     calibrator.solve().ok()?;
@@ -147,13 +147,12 @@ fn solved<T: Bits>(calibrator: &mut IkmCalibrator<T>) -> Option<RobotOutcome<T>>
     Some(outcome)
 }
 
-/// More than any calibration of these settings takes.
+/// An upper limit of the steps that a calibration with these settings takes.
 fn steps<T: Bits>(settings: &Settings<T>) -> u32 {
     3 * STARTS * (u32::from(settings.iteration_limit) + 1)
 }
 
-/// An iteration from the reference ends no higher than it began, but for rounding: the samples'
-/// residuals are no larger than the reference's.
+/// Up to rounding, an iteration ends with residuals no larger than those of the nominal robot at which it started.
 fn not_worse<T: Bits>(calibrator: &mut IkmCalibrator<T>, outcome: &RobotOutcome<T>) {
     if calibrator.settings().start != Start::Nominal {
         return;
@@ -163,8 +162,8 @@ fn not_worse<T: Bits>(calibrator: &mut IkmCalibrator<T>, outcome: &RobotOutcome<
     let arms = before.arms().iter().zip(outcome.robot.arms());
     for (factor, (before, after)) in calibrator.arms().iter().zip(arms) {
         let (least, most) = (factor.sum_of_squares(after), factor.sum_of_squares(before));
-        // Σ (f/σf)² as the factor's rows round it: each is a sum of terms as large as the unit of
-        // length, times a weight.
+        // Σ (f/σf)² as rounded in the factor's rows: each is a sum of terms as large as the unit of length, times a
+        // weight.
         let reference = factor.nominal();
         let weight = match reference.noise() {
             None => T::ONE,

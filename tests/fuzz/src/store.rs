@@ -1,5 +1,4 @@
-//! The controller's store: whatever its flash holds, a start finds a robot and the next calibration is
-//! kept.
+//! The controller's store: whatever the flash contains, a start finds a valid robot and the next calibration is kept.
 
 use crate::controller::Bench;
 use crate::numbers::{Bits, Source, finite_robot};
@@ -9,7 +8,7 @@ use delta_cal_protocol::{
     Geometry, Origin, ParameterSet, Request, Response, RevertTo, SampleMessage, Wire, Writer,
 };
 
-/// As in `f32`, so in `f64`, whichever the first byte says.
+/// The first byte selects `f32` or `f64`.
 pub fn store(data: &[u8]) {
     let mut source = Source::new(data);
     if source.byte() & 1 == 0 {
@@ -78,7 +77,7 @@ fn message<T: Bits>(sample: &delta_cal::Sample<T>) -> SampleMessage<T> {
     }
 }
 
-/// Something of the flash becomes something else.
+/// Changes part of the flash.
 fn change<T: Bits>(flash: &mut ParameterFlash, source: &mut Source<'_>) {
     let place = usize::from(source.word()) % (2 * PAGE);
     match source.byte() % 8 {
@@ -96,7 +95,7 @@ fn change<T: Bits>(flash: &mut ParameterFlash, source: &mut Source<'_>) {
         }
         3 => flash.bytes_mut()[place] ^= source.byte(),
         4 => {
-            // What the controller itself makes of it.
+            // Changes made by the controller itself.
             let mut bench = Bench::<T>::start(flash.clone());
             let samples: Vec<_> = source.samples::<T>(14).iter().map(message).collect();
             bench.calibrated(&samples);
@@ -106,7 +105,7 @@ fn change<T: Bits>(flash: &mut ParameterFlash, source: &mut Source<'_>) {
     }
 }
 
-/// A record with any generation and any numbers, whole by its checksum: mark, generation, length and content.
+/// A record with arbitrary generation and numbers and a valid checksum: mark, generation, length and content.
 fn record<T: Bits>(source: &mut Source<'_>) -> Vec<u8> {
     let drawn = drawn::<T>();
     let kind = source.byte();
@@ -144,7 +143,7 @@ fn record<T: Bits>(source: &mut Source<'_>) -> Vec<u8> {
     bytes
 }
 
-/// Puts a record where the firmware would, in one half or the other.
+/// Writes a record where the firmware would, in either half.
 fn write<T: Bits>(flash: &mut ParameterFlash, source: &mut Source<'_>) {
     let start = usize::from(source.byte() & 1) * PAGE;
     let half = &mut flash.bytes_mut()[start..start + PAGE];

@@ -1,14 +1,14 @@
-//! The panic-free proof: what a controller calls beside the functions of the C library, whose own test links them, as
-//! symbols `core_<scalar>_<function>`. The panic handler calls a function
-//! that exists nowhere: what links has no path to it. The test `target::no_panic_path_survives` links all symbols, and on failure each alone;
-//! `panics_on_purpose` must not link, or the proof would prove nothing.
+//! The proof of freedom from panics: the functions that a controller calls besides those of the C library, whose own
+//! test links them, as symbols `core_<scalar>_<function>`. The panic handler calls a function that does not exist, so
+//! whatever links has no path to it. The test `target::no_panic_path_survives` links all symbols together, and on
+//! failure each one separately; `panics_on_purpose` must not link, or the proof would prove nothing.
 //!
-//! Not among them: `Display`, `Debug` and the like (the formatting of `core::fmt` has panic paths), and the features that
-//! add foreign traits.
+//! Excluded: `Display`, `Debug` and the like (the formatting in `core::fmt` has panic paths), and features that add
+//! foreign traits.
 
 #![cfg_attr(target_os = "none", no_std)]
-#![allow(unsafe_code)] // naming a symbol, and calling one that nobody defines
-#![allow(improper_ctypes_definitions)] // nobody calls them
+#![allow(unsafe_code)] // exports symbols, and calls an undefined one
+#![allow(improper_ctypes_definitions)] // never called
 
 #[cfg(target_os = "none")]
 mod handler {
@@ -23,7 +23,7 @@ mod handler {
         unsafe { a_panic_path_survives() }
     }
 
-    /// Has a panic path: an index that the optimiser cannot know.
+    /// Contains a panic path: an index unknown to the optimiser.
     #[unsafe(no_mangle)]
     extern "C" fn panics_on_purpose(numbers: &[u32; 4], index: usize) -> u32 {
         numbers[index]
@@ -62,7 +62,7 @@ macro_rules! of_scalar {
             use delta_cal::{IkmCalibrator, Noise, Progress, Refusal, Robot, Sample, Settings};
             use nalgebra::Vector3;
 
-            /// With twelve unknowns of instruments.
+            /// With twelve instrument unknowns.
             type Readings = FkmCalibrator<$t, 40, 36, 37, 703>;
             type Stream = StreamCalibrator<$t, Joint>;
 
@@ -143,7 +143,7 @@ macro_rules! of_scalar {
                     )
                 }
 
-                // Samples one after the other
+                // Samples one at a time
                 fn stream_innovations(
                     stream: &Stream,
                     sample: &Sample<$t>,

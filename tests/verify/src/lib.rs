@@ -1,4 +1,4 @@
-//! What the tests share that need more than Rust: whether it is there, building for a bare target, running under QEMU.
+//! Support for tests that need more than Rust: checks for tools, builds for a bare target, runs under QEMU.
 
 #![forbid(unsafe_code)]
 
@@ -7,23 +7,23 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// The Rust target of a Cortex-M with a floating-point unit.
+/// The Rust target for Cortex-M with a floating-point unit.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
-/// The workspace's profile of what is built for it.
+/// The cargo profile used for it.
 pub const PROFILE: &str = "firmware";
-/// The programs of this package run on host and target.
+/// The package whose programs run on both host and target.
 pub const PACKAGE: &str = "delta-cal-target-tests";
-/// With this variable set, as `cargo verify` sets it, a test fails where it would otherwise be skipped.
+/// If this variable is set, as `cargo verify` does, a test fails where it would otherwise be skipped.
 pub const REQUIRE: &str = "DELTA_CAL_REQUIRE";
-/// A run takes at most a minute; a firmware that hangs must not hang the tests.
+/// Time limit for runs that take at most a minute, so that firmware that hangs does not hang the tests.
 const LONGEST_RUN: Duration = Duration::from_secs(600);
 
-/// Whether a test can run that needs these programs and bare Rust targets. If not, it says so in one line, and the test
+/// Whether the programs and bare Rust targets that a test needs are available. If not, prints one line, and the test
 /// should return.
 ///
 /// # Panics
-/// With [`REQUIRE`] set, if one is missing.
-#[allow(clippy::panic)] // a test fails by it
+/// If [`REQUIRE`] is set and one is missing.
+#[allow(clippy::panic)] // fails the test
 pub fn have(needs: &[&str]) -> bool {
     let missing: Vec<&str> = needs
         .iter()
@@ -35,7 +35,7 @@ pub fn have(needs: &[&str]) -> bool {
     }
     let what = format!("{} missing; cargo verify installs it", missing.join(", "));
     assert!(std::env::var_os(REQUIRE).is_none(), "{what}");
-    // Past the test harness, which would hide it.
+    // Bypasses the test harness, which would capture it.
     let test = std::thread::current();
     let _ = std::io::Write::write_all(
         &mut std::io::stderr(),
@@ -44,7 +44,7 @@ pub fn have(needs: &[&str]) -> bool {
     false
 }
 
-/// Whether a program is in the path, or a bare Rust target installed.
+/// Whether a program is in the path or a bare Rust target is installed.
 pub fn is_here(need: &str) -> bool {
     if need.starts_with("thumb") || need.starts_with("riscv") {
         let mut rustc = at_root("rustc");
@@ -65,12 +65,12 @@ pub enum Board {
     M7,
 }
 
-/// How a program is run.
+/// Timing of an emulated program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Clock {
-    /// As fast as it goes.
+    /// As fast as possible.
     Free,
-    /// So that the board's timer counts instructions, and every run is the same.
+    /// The board's timer counts instructions, so that every run is identical.
     Instructions,
 }
 
@@ -83,11 +83,11 @@ pub fn at_root(program: impl AsRef<std::ffi::OsStr>) -> Command {
     command
 }
 
-/// Runs cargo at the repository's root with a target directory of its own, so that no other build
-/// exchanges the programs meanwhile.
+/// Runs cargo at the repository's root with a target directory of its own, so that no other build replaces the programs
+/// in the meantime.
 ///
 /// # Errors
-/// What failed, in words; so with all functions here.
+/// A description of the failure; the same for all functions here.
 pub fn cargo(directory: &Path, arguments: &[&str]) -> Result<String, String> {
     let mut command = at_root(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command
@@ -98,10 +98,10 @@ pub fn cargo(directory: &Path, arguments: &[&str]) -> Result<String, String> {
     run(command)
 }
 
-/// Builds the programs of [`PACKAGE`] for the bare target, and returns where they are.
+/// Builds the programs of [`PACKAGE`] for the bare target and returns their folder.
 ///
 /// # Errors
-/// What failed.
+/// A description of the failure.
 pub fn build_for_target(directory: &Path, arguments: &[&str]) -> Result<PathBuf, String> {
     let build = ["build", "--profile", PROFILE, "--package", PACKAGE];
     let build = [&build[..], &["--target", TARGET]].concat();
@@ -109,7 +109,7 @@ pub fn build_for_target(directory: &Path, arguments: &[&str]) -> Result<PathBuf,
     Ok(directory.join(TARGET).join(PROFILE))
 }
 
-/// Standard output of a program on a board; it must end itself with success.
+/// Standard output of a program on a board; it must exit successfully.
 ///
 /// # Errors
 /// The program's failure.
@@ -133,7 +133,7 @@ pub fn emulate(board: Board, clock: Clock, program: &Path) -> Result<String, Str
 /// Standard output of a command that must succeed.
 ///
 /// # Errors
-/// Its failure, with the end of what it wrote: a failure that was expected leaves no trace on the terminal.
+/// The failure, with the end of the output: expected failures leave no trace on the terminal.
 pub fn run(command: Command) -> Result<String, String> {
     within(command, Duration::MAX)
 }
@@ -151,14 +151,14 @@ fn within(mut command: Command, limit: Duration) -> Result<String, String> {
             Ok(Some(status)) => break status,
             Ok(None) if start.elapsed() > limit => {
                 let _ = child.kill();
-                return Err(format!("{command:?} has not ended after {limit:?}"));
+                return Err(format!("{command:?} did not finish within {limit:?}"));
             }
             Ok(None) => std::thread::sleep(Duration::from_millis(20)),
             Err(error) => return Err(format!("{command:?}: {error}")),
         }
     };
     let (Ok(output), Ok(errors)) = (output.join(), errors.join()) else {
-        return Err(format!("{command:?}: its output cannot be read"));
+        return Err(format!("{command:?}: cannot read its output"));
     };
     if status.success() {
         Ok(output)
@@ -168,19 +168,19 @@ fn within(mut command: Command, limit: Duration) -> Result<String, String> {
     }
 }
 
-/// Reads a pipe to its end, so that what writes into it never waits.
+/// Reads a pipe to its end, so that the writer never blocks.
 fn reader(pipe: Option<impl Read + Send + 'static>) -> std::thread::JoinHandle<String> {
     std::thread::spawn(move || {
         let mut bytes = Vec::new();
         if let Some(mut pipe) = pipe {
-            // What came before a fault is still worth showing.
+            // Output before an error is still worth showing.
             let _ = pipe.read_to_end(&mut bytes);
         }
         String::from_utf8_lossy(&bytes).into_owned()
     })
 }
 
-/// The end of a text, of some 2,000 bytes.
+/// The last 2,000 bytes of a text, approximately.
 pub fn tail(text: &str) -> &str {
     let start = text.len().saturating_sub(2000);
     text.get(start..).unwrap_or(text)

@@ -1,4 +1,4 @@
-//! Every check of the project, one command: `cargo verify`.
+//! Every check of the project in one command: `cargo verify`.
 
 use delta_cal_verify::{REQUIRE, at_root, is_here, tail};
 use std::fs::{self, File};
@@ -9,24 +9,24 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 const USAGE: &str = "\
-Runs every check, two stages at a time, and sums up. What a stage prints is in target/verify/STAGE.log.
+Runs every check, two stages at a time, and prints a summary. Output is in target/verify/STAGE.log.
 
 Usage: cargo verify [quick | STAGE...]
 
-  quick       a minute: format, clippy on this machine, unit tests
-  STAGE...    only these, one after the other, on the terminal
+  quick       format, clippy on this machine, unit tests (about a minute)
+  STAGE...    only these, in sequence, with output on the terminal
   --help      print this and the stages
 ";
 
-/// Commands under one name, one after the other.
+/// Named commands that run in sequence.
 struct Stage {
     name: &'static str,
     about: &'static str,
-    /// Their words are separated by spaces.
+    /// Words are separated by spaces.
     commands: &'static [&'static str],
 }
 
-/// Takes seconds, and is over before anything is compiled.
+/// Takes seconds and finishes before compilation begins.
 const FORMAT: Stage = Stage {
     name: "format",
     about: "rustfmt",
@@ -45,8 +45,8 @@ const CLIPPY: Stage = Stage {
     ],
 };
 
-/// Two lists that run side by side. What the first compiles stands in one folder, where two builds would wait for each
-/// other; what the second compiles stands in others, and the tests of the first find it there.
+/// Two lists that run in parallel. The first compiles into one folder, where two builds would block each other; the
+/// second uses other folders, in which the first list's tests find its programs.
 const SIDE_BY_SIDE: [&[Stage]; 2] = [
     &[
         CLIPPY,
@@ -61,7 +61,7 @@ const SIDE_BY_SIDE: [&[Stage]; 2] = [
     &[
         Stage {
             name: "firmware",
-            about: "the programs that the tests run on a Cortex-M, and the proof's archive, are built",
+            about: "builds the Cortex-M programs for the tests, and the archive for the panic proof",
             commands: &[
                 "cargo build --quiet --profile firmware --package delta-cal-target-tests --bin delta-cal-target-tests --bin cases \
                  --bin measure --bin flash --target thumbv7em-none-eabihf --target-dir target/firmware",
@@ -73,7 +73,7 @@ const SIDE_BY_SIDE: [&[Stage]; 2] = [
         },
         Stage {
             name: "board",
-            about: "the controller on a real board: the program for a Raspberry Pi Pico 2 is built",
+            about: "builds the controller for a real board, Raspberry Pi Pico 2",
             commands: &[
                 "cargo build --quiet --locked --release --manifest-path firmware-example/boards/pico2/Cargo.toml \
                  --target thumbv8m.main-none-eabihf --target-dir target/pico2",
@@ -81,7 +81,7 @@ const SIDE_BY_SIDE: [&[Stage]; 2] = [
         },
         Stage {
             name: "bare",
-            about: "clippy of what runs on a Cortex-M; the controller compiles for other boards",
+            about: "clippy on the Cortex-M code; the controller compiles for other boards",
             commands: &[
                 "cargo clippy --quiet --all-features --package delta-cal --package delta-cal-protocol --package delta-cal-c \
                  --package delta-cal-target-tests --package delta-cal-link-tests --package delta-cal-firmware-example \
@@ -111,7 +111,7 @@ const SIDE_BY_SIDE: [&[Stage]; 2] = [
         Stage {
             name: "docs",
             about: "rustdoc without warnings",
-            // With what clippy had checked, in the first list's folder, as soon as the tests are compiled.
+            // Reuses clippy's output in the first list's folder as soon as the tests are compiled.
             commands: &[
                 "env RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --no-deps --workspace --exclude delta-cal-python \
                  --features delta-cal/defmt,delta-cal-target-tests/linear",
@@ -126,21 +126,21 @@ const UNITS: Stage = Stage {
     commands: &["cargo test --quiet --lib"],
 };
 
-/// Only if asked for.
+/// Runs only on request.
 const MIRI: Stage = Stage {
     name: "miri",
-    about: "every access to memory of the C library is allowed (nightly with Miri, five minutes)",
-    // A 32-bit Arm is nearest to a Cortex-M; on this machine the core's square root is an instruction that Miri does not know.
+    about: "memory accesses of the C library under Miri (nightly, five minutes)",
+    // 32-bit Arm is closest to a Cortex-M; natively, the core's square root is an instruction unknown to Miri.
     commands: &[
         "cargo +nightly miri test --target arm-unknown-linux-gnueabi --target-dir target/miri --package delta-cal-c \
          --test it -- misuse calibrations",
     ],
 };
 
-/// Only if asked for.
+/// Runs only on request.
 const WEB: Stage = Stage {
     name: "web",
-    about: "the page is built and drives a browser (node, npm, python3, chromium; a quarter of an hour at first)",
+    about: "the page builds and works in a browser (node, npm, python3, chromium; 15 minutes the first time)",
     commands: &[
         "npm ci --prefix bindings/web --no-audit --no-fund",
         "node bindings/web/build.mjs",
@@ -149,10 +149,10 @@ const WEB: Stage = Stage {
     ],
 };
 
-/// Only if asked for: the host is built once more, optimised.
+/// Runs only on request: builds the host again, optimised.
 const PYTHON: Stage = Stage {
     name: "python",
-    about: "the Python package in an environment of its own: clippy, pip install, tests, types, examples",
+    about: "the Python package in its own environment: clippy, pip install, tests, types, examples",
     commands: &[
         "cargo clippy --quiet --package delta-cal-python -- --deny warnings",
         "cargo build --quiet --profile test --package delta-cal-host --bin delta-cal",
@@ -167,7 +167,7 @@ const PYTHON: Stage = Stage {
     ],
 };
 
-/// A program that must be there, and the Debian packages that hold it.
+/// A required program and the Debian packages that provide it.
 const PROGRAMS: [(&str, &str); 5] = [
     ("qemu-system-arm", "qemu-system-arm"),
     ("c++", "g++"),
@@ -218,7 +218,7 @@ fn main() -> ExitCode {
                 _ => all().find(|stage| stage.name == name).into_iter().collect(),
             };
             if chosen.is_empty() {
-                eprintln!("There is no stage {name:?}; cargo verify --help lists them.");
+                eprintln!("Unknown stage {name:?}; cargo verify --help lists all stages.");
                 return ExitCode::from(2);
             }
             failed.extend(chosen.into_iter().filter_map(on_the_terminal));
@@ -233,7 +233,7 @@ fn main() -> ExitCode {
     ExitCode::FAILURE
 }
 
-/// What the stages need beside Rust, if it is missing; where that fails, they say what they lack.
+/// Installs what the stages need besides Rust. If that fails, they report what is missing.
 fn install() {
     let missing: Vec<&str> = TARGETS.into_iter().filter(|it| !is_here(it)).collect();
     if !missing.is_empty() {
@@ -253,11 +253,11 @@ fn install() {
         let _ = attempt("apt-get update --quiet=2", None);
         let _ = attempt(&format!("env DEBIAN_FRONTEND=noninteractive {line}"), None);
     } else {
-        println!("missing; install it: {line}");
+        println!("Missing packages; install them: {line}");
     }
 }
 
-/// The names of the stages that failed.
+/// Runs both lists in parallel and returns the names of failed stages.
 fn side_by_side() -> Vec<&'static str> {
     let failed = Mutex::new(Vec::new());
     thread::scope(|scope| {
@@ -275,7 +275,7 @@ fn side_by_side() -> Vec<&'static str> {
     failed.into_inner().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Its name if it fails, with the end of what it printed; otherwise only what was skipped.
+/// Runs a stage; prints only what was skipped, and on failure the end of the log. Returns its name if it fails.
 fn in_silence(stage: &Stage) -> Option<&'static str> {
     let begin = Instant::now();
     let path = logs().join(format!("{}.log", stage.name));
@@ -287,7 +287,7 @@ fn in_silence(stage: &Stage) -> Option<&'static str> {
     println!("{}", verdict(stage, begin.elapsed(), done.is_ok()));
     skipped.for_each(|line| println!("    {line}"));
     let why = done.err()?;
-    println!("{}\n{why}\nall of it: {}", tail(&printed), path.display());
+    println!("{}\n{why}\nfull log: {}", tail(&printed), path.display());
     Some(stage.name)
 }
 
@@ -309,7 +309,7 @@ fn verdict(stage: &Stage, time: Duration, passed: bool) -> String {
     )
 }
 
-/// All commands, whether or not one before has failed.
+/// Runs all commands, even if an earlier one fails.
 fn run(stage: &Stage, into: Option<&File>) -> Result<(), String> {
     let failed = stage
         .commands
@@ -323,7 +323,7 @@ fn run(stage: &Stage, into: Option<&File>) -> Result<(), String> {
     }
 }
 
-/// Runs a command that must succeed; its output goes into the file, or to the terminal.
+/// Runs a command that must succeed, with its output in the file or on the terminal.
 fn attempt(line: &str, into: Option<&File>) -> Result<(), String> {
     let mut words = line.split_whitespace();
     let mut command = at_root(words.next().unwrap_or_default());

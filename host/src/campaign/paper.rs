@@ -20,7 +20,7 @@ macro_rules! experiment {
     };
 }
 
-/// In the paper's order. Each file documents how ambiguous passages were interpreted.
+/// The simulations in the paper's order. Each file documents how ambiguous passages were interpreted.
 const EXPERIMENTS: [(&str, &str); 7] = [
     experiment!("exact"),
     experiment!("fkm-noise"),

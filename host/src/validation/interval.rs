@@ -43,7 +43,7 @@ pub struct Bounded {
     /// The estimate.
     #[serde(rename = "estimate_mm")]
     pub value: f64,
-    /// Lower limit, 0 if the noise is unknown, and upper limit, `None` if the noise is unknown and there is none.
+    /// Lower limit, 0 if the noise is unknown, and upper limit, `None` if the noise is unknown and leaves none.
     #[serde(rename = "interval_mm")]
     pub interval: (f64, Option<f64>),
 }

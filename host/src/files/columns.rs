@@ -32,16 +32,24 @@ pub(crate) enum Quantity {
     Expanded,
 }
 
+/// In what the numbers of a column are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Unit {
+pub enum Unit {
+    /// Degrees.
     Degree,
+    /// Radians.
     Radian,
     /// An encoder's, of which the robot file says how many a degree has.
     Count,
+    /// Millimetres.
     Millimetre,
+    /// Centimetres.
     Centimetre,
+    /// Metres.
     Metre,
+    /// Micrometres.
     Micrometre,
+    /// Inches.
     Inch,
     /// A word.
     Name,

@@ -6,7 +6,6 @@ use crate::geometry::Limit;
 use crate::text::{degrees, joint, list, rounded};
 use delta_cal::robot::Drive;
 use nalgebra::{Matrix3, Vector3};
-use serde::Serialize;
 use std::fmt;
 
 /// `[convention]` of a robot file.
@@ -21,12 +20,11 @@ pub struct Convention {
     /// The unit of the joints where a column names none, and of what is written; `None` if not stated.
     pub joint_unit: Option<JointUnit>,
     /// The same of lengths.
-    pub length_unit: Option<LengthUnit>,
+    pub length_unit: Option<Unit>,
 }
 
 /// Up or down.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, serde::Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Vertical {
     /// Upwards.
     Up,
@@ -45,37 +43,28 @@ pub enum JointUnit {
     Counts([f64; 3]),
 }
 
-/// The unit of lengths.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, serde::Deserialize)]
-pub enum LengthUnit {
-    /// Millimetres.
-    #[serde(rename = "mm")]
-    Millimetre,
-    /// Centimetres.
-    #[serde(rename = "cm")]
-    Centimetre,
-    /// Metres.
-    #[serde(rename = "m")]
-    Metre,
-    /// Micrometres.
-    #[serde(rename = "um")]
-    Micrometre,
-    /// Inches.
-    #[serde(rename = "inch")]
-    Inch,
+impl Vertical {
+    /// As a robot file states them.
+    pub(super) const WORDS: [(&str, Self); 2] = [("up", Self::Up), ("down", Self::Down)];
 }
 
-impl LengthUnit {
-    const fn unit(self) -> Unit {
-        match self {
-            Self::Millimetre => Unit::Millimetre,
-            Self::Centimetre => Unit::Centimetre,
-            Self::Metre => Unit::Metre,
-            Self::Micrometre => Unit::Micrometre,
-            Self::Inch => Unit::Inch,
-        }
-    }
+impl JointUnit {
+    /// As a robot file states them; how many counts a degree has is stated beside.
+    pub(super) const WORDS: [(&str, Self); 3] = [
+        ("deg", Self::Degree),
+        ("rad", Self::Radian),
+        ("counts", Self::Counts([1.0; 3])),
+    ];
 }
+
+/// The units of lengths, as a robot file states them.
+pub(super) const LENGTH_UNITS: [(&str, Unit); 5] = [
+    ("mm", Unit::Millimetre),
+    ("cm", Unit::Centimetre),
+    ("m", Unit::Metre),
+    ("um", Unit::Micrometre),
+    ("inch", Unit::Inch),
+];
 
 impl Convention {
     /// What holds where a robot file states nothing.
@@ -120,7 +109,7 @@ impl Convention {
             };
         }
         match (quantity.usual_unit(), self.length_unit) {
-            (Unit::Millimetre, Some(unit)) => unit.unit(),
+            (Unit::Millimetre, Some(unit)) => unit,
             (usual, _) => usual,
         }
     }
@@ -281,9 +270,9 @@ impl fmt::Display for Convention {
             Some(JointUnit::Degree) | None => {}
         }
         if let Some(unit) = self.length_unit
-            && unit != LengthUnit::Millimetre
+            && unit != Unit::Millimetre
         {
-            let columns = Quantity::X.column(unit.unit());
+            let columns = Quantity::X.column(unit);
             parts.push(format!("lengths as in {columns}"));
         }
         if parts.is_empty() {

@@ -1,7 +1,7 @@
 //! The robot file: geometry, joint limits, what is known of tolerance and noise, and which robot it is.
 
 mod read;
-mod schema;
+mod section;
 mod write;
 
 use super::convention::Convention;
@@ -10,8 +10,34 @@ use crate::text::joint;
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Drive, TransmissionTolerance};
-use delta_cal::{Noise, Robot, Tolerance};
+use delta_cal::{Noise, Parameter, Robot, Tolerance};
 use nalgebra::Vector3;
+
+/// The key of a parameter in an arm's section.
+const fn arm_key(parameter: Parameter) -> &'static str {
+    match parameter {
+        Parameter::Dx => "dx_mm",
+        Parameter::Dy => "dy_mm",
+        Parameter::Dz | Parameter::Zero => "dz_mm",
+        Parameter::Theta => "theta_deg",
+        Parameter::Alpha => "alpha_deg",
+        Parameter::LaX => "la_x_mm",
+        Parameter::LaY => "la_y_mm",
+        Parameter::Lb => "lb_mm",
+        Parameter::LeanX => "lean_x_deg",
+        Parameter::LeanY => "lean_y_deg",
+        Parameter::Scale => "scale",
+    }
+}
+
+/// The keys of a transmission's numbers in an arm's section.
+const TRANSMISSION_KEYS: [&str; 5] = [
+    "transmission_gain",
+    "transmission_cos_deg",
+    "transmission_sin_deg",
+    "transmission_cos2_deg",
+    "transmission_sin2_deg",
+];
 
 /// What a robot file says. [`template`](Self::template) shows every key with its meaning.
 #[derive(Debug, Clone, PartialEq)]
@@ -195,6 +221,17 @@ pub struct Record {
 }
 
 impl Record {
+    /// All of them, each with its section and key in a robot file.
+    fn entries(&mut self) -> [(&'static str, &'static str, &mut Option<String>); 5] {
+        [
+            ("robot", "name", &mut self.name),
+            ("robot", "serial", &mut self.serial),
+            ("measurement", "operator", &mut self.operator),
+            ("measurement", "instrument", &mut self.instrument),
+            ("measurement", "date", &mut self.date),
+        ]
+    }
+
     /// Without the measurement: that of a calibration is not that of what is measured afterwards.
     #[must_use]
     pub fn of_the_robot(&self) -> Self {

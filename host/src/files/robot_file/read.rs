@@ -1,28 +1,28 @@
 //! From the text of a robot file to the robot.
 
-use super::schema::{
-    ByAxis, Kind, Linear, NoiseToml, Number, PointToml, Positive, RobotToml, Rotary,
-    SensorFrameToml, Tag, Words, arm_key,
+use super::section::{OneOrThree, Positive, Section, parse};
+use super::{
+    DatumPoint, InstrumentFacts, KnownPlane, NamedPoint, Record, RobotFile, TRANSMISSION_KEYS,
+    arm_key,
 };
-use super::{DatumPoint, InstrumentFacts, KnownPlane, NamedPoint, Record, RobotFile};
-use crate::files::convention::Convention;
+use crate::files::convention::{Convention, JointUnit, LENGTH_UNITS, Vertical};
 use crate::files::input::{InputError, InputText};
 use crate::geometry::reaches_anywhere;
-use crate::text::count;
+use crate::text::{count, joint};
 use delta_cal::frame::RigidTransform;
-use delta_cal::robot::{Drive, GeometryError};
-use delta_cal::{Noise, Robot};
+use delta_cal::kinematics::{JointLimits, JointLimitsError};
+use delta_cal::robot::{
+    Arm, Drive, GeometryError, ParameterKind, SymmetricLinearRobot, Transmission,
+    TransmissionTolerance,
+};
+use delta_cal::{Noise, Parameter, Robot, SymmetricRobot, Tolerance};
 use nalgebra::{Matrix3, Vector3};
-use serde::de::DeserializeOwned;
-use std::fmt::Display;
-use std::ops::Range;
-use toml::Spanned;
 
 /// A rotation read from a file may be off by its rounding, not by more than this.
 const ROTATION_ERROR: f64 = 1e-6;
 
-const REMEDY: &str = "`delta-cal init --output -` prints a robot file with every key (with towers, \
-                      add --kind linear); numbers have a decimal point, text stands in quotation marks";
+const SECTIONS: &str = "convention nominal arm joints tolerance noise sensor_frame planes distances points platform \
+                        target datum robot measurement";
 
 impl RobotFile {
     /// Reads a robot file.
@@ -31,22 +31,60 @@ impl RobotFile {
     /// The first fault: TOML that does not parse, an unknown or missing key, a number that is not finite or not
     /// possible, a robot that reaches no pose within its joint limits.
     pub fn read(input: &InputText) -> Result<Self, InputError> {
-        match parse::<Tag>(input)?.drive() {
-            Drive::Rotary => read::<Rotary>(input),
-            Drive::Linear => read::<Linear>(input),
+        let table = parse(input).map_err(|error| table_instead(input).unwrap_or(error))?;
+        let file = Section::whole(input, table.get_ref(), SECTIONS)?;
+        let (nominal, arms) = (file.any_section("nominal")?, file.repeated("arm")?);
+        let drive = drive(nominal.as_ref(), &arms)?;
+        let convention = convention(&file, drive)?;
+        let (limits, forearm_limit) = limits(&file, &convention)?;
+        let robot = match (&nominal, arms.as_slice()) {
+            (Some(nominal), []) => robot(nominal, &convention)?,
+            (None, [first, second, third]) => {
+                let arms = [arm(first, drive)?, arm(second, drive)?, arm(third, drive)?];
+                Robot::new(arms).map_err(|error| impossible(first, error))?
+            }
+            (Some(nominal), _) => {
+                return Err(nominal
+                    .fault("the file has both [nominal] and [[arm]]")
+                    .with_remedy("keep the one that describes the robot and delete the other"));
+            }
+            (None, []) => return Err(file.fault("the file has neither [nominal] nor [[arm]]")),
+            (None, [.., last]) => {
+                let sections = count(arms.len(), "section");
+                return Err(last.fault(format!("the file has {sections} [[arm]], not 3")));
+            }
+        };
+        if !reaches_anywhere(&robot, &limits) {
+            let cause = "the geometry is impossible: the forearms do not meet anywhere within the joint limits";
+            let place = nominal.as_ref().or(arms.first()).map(Section::place);
+            return Err(input
+                .fault_at(place.unwrap_or_default(), cause)
+                .with_remedy("check the lengths (in mm), the arms' azimuths and the [joints]"));
         }
-    }
-}
-
-/// The keys of a file, or what the TOML reader finds wrong with them.
-fn parse<T: DeserializeOwned>(input: &InputText) -> Result<T, InputError> {
-    toml::from_str(input.text()).map_err(|error| {
-        table_instead(input).unwrap_or_else(|| {
-            let cause = error.message().trim().replace('\n', "; ");
-            let fault = input.fault_at(error.span().unwrap_or_default(), cause);
-            fault.with_remedy(REMEDY)
+        let (tolerance, transmission) = tolerance(&file, drive)?.unzip();
+        let mut instruments = instruments(&file, &convention)?;
+        let noise = noise(&file, drive, &mut instruments)?;
+        let platform = file.section("platform", "radius_mm")?;
+        let platform_radius = match (&nominal, &platform) {
+            (Some(nominal), _) => nominal.optional("platform_radius_mm")?,
+            (None, Some(platform)) => Some(platform.number("radius_mm")?),
+            (None, None) => None,
+        };
+        Ok(Self {
+            name: input.name().to_owned(),
+            convention,
+            robot,
+            limits,
+            forearm_limit,
+            tolerance,
+            transmission: transmission.flatten(),
+            noise,
+            sensor_frame: sensor_frame(&file, &convention)?,
+            platform_radius,
+            instruments,
+            record: record(&file)?,
         })
-    })
+    }
 }
 
 /// That a file which is no TOML is a table.
@@ -63,168 +101,313 @@ fn table_instead(input: &InputText) -> Option<InputError> {
     })
 }
 
-fn read<K: Kind>(input: &InputText) -> Result<RobotFile, InputError> {
-    let toml: RobotToml<K> = parse(input)?;
-    let convention = match &toml.convention {
-        Some(own) => section(input, own, |own| own.of(K::DRIVE))?,
-        None => Convention::usual(K::DRIVE),
-    };
-    let (robot, place) = robot(input, &toml, &convention)?;
-    let (limits, forearm_limit) = section(input, &toml.joints, |own| K::joints(own, &convention))?;
-    if !reaches_anywhere(&robot, &limits) {
-        let cause =
-            "the geometry is impossible: the forearms do not meet anywhere within the joint limits";
-        return Err(input
-            .fault_at(place, cause)
-            .with_remedy("check the lengths (in mm), the arms' azimuths and the [joints]"));
+/// `kind` in `[nominal]`; of arms, whether the first has a key of a tower.
+fn drive(nominal: Option<&Section<'_>>, arms: &[Section<'_>]) -> Result<Drive, InputError> {
+    let kinds = [("rotary", Drive::Rotary), ("linear", Drive::Linear)];
+    if let Some(kind) = nominal.map(|own| own.choice("kind", &kinds)).transpose()? {
+        return Ok(kind.unwrap_or(Drive::Rotary));
     }
-    let (tolerance, transmission) = match &toml.tolerance {
-        Some(own) => {
-            let (tolerance, transmission) = section(input, own, K::tolerance)?;
-            (Some(tolerance), transmission)
+    let own = [Parameter::LeanX, Parameter::LeanY, Parameter::Scale].map(arm_key);
+    let mut first = arms.iter().take(1);
+    let towers = first.any(|arm| own.iter().any(|key| arm.has(key)));
+    Ok(if towers { Drive::Linear } else { Drive::Rotary })
+}
+
+fn convention(file: &Section<'_>, drive: Drive) -> Result<Convention, InputError> {
+    let of_motors @ [positive, unit, per_degree] =
+        ["joint_positive", "joint_unit", "counts_per_deg"];
+    let usual = Convention::usual(drive);
+    let keys = "joint_positive z_axis joint_unit counts_per_deg length_unit";
+    let Some(own) = file.section("convention", keys)? else {
+        return Ok(usual);
+    };
+    if drive == Drive::Linear && of_motors.iter().any(|key| own.has(key)) {
+        let cause = "joint_positive, joint_unit and counts_per_deg are for motors that turn arms";
+        return Err(own.fault(cause));
+    }
+    let counts = own.optional(per_degree)?.map(|OneOrThree(own)| own);
+    if counts.is_some_and(|counts| counts.contains(&0.0)) {
+        return Err(own.fault("counts_per_deg must not be 0"));
+    }
+    let joint_unit = match (own.choice(unit, &JointUnit::WORDS)?, counts) {
+        (None | Some(JointUnit::Counts(_)), Some(counts)) => Some(JointUnit::Counts(counts)),
+        (Some(JointUnit::Counts(_)), None) => {
+            let cause = "joint_unit = \"counts\" needs counts_per_deg, one number or three";
+            return Err(own.fault(cause));
         }
-        None => (None, None),
+        (Some(_), Some(_)) => {
+            return Err(own.fault("counts_per_deg needs joint_unit = \"counts\""));
+        }
+        (stated, None) => stated,
     };
-    let mut instruments = InstrumentFacts {
-        target: toml
-            .target
-            .as_ref()
-            .map(|own| convention.vector(&Vector3::new(own.x_mm.0, own.y_mm.0, own.z_mm.0))),
-        ..InstrumentFacts::default()
-    };
-    let noise = match &toml.noise {
-        Some(own) => section(input, own, |own| {
-            noise(own, robot.drive(), &mut instruments)
-        })?,
-        None => None,
-    };
-    for (name, spanned) in toml.planes {
-        let own = spanned.as_ref();
-        instruments.planes.push(KnownPlane {
-            name,
-            line: input.line_at(spanned.span().start),
-            height: convention.vector(&Vector3::new(0.0, 0.0, own.z_mm.0)).z,
-            sigma: own.sigma_mm.0,
-            tilt: own.tilt_deg.map(super::schema::Number::radians),
-            blocks: section(input, &spanned, |own| blocks(&own.blocks_mm))?,
-        });
-    }
-    if let Some(distances) = &toml.distances {
-        instruments.lengths = Some(section(input, distances, |own| lengths(own.length_mm))?);
-    }
-    for (name, own) in toml.points {
-        let line = input.line_at(own.span().start);
-        let point = section(input, &own, |own| point(name, line, own, &convention))?;
-        instruments.points.push(point);
-    }
-    for (name, own) in toml.datum {
-        let inside = |[x, y, z]: [Number; 3]| convention.vector(&Vector3::new(x.0, y.0, z.0));
-        instruments.datum.push(DatumPoint {
-            name,
-            place: inside([own.x_mm, own.y_mm, own.z_mm]),
-            seen: inside(own.sensor_mm),
-        });
-    }
-    let sensor_frame = match &toml.sensor_frame {
-        Some(own) => Some(section(input, own, |own| sensor_frame(own, &convention))?),
-        None => None,
-    };
-    let text = |words: Option<Words>| words.map(|words| words.0);
-    Ok(RobotFile {
-        name: input.name().to_owned(),
-        convention,
-        robot,
-        limits,
-        forearm_limit,
-        tolerance,
-        transmission,
-        noise,
-        sensor_frame,
-        platform_radius: match &toml.nominal {
-            Some(nominal) => K::platform_radius(nominal.as_ref()),
-            None => toml.platform.map(|own| own.radius_mm.0),
-        },
-        instruments,
-        record: Record {
-            name: text(toml.robot.name),
-            serial: text(toml.robot.serial),
-            operator: text(toml.measurement.operator),
-            instrument: text(toml.measurement.instrument),
-            date: text(toml.measurement.date),
-        },
+    let direction = |key, usual| Ok(own.choice(key, &Vertical::WORDS)?.unwrap_or(usual));
+    Ok(Convention {
+        drive,
+        joint_positive: direction(positive, usual.joint_positive)?,
+        z_axis: direction("z_axis", usual.z_axis)?,
+        joint_unit,
+        length_unit: own.choice("length_unit", &LENGTH_UNITS)?,
     })
 }
 
-/// What a section says, or a fault of the section.
-fn section<S, T, E: Display>(
-    input: &InputText,
-    section: &Spanned<S>,
-    read: impl FnOnce(&S) -> Result<T, E>,
-) -> Result<T, InputError> {
-    read(section.as_ref()).map_err(|cause| {
-        let fault = input.fault_at(section.span(), cause.to_string());
-        fault.with_remedy(REMEDY)
-    })
-}
-
-/// The robot, and where the file begins to describe it.
-fn robot<K: Kind>(
-    input: &InputText,
-    toml: &RobotToml<K>,
-    convention: &Convention,
-) -> Result<(Robot<f64>, Range<usize>), InputError> {
-    match (&toml.nominal, toml.arm.as_deref()) {
-        (Some(nominal), None) => {
-            let robot = section(input, nominal, |own| {
-                K::robot(own, convention).map_err(impossible)
-            })?;
-            Ok((robot, nominal.span()))
-        }
-        (None, Some([first, second, third])) => {
-            let arm = |own| section(input, own, |own| K::arm(own).map_err(impossible));
-            let arms = [arm(first)?, arm(second)?, arm(third)?];
-            let robot = section(input, first, |_| Robot::new(arms).map_err(impossible))?;
-            Ok((robot, first.span()))
-        }
-        (None, Some(arms)) => {
-            let cause = format!(
-                "the file has {} [[arm]], not 3",
-                count(arms.len(), "section")
-            );
-            let place = arms.last().map_or(0..0, Spanned::span);
-            Err(input.fault_at(place, cause).with_remedy(REMEDY))
-        }
-        (Some(nominal), Some(_)) => Err(input
-            .fault_at(nominal.span(), "the file has both [nominal] and [[arm]]")
-            .with_remedy("keep the one that describes the robot and delete the other")),
-        (None, None) => Err(input
-            .fault_at(0..0, "the file has neither [nominal] nor [[arm]]")
-            .with_remedy(REMEDY)),
-    }
-}
-
-fn impossible(error: GeometryError) -> String {
+fn impossible(section: &Section<'_>, error: GeometryError) -> InputError {
     let cause = match error {
         GeometryError::NonFinite(_) => "a number is too large".to_owned(),
         GeometryError::NotPositive(own) => format!("{} must be above 0", arm_key(own)),
         error => error.to_string(),
     };
-    format!("the geometry is impossible: {cause}")
+    section.fault(format!("the geometry is impossible: {cause}"))
+}
+
+/// Three equal arms or towers.
+fn robot(nominal: &Section<'_>, convention: &Convention) -> Result<Robot<f64>, InputError> {
+    let made = match convention.drive {
+        Drive::Rotary => {
+            nominal.only("kind base_radius_mm platform_radius_mm upper_arm_mm forearm_mm azimuth_deg zero_deg")?;
+            let azimuths = azimuths(nominal, "azimuth_deg", convention)?;
+            let zeros = nominal.optional("zero_deg")?.map(|OneOrThree(own)| own);
+            let lengths = SymmetricRobot {
+                base_radius: nominal.number("base_radius_mm")?,
+                platform_radius: nominal.number("platform_radius_mm")?,
+                upper_arm: nominal.positive("upper_arm_mm")?,
+                forearm: nominal.positive("forearm_mm")?,
+            };
+            lengths.robot().and_then(|robot| match (azimuths, zeros) {
+                (None, None) => Ok(robot),
+                (azimuths, zeros) => {
+                    let usual = robot.arms().map(|arm| arm.get(Parameter::Theta));
+                    turned(
+                        &lengths,
+                        azimuths.unwrap_or(usual),
+                        zeros.unwrap_or_default(),
+                    )
+                }
+            })
+        }
+        Drive::Linear => {
+            nominal.only("kind tower_radius_mm tower_deg forearm_mm")?;
+            let lengths = SymmetricLinearRobot {
+                tower_radius: nominal.positive("tower_radius_mm")?,
+                forearm: nominal.positive("forearm_mm")?,
+            };
+            match azimuths(nominal, "tower_deg", convention)? {
+                None => lengths.robot(),
+                Some(azimuths) => lengths.robot_at(azimuths),
+            }
+        }
+    };
+    made.map_err(|error| impossible(nominal, error))
+}
+
+/// Equal arms at these azimuths (radians), each so many degrees above level where its joint reads 0.
+fn turned(
+    lengths: &SymmetricRobot<f64>,
+    azimuths: [f64; 3],
+    zeros: [f64; 3],
+) -> Result<Robot<f64>, GeometryError> {
+    let radius = lengths.base_radius - lengths.platform_radius;
+    let arm = |index: usize| {
+        let (sine, cosine) = azimuths[index].sin_cos();
+        let (up, along) = zeros[index].to_radians().sin_cos();
+        Arm::new([
+            radius * cosine,
+            radius * sine,
+            0.0,
+            azimuths[index],
+            0.0,
+            lengths.upper_arm * along,
+            lengths.upper_arm * up,
+            lengths.forearm,
+        ])
+    };
+    Robot::new([arm(0)?, arm(1)?, arm(2)?])
+}
+
+/// Where the arms or towers stand, radians about the z axis inside.
+fn azimuths(
+    nominal: &Section<'_>,
+    key: &str,
+    convention: &Convention,
+) -> Result<Option<[f64; 3]>, InputError> {
+    let Some(stated) = nominal.optional::<[f64; 3]>(key)? else {
+        return Ok(None);
+    };
+    if stated.iter().any(|azimuth| azimuth.abs() > 720.0) {
+        return Err(impossible(nominal, GeometryError::AzimuthTooLarge));
+    }
+    let sense = match convention.z_axis {
+        Vertical::Up => 1.0,
+        Vertical::Down => -1.0,
+    };
+    Ok(Some(stated.map(|azimuth| sense * azimuth.to_radians())))
+}
+
+fn arm(section: &Section<'_>, drive: Drive) -> Result<Arm<f64>, InputError> {
+    let parameters = drive.parameters();
+    let keys = parameters.iter().map(|own| arm_key(*own));
+    let of_gears = match drive {
+        Drive::Rotary => &TRANSMISSION_KEYS[..],
+        Drive::Linear => &[],
+    };
+    let keys: Vec<_> = keys.chain(of_gears.iter().copied()).collect();
+    section.only(&keys.join(" "))?;
+    let inside = |parameter: Parameter| {
+        let value = section.number(arm_key(parameter))?;
+        Ok(match parameter.kind() {
+            ParameterKind::Length | ParameterKind::Ratio => value,
+            ParameterKind::Angle => value.to_radians(),
+        })
+    };
+    let arm = match drive {
+        Drive::Rotary => {
+            let mut values = [0.0; 8];
+            for (value, parameter) in values.iter_mut().zip(parameters) {
+                *value = inside(*parameter)?;
+            }
+            let mut numbers = [0.0; 5];
+            for (index, (number, key)) in numbers.iter_mut().zip(TRANSMISSION_KEYS).enumerate() {
+                let stated: f64 = section.optional(key)?.unwrap_or_default();
+                *number = if index == 0 {
+                    stated
+                } else {
+                    stated.to_radians()
+                };
+            }
+            Transmission::new(numbers)
+                .and_then(|transmission| Arm::new(values)?.with_transmission(transmission))
+        }
+        Drive::Linear => {
+            let mut values = [0.0; 7];
+            for (value, parameter) in values.iter_mut().zip(parameters) {
+                *value = inside(*parameter)?;
+            }
+            Arm::linear(values)
+        }
+    };
+    arm.map_err(|error| impossible(section, error))
+}
+
+/// With the largest angle of a forearm out of its arm's plane.
+fn limits(
+    file: &Section<'_>,
+    convention: &Convention,
+) -> Result<(JointLimits<f64>, Option<f64>), InputError> {
+    let drive = convention.drive;
+    let keys = match drive {
+        Drive::Rotary => "min_deg max_deg min_rad max_rad forearm_max_deg",
+        Drive::Linear => "min_mm max_mm",
+    };
+    let own = file.section("joints", keys)?;
+    let own = own.ok_or_else(|| file.missing("joints"))?;
+    let in_radians = drive == Drive::Rotary && (own.has("min_rad") || own.has("max_rad"));
+    if in_radians && (own.has("min_deg") || own.has("max_deg")) {
+        return Err(own.fault("the limits are min_deg and max_deg, or min_rad and max_rad"));
+    }
+    let [low, high] = match drive {
+        Drive::Rotary if in_radians => ["min_rad", "max_rad"],
+        Drive::Rotary => ["min_deg", "max_deg"],
+        Drive::Linear => ["min_mm", "max_mm"],
+    };
+    let [low, high] = [own.number(low)?, own.number(high)?];
+    let limits = match drive {
+        Drive::Rotary => {
+            let inside = |stated: f64| {
+                if in_radians {
+                    stated
+                } else {
+                    stated.to_radians()
+                }
+            };
+            let (least, most) = convention.limits(inside(low), inside(high));
+            JointLimits::new(least, most)
+        }
+        Drive::Linear => JointLimits::travel(low, high),
+    };
+    let limits = limits.map_err(|error| match error {
+        JointLimitsError::Empty => own.fault(format!(
+            "the largest {}, {high}, is not above the smallest, {low}",
+            joint::name(drive)
+        )),
+        error => own.fault(error.to_string()),
+    })?;
+    match own.optional_positive("forearm_max_deg")? {
+        Some(degrees) if degrees > 90.0 => {
+            Err(own.fault(format!("forearm_max_deg = {degrees} is above 90 degrees")))
+        }
+        forearm => Ok((limits, forearm.map(f64::to_radians))),
+    }
+}
+
+/// What `[tolerance]` says of the geometry, and of transmissions that are to be found.
+type Tolerances = (Tolerance<f64>, Option<TransmissionTolerance<f64>>);
+
+fn tolerance(file: &Section<'_>, drive: Drive) -> Result<Option<Tolerances>, InputError> {
+    let keys = match drive {
+        Drive::Rotary => "length_mm angle_deg zero_deg transmission_deg",
+        Drive::Linear => "length_mm angle_deg scale zero_mm radius_mm forearm_mm",
+    };
+    let Some(own) = file.section("tolerance", keys)? else {
+        return Ok(None);
+    };
+    let length = own.positive("length_mm")?;
+    let stated = Tolerance::new(length, own.positive("angle_deg")?.to_radians());
+    let stated = match drive {
+        Drive::Rotary => match own.optional_positive("zero_deg")? {
+            Some(zero) => stated.and_then(|stated| stated.with_joint_zero(zero.to_radians())),
+            None => stated,
+        },
+        Drive::Linear => {
+            let zero = own.optional_positive("zero_mm")?.unwrap_or(length);
+            let scale = own.positive("scale")?;
+            let radius: f64 = own.optional("radius_mm")?.unwrap_or_default();
+            let forearm = own.optional("forearm_mm")?.unwrap_or_default();
+            stated
+                .and_then(|stated| stated.with_linear(zero, scale))
+                .and_then(|stated| stated.with_radius(radius)?.with_forearm(forearm))
+        }
+    };
+    let stated = stated.map_err(|error| own.fault(error.to_string()))?;
+    let Some(degrees) = own.optional_positive("transmission_deg")? else {
+        return Ok(Some((stated, None)));
+    };
+    let transmission = TransmissionTolerance::new(degrees.to_radians());
+    let transmission = transmission.map_err(|_| {
+        own.fault(format!(
+            "transmission_deg = {degrees} is not below 5.7 degrees"
+        ))
+    })?;
+    Ok(Some((stated, Some(transmission))))
 }
 
 /// Of positions; `None` if the file states it of other readings only.
 fn noise(
-    toml: &NoiseToml,
+    file: &Section<'_>,
     drive: Drive,
     facts: &mut InstrumentFacts,
-) -> Result<Option<Noise<f64>>, String> {
-    facts.height_noise = toml.height_mm.map(|own| own.0);
-    facts.distance_noise = toml.distance_mm.map(|own| own.0);
-    let joint = toml.joint(drive)?;
+) -> Result<Option<Noise<f64>>, InputError> {
+    let Some(own) = file.section(
+        "noise",
+        "position_mm height_mm distance_mm joint_deg joint_mm",
+    )?
+    else {
+        return Ok(None);
+    };
+    let position = own.optional("position_mm")?;
+    let position = position.map(|OneOrThree(own)| own.map(|Positive(sigma)| sigma));
+    facts.height_noise = own.optional_positive("height_mm")?;
+    facts.distance_noise = own.optional_positive("distance_mm")?;
+    let (degrees, travel) = (own.optional("joint_deg")?, own.optional("joint_mm")?);
+    let joint = match (drive, degrees, travel) {
+        (Drive::Rotary, Some(degrees), None) => f64::to_radians(degrees),
+        (Drive::Linear, None, Some(travel)) => travel,
+        (drive, ..) => {
+            let key = joint::key("joint", drive);
+            return Err(own.fault(format!("this robot's joint noise is {key}")));
+        }
+    };
     // The joints' is checked in either case.
-    let position = toml.position_mm.as_ref().map(ByAxis::values);
     let noise = Noise::by_axis(position.unwrap_or([1.0; 3]), joint);
-    let noise = noise.map_err(|error| error.to_string())?;
+    let noise = noise.map_err(|error| own.fault(error.to_string()))?;
     if position.is_some() {
         return Ok(Some(noise));
     }
@@ -232,61 +415,112 @@ fn noise(
     Ok(None)
 }
 
-fn point(
-    name: String,
-    line: u64,
-    toml: &PointToml,
-    convention: &Convention,
-) -> Result<NamedPoint, &'static str> {
-    let place = match (toml.x_mm, toml.y_mm, toml.z_mm, toml.sigma_mm) {
-        (Some(x), Some(y), Some(z), Some(sigma)) => {
-            let place = convention.vector(&Vector3::new(x.0, y.0, z.0));
-            Some((place, sigma.0))
+/// All that is known of instruments beside their noise.
+fn instruments(file: &Section<'_>, convention: &Convention) -> Result<InstrumentFacts, InputError> {
+    let mut facts = InstrumentFacts::default();
+    for (name, own) in file.named("planes", "z_mm sigma_mm tilt_deg blocks_mm")? {
+        let blocks: Vec<f64> = own.optional("blocks_mm")?.unwrap_or_default();
+        if !blocks.iter().all(|height| *height >= 0.0) {
+            let cause = "blocks_mm: a gauge block is 0 mm (the bare plane) high or more";
+            return Err(own.fault(cause));
         }
-        (None, None, None, None) => None,
-        _ => return Err("a known place needs all of x_mm, y_mm, z_mm and sigma_mm"),
-    };
-    Ok(NamedPoint {
-        name,
-        line,
-        place,
-        offset_unknown: toml.offset.is_some(),
-        lengths: toml.length_mm.map(lengths).transpose()?,
-    })
+        let tilt = own.optional_positive("tilt_deg")?;
+        facts.planes.push(KnownPlane {
+            name,
+            line: own.line(),
+            height: convention.vector(&(own.number("z_mm")? * Vector3::z())).z,
+            sigma: own.positive("sigma_mm")?,
+            tilt: tilt.map(f64::to_radians),
+            blocks,
+        });
+    }
+    if let Some(own) = file.section("distances", "length_mm")? {
+        let all = lengths(&own)?;
+        facts.lengths = Some(all.ok_or_else(|| own.missing("length_mm"))?);
+    }
+    for (name, own) in file.named("points", "x_mm y_mm z_mm sigma_mm offset length_mm")? {
+        let place = ["x_mm", "y_mm", "z_mm", "sigma_mm"];
+        let stated = place.iter().filter(|key| own.has(key)).count();
+        let place = match stated {
+            0 => None,
+            4 => Some((vector(&own, convention)?, own.positive("sigma_mm")?)),
+            _ => {
+                let cause = "a known place needs all of x_mm, y_mm, z_mm and sigma_mm";
+                return Err(own.fault(cause));
+            }
+        };
+        facts.points.push(NamedPoint {
+            name,
+            line: own.line(),
+            place,
+            offset_unknown: own.choice("offset", &[("unknown", ())])?.is_some(),
+            lengths: lengths(&own)?,
+        });
+    }
+    for (name, own) in file.named("datum", "x_mm y_mm z_mm sensor_mm")? {
+        let seen = Vector3::from(own.get::<[f64; 3]>("sensor_mm")?);
+        facts.datum.push(DatumPoint {
+            name,
+            place: vector(&own, convention)?,
+            seen: convention.vector(&seen),
+        });
+    }
+    if let Some(own) = file.section("target", "x_mm y_mm z_mm")? {
+        facts.target = Some(vector(&own, convention)?);
+    }
+    Ok(facts)
 }
 
-/// Heights of gauge blocks.
-fn blocks(heights: &[Number]) -> Result<Vec<f64>, &'static str> {
-    let heights: Vec<_> = heights.iter().map(|height| height.0).collect();
-    if heights.iter().all(|height| *height >= 0.0) {
-        Ok(heights)
-    } else {
-        Err("blocks_mm: a gauge block is 0 mm (the bare plane) high or more")
-    }
+/// `x_mm`, `y_mm` and `z_mm` in the axes inside.
+fn vector(own: &Section<'_>, convention: &Convention) -> Result<Vector3<f64>, InputError> {
+    let [x, y, z] = ["x_mm", "y_mm", "z_mm"].map(|key| own.number(key));
+    Ok(convention.vector(&Vector3::new(x?, y?, z?)))
 }
 
 /// The shortest and the longest distance.
-fn lengths([shortest, longest]: [Positive; 2]) -> Result<(f64, f64), &'static str> {
-    if shortest.0 <= longest.0 {
-        Ok((shortest.0, longest.0))
-    } else {
-        Err("length_mm: the shortest distance comes first, then the longest")
+fn lengths(own: &Section<'_>) -> Result<Option<(f64, f64)>, InputError> {
+    match own.optional::<[Positive; 2]>("length_mm")? {
+        Some([Positive(shortest), Positive(longest)]) if shortest > longest => {
+            Err(own.fault("length_mm: the shortest distance comes first, then the longest"))
+        }
+        all => Ok(all.map(|[Positive(shortest), Positive(longest)]| (shortest, longest))),
     }
 }
 
 fn sensor_frame(
-    toml: &SensorFrameToml,
+    file: &Section<'_>,
     convention: &Convention,
-) -> Result<RigidTransform<f64>, &'static str> {
-    let rotation = Matrix3::from_fn(|row, column| toml.rotation[row][column].0);
+) -> Result<Option<RigidTransform<f64>>, InputError> {
+    let Some(own) = file.section("sensor_frame", "rotation translation_mm")? else {
+        return Ok(None);
+    };
+    let rows: [[f64; 3]; 3] = own.get("rotation")?;
+    let rotation = Matrix3::from_fn(|row, column| rows[row][column]);
+    let translation = Vector3::from(own.get::<[f64; 3]>("translation_mm")?);
     let off = (rotation.transpose() * rotation - Matrix3::identity()).amax();
     if !(off <= ROTATION_ERROR && rotation.determinant() > 0.0) {
-        return Err(
+        return Err(own.fault(
             "rotation is not a rotation matrix; `calibrate --frame sensor` finds the frame again",
-        );
+        ));
     }
-    Ok(RigidTransform {
+    Ok(Some(RigidTransform {
         rotation: convention.rotation(&rotation),
-        translation: convention.vector(&Vector3::from(toml.translation_mm.map(|number| number.0))),
-    })
+        translation: convention.vector(&translation),
+    }))
+}
+
+fn record(file: &Section<'_>) -> Result<Record, InputError> {
+    let robot = file.section("robot", "name serial")?;
+    let measurement = file.section("measurement", "operator instrument date")?;
+    let mut record = Record::default();
+    for (section, key, value) in record.entries() {
+        let own = match section {
+            "robot" => &robot,
+            _ => &measurement,
+        };
+        if let Some(own) = own {
+            *value = own.optional(key)?;
+        }
+    }
+    Ok(record)
 }

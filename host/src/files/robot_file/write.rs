@@ -1,251 +1,251 @@
 //! The robot file as text.
 
-use super::schema::{TRANSMISSION_KEYS, arm_key};
-use super::{Record, RobotFile};
-use crate::files::convention::{Convention, JointUnit, LengthUnit, Vertical};
+use super::{RobotFile, TRANSMISSION_KEYS, arm_key};
+use crate::files::convention::{JointUnit, LENGTH_UNITS, Vertical};
 use crate::text::{degrees, joint};
 use delta_cal::Parameter;
 use delta_cal::robot::{Drive, ParameterKind};
 use nalgebra::Vector3;
-use std::fmt::Write;
+use std::fmt::{Debug, Display, Write};
 
 impl RobotFile {
     /// The file as text: three `[[arm]]` and every other section that is known. Each number reads
     /// back as the same `f64`. `comment` comes first, line by line.
     pub fn to_toml(&self, comment: &str) -> String {
-        let mut text = String::new();
+        let mut file = File::default();
         for line in comment.lines() {
             // TOML allows no control characters in a comment, file names may hold any.
-            let _ = writeln!(text, "# {}", line.replace(char::is_control, "?"));
+            let _ = writeln!(file.text, "# {}", line.replace(char::is_control, "?"));
         }
-        write_record(&self.record, &mut text);
-        write_convention(&self.convention, &mut text);
+        for section in ["robot", "measurement"] {
+            file.section(format!("[{section}]"));
+            for (_, key, value) in self
+                .record
+                .clone()
+                .entries()
+                .into_iter()
+                .filter(|own| own.0 == section)
+            {
+                if let Some(text) = value {
+                    file.verbatim(key, toml::Value::from(text.as_str()));
+                }
+            }
+        }
+        self.write_convention(&mut file);
+        self.write_arms(&mut file);
+        file.section("[platform]");
+        file.optional("radius_mm", self.platform_radius);
+        self.write_joints(&mut file);
+        self.write_tolerance(&mut file);
+        self.write_noise(&mut file);
+        self.write_instruments(&mut file);
+        if let Some(frame) = &self.sensor_frame {
+            let rotation = self.convention.rotation(&frame.rotation);
+            let rows = rotation
+                .transpose()
+                .data
+                .0
+                .map(|row| format!("    {row:?},\n"));
+            file.section("# X_sensor = rotation * X_robot + translation\n[sensor_frame]");
+            file.verbatim("rotation", format!("[\n{}]", rows.concat()));
+            file.entry("translation_mm", self.outwards(&frame.translation));
+        }
+        file.text
+    }
+
+    /// In the axes of the file.
+    fn outwards(&self, vector: &Vector3<f64>) -> [f64; 3] {
+        self.convention.vector(vector).into()
+    }
+
+    fn write_convention(&self, file: &mut File) {
+        let own = &self.convention;
+        if own.is_usual() {
+            return;
+        }
+        file.section(
+            "# The arms' parameters below are in the axes of the program: z up, positive joints down.\n[convention]",
+        );
+        if own.drive == Drive::Rotary {
+            file.entry(
+                "joint_positive",
+                word(&Vertical::WORDS, |way| *way == own.joint_positive),
+            );
+        }
+        file.entry("z_axis", word(&Vertical::WORDS, |way| *way == own.z_axis));
+        let same = |stated: JointUnit| {
+            move |unit: &JointUnit| std::mem::discriminant(unit) == std::mem::discriminant(&stated)
+        };
+        let unit = own
+            .joint_unit
+            .map(|stated| word(&JointUnit::WORDS, same(stated)));
+        file.optional("joint_unit", unit);
+        if let Some(JointUnit::Counts(counts)) = own.joint_unit {
+            file.entry("counts_per_deg", counts);
+        }
+        let unit = own
+            .length_unit
+            .map(|stated| word(&LENGTH_UNITS, |unit| *unit == stated));
+        file.optional("length_unit", unit);
+    }
+
+    fn write_arms(&self, file: &mut File) {
         for arm in self.robot.arms() {
-            text.push_str("\n[[arm]]\n");
+            file.section("[[arm]]");
             for parameter in arm.drive().parameters().iter().copied() {
                 let value = match parameter.kind() {
                     ParameterKind::Length | ParameterKind::Ratio => arm.get(parameter),
                     ParameterKind::Angle => degrees(arm.get(parameter)),
                 };
-                entry(&mut text, arm_key(parameter), value);
+                file.entry(arm_key(parameter), value);
             }
             if let Some(transmission) = arm.transmission() {
                 let [gain, harmonics @ ..] = transmission.numbers();
                 let [key, keys @ ..] = TRANSMISSION_KEYS;
-                entry(&mut text, key, gain);
+                file.entry(key, gain);
                 for (key, harmonic) in keys.into_iter().zip(harmonics) {
-                    entry(&mut text, key, degrees(harmonic));
+                    file.entry(key, degrees(harmonic));
                 }
             }
         }
-        if let Some(radius) = self.platform_radius {
-            text.push_str("\n[platform]\n");
-            entry(&mut text, "radius_mm", radius);
-        }
-        text.push_str("\n[joints]\n");
-        let drive = self.robot.drive();
-        let convention = &self.convention;
-        let (low, high) = convention.limits(self.limits.minimum(), self.limits.maximum());
-        for (name, limit) in [("min", low), ("max", high)] {
-            if convention.joint_unit == Some(JointUnit::Radian) {
-                entry(&mut text, &format!("{name}_rad"), limit);
-            } else {
-                let limit = joint::in_file(drive, limit);
-                entry(&mut text, &joint::key(name, drive), limit);
-            }
-        }
-        if let Some(angle) = self.forearm_limit {
-            entry(&mut text, "forearm_max_deg", degrees(angle));
-        }
-        if let Some(tolerance) = &self.tolerance {
-            text.push_str("\n[tolerance]\n");
-            entry(&mut text, "length_mm", tolerance.of(Parameter::Lb));
-            let angle = degrees(tolerance.of(Parameter::Theta));
-            entry(&mut text, "angle_deg", angle);
-            if let Some(zero) = tolerance.joint_zero() {
-                entry(&mut text, "zero_deg", degrees(zero));
-            }
-            if drive == Drive::Linear {
-                entry(&mut text, "zero_mm", tolerance.of(Parameter::Zero));
-                entry(&mut text, "scale", tolerance.of(Parameter::Scale));
-                if tolerance.radius() > 0.0 {
-                    entry(&mut text, "radius_mm", tolerance.radius());
-                }
-                if tolerance.forearm() > 0.0 {
-                    entry(&mut text, "forearm_mm", tolerance.forearm());
-                }
-            }
-            if let Some(transmission) = &self.transmission {
-                entry(&mut text, "transmission_deg", degrees(transmission.sigma()));
-            }
-        }
-        if let Some(noise) = &self.noise {
-            text.push_str("\n[noise]\n");
-            if let Some(position) = noise.isotropic() {
-                entry(&mut text, "position_mm", position);
-            } else {
-                let [x, y, z] = noise.position_by_axis();
-                let _ = writeln!(text, "position_mm = [{x:?}, {y:?}, {z:?}]");
-            }
-        }
-        self.write_instruments(&mut text);
-        if let Some(frame) = &self.sensor_frame {
-            text.push_str("\n# X_sensor = rotation * X_robot + translation\n[sensor_frame]\n");
-            text.push_str("rotation = [\n");
-            for row in convention.rotation(&frame.rotation).row_iter() {
-                let _ = writeln!(text, "    [{:?}, {:?}, {:?}],", row[0], row[1], row[2]);
-            }
-            let [x, y, z] = convention.vector(&frame.translation).data.0[0];
-            let _ = writeln!(text, "]\ntranslation_mm = [{x:?}, {y:?}, {z:?}]");
-        }
-        text
     }
 
-    /// The rest of `[noise]`, and the sections of the instruments.
-    fn write_instruments(&self, text: &mut String) {
+    fn write_joints(&self, file: &mut File) {
+        file.section("[joints]");
+        let drive = self.robot.drive();
+        let own = &self.convention;
+        let (low, high) = own.limits(self.limits.minimum(), self.limits.maximum());
+        for (name, limit) in [("min", low), ("max", high)] {
+            if own.joint_unit == Some(JointUnit::Radian) {
+                file.entry(&format!("{name}_rad"), limit);
+            } else {
+                file.entry(&joint::key(name, drive), joint::in_file(drive, limit));
+            }
+        }
+        file.optional("forearm_max_deg", self.forearm_limit.map(degrees));
+    }
+
+    fn write_tolerance(&self, file: &mut File) {
+        let Some(own) = &self.tolerance else { return };
+        file.section("[tolerance]");
+        file.entry("length_mm", own.of(Parameter::Lb));
+        file.entry("angle_deg", degrees(own.of(Parameter::Theta)));
+        file.optional("zero_deg", own.joint_zero().map(degrees));
+        if self.robot.drive() == Drive::Linear {
+            let common = |sigma: f64| (sigma > 0.0).then_some(sigma);
+            file.entry("zero_mm", own.of(Parameter::Zero));
+            file.entry("scale", own.of(Parameter::Scale));
+            file.optional("radius_mm", common(own.radius()));
+            file.optional("forearm_mm", common(own.forearm()));
+        }
+        let transmission = self.transmission.map(|own| degrees(own.sigma()));
+        file.optional("transmission_deg", transmission);
+    }
+
+    fn write_noise(&self, file: &mut File) {
+        let (facts, drive) = (&self.instruments, self.robot.drive());
+        file.section("[noise]");
+        if let Some(noise) = &self.noise {
+            match noise.isotropic() {
+                Some(position) => file.entry("position_mm", position),
+                None => file.entry("position_mm", noise.position_by_axis()),
+            }
+        }
+        file.optional("height_mm", facts.height_noise);
+        file.optional("distance_mm", facts.distance_noise);
+        let joint = self.noise.map(|noise| noise.joint()).or(facts.joint_noise);
+        let joint = joint.map(|own| joint::in_file(drive, own));
+        file.optional(&joint::key("joint", drive), joint);
+    }
+
+    fn write_instruments(&self, file: &mut File) {
         let facts = &self.instruments;
-        let others = [
-            ("height_mm", facts.height_noise),
-            ("distance_mm", facts.distance_noise),
-        ];
-        let any = others.iter().any(|(_, sigma)| sigma.is_some()) || facts.joint_noise.is_some();
-        if self.noise.is_none() && any {
-            text.push_str("\n[noise]\n");
-        }
-        for (key, sigma) in others {
-            if let Some(sigma) = sigma {
-                entry(text, key, sigma);
-            }
-        }
-        if let Some(joint) = self.noise.map(|noise| noise.joint()).or(facts.joint_noise) {
-            let drive = self.robot.drive();
-            entry(
-                text,
-                &joint::key("joint", drive),
-                joint::in_file(drive, joint),
-            );
-        }
         for plane in &facts.planes {
-            let _ = writeln!(text, "\n[planes.{}]", key_of(&plane.name));
-            let at = self
-                .convention
-                .vector(&Vector3::new(0.0, 0.0, plane.height));
-            entry(text, "z_mm", at.z);
-            entry(text, "sigma_mm", plane.sigma);
-            if let Some(tilt) = plane.tilt {
-                entry(text, "tilt_deg", degrees(tilt));
-            }
-            if !plane.blocks.is_empty() {
-                let _ = writeln!(text, "blocks_mm = {:?}", plane.blocks);
-            }
+            file.named("planes", &plane.name);
+            let [_, _, height] = self.outwards(&(plane.height * Vector3::z()));
+            file.entry("z_mm", height);
+            file.entry("sigma_mm", plane.sigma);
+            file.optional("tilt_deg", plane.tilt.map(degrees));
+            let blocks = Some(&plane.blocks);
+            file.optional("blocks_mm", blocks.filter(|blocks| !blocks.is_empty()));
         }
         for point in &facts.points {
-            let _ = writeln!(text, "\n[points.{}]", key_of(&point.name));
+            file.named("points", &point.name);
             if let Some((place, sigma)) = point.place {
-                let place = self.convention.vector(&place);
-                entry(text, "x_mm", place.x);
-                entry(text, "y_mm", place.y);
-                entry(text, "z_mm", place.z);
-                entry(text, "sigma_mm", sigma);
+                file.vector(self.outwards(&place));
+                file.entry("sigma_mm", sigma);
             }
-            if point.offset_unknown {
-                text.push_str("offset = \"unknown\"\n");
-            }
-            if let Some((shortest, longest)) = point.lengths {
-                let _ = writeln!(text, "length_mm = [{shortest:?}, {longest:?}]");
-            }
+            file.optional("offset", point.offset_unknown.then_some("unknown"));
+            file.optional("length_mm", point.lengths.map(<[f64; 2]>::from));
         }
-        if let Some((shortest, longest)) = facts.lengths {
-            let _ = writeln!(
-                text,
-                "\n[distances]\nlength_mm = [{shortest:?}, {longest:?}]"
-            );
-        }
+        file.section("[distances]");
+        file.optional("length_mm", facts.lengths.map(<[f64; 2]>::from));
         for point in &facts.datum {
-            let _ = writeln!(text, "\n[datum.{}]", key_of(&point.name));
-            let [x, y, z] = self.convention.vector(&point.place).data.0[0];
-            entry(text, "x_mm", x);
-            entry(text, "y_mm", y);
-            entry(text, "z_mm", z);
-            let seen = self.convention.vector(&point.seen).data.0[0];
-            let _ = writeln!(text, "sensor_mm = {seen:?}");
+            file.named("datum", &point.name);
+            file.vector(self.outwards(&point.place));
+            file.entry("sensor_mm", self.outwards(&point.seen));
         }
         if let Some(target) = &facts.target {
-            let target = self.convention.vector(target);
-            text.push_str("\n[target]\n");
-            entry(text, "x_mm", target.x);
-            entry(text, "y_mm", target.y);
-            entry(text, "z_mm", target.z);
+            file.section("[target]");
+            file.vector(self.outwards(target));
         }
     }
 }
 
-fn write_convention(convention: &Convention, text: &mut String) {
-    if convention.is_usual() {
-        return;
-    }
-    let axis = |vertical| match vertical {
-        Vertical::Up => "up",
-        Vertical::Down => "down",
-    };
-    text.push_str("\n# The arms' parameters below are in the axes of the program: z up, positive joints down.\n");
-    text.push_str("[convention]\n");
-    if convention.drive == Drive::Rotary {
-        let _ = writeln!(
-            text,
-            "joint_positive = {:?}",
-            axis(convention.joint_positive)
-        );
-    }
-    let _ = writeln!(text, "z_axis = {:?}", axis(convention.z_axis));
-    let unit = match convention.joint_unit {
-        Some(JointUnit::Degree) => "deg",
-        Some(JointUnit::Radian) => "rad",
-        Some(JointUnit::Counts(_)) => "counts",
-        None => "",
-    };
-    if !unit.is_empty() {
-        let _ = writeln!(text, "joint_unit = {unit:?}");
-    }
-    if let Some(JointUnit::Counts(counts)) = convention.joint_unit {
-        let _ = writeln!(text, "counts_per_deg = {counts:?}");
-    }
-    let unit = match convention.length_unit {
-        Some(LengthUnit::Millimetre) => "mm",
-        Some(LengthUnit::Centimetre) => "cm",
-        Some(LengthUnit::Metre) => "m",
-        Some(LengthUnit::Micrometre) => "um",
-        Some(LengthUnit::Inch) => "inch",
-        None => return,
-    };
-    let _ = writeln!(text, "length_unit = {unit:?}");
+/// How a file states one of several.
+fn word<T>(words: &[(&'static str, T)], own: impl Fn(&T) -> bool) -> &'static str {
+    let mut words = words.iter();
+    words
+        .find(|(_, value)| own(value))
+        .map_or("", |(word, _)| word)
 }
 
-fn write_record(record: &Record, text: &mut String) {
-    let robot = [("name", &record.name), ("serial", &record.serial)];
-    let measurement = [
-        ("operator", &record.operator),
-        ("instrument", &record.instrument),
-        ("date", &record.date),
-    ];
-    for (section, entries) in [("robot", &robot[..]), ("measurement", &measurement)] {
-        let mut stated = entries
-            .iter()
-            .filter_map(|(key, text)| Some((*key, text.as_ref()?)));
-        let Some(first) = stated.next() else { continue };
-        let _ = writeln!(text, "\n[{section}]");
-        for (key, value) in std::iter::once(first).chain(stated) {
-            let _ = writeln!(text, "{key} = {}", toml::Value::from(value.as_str()));
+/// A file as far as it is written.
+#[derive(Default)]
+struct File {
+    text: String,
+    /// Of the section that begins with the next entry.
+    heading: Option<String>,
+}
+
+impl File {
+    /// The entries below are of this section, which is not written without any.
+    fn section(&mut self, heading: impl Into<String>) {
+        self.heading = Some(heading.into());
+    }
+
+    /// The section of a name that may hold anything, below others of its kind.
+    fn named(&mut self, kind: &str, name: &str) {
+        self.section(format!("[{kind}.{}]", toml::Value::from(name)));
+        self.begin();
+    }
+
+    fn begin(&mut self) {
+        if let Some(heading) = self.heading.take() {
+            let _ = writeln!(self.text, "\n{heading}");
         }
     }
-}
 
-/// A TOML key that may hold anything.
-fn key_of(name: &str) -> String {
-    toml::Value::from(name).to_string()
-}
+    fn verbatim(&mut self, key: &str, value: impl Display) {
+        self.begin();
+        let _ = writeln!(self.text, "{key} = {value}");
+    }
 
-/// Rust's `{:?}` of an `f64` is the shortest text that reads back as the same number, and TOML.
-fn entry(text: &mut String, key: &str, value: f64) {
-    let _ = writeln!(text, "{key} = {value:?}");
+    /// Rust's `{:?}` of an `f64` is the shortest text that reads back as the same number, and TOML; so are those of arrays
+    /// and of plain words.
+    fn entry(&mut self, key: &str, value: impl Debug) {
+        self.verbatim(key, format_args!("{value:?}"));
+    }
+
+    fn optional(&mut self, key: &str, value: Option<impl Debug>) {
+        if let Some(value) = value {
+            self.entry(key, value);
+        }
+    }
+
+    fn vector(&mut self, vector: [f64; 3]) {
+        for (key, value) in ["x_mm", "y_mm", "z_mm"].into_iter().zip(vector) {
+            self.entry(key, value);
+        }
+    }
 }

@@ -70,11 +70,8 @@ pub(crate) struct ColumnName {
     pub(crate) unit: Option<Unit>,
 }
 
-/// How many there are.
-pub(crate) const COUNT: usize = 21;
-
 /// The usual name of a quantity first.
-const QUANTITIES: [(Quantity, &str, Kind); COUNT + 2] = [
+const QUANTITIES: [(Quantity, &str, Kind); 23] = [
     (Quantity::Joint1, "q1", Kind::Angle),
     (Quantity::Joint2, "q2", Kind::Angle),
     (Quantity::Joint3, "q3", Kind::Angle),
@@ -126,6 +123,9 @@ const UNITS: [(Unit, Kind, &str); 8] = [
 
 impl Quantity {
     pub(crate) const COORDINATES: [Self; 3] = [Self::X, Self::Y, Self::Z];
+    /// What can be measured.
+    pub(crate) const READINGS: [Self; 5] =
+        [Self::X, Self::Y, Self::Z, Self::Height, Self::Distance];
 
     /// Joint angles, or the travels of linear drives.
     pub(crate) const fn joints(drive: Drive) -> [Self; 3] {

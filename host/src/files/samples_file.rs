@@ -1,8 +1,7 @@
 //! The samples file: joint angles, and what was measured there, one row a pose.
 
-mod header;
+mod numbers;
 mod pairs;
-mod records;
 mod table;
 
 use super::columns::{Quantity, Unit};
@@ -16,7 +15,8 @@ use delta_cal::robot::Drive;
 use nalgebra::Vector3;
 pub use pairs::Joined;
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 use table::{Table, TableRow};
 
 /// Readings of a row: x, y, z, height, distance.
@@ -206,40 +206,35 @@ impl Readings {
         }
         let table = Table::parse(input, &robot.convention)?;
         table.require(&Quantity::joints(robot.limits.drive()))?;
-        if has_positions_alone(&table) {
-            table.require(&Quantity::COORDINATES)?;
-        }
-        table.require_units()?;
-        let rows = table.rows(|row| named(row, robot))?;
-        check_blanks(input, &table, &rows)?;
-        Self::of_rows(&table, input, rows)
+        table.require_readings()?;
+        let names = Names::default();
+        let rows = table.rows(|row| names.reading(row, row.joints(robot)?, robot))?;
+        Self::of_rows(&table, input, rows, names)
     }
 
     /// The complete positions of a robot with this convention, whatever the joint angles.
     pub(crate) fn read_any(input: &InputText, convention: &Convention) -> Result<Self, InputError> {
-        let drive = convention.drive;
+        let joints = Quantity::joints(convention.drive);
         let table = Table::parse(input, convention)?;
-        table.require(&Quantity::joints(drive))?;
+        table.require(&joints)?;
         table.require(&Quantity::COORDINATES)?;
         let rows = table.rows(|row| {
-            let joints = row.numbers(Quantity::joints(drive))?;
-            Ok(Named {
-                joints,
+            Ok(Reading {
                 position: row.numbers(Quantity::COORDINATES)?.map(Some),
-                height: None,
-                distance: None,
-                sigma: None,
+                ..Reading::at(row.numbers(joints)?)
             })
         })?;
-        Self::of_rows(&table, input, rows)
+        Self::of_rows(&table, input, rows, Names::default())
     }
 
     fn of_rows(
         table: &Table<'_>,
         input: &InputText,
-        named: Vec<Row<Named>>,
+        rows: Vec<Row<Reading>>,
+        names: Names,
     ) -> Result<Self, InputError> {
-        let count = named.len();
+        check_blanks(input, table, &rows)?;
+        let count = rows.len();
         let mut file = Self {
             in_degrees: table.unit_of(&Quantity::joints(Drive::Rotary)) == Some(Unit::Degree),
             positions_in: match table.unit_of(&Quantity::COORDINATES) {
@@ -247,7 +242,7 @@ impl Readings {
                 Some(Unit::Metre) => PositionUnit::Metre,
                 _ => PositionUnit::Other,
             },
-            ..Self::with_indices(input, named)
+            ..Self::named(input, rows, names)
         };
         file.keep_one_of_each();
         if let ([row], true) = (file.rows.as_slice(), count > 1) {
@@ -259,34 +254,13 @@ impl Readings {
         Ok(file)
     }
 
-    /// Planes and points by their indices.
-    fn with_indices(input: &InputText, named: Vec<Row<Named>>) -> Self {
-        let mut file = Self::of_name(input.name());
-        for Row { line, value } in named {
-            let height = value
-                .height
-                .map(|(plane, height)| (index_of(&mut file.planes, plane), height));
-            let distance = value.distance.map(|(from, distance)| {
-                let from = match from {
-                    NamedFrom::Point(point) => {
-                        ReadingFrom::Point(index_of(&mut file.points, point))
-                    }
-                    NamedFrom::Pose(joints) => ReadingFrom::Pose(joints),
-                };
-                (from, distance)
-            });
-            file.rows.push(Row {
-                line,
-                value: Reading {
-                    joints: value.joints,
-                    position: value.position,
-                    height,
-                    distance,
-                    sigma: value.sigma,
-                },
-            });
+    fn named(input: &InputText, rows: Vec<Row<Reading>>, names: Names) -> Self {
+        Self {
+            rows,
+            planes: names.planes.into_inner(),
+            points: names.points.into_inner(),
+            ..Self::of_name(input.name())
         }
-        file
     }
 
     /// Without rows, in millimetres and degrees.
@@ -316,7 +290,7 @@ impl Readings {
     }
 
     fn keep_one_of_each(&mut self) {
-        let mut seen = BTreeMap::new();
+        let mut seen = BTreeSet::new();
         let bits = |row: &Reading| {
             let joints = row.joints.map(f64::to_bits);
             let read = row.read().map(|value| value.map(f64::to_bits));
@@ -329,7 +303,7 @@ impl Readings {
         };
         let copies = &mut self.copies;
         self.rows.retain(|row| {
-            let new = seen.insert(bits(&row.value), row.line).is_none();
+            let new = seen.insert(bits(&row.value));
             if !new {
                 copies.push(row.line);
             }
@@ -389,11 +363,7 @@ impl Readings {
     /// How many rows have joint angles that no row before them has.
     pub fn distinct_poses(&self) -> usize {
         let bits = |row: &Row<Reading>| row.value.joints.map(f64::to_bits);
-        self.rows
-            .iter()
-            .map(bits)
-            .collect::<std::collections::BTreeSet<_>>()
-            .len()
+        self.rows.iter().map(bits).collect::<BTreeSet<_>>().len()
     }
 
     /// With every complete position in another frame.
@@ -429,24 +399,6 @@ impl Readings {
         }
     }
 
-    /// Complete positions, for what takes nothing else.
-    ///
-    /// # Errors
-    /// The first row that holds less, or something else.
-    pub fn complete(self) -> Result<Self, InputError> {
-        if self.is_complete() {
-            return Ok(self);
-        }
-        let partial = self
-            .rows
-            .iter()
-            .position(|row| row.value.sample().is_none());
-        let cause = "the row does not hold x, y and z alone, and nothing else can be used here";
-        Err(self
-            .fault(partial.unwrap_or_default(), cause)
-            .with_remedy("delta-cal calibrate takes heights, distances and single coordinates"))
-    }
-
     /// Which of these names occurs in no row, and what names do, in words.
     pub(crate) fn unused(names: &[String], wanted: &str) -> Option<String> {
         if names.iter().any(|name| name == wanted) {
@@ -463,10 +415,10 @@ impl Readings {
 fn check_blanks(
     input: &InputText,
     table: &Table<'_>,
-    rows: &[Row<Named>],
+    rows: &[Row<Reading>],
 ) -> Result<(), InputError> {
     let has = Quantity::COORDINATES.map(|quantity| table.has_any(&[quantity]));
-    let pattern = |row: &Row<Named>| {
+    let pattern = |row: &Row<Reading>| {
         let blank = [0, 1, 2].map(|axis| has[axis] && row.value.position[axis].is_none());
         let none = row.value.position.iter().all(Option::is_none);
         let meant = !blank.contains(&true) || none;
@@ -496,84 +448,148 @@ fn check_blanks(
         .with_remedy(remedy))
 }
 
-/// Whether a header names x, y and z, or nothing else in their place.
-fn has_positions_alone(table: &Table<'_>) -> bool {
-    let others = [
-        Quantity::Height,
-        Quantity::Plane,
-        Quantity::Distance,
-        Quantity::Point,
-        Quantity::ToJoint1,
-        Quantity::ToJoint2,
-        Quantity::ToJoint3,
-        Quantity::ToTravel1,
-        Quantity::ToTravel2,
-        Quantity::ToTravel3,
-    ];
-    let coordinates = Quantity::COORDINATES.iter();
-    let some = coordinates.filter(|own| table.has_any(&[**own])).count();
-    !table.has_any(&others) && !(1..3).contains(&some)
+/// The names of planes and points, in the order in which they occur.
+#[derive(Default)]
+struct Names {
+    planes: RefCell<Vec<String>>,
+    points: RefCell<Vec<String>>,
 }
 
-/// A row whose plane and point still have names.
-struct Named {
-    pub(super) joints: [f64; 3],
-    pub(super) position: [Option<f64>; 3],
-    pub(super) height: Option<(String, f64)>,
-    pub(super) distance: Option<(NamedFrom, f64)>,
-    pub(super) sigma: Option<f64>,
-}
-
-enum NamedFrom {
-    Point(String),
-    Pose([f64; 3]),
-}
-
-fn named(row: &TableRow<'_>, robot: &RobotFile) -> Result<Named, InputError> {
-    Ok(Named {
-        joints: row.joints(robot)?,
-        ..without_joints(row, robot)?
-    })
-}
-
-/// What was read, with the joints at 0.
-fn without_joints(row: &TableRow<'_>, robot: &RobotFile) -> Result<Named, InputError> {
-    let mut position = [None; 3];
-    for (coordinate, quantity) in position.iter_mut().zip(Quantity::COORDINATES) {
-        *coordinate = row.optional(quantity)?;
+/// The place of a name in a list, to which it is added if it is new.
+fn index_of(names: &RefCell<Vec<String>>, name: &str) -> usize {
+    let mut names = names.borrow_mut();
+    if let Some(index) = names.iter().position(|known| known == name) {
+        return index;
     }
-    let height = row.optional(Quantity::Height)?;
-    let plane = row.text(Quantity::Plane);
-    if height.is_none() && plane.is_some() {
-        let cause = "the row names a plane and has no height above it";
-        return Err(row
-            .fault_of(Quantity::Height, cause)
-            .with_remedy("fill in height_mm, or leave the cell of the plane empty"));
+    names.push(name.to_owned());
+    names.len() - 1
+}
+
+impl Names {
+    /// What was read in a row with these joints.
+    fn reading(
+        &self,
+        row: &TableRow<'_>,
+        joints: [f64; 3],
+        robot: &RobotFile,
+    ) -> Result<Reading, InputError> {
+        let mut position = [None; 3];
+        for (coordinate, quantity) in position.iter_mut().zip(Quantity::COORDINATES) {
+            *coordinate = row.optional(quantity)?;
+        }
+        let plane = row.text(Quantity::Plane);
+        let height = row.optional(Quantity::Height)?;
+        if height.is_none() && plane.is_some() {
+            let cause = "the row names a plane and has no height above it";
+            return Err(row
+                .fault_of(Quantity::Height, cause)
+                .with_remedy("fill in height_mm, or leave the cell of the plane empty"));
+        }
+        let plane = plane.unwrap_or(ONLY_PLANE);
+        let reading = Reading {
+            joints,
+            position,
+            height: height.map(|height| (index_of(&self.planes, plane), height)),
+            distance: self.distance(row, robot)?,
+            sigma: sigma(row)?,
+        };
+        if reading.readings() == 0 {
+            return Err(row
+                .fault_of_row("nothing was measured in this row")
+                .with_remedy(
+                    "fill in what was measured at these joint angles, or delete the row",
+                ));
+        }
+        Ok(reading)
     }
-    let height = height.map(|height| (plane.unwrap_or(ONLY_PLANE).to_owned(), height));
-    let named = Named {
-        joints: [0.0; 3],
-        position,
-        height,
-        distance: distance(row, robot)?,
-        sigma: sigma(row)?,
-    };
-    let nothing = named.position.iter().all(Option::is_none);
-    if nothing && named.height.is_none() && named.distance.is_none() {
-        return Err(row
-            .fault_of_row("nothing was measured in this row")
-            .with_remedy("fill in what was measured at these joint angles, or delete the row"));
+
+    fn distance(
+        &self,
+        row: &TableRow<'_>,
+        robot: &RobotFile,
+    ) -> Result<Option<(ReadingFrom, f64)>, InputError> {
+        const REMEDY: &str = "a distance begins either at a point, whose name stands in the column point, or at \
+                              the pose of to_q1_deg,to_q2_deg,to_q3_deg";
+        let distance = row.optional(Quantity::Distance)?;
+        let to_joints = Quantity::to_joints(robot.limits.drive());
+        let point = row.text(Quantity::Point);
+        let pose = to_joints.iter().any(|joint| row.text(*joint).is_some());
+        let (quantity, cause, remedy) = match (distance, point, pose) {
+            (None, None, false) => return Ok(None),
+            (Some(distance), Some(point), false) if distance > 0.0 => {
+                let point = index_of(&self.points, point);
+                return Ok(Some((ReadingFrom::Point(point), distance)));
+            }
+            (Some(distance), None, true) if distance > 0.0 => {
+                let to = row.joints_in(to_joints, robot)?;
+                return Ok(Some((ReadingFrom::Pose(to), distance)));
+            }
+            (None, ..) => (
+                Quantity::Distance,
+                "the row says where a distance begins and holds no distance".to_owned(),
+                "fill in distance_mm, or leave the cells of point and to_q1_deg… empty",
+            ),
+            (Some(distance), ..) if !(distance > 0.0) => (
+                Quantity::Distance,
+                format!("a distance of {distance} mm is not above 0"),
+                "check the number; a distance that was not measured has an empty cell",
+            ),
+            (_, Some(_), _) => {
+                let cause = "the distance begins both at a point and at a pose";
+                (Quantity::Point, cause.to_owned(), REMEDY)
+            }
+            _ => {
+                let cause = "the distance begins nowhere";
+                (Quantity::Distance, cause.to_owned(), REMEDY)
+            }
+        };
+        Err(row.fault_of(quantity, cause).with_remedy(remedy))
     }
-    Ok(named)
+
+    /// What is to be measured in a row that has no reading: a distance if it says where one begins, a height if it
+    /// names a plane, otherwise what the header has columns for.
+    fn to_measure(
+        &self,
+        table: &Table<'_>,
+        row: &TableRow<'_>,
+        robot: &RobotFile,
+    ) -> Result<Reading, InputError> {
+        let mut own = Reading::at(row.joints(robot)?);
+        let to_joints = Quantity::to_joints(robot.limits.drive());
+        let height = |plane: &str| Some((index_of(&self.planes, plane), 0.0));
+        if let Some(point) = row.text(Quantity::Point) {
+            let point = index_of(&self.points, point);
+            own.distance = Some((ReadingFrom::Point(point), 1.0));
+        } else if row.text(to_joints[0]).is_some() {
+            let to = row.joints_in(to_joints, robot)?;
+            own.distance = Some((ReadingFrom::Pose(to), 1.0));
+        } else if let Some(plane) = row.text(Quantity::Plane) {
+            own.height = height(plane);
+        } else if table.has_any(&Quantity::COORDINATES) {
+            let there = robot.robot.forward(&own.joints).unwrap_or_default();
+            for (axis, quantity) in Quantity::COORDINATES.into_iter().enumerate() {
+                own.position[axis] = table.has_any(&[quantity]).then(|| there[axis]);
+            }
+        } else if table.has_any(&[Quantity::Height]) {
+            own.height = height(ONLY_PLANE);
+        } else {
+            return Err(row
+                .fault_of_row("the row does not say what is to be measured")
+                .with_remedy("name a point, a plane or a second pose, or delete the row"));
+        }
+        Ok(own)
+    }
 }
 
 /// One σ of a row, mm.
 fn sigma(row: &TableRow<'_>) -> Result<Option<f64>, InputError> {
-    let (quantity, sigma) = if let Some(sigma) = row.optional(Quantity::Sigma)? {
-        (Quantity::Sigma, Some(sigma))
-    } else {
-        let expanded = row.optional(Quantity::Expanded)?;
-        (Quantity::Expanded, expanded.map(|expanded| expanded / 2.0))
+    let stated = row.optional(Quantity::Sigma)?;
+    let (quantity, sigma) = match stated {
+        Some(sigma) => (Quantity::Sigma, Some(sigma)),
+        None => (
+            Quantity::Expanded,
+            row.optional(Quantity::Expanded)?.map(|own| own / 2.0),
+        ),
     };
     match sigma {
         Some(sigma) if !(sigma > 0.0) => Err(row
@@ -581,54 +597,6 @@ fn sigma(row: &TableRow<'_>) -> Result<Option<f64>, InputError> {
             .with_remedy("leave the cell empty where it is not known")),
         sigma => Ok(sigma),
     }
-}
-
-fn distance(row: &TableRow<'_>, robot: &RobotFile) -> Result<Option<(NamedFrom, f64)>, InputError> {
-    const REMEDY: &str = "a distance begins either at a point, whose name stands in the column point, or at \
-                          the pose of to_q1_deg,to_q2_deg,to_q3_deg";
-    let distance = row.optional(Quantity::Distance)?;
-    let point = row.text(Quantity::Point);
-    let filled = Quantity::to_joints(robot.limits.drive()).map(|joint| row.text(joint).is_some());
-    let pose = filled.contains(&true);
-    let Some(distance) = distance else {
-        if point.is_some() || pose {
-            let cause = "the row says where a distance begins and holds no distance";
-            return Err(row.fault_of(Quantity::Distance, cause).with_remedy(
-                "fill in distance_mm, or leave the cells of point and to_q1_deg… empty",
-            ));
-        }
-        return Ok(None);
-    };
-    if !(distance > 0.0) {
-        let cause = format!("a distance of {distance} mm is not above 0");
-        return Err(row
-            .fault_of(Quantity::Distance, cause)
-            .with_remedy("check the number; a distance that was not measured has an empty cell"));
-    }
-    let from = match (point, pose) {
-        (Some(_), true) => {
-            let cause = "the distance begins both at a point and at a pose";
-            return Err(row.fault_of(Quantity::Point, cause).with_remedy(REMEDY));
-        }
-        (None, false) => {
-            let cause = "the distance begins nowhere";
-            return Err(row.fault_of(Quantity::Distance, cause).with_remedy(REMEDY));
-        }
-        (Some(point), false) => NamedFrom::Point(point.to_owned()),
-        (None, true) => {
-            NamedFrom::Pose(row.joints_in(Quantity::to_joints(robot.limits.drive()), robot)?)
-        }
-    };
-    Ok(Some((from, distance)))
-}
-
-/// The place of a name in a list, to which it is added if it is new.
-fn index_of(names: &mut Vec<String>, name: String) -> usize {
-    if let Some(index) = names.iter().position(|known| *known == name) {
-        return index;
-    }
-    names.push(name);
-    names.len() - 1
 }
 
 /// Reads the joint angles (radians) of a file; positions may be there too and are ignored.
@@ -674,29 +642,19 @@ impl Planned {
         let table = Table::parse(input, &robot.convention)?;
         table.require(&Quantity::joints(robot.limits.drive()))?;
         table.require_units()?;
-        let mut unmeasured = Vec::new();
-        let mut rows = Vec::new();
-        for row in table.rows(|row| {
-            let measured = has_reading(row);
-            let value = if measured {
-                named(row, robot)?
-            } else {
-                to_measure(&table, row, robot)?
-            };
-            Ok((measured, value))
-        })? {
-            let (measured, value) = row.value;
-            if !measured {
-                unmeasured.push(row.line);
+        let names = Names::default();
+        let unmeasured = RefCell::new(Vec::new());
+        let rows = table.rows(|row| {
+            let mut readings = Quantity::READINGS.into_iter();
+            if readings.any(|own| row.text(own).is_some()) {
+                return names.reading(row, row.joints(robot)?, robot);
             }
-            rows.push(Row {
-                line: row.line,
-                value,
-            });
-        }
+            unmeasured.borrow_mut().push(row.line);
+            names.to_measure(&table, row, robot)
+        })?;
         Ok(Self {
-            readings: Readings::with_indices(input, rows),
-            unmeasured,
+            readings: Readings::named(input, rows, names),
+            unmeasured: unmeasured.into_inner(),
         })
     }
 
@@ -704,53 +662,4 @@ impl Planned {
     pub fn is_unmeasured(&self) -> bool {
         self.unmeasured.len() == self.readings.rows.len()
     }
-}
-
-fn has_reading(row: &TableRow<'_>) -> bool {
-    let readings = [
-        Quantity::X,
-        Quantity::Y,
-        Quantity::Z,
-        Quantity::Height,
-        Quantity::Distance,
-    ];
-    readings.iter().any(|own| row.text(*own).is_some())
-}
-
-/// What is to be measured in a row that has no reading: a distance if it says where one begins, a height if it
-/// names a plane, otherwise what the header has columns for.
-fn to_measure(
-    table: &Table<'_>,
-    row: &TableRow<'_>,
-    robot: &RobotFile,
-) -> Result<Named, InputError> {
-    let mut own = Named {
-        joints: row.joints(robot)?,
-        position: [None; 3],
-        height: None,
-        distance: None,
-        sigma: None,
-    };
-    let to_joints = Quantity::to_joints(robot.limits.drive());
-    let height = |plane: &str| Some((plane.to_owned(), 0.0));
-    if let Some(point) = row.text(Quantity::Point) {
-        own.distance = Some((NamedFrom::Point(point.to_owned()), 1.0));
-    } else if row.text(to_joints[0]).is_some() {
-        let to = row.joints_in(to_joints, robot)?;
-        own.distance = Some((NamedFrom::Pose(to), 1.0));
-    } else if let Some(plane) = row.text(Quantity::Plane) {
-        own.height = height(plane);
-    } else if table.has_any(&Quantity::COORDINATES) {
-        let there = robot.robot.forward(&own.joints).unwrap_or_default();
-        for (axis, quantity) in Quantity::COORDINATES.into_iter().enumerate() {
-            own.position[axis] = table.has_any(&[quantity]).then(|| there[axis]);
-        }
-    } else if table.has_any(&[Quantity::Height]) {
-        own.height = height(ONLY_PLANE);
-    } else {
-        return Err(row
-            .fault_of_row("the row does not say what is to be measured")
-            .with_remedy("name a point, a plane or a second pose, or delete the row"));
-    }
-    Ok(own)
 }

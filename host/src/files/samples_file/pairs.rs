@@ -1,7 +1,7 @@
 //! Joints in one file and what was measured in another, as a controller and an instrument write them.
 
 use super::table::Table;
-use super::{Named, Readings, Row, check_blanks, without_joints};
+use super::{Names, Reading, Readings, Row};
 use crate::files::columns::{Quantity, Unit};
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
@@ -10,7 +10,7 @@ use delta_cal::robot::Drive;
 use jiff::civil::{DateTime, Time};
 use jiff::tz::TimeZone;
 use serde::Serialize;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Times match within this part of the usual time between the rows of the denser file.
 const NEAR: f64 = 0.5;
@@ -46,20 +46,13 @@ impl Readings {
         robot: &RobotFile,
     ) -> Result<Self, InputError> {
         let joints_of = Quantity::joints(robot.limits.drive());
-        for mapped in one.columns().all() {
-            let there = |text: &InputText| {
-                Table::lenient(text, &robot.convention).map(|own| own.has_name(&mapped.column))
-            };
-            if !(there(one)? || there(other)?) {
-                return Err(InputError::new(
-                    other.name(),
-                    "neither file has this column, which --columns names",
-                )
-                .at_column(&mapped.column));
-            }
-        }
         let first = Table::lenient(one, &robot.convention)?;
         let second = Table::lenient(other, &robot.convention)?;
+        let mut mapped = one.columns().all().iter().map(|own| &own.column);
+        if let Some(column) = mapped.find(|own| !(first.has_name(own) || second.has_name(own))) {
+            let cause = "neither file has this column, which --columns names";
+            return Err(InputError::new(other.name(), cause).at_column(column));
+        }
         let (joints, joints_text, measured, text) =
             if first.has_any(&joints_of) || !second.has_any(&joints_of) {
                 (first, one, second, other)
@@ -67,49 +60,40 @@ impl Readings {
                 (second, other, first, one)
             };
         joints.require(&joints_of)?;
-        measured.require_units()?;
-        if !measured.has_readings() {
-            measured.require(&Quantity::COORDINATES)?;
-        }
+        measured.require_readings()?;
         let poses = joints.rows(|row| row.joints(robot))?;
-        let rows = measured.rows(|row| without_joints(row, robot))?;
+        let names = Names::default();
+        let rows = measured.rows(|row| names.reading(row, [0.0; 3], robot))?;
         let keys = keys(&joints, &measured)?;
         let (by, pairs) = match chosen(&keys) {
             Some(key) if key.is_time() => (Some(key), by_time(key)),
             Some(key) => (Some(key), by_name(key, &poses, joints_text)?),
             None => (None, by_order(&poses, &rows, joints_text, text)?),
         };
-        let mut named = Vec::with_capacity(rows.len());
         let mut used = vec![false; poses.len()];
-        for (row, pair) in rows.into_iter().zip(pairs) {
-            let Some(pose) = pair.and_then(|index| Some((index, poses.get(index)?))) else {
+        let rows = rows.into_iter().zip(pairs).map(|(mut row, pair)| {
+            let Some((index, pose)) = pair.and_then(|index| Some((index, poses.get(index)?)))
+            else {
                 let of = by.map_or("", |key| key.name.as_str());
                 let cause = format!("no row of {} has this {of}", joints_text.name());
                 return Err(InputError::new(text.name(), cause)
                     .at_line(row.line)
                     .with_remedy("add the joints of this pose, or delete the row"));
             };
-            used[pose.0] = true;
-            let value = Named {
-                joints: pose.1.value,
-                ..row.value
-            };
-            named.push(Row {
-                line: row.line,
-                value,
-            });
-        }
-        check_blanks(text, &measured, &named)?;
+            used[index] = true;
+            row.value.joints = pose.value;
+            Ok(row)
+        });
+        let rows: Vec<Row<Reading>> = rows.collect::<Result<_, _>>()?;
         let joined = Joined {
             joints_file: joints_text.name().to_owned(),
             by: by.map(|key| key.name.clone()),
             unused: used.iter().filter(|used| !**used).count(),
         };
-        let file = Self::of_rows(&measured, text, named)?;
         Ok(Self {
             in_degrees: joints.unit_of(&Quantity::joints(Drive::Rotary)) == Some(Unit::Degree),
             joined: Some(joined),
-            ..file
+            ..Self::of_rows(&measured, text, rows, names)?
         })
     }
 }
@@ -117,13 +101,12 @@ impl Readings {
 /// The columns that both files have beside what they are read for.
 fn keys(joints: &Table<'_>, measured: &Table<'_>) -> Result<Vec<Key>, InputError> {
     let mut keys = Vec::new();
-    let others = measured.unread();
     for name in joints.unread() {
         let same = |own: &&String| own.trim().eq_ignore_ascii_case(name.trim());
-        if let Some(other) = others.iter().find(same) {
+        if let Some(other) = measured.unread().find(same) {
             keys.push(Key {
                 name: name.clone(),
-                joints: joints.cells(&name)?,
+                joints: joints.cells(name)?,
                 measured: measured.cells(other)?,
             });
         }
@@ -134,13 +117,9 @@ fn keys(joints: &Table<'_>, measured: &Table<'_>) -> Result<Vec<Key>, InputError
 /// A name or number that finds all rows, else a time, else the name that finds most.
 fn chosen(keys: &[Key]) -> Option<&Key> {
     let found = |key: &Key| {
-        let known: std::collections::HashSet<String> =
-            key.joints.iter().map(|own| comparable(own)).collect();
-        let own = key
-            .measured
-            .iter()
-            .filter(|own| known.contains(&comparable(own)));
-        own.count()
+        let known: HashSet<String> = key.joints.iter().map(|own| comparable(own)).collect();
+        let own = key.measured.iter();
+        own.filter(|own| known.contains(&comparable(own))).count()
     };
     let complete = |key: &&Key| !key.is_time() && found(key) == key.measured.len();
     let all = keys.iter().find(complete);

@@ -1,32 +1,74 @@
-//! A table of named columns with units, and its numbers, with decimal points or decimal commas.
+//! A table of named columns with units, however its fields are separated: its header, its rows and their numbers.
 
 use super::Row;
-use super::header::{Column, Header, KNOWN};
-use super::records::Records;
-use crate::files::columns::{Quantity, Unit};
+use super::numbers::{Fault, Numbers, possible};
+use crate::files::columns::{ColumnName, Quantity, Unit};
 use crate::files::convention::Convention;
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
-use crate::text::decimal_comma;
-use csv::StringRecord;
-use delta_cal::robot::Drive;
-use std::cell::{Cell, RefCell};
-use std::f64::consts::TAU;
+use crate::text::{count, list};
+use csv::{ReaderBuilder, StringRecord};
+use std::borrow::Cow;
+
+const KNOWN: &str = "the columns are q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm (or _rad, and _cm, _m, \
+                     _um, _in), or in place of the last three height_mm,plane or \
+                     distance_mm,point or distance_mm,to_q1_deg,to_q2_deg,to_q3_deg, in any \
+                     order, and sigma_mm or u_k2_mm (k = 2), the uncertainty of the row; with a linear drive s1_mm… and to_s1_mm… instead of q1_deg… and \
+                     to_q1_deg…; the program ignores columns whose name begins with _";
+
+/// Columns whose name begins with this are ignored.
+const IGNORED: char = '_';
+/// What may separate fields; several spaces are one.
+const SEPARATORS: [(char, &str); 4] = [
+    (',', "commas"),
+    (';', "semicolons"),
+    ('\t', "tabs"),
+    (' ', "spaces"),
+];
+/// A header names at least so many columns that are known.
+const LEAST_COLUMNS: usize = 3;
+/// Lines above the header that are looked at.
+const MOST_ABOVE: usize = 100;
+
+/// What is done with the cells of a column.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Use {
+    Read(Column),
+    Ignored,
+    /// It has no name, so its cells must be empty.
+    Unnamed,
+}
+
+/// A column that is read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Column {
+    /// Counted from 0.
+    place: usize,
+    quantity: Quantity,
+    unit: Unit,
+    /// Whether its name, the command line or `[convention]` states the unit.
+    stated: bool,
+}
 
 /// A table whose header was understood.
 pub(super) struct Table<'a> {
     input: &'a InputText,
-    header: Header,
-    records: Records<'a>,
     convention: &'a Convention,
+    /// Of the header.
+    line: u64,
+    separator: char,
+    names: Vec<String>,
+    uses: Vec<Use>,
+    /// Whether columns that are not known are left to another file.
+    lenient: bool,
 }
 
 /// One row of a table.
 pub(super) struct TableRow<'a> {
     table: &'a Table<'a>,
     numbers: &'a Numbers,
-    line: u64,
-    record: &'a StringRecord,
+    pub(super) line: u64,
+    record: &'a [Cow<'a, str>],
 }
 
 impl<'a> Table<'a> {
@@ -50,94 +92,268 @@ impl<'a> Table<'a> {
         convention: &'a Convention,
         lenient: bool,
     ) -> Result<Self, InputError> {
-        let Some(records) = Records::new(input) else {
+        let Some((line, header)) = header(input) else {
             return Err(
                 InputError::new(input.name(), "the file is empty: it has no header")
                     .at_line(1)
                     .with_remedy(KNOWN),
             );
         };
-        let header = Header::new(&records, convention, lenient)?;
-        Ok(Self {
+        let (separator, _) = separated(input, header);
+        let mut table = Self {
             input,
-            header,
-            records,
             convention,
+            line,
+            separator,
+            names: names(header, separator),
+            uses: Vec::new(),
+            lenient,
+        };
+        if !lenient {
+            table.check_motive()?;
+            table.check_mapping()?;
+        }
+        for (place, name) in table.names.iter().enumerate() {
+            let used = table.use_of(place, name)?;
+            if let Use::Read(column) = used
+                && let Some(other) = table.column(column.quantity)
+            {
+                let other = &table.names[other.place];
+                let cause = format!("the column repeats column {other} before it");
+                return Err(table.fault(cause).at_column(name));
+            }
+            table.uses.push(used);
+        }
+        // Without distances a column `point` names the poses.
+        if table.column(Quantity::Distance).is_none()
+            && let Some(column) = table.column(Quantity::Point)
+        {
+            table.uses[column.place] = Use::Ignored;
+        }
+        Ok(table)
+    }
+
+    /// Motive's export has no joints.
+    fn check_motive(&self) -> Result<(), InputError> {
+        let joint = |name: &String| {
+            ColumnName::recognise(name).is_some_and(|own| own.quantity.joint().is_some())
+        };
+        if !self.input.text().starts_with("Format Version") || self.names.iter().any(joint) {
+            return Ok(());
+        }
+        let cause = format!(
+            "this is a Motive export: its columns stand in line {}, and it has no joint angles",
+            self.line
+        );
+        Err(self.fault(cause).with_remedy(
+            "give the joints in a file of their own before it, or paste them beside; --columns x_m=7,y_m=8,z_m=9 says \
+             by number which X, Y and Z are the position",
+        ))
+    }
+
+    /// Every column of `--columns` is there, once.
+    fn check_mapping(&self) -> Result<(), InputError> {
+        for mapped in self.input.columns().all() {
+            let named = self.names.iter().filter(|name| **name == mapped.column);
+            let number = mapped.column.parse::<usize>();
+            let cause = match named.count() {
+                1 => continue,
+                0 if number.is_ok_and(|number| (1..=self.names.len()).contains(&number)) => {
+                    continue;
+                }
+                0 => "the header has no such column, which --columns names",
+                _ => "the header has more than one such column, and --columns names it",
+            };
+            let names = (1..).zip(&self.names);
+            let names = names.map(|(number, name)| format!("{number} {name}"));
+            let remedy = format!(
+                "the columns of the file are {}; a number chooses one, as in --columns x_m=7",
+                list(&names.collect::<Vec<_>>())
+            );
+            let fault = self.fault(cause).at_column(&mapped.column);
+            return Err(fault.with_remedy(remedy));
+        }
+        Ok(())
+    }
+
+    fn use_of(&self, place: usize, name: &str) -> Result<Use, InputError> {
+        let mapping = self.input.columns();
+        let read = |name: ColumnName| {
+            Use::Read(Column {
+                place,
+                quantity: name.quantity,
+                unit: name.unit.unwrap_or(self.convention.unit_of(name.quantity)),
+                stated: name.unit.is_some() || self.convention.states_unit_of(name.quantity),
+            })
+        };
+        let numbered = mapping.of_place(place, &self.names);
+        if let Some(mapped) = mapping.of_column(name).or(numbered) {
+            return Ok(read(mapped));
+        }
+        let others = self.lenient || !mapping.is_empty();
+        if name.is_empty() {
+            return Ok(if others { Use::Ignored } else { Use::Unnamed });
+        }
+        if name.starts_with(IGNORED) {
+            return Ok(Use::Ignored);
+        }
+        let (cause, remedy) = match ColumnName::recognise(name) {
+            Some(own) if !mapping.has(own.quantity) => return Ok(read(own)),
+            _ if name.replace(',', ".").parse::<f64>().is_ok() => {
+                return Err(self.without_header());
+            }
+            _ if others => return Ok(Use::Ignored),
+            _ if name.starts_with('[') => (
+                "this looks like a robot file, and a table of samples is needed here",
+                "give the robot file first and the table after it",
+            ),
+            _ => (
+                "unknown column",
+                "if the program is to ignore the column, write _ before its name; if \
+                 not, --columns says what it holds",
+            ),
+        };
+        let fault = self.fault(cause).at_column(name);
+        Err(fault.with_remedy(format!("{remedy}; {KNOWN}")))
+    }
+
+    /// That the first line holds numbers.
+    fn without_header(&self) -> InputError {
+        let between = self.separator.to_string();
+        let joints = self.convention.joint_columns().join(&between);
+        let position = self.convention.position_columns().join(&between);
+        let remedy = match self.names.len() {
+            6 => format!(
+                "write a header above the numbers: {joints}{between}{position} if that is what they are"
+            ),
+            3 => format!(
+                "three columns are the joints or the positions alone: write {joints} or {position} above the numbers and give \
+                 both files, joints first, or paste them side by side"
+            ),
+            _ => format!("write a header above the numbers; {KNOWN}"),
+        };
+        let columns = count(self.names.len(), "column");
+        let cause = format!(
+            "the first line must name the columns, but this is a number: no header, {columns}"
+        );
+        self.fault(cause).with_remedy(remedy)
+    }
+
+    fn column(&self, quantity: Quantity) -> Option<Column> {
+        self.uses.iter().find_map(|used| match used {
+            Use::Read(column) if column.quantity == quantity => Some(*column),
+            _ => None,
         })
-    }
-
-    /// Whether the header has this name.
-    pub(super) fn has_name(&self, name: &str) -> bool {
-        self.header.names().iter().any(|own| own == name)
-    }
-
-    /// The names of the columns that are not read.
-    pub(super) fn unread(&self) -> Vec<String> {
-        self.header.unread()
-    }
-
-    /// The cells of a column, row by row.
-    pub(super) fn cells(&self, name: &str) -> Result<Vec<String>, InputError> {
-        let place = self.header.names().iter().position(|own| own == name);
-        let mut cells = Vec::new();
-        self.records.each(|_, record| {
-            let cell = place.and_then(|place| record.get(place));
-            cells.push(cell.unwrap_or_default().trim().to_owned());
-            Ok(())
-        })?;
-        Ok(cells)
-    }
-
-    /// Every one of these quantities must have a column, and lengths a unit.
-    pub(super) fn require(&self, quantities: &[Quantity]) -> Result<(), InputError> {
-        self.header.require(quantities)
-    }
-
-    /// Every length must have a unit.
-    pub(super) fn require_units(&self) -> Result<(), InputError> {
-        let lengths = [
-            Quantity::X,
-            Quantity::Y,
-            Quantity::Z,
-            Quantity::Height,
-            Quantity::Distance,
-            Quantity::Sigma,
-            Quantity::Expanded,
-        ];
-        let there = lengths
-            .into_iter()
-            .filter(|quantity| self.has_any(&[*quantity]));
-        self.require(&there.collect::<Vec<_>>())
-    }
-
-    /// Whether something that can be measured has a column.
-    pub(super) fn has_readings(&self) -> bool {
-        let [x, y, z] = Quantity::COORDINATES;
-        self.has_any(&[x, y, z, Quantity::Height, Quantity::Distance])
     }
 
     /// Whether one of these has a column.
     pub(super) fn has_any(&self, quantities: &[Quantity]) -> bool {
         let mut quantities = quantities.iter();
-        quantities.any(|quantity| self.header.column(*quantity).is_some())
+        quantities.any(|quantity| self.column(*quantity).is_some())
+    }
+
+    /// Whether the header has this name.
+    pub(super) fn has_name(&self, name: &str) -> bool {
+        self.names.iter().any(|own| own == name)
     }
 
     /// The name of the column that a quantity has or should have.
     pub(super) fn name_of(&self, quantity: Quantity) -> String {
-        match self.header.column(quantity) {
-            Some(column) => self.header.name(column.place).to_owned(),
+        match self.column(quantity) {
+            Some(column) => self.names[column.place].clone(),
             None => self.convention.column(quantity),
         }
     }
 
+    /// The names of the columns that are not read.
+    pub(super) fn unread(&self) -> impl Iterator<Item = &String> {
+        let named = self.names.iter().zip(&self.uses);
+        let unread = named.filter(|(_, used)| **used == Use::Ignored);
+        let unread = unread.map(|(name, _)| name);
+        unread.filter(|name| !name.starts_with(IGNORED))
+    }
+
     /// The unit that all of these have.
     pub(super) fn unit_of(&self, quantities: &[Quantity]) -> Option<Unit> {
-        let unit = |quantity: &Quantity| Some(self.header.column(*quantity)?.unit);
+        let unit = |quantity: &Quantity| Some(self.column(*quantity)?.unit);
         let first = unit(quantities.first()?)?;
-        let same = quantities
-            .iter()
-            .all(|quantity| unit(quantity) == Some(first));
-        same.then_some(first)
+        let mut others = quantities.iter();
+        others.all(|own| unit(own) == Some(first)).then_some(first)
+    }
+
+    /// Every one of these quantities must have a column, and lengths a unit.
+    pub(super) fn require(&self, quantities: &[Quantity]) -> Result<(), InputError> {
+        for quantity in quantities {
+            let Some(column) = self.column(*quantity) else {
+                return Err(self.missing(*quantity));
+            };
+            if !(column.stated || quantity.is_angle()) {
+                return Err(self.without_unit(column, "its unit is not stated"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Something that can be measured must have a column, and every length a unit.
+    pub(super) fn require_readings(&self) -> Result<(), InputError> {
+        if !self.has_any(&Quantity::READINGS) {
+            self.require(&Quantity::COORDINATES)?;
+        }
+        self.require_units()
+    }
+
+    /// Every length must have a unit.
+    pub(super) fn require_units(&self) -> Result<(), InputError> {
+        let lengths = [Quantity::Sigma, Quantity::Expanded];
+        let lengths = Quantity::READINGS.into_iter().chain(lengths);
+        let there: Vec<_> = lengths.filter(|own| self.has_any(&[*own])).collect();
+        self.require(&there)
+    }
+
+    fn missing(&self, quantity: Quantity) -> InputError {
+        let usual = self.convention.column(quantity);
+        let other = match quantity.is_angle() {
+            true => Unit::Radian,
+            false => Unit::Metre,
+        };
+        let other = quantity.column(other);
+        let fault = self.fault("the column is missing");
+        let fault = fault.at_column(format!("{usual} (or {other})"));
+        let has = |joint| self.column(joint).is_some();
+        match quantity {
+            Quantity::Travel1 if has(Quantity::Joint1) => fault.with_remedy(
+                "this file holds joint angles, and carriages drive the robot of the robot file: give the robot file \
+                 that belongs to these samples",
+            ),
+            Quantity::Joint1 if has(Quantity::Travel1) => fault.with_remedy(
+                "this file holds the travels of carriages, and motors turn the arms of the robot file: give the robot \
+                 file that belongs to these samples",
+            ),
+            _ => fault,
+        }
+    }
+
+    fn without_unit(&self, column: Column, cause: &str) -> InputError {
+        let with_units = self.names.iter().zip(&self.uses);
+        let with_units = with_units.map(|(name, used)| match used {
+            Use::Read(column) => column.quantity.column(column.unit),
+            Use::Ignored | Use::Unnamed => name.clone(),
+        });
+        let wanted = with_units.collect::<Vec<_>>();
+        let wanted = wanted.join(&self.separator.to_string());
+        let name = &self.names[column.place];
+        let usual = column.quantity.column(column.unit);
+        self.fault(cause).at_column(name).with_remedy(format!(
+            "write the units into the header, {wanted} if these are the units, or state them with \
+             --columns, as --columns {usual}={name}"
+        ))
+    }
+
+    /// A fault of the header.
+    fn fault(&self, cause: impl Into<String>) -> InputError {
+        InputError::new(self.input.name(), cause)
+            .at_line(self.line)
+            .with_remedy(KNOWN)
     }
 
     /// Every row; there must be one.
@@ -147,8 +363,8 @@ impl<'a> Table<'a> {
     ) -> Result<Vec<Row<T>>, InputError> {
         let mut rows = Vec::new();
         let numbers = Numbers::default();
-        self.records.each(|line, record| {
-            self.header.check_length(&self.records, line, record)?;
+        self.each(|line, record| {
+            self.check_length(line, record)?;
             let value = read(&TableRow {
                 table: self,
                 numbers: &numbers,
@@ -159,48 +375,214 @@ impl<'a> Table<'a> {
             Ok(())
         })?;
         if rows.is_empty() {
-            let cause = "the file has a header and no rows";
-            return Err(InputError::new(self.input.name(), cause)
-                .at_line(self.records.header_line)
+            return Err(self
+                .fault("the file has a header and no rows")
                 .with_remedy("add one row for each measured pose below the header"));
         }
-        if let Some((line, column, cause)) = numbers.doubtful_comma(self.records.separator()) {
+        if let Some((line, column, cause)) = numbers.doubtful_comma(self.separator) {
             return Err(InputError::new(self.input.name(), cause)
                 .at_line(line)
-                .at_column(self.header.name(column))
+                .at_column(&self.names[column])
                 .with_remedy(
                     "write all numbers with a decimal point and without a separator of thousands",
                 ));
         }
-        if !numbers.must_be_degrees() {
-            self.header.check_angles()?;
+        let unstated = self.uses.iter().find_map(|used| match used {
+            Use::Read(column) if column.quantity.is_angle() && !column.stated => Some(*column),
+            _ => None,
+        });
+        match unstated {
+            Some(column) if !numbers.must_be_degrees() => Err(self.without_unit(
+                column,
+                "its unit is not stated, and no angle is so large that it must be in degrees",
+            )),
+            _ => Ok(rows),
         }
-        Ok(rows)
     }
+
+    /// The cells of a column, row by row.
+    pub(super) fn cells(&self, name: &str) -> Result<Vec<String>, InputError> {
+        let place = self.names.iter().position(|own| own == name);
+        let mut cells = Vec::new();
+        self.each(|_, record| {
+            let cell = place.and_then(|place| record.get(place));
+            cells.push(cell.map(ToString::to_string).unwrap_or_default());
+            Ok(())
+        })?;
+        Ok(cells)
+    }
+
+    /// Every record below the header with its line, without comments and empty lines.
+    fn each(
+        &self,
+        mut take: impl FnMut(u64, &[Cow<'_, str>]) -> Result<(), InputError>,
+    ) -> Result<(), InputError> {
+        let nothing = |own: char| own == self.separator || own == '"' || own.is_whitespace();
+        let lines = (1..).zip(self.input.text().split('\n'));
+        for (line, text) in lines.skip_while(|(line, _)| *line <= self.line) {
+            let comment = text.trim_start_matches(['"', ' ', '\t']).starts_with('#');
+            if comment || text.chars().all(nothing) {
+                continue;
+            }
+            let Some(record) = fields(text, self.separator) else {
+                let cause = "this line opens a quote \" and does not close it";
+                return Err(InputError::new(self.input.name(), cause)
+                    .at_line(line)
+                    .with_remedy("delete the quotes: numbers need none"));
+            };
+            take(line, &record)?;
+        }
+        Ok(())
+    }
+
+    /// A row must have as many fields as the header; those without a name are empty or not there.
+    fn check_length(&self, line: u64, record: &[Cow<'_, str>]) -> Result<(), InputError> {
+        let (found, expected) = (record.len(), self.names.len());
+        let named = |place: usize| {
+            let used = self.uses.get(place);
+            used.is_some_and(|used| *used != Use::Unnamed)
+        };
+        let fault = |cause: String| InputError::new(self.input.name(), cause).at_line(line);
+        let other_length = || {
+            let fields = count(found, "field");
+            fault(format!("the row has {fields} and the header {expected}"))
+        };
+        if let Some(place) = (found..expected).find(|place| named(*place)) {
+            if let Some(cause) = self.separated_otherwise(record) {
+                return Err(fault(cause).with_remedy("separate all fields in the same way"));
+            }
+            return Err(other_length()
+                .at_column(&self.names[place])
+                .with_remedy("this is the first column that is missing"));
+        }
+        let mut fields = record.iter().enumerate();
+        let too_many = fields.find(|(place, field)| !(named(*place) || field.is_empty()));
+        let Some((place, field)) = too_many else {
+            return Ok(());
+        };
+        if place < expected {
+            let number = place + 1;
+            let cause = format!("\"{field}\" stands in column {number}, which has no name");
+            return Err(fault(cause).with_remedy(KNOWN));
+        }
+        let remedy = if self.separator == ',' && found == 2 * expected {
+            "this looks like decimal commas: separate the fields by semicolons, or write decimal points"
+        } else {
+            "the row continues after this column; decimal commas have this effect as well"
+        };
+        let last = &self.names[expected - 1];
+        Err(other_length().at_column(last).with_remedy(remedy))
+    }
+
+    /// What other than the header's separates the fields of a row, if that is plain.
+    fn separated_otherwise(&self, record: &[Cow<'_, str>]) -> Option<String> {
+        let [line] = record else { return None };
+        let is_own = |(separator, _): &&(char, &str)| *separator == self.separator;
+        let (_, header) = SEPARATORS.iter().find(is_own)?;
+        let mut others = SEPARATORS.iter().filter(|own| !is_own(own));
+        let (_, row) = others.find(|(separator, _)| line.contains(*separator))?;
+        Some(format!(
+            "the fields of this row are separated by {row}, those of the header by {header}"
+        ))
+    }
+}
+
+/// The line that names the columns, with its number; `None` if the file has nothing but comments. What an instrument writes
+/// above it is skipped: the first line is no header then, and exactly one of the lines below it is.
+fn header(input: &InputText) -> Option<(u64, &str)> {
+    let written = |line: &str| !(line.trim().is_empty() || line.trim_start().starts_with('#'));
+    let lines = (1..).zip(input.text().split('\n'));
+    let mut lines = lines.filter(|(_, line)| written(line));
+    let is_header = |(_, line): &(u64, &str)| separated(input, line).1 >= LEAST_COLUMNS;
+    let first = lines.next()?;
+    if is_header(&first) {
+        return Some(first);
+    }
+    let mut others = lines.take(MOST_ABOVE).filter(is_header);
+    match (others.next(), others.next()) {
+        (Some(only), None) => Some(only),
+        _ => Some(first),
+    }
+}
+
+/// What separates the names of a header, and how many of them are known then: by which most are known, otherwise the one that
+/// separates anything.
+fn separated(input: &InputText, header: &str) -> (char, usize) {
+    let known = |name: &&String| {
+        input.columns().of_column(name).is_some() || ColumnName::recognise(name).is_some()
+    };
+    let found = |separator| names(header, separator).iter().filter(known).count();
+    let mut best = (',', 0);
+    for (separator, _) in SEPARATORS {
+        let found = found(separator);
+        if found > best.1 {
+            best = (separator, found);
+        }
+    }
+    if best.1 == 0 {
+        let mut likely = [';', '\t', ',', ' '].into_iter();
+        best.0 = likely
+            .find(|own| names(header, *own).len() > 1)
+            .unwrap_or(',');
+    }
+    best
+}
+
+/// The names of a header; `q1 [deg]` is one, whatever separates them.
+fn names(header: &str, separator: char) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for field in fields(header, separator).unwrap_or_default() {
+        match names.last_mut() {
+            Some(last) if separator == ' ' && field.starts_with(['[', '(']) => {
+                last.push(' ');
+                last.push_str(&field);
+            }
+            _ => names.push(field.into_owned()),
+        }
+    }
+    names
+}
+
+/// The fields of a line; `None` if it opens a quote and does not close it.
+fn fields(line: &str, separator: char) -> Option<Vec<Cow<'_, str>>> {
+    if !line.contains('"') {
+        return Some(match separator {
+            ' ' => line.split_whitespace().map(Cow::Borrowed).collect(),
+            _ => line.split(separator).map(|own| own.trim().into()).collect(),
+        });
+    }
+    // Numbers do not go over several lines: what does begins with a quote that is not closed.
+    let line = match separator {
+        ' ' => line.split_whitespace().collect::<Vec<_>>().join(" ") + "\n-",
+        _ => format!("{line}\n-"),
+    };
+    let mut reader = ReaderBuilder::new()
+        .has_headers(false)
+        .delimiter(u8::try_from(separator).unwrap_or(b','))
+        .from_reader(line.as_bytes());
+    let mut record = StringRecord::new();
+    reader.read_record(&mut record).ok()?;
+    let fields = record.iter().map(|own| own.trim().to_owned().into());
+    (!record.as_slice().contains('\n')).then(|| fields.collect())
 }
 
 impl TableRow<'_> {
     /// In radians and millimetres.
     pub(super) fn numbers(&self, quantities: [Quantity; 3]) -> Result<[f64; 3], InputError> {
-        let mut numbers = [0.0; 3];
-        for (number, quantity) in numbers.iter_mut().zip(quantities) {
-            *number = self.number(quantity)?;
-        }
-        Ok(numbers)
+        let [first, second, third] = quantities.map(|quantity| self.number(quantity));
+        Ok([first?, second?, third?])
     }
 
     /// In radians and millimetres; `None` where there is no such column or the cell is empty.
     pub(super) fn optional(&self, quantity: Quantity) -> Result<Option<f64>, InputError> {
-        if self.text(quantity).is_none() {
-            return Ok(None);
-        }
-        self.number(quantity).map(Some)
+        let text = self.text(quantity);
+        text.map(|_| self.number(quantity)).transpose()
     }
 
     /// What a cell holds, if it holds anything.
     pub(super) fn text(&self, quantity: Quantity) -> Option<&str> {
-        let column = self.table.header.column(quantity)?;
-        let field = self.record.get(column.place)?.trim();
+        let column = self.table.column(quantity)?;
+        let field = self.record.get(column.place)?;
         (!field.is_empty()).then_some(field)
     }
 
@@ -215,53 +597,41 @@ impl TableRow<'_> {
         quantities: [Quantity; 3],
         robot: &RobotFile,
     ) -> Result<[f64; 3], InputError> {
-        let mut joints = [0.0; 3];
-        for (joint, quantity) in joints.iter_mut().zip(quantities) {
-            let angle = self.number(quantity)?;
-            if let Some(cause) = robot.outside_limits(angle) {
-                return Err(self.fault_of(quantity, cause).with_remedy(match robot.limits.drive() {
-                    Drive::Rotary => {
-                        "check the angle, its sign, its unit (_deg or _rad in the header) and [joints] \
-                         in the robot file"
-                    }
-                    Drive::Linear => {
-                        "check the travel, its unit (_mm or _m in the header) and [joints] in the \
-                         robot file"
-                    }
-                }));
+        let joints = self.numbers(quantities)?;
+        for (joint, quantity) in joints.into_iter().zip(quantities) {
+            if let Some(cause) = robot.outside_limits(joint) {
+                return Err(self.fault_of(quantity, cause).with_remedy(
+                    "check the number, its sign, its unit in the header (_deg or _rad, of a travel _mm or _m) and \
+                     [joints] in the robot file",
+                ));
             }
-            *joint = angle;
         }
         Ok(joints)
     }
 
     fn number(&self, quantity: Quantity) -> Result<f64, InputError> {
-        let Some(column) = self.table.header.column(quantity) else {
+        let Some(column) = self.table.column(quantity) else {
             return Err(self.fault_of(quantity, "the column is missing"));
         };
         let field = self.record.get(column.place);
-        let field = field.unwrap_or_default().trim_ascii();
-        self.in_column(column, field)
+        self.in_column(column, field.map_or("", AsRef::as_ref))
             .map_err(|(cause, remedy)| self.fault_of(quantity, cause).with_remedy(remedy))
     }
 
-    fn in_column(&self, column: &Column, field: &str) -> Result<f64, (String, &'static str)> {
+    fn in_column(&self, column: Column, field: &str) -> Result<f64, Fault> {
+        let Column { quantity, unit, .. } = column;
         let value = self.numbers.read(self.line, column.place, field)?;
-        if column.quantity.is_angle() && !column.stated {
+        if quantity.is_angle() && !column.stated {
             self.numbers.angle_without_unit(value);
         }
-        let Some(value) = self
-            .table
-            .convention
-            .inwards(column.quantity, column.unit, value)
-        else {
-            return Err((
+        match self.table.convention.inwards(quantity, unit, value) {
+            Some(value) => possible(field, value),
+            None => Err((
                 "the joint is in counts, and the robot file does not say how many a degree has"
                     .to_owned(),
                 "state counts_per_deg in [convention]",
-            ));
-        };
-        possible(field, value)
+            )),
+        }
     }
 
     /// A fault of this row, in the column that a quantity has or should have.
@@ -274,118 +644,4 @@ impl TableRow<'_> {
     pub(super) fn fault_of_row(&self, cause: impl Into<String>) -> InputError {
         InputError::new(self.table.input.name(), cause).at_line(self.line)
     }
-}
-
-/// Larger numbers, in mm or rad, have the wrong unit or a wrong exponent.
-const LARGEST: f64 = 1e9;
-
-/// What the numbers of a table have in common, as far as it was read.
-#[derive(Debug, Default)]
-pub(super) struct Numbers {
-    /// The line of the first decimal point, or 0.
-    point: Cell<u64>,
-    /// The first decimal comma: line, column, field.
-    comma: RefCell<Option<(u64, usize, String)>>,
-    /// Whether some comma does not separate thousands.
-    no_thousands: Cell<bool>,
-    /// The largest angle without a stated unit.
-    angle: Cell<f64>,
-}
-
-/// Cause and remedy.
-type Fault = (String, &'static str);
-
-impl Numbers {
-    pub(super) fn read(&self, line: u64, column: usize, field: &str) -> Result<f64, Fault> {
-        if let Ok(number) = field.parse() {
-            if self.point.get() == 0 && field.contains('.') {
-                self.point.set(line);
-                self.check_marks(field)?;
-            }
-            return Ok(number);
-        }
-        if let Some(number) = decimal_comma(field) {
-            if self.comma.borrow().is_none() {
-                *self.comma.borrow_mut() = Some((line, column, field.to_owned()));
-            }
-            self.check_marks(field)?;
-            self.no_thousands
-                .set(self.no_thousands.get() || !thousands(field));
-            return Ok(number);
-        }
-        let cause = if field.is_empty() {
-            "the field is empty".to_owned()
-        } else {
-            format!("\"{field}\" is not a number")
-        };
-        Err((
-            cause,
-            "write numbers like -12.5 or 3e-2, with a decimal point",
-        ))
-    }
-
-    /// A file has decimal points or decimal commas.
-    fn check_marks(&self, field: &str) -> Result<(), Fault> {
-        let comma = self.comma.borrow();
-        let (Some((with_comma, ..)), with_point @ 1..) = (comma.as_ref(), self.point.get()) else {
-            return Ok(());
-        };
-        let cause = if field.contains('.') {
-            format!("\"{field}\" has a decimal point, and line {with_comma} has a decimal comma")
-        } else {
-            format!("\"{field}\" has a decimal comma, and line {with_point} has a decimal point")
-        };
-        Err((
-            cause,
-            "write all numbers with a decimal point and without a separator of thousands",
-        ))
-    }
-
-    /// A comma that may as well separate thousands: line, column and cause. Programs that separate
-    /// fields by semicolons do so because the comma is their decimal mark.
-    pub(super) fn doubtful_comma(&self, separator: char) -> Option<(u64, usize, String)> {
-        if separator == ';' || self.no_thousands.get() {
-            return None;
-        }
-        let (line, column, field) = self.comma.take()?;
-        let (point, none) = (field.replace(',', "."), field.replace(',', ""));
-        Some((
-            line,
-            column,
-            format!("\"{field}\" may be {point} or {none}"),
-        ))
-    }
-
-    pub(super) fn angle_without_unit(&self, value: f64) {
-        self.angle.set(self.angle.get().max(value.abs()));
-    }
-
-    /// Whether some angle without a stated unit is more than a full turn in radians.
-    pub(super) fn must_be_degrees(&self) -> bool {
-        self.angle.get() > TAU
-    }
-}
-
-/// Whether the comma of `-12,345` may separate thousands.
-fn thousands(field: &str) -> bool {
-    let digits = field.trim_start_matches(['-', '+']);
-    let (before, after) = digits.split_once(',').unwrap_or_default();
-    before.len() <= 3 && !before.starts_with('0') && after.len() == 3
-}
-
-/// A number in radians or millimetres, if it can be one.
-fn possible(field: &str, value: f64) -> Result<f64, Fault> {
-    if !value.is_finite() {
-        return Err((
-            format!("\"{field}\" is not a finite number"),
-            "leave out a row that was not measured, or measure it again",
-        ));
-    }
-    if value.abs() > LARGEST {
-        return Err((
-            format!("\"{field}\" is too large"),
-            "check the number and the unit in the header (_mm or _m)",
-        ));
-    }
-    Ok(value)
 }

@@ -13,7 +13,6 @@ mod output;
 mod paths;
 mod plan;
 mod progress;
-mod record;
 mod simulate;
 mod validate;
 mod workspace;

@@ -17,9 +17,8 @@ use crate::text::{in_file_units, small};
 pub use client::{Client, Patience};
 use delta_cal::robot::ParameterKind;
 use delta_cal::{ArmIndex, Parameter, Real, Robot, Sample};
-use delta_cal_protocol::Estimator;
-use delta_cal_protocol::{Begin, Geometry, Wire};
-pub use link::{DeviceError, Port, Transport};
+use delta_cal_protocol::{Begin, Estimator, Geometry, Wire};
+pub use link::{DeviceError, Link, Port, Transport};
 pub use session::{Finished, adopt, apply, calibrate, in_use};
 
 /// A number as it goes over the wire: `f32` or `f64`.

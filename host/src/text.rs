@@ -153,17 +153,12 @@ const LINES_NAMED: usize = 8;
 
 /// "line 7", "lines 7 and 9", "lines 7, 9, ... and 24 (and 3 more)".
 pub fn in_lines(lines: &[u64]) -> String {
-    in_lines_of(lines, lines.len())
-}
-
-/// The same of so many lines, of which some are known.
-pub(crate) fn in_lines_of(lines: &[u64], count: usize) -> String {
     let named = lines.iter().take(LINES_NAMED).map(u64::to_string);
-    let others = match count.saturating_sub(lines.len().min(LINES_NAMED)) {
+    let others = match lines.len().saturating_sub(LINES_NAMED) {
         0 => String::new(),
         others => format!(" (and {others} more)"),
     };
-    let noun = if count == 1 { "line" } else { "lines" };
+    let noun = if lines.len() == 1 { "line" } else { "lines" };
     format!("{noun} {}{others}", list(&named.collect::<Vec<_>>()))
 }
 

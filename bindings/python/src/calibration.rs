@@ -6,7 +6,7 @@ use crate::errors::{calibrate_error, value_error};
 use crate::robot::Robot;
 use crate::samples::{Again, Samples};
 use delta_cal_host::calibration::report::FrameReport;
-use delta_cal_host::files::document::{Document, Source};
+use delta_cal_host::files::document::Document;
 use delta_cal_host::report::calibration::comment;
 use delta_cal_host::{Frame, Loss, Method, Options, Readings, Report, RobotFile};
 use nalgebra::Vector3;
@@ -108,13 +108,7 @@ fn method_of(method: &str) -> PyResult<Method> {
 
 /// What identifies a report.
 pub(crate) fn document(robot: &Robot, samples: &Samples, written: u64) -> Document {
-    Document {
-        written,
-        record: robot.file.record.clone(),
-        robot: Source::from(&robot.source),
-        samples: Source::from(&samples.text),
-        beside: samples.text.beside().map(Source::from),
-    }
+    Document::new(&robot.file, &robot.source, &samples.text, written)
 }
 
 /// Seconds since the beginning of 1970, or what the standard for reproducible builds states in their place.

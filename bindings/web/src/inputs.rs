@@ -2,7 +2,7 @@
 
 use crate::fault::Fault;
 use crate::folder::Folder;
-use delta_cal_host::files::document::{Document, Source};
+use delta_cal_host::files::document::Document;
 use delta_cal_host::import::{Firmware, Imported, Stated};
 use delta_cal_host::{
     ColumnMapping, Frame, InputText, Loss, Method, Options, Readings, RobotFile, read_samples,
@@ -61,21 +61,6 @@ impl Request {
         }
     }
 
-    pub(crate) fn document(
-        &self,
-        robot: &RobotFile,
-        file: &InputText,
-        samples: &InputText,
-    ) -> Document {
-        Document {
-            written: self.now,
-            record: robot.record.clone(),
-            robot: Source::from(file),
-            samples: Source::from(samples),
-            beside: samples.beside().map(Source::from),
-        }
-    }
-
     /// The samples in one file, or joints and positions in two.
     pub(crate) fn samples(&self, files: &Folder) -> Result<Option<InputText>, Fault> {
         let columns = self.columns.as_deref().filter(|own| !own.trim().is_empty());
@@ -109,7 +94,7 @@ impl Request {
             })?;
             return Ok(Inputs {
                 readings: read_samples(&samples, &robot, &self.options())?,
-                document: self.document(&robot, &text, &samples),
+                document: Document::new(&robot, &text, &samples, self.now),
                 robot,
                 printer: None,
             });
@@ -127,7 +112,7 @@ impl Request {
         Ok(Inputs {
             robot: printer.robot.clone(),
             readings: printer.readings.clone(),
-            document: self.document(&printer.robot, &text, &of_samples),
+            document: Document::new(&printer.robot, &text, &of_samples, self.now),
             printer: Some(printer),
         })
     }

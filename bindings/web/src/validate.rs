@@ -3,6 +3,7 @@
 use crate::fault::Fault;
 use crate::folder::Folder;
 use crate::inputs::Request;
+use delta_cal_host::files::document::Document;
 use delta_cal_host::report::validation as report;
 use delta_cal_host::validation::{self, Verdict, check_independent, validate};
 use delta_cal_host::{RobotFile, read_samples};
@@ -24,7 +25,7 @@ pub(crate) fn run(files: &Folder, request: &Request) -> Result<Validated, Fault>
     let samples = request.samples(files)?;
     let samples = samples.ok_or_else(|| missing("a file of check measurements"))?;
     let limit = request.limit.ok_or_else(|| missing("the limit"))?;
-    let document = request.document(&robot, &text, &samples);
+    let document = Document::new(&robot, &text, &samples, request.now);
     check_independent(&text, &samples)?;
     let readings = read_samples(&samples, &robot, &request.options())?;
     let asked = validation::Request {

@@ -2,16 +2,15 @@
 
 use super::failure::Failure;
 use super::import::{StatedArguments, configuration, includes};
-use super::length::Length;
-use super::output::{self, deliver};
+use super::length::length;
+use super::output::{self, deliver, now};
 use super::paths::{ColumnsArgument, read_samples_texts, refuse_same, robot_path};
 use super::progress::Waiting;
-use super::record::{document, sources};
+use crate::files::document::Document;
 use crate::files::example;
 use crate::import::{Firmware, Imported, touches};
 use crate::report;
 use crate::report::calibration::{RefusalReport, comment};
-use crate::report::document::Source;
 use crate::report::printer::PrinterReport;
 use crate::{
     CalibrateError, Frame, InputError, InputText, Loss, Method, Options, Readings, RobotFile,
@@ -41,17 +40,7 @@ Examples:
   delta-cal calibrate                             (the built-in example)
   delta-cal calibrate robot.toml samples.csv --output calibrated.toml
   delta-cal calibrate robot.toml tracker.csv --frame sensor
-  delta-cal calibrate printer.cfg --rods 345mm --paste paste.cfg
-
-Exit codes:
-  0  done
-  1  refused: the measurements cannot calibrate this robot
-  2  the command line is wrong
-  3  an input file is wrong
-  4  a file could not be written
-  6  the --limit is not met; the output files are written
-
-With exit codes 1 to 3 no file is changed.";
+  delta-cal calibrate printer.cfg --rods 345mm --paste paste.cfg";
 
 #[derive(Debug, Args)]
 pub(crate) struct CalibrateArguments {
@@ -76,8 +65,8 @@ pub(crate) struct CalibrateArguments {
     #[arg(long, value_enum, hide_possible_values = true, default_value_t = Frame::Base)]
     frame: Frame,
     /// Largest expanded uncertainty (rms)
-    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
-    limit: Option<Length>,
+    #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
+    limit: Option<f64>,
     #[command(flatten)]
     stated: StatedArguments,
     /// Write the calibrated robot; - is standard output
@@ -101,8 +90,8 @@ pub(crate) struct CalibrateArguments {
 struct Inputs {
     robot: RobotFile,
     readings: Readings,
-    source: Source,
-    samples: (Source, Option<Source>),
+    file: InputText,
+    samples: InputText,
     /// The robot, if it is a printer.
     printer: Option<Imported>,
 }
@@ -125,18 +114,18 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     let Inputs {
         robot,
         readings,
-        source,
+        file,
         samples,
         printer,
     } = inputs(arguments, &options)?;
     let waiting = Waiting::for_rows("calibrating from", readings.rows.len());
     let mut report = calibrate(&robot, &readings, &options).map_err(refused)?;
     drop(waiting);
-    report.document = Some(document(&robot, source, samples)?);
+    report.document = Some(Document::new(&robot, &file, &samples, now()?));
     if arguments.robot.is_none() {
         report.origin = Some("The built-in example: its measurements are simulated.");
     }
-    if let Some(Length(limit)) = arguments.limit {
+    if let Some(limit) = arguments.limit {
         report = report.with_limit(limit);
     }
     let toml = report.after.to_toml(&comment(&report, &readings));
@@ -173,7 +162,7 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     ];
     deliver(&outputs, text)?;
     match acceptance {
-        Some(acceptance) if !acceptance.passed => Err(Failure::NotPassed(format!(
+        Some(acceptance) if !acceptance.passed => Err(Failure::not_passed(format!(
             "the expanded uncertainty exceeds {} mm",
             acceptance.limit_mm
         ))),
@@ -209,20 +198,17 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, F
     let Some(path) = &arguments.robot else {
         no_printer(arguments)?;
         let (robot, readings) = example::load()?;
-        let source = InputText::new(&robot.name, example::ROBOT_TOML);
-        let samples = InputText::new(&readings.name, example::SAMPLES_CSV);
         return Ok(Inputs {
+            file: InputText::new(&robot.name, example::ROBOT_TOML),
+            samples: InputText::new(&readings.name, example::SAMPLES_CSV),
             robot,
             readings,
-            source: Source::from(&source),
-            samples: sources(&samples),
             printer: None,
         });
     };
     let text = configuration(path)?;
     let samples = || match &arguments.samples {
         Some(samples) => {
-            let _waiting = Waiting::for_file(samples);
             let second = arguments.second.as_deref();
             let text = read_samples_texts(samples, second, &arguments.columns)?;
             Ok(Some(text))
@@ -236,21 +222,21 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, F
         return Ok(Inputs {
             readings: read_samples(&samples, &robot, options)?,
             robot,
-            source: Source::from(&text),
-            samples: sources(&samples),
+            file: text,
+            samples,
             printer: None,
         });
     }
     let stated = arguments.stated.stated()?;
     let mut printer = Firmware::of(&text)?.import(&text, &stated, &includes)?;
-    let mut of_samples = (Source::from(&text), None);
+    let mut of_samples = text.clone();
     if let Some(samples) = samples()? {
         let readings = match touches(&printer, &samples)? {
             Some(readings) => readings,
             None => read_samples(&samples, &printer.robot, options)?,
         };
         printer = printer.with_readings(readings);
-        of_samples = sources(&samples);
+        of_samples = samples;
     } else if let (true, Some(readings)) =
         (printer.readings.rows.is_empty(), touches(&printer, &text)?)
     {
@@ -263,7 +249,7 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, F
     Ok(Inputs {
         robot: printer.robot.clone(),
         readings: printer.readings.clone(),
-        source: Source::from(&text),
+        file: text,
         samples: of_samples,
         printer: Some(printer),
     })
@@ -275,10 +261,10 @@ fn is_robot_file(path: &Path) -> bool {
 
 /// A robot file does not hold the samples, as a printer's configuration may.
 fn without_samples(path: &Path) -> Failure {
-    Failure::Usage {
-        cause: format!("{} is given without its samples", path.display()),
-        remedy: "write for example delta-cal calibrate robot.toml samples.csv".to_owned(),
-    }
+    Failure::usage(
+        format!("{} is given without its samples", path.display()),
+        "write for example delta-cal calibrate robot.toml samples.csv",
+    )
 }
 
 /// What only a printer has is not asked of another robot.
@@ -286,11 +272,11 @@ fn no_printer(arguments: &CalibrateArguments) -> Result<(), Failure> {
     let paste = arguments.paste.is_some().then_some("--paste");
     match arguments.stated.given().or(paste) {
         None => Ok(()),
-        Some(option) => Err(Failure::Usage {
-            cause: format!("{option} needs a printer's configuration"),
-            remedy: format!(
+        Some(option) => Err(Failure::usage(
+            format!("{option} needs a printer's configuration"),
+            format!(
                 "write for example delta-cal calibrate printer.cfg {option} …, or see delta-cal export"
             ),
-        }),
+        )),
     }
 }

@@ -1,6 +1,5 @@
 //! `delta-cal device`: its arguments and help.
 
-mod connect;
 mod run;
 
 pub(crate) use run::run;
@@ -20,17 +19,8 @@ Examples:
   delta-cal device --port tcp:192.168.0.7:4000 apply calibrated.toml
   delta-cal device --port /dev/ttyACM0 revert
 
-Exit codes:
-    0  done
-    1  refused: the measurements cannot calibrate this robot
-    2  the command line is wrong
-    3  an input file is wrong, or another robot's
-    4  a file could not be written
-    5  the controller or the link to it failed
-  130  ended by Ctrl-C
-
 The controller keeps its parameters until --apply, apply or revert asks it for others. If the link \
-breaks after that, status shows which are in use. Repeating a command does no harm.";
+breaks or the command is interrupted after that, status shows which are in use. Repeating a command does no harm.";
 
 const CALIBRATE_HELP: &str = "\
 The controller takes the samples and solves while its control loop runs. This computer judges the \

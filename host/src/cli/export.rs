@@ -1,9 +1,9 @@
 //! `delta-cal export`.
 
 use super::failure::Failure;
-use super::length::Length;
+use super::length::length;
 use super::output::{self, deliver};
-use super::paths::{ColumnsArgument, is_stream, read, robot_path, same_kind};
+use super::paths::{ColumnsArgument, is_stream, read, robot_path};
 use crate::export::error::ExportError;
 use crate::export::geometry::Frame;
 use crate::export::positions::{Wanted, bed};
@@ -37,13 +37,7 @@ Examples:
   delta-cal export calibrated.toml --for marlin --bed samples.csv \\
       --home 720.9,720.6,721.2
   delta-cal export calibrated.toml --for correction-table --nominal robot.toml \\
-      --limit 0.1mm --positions work.csv
-
-Exit codes:
-  0  done
-  2  the command line is wrong
-  3  an input file is wrong, or the target cannot hold this robot
-  4  a file could not be written";
+      --limit 0.1mm --positions work.csv";
 
 #[derive(Debug, Args)]
 #[command(after_help = HELP)]
@@ -78,17 +72,17 @@ pub(crate) struct ExportArguments {
     bed: Option<PathBuf>,
     /// The height of the robot's origin above the controller's z = 0 [default: the least whole number
     /// of mm with no position below 0]
-    #[arg(long, value_name = "LENGTH")]
-    height: Option<Length>,
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    height: Option<f64>,
     /// The platform's radius [default: that of the robot file, or 25 mm]
-    #[arg(long, value_name = "LENGTH")]
-    platform_radius: Option<Length>,
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    platform_radius: Option<f64>,
     /// The unit of a LinuxCNC machine
     #[arg(long, value_enum, default_value_t = UnitArgument::Mm)]
     unit: UnitArgument,
     /// The largest error between the nodes of a correction table [default: nodes 25 mm apart]
-    #[arg(long, value_name = "LENGTH")]
-    limit: Option<Length>,
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    limit: Option<f64>,
     /// Write the lines to this file instead of standard output
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -113,16 +107,16 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     ];
     output::check(&inputs, &[("--output", output), ("--json", json_path)])?;
     if arguments.limit.is_some() && arguments.target != "correction-table" {
-        return Err(Failure::Usage {
-            cause: format!("--limit cannot be used with --for {}", arguments.target),
-            remedy: "use it with --for correction-table".to_owned(),
-        });
+        return Err(Failure::usage(
+            format!("--limit cannot be used with --for {}", arguments.target),
+            "use it with --for correction-table",
+        ));
     }
     if matches!(arguments.unit, UnitArgument::Inch) && arguments.target != "linuxcnc" {
-        return Err(Failure::Usage {
-            cause: format!("--unit inch cannot be used with --for {}", arguments.target),
-            remedy: "use it with --for linuxcnc".to_owned(),
-        });
+        return Err(Failure::usage(
+            format!("--unit inch cannot be used with --for {}", arguments.target),
+            "use it with --for linuxcnc",
+        ));
     }
     let input = InputText::from_file(&arguments.robot)?;
     let robot = RobotFile::read(&input)?;
@@ -130,15 +124,19 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         Some(path) => Some(RobotFile::read(&InputText::from_file(path)?)?),
         None => None,
     };
-    if let Some(nominal) = &nominal {
-        same_kind("--nominal", &robot, nominal)?;
+    let drive = robot.robot.drive();
+    if let Some(nominal) = nominal.as_ref().filter(|own| own.robot.drive() != drive) {
+        let cause = format!("one of this robot and that of {} has towers", robot.name);
+        let error = InputError::new(&nominal.name, cause);
+        let remedy = "give with --nominal the same robot as it was before its calibration";
+        return Err(error.with_remedy(remedy).into());
     }
     let settings = Settings {
-        height: arguments.height.map(|Length(height)| height),
-        home: home(arguments, robot.robot.drive())?,
-        platform_radius: arguments.platform_radius.map(|Length(radius)| radius),
+        height: arguments.height,
+        home: home(arguments, drive)?,
+        platform_radius: arguments.platform_radius,
         inches: matches!(arguments.unit, UnitArgument::Inch),
-        limit: arguments.limit.map(|Length(limit)| limit),
+        limit: arguments.limit,
         level: level(arguments, &robot)?,
     };
     let wanted = match &arguments.positions {
@@ -154,7 +152,7 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         wanted: &wanted,
         settings,
     };
-    let found = target(&arguments.target, robot.robot.drive());
+    let found = target(&arguments.target, drive);
     let export = found.and_then(|target| case.export(target));
     let export = export.map_err(|error| failure(&input, arguments.positions.as_deref(), &error))?;
     let positions = arguments.positions.as_ref();
@@ -194,10 +192,10 @@ fn home(arguments: &ExportArguments, drive: Drive) -> Result<Option<[f64; 3]>, F
         Drive::Rotary => ("joint angle in degrees", "-52.5,-52.1,-52.8"),
         Drive::Linear => ("travel in mm", "720.9,720.6,721.2"),
     };
-    Err(Failure::Usage {
-        cause: format!("--home takes one {what}, or three"),
-        remedy: format!("write for example --home {example}"),
-    })
+    Err(Failure::usage(
+        format!("--home takes one {what}, or three"),
+        format!("write for example --home {example}"),
+    ))
 }
 
 /// The bed that heights were measured above.
@@ -206,10 +204,10 @@ fn level(arguments: &ExportArguments, robot: &RobotFile) -> Result<Option<Frame>
         return Ok(None);
     };
     if robot.robot.drive() == Drive::Rotary {
-        return Err(Failure::Usage {
-            cause: "--bed can only be used with towers".to_owned(),
-            remedy: "leave it out; the fitted rigid motion levels the work frame".to_owned(),
-        });
+        return Err(Failure::usage(
+            "--bed can only be used with towers",
+            "leave it out; the fitted rigid motion levels the work frame",
+        ));
     }
     let input = InputText::from_table(path)?;
     let samples = read_samples(&input, robot, &Options::default()).map_err(Failure::from)?;

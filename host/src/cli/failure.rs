@@ -1,3 +1,5 @@
+//! Why a command did not do what was asked, and the exit code that says so.
+
 use super::output::OutputError;
 use crate::device::DeviceError;
 use crate::{CalibrateError, InputError};
@@ -8,107 +10,106 @@ use std::process::ExitCode;
 const ERROR: Style = AnsiColor::Red.on_default().bold();
 const HELP: Style = AnsiColor::Cyan.on_default().bold();
 
-/// Why the command did not do what was asked. Each has its exit code.
+/// One message on standard error, and an exit code.
 #[derive(Debug)]
-pub(crate) enum Failure {
-    Calibrate(CalibrateError),
-    /// Poses that do not determine the robot.
-    NotDetermined {
-        cause: String,
-        remedy: String,
-    },
-    /// A limit that is not met, or not known to be.
-    NotPassed(String),
-    Usage {
-        cause: String,
-        remedy: String,
-    },
-    Output(String),
+pub(crate) struct Failure {
+    code: u8,
+    cause: String,
+    /// The line of a file at fault, as it stands there.
+    excerpt: Option<String>,
+    diagnosis: Option<String>,
+    /// What to do next, unless it is empty.
+    remedy: String,
+}
+
+impl Failure {
+    fn new(code: u8, cause: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self {
+            code,
+            cause: cause.into(),
+            excerpt: None,
+            diagnosis: None,
+            remedy: remedy.into(),
+        }
+    }
+
+    /// The measurements cannot calibrate the robot.
+    pub(crate) fn refused(cause: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::new(1, cause, remedy)
+    }
+
+    /// The command line is wrong.
+    pub(crate) fn usage(cause: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::new(2, cause, remedy)
+    }
+
+    /// A file could not be written.
+    pub(crate) fn output(cause: impl Into<String>) -> Self {
+        let remedy =
+            "give another name, or check that the folder exists, is writable and has space";
+        Self::new(4, cause, remedy)
+    }
+
     /// The controller, or the link to it.
-    Device {
-        cause: String,
-        remedy: String,
-    },
-    /// By Ctrl-C; the remedy may be empty.
-    Interrupted {
-        remedy: String,
-    },
+    pub(crate) fn device(cause: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::new(5, cause, remedy)
+    }
+
+    /// A limit that is not met, or not known to be.
+    pub(crate) fn not_passed(cause: impl Into<String>) -> Self {
+        Self::new(6, cause, "")
+    }
+
+    /// Says so, and ends with the exit code.
+    pub(crate) fn report(self) -> ExitCode {
+        let kind = match self.code {
+            1 => "refused",
+            6 => "not passed",
+            _ => "error",
+        };
+        let mut stderr = anstream::stderr().lock();
+        let _ = writeln!(stderr, "{ERROR}{kind}:{ERROR:#} {}", self.cause);
+        if let Some(excerpt) = self.excerpt {
+            let _ = writeln!(stderr, "{excerpt}");
+        }
+        if let Some(diagnosis) = self.diagnosis {
+            let _ = writeln!(stderr, "{HELP}diagnosis:{HELP:#} {diagnosis}");
+        }
+        if !self.remedy.is_empty() {
+            let _ = writeln!(stderr, "{HELP}help:{HELP:#} {}", self.remedy);
+        }
+        ExitCode::from(self.code)
+    }
 }
 
 impl From<CalibrateError> for Failure {
     fn from(error: CalibrateError) -> Self {
-        Self::Calibrate(error)
+        let (code, excerpt) = match &error {
+            CalibrateError::Refused(_) => (1, None),
+            CalibrateError::Input(error) => (3, error.excerpt().map(ToOwned::to_owned)),
+        };
+        Self {
+            excerpt,
+            diagnosis: error.diagnosis().map(ToString::to_string),
+            ..Self::new(code, error.to_string(), error.remedy().unwrap_or_default())
+        }
     }
 }
 
 impl From<InputError> for Failure {
     fn from(error: InputError) -> Self {
-        Self::Calibrate(error.into())
+        CalibrateError::from(error).into()
     }
 }
 
 impl From<DeviceError> for Failure {
     fn from(error: DeviceError) -> Self {
-        Self::Device {
-            cause: error.to_string(),
-            remedy: error.remedy().to_owned(),
-        }
+        Self::device(error.to_string(), error.remedy())
     }
 }
 
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
-        Self::Output(error.to_string())
-    }
-}
-
-impl Failure {
-    /// One message on standard error, and the exit code.
-    pub(crate) fn report(self) -> ExitCode {
-        let excerpt = match &self {
-            Self::Calibrate(CalibrateError::Input(error)) => error.excerpt().map(ToOwned::to_owned),
-            _ => None,
-        };
-        let diagnosis = match &self {
-            Self::Calibrate(error) => error.diagnosis().map(ToString::to_string),
-            _ => None,
-        };
-        let (code, kind, cause, remedy) = match self {
-            Self::Calibrate(error) => {
-                let (code, kind) = match &error {
-                    CalibrateError::Refused(_) => (1, "refused"),
-                    CalibrateError::Input(_) => (3, "error"),
-                };
-                (
-                    code,
-                    kind,
-                    error.to_string(),
-                    error.remedy().unwrap_or_default(),
-                )
-            }
-            Self::NotDetermined { cause, remedy } => (1, "refused", cause, remedy),
-            Self::NotPassed(cause) => (6, "not passed", cause, String::new()),
-            Self::Usage { cause, remedy } => (2, "error", cause, remedy),
-            Self::Output(cause) => {
-                let remedy =
-                    "give another name, or check that the folder exists, is writable and has space";
-                (4, "error", cause, remedy.to_owned())
-            }
-            Self::Device { cause, remedy } => (5, "error", cause, remedy),
-            // As shells do for a process that SIGINT ended.
-            Self::Interrupted { remedy } => (130, "error", "interrupted".to_owned(), remedy),
-        };
-        let mut stderr = anstream::stderr().lock();
-        let _ = writeln!(stderr, "{ERROR}{kind}:{ERROR:#} {cause}");
-        if let Some(excerpt) = excerpt {
-            let _ = writeln!(stderr, "{excerpt}");
-        }
-        if let Some(diagnosis) = diagnosis {
-            let _ = writeln!(stderr, "{HELP}diagnosis:{HELP:#} {diagnosis}");
-        }
-        if !remedy.is_empty() {
-            let _ = writeln!(stderr, "{HELP}help:{HELP:#} {remedy}");
-        }
-        ExitCode::from(code)
+        Self::output(error.to_string())
     }
 }

@@ -1,9 +1,8 @@
 //! `delta-cal import`.
 
 use super::failure::Failure;
-use super::length::Measured;
-use super::output;
-use super::output::print;
+use super::length::{Measured, measured};
+use super::output::{self, deliver};
 use super::paths::is_stream;
 use crate::import::{Firmware, Imported, Stated};
 use crate::{InputError, InputText};
@@ -12,7 +11,6 @@ use clap::builder::PossibleValuesParser;
 use delta_cal::robot::Drive;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 pub(crate) const HELP: &str = "\
 CONTROLLER is one of:
@@ -28,15 +26,7 @@ keeps nothing of sections that the geometry does not need, and prints no line of
 
 Examples:
   delta-cal import klipper printer.cfg --rods 345mm --output mine
-  delta-cal import reprapfirmware config.g --output mine
-
-Exit codes:
-  0  the files are written
-  2  the command line is wrong
-  3  the configuration is wrong, or it is not of a Delta robot
-  4  a file exists, or could not be written
-
-With exit codes 2 and 3 no file is written or changed.";
+  delta-cal import reprapfirmware config.g --output mine";
 
 #[derive(Debug, Args)]
 #[command(after_help = HELP)]
@@ -61,50 +51,36 @@ pub(crate) struct ImportArguments {
 #[derive(Debug, Args)]
 pub(crate) struct StatedArguments {
     /// A printer's rods: 345mm as made, 345±0.1mm as measured
-    #[arg(long, value_name = "LENGTH", value_delimiter = ',')]
+    #[arg(long, value_name = "LENGTH", value_parser = measured, value_delimiter = ',')]
     rods: Option<Vec<Measured>>,
     /// Its delta radius
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, value_name = "LENGTH", value_parser = measured)]
     radius: Option<Measured>,
     /// A printed length and what it came out as, mm
-    #[arg(long, value_name = "100=98.5")]
-    printed: Option<Printed>,
+    #[arg(long, value_name = "100=98.5", value_parser = printed)]
+    printed: Option<[f64; 2]>,
     /// What prints shrink by: 0.3%
-    #[arg(long, value_name = "PERCENT")]
-    shrinkage: Option<Shrinkage>,
+    #[arg(long, value_name = "PERCENT", value_parser = shrinkage)]
+    shrinkage: Option<f64>,
 }
 
 /// So long a part was to be, and so long it came out, mm.
-#[derive(Debug, Clone, Copy)]
-struct Printed([f64; 2]);
-
-/// A part of the length.
-#[derive(Debug, Clone, Copy)]
-struct Shrinkage(f64);
-
-impl FromStr for Printed {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let number = |text: &str| {
-            let own = text.trim().trim_end_matches("mm").trim().parse().ok();
-            own.filter(|own: &f64| *own > 0.0 && own.is_finite())
-        };
-        let pair = text.split_once('=');
-        pair.and_then(|(wanted, is)| Some(Self([number(wanted)?, number(is)?])))
-            .ok_or_else(|| "two lengths in mm are needed, as 100=98.5".to_owned())
-    }
+fn printed(text: &str) -> Result<[f64; 2], String> {
+    let number = |text: &str| {
+        let own = text.trim().trim_end_matches("mm").trim().parse().ok();
+        own.filter(|own: &f64| *own > 0.0 && own.is_finite())
+    };
+    let pair = text.split_once('=');
+    pair.and_then(|(wanted, is)| Some([number(wanted)?, number(is)?]))
+        .ok_or_else(|| "two lengths in mm are needed, as 100=98.5".to_owned())
 }
 
-impl FromStr for Shrinkage {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let number = text.trim().strip_suffix('%').map(|own| own.trim().parse());
-        match number {
-            Some(Ok(percent)) if (-10.0..=10.0).contains(&percent) => Ok(Self(0.01 * percent)),
-            _ => Err("a percentage of up to 10 is needed, as 0.3%".to_owned()),
-        }
+/// A part of the length.
+fn shrinkage(text: &str) -> Result<f64, String> {
+    let number = text.trim().strip_suffix('%').map(|own| own.trim().parse());
+    match number {
+        Some(Ok(percent)) if (-10.0..=10.0).contains(&percent) => Ok(0.01 * percent),
+        _ => Err("a percentage of up to 10 is needed, as 0.3%".to_owned()),
     }
 }
 
@@ -117,11 +93,10 @@ impl StatedArguments {
             Some([all]) => Some([all.length; 3]),
             Some([a, b, c]) => Some([a.length, b.length, c.length]),
             Some(_) => {
-                return Err(Failure::Usage {
-                    cause: "--rods needs one length, or three".to_owned(),
-                    remedy: "write for example --rods 345mm or --rods 345.1mm,344.9mm,345.0mm"
-                        .to_owned(),
-                });
+                return Err(Failure::usage(
+                    "--rods needs one length, or three",
+                    "write for example --rods 345mm or --rods 345.1mm,344.9mm,345.0mm",
+                ));
             }
         };
         let sigmas = own.unwrap_or_default().iter().filter_map(|own| own.sigma);
@@ -135,9 +110,7 @@ impl StatedArguments {
 
     /// With what was printed.
     pub(crate) fn add_prints(&self, imported: Imported) -> Result<Imported, InputError> {
-        let printed = self.printed.map(|Printed(own)| own);
-        let shrinkage = self.shrinkage.map_or(0.0, |Shrinkage(own)| own);
-        imported.with_prints(printed, shrinkage)
+        imported.with_prints(self.printed, self.shrinkage.unwrap_or_default())
     }
 
     /// The first option that was given.
@@ -187,11 +160,10 @@ pub(crate) fn includes(from: &str, wanted: &str) -> Result<Vec<InputText>, Input
 
 pub(crate) fn run(arguments: &ImportArguments) -> Result<(), Failure> {
     if is_stream(&arguments.file) || is_stream(&arguments.output) {
-        return Err(Failure::Usage {
-            cause: "the configuration and the folder need names".to_owned(),
-            remedy: "write for example delta-cal import klipper printer.cfg --output mine"
-                .to_owned(),
-        });
+        return Err(Failure::usage(
+            "the configuration and the folder need names",
+            "write for example delta-cal import klipper printer.cfg --output mine",
+        ));
     }
     let stated = arguments.stated.stated()?;
     let mut all = Firmware::ALL.into_iter();
@@ -200,46 +172,31 @@ pub(crate) fn run(arguments: &ImportArguments) -> Result<(), Failure> {
     let input = configuration(&arguments.file)?;
     let imported = firmware.import(&input, &stated, &includes)?;
     let imported = arguments.stated.add_prints(imported)?;
+    let folder = arguments.output.as_path();
+    let (robot, samples) = (folder.join("robot.toml"), folder.join("samples.csv"));
+    let samples_text = imported.samples_text();
     let files = [
-        ("robot.toml", Some(imported.robot_text())),
-        ("samples.csv", imported.samples_text()),
+        (Some(robot.as_path()), imported.robot_text()),
+        (
+            samples_text.as_ref().map(|_| samples.as_path()),
+            samples_text.unwrap_or_default(),
+        ),
     ];
-    let written = write(&arguments.output, &files, arguments.force)?;
-    print(&text(&imported, &arguments.output, &written))
-}
-
-/// Writes those files that have a text into a folder, all or none.
-pub(crate) fn write(
-    folder: &Path,
-    files: &[(&str, Option<String>)],
-    force: bool,
-) -> Result<Vec<PathBuf>, Failure> {
-    let files = files
-        .iter()
-        .filter_map(|(name, text)| Some((folder.join(name), text.as_deref()?)));
-    let files: Vec<_> = files.collect();
-    if let Some((path, _)) = files.iter().find(|(path, _)| !force && path.exists()) {
-        return Err(Failure::Output(format!(
+    let mut paths = files.iter().filter_map(|(path, _)| *path);
+    if let Some(path) = paths.find(|path| !arguments.force && path.exists()) {
+        return Err(Failure::output(format!(
             "{}: the file exists, and is only replaced with --force",
             path.display()
         )));
     }
     output::make_folder(folder)?;
-    let texts: Vec<_> = files
-        .iter()
-        .map(|(path, text)| (path.as_path(), *text))
-        .collect();
-    output::write_all(&texts)?;
-    Ok(files.into_iter().map(|(path, _)| path).collect())
+    deliver(&files, text(&imported, folder))
 }
 
-fn text(imported: &Imported, folder: &Path, written: &[PathBuf]) -> String {
+fn text(imported: &Imported, folder: &Path) -> String {
     let mut text = String::new();
     for note in &imported.notes {
         let _ = writeln!(text, "{note}");
-    }
-    for path in written {
-        let _ = writeln!(text, "Written: {}", path.display());
     }
     let folder = folder.display();
     let [heights, distances] = imported.counts();

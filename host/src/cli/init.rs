@@ -18,12 +18,7 @@ Examples:
   delta-cal init --output - | less
 
 Next:
-  delta-cal plan robot.toml --count 12 --output poses.csv
-
-Exit codes:
-  0  the file is written
-  2  the command line is wrong
-  4  the file exists, or could not be written";
+  delta-cal plan robot.toml --count 12 --output poses.csv";
 
 /// What moves the elbows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -48,7 +43,7 @@ pub(crate) fn run(arguments: &InitArguments) -> Result<(), Failure> {
     let path = arguments.output.as_path();
     if !is_stream(path) && path.exists() {
         let path = path.display();
-        return Err(Failure::Output(format!("{path}: the file exists")));
+        return Err(Failure::output(format!("{path}: the file exists")));
     }
     let template = RobotFile::template(match arguments.kind {
         Kind::Rotary => Drive::Rotary,

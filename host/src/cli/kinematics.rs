@@ -15,13 +15,7 @@ a samples file. The output has x_mm,y_mm,z_mm too. If a row has no solution, not
 
 Examples:
   delta-cal forward robot.toml angles.csv
-  printf 'q1_deg,q2_deg,q3_deg\\n10,20,30\\n' | delta-cal forward robot.toml
-
-Exit codes:
-  0  done
-  2  the command line is wrong
-  3  an input file is wrong, or a row has no solution
-  4  the output could not be written";
+  printf 'q1_deg,q2_deg,q3_deg\\n10,20,30\\n' | delta-cal forward robot.toml";
 
 pub(crate) const INVERSE_HELP: &str = "\
 FILE.csv has the columns x_mm,y_mm,z_mm (or _m, _in ...); others are ignored, so that it may be a samples file. The \
@@ -29,13 +23,7 @@ output has the joint angles too. If a row has no solution within the joint limit
 
 Examples:
   delta-cal inverse robot.toml positions.csv --output angles.csv
-  printf 'x_mm,y_mm,z_mm\\n10,-20,-400\\n' | delta-cal inverse robot.toml
-
-Exit codes:
-  0  done
-  2  the command line is wrong
-  3  an input file is wrong, or a row has no solution
-  4  the output could not be written";
+  printf 'x_mm,y_mm,z_mm\\n10,-20,-400\\n' | delta-cal inverse robot.toml";
 
 #[derive(Debug, Args)]
 pub(crate) struct KinematicsArguments {

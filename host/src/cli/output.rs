@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
 use tempfile::{Builder, NamedTempFile, TempPath};
 
 /// An option or what it names, and the path that was given.
@@ -26,25 +27,25 @@ pub(crate) fn check(inputs: &[Place<'_>], outputs: &[Place<'_>]) -> Result<(), F
         .filter(|(_, path)| path.is_some_and(is_stream));
     let streams: Vec<&str> = streams.map(|(option, _)| *option).collect();
     if let [first, second, ..] = streams.as_slice() {
-        return Err(Failure::Usage {
-            cause: format!("{first} - and {second} - both write to standard output"),
-            remedy: "give one of them the name of a file".to_owned(),
-        });
+        return Err(Failure::usage(
+            format!("{first} - and {second} - both write to standard output"),
+            "give one of them the name of a file",
+        ));
     }
     Ok(())
 }
 
 /// Writes the files, and prints what goes to standard output, or the report and where everything is.
-pub(crate) fn deliver(
-    outputs: &[(Option<&Path>, &str)],
+pub(crate) fn deliver<C: AsRef<[u8]>>(
+    outputs: &[(Option<&Path>, C)],
     report: impl Into<String>,
 ) -> Result<(), Failure> {
     let given = outputs.iter();
-    let given = given.filter_map(|(path, text)| Some(((*path)?, *text)));
+    let given = given.filter_map(|(path, text)| Some(((*path)?, text.as_ref())));
     let (streams, files): (Vec<_>, Vec<_>) = given.partition(|(path, _)| is_stream(path));
     write_all(&files)?;
     if let [(_, text), ..] = streams.as_slice() {
-        return print(text);
+        return print(&String::from_utf8_lossy(text));
     }
     let mut report = report.into();
     for (path, _) in &files {
@@ -70,7 +71,7 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
         .write_all(text.as_bytes())
         .and_then(|()| stdout.flush())
     {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::Output(format!(
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::output(format!(
             "standard output: cannot be written: {error}"
         ))),
         _ => Ok(()),
@@ -241,6 +242,26 @@ fn failure(path: &Path, error: io::Error) -> OutputError {
         path: path.to_owned(),
         error,
     }
+}
+
+/// Of the standard for reproducible builds: the time in place of the clock's.
+const SOURCE_DATE_EPOCH: &str = "SOURCE_DATE_EPOCH";
+
+/// When a report is written: seconds since the beginning of 1970.
+pub(super) fn now() -> Result<u64, Failure> {
+    // No calendar goes beyond the year 9999.
+    const LAST: u64 = 253_402_300_799;
+    let Some(value) = std::env::var_os(SOURCE_DATE_EPOCH) else {
+        let since = SystemTime::now().duration_since(UNIX_EPOCH);
+        return Ok(since.map_or(0, |since| since.as_secs()));
+    };
+    let seconds = value.to_str().and_then(|text| text.parse().ok());
+    seconds.filter(|seconds| *seconds <= LAST).ok_or_else(|| {
+        Failure::usage(
+            format!("{SOURCE_DATE_EPOCH} is {}, not a time", value.display()),
+            "set it to whole seconds since the beginning of 1970, or unset it",
+        )
+    })
 }
 
 #[cfg(test)]

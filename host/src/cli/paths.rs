@@ -1,8 +1,7 @@
 use super::failure::Failure;
-use crate::{ColumnMapping, InputError, InputText, RobotFile};
+use crate::{ColumnMapping, InputError, InputText};
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
-use delta_cal::robot::Drive;
 use std::fs::File;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -112,36 +111,11 @@ pub(crate) fn refuse_same(
         (Some(output), Some(other))
             if !is_stream(output) && identity(output) == identity(other) =>
         {
-            Err(Failure::Usage {
-                cause: format!("{option} {} is the same file as {what}", output.display()),
-                remedy: remedy.to_owned(),
-            })
+            Err(Failure::usage(
+                format!("{option} {} is the same file as {what}", output.display()),
+                remedy,
+            ))
         }
         _ => Ok(()),
     }
-}
-
-/// Robots with carriages and robots whose motors turn their arms have nothing in common.
-pub(super) fn same_kind(
-    option: &str,
-    robot: &RobotFile,
-    other: &RobotFile,
-) -> Result<(), InputError> {
-    let drive = other.robot.drive();
-    if robot.robot.drive() == drive {
-        return Ok(());
-    }
-    let (own, its) = match drive {
-        Drive::Linear => ("carriages on towers drive", "motors turn the arms of"),
-        Drive::Rotary => ("motors turn the arms of", "carriages on towers drive"),
-    };
-    let cause = format!(
-        "{own} this robot, named with {option}, but {its} the robot of {}",
-        robot.name
-    );
-    let remedy = format!(
-        "name with {option} a robot file of the same kind as {}",
-        robot.name
-    );
-    Err(InputError::new(&other.name, cause).with_remedy(remedy))
 }

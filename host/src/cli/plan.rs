@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::import::{configuration, includes};
-use super::length::Length;
+use super::length::length;
 use super::output;
 use super::paths::{ColumnsArgument, is_stream, read, robot_path};
 use super::progress::Waiting;
@@ -32,15 +32,7 @@ Examples:
   delta-cal plan robot.toml --measure plane,distance=8 --count 40 \\
       --output touches.csv
   delta-cal plan robot.toml --samples samples.csv
-  delta-cal plan printer.cfg --count 16
-
-Exit codes:
-  0  done
-  1  the measurements do not determine the robot or, with --samples, are
-     not expected to halve the position error
-  2  the command line is wrong
-  3  an input file is wrong, or its limits exclude everything
-  4  a file could not be written";
+  delta-cal plan printer.cfg --count 16";
 
 /// Measurements proposed in addition to those of a file.
 const ADDED: usize = 4;
@@ -58,8 +50,8 @@ pub(crate) struct PlanArguments {
     #[arg(long, value_name = "N", value_parser = whole_number, allow_negative_numbers = true)]
     count: Option<usize>,
     /// As few measurements as bring the expected error down to this
-    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, conflicts_with_all = ["count", "samples"])]
-    accuracy: Option<Length>,
+    #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true, conflicts_with_all = ["count", "samples"])]
+    accuracy: Option<f64>,
     /// Say what the rows of this file determine, and which to add
     #[arg(long, value_name = "SAMPLES.csv", conflicts_with = "measure")]
     samples: Option<PathBuf>,
@@ -124,14 +116,14 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
         ..PlanRequest::new(&robot, arguments.measure.clone(), count)
     };
     if request.frame == Frame::Sensor && !request.kinds.positions() {
-        return Err(Failure::Usage {
-            cause: "--frame sensor is for coordinates, and --measure asks for none".to_owned(),
-            remedy: "leave out --frame, or measure xyz or xy too".to_owned(),
-        });
+        return Err(Failure::usage(
+            "--frame sensor is for coordinates, and --measure asks for none",
+            "leave out --frame, or measure xyz or xy too",
+        ));
     }
     let waiting = Waiting::new("planning".to_owned());
     let planned = match arguments.accuracy {
-        Some(Length(accuracy)) => plan_for(&request, accuracy),
+        Some(accuracy) => plan_for(&request, accuracy),
         None => plan(&request),
     };
     drop(waiting);
@@ -152,12 +144,10 @@ fn printer(arguments: &PlanArguments, text: &InputText) -> Result<(), Failure> {
         .count
         .filter(|count| (LEAST..=MOST).contains(count))
     else {
-        return Err(Failure::Usage {
-            cause: "touches of a printer's bed are planned with --count".to_owned(),
-            remedy:
-                "write for example delta-cal plan printer.cfg --count 16 --output touches.gcode"
-                    .to_owned(),
-        });
+        return Err(Failure::usage(
+            "touches of a printer's bed are planned with --count",
+            "write for example delta-cal plan printer.cfg --count 16 --output touches.gcode",
+        ));
     };
     let firmware = Firmware::of(text)?;
     let imported = firmware.import(text, &Stated::default(), &includes)?;
@@ -200,13 +190,13 @@ fn keep_measurements(path: &Path, robot: &RobotFile) -> Result<(), Failure> {
     if InputText::from_file(path).is_ok_and(replaceable) {
         return Ok(());
     }
-    Err(Failure::Usage {
-        cause: format!(
+    Err(Failure::usage(
+        format!(
             "--output {} exists and holds measurements, or is no plan",
             path.display()
         ),
-        remedy: "give the output another name, or --force to replace the file".to_owned(),
-    })
+        "give the output another name, or --force to replace the file",
+    ))
 }
 
 /// What the rows of a file determine.
@@ -239,11 +229,10 @@ fn samples(arguments: &PlanArguments, robot: &RobotFile, path: &Path) -> Result<
     if determined.worthwhile() {
         return Ok(());
     }
-    Err(Failure::NotDetermined {
-        cause: "a calibration from these rows is not expected to halve the position error"
-            .to_owned(),
-        remedy: "take the proposed measurements as well, or state a [tolerance]".to_owned(),
-    })
+    Err(Failure::refused(
+        "a calibration from these rows is not expected to halve the position error",
+        "take the proposed measurements as well, or state a [tolerance]",
+    ))
 }
 
 /// Each cause has its exit code.
@@ -255,13 +244,9 @@ fn failure(robot: &RobotFile, error: PlanError) -> Failure {
                 .at_key("[joints]")
                 .with_remedy(remedy),
         ),
-        PlanError::Singular | PlanError::NotDetermined { .. } => Failure::NotDetermined {
-            cause: error.to_string(),
-            remedy: remedy.to_owned(),
-        },
-        _ => Failure::Usage {
-            cause: error.to_string(),
-            remedy: remedy.to_owned(),
-        },
+        PlanError::Singular | PlanError::NotDetermined { .. } => {
+            Failure::refused(error.to_string(), remedy)
+        }
+        _ => Failure::usage(error.to_string(), remedy),
     }
 }

@@ -28,13 +28,7 @@ Examples:
   delta-cal simulate --example > campaign.toml
   delta-cal simulate campaign.toml --robots 0..1000 --output rows.csv
   delta-cal simulate --summary rows*.csv --json summary.json
-  delta-cal simulate --paper --output results.csv
-
-Exit codes:
-  0  done
-  2  the command line is wrong
-  3  the campaign file, or a file of rows, is wrong
-  4  a file could not be written";
+  delta-cal simulate --paper --output results.csv";
 
 #[derive(Debug, Args)]
 pub(crate) struct SimulateArguments {
@@ -113,15 +107,13 @@ fn of_files(paths: &[PathBuf]) -> Result<Vec<CaseSummary>, Failure> {
         let rows = campaign::read_rows(&name, &text)?;
         files.push((name, rows));
     }
-    bar.finish();
+    drop(bar);
     Ok(summarize(&campaign::join(files)?))
 }
 
 fn with_bar<T>(work: impl FnOnce(&mut dyn FnMut(u64, u64)) -> T) -> T {
     let bar = Bar::new("robots");
-    let result = work(&mut |finished, robots| bar.show(finished, robots));
-    bar.finish();
-    result
+    work(&mut |finished, robots| bar.show(finished, robots))
 }
 
 fn plan(campaign: Option<&Path>) -> Result<(Plan, &'static str), Failure> {
@@ -167,5 +159,5 @@ fn publish<T: Serialize>(
 }
 
 fn unwritten(error: &dyn std::error::Error) -> Failure {
-    Failure::Output(format!("the results: {error}"))
+    Failure::output(format!("the results: {error}"))
 }

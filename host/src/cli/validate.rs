@@ -1,11 +1,10 @@
 //! `delta-cal validate`.
 
 use super::failure::Failure;
-use super::length::Length;
-use super::output::{self, deliver};
+use super::length::length;
+use super::output::{self, deliver, now};
 use super::paths::{ColumnsArgument, read_samples_texts, robot_path};
-use super::record;
-use crate::report::document::Source;
+use crate::files::document::Document;
 use crate::report::validation as report;
 use crate::validation::{Request, Verdict, check_independent, validate};
 use crate::{CalibrateError, Frame, InputText, Options, Readings, RobotFile, read_samples};
@@ -25,17 +24,7 @@ Examples:
   delta-cal validate calibrated.toml check.csv --limit 0.1mm
   delta-cal validate calibrated.toml check.csv --limit 50um --report page.html
   delta-cal validate calibrated.toml tracker.csv --limit 0.1mm --frame sensor
-  delta-cal validate calibrated.toml heights.csv --limit 0.1mm --json -
-
-Exit codes:
-  0  passed
-  1  refused: too few poses, or measurements that are wrong as a whole
-  2  the command line is wrong
-  3  an input file is wrong
-  4  a file could not be written
-  6  failed or undecided; the output files are written
-
-With exit codes 1, 2 and 3 no output file is written or changed.";
+  delta-cal validate calibrated.toml heights.csv --limit 0.1mm --json -";
 
 #[derive(Debug, Args)]
 #[command(
@@ -52,8 +41,8 @@ pub(crate) struct ValidateArguments {
     #[arg(value_name = "POSITIONS.csv")]
     second: Option<PathBuf>,
     /// The rms position error that passes, as 0.1mm or 50um
-    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
-    limit: Length,
+    #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
+    limit: f64,
     #[command(flatten)]
     columns: ColumnsArgument,
     /// The frame of the positions: base; sensor, which is fitted; stored, [sensor_frame] of the robot file
@@ -99,15 +88,11 @@ pub(crate) fn run(arguments: &ValidateArguments) -> Result<(), Failure> {
         arguments.second.as_deref(),
         &arguments.columns,
     )?;
-    let document = record::document(
-        &robot,
-        Source::from(&robot_text),
-        record::sources(&samples_text),
-    )?;
+    let document = Document::new(&robot, &robot_text, &samples_text, now()?);
     check_independent(&robot_text, &samples_text)?;
     let samples = readings(arguments, &robot, &samples_text)?;
     let request = Request {
-        limit: arguments.limit.0,
+        limit: arguments.limit,
         frame: arguments.frame.frame(),
         stored: matches!(arguments.frame, ValidatedFrame::Stored),
     };
@@ -123,9 +108,9 @@ pub(crate) fn run(arguments: &ValidateArguments) -> Result<(), Failure> {
     )?;
     match found.verdict {
         Verdict::Pass => Ok(()),
-        Verdict::Fail => Err(Failure::NotPassed("the robot fails its limit".to_owned())),
-        Verdict::Undecided => Err(Failure::NotPassed(
-            "the measurements do not decide whether the robot meets its limit".to_owned(),
+        Verdict::Fail => Err(Failure::not_passed("the robot fails its limit")),
+        Verdict::Undecided => Err(Failure::not_passed(
+            "the measurements do not decide whether the robot meets its limit",
         )),
     }
 }

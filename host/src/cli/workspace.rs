@@ -1,15 +1,14 @@
 //! `delta-cal workspace`.
 
 use super::failure::Failure;
-use super::length::Length;
-use super::output::{self, print};
+use super::length::length;
+use super::output::{self, deliver};
 use super::paths::{is_stream, refuse_same, robot_path};
 use super::progress::Waiting;
 use crate::report::workspace;
 use crate::workspace::{Analysis, Options, WorkspaceError};
 use crate::{InputError, InputText, RobotFile};
 use clap::Args;
-use std::fmt::Write;
 use std::path::PathBuf;
 
 const HELP: &str = "\
@@ -32,15 +31,7 @@ Examples:
   delta-cal init --output robot.toml
   delta-cal workspace robot.toml
   delta-cal workspace robot.toml --output workspace
-  delta-cal workspace robot.toml --spacing 5mm --json -
-
-Exit codes:
-  0  done
-  2  the command line is wrong
-  3  an input file is wrong, or the workspace is empty
-  4  a file could not be written
-
-With exit codes 2 and 3 no output file is written or changed.";
+  delta-cal workspace robot.toml --spacing 5mm --json -";
 
 #[derive(Debug, Args)]
 #[command(after_help = HELP)]
@@ -57,58 +48,53 @@ pub(crate) struct WorkspaceArguments {
     /// Maximum distance of a computed boundary point from the true boundary
     #[arg(
         long,
-        value_name = "LENGTH",
+        value_name = "LENGTH", value_parser = length,
         default_value = "0.01mm",
         allow_negative_numbers = true
     )]
-    tolerance: Length,
+    tolerance: f64,
     /// Distance between the lines along which the boundary is searched [default: 1/80 of the
     /// longest side]
-    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
-    spacing: Option<Length>,
+    #[arg(long, value_name = "LENGTH", value_parser = length, allow_negative_numbers = true)]
+    spacing: Option<f64>,
 }
 
 pub(crate) fn run(arguments: &WorkspaceArguments) -> Result<(), Failure> {
     check_paths(arguments)?;
     let robot = RobotFile::read(&InputText::from_file(&arguments.robot)?)?;
     let options = Options {
-        tolerance: arguments.tolerance.0,
-        spacing: arguments.spacing.map(|spacing| spacing.0),
+        tolerance: arguments.tolerance,
+        spacing: arguments.spacing,
     };
     let waiting = Waiting::new("computing the workspace".to_owned());
     let analysis = Analysis::compute(&robot, &options, &mut |step| waiting.now(step))
         .map_err(|error| failure(&error, &robot.name))?;
-    let mut files: Vec<(PathBuf, Vec<u8>)> = Vec::new();
+    let mut files = vec![(
+        arguments.json.clone(),
+        workspace::to_json(&analysis.report).into_bytes(),
+    )];
     if let Some(folder) = &arguments.output {
         waiting.now("files");
         let contents = workspace::files(&analysis).into_iter();
-        files.extend(contents.map(|(name, bytes)| (folder.join(name), bytes)));
+        files.extend(contents.map(|(name, bytes)| (Some(folder.join(name)), bytes)));
         output::make_folder(folder)?;
     }
     drop(waiting);
-    let json = workspace::to_json(&analysis.report);
-    let json_file = arguments.json.as_ref().filter(|path| !is_stream(path));
-    files.extend(json_file.map(|path| (path.clone(), json.clone().into_bytes())));
-    let borrowed = files.iter().map(|(path, bytes)| (path.as_path(), bytes));
-    output::write_all(&borrowed.collect::<Vec<_>>())?;
-    if arguments.json.is_some() && json_file.is_none() {
-        return print(&json);
-    }
-    let mut text = workspace::to_text(&analysis.report);
-    for path in arguments.output.iter().chain(json_file) {
-        let _ = writeln!(text, "\nWritten: {}", path.display());
-    }
-    print(&text)
+    let files: Vec<_> = files
+        .iter()
+        .map(|(path, bytes)| (path.as_deref(), bytes))
+        .collect();
+    deliver(&files, workspace::to_text(&analysis.report) + "\n")
 }
 
 fn check_paths(arguments: &WorkspaceArguments) -> Result<(), Failure> {
     let (json, output) = (arguments.json.as_deref(), arguments.output.as_deref());
     let input = ("the robot file", Some(arguments.robot.as_path()));
     if output.is_some_and(is_stream) {
-        return Err(Failure::Usage {
-            cause: "--output needs the name of a folder".to_owned(),
-            remedy: "use --json - to write to standard output".to_owned(),
-        });
+        return Err(Failure::usage(
+            "--output needs the name of a folder",
+            "use --json - to write to standard output",
+        ));
     }
     refuse_same("--json", json, input, "give the output another name")?;
     for name in output.iter().flat_map(|_| workspace::NAMES) {
@@ -120,10 +106,7 @@ fn check_paths(arguments: &WorkspaceArguments) -> Result<(), Failure> {
 
 fn failure(error: &WorkspaceError, robot: &str) -> Failure {
     if matches!(error, WorkspaceError::TooFine { .. }) {
-        return Failure::Usage {
-            cause: format!("{robot}: {error}"),
-            remedy: error.remedy().to_owned(),
-        };
+        return Failure::usage(format!("{robot}: {error}"), error.remedy());
     }
     InputError::new(robot, error.to_string())
         .with_remedy(error.remedy())

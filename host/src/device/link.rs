@@ -83,13 +83,13 @@ impl Port {
     ///
     /// # Errors
     /// There is no such port or host, it is in use or not permitted, the rate is not supported, or nobody answers.
-    pub fn open(&self, baud: u32) -> io::Result<Box<dyn Transport>> {
+    pub fn open(&self, baud: u32) -> io::Result<Link> {
         match self {
             Self::Serial(path) => {
                 let mut port = SerialPort::open(path, baud)?;
                 port.set_write_timeout(TIMEOUT)?;
                 port.discard_input_buffer()?;
-                Ok(Box::new(port))
+                Ok(Link::Serial(port))
             }
             Self::Tcp(address) => {
                 let mut last = io::Error::new(io::ErrorKind::NotFound, "the host has no address");
@@ -98,7 +98,7 @@ impl Port {
                         Ok(stream) => {
                             stream.set_nodelay(true)?;
                             stream.set_write_timeout(Some(TIMEOUT))?;
-                            return Ok(Box::new(stream));
+                            return Ok(Link::Tcp(stream));
                         }
                         Err(error) => last = error,
                     }
@@ -109,27 +109,36 @@ impl Port {
     }
 }
 
-impl Transport for SerialPort {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.write_all(bytes)
-    }
-
-    fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> io::Result<usize> {
-        self.set_read_timeout(timeout)?;
-        received(Read::read(self, buffer))
-    }
+/// A port that is open.
+#[derive(Debug)]
+pub enum Link {
+    /// A serial port.
+    Serial(SerialPort),
+    /// A connection.
+    Tcp(TcpStream),
 }
 
-impl Transport for TcpStream {
+impl Transport for Link {
     fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.write_all(bytes)
+        match self {
+            Self::Serial(port) => port.write_all(bytes),
+            Self::Tcp(stream) => stream.write_all(bytes),
+        }
     }
 
     fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> io::Result<usize> {
-        // A timeout of zero would be none.
-        let timeout = timeout.max(Duration::from_millis(1));
-        self.set_read_timeout(Some(timeout))?;
-        received(Read::read(self, buffer))
+        received(match self {
+            Self::Serial(port) => {
+                port.set_read_timeout(timeout)?;
+                port.read(buffer)
+            }
+            Self::Tcp(stream) => {
+                // A timeout of zero would be none.
+                let timeout = timeout.max(Duration::from_millis(1));
+                stream.set_read_timeout(Some(timeout))?;
+                stream.read(buffer)
+            }
+        })
     }
 }
 
@@ -230,9 +239,6 @@ impl DeviceError {
             Self::Unconfirmed(_) => {
                 "delta-cal device --port PORT status shows which parameters are in use; repeating the command \
                  does no harm"
-            }
-            Self::Link(error) if error.kind() == io::ErrorKind::Interrupted => {
-                "the controller keeps its parameters"
             }
             Self::Link(_) => "check the cable and the supply, then repeat the command",
             Self::NoAnswer { .. } => {

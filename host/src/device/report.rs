@@ -4,13 +4,12 @@ use super::Number;
 use crate::calibration::Report as Calibrated;
 use crate::render::{Section, Table};
 use crate::report::Versioned;
-use crate::text::small;
-use delta_cal::robot::ParameterKind;
+use crate::text::{in_unit, small};
 use delta_cal::{Parameter, Real};
 use delta_cal_protocol as protocol;
 use delta_cal_protocol::{Geometry, Identity, Origin, Phase, Scalar};
 use serde::Serialize;
-use serde_json::{Map, Value};
+use std::collections::BTreeMap;
 use std::fmt::{self, Display, Write};
 
 /// Of the JSON.
@@ -308,11 +307,9 @@ impl Display for Status {
     clippy::struct_field_names,
     reason = "the names are the keys of the JSON"
 )]
-pub struct Calibration {
+pub struct Calibration<'a> {
     /// As `delta-cal calibrate` reports the same files.
-    calibration: Value,
-    #[serde(skip)]
-    text: String,
+    calibration: &'a Calibrated,
     /// By how much the positions of the controller's result differ from those of this computer's at the samples, rms.
     difference_mm: f64,
     /// Of the controller's result.
@@ -325,19 +322,18 @@ pub struct Calibration {
     repeated_requests: u32,
 }
 
-impl Calibration {
+impl<'a> Calibration<'a> {
     /// `here`: the calibration of the same samples by this computer. `there`: the controller's result, and its control loop
     /// while it was calibrated.
     pub fn new<T: Number>(
-        here: &Calibrated,
+        here: &'a Calibrated,
         difference_mm: f64,
         (geometry, control): (&Geometry<T>, &protocol::ControlLoop<T>),
         applied: bool,
         repeated_requests: u32,
     ) -> Self {
         Self {
-            calibration: serde_json::to_value(here).unwrap_or_default(),
-            text: here.to_text(),
+            calibration: here,
             difference_mm,
             fingerprint: hexadecimal(geometry.fingerprint()),
             applied,
@@ -347,7 +343,7 @@ impl Calibration {
     }
 }
 
-impl Display for Calibration {
+impl Display for Calibration<'_> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let control = &self.control_loop;
         let turns = rows(
@@ -362,7 +358,7 @@ impl Display for Calibration {
                 ("requests lost and repeated", &self.repeated_requests),
             ],
         );
-        write!(formatter, "\n{}\n{turns}", self.text)?;
+        write!(formatter, "\n{}\n{turns}", self.calibration.to_text())?;
         writeln!(
             formatter,
             "\nThe controller's positions differ by {} mm rms from those of the report above.",
@@ -384,6 +380,9 @@ impl Display for Calibration {
     }
 }
 
+/// By their names.
+type Numbers = BTreeMap<&'static str, f64>;
+
 /// A geometry of the controller.
 #[derive(Debug, Serialize)]
 pub struct Parameters {
@@ -393,9 +392,9 @@ pub struct Parameters {
     origin: &'static str,
     fingerprint: String,
     /// Three arms of eight parameters by their symbols.
-    arms: Vec<Map<String, Value>>,
+    arms: [Numbers; 3],
     /// What the gear and encoder of each joint do beside turning its arm; `null` if nothing.
-    transmissions: Option<[Map<String, Value>; 3]>,
+    transmissions: Option<[Numbers; 3]>,
     /// What changed, in words.
     #[serde(skip)]
     change: String,
@@ -404,23 +403,18 @@ pub struct Parameters {
 impl Parameters {
     /// As the controller states them.
     pub fn new<T: Number>(set: &'static str, parameters: &protocol::Parameters<T>) -> Self {
-        let arm = |values: &[T; 8]| {
+        let arm = |values: [T; 8]| {
             let named = Parameter::ROTARY.into_iter().zip(values);
-            let named = named.map(|(parameter, value)| {
-                let value = match parameter.kind() {
-                    ParameterKind::Length | ParameterKind::Ratio => value.to_f64(),
-                    ParameterKind::Angle => value.to_f64().to_degrees(),
-                };
-                (parameter.symbol().to_owned(), value.into())
-            });
+            let named = named.map(|(own, value)| (own.symbol(), in_unit(own, value.to_f64())));
             named.collect()
         };
         let transmission = |[gain, harmonics @ ..]: [T; 5]| {
-            let [cos, sin, cos2, sin2] = harmonics.map(|own| own.to_f64().to_degrees());
-            let names = ["gain", "cos_deg", "sin_deg", "cos2_deg", "sin2_deg"];
-            let named = names.into_iter().zip([gain.to_f64(), cos, sin, cos2, sin2]);
-            named
-                .map(|(name, value)| (name.to_owned(), value.into()))
+            let harmonics = harmonics.map(|own| own.to_f64().to_degrees());
+            let named = ["cos_deg", "sin_deg", "cos2_deg", "sin2_deg"]
+                .into_iter()
+                .zip(harmonics);
+            std::iter::once(("gain", gain.to_f64()))
+                .chain(named)
                 .collect()
         };
         let geometry = &parameters.geometry;
@@ -428,7 +422,7 @@ impl Parameters {
             set,
             origin: origin(parameters.origin),
             fingerprint: hexadecimal(geometry.fingerprint()),
-            arms: geometry.arms.iter().map(arm).collect(),
+            arms: geometry.arms.map(arm),
             transmissions: geometry.transmissions.map(|all| all.map(transmission)),
             change: String::new(),
         }

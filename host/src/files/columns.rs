@@ -407,26 +407,6 @@ mod tests {
     }
 
     #[test]
-    fn a_mapping_takes_the_unit_from_either_name() {
-        let mapping: ColumnMapping = "q1_rad=A1, q2 = Axis 2 [deg],q3=A3,x=X_in,plane=where"
-            .parse()
-            .unwrap_or_default();
-        let expected = [
-            ("A1", Quantity::Joint1, Some(Unit::Radian)),
-            ("Axis 2 [deg]", Quantity::Joint2, Some(Unit::Degree)),
-            ("A3", Quantity::Joint3, None),
-            ("X_in", Quantity::X, Some(Unit::Inch)),
-            ("where", Quantity::Plane, Some(Unit::Name)),
-        ];
-        assert_eq!(mapping.all().len(), expected.len());
-        for (column, quantity, unit) in expected {
-            let name = ColumnName { quantity, unit };
-            assert_eq!(mapping.of_column(column), Some(name), "{column}");
-        }
-        assert_eq!(mapping.of_column("a1"), None);
-    }
-
-    #[test]
     fn a_mapping_that_is_ambiguous_is_refused() {
         for (written, cause) in [
             ("", "no ="),

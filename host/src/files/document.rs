@@ -1,7 +1,7 @@
 //! What makes a report a document: whose it is, of which robot and files, and when it was written.
 
 use crate::files::input::InputText;
-use crate::files::robot_file::Record;
+use crate::files::robot_file::{Record, RobotFile};
 use jiff::Timestamp;
 use serde::{Serialize, Serializer};
 use std::fmt::Write;
@@ -59,6 +59,18 @@ fn day(seconds: u64) -> String {
 }
 
 impl Document {
+    /// Of a report on a robot that was measured, from its file and the samples, written so many seconds after the beginning of
+    /// 1970.
+    pub fn new(robot: &RobotFile, file: &InputText, samples: &InputText, written: u64) -> Self {
+        Self {
+            written,
+            record: robot.record.clone(),
+            robot: Source::from(file),
+            samples: Source::from(samples),
+            beside: samples.beside().map(Source::from),
+        }
+    }
+
     /// The day, in UTC.
     pub(crate) fn date(&self) -> String {
         day(self.written)

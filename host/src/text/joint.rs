@@ -47,20 +47,3 @@ pub fn in_file(drive: Drive, value: f64) -> f64 {
         Drive::Linear => value,
     }
 }
-
-/// `q1_deg,q2_deg,q3_deg`, `s1_mm,s2_mm,s3_mm`.
-pub fn columns(drive: Drive) -> String {
-    let (letter, unit) = (letter(drive), unit(drive));
-    format!("{letter}1_{unit},{letter}2_{unit},{letter}3_{unit}")
-}
-
-/// "q1, deg", "s1, mm": headings of a table's columns.
-pub fn names(drive: Drive) -> [String; 3] {
-    let (letter, unit) = (letter(drive), unit(drive));
-    [1, 2, 3].map(|joint| format!("{letter}{joint}, {unit}"))
-}
-
-/// "12°", "341 mm".
-pub fn whole(drive: Drive, value: f64) -> String {
-    format!("{:.0}{}", in_file(drive, value), mark(drive))
-}

@@ -10,8 +10,6 @@ use delta_cal_firmware_example::{
 use delta_cal_tests::observed::{OBSERVED_ROBOT, observed_rows};
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpListener;
-use std::process::{Command, Stdio};
-use std::sync::mpsc::{self, Sender};
 use std::time::Duration;
 
 struct Still;
@@ -30,8 +28,6 @@ enum Change {
     Answered,
     /// It closes the link without an answer.
     HungUp,
-    /// It says nothing more on this link, and tells the test.
-    Silent(Sender<()>),
 }
 
 /// A controller at a TCP port that serves one command after the other and keeps its state. At its first changes it does these;
@@ -51,7 +47,6 @@ fn controller(changes: Vec<Change>) -> String {
             let timeout = Some(Duration::from_millis(1));
             stream.set_read_timeout(timeout).unwrap();
             let mut buffer = [0; 64];
-            let mut silent = false;
             'link: loop {
                 let count = match stream.read(&mut buffer) {
                     Ok(0) => break,
@@ -68,13 +63,9 @@ fn controller(changes: Vec<Change>) -> String {
                         match changes.next() {
                             None | Some(Change::Answered) => {}
                             Some(Change::HungUp) => break 'link,
-                            Some(Change::Silent(told)) => {
-                                silent = true;
-                                told.send(()).unwrap();
-                            }
                         }
                     }
-                    if !silent && stream.write_all(&answer).is_err() {
+                    if stream.write_all(&answer).is_err() {
                         break;
                     }
                 }
@@ -250,35 +241,6 @@ fn a_link_that_breaks_during_a_revert_is_no_reason_to_revert_twice() {
         let reverted = run(&folder, &port, "revert").ok().stdout;
         assert!(reverted.contains("in use: nominal"), "{reverted}");
     }
-}
-
-#[cfg(unix)]
-#[test]
-fn ctrl_c_leaves_open_whether_the_result_is_in_use() {
-    let folder = folder();
-    let (sender, receiver) = mpsc::channel();
-    let port = controller(vec![Change::Silent(sender)]);
-    let child = Command::new(env!("CARGO_BIN_EXE_delta-cal"))
-        .args(["device", "--port", &port])
-        .args(APPLY.split(' '))
-        .current_dir(folder.path(""))
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    // It waits for the answer to its request, which will never come.
-    receiver.recv().unwrap();
-    let interrupt = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(interrupt.unwrap().success());
-    let output = child.wait_with_output().unwrap();
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(130), "{stderr}");
-    assert!(stderr.contains("interrupted"), "{stderr}");
-    assert!(stderr.contains("help: delta-cal device"), "{stderr}");
-    find_out(&folder, &port);
 }
 
 #[test]

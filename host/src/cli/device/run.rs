@@ -1,14 +1,16 @@
 //! What the commands do.
 
-use super::connect::{Device, Task, with_device};
-use super::{CalibrateArguments, DeviceArguments, DeviceCommand, ParametersArguments};
+use super::{
+    CalibrateArguments, DeviceArguments, DeviceCommand, LinkArguments, ParametersArguments,
+};
 use crate::cli::failure::Failure;
 use crate::cli::output::{self, deliver};
 use crate::cli::paths::{is_stream, read};
+use crate::cli::progress::Bar;
 use crate::device::report::{self, Report, hexadecimal, origin};
 use crate::device::{
-    self, DeviceError, Number, adopt, check_calibrated, check_nominal, difference, in_use,
-    robot as robot_of,
+    self, Client, DeviceError, Link, Number, Patience, Port, adopt, check_calibrated,
+    check_nominal, difference, in_use, robot as robot_of,
 };
 use crate::files::example;
 use crate::text::small;
@@ -18,12 +20,13 @@ use crate::{
 };
 use delta_cal::kinematics::{JointLimits, JointLimitsError};
 use delta_cal::robot::Drive;
-use delta_cal_protocol::Estimator;
-use delta_cal_protocol::{ParameterSet, Parameters, RevertTo};
-use indicatif::{ProgressBar, ProgressDrawTarget};
+use delta_cal_protocol::{Estimator, Identity, ParameterSet, Parameters, RevertTo, Scalar};
 use serde::Serialize;
 use std::fmt::Display;
+use std::io;
 use std::path::Path;
+
+const BAUD: u32 = 115_200;
 
 /// What is done with a controller, its files read.
 enum Job<'a> {
@@ -59,10 +62,61 @@ pub(crate) fn run(arguments: &DeviceArguments) -> Result<(), Failure> {
         DeviceCommand::Revert { nominal: true } => Job::Revert(RevertTo::Nominal),
         DeviceCommand::Revert { nominal: false } => Job::Revert(RevertTo::Previous),
     };
-    with_device(arguments, job)
+    let port = port(&arguments.link)?;
+    let link = port.open(arguments.link.baud.unwrap_or(BAUD));
+    let link = link.map_err(|error| closed(&port, &error))?;
+    let seed = getrandom::u64();
+    let cause = |error| format!("the system has no random numbers: {error}");
+    let seed = seed.map_err(|error| Failure::device(cause(error), ""))?;
+    let mut client = Client::new(link, Patience::default(), seed);
+    let mut device = Device {
+        identity: client.identity()?,
+        client,
+        port,
+        json: arguments.json.as_deref(),
+    };
+    match device.identity.scalar {
+        Scalar::Single => job.run::<f32>(&mut device),
+        Scalar::Double => job.run::<f64>(&mut device),
+    }
 }
 
-impl Task for Job<'_> {
+/// A controller that has said who it is.
+struct Device<'a> {
+    client: Client<Link>,
+    identity: Identity,
+    port: Port,
+    /// Where the report goes as JSON.
+    json: Option<&'a Path>,
+}
+
+fn port(arguments: &LinkArguments) -> Result<Port, Failure> {
+    match (&arguments.port, arguments.baud) {
+        (None, _) => Err(Failure::usage(
+            "which controller? --port is missing",
+            "--port /dev/ttyACM0 or --port tcp:HOST:PORT",
+        )),
+        (Some(port @ Port::Tcp(_)), Some(_)) => Err(Failure::usage(
+            format!("--baud has no meaning with --port {port}"),
+            "leave it out; it goes with a serial port",
+        )),
+        (Some(port), _) => Ok(port.clone()),
+    }
+}
+
+/// That a port cannot be opened.
+fn closed(port: &Port, error: &io::Error) -> Failure {
+    let remedy = match (port, error.kind()) {
+        (Port::Serial(_), io::ErrorKind::PermissionDenied) => {
+            "on Linux, join the group that owns it: sudo usermod -aG dialout $USER, then log in again"
+        }
+        (Port::Serial(_), _) => "check the name (ls /dev/ttyACM* /dev/ttyUSB*) and the cable",
+        (Port::Tcp(_), _) => "check the address, and that the serial server runs",
+    };
+    Failure::device(format!("{port}: cannot be opened: {error}"), remedy)
+}
+
+impl Job<'_> {
     fn run<T: Number>(self, device: &mut Device<'_>) -> Result<(), Failure> {
         match self {
             Self::Calibrate(own, robot, samples) => {
@@ -146,27 +200,26 @@ fn calibrate_there<T: Number>(
     };
     let begin = device::begin::<T>(robot, estimator);
     let rows = device::samples::<T>(samples);
-    let bar = ProgressBar::with_draw_target(Some(rows.len() as u64), ProgressDrawTarget::stderr());
-    let mut progress = |taken| bar.set_position(taken as u64);
-    let finished = device::calibrate(client, &begin, &rows, &mut progress);
-    bar.finish_and_clear();
-    let finished = finished?;
-    let geometry = finished.geometry().map_err(|refusal| Failure::NotDetermined {
-        cause: format!("the controller refuses the calibration: {refusal}"),
-        remedy: "this computer accepts the same samples: send its result with delta-cal device apply"
-            .to_owned(),
+    let bar = Bar::new("samples");
+    let mut progress = |taken| bar.show(taken as u64, rows.len() as u64);
+    let finished = device::calibrate(client, &begin, &rows, &mut progress)?;
+    drop(bar);
+    let geometry = finished.geometry().map_err(|refusal| {
+        Failure::refused(
+            format!("the controller refuses the calibration: {refusal}"),
+            "this computer accepts the same samples: send its result with delta-cal device apply",
+        )
     })?;
     let joints = samples.rows.iter().map(|row| row.value.joints);
     let differs = difference(&robot_of(&geometry)?, &here.after.robot, joints);
     if !(differs <= tolerated(&here)) {
-        return Err(Failure::Device {
-            cause: format!(
+        return Err(Failure::device(
+            format!(
                 "the controller's positions differ by {} mm rms from this computer's",
                 small(differs)
             ),
-            remedy: "use the firmware that belongs to this delta-cal; nothing was applied"
-                .to_owned(),
-        });
+            "use the firmware that belongs to this delta-cal; nothing was applied",
+        ));
     }
     if arguments.apply {
         device::apply(client, &begin, &rows, &finished)?;

@@ -312,25 +312,13 @@ impl<'a> Table<'a> {
 
     fn missing(&self, quantity: Quantity) -> InputError {
         let usual = self.convention.column(quantity);
-        let other = match quantity.is_angle() {
-            true => Unit::Radian,
-            false => Unit::Metre,
+        let other = if quantity.is_angle() {
+            quantity.column(Unit::Radian)
+        } else {
+            quantity.column(Unit::Metre)
         };
-        let other = quantity.column(other);
-        let fault = self.fault("the column is missing");
-        let fault = fault.at_column(format!("{usual} (or {other})"));
-        let has = |joint| self.column(joint).is_some();
-        match quantity {
-            Quantity::Travel1 if has(Quantity::Joint1) => fault.with_remedy(
-                "this file holds joint angles, and carriages drive the robot of the robot file: give the robot file \
-                 that belongs to these samples",
-            ),
-            Quantity::Joint1 if has(Quantity::Travel1) => fault.with_remedy(
-                "this file holds the travels of carriages, and motors turn the arms of the robot file: give the robot \
-                 file that belongs to these samples",
-            ),
-            _ => fault,
-        }
+        self.fault("the column is missing")
+            .at_column(format!("{usual} (or {other})"))
     }
 
     fn without_unit(&self, column: Column, cause: &str) -> InputError {

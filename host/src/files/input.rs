@@ -248,16 +248,11 @@ fn in_windows_1252(byte: u8) -> char {
 pub struct InputError {
     file: Box<str>,
     line: Option<u64>,
-    place: Option<Place>,
+    /// The column or key at fault.
+    place: Option<Box<str>>,
     cause: Box<str>,
     excerpt: Option<Box<str>>,
     remedy: Option<Box<str>>,
-}
-
-#[derive(Debug, Clone, PartialEq, Eq)]
-enum Place {
-    Column(Box<str>),
-    Key(Box<str>),
 }
 
 impl InputError {
@@ -293,15 +288,15 @@ impl InputError {
 
     /// The CSV column at fault.
     #[must_use]
-    pub fn at_column(mut self, column: impl Into<String>) -> Self {
-        self.place = Some(Place::Column(column.into().into()));
+    pub fn at_column(mut self, column: impl fmt::Display) -> Self {
+        self.place = Some(format!("column {column}").into());
         self
     }
 
     /// The TOML key at fault.
     #[must_use]
     pub fn at_key(mut self, key: impl Into<String>) -> Self {
-        self.place = Some(Place::Key(key.into().into()));
+        self.place = Some(key.into().into());
         self
     }
 
@@ -341,10 +336,8 @@ impl fmt::Display for InputError {
         if let Some(line) = self.line {
             write!(formatter, "{line}:")?;
         }
-        match &self.place {
-            Some(Place::Column(name)) => write!(formatter, " column {name}:")?,
-            Some(Place::Key(name)) => write!(formatter, " {name}:")?,
-            None => {}
+        if let Some(place) = &self.place {
+            write!(formatter, " {place}:")?;
         }
         write!(formatter, " {}", self.cause)
     }

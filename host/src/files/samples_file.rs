@@ -204,7 +204,7 @@ impl Readings {
         if let Some(joints) = input.beside() {
             return Self::read_pair(joints, input, robot);
         }
-        let table = Table::parse(input, &robot.convention)?;
+        let table = Table::parse(input, &robot.convention, false)?;
         table.require(&Quantity::joints(robot.limits.drive()))?;
         table.require_readings()?;
         let names = Names::default();
@@ -215,7 +215,7 @@ impl Readings {
     /// The complete positions of a robot with this convention, whatever the joint angles.
     pub(crate) fn read_any(input: &InputText, convention: &Convention) -> Result<Self, InputError> {
         let joints = Quantity::joints(convention.drive);
-        let table = Table::parse(input, convention)?;
+        let table = Table::parse(input, convention, false)?;
         table.require(&joints)?;
         table.require(&Quantity::COORDINATES)?;
         let rows = table.rows(|row| {
@@ -604,7 +604,7 @@ fn sigma(row: &TableRow<'_>) -> Result<Option<f64>, InputError> {
 /// # Errors
 /// As [`Readings::read`].
 pub fn read_joints(input: &InputText, robot: &RobotFile) -> Result<Vec<Row<[f64; 3]>>, InputError> {
-    let table = Table::parse(input, &robot.convention)?;
+    let table = Table::parse(input, &robot.convention, false)?;
     table.require(&Quantity::joints(robot.limits.drive()))?;
     table.rows(|row| row.joints(robot))
 }
@@ -618,7 +618,7 @@ pub fn read_positions(
     input: &InputText,
     convention: &Convention,
 ) -> Result<Vec<Row<Vector3<f64>>>, InputError> {
-    let table = Table::parse(input, convention)?;
+    let table = Table::parse(input, convention, false)?;
     table.require(&Quantity::COORDINATES)?;
     table.rows(|row| row.numbers(Quantity::COORDINATES).map(Vector3::from))
 }
@@ -639,7 +639,7 @@ impl Planned {
     /// # Errors
     /// As [`Readings::read`]; an unmeasured row is none.
     pub fn read(input: &InputText, robot: &RobotFile) -> Result<Self, InputError> {
-        let table = Table::parse(input, &robot.convention)?;
+        let table = Table::parse(input, &robot.convention, false)?;
         table.require(&Quantity::joints(robot.limits.drive()))?;
         table.require_units()?;
         let names = Names::default();

@@ -243,44 +243,34 @@ fn azimuths(
 }
 
 fn arm(section: &Section<'_>, drive: Drive) -> Result<Arm<f64>, InputError> {
-    let parameters = drive.parameters();
-    let keys = parameters.iter().map(|own| arm_key(*own));
+    let parameters = drive.parameters().iter().copied();
+    let keys: Vec<_> = parameters.clone().map(arm_key).collect();
     let of_gears = match drive {
-        Drive::Rotary => &TRANSMISSION_KEYS[..],
-        Drive::Linear => &[],
+        Drive::Rotary => TRANSMISSION_KEYS.join(" "),
+        Drive::Linear => String::new(),
     };
-    let keys: Vec<_> = keys.chain(of_gears.iter().copied()).collect();
-    section.only(&keys.join(" "))?;
-    let inside = |parameter: Parameter| {
-        let value = section.number(arm_key(parameter))?;
-        Ok(match parameter.kind() {
-            ParameterKind::Length | ParameterKind::Ratio => value,
-            ParameterKind::Angle => value.to_radians(),
-        })
-    };
+    section.only(&format!("{} {of_gears}", keys.join(" ")))?;
+    let mut values = [0.0; 8];
+    for (value, parameter) in values.iter_mut().zip(parameters) {
+        let stated = section.number(arm_key(parameter))?;
+        *value = match parameter.kind() {
+            ParameterKind::Length | ParameterKind::Ratio => stated,
+            ParameterKind::Angle => stated.to_radians(),
+        };
+    }
     let arm = match drive {
         Drive::Rotary => {
-            let mut values = [0.0; 8];
-            for (value, parameter) in values.iter_mut().zip(parameters) {
-                *value = inside(*parameter)?;
-            }
             let mut numbers = [0.0; 5];
-            for (index, (number, key)) in numbers.iter_mut().zip(TRANSMISSION_KEYS).enumerate() {
-                let stated: f64 = section.optional(key)?.unwrap_or_default();
-                *number = if index == 0 {
-                    stated
-                } else {
-                    stated.to_radians()
-                };
+            for (number, key) in numbers.iter_mut().zip(TRANSMISSION_KEYS) {
+                *number = section.optional(key)?.unwrap_or_default();
             }
+            let [_, angles @ ..] = &mut numbers;
+            *angles = angles.map(f64::to_radians);
             Transmission::new(numbers)
                 .and_then(|transmission| Arm::new(values)?.with_transmission(transmission))
         }
         Drive::Linear => {
-            let mut values = [0.0; 7];
-            for (value, parameter) in values.iter_mut().zip(parameters) {
-                *value = inside(*parameter)?;
-            }
+            let [values @ .., _] = values;
             Arm::linear(values)
         }
     };
@@ -293,35 +283,27 @@ fn limits(
     convention: &Convention,
 ) -> Result<(JointLimits<f64>, Option<f64>), InputError> {
     let drive = convention.drive;
-    let keys = match drive {
-        Drive::Rotary => "min_deg max_deg min_rad max_rad forearm_max_deg",
-        Drive::Linear => "min_mm max_mm",
-    };
-    let own = file.section("joints", keys)?;
+    let own = file.any_section("joints")?;
     let own = own.ok_or_else(|| file.missing("joints"))?;
-    let in_radians = drive == Drive::Rotary && (own.has("min_rad") || own.has("max_rad"));
-    if in_radians && (own.has("min_deg") || own.has("max_deg")) {
-        return Err(own.fault("the limits are min_deg and max_deg, or min_rad and max_rad"));
-    }
-    let [low, high] = match drive {
-        Drive::Rotary if in_radians => ["min_rad", "max_rad"],
-        Drive::Rotary => ["min_deg", "max_deg"],
-        Drive::Linear => ["min_mm", "max_mm"],
+    let unit = match drive {
+        Drive::Rotary if own.has("min_rad") => "rad",
+        drive => joint::unit(drive),
     };
-    let [low, high] = [own.number(low)?, own.number(high)?];
+    let [least, most] = ["min", "max"].map(|name| format!("{name}_{unit}"));
+    let of_motors = match drive {
+        Drive::Rotary => "forearm_max_deg",
+        Drive::Linear => "",
+    };
+    own.only(&format!("{least} {most} {of_motors}"))?;
+    let (low, high) = (own.number(&least)?, own.number(&most)?);
+    let inside = |stated: f64| match unit {
+        "deg" => stated.to_radians(),
+        _ => stated,
+    };
+    let (least, most) = convention.limits(inside(low), inside(high));
     let limits = match drive {
-        Drive::Rotary => {
-            let inside = |stated: f64| {
-                if in_radians {
-                    stated
-                } else {
-                    stated.to_radians()
-                }
-            };
-            let (least, most) = convention.limits(inside(low), inside(high));
-            JointLimits::new(least, most)
-        }
-        Drive::Linear => JointLimits::travel(low, high),
+        Drive::Rotary => JointLimits::new(least, most),
+        Drive::Linear => JointLimits::travel(least, most),
     };
     let limits = limits.map_err(|error| match error {
         JointLimitsError::Empty => own.fault(format!(

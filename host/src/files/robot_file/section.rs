@@ -78,14 +78,14 @@ impl<'a> Section<'a> {
 
     /// No other keys than these, with a space between them, may be there.
     pub(super) fn only(&self, keys: &str) -> Result<(), InputError> {
-        let known = |own: &&Spanned<_>| keys.split(' ').any(|key| key == own.get_ref());
+        let known = |own: &&Spanned<_>| keys.split_whitespace().any(|key| key == own.get_ref());
         let Some(unknown) = self.table.keys().find(|own| !known(own)) else {
             return Ok(());
         };
         let cause = format!(
             "unknown field `{}`, expected one of `{}`",
             unknown.get_ref(),
-            keys.replace(' ', "`, `")
+            keys.trim().replace(' ', "`, `")
         );
         Err(fault_at(self.input, unknown.span(), &cause))
     }

@@ -46,8 +46,8 @@ impl Readings {
         robot: &RobotFile,
     ) -> Result<Self, InputError> {
         let joints_of = Quantity::joints(robot.limits.drive());
-        let first = Table::lenient(one, &robot.convention)?;
-        let second = Table::lenient(other, &robot.convention)?;
+        let first = Table::parse(one, &robot.convention, true)?;
+        let second = Table::parse(other, &robot.convention, true)?;
         let mut mapped = one.columns().all().iter().map(|own| &own.column);
         if let Some(column) = mapped.find(|own| !(first.has_name(own) || second.has_name(own))) {
             let cause = "neither file has this column, which --columns names";

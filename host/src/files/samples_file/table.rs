@@ -72,22 +72,8 @@ pub(super) struct TableRow<'a> {
 }
 
 impl<'a> Table<'a> {
+    /// `lenient`: columns that are not known belong to another file.
     pub(super) fn parse(
-        input: &'a InputText,
-        convention: &'a Convention,
-    ) -> Result<Self, InputError> {
-        Self::with(input, convention, false)
-    }
-
-    /// The same of a file of which other columns belong to another file.
-    pub(super) fn lenient(
-        input: &'a InputText,
-        convention: &'a Convention,
-    ) -> Result<Self, InputError> {
-        Self::with(input, convention, true)
-    }
-
-    fn with(
         input: &'a InputText,
         convention: &'a Convention,
         lenient: bool,

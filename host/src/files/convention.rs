@@ -3,7 +3,7 @@
 
 use super::columns::{Quantity, Unit};
 use crate::geometry::Limit;
-use crate::text::{degrees, joint, list, rounded};
+use crate::text::{degrees, list, rounded};
 use delta_cal::robot::Drive;
 use nalgebra::{Matrix3, Vector3};
 use std::fmt;
@@ -143,10 +143,11 @@ impl Convention {
 
     /// Joint angles (radians) or travels (mm) in the unit and direction of the file.
     pub fn joints(&self, joints: &[f64; 3]) -> [f64; 3] {
+        let travel = self.unit_of(Quantity::Travel1);
         let mut written = *joints;
         for (index, joint) in written.iter_mut().enumerate() {
             *joint = match (self.drive, self.joint_unit) {
-                (Drive::Linear, _) => *joint,
+                (Drive::Linear, _) => travel.outwards(*joint),
                 (Drive::Rotary, Some(JointUnit::Radian)) => self.sense() * *joint,
                 (Drive::Rotary, Some(JointUnit::Counts(per_degree))) => {
                     self.degrees(*joint) * per_degree[index]
@@ -238,14 +239,7 @@ impl Convention {
 
     /// "q1, deg": headings of a table's columns.
     pub(crate) fn joint_names(&self) -> [String; 3] {
-        let letter = joint::letter(self.drive);
-        let unit = match (self.drive, self.joint_unit) {
-            (Drive::Linear, _) => "mm",
-            (Drive::Rotary, Some(JointUnit::Radian)) => "rad",
-            (Drive::Rotary, Some(JointUnit::Counts(_))) => "counts",
-            (Drive::Rotary, _) => "deg",
-        };
-        [1, 2, 3].map(|number| format!("{letter}{number}, {unit}"))
+        self.joint_columns().map(|own| own.replacen('_', ", ", 1))
     }
 }
 

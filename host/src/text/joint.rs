@@ -19,14 +19,6 @@ pub const fn mark(drive: Drive) -> &'static str {
     }
 }
 
-/// The letter of a joint: q an angle, s a travel.
-pub const fn letter(drive: Drive) -> &'static str {
-    match drive {
-        Drive::Rotary => "q",
-        Drive::Linear => "s",
-    }
-}
-
 /// "joint angle", "travel".
 pub const fn name(drive: Drive) -> &'static str {
     match drive {

@@ -11,8 +11,8 @@ use crate::export::{Case, Settings, names, target};
 use crate::files::kinematics;
 use crate::report::export::{Files, Report, summary, text};
 use crate::{InputError, InputText, Options, RobotFile, read_samples, report};
+use clap::Args;
 use clap::builder::PossibleValuesParser;
-use clap::{Args, ValueEnum};
 use delta_cal::robot::Drive;
 use std::path::{Path, PathBuf};
 
@@ -78,8 +78,8 @@ pub(crate) struct ExportArguments {
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     platform_radius: Option<f64>,
     /// The unit of a LinuxCNC machine
-    #[arg(long, value_enum, default_value_t = UnitArgument::Mm)]
-    unit: UnitArgument,
+    #[arg(long, value_parser = ["mm", "inch"], default_value = "mm")]
+    unit: String,
     /// The largest error between the nodes of a correction table [default: nodes 25 mm apart]
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     limit: Option<f64>,
@@ -89,12 +89,6 @@ pub(crate) struct ExportArguments {
     /// Write parameters, frame and loss as JSON; - is standard output
     #[arg(long, value_name = "FILE.json")]
     json: Option<PathBuf>,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum UnitArgument {
-    Mm,
-    Inch,
 }
 
 pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
@@ -112,7 +106,8 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
             "use it with --for correction-table",
         ));
     }
-    if matches!(arguments.unit, UnitArgument::Inch) && arguments.target != "linuxcnc" {
+    let inches = arguments.unit == "inch";
+    if inches && arguments.target != "linuxcnc" {
         return Err(Failure::usage(
             format!("--unit inch cannot be used with --for {}", arguments.target),
             "use it with --for linuxcnc",
@@ -135,7 +130,7 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         height: arguments.height,
         home: home(arguments, drive)?,
         platform_radius: arguments.platform_radius,
-        inches: matches!(arguments.unit, UnitArgument::Inch),
+        inches,
         limit: arguments.limit,
         level: level(arguments, &robot)?,
     };

@@ -64,21 +64,8 @@ fn geometry<T: Number>(arms: &[ArmReport<T>; 3]) -> Geometry<T> {
     }
 }
 
-/// Why a session does not go on.
-enum Broken {
-    /// The controller does not know it any more.
-    Lost,
-    Error(DeviceError),
-}
-
-impl From<DeviceError> for Broken {
-    fn from(error: DeviceError) -> Self {
-        match error {
-            DeviceError::Fault(Fault::NoSession) => Self::Lost,
-            other => Self::Error(other),
-        }
-    }
-}
+/// The controller does not know the session any more.
+const LOST: DeviceError = DeviceError::Fault(Fault::NoSession);
 
 /// Sends samples and waits for what the controller makes of them; `progress` gets the number of samples that were taken. If the
 /// controller restarts meanwhile, goes on with what it has stored, or begins again.
@@ -95,8 +82,8 @@ pub fn calibrate<T: Number, L: Transport>(
     for _ in 0..SESSIONS {
         match session(client, begin, samples, progress) {
             Ok(finished) => return Ok(finished),
-            Err(Broken::Lost) => {}
-            Err(Broken::Error(error)) => return Err(error),
+            Err(DeviceError::Fault(Fault::NoSession)) => {}
+            Err(error) => return Err(error),
         }
     }
     Err(DeviceError::SessionsLost { sessions: SESSIONS })
@@ -107,7 +94,7 @@ fn session<T: Number, L: Transport>(
     begin: &Begin<T>,
     samples: &[Sample<T>],
     progress: &mut dyn FnMut(usize),
-) -> Result<Finished<T>, Broken> {
+) -> Result<Finished<T>, DeviceError> {
     let session = client.new_session();
     let begin = Begin { session, ..*begin };
     match client.ask(&Request::Begin(begin))? {
@@ -115,13 +102,13 @@ fn session<T: Number, L: Transport>(
             session: open,
             next: 0,
         } if open == session => {}
-        Response::Taken { .. } => return Err(Broken::Lost),
-        other => return Err(unexpected(&other).into()),
+        Response::Taken { .. } => return Err(LOST),
+        other => return Err(unexpected(&other)),
     }
     // Not before: a controller that restarts in between counts from zero again.
     let status_before: Status<T> = client.status()?;
     if status_before.session != session {
-        return Err(Broken::Lost);
+        return Err(LOST);
     }
     let parameters_before = client.parameters(ParameterSet::Current)?;
     let mut taken = 0;
@@ -135,11 +122,11 @@ fn session<T: Number, L: Transport>(
             Phase::CalibrationRefused { refusal, .. } => Err(refusal),
             Phase::Solved { fingerprint, .. } => match outcome(client, session) {
                 Ok(arms) if geometry(&arms).fingerprint() == fingerprint => Ok(arms),
-                Ok(_) => return Err(Broken::Error(DeviceError::OutcomeChanged)),
-                Err(Broken::Error(DeviceError::Fault(Fault::NoOutcome))) => continue,
+                Ok(_) => return Err(DeviceError::OutcomeChanged),
+                Err(DeviceError::Fault(Fault::NoOutcome)) => continue,
                 Err(broken) => return Err(broken),
             },
-            _ => return Err(Broken::Lost),
+            _ => return Err(LOST),
         };
         return Ok(Finished {
             session,
@@ -149,7 +136,7 @@ fn session<T: Number, L: Transport>(
             status_after,
         });
     }
-    Err(Broken::Lost)
+    Err(LOST)
 }
 
 /// Sends the samples that the controller does not have yet, `taken` being those it has. After a restart it asks again for
@@ -160,7 +147,7 @@ fn send<T: Number, L: Transport>(
     samples: &[Sample<T>],
     taken: &mut u32,
     progress: &mut dyn FnMut(usize),
-) -> Result<(), Broken> {
+) -> Result<(), DeviceError> {
     let (mut restarts, mut looks) = (0, 0);
     while let Some(sample) = samples.get(*taken as usize) {
         progress(*taken as usize);
@@ -181,7 +168,7 @@ fn send<T: Number, L: Transport>(
                 *taken = next;
             }
             Response::Taken { .. } | Response::Fault(Fault::OutOfOrder { .. }) => {
-                return Err(Broken::Lost);
+                return Err(LOST);
             }
             // The gate's estimate is solved first.
             Response::Fault(Fault::Busy) if looks < client.patience().looks => {
@@ -189,9 +176,9 @@ fn send<T: Number, L: Transport>(
                 std::thread::sleep(client.patience().pause);
             }
             Response::Fault(Fault::Sample(error)) => {
-                return Err(Broken::Error(DeviceError::Sample { index, error }));
+                return Err(DeviceError::Sample { index, error });
             }
-            other => return Err(unexpected(&other).into()),
+            other => return Err(unexpected(&other)),
         }
     }
     progress(samples.len());
@@ -203,7 +190,7 @@ fn solve<T: Number, L: Transport>(
     client: &mut Client<L>,
     session: u32,
     taken: &mut u32,
-) -> Result<Option<Status<T>>, Broken> {
+) -> Result<Option<Status<T>>, DeviceError> {
     let samples = *taken;
     let mut request = Request::Solve { session, samples };
     for _ in 0..client.patience().looks {
@@ -213,31 +200,31 @@ fn solve<T: Number, L: Transport>(
                 *taken = next;
                 return Ok(None);
             }
-            Response::Fault(Fault::OutOfOrder { .. }) => return Err(Broken::Lost),
-            other => return Err(unexpected(&other).into()),
+            Response::Fault(Fault::OutOfOrder { .. }) => return Err(LOST),
+            other => return Err(unexpected(&other)),
         };
         if status.session != session {
-            return Err(Broken::Lost);
+            return Err(LOST);
         }
         match status.phase {
             Phase::Solved { .. } | Phase::CalibrationRefused { .. } => return Ok(Some(status)),
             Phase::Solving => {}
             Phase::Collecting { .. } => return Ok(None),
-            _ => return Err(Broken::Lost),
+            _ => return Err(LOST),
         }
         std::thread::sleep(client.patience().pause);
         request = Request::Status;
     }
-    Err(Broken::Error(DeviceError::SolveHangs))
+    Err(DeviceError::SolveHangs)
 }
 
 fn outcome<T: Number, L: Transport>(
     client: &mut Client<L>,
     session: u32,
-) -> Result<[ArmReport<T>; 3], Broken> {
+) -> Result<[ArmReport<T>; 3], DeviceError> {
     let mut of = |arm| match client.ask(&Request::Outcome { session, arm })? {
         Response::Outcome(report) if report.arm == arm => Ok(report),
-        other => Err(Broken::from(unexpected(&other))),
+        other => Err(unexpected(&other)),
     };
     let [first, second, third] = ArmIndex::ALL;
     Ok([of(first)?, of(second)?, of(third)?])

@@ -505,7 +505,8 @@ fn separated(input: &InputText, header: &str) -> (char, usize) {
 /// The names of a header; `q1 [deg]` is one, whatever separates them.
 fn names(header: &str, separator: char) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
-    for field in fields(header, separator).unwrap_or_default() {
+    let whole = || vec![header.trim().into()];
+    for field in fields(header, separator).unwrap_or_else(whole) {
         match names.last_mut() {
             Some(last) if separator == ' ' && field.starts_with(['[', '(']) => {
                 last.push(' ');

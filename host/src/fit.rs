@@ -14,7 +14,7 @@ pub mod solution;
 pub(crate) mod solve;
 
 pub use observations::Unsolved;
-pub use robust::{Loss, RobustRefusal};
+pub use robust::RobustRefusal;
 use serde::{Deserialize, Serialize};
 pub use solution::Solution;
 pub use solve::solve;
@@ -62,8 +62,8 @@ pub enum Frame {
 pub struct Options {
     /// `None` chooses [`Method::Joint`] for complete positions in the robot's frame, otherwise [`Method::Fkm`].
     pub method: Option<Method>,
-    /// The loss function of a robust fit; `None` is least squares.
-    pub loss: Option<Loss>,
+    /// Whether rows that disagree with the others are left out, by Tukey's loss in place of least squares.
+    pub robust: bool,
     /// The frame of the coordinates.
     pub frame: Frame,
 }

@@ -74,4 +74,4 @@ pub use files::robot_file::{InstrumentFacts, Record, RobotFile};
 pub use files::samples_file::{
     Planned, PositionUnit, Reading, ReadingFrom, Readings, Row, read_joints, read_positions,
 };
-pub use fit::{Frame, Loss, Method, Options, Solution};
+pub use fit::{Frame, Method, Options, Solution};

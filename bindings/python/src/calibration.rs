@@ -8,7 +8,7 @@ use crate::samples::{Again, Samples};
 use delta_cal_host::calibration::report::FrameReport;
 use delta_cal_host::files::document::Document;
 use delta_cal_host::report::calibration::comment;
-use delta_cal_host::{Frame, Loss, Method, Options, Readings, Report, RobotFile};
+use delta_cal_host::{Frame, Method, Options, Readings, Report, RobotFile};
 use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -51,7 +51,7 @@ impl Asked {
                 None => None,
                 Some(method) => Some(method_of(method)?),
             },
-            loss: self.robust.then_some(Loss::Tukey),
+            robust: self.robust,
             frame: frame_of(&self.frame)?,
         })
     }

@@ -5,7 +5,7 @@ use crate::folder::Folder;
 use delta_cal_host::files::document::Document;
 use delta_cal_host::import::{Firmware, Imported, Stated};
 use delta_cal_host::{
-    ColumnMapping, Frame, InputText, Loss, Method, Options, Readings, RobotFile, read_samples,
+    ColumnMapping, Frame, InputText, Method, Options, Readings, RobotFile, read_samples,
 };
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -48,7 +48,7 @@ impl Request {
     pub(crate) fn options(&self) -> Options {
         Options {
             method: self.method,
-            loss: self.robust.then_some(Loss::Tukey),
+            robust: self.robust,
             frame: self.frame(),
         }
     }

@@ -1,12 +1,11 @@
-//! How uncertain positions are where the parameters are: anywhere, over the whole workspace, and as a map.
+//! How uncertain positions are where the parameters are: anywhere and over the whole workspace.
 
 use super::rigid_motion::RigidMotions;
 use crate::files::robot_file::RobotFile;
 use crate::fit::solution::{PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
-use crate::geometry::{Reach, range};
+use crate::geometry::Reach;
 use delta_cal::{Robot, Sample};
 use nalgebra::{Matrix3, SMatrix, Vector3};
-use serde::Serialize;
 
 /// A robot and the covariance of its parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -120,10 +119,6 @@ impl WorkspacePoses {
             inside: inside(robot, reach),
             edge: edge(robot, reach),
         }
-    }
-
-    pub(super) fn all(&self) -> impl Iterator<Item = &Sample<f64>> {
-        self.inside.iter().chain(&self.edge)
     }
 }
 
@@ -367,79 +362,4 @@ fn directions() -> impl Iterator<Item = Vector3<f64>> {
     (0..27)
         .filter(|code| *code != 13)
         .map(move |code| digits(code).map(|digit| f64::from(digit) - 1.0))
-}
-
-/// Horizontal slices of a map.
-const SLICES: u32 = 3;
-/// Cells of a slice, along its longer side.
-const CELLS: u32 = 40;
-
-/// σ of the position in a plane through the workspace, mm.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Slice {
-    /// The plane's height; `None` of the vertical plane y = 0.
-    pub z_mm: Option<f64>,
-    /// √ of the mean of σ².
-    pub rms_mm: f64,
-    /// The largest σ.
-    pub max_mm: f64,
-    /// Width and height of a cell, mm.
-    #[serde(skip)]
-    pub step: f64,
-    /// Middles of the cells that the robot reaches clear of singularities, and σ there, mm.
-    #[serde(skip)]
-    pub cells: Vec<(Vector3<f64>, f64)>,
-}
-
-/// A map of the uncertainty of the robot of a file: horizontal slices from below to above, and a vertical one.
-/// `covariance` as in [`PositionUncertainty`]. A slice without a cell is left out.
-pub fn slices(file: &RobotFile, covariance: &SMatrix<f64, 24, 24>) -> Vec<Slice> {
-    let uncertainty = PositionUncertainty {
-        robot: &file.robot,
-        covariance,
-    };
-    let (poses, reach) = (WorkspacePoses::of(file), file.reach());
-    let range = |axis: usize| range(poses.all().map(|pose| pose.position[axis]));
-    let (x, y, z) = (range(0), range(1), range(2));
-    let heights = (1..=SLICES).map(|slice| {
-        let part = f64::from(slice) / f64::from(SLICES + 1);
-        Some((z.0 + (z.1 - z.0) * part).round())
-    });
-    let slices = heights.chain([None]).filter_map(|z_mm| {
-        let across = if z_mm.is_none() { z } else { y };
-        let step = (x.1 - x.0).max(across.1 - across.0) / f64::from(CELLS);
-        let cells = cells(x, across, step).filter_map(|(u, v)| {
-            let position = match z_mm {
-                Some(z) => Vector3::new(u, v, z),
-                None => Vector3::new(u, 0.0, v),
-            };
-            let joints = reach.joints(&file.robot, &position).ok()?;
-            reach.clear_position(&file.robot, &joints).ok()?;
-            Some((position, uncertainty.sigma(&position, &joints)?))
-        });
-        let cells: Vec<_> = cells.collect();
-        let sigmas = || cells.iter().map(|(_, sigma)| *sigma);
-        let count = cells.len() as f64;
-        let mean_square = sigmas().map(|sigma| sigma * sigma).sum::<f64>() / count;
-        let max_mm = sigmas().fold(0.0, f64::max);
-        (!cells.is_empty()).then_some(Slice {
-            z_mm,
-            rms_mm: mean_square.sqrt(),
-            max_mm,
-            step,
-            cells,
-        })
-    });
-    slices.collect()
-}
-
-/// Middles of square cells over a rectangle and a little beyond.
-fn cells(u: (f64, f64), v: (f64, f64), step: f64) -> impl Iterator<Item = (f64, f64)> {
-    let beyond = CELLS / 4;
-    let middle = move |(low, high): (f64, f64), cell: u32| {
-        let centre = f64::midpoint(low, high);
-        centre + step * (f64::from(cell) + 0.5 - f64::from(CELLS / 2 + beyond))
-    };
-    let count = CELLS + 2 * beyond;
-    (0..count * count).map(move |cell| (middle(u, cell % count), middle(v, cell / count)))
 }

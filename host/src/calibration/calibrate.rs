@@ -149,7 +149,7 @@ fn checked(
     options: &Options,
 ) -> Result<Readings, CalibrateError> {
     check_method(robot, readings, options)?;
-    if options.loss.is_some() && readings.rows.iter().any(|row| row.value.sigma.is_some()) {
+    if options.robust && readings.rows.iter().any(|row| row.value.sigma.is_some()) {
         let cause = "--robust weighs the rows itself, and the file states the uncertainty of each";
         return Err(InputError::new(&readings.name, cause)
             .with_remedy("leave out --robust, or write _ before the name of the column")
@@ -216,7 +216,7 @@ fn check_method(
             "use --method fkm",
         ),
         (
-            options.loss.is_some(),
+            options.robust,
             &readings.name,
             "--robust is a loss function of the FKM method",
             "use --method fkm",
@@ -327,10 +327,8 @@ fn of_rows(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
             .map(|(_, row)| row.line)
             .collect()
     };
-    let shift = case
-        .options
-        .loss
-        .and_then(|_| Shift::find(solution, readings));
+    let shift = case.options.robust.then(|| Shift::find(solution, readings));
+    let shift = shift.flatten();
     found.extend(shift.map(|shift| Finding::Shift { shift }));
     found.extend(beside_the_platform_point(
         case.robot,

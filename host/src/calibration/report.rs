@@ -11,13 +11,13 @@ use super::{Finding, Level};
 use crate::accuracy::improvement::WorkspaceComparison;
 use crate::accuracy::position_error::PositionError;
 use crate::accuracy::quantiles::coverage_factor;
-use crate::accuracy::uncertainty::{ExpectedError, Slice, slices};
+use crate::accuracy::uncertainty::ExpectedError;
 use crate::files::convention::Convention;
 use crate::files::document::Document;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Readings};
 use crate::fit::solution::{PlaneFound, PointFound};
-use crate::fit::{Frame, Loss, Method, Solution};
+use crate::fit::{Frame, Method, Solution};
 use crate::text::{degrees, in_unit, unit};
 use delta_cal::Parameter;
 use delta_cal::frame::RigidTransform;
@@ -43,7 +43,7 @@ pub struct Report {
     pub frame: Frame,
     /// How the controller counts, in words; `null` if as usual.
     pub convention: Option<String>,
-    /// The loss function of a robust fit, `huber` or `tukey`.
+    /// The loss function of a robust fit: `tukey`.
     pub loss: Option<&'static str>,
     /// Samples (rows).
     pub sample_count: usize,
@@ -79,8 +79,6 @@ pub struct Report {
     pub tolerance: Option<ToleranceReport>,
     /// What the calibration means over the workspace.
     pub workspace: Option<WorkspaceComparison>,
-    /// σ of the position in planes through the workspace.
-    pub position_uncertainty: Vec<Slice>,
     /// What the readings determine.
     pub determined: Known,
     /// X_sensor = rotation · X_robot + translation.
@@ -414,10 +412,7 @@ impl Report {
             method: solution.method,
             frame: solution.frame,
             convention: (!before.convention.is_usual()).then(|| before.convention.to_string()),
-            loss: case.options.loss.map(|loss| match loss {
-                Loss::Huber => "huber",
-                Loss::Tukey => "tukey",
-            }),
+            loss: case.options.robust.then_some("tukey"),
             sample_count: readings.rows.len(),
             reading_count: readings.readings(),
             distinct_poses: readings.distinct_poses(),
@@ -441,7 +436,6 @@ impl Report {
                 widened: judged.widened,
             }),
             workspace: judged.workspace,
-            position_uncertainty: slices(&after, &solution.of_parameters()),
             determined: judged.known,
             sensor_frame: frame
                 .as_ref()

@@ -3,7 +3,7 @@
 use super::findings::Finding;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings};
-use crate::fit::{Frame, Loss, Options, Solution, solve};
+use crate::fit::{Frame, Options, Solution, solve};
 use crate::text::{count, in_lines, significant};
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -213,11 +213,11 @@ pub(crate) fn explanations(
         found.push(mistake);
         return found;
     }
-    if options.loss.is_some() {
+    if options.robust {
         return found;
     }
     let robust = Options {
-        loss: Some(Loss::Tukey),
+        robust: true,
         method: None,
         ..*options
     };

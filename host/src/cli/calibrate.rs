@@ -13,8 +13,8 @@ use crate::report;
 use crate::report::calibration::{RefusalReport, comment};
 use crate::report::printer::PrinterReport;
 use crate::{
-    CalibrateError, Frame, InputError, InputText, Loss, Method, Options, Readings, RobotFile,
-    calibrate, read_samples,
+    CalibrateError, Frame, InputError, InputText, Method, Options, Readings, RobotFile, calibrate,
+    read_samples,
 };
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -108,7 +108,7 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     };
     let options = Options {
         method: arguments.method,
-        loss: arguments.robust.then_some(Loss::Tukey),
+        robust: arguments.robust,
         frame: arguments.frame,
     };
     let Inputs {

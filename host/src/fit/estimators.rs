@@ -1,7 +1,7 @@
 //! The core's three estimators on readings whose noise is given, and what is left of every row.
 
 use super::observations::{Unsolved, instruments, observation, places as known_places};
-use super::robust::{self, Loss};
+use super::robust;
 use super::solution::{
     COLUMNS, ENTRIES, KindNoise, Levels, MOST, PARAMETERS, Places, PlaneFound, PointFound, RowFit,
     Sensitivity, Solution,
@@ -37,7 +37,7 @@ pub(super) struct Task<'a> {
     pub(super) readings: &'a Readings,
     pub(super) method: Method,
     pub(super) frame: Frame,
-    pub(super) loss: Option<Loss>,
+    pub(super) robust: bool,
     /// The stated one, or the wide one that holds the place of a robot in an unknown frame.
     pub(super) tolerance: Option<Tolerance<f64>>,
 }
@@ -176,13 +176,12 @@ impl Task<'_> {
         let end = if let Some(given) = given {
             End::of_closures(robot, &given, unknowns, start)
         } else {
-            let outcome = match self.loss {
-                Some(loss) => {
-                    let found = robust::fit::<N, M, E>(&problem, settings, loss)?;
-                    (weights, suspected) = (found.weights, found.suspected);
-                    found.outcome
-                }
-                None => problem.solve::<M, E>(settings)?,
+            let outcome = if self.robust {
+                let found = robust::fit::<N, M, E>(&problem, settings)?;
+                (weights, suspected) = (found.weights, found.suspected);
+                found.outcome
+            } else {
+                problem.solve::<M, E>(settings)?
             };
             End::of_outcome(&outcome, &units, start).ok_or(Unsolved::NoRedundancy)?
         };

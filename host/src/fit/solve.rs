@@ -63,7 +63,7 @@ pub fn solve(
 fn task<'a>(robot: &'a RobotFile, readings: &'a Readings, options: &Options) -> Task<'a> {
     let complete = readings.is_complete() && options.frame == Frame::Base;
     let weighted = readings.rows.iter().any(|row| row.value.sigma.is_some());
-    let closures = complete && robot.transmission.is_none() && options.loss.is_none() && !weighted;
+    let closures = complete && robot.transmission.is_none() && !options.robust && !weighted;
     Task {
         robot,
         readings,
@@ -73,7 +73,7 @@ fn task<'a>(robot: &'a RobotFile, readings: &'a Readings, options: &Options) -> 
             Some(method) => method,
         },
         frame: options.frame,
-        loss: options.loss,
+        robust: options.robust,
         tolerance: tolerance(robot, options.frame),
     }
 }

@@ -252,7 +252,7 @@ fn promised(instrument: Instrument, method: Option<Method>, noise: bool, rows: u
             let options = Options {
                 method,
                 frame,
-                loss: None,
+                robust: false,
             };
             if let Ok(report) = calibrate(&file, &readings, &options) {
                 promise.add(&file, &truth, &readings, &report, seed);
@@ -366,7 +366,7 @@ fn a_robust_fit_names_the_wrong_rows_and_is_not_spoiled_by_them() {
             *coordinate = coordinate.map(|value| value + off);
         }
         let options = Options {
-            loss: Some(delta_cal_host::Loss::Tukey),
+            robust: true,
             ..Options::default()
         };
         let report = calibrate(&file, &readings, &options).unwrap();

@@ -6,7 +6,7 @@ use delta_cal_host::report::calibration::{RefusalReport, comment};
 use delta_cal_host::report::document::{Document, Source as Origin};
 use delta_cal_host::report::json;
 use delta_cal_host::{
-    CalibrateError, Frame, InputText, Loss, Method, Options, RobotFile, calibrate, read_samples,
+    CalibrateError, Frame, InputText, Method, Options, RobotFile, calibrate, read_samples,
 };
 use serde_json::Value;
 
@@ -93,11 +93,7 @@ fn options(source: &mut Source<'_>) -> Options {
             3 => Some(Method::Joint),
             _ => None,
         },
-        loss: match fit >> 2 & 3 {
-            1 => Some(Loss::Huber),
-            2 => Some(Loss::Tukey),
-            _ => None,
-        },
+        robust: fit >> 2 & 1 == 1,
         frame: if case & 2 == 0 {
             Frame::Base
         } else {

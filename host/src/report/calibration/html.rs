@@ -22,7 +22,7 @@ pub(super) fn render(report: &Report, first: Option<&Markup>) -> String {
         text::noise(report),
         text::causes(report).unwrap_or_else(|| text::no_causes(report)),
     ];
-    parts.push(uncertain(report));
+    parts.push(text::expected(report).note(text::CONTENTS));
     parts.extend(text::places(report));
     parts.extend(text::next(report));
     parts.push(glossary());
@@ -139,19 +139,6 @@ fn samples(report: &Report) -> Table {
             ),
             report.sample_count <= SHOWN,
         )
-}
-
-fn uncertain(report: &Report) -> Section {
-    let section = text::expected(report).note(text::contents());
-    if report.position_uncertainty.is_empty() {
-        return section;
-    }
-    let slices = html! {
-        div.views { @for (slice, caption) in figures::slices(&report.position_uncertainty) { (figure(&slice, &caption)) } }
-    };
-    section.in_page(slices).note(
-        "Shades: absolute σ of the position at that place, in mm; the same shades in all figures.",
-    )
 }
 
 /// What the parameters are, with the drawing of an arm.

@@ -8,8 +8,8 @@ use crate::fit::Frame;
 use crate::render::{Part, Section, Table, terminal};
 use crate::text::{count, list, probability, significant, small};
 
-/// Rows of the terminal's list of samples that were left out.
-const CONTENTS: &str = "The expanded uncertainty covers the noise of the measurement, what the samples leave undetermined within \
+/// What an expanded uncertainty holds.
+pub(super) const CONTENTS: &str = "The expanded uncertainty covers the noise of the measurement, what the samples leave undetermined within \
     the [tolerance], and the errors found in the residuals, with 95 % coverage. It excludes systematic errors of the \
     instrument (scale), temperature, load and speed.";
 
@@ -232,10 +232,6 @@ pub(super) fn expected(report: &Report) -> Section {
         ));
     }
     section
-}
-
-pub(super) fn contents() -> &'static str {
-    CONTENTS
 }
 
 /// Causes that were found, or why none was looked for.

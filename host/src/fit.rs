@@ -13,6 +13,7 @@ mod robust;
 pub mod solution;
 pub(crate) mod solve;
 
+pub(crate) use estimators::closure;
 pub use observations::Unsolved;
 pub use robust::RobustRefusal;
 use serde::{Deserialize, Serialize};

@@ -3,13 +3,12 @@
 //! Parameters of different kinds are compared in one unit, the length's: angles are multiplied by
 //! the true upper arm's length.
 
-use super::information::{
-    ARM, PARAMETERS, closure_rows, is_empty, position_rows, rows_of_arm, rows_of_prior,
-    tolerance_prior, units,
-};
+use super::information::{ARM, PARAMETERS, is_empty, units, whitening};
 use super::rigid_motion::RigidMotions;
-use crate::fit::Method;
-use delta_cal::{Noise, Parameter, Robot, Sample, Tolerance};
+use super::uncertainty::jacobian;
+use crate::fit::{Method, closure};
+use delta_cal::calibration::{JointNormal, Prior, TolerancePrior};
+use delta_cal::{ArmIndex, Noise, Parameter, Robot, Sample, Tolerance};
 use nalgebra::{DMatrix, SMatrix, SVector, Vector3};
 
 /// A true robot, the robot of the file and the calibrated one.
@@ -42,7 +41,8 @@ impl Evaluation<'_> {
     /// G = 100 (‖Pr − Pn‖ − ‖Pr − Pc‖) / ‖Pr − Pn‖, percent (4.1). NaN if the robot before was the
     /// true one.
     pub fn gain(&self) -> f64 {
-        gain(self.error_before(), self.error_after())
+        let (before, after) = (self.error_before(), self.error_after());
+        100.0 * ((before - after) / before)
     }
 
     /// ‖Pr − Pn‖, mm.
@@ -64,10 +64,6 @@ impl Evaluation<'_> {
     pub fn position_error_after(&self, joints: &[[f64; 3]]) -> HeldOutError {
         position_error(self.truth, self.after, joints)
     }
-}
-
-fn gain(before: f64, after: f64) -> f64 {
-    100.0 * ((before - after) / before)
 }
 
 /// All 24 differences of parameters, a − truth: mm, angles times the true upper arm's length.
@@ -138,20 +134,27 @@ impl CramerRaoBound {
         noise: &Noise<f64>,
         tolerance: Option<&Tolerance<f64>>,
     ) -> Option<Self> {
-        let poses = joints
-            .iter()
-            .map(|q| {
-                let position = truth.forward(q).ok()?;
-                Some(Sample {
-                    joints: *q,
-                    position,
-                })
-            })
-            .collect::<Option<Vec<_>>>()?;
-        let mut covariance = match method {
-            Method::Ikm => of_separate_arms(truth, &poses, noise, tolerance)?,
-            Method::Joint | Method::Fkm => of_all_arms(truth, &poses, noise, tolerance)?,
-        };
+        let mut rows = rows_of_prior(truth, tolerance);
+        for q in joints {
+            let position = truth.forward(q).ok()?;
+            let pose = Sample {
+                joints: *q,
+                position,
+            };
+            rows.extend(match method {
+                Method::Ikm => closure_rows(truth, &pose, noise),
+                Method::Joint | Method::Fkm => position_rows(truth, &pose, noise)?,
+            });
+        }
+        let rows = DMatrix::from_fn(rows.len(), PARAMETERS, |row, column| rows[row][column]);
+        let triangle = rows
+            .qr()
+            .r()
+            .fixed_view::<PARAMETERS, PARAMETERS>(0, 0)
+            .into_owned();
+        let inverse =
+            triangle.solve_upper_triangular(&SMatrix::<f64, PARAMETERS, PARAMETERS>::identity())?;
+        let mut covariance = inverse * inverse.transpose();
         for place in (0..PARAMETERS).filter(|place| is_empty(truth, *place)) {
             covariance[(place, place)] = 0.0;
         }
@@ -165,57 +168,39 @@ impl CramerRaoBound {
     }
 }
 
-/// The inverse of the information Σ (∂X/∂P)ᵀ(L Lᵀ)⁻¹(∂X/∂P), by the triangle of its rows.
-fn of_all_arms(
-    truth: &Robot<f64>,
-    poses: &[Sample<f64>],
-    noise: &Noise<f64>,
-    tolerance: Option<&Tolerance<f64>>,
-) -> Option<SMatrix<f64, PARAMETERS, PARAMETERS>> {
-    let mut rows = DMatrix::<f64>::zeros(3 * poses.len() + PARAMETERS, PARAMETERS);
-    for (index, pose) in poses.iter().enumerate() {
-        rows.fixed_view_mut::<3, PARAMETERS>(3 * index, 0)
-            .copy_from(&position_rows(truth, pose, noise)?);
-    }
-    let prior = rows_of_prior(&tolerance_prior(truth, tolerance));
-    rows.fixed_view_mut::<PARAMETERS, PARAMETERS>(3 * poses.len(), 0)
-        .copy_from(&prior);
-    let triangle: SMatrix<f64, PARAMETERS, PARAMETERS> = rows
-        .qr()
-        .r()
-        .fixed_view::<PARAMETERS, PARAMETERS>(0, 0)
-        .into_owned();
-    let inverse =
-        triangle.solve_upper_triangular(&SMatrix::<f64, PARAMETERS, PARAMETERS>::identity())?;
-    Some(inverse * inverse.transpose())
+/// A row of the information Σ gᵀg, each parameter in its unit.
+type Row = SVector<f64, PARAMETERS>;
+
+/// U of |U δ|², what a tolerance says.
+fn rows_of_prior(truth: &Robot<f64>, tolerance: Option<&Tolerance<f64>>) -> Vec<Row> {
+    let units = units(truth).map(f64::recip).into();
+    let prior = TolerancePrior::new(truth.arms().each_ref(), &units, tolerance);
+    let triangle: JointNormal<f64> = prior.rows(1.0, &[0.0; PARAMETERS]);
+    let rows = triangle.rows().take(PARAMETERS).enumerate();
+    rows.map(|(first, row)| {
+        let entry = |column: usize| row.get(column.checked_sub(first)?).copied();
+        Row::from_fn(|column, _| entry(column).unwrap_or(0.0))
+    })
+    .collect()
 }
 
-/// The inverse of each arm's information Σ (∂f/∂P)ᵀ(∂f/∂P)/σf², by the triangle of its rows.
-fn of_separate_arms(
-    truth: &Robot<f64>,
-    poses: &[Sample<f64>],
-    noise: &Noise<f64>,
-    tolerance: Option<&Tolerance<f64>>,
-) -> Option<SMatrix<f64, PARAMETERS, PARAMETERS>> {
-    let measured: Vec<_> = poses
-        .iter()
-        .map(|pose| closure_rows(truth, pose, noise))
-        .collect();
-    let mut covariance = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
-    for arm in 0..3 {
-        let first = ARM * arm;
-        let mut rows = DMatrix::<f64>::zeros(poses.len() + ARM, ARM);
-        for (mut row, gradients) in rows.row_iter_mut().zip(&measured) {
-            row.copy_from(&gradients[arm].transpose());
-        }
-        let prior = rows_of_arm(&truth.arms()[arm], tolerance);
-        rows.fixed_view_mut::<ARM, ARM>(poses.len(), 0)
-            .copy_from(&prior);
-        let triangle: SMatrix<f64, 8, 8> = rows.qr().r().fixed_view::<8, 8>(0, 0).into_owned();
-        let inverse = triangle.solve_upper_triangular(&SMatrix::<f64, 8, 8>::identity())?;
-        covariance
-            .fixed_view_mut::<8, 8>(first, first)
-            .copy_from(&(inverse * inverse.transpose()));
-    }
-    Some(covariance)
+/// Of the IKM method one row an arm, (∂f/∂P)/σf.
+fn closure_rows(truth: &Robot<f64>, pose: &Sample<f64>, noise: &Noise<f64>) -> Vec<Row> {
+    let units = units(truth);
+    let of_arm = |index: ArmIndex| {
+        let (gradient, _) = closure(truth.arm(index), pose, index.index(), noise);
+        let mut row = Row::zeros();
+        row.fixed_rows_mut::<ARM>(ARM * index.index())
+            .copy_from(&gradient);
+        row.component_div(&units)
+    };
+    ArmIndex::ALL.map(of_arm).to_vec()
+}
+
+/// Of the measurements themselves three rows, L⁻¹ ∂X/∂P. `None` at a singular pose.
+fn position_rows(truth: &Robot<f64>, pose: &Sample<f64>, noise: &Noise<f64>) -> Option<Vec<Row>> {
+    let (units, whitening) = (units(truth), whitening(truth, pose, noise)?);
+    let rows = whitening * jacobian::<PARAMETERS>(truth, &pose.position, &pose.joints)?;
+    let each = rows.row_iter().map(|row| row.transpose());
+    Some(each.map(|row| row.component_div(&units)).collect())
 }

@@ -34,9 +34,10 @@ use super::information::{prior_covariance, units};
 use super::quantiles::quantile;
 use super::rigid_motion::RigidMotions;
 use super::uncertainty::{PositionUncertainty, inside};
+use crate::fit::Solution;
 use crate::geometry::Reach;
 use delta_cal::{Robot, Tolerance};
-use nalgebra::{DMatrix, DVector, SMatrix, Vector3};
+use nalgebra::{DMatrix, DVector, SMatrix};
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -280,9 +281,6 @@ pub struct Moved {
 /// calibrated positions are there.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct WorkspaceComparison {
-    /// Poses that both robots reach.
-    #[serde(skip)]
-    pub poses: u32,
     /// rms distance between the calibrated and the original robot's positions, mm.
     #[serde(rename = "change_mm")]
     pub change: f64,
@@ -302,39 +300,16 @@ pub struct WorkspaceComparison {
     pub chance_of_harm: Option<f64>,
 }
 
-/// A robot before and after a calibration.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Calibrated<'a> {
-    pub(crate) before: &'a Robot<f64>,
-    pub(crate) after: &'a Robot<f64>,
-    /// Of the parameters, mm and radians.
-    pub(crate) covariance: &'a SMatrix<f64, 24, 24>,
-    /// The stated one.
-    pub(crate) tolerance: Option<&'a Tolerance<f64>>,
-    /// Of an estimated noise; `None` if it is stated.
-    pub(crate) degrees_of_freedom: Option<f64>,
-    /// What of the positions counts.
-    pub(crate) judged: Judged,
-}
-
-/// What of the positions decides whether a robot becomes better.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Judged {
-    /// The positions in the frame of the base, over the workspace.
-    Absolute,
-    /// The positions after the best rigid motion, over the workspace.
-    Relative,
-}
-
 impl WorkspaceComparison {
-    /// `None` if no pose is reached by both robots.
-    pub(crate) fn of(calibrated: &Calibrated<'_>, reach: &Reach) -> Option<Self> {
-        let &Calibrated {
-            before,
-            after,
-            covariance,
-            ..
-        } = calibrated;
+    /// Of a robot before and after a calibration to a solution, whose covariance holds the stated tolerance; `None` if no
+    /// pose is reached by both robots.
+    pub(crate) fn of(
+        before: &Robot<f64>,
+        solution: &Solution,
+        tolerance: Option<&Tolerance<f64>>,
+        reach: &Reach,
+    ) -> Option<Self> {
+        let (after, covariance) = (&solution.robot, &solution.of_parameters());
         let uncertainty = PositionUncertainty {
             robot: after,
             covariance,
@@ -355,7 +330,7 @@ impl WorkspaceComparison {
         if poses == 0 {
             return None;
         }
-        let absolute = mean_square(&jacobians);
+        let absolute = mean_square(jacobians.iter().map(|(_, own)| own));
         let units = units(before);
         let products = units * units.transpose();
         let dynamic =
@@ -364,7 +339,7 @@ impl WorkspaceComparison {
             difference: DVector::from_column_slice(differences(after, before).as_slice()),
             covariance: dynamic(covariance.component_mul(&products)),
             sensitivity: dynamic(sensitivity.component_div(&products)),
-            prior: calibrated.tolerance.map(|tolerance| {
+            prior: tolerance.map(|tolerance| {
                 // Of upper arms whose zeros are known by degrees alone, in their directions now.
                 let about = match tolerance.joint_zero() {
                     Some(_) => after,
@@ -372,12 +347,13 @@ impl WorkspaceComparison {
                 };
                 dynamic(prior_covariance(about, tolerance).component_mul(&products))
             }),
-            degrees_of_freedom: calibrated.degrees_of_freedom,
+            degrees_of_freedom: solution.estimated_freedom(),
         };
         let whole_change = (change_squared / f64::from(poses)).sqrt();
         let whole_sigma = covariance.component_mul(&absolute).sum().sqrt();
-        let relative = calibrated.judged == Judged::Relative;
-        let (size, change) = if relative {
+        let (size, change) = if solution.is_absolute() {
+            (whole_change, of(absolute))
+        } else {
             let motions = RigidMotions::of(jacobians.iter().map(|(position, _)| *position))?;
             let explained = motions.explaining(jacobians.iter().copied());
             for (position, jacobian) in &mut jacobians {
@@ -385,10 +361,9 @@ impl WorkspaceComparison {
             }
             // Besides the six motions the empty places of a tower's parameters.
             let empty = 24 - 3 * before.drive().parameters().len();
-            let change = of(mean_square(&jacobians)).without_kernel(6 + empty);
+            let change =
+                of(mean_square(jacobians.iter().map(|(_, own)| own))).without_kernel(6 + empty);
             (change.size(), change)
-        } else {
-            (whole_change, of(absolute))
         };
         let judged = Moved {
             change: size,
@@ -396,7 +371,6 @@ impl WorkspaceComparison {
             scatter: change.scatter(),
         };
         Some(Self {
-            poses,
             change: whole_change,
             sigma: whole_sigma,
             judged,
@@ -433,9 +407,11 @@ impl WorkspaceComparison {
 }
 
 /// The mean of JᵀJ.
-fn mean_square(jacobians: &[(Vector3<f64>, SMatrix<f64, 3, 24>)]) -> SMatrix<f64, 24, 24> {
+pub(crate) fn mean_square<'a>(
+    jacobians: impl Iterator<Item = &'a SMatrix<f64, 3, 24>>,
+) -> SMatrix<f64, 24, 24> {
     let (mut sum, mut count) = (SMatrix::<f64, 24, 24>::zeros(), 0.0);
-    for (_, jacobian) in jacobians {
+    for jacobian in jacobians {
         sum.gemm_tr(1.0, jacobian, jacobian, 1.0);
         count += 1.0;
     }
@@ -523,61 +499,45 @@ mod tests {
         assert!((change.scatter() - f64::sqrt(expected)).abs() < 1e-12);
     }
 
-    /// Six of 24 combinations move the robot as a whole, by whatever the search for the sensor's frame left of that: the
-    /// chance is that of the 18 others by themselves.
+    /// Six of 24 combinations move the robot as a whole: the chance is that of the 18 others by themselves, along any axes.
     #[test]
     fn motions_of_the_whole_robot_do_not_count() {
         let mut rng = Pcg32::seed_from_u64(2);
         for number in 0..100 {
-            let mut normal = || standard_normal::<f64, _>(&mut rng);
-            let sigma = DVector::from_fn(18, |_, _| 0.3 * 10_f64.powf(normal()));
-            let own = DVector::from_fn(18, |index, _| 0.5 * normal() + sigma[index] * normal());
-            let motion = DVector::from_fn(6, |_, _| 30.0 * normal());
-            // Any orthogonal axes.
-            let axes = DMatrix::from_fn(24, 24, |_, _| normal()).qr().q();
-            let turned = |diagonal: DVector<f64>| {
-                &axes * DMatrix::from_diagonal(&diagonal) * axes.transpose()
+            let (change, _) = made(0.5, 2.0, number % 2 == 0, &mut rng);
+            let weight = |index: usize| {
+                if index < 18 {
+                    1.0 + f64::from(number % 3)
+                } else {
+                    0.0
+                }
             };
-            let with = |others: f64, rest: &DVector<f64>| {
-                DVector::from_fn(24, |index, _| if index < 18 { rest[index] } else { others })
-            };
-            let variances = sigma.component_mul(&sigma);
-            let weights =
-                DVector::from_fn(18, |index, _| 1.0 + f64::from(u8::from(index % 2 == 0)));
-            // With a tolerance in every second case, twice as large for every third parameter.
-            let stated = number % 2 == 0;
-            let prior = DVector::from_fn(18, |index, _| {
-                variances.amax() * if index % 3 == 0 { 6.0 } else { 3.0 }
-            });
+            let sensitivity =
+                DMatrix::from_diagonal(&DVector::from_fn(24, |index, _| weight(index)));
+            let first = |matrix: &DMatrix<f64>| matrix.view((0, 0), (18, 18)).into_owned();
             let alone = Change {
-                difference: own.clone(),
-                covariance: DMatrix::from_diagonal(&variances),
-                sensitivity: DMatrix::from_diagonal(&weights),
-                prior: stated.then(|| DMatrix::from_diagonal(&prior)),
+                difference: change.difference.rows(0, 18).into_owned(),
+                covariance: first(&change.covariance),
+                sensitivity: first(&sensitivity),
+                prior: change.prior.as_ref().map(first),
                 degrees_of_freedom: None,
             };
-            let joined = DVector::from_fn(24, |index, _| {
-                if index < 18 {
-                    own[index]
-                } else {
-                    motion[index - 18]
-                }
-            });
+            let mut normal = || standard_normal::<f64, _>(&mut rng);
+            let axes = DMatrix::from_fn(24, 24, |_, _| normal()).qr().q();
+            let turned = |matrix: &DMatrix<f64>| &axes * matrix * axes.transpose();
             let whole = Change {
-                difference: &axes * joined,
-                covariance: turned(with(1e-4, &variances)),
-                sensitivity: turned(with(0.0, &weights)),
-                prior: stated.then(|| turned(with(prior[1], &prior))),
-                ..alone.clone()
+                difference: &axes * &change.difference,
+                covariance: turned(&change.covariance),
+                sensitivity: turned(&sensitivity),
+                prior: change.prior.as_ref().map(turned),
+                degrees_of_freedom: None,
             };
-            let expected = [
-                alone.chance_of_harm().unwrap_or(f64::NAN),
-                own.component_mul(&own).dot(&weights).sqrt(),
-                variances.dot(&weights).sqrt(),
-            ];
-            let found = whole.without_kernel(6);
-            let chance = found.chance_of_harm().unwrap_or(f64::NAN);
-            for (found, expected) in [chance, found.size(), found.sigma()].iter().zip(expected) {
+            let figures = |own: &Change| {
+                let chance = own.chance_of_harm().unwrap_or(f64::NAN);
+                [chance, own.size(), own.sigma()]
+            };
+            let found = figures(&whole.without_kernel(6));
+            for (found, expected) in found.iter().zip(figures(&alone)) {
                 // Roundings of numbers up to 1e3, squared.
                 assert!((found - expected).abs() < 1e-8, "{found} {expected}");
             }

@@ -1,14 +1,11 @@
-//! What one pose says about the parameters: the rows of the weighted Jacobian, in one unit.
-//!
-//! Every parameter is in mm, angles times the upper arm's length, and every row in σ of its own
-//! noise: a row `g` adds `g gᵀ` to the information of the parameters.
+//! What is known of the parameters before any measurement, and the unit in which they are compared: mm, angles times the upper
+//! arm's length.
 
 use crate::files::robot_file::RobotFile;
 pub(crate) use crate::fit::solution::PARAMETERS;
 use crate::fit::solution::{RobotCovariance, WITH_TRANSMISSIONS};
-use delta_cal::calibration::{JointNormal, Prior, TolerancePrior, Triangle};
 use delta_cal::robot::{Arm, Drive, ParameterKind, TransmissionTolerance};
-use delta_cal::{ArmIndex, Noise, Parameter, Real, Robot, Sample, Tolerance};
+use delta_cal::{ArmIndex, Noise, Parameter, Robot, Sample, Tolerance};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
 
 /// Of one arm.
@@ -125,72 +122,6 @@ pub fn unit(arm: &Arm<f64>, parameter: Parameter) -> f64 {
     }
 }
 
-/// What a tolerance says of all parameters.
-pub(crate) fn tolerance_prior(
-    robot: &Robot<f64>,
-    tolerance: Option<&Tolerance<f64>>,
-) -> TolerancePrior<f64, PARAMETERS> {
-    let units = units(robot).map(f64::recip).into();
-    TolerancePrior::new(robot.arms().each_ref(), &units, tolerance)
-}
-
-/// The same as the rows U of |U δ|².
-pub(crate) fn rows_of_prior(
-    prior: &TolerancePrior<f64, PARAMETERS>,
-) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
-    let triangle: JointNormal<f64> = prior.rows(1.0, &[0.0; PARAMETERS]);
-    square(&triangle)
-}
-
-/// The same of an arm by itself.
-pub(crate) fn rows_of_arm(
-    arm: &Arm<f64>,
-    tolerance: Option<&Tolerance<f64>>,
-) -> SMatrix<f64, ARM, ARM> {
-    let mut units = [1.0; ARM];
-    for parameter in arm.drive().parameters() {
-        units[parameter.index()] = unit(arm, *parameter).recip();
-    }
-    let prior = TolerancePrior::of_arm(arm, &units, tolerance);
-    let triangle: Triangle<f64, 9, 45> = prior.rows(1.0, &[0.0; ARM]);
-    square(&triangle)
-}
-
-fn square<const N: usize, const M: usize, const E: usize>(
-    triangle: &Triangle<f64, M, E>,
-) -> SMatrix<f64, N, N> {
-    let mut rows = SMatrix::zeros();
-    for (index, row) in triangle.rows().take(N).enumerate() {
-        for (column, entry) in (index..N).zip(row) {
-            rows[(index, column)] = *entry;
-        }
-    }
-    rows
-}
-
-/// One row an arm, of the IKM method: (∂f/∂P)/σf, the closure error's variance being
-/// σf² = |∂f/∂X|² σx² + (∂f/∂q)² σq².
-pub(crate) fn closure_rows(
-    robot: &Robot<f64>,
-    pose: &Sample<f64>,
-    noise: &Noise<f64>,
-) -> [SVector<f64, ARM>; 3] {
-    let units = units(robot);
-    ArmIndex::ALL.map(|index| {
-        let arm = robot.arm(index);
-        let (x, q) = (&pose.position, pose.joints[index.index()]);
-        let own_units = units.fixed_rows::<ARM>(ARM * index.index());
-        let gradient = arm.constraint_by_parameters(x, q).component_div(&own_units);
-        gradient / closure_sigma(arm, x, q, noise)
-    })
-}
-
-fn closure_sigma(arm: &Arm<f64>, x: &Vector3<f64>, q: f64, noise: &Noise<f64>) -> f64 {
-    let by_position = arm.constraint_by_position(x, q).norm() * noise.position();
-    let by_joint = arm.constraint_by_joint(x, q) * noise.joint();
-    (by_position.squared() + by_joint.squared()).square_root()
-}
-
 /// L⁻¹ of the position's covariance L Lᵀ = σx² I + σq² J_q J_qᵀ at a pose of the robot. `None` at a singular pose.
 pub(crate) fn whitening(
     robot: &Robot<f64>,
@@ -206,21 +137,4 @@ pub(crate) fn whitening(
     let covariance =
         Matrix3::from_diagonal(&axes.component_mul(&axes)) + by_joints * by_joints.transpose();
     covariance.cholesky()?.l().try_inverse()
-}
-
-/// Three rows of all parameters, of the FKM method: L⁻¹ ∂X/∂P. `None` at a singular pose.
-pub(crate) fn position_rows(
-    robot: &Robot<f64>,
-    pose: &Sample<f64>,
-    noise: &Noise<f64>,
-) -> Option<SMatrix<f64, 3, PARAMETERS>> {
-    let jacobian = robot.platform_jacobian(&pose.position, &pose.joints).ok()?;
-    let mut rows = SMatrix::<f64, 3, PARAMETERS>::zeros();
-    for (arm, block) in jacobian.by_parameters.iter().enumerate() {
-        rows.fixed_columns_mut::<ARM>(ARM * arm).copy_from(block);
-    }
-    for (mut column, unit) in rows.column_iter_mut().zip(&units(robot)) {
-        column /= *unit;
-    }
-    Some(whitening(robot, pose, noise)? * rows)
 }

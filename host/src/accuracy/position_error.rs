@@ -43,8 +43,7 @@ pub(crate) fn sigma_by_tolerance(
     let mut coordinates: Vec<_> = poses
         .filter_map(|joints| {
             let position = file.robot.forward(&joints).ok()?;
-            let covariance = uncertainty.covariance(&position, &joints)?;
-            Some((covariance.trace() / 3.0).sqrt())
+            Some(uncertainty.sigma(&position, &joints)? / 3.0_f64.sqrt())
         })
         .collect();
     coordinates.sort_by(f64::total_cmp);

@@ -27,18 +27,7 @@ impl<const P: usize> PositionUncertainty<'_, P> {
 
     /// J = ∂X/∂P (3.18), the arms side by side, before the transmissions. `None` at a singular pose.
     pub(crate) fn jacobian(&self, x: &Vector3<f64>, q: &[f64; 3]) -> Option<SMatrix<f64, 3, P>> {
-        let blocks = self.robot.platform_jacobian(x, q).ok()?.by_parameters;
-        let mut jacobian = SMatrix::<f64, 3, P>::zeros();
-        for (arm, block) in blocks.iter().enumerate() {
-            jacobian.fixed_columns_mut::<8>(8 * arm).copy_from(block);
-        }
-        if P == WITH_TRANSMISSIONS {
-            let by_transmissions = self.robot.by_transmissions(x, q).ok()?;
-            jacobian
-                .columns_mut(PARAMETERS, WITH_TRANSMISSIONS - PARAMETERS)
-                .copy_from(&by_transmissions);
-        }
-        Some(jacobian)
+        jacobian(self.robot, x, q)
     }
 
     /// σ of the position, mm: √tr(J C Jᵀ), the rms length of its error.
@@ -47,30 +36,36 @@ impl<const P: usize> PositionUncertainty<'_, P> {
         (variance >= 0.0).then(|| variance.sqrt())
     }
 
-    /// Over many poses at once; poses where it is not known are left out.
-    pub fn over<'p>(
-        &self,
-        poses: impl IntoIterator<Item = &'p Sample<f64>>,
-    ) -> Option<PositionSigma> {
-        let (mut squares, mut count) = (0.0, 0_u32);
-        let mut worst: Option<(f64, Vector3<f64>)> = None;
-        for pose in poses {
-            let Some(sigma) = self.sigma(&pose.position, &pose.joints) else {
-                continue;
-            };
-            squares += sigma * sigma;
-            count += 1;
-            if worst.is_none_or(|(largest, _)| sigma > largest) {
-                worst = Some((sigma, pose.position));
-            }
-        }
-        worst.map(|(max, max_at)| PositionSigma {
-            rms: (squares / f64::from(count)).sqrt(),
-            max,
-            max_at,
-            poses: count,
-        })
+    /// The same over many poses at once, rms; poses where it is not known are left out.
+    pub(crate) fn rms_over(&self, poses: &[Sample<f64>]) -> f64 {
+        let sigmas = poses
+            .iter()
+            .filter_map(|pose| self.sigma(&pose.position, &pose.joints));
+        let (squares, count) = sigmas.fold((0.0, 0.0), |(squares, count), sigma| {
+            (squares + sigma * sigma, count + 1.0)
+        });
+        f64::sqrt(squares / count)
     }
+}
+
+/// See [`PositionUncertainty::jacobian`].
+pub(super) fn jacobian<const P: usize>(
+    robot: &Robot<f64>,
+    x: &Vector3<f64>,
+    q: &[f64; 3],
+) -> Option<SMatrix<f64, 3, P>> {
+    let blocks = robot.platform_jacobian(x, q).ok()?.by_parameters;
+    let mut jacobian = SMatrix::<f64, 3, P>::zeros();
+    for (arm, block) in blocks.iter().enumerate() {
+        jacobian.fixed_columns_mut::<8>(8 * arm).copy_from(block);
+    }
+    if P == WITH_TRANSMISSIONS {
+        let by_transmissions = robot.by_transmissions(x, q).ok()?;
+        jacobian
+            .columns_mut(PARAMETERS, WITH_TRANSMISSIONS - PARAMETERS)
+            .copy_from(&by_transmissions);
+    }
+    Some(jacobian)
 }
 
 /// σ of the position over many poses, mm.
@@ -82,8 +77,6 @@ pub struct PositionSigma {
     pub max: f64,
     /// Where that is.
     pub max_at: Vector3<f64>,
-    /// How many poses.
-    pub poses: u32,
 }
 
 /// Poses inside. Near the edges the position's σ changes several times within a few degrees.
@@ -319,7 +312,6 @@ fn over(
         rms: (sum / f64::from(count)).sqrt(),
         max: largest.sqrt(),
         max_at: at.position,
-        poses: count,
     })
 }
 

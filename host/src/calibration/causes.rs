@@ -11,13 +11,15 @@ mod cause;
 mod regression;
 mod subject;
 
-pub use cause::{Alternative, Cause, CauseKind};
-use delta_cal::robot::Drive;
-use delta_cal::{ArmIndex, Sample};
+use crate::files::convention::Convention;
+pub(crate) use cause::At;
+pub use cause::{Cause, CauseKind};
+use cause::{Hypothesis, words};
+use delta_cal::Sample;
 use nalgebra::{DVector, Vector3};
-use regression::{Regression, Solution};
+use regression::{Fit, Regression};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
-pub(crate) use subject::{At, Subject};
+pub(crate) use subject::Subject;
 
 /// A cause that moves the positions by less, mm rms, is one of the arithmetic.
 const NEGLIGIBLE: f64 = 1e-6;
@@ -40,54 +42,43 @@ pub struct Causes {
     pub position_error: f64,
 }
 
-/// Tests every hypothesis; `poses` are all over the workspace.
-pub(crate) fn causes(subject: &Subject<'_>, poses: &[Sample<f64>]) -> Causes {
-    let counted = subject.counted();
+/// Tests every hypothesis; `poses` are all over the workspace, and a drift is told along the axes of a convention.
+pub(crate) fn causes(
+    subject: &Subject<'_>,
+    convention: &Convention,
+    poses: &[Sample<f64>],
+) -> Causes {
     let mut causes = Causes {
         found: Vec::new(),
         not_tested: None,
         hidden_drift: None,
         position_error: 0.0,
     };
-    let solution = subject.solution;
-    let least = solution
-        .noise
-        .iter()
-        .map(|own| own.sigma)
-        .fold(f64::INFINITY, f64::min);
-    let stated = solution.estimated_freedom().is_none();
-    let ranges = subject.ranges();
-    let joints = (solution.robot.drive(), &ranges);
-    let regression = subject.regression(&counted);
-    match select(&regression, joints, stated, NEGLIGIBLE / least) {
+    let noise = subject.solution.noise.iter();
+    let least = noise.map(|own| own.sigma).fold(f64::INFINITY, f64::min);
+    let hypotheses = Hypothesis::all(subject.solution.robot.drive());
+    let number = hypotheses.iter().fold(0.0, |count, _| count + 1.0);
+    let regression = subject.regression(&hypotheses);
+    let search = Search {
+        subject,
+        convention,
+        regression: &regression,
+        hypotheses,
+        stated: subject.solution.estimated_freedom().is_none(),
+        level: FALSE_ALARM / number,
+    };
+    match search.select(NEGLIGIBLE / least) {
         Err(why) => causes.not_tested = Some(why),
-        Ok(None) => {}
-        Ok(Some(selection)) => {
-            causes.position_error =
-                subject.discrepancy(&selection.found, &selection.coefficients, poses);
-            causes.found = selection.found;
+        Ok(None) => causes.hidden_drift = search.hidden_drift(),
+        Ok(Some((found, coefficients))) => {
+            causes.position_error = subject.discrepancy(&found, &coefficients, poses);
+            if found.iter().all(|own| own.kind != CauseKind::Drift) {
+                causes.hidden_drift = search.hidden_drift();
+            }
+            causes.found = found;
         }
     }
-    if causes.not_tested.is_none() && causes.found.iter().all(|own| own.kind != CauseKind::Drift) {
-        causes.hidden_drift = hidden_drift(&regression, solution.robot.drive());
-    }
     causes
-}
-
-/// Three σ of a drift, if the unknowns take up most of it.
-fn hidden_drift(regression: &Regression, drive: Drive) -> Option<f64> {
-    let hypotheses = all(drive);
-    let drift = hypotheses.iter().find(|own| own.kind == CauseKind::Drift)?;
-    let solution = regression.solve(&drift.columns)?;
-    let first = solution.coefficients.len() - drift.columns.len();
-    let (mut inflation, mut variance) = (0.0, 0.0);
-    for (index, column) in drift.columns.iter().enumerate() {
-        let own = solution.covariance[(first + index, first + index)];
-        inflation += own * regression.length_squared(*column) / 3.0;
-        variance += own;
-    }
-    let sigma = (variance * solution.variance().max(1.0)).sqrt();
-    (inflation > TAKEN_UP).then_some(3.0 * sigma)
 }
 
 /// What residuals say of columns that no hypothesis has, each group by itself with all parameters fitted again: by how much
@@ -98,88 +89,14 @@ pub(crate) fn explained_by(
     groups: &[Vec<usize>],
     moves: impl Fn(usize, &At) -> Vec<Vector3<f64>>,
 ) -> Vec<Option<(f64, Vec<f64>)>> {
-    let counted = subject.counted();
     let columns = groups.iter().map(Vec::len).sum();
-    let regression = subject.with_columns(&counted, columns, f64::INFINITY, |row, at| {
-        moves(row.sensitivity.row, at)
-    });
-    let unknowns = subject.solution.covariance.nrows();
+    let regression = subject.with_columns(columns, moves);
     let gains = regression.gains(&[], groups);
     let each = groups.iter().zip(gains).map(|(group, gain)| {
-        let coefficients = regression.solve(group)?.coefficients;
-        Some((gain?, coefficients.as_slice()[unknowns..].to_vec()))
+        let fit = regression.solve(group)?;
+        Some((gain?, fit.of_candidates(group.len()).to_vec()))
     });
     each.collect()
-}
-
-/// Columns of all hypotheses together.
-pub(super) fn columns(drive: Drive) -> usize {
-    all(drive).iter().map(|own| own.columns.len()).sum()
-}
-
-/// One hypothesis: a cause, and its columns among all.
-#[derive(Debug, Clone)]
-pub(super) struct Hypothesis {
-    pub(super) kind: CauseKind,
-    /// `None` of a cause that is not one arm's.
-    pub(super) arm: Option<ArmIndex>,
-    pub(super) columns: Vec<usize>,
-}
-
-/// All of them, in the order of their columns.
-pub(super) fn all(drive: Drive) -> Vec<Hypothesis> {
-    let of_arms = CauseKind::of_joints(drive)
-        .iter()
-        .flat_map(|kind| ArmIndex::ALL.map(|arm| (*kind, Some(arm))));
-    let of_platform = CauseKind::OF_PLATFORM.map(|kind| (kind, None));
-    let mut next = 0;
-    of_arms
-        .chain(of_platform)
-        .map(|(kind, arm)| {
-            let first = next;
-            next += kind.columns();
-            Hypothesis {
-                kind,
-                arm,
-                columns: (first..next).collect(),
-            }
-        })
-        .collect()
-}
-
-/// What a sample's row says of the file as a whole.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
-    /// −1 or 1 for each joint: the direction of its last move; 0 before its first.
-    pub(super) directions: [f64; 3],
-    /// From −½ in the first row to ½ in the last.
-    pub(super) part: f64,
-    /// The square of the distance from the robot's axis, 1 at the largest of the file.
-    pub(super) radius_squared: f64,
-    /// 1 of a row whose readings are in the scale of the instrument, 0 of a touch of a plane.
-    pub(super) scaled: f64,
-}
-
-/// By how much a position moves for one unit of each column: mm per radian, 1, or mm.
-pub(super) fn movements(
-    drive: Drive,
-    at: &At,
-    ranges: &[[f64; 2]; 3],
-    place: &Place,
-) -> Vec<Vector3<f64>> {
-    let mut movements = Vec::new();
-    for kind in CauseKind::of_joints(drive) {
-        for (arm, q) in at.joints.iter().enumerate() {
-            let (shapes, count) = kind.shapes(*q, place.directions[arm], ranges[arm]);
-            for shape in &shapes[..count] {
-                movements.push(at.by_joints.column(arm) * *shape);
-            }
-        }
-    }
-    movements.push(Vector3::new(0.0, 0.0, -place.radius_squared));
-    movements.extend([0, 1, 2].map(|axis| Vector3::ith(axis, place.part)));
-    movements.push(at.position * place.scaled);
-    movements
 }
 
 /// The probability that some hypothesis of a file without any cause is taken for one.
@@ -195,91 +112,89 @@ const IN_RESIDUALS: f64 = 0.5;
 /// Twice the logarithm of 20: what explains less than that more is not clearly better.
 const CLEARLY: f64 = 6.0;
 
-/// What was selected.
-struct Selection {
-    pub(super) found: Vec<Cause>,
-    /// Of the columns that always take part, with the causes beside them.
-    pub(super) coefficients: DVector<f64>,
-}
+/// Causes, and the coefficients of all columns beside them.
+type Selected = (Vec<Cause>, DVector<f64>);
 
 struct Search<'a> {
+    subject: &'a Subject<'a>,
+    convention: &'a Convention,
     regression: &'a Regression,
     hypotheses: Vec<Hypothesis>,
-    drive: Drive,
-    ranges: &'a [[f64; 2]; 3],
     stated: bool,
     level: f64,
 }
 
-/// The causes found in a robot with these drives, whose joints were measured over these ranges; an effect below
-/// `negligible`, in σ of the positions, is none.
-///
-/// # Errors
-/// Why the residuals cannot be tested.
-fn select(
-    regression: &Regression,
-    (drive, ranges): (Drive, &[[f64; 2]; 3]),
-    stated: bool,
-    negligible: f64,
-) -> Result<Option<Selection>, &'static str> {
-    let hypotheses = all(drive);
-    let number = hypotheses.iter().fold(0.0, |count, _| count + 1.0);
-    let search = Search {
-        regression,
-        hypotheses,
-        drive,
-        ranges,
-        stated,
-        level: FALSE_ALARM / number,
-    };
-    let without = regression
-        .solve(&[])
-        .ok_or("the poses do not determine the parameters well enough")?;
-    if without.freedom < LEAST_FREEDOM {
-        return Err("too few samples are left over to tell causes from noise");
-    }
-    let mut chosen = Vec::new();
-    while let Some(next) = search.next(&chosen) {
-        chosen.push(next);
-    }
-    search.drop_superfluous(&mut chosen);
-    Ok(search
-        .solve(&chosen)
-        .filter(|_| !chosen.is_empty())
-        .filter(|solution| search.effect(&chosen, solution) > negligible)
-        .map(|solution| search.selection(&chosen, &solution)))
-}
-
 impl Search<'_> {
+    /// The causes, with the coefficients of all columns beside them; an effect below `negligible`, in σ of the positions,
+    /// is none.
+    ///
+    /// # Errors
+    /// Why the residuals cannot be tested.
+    fn select(&self, negligible: f64) -> Result<Option<Selected>, &'static str> {
+        let without = self
+            .regression
+            .solve(&[])
+            .ok_or("the poses do not determine the parameters well enough")?;
+        if without.freedom < LEAST_FREEDOM {
+            return Err("too few samples are left over to tell causes from noise");
+        }
+        let mut chosen = Vec::new();
+        while let Some(next) = self.next(&chosen) {
+            chosen.push(next);
+        }
+        self.drop_superfluous(&mut chosen);
+        let fit = self.solve(&chosen).filter(|_| !chosen.is_empty());
+        let fit = fit.filter(|fit| self.effect(&chosen, fit) > negligible);
+        Ok(fit.map(|fit| (self.found(&chosen, &fit), fit.coefficients)))
+    }
+
+    /// Three σ of a drift, if the unknowns take up most of it.
+    fn hidden_drift(&self) -> Option<f64> {
+        let mut hypotheses = self.hypotheses.iter();
+        let drift = hypotheses
+            .find(|own| own.kind == CauseKind::Drift)?
+            .columns();
+        let fit = self.regression.solve(&drift)?;
+        let first = fit.coefficients.len() - drift.len();
+        let (mut inflation, mut variance) = (0.0, 0.0);
+        for (index, column) in drift.iter().enumerate() {
+            let own = fit.covariance[(first + index, first + index)];
+            inflation += own * self.regression.effect(&[*column], &[1.0]) / 3.0;
+            variance += own;
+        }
+        let sigma = (variance * fit.variance().max(1.0)).sqrt();
+        (inflation > TAKEN_UP).then_some(3.0 * sigma)
+    }
+
     fn columns(&self, chosen: &[usize]) -> Vec<usize> {
-        let chosen = chosen.iter().map(|index| &self.hypotheses[*index]);
+        let chosen = chosen.iter();
         chosen
-            .flat_map(|hypothesis| hypothesis.columns.clone())
+            .flat_map(|index| self.hypotheses[*index].columns())
             .collect()
     }
 
     /// `None` without enough degrees of freedom left.
-    fn solve(&self, chosen: &[usize]) -> Option<Solution> {
-        let solution = self.regression.solve(&self.columns(chosen))?;
-        (solution.freedom >= LEAST_FREEDOM).then_some(solution)
+    fn solve(&self, chosen: &[usize]) -> Option<Fit> {
+        let fit = self.regression.solve(&self.columns(chosen))?;
+        (fit.freedom >= LEAST_FREEDOM).then_some(fit)
     }
 
     fn gain(&self, chosen: &[usize], next: usize) -> f64 {
-        let group = self.hypotheses[next].columns.clone();
+        let group = self.hypotheses[next].columns();
         let gains = self.regression.gains(&self.columns(chosen), &[group]);
         gains.first().copied().flatten().unwrap_or(0.0)
     }
 
     /// What each hypothesis explains beside the chosen ones, for what it costs: its gain in units of
-    /// the variance that `solution` leaves.
-    fn ranks(&self, chosen: &[usize], solution: &Solution) -> Vec<Option<f64>> {
-        let groups: Vec<_> = self.hypotheses.iter().map(|h| h.columns.clone()).collect();
+    /// the variance that `fit` leaves.
+    fn ranks(&self, chosen: &[usize], fit: &Fit) -> Vec<Option<f64>> {
+        let groups: Vec<_> = self.hypotheses.iter().map(Hypothesis::columns).collect();
         let gains = self.regression.gains(&self.columns(chosen), &groups);
-        let unit = self.unit(solution.variance());
+        let unit = self.unit(fit.variance());
         let ranked = gains.into_iter().zip(&self.hypotheses).enumerate();
         ranked
             .map(|(index, (gain, hypothesis))| {
-                let rank = gain? / unit - PER_COLUMN * number(hypothesis);
+                let rank = gain? / unit - PER_COLUMN * hypothesis.number();
                 (!chosen.contains(&index)).then_some(rank)
             })
             .collect()
@@ -309,43 +224,28 @@ impl Search<'_> {
     }
 
     /// What explains about as much in place of one of the chosen.
-    fn alternatives(
-        &self,
-        chosen: &[usize],
-        place: usize,
-        solution: &Solution,
-    ) -> Vec<Alternative> {
+    fn alternatives(&self, chosen: &[usize], place: usize, fit: &Fit) -> Vec<&Hypothesis> {
         let mut others = chosen.to_vec();
         let own = others.remove(place);
-        let ranks = self.ranks(&others, solution);
+        let ranks = self.ranks(&others, fit);
         let best = ranks[own].unwrap_or(f64::INFINITY);
         let least = |kind| match kind {
             // A scale that shows is large, and its gain here is that of the first step towards it.
             CauseKind::Scale => (best - 2.0 * CLEARLY).max(0.5 * best),
             _ => best - CLEARLY,
         };
-        let as_good =
-            ranks
-                .iter()
-                .zip(&self.hypotheses)
-                .enumerate()
-                .filter(|(index, (rank, hypothesis))| {
-                    !chosen.contains(index)
-                        && rank.is_some_and(|rank| rank > least(hypothesis.kind))
-                });
-        as_good
-            .map(|(_, (_, hypothesis))| Alternative {
-                kind: hypothesis.kind,
-                arm: hypothesis.arm,
-            })
+        let all = self.hypotheses.iter().zip(ranks).enumerate();
+        all.filter(|(index, _)| !chosen.contains(index))
+            .filter(|(_, (own, rank))| rank.is_some_and(|rank| rank > least(own.kind)))
+            .map(|(_, (own, _))| own)
             .collect()
     }
 
     /// The probability of such a gain by chance: against the stated noise (χ²) or, if the residuals
     /// exceed that even with the hypothesis, against what is left of them, because an understated
     /// noise is no cause. Without a stated noise F.
-    fn probability(&self, gain: f64, index: usize, with: &Solution) -> f64 {
-        let columns = number(&self.hypotheses[index]);
+    fn probability(&self, gain: f64, index: usize, with: &Fit) -> f64 {
+        let columns = self.hypotheses[index].number();
         if self.stated {
             let gain = gain / self.unit(with.variance());
             ChiSquared::new(columns).map_or(1.0, |chi_square| chi_square.sf(gain))
@@ -366,9 +266,9 @@ impl Search<'_> {
 
     /// Leaves out, the weakest first, what is not significant beside the others.
     fn drop_superfluous(&self, chosen: &mut Vec<usize>) {
-        while let Some(solution) = self.solve(chosen) {
+        while let Some(fit) = self.solve(chosen) {
             let weakest = (0..chosen.len())
-                .map(|place| (place, self.beside_others(chosen, place, &solution)))
+                .map(|place| (place, self.beside_others(chosen, place, &fit)))
                 .max_by(|a, b| a.1.total_cmp(&b.1));
             match weakest {
                 Some((place, probability)) if probability >= self.level => {
@@ -379,60 +279,66 @@ impl Search<'_> {
         }
     }
 
-    fn beside_others(&self, chosen: &[usize], place: usize, solution: &Solution) -> f64 {
+    fn beside_others(&self, chosen: &[usize], place: usize, fit: &Fit) -> f64 {
         let mut others = chosen.to_vec();
         let own = others.remove(place);
-        self.probability(self.gain(&others, own), own, solution)
+        self.probability(self.gain(&others, own), own, fit)
     }
 
     /// √ of the mean square of what the chosen ones do, in σ.
-    fn effect(&self, chosen: &[usize], solution: &Solution) -> f64 {
+    fn effect(&self, chosen: &[usize], fit: &Fit) -> f64 {
         let columns = self.columns(chosen);
-        let first = solution.coefficients.len() - columns.len();
-        let coefficients = &solution.coefficients.as_slice()[first..];
+        let coefficients = fit.of_candidates(columns.len());
         let squares = self.regression.effect(&columns, coefficients);
-        (squares / self.regression.worth()).sqrt()
+        (squares / self.regression.worth).sqrt()
     }
 
-    fn selection(&self, chosen: &[usize], solution: &Solution) -> Selection {
-        let columns = self.columns(chosen);
-        let mut next = solution.coefficients.len() - columns.len();
-        let variance = self.unit(solution.variance());
+    fn found(&self, chosen: &[usize], fit: &Fit) -> Vec<Cause> {
+        let drive = self.subject.solution.robot.drive();
+        let mut next = fit.coefficients.len() - self.columns(chosen).len();
+        let variance = self.unit(fit.variance());
         let found = chosen.iter().enumerate().map(|(place, index)| {
             let hypothesis = &self.hypotheses[*index];
-            let count = hypothesis.columns.len();
-            let coefficients = solution.coefficients.rows(next, count).into_owned();
-            let covariance = solution.covariance.view((next, next), (count, count)) * variance;
+            let kind = hypothesis.kind;
+            let count = hypothesis.columns().len();
+            let coefficients = fit.coefficients.rows(next, count).into_owned();
+            let covariance = fit.covariance.view((next, next), (count, count)) * variance;
             next += count;
             let length = coefficients.norm();
             let along = &coefficients / length;
             let sigma = (along.transpose() * covariance * &along)[(0, 0)].sqrt();
-            let size = match coefficients.as_slice() {
-                [only] => *only,
-                _ => length,
+            let in_unit = |value: f64| match kind.unit(drive) {
+                "deg" => value.to_degrees(),
+                _ => value,
             };
-            let kind: CauseKind = hypothesis.kind;
+            let (size, drifted) = match coefficients.as_slice() {
+                [only] => (*only, Vector3::zeros()),
+                [x, y, z] => (length, self.convention.vector(&Vector3::new(*x, *y, *z))),
+                _ => (length, Vector3::zeros()),
+            };
+            let (size, sigma) = (in_unit(size), in_unit(sigma));
+            let others = self.alternatives(chosen, place, fit);
+            let alternatives: Vec<_> = others.iter().map(|own| own.named()).collect();
+            let mut text = words(hypothesis, drive, (size, sigma), &drifted);
+            if !alternatives.is_empty() {
+                text.push_str("; about as likely: ");
+                text.push_str(&alternatives.join(" or "));
+            }
+            let others: Vec<_> = others.iter().map(|own| own.kind).collect();
             Cause {
                 kind,
-                arm: hypothesis.arm,
-                drive: self.drive,
-                range: hypothesis
-                    .arm
-                    .map_or([0.0; 2], |arm| self.ranges[arm.index()]),
-                size: kind.in_unit(self.drive, size),
-                sigma: kind.in_unit(self.drive, sigma),
-                probability: self.beside_others(chosen, place, solution),
+                arm: hypothesis.arm.map(|arm| arm.index() + 1),
+                size,
+                unit: kind.unit(drive),
+                sigma,
+                p: self.beside_others(chosen, place, fit),
+                alternatives,
+                text,
+                remedy: kind.remedy(&others),
+                hypothesis: hypothesis.clone(),
                 coefficients: coefficients.as_slice().to_vec(),
-                alternatives: self.alternatives(chosen, place, solution),
             }
         });
-        Selection {
-            found: found.collect(),
-            coefficients: solution.coefficients.clone(),
-        }
+        found.collect()
     }
-}
-
-fn number(hypothesis: &Hypothesis) -> f64 {
-    hypothesis.columns.iter().fold(0.0, |count, _| count + 1.0)
 }

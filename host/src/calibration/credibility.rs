@@ -11,7 +11,6 @@ use delta_cal::{ArmIndex, Parameter, Real, Robot, Tolerance};
 use nalgebra::{DMatrix, DVector, SMatrix};
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
-use std::fmt::Write;
 
 /// A stated noise or tolerance is contradicted below this probability: 3 σ of a normal distribution, two-sided.
 const IMPROBABLE: f64 = 0.0027;
@@ -235,42 +234,29 @@ impl PriorTest {
     }
 
     /// What to write into the robot file.
-    pub(crate) fn statement(&self, drive: Drive, tolerance: Option<&Tolerance<f64>>) -> String {
-        let widened = tolerance.and_then(|tolerance| self.widened(tolerance));
-        widened.map_or_else(
-            || "a larger [tolerance]".to_owned(),
-            |tolerance| {
-                let own = |value: f64| significant(value, 2);
-                let common = |tolerance: &Tolerance<f64>| {
-                    let mut text = String::new();
-                    let all = [
-                        ("radius", tolerance.radius()),
-                        ("forearm", tolerance.forearm()),
-                    ];
-                    for (key, sigma) in all.into_iter().filter(|(_, sigma)| *sigma > 0.0) {
-                        let _ = write!(text, ", {key}_mm = {}", own(sigma));
-                    }
-                    text
-                };
-                let length = own(tolerance.of(Parameter::Lb));
-                let angle = own(tolerance.of(Parameter::Theta).to_degrees());
-                match drive {
-                    Drive::Rotary => match tolerance.joint_zero() {
-                        Some(zero) => format!(
-                            "length_mm = {length}, angle_deg = {angle} and zero_deg = {}",
-                            own(zero.to_degrees())
-                        ),
-                        None => format!("length_mm = {length} and angle_deg = {angle}"),
-                    },
-                    Drive::Linear => format!(
-                        "length_mm = {length}, angle_deg = {angle}, zero_mm = {}{} and scale = {}",
-                        own(tolerance.of(Parameter::Zero)),
-                        common(&tolerance),
-                        own(tolerance.of(Parameter::Scale))
-                    ),
-                }
-            },
-        )
+    pub(crate) fn statement(&self, drive: Drive, tolerance: &Tolerance<f64>) -> String {
+        let Some(wider) = self.widened(tolerance) else {
+            return "a larger [tolerance]".to_owned();
+        };
+        let mut keys = vec![
+            ("length_mm", wider.of(Parameter::Lb)),
+            ("angle_deg", wider.of(Parameter::Theta).to_degrees()),
+        ];
+        if drive == Drive::Rotary {
+            let zero = wider.joint_zero();
+            keys.extend(zero.map(|zero| ("zero_deg", zero.to_degrees())));
+        } else {
+            keys.push(("zero_mm", wider.of(Parameter::Zero)));
+            let common = [
+                ("radius_mm", wider.radius()),
+                ("forearm_mm", wider.forearm()),
+            ];
+            keys.extend(common.into_iter().filter(|(_, sigma)| *sigma > 0.0));
+            keys.push(("scale", wider.of(Parameter::Scale)));
+        }
+        let each = keys.into_iter();
+        let each = each.map(|(key, value)| format!("{key} = {}", significant(value, 2)));
+        list(&each.collect::<Vec<_>>())
     }
 }
 
@@ -283,13 +269,11 @@ const NAMED: usize = 3;
 
 /// How the calibration changed a parameter; millimetres or radians.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Change {
+struct Change {
     arm: ArmIndex,
     parameter: Parameter,
     before: f64,
     after: f64,
-    /// The joint's zero moved by as much, for a change of La_y.
-    joint_zero: Option<f64>,
     /// In percent of the forearm, in degrees, or in percent.
     size: f64,
 }
@@ -299,9 +283,6 @@ fn changes(before: &Robot<f64>, after: &Robot<f64>) -> Vec<Change> {
     let mut changes = Vec::with_capacity(24);
     for arm in ArmIndex::ALL {
         let (from, to) = (before.arm(arm), after.arm(arm));
-        let zero = |arm: &delta_cal::robot::Arm<f64>| {
-            arm.get(Parameter::LaY).angle_over(arm.get(Parameter::LaX))
-        };
         for parameter in from.drive().parameters().iter().copied() {
             let (mut before, after) = (from.get(parameter), to.get(parameter));
             if parameter == Parameter::Theta {
@@ -315,7 +296,6 @@ fn changes(before: &Robot<f64>, after: &Robot<f64>) -> Vec<Change> {
                 parameter,
                 before,
                 after,
-                joint_zero: (parameter == Parameter::LaY).then(|| zero(to) - zero(from)),
                 size: match parameter.kind() {
                     ParameterKind::Length => 100.0 * change / from.lb(),
                     ParameterKind::Angle => change.to_degrees(),
@@ -332,15 +312,15 @@ fn changes(before: &Robot<f64>, after: &Robot<f64>) -> Vec<Change> {
 /// and came out as …".
 pub(crate) fn implausible(before: &Robot<f64>, after: &Robot<f64>) -> Option<String> {
     let largest = changes(before, after).into_iter().next()?;
+    let of = match largest.parameter.kind() {
+        ParameterKind::Length => " % of the forearm",
+        ParameterKind::Angle => "°",
+        ParameterKind::Ratio => " %",
+    };
     (largest.size > IMPLAUSIBLE).then(|| {
-        let limit = match largest.parameter.kind() {
-            ParameterKind::Length => format!("{IMPLAUSIBLE} % of the forearm"),
-            ParameterKind::Angle => format!("{IMPLAUSIBLE}°"),
-            ParameterKind::Ratio => format!("{IMPLAUSIBLE} %"),
-        };
         format!(
             "{} of {} is {} in the robot file, and the fit makes it {}; a difference of more than \
-             {limit} is not credible without a stated [tolerance]",
+             {IMPLAUSIBLE}{of} is not credible without a stated [tolerance]",
             largest.parameter,
             largest.arm,
             in_file_units(largest.parameter, largest.before),
@@ -359,17 +339,23 @@ pub(crate) fn is_another_robot(before: &Robot<f64>, after: &Robot<f64>) -> bool 
 
 /// The largest changes, if they are large: "La_y of arm 2 by +12.000 mm (…), … and …".
 pub(crate) fn doubtful(before: &Robot<f64>, after: &Robot<f64>) -> Option<String> {
-    let named: Vec<_> = changes(before, after)
+    let large = changes(before, after)
         .into_iter()
-        .filter(|change| change.size > DOUBTFUL)
-        .take(NAMED)
-        .map(|change| {
-            let by = in_file_units(change.parameter, change.after - change.before);
-            let zero = change.joint_zero.map_or(String::new(), |zero| {
-                format!(" (the joint's zero by {:.3}°)", zero.to_degrees())
-            });
-            format!("{} of {} by {by}{zero}", change.parameter, change.arm)
-        })
-        .collect();
+        .filter(|own| own.size > DOUBTFUL);
+    let named = large.take(NAMED).map(|change| {
+        let by = in_file_units(change.parameter, change.after - change.before);
+        let zero = |robot: &Robot<f64>| {
+            let (x, y) = robot.arm(change.arm).la();
+            y.angle_over(x)
+        };
+        let zero = if change.parameter == Parameter::LaY {
+            let by = zero(after) - zero(before);
+            format!(" (the joint's zero by {:.3}°)", by.to_degrees())
+        } else {
+            String::new()
+        };
+        format!("{} of {} by {by}{zero}", change.parameter, change.arm)
+    });
+    let named: Vec<_> = named.collect();
     (!named.is_empty()).then(|| list(&named))
 }

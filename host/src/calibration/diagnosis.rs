@@ -60,13 +60,11 @@ fn explanation(
     } else {
         1.0
     };
-    let all = |of: &dyn Fn(&Fault) -> String, between: &str| {
-        let parts: Vec<_> = scored.faults.iter().map(of).collect();
-        parts.join(between)
-    };
-    let (cause, remedy) = words.upwards(&scored.faults).unwrap_or_else(|| {
-        let cause = all(&|fault| words.cause(fault), " and ");
-        (cause, all(&|fault| words.remedy(fault), ", and "))
+    let [cause, remedy] = words.upwards(&scored.faults).unwrap_or_else(|| {
+        let each: Vec<_> = scored.faults.iter().map(|fault| words.of(fault)).collect();
+        let all = |place: usize| each.iter().map(move |own: &[String; 2]| own[place].clone());
+        let [causes, remedies] = [0, 1].map(|place| all(place).collect::<Vec<_>>());
+        [causes.join(" and "), remedies.join(", and ")]
     });
     Explanation {
         cause,

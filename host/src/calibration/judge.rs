@@ -3,15 +3,14 @@
 use super::causes::{Causes, Subject, causes};
 use super::credibility::{self, NoiseTest, PriorTest};
 use super::known::Known;
-use super::refusal::Objection;
-use crate::accuracy::improvement::{Calibrated, Judged as JudgedBy, WorkspaceComparison};
+use crate::accuracy::improvement::{Moved, WorkspaceComparison};
 use crate::accuracy::information::prior;
 use crate::accuracy::position_error::{PositionError, sigma_by_tolerance};
 use crate::accuracy::uncertainty::{ExpectedError, PositionUncertainty, inside};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
 use crate::fit::solution::Places;
-use crate::fit::{Options, Solution, solve};
+use crate::fit::{Options, Solution, Unsolved, solve};
 use delta_cal::robot::Drive;
 use delta_cal::{Refusal, Robot, Sample, Tolerance};
 use nalgebra::Vector3;
@@ -49,6 +48,71 @@ pub(crate) struct Case<'a> {
     pub(crate) options: Options,
 }
 
+impl<'a> Case<'a> {
+    /// Of a robot file as it is.
+    pub(crate) const fn new(
+        robot: &'a RobotFile,
+        readings: &'a Readings,
+        options: Options,
+    ) -> Self {
+        Self {
+            robot,
+            before: robot,
+            readings,
+            options,
+        }
+    }
+}
+
+/// What speaks against a solution.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Objection {
+    /// There is none.
+    Unsolved(Unsolved),
+    /// Without a tolerance, a change that is no error of manufacture, in words.
+    Implausible(String),
+    /// The calibrated robot does not come to the measured points; half of them are off by more, mm.
+    NotReproduced(f64),
+    /// The calibration would make the robot worse, with this probability.
+    Worse(f64, Moved),
+    /// Nobody knows how good the result is.
+    UnknownError,
+    /// Without a stated noise, residuals that the tolerance does not explain: mm.
+    NoiseBeyondTolerance(f64, f64),
+    /// A noise that is stated far too large, and what the readings show: mm.
+    NoiseFarOff {
+        /// Of which readings.
+        kind: Kind,
+        /// As the robot file has it.
+        stated: f64,
+        /// As the readings have it.
+        shown: f64,
+    },
+    /// Parameters that are further from nominal than the tolerance allows.
+    BeyondTolerance(PriorTest, String),
+}
+
+impl Objection {
+    /// Whether wrong rows may be behind it, so that they are worth looking for.
+    pub(crate) fn may_be_wrong_rows(&self) -> bool {
+        match self {
+            Self::Unsolved(Unsolved::Refused(refusal)) => matches!(
+                refusal,
+                Refusal::ResidualContradictsNoise { .. }
+                    | Refusal::FarFromNominal { .. }
+                    | Refusal::NotConverged { .. }
+                    | Refusal::ImpossibleGeometry { .. }
+                    | Refusal::ImpossibleRobot(_)
+                    | Refusal::WrongSide
+            ),
+            Self::Unsolved(_) | Self::UnknownError | Self::Worse(..) | Self::NoiseFarOff { .. } => {
+                false
+            }
+            _ => true,
+        }
+    }
+}
+
 /// Solves and judges. A stated tolerance that the robot contradicts is widened where the samples decide all parameters.
 pub(crate) fn attempt(case: &Case<'_>) -> Result<Judged, Objection> {
     let result = solve(case.robot, case.readings, &case.options)
@@ -57,9 +121,7 @@ pub(crate) fn attempt(case: &Case<'_>) -> Result<Judged, Objection> {
     match result {
         Err(
             objection @ (Objection::BeyondTolerance(..)
-            | Objection::Unsolved(crate::fit::Unsolved::Refused(
-                Refusal::FarFromNominal { .. },
-            ))),
+            | Objection::Unsolved(Unsolved::Refused(Refusal::FarFromNominal { .. }))),
         ) => with_wider_tolerance(case).ok_or(objection),
         result => result,
     }
@@ -108,16 +170,11 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
         return Err(objection);
     }
     let poses = inside(&solution.robot, &robot.reach());
-    let mut causes = causes(
-        &Subject {
-            solution: &solution,
-            readings: case.readings,
-        },
-        &poses,
-    );
-    for cause in &mut causes.found {
-        cause.turn(&robot.convention);
-    }
+    let subject = Subject {
+        solution: &solution,
+        readings: case.readings,
+    };
+    let causes = causes(&subject, &robot.convention, &poses);
     let by_noise = noise
         .iter()
         .map(|test| test.widening(!causes.found.is_empty()))
@@ -127,8 +184,12 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
         robot: &solution.robot,
         covariance: &covariance,
     };
-    let sigma = uncertainty.over(&poses).filter(|sigma| sigma.rms > 0.0);
-    let by_causes = sigma.map_or(0.0, |sigma| causes.position_error / sigma.rms);
+    let sigma = uncertainty.rms_over(&poses);
+    let by_causes = if sigma > 0.0 {
+        causes.position_error / sigma
+    } else {
+        0.0
+    };
     let widening = by_noise.hypot(by_causes);
     let solution = solution.widened(widening);
     let error_before = error(case, &case.before.robot, &solution.places_before, &solution);
@@ -145,21 +206,8 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
     let parameters = solution.of_parameters();
     // A printer's firmware was calibrated from the same heights: of the rest of it they say nothing that could be judged.
     let bed_alone = robot.robot.drive() == Drive::Linear && !case.readings.holds(Kind::Position);
-    let mut workspace = WorkspaceComparison::of(
-        &Calibrated {
-            before: &case.before.robot,
-            after: &solution.robot,
-            covariance: &parameters,
-            tolerance,
-            degrees_of_freedom: solution.estimated_freedom(),
-            judged: if solution.is_absolute() {
-                JudgedBy::Absolute
-            } else {
-                JudgedBy::Relative
-            },
-        },
-        &robot.reach(),
-    );
+    let before = &case.before.robot;
+    let mut workspace = WorkspaceComparison::of(before, &solution, tolerance, &robot.reach());
     if bed_alone && let Some(own) = &mut workspace {
         own.chance_of_harm = None;
     }
@@ -257,7 +305,7 @@ fn contradiction(
     if let (Some(test), Some(tolerance)) = (prior_test, &robot.tolerance)
         && test.contradicts()
     {
-        let statement = test.statement(robot.robot.drive(), Some(tolerance));
+        let statement = test.statement(robot.robot.drive(), tolerance);
         return Err(Objection::BeyondTolerance(*test, statement));
     }
     match beyond_tolerance(case, noise) {

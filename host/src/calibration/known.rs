@@ -1,10 +1,11 @@
 //! What readings determine, what they leave to the tolerance, and which poses would help most.
 
 use super::credibility::in_tolerances;
-use super::judge::Judged;
+use crate::accuracy::improvement::mean_square;
 use crate::accuracy::information::parameter_at;
 use crate::accuracy::uncertainty::{ExpectedError, PositionUncertainty, inside};
 use crate::files::robot_file::RobotFile;
+use crate::fit::Solution;
 use crate::fit::solution::PARAMETERS;
 use delta_cal::robot::{Parameter, ParameterKind};
 use delta_cal::{Robot, Tolerance};
@@ -110,8 +111,7 @@ pub struct NextPose {
 
 /// Greedily the poses whose positions would lower the expected position error most; none where the frame of the base is not
 /// measured.
-pub(crate) fn next_poses(robot: &RobotFile, judged: &Judged) -> Vec<NextPose> {
-    let solution = &judged.solution;
+pub(crate) fn next_poses(robot: &RobotFile, solution: &Solution) -> Vec<NextPose> {
     if !solution.is_absolute() {
         return Vec::new();
     }
@@ -132,13 +132,7 @@ pub(crate) fn next_poses(robot: &RobotFile, judged: &Judged) -> Vec<NextPose> {
             ))
         })
         .collect();
-    let mut sensitivity = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
-    let mut count = 0.0;
-    for (_, jacobian) in &candidates {
-        sensitivity.gemm_tr(1.0, jacobian, jacobian, 1.0);
-        count += 1.0;
-    }
-    sensitivity /= f64::max(count, 1.0);
+    let sensitivity = mean_square(candidates.iter().map(|(_, jacobian)| jacobian));
     let axes = Vector3::from(solution.levels.position.position_by_axis());
     let noise = Matrix3::from_diagonal(&axes.component_mul(&axes));
     let mut found = Vec::new();

@@ -3,7 +3,7 @@
 
 use super::causes::{Subject, explained_by};
 use super::credibility::NoiseVerdict;
-use super::judge::{Case, Judged, attempt};
+use super::judge::{Case, attempt};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{ReadingFrom, Readings};
 use crate::fit::{Solution, solve};
@@ -140,26 +140,29 @@ impl Wrong {
         }
     }
 
-    /// What shows it at the least cost.
-    const fn check(self) -> &'static str {
+    /// What shows it at the least cost, and what to write if it is this one.
+    const fn advice(self) -> [&'static str; 2] {
         match self {
-            Self::Forearm => "a forearm's length with a calliper",
-            Self::Radius => "the distance between two motors or towers",
-            Self::Zero => "an arm put level, and what its joint reads then",
-            Self::Gear => "a known turn or travel of one joint, and what it reads",
-            Self::Size => "one known length, as a gauge block",
-        }
-    }
-
-    /// What to write if it is this one.
-    const fn remedy(self) -> &'static str {
-        match self {
-            Self::Zero => {
-                "Home the robot again, or state zero_deg in [tolerance], how many degrees its joint zeros may be off"
-            }
-            Self::Gear => "If it is the gear, correct its ratio in the controller",
-            Self::Radius | Self::Forearm => "If it is that length, correct it in the robot file",
-            Self::Size => "Measure one known length",
+            Self::Zero => [
+                "an arm put level, and what its joint reads then",
+                "Home the robot again, or state zero_deg in [tolerance], how many degrees its joint zeros may be off",
+            ],
+            Self::Gear => [
+                "a known turn or travel of one joint, and what it reads",
+                "If it is the gear, correct its ratio in the controller",
+            ],
+            Self::Radius => [
+                "the distance between two motors or towers",
+                "If it is that length, correct it in the robot file",
+            ],
+            Self::Forearm => [
+                "a forearm's length with a calliper",
+                "If it is that length, correct it in the robot file",
+            ],
+            Self::Size => [
+                "one known length, as a gauge block",
+                "Measure one known length",
+            ],
         }
     }
 }
@@ -191,15 +194,15 @@ pub(crate) fn explanation(case: &Case<'_>) -> Option<String> {
         found.retain(|own| own.wrong != Some(Wrong::Zero));
     }
     let first = found.first()?;
-    let remedy = first.wrong.unwrap_or(Wrong::Zero).remedy();
+    let [_, remedy] = first.wrong.unwrap_or(Wrong::Zero).advice();
     Some(match &found[..] {
         [one] => format!("This explains the readings: {}. {remedy}.", one.what),
         several => {
             let all: Vec<_> = several.iter().map(|own| own.what.as_str()).collect();
+            let [check, _] = cheapest(several).advice();
             format!(
-                "Each of these explains the readings about equally well: {}. The cheapest measurement that decides is {}. {remedy}.",
-                all.join("; or "),
-                cheapest(several).check(),
+                "Each of these explains the readings about equally well: {}. The cheapest measurement that decides is {check}. {remedy}.",
+                all.join("; or ")
             )
         }
     })
@@ -217,44 +220,37 @@ fn zeros(case: &Case<'_>) -> Option<Explanation> {
             .ok(),
         ..case.robot.clone()
     };
-    let judged = attempt(&Case {
-        robot: &robot,
-        before: &robot,
-        ..*case
-    })
-    .ok()
-    .filter(agrees)?;
+    let solution = agreeing(&Case::new(&robot, case.readings, case.options))?;
     let angle = |robot: &Robot<f64>, arm| {
-        let own = robot.arm(arm);
-        own.get(Parameter::LaY)
-            .atan2(own.get(Parameter::LaX))
-            .to_degrees()
+        let (x, y) = robot.arm(arm).la();
+        y.atan2(x).to_degrees()
     };
-    let off =
-        ArmIndex::ALL.map(|arm| angle(&judged.solution.robot, arm) - angle(&case.robot.robot, arm));
+    let off = ArmIndex::ALL.map(|arm| angle(&solution.robot, arm) - angle(&case.robot.robot, arm));
     let each: Vec<_> = (1..)
         .zip(off)
         .map(|(arm, off)| format!("arm {arm} {off:+.1}°"))
         .collect();
-    let hang = match (
-        off.iter().all(|own| *own < 0.0),
-        off.iter().all(|own| *own > 0.0),
-    ) {
-        (true, _) => " (the arms hang lower than their joints read)",
-        (_, true) => " (the arms hang higher than their joints read)",
-        _ => "",
+    let hang = |than: &str| format!(" (the arms hang {than} than their joints read)");
+    let hang = if off.iter().all(|own| *own < 0.0) {
+        hang("lower")
+    } else if off.iter().all(|own| *own > 0.0) {
+        hang("higher")
+    } else {
+        String::new()
     };
     Some(Explanation {
         wrong: None,
         what: format!("the joint zeros are off: {}{hang}", list(&each)),
-        cost: cost(&judged.solution),
+        cost: solution.cost(),
     })
 }
 
-/// Whether the readings agree with the noise and the tolerance as they are stated.
-fn agrees(judged: &Judged) -> bool {
+/// The solution, if the readings agree with the noise and the tolerance as they are stated.
+fn agreeing(case: &Case<'_>) -> Option<Solution> {
+    let judged = attempt(case).ok()?;
     let mut noise = judged.noise.iter();
-    !judged.widened && noise.all(|test| test.verdict != NoiseVerdict::Understated)
+    let understated = noise.any(|test| test.verdict == NoiseVerdict::Understated);
+    (!judged.widened && !understated).then_some(judged.solution)
 }
 
 fn cheapest(found: &[Explanation]) -> Wrong {
@@ -304,22 +300,10 @@ fn tried(case: &Case<'_>, wrong: Wrong) -> Option<Explanation> {
         ..case.robot.clone()
     };
     let readings = wrong.turned(case.readings, by);
-    let judged = attempt(&Case {
-        robot: &robot,
-        before: &robot,
-        readings: &readings,
-        options: case.options,
-    })
-    .ok()
-    .filter(agrees)?;
+    let solution = agreeing(&Case::new(&robot, &readings, case.options))?;
     Some(Explanation {
         wrong: Some(wrong),
         what: wrong.words(case.robot, by),
-        cost: cost(&judged.solution),
+        cost: solution.cost(),
     })
-}
-
-fn cost(solution: &Solution) -> f64 {
-    let squares: f64 = solution.noise.iter().map(|own| own.squares).sum();
-    squares + (&solution.prior * &solution.moved).norm_squared()
 }

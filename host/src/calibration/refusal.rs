@@ -1,12 +1,11 @@
 //! Why there is no calibration: what was found, and what to do.
 
-use super::credibility::PriorTest;
 use super::diagnosis::Diagnosis;
-use crate::accuracy::improvement::Moved;
+use super::judge::{Case, Objection};
 use crate::files::input::InputError;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, Readings};
-use crate::fit::{Frame, RobustRefusal, Unsolved};
+use crate::files::samples_file::Readings;
+use crate::fit::{Frame, Options, RobustRefusal, Unsolved};
 use crate::text::{count, in_file_units, probability, significant};
 use delta_cal::observations::Instrument;
 use delta_cal::{ArmIndex, Parameter, Refusal};
@@ -37,55 +36,6 @@ pub struct Refused {
     remedy: String,
     /// What would explain the readings as a whole, if anything does.
     pub diagnosis: Option<Diagnosis>,
-}
-
-/// What speaks against a solution.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Objection {
-    /// There is none.
-    Unsolved(Unsolved),
-    /// Without a tolerance, a change that is no error of manufacture, in words.
-    Implausible(String),
-    /// The calibrated robot does not come to the measured points; half of them are off by more, mm.
-    NotReproduced(f64),
-    /// The calibration would make the robot worse, with this probability.
-    Worse(f64, Moved),
-    /// Nobody knows how good the result is.
-    UnknownError,
-    /// Without a stated noise, residuals that the tolerance does not explain: mm.
-    NoiseBeyondTolerance(f64, f64),
-    /// A noise that is stated far too large, and what the readings show: mm.
-    NoiseFarOff {
-        /// Of which readings.
-        kind: Kind,
-        /// As the robot file has it.
-        stated: f64,
-        /// As the readings have it.
-        shown: f64,
-    },
-    /// Parameters that are further from nominal than the tolerance allows.
-    BeyondTolerance(PriorTest, String),
-}
-
-impl Objection {
-    /// Whether wrong rows may be behind it, so that they are worth looking for.
-    pub(crate) fn may_be_wrong_rows(&self) -> bool {
-        match self {
-            Self::Unsolved(Unsolved::Refused(refusal)) => matches!(
-                refusal,
-                Refusal::ResidualContradictsNoise { .. }
-                    | Refusal::FarFromNominal { .. }
-                    | Refusal::NotConverged { .. }
-                    | Refusal::ImpossibleGeometry { .. }
-                    | Refusal::ImpossibleRobot(_)
-                    | Refusal::WrongSide
-            ),
-            Self::Unsolved(_) | Self::UnknownError | Self::Worse(..) | Self::NoiseFarOff { .. } => {
-                false
-            }
-            _ => true,
-        }
-    }
 }
 
 impl Refused {
@@ -165,14 +115,19 @@ impl From<Refused> for CalibrateError {
     }
 }
 
-/// An objection in words; `hints`, what was found to explain it, stand before the general advice.
+/// An objection in words; `hint`, what was found to explain it, stands before the general advice.
 pub(crate) fn explained(
-    robot: &RobotFile,
-    readings: &Readings,
-    frame: Frame,
+    case: &Case<'_>,
     objection: &Objection,
-    hints: &[String],
+    hint: Option<String>,
+    diagnosis: Option<Diagnosis>,
 ) -> CalibrateError {
+    let &Case {
+        robot,
+        readings,
+        options: Options { frame, .. },
+        ..
+    } = case;
     let (cause, remedy) = match objection {
         Objection::Unsolved(Unsolved::Row(index, error)) => {
             return readings.fault(*index, error.to_string()).into();
@@ -259,11 +214,12 @@ pub(crate) fn explained(
             ),
         ),
     };
-    let remedy = match hints {
-        [] => remedy,
-        hints => format!("{} Otherwise: {remedy}", hints.join(" ")),
+    let remedy = match hint {
+        None => remedy,
+        Some(hint) => format!("{hint} Otherwise: {remedy}"),
     };
-    Refused::new(format!("{}: {cause}", readings.name), remedy).into()
+    let refused = Refused::new(format!("{}: {cause}", readings.name), remedy);
+    refused.explained(diagnosis).into()
 }
 
 fn robust(refusal: &RobustRefusal) -> (String, String) {

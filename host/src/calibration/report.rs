@@ -4,10 +4,9 @@
 use super::causes::Cause;
 use super::credibility::{NoiseTest, PriorTest};
 use super::diagnosis::Diagnosis;
+use super::findings::{Finding, Level, findings};
 use super::judge::{Case, Judged, distance};
 use super::known::{Known, NextPose, next_poses};
-use super::wrong_rows::Shift;
-use super::{Finding, Level};
 use crate::accuracy::improvement::WorkspaceComparison;
 use crate::accuracy::position_error::PositionError;
 use crate::accuracy::quantiles::coverage_factor;
@@ -62,7 +61,7 @@ pub struct Report {
     /// What the residuals say of the noise of each kind of reading.
     pub noise: Vec<NoiseTest>,
     /// Errors that the model cannot represent, the one that explains most first.
-    pub causes: Vec<CauseReport>,
+    pub causes: Vec<Cause>,
     /// Why none was looked for.
     pub causes_not_tested: Option<&'static str>,
     /// By how much the causes put the calibrated positions off, mm rms over the workspace.
@@ -91,8 +90,6 @@ pub struct Report {
     pub transmissions: Vec<TransmissionReport>,
     /// The lines that a robust fit left out.
     pub suspected_samples: Vec<u64>,
-    /// Samples before or after a line that all disagree with the others.
-    pub shift: Option<Shift>,
     /// The poses whose x, y and z would help most.
     pub next_poses: Vec<NextPose>,
     /// What would explain the samples better as a whole.
@@ -100,7 +97,7 @@ pub struct Report {
     /// The warnings in words, the gravest first.
     pub warnings: Vec<String>,
     /// Everything that was found, warnings and notes, with figures.
-    pub findings: Vec<FindingReport>,
+    pub findings: Vec<Finding>,
     /// Robot, measurement, files and date.
     pub document: Option<Document>,
     /// What the result itself cannot know: that the samples are simulated, or where it was computed.
@@ -158,8 +155,6 @@ pub struct ParameterReport {
     pub sigma: f64,
     /// The part, 0 to 1, that the tolerance decided and not the samples.
     pub prior_share: f64,
-    #[serde(skip)]
-    pub(crate) decimals: usize,
 }
 
 /// Residuals of one kind of reading.
@@ -197,30 +192,6 @@ pub struct SampleReport {
     pub(crate) joints: [f64; 3],
     #[serde(skip)]
     pub(crate) suspected: bool,
-}
-
-/// A cause of residuals.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct CauseReport {
-    /// Its name.
-    pub kind: &'static str,
-    /// 1, 2 or 3; `null` of one that is not an arm's.
-    pub arm: Option<usize>,
-    /// The amplitude of what is periodic, half of a backlash, the sag at the largest distance from the robot's axis, the
-    /// drift from the first row to the last.
-    pub size: f64,
-    /// `ratio`, `deg` or `mm`.
-    pub unit: &'static str,
-    /// One σ of the size.
-    pub sigma: f64,
-    /// The probability that chance shows as much in this test alone.
-    pub p: f64,
-    /// What explains the residuals about as well.
-    pub alternatives: Vec<String>,
-    /// In one sentence.
-    pub text: String,
-    /// What to do about it.
-    pub remedy: &'static str,
 }
 
 /// Expected position errors, standard uncertainties: mm.
@@ -333,33 +304,6 @@ pub struct TransmissionReport {
     pub second_harmonic_deg: f64,
 }
 
-/// A finding with its figures.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct FindingReport {
-    /// `warning` or `note`.
-    pub level: Level,
-    /// In words.
-    pub text: String,
-    /// Its kind and figures.
-    #[serde(flatten)]
-    pub finding: Finding,
-}
-
-fn causes(found: &[Cause], drive: Drive) -> Vec<CauseReport> {
-    let of_cause = |cause: &Cause| CauseReport {
-        kind: cause.kind.name(),
-        arm: cause.arm.map(|arm| arm.index() + 1),
-        size: cause.size,
-        unit: cause.kind.unit(drive),
-        sigma: cause.sigma,
-        p: cause.probability,
-        alternatives: cause.alternatives.iter().map(ToString::to_string).collect(),
-        text: cause.to_string(),
-        remedy: cause.remedy(),
-    };
-    found.iter().map(of_cause).collect()
-}
-
 fn planes(readings: &Readings, solution: &Solution, convention: &Convention) -> Vec<PlaneReport> {
     let found = readings.planes.iter().zip(&solution.places.planes);
     let of_plane = |(name, plane): (&String, &PlaneFound)| PlaneReport {
@@ -382,7 +326,7 @@ fn points(readings: &Readings, solution: &Solution, convention: &Convention) -> 
 }
 
 impl Report {
-    pub(crate) fn new(case: &Case<'_>, judged: Judged, findings: Vec<Finding>) -> Self {
+    pub(crate) fn new(case: &Case<'_>, judged: Judged, diagnosis: Option<Diagnosis>) -> Self {
         let (before, readings) = (case.before, case.readings);
         let solution = &judged.solution;
         let frame = solution.places.frame.map(|own| robot_frame(own, case));
@@ -398,12 +342,7 @@ impl Report {
             .filter(|(_, fit)| fit.suspected)
             .map(|(row, _)| row.line)
             .collect();
-        let text_of = |finding: Finding| FindingReport {
-            level: finding.level(),
-            text: finding.to_string(),
-            finding,
-        };
-        let findings: Vec<_> = findings.into_iter().map(text_of).collect();
+        let findings = findings(case, &judged, diagnosis.as_ref());
         let warnings = findings.iter().filter(|own| own.level == Level::Warning);
         Self {
             schema_version: SCHEMA_VERSION,
@@ -424,7 +363,7 @@ impl Report {
             residuals: residuals(case, solution),
             samples: samples(case, solution),
             noise: judged.noise.clone(),
-            causes: causes(&judged.causes.found, before.robot.drive()),
+            causes: judged.causes.found.clone(),
             causes_not_tested: judged.causes.not_tested,
             causes_position_error_mm: judged.causes.position_error,
             sigma_widened_by: judged.widening,
@@ -444,15 +383,8 @@ impl Report {
             points: points(readings, solution, &before.convention),
             transmissions: transmissions(solution),
             suspected_samples: suspected,
-            shift: findings.iter().find_map(|own| match own.finding {
-                Finding::Shift { shift } => Some(shift),
-                _ => None,
-            }),
-            next_poses: next_poses(before, &judged),
-            diagnosis: findings.iter().find_map(|own| match &own.finding {
-                Finding::Diagnosis { diagnosis } => Some(diagnosis.clone()),
-                _ => None,
-            }),
+            next_poses: next_poses(before, solution),
+            diagnosis,
             warnings: warnings.map(|own| own.text.clone()).collect(),
             findings,
             document: None,
@@ -478,7 +410,6 @@ impl Report {
 
 fn arms(before: &RobotFile, solution: &Solution) -> Vec<ArmReport> {
     let drive = before.robot.drive();
-    let places = drive.places();
     let arms = before
         .robot
         .arms()
@@ -488,11 +419,7 @@ fn arms(before: &RobotFile, solution: &Solution) -> Vec<ArmReport> {
     arms.map(|(arm, (from, to))| {
         let of = |parameter: &Parameter| {
             let parameter = *parameter;
-            let place = places
-                .iter()
-                .position(|own| *own == Some(parameter))
-                .unwrap_or_default();
-            let index = 8 * arm + place;
+            let index = 8 * arm + parameter.index();
             let (before, after) = (from.get(parameter), to.get(parameter));
             let in_file = |value| match parameter.kind() {
                 ParameterKind::Length | ParameterKind::Ratio => value,
@@ -506,10 +433,6 @@ fn arms(before: &RobotFile, solution: &Solution) -> Vec<ArmReport> {
                 change: in_unit(parameter, after - before),
                 sigma: in_unit(parameter, solution.covariance[(index, index)].sqrt()),
                 prior_share: solution.prior_share[index],
-                decimals: match parameter.kind() {
-                    ParameterKind::Length | ParameterKind::Angle => 4,
-                    ParameterKind::Ratio => 6,
-                },
             }
         };
         ArmReport {
@@ -548,7 +471,6 @@ fn upper_arm(
         change: after - before,
         sigma: by.dot(&(covariance * by)).sqrt(),
         prior_share: solution.prior_share[share],
-        decimals: 4,
     };
     let along = Vector2::new(x, y) / length;
     let across = Vector2::new(-y, x) * (degrees(1.0) / (length * length));
@@ -566,49 +488,36 @@ fn upper_arm(
 }
 
 fn residuals(case: &Case<'_>, solution: &Solution) -> Vec<KindResiduals> {
-    let before = &case.before.robot;
+    let rows = || case.readings.rows.iter().zip(&solution.rows);
     let of = |kind: Kind| {
-        let mut own = KindResiduals {
-            kind,
-            readings: 0,
-            before_rms_mm: 0.0,
-            after_rms_mm: 0.0,
-            after_max_mm: 0.0,
-            max_at_line: None,
-        };
-        let mut count = 0.0;
-        for (row, fit) in case.readings.rows.iter().zip(&solution.rows) {
-            if fit.suspected || fit.left_out {
-                continue;
-            }
-            let was = solution.places_before.expected(before, &row.value);
+        let counted = rows().filter(|(_, fit)| !fit.suspected && !fit.left_out);
+        let errors = counted.flat_map(|(row, _)| {
+            let read = row.value.read();
+            let was = solution
+                .places_before
+                .expected(&case.before.robot, &row.value);
             let is = solution.places.expected(&solution.robot, &row.value);
-            for (place, read) in row.value.read().into_iter().enumerate() {
-                let (Some(read), Some(was), Some(is)) = (read, was[place], is[place]) else {
-                    continue;
-                };
-                if Kind::of_place(place) != kind {
-                    continue;
-                }
-                own.readings += 1;
-                count += 1.0;
-                own.before_rms_mm += (read - was).powi(2);
-                own.after_rms_mm += (read - is).powi(2);
-                if (read - is).abs() > own.after_max_mm {
-                    own.after_max_mm = (read - is).abs();
-                    own.max_at_line = Some(row.line);
-                }
-            }
-        }
-        own.before_rms_mm = f64::sqrt(own.before_rms_mm / count);
-        own.after_rms_mm = f64::sqrt(own.after_rms_mm / count);
-        own
+            let of_kind = (0..READINGS).filter(move |place| Kind::of_place(*place) == kind);
+            of_kind.filter_map(move |place| {
+                let read = read[place]?;
+                Some((read - was[place]?, read - is[place]?, row.line))
+            })
+        });
+        let errors: Vec<_> = errors.collect();
+        let count = errors.iter().fold(0.0, |count, _| count + 1.0);
+        let rms = |squares: f64| f64::sqrt(squares / count);
+        let by_size = |a: &&(f64, f64, u64), b: &&(f64, f64, u64)| a.1.abs().total_cmp(&b.1.abs());
+        let (_, worst, line) = errors.iter().rev().max_by(by_size)?;
+        Some(KindResiduals {
+            kind,
+            readings: errors.len(),
+            before_rms_mm: rms(errors.iter().map(|(was, ..)| was * was).sum()),
+            after_rms_mm: rms(errors.iter().map(|(_, is, _)| is * is).sum()),
+            after_max_mm: worst.abs(),
+            max_at_line: Some(*line),
+        })
     };
-    Kind::ALL
-        .into_iter()
-        .map(of)
-        .filter(|own| own.readings > 0)
-        .collect()
+    Kind::ALL.into_iter().filter_map(of).collect()
 }
 
 fn samples(case: &Case<'_>, solution: &Solution) -> Vec<SampleReport> {

@@ -4,9 +4,8 @@ use super::causes::{Subject, explained_by};
 use super::judge::Case;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
-use crate::fit::{Solution, solve};
+use crate::fit::{Options, Solution, solve};
 use crate::text::{joint, significant};
-use delta_cal::ArmIndex;
 use delta_cal::robot::Drive;
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -15,7 +14,9 @@ use std::fmt;
 /// Rows on either side of a step, at least.
 const LEAST_ROWS: usize = 3;
 /// More rows are not looked at.
-const MOST_ROWS: usize = 300;
+const MOST_ROWS: usize = 2000;
+/// Of more rows than these some are tried, and then those around the best.
+const PLACES: usize = 300;
 /// By how much the logarithm of the likelihood must grow: some chance of 1 in 10,000 for all rows and kinds.
 const CLEARLY: f64 = 12.0;
 /// The stated noise is multiplied by this while the step is in the readings.
@@ -86,36 +87,46 @@ pub(crate) fn step(case: &Case<'_>) -> Option<Step> {
     if !(4 * LEAST_ROWS..=MOST_ROWS).contains(&rows) || !case.readings.holds(Kind::Position) {
         return None;
     }
+    let options = Options {
+        robust: false,
+        ..case.options
+    };
     // Whatever noise is stated: the residuals may contradict it until the step is taken out.
     let loose = case.robot.loosened(LOOSE);
-    let fit = |robot: &RobotFile, readings: &Readings| solve(robot, readings, &case.options).ok();
-    let solution = fit(case.robot, case.readings).or_else(|| fit(&loose, case.readings))?;
-    let candidates = candidates(&solution, case.readings);
-    let (drive, convention) = (solution.robot.drive(), &case.robot.convention);
+    let fit = |readings: &Readings| {
+        let one = |robot: &RobotFile| solve(robot, readings, &options).ok();
+        one(case.robot).or_else(|| one(&loose))
+    };
+    let solution = fit(case.readings)?;
     let without = sigma(&solution)?;
-    let tried = candidates.into_iter().flatten().filter_map(|found| {
-        let mut mended = case.readings.clone();
-        let mut total = found;
-        // The second time from where the first one leads: a jump of degrees is not small.
-        let mut with = without;
-        for _ in 0..2 {
-            mend(&mut mended, case.readings, &total, &solution);
-            let again = fit(case.robot, &mended).or_else(|| fit(&loose, &mended))?;
-            with = sigma(&again)?;
-            total.add(&gains(&again, &mended, total.index).0);
-        }
-        let line = case.readings.rows.get(found.index)?.line;
-        let count = case.readings.rows.iter().fold(0.0, |count, _| count + 3.0);
-        let gain: f64 = count * (without / with).ln();
-        (gain > CLEARLY && with < LEFT * without).then(|| Step {
-            line,
-            arm: total.arm.map(|arm| arm.index() + 1),
-            joint: convention.degrees(total.joint),
-            position_mm: convention.vector(&total.position).into(),
-            sigma_mm: [with, without],
-            drive,
-        })
-    });
+    let convention = &case.robot.convention;
+    let tried = candidates(&solution, case.readings)
+        .into_iter()
+        .flatten()
+        .filter_map(|mut found| {
+            let mut with = without;
+            // The second time from where the first one leads: a jump of degrees is not small.
+            for _ in 0..2 {
+                let mended = found.undone(case.readings, &solution);
+                let again = fit(&mended)?;
+                with = sigma(&again)?;
+                let more = explained(&again, &mended, found.index).swap_remove(found.group);
+                for (own, more) in found.by.iter_mut().zip(more.map_or(vec![], |(_, by)| by)) {
+                    *own += more;
+                }
+            }
+            let gain = 3.0 * rows as f64 * (without / with).ln();
+            (gain > CLEARLY && with < LEFT * without).then(|| Step {
+                line: case.readings.rows[found.index].line,
+                arm: found.joint().map(|joint| joint + 1),
+                joint: found
+                    .joint()
+                    .map_or(0.0, |_| convention.degrees(found.by[0])),
+                position_mm: convention.vector(&found.position()).into(),
+                sigma_mm: [with, without],
+                drive: solution.robot.drive(),
+            })
+        });
     tried.min_by(|a, b| a.sigma_mm[0].total_cmp(&b.sigma_mm[0]))
 }
 
@@ -129,95 +140,94 @@ fn sigma(solution: &Solution) -> Option<f64> {
     })
 }
 
+/// Columns of the steps that are looked for: of a joint each, and of the positions.
+const GROUPS: [&[usize]; 4] = [&[0], &[1], &[2], &[3, 4, 5]];
+const OF_POSITIONS: usize = 3;
+
 /// A step from the row of an index on.
-#[derive(Clone, Copy)]
 struct Found {
     index: usize,
-    arm: Option<ArmIndex>,
-    /// Radians or mm.
-    joint: f64,
-    position: Vector3<f64>,
+    /// The place among [`GROUPS`].
+    group: usize,
+    /// Radians or mm of a joint, or mm along the robot's axes.
+    by: Vec<f64>,
 }
 
 impl Found {
-    fn add(&mut self, other: &[Self; 4]) {
-        let same = other.iter().find(|own| own.arm == self.arm);
-        if let Some(more) = same {
-            self.joint += more.joint;
-            self.position += more.position;
+    fn joint(&self) -> Option<usize> {
+        (self.group != OF_POSITIONS).then_some(self.group)
+    }
+
+    fn position(&self) -> Vector3<f64> {
+        match self.by[..] {
+            [x, y, z] => Vector3::new(x, y, z),
+            _ => Vector3::zeros(),
         }
+    }
+
+    /// The readings without the step.
+    fn undone(&self, readings: &Readings, solution: &Solution) -> Readings {
+        let mut mended = readings.clone();
+        let off = self.position();
+        let turned = solution
+            .places
+            .frame
+            .map_or(off, |frame| frame.rotation * off);
+        for row in mended.rows.iter_mut().skip(self.index) {
+            if let Some(joint) = self.joint() {
+                row.value.joints[joint] += self.by[0];
+            } else {
+                for (axis, coordinate) in row.value.position.iter_mut().enumerate() {
+                    *coordinate = coordinate.map(|value| value - turned[axis]);
+                }
+            }
+        }
+        mended
     }
 }
 
 /// The best step of a joint and the best of the positions.
 fn candidates(solution: &Solution, readings: &Readings) -> [Option<Found>; 2] {
-    let mut best: [Option<(f64, Found)>; 2] = [None; 2];
-    for index in LEAST_ROWS..readings.rows.len().saturating_sub(LEAST_ROWS) {
-        let (found, gains) = gains(solution, readings, index);
-        for (own, gain) in found.into_iter().zip(gains) {
-            let place = usize::from(own.arm.is_none());
-            if best[place].is_none_or(|(most, _)| gain > most) {
-                best[place] = Some((gain, own));
+    let rows = readings.rows.len();
+    let (last, stride) = (rows.saturating_sub(LEAST_ROWS), rows.div_ceil(PLACES));
+    let mut best: [Option<(f64, Found)>; 2] = [None, None];
+    let mut look = |index: usize| {
+        let groups = explained(solution, readings, index).into_iter().enumerate();
+        for (group, (gain, by)) in groups.filter_map(|(group, own)| Some((group, own?))) {
+            let place = &mut best[usize::from(group == OF_POSITIONS)];
+            if place.as_ref().is_none_or(|(most, _)| gain > *most) {
+                *place = Some((gain, Found { index, group, by }));
             }
         }
+        best.each_ref()
+            .map(|own| own.as_ref().map(|(_, own)| own.index))
+    };
+    let mut places = [None; 2];
+    for index in (LEAST_ROWS..last).step_by(stride) {
+        places = look(index);
+    }
+    for place in places.into_iter().flatten().filter(|_| stride > 1) {
+        let around = place.saturating_sub(stride).max(LEAST_ROWS)..(place + stride).min(last);
+        around.for_each(|index| {
+            look(index);
+        });
     }
     best.map(|own| own.map(|(_, found)| found))
 }
 
-/// Steps of the three joints and of the positions at a row, and by how much each lowers the sum of squares.
-fn gains(solution: &Solution, readings: &Readings, index: usize) -> ([Found; 4], [f64; 4]) {
-    let groups = [vec![0], vec![1], vec![2], vec![3, 4, 5]];
+/// By how much steps of the three joints and of the positions at a row lower the sum of squares, and how large they are.
+fn explained(
+    solution: &Solution,
+    readings: &Readings,
+    index: usize,
+) -> Vec<Option<(f64, Vec<f64>)>> {
     let of_position = |row: usize| readings.rows[row].value.kind() == Some(Kind::Position);
-    let explained = explained_by(&Subject { solution, readings }, &groups, |row, at| {
+    let subject = Subject { solution, readings };
+    explained_by(&subject, &GROUPS.map(<[_]>::to_vec), |row, at| {
         let joints = [0, 1, 2].map(|joint| at.by_joints.column(joint).into_owned());
         let axes = [0, 1, 2].map(|axis| Vector3::ith(axis, f64::from(u8::from(of_position(row)))));
         let after = if row >= index { 1.0 } else { 0.0 };
-        joints
-            .into_iter()
-            .chain(axes)
-            .map(|own| after * own)
-            .collect()
-    });
-    let mut found = [Found {
-        index,
-        arm: None,
-        joint: 0.0,
-        position: Vector3::zeros(),
-    }; 4];
-    let mut sizes = [0.0; 4];
-    for (place, explained) in explained.into_iter().enumerate() {
-        let arm = ArmIndex::ALL.get(place).copied();
-        found[place].arm = arm;
-        let Some((gain, coefficients)) = explained else {
-            continue;
-        };
-        sizes[place] = gain;
-        match (arm, &coefficients[..]) {
-            (Some(_), [joint]) => found[place].joint = *joint,
-            (None, [x, y, z]) => found[place].position = Vector3::new(*x, *y, *z),
-            _ => {}
-        }
-    }
-    (found, sizes)
-}
-
-/// The readings without a step.
-fn mend(mended: &mut Readings, readings: &Readings, found: &Found, solution: &Solution) {
-    let turn = solution
-        .places
-        .frame
-        .map_or(found.position, |frame| frame.rotation * found.position);
-    let rows = mended.rows.iter_mut().zip(&readings.rows).skip(found.index);
-    for (row, own) in rows {
-        match found.arm {
-            Some(arm) => {
-                row.value.joints[arm.index()] = own.value.joints[arm.index()] + found.joint;
-            }
-            None => {
-                for (axis, coordinate) in row.value.position.iter_mut().enumerate() {
-                    *coordinate = own.value.position[axis].map(|value| value - turn[axis]);
-                }
-            }
-        }
-    }
+        let all = joints.into_iter().chain(axes);
+        all.map(|own| after * own).collect()
+    })
 }

@@ -1,6 +1,6 @@
 //! The core's three estimators on readings whose noise is given, and what is left of every row.
 
-use super::observations::{Unsolved, instruments, observation, places as known_places};
+use super::observations::{Unsolved, instruments, is_stated, observation, places as known_places};
 use super::robust;
 use super::solution::{
     COLUMNS, ENTRIES, KindNoise, Levels, MOST, PARAMETERS, Places, PlaneFound, PointFound, RowFit,
@@ -9,7 +9,7 @@ use super::solution::{
 use super::{Frame, Method};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Readings};
-use delta_cal::calibration::{Problem, StartUsed, Termination};
+use delta_cal::calibration::{Problem, StartUsed};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{
     Instruments, ObservationError, ObservationOutcome, ObservationProblem, ObservationRow,
@@ -42,14 +42,13 @@ pub(super) struct Task<'a> {
     pub(super) tolerance: Option<Tolerance<f64>>,
 }
 
-/// Parameters that the closures of the arms gave.
-struct FromClosures {
+/// A robot that an estimator found.
+struct Found {
     robot: Robot<f64>,
-    covariance: SMatrix<f64, PARAMETERS, PARAMETERS>,
+    /// Of all unknowns, or of the parameters alone.
+    covariance: DMatrix<f64>,
     prior_share: [f64; PARAMETERS],
     conditions: [f64; 3],
-    iterations: u16,
-    termination: Termination,
     start: StartUsed,
 }
 
@@ -65,7 +64,7 @@ impl Task<'_> {
     }
 
     /// A solution from what is given, or by the FKM method.
-    fn complete(&self, levels: &Levels, given: Option<FromClosures>) -> Result<Solution, Unsolved> {
+    fn complete(&self, levels: &Levels, given: Option<Found>) -> Result<Solution, Unsolved> {
         let settings = Settings::new().with_tolerance(self.tolerance);
         let (planes, points) = known_places(self.robot, self.readings);
         let instruments = instruments(self.robot, self.frame, &planes, &points, levels)?;
@@ -97,7 +96,7 @@ impl Task<'_> {
             .with_tolerance(self.tolerance)
     }
 
-    fn joint(&self, noise: &Noise<f64>) -> Result<FromClosures, Unsolved> {
+    fn joint(&self, noise: &Noise<f64>) -> Result<Found, Unsolved> {
         let samples = self.samples();
         let settings = self.settings(noise);
         let empty = JointCalibrator::new(&self.robot.robot, &settings);
@@ -115,18 +114,17 @@ impl Task<'_> {
         let _ = calibrator.merge(&other?);
         let outcome = calibrator.calibrate()?;
         let estimate = outcome.estimate;
-        Ok(FromClosures {
+        let covariance = estimate.covariance.ok_or(Unsolved::NoRedundancy)?;
+        Ok(Found {
             robot: outcome.robot,
-            covariance: estimate.covariance.ok_or(Unsolved::NoRedundancy)?,
+            covariance: dynamic(&covariance),
             prior_share: estimate.prior_share,
             conditions: estimate.conditions,
-            iterations: estimate.iterations,
-            termination: estimate.termination,
             start: estimate.start,
         })
     }
 
-    fn ikm(&self, noise: &Noise<f64>) -> Result<FromClosures, Unsolved> {
+    fn ikm(&self, noise: &Noise<f64>) -> Result<Found, Unsolved> {
         let samples = self.samples();
         let mut calibrator = IkmCalibrator::new(&self.robot.robot, &self.settings(noise));
         calibrator
@@ -140,18 +138,15 @@ impl Task<'_> {
             covariance
                 .fixed_view_mut::<8, 8>(8 * place, 8 * place)
                 .copy_from(&own);
-            for (to, share) in prior_share.iter_mut().skip(8 * place).zip(&arm.prior_share) {
-                *to = *share;
-            }
+            prior_share[8 * place..8 * place + 8].copy_from_slice(arm.prior_share.as_slice());
         }
-        let [one, two, three] = outcome.arms;
-        Ok(FromClosures {
-            covariance: between_arms(&outcome.robot, &samples, noise, covariance),
+        let [one, ..] = outcome.arms;
+        let covariance = between_arms(&outcome.robot, &samples, noise, &covariance);
+        Ok(Found {
+            covariance: dynamic(&covariance),
             robot: outcome.robot,
             prior_share,
             conditions: outcome.arms.map(|arm| arm.condition),
-            iterations: one.iterations.max(two.iterations).max(three.iterations),
-            termination: one.termination,
             start: one.start,
         })
     }
@@ -162,7 +157,7 @@ impl Task<'_> {
         rows: &mut [ObservationRow<f64>],
         settings: &Settings<f64>,
         levels: &Levels,
-        given: Option<FromClosures>,
+        given: Option<Found>,
     ) -> Result<Solution, Unsolved> {
         let robot = &self.robot.robot;
         let problem = ObservationProblem::<f64, N>::prepare(robot, instruments, rows)?;
@@ -174,7 +169,7 @@ impl Task<'_> {
             .collect();
         let start = problem.start_unknowns();
         let end = if let Some(given) = given {
-            End::of_closures(robot, &given, unknowns, start)
+            End::of_closures(robot, given, unknowns, start)
         } else {
             let outcome = if self.robust {
                 let found = robust::fit::<N, M, E>(&problem, settings)?;
@@ -193,23 +188,22 @@ impl Task<'_> {
         let triangle: Triangle<f64, M, E> =
             delta_cal::calibration::Prior::rows(&prior, 1.0, &correction);
         let mut prior = DMatrix::zeros(unknowns, unknowns);
+        let mut right = DVector::zeros(unknowns);
         for (index, row) in triangle.rows().take(unknowns).enumerate() {
+            right[index] = row.last().copied().unwrap_or_default();
             for (column, entry) in (index..unknowns).zip(row) {
                 let unit = units[column];
                 prior[(index, column)] = if unit > 0.0 { entry / unit } else { 0.0 };
             }
         }
-        let mut moved = end.moved.rows(0, unknowns).into_owned();
-        if settings
-            .tolerance
-            .is_some_and(|own| own.joint_zero().is_some())
-        {
-            from_centre(&triangle, &units, &mut moved);
-        }
-        let covariance = end
-            .covariance
-            .view((0, 0), (unknowns, unknowns))
-            .into_owned();
+        let moved = end.moved.rows(0, unknowns).into_owned();
+        let tolerance = settings.tolerance.as_ref();
+        let moved = match tolerance.and_then(Tolerance::joint_zero) {
+            Some(_) => from_centre(&prior, &right, moved),
+            None => moved,
+        };
+        let covariance = &end.found.covariance;
+        let covariance = covariance.view((0, 0), (unknowns, unknowns)).into_owned();
         let log_spread = problem.rows().iter().filter(|row| !row.is_left_out());
         let log_spread = log_spread.map(|row| row.spread().ln()).sum();
         let (rows, sensitivities) =
@@ -217,7 +211,7 @@ impl Task<'_> {
         Ok(Solution {
             method: self.method,
             frame: self.frame,
-            robot: end.robot,
+            robot: end.found.robot,
             places: places(instruments, &end.unknowns, end.frame),
             places_before: places(
                 instruments,
@@ -227,7 +221,7 @@ impl Task<'_> {
             covariance,
             prior,
             moved,
-            prior_share: end.prior_share,
+            prior_share: end.found.prior_share,
             transmissions: instruments.transmission.is_some(),
             noise: self.noise_of(&rows, levels),
             rows,
@@ -235,25 +229,17 @@ impl Task<'_> {
             levels: *levels,
             log_spread,
             joint_noise_estimated: false,
-            conditions: end.conditions,
-            iterations: end.iterations,
-            termination: end.termination,
-            start: end.start,
+            conditions: end.found.conditions,
+            start: end.found.start,
         })
     }
 
     /// What the residuals say of each kind of reading.
     fn noise_of(&self, rows: &[RowFit], levels: &Levels) -> Vec<KindNoise> {
-        let facts = &self.robot.instruments;
         let of = |kind: Kind| {
-            let stated = match kind {
-                Kind::Position => self.robot.noise.is_some(),
-                Kind::Height => facts.height_noise.is_some(),
-                Kind::Distance => facts.distance_noise.is_some(),
-            };
             let mut own = KindNoise {
                 kind,
-                stated,
+                stated: is_stated(self.robot, kind),
                 sigma: levels.of(kind),
                 readings: 0.0,
                 freedom: 0.0,
@@ -283,27 +269,27 @@ impl Task<'_> {
     }
 }
 
-/// Of the linearised prior (U, r): the displacements u from its centre, U u = r. Those of unknowns that it does not hold
+/// Of a linearised prior (U, r): the displacements u from its centre, U u = r. Those of unknowns that it does not hold
 /// stay.
-fn from_centre<const M: usize, const E: usize>(
-    prior: &Triangle<f64, M, E>,
-    units: &[f64],
-    moved: &mut DVector<f64>,
-) {
-    let rows: Vec<_> = prior.rows().take(moved.len()).collect();
-    for (index, row) in rows.into_iter().enumerate().rev() {
-        let (Some(pivot), Some(right)) = (row.first(), row.last()) else {
-            continue;
-        };
-        if *pivot > 0.0 && units[index] > 0.0 {
-            let beside = row.iter().zip(index..moved.len()).skip(1);
-            let beside: f64 = beside
-                .filter(|(_, column)| units[*column] > 0.0)
-                .map(|(entry, column)| entry * moved[column] / units[column])
-                .sum();
-            moved[index] = (right - beside) / pivot * units[index];
+fn from_centre(
+    prior: &DMatrix<f64>,
+    right: &DVector<f64>,
+    mut moved: DVector<f64>,
+) -> DVector<f64> {
+    let held = |place: &usize| prior[(*place, *place)] > 0.0;
+    let held: Vec<_> = (0..moved.len()).filter(held).collect();
+    let upper = prior.select_rows(&held).select_columns(&held);
+    let mut others = moved.clone();
+    for place in &held {
+        others[*place] = 0.0;
+    }
+    let right = (right - prior * others).select_rows(&held);
+    if let Some(found) = upper.solve_upper_triangular(&right) {
+        for (place, own) in held.into_iter().zip(&found) {
+            moved[place] = *own;
         }
     }
+    moved
 }
 
 fn unusable(index: usize, error: AddError) -> Unsolved {
@@ -314,18 +300,17 @@ fn unusable(index: usize, error: AddError) -> Unsolved {
     Unsolved::Row(index, error)
 }
 
+fn dynamic<const N: usize>(matrix: &SMatrix<f64, N, N>) -> DMatrix<f64> {
+    DMatrix::from_column_slice(N, N, matrix.as_slice())
+}
+
 /// Where an estimator ended, with N places for the unknowns.
 struct End<const N: usize> {
-    robot: Robot<f64>,
+    found: Found,
     unknowns: [f64; N],
+    /// How far the unknowns are from where they began.
     moved: DVector<f64>,
-    covariance: DMatrix<f64>,
-    prior_share: [f64; PARAMETERS],
     frame: RigidTransform<f64>,
-    conditions: [f64; 3],
-    iterations: u16,
-    termination: Termination,
-    start: StartUsed,
 }
 
 impl<const N: usize> End<N> {
@@ -335,11 +320,6 @@ impl<const N: usize> End<N> {
         start: &[f64; N],
     ) -> Option<Self> {
         let estimate = &outcome.estimate;
-        let covariance = estimate.covariance.as_ref()?;
-        let mut prior_share = [0.0; PARAMETERS];
-        for (own, share) in prior_share.iter_mut().zip(estimate.prior_share) {
-            *own = share;
-        }
         let moved = units.iter().enumerate().map(|(place, unit)| {
             if place < PARAMETERS {
                 estimate.correction[place] * unit
@@ -348,46 +328,34 @@ impl<const N: usize> End<N> {
             }
         });
         Some(Self {
-            robot: outcome.robot,
             unknowns: *outcome.unknowns(),
             moved: DVector::from_iterator(units.len(), moved),
-            covariance: DMatrix::from_fn(N, N, |row, column| covariance[(row, column)]),
-            prior_share,
             frame: outcome.frame(),
-            conditions: estimate.conditions,
-            iterations: estimate.iterations,
-            termination: estimate.termination,
-            start: estimate.start,
+            found: Found {
+                robot: outcome.robot,
+                covariance: dynamic(estimate.covariance.as_ref()?),
+                prior_share: std::array::from_fn(|place| estimate.prior_share[place]),
+                conditions: estimate.conditions,
+                start: estimate.start,
+            },
         })
     }
 
-    fn of_closures(
-        before: &Robot<f64>,
-        given: &FromClosures,
-        unknowns: usize,
-        start: &[f64; N],
-    ) -> Self {
-        let mut covariance = DMatrix::zeros(unknowns, unknowns);
-        covariance
-            .view_mut((0, 0), (PARAMETERS, PARAMETERS))
-            .copy_from(&given.covariance);
-        let mut moved = DVector::zeros(unknowns);
-        let parameters = given.robot.parameters().into_iter().flatten();
-        let parameters = parameters.zip(before.parameters().into_iter().flatten());
-        for (entry, (after, before)) in moved.iter_mut().zip(parameters) {
-            *entry = after - before;
-        }
+    fn of_closures(before: &Robot<f64>, found: Found, unknowns: usize, start: &[f64; N]) -> Self {
+        let after = found.robot.parameters().into_iter().flatten();
+        let before = before.parameters().into_iter().flatten();
+        let moved: Vec<f64> = after
+            .zip(before)
+            .map(|(after, before)| after - before)
+            .collect();
         Self {
-            robot: given.robot,
             unknowns: *start,
-            moved,
-            covariance,
-            prior_share: given.prior_share,
+            moved: DVector::from_vec(moved).resize_vertically(unknowns, 0.0),
             frame: RigidTransform::identity(),
-            conditions: given.conditions,
-            iterations: given.iterations,
-            termination: given.termination,
-            start: given.start,
+            found: Found {
+                covariance: found.covariance.resize(unknowns, unknowns, 0.0),
+                ..found
+            },
         }
     }
 }
@@ -436,9 +404,10 @@ fn looked_at<const N: usize, const M: usize>(
 ) -> (Vec<RowFit>, Vec<Sensitivity>) {
     let count = problem.rows().len();
     let every = count.div_ceil(MOST_SENSITIVITIES).max(1);
+    let robot = &end.found.robot;
     let looked = (0..count).into_par_iter().map(|row| {
-        let whitened = problem.residuals_at(&end.robot, &end.unknowns, row);
-        let columns = problem.linearized_at::<M>(&end.robot, &end.unknowns, row);
+        let whitened = problem.residuals_at(robot, &end.unknowns, row);
+        let columns = problem.linearized_at::<M>(robot, &end.unknowns, row);
         let mut by_unknowns = SMatrix::<f64, READINGS, MOST>::zeros();
         if let Some(columns) = columns {
             for (place, (column, unit)) in columns.iter().zip(units).enumerate() {
@@ -460,7 +429,7 @@ fn looked_at<const N: usize, const M: usize>(
         };
         let kept = row.is_multiple_of(every) && !fit.left_out && !fit.suspected;
         let by_positions = kept
-            .then(|| problem.by_positions_at(&end.robot, &end.unknowns, row))
+            .then(|| problem.by_positions_at(robot, &end.unknowns, row))
             .flatten();
         let sensitivity = by_positions.map(|by_positions| Sensitivity {
             row,
@@ -483,33 +452,25 @@ fn between_arms(
     robot: &Robot<f64>,
     samples: &[Sample<f64>],
     noise: &Noise<f64>,
-    mut covariance: SMatrix<f64, PARAMETERS, PARAMETERS>,
+    covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
 ) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
-    const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
-    let mut between = [SMatrix::<f64, 8, 8>::zeros(); 3];
+    let mut shared = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
     for sample in samples {
         let rows =
             ArmIndex::ALL.map(|index| closure(robot.arm(index), sample, index.index(), noise));
-        for (sum, (i, j)) in between.iter_mut().zip(PAIRS) {
-            let shared = rows[i].1.dot(&rows[j].1);
-            *sum += rows[i].0 * rows[j].0.transpose() * shared;
+        for (i, (of_one, one)) in rows.iter().enumerate() {
+            for (j, (of_other, other)) in rows.iter().enumerate().filter(|(j, _)| *j != i) {
+                let mut block = shared.fixed_view_mut::<8, 8>(8 * i, 8 * j);
+                block += of_one * of_other.transpose() * one.dot(other);
+            }
         }
     }
-    for (sum, (i, j)) in between.iter().zip(PAIRS) {
-        let own = |arm: usize| covariance.fixed_view::<8, 8>(8 * arm, 8 * arm).into_owned();
-        let block = own(i) * sum * own(j);
-        covariance
-            .fixed_view_mut::<8, 8>(8 * i, 8 * j)
-            .copy_from(&block);
-        covariance
-            .fixed_view_mut::<8, 8>(8 * j, 8 * i)
-            .copy_from(&block.transpose());
-    }
-    covariance
+    covariance + covariance * shared * covariance
 }
 
-/// (∂f/∂P)/σf of an arm, and how its closure error moves with the position's noise, in σ.
-fn closure(
+/// (∂f/∂P)/σf of an arm, the closure error's variance being σf² = |∂f/∂X|² σx² + (∂f/∂q)² σq², and how it moves with the
+/// position's noise, in σ.
+pub(crate) fn closure(
     arm: &Arm<f64>,
     sample: &Sample<f64>,
     index: usize,

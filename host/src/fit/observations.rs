@@ -4,7 +4,7 @@ use super::Frame;
 use super::robust::RobustRefusal;
 use super::solution::Levels;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Reading, ReadingFrom, Readings};
+use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings};
 use delta_cal::observations::{
     Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, Plane, Point,
     PositionFrame, PrepareError,
@@ -96,6 +96,16 @@ pub(crate) fn levels(robot: &RobotFile) -> Option<Levels> {
         height: facts.height_noise.unwrap_or(USUAL_HEIGHT),
         distance: facts.distance_noise.unwrap_or(USUAL_DISTANCE),
     })
+}
+
+/// Whether the robot file states σ of a kind of reading; otherwise it is estimated.
+pub(super) fn is_stated(robot: &RobotFile, kind: Kind) -> bool {
+    let facts = &robot.instruments;
+    match kind {
+        Kind::Position => robot.noise.is_some(),
+        Kind::Height => facts.height_noise.is_some(),
+        Kind::Distance => facts.distance_noise.is_some(),
+    }
 }
 
 /// The planes and points of a file, with what the robot file knows of them.

@@ -2,7 +2,7 @@
 
 use super::{Frame, Method};
 use crate::files::samples_file::{Kind, READINGS, Reading, ReadingFrom};
-use delta_cal::calibration::{StartUsed, Termination};
+use delta_cal::calibration::StartUsed;
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Noise, Robot};
 use nalgebra::{DMatrix, DVector, SMatrix, Vector3};
@@ -173,10 +173,6 @@ pub struct Solution {
     pub joint_noise_estimated: bool,
     /// Condition of each arm's parameters, 1 at best.
     pub conditions: [f64; 3],
-    /// Linearisations.
-    pub iterations: u16,
-    /// Why the iteration stopped.
-    pub termination: Termination,
     /// Where it had started.
     pub start: StartUsed,
 }
@@ -208,6 +204,16 @@ impl Solution {
     pub fn estimated_freedom(&self) -> Option<f64> {
         let estimated = self.noise.iter().filter(|own| !own.stated);
         estimated.map(|own| own.known).reduce(f64::min)
+    }
+
+    /// Σ of the squared residuals, in σ.
+    pub(crate) fn squares(&self) -> f64 {
+        self.noise.iter().map(|own| own.squares).sum()
+    }
+
+    /// The same with |U u|² of what was known beforehand.
+    pub(crate) fn cost(&self) -> f64 {
+        self.squares() + (&self.prior * &self.moved).norm_squared()
     }
 
     /// Degrees of freedom of all readings together.

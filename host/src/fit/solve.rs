@@ -2,7 +2,7 @@
 
 use super::datum::Datum;
 use super::estimators::Task;
-use super::observations::{USUAL_DISTANCE, USUAL_HEIGHT, Unsolved, levels, tolerance};
+use super::observations::{USUAL_DISTANCE, USUAL_HEIGHT, Unsolved, is_stated, levels, tolerance};
 use super::solution::{KindNoise, Levels, Solution};
 use super::{Frame, Method, Options};
 use crate::files::robot_file::RobotFile;
@@ -188,8 +188,6 @@ fn with_joints_part(task: &Task<'_>, even: Solution) -> Solution {
 
 /// −Σ log |Lₖ| − ½ Σ r² − ½ |U u|² + ½ log |C|, but for a constant.
 fn likelihood(solution: &Solution) -> Option<f64> {
-    let squares: f64 = solution.noise.iter().map(|own| own.squares).sum();
-    let prior = (&solution.prior * &solution.moved).norm_squared();
     let used: Vec<_> = (0..solution.covariance.nrows())
         .filter(|place| solution.covariance[(*place, *place)] > 0.0)
         .collect();
@@ -201,7 +199,7 @@ fn likelihood(solution: &Solution) -> Option<f64> {
         .iter()
         .map(|entry| entry.ln())
         .sum();
-    let found = determinant - 0.5 * (squares + prior) - solution.log_spread;
+    let found = determinant - 0.5 * solution.cost() - solution.log_spread;
     found.is_finite().then_some(found)
 }
 
@@ -231,19 +229,8 @@ fn one_scaled(levels: &Levels, kind: Kind, factor: f64) -> Levels {
 
 /// Every σ that is not stated, `None` if all are.
 fn all_scaled(task: &Task<'_>, levels: &Levels, factor: f64) -> Option<Levels> {
-    let facts = &task.robot.instruments;
-    let mut scaled = *levels;
-    let mut any = false;
-    let kinds = [
-        (Kind::Position, task.robot.noise.is_some()),
-        (Kind::Height, facts.height_noise.is_some()),
-        (Kind::Distance, facts.distance_noise.is_some()),
-    ];
-    for (kind, _) in kinds.into_iter().filter(|(_, stated)| !stated) {
-        if task.readings.holds(kind) {
-            scaled = one_scaled(&scaled, kind, factor);
-            any = true;
-        }
-    }
-    any.then_some(scaled)
+    let open = |kind: &Kind| !is_stated(task.robot, *kind) && task.readings.holds(*kind);
+    let mut kinds = Kind::ALL.into_iter().filter(open).peekable();
+    kinds.peek()?;
+    Some(kinds.fold(*levels, |levels, kind| one_scaled(&levels, kind, factor)))
 }

@@ -4,7 +4,6 @@ mod figures;
 mod html;
 mod text;
 
-use crate::calibration::causes::CauseKind;
 use crate::calibration::diagnosis::Diagnosis;
 use crate::calibration::refusal::CalibrateError;
 pub use crate::calibration::report::*;
@@ -31,11 +30,6 @@ impl Report {
     /// For programs.
     pub fn to_json(&self) -> String {
         crate::report::json(self)
-    }
-
-    /// The causes that are looked for in such robots.
-    fn kinds_of_causes(&self) -> impl Iterator<Item = CauseKind> {
-        CauseKind::all(self.before.robot.drive())
     }
 }
 

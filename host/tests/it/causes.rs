@@ -240,9 +240,9 @@ fn faults_are_named_with_their_arm() {
             };
             let (name, of_joint) = name_of(fault).unwrap();
             let arm = of_joint.then_some(simulated.faulty.joint + 1);
-            let own = |cause: &&delta_cal_host::report::calibration::CauseReport| {
+            let own = |cause: &&delta_cal_host::calibration::causes::Cause| {
                 let alternative = arm.map_or_else(String::new, |arm| format!("arm {arm}"));
-                (cause.kind == name && cause.arm == arm)
+                (cause.kind.name() == name && cause.arm == arm)
                     || cause
                         .alternatives
                         .iter()

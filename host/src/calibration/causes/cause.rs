@@ -1,14 +1,15 @@
-//! A cause of residuals that the model does not hold, in figures and in words.
+//! Errors that the model does not hold: how positions move with each, and what there is to say of it.
 
-use crate::files::convention::Convention;
 use crate::text::significant;
-use delta_cal::ArmIndex;
 use delta_cal::robot::Drive;
-use nalgebra::Vector3;
-use std::fmt;
+use delta_cal::{ArmIndex, Robot};
+use nalgebra::{Matrix3, Vector3};
+use serde::Serialize;
+use std::ops::Range;
 
 /// What kind of error it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum CauseKind {
     /// The joint turns by another angle than it says, in proportion: δq = g q.
     GearRatio,
@@ -31,7 +32,7 @@ pub enum CauseKind {
 
 impl CauseKind {
     /// Those of one joint.
-    pub(super) const fn of_joints(drive: Drive) -> &'static [Self] {
+    const fn of_joints(drive: Drive) -> &'static [Self] {
         match drive {
             Drive::Rotary => &[
                 Self::GearRatio,
@@ -44,11 +45,19 @@ impl CauseKind {
     }
 
     /// Those of no joint.
-    pub(super) const OF_PLATFORM: [Self; 3] = [Self::Sag, Self::Drift, Self::Scale];
+    const OF_PLATFORM: [Self; 3] = [Self::Sag, Self::Drift, Self::Scale];
 
     /// Whether it must explain clearly more than the others to be taken for the cause.
     pub(super) const fn is_rare(self) -> bool {
         matches!(self, Self::SecondHarmonic | Self::Scale)
+    }
+
+    /// Whether a calibration finds it if it is asked to find transmissions.
+    const fn is_of_transmission(self) -> bool {
+        matches!(
+            self,
+            Self::GearRatio | Self::Eccentricity | Self::SecondHarmonic
+        )
     }
 
     /// All that are looked for in robots with these drives.
@@ -60,15 +69,80 @@ impl CauseKind {
     /// As it is written: `gear_ratio`, `eccentricity`, `second_harmonic`, `uneven_travel`, `backlash`, `sag`,
     /// `drift` or `scale`.
     pub const fn name(self) -> &'static str {
+        let [name, ..] = self.words();
+        name
+    }
+
+    /// As it is written, in a sentence, and what to do about it.
+    const fn words(self) -> [&'static str; 3] {
         match self {
-            Self::GearRatio => "gear_ratio",
-            Self::Eccentricity => "eccentricity",
-            Self::SecondHarmonic => "second_harmonic",
-            Self::UnevenTravel => "uneven_travel",
-            Self::Backlash => "backlash",
-            Self::Sag => "sag",
-            Self::Drift => "drift",
-            Self::Scale => "scale",
+            Self::GearRatio => [
+                "gear_ratio",
+                "a wrong gear ratio",
+                "correct the gear ratio or the encoder's steps per turn in the controller, or state transmission_deg \
+                 in [tolerance], with which the calibration finds it (docs/instruments.md#gears-and-encoders)",
+            ],
+            Self::Eccentricity => [
+                "eccentricity",
+                "an eccentricity",
+                "centre the gear or the encoder, or correct the joint angle in the controller by a table, or state \
+                 transmission_deg in [tolerance], with which the calibration finds it \
+                 (docs/instruments.md#gears-and-encoders)",
+            ],
+            Self::SecondHarmonic => [
+                "second_harmonic",
+                "an error twice a turn",
+                "look at the encoder and the coupling, or correct the joint angle in the controller by a table, or \
+                 state transmission_deg in [tolerance], with which the calibration finds it \
+                 (docs/instruments.md#gears-and-encoders)",
+            ],
+            Self::UnevenTravel => [
+                "uneven_travel",
+                "an uneven travel",
+                "straighten the tower, look at the belt or the screw, or correct the travel in the \
+                 controller by a table",
+            ],
+            Self::Backlash => [
+                "backlash",
+                "a backlash",
+                "remove the play, or approach every pose from the same side",
+            ],
+            Self::Sag => [
+                "sag",
+                "a sag of the platform",
+                "measure with the load and the speed of later use, or stiffen what bends",
+            ],
+            Self::Drift => [
+                "drift",
+                "a drift of the positions",
+                "let the robot and the sensor warm up, fasten the sensor, and measure in random \
+                 order",
+            ],
+            Self::Scale => [
+                "scale",
+                "a wrong scale of the instrument or the sheet",
+                "measure one known length with the same instrument or on the same sheet, and correct the readings by it",
+            ],
+        }
+    }
+
+    /// What to do about it, where these explain the residuals about as well.
+    pub(super) fn remedy(self, alternatives: &[Self]) -> &'static str {
+        let [.., own] = self.words();
+        let mut all = alternatives.iter().chain([&self]);
+        if alternatives.is_empty() {
+            own
+        } else if all.clone().all(|kind| kind.is_of_transmission()) {
+            "state transmission_deg in [tolerance], with which the calibration finds any of these \
+             (docs/instruments.md#gears-and-encoders), or find out which it is by comparing the joint with \
+             a reference over its whole range, and mend that"
+        } else if all.any(|kind| *kind == Self::Scale) {
+            "find out which of these it is: measure one known length with the same instrument or on the same \
+             sheet, and one pose with another load; then mend that"
+        } else {
+            "find out which of these it is, by comparing the joint with a reference \
+             over its whole range, and by measuring one pose with another load, from another \
+             side and again at the end; then mend that"
         }
     }
 
@@ -85,259 +159,215 @@ impl CauseKind {
         }
     }
 
-    /// What a coefficient is multiplied by to be in that unit.
-    pub(super) fn in_unit(self, drive: Drive, value: f64) -> f64 {
-        if self.unit(drive) == "deg" {
-            value.to_degrees()
-        } else {
-            value
-        }
-    }
-
     /// How many coefficients it has.
-    pub(super) const fn columns(self) -> usize {
+    const fn columns(self) -> usize {
         match self {
             Self::GearRatio | Self::UnevenTravel | Self::Backlash | Self::Sag | Self::Scale => 1,
             Self::Eccentricity | Self::SecondHarmonic => 2,
             Self::Drift => 3,
         }
     }
+}
 
-    /// What its coefficients multiply in the error of a joint, and how many there are; `direction` is
-    /// that of the joint's last move, `range` the lowest and the highest q of the file.
-    pub(super) fn shapes(self, q: f64, direction: f64, [low, high]: [f64; 2]) -> ([f64; 2], usize) {
-        match self {
-            Self::GearRatio => ([q, 0.0], 1),
-            Self::Eccentricity => ([q.cos(), q.sin()], 2),
-            Self::SecondHarmonic => ([(2.0 * q).cos(), (2.0 * q).sin()], 2),
-            Self::UnevenTravel if high > low => {
+/// A pose of the calibrated robot.
+#[derive(Clone, Copy)]
+pub(crate) struct At {
+    pub(crate) joints: [f64; 3],
+    pub(super) position: Vector3<f64>,
+    pub(crate) by_joints: Matrix3<f64>,
+}
+
+impl At {
+    pub(super) fn new(robot: &Robot<f64>, joints: &[f64; 3]) -> Option<Self> {
+        let position = robot.forward(joints).ok()?;
+        let by_joints = robot.platform_jacobian(&position, joints).ok()?.by_joints;
+        Some(Self {
+            joints: *joints,
+            position,
+            by_joints,
+        })
+    }
+}
+
+/// What a sample's row says of the file as a whole.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    /// −1 or 1 for each joint: the direction of its last move; 0 before its first.
+    pub(super) directions: [f64; 3],
+    /// From −½ in the first row to ½ in the last.
+    pub(super) part: f64,
+    /// The square of the distance from the robot's axis, 1 at the largest of the file.
+    pub(super) radius_squared: f64,
+    /// 1 of a row whose readings are in the scale of the instrument, 0 of a touch of a plane.
+    pub(super) scaled: f64,
+}
+
+/// One hypothesis: a cause, and its columns among all.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Hypothesis {
+    pub(super) kind: CauseKind,
+    /// `None` of a cause that is not one arm's.
+    pub(super) arm: Option<ArmIndex>,
+    columns: Range<usize>,
+}
+
+impl Hypothesis {
+    /// All of them, in the order of their columns.
+    pub(super) fn all(drive: Drive) -> Vec<Self> {
+        let of_arms = CauseKind::of_joints(drive)
+            .iter()
+            .flat_map(|kind| ArmIndex::ALL.map(|arm| (*kind, Some(arm))));
+        let of_platform = CauseKind::OF_PLATFORM.map(|kind| (kind, None));
+        let mut next = 0;
+        of_arms
+            .chain(of_platform)
+            .map(|(kind, arm)| {
+                let columns = next..next + kind.columns();
+                next = columns.end;
+                Self { kind, arm, columns }
+            })
+            .collect()
+    }
+
+    pub(super) fn columns(&self) -> Vec<usize> {
+        self.columns.clone().collect()
+    }
+
+    /// How many columns it has.
+    pub(super) fn number(&self) -> f64 {
+        self.columns.clone().fold(0.0, |count, _| count + 1.0)
+    }
+
+    /// By how much a position moves for one unit of each column: mm per radian, 1, or mm. `ranges` are the lowest and the
+    /// highest angle or travel of each joint in the file.
+    pub(super) fn moves(
+        &self,
+        at: &At,
+        ranges: &[[f64; 2]; 3],
+        place: &Place,
+    ) -> Vec<Vector3<f64>> {
+        let Some(arm) = self.arm.map(ArmIndex::index) else {
+            return match self.kind {
+                CauseKind::Sag => vec![Vector3::new(0.0, 0.0, -place.radius_squared)],
+                CauseKind::Drift => [0, 1, 2].map(|axis| Vector3::ith(axis, place.part)).into(),
+                _ => vec![at.position * place.scaled],
+            };
+        };
+        let (q, [low, high]) = (at.joints[arm], ranges[arm]);
+        let of_joint = match self.kind {
+            CauseKind::GearRatio => vec![q],
+            CauseKind::Eccentricity => vec![q.cos(), q.sin()],
+            CauseKind::SecondHarmonic => vec![(2.0 * q).cos(), (2.0 * q).sin()],
+            CauseKind::UnevenTravel if high > low => {
                 let part = (2.0 * q - low - high) / (high - low);
-                ([part * part, 0.0], 1)
+                vec![part * part]
             }
-            Self::UnevenTravel => ([0.0, 0.0], 1),
-            Self::Backlash => ([direction, 0.0], 1),
-            Self::Sag | Self::Drift | Self::Scale => ([0.0, 0.0], 0),
+            CauseKind::Backlash => vec![place.directions[arm]],
+            _ => vec![0.0],
+        };
+        let column = at.by_joints.column(arm);
+        of_joint.into_iter().map(|own| column * own).collect()
+    }
+
+    /// "an eccentricity of arm 2".
+    pub(super) fn named(&self) -> String {
+        let [_, noun, _] = self.kind.words();
+        match self.arm {
+            Some(arm) => format!("{noun} of {arm}"),
+            None => noun.to_owned(),
         }
     }
 }
 
 /// An error that the model does not hold and the residuals show.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cause {
     /// Of which kind.
     pub kind: CauseKind,
-    /// Whose; `None` of one that is not an arm's.
-    pub arm: Option<ArmIndex>,
-    /// The robot's drives.
-    pub drive: Drive,
-    /// The lowest and the highest angle or travel of its joint in the file.
-    pub range: [f64; 2],
-    /// How large, in the [unit](CauseKind::unit): of a periodic error the amplitude, of the backlash
-    /// half of it, of the sag that at the largest distance from the robot's axis, of the drift that
-    /// from the first row to the last. Signed where there is one coefficient only.
+    /// 1, 2 or 3; `null` of one that is not an arm's.
+    pub arm: Option<usize>,
+    /// How large: of what is periodic the amplitude, half of a backlash, the sag at the largest distance from the robot's
+    /// axis, the drift from the first row to the last. Signed where there is one coefficient only.
     pub size: f64,
+    /// `ratio`, `deg` or `mm`.
+    pub unit: &'static str,
     /// One σ of the size.
     pub sigma: f64,
-    /// The probability of residuals that show as much of it by chance, for this test alone and beside
-    /// the other causes found.
-    pub probability: f64,
-    /// Of the columns that [`CauseKind`] states: radians, 1 or mm.
-    pub coefficients: Vec<f64>,
-    /// What explains the residuals about as well in its place: with at least a twentieth of the
-    /// likelihood.
-    pub alternatives: Vec<Alternative>,
+    /// The probability that chance shows as much in this test alone, beside the other causes found.
+    pub p: f64,
+    /// What explains the residuals about as well in its place: with at least a twentieth of the likelihood.
+    pub alternatives: Vec<String>,
+    /// In one sentence.
+    pub text: String,
+    /// What to do about it.
+    pub remedy: &'static str,
+    #[serde(skip)]
+    pub(super) hypothesis: Hypothesis,
+    /// Of its columns: radians, 1 or mm.
+    #[serde(skip)]
+    pub(super) coefficients: Vec<f64>,
 }
 
-/// Another cause that is as good as one found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Alternative {
-    /// Of which kind.
-    pub kind: CauseKind,
-    /// Whose; `None` of one that is not an arm's.
-    pub arm: Option<ArmIndex>,
-}
-
-/// "an eccentricity of arm 2".
-impl fmt::Display for Alternative {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self.kind {
-            CauseKind::GearRatio => "a wrong gear ratio",
-            CauseKind::Eccentricity => "an eccentricity",
-            CauseKind::SecondHarmonic => "an error twice a turn",
-            CauseKind::UnevenTravel => "an uneven travel",
-            CauseKind::Backlash => "a backlash",
-            CauseKind::Sag => "a sag of the platform",
-            CauseKind::Drift => "a drift of the positions",
-            CauseKind::Scale => "a wrong scale of the instrument or the sheet",
-        })?;
-        self.arm
-            .map_or(Ok(()), |arm| write!(formatter, " of {arm}"))
-    }
-}
-
-impl Cause {
-    /// The error of the joint, radians or mm; 0 of a cause that is not a joint's.
-    pub(super) fn joint_error(&self, q: f64, direction: f64) -> f64 {
-        let (shapes, count) = self.kind.shapes(q, direction, self.range);
-        let terms = shapes.iter().take(count).zip(&self.coefficients);
-        terms.map(|(shape, coefficient)| shape * coefficient).sum()
-    }
-
-    /// A drift in the axes of a convention.
-    pub(in crate::calibration) fn turn(&mut self, convention: &Convention) {
-        if let (CauseKind::Drift, [x, y, z]) = (self.kind, &self.coefficients[..]) {
-            let turned = convention.vector(&Vector3::new(*x, *y, *z));
-            self.coefficients = turned.as_slice().to_vec();
-        }
-    }
-
-    /// What there is to do about it.
-    pub fn remedy(&self) -> &'static str {
-        let of_transmission = |kind| {
-            matches!(
-                kind,
-                CauseKind::GearRatio | CauseKind::Eccentricity | CauseKind::SecondHarmonic
+/// A cause found in a robot with these drives, with its size and σ in the [unit](CauseKind::unit), in words: "arm 2: the
+/// joint has an error that repeats once a turn, with an amplitude of 0.051° ± 0.004°, as with an eccentric gear or
+/// encoder". `drifted`: the drift along the axes of the file's convention.
+pub(super) fn words(
+    hypothesis: &Hypothesis,
+    drive: Drive,
+    (signed, sigma): (f64, f64),
+    drifted: &Vector3<f64>,
+) -> String {
+    let (size, of_sigma) = (significant(signed.abs(), 2), significant(sigma, 1));
+    let farther = if signed > 0.0 { "farther" } else { "less far" };
+    let what = match hypothesis.kind {
+        CauseKind::GearRatio => format!(
+            "the joint turns {farther} than it reports, in proportion to the angle, by {size} ± {of_sigma} \
+             of it, as with a wrong gear ratio"
+        ),
+        CauseKind::Eccentricity => format!(
+            "the joint has an error that repeats once a turn, with an amplitude of \
+             {size}° ± {of_sigma}°, as with an eccentric gear or encoder"
+        ),
+        CauseKind::SecondHarmonic => format!(
+            "the joint has an error that repeats twice a turn, with an amplitude of \
+             {size}° ± {of_sigma}°, as with a misaligned coupling or a distorted encoder disc"
+        ),
+        CauseKind::UnevenTravel => format!(
+            "at the ends of its measured range the carriage is {farther} along its tower than in the middle, by \
+             {size} ± {of_sigma} mm, as with a bent tower or an uneven belt or screw"
+        ),
+        CauseKind::Backlash => {
+            let (joint, unit, of) = match drive {
+                Drive::Rotary => ("joint", "°", "backlash or hysteresis of the gear"),
+                Drive::Linear => ("carriage", " mm", "backlash of the belt or the screw"),
+            };
+            format!(
+                "the {joint}'s error changes with the direction of its last move, by \
+                 ±{size}{unit} ± {of_sigma}{unit}, as with {of}, if the rows are in \
+                 the order in which they were measured"
             )
-        };
-        if !self.alternatives.is_empty() {
-            let mut others = self.alternatives.iter();
-            if of_transmission(self.kind) && others.all(|other| of_transmission(other.kind)) {
-                return "state transmission_deg in [tolerance], with which the calibration finds any of these \
-                        (docs/instruments.md#gears-and-encoders), or find out which it is by comparing the joint with \
-                        a reference over its whole range, and mend that";
-            }
-            let is_scale = |kind| kind == CauseKind::Scale;
-            if is_scale(self.kind) || self.alternatives.iter().any(|other| is_scale(other.kind)) {
-                return "find out which of these it is: measure one known length with the same instrument or on the same \
-                        sheet, and one pose with another load; then mend that";
-            }
-            return "find out which of these it is, by comparing the joint with a reference \
-                    over its whole range, and by measuring one pose with another load, from another \
-                    side and again at the end; then mend that";
         }
-        match self.kind {
-            CauseKind::GearRatio => {
-                "correct the gear ratio or the encoder's steps per turn in the controller, or state transmission_deg \
-                 in [tolerance], with which the calibration finds it (docs/instruments.md#gears-and-encoders)"
-            }
-            CauseKind::Eccentricity => {
-                "centre the gear or the encoder, or correct the joint angle in the controller by a table, or state \
-                 transmission_deg in [tolerance], with which the calibration finds it \
-                 (docs/instruments.md#gears-and-encoders)"
-            }
-            CauseKind::SecondHarmonic => {
-                "look at the encoder and the coupling, or correct the joint angle in the controller by a table, or \
-                 state transmission_deg in [tolerance], with which the calibration finds it \
-                 (docs/instruments.md#gears-and-encoders)"
-            }
-            CauseKind::UnevenTravel => {
-                "straighten the tower, look at the belt or the screw, or correct the travel in the \
-                 controller by a table"
-            }
-            CauseKind::Backlash => "remove the play, or approach every pose from the same side",
-            CauseKind::Sag => {
-                "measure with the load and the speed of later use, or stiffen what bends"
-            }
-            CauseKind::Drift => {
-                "let the robot and the sensor warm up, fasten the sensor, and measure in random \
-                 order"
-            }
-            CauseKind::Scale => {
-                "measure one known length with the same instrument or on the same sheet, and correct the readings by it"
-            }
-        }
-    }
-}
-
-/// "arm 2: the joint's error goes with one turn of the joint, with an amplitude of 0.051° ± 0.004°,
-/// as an eccentric gear or encoder does".
-impl fmt::Display for Cause {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(arm) = self.arm {
-            write!(formatter, "{arm}: ")?;
-        }
-        let size = significant(self.size.abs(), 2);
-        let sigma = significant(self.sigma, 1);
-        match self.kind {
-            CauseKind::GearRatio => write!(
-                formatter,
-                "the joint turns {} than it reports, in proportion to the angle, by {size} ± {sigma} \
-                 of it, as with a wrong gear ratio",
-                if self.size > 0.0 {
-                    "farther"
-                } else {
-                    "less far"
-                }
-            ),
-            CauseKind::Eccentricity => write!(
-                formatter,
-                "the joint has an error that repeats once a turn, with an amplitude of \
-                 {size}° ± {sigma}°, as with an eccentric gear or encoder"
-            ),
-            CauseKind::SecondHarmonic => write!(
-                formatter,
-                "the joint has an error that repeats twice a turn, with an amplitude of \
-                 {size}° ± {sigma}°, as with a misaligned coupling or a distorted encoder disc"
-            ),
-            CauseKind::UnevenTravel => write!(
-                formatter,
-                "at the ends of its measured range the carriage is {} along its tower than in the middle, by \
-                 {size} ± {sigma} mm, as with a bent tower or an uneven belt or screw",
-                if self.size > 0.0 {
-                    "farther"
-                } else {
-                    "less far"
-                }
-            ),
-            CauseKind::Backlash => {
-                let (joint, unit, of) = match self.drive {
-                    Drive::Rotary => ("joint", "°", "backlash or hysteresis of the gear"),
-                    Drive::Linear => ("carriage", " mm", "backlash of the belt or the screw"),
-                };
-                write!(
-                    formatter,
-                    "the {joint}'s error changes with the direction of its last move, by \
-                     ±{size}{unit} ± {sigma}{unit}, as with {of}, if the rows are in \
-                     the order in which they were measured"
-                )
-            }
-            CauseKind::Sag => write!(
-                formatter,
-                "the platform is {} with its distance from the robot's axis, by {size} ± {sigma} mm \
-                 at the largest distance, as with arms or a frame that bend under the load",
-                if self.size > 0.0 { "lower" } else { "higher" }
-            ),
-            CauseKind::Drift => {
-                write!(
-                    formatter,
-                    "the measured positions drift by {size} ± {sigma} mm from the first row to the \
-                     last"
-                )?;
-                if let [x, y, z] = self.coefficients[..] {
-                    write!(formatter, " (x {x:+.3}, y {y:+.3}, z {z:+.3} mm)")?;
-                }
-                formatter.write_str(
-                    ", as with a sensor that moves or a robot that warms up, if the rows are in the \
-                     order in which they were measured",
-                )
-            }
-            CauseKind::Scale => write!(
-                formatter,
-                "all measured lengths are {} ± {} % {} than the robot makes them, as with a sheet printed at \
-                 another size or an instrument of another scale",
-                significant(100.0 * self.size.abs(), 2),
-                significant(100.0 * self.sigma, 1),
-                if self.size > 0.0 { "larger" } else { "smaller" }
-            ),
-        }?;
-        if self.alternatives.is_empty() {
-            return Ok(());
-        }
-        let alternatives: Vec<_> = self.alternatives.iter().map(ToString::to_string).collect();
-        write!(
-            formatter,
-            "; about as likely: {}",
-            alternatives.join(" or ")
-        )
+        CauseKind::Sag => format!(
+            "the platform is {} with its distance from the robot's axis, by {size} ± {of_sigma} mm \
+             at the largest distance, as with arms or a frame that bend under the load",
+            if signed > 0.0 { "lower" } else { "higher" }
+        ),
+        CauseKind::Drift => format!(
+            "the measured positions drift by {size} ± {of_sigma} mm from the first row to the \
+             last (x {:+.3}, y {:+.3}, z {:+.3} mm), as with a sensor that moves or a robot that warms up, if the rows \
+             are in the order in which they were measured",
+            drifted.x, drifted.y, drifted.z
+        ),
+        CauseKind::Scale => format!(
+            "all measured lengths are {} ± {} % {} than the robot makes them, as with a sheet printed at \
+             another size or an instrument of another scale",
+            significant(100.0 * signed.abs(), 2),
+            significant(100.0 * sigma, 1),
+            if signed > 0.0 { "larger" } else { "smaller" }
+        ),
+    };
+    match hypothesis.arm {
+        Some(arm) => format!("{arm}: {what}"),
+        None => what,
     }
 }

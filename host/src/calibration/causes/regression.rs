@@ -6,80 +6,19 @@ use nalgebra::{DMatrix, DVector};
 /// not told apart from them.
 const INDISTINCT: f64 = 1e-6;
 
-/// Rows of columns that always take part, of columns that may, and of the residual, reduced to a
-/// triangle as they come.
-pub(super) struct Rows {
+/// All rows of columns that always take part, of columns that may, and of the residual, as a triangle.
+pub(super) struct Regression {
     triangle: DMatrix<f64>,
-    waiting: Vec<DVector<f64>>,
     /// Columns that always take part.
     always: usize,
-    /// How many residuals the rows are worth.
-    worth: f64,
+    /// How many residuals the measured rows are worth.
+    pub(super) worth: f64,
     /// Rows of the prior, the residual last.
     prior: Vec<DVector<f64>>,
 }
 
-impl Rows {
-    /// No rows yet: `always` columns, then `candidates`, then the residual.
-    pub(super) fn new(always: usize, candidates: usize) -> Self {
-        let width = always + candidates + 1;
-        Self {
-            triangle: DMatrix::zeros(width, width),
-            waiting: Vec::new(),
-            always,
-            worth: 0.0,
-            prior: Vec::new(),
-        }
-    }
-
-    /// A measured row that counts with `weight` in the sum of squares.
-    pub(super) fn add(&mut self, row: DVector<f64>, weight: f64) {
-        self.worth += weight;
-        self.take(row * weight.sqrt());
-    }
-
-    /// A row of the prior about the first columns.
-    pub(super) fn add_prior(&mut self, columns: impl Iterator<Item = f64>, residual: f64) {
-        let width = self.triangle.ncols();
-        let mut row = DVector::zeros(width);
-        for (entry, own) in row.iter_mut().zip(columns) {
-            *entry = own;
-        }
-        row[width - 1] = residual;
-        self.prior.push(row.clone());
-        self.take(row);
-    }
-
-    fn take(&mut self, row: DVector<f64>) {
-        self.waiting.push(row);
-        if self.waiting.len() >= 2 * self.triangle.ncols() {
-            self.reduce();
-        }
-    }
-
-    fn reduce(&mut self) {
-        let width = self.triangle.ncols();
-        let mut all = DMatrix::zeros(width + self.waiting.len(), width);
-        all.rows_mut(0, width).copy_from(&self.triangle);
-        for (mut to, row) in all.row_iter_mut().skip(width).zip(&self.waiting) {
-            to.copy_from(&row.transpose());
-        }
-        self.triangle = all.qr().unpack_r();
-        self.waiting.clear();
-    }
-
-    /// All rows taken in.
-    pub(super) fn regression(mut self) -> Regression {
-        self.reduce();
-        Regression(self)
-    }
-}
-
-/// All rows, with any of the candidates.
-pub(super) struct Regression(Rows);
-
 /// A fit of the columns that always take part and of some candidates.
-pub(super) struct Solution {
+pub(super) struct Fit {
     /// Of the columns that always take part and then of the candidates, in the order asked for.
     pub(super) coefficients: DVector<f64>,
     /// Their covariance for residuals of unit variance.
@@ -90,29 +29,52 @@ pub(super) struct Solution {
     pub(super) freedom: f64,
 }
 
-impl Solution {
+impl Fit {
     /// Of one residual, as the measured rows have it.
     pub(super) fn variance(&self) -> f64 {
         self.squares / self.freedom
     }
+
+    /// The coefficients of the candidates alone.
+    pub(super) fn of_candidates(&self, candidates: usize) -> &[f64] {
+        &self.coefficients.as_slice()[self.coefficients.len() - candidates..]
+    }
 }
 
 impl Regression {
-    fn part(&self, chosen: &[usize]) -> DMatrix<f64> {
-        let always = self.0.always;
-        let columns: Vec<_> = (0..always)
-            .chain(chosen.iter().map(|column| always + column))
-            .collect();
-        self.0.triangle.select_columns(&columns)
+    /// Of measured rows, each with what it counts in the sum of squares, and of rows of the prior. A row holds `always`
+    /// columns, the candidates, and the residual.
+    pub(super) fn new(
+        (always, candidates): (usize, usize),
+        measured: Vec<(DVector<f64>, f64)>,
+        prior: Vec<DVector<f64>>,
+    ) -> Self {
+        let worth = measured.iter().map(|(_, weight)| weight).sum();
+        let measured = measured
+            .into_iter()
+            .map(|(row, weight)| row * weight.sqrt());
+        let all: Vec<_> = measured.chain(prior.iter().cloned()).collect();
+        let width = always + candidates + 1;
+        let entry = |row: usize, column| all.get(row).map_or(0.0, |own| own[column]);
+        Self {
+            triangle: DMatrix::from_fn(all.len().max(width), width, entry)
+                .qr()
+                .unpack_r(),
+            always,
+            worth,
+            prior,
+        }
     }
 
-    fn residual(&self) -> DVector<f64> {
-        let triangle = &self.0.triangle;
-        triangle.column(triangle.ncols() - 1).into_owned()
+    fn part(&self, chosen: &[usize]) -> DMatrix<f64> {
+        let columns: Vec<_> = (0..self.always)
+            .chain(chosen.iter().map(|column| self.always + column))
+            .collect();
+        self.triangle.select_columns(&columns)
     }
 
     /// The fit with these candidates; `None` if the rows do not tell the columns apart.
-    pub(super) fn solve(&self, chosen: &[usize]) -> Option<Solution> {
+    pub(super) fn solve(&self, chosen: &[usize]) -> Option<Fit> {
         let part = self.part(chosen);
         let columns = part.ncols();
         let lengths: Vec<_> = part.column_iter().map(|column| column.norm()).collect();
@@ -123,26 +85,26 @@ impl Regression {
         if !diagonal.iter().zip(&lengths).all(distinct) {
             return None;
         }
-        let mut turned = self.residual();
+        let mut turned = self.triangle.column(self.triangle.ncols() - 1).into_owned();
         qr.q_tr_mul(&mut turned);
         let inverse = upper.solve_upper_triangular(&DMatrix::identity(columns, columns))?;
         let coefficients = &inverse * turned.rows(0, columns);
         let covariance = &inverse * inverse.transpose();
         let mut squares = turned.rows_range(columns..).norm_squared();
         let mut by_prior = 0.0;
-        let always = self.0.always;
+        let always = self.always;
         let of_always = covariance.view((0, 0), (always, always));
-        for row in &self.0.prior {
+        for row in &self.prior {
             let (own, residual) = (row.rows(0, always), row[row.len() - 1]);
             squares -= (residual - own.dot(&coefficients.rows(0, always))).powi(2);
             by_prior += own.dot(&(of_always * own));
         }
         let number = lengths.iter().fold(0.0, |count, _| count + 1.0);
-        Some(Solution {
+        Some(Fit {
             coefficients,
             covariance,
             squares: squares.max(0.0),
-            freedom: self.0.worth - number + by_prior,
+            freedom: self.worth - number + by_prior,
         })
     }
 
@@ -151,13 +113,13 @@ impl Regression {
     pub(super) fn gains(&self, chosen: &[usize], groups: &[Vec<usize>]) -> Vec<Option<f64>> {
         let part = self.part(chosen);
         let columns = part.ncols();
-        let mut turned = self.0.triangle.clone();
+        let mut turned = self.triangle.clone();
         part.qr().q_tr_mul(&mut turned);
         let width = turned.ncols();
         let left = turned.rows_range(columns..).into_owned();
         let residual = left.column(width - 1).into_owned();
         let gain = |group: &Vec<usize>| {
-            let group: Vec<_> = group.iter().map(|column| self.0.always + column).collect();
+            let group: Vec<_> = group.iter().map(|column| self.always + column).collect();
             let own = left.select_columns(&group);
             let qr = own.qr();
             let lengths = group.iter().map(|column| turned.column(*column).norm());
@@ -176,21 +138,8 @@ impl Regression {
 
     /// Σ over all measured rows of the squared contribution of these candidates.
     pub(super) fn effect(&self, chosen: &[usize], coefficients: &[f64]) -> f64 {
-        let columns: Vec<_> = chosen.iter().map(|c| self.0.always + c).collect();
-        let part = self.0.triangle.select_columns(&columns);
+        let columns: Vec<_> = chosen.iter().map(|c| self.always + c).collect();
+        let part = self.triangle.select_columns(&columns);
         (part * DVector::from_column_slice(coefficients)).norm_squared()
-    }
-
-    /// The squared length of a candidate over the measured rows.
-    pub(super) fn length_squared(&self, candidate: usize) -> f64 {
-        self.0
-            .triangle
-            .column(self.0.always + candidate)
-            .norm_squared()
-    }
-
-    /// How many residuals the measured rows are worth.
-    pub(super) fn worth(&self) -> f64 {
-        self.0.worth
     }
 }

@@ -1,14 +1,13 @@
 //! A solution and its residuals, as rows of a regression.
 
-use super::cause::{Cause, CauseKind};
-use super::regression::{Regression, Rows};
-use super::{Place, columns, movements};
+use super::cause::{At, Cause, CauseKind, Hypothesis, Place};
+use super::regression::Regression;
 use crate::files::samples_file::{READINGS, ReadingFrom, Readings};
 use crate::fit::Solution;
 use crate::fit::solution::Sensitivity;
 use crate::geometry::Directions;
-use delta_cal::{Robot, Sample};
-use nalgebra::{DVector, Matrix3, SVector, Vector3};
+use delta_cal::Sample;
+use nalgebra::{DVector, SVector, Vector3};
 
 /// A residual of more scales counts as if it were that large, so that one wrong reading is no cause.
 const LARGEST_RESIDUAL: f64 = 4.0;
@@ -21,39 +20,19 @@ pub(crate) struct Subject<'a> {
     pub(crate) readings: &'a Readings,
 }
 
-/// A pose of the calibrated robot.
-#[derive(Clone, Copy)]
-pub(crate) struct At {
-    pub(crate) joints: [f64; 3],
-    pub(super) position: Vector3<f64>,
-    pub(crate) by_joints: Matrix3<f64>,
-}
-
 /// A row that counts.
-pub(super) struct Counted<'a> {
+struct Counted<'a> {
     at: At,
     /// Where a distance between two poses begins.
     other: Option<At>,
     place: Place,
-    pub(super) sensitivity: &'a Sensitivity,
+    sensitivity: &'a Sensitivity,
     residuals: SVector<f64, READINGS>,
-}
-
-impl At {
-    pub(super) fn new(robot: &Robot<f64>, joints: &[f64; 3]) -> Option<Self> {
-        let position = robot.forward(joints).ok()?;
-        let by_joints = robot.platform_jacobian(&position, joints).ok()?.by_joints;
-        Some(Self {
-            joints: *joints,
-            position,
-            by_joints,
-        })
-    }
 }
 
 impl<'a> Subject<'a> {
     /// The rows that count, of many some.
-    pub(super) fn counted(&self) -> Vec<Counted<'a>> {
+    fn counted(&self) -> Vec<Counted<'a>> {
         let robot = &self.solution.robot;
         let mut moves = Directions::default();
         let rows = &self.readings.rows;
@@ -61,51 +40,40 @@ impl<'a> Subject<'a> {
             .iter()
             .map(|row| moves.next(&row.value.joints))
             .collect();
-        let positions = rows
-            .iter()
-            .filter_map(|row| robot.forward(&row.value.joints).ok());
-        let largest = positions.fold(0.0, |most: f64, own| most.max(own.xy().norm_squared()));
+        let largest = self.radius_squared();
         let last = rows.iter().skip(1).fold(0.0, |count, _| count + 1.0);
-        let counted = self
-            .solution
+        let part_of = |part: f64, all: f64| (all > 0.0).then(|| part / all);
+        let counted = |sensitivity: &'a Sensitivity| {
+            let index = sensitivity.row;
+            let reading = &rows.get(index)?.value;
+            let at = At::new(robot, &reading.joints)?;
+            let other = match reading.distance {
+                Some((ReadingFrom::Pose(joints), _)) => Some(At::new(robot, &joints)?),
+                _ => None,
+            };
+            let squared = at.position.xy().norm_squared();
+            Some(Counted {
+                at,
+                other,
+                place: Place {
+                    directions: directions[index],
+                    part: part_of(index as f64, last).map_or(0.0, |part| part - 0.5),
+                    radius_squared: part_of(squared, largest).unwrap_or(0.0),
+                    scaled: if reading.height.is_none() { 1.0 } else { 0.0 },
+                },
+                sensitivity,
+                residuals: SVector::from(self.solution.rows[index].whitened),
+            })
+        };
+        self.solution
             .sensitivities
             .iter()
-            .filter_map(|sensitivity| {
-                let index = sensitivity.row;
-                let reading = &rows.get(index)?.value;
-                let at = At::new(robot, &reading.joints)?;
-                let other = match reading.distance {
-                    Some((ReadingFrom::Pose(joints), _)) => Some(At::new(robot, &joints)?),
-                    _ => None,
-                };
-                let part = if last > 0.0 {
-                    index as f64 / last - 0.5
-                } else {
-                    0.0
-                };
-                let squared = at.position.xy().norm_squared();
-                Some(Counted {
-                    at,
-                    other,
-                    place: Place {
-                        directions: directions[index],
-                        part,
-                        radius_squared: if largest > 0.0 {
-                            squared / largest
-                        } else {
-                            0.0
-                        },
-                        scaled: if reading.height.is_none() { 1.0 } else { 0.0 },
-                    },
-                    sensitivity,
-                    residuals: SVector::from(self.solution.rows[index].whitened),
-                })
-            });
-        counted.collect()
+            .filter_map(counted)
+            .collect()
     }
 
     /// The square of the largest distance from the robot's axis, mm².
-    pub(super) fn radius_squared(&self) -> f64 {
+    fn radius_squared(&self) -> f64 {
         let robot = &self.solution.robot;
         let rows = self.readings.rows.iter();
         let positions = rows.filter_map(|row| robot.forward(&row.value.joints).ok());
@@ -113,7 +81,7 @@ impl<'a> Subject<'a> {
     }
 
     /// The lowest and the highest angle or travel of each joint.
-    pub(super) fn ranges(&self) -> [[f64; 2]; 3] {
+    fn ranges(&self) -> [[f64; 2]; 3] {
         std::array::from_fn(|joint| {
             let all = self.readings.rows.iter().map(|row| row.value.joints[joint]);
             all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], q| {
@@ -123,18 +91,31 @@ impl<'a> Subject<'a> {
     }
 
     /// All rows: the unknowns always take part, the hypotheses may.
-    pub(super) fn regression(&self, counted: &[Counted<'_>]) -> Regression {
-        let drive = self.solution.robot.drive();
-        let ranges = self.ranges();
-        let largest = LARGEST_RESIDUAL * scale(counted);
-        self.with_columns(counted, columns(drive), largest, |c, at| {
-            movements(drive, at, &ranges, &c.place)
+    pub(super) fn regression(&self, hypotheses: &[Hypothesis]) -> Regression {
+        let (counted, ranges) = (self.counted(), self.ranges());
+        let largest = LARGEST_RESIDUAL * scale(&counted);
+        let columns = hypotheses.iter().map(|own| own.columns().len()).sum();
+        self.rows(&counted, columns, largest, |row, at| {
+            let all = hypotheses.iter();
+            all.flat_map(|own| own.moves(at, &ranges, &row.place))
+                .collect()
         })
     }
 
-    /// All rows with so many columns beside the unknowns. `moves`: by how much a position of a row moves for one unit of
-    /// each, mm. Residuals above `largest` count as that.
+    /// All rows with so many columns beside the unknowns. `moves`: by how much a position of the row with this index moves for one
+    /// unit of each, mm.
     pub(super) fn with_columns(
+        &self,
+        columns: usize,
+        moves: impl Fn(usize, &At) -> Vec<Vector3<f64>>,
+    ) -> Regression {
+        self.rows(&self.counted(), columns, f64::INFINITY, |row, at| {
+            moves(row.sensitivity.row, at)
+        })
+    }
+
+    /// Residuals above `largest` count as that.
+    fn rows(
         &self,
         counted: &[Counted<'_>],
         columns: usize,
@@ -142,7 +123,7 @@ impl<'a> Subject<'a> {
         moves: impl Fn(&Counted<'_>, &At) -> Vec<Vector3<f64>>,
     ) -> Regression {
         let unknowns = self.solution.covariance.nrows();
-        let mut rows = Rows::new(unknowns, columns);
+        let mut measured = Vec::new();
         for c in counted {
             let (own, other) = (moves(c, &c.at), c.other.as_ref().map(|at| moves(c, at)));
             for reading in 0..READINGS {
@@ -160,32 +141,39 @@ impl<'a> Subject<'a> {
                 row.push(residual);
                 let size = residual.abs();
                 let weight = if size > largest { largest / size } else { 1.0 };
-                rows.add(DVector::from_vec(row), weight);
+                measured.push((DVector::from_vec(row), weight));
             }
         }
-        self.add_prior(&mut rows);
-        rows.regression()
+        Regression::new((unknowns, columns), measured, self.prior(columns))
     }
 
     /// What was known of the unknowns beforehand.
-    fn add_prior(&self, rows: &mut Rows) {
+    fn prior(&self, columns: usize) -> Vec<DVector<f64>> {
         let solution = self.solution;
         let unknowns = solution.covariance.nrows();
         let off = &solution.prior * &solution.moved;
+        let mut rows = Vec::new();
         for (row, off) in solution.prior.row_iter().zip(&off) {
             if row.iter().any(|entry| entry.abs() > 0.0) {
-                rows.add_prior(row.iter().copied(), -off);
+                let mut own = row
+                    .transpose()
+                    .resize_vertically(unknowns + columns + 1, 0.0);
+                own[unknowns + columns] = -off;
+                rows.push(own);
             }
         }
         // What stands at no place of an arm's vector is not off.
         for index in (0..unknowns).filter(|index| !(solution.covariance[(*index, *index)] > 0.0)) {
-            let row = (0..unknowns).map(|own| if own == index { 1.0 } else { 0.0 });
-            rows.add_prior(row, 0.0);
+            let mut own = DVector::zeros(unknowns + columns + 1);
+            own[index] = 1.0;
+            rows.push(own);
         }
+        rows
     }
 
     /// What the causes found make of the calibrated robot's positions, rms over poses, mm: its parameters are wrong by what
-    /// they have taken up of the causes, and the causes themselves are left; over both directions of a backlash.
+    /// they have taken up of the causes, and the causes themselves are left; over both directions of a backlash. Positions
+    /// drift and have a scale, not the robot.
     pub(super) fn discrepancy(
         &self,
         found: &[Cause],
@@ -193,7 +181,7 @@ impl<'a> Subject<'a> {
         poses: &[Sample<f64>],
     ) -> f64 {
         let robot = &self.solution.robot;
-        let radius_squared = self.radius_squared();
+        let (largest, ranges) = (self.radius_squared(), self.ranges());
         let squared = |pose: &Sample<f64>| {
             let at = At::new(robot, &pose.joints)?;
             let blocks = robot
@@ -204,24 +192,26 @@ impl<'a> Subject<'a> {
             for (arm, block) in blocks.iter().enumerate() {
                 error += block * coefficients.fixed_rows::<8>(8 * arm);
             }
+            let place = Place {
+                directions: [1.0; 3],
+                part: 0.0,
+                radius_squared: if largest > 0.0 {
+                    at.position.xy().norm_squared() / largest
+                } else {
+                    0.0
+                },
+                scaled: 0.0,
+            };
             let mut either_way = 0.0;
             for cause in found {
-                match (cause.kind, cause.arm) {
-                    (CauseKind::Backlash, Some(arm)) => {
-                        let half = cause.joint_error(0.0, 1.0);
-                        either_way += (at.by_joints.column(arm.index()) * half).norm_squared();
-                    }
-                    (_, Some(arm)) => {
-                        let index = arm.index();
-                        error +=
-                            at.by_joints.column(index) * cause.joint_error(at.joints[index], 0.0);
-                    }
-                    (CauseKind::Sag, None) if radius_squared > 0.0 => {
-                        let part = at.position.xy().norm_squared() / radius_squared;
-                        error -= Vector3::z() * (cause.size * part);
-                    }
-                    // The positions drift, not the robot.
-                    (_, None) => {}
+                let moves = cause.hypothesis.moves(&at, &ranges, &place);
+                let terms = moves.iter().zip(&cause.coefficients);
+                let own: Vector3<f64> =
+                    terms.map(|(moved, coefficient)| moved * *coefficient).sum();
+                if cause.kind == CauseKind::Backlash {
+                    either_way += own.norm_squared();
+                } else {
+                    error += own;
                 }
             }
             Some(error.norm_squared() + either_way)

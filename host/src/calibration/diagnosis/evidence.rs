@@ -258,19 +258,10 @@ pub(super) fn calibrated(
     {
         readings.rows.truncate(count);
     }
-    let options = Options {
-        frame: if faults.contains(&Fault::Elsewhere) {
-            Frame::Sensor
-        } else {
-            options.frame
-        },
-        ..*options
-    };
-    let case = Case {
-        robot: &robot,
-        before: &robot,
-        readings: &readings,
-        options,
-    };
+    let mut options = *options;
+    if faults.contains(&Fault::Elsewhere) {
+        options.frame = Frame::Sensor;
+    }
+    let case = Case::new(&robot, &readings, options);
     Some(attempt(&case).ok()?.error_after?.median)
 }

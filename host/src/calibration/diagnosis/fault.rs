@@ -273,252 +273,224 @@ pub(super) struct Words<'a> {
 }
 
 impl Words<'_> {
-    /// What is wrong: "the columns q2_deg and q3_deg are exchanged".
-    pub(super) fn cause(&self, fault: &Fault) -> String {
+    /// What is wrong, "the columns q2_deg and q3_deg are exchanged", and what to do about it.
+    pub(super) fn of(&self, fault: &Fault) -> [String; 2] {
+        let (robot, samples) = (self.robot, &self.samples.name);
         match fault {
             Fault::Order(order) => self.order(*order),
-            Fault::Reversed([true, true, true]) => {
-                "all joint angles have the wrong sign".to_owned()
-            }
             Fault::Reversed(reversed) => {
-                format!(
-                    "the sign of the joint angles in {} is wrong",
-                    self.joints(*reversed)
-                )
-            }
-            Fault::Angles(columns, unit) => {
-                let (are, says) = match unit {
-                    AngleUnit::Radians => ("radians", "degrees"),
-                    AngleUnit::Degrees => ("degrees", "radians"),
-                };
-                let header = if self.samples.in_degrees == (*unit == AngleUnit::Radians) {
-                    format!(", and the header says {says}")
+                let joints = self.joints(*reversed);
+                let (cause, or) = if *reversed == [true; 3] {
+                    (
+                        "all joint angles have the wrong sign".to_owned(),
+                        ", or state [convention] joint_positive = \"up\" and the limits in the same sense",
+                    )
                 } else {
-                    String::new()
+                    (
+                        format!("the sign of the joint angles in {joints} is wrong"),
+                        "",
+                    )
                 };
-                format!(
-                    "the joint angles in {} are {are}{header}",
-                    self.joints(*columns)
-                )
+                let remedy = format!(
+                    "change the sign of {joints} in {samples} (a positive angle swings the arm towards the \
+                     platform){or}"
+                );
+                [cause, remedy]
             }
+            Fault::Angles(columns, unit) => self.angles(*columns, *unit),
             Fault::Axes { order, signs } => self.axes(*order, *signs),
             Fault::Length(unit) => self.length(unit),
-            Fault::Arms(first, second) => format!(
-                "in {} the upper arms and forearms of arm {} and arm {} are exchanged",
-                self.robot,
-                first + 1,
-                second + 1
-            ),
-            Fault::Limits => format!("[joints] of {} has the other sign", self.robot),
-            Fault::Shifted { below } => format!(
-                "each position stands one row {} the joints that it belongs to",
-                if *below { "below" } else { "above" }
-            ),
-            Fault::Elsewhere => "the positions are in another frame than the robot's".to_owned(),
-        }
-    }
-
-    /// What to do about it.
-    pub(super) fn remedy(&self, fault: &Fault) -> String {
-        let samples = &self.samples.name;
-        match fault {
-            Fault::Order(order) if self.frame == Frame::Sensor && *order == EXCHANGED[0] => {
+            Fault::Arms(first, second) => [
                 format!(
-                    "state azimuth_deg = [0, 240, 120] in [nominal] of {}, or exchange the names of q2 and q3 in {samples}",
-                    self.robot
-                )
-            }
-            Fault::Order(order) => {
-                let unit = self.angle_unit();
-                let mut joints = [0; 3];
-                for (joint, column) in order.iter().enumerate() {
-                    joints[*column] = joint;
-                }
-                let header = |joints: [usize; 3]| {
-                    joints
-                        .map(|joint| format!("q{}{unit}", joint + 1))
-                        .join(",")
-                };
+                    "in {robot} the upper arms and forearms of arm {} and arm {} are exchanged",
+                    first + 1,
+                    second + 1
+                ),
+                format!("exchange la_x_mm, la_y_mm and lb_mm of the two in {robot}"),
+            ],
+            Fault::Limits => [
+                format!("[joints] of {robot} has the other sign"),
                 format!(
-                    "change {} in the header of {samples} to {}, or number the arms of {} as the \
-                     columns are",
-                    header([0, 1, 2]),
-                    header(joints),
-                    self.robot
-                )
-            }
-            Fault::Reversed(reversed) => format!(
-                "change the sign of {} in {samples} (a positive angle swings the arm towards the \
-                 platform){}",
-                self.joints(*reversed),
-                if *reversed == [true; 3] {
-                    ", or state [convention] joint_positive = \"up\" and the limits in the same sense"
+                    "change the signs of min_deg and max_deg in {robot} (0 is level, a positive angle swings the arm \
+                     towards the platform)"
+                ),
+            ],
+            Fault::Shifted { below } => {
+                let (stands, write) = if *below {
+                    ("below", "higher")
                 } else {
-                    ""
-                }
-            ),
-            Fault::Angles([true, true, true], AngleUnit::Radians) => {
-                format!("name the columns of {samples} q1_rad,q2_rad,q3_rad")
+                    ("above", "lower")
+                };
+                [
+                    format!("each position stands one row {stands} the joints that it belongs to"),
+                    format!(
+                        "write each position of {samples} one row {write}, and delete what then stands alone"
+                    ),
+                ]
             }
-            Fault::Angles([true, true, true], AngleUnit::Degrees) => {
-                format!("name the columns of {samples} q1_deg,q2_deg,q3_deg")
-            }
-            Fault::Angles(..) => {
-                format!("correct the unit (_deg or _rad) in the header of {samples}")
-            }
-            Fault::Axes { .. } if self.frame == Frame::Sensor => {
-                format!("export {samples} in a right-handed frame")
-            }
-            Fault::Axes { order, signs } => format!(
-                "state the positions of {samples} in the robot's frame: x, y, z are its {}",
-                signed(*order, *signs)
-            ),
-            Fault::Length(unit) => self.remedy_of_length(unit),
-            Fault::Arms(..) => format!(
-                "exchange la_x_mm, la_y_mm and lb_mm of the two in {}",
-                self.robot
-            ),
-            Fault::Limits => {
-                let usual = "0 is level, a positive angle swings the arm towards the platform";
-                format!(
-                    "change the signs of min_deg and max_deg in {} ({usual})",
-                    self.robot
-                )
-            }
-            Fault::Shifted { below } => format!(
-                "write each position of {samples} one row {}, and delete what then stands alone",
-                if *below { "higher" } else { "lower" }
-            ),
-            Fault::Elsewhere => "use --frame sensor".to_owned(),
+            Fault::Elsewhere => [
+                "the positions are in another frame than the robot's".to_owned(),
+                "use --frame sensor".to_owned(),
+            ],
         }
     }
 
     /// Joints that count upwards in both files.
-    pub(super) fn upwards(&self, faults: &[Fault]) -> Option<(String, String)> {
+    pub(super) fn upwards(&self, faults: &[Fault]) -> Option<[String; 2]> {
+        let (robot, samples) = (self.robot, &self.samples.name);
         let both = faults.contains(&Fault::Limits) && faults.contains(&Fault::Reversed([true; 3]));
         both.then(|| {
-            let cause = format!(
-                "all joints count upwards in {} and in [joints] of {}",
-                self.samples.name, self.robot
-            );
-            let remedy = format!(
-                "state joint_positive = \"up\" in [convention] of {}",
-                self.robot
-            );
-            (cause, remedy)
+            [
+                format!("all joints count upwards in {samples} and in [joints] of {robot}"),
+                format!("state joint_positive = \"up\" in [convention] of {robot}"),
+            ]
         })
     }
 
-    fn order(&self, order: [usize; 3]) -> String {
+    fn order(&self, order: [usize; 3]) -> [String; 2] {
+        let (robot, samples) = (self.robot, &self.samples.name);
+        let column = |joint: usize| format!("q{}{}", joint + 1, self.angle_unit());
+        let clockwise = self.frame == Frame::Sensor && order == EXCHANGED[0];
         let moved: Vec<_> = (0..3).filter(|joint| order[*joint] != *joint).collect();
-        if let [first, second] = moved[..] {
-            let arms = format!("arm {} and arm {}", first + 1, second + 1);
-            let clockwise = self.frame == Frame::Sensor && order == EXCHANGED[0];
-            return format!(
-                "{}, or {arms}, are exchanged{}",
-                self.joints([0, 1, 2].map(|column| moved.contains(&column))),
+        let cause = if let [first, second] = moved[..] {
+            format!(
+                "{}, or arm {} and arm {}, are exchanged{}",
+                list(&[column(first), column(second)]),
+                first + 1,
+                second + 1,
                 if clockwise {
                     ", as where the arms are numbered clockwise seen from above"
                 } else {
                     ""
                 }
+            )
+        } else {
+            format!(
+                "the joint columns are exchanged in turn (joints 1, 2, 3 are in {}), or the frame is turned \
+                 by 120° about z",
+                list(&order.map(column))
+            )
+        };
+        if clockwise {
+            let remedy = format!(
+                "state azimuth_deg = [0, 240, 120] in [nominal] of {robot}, or exchange the names of q2 and q3 in {samples}"
             );
+            return [cause, remedy];
         }
-        let columns = order.map(|column| format!("q{}{}", column + 1, self.angle_unit()));
-        format!(
-            "the joint columns are exchanged in turn (joints 1, 2, 3 are in {}), or the frame is turned \
-             by 120° about z",
-            list(&columns)
-        )
+        let mut joints = [0; 3];
+        for (joint, column) in order.iter().enumerate() {
+            joints[*column] = joint;
+        }
+        let remedy = format!(
+            "change {} in the header of {samples} to {}, or number the arms of {robot} as the columns are",
+            [0, 1, 2].map(column).join(","),
+            joints.map(column).join(",")
+        );
+        [cause, remedy]
     }
 
-    fn axes(&self, order: [usize; 3], signs: [f64; 3]) -> String {
-        let mirrored = handedness(order, signs) < 0.0;
+    fn angles(&self, columns: [bool; 3], unit: AngleUnit) -> [String; 2] {
+        let samples = &self.samples.name;
+        let (are, says, named) = match unit {
+            AngleUnit::Radians => ("radians", "degrees", "q1_rad,q2_rad,q3_rad"),
+            AngleUnit::Degrees => ("degrees", "radians", "q1_deg,q2_deg,q3_deg"),
+        };
+        let header = if self.samples.in_degrees == (unit == AngleUnit::Radians) {
+            format!(", and the header says {says}")
+        } else {
+            String::new()
+        };
+        let cause = format!(
+            "the joint angles in {} are {are}{header}",
+            self.joints(columns)
+        );
+        let remedy = if columns == [true; 3] {
+            format!("name the columns of {samples} {named}")
+        } else {
+            format!("correct the unit (_deg or _rad) in the header of {samples}")
+        };
+        [cause, remedy]
+    }
+
+    fn axes(&self, order: [usize; 3], signs: [f64; 3]) -> [String; 2] {
+        let samples = &self.samples.name;
         if self.frame == Frame::Sensor {
-            return "the sensor's frame is mirrored (left-handed), as if a coordinate had the wrong sign or two were \
-                    exchanged, if the arms are numbered counter-clockwise"
-                .to_owned();
+            return [
+                "the sensor's frame is mirrored (left-handed), as if a coordinate had the wrong sign or two were \
+                 exchanged, if the arms are numbered counter-clockwise"
+                    .to_owned(),
+                format!("export {samples} in a right-handed frame"),
+            ];
         }
+        let mirrored = handedness(order, signs) < 0.0;
         let hand = if mirrored {
             "the frame is mirrored (left-handed)"
         } else {
             "the frame is turned"
         };
-        if order == [0, 1, 2] {
-            let wrong: Vec<_> = COORDINATES
-                .iter()
-                .zip(signs)
-                .filter(|(_, sign)| *sign < 0.0)
+        let of_sign = |wrong: bool| {
+            let named = COORDINATES.iter().zip(signs);
+            let named = named.filter(move |(_, sign)| (*sign < 0.0) == wrong);
+            named
                 .map(|(name, _)| (*name).to_owned())
-                .collect();
-            let (has, upside_down) = if wrong.len() == 1 {
-                ("has", "")
-            } else {
-                ("have", "upside down")
-            };
-            if !mirrored {
-                let about = COORDINATES
-                    .iter()
-                    .zip(signs)
-                    .find(|(_, sign)| *sign > 0.0)
-                    .map_or("", |(name, _)| name);
-                let how = if about == "z" {
-                    String::new()
-                } else {
-                    format!(", {upside_down}")
-                };
-                return format!(
-                    "{} have the wrong sign, so the frame is turned by half a turn about {about}{how}",
-                    list(&wrong)
-                );
-            }
-            return format!("{} {has} the wrong sign, so {hand}", list(&wrong));
-        }
-        format!(
-            "the robot's x, y, z are {} of the positions, so {hand}",
+                .collect::<Vec<_>>()
+        };
+        let (wrong, right) = (list(&of_sign(true)), of_sign(false));
+        let cause = if order != UNCHANGED {
+            format!(
+                "the robot's x, y, z are {} of the positions, so {hand}",
+                signed(order, signs)
+            )
+        } else if mirrored {
+            let has = if right.len() == 2 { "has" } else { "have" };
+            format!("{wrong} {has} the wrong sign, so {hand}")
+        } else {
+            let about = list(&right);
+            let how = if about == "z" { "" } else { ", upside down" };
+            format!(
+                "{wrong} have the wrong sign, so the frame is turned by half a turn about {about}{how}"
+            )
+        };
+        let remedy = format!(
+            "state the positions of {samples} in the robot's frame: x, y, z are its {}",
             signed(order, signs)
-        )
+        );
+        [cause, remedy]
     }
 
-    fn length(&self, unit: &LengthUnit) -> String {
+    fn length(&self, unit: &LengthUnit) -> [String; 2] {
+        let (robot, samples) = (self.robot, &self.samples.name);
         let says = if self.samples.positions_in == PositionUnit::Millimetre {
             "millimetres"
         } else {
             "metres"
         };
-        let positions = unit
-            .positions
-            .map(|name| format!("the positions are {name}, and the header says {says}"));
-        let robot = unit.robot.map(|name| {
-            format!(
-                "the lengths in {} are {name} and not millimetres",
-                self.robot
-            )
+        let positions = unit.positions.map(|name| {
+            let remedy = match name {
+                "metres" => format!("name the columns of {samples} x_m,y_m,z_m"),
+                "millimetres" => format!("name the columns of {samples} x_mm,y_mm,z_mm"),
+                _ => format!("convert the positions of {samples} to millimetres"),
+            };
+            let cause = format!("the positions are {name}, and the header says {says}");
+            [cause, remedy]
         });
-        self.likelier_first([positions, robot])
-    }
-
-    fn likelier_first(&self, mut both: [Option<String>; 2]) -> String {
+        let lengths = unit.robot.map(|name| {
+            [
+                format!("the lengths in {robot} are {name} and not millimetres"),
+                format!("convert the lengths in {robot} to millimetres"),
+            ]
+        });
+        let mut both = [positions, lengths];
         if self.robot_in_metres {
             both.reverse();
         }
         let both: Vec<_> = both.into_iter().flatten().collect();
-        both.join(", or ")
-    }
-
-    fn remedy_of_length(&self, unit: &LengthUnit) -> String {
-        let positions = unit.positions.map(|name| match name {
-            "metres" => format!("name the columns of {} x_m,y_m,z_m", self.samples.name),
-            "millimetres" => format!("name the columns of {} x_mm,y_mm,z_mm", self.samples.name),
-            _ => format!(
-                "convert the positions of {} to millimetres",
-                self.samples.name
-            ),
-        });
-        let robot = unit
-            .robot
-            .map(|_| format!("convert the lengths in {} to millimetres", self.robot));
-        self.likelier_first([positions, robot])
+        [0, 1].map(|place| {
+            both.iter()
+                .map(|own| own[place].as_str())
+                .collect::<Vec<_>>()
+                .join(", or ")
+        })
     }
 
     fn angle_unit(&self) -> &'static str {

@@ -1,9 +1,8 @@
 //! The figures of the page.
 
-use super::{ParameterReport, Report, SampleReport};
+use super::{Report, SampleReport};
 use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::text::in_unit;
-use delta_cal::Tolerance;
 
 const ARMS: [Colour; 3] = [Colour::Blue, Colour::Vermilion, Colour::Green];
 /// Samples left out that get their line written beside them.
@@ -11,91 +10,56 @@ const LABELLED: usize = 12;
 /// A distance that is 0 has no place on a logarithmic axis; this is far below any rounding.
 const LEAST: f64 = 1e-15;
 
-type Row<'a> = (usize, &'a ParameterReport);
-
-fn rows(report: &Report) -> Vec<Row<'_>> {
-    let arms = report.arms.iter().enumerate();
-    arms.flat_map(|(arm, own)| own.parameters.iter().map(move |parameter| (arm, parameter)))
-        .collect()
-}
-
-fn arm_name(arm: usize) -> String {
-    format!("arm {}", arm + 1)
-}
-
 /// Change ± σ of every parameter in tolerances; `None` without a tolerance.
 pub(super) fn parameters(report: &Report) -> Option<(Figure, &'static str)> {
     let tolerance = report.before.tolerance.as_ref()?;
-    Some((
-        in_tolerances(report, &rows(report), tolerance),
-        "Change of each parameter in tolerances, with a bar of one σ to both sides. Shaded: one tolerance.",
-    ))
-}
-
-/// The parameters of an arm, each with its row.
-fn of_arm<'a>(rows: &'a [Row<'a>], arm: usize) -> impl Iterator<Item = (f64, &'a ParameterReport)> {
-    let numbered = (0..).map(f64::from).zip(rows);
-    numbered
-        .filter(move |(_, own)| own.0 == arm)
-        .map(|(row, own)| (row, own.1))
-}
-
-fn names(rows: &[Row<'_>]) -> Axis {
-    let names = rows
+    let robot = &report.before.robot;
+    let arms = report.arms.iter().zip(robot.arms()).enumerate();
+    let scaled = arms.flat_map(|(arm, (own, geometry))| {
+        let parameters = robot.drive().parameters().iter().zip(&own.parameters);
+        parameters.map(move |(parameter, own)| {
+            let unit = in_unit(*parameter, tolerance.of_arm(geometry, *parameter));
+            let name = format!("{} {}", arm + 1, own.symbol);
+            (arm, name, own.change / unit, own.sigma / unit)
+        })
+    });
+    let scaled: Vec<_> = scaled.collect();
+    let sizes = scaled
         .iter()
-        .map(|(arm, own)| format!("{} {}", arm + 1, own.symbol));
-    Axis::named("", names.collect())
-}
-
-fn in_tolerances(report: &Report, rows: &[Row<'_>], tolerance: &Tolerance<f64>) -> Figure {
-    let parameters = report.before.robot.drive().parameters();
-    let scaled = |arm: usize, own: &ParameterReport| {
-        let parameter = parameters
-            .iter()
-            .find(|parameter| parameter.symbol() == own.symbol);
-        let unit = parameter.map_or(1.0, |parameter| {
-            let arm = &report.before.robot.arms()[arm];
-            in_unit(*parameter, tolerance.of_arm(arm, *parameter))
-        });
-        (own.change / unit, own.sigma / unit)
-    };
-    let sizes = rows
-        .iter()
-        .map(|(arm, own)| scaled(*arm, own))
-        .map(|(change, sigma)| change.abs() + sigma);
+        .map(|(.., change, sigma)| change.abs() + sigma);
     let extent = sizes.fold(1.25, f64::max) * 1.05;
-    let ends = (-0.5, rows.len() as f64 - 0.5);
+    let names = scaled.iter().map(|(_, name, ..)| name.clone());
+    let (top, bottom) = (-0.5, scaled.len() as f64 - 0.5);
+    let one = [(-1.0, top), (1.0, top), (1.0, bottom), (-1.0, bottom)];
     let mut figure = Figure::new(
         Axis::linear("change, tolerances", -extent, extent),
-        names(rows),
+        Axis::named("", names.collect()),
     )
     .sized(800, 560)
-    .with(
-        "one tolerance",
-        Colour::Grey,
-        Shape::Region(vec![
-            (-1.0, ends.0),
-            (1.0, ends.0),
-            (1.0, ends.1),
-            (-1.0, ends.1),
-        ]),
-    )
+    .with("one tolerance", Colour::Grey, Shape::Region(one.into()))
     .with(
         "",
         Colour::Ink,
-        Shape::Dashed(vec![(0.0, ends.0), (0.0, ends.1)]),
+        Shape::Dashed(vec![(0.0, top), (0.0, bottom)]),
     );
     for (arm, colour) in ARMS.into_iter().enumerate() {
-        let bars = of_arm(rows, arm).map(|(row, own)| {
-            let (change, sigma) = scaled(arm, own);
-            [(change - sigma, row), (change + sigma, row)]
-        });
-        let dots = of_arm(rows, arm).map(|(row, own)| (scaled(arm, own).0, row));
+        let rows = (0..).map(f64::from).zip(&scaled);
+        let own = || rows.clone().filter(|(_, own)| own.0 == arm);
+        let bars =
+            own().map(|(row, (.., change, sigma))| [(change - sigma, row), (change + sigma, row)]);
+        let dots = own().map(|(row, (.., change, _))| (*change, row));
         figure = figure
             .with("", colour, Shape::Segments(bars.collect()))
-            .with(arm_name(arm), colour, Shape::Points(dots.collect()));
+            .with(
+                format!("arm {}", arm + 1),
+                colour,
+                Shape::Points(dots.collect()),
+            );
     }
-    figure
+    Some((
+        figure,
+        "Change of each parameter in tolerances, with a bar of one σ to both sides. Shaded: one tolerance.",
+    ))
 }
 
 /// The powers of ten around positive values.

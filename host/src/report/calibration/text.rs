@@ -74,19 +74,25 @@ pub(super) fn parameters(report: &Report) -> Section {
     });
     let each = report.arms.first();
     let each = each.map_or(8, |arm| arm.parameters.len() + arm.upper_arm.len());
+    // Scales have no unit, and more decimals.
+    let fixed = |own: &ParameterReport, value: f64| {
+        let decimals = if own.unit.is_empty() { 6 } else { 4 };
+        format!("{value:.decimals$}")
+    };
     let table = Table::of(rows)
         .column("arm", |(arm, _): &Row<'_>| arm.arm)
         .column("parameter", |(_, own)| own.symbol)
-        .column("before", |(_, own)| {
-            format!("{:.*}", own.decimals, own.before)
-        })
-        .column("after", |(_, own)| {
-            format!("{:.*}", own.decimals, own.after)
-        })
+        .column("before", |(_, own)| fixed(own, own.before))
+        .column("after", |(_, own)| fixed(own, own.after))
         .column("change", |(_, own)| {
-            format!("{:+.*}", own.decimals, own.change)
+            let sign = if own.change.is_sign_negative() {
+                ""
+            } else {
+                "+"
+            };
+            format!("{sign}{}", fixed(own, own.change))
         })
-        .column("σ", |(_, own)| format!("{:.*}", own.decimals, own.sigma))
+        .column("σ", |(_, own)| fixed(own, own.sigma))
         .column("unit", |(_, own)| own.unit)
         .column_if(
             report.before.tolerance.is_some(),
@@ -244,7 +250,7 @@ pub(super) fn causes(report: &Report) -> Option<Section> {
         return None;
     }
     let table = Table::of(&report.causes)
-        .column("cause", |cause| cause.kind.replace('_', " "))
+        .column("cause", |cause| cause.kind.name().replace('_', " "))
         .column("arm", |cause| {
             cause.arm.map_or_else(String::new, |arm| arm.to_string())
         })
@@ -261,11 +267,8 @@ pub(super) fn causes(report: &Report) -> Option<Section> {
 
 /// That nothing was found, with what was looked for.
 pub(super) fn no_causes(report: &Report) -> Section {
-    let kinds: Vec<_> = report.kinds_of_causes().map(CauseKind::name).collect();
-    let kinds: Vec<_> = kinds
-        .into_iter()
-        .map(|kind| kind.replace('_', " "))
-        .collect();
+    let kinds = CauseKind::all(report.before.robot.drive());
+    let kinds: Vec<_> = kinds.map(|kind| kind.name().replace('_', " ")).collect();
     Section::new("Errors that the model cannot represent")
         .text(format!("None found. Tested: {}.", list(&kinds)))
 }

@@ -4,6 +4,7 @@ use super::failure::Failure;
 use super::length::{Measured, measured};
 use super::output::{self, deliver};
 use super::paths::is_stream;
+use crate::files::columns;
 use crate::import::{Firmware, Imported, Stated};
 use crate::{InputError, InputText};
 use clap::Args;
@@ -66,10 +67,7 @@ pub(crate) struct StatedArguments {
 
 /// So long a part was to be, and so long it came out, mm.
 fn printed(text: &str) -> Result<[f64; 2], String> {
-    let number = |text: &str| {
-        let own = text.trim().trim_end_matches("mm").trim().parse().ok();
-        own.filter(|own: &f64| *own > 0.0 && own.is_finite())
-    };
+    let number = |text| Some(columns::length(text)?.0).filter(|own| *own > 0.0);
     let pair = text.split_once('=');
     pair.and_then(|(wanted, is)| Some([number(wanted)?, number(is)?]))
         .ok_or_else(|| "two lengths in mm are needed, as 100=98.5".to_owned())

@@ -25,7 +25,7 @@ The folder of --output receives:
 A position is reachable if the forward model leads to it from joint angles within [joints]. \
 Set forearm_max_deg in [joints] to respect the ball joints. The cylinders stand upright about the \
 base's z axis. With a [tolerance] the report includes the standard uncertainty of the boundary. \
-Lengths have a unit: 0.01mm, 5 mm, 1cm; without one they are in mm.
+Lengths have a unit: 0.01mm, 5 mm, 1cm.
 
 Examples:
   delta-cal init --output robot.toml
@@ -46,12 +46,7 @@ pub(crate) struct WorkspaceArguments {
     #[arg(long, value_name = "FILE.json")]
     json: Option<PathBuf>,
     /// Maximum distance of a computed boundary point from the true boundary
-    #[arg(
-        long,
-        value_name = "LENGTH", value_parser = length,
-        default_value = "0.01mm",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "LENGTH", value_parser = length, default_value = "0.01mm", allow_negative_numbers = true)]
     tolerance: f64,
     /// Distance between the lines along which the boundary is searched [default: 1/80 of the
     /// longest side]

@@ -43,26 +43,23 @@ pub(super) fn deviations(
     let (places, leverages) = if readings.is_complete() {
         of_positions(robot, readings, frame)?
     } else {
-        of_instruments(robot, readings, frame).map_err(|why| match why {
-            Unsolved::Row(index, error) => readings.fault(index, error.to_string()).into(),
-            _ => {
-                let cause = "the readings do not determine where planes, points or the frame are";
-                CalibrateError::from(unknown_frame(readings, cause))
+        of_instruments(robot, readings, frame).map_err(|why| {
+            if let Unsolved::Row(index, error) = why {
+                return readings.fault(index, error.to_string()).into();
             }
+            let cause = "the readings do not determine where planes, points or the frame are";
+            CalibrateError::from(unknown_frame(readings, cause))
         })?
     };
     let (mut rows, mut taken_up, mut coordinates) = (Vec::new(), 0.0, 0.0);
     for (index, (row, leverage)) in readings.rows.iter().zip(&leverages).enumerate() {
         for kind in Kind::ALL {
             let of = deviation(robot, &places, &row.value, kind, leverage);
-            let of = of.ok_or_else(|| unreachable(robot, readings, index))?;
-            let Some((own, used, count)) = of else {
-                continue;
-            };
-            rows.push(RowDeviation {
+            let (own, used, count) = of.ok_or_else(|| unreachable(robot, readings, index))?;
+            rows.extend(own.map(|own| RowDeviation {
                 line: row.line,
                 ..own
-            });
+            }));
             taken_up += used;
             coordinates += count;
         }
@@ -156,15 +153,15 @@ fn unreachable(robot: &RobotFile, readings: &Readings, index: usize) -> InputErr
     readings.fault(index, cause)
 }
 
-/// The deviation of a row's readings of one kind, how many of them the fit used up, and their number; `Some(None)`
-/// without such readings. `None` if the robot does not reach the row.
+/// The deviation of a row's readings of one kind, how many of them the fit used up, and their number. `None` if
+/// the robot does not reach the row.
 fn deviation(
     robot: &RobotFile,
     places: &Places,
     reading: &Reading,
     kind: Kind,
     leverage: &[f64; READINGS],
-) -> Option<Option<(RowDeviation, f64, f64)>> {
+) -> Option<(Option<RowDeviation>, f64, f64)> {
     let position = robot.robot.forward(&reading.joints).ok()?;
     let expected = places.expected(&robot.robot, reading);
     let (mut off, mut used) = (Vector3::zeros(), 0.0);
@@ -181,7 +178,7 @@ fn deviation(
     }
     let count = noises.len() as f64;
     if noises.is_empty() {
-        return Some(None);
+        return Some((None, 0.0, 0.0));
     }
     let own = RowDeviation {
         line: 0,
@@ -193,7 +190,7 @@ fn deviation(
         leverage: used / count,
         noise: row_noise(&robot.robot, &reading.joints, &position, &off, &noises),
     };
-    Some(Some((own, used, count)))
+    Some((Some(own), used, count))
 }
 
 /// Axis of a reading's deviation, ∂h/∂X, and σ of the reading and of the joints.

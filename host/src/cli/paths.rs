@@ -1,4 +1,7 @@
+//! The paths of a command line: what is read from them, and which are the same file.
+
 use super::failure::Failure;
+use super::output::folder_of;
 use crate::{ColumnMapping, InputError, InputText};
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
@@ -90,11 +93,7 @@ fn identity(path: &Path) -> PathBuf {
     if let Ok(existing) = path.canonicalize() {
         return existing;
     }
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    match (folder.canonicalize(), path.file_name()) {
+    match (folder_of(path).canonicalize(), path.file_name()) {
         (Ok(folder), Some(name)) => folder.join(name),
         _ => path.to_owned(),
     }

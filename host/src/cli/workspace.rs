@@ -3,7 +3,7 @@
 use super::failure::Failure;
 use super::length::length;
 use super::output::{self, deliver};
-use super::paths::{is_stream, refuse_same, robot_path};
+use super::paths::{is_stream, robot_path};
 use super::progress::Waiting;
 use crate::report::workspace;
 use crate::workspace::{Analysis, Options, WorkspaceError};
@@ -91,12 +91,13 @@ fn check_paths(arguments: &WorkspaceArguments) -> Result<(), Failure> {
             "use --json - to write to standard output",
         ));
     }
-    refuse_same("--json", json, input, "give the output another name")?;
-    for name in output.iter().flat_map(|_| workspace::NAMES) {
-        let path = output.map(|folder| folder.join(name));
-        refuse_same("--output", path.as_deref(), input, "choose another folder")?;
-    }
-    Ok(())
+    let files = output
+        .iter()
+        .flat_map(|folder| workspace::NAMES.map(|name| folder.join(name)));
+    let files: Vec<_> = files.collect();
+    let files = files.iter().map(|path| ("--output", Some(path.as_path())));
+    let outputs: Vec<_> = files.chain([("--json", json)]).collect();
+    output::check(&[input], &outputs)
 }
 
 fn failure(error: &WorkspaceError, robot: &str) -> Failure {

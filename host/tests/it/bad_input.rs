@@ -1,8 +1,8 @@
 //! Bad input: one clear error with file, line and column, an exit code, and no output file.
 
 use crate::support::{
-    Folder, HEADER, NOMINAL, Point, TOLERANCE, TOWERS, assert_fails, cases, csv, exact,
-    good_samples, noisy, nominal_arms, platform, true_arms,
+    Folder, HEADER, NOISE, NOMINAL, Point, TOLERANCE, TOWERS, assert_fails, assert_refused, cases,
+    csv, exact, good_samples, noisy, nominal_arms, platform, true_arms,
 };
 
 /// The samples with one line replaced, with a text replaced wherever it stands, or as a whole.
@@ -62,183 +62,137 @@ fn samples_that_are_wrong_are_named_by_line_and_column() {
         assert_fails(NOMINAL.as_bytes(), windows.as_bytes(), 3, &expected);
     }
     let thousands = "q1_deg\tq2_deg\tq3_deg\tx_mm\ty_mm\tz_mm\n1\t2\t3\t4\t5\t-1,234\n";
-    let half = b"\xff\xfea\0\n\0\x00\xd8b\0";
+    let expected = "samples.csv:2: column z_mm: \"-1,234\" may be -1.234 or -1234";
+    assert_fails(NOMINAL.as_bytes(), thousands.as_bytes(), 3, &[expected]);
+}
+
+#[test]
+fn a_file_that_is_no_text_or_of_another_kind_is_told_as_such() {
+    let half = b"\xff\xfea\0\n\0\x00\xd8b\0".to_vec();
     let nul = [HEADER.as_bytes(), b"\0"].concat();
-    for (samples, expected) in [
-        (
-            thousands.as_bytes(),
-            "samples.csv:2: column z_mm: \"-1,234\" may be -1.234 or -1234",
-        ),
-        (half, "samples.csv:2: the UTF-16 text has half a character"),
-        (&nul, "samples.csv: is not a text file"),
+    for (bytes, expected) in [
+        (half, ":2: the UTF-16 text has half a character"),
+        (nul, ": is not a text file"),
     ] {
-        assert_fails(NOMINAL.as_bytes(), samples, 3, &[expected]);
+        let of = |file: &str| format!("{file}{expected}");
+        assert_fails(NOMINAL.as_bytes(), &bytes, 3, &[&of("samples.csv")]);
+        assert_fails(&bytes, good_samples().as_bytes(), 3, &[&of("robot.toml")]);
+    }
+    for (robot, expected) in [
+        (
+            vec![b'#'; (1 << 20) + 1],
+            "robot.toml: the file is larger than 1 MB",
+        ),
+        (
+            good_samples().into_bytes(),
+            "robot.toml:1: this looks like a table of samples",
+        ),
+    ] {
+        assert_fails(&robot, good_samples().as_bytes(), 3, &[expected]);
     }
 }
+
+const SETS: &str = "
+    bare.toml seven.csv ⇒ 1 ⇒ seven.csv: 7 samples are too few: 8 are needed | [tolerance]
+    bare.toml straight.csv ⇒ 1 ⇒ straight.csv: | the poses do not determine
+    bare.toml stiff.csv ⇒ 1 ⇒ stiff.csv: arm 2: the poses do not determine
+    bare.toml already.csv ⇒ 1 ⇒ chance of making the robot worse | [tolerance]
+    precise.toml rough.csv ⇒ 1 ⇒ rough.csv: residuals are | --robust
+    precise.toml one_wrong.csv ⇒ 1 ⇒ one_wrong.csv: | Line 12 disagrees with all others
+    tolerant.toml longer.csv ⇒ 1 ⇒ longer.csv: Residuals ( | state a larger [tolerance]
+    stated.toml gap.csv ⇒ 3 ⇒ gap.csv:6: column z_mm: the cell is blank in 1 of 20 rows
+    stated.toml copies.csv ⇒ 3 ⇒ equal to the last digit
+    stated.toml two.csv --frame sensor ⇒ 1 ⇒ do not determine where the sensor's frame is
+    stated.toml spot.csv --frame sensor ⇒ 1 ⇒ in one spot
+    stated.toml two.csv --robust ⇒ 1 ⇒ too few
+    stated.toml good.csv --frame sensor --method joint ⇒ 3 ⇒ --method fkm
+    ";
 
 #[test]
 fn measurements_that_cannot_calibrate_are_refused_with_a_remedy() {
-    let arms = true_arms();
+    let folder = Folder::new();
     let noise = "\n[noise]\nposition_mm = 0.001\njoint_deg = 0.0\n";
-    let posed = |pose: fn(Point) -> Point| -> String {
-        let poses = exact(&arms, 20).into_iter().map(|(q, _)| pose(q));
-        let samples: Vec<_> = poses.map(|q| (q, platform(&arms, q))).collect();
-        csv(&samples)
+    folder.write("bare.toml", NOMINAL);
+    folder.write("precise.toml", format!("{NOMINAL}{noise}"));
+    folder.write("tolerant.toml", format!("{NOMINAL}{TOLERANCE}"));
+    folder.write("stated.toml", format!("{NOMINAL}{TOLERANCE}{NOISE}"));
+
+    let arms = true_arms();
+    let good = exact(&arms, 20);
+    let posed = |pose: fn(Point) -> Point| -> Vec<_> {
+        let poses = good.iter().map(|(q, _)| pose(*q));
+        poses.map(|q| (q, platform(&arms, q))).collect()
     };
-    // The platform stays on a line near the robot's axis, or one joint does not turn.
-    let straight = posed(|q| [q[0]; 3]);
-    let stiff = posed(|q| [q[0], 20.0, q[2]]);
     let mut one_wrong = exact(&arms, 30);
     one_wrong[10].1 = [100.0, 0.0, -700.0];
-    let mut other_arms = arms;
-    other_arms[1][7] += 12.0;
-    let cases: &[(String, String, &[&str])] = &[
+    let mut longer = arms;
+    longer[1][7] += 12.0;
+    for (name, samples) in [
+        ("seven", exact(&arms, 7)),
+        ("two", exact(&arms, 2)),
+        // The platform stays on a line near the robot's axis, or one joint does not turn.
+        ("straight", posed(|q| [q[0]; 3])),
+        ("stiff", posed(|q| [q[0], 20.0, q[2]])),
+        // The robot is nominal already: every change is the noise's.
+        ("already", noisy(&nominal_arms(), 12, 0.5)),
+        ("rough", noisy(&arms, 30, 0.1)),
+        ("one_wrong", one_wrong),
+        ("longer", exact(&longer, 30)),
         (
-            NOMINAL.into(),
-            csv(&exact(&arms, 7)),
-            &[
-                "samples.csv: 7 samples are too few: 8 are needed",
-                "[tolerance]",
-            ],
+            "spot",
+            good.iter().map(|(q, _)| (*q, [1.0, 2.0, -400.0])).collect(),
         ),
-        (
-            NOMINAL.into(),
-            straight,
-            &["samples.csv: ", "the poses do not determine", "help: "],
-        ),
-        (
-            NOMINAL.into(),
-            stiff,
-            &["samples.csv: arm 2: the poses do not determine", "help: "],
-        ),
-        (
-            format!("{NOMINAL}{noise}"),
-            csv(&noisy(&arms, 30, 0.1)),
-            &["samples.csv: residuals are ", "--robust"],
-        ),
-        (
-            format!("{NOMINAL}{noise}"),
-            csv(&one_wrong),
-            &["samples.csv: ", "Line 12 disagrees with all others"],
-        ),
-        (
-            format!("{NOMINAL}{TOLERANCE}"),
-            csv(&exact(&other_arms, 30)),
-            &["samples.csv: Residuals (", "state a larger [tolerance]"],
-        ),
-        (
-            // The robot is nominal already: every change is the noise's.
-            NOMINAL.into(),
-            csv(&noisy(&nominal_arms(), 12, 0.5)),
-            &["chance of making the robot worse", "[tolerance]"],
-        ),
-    ];
-    for (robot, samples, expected) in cases {
-        assert_fails(robot.as_bytes(), samples.as_bytes(), 1, expected);
+        ("good", good.clone()),
+    ] {
+        folder.write(&format!("{name}.csv"), csv(&samples));
     }
-}
-
-#[test]
-fn a_sensor_frame_that_cannot_be_found_is_refused() {
-    let folder = Folder::new();
-    folder.write("robot.toml", format!("{NOMINAL}{TOLERANCE}"));
-    folder.write("samples.csv", csv(&exact(&true_arms(), 2)));
-    let run = folder.run("calibrate robot.toml samples.csv --frame sensor --output out.toml");
-    assert_eq!(run.code, 1);
-    assert!(
-        run.stderr
-            .contains("do not determine where the sensor's frame is"),
-        "{}",
-        run.stderr
+    let gap = good_samples().replacen(&format!("{}\n", good[4].1[2]), "\n", 1);
+    folder.write("gap.csv", gap);
+    folder.write("copies.csv", format!("{HEADER}1,2,3,4,5,6\n1,2,3,4,5,6\n"));
+    assert_refused(
+        &folder,
+        "calibrate --output out.toml --json report.json",
+        SETS,
     );
-    assert_eq!(folder.names(), ["robot.toml", "samples.csv"]);
 }
 
+const COMMANDS: &str = "
+    ⇒ 2 ⇒ Usage
+    reverse ⇒ 2 ⇒ reverse
+    forward ⇒ 2 ⇒ required
+    calibrate robot.toml ⇒ 2 ⇒ robot.toml is given without its samples
+    calibrate --solver simplex ⇒ 2 ⇒ --solver
+    calibrate --frame world ⇒ 2 ⇒ world
+    calibrate --output - --json - ⇒ 2 ⇒ standard output
+    calibrate --output same --json ./same ⇒ 2 ⇒ is the same file
+    calibrate - ⇒ 2 ⇒ cannot come from standard input
+    calibrate - samples.csv ⇒ 2 ⇒ cannot come from standard input
+    forward - ⇒ 2 ⇒ cannot come from standard input
+    forward robot.toml in.csv --output in.csv ⇒ 2 ⇒ is the same file
+    forward robot.toml in.csv --output robot.toml ⇒ 2 ⇒ is the same file
+    calibrate nothing.toml samples.csv ⇒ 3 ⇒ nothing.toml: cannot be read
+    calibrate robot.toml nothing.csv ⇒ 3 ⇒ nothing.csv: cannot be read
+    forward robot.toml nothing.csv ⇒ 3 ⇒ nothing.csv: cannot be read
+    calibrate --output out.toml --json nowhere/report.json ⇒ 4 ⇒ nowhere
+    calibrate --output nowhere/out.toml --json report.json ⇒ 4 ⇒ nowhere
+    calibrate --json report.json --output . ⇒ 4 ⇒ is a folder
+    calibrate --json report.json --output locked.toml ⇒ 4 ⇒ locked.toml: | write-protected
+    ";
+
 #[test]
-fn files_that_are_not_there_are_named() {
+fn wrong_command_lines_and_files_that_cannot_be_read_or_written_change_nothing() {
     let folder = Folder::new();
     folder.write("robot.toml", NOMINAL);
-    for (command, name) in [
-        (
-            "calibrate nothing.toml samples.csv",
-            "nothing.toml: cannot be read",
-        ),
-        (
-            "calibrate robot.toml nothing.csv",
-            "nothing.csv: cannot be read",
-        ),
-        (
-            "forward robot.toml nothing.csv",
-            "nothing.csv: cannot be read",
-        ),
-    ] {
-        let run = folder.run(command);
-        assert_eq!(run.code, 3);
-        assert!(run.stderr.contains(name), "{}", run.stderr);
-    }
-}
-
-#[test]
-fn if_one_output_cannot_be_written_neither_is() {
-    let folder = Folder::new();
-    for command in [
-        "calibrate --output out.toml --json nowhere/report.json",
-        "calibrate --output nowhere/out.toml --json report.json",
-        "calibrate --json report.json --output .",
-    ] {
-        let run = folder.run(command);
-        assert_eq!(run.code, 4, "{}", run.stderr);
-        assert!(folder.names().is_empty(), "{:?}", folder.names());
-    }
-    let run = folder.run("calibrate --output .");
-    assert!(run.stderr.contains("is a folder"), "{}", run.stderr);
-}
-
-#[test]
-fn a_write_protected_file_is_not_replaced() {
-    let folder = Folder::new();
-    folder.write("out.toml", "of yesterday");
-    let path = folder.path("out.toml");
+    folder.write("in.csv", "q1_deg,q2_deg,q3_deg\n0,0,0\n");
+    folder.write("locked.toml", "of yesterday");
+    let path = folder.path("locked.toml");
     let mut permissions = std::fs::metadata(&path).unwrap().permissions();
     permissions.set_readonly(true);
     std::fs::set_permissions(&path, permissions).unwrap();
-    let run = folder.run("calibrate --output out.toml --json report.json");
-    assert_eq!(run.code, 4, "{}", run.stdout);
-    assert!(run.stderr.contains("out.toml: "), "{}", run.stderr);
-    assert!(run.stderr.contains("write-protected"), "{}", run.stderr);
-    assert_eq!(folder.read("out.toml"), "of yesterday");
-    assert_eq!(folder.names(), ["out.toml"]);
-}
-
-#[test]
-fn the_robot_file_cannot_come_from_standard_input() {
-    let folder = Folder::new();
-    for command in ["calibrate -", "calibrate - samples.csv", "forward -"] {
-        let run = folder.run(command);
-        assert_eq!(run.code, 2, "{command}");
-        let expected = "cannot come from standard input";
-        assert!(run.stderr.contains(expected), "{}", run.stderr);
-    }
-}
-
-#[test]
-fn a_wrong_command_line_is_refused_before_anything_is_read() {
-    let folder = Folder::new();
-    for command in [
-        "",
-        "calibrate robot.toml",
-        "calibrate --solver simplex",
-        "calibrate --frame world",
-        "calibrate --output - --json -",
-        "calibrate --output same --json ./same",
-        "forward",
-        "reverse",
-    ] {
-        let run = folder.run(command);
-        assert_eq!(run.code, 2, "{command}: {}", run.stderr);
-        assert!(!run.stderr.is_empty());
-    }
-    assert!(folder.names().is_empty());
+    assert_refused(&folder, "", COMMANDS);
+    assert_eq!(folder.read("locked.toml"), "of yesterday");
+    assert_eq!(folder.read("robot.toml"), NOMINAL);
+    assert_eq!(folder.read("in.csv"), "q1_deg,q2_deg,q3_deg\n0,0,0\n");
 }
 
 /// What is replaced (nothing: at the end), by what, and what the error holds.
@@ -253,123 +207,73 @@ fn check_robot(robot: &str, table: &str) {
     }
 }
 
-#[test]
-fn keys_that_are_wrong_are_named_with_their_line() {
-    check_robot("", "⇒ ⇒ robot.toml:1: missing field `joints`");
-    check_robot(
-        NOMINAL,
-        r#"
-        [joints] ⇒ [joints ⇒ robot.toml:7:
-        = 480 ⇒ = 480\nforearm_inch = 3 ⇒ robot.toml:6: unknown field `forearm_inch` | `forearm_mm`
-        forearm_mm = 480\n ⇒ ⇒ robot.toml:1: missing field `forearm_mm`
-        max_deg = 90 ⇒ max_mm = 90 ⇒ robot.toml:9: unknown field `max_mm` | `max_deg`
-        [nominal] ⇒ [nominal]\nkind = "delta" ⇒ robot.toml:2: unknown variant `delta` | `linear`
-        ⇒ [colour] ⇒ robot.toml:10: unknown field `colour`
-        ⇒ [planes.table]\nz_mm = -560 ⇒ robot.toml:10: missing field `sigma_mm`
-        ⇒ [noise]\nposition_mm = 1 ⇒ robot.toml:10: this robot's joint noise is joint_deg
-        ⇒ [points.a]\nx_mm = 1 ⇒ robot.toml:10: a known place needs all of | sigma_mm
-        ⇒ [points.a]\noffset = "known" ⇒ robot.toml:11: unknown variant `known` | `unknown`
-        ⇒ [robot]\nname = "" ⇒ robot.toml:11: expected one line of text
-        "#,
-    );
-    check_robot(
-        TOWERS,
-        r"
-        forearm_mm ⇒ upper_arm_mm = 3\nforearm_mm ⇒ robot.toml:4: unknown field `upper_arm_mm`
-        scale = 0.001\n ⇒ ⇒ robot.toml:10: missing field `scale`
-        ",
-    );
-}
+const RADII: &str = r#"
+    [joints] ⇒ [joints ⇒ robot.toml:7:
+    = 480 ⇒ = 480\nforearm_inch = 3 ⇒ robot.toml:6: unknown field `forearm_inch` | `forearm_mm`
+    forearm_mm = 480\n ⇒ ⇒ robot.toml:1: missing field `forearm_mm`
+    max_deg = 90 ⇒ max_mm = 90 ⇒ robot.toml:9: unknown field `max_mm` | `max_deg`
+    [nominal] ⇒ [nominal]\nkind = "delta" ⇒ robot.toml:2: unknown variant `delta` | `linear`
+    ⇒ [colour] ⇒ robot.toml:10: unknown field `colour`
+    ⇒ [planes.table]\nz_mm = -560 ⇒ robot.toml:10: missing field `sigma_mm`
+    ⇒ [noise]\nposition_mm = 1 ⇒ robot.toml:10: this robot's joint noise is joint_deg
+    ⇒ [points.a]\nx_mm = 1 ⇒ robot.toml:10: a known place needs all of | sigma_mm
+    ⇒ [points.a]\noffset = "known" ⇒ robot.toml:11: unknown variant `known` | `unknown`
+    ⇒ [robot]\nname = "" ⇒ robot.toml:11: expected one line of text
+    = 480 ⇒ = "480" ⇒ robot.toml:5: invalid type: string "480", expected a number
+    = 480 ⇒ = 480,5 ⇒ robot.toml:5: | numbers have a decimal point
+    = 480 ⇒ = 4 8 ⇒ robot.toml:5:
+    = 480 ⇒ = nan ⇒ robot.toml:5: invalid value: NaN
+    = 194 ⇒ = inf ⇒ robot.toml:2: invalid value: inf
+    = 480 ⇒ = -480 ⇒ robot.toml:5: invalid value: -480, expected a number above 0
+    = 260 ⇒ = 0 ⇒ robot.toml:4: invalid value: 0, expected a number above 0
+    = 480 ⇒ = 1e300 ⇒ robot.toml:1: the geometry is impossible
+    = 30 ⇒ = -30 ⇒ robot.toml:1: the geometry is impossible: the base and platform radii
+    = 480 ⇒ = 48 ⇒ robot.toml:1: the geometry is impossible: the forearms do not meet
+    = 90 ⇒ = -60 ⇒ robot.toml:7: the largest joint angle, -60, is not above the smallest, -60
+    = 90 ⇒ = 900 ⇒ robot.toml:7: | more than one turn
+    ⇒ forearm_max_deg = 91 ⇒ robot.toml:7: forearm_max_deg = 91 is above 90 degrees
+    ⇒ [tolerance]\nlength_mm = 0\nangle_deg = 1 ⇒ robot.toml:11: invalid value: 0
+    ⇒ [noise]\nposition_mm = [1, 2]\njoint_deg = 0 ⇒ robot.toml:11: | three of them in brackets
+    ⇒ [noise]\nposition_mm = 1\njoint_deg = -1 ⇒ robot.toml:10: the joint noise must be
+    ⇒ [sensor_frame]\nrotation = [[1,0,0],[0,1,0],[0,0,-1]]\ntranslation_mm = [0,0,0] ⇒ robot.toml:10: rotation is not a rotation matrix
+    "#;
+
+const LINEAR: &str = r"
+    forearm_mm ⇒ upper_arm_mm = 3\nforearm_mm ⇒ robot.toml:4: unknown field `upper_arm_mm`
+    scale = 0.001\n ⇒ ⇒ robot.toml:10: missing field `scale`
+    ";
+
+const ARMS: &str = r"
+    la_x_mm = 260.0 ⇒ la_x_mm = 0 ⇒ robot.toml:4: | la_x_mm must be above 0
+    lb_mm = 480.0 ⇒ lb_mm = 0 ⇒ robot.toml:4: | lb_mm must be above 0
+    alpha_deg = 0.0 ⇒ alpha_deg = 90 ⇒ robot.toml:4: | alpha
+    theta_deg = 0.0 ⇒ theta_deg = 361 ⇒ robot.toml:4: | theta
+    dx_mm ⇒ dx_m ⇒ robot.toml:5: unknown field `dx_m` | `dx_mm`
+    ";
 
 #[test]
-fn numbers_that_are_wrong_are_shown_in_their_line() {
-    check_robot(
-        NOMINAL,
-        r#"
-        = 480 ⇒ = "480" ⇒ robot.toml:5: invalid type: string "480", expected a number
-        = 480 ⇒ = 480,5 ⇒ robot.toml:5: | numbers have a decimal point
-        = 480 ⇒ = 4 8 ⇒ robot.toml:5:
-        = 480 ⇒ = nan ⇒ robot.toml:5: invalid value: NaN
-        = 194 ⇒ = inf ⇒ robot.toml:2: invalid value: inf
-        = 480 ⇒ = -480 ⇒ robot.toml:5: invalid value: -480, expected a number above 0
-        = 260 ⇒ = 0 ⇒ robot.toml:4: invalid value: 0, expected a number above 0
-        = 480 ⇒ = 1e300 ⇒ robot.toml:1: the geometry is impossible
-        = 30 ⇒ = -30 ⇒ robot.toml:1: the geometry is impossible: the base and platform radii
-        = 480 ⇒ = 48 ⇒ robot.toml:1: the geometry is impossible: the forearms do not meet
-        = 90 ⇒ = -60 ⇒ robot.toml:7: the largest joint angle, -60, is not above the smallest, -60
-        = 90 ⇒ = 900 ⇒ robot.toml:7: | more than one turn
-        ⇒ forearm_max_deg = 91 ⇒ robot.toml:7: forearm_max_deg = 91 is above 90 degrees
-        ⇒ [tolerance]\nlength_mm = 0\nangle_deg = 1 ⇒ robot.toml:11: invalid value: 0
-        ⇒ [noise]\nposition_mm = [1, 2]\njoint_deg = 0 ⇒ robot.toml:11: | three of them in brackets
-        ⇒ [noise]\nposition_mm = 1\njoint_deg = -1 ⇒ robot.toml:10: the joint noise must be
-        ⇒ [sensor_frame]\nrotation = [[1,0,0],[0,1,0],[0,0,-1]]\ntranslation_mm = [0,0,0] ⇒ robot.toml:10: rotation is not a rotation matrix
-        "#,
-    );
-}
-
-#[test]
-fn three_arms_or_a_nominal_robot_are_needed() {
+fn what_is_wrong_in_a_robot_file_is_named_with_its_line() {
+    check_robot(NOMINAL, RADII);
+    check_robot(TOWERS, LINEAR);
     let arm = "[[arm]]\ndx_mm = 164.0\ndy_mm = 0.0\ndz_mm = 0.0\ntheta_deg = 0.0\n\
                alpha_deg = 0.0\nla_x_mm = 260.0\nla_y_mm = 0.0\nlb_mm = 480.0\n";
     let joints = "[joints]\nmin_deg = -60\nmax_deg = 90\n";
-    let both = format!("{NOMINAL}{arm}");
-    let one = format!("{joints}{arm}");
-    check_robot(
-        joints,
-        "⇒ ⇒ robot.toml:1: the file has neither [nominal] nor [[arm]]",
-    );
-    check_robot(
-        &both,
-        "⇒ ⇒ robot.toml:1: the file has both [nominal] and [[arm]]",
-    );
-    check_robot(
-        &one,
-        "⇒ ⇒ robot.toml:4: the file has 1 section [[arm]], not 3",
-    );
-    check_robot(
-        &format!("{joints}{}", arm.repeat(3)),
-        r"
-        la_x_mm = 260.0 ⇒ la_x_mm = 0 ⇒ robot.toml:4: | la_x_mm must be above 0
-        lb_mm = 480.0 ⇒ lb_mm = 0 ⇒ robot.toml:4: | lb_mm must be above 0
-        alpha_deg = 0.0 ⇒ alpha_deg = 90 ⇒ robot.toml:4: | alpha
-        theta_deg = 0.0 ⇒ theta_deg = 361 ⇒ robot.toml:4: | theta
-        dx_mm ⇒ dx_m ⇒ robot.toml:5: unknown field `dx_m` | `dx_mm`
-        ",
-    );
-}
-
-#[test]
-fn the_line_at_fault_is_shown() {
-    let folder = Folder::new();
-    folder.write(
-        "robot.toml",
-        NOMINAL.replace("= 480", "= 480\nforearm_inch = 3"),
-    );
-    let run = folder.run("forward robot.toml");
-    let shown = "  |\n6 | forearm_inch = 3\n  | ^^^^^^^^^^^^\n";
-    assert!(run.stderr.contains(shown), "{}", run.stderr);
-}
-
-#[test]
-fn a_robot_file_that_is_no_text_or_a_table_is_told_as_such() {
+    check_robot(&format!("{joints}{}", arm.repeat(3)), ARMS);
     for (robot, expected) in [
+        (String::new(), "1: missing field `joints`"),
         (
-            b"\xff\xfe#\0\n\0\x00\xd8]\0".to_vec(),
-            "robot.toml:2: the UTF-16 text has half a character",
+            joints.to_owned(),
+            "1: the file has neither [nominal] nor [[arm]]",
         ),
         (
-            [NOMINAL.as_bytes(), b"\0"].concat(),
-            "robot.toml: is not a text file",
+            format!("{NOMINAL}{arm}"),
+            "1: the file has both [nominal] and [[arm]]",
         ),
         (
-            vec![b'#'; (1 << 20) + 1],
-            "robot.toml: the file is larger than 1 MB",
-        ),
-        (
-            good_samples().into_bytes(),
-            "robot.toml:1: this looks like a table of samples",
+            format!("{joints}{arm}"),
+            "4: the file has 1 section [[arm]], not 3",
         ),
     ] {
-        assert_fails(&robot, good_samples().as_bytes(), 3, &[expected]);
+        check_robot(&robot, &format!("⇒ ⇒ robot.toml:{expected}"));
     }
 }

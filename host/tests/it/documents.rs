@@ -91,10 +91,3 @@ fn documents_show_what_the_commands_print() {
     assert!(wrong.is_empty(), "{wrong}");
     assert!(compared >= 5, "{compared}");
 }
-
-/// The README is a front page, and stays one.
-#[test]
-fn the_readme_has_at_most_200_lines() {
-    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
-    assert!(readme.lines().count() <= 200);
-}

@@ -25,6 +25,5 @@ mod plant;
 mod plot;
 mod simulate;
 mod table_formats;
-mod unstated_zeros;
 mod validate;
 mod workspace;

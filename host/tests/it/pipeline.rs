@@ -1,151 +1,19 @@
 //! What every calibration promises, on simulated robots of several geometries: whatever the instrument, errors are as large
 //! as the stated σ say. The truth is known, so that nothing is compared with the program itself.
 
-use delta_cal::frame::RigidTransform;
-use delta_cal::kinematics::JointLimits;
-use delta_cal::robot::Drive;
-use delta_cal::simulate::{made_robot, random_pose, standard_normal};
-use delta_cal::{Noise, Robot, Sample, Tolerance};
-use delta_cal_host::{
-    Frame, InputText, InstrumentFacts, Method, Options, Reading, ReadingFrom, Readings, Report,
-    RobotFile, Row, calibrate,
+use crate::support::simulated::{
+    Instrument, SIGMAS, judged, measured, position_errors, rotary, twelve,
 };
-use delta_cal_tests::geometries::{bound, geometries, linear_geometries, position_jacobian};
+use delta_cal::simulate::standard_normal;
+use delta_cal::{Noise, Robot, Tolerance};
+use delta_cal_host::{Frame, Method, Options, Readings, Report, RobotFile, calibrate};
+use delta_cal_tests::geometries::{bound, position_jacobian};
 use delta_cal_tests::size;
-use nalgebra::{Rotation3, Vector3};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 
-/// One σ of a coordinate, mm, of a joint, degrees or mm, of a height and of a distance, mm.
-const NOISE: [f64; 4] = [0.02, 0.002, 0.02, 0.05];
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Instrument {
-    Positions,
-    /// In a frame that stands anywhere.
-    Tracker,
-    /// A plate with gauge blocks of 0, 60 and 120 mm.
-    Plate,
-    /// Touches and distances between poses.
-    PlateAndCalliper,
-    /// x and y of half of the rows, x, y and z of the others.
-    Camera,
-}
-
-/// One σ of a joint, radians or mm.
-fn joint_sigma(drive: Drive) -> f64 {
-    match drive {
-        Drive::Rotary => NOISE[1].to_radians(),
-        Drive::Linear => NOISE[1],
-    }
-}
-
-fn file_of(robot: &Robot<f64>, [low, high]: [f64; 2], noise: bool) -> RobotFile {
-    let [position, _, height, distance] = NOISE;
-    let tolerance = Tolerance::new(0.5, 0.2_f64.to_radians()).unwrap();
-    let tolerance = match robot.drive() {
-        Drive::Rotary => tolerance,
-        Drive::Linear => tolerance.with_linear(1.0, 0.001).unwrap(),
-    };
-    let instruments = InstrumentFacts {
-        height_noise: noise.then_some(height),
-        distance_noise: noise.then_some(distance),
-        ..InstrumentFacts::default()
-    };
-    let stated = Noise::new(position, joint_sigma(robot.drive())).unwrap();
-    let limits = match robot.drive() {
-        Drive::Rotary => JointLimits::new(low, high),
-        Drive::Linear => JointLimits::travel(low, high),
-    };
-    RobotFile {
-        tolerance: Some(tolerance),
-        noise: noise.then_some(stated),
-        instruments,
-        ..RobotFile::of("robot.toml", *robot, limits.unwrap())
-    }
-}
-
-/// The paper's, large, tall, platform larger than base, short, tiny, asymmetric arms, tilted axes.
-fn rotary(noise: bool) -> Vec<RobotFile> {
-    let limits = [-60.0, 75.0].map(f64::to_radians);
-    let files = geometries()
-        .into_iter()
-        .map(|(_, robot)| file_of(&robot, limits, noise));
-    files.collect()
-}
-
-/// And four with towers.
-fn twelve(noise: bool) -> Vec<RobotFile> {
-    let towers = linear_geometries()
-        .into_iter()
-        .map(|(_, robot, travels)| file_of(&robot, travels, noise));
-    rotary(noise).into_iter().chain(towers).collect()
-}
-
 fn first() -> RobotFile {
     rotary(true).remove(0)
-}
-
-/// A robot made to the tolerance, and what an instrument reads of it.
-fn measured(
-    file: &RobotFile,
-    instrument: Instrument,
-    rows: usize,
-    seed: u64,
-) -> (Robot<f64>, Readings) {
-    let mut rng = Pcg32::seed_from_u64(seed);
-    let truth = made_robot(&file.robot, file.tolerance.as_ref().unwrap(), &mut rng).unwrap();
-    let mut vector =
-        |size: f64| Vector3::from_fn(|_, _| size * standard_normal::<f64, _>(&mut rng));
-    let frame = RigidTransform {
-        rotation: *Rotation3::from_scaled_axis(vector(1.0)).matrix(),
-        translation: vector(500.0),
-    };
-    let [position, _, height, distance] = NOISE;
-    let joint = joint_sigma(truth.drive());
-    let mut readings = Readings::of_name("samples.csv");
-    if matches!(instrument, Instrument::Plate | Instrument::PlateAndCalliper) {
-        readings.planes = ["p0", "p60", "p120"].map(str::to_owned).to_vec();
-    }
-    let mut before = [0.0; 3];
-    for index in 0..rows {
-        let joints = random_pose(&truth, &file.limits, &mut rng).unwrap().joints;
-        let x = truth.forward(&joints).unwrap();
-        let mut normal = |sigma: f64| sigma * standard_normal::<f64, _>(&mut rng);
-        let reported = joints.map(|q| q + normal(joint));
-        let mut own = Reading::at(reported);
-        match instrument {
-            Instrument::Positions | Instrument::Tracker | Instrument::Camera => {
-                let seen = if instrument == Instrument::Tracker {
-                    frame.apply(&x)
-                } else {
-                    x
-                };
-                own.position = seen.data.0[0].map(|value| Some(value + normal(position)));
-                if instrument == Instrument::Camera && index % 2 == 0 {
-                    own.position[2] = None;
-                }
-            }
-            Instrument::Plate | Instrument::PlateAndCalliper => {
-                // The plate lies somewhere below, nearly level; what is touched of it is its height above the block.
-                let plate = -900.0 + 0.01 * x.x - 0.02 * x.y;
-                let apart = (x.z - plate) / (1.0 + 0.01_f64.powi(2) + 0.02_f64.powi(2)).sqrt();
-                own.height = Some((0, apart + normal(height)));
-                if instrument == Instrument::PlateAndCalliper && index % 3 == 2 {
-                    let other = truth.forward(&before).unwrap();
-                    let read = (x - other).norm() + normal(distance);
-                    own.distance = Some((ReadingFrom::Pose(before), read));
-                }
-            }
-        }
-        before = joints;
-        readings.rows.push(Row {
-            line: index as u64 + 2,
-            value: own,
-        });
-    }
-    readings.planes.truncate(1);
-    (truth, readings)
 }
 
 /// Over accepted calibrations: √ of the mean of (error/σ)² over all parameters, and achieved over stated position errors,
@@ -188,36 +56,13 @@ impl Promise {
                 self.parameters.1 += 1.0;
             }
         }
-        let mut rng = Pcg32::seed_from_u64(seed ^ 0xacc0_0acc);
-        let (mut pairs, mut poses, mut before) = (Vec::new(), Vec::new(), 0.0);
-        while pairs.len() < 200 {
-            let q = random_pose(truth, &file.limits, &mut rng).unwrap().joints;
-            let clear = file.reach().clear_position(found, &q).is_ok();
-            if let (true, Ok(found), Ok(truth), Ok(was)) = (
-                clear,
-                found.forward(&q),
-                truth.forward(&q),
-                file.robot.forward(&q),
-            ) {
-                pairs.push((found, truth));
-                poses.push(q);
-                before += (was - truth).norm_squared();
-            }
-        }
-        let mean = |sum: f64| sum / 200.0;
-        let apart = |moved: &dyn Fn(&Vector3<f64>) -> Vector3<f64>| {
-            mean(
-                pairs
-                    .iter()
-                    .map(|(found, truth)| (moved(found) - truth).norm_squared())
-                    .sum(),
-            )
-        };
-        let motion = RigidTransform::align(pairs.iter().copied()).unwrap();
+        let reach = file.reach();
+        let poses = judged(&reach, truth, seed);
+        let [absolute, relative] = position_errors(&reach, &poses, found, truth);
         let stated = report.expected_error.unwrap();
-        self.absolute.0 += apart(&|x| *x);
+        self.absolute.0 += absolute;
         self.absolute.1 += stated.absolute_rms_mm.powi(2);
-        self.relative.0 += apart(&|x| motion.apply(x));
+        self.relative.0 += relative;
         self.relative.1 += stated.relative_rms_mm.powi(2);
         if let (true, Some(noise)) = (readings.is_complete(), &file.noise) {
             let samples: Vec<_> = readings.samples().map(|row| row.value).collect();
@@ -226,11 +71,11 @@ impl Promise {
                 let jacobian = position_jacobian(truth, q).unwrap();
                 (jacobian * least * jacobian.transpose()).trace()
             });
-            self.bound.0 += apart(&|x| *x);
-            self.bound.1 += mean(variances.sum());
+            self.bound.0 += absolute;
+            self.bound.1 += variances.sum::<f64>() / 200.0;
         }
-        let is_absolute = report.solution.is_absolute();
-        self.worse += usize::from(is_absolute && apart(&|x| *x) > mean(before));
+        let [before, _] = position_errors(&reach, &poses, &file.robot, truth);
+        self.worse += usize::from(report.solution.is_absolute() && absolute > before);
     }
 
     fn ratio((achieved, stated): (f64, f64)) -> f64 {
@@ -384,7 +229,7 @@ fn a_robust_fit_names_the_wrong_rows_and_is_not_spoiled_by_them() {
 fn position_noise_by_axis_is_along_the_axes_of_the_sensors_frame() {
     let file = first();
     let by_axis = RobotFile {
-        noise: Some(Noise::by_axis([0.02, 0.02, 0.4], NOISE[1].to_radians()).unwrap()),
+        noise: Some(Noise::by_axis([0.02, 0.02, 0.4], SIGMAS[1].to_radians()).unwrap()),
         ..file.clone()
     };
     let options = Options {
@@ -404,22 +249,5 @@ fn position_noise_by_axis_is_along_the_axes_of_the_sensors_frame() {
     assert!(
         even.is_err(),
         "residuals of 0.4 mm are taken for a noise of 0.02 mm"
-    );
-}
-
-/// Samples that only a sample type holds are the same as those of a file.
-#[test]
-fn complete_positions_of_a_file_are_samples() {
-    let text = "q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n10,20,30,1.5,-2,-300\n";
-    let file = first();
-    let readings = Readings::read(&InputText::new("s.csv", text), &file).unwrap();
-    let sample = Sample {
-        joints: [10.0, 20.0, 30.0].map(f64::to_radians),
-        position: Vector3::new(1.5, -2.0, -300.0),
-    };
-    assert!(readings.is_complete());
-    assert_eq!(
-        readings.samples().map(|row| row.value).collect::<Vec<_>>(),
-        [sample]
     );
 }

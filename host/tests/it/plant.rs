@@ -2,14 +2,14 @@
 //! in a frame of its own that measures a reflector, joints and positions in two files. What is written into the files is
 //! converted here, without the program's code.
 
-use delta_cal::Robot;
+use crate::support::simulated::{judged, position_errors};
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Arm;
-use delta_cal::simulate::standard_normal;
-use delta_cal_host::geometry::Reach;
+use delta_cal::simulate::{made_robot, random_pose, standard_normal};
+use delta_cal::{Robot, Tolerance};
 use delta_cal_host::{Frame, InputText, Options, Report, RobotFile, calibrate, read_samples};
 use nalgebra::{Rotation3, Vector3};
-use rand_core::{Rng, SeedableRng};
+use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 use std::fmt::Write;
 
@@ -144,38 +144,13 @@ impl Plant {
     }
 }
 
-/// Nominal, and as it was made.
-fn robots(rng: &mut Pcg32) -> [Robot<f64>; 2] {
-    let nominal = [-90.0, 150.0, 30.0].map(|azimuth: f64| {
+fn nominal() -> Robot<f64> {
+    let arms = [-90.0, 150.0, 30.0].map(|azimuth: f64| {
         let (sine, cosine) = azimuth.to_radians().sin_cos();
-        [
-            155.0 * cosine,
-            155.0 * sine,
-            0.0,
-            azimuth.to_radians(),
-            0.0,
-            350.0,
-            0.0,
-            800.0,
-        ]
+        let [x, y] = [155.0 * cosine, 155.0 * sine];
+        Arm::new([x, y, 0.0, azimuth.to_radians(), 0.0, 350.0, 0.0, 800.0]).unwrap()
     });
-    let sigmas = [
-        0.4,
-        0.4,
-        0.4,
-        0.15_f64.to_radians(),
-        0.15_f64.to_radians(),
-        0.4,
-        0.4,
-        0.4,
-    ];
-    let made = nominal.map(|mut arm| {
-        for (value, sigma) in arm.iter_mut().zip(sigmas) {
-            *value += sigma * standard_normal::<f64, _>(rng);
-        }
-        arm
-    });
-    [nominal, made].map(|arms| Robot::new(arms.map(|arm| Arm::new(arm).unwrap())).unwrap())
+    Robot::new(arms).unwrap()
 }
 
 /// A plant's robot file and what its instruments wrote, with the robot as it is and its sensor's frame.
@@ -219,38 +194,28 @@ fn tables(plant: &Plant, samples: &[([f64; 3], Vector3<f64>)]) -> InputText {
         }
         Some(key) => {
             // The PLC writes in its order and more than was measured, the tracker in its own, with lines above its header.
+            let by_order = key.is_empty();
+            let led = |cell: &str, rest: &str| {
+                let lead = if by_order { "" } else { &format!("{cell};") };
+                format!("{lead}{rest}\n")
+            };
             let cell = |index: usize| match key {
                 "Point" => format!("P{}", 101 + index),
                 _ => format!("{}.000", 10 * index),
             };
-            let by_order = key.is_empty();
-            let mut plc = format!("{key};{joint_names}\n")
-                .trim_start_matches(';')
-                .to_owned();
-            let mut tracker =
-                format!("Tracker report\nDate;2026-11-25\n\n{key};{names};U (k=2) [{unit}]\n");
-            if by_order {
-                tracker = tracker.replace("\n;X", "\nX");
-            }
+            let expanded = plant.length(2.0 * SIGMA).to_string().replace('.', ",");
             let last = samples.len() - 1;
+            let mut plc = led(key, joint_names);
+            let mut tracker = "Tracker report\nDate;2026-11-25\n\n".to_owned();
+            tracker += &led(key, &format!("{names};U (k=2) [{unit}]"));
             for (index, sample) in samples.iter().enumerate() {
-                let lead = if by_order {
-                    String::new()
-                } else {
-                    format!("{};", cell(index))
-                };
-                let _ = writeln!(plc, "{lead}{}", joints(sample));
+                plc += &led(&cell(index), &joints(sample));
                 let other = if by_order { index } else { last - index };
-                let lead = if by_order {
-                    String::new()
-                } else {
-                    format!("{};", cell(other))
-                };
-                let expanded = plant.length(2.0 * SIGMA).to_string().replace('.', ",");
-                let _ = writeln!(tracker, "{lead}{};{expanded}", position(&samples[other]));
+                let seen = format!("{};{expanded}", position(&samples[other]));
+                tracker += &led(&cell(other), &seen);
             }
             if !by_order {
-                let _ = writeln!(plc, "{};{}", cell(last + 1), joints(&samples[0]));
+                plc += &led(&cell(last + 1), &joints(&samples[0]));
             }
             InputText::new("tracker.csv", &tracker).with_beside(InputText::new("plc.csv", &plc))
         }
@@ -259,7 +224,8 @@ fn tables(plant: &Plant, samples: &[([f64; 3], Vector3<f64>)]) -> InputText {
 
 fn written(plant: &Plant, rows: usize, seed: u64) -> Written {
     let mut rng = Pcg32::seed_from_u64(seed);
-    let [nominal, truth] = robots(&mut rng);
+    let tolerance = Tolerance::new(0.4, 0.15_f64.to_radians()).unwrap();
+    let truth = made_robot(&nominal(), &tolerance, &mut rng).unwrap();
     let frame = RigidTransform {
         rotation: Rotation3::from_euler_angles(0.2, -0.4, 1.1).into_inner(),
         translation: Vector3::new(2500.0, 400.0, -900.0),
@@ -281,11 +247,12 @@ fn written(plant: &Plant, rows: usize, seed: u64) -> Written {
         )
     });
     let robot = RobotFile::read(&InputText::new("robot.toml", &plant.robot_file(&datum))).unwrap();
-    let reach: Reach = robot.reach();
     let mut samples = Vec::new();
     let mut rng = Pcg32::seed_from_u64(seed + 1000);
     while samples.len() < rows {
-        let q = clear_pose(&reach, &nominal, &mut rng);
+        let q = random_pose(&nominal(), &robot.limits, &mut rng)
+            .unwrap()
+            .joints;
         let Ok(x) = truth.forward(&q) else { continue };
         let noise = Vector3::from_fn(|_, _| SIGMA * standard_normal::<f64, _>(&mut rng));
         let seen = frame.apply(&(x + Vector3::from(REFLECTOR))) + noise;
@@ -314,36 +281,6 @@ fn calibrated(plant: &Written) -> Option<Report> {
         .ok()
 }
 
-/// A pose that is evenly spread in joint space, within the limits and clear of singularities of the robot.
-fn clear_pose(reach: &Reach, robot: &Robot<f64>, rng: &mut Pcg32) -> [f64; 3] {
-    loop {
-        let mut uniform = || f64::from(rng.next_u32()) / f64::from(u32::MAX);
-        let q = [0; 3].map(|_| (-30.0 + 110.0 * uniform()).to_radians());
-        if reach.clear_position(robot, &q).is_ok() {
-            return q;
-        }
-    }
-}
-
-/// Position errors over the workspace, rms mm: in the frame of the base, and after the best rigid motion.
-fn achieved(reach: &Reach, found: &Robot<f64>, truth: &Robot<f64>) -> [f64; 2] {
-    let mut rng = Pcg32::seed_from_u64(1);
-    let mut pairs = Vec::new();
-    while pairs.len() < 500 {
-        let q = clear_pose(reach, truth, &mut rng);
-        if let (Ok(a), Ok(b)) = (found.forward(&q), truth.forward(&q)) {
-            pairs.push((a, b));
-        }
-    }
-    let count = pairs.iter().fold(0.0, |count, _| count + 1.0);
-    let motion = RigidTransform::align(pairs.iter().copied()).unwrap();
-    let rms = |of: &dyn Fn(&Vector3<f64>) -> Vector3<f64>| {
-        let squares: f64 = pairs.iter().map(|(a, b)| (of(a) - b).norm_squared()).sum();
-        (squares / count).sqrt()
-    };
-    [rms(&|a| *a), rms(&|a| motion.apply(a))]
-}
-
 /// Every plant gives the robot, without a number converted by hand; what is stated is what is achieved.
 #[test]
 fn a_plant_in_its_own_convention_is_calibrated() {
@@ -357,7 +294,9 @@ fn a_plant_in_its_own_convention_is_calibrated() {
                 continue;
             };
             let stated = report.expected_error.unwrap();
-            let errors = achieved(&written.robot.reach(), &report.after.robot, &written.truth);
+            let (reach, truth) = (written.robot.reach(), &written.truth);
+            let poses = judged(&reach, truth, seed);
+            let errors = position_errors(&reach, &poses, &report.after.robot, truth).map(f64::sqrt);
             let stated = [stated.absolute_rms_mm, stated.relative_rms_mm];
             all.push([errors[0] / stated[0], errors[1] / stated[1]]);
             if plant.datum {

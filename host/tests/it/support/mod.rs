@@ -1,6 +1,8 @@
 //! Runs the command, and computes what it should find without its code: the elbows from the
 //! equations of Model 24, the platform by Newton's method on the three sphere equations.
 
+pub(crate) mod simulated;
+
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -228,6 +230,10 @@ impl Folder {
         std::fs::read_to_string(self.path(name)).unwrap()
     }
 
+    pub(crate) fn json(&self, name: &str) -> Value {
+        serde_json::from_str(&self.read(name)).unwrap()
+    }
+
     /// The names of all files, sorted.
     pub(crate) fn names(&self) -> Vec<String> {
         let mut names: Vec<_> = std::fs::read_dir(self.0.path())
@@ -277,6 +283,12 @@ impl Run {
     pub(crate) fn ok(self) -> Self {
         assert_eq!(self.code, 0, "{}", self.stderr);
         self
+    }
+
+    /// Standard output, which is JSON.
+    pub(crate) fn json(&self) -> Value {
+        let json = serde_json::from_str(&self.stdout);
+        json.unwrap_or_else(|error| panic!("{error}: {}{}", self.stdout, self.stderr))
     }
 }
 

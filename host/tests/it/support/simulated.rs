@@ -1,0 +1,186 @@
+//! Robots as they were made, and what instruments read of them; how far a robot that was found is from the one that was made.
+
+use delta_cal::frame::RigidTransform;
+use delta_cal::kinematics::JointLimits;
+use delta_cal::robot::Drive;
+use delta_cal::simulate::{made_robot, random_pose, standard_normal};
+use delta_cal::{Noise, Robot, Tolerance};
+use delta_cal_host::geometry::Reach;
+use delta_cal_host::{InstrumentFacts, Reading, ReadingFrom, Readings, RobotFile, Row};
+use delta_cal_tests::geometries::{geometries, linear_geometries};
+use nalgebra::{Rotation3, Vector3};
+use rand_core::SeedableRng;
+use rand_pcg::Pcg32;
+
+/// One σ of a coordinate, mm, of a joint, degrees or mm, of a height and of a distance, mm.
+pub(crate) const SIGMAS: [f64; 4] = [0.02, 0.002, 0.02, 0.05];
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Instrument {
+    Positions,
+    /// In a frame that stands anywhere.
+    Tracker,
+    /// A plate with gauge blocks of 0, 60 and 120 mm.
+    Plate,
+    /// Touches and distances between poses.
+    PlateAndCalliper,
+    /// x and y of half of the rows, x, y and z of the others.
+    Camera,
+}
+
+/// One σ of a joint, radians or mm.
+fn joint_sigma(drive: Drive) -> f64 {
+    match drive {
+        Drive::Rotary => SIGMAS[1].to_radians(),
+        Drive::Linear => SIGMAS[1],
+    }
+}
+
+/// A robot with a tolerance of 0.5 mm and 0.2°; limits in radians or mm.
+pub(crate) fn file_of(robot: &Robot<f64>, [low, high]: [f64; 2], noise: bool) -> RobotFile {
+    let [position, _, height, distance] = SIGMAS;
+    let tolerance = Tolerance::new(0.5, 0.2_f64.to_radians()).unwrap();
+    let (tolerance, limits) = match robot.drive() {
+        Drive::Rotary => (tolerance, JointLimits::new(low, high)),
+        Drive::Linear => (
+            tolerance.with_linear(1.0, 0.001).unwrap(),
+            JointLimits::travel(low, high),
+        ),
+    };
+    let instruments = InstrumentFacts {
+        height_noise: noise.then_some(height),
+        distance_noise: noise.then_some(distance),
+        ..InstrumentFacts::default()
+    };
+    let stated = Noise::new(position, joint_sigma(robot.drive())).unwrap();
+    RobotFile {
+        tolerance: Some(tolerance),
+        noise: noise.then_some(stated),
+        instruments,
+        ..RobotFile::of("robot.toml", *robot, limits.unwrap())
+    }
+}
+
+/// The paper's, large, tall, platform larger than base, short, tiny, asymmetric arms, tilted axes.
+pub(crate) fn rotary(noise: bool) -> Vec<RobotFile> {
+    let limits = [-60.0, 75.0].map(f64::to_radians);
+    let files = geometries()
+        .into_iter()
+        .map(|(_, robot)| file_of(&robot, limits, noise));
+    files.collect()
+}
+
+/// And four with towers.
+pub(crate) fn twelve(noise: bool) -> Vec<RobotFile> {
+    let towers = linear_geometries()
+        .into_iter()
+        .map(|(_, robot, travels)| file_of(&robot, travels, noise));
+    rotary(noise).into_iter().chain(towers).collect()
+}
+
+/// A robot made to the tolerance, and what an instrument reads of it.
+pub(crate) fn measured(
+    file: &RobotFile,
+    instrument: Instrument,
+    rows: usize,
+    seed: u64,
+) -> (Robot<f64>, Readings) {
+    let mut rng = Pcg32::seed_from_u64(seed);
+    let truth = made_robot(&file.robot, file.tolerance.as_ref().unwrap(), &mut rng).unwrap();
+    (truth, readings(file, &truth, instrument, rows, &mut rng))
+}
+
+/// What an instrument reads of a robot at random poses.
+pub(crate) fn readings(
+    file: &RobotFile,
+    truth: &Robot<f64>,
+    instrument: Instrument,
+    rows: usize,
+    rng: &mut Pcg32,
+) -> Readings {
+    let frame = somewhere(1.0, 500.0, rng);
+    let [position, _, height, distance] = SIGMAS;
+    let joint = joint_sigma(truth.drive());
+    let mut readings = Readings::of_name("samples.csv");
+    if matches!(instrument, Instrument::Plate | Instrument::PlateAndCalliper) {
+        readings.planes = vec!["p0".to_owned()];
+    }
+    let mut before = [0.0; 3];
+    for index in 0..rows {
+        let joints = random_pose(truth, &file.limits, rng).unwrap().joints;
+        let x = truth.forward(&joints).unwrap();
+        let mut normal = |sigma: f64| sigma * standard_normal::<f64, _>(rng);
+        let reported = joints.map(|q| q + normal(joint));
+        let mut own = Reading::at(reported);
+        match instrument {
+            Instrument::Positions | Instrument::Tracker | Instrument::Camera => {
+                let seen = match instrument {
+                    Instrument::Tracker => frame.apply(&x),
+                    _ => x,
+                };
+                own.position = seen.data.0[0].map(|value| Some(value + normal(position)));
+                if instrument == Instrument::Camera && index % 2 == 0 {
+                    own.position[2] = None;
+                }
+            }
+            Instrument::Plate | Instrument::PlateAndCalliper => {
+                // The plate lies somewhere below, nearly level; what is touched of it is its height above the block.
+                let plate = -900.0 + 0.01 * x.x - 0.02 * x.y;
+                let apart = (x.z - plate) / (1.0 + 0.01_f64.powi(2) + 0.02_f64.powi(2)).sqrt();
+                own.height = Some((0, apart + normal(height)));
+                if instrument == Instrument::PlateAndCalliper && index % 3 == 2 {
+                    let other = truth.forward(&before).unwrap();
+                    let read = (x - other).norm() + normal(distance);
+                    own.distance = Some((ReadingFrom::Pose(before), read));
+                }
+            }
+        }
+        before = joints;
+        readings.rows.push(Row {
+            line: index as u64 + 2,
+            value: own,
+        });
+    }
+    readings
+}
+
+/// Into a frame that is turned about any axis by so many radians, and so far away, mm; one σ each.
+pub(crate) fn somewhere(turned: f64, away: f64, rng: &mut Pcg32) -> RigidTransform<f64> {
+    let mut vector = |size: f64| Vector3::from_fn(|_, _| size * standard_normal::<f64, _>(rng));
+    RigidTransform {
+        rotation: *Rotation3::from_scaled_axis(vector(turned)).matrix(),
+        translation: vector(away),
+    }
+}
+
+/// 200 random poses of a robot.
+pub(crate) fn judged(reach: &Reach, robot: &Robot<f64>, seed: u64) -> Vec<[f64; 3]> {
+    let mut rng = Pcg32::seed_from_u64(seed ^ 0xacc0_0acc);
+    let pose = |_| random_pose(robot, &reach.limits, &mut rng).unwrap().joints;
+    (0..200).map(pose).collect()
+}
+
+/// Mean squares of the position errors over these poses: in the frame of the base, and after the best rigid motion.
+pub(crate) fn position_errors(
+    reach: &Reach,
+    poses: &[[f64; 3]],
+    found: &Robot<f64>,
+    truth: &Robot<f64>,
+) -> [f64; 2] {
+    let [arm, ..] = truth.arms();
+    let pairs: Vec<_> = poses
+        .iter()
+        .filter_map(|q| Some((reach.clear_position(found, q).ok()?, truth.forward(q).ok()?)))
+        // Where both assemblies are equally low, one model may take the other one.
+        .filter(|(found, truth)| (found - truth).norm() < 0.1 * arm.lb())
+        .collect();
+    assert!(20 * pairs.len() > 19 * poses.len(), "{} poses", pairs.len());
+    let motion = RigidTransform::align(pairs.iter().copied()).unwrap();
+    let mean = |moved: &dyn Fn(&Vector3<f64>) -> Vector3<f64>| {
+        let squares = pairs
+            .iter()
+            .map(|(found, truth)| (moved(found) - truth).norm_squared());
+        squares.sum::<f64>() / f64::from(u32::try_from(pairs.len()).unwrap())
+    };
+    [mean(&|x| *x), mean(&|x| motion.apply(x))]
+}

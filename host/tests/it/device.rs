@@ -2,10 +2,10 @@
 
 use crate::support::{
     Folder, HEADER, NOMINAL, Run, TOLERANCE, TOWERS, arms_of, assert_refused, csv, exact, noisy,
-    true_arms,
+    number, robot_toml, true_arms,
 };
 use delta_cal_firmware_example::{
-    Controller, Handover, ParameterFlash, StreamFlash, Timer, nominal,
+    Controller, Handover, Number, ParameterFlash, StreamFlash, Timer, nominal,
 };
 use delta_cal_tests::observed::{OBSERVED_ROBOT, observed_rows};
 use std::io::{ErrorKind, Read, Write};
@@ -22,25 +22,16 @@ impl Timer for Still {
     }
 }
 
-/// What a controller does once it has changed its parameters.
-enum Change {
-    /// It answers.
-    Answered,
-    /// It closes the link without an answer.
-    HungUp,
-}
-
-/// A controller at a TCP port that serves one command after the other and keeps its state. At its first changes it does these;
-/// it answers the others.
-fn controller(changes: Vec<Change>) -> String {
+/// A controller at a TCP port that serves one command after the other and keeps its state. If it hangs up
+/// it closes the link once, without an answer, when it has changed its parameters.
+pub(crate) fn controller<T: Number>(mut hangs_up: bool) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = format!("tcp:{}", listener.local_addr().unwrap());
     std::thread::spawn(move || {
-        let robot = nominal::<f32>().unwrap();
+        let robot = nominal::<T>().unwrap();
         let flash = ParameterFlash::new();
         let mut controller = Controller::new(robot, flash, StreamFlash::new(), 0x410f_c241);
         let mut handover = Handover::new();
-        let mut changes = changes.into_iter();
         let (mut background, mut foreground) = handover.split(&controller.current());
         for stream in listener.incoming() {
             let mut stream = stream.unwrap();
@@ -59,11 +50,9 @@ fn controller(changes: Vec<Change>) -> String {
                     let Some(answer) = controller.receive(*byte) else {
                         continue;
                     };
-                    if controller.current() != before {
-                        match changes.next() {
-                            None | Some(Change::Answered) => {}
-                            Some(Change::HungUp) => break 'link,
-                        }
+                    if hangs_up && controller.current() != before {
+                        hangs_up = false;
+                        break 'link;
                     }
                     if stream.write_all(&answer).is_err() {
                         break;
@@ -107,16 +96,14 @@ fn run(folder: &Folder, port: &str, arguments: &str) -> Run {
 
 /// The JSON report on standard output.
 fn json(folder: &Folder, port: &str, arguments: &str) -> serde_json::Value {
-    let text = run(folder, port, &format!("{arguments} --json -"))
-        .ok()
-        .stdout;
-    serde_json::from_str(&text).unwrap()
+    let run = run(folder, port, &format!("{arguments} --json -"));
+    run.ok().json()
 }
 
 #[test]
 fn calibrates_applies_and_reverts() {
     let folder = folder();
-    let port = controller(Vec::new());
+    let port = controller::<f32>(false);
     let looked_at = run(&folder, &port, "calibrate robot.toml samples.csv").ok();
     for part in ["Not applied", "Cortex-M4 r0p1", "mm rms from those of"] {
         assert!(looked_at.stdout.contains(part), "{}", looked_at.stdout);
@@ -130,8 +117,7 @@ fn calibrates_applies_and_reverts() {
     assert_eq!(report["applied"], true);
     // This computer's report of the same files, and what single precision makes of it.
     let here = folder.run("calibrate robot.toml samples.csv --output out.toml --json -");
-    let here: serde_json::Value = serde_json::from_str(&here.ok().stdout).unwrap();
-    assert_eq!(report["calibration"]["arms"], here["arms"]);
+    assert_eq!(report["calibration"]["arms"], here.ok().json()["arms"]);
     let difference = report["difference_mm"].as_f64().unwrap();
     assert!((1e-7..1e-3).contains(&difference), "{difference}");
 
@@ -163,9 +149,9 @@ fn calibrates_applies_and_reverts() {
 }
 
 #[test]
-fn a_robot_that_was_calibrated_here_is_applied() {
+fn applies_a_robot_that_was_calibrated_here_and_works_with_its_own_robot_file() {
     let folder = folder();
-    let port = controller(Vec::new());
+    let port = controller::<f32>(false);
     folder
         .run("calibrate robot.toml samples.csv --output calibrated.toml")
         .ok();
@@ -179,20 +165,27 @@ fn a_robot_that_was_calibrated_here_is_applied() {
     for (now, calibrated) in now.iter().flatten().zip(calibrated.iter().flatten()) {
         assert!((now - calibrated).abs() < 1e-4, "{now} {calibrated}");
     }
-}
 
-#[test]
-fn works_without_files_and_with_the_controllers_own_robot_file() {
-    let folder = folder();
-    let port = controller(Vec::new());
-    run(&folder, &port, "calibrate").ok();
-    run(&folder, &port, "parameters --nominal --output nominal.toml").ok();
-    run(
-        &folder,
-        &port,
+    // With gears that are not exact.
+    let gears = "transmission_gain = 0.0008\ntransmission_sin2_deg = -0.02\n";
+    let with_gears = robot_toml(&true_arms()).replace("[[arm]]\n", &format!("[[arm]]\n{gears}"));
+    folder.write("gears.toml", with_gears);
+    run(&folder, &port, "apply gears.toml").ok();
+    let now = json(&folder, &port, "parameters");
+    for joint in 0..3 {
+        for (key, expected) in [("gain", 8e-4), ("cos_deg", 0.0), ("sin2_deg", -0.02)] {
+            let found = number(&now, &format!("transmissions/{joint}/{key}"));
+            assert!((found - expected).abs() < 1e-8, "{key} {found}");
+        }
+    }
+
+    for command in [
+        "calibrate",
+        "parameters --nominal --output nominal.toml",
         "calibrate nominal.toml samples.csv --method ikm",
-    )
-    .ok();
+    ] {
+        run(&folder, &port, command).ok();
+    }
     let printed = run(&folder, &port, "parameters --nominal").ok().stdout;
     assert_eq!(printed, folder.read("nominal.toml"));
 }
@@ -220,7 +213,7 @@ fn find_out(folder: &Folder, port: &str) {
 #[test]
 fn a_link_that_breaks_leaves_open_whether_the_result_is_in_use() {
     let folder = folder();
-    let port = controller(vec![Change::HungUp]);
+    let port = controller::<f32>(true);
     let broken = run(&folder, &port, APPLY);
     assert_eq!(broken.code, 5, "{}", broken.stderr);
     for part in ["may use the new parameters", "help: ", "status"] {
@@ -230,23 +223,9 @@ fn a_link_that_breaks_leaves_open_whether_the_result_is_in_use() {
 }
 
 #[test]
-fn a_link_that_breaks_during_a_revert_is_no_reason_to_revert_twice() {
-    let folder = folder();
-    let port = controller(vec![Change::Answered, Change::HungUp]);
-    run(&folder, &port, APPLY).ok();
-    let broken = run(&folder, &port, "revert");
-    assert_eq!(broken.code, 5, "{}", broken.stderr);
-    // As a user does who does not know whether the first one came through.
-    for _ in 0..2 {
-        let reverted = run(&folder, &port, "revert").ok().stdout;
-        assert!(reverted.contains("in use: nominal"), "{reverted}");
-    }
-}
-
-#[test]
 fn refusals_change_nothing_and_say_why() {
     let folder = folder();
-    let port = controller(Vec::new());
+    let port = controller::<f32>(false);
     folder.write("bare.toml", NOMINAL);
     folder.write("few.csv", csv(&exact(&true_arms(), 5)));
     let swapped = csv(&exact(&true_arms(), 40)).replace("x_mm,y_mm", "y_mm,x_mm");
@@ -280,30 +259,22 @@ fn refusals_change_nothing_and_say_why() {
 }
 
 #[test]
-fn wrong_ports_are_explained() {
-    let folder = folder();
-    let table = "
-        --port /dev/ttyNONE ⇒ 5 ⇒ /dev/ttyNONE: cannot be opened | ls
-        --port tcp:127.0.0.1:1 ⇒ 5 ⇒ tcp:127.0.0.1:1: cannot be opened | serial server
-        --port tcp:127.0.0.1:1 --baud 9600 ⇒ 2 ⇒ --baud has no meaning | serial port
-        --port tcp:host ⇒ 2 ⇒ invalid value | host and a port number
-        --port tcp:host:99999 ⇒ 2 ⇒ invalid value | port number
-        ⇒ 2 ⇒ --port is missing
-        ";
-    assert_refused(&folder, "device status", table);
-}
-
-#[test]
-fn wrong_files_are_found_before_the_port_is_opened() {
+fn wrong_ports_are_explained_and_wrong_files_found_before_the_port_is_opened() {
     let folder = folder();
     folder.write("bad.csv", format!("{HEADER}1,2,3,4,5\n"));
     let table = "
-        calibrate none.toml samples.csv ⇒ 3 ⇒ none.toml:
-        calibrate robot.toml bad.csv ⇒ 3 ⇒ bad.csv:2:
-        calibrate robot.toml samples.csv --json samples.csv ⇒ 2 ⇒ is the same file as
-        parameters robot.toml --output robot.toml ⇒ 2 ⇒ is the same file as
+        --port /dev/ttyNONE status ⇒ 5 ⇒ /dev/ttyNONE: cannot be opened | ls
+        --port tcp:127.0.0.1:1 status ⇒ 5 ⇒ tcp:127.0.0.1:1: cannot be opened | serial server
+        --port tcp:127.0.0.1:1 --baud 9600 status ⇒ 2 ⇒ --baud has no meaning | serial port
+        --port tcp:host status ⇒ 2 ⇒ invalid value | host and a port number
+        --port tcp:host:99999 status ⇒ 2 ⇒ invalid value | port number
+        status ⇒ 2 ⇒ --port is missing
+        --port tcp:127.0.0.1:1 calibrate none.toml samples.csv ⇒ 3 ⇒ none.toml:
+        --port tcp:127.0.0.1:1 calibrate robot.toml bad.csv ⇒ 3 ⇒ bad.csv:2:
+        --port tcp:127.0.0.1:1 calibrate robot.toml samples.csv --json samples.csv ⇒ 2 ⇒ is the same file as
+        --port tcp:127.0.0.1:1 parameters robot.toml --output robot.toml ⇒ 2 ⇒ is the same file as
         ";
-    assert_refused(&folder, "device --port tcp:127.0.0.1:1", table);
+    assert_refused(&folder, "device", table);
 }
 
 #[test]

@@ -15,11 +15,9 @@ use delta_cal::simulate::{made_robot, random_pose, simulate_sample, standard_nor
 use delta_cal::{
     ArmIndex, IkmCalibrator, Noise, Parameter, Robot, Sample, Settings, SymmetricRobot, Tolerance,
 };
-use delta_cal_tests::geometries::{
-    bound, geometries, linear_geometries, made_to, position_jacobian,
-};
+use delta_cal_tests::geometries::{bound, geometries, linear_geometries};
 use delta_cal_tests::{Spread, generator, paper_limits, uniform};
-use nalgebra::{DMatrix, DVector, Matrix3, SVector, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use rand_pcg::Pcg32;
 
 /// One σ of a length, of an angle, of the carriages' zero and of the scale.
@@ -181,14 +179,6 @@ fn what_is_no_tower_is_no_arm() {
         Robot::new([tower, tower, turning]).err(),
         Some(GeometryError::MixedDrives)
     );
-}
-
-#[test]
-fn limits_are_of_travels_or_of_angles() {
-    let travels = JointLimits::travel(100.0, 600.0).unwrap();
-    assert_eq!(travels.drive(), Drive::Linear);
-    let angles = JointLimits::new(-0.5, 1.0).unwrap();
-    assert_eq!(angles.drive(), Drive::Rotary);
 }
 
 /// In metres and in millimetres a robot has the same joint angles, and travels in its own unit.
@@ -444,12 +434,6 @@ fn instruments() -> Instruments<'static, f64> {
     }
 }
 
-/// A robot whose towers are off together and each by itself.
-fn built(nominal: &Robot<f64>, rng: &mut Pcg32) -> Robot<f64> {
-    let robot = made(nominal, 1.0, Spread::Normal, rng);
-    spread_out(&robot, RADIUS * standard_normal::<f64, _>(rng))
-}
-
 fn touches(
     truth: &Robot<f64>,
     [low, high]: [f64; 2],
@@ -468,82 +452,6 @@ fn touches(
         ObservationRow::new(row)
     };
     (0..count).map(row).collect()
-}
-
-/// What is least, and the σ of every parameter, of Σ ((h − z − c − a x − b y) cos/σ)² + δᵀ C⁻¹ δ, by Gauss and Newton with dense matrices.
-fn generalised_least_squares(
-    nominal: &Robot<f64>,
-    rows: &[ObservationRow<f64>],
-    tolerance: &Tolerance<f64>,
-) -> (SVector<f64, 24>, SVector<f64, 24>) {
-    let information = made_to(nominal, tolerance).try_inverse().unwrap();
-    let moved = |p: &DVector<f64>| {
-        let mut parameters = nominal.parameters();
-        for (index, value) in parameters.as_flattened_mut().iter_mut().enumerate() {
-            *value += p[index];
-        }
-        nominal.with_parameters(parameters).unwrap()
-    };
-    let mut p = DVector::zeros(27);
-    p[24] = -30.0;
-    let mut sigmas = SVector::zeros();
-    for _ in 0..50 {
-        let robot = moved(&p);
-        let mut normal = DMatrix::zeros(27, 27);
-        normal.view_mut((0, 0), (24, 24)).copy_from(&information);
-        let mut gradient = DVector::zeros(27);
-        let pull = information * p.rows(0, 24);
-        gradient.rows_mut(0, 24).copy_from(&pull);
-        for row in rows {
-            let observation = row.observation();
-            let x = robot.forward(&observation.joints).unwrap();
-            let by_robot = position_jacobian(&robot, &observation.joints).unwrap();
-            let [c, a, b] = [24, 25, 26].map(|index| p[index]);
-            let length = (1.0 + a * a + b * b).sqrt();
-            let above = x.z - c - a * x.x - b * x.y;
-            let mut column = DVector::zeros(27);
-            for index in 0..24 {
-                let by = by_robot.column(index);
-                column[index] = (by.z - a * by.x - b * by.y) / length;
-            }
-            column[24] = -1.0 / length;
-            column[25] = -x.x / length - above * a / length.powi(3);
-            column[26] = -x.y / length - above * b / length.powi(3);
-            let residual = above / length - observation.height.unwrap().height;
-            gradient += &column * (residual / (NOISE * NOISE));
-            normal += &column * column.transpose() / (NOISE * NOISE);
-        }
-        let normal = normal.cholesky().unwrap();
-        p -= normal.solve(&gradient);
-        let inverse = normal.inverse();
-        sigmas = SVector::from_fn(|index, _| inverse[(index, index)].sqrt());
-    }
-    (SVector::from_fn(|index, _| p[index]), sigmas)
-}
-
-#[test]
-fn heights_are_fitted_as_by_generalised_least_squares() {
-    let instruments = instruments();
-    for (index, (name, nominal, travel)) in (0..).zip(linear_geometries()) {
-        let mut rng = generator(9510, index);
-        let truth = built(&nominal, &mut rng);
-        let mut rows = touches(&truth, travel, 12, NOISE, &mut rng);
-        let (expected, sigmas) = generalised_least_squares(&nominal, &rows, &with_radius());
-        let problem = ObservationProblem::<f64, N>::prepare(&nominal, &instruments, &mut rows);
-        let settings = Settings::new().with_tolerance(with_radius());
-        let outcome = problem.unwrap().solve::<28, 406>(&settings).unwrap();
-        let covariance = outcome.of_robot().estimate.covariance.unwrap();
-        let found = (outcome.robot.parameters(), nominal.parameters());
-        for place in (0..24).filter(|place| place % 8 != 6) {
-            let (arm, own) = (place / 8, place % 8);
-            let off = found.0[arm][own] - found.1[arm][own] - expected[place];
-            let sigma = covariance[(place, place)].sqrt();
-            assert!(off.abs() < 1e-5 * sigma, "{name} {place}: {off} of {sigma}");
-            // σ is taken where the last linearisation was, a step before the end.
-            let apart = sigma / sigmas[place] - 1.0;
-            assert!(apart.abs() < 1e-3, "{name} {place}: {apart}");
-        }
-    }
 }
 
 /// Of robots made to a tolerance each tower's place has its own σ and the common one, which two towers share.

@@ -171,25 +171,6 @@ fn requests_that_come_late_change_nothing() {
     assert_eq!(driver.controller.current().fingerprint, result);
 }
 
-/// Between the look at a result and its use somebody else has changed what is in use.
-#[test]
-fn a_result_replaces_only_what_it_was_compared_with() {
-    let (mut driver, [_, second]) = applied_twice();
-    let result = driver.solved(3, &samples(10, 20));
-    let from = driver.parameters().generation;
-    driver.revert(RevertTo::Nominal);
-    driver.revert(RevertTo::Previous);
-    let there = driver.controller.current().fingerprint;
-    assert!(there != second && there != result);
-    let request = Request::Apply {
-        session: 3,
-        fingerprint: result,
-        from,
-    };
-    assert_eq!(driver.fault(&request), Fault::OtherParameters { there });
-    assert_eq!(driver.controller.current().fingerprint, there);
-}
-
 #[test]
 fn a_restart_in_a_session_keeps_the_parameters_and_says_that_the_session_is_gone() {
     let mut flash = Flash::new();

@@ -2,10 +2,9 @@
 
 use delta_cal::calibration::{Instrument, Solver, Start, ToleranceError};
 use delta_cal::kinematics::{JointLimits, JointLimitsError};
-use delta_cal::observations::{ObservationError, ObservationNoise, PrepareError};
+use delta_cal::observations::ObservationNoise;
 use delta_cal::robot::GeometryError;
-use delta_cal::samples::{NoiseError, SampleError};
-use delta_cal::stream::{Alarm, ForgettingError, GateError};
+use delta_cal::samples::NoiseError;
 use delta_cal::{
     ArmIndex, IkmCalibrator, Noise, Parameter, Refusal, Robot, Sample, Settings, Tolerance,
 };
@@ -280,21 +279,6 @@ fn refusals_name_the_arm_and_their_figures() {
 }
 
 #[test]
-fn messages_name_what_is_at_fault() {
-    let arm = ArmIndex::Second;
-    says(&SampleError::PositionNonFinite, &["position", "finite"]);
-    says(&SampleError::PositionTooFar(arm), &["position", "arm 2"]);
-    says(&SampleError::JointNonFinite(arm), &["arm 2", "finite"]);
-    says(&SampleError::JointTooLarge(arm), &["arm 2", "two turns"]);
-    says(&GateError::Sigmas, &["sigma", "greater than 0"]);
-    says(&ForgettingError::TooShort, &["one sample or more"]);
-    says(&ForgettingError::TooLong, &["mean age", "too large"]);
-    let changed = Alarm::RobotChanged { first: 17 };
-    let early = Alarm::EarlySamplesWrong { first: 5 };
-    assert_eq!((changed.first(), early.first()), (17, 5));
-}
-
-#[test]
 fn instruments_are_named_with_their_number() {
     let named = [
         (Instrument::Frame, "frame"),
@@ -306,19 +290,4 @@ fn instruments_are_named_with_their_number() {
         assert!(instrument.to_string().contains(words), "{instrument}");
         says(&Refusal::UndeterminedInstrument(instrument), &[words]);
     }
-}
-
-#[test]
-fn errors_of_observations_name_the_row_and_what_is_wrong() {
-    let wrong = ObservationError::SamePlace;
-    says(&wrong, &["distance"]);
-    let row = PrepareError::Row {
-        index: 7,
-        error: wrong,
-    };
-    says(&row, &["observation 7", &wrong.to_string()]);
-    let no_room = PrepareError::TooManyUnknowns { parameters: 43 };
-    says(&no_room, &["room", "43"]);
-    let refusal = Refusal::Unfinished;
-    says(&PrepareError::Refused(refusal), &[&refusal.to_string()]);
 }

@@ -1,6 +1,6 @@
 //! What is in use: applied, gone back from, and kept over restarts.
 
-use crate::controller::driver::{Driver, Flash, on_the_host, samples};
+use crate::controller::driver::{Driver, Flash, message, on_the_host, samples};
 use delta_cal::robot::{GeometryError, Transmission};
 use delta_cal_firmware_example::ControlLoop;
 use delta_cal_protocol::{Adopt, Fault, Geometry, Origin, Phase, Request, Response, RevertTo};
@@ -187,7 +187,7 @@ fn a_restart_in_a_session_keeps_the_parameters_and_says_that_the_session_is_gone
     let mut driver = Driver::<f32, _>::start(&mut flash);
     assert_eq!(driver.parameters(), before);
     assert_eq!(driver.controller.current().fingerprint, first);
-    let sample = crate::controller::driver::message(2, 11, &more[11]);
+    let sample = message(2, 11, &more[11]);
     assert_eq!(driver.fault(&sample), Fault::NoSession);
     let expected = on_the_host(&more).calibrate().expect("a calibration");
     assert_eq!(

@@ -6,10 +6,10 @@ use crate::controller::driver::{
 use core::convert::Infallible;
 use delta_cal::samples::SampleError;
 use delta_cal::stream::StreamRefusal;
-use delta_cal::{ArmIndex, Real, Refusal};
+use delta_cal::{ArmIndex, Refusal};
 use delta_cal_firmware_example::Number;
 use delta_cal_protocol::{
-    Begin, Counters, Direction, Fault, Geometry, Phase, Reader, Request, Response, Status,
+    Begin, Counters, Direction, Fault, Geometry, Phase, Reader, Request, Response, Scalar, Status,
     UNKNOWN_SEQUENCE, VERSION, Wire, Writer, encode,
 };
 use delta_cal_tests::paper_robot;
@@ -27,7 +27,7 @@ fn without_a_session_there_is_nothing_to_do() {
     assert_eq!(driver.status().session, 0);
     for session in [0, 7] {
         assert_eq!(
-            driver.fault(&crate::controller::driver::message(session, 0, &sample)),
+            driver.fault(&message(session, 0, &sample)),
             Fault::NoSession
         );
         for request in [
@@ -129,9 +129,9 @@ fn each_sample_is_taken_in_once_and_in_order() {
     driver.begin(9);
     for (index, sample) in (0..).zip(&samples) {
         let next = index + 1;
-        let ahead = crate::controller::driver::message(9, next, sample);
+        let ahead = message(9, next, sample);
         assert_eq!(driver.fault(&ahead), Fault::OutOfOrder { next: index });
-        let other = crate::controller::driver::message(8, index, sample);
+        let other = message(8, index, sample);
         assert_eq!(driver.fault(&other), Fault::NoSession);
         for _ in 0..3 {
             assert_eq!(driver.sample(9, index, sample), taken(9, next));
@@ -158,7 +158,7 @@ fn an_impossible_sample_is_refused_and_its_place_stays_open() {
     driver.begin(9);
     let mut wrong = samples[0];
     wrong.joints[1] = f32::NAN;
-    let request = crate::controller::driver::message(9, 0, &wrong);
+    let request = message(9, 0, &wrong);
     assert_eq!(
         driver.fault(&request),
         Fault::Sample(SampleError::JointNonFinite(ArmIndex::Second))
@@ -194,7 +194,7 @@ fn solving_starts_once_with_every_sample() {
     while driver.controller.idle() {
         // Asked again and again it does not start again; samples wait.
         seen.push(driver.solve(9, 20));
-        let next = crate::controller::driver::message(9, 20, &samples[0]);
+        let next = message(9, 20, &samples[0]);
         assert_eq!(driver.fault(&next), Fault::Busy);
         assert_eq!(driver.sample(9, 19, &samples[19]), taken(9, 20));
         assert_eq!(driver.fault(&outcome), Fault::NoOutcome);
@@ -253,24 +253,16 @@ fn more_samples_may_follow_a_result_and_a_refusal() {
 
 #[test]
 fn identity_names_scalar_and_nominal() {
-    fn identity<T: Number + Real>() -> delta_cal_protocol::Identity {
-        match Driver::<T, _>::start(Flash::new()).ask(&Request::Identify) {
-            Response::Identity(identity) => identity,
-            response => panic!("{response:?}"),
-        }
+    fn is_named<T: Number>(scalar: Scalar) {
+        let response = Driver::<T, _>::start(Flash::new()).ask(&Request::Identify);
+        let Response::Identity(identity) = response else {
+            panic!("{response:?}")
+        };
+        let nominal = Geometry::of(&paper_robot::<T>()).fingerprint();
+        assert_eq!((identity.scalar, identity.nominal), (scalar, nominal));
     }
-    let single = identity::<f32>();
-    assert_eq!(single.scalar, delta_cal_protocol::Scalar::Single);
-    assert_eq!(
-        single.nominal,
-        Geometry::of(&paper_robot::<f32>()).fingerprint()
-    );
-    let double = identity::<f64>();
-    assert_eq!(double.scalar, delta_cal_protocol::Scalar::Double);
-    assert_eq!(
-        double.nominal,
-        Geometry::of(&paper_robot::<f64>()).fingerprint()
-    );
+    is_named::<f32>(Scalar::Single);
+    is_named::<f64>(Scalar::Double);
 }
 
 fn identify(sequence: u16) -> Vec<u8> {

@@ -312,7 +312,7 @@ const WRONG: &str = r#"
     seed = 5 ⇒ sead = 5 ⇒ 2: | unknown key `sead`
     [8, 20] ⇒ [8, 0] ⇒ 3: | 0 is not a whole number
     [8, 20] ⇒ [] ⇒ 3: | the list is empty
-    [8, 20] ⇒ [8, 8] ⇒ 3: | twice
+    [8, 20] ⇒ [8, 8] ⇒ 3: | duplicate entry
     [8, 20] ⇒ 20 ⇒ 3: | list in brackets
     length_mm = 1 ⇒ length_mm = -1 ⇒ 4: | -1 is not a finite number
     length_mm = 1 ⇒ length_mm = nan ⇒ 4: | NaN is not a finite number

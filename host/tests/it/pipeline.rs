@@ -119,6 +119,7 @@ fn errors_are_as_large_as_the_stated_sigma_whatever_the_instrument() {
         (Instrument::Camera, None, true, 30),
         (Instrument::Plate, None, true, 45),
         (Instrument::PlateAndCalliper, None, true, 45),
+        (Instrument::Wires, None, true, 60),
     ];
     for (instrument, method, noise, rows) in rows {
         let promise = promised(instrument, method, noise, rows);

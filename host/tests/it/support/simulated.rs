@@ -4,7 +4,7 @@ use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Drive;
 use delta_cal::simulate::{made_robot, random_pose, standard_normal};
-use delta_cal::{Noise, Robot, Tolerance};
+use delta_cal::{ArmIndex, Noise, Robot, Tolerance};
 use delta_cal_host::geometry::Reach;
 use delta_cal_host::{InstrumentFacts, Reading, ReadingFrom, Readings, RobotFile, Row};
 use delta_cal_tests::geometries::{geometries, linear_geometries};
@@ -26,6 +26,8 @@ pub(crate) enum Instrument {
     PlateAndCalliper,
     /// x and y of half of the rows, x, y and z of the others.
     Camera,
+    /// Distances from three points below that stand still, a forearm and a half away.
+    Wires,
 }
 
 /// One σ of a joint, radians or mm.
@@ -105,6 +107,9 @@ pub(crate) fn readings(
     if matches!(instrument, Instrument::Plate | Instrument::PlateAndCalliper) {
         readings.planes = vec!["p0".to_owned()];
     }
+    if instrument == Instrument::Wires {
+        readings.points = ["A", "B", "C"].map(str::to_owned).to_vec();
+    }
     let mut before = [0.0; 3];
     for index in 0..rows {
         let joints = random_pose(truth, &file.limits, rng).unwrap().joints;
@@ -133,6 +138,13 @@ pub(crate) fn readings(
                     let read = (x - other).norm() + normal(distance);
                     own.distance = Some((ReadingFrom::Pose(before), read));
                 }
+            }
+            Instrument::Wires => {
+                let away = 1.5 * truth.arm(ArmIndex::First).lb();
+                let azimuth = [0.3_f64, 2.5, 4.4][index % 3];
+                let point = Vector3::new(azimuth.cos(), azimuth.sin(), -0.5) * away;
+                let read = (x - point).norm() + normal(distance);
+                own.distance = Some((ReadingFrom::Point(index % 3), read));
             }
         }
         before = joints;

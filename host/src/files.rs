@@ -1,4 +1,4 @@
-//! What is read and written: the robot file, the samples file, and the faults that they can have.
+//! Input and output files: the robot file, the samples file, and the faults found in them.
 
 pub mod columns;
 pub mod convention;

@@ -1,10 +1,10 @@
-//! What columns of a file hold, in which unit: as their names say it (`q1_deg`), or as `--columns` says it of other names
+//! The quantity and unit of each column of a file, taken from its name (`q1_deg`) or, for other names, from `--columns`
 //! (`q1_deg=A1,x_mm=Pos X`).
 
 use delta_cal::robot::Drive;
 use std::str::FromStr;
 
-/// What a column holds.
+/// The quantity in a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Quantity {
     Joint1,
@@ -26,20 +26,20 @@ pub(crate) enum Quantity {
     ToTravel1,
     ToTravel2,
     ToTravel3,
-    /// One σ of what is read in the row.
+    /// Standard uncertainty of the row's readings.
     Sigma,
-    /// The expanded uncertainty of that, k = 2.
+    /// Expanded uncertainty of the row's readings, k = 2.
     Expanded,
 }
 
-/// In what the numbers of a column are.
+/// The unit of a column's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unit {
     /// Degrees.
     Degree,
     /// Radians.
     Radian,
-    /// An encoder's, of which the robot file says how many a degree has.
+    /// Encoder counts; the robot file states how many make a degree.
     Count,
     /// Millimetres.
     Millimetre,
@@ -51,7 +51,7 @@ pub enum Unit {
     Micrometre,
     /// Inches.
     Inch,
-    /// A word.
+    /// A word, not a number.
     Name,
 }
 
@@ -62,15 +62,15 @@ enum Kind {
     Name,
 }
 
-/// What the name of a column says.
+/// The meaning of a column's name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct ColumnName {
     pub(crate) quantity: Quantity,
-    /// `None` if the name states none and should.
+    /// `None` if the name should state a unit but does not.
     pub(crate) unit: Option<Unit>,
 }
 
-/// The usual name of a quantity first.
+/// The usual name of each quantity comes first.
 const QUANTITIES: [(Quantity, &str, Kind); 23] = [
     (Quantity::Joint1, "q1", Kind::Angle),
     (Quantity::Joint2, "q2", Kind::Angle),
@@ -97,7 +97,7 @@ const QUANTITIES: [(Quantity, &str, Kind); 23] = [
     (Quantity::Expanded, "expanded", Kind::Length),
 ];
 
-/// Of each unit the usual word first.
+/// The usual name of each unit comes first.
 const UNITS: [(Unit, Kind, &str); 8] = [
     (Unit::Degree, Kind::Angle, "deg ° degree degrees"),
     (Unit::Radian, Kind::Angle, "rad radian radians"),
@@ -123,11 +123,11 @@ const UNITS: [(Unit, Kind, &str); 8] = [
 
 impl Quantity {
     pub(crate) const COORDINATES: [Self; 3] = [Self::X, Self::Y, Self::Z];
-    /// What can be measured.
+    /// Quantities that can be measured.
     pub(crate) const READINGS: [Self; 5] =
         [Self::X, Self::Y, Self::Z, Self::Height, Self::Distance];
 
-    /// Joint angles, or the travels of linear drives.
+    /// Joint angles, or travels of linear drives.
     pub(crate) const fn joints(drive: Drive) -> [Self; 3] {
         match drive {
             Drive::Rotary => [Self::Joint1, Self::Joint2, Self::Joint3],
@@ -135,7 +135,7 @@ impl Quantity {
         }
     }
 
-    /// Those at which a distance between two poses begins.
+    /// Joints of the pose at which a distance between two poses starts.
     pub(crate) const fn to_joints(drive: Drive) -> [Self; 3] {
         match drive {
             Drive::Rotary => [Self::ToJoint1, Self::ToJoint2, Self::ToJoint3],
@@ -148,7 +148,7 @@ impl Quantity {
         entry.map_or(("", Kind::Name), |(_, name, kind)| (name, kind))
     }
 
-    /// Its unit, if a name states none.
+    /// The unit assumed if the name states none.
     pub(crate) fn usual_unit(self) -> Unit {
         match self.entry().1 {
             Kind::Angle => Unit::Degree,
@@ -157,12 +157,12 @@ impl Quantity {
         }
     }
 
-    /// Which coordinate it is.
+    /// The index of the coordinate.
     pub(crate) fn axis(self) -> Option<usize> {
         Self::COORDINATES.iter().position(|own| *own == self)
     }
 
-    /// Which joint it belongs to.
+    /// The index of the joint.
     pub(crate) fn joint(self) -> Option<usize> {
         let of = |drive| [Self::joints(drive), Self::to_joints(drive)];
         let mut all = [of(Drive::Rotary), of(Drive::Linear)].into_iter().flatten();
@@ -173,7 +173,7 @@ impl Quantity {
         self.entry().1 == Kind::Angle
     }
 
-    /// As a header should have it: `q1_deg`.
+    /// The column's name in a header: `q1_deg`.
     pub(crate) fn column(self, unit: Unit) -> String {
         let (name, _) = self.entry();
         match unit.word() {
@@ -195,7 +195,7 @@ impl Unit {
         }
     }
 
-    /// A length in this unit, from mm.
+    /// Converts a length from mm to this unit.
     pub(crate) fn outwards(self, length: f64) -> f64 {
         match self {
             Self::Centimetre => length / 10.0,
@@ -206,7 +206,7 @@ impl Unit {
         }
     }
 
-    /// As a column's name ends with it.
+    /// The unit's suffix in a column name.
     fn word(self) -> &'static str {
         let entry = UNITS.into_iter().find(|(own, ..)| *own == self);
         entry
@@ -220,7 +220,7 @@ impl Unit {
         Some((unit, kind))
     }
 
-    /// The unit with which a name ends that is otherwise any: `Pos X [mm]`.
+    /// The unit at the end of an otherwise arbitrary name: `Pos X [mm]`.
     pub(crate) fn at_end_of(name: &str, quantity: Quantity) -> Option<Self> {
         let words = words(name);
         let (last, before) = words.split_last()?;
@@ -229,7 +229,7 @@ impl Unit {
     }
 }
 
-/// `0.1mm`, `300 mm`, `0.3 m`: a length in mm, and whether its unit is stated.
+/// Parses `0.1mm`, `300 mm` or `0.3 m`: a length in mm, and whether its unit is stated.
 pub(crate) fn length(text: &str) -> Option<(f64, bool)> {
     let text = text.trim();
     let (number, word) = text.split_at(text.trim_end_matches(char::is_alphabetic).len());
@@ -242,7 +242,7 @@ pub(crate) fn length(text: &str) -> Option<(f64, bool)> {
 }
 
 impl ColumnName {
-    /// Whatever its letters' case and however its words are separated: `q1_deg`, `Q1 [deg]`, `q1/°`.
+    /// Recognises a name in any case and with any separators: `q1_deg`, `Q1 [deg]`, `q1/°`.
     pub(crate) fn recognise(name: &str) -> Option<Self> {
         let words = words(name);
         let (last, before) = words.split_last()?;
@@ -263,7 +263,7 @@ impl ColumnName {
     }
 }
 
-/// Its letters and digits in lower case, wherever anything else separates them.
+/// Lower-case words of letters or digits, split at everything else.
 fn words(name: &str) -> Vec<String> {
     let degrees = name.replace('°', " ° ");
     let part = |c: char| c.is_alphanumeric() || c == '°';
@@ -271,15 +271,15 @@ fn words(name: &str) -> Vec<String> {
     words.map(str::to_lowercase).collect()
 }
 
-/// What the option `--columns` says.
+/// The value of the option `--columns`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ColumnMapping(Vec<Mapped>);
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Mapped {
-    /// As the file names the column.
+    /// The column's name in the file.
     pub(crate) column: String,
-    /// What it holds, in the stated unit or that with which its own name ends.
+    /// Its quantity, in the stated unit or in the unit at the end of the column's name.
     pub(crate) name: ColumnName,
 }
 
@@ -295,21 +295,21 @@ impl ColumnMapping {
         &self.0
     }
 
-    /// The quantity of the column with this number, counted from 0, where none of these names is a number.
+    /// The quantity mapped to a column number (`place` counts from 0); `None` if one of the names is that number.
     pub(crate) fn of_place(&self, place: usize, names: &[String]) -> Option<ColumnName> {
         let number = (place + 1).to_string();
         let numbered = !names.contains(&number);
         numbered.then(|| self.of_column(&number)).flatten()
     }
 
-    /// The quantity that a column of this name holds.
+    /// The quantity mapped to a column name.
     pub(crate) fn of_column(&self, column: &str) -> Option<ColumnName> {
         let mut all = self.0.iter();
         let mapped = all.find(|mapped| mapped.column == column)?;
         Some(mapped.name)
     }
 
-    /// Whether some column is said to hold this.
+    /// Whether a column is mapped to this quantity.
     pub(crate) fn has(&self, quantity: Quantity) -> bool {
         self.0.iter().any(|mapped| mapped.name.quantity == quantity)
     }
@@ -398,7 +398,7 @@ mod tests {
             let expected = ColumnName { quantity, unit };
             assert_eq!(ColumnName::recognise(name), Some(expected), "{name}");
         }
-        // A unit of another kind, no separator before the unit, another name.
+        // Unit of another kind, no separator before the unit, unknown name.
         for name in [
             "q1_mm", "x_deg", "xmm", "xm", "mm", "", "A1", "q4_deg", "plane_mm", "x_ft",
         ] {

@@ -1,5 +1,5 @@
-//! How a controller counts its joints and where its axes point. Inside, a positive joint angle swings the arm downwards and
-//! z points upwards; everything that is read or written is in the convention of its robot file.
+//! A controller's sign and axis conventions. Internally a positive joint angle swings the arm downwards and z points
+//! upwards; everything read or written follows the convention of its robot file.
 
 use super::columns::{Quantity, Unit};
 use crate::geometry::Limit;
@@ -8,18 +8,18 @@ use delta_cal::robot::Drive;
 use nalgebra::{Matrix3, Vector3};
 use std::fmt;
 
-/// `[convention]` of a robot file.
+/// The `[convention]` section of a robot file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convention {
-    /// What drives the joints.
+    /// The type of drive.
     pub drive: Drive,
-    /// The direction in which a motor's joint counts.
+    /// The direction in which a motor's joint reading increases.
     pub joint_positive: Vertical,
-    /// The direction of the z axis. With z downwards y is opposite as well, so that the axes stay right-handed.
+    /// The direction of the z axis. With z downwards, y is reversed as well, so that the axes stay right-handed.
     pub z_axis: Vertical,
-    /// The unit of the joints where a column names none, and of what is written; `None` if not stated.
+    /// The unit of output joints, and of columns whose names state no unit; `None` if not stated.
     pub joint_unit: Option<JointUnit>,
-    /// The same of lengths.
+    /// The same for lengths.
     pub length_unit: Option<Unit>,
 }
 
@@ -39,17 +39,17 @@ pub enum JointUnit {
     Degree,
     /// Radians.
     Radian,
-    /// Encoder counts: how many a degree of each joint; a joint that counts backwards has a negative number.
+    /// Encoder counts per degree of each joint, negative for a joint that counts backwards.
     Counts([f64; 3]),
 }
 
 impl Vertical {
-    /// As a robot file states them.
+    /// Values in a robot file.
     pub(super) const WORDS: [(&str, Self); 2] = [("up", Self::Up), ("down", Self::Down)];
 }
 
 impl JointUnit {
-    /// As a robot file states them; how many counts a degree has is stated beside.
+    /// Values in a robot file; counts per degree are stated separately.
     pub(super) const WORDS: [(&str, Self); 3] = [
         ("deg", Self::Degree),
         ("rad", Self::Radian),
@@ -57,7 +57,7 @@ impl JointUnit {
     ];
 }
 
-/// The units of lengths, as a robot file states them.
+/// Length units in a robot file.
 pub(super) const LENGTH_UNITS: [(&str, Unit); 5] = [
     ("mm", Unit::Millimetre),
     ("cm", Unit::Centimetre),
@@ -67,7 +67,7 @@ pub(super) const LENGTH_UNITS: [(&str, Unit); 5] = [
 ];
 
 impl Convention {
-    /// What holds where a robot file states nothing.
+    /// The default, used where a robot file states nothing.
     pub const fn usual(drive: Drive) -> Self {
         Self {
             drive,
@@ -78,7 +78,7 @@ impl Convention {
         }
     }
 
-    /// Whether it says nothing else than usual.
+    /// Whether this is the default.
     pub fn is_usual(&self) -> bool {
         *self == Self::usual(self.drive)
     }
@@ -91,7 +91,7 @@ impl Convention {
         }
     }
 
-    /// The directions of the axes: from the file's to those inside, and back.
+    /// Signs that convert the file's axes to the internal ones, and back.
     fn axes(&self) -> [f64; 3] {
         match self.z_axis {
             Vertical::Up => [1.0, 1.0, 1.0],
@@ -99,7 +99,7 @@ impl Convention {
         }
     }
 
-    /// The unit of a quantity whose column names none.
+    /// The unit of a quantity whose column states none.
     pub(crate) fn unit_of(&self, quantity: Quantity) -> Unit {
         if quantity.joint().is_some() && self.drive == Drive::Rotary {
             return match self.joint_unit {
@@ -114,7 +114,7 @@ impl Convention {
         }
     }
 
-    /// Whether `[convention]` states that unit.
+    /// Whether `[convention]` states the unit of this quantity.
     pub(crate) fn states_unit_of(&self, quantity: Quantity) -> bool {
         if quantity.is_angle() {
             self.joint_unit.is_some()
@@ -123,7 +123,7 @@ impl Convention {
         }
     }
 
-    /// A cell of a table: radians or mm, in the axes and directions inside. `None` for counts whose size is not stated.
+    /// Converts a cell to internal units (radians or mm), axes and signs. `None` for counts of unknown size.
     pub(crate) fn inwards(&self, quantity: Quantity, unit: Unit, value: f64) -> Option<f64> {
         if let Some(axis) = quantity.axis() {
             return Some(self.axes()[axis] * unit.to_internal(value));
@@ -141,7 +141,7 @@ impl Convention {
         Some(self.sense() * angle)
     }
 
-    /// Joint angles (radians) or travels (mm) in the unit and direction of the file.
+    /// Converts joint angles (radians) or travels (mm) to the file's unit and direction.
     pub fn joints(&self, joints: &[f64; 3]) -> [f64; 3] {
         let travel = self.unit_of(Quantity::Travel1);
         let mut written = *joints;
@@ -158,7 +158,7 @@ impl Convention {
         written
     }
 
-    /// A joint angle (radians) in degrees, in the direction of the file; a travel stays in mm.
+    /// Converts a joint angle (radians) to degrees in the file's direction; a travel stays in mm.
     pub fn degrees(&self, joint: f64) -> f64 {
         match self.drive {
             Drive::Linear => joint,
@@ -166,7 +166,7 @@ impl Convention {
         }
     }
 
-    /// The smaller and the larger of two limits of the joints, radians or mm, in the direction of the file, and back.
+    /// Converts lower and upper joint limits (radians or mm) to the file's direction, and back.
     pub(crate) fn limits(&self, low: f64, high: f64) -> (f64, f64) {
         if self.sense() < 0.0 {
             (-high, -low)
@@ -175,7 +175,7 @@ impl Convention {
         }
     }
 
-    /// What limits a robot: the smaller limit of a joint is the larger one where it counts upwards.
+    /// Converts a limit to the file's direction: where joints count upwards, minimum and maximum swap.
     pub(crate) fn limit(&self, limit: Limit) -> Limit {
         match limit {
             Limit::JointMinimum(arm) if self.sense() < 0.0 => Limit::JointMaximum(arm),
@@ -184,12 +184,12 @@ impl Convention {
         }
     }
 
-    /// A vector in the axes of the file from one in those inside, and back.
+    /// Converts a vector from internal axes to those of the file, and back.
     pub fn vector(&self, vector: &Vector3<f64>) -> Vector3<f64> {
         vector.component_mul(&Vector3::from(self.axes()))
     }
 
-    /// From and to along each axis, in the axes of the file from those inside, and back.
+    /// Converts a range along each axis from internal axes to those of the file, and back.
     pub(crate) fn ranges(&self, ranges: [(f64, f64); 3]) -> [(f64, f64); 3] {
         let mut turned = ranges;
         for ((range, (low, high)), sense) in turned.iter_mut().zip(ranges).zip(self.axes()) {
@@ -200,13 +200,13 @@ impl Convention {
         turned
     }
 
-    /// A rotation between frames that both have the axes of the file from one with those inside, and back.
+    /// Converts a rotation between two frames from internal axes to those of the file, and back.
     pub fn rotation(&self, rotation: &Matrix3<f64>) -> Matrix3<f64> {
         let axes = Matrix3::from_diagonal(&Vector3::from(self.axes()));
         axes * rotation * axes
     }
 
-    /// A position (mm, inside) in the unit and axes of the file.
+    /// Converts an internal position (mm) to the file's unit and axes.
     pub fn position(&self, position: &Vector3<f64>) -> [f64; 3] {
         let unit = self.unit_of(Quantity::X);
         let [x, y, z] = self.vector(position).data.0[0];
@@ -218,7 +218,7 @@ impl Convention {
         Quantity::joints(self.drive).map(|joint| self.column(joint))
     }
 
-    /// As the header of a table names a quantity.
+    /// The column name of a quantity in a header.
     pub(crate) fn column(&self, quantity: Quantity) -> String {
         quantity.column(self.unit_of(quantity))
     }
@@ -228,7 +228,7 @@ impl Convention {
         Quantity::COORDINATES.map(|axis| self.column(axis))
     }
 
-    /// A row of joints and position, rounded to 9 decimals.
+    /// Joints and position as one row, rounded to 9 decimals.
     pub(crate) fn row(&self, joints: &[f64; 3], position: &Vector3<f64>) -> String {
         let cells = self
             .joints(joints)
@@ -237,7 +237,7 @@ impl Convention {
         cells.map(rounded).collect::<Vec<_>>().join(",")
     }
 
-    /// "q1, deg": headings of a table's columns.
+    /// Column headings: "q1, deg".
     pub(crate) fn joint_names(&self) -> [String; 3] {
         self.joint_columns().map(|own| own.replacen('_', ", ", 1))
     }

@@ -1,4 +1,4 @@
-//! What makes a report a document: whose it is, of which robot and files, and when it was written.
+//! Identification of a report: robot, operator, input files and date.
 
 use crate::files::input::InputText;
 use crate::files::robot_file::{Record, RobotFile};
@@ -6,12 +6,12 @@ use jiff::Timestamp;
 use serde::{Serialize, Serializer};
 use std::fmt::Write;
 
-/// An input file, by its name and its content.
+/// An input file, identified by name and content.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Source {
-    /// As it was given.
+    /// The name as given.
     pub name: String,
-    /// Of its bytes, in hexadecimal digits.
+    /// SHA-256 of its bytes, in hexadecimal.
     pub sha256: String,
 }
 
@@ -24,13 +24,13 @@ impl From<&InputText> for Source {
     }
 }
 
-/// What identifies a report.
+/// Identification of a report.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Document {
-    /// When it was written: seconds since the beginning of 1970.
+    /// When it was written, in seconds since 1970-01-01 UTC.
     #[serde(rename = "date", serialize_with = "as_day")]
     pub written: u64,
-    /// The robot and the measurement.
+    /// Robot and measurement.
     #[serde(flatten)]
     pub record: Record,
     /// The robot file.
@@ -51,7 +51,7 @@ fn as_day<S: Serializer>(seconds: &u64, serializer: S) -> Result<S::Ok, S::Error
     serializer.serialize_str(&day(*seconds))
 }
 
-/// Of seconds since the beginning of 1970, in UTC.
+/// The UTC date of a time in seconds since 1970-01-01.
 fn day(seconds: u64) -> String {
     let seconds = i64::try_from(seconds).unwrap_or(i64::MAX);
     let written = Timestamp::from_second(seconds).unwrap_or(Timestamp::MAX);
@@ -59,8 +59,7 @@ fn day(seconds: u64) -> String {
 }
 
 impl Document {
-    /// Of a report on a robot that was measured, from its file and the samples, written so many seconds after the beginning of
-    /// 1970.
+    /// The identification of a report on a measured robot; `written` is in seconds since 1970-01-01 UTC.
     pub fn new(robot: &RobotFile, file: &InputText, samples: &InputText, written: u64) -> Self {
         Self {
             written,
@@ -71,12 +70,12 @@ impl Document {
         }
     }
 
-    /// The day, in UTC.
+    /// The date, in UTC.
     pub(crate) fn date(&self) -> String {
         day(self.written)
     }
 
-    /// For the comment of a robot file that was calibrated: the files, and the measurement that is not copied.
+    /// Comment for a calibrated robot file: the input files, and the measurement record, which the file itself omits.
     pub fn comment(&self) -> String {
         let files = [Some(&self.samples), self.beside.as_ref()];
         let lines = files
@@ -100,7 +99,7 @@ impl Document {
         text
     }
 
-    /// What is known, each with its name.
+    /// The known entries, each with its name.
     pub(crate) fn entries(&self) -> Vec<(&'static str, String)> {
         let record = &self.record;
         let stated = [

@@ -1,5 +1,5 @@
-//! The example built into the program: a simulated robot, so that the command can be tried without
-//! files. `cargo run -p delta-cal-host --example generate_example` writes both files anew.
+//! The built-in example: a simulated robot, to try the command without files. `cargo run -p delta-cal-host --example
+//! generate_example` regenerates both files.
 
 use super::input::{InputError, InputText};
 use super::robot_file::RobotFile;
@@ -11,10 +11,10 @@ pub const ROBOT_TOML: &str = include_str!("../../examples/paper-robot/robot.toml
 /// `samples.csv` of the example. Simulated, not measured.
 pub const SAMPLES_CSV: &str = include_str!("../../examples/paper-robot/samples.csv");
 
-/// Reads both.
+/// Reads both files.
 ///
 /// # Errors
-/// None, as long as the built-in files are in order, which a test assures.
+/// None: a test checks the built-in files.
 pub fn load() -> Result<(RobotFile, Readings), InputError> {
     let robot = RobotFile::read(&InputText::new("built-in robot.toml", ROBOT_TOML))?;
     let samples = Readings::read(&InputText::new("built-in samples.csv", SAMPLES_CSV), &robot)?;

@@ -1,5 +1,4 @@
-//! Input files: their text, in whatever encoding, with a name for messages, and what is wrong with it, where, and what to
-//! do about it.
+//! Input files: their text in any encoding, their name for messages, and faults with place and remedy.
 
 use super::columns::ColumnMapping;
 use sha2::{Digest, Sha256};
@@ -8,35 +7,35 @@ use std::fmt::{self, Write};
 use std::io::{self, Read};
 use std::ops::Range;
 
-/// No file of a robot or a campaign is nearly as large.
+/// Size limit of robot and campaign files, far above any real one.
 const LARGEST_SETTINGS: u64 = 1 << 20;
-/// A table of some 70 million rows.
+/// Size limit of a table: some 70 million rows.
 const LARGEST_TABLE: u64 = 4 << 30;
-/// What is no text shows it in so many bytes.
+/// Binary data is recognised within this many bytes.
 const START: u64 = 1 << 16;
 
-/// A file's name and text: without byte order mark, lines ended by `\n`.
+/// A file's name and text, without byte order mark and with lines ending in `\n`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InputText {
     name: String,
     text: String,
     sha256: String,
     columns: ColumnMapping,
-    /// A second file of the same samples.
+    /// A second file for the same samples.
     beside: Option<Box<InputText>>,
 }
 
 impl InputText {
-    /// A text that is already in memory.
+    /// Wraps text that is already in memory.
     pub fn new(name: impl Into<String>, text: &str) -> Self {
         let without_mark = text.strip_prefix('\u{feff}').unwrap_or(text);
         Self::of(name.into(), without_mark, text.as_bytes())
     }
 
-    /// The bytes of a file: UTF-8, UTF-16, or one byte a letter.
+    /// Decodes the bytes of a file: UTF-8, UTF-16, or a single-byte encoding.
     ///
     /// # Errors
-    /// The bytes are no text.
+    /// The bytes are not text.
     pub fn from_bytes(name: impl Into<String>, bytes: &[u8]) -> Result<Self, InputError> {
         let name = name.into();
         match decode(bytes) {
@@ -48,17 +47,17 @@ impl InputText {
     /// Reads a table to the end of a stream.
     ///
     /// # Errors
-    /// A stream that cannot be read, is longer than 4 GB, or is no text.
+    /// The stream cannot be read, is longer than 4 GB, or is not text.
     pub fn from_reader(name: impl Into<String>, reader: impl Read) -> Result<Self, InputError> {
         let larger = InputError::new(name, "the file is larger than 4 GB")
             .with_remedy("give fewer rows: some hundred calibrate a robot");
         Self::limited(reader, LARGEST_TABLE, larger)
     }
 
-    /// Reads the text of a robot or a campaign to the end of a stream.
+    /// Reads a robot or campaign file to the end of a stream.
     ///
     /// # Errors
-    /// A stream that cannot be read, is larger than such a text is, or is no text.
+    /// The stream cannot be read, is too large for such a file, or is not text.
     pub fn of_settings(name: impl Into<String>, reader: impl Read) -> Result<Self, InputError> {
         let cause = "the file is larger than 1 MB, and no robot file or campaign is";
         let larger = InputError::new(name, cause)
@@ -89,26 +88,26 @@ impl InputText {
         }
     }
 
-    /// With a second file of the same samples: joints in one, what was measured in the other.
+    /// Adds a second file for the same samples: one holds the joints, the other the measurements.
     #[must_use]
     pub fn with_beside(mut self, other: Self) -> Self {
         self.beside = Some(Box::new(other));
         self
     }
 
-    /// The second file of the same samples.
+    /// The second file for the same samples.
     pub fn beside(&self) -> Option<&Self> {
         self.beside.as_deref()
     }
 
-    /// With what its columns hold, where their names do not say it.
+    /// Adds the meaning of columns whose names do not state it.
     #[must_use]
     pub fn with_columns(mut self, columns: ColumnMapping) -> Self {
         self.columns = columns;
         self
     }
 
-    /// What its columns are said to hold.
+    /// The column mapping.
     pub(crate) const fn columns(&self) -> &ColumnMapping {
         &self.columns
     }
@@ -123,18 +122,18 @@ impl InputText {
         &self.text
     }
 
-    /// SHA-256 of the file's bytes as they are, in hexadecimal digits: what `sha256sum` prints.
+    /// SHA-256 of the file's original bytes, in hexadecimal, as `sha256sum` prints it.
     pub fn sha256(&self) -> &str {
         &self.sha256
     }
 
-    /// The line, counted from 1, that holds the byte at `offset`.
+    /// The line, counted from 1, containing the byte at `offset`.
     pub fn line_at(&self, offset: usize) -> u64 {
         let before = self.text.as_bytes().iter().take(offset);
         1 + before.map(|byte| u64::from(*byte == b'\n')).sum::<u64>()
     }
 
-    /// A fault of these bytes: its line, and that line with the bytes marked.
+    /// A fault at these bytes, with its line number and the line with the bytes marked.
     pub(crate) fn fault_at(&self, span: Range<usize>, cause: impl Into<String>) -> InputError {
         let (line, text) = (self.line_at(span.start), self.text.as_str());
         let before = text.get(..span.start).unwrap_or(text);
@@ -155,7 +154,7 @@ impl InputText {
     }
 }
 
-/// At most one byte more than `most`, and only the first of what is no text: it may never end.
+/// Reads at most one byte more than `most`, and only the start of binary data, which may never end.
 fn read(mut reader: impl Read, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     reader.by_ref().take(START).read_to_end(&mut bytes)?;
@@ -167,12 +166,12 @@ fn read(mut reader: impl Read, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Why bytes are no text.
+/// The reason why bytes are not text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum NotText {
-    /// A control character, as programs and images have them.
+    /// A control character, as in programs and images.
     Control,
-    /// UTF-16 with half a character in this line.
+    /// UTF-16 with an incomplete character in this line.
     Damaged(u64),
 }
 
@@ -188,8 +187,8 @@ impl NotText {
     }
 }
 
-/// What is no UTF-8 and no UTF-16 is taken for Windows-1252: numbers and units are the same in all encodings of one
-/// byte a letter.
+/// Bytes that are neither UTF-8 nor UTF-16 are read as Windows-1252: numbers and units are the same in all single-byte
+/// encodings.
 fn decode(bytes: &[u8]) -> Result<String, NotText> {
     let text = match bytes {
         [0xff, 0xfe, wide @ ..] => from_utf16(wide, u16::from_le_bytes)?,
@@ -230,7 +229,7 @@ fn from_utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Result<String, NotText>
     }
 }
 
-/// As Unicode has the bytes but for those from 80 to 9F, in hexadecimal digits.
+/// Unicode has the same values, except for bytes 80 to 9F (hexadecimal).
 fn in_windows_1252(byte: u8) -> char {
     const OTHERS: [char; 32] = [
         '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8d}', 'Ž',
@@ -243,7 +242,7 @@ fn in_windows_1252(byte: u8) -> char {
     other.copied().unwrap_or(char::from(byte))
 }
 
-/// One fault in an input file. Displayed as `file:line: column x_mm: cause`, in one line.
+/// One fault in an input file. Displayed as `file:line: column x_mm: cause`, on one line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InputError {
     file: Box<str>,
@@ -256,7 +255,7 @@ pub struct InputError {
 }
 
 impl InputError {
-    /// A fault of the file as a whole.
+    /// A fault of the whole file.
     pub fn new(file: impl Into<String>, cause: impl Into<String>) -> Self {
         Self {
             file: file.into().into(),
@@ -300,31 +299,31 @@ impl InputError {
         self
     }
 
-    /// The line at fault as it stands in the file, with the place marked.
+    /// Adds the faulty line as it stands in the file, with the place marked.
     #[must_use]
     pub(crate) fn with_excerpt(mut self, excerpt: String) -> Self {
         self.excerpt = Some(excerpt.into());
         self
     }
 
-    /// What to do next.
+    /// Adds what to do next.
     #[must_use]
     pub fn with_remedy(mut self, remedy: impl Into<String>) -> Self {
         self.remedy = Some(remedy.into().into());
         self
     }
 
-    /// The line at fault, if it is one.
+    /// The line at fault, if there is one.
     pub fn line(&self) -> Option<u64> {
         self.line
     }
 
-    /// The line at fault as it stands in the file, with the place marked: several lines.
+    /// The faulty line as it stands in the file, with the place marked: several lines.
     pub fn excerpt(&self) -> Option<&str> {
         self.excerpt.as_deref()
     }
 
-    /// What to do next, if that is not plain from the cause.
+    /// What to do next, unless the cause makes it obvious.
     pub fn remedy(&self) -> Option<&str> {
         self.remedy.as_deref()
     }

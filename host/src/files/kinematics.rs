@@ -10,10 +10,10 @@ use delta_cal::kinematics::{KinematicsError, Singularity};
 use delta_cal::{ArmIndex, Sample};
 use std::fmt::Write;
 
-/// Where the platform is at each row's joint angles.
+/// The platform position at each row's joint angles.
 ///
 /// # Errors
-/// The first faulty row, or the first whose pose does not exist.
+/// The first faulty row or impossible pose.
 pub fn forward(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>, InputError> {
     read_joints(input, robot)?
         .into_iter()
@@ -30,10 +30,10 @@ pub fn forward(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>,
         .collect()
 }
 
-/// The joint angles at which the platform is at each row's position.
+/// The joint angles, elbows out, for each row's position.
 ///
 /// # Errors
-/// The first faulty row, or the first that no joint angles within the limits reach, elbows out.
+/// The first faulty row, or the first position that no joint angles within the limits reach with elbows out.
 pub fn inverse(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>, InputError> {
     read_positions(input, &robot.convention)?
         .into_iter()
@@ -60,7 +60,7 @@ pub fn inverse(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>,
         .collect()
 }
 
-/// The columns of a samples file in a convention, rounded to 9 decimals.
+/// Samples as CSV in a convention, rounded to 9 decimals.
 pub fn to_csv(convention: &Convention, samples: &[Sample<f64>]) -> String {
     let joints = convention.joint_columns().join(",");
     let mut csv = format!("{joints},{}\n", convention.position_columns().join(","));

@@ -1,4 +1,4 @@
-//! The robot file: geometry, joint limits, what is known of tolerance and noise, and which robot it is.
+//! The robot file: geometry, joint limits, tolerance and noise if known, and the robot's identity.
 
 mod read;
 mod section;
@@ -13,7 +13,7 @@ use delta_cal::robot::{Drive, TransmissionTolerance};
 use delta_cal::{Noise, Parameter, Robot, Tolerance};
 use nalgebra::Vector3;
 
-/// The key of a parameter in an arm's section.
+/// The key of a parameter in an `[[arm]]` section.
 const fn arm_key(parameter: Parameter) -> &'static str {
     match parameter {
         Parameter::Dx => "dx_mm",
@@ -30,7 +30,7 @@ const fn arm_key(parameter: Parameter) -> &'static str {
     }
 }
 
-/// The keys of a transmission's numbers in an arm's section.
+/// The keys of transmission errors in an `[[arm]]` section.
 const TRANSMISSION_KEYS: [&str; 5] = [
     "transmission_gain",
     "transmission_cos_deg",
@@ -39,38 +39,37 @@ const TRANSMISSION_KEYS: [&str; 5] = [
     "transmission_sin2_deg",
 ];
 
-/// What a robot file says. [`template`](Self::template) shows every key with its meaning.
+/// The content of a robot file. [`template`](Self::template) explains every key.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobotFile {
-    /// The file's name, for messages.
+    /// Name of the file, for messages.
     pub name: String,
-    /// How its controller counts joints and where its axes point; everything below is in radians, mm and the axes inside.
+    /// The controller's conventions; all fields below are in radians, mm and internal axes.
     pub convention: Convention,
-    /// Its geometry; lengths in millimetres.
+    /// The geometry; lengths in millimetres.
     pub robot: Robot<f64>,
-    /// The range of every joint.
+    /// The range of all joints.
     pub limits: JointLimits<f64>,
-    /// The largest angle of a forearm out of its arm's plane that the ball joints allow, radians;
-    /// `None` for any.
+    /// The largest angle of a forearm out of its arm's plane that the ball joints allow, radians; `None` if unlimited.
     pub forearm_limit: Option<f64>,
     /// The manufacturing tolerance, if stated.
     pub tolerance: Option<Tolerance<f64>>,
-    /// What is known of the joints' transmissions, if they are to be found as well.
+    /// The tolerance of the joints' transmissions, if these are estimated as well.
     pub transmission: Option<TransmissionTolerance<f64>>,
     /// The measurement noise, if stated.
     pub noise: Option<Noise<f64>>,
-    /// From the robot's frame to the sensor's, if an earlier calibration found it.
+    /// The transform from the robot's frame to the sensor's, if an earlier calibration found it.
     pub sensor_frame: Option<RigidTransform<f64>>,
-    /// The radius of the platform, mm, if it is known: the parameters hold only what the base's exceeds it by.
+    /// The platform radius, mm, if known: the parameters hold only the difference between base and platform radius.
     pub platform_radius: Option<f64>,
-    /// What is known of other instruments.
+    /// Noise and positions of other instruments.
     pub instruments: InstrumentFacts,
-    /// Which robot it is, and how it was measured.
+    /// The robot's identity and how it was measured.
     pub record: Record,
 }
 
 impl RobotFile {
-    /// Of a geometry (mm) of which nothing else is stated.
+    /// A robot file with this geometry (mm) and nothing else.
     pub fn of(name: impl Into<String>, robot: Robot<f64>, limits: JointLimits<f64>) -> Self {
         Self {
             name: name.into(),
@@ -88,7 +87,7 @@ impl RobotFile {
         }
     }
 
-    /// A robot file to edit: every key with a comment.
+    /// A robot file to edit, with a comment on every key.
     pub const fn template(drive: Drive) -> &'static str {
         match drive {
             Drive::Rotary => include_str!("robot_file/rotary.toml"),
@@ -96,7 +95,7 @@ impl RobotFile {
         }
     }
 
-    /// How to say that a joint is further outside the limits than encoder zeros differ; `None` if it is not.
+    /// Describes a joint that is outside the limits by more than encoder zeros vary; `None` if it is not.
     pub(crate) fn outside_limits(&self, joint: f64) -> Option<String> {
         let drive = self.limits.drive();
         let what = match drive {
@@ -114,7 +113,7 @@ impl RobotFile {
         })
     }
 
-    /// With every stated noise of readings so many times larger.
+    /// A copy with the stated noise of all readings multiplied by `factor`.
     pub(crate) fn loosened(&self, factor: f64) -> Self {
         let mut loose = self.clone();
         loose.noise = self.noise.and_then(|noise| {
@@ -128,7 +127,7 @@ impl RobotFile {
         loose
     }
 
-    /// Which poses the robot may take.
+    /// The limits on poses.
     pub const fn reach(&self) -> Reach {
         Reach {
             limits: self.limits,
@@ -137,72 +136,71 @@ impl RobotFile {
     }
 }
 
-/// How good a reading is that is no position, and what is known of where instruments stand.
+/// The noise of readings other than positions, and the known positions of instruments.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct InstrumentFacts {
-    /// One σ of a height, mm.
+    /// Standard uncertainty of a height, mm.
     pub height_noise: Option<f64>,
-    /// One σ of a distance, mm.
+    /// Standard uncertainty of a distance, mm.
     pub distance_noise: Option<f64>,
-    /// One σ of a joint angle, radians, where the file states the noise of no position.
+    /// Standard uncertainty of a joint angle, radians, if the file states no noise of positions.
     pub joint_noise: Option<f64>,
     /// Planes of known height.
     pub planes: Vec<KnownPlane>,
-    /// Points of which something is known.
+    /// Points about which something is known.
     pub points: Vec<NamedPoint>,
-    /// The shortest and the longest distance between two poses that can be measured, mm.
+    /// The shortest and longest measurable distance between two poses, mm.
     pub lengths: Option<(f64, f64)>,
-    /// Points of the machine that the sensor measured too, so that its coordinates are known in the machine's frame.
+    /// Points of the machine that the sensor measured as well, which locate the sensor in the machine's frame.
     pub datum: Vec<DatumPoint>,
-    /// From the platform point to what is measured: a reflector, a tip. mm, in the robot's frame.
+    /// The vector from the platform point to the measured point (reflector or tip), mm, in the robot's frame.
     pub target: Option<Vector3<f64>>,
 }
 
 /// A plane of known height.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KnownPlane {
-    /// As the samples file names it.
+    /// Its name in the samples file.
     pub name: String,
     /// The line of its section.
     pub line: u64,
     /// Where it crosses the z axis, mm.
     pub height: f64,
-    /// One σ of that, mm.
+    /// Standard uncertainty of that height, mm.
     pub sigma: f64,
-    /// One σ of its tilt about x and about y, radians, if it is known to be nearly level.
+    /// Standard uncertainty of its tilt about x and about y, radians, if it is known to be nearly level.
     pub tilt: Option<f64>,
-    /// The gauge blocks that heights are measured on, mm, 0 being the bare plane; empty if not stated.
+    /// The gauge blocks on which heights are measured, mm; 0 is the bare plane. Empty if not stated.
     pub blocks: Vec<f64>,
 }
 
-/// A point of the machine's frame, and where the sensor saw it.
+/// A point known in the machine's frame and measured by the sensor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DatumPoint {
     /// Its name.
     pub name: String,
-    /// Where it is in the frame of the robot's base, mm.
+    /// Its position in the base frame, mm.
     pub place: Vector3<f64>,
-    /// Where the sensor saw it, mm in the sensor's frame.
+    /// Its position as measured by the sensor, mm, in the sensor's frame.
     pub seen: Vector3<f64>,
 }
 
-/// A point that distances begin at.
+/// A point from which distances are measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedPoint {
-    /// As the samples file names it.
+    /// Its name in the samples file.
     pub name: String,
     /// The line of its section.
     pub line: u64,
-    /// Where it is and one σ of each coordinate, if that is known: mm.
+    /// Its position and the standard uncertainty of each coordinate, mm, if known.
     pub place: Option<(Vector3<f64>, f64)>,
-    /// Whether its sensor reads a constant too much that is not known.
+    /// Whether its sensor has an unknown constant offset.
     pub offset_unknown: bool,
-    /// The shortest and the longest distance that can be measured from it, mm.
+    /// The shortest and longest measurable distance from it, mm.
     pub lengths: Option<(f64, f64)>,
 }
 
-/// What identifies a robot and its measurement, for reports: nothing is computed from it. `None` where the file does
-/// not say it.
+/// Identification of a robot and its measurement, for reports only. `None` where the file states nothing.
 #[derive(Debug, Clone, PartialEq, Eq, Default, serde::Serialize)]
 pub struct Record {
     /// The robot's name.
@@ -211,17 +209,17 @@ pub struct Record {
     /// The robot's serial number.
     #[serde(rename = "robot_serial")]
     pub serial: Option<String>,
-    /// Who measured.
+    /// The person who measured.
     pub operator: Option<String>,
-    /// With what.
+    /// The instrument.
     pub instrument: Option<String>,
-    /// On which day.
+    /// The date of the measurement.
     #[serde(rename = "measured_on")]
     pub date: Option<String>,
 }
 
 impl Record {
-    /// All of them, each with its section and key in a robot file.
+    /// All entries, each with its section and key in a robot file.
     fn entries(&mut self) -> [(&'static str, &'static str, &mut Option<String>); 5] {
         [
             ("robot", "name", &mut self.name),
@@ -232,7 +230,7 @@ impl Record {
         ]
     }
 
-    /// Without the measurement: that of a calibration is not that of what is measured afterwards.
+    /// The record without the measurement: that of a calibration does not apply to later measurements.
     #[must_use]
     pub fn of_the_robot(&self) -> Self {
         Self {

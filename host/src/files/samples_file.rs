@@ -1,4 +1,4 @@
-//! The samples file: joint angles, and what was measured there, one row a pose.
+//! The samples file: joint angles and the readings taken there, one row per pose.
 
 mod numbers;
 mod pairs;
@@ -19,10 +19,10 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use table::{Table, TableRow};
 
-/// Readings of a row: x, y, z, height, distance.
+/// Readings per row: x, y, z, height, distance.
 pub const READINGS: usize = 5;
 
-/// Kinds of readings, each with a noise of its own.
+/// Kinds of readings, each with its own noise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
@@ -35,10 +35,10 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 3] = [Self::Position, Self::Height, Self::Distance];
 
-    /// Of the reading at a place of a row.
+    /// The kind of the reading at an index in a row.
     pub const fn of_place(place: usize) -> Self {
         match place {
             0..3 => Self::Position,
@@ -47,7 +47,7 @@ impl Kind {
         }
     }
 
-    /// Its key in the section `[noise]`.
+    /// Its key in the `[noise]` section.
     pub const fn key(self) -> &'static str {
         match self {
             Self::Position => "position_mm",
@@ -66,9 +66,9 @@ impl Kind {
     }
 }
 
-/// The name of the plane of a file that names none.
+/// The plane's name if the file names none.
 const ONLY_PLANE: &str = "plane";
-/// A blank coordinate is meant if so many rows, and one in so many of the file, have the same cells blank.
+/// Blank coordinates are intentional if at least this many rows, and one in `ONE_IN`, have the same cells blank.
 const LEAST_GROUP: usize = 3;
 const ONE_IN: usize = 10;
 
@@ -77,73 +77,73 @@ const ONE_IN: usize = 10;
 pub struct Row<T> {
     /// Its line in the file, counted from 1.
     pub line: u64,
-    /// What it holds.
+    /// Its content.
     pub value: T,
 }
 
-/// What a samples file says: at least one row, at least one reading in each.
+/// The content of a samples file: at least one row, with at least one reading in each.
 ///
 /// The columns are `q1_deg, q2_deg, q3_deg` (with linear drives `s1_mm, s2_mm, s3_mm`) and any of `x_mm, y_mm, z_mm`,
-/// `height_mm, plane`, `distance_mm, point` or `distance_mm, to_q1_deg, to_q2_deg, to_q3_deg`, in other units as well, in any
-/// order, separated by commas, semicolons, tabs or spaces. Columns whose name begins with `_` are ignored. Lines that
-/// begin with `#` are comments.
+/// `height_mm, plane`, `distance_mm, point` or `distance_mm, to_q1_deg, to_q2_deg, to_q3_deg`, also in other units, in
+/// any order, separated by commas, semicolons, tabs or spaces. Columns whose name starts with `_` are ignored, and so
+/// are lines that start with `#`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Readings {
-    /// The file's name, for messages.
+    /// Name of the file, for messages.
     pub name: String,
-    /// Joint angles in radians, lengths in millimetres. Rows that are equal to the last digit are here once.
+    /// The rows: joint angles in radians, lengths in millimetres. Rows with identical numbers appear once.
     pub rows: Vec<Row<Reading>>,
-    /// The planes' names, in the order in which they occur.
+    /// Names of the planes, in order of first use.
     pub planes: Vec<String>,
-    /// The points' names, likewise.
+    /// Names of the points, in order of first use.
     pub points: Vec<String>,
-    /// The lines of the rows that are equal to a row before them, to the last digit.
+    /// Lines of rows with the same numbers as an earlier row.
     pub copies: Vec<u64>,
-    /// How joints and readings of two files were joined.
+    /// How two files were joined, if joints and readings come from two.
     pub joined: Option<Joined>,
-    /// Whether the header states the joint angles in degrees, all three.
+    /// Whether the header states all three joint angles in degrees.
     pub in_degrees: bool,
-    /// In which unit the header states the positions, all three coordinates.
+    /// The unit of all three coordinates in the header.
     pub positions_in: PositionUnit,
 }
 
-/// What was measured at a pose.
+/// The readings at one pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
-    /// Joint angles, radians; with linear drives travels, mm.
+    /// Joint angles, radians; travels of linear drives, mm.
     pub joints: [f64; 3],
-    /// The coordinates that were measured, mm.
+    /// The measured coordinates, mm.
     pub position: [Option<f64>; 3],
-    /// The index of a plane and the height above it, mm.
+    /// Index of the plane, and height above it, mm.
     pub height: Option<(usize, f64)>,
-    /// From where, and how far, mm.
+    /// The start of a distance, and the distance, mm.
     pub distance: Option<(ReadingFrom, f64)>,
-    /// One σ of what was read, mm, if the row states it.
+    /// Standard uncertainty of the readings, mm, if the row states it.
     pub sigma: Option<f64>,
 }
 
-/// Where a distance begins.
+/// Where a distance starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ReadingFrom {
-    /// At the point of this index.
+    /// The point with this index.
     Point(usize),
-    /// At the platform's position at these joint angles, radians.
+    /// The platform's position at these joint angles, radians.
     Pose([f64; 3]),
 }
 
-/// In which unit positions are stated.
+/// The unit of positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PositionUnit {
     /// Millimetres.
     Millimetre,
     /// Metres.
     Metre,
-    /// Centimetres, inches, micrometres, or not all three the same.
+    /// Centimetres, inches, micrometres, or different units.
     Other,
 }
 
 impl Reading {
-    /// Nothing yet, at these joint angles (radians) or travels (mm).
+    /// No readings yet, at these joint angles (radians) or travels (mm).
     pub const fn at(joints: [f64; 3]) -> Self {
         Self {
             joints,
@@ -169,18 +169,18 @@ impl Reading {
         [x, y, z, height, self.distance.map(|(_, distance)| distance)]
     }
 
-    /// Of the first that was read.
+    /// The kind of the first reading.
     pub fn kind(&self) -> Option<Kind> {
         let place = self.read().iter().position(Option::is_some)?;
         Some(Kind::of_place(place))
     }
 
-    /// How many numbers were measured.
+    /// The number of readings.
     pub fn readings(&self) -> usize {
         self.read().iter().flatten().count()
     }
 
-    /// x, y and z, if all three were measured.
+    /// The sample, if x, y and z were all measured.
     pub fn sample(&self) -> Option<Sample<f64>> {
         let [Some(x), Some(y), Some(z)] = self.position else {
             return None;
@@ -193,13 +193,13 @@ impl Reading {
 }
 
 impl Readings {
-    /// Reads a samples file of a robot, in its convention.
+    /// Reads a robot's samples file in that robot's convention.
     ///
     /// # Errors
-    /// The first fault: a missing, unknown or doubled column, a short or long row, a number that does not parse or is not
-    /// finite, a joint angle more than 1° outside the limits, no rows; a row without any reading, a coordinate that is blank
-    /// in a few rows only; a distance that is not above 0, that begins nowhere, or both at a point and at a pose; a plane
-    /// or point without a reading; rows that are all the same.
+    /// The first fault: a missing, unknown or duplicate column, a row of the wrong length, a number that is invalid or
+    /// not finite, a joint angle more than 1° outside the limits, no rows; a row without a reading, a coordinate that
+    /// is blank in only a few rows; a distance that is not above 0, or starts nowhere, or starts both at a point and at
+    /// a pose; a plane or point without a reading; all rows identical.
     pub fn read(input: &InputText, robot: &RobotFile) -> Result<Self, InputError> {
         if let Some(joints) = input.beside() {
             return Self::read_pair(joints, input, robot);
@@ -212,7 +212,7 @@ impl Readings {
         Self::of_rows(&table, input, rows, names)
     }
 
-    /// The complete positions of a robot with this convention, whatever the joint angles.
+    /// Reads complete positions in this convention, without checking joint limits.
     pub(crate) fn read_any(input: &InputText, convention: &Convention) -> Result<Self, InputError> {
         let joints = Quantity::joints(convention.drive);
         let table = Table::parse(input, convention, false)?;
@@ -263,7 +263,7 @@ impl Readings {
         }
     }
 
-    /// Without rows, in millimetres and degrees.
+    /// An empty file, in millimetres and degrees.
     pub fn of_name(name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -277,7 +277,7 @@ impl Readings {
         }
     }
 
-    /// Complete positions, the first in line 2.
+    /// A file of complete positions, starting at line 2.
     pub fn of_samples(name: impl Into<String>, samples: &[Sample<f64>]) -> Self {
         let rows = (2..).zip(samples).map(|(line, sample)| Row {
             line,
@@ -311,7 +311,7 @@ impl Readings {
         });
     }
 
-    /// The rows that hold x, y and z.
+    /// The rows with x, y and z.
     pub fn samples(&self) -> impl Iterator<Item = Row<Sample<f64>>> + '_ {
         self.rows.iter().filter_map(|row| {
             Some(Row {
@@ -321,7 +321,7 @@ impl Readings {
         })
     }
 
-    /// Whether every row holds x, y and z, and nothing else.
+    /// Whether every row consists of x, y and z alone.
     pub fn is_complete(&self) -> bool {
         let mut rows = self.rows.iter();
         rows.all(|row| {
@@ -332,7 +332,7 @@ impl Readings {
         })
     }
 
-    /// The σ that stands for all stated ones of a kind, mm: that of their mean weight. `None` if no row states one.
+    /// The σ, mm, that corresponds to the mean weight of all rows of a kind that state one; `None` if no row does.
     pub(crate) fn stated_sigma(&self, kind: Kind) -> Option<f64> {
         let of_kind = self
             .rows
@@ -346,7 +346,7 @@ impl Readings {
         (count > 0.0).then(|| (weights.iter().sum::<f64>() / count).powf(-0.5))
     }
 
-    /// Whether a row holds a reading of this kind.
+    /// Whether a row has a reading of this kind.
     pub fn holds(&self, kind: Kind) -> bool {
         let mut rows = self.rows.iter();
         rows.any(|row| {
@@ -355,18 +355,18 @@ impl Readings {
         })
     }
 
-    /// How many numbers were measured in all rows.
+    /// The number of readings in all rows.
     pub fn readings(&self) -> usize {
         self.rows.iter().map(|row| row.value.readings()).sum()
     }
 
-    /// How many rows have joint angles that no row before them has.
+    /// The number of rows whose joint angles occur in no earlier row.
     pub fn distinct_poses(&self) -> usize {
         let bits = |row: &Row<Reading>| row.value.joints.map(f64::to_bits);
         self.rows.iter().map(bits).collect::<BTreeSet<_>>().len()
     }
 
-    /// With every complete position in another frame.
+    /// Transforms every complete position to another frame.
     #[must_use]
     pub(crate) fn turned(&self, by: &RigidTransform<f64>) -> Self {
         let mut turned = self.clone();
@@ -378,7 +378,7 @@ impl Readings {
         turned
     }
 
-    /// With every measured position moved, mm.
+    /// Shifts every measured position, mm.
     #[must_use]
     pub(crate) fn moved(mut self, by: &Vector3<f64>) -> Self {
         for row in &mut self.rows {
@@ -389,7 +389,7 @@ impl Readings {
         self
     }
 
-    /// A fault of the row at an index, in its line.
+    /// A fault of the row at an index, with its line.
     pub fn fault(&self, index: usize, cause: impl Into<String>) -> InputError {
         let error = InputError::new(&self.name, cause)
             .with_remedy("check the row and the units in the header (_mm or _m, _deg or _rad)");
@@ -399,7 +399,7 @@ impl Readings {
         }
     }
 
-    /// Which of these names occurs in no row, and what names do, in words.
+    /// If no row uses the wanted name, describes the names that rows use.
     pub(crate) fn unused(names: &[String], wanted: &str) -> Option<String> {
         if names.iter().any(|name| name == wanted) {
             return None;
@@ -411,7 +411,7 @@ impl Readings {
     }
 }
 
-/// A coordinate that is blank in a few rows is a mistake.
+/// Refuses coordinates that are blank in only a few rows.
 fn check_blanks(
     input: &InputText,
     table: &Table<'_>,
@@ -448,14 +448,14 @@ fn check_blanks(
         .with_remedy(remedy))
 }
 
-/// The names of planes and points, in the order in which they occur.
+/// Names of planes and points, in order of first use.
 #[derive(Default)]
 struct Names {
     planes: RefCell<Vec<String>>,
     points: RefCell<Vec<String>>,
 }
 
-/// The place of a name in a list, to which it is added if it is new.
+/// The index of a name in a list, to which new names are added.
 fn index_of(names: &RefCell<Vec<String>>, name: &str) -> usize {
     let mut names = names.borrow_mut();
     if let Some(index) = names.iter().position(|known| known == name) {
@@ -466,7 +466,7 @@ fn index_of(names: &RefCell<Vec<String>>, name: &str) -> usize {
 }
 
 impl Names {
-    /// What was read in a row with these joints.
+    /// The readings of a row with these joints.
     fn reading(
         &self,
         row: &TableRow<'_>,
@@ -546,8 +546,8 @@ impl Names {
         Err(row.fault_of(quantity, cause).with_remedy(remedy))
     }
 
-    /// What is to be measured in a row that has no reading: a distance if it says where one begins, a height if it
-    /// names a plane, otherwise what the header has columns for.
+    /// The kind of reading that an unmeasured row awaits: a distance if it states a start, a height if it names a
+    /// plane, otherwise what the header has columns for.
     fn to_measure(
         &self,
         table: &Table<'_>,
@@ -581,7 +581,7 @@ impl Names {
     }
 }
 
-/// One σ of a row, mm.
+/// Standard uncertainty of a row, mm.
 fn sigma(row: &TableRow<'_>) -> Result<Option<f64>, InputError> {
     let stated = row.optional(Quantity::Sigma)?;
     let (quantity, sigma) = match stated {
@@ -599,21 +599,20 @@ fn sigma(row: &TableRow<'_>) -> Result<Option<f64>, InputError> {
     }
 }
 
-/// Reads the joint angles (radians) of a file; positions may be there too and are ignored.
+/// Reads the joint angles (radians) of a file; positions are ignored.
 ///
 /// # Errors
-/// As [`Readings::read`].
+/// Same as [`Readings::read`].
 pub fn read_joints(input: &InputText, robot: &RobotFile) -> Result<Vec<Row<[f64; 3]>>, InputError> {
     let table = Table::parse(input, &robot.convention, false)?;
     table.require(&Quantity::joints(robot.limits.drive()))?;
     table.rows(|row| row.joints(robot))
 }
 
-/// Reads the positions (millimetres) of a file; joint angles may be there too and are not looked
-/// at.
+/// Reads the positions (millimetres) of a file; joint angles are ignored.
 ///
 /// # Errors
-/// As [`Readings::read`].
+/// Same as [`Readings::read`].
 pub fn read_positions(
     input: &InputText,
     convention: &Convention,
@@ -623,13 +622,12 @@ pub fn read_positions(
     table.rows(|row| row.numbers(Quantity::COORDINATES).map(Vector3::from))
 }
 
-/// A samples file of which some rows, or all, may still be unmeasured.
+/// A samples file in which some or all rows may still be unmeasured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Planned {
-    /// Every row. What an unmeasured one reads does not matter: its heights are 0, its coordinates the robot's
-    /// own, its distances 1 mm.
+    /// All rows. Unmeasured ones hold placeholders: height 0, the robot's own coordinates, distance 1 mm.
     pub readings: Readings,
-    /// The lines in which nothing was measured.
+    /// The lines of unmeasured rows.
     pub unmeasured: Vec<u64>,
 }
 
@@ -637,7 +635,7 @@ impl Planned {
     /// Reads the samples file of a robot.
     ///
     /// # Errors
-    /// As [`Readings::read`]; an unmeasured row is none.
+    /// Same as [`Readings::read`], except that unmeasured rows are accepted.
     pub fn read(input: &InputText, robot: &RobotFile) -> Result<Self, InputError> {
         let table = Table::parse(input, &robot.convention, false)?;
         table.require(&Quantity::joints(robot.limits.drive()))?;
@@ -658,7 +656,7 @@ impl Planned {
         })
     }
 
-    /// Whether nothing was measured yet.
+    /// Whether no row has been measured yet.
     pub fn is_unmeasured(&self) -> bool {
         self.unmeasured.len() == self.readings.rows.len()
     }

@@ -1,4 +1,4 @@
-//! From the text of a robot file to the robot.
+//! Parses a robot file.
 
 use super::section::{OneOrThree, Positive, Section, parse};
 use super::{
@@ -18,7 +18,7 @@ use delta_cal::robot::{
 use delta_cal::{Noise, Parameter, Robot, SymmetricRobot, Tolerance};
 use nalgebra::{Matrix3, Vector3};
 
-/// A rotation read from a file may be off by its rounding, not by more than this.
+/// Accepted deviation of a rotation matrix in a file, which is due to rounding.
 const ROTATION_ERROR: f64 = 1e-6;
 
 const SECTIONS: &str = "convention nominal arm joints tolerance noise sensor_frame planes distances points platform \
@@ -28,8 +28,8 @@ impl RobotFile {
     /// Reads a robot file.
     ///
     /// # Errors
-    /// The first fault: TOML that does not parse, an unknown or missing key, a number that is not finite or not
-    /// possible, a robot that reaches no pose within its joint limits.
+    /// The first fault: invalid TOML, an unknown or missing key, a number that is not finite or out of range, a robot
+    /// that reaches no pose within its joint limits.
     pub fn read(input: &InputText) -> Result<Self, InputError> {
         let table = parse(input).map_err(|error| table_instead(input).unwrap_or(error))?;
         let file = Section::whole(input, table.get_ref(), SECTIONS)?;
@@ -87,7 +87,7 @@ impl RobotFile {
     }
 }
 
-/// That a file which is no TOML is a table.
+/// The error for a file that is a table instead of TOML.
 fn table_instead(input: &InputText) -> Option<InputError> {
     let mut lines = (1..).zip(input.text().lines());
     let (line, first) =
@@ -101,7 +101,7 @@ fn table_instead(input: &InputText) -> Option<InputError> {
     })
 }
 
-/// `kind` in `[nominal]`; of arms, whether the first has a key of a tower.
+/// The drive by `kind` in `[nominal]`, or for arms by whether the first has a key of a tower.
 fn drive(nominal: Option<&Section<'_>>, arms: &[Section<'_>]) -> Result<Drive, InputError> {
     let kinds = [("rotary", Drive::Rotary), ("linear", Drive::Linear)];
     if let Some(kind) = nominal.map(|own| own.choice("kind", &kinds)).transpose()? {
@@ -159,7 +159,7 @@ fn impossible(section: &Section<'_>, error: GeometryError) -> InputError {
     section.fault(format!("the geometry is impossible: {cause}"))
 }
 
-/// Three equal arms or towers.
+/// A robot with three equal arms or towers.
 fn robot(nominal: &Section<'_>, convention: &Convention) -> Result<Robot<f64>, InputError> {
     let made = match convention.drive {
         Drive::Rotary => {
@@ -199,7 +199,7 @@ fn robot(nominal: &Section<'_>, convention: &Convention) -> Result<Robot<f64>, I
     made.map_err(|error| impossible(nominal, error))
 }
 
-/// Equal arms at these azimuths (radians), each so many degrees above level where its joint reads 0.
+/// Equal arms at these azimuths (radians), with the angles above horizontal (degrees) at which their joints read 0.
 fn turned(
     lengths: &SymmetricRobot<f64>,
     azimuths: [f64; 3],
@@ -223,7 +223,7 @@ fn turned(
     Robot::new([arm(0)?, arm(1)?, arm(2)?])
 }
 
-/// Where the arms or towers stand, radians about the z axis inside.
+/// The azimuths of the arms or towers, radians about the internal z axis.
 fn azimuths(
     nominal: &Section<'_>,
     key: &str,
@@ -277,7 +277,7 @@ fn arm(section: &Section<'_>, drive: Drive) -> Result<Arm<f64>, InputError> {
     arm.map_err(|error| impossible(section, error))
 }
 
-/// With the largest angle of a forearm out of its arm's plane.
+/// Joint limits, and the largest angle of a forearm out of its arm's plane.
 fn limits(
     file: &Section<'_>,
     convention: &Convention,
@@ -320,7 +320,7 @@ fn limits(
     }
 }
 
-/// What `[tolerance]` says of the geometry, and of transmissions that are to be found.
+/// The `[tolerance]` of the geometry, and of the transmissions if they are estimated.
 type Tolerances = (Tolerance<f64>, Option<TransmissionTolerance<f64>>);
 
 fn tolerance(file: &Section<'_>, drive: Drive) -> Result<Option<Tolerances>, InputError> {
@@ -361,7 +361,7 @@ fn tolerance(file: &Section<'_>, drive: Drive) -> Result<Option<Tolerances>, Inp
     Ok(Some((stated, Some(transmission))))
 }
 
-/// Of positions; `None` if the file states it of other readings only.
+/// The noise of positions; `None` if the file states only that of other readings.
 fn noise(
     file: &Section<'_>,
     drive: Drive,
@@ -387,7 +387,7 @@ fn noise(
             return Err(own.fault(format!("this robot's joint noise is {key}")));
         }
     };
-    // The joints' is checked in either case.
+    // Joint noise is checked in either case.
     let noise = Noise::by_axis(position.unwrap_or([1.0; 3]), joint);
     let noise = noise.map_err(|error| own.fault(error.to_string()))?;
     if position.is_some() {
@@ -397,7 +397,7 @@ fn noise(
     Ok(None)
 }
 
-/// All that is known of instruments beside their noise.
+/// Facts about instruments other than their noise.
 fn instruments(file: &Section<'_>, convention: &Convention) -> Result<InstrumentFacts, InputError> {
     let mut facts = InstrumentFacts::default();
     for (name, own) in file.named("planes", "z_mm sigma_mm tilt_deg blocks_mm")? {
@@ -453,13 +453,13 @@ fn instruments(file: &Section<'_>, convention: &Convention) -> Result<Instrument
     Ok(facts)
 }
 
-/// `x_mm`, `y_mm` and `z_mm` in the axes inside.
+/// `x_mm`, `y_mm` and `z_mm`, in internal axes.
 fn vector(own: &Section<'_>, convention: &Convention) -> Result<Vector3<f64>, InputError> {
     let [x, y, z] = ["x_mm", "y_mm", "z_mm"].map(|key| own.number(key));
     Ok(convention.vector(&Vector3::new(x?, y?, z?)))
 }
 
-/// The shortest and the longest distance.
+/// The shortest and longest measurable distance.
 fn lengths(own: &Section<'_>) -> Result<Option<(f64, f64)>, InputError> {
     match own.optional::<[Positive; 2]>("length_mm")? {
         Some([Positive(shortest), Positive(longest)]) if shortest > longest => {

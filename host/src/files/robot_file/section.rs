@@ -1,4 +1,4 @@
-//! A table of a TOML file: its values by their keys, and what is wrong with one in its place.
+//! A table of a TOML file: its values by key, with faults located in the file.
 
 use crate::files::input::{InputError, InputText};
 use std::ops::Range;
@@ -8,10 +8,10 @@ use toml::de::{DeTable, DeValue};
 const REMEDY: &str = "`delta-cal init --output -` prints a robot file with every key (with towers, \
                       add --kind linear); numbers have a decimal point, text stands in quotation marks";
 
-/// Letters that a text may have, so that a certificate stays one page.
+/// Most characters in a text entry, so that a certificate fits on one page.
 const LONGEST: usize = 60;
 
-/// The tables of a file, or what the TOML reader finds wrong with it.
+/// Parses the tables of a file, or returns the TOML parser's error.
 pub(super) fn parse(input: &InputText) -> Result<Spanned<DeTable<'_>>, InputError> {
     DeTable::parse(input.text()).map_err(|error| {
         let place = error.span().unwrap_or_default();
@@ -23,7 +23,7 @@ fn fault_at(input: &InputText, place: Range<usize>, cause: &str) -> InputError {
     input.fault_at(place, cause).with_remedy(REMEDY)
 }
 
-/// One table.
+/// One TOML table.
 pub(super) struct Section<'a> {
     input: &'a InputText,
     place: Range<usize>,
@@ -31,7 +31,7 @@ pub(super) struct Section<'a> {
 }
 
 impl<'a> Section<'a> {
-    /// The whole file, which may have these sections.
+    /// The whole file, with the sections it may have.
     pub(super) fn whole(
         input: &'a InputText,
         table: &'a DeTable<'a>,
@@ -61,22 +61,22 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// Where it begins.
+    /// Its position in the file.
     pub(super) fn place(&self) -> Range<usize> {
         self.place.clone()
     }
 
-    /// The line in which it begins.
+    /// The line where it starts.
     pub(super) fn line(&self) -> u64 {
         self.input.line_at(self.place.start)
     }
 
-    /// Something wrong with the section.
+    /// A fault of the section.
     pub(super) fn fault(&self, cause: impl AsRef<str>) -> InputError {
         fault_at(self.input, self.place(), cause.as_ref())
     }
 
-    /// No other keys than these, with a space between them, may be there.
+    /// Refuses keys other than these, which are separated by spaces.
     pub(super) fn only(&self, keys: &str) -> Result<(), InputError> {
         let known = |own: &&Spanned<_>| keys.split_whitespace().any(|key| key == own.get_ref());
         let Some(unknown) = self.table.keys().find(|own| !known(own)) else {
@@ -90,12 +90,11 @@ impl<'a> Section<'a> {
         Err(fault_at(self.input, unknown.span(), &cause))
     }
 
-    /// Whether it has this key.
     pub(super) fn has(&self, key: &str) -> bool {
         self.table.contains_key(key)
     }
 
-    /// The section of this name, which may have these keys.
+    /// The section of this name, with the keys it may have.
     pub(super) fn section(&self, key: &str, keys: &str) -> Result<Option<Self>, InputError> {
         let section = self.any_section(key)?;
         if let Some(section) = &section {
@@ -104,12 +103,12 @@ impl<'a> Section<'a> {
         Ok(section)
     }
 
-    /// The same whatever its keys.
+    /// The section of this name, with any keys.
     pub(super) fn any_section(&self, key: &str) -> Result<Option<Self>, InputError> {
         self.table.get(key).map(|value| self.of(value)).transpose()
     }
 
-    /// The sections below a name, each with its own, which may have these keys.
+    /// The named subsections of a section, with the keys they may have.
     pub(super) fn named(&self, key: &str, keys: &str) -> Result<Vec<(String, Self)>, InputError> {
         let Some(all) = self.any_section(key)? else {
             return Ok(Vec::new());
@@ -122,7 +121,7 @@ impl<'a> Section<'a> {
         sections.collect()
     }
 
-    /// The sections that repeat a name.
+    /// The sections of a TOML array of tables.
     pub(super) fn repeated(&self, key: &str) -> Result<Vec<Self>, InputError> {
         match self.table.get(key) {
             None => Ok(Vec::new()),
@@ -133,38 +132,38 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// What a key says, if it is there.
+    /// The value of an optional key.
     pub(super) fn optional<T: Value>(&self, key: &str) -> Result<Option<T>, InputError> {
         let value = self.table.get(key).map(T::of).transpose();
         value.map_err(|(place, cause)| fault_at(self.input, place, &cause))
     }
 
-    /// What a key says that must be there.
+    /// The value of a required key.
     pub(super) fn get<T: Value>(&self, key: &str) -> Result<T, InputError> {
         self.optional(key)?.ok_or_else(|| self.missing(key))
     }
 
-    /// That a key is not there.
+    /// The error for a missing key.
     pub(super) fn missing(&self, key: &str) -> InputError {
         self.fault(format!("missing field `{key}`"))
     }
 
-    /// A number that must be there.
+    /// A required number.
     pub(super) fn number(&self, key: &str) -> Result<f64, InputError> {
         self.get(key)
     }
 
-    /// A number above 0 that must be there.
+    /// A required number above 0.
     pub(super) fn positive(&self, key: &str) -> Result<f64, InputError> {
         self.get(key).map(|Positive(own)| own)
     }
 
-    /// A number above 0, if it is there.
+    /// An optional number above 0.
     pub(super) fn optional_positive(&self, key: &str) -> Result<Option<f64>, InputError> {
         Ok(self.optional(key)?.map(|Positive(own)| own))
     }
 
-    /// One of these words, if it is there.
+    /// An optional key whose value is one of these words.
     pub(super) fn choice<T: Copy>(
         &self,
         key: &str,
@@ -187,10 +186,10 @@ impl<'a> Section<'a> {
     }
 }
 
-/// A cause, and the bytes at fault.
+/// The bytes at fault and the cause.
 type Fault = (Range<usize>, String);
 
-/// What stands behind a key.
+/// A type that a key's value may have.
 pub(super) trait Value: Sized {
     fn of(value: &Spanned<DeValue<'_>>) -> Result<Self, Fault>;
 }
@@ -199,7 +198,7 @@ pub(super) trait Value: Sized {
 #[derive(Clone, Copy)]
 pub(super) struct Positive(pub(super) f64);
 
-/// One number for all, or one for each.
+/// One number for all three, or one for each.
 pub(super) struct OneOrThree<T>(pub(super) [T; 3]);
 
 fn no_value(value: &Spanned<DeValue<'_>>, expected: &str) -> Fault {
@@ -275,7 +274,7 @@ impl<T: Value + Copy> Value for OneOrThree<T> {
     }
 }
 
-/// One short line; a number or a date without quotation marks is read as well.
+/// One short line; an unquoted number or date is accepted too.
 impl Value for String {
     fn of(value: &Spanned<DeValue<'_>>) -> Result<Self, Fault> {
         let text = match value.get_ref() {

@@ -1,4 +1,4 @@
-//! The robot file as text.
+//! Writes a robot file.
 
 use super::{RobotFile, TRANSMISSION_KEYS, arm_key};
 use crate::files::convention::{JointUnit, LENGTH_UNITS, Vertical};
@@ -9,12 +9,12 @@ use nalgebra::Vector3;
 use std::fmt::{Debug, Display, Write};
 
 impl RobotFile {
-    /// The file as text: three `[[arm]]` and every other section that is known. Each number reads
-    /// back as the same `f64`. `comment` comes first, line by line.
+    /// The file as text: three `[[arm]]` sections and every other known section. Each number reads back as the same
+    /// `f64`. `comment` comes first, line by line.
     pub fn to_toml(&self, comment: &str) -> String {
         let mut file = File::default();
         for line in comment.lines() {
-            // TOML allows no control characters in a comment, file names may hold any.
+            // TOML forbids control characters in comments, but file names may contain any.
             let _ = writeln!(file.text, "# {}", line.replace(char::is_control, "?"));
         }
         for section in ["robot", "measurement"] {
@@ -53,7 +53,7 @@ impl RobotFile {
         file.text
     }
 
-    /// In the axes of the file.
+    /// Converts a vector to the file's axes.
     fn outwards(&self, vector: &Vector3<f64>) -> [f64; 3] {
         self.convention.vector(vector).into()
     }
@@ -192,7 +192,7 @@ impl RobotFile {
     }
 }
 
-/// How a file states one of several.
+/// The word for one of several values in a robot file.
 fn word<T>(words: &[(&'static str, T)], own: impl Fn(&T) -> bool) -> &'static str {
     let mut words = words.iter();
     words
@@ -200,21 +200,21 @@ fn word<T>(words: &[(&'static str, T)], own: impl Fn(&T) -> bool) -> &'static st
         .map_or("", |(word, _)| word)
 }
 
-/// A file as far as it is written.
+/// A file as written so far.
 #[derive(Default)]
 struct File {
     text: String,
-    /// Of the section that begins with the next entry.
+    /// The heading of the section that starts with the next entry.
     heading: Option<String>,
 }
 
 impl File {
-    /// The entries below are of this section, which is not written without any.
+    /// Starts a section; it is omitted if no entry follows.
     fn section(&mut self, heading: impl Into<String>) {
         self.heading = Some(heading.into());
     }
 
-    /// The section of a name that may hold anything, below others of its kind.
+    /// Starts a section below `kind`; its name may contain any characters.
     fn named(&mut self, kind: &str, name: &str) {
         self.section(format!("[{kind}.{}]", toml::Value::from(name)));
         self.begin();
@@ -231,8 +231,8 @@ impl File {
         let _ = writeln!(self.text, "{key} = {value}");
     }
 
-    /// Rust's `{:?}` of an `f64` is the shortest text that reads back as the same number, and TOML; so are those of arrays
-    /// and of plain words.
+    /// `{:?}` of an `f64` is valid TOML and the shortest text that reads back as the same number. It is valid TOML for
+    /// arrays and plain words, too.
     fn entry(&mut self, key: &str, value: impl Debug) {
         self.verbatim(key, format_args!("{value:?}"));
     }

@@ -4,17 +4,17 @@ use crate::text::decimal_comma;
 use std::cell::{Cell, RefCell};
 use std::f64::consts::TAU;
 
-/// Larger numbers, in mm or rad, have the wrong unit or a wrong exponent.
+/// Larger numbers, in mm or rad, indicate a wrong unit or exponent.
 const LARGEST: f64 = 1e9;
 
-/// What the numbers of a table have in common, as far as it was read.
+/// What has been learnt about the numbers of a table so far.
 #[derive(Debug, Default)]
 pub(super) struct Numbers {
     /// The line of the first decimal point, or 0.
     point: Cell<u64>,
-    /// The first decimal comma: line, column, field.
+    /// The first decimal comma: line, column and field.
     comma: RefCell<Option<(u64, usize, String)>>,
-    /// Whether some comma does not separate thousands.
+    /// Whether some comma cannot be a thousands separator.
     no_thousands: Cell<bool>,
     /// The largest angle without a stated unit.
     angle: Cell<f64>,
@@ -52,7 +52,7 @@ impl Numbers {
         ))
     }
 
-    /// A file has decimal points or decimal commas.
+    /// Decimal points and decimal commas must not be mixed in a file.
     fn check_marks(&self, field: &str) -> Result<(), Fault> {
         let comma = self.comma.borrow();
         let (Some((with_comma, ..)), with_point @ 1..) = (comma.as_ref(), self.point.get()) else {
@@ -69,8 +69,8 @@ impl Numbers {
         ))
     }
 
-    /// A comma that may as well separate thousands: line, column and cause. Programs that separate
-    /// fields by semicolons do so because the comma is their decimal mark.
+    /// A comma that could be a thousands separator: line, column and cause. Programs that separate fields by semicolons
+    /// do so because the comma is their decimal mark.
     pub(super) fn doubtful_comma(&self, separator: char) -> Option<(u64, usize, String)> {
         if separator == ';' || self.no_thousands.get() {
             return None;
@@ -88,20 +88,20 @@ impl Numbers {
         self.angle.set(self.angle.get().max(value.abs()));
     }
 
-    /// Whether some angle without a stated unit is more than a full turn in radians.
+    /// Whether some angle without a stated unit would exceed a full turn in radians.
     pub(super) fn must_be_degrees(&self) -> bool {
         self.angle.get() > TAU
     }
 }
 
-/// Whether the comma of `-12,345` may separate thousands.
+/// Whether the comma of `-12,345` could be a thousands separator.
 fn thousands(field: &str) -> bool {
     let digits = field.trim_start_matches(['-', '+']);
     let (before, after) = digits.split_once(',').unwrap_or_default();
     before.len() <= 3 && !before.starts_with('0') && after.len() == 3
 }
 
-/// A number in radians or millimetres, if it can be one.
+/// Accepts a number in radians or millimetres if it is plausible.
 pub(super) fn possible(field: &str, value: f64) -> Result<f64, Fault> {
     if !value.is_finite() {
         return Err((

@@ -1,4 +1,4 @@
-//! Joints in one file and what was measured in another, as a controller and an instrument write them.
+//! Joints in one file and readings in another, as a controller and an instrument write them.
 
 use super::table::Table;
 use super::{Names, Reading, Readings, Row};
@@ -12,7 +12,7 @@ use jiff::tz::TimeZone;
 use serde::Serialize;
 use std::collections::{HashMap, HashSet};
 
-/// Times match within this part of the usual time between the rows of the denser file.
+/// Times match if they differ by at most this fraction of the median interval of the denser file.
 const NEAR: f64 = 0.5;
 
 /// How two files were joined.
@@ -20,13 +20,13 @@ const NEAR: f64 = 0.5;
 pub struct Joined {
     /// The file with the joints.
     pub joints_file: String,
-    /// The column that both have; `None` for the order of the rows.
+    /// The common column; `None` if rows were joined by order.
     pub by: Option<String>,
-    /// Rows of joints at which nothing was measured.
+    /// Number of rows of joints without a measurement.
     pub unused: usize,
 }
 
-/// A column of both files.
+/// A column common to both files.
 struct Key {
     name: String,
     joints: Vec<String>,
@@ -34,12 +34,12 @@ struct Key {
 }
 
 impl Readings {
-    /// Reads joints from one file and readings from another, in either order. Rows belong together if they agree in a
-    /// column that both files have (a name, a number; of a time the nearest), and by their order where there is none.
+    /// Reads joints from one file and readings from another, given in either order. Rows are matched by a common column
+    /// (equal names or numbers, nearest times) or, without one, by order.
     ///
     /// # Errors
-    /// As [`read`](Self::read); a measured row without joints, names that two rows of joints have, different numbers of
-    /// rows without a common column.
+    /// Same as [`read`](Self::read); also a measured row without joints, a name shared by two rows of joints, or,
+    /// without a common column, different numbers of rows.
     pub fn read_pair(
         one: &InputText,
         other: &InputText,
@@ -98,7 +98,7 @@ impl Readings {
     }
 }
 
-/// The columns that both files have beside what they are read for.
+/// Columns common to both files, other than those read as joints or readings.
 fn keys(joints: &Table<'_>, measured: &Table<'_>) -> Result<Vec<Key>, InputError> {
     let mut keys = Vec::new();
     for name in joints.unread() {
@@ -114,7 +114,7 @@ fn keys(joints: &Table<'_>, measured: &Table<'_>) -> Result<Vec<Key>, InputError
     Ok(keys)
 }
 
-/// A name or number that finds all rows, else a time, else the name that finds most.
+/// The name or number column that matches all rows, else a time column, else the name column with most matches.
 fn chosen(keys: &[Key]) -> Option<&Key> {
     let found = |key: &Key| {
         let known: HashSet<String> = key.joints.iter().map(|own| comparable(own)).collect();
@@ -131,7 +131,7 @@ fn chosen(keys: &[Key]) -> Option<&Key> {
     all.or_else(time).or_else(most)
 }
 
-/// Numbers as such, names as they are.
+/// Normalises numbers; names stay as they are.
 fn comparable(cell: &str) -> String {
     let cell = cell.trim();
     cell.replace(',', ".")
@@ -140,7 +140,7 @@ fn comparable(cell: &str) -> String {
 }
 
 impl Key {
-    /// Whether its name says so and every cell is one.
+    /// Whether its name suggests a time and every cell is one.
     fn is_time(&self) -> bool {
         let name = self.name.to_lowercase();
         let named = name.contains("time")
@@ -152,7 +152,7 @@ impl Key {
     }
 }
 
-/// Of a number of seconds, a time of day or a date with time.
+/// Parses seconds, a time of day, or a date with time.
 fn seconds(cell: &str) -> Option<f64> {
     let cell = cell.trim();
     if let Ok(number) = cell.replace(',', ".").parse() {
@@ -169,7 +169,7 @@ fn seconds(cell: &str) -> Option<f64> {
     Some(at.as_duration().as_secs_f64())
 }
 
-/// For each measured row the row of joints of that name.
+/// For each measured row, the row of joints with the same name.
 fn by_name(
     key: &Key,
     poses: &[Row<[f64; 3]>],
@@ -196,7 +196,7 @@ fn by_name(
     Ok(key.measured.iter().map(find).collect())
 }
 
-/// For each measured row the row of joints that is nearest in time, if it is near.
+/// For each measured row, the row of joints nearest in time, if it is near enough.
 fn by_time(key: &Key) -> Vec<Option<usize>> {
     let of =
         |cells: &[String]| -> Vec<f64> { cells.iter().filter_map(|own| seconds(own)).collect() };
@@ -219,7 +219,7 @@ fn by_time(key: &Key) -> Vec<Option<usize>> {
     measured.iter().map(nearest).collect()
 }
 
-/// The same number of rows, one for one.
+/// Matches rows one to one; their numbers must be equal.
 fn by_order<T>(
     poses: &[Row<[f64; 3]>],
     rows: &[Row<T>],

@@ -1,4 +1,4 @@
-//! A table of named columns with units, however its fields are separated: its header, its rows and their numbers.
+//! A table of named columns with units and any separator: header, rows and numbers.
 
 use super::Row;
 use super::numbers::{Fault, Numbers, possible};
@@ -16,50 +16,50 @@ const KNOWN: &str = "the columns are q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm (or _ra
                      order, and sigma_mm or u_k2_mm (k = 2), the uncertainty of the row; with a linear drive s1_mm… and to_s1_mm… instead of q1_deg… and \
                      to_q1_deg…; the program ignores columns whose name begins with _";
 
-/// Columns whose name begins with this are ignored.
+/// Columns whose name starts with this are ignored.
 const IGNORED: char = '_';
-/// What may separate fields; several spaces are one.
+/// Possible field separators; several spaces count as one.
 const SEPARATORS: [(char, &str); 4] = [
     (',', "commas"),
     (';', "semicolons"),
     ('\t', "tabs"),
     (' ', "spaces"),
 ];
-/// A header names at least so many columns that are known.
+/// A header has at least this many known columns.
 const LEAST_COLUMNS: usize = 3;
-/// Lines above the header that are looked at.
+/// Lines above the header that are searched.
 const MOST_ABOVE: usize = 100;
 
-/// What is done with the cells of a column.
+/// The role of a column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Use {
     Read(Column),
     Ignored,
-    /// It has no name, so its cells must be empty.
+    /// A column without a name; its cells must be empty.
     Unnamed,
 }
 
-/// A column that is read.
+/// A column to read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Column {
-    /// Counted from 0.
+    /// Index of the column, from 0.
     place: usize,
     quantity: Quantity,
     unit: Unit,
-    /// Whether its name, the command line or `[convention]` states the unit.
+    /// Whether the unit is stated in its name, on the command line or in `[convention]`.
     stated: bool,
 }
 
-/// A table whose header was understood.
+/// A table with a parsed header.
 pub(super) struct Table<'a> {
     input: &'a InputText,
     convention: &'a Convention,
-    /// Of the header.
+    /// The header's line.
     line: u64,
     separator: char,
     names: Vec<String>,
     uses: Vec<Use>,
-    /// Whether columns that are not known are left to another file.
+    /// Whether unknown columns are allowed because they belong to another file.
     lenient: bool,
 }
 
@@ -72,7 +72,7 @@ pub(super) struct TableRow<'a> {
 }
 
 impl<'a> Table<'a> {
-    /// `lenient`: columns that are not known belong to another file.
+    /// `lenient`: unknown columns are allowed because they belong to another file.
     pub(super) fn parse(
         input: &'a InputText,
         convention: &'a Convention,
@@ -110,7 +110,7 @@ impl<'a> Table<'a> {
             }
             table.uses.push(used);
         }
-        // Without distances a column `point` names the poses.
+        // Without distances, a column `point` names the poses.
         if table.column(Quantity::Distance).is_none()
             && let Some(column) = table.column(Quantity::Point)
         {
@@ -119,7 +119,7 @@ impl<'a> Table<'a> {
         Ok(table)
     }
 
-    /// Motive's export has no joints.
+    /// Motive's export contains no joints.
     fn check_motive(&self) -> Result<(), InputError> {
         let joint = |name: &String| {
             ColumnName::recognise(name).is_some_and(|own| own.quantity.joint().is_some())
@@ -137,7 +137,7 @@ impl<'a> Table<'a> {
         ))
     }
 
-    /// Every column of `--columns` is there, once.
+    /// Every column in `--columns` must occur exactly once.
     fn check_mapping(&self) -> Result<(), InputError> {
         for mapped in self.input.columns().all() {
             let named = self.names.iter().filter(|name| **name == mapped.column);
@@ -203,7 +203,7 @@ impl<'a> Table<'a> {
         Err(fault.with_remedy(format!("{remedy}; {KNOWN}")))
     }
 
-    /// That the first line holds numbers.
+    /// The error for a first line that holds numbers instead of names.
     fn without_header(&self) -> InputError {
         let between = self.separator.to_string();
         let joints = self.convention.joint_columns().join(&between);
@@ -232,7 +232,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// Whether one of these has a column.
+    /// Whether one of these quantities has a column.
     pub(super) fn has_any(&self, quantities: &[Quantity]) -> bool {
         let mut quantities = quantities.iter();
         quantities.any(|quantity| self.column(*quantity).is_some())
@@ -243,7 +243,7 @@ impl<'a> Table<'a> {
         self.names.iter().any(|own| own == name)
     }
 
-    /// The name of the column that a quantity has or should have.
+    /// The actual or expected column name of a quantity.
     pub(super) fn name_of(&self, quantity: Quantity) -> String {
         match self.column(quantity) {
             Some(column) => self.names[column.place].clone(),
@@ -251,7 +251,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// The names of the columns that are not read.
+    /// The names of columns that are not read.
     pub(super) fn unread(&self) -> impl Iterator<Item = &String> {
         let named = self.names.iter().zip(&self.uses);
         let unread = named.filter(|(_, used)| **used == Use::Ignored);
@@ -259,7 +259,7 @@ impl<'a> Table<'a> {
         unread.filter(|name| !name.starts_with(IGNORED))
     }
 
-    /// The unit that all of these have.
+    /// The common unit of these quantities.
     pub(super) fn unit_of(&self, quantities: &[Quantity]) -> Option<Unit> {
         let unit = |quantity: &Quantity| Some(self.column(*quantity)?.unit);
         let first = unit(quantities.first()?)?;
@@ -267,7 +267,7 @@ impl<'a> Table<'a> {
         others.all(|own| unit(own) == Some(first)).then_some(first)
     }
 
-    /// Every one of these quantities must have a column, and lengths a unit.
+    /// Requires a column for each of these quantities, and a unit for lengths.
     pub(super) fn require(&self, quantities: &[Quantity]) -> Result<(), InputError> {
         for quantity in quantities {
             let Some(column) = self.column(*quantity) else {
@@ -280,7 +280,7 @@ impl<'a> Table<'a> {
         Ok(())
     }
 
-    /// Something that can be measured must have a column, and every length a unit.
+    /// Requires a column for at least one measurable quantity, and a unit for lengths.
     pub(super) fn require_readings(&self) -> Result<(), InputError> {
         if !self.has_any(&Quantity::READINGS) {
             self.require(&Quantity::COORDINATES)?;
@@ -288,7 +288,7 @@ impl<'a> Table<'a> {
         self.require_units()
     }
 
-    /// Every length must have a unit.
+    /// Requires a unit for every length.
     pub(super) fn require_units(&self) -> Result<(), InputError> {
         let lengths = [Quantity::Sigma, Quantity::Expanded];
         let lengths = Quantity::READINGS.into_iter().chain(lengths);
@@ -323,14 +323,14 @@ impl<'a> Table<'a> {
         ))
     }
 
-    /// A fault of the header.
+    /// A fault in the header.
     fn fault(&self, cause: impl Into<String>) -> InputError {
         InputError::new(self.input.name(), cause)
             .at_line(self.line)
             .with_remedy(KNOWN)
     }
 
-    /// Every row; there must be one.
+    /// Reads all rows; there must be at least one.
     pub(super) fn rows<T>(
         &self,
         read: impl Fn(&TableRow<'_>) -> Result<T, InputError>,
@@ -386,7 +386,7 @@ impl<'a> Table<'a> {
         Ok(cells)
     }
 
-    /// Every record below the header with its line, without comments and empty lines.
+    /// Calls back for each record below the header, with its line; skips comments and empty lines.
     fn each(
         &self,
         mut take: impl FnMut(u64, &[Cow<'_, str>]) -> Result<(), InputError>,
@@ -409,7 +409,7 @@ impl<'a> Table<'a> {
         Ok(())
     }
 
-    /// A row must have as many fields as the header; those without a name are empty or not there.
+    /// A row must have as many fields as the header; fields without a name may be empty or absent.
     fn check_length(&self, line: u64, record: &[Cow<'_, str>]) -> Result<(), InputError> {
         let (found, expected) = (record.len(), self.names.len());
         let named = |place: usize| {
@@ -448,7 +448,7 @@ impl<'a> Table<'a> {
         Err(other_length().at_column(last).with_remedy(remedy))
     }
 
-    /// What other than the header's separates the fields of a row, if that is plain.
+    /// The separator that a row seems to use instead of the header's, if it is obvious.
     fn separated_otherwise(&self, record: &[Cow<'_, str>]) -> Option<String> {
         let [line] = record else { return None };
         let is_own = |(separator, _): &&(char, &str)| *separator == self.separator;
@@ -461,8 +461,8 @@ impl<'a> Table<'a> {
     }
 }
 
-/// The line that names the columns, with its number; `None` if the file has nothing but comments. What an instrument writes
-/// above it is skipped: the first line is no header then, and exactly one of the lines below it is.
+/// The line of column names and its number; `None` if the file holds only comments. Lines that an instrument writes
+/// above it are skipped: then the first line is no header, and exactly one of the following lines is.
 fn header(input: &InputText) -> Option<(u64, &str)> {
     let written = |line: &str| !(line.trim().is_empty() || line.trim_start().starts_with('#'));
     let lines = (1..).zip(input.text().split('\n'));
@@ -479,8 +479,8 @@ fn header(input: &InputText) -> Option<(u64, &str)> {
     }
 }
 
-/// What separates the names of a header, and how many of them are known then: by which most are known, otherwise the one that
-/// separates anything.
+/// The separator of a header's names, and the number of known names with it: the separator that gives most known names,
+/// or else one that separates anything.
 fn separated(input: &InputText, header: &str) -> (char, usize) {
     let known = |name: &&String| {
         input.columns().of_column(name).is_some() || ColumnName::recognise(name).is_some()
@@ -502,7 +502,7 @@ fn separated(input: &InputText, header: &str) -> (char, usize) {
     best
 }
 
-/// The names of a header; `q1 [deg]` is one, whatever separates them.
+/// The names of a header; `q1 [deg]` is one name with any separator.
 fn names(header: &str, separator: char) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     let whole = || vec![header.trim().into()];
@@ -518,7 +518,7 @@ fn names(header: &str, separator: char) -> Vec<String> {
     names
 }
 
-/// The fields of a line; `None` if it opens a quote and does not close it.
+/// The fields of a line; `None` for an unclosed quote.
 fn fields(line: &str, separator: char) -> Option<Vec<Cow<'_, str>>> {
     if !line.contains('"') {
         return Some(match separator {
@@ -526,7 +526,7 @@ fn fields(line: &str, separator: char) -> Option<Vec<Cow<'_, str>>> {
             _ => line.split(separator).map(|own| own.trim().into()).collect(),
         });
     }
-    // Numbers do not go over several lines: what does begins with a quote that is not closed.
+    // A number never spans lines, so a field that does starts with an unclosed quote.
     let line = match separator {
         ' ' => line.split_whitespace().collect::<Vec<_>>().join(" ") + "\n-",
         _ => format!("{line}\n-"),
@@ -542,31 +542,31 @@ fn fields(line: &str, separator: char) -> Option<Vec<Cow<'_, str>>> {
 }
 
 impl TableRow<'_> {
-    /// In radians and millimetres.
+    /// Three required numbers, in radians or millimetres.
     pub(super) fn numbers(&self, quantities: [Quantity; 3]) -> Result<[f64; 3], InputError> {
         let [first, second, third] = quantities.map(|quantity| self.number(quantity));
         Ok([first?, second?, third?])
     }
 
-    /// In radians and millimetres; `None` where there is no such column or the cell is empty.
+    /// A number in radians or millimetres; `None` if the column is missing or the cell is empty.
     pub(super) fn optional(&self, quantity: Quantity) -> Result<Option<f64>, InputError> {
         let text = self.text(quantity);
         text.map(|_| self.number(quantity)).transpose()
     }
 
-    /// What a cell holds, if it holds anything.
+    /// The text of a non-empty cell.
     pub(super) fn text(&self, quantity: Quantity) -> Option<&str> {
         let column = self.table.column(quantity)?;
         let field = self.record.get(column.place)?;
         (!field.is_empty()).then_some(field)
     }
 
-    /// Joint angles in radians or travels in mm, within the limits or nearly so.
+    /// Joint angles in radians or travels in mm, within the limits plus a margin.
     pub(super) fn joints(&self, robot: &RobotFile) -> Result<[f64; 3], InputError> {
         self.joints_in(Quantity::joints(robot.limits.drive()), robot)
     }
 
-    /// The same of other columns.
+    /// The same for other columns.
     pub(super) fn joints_in(
         &self,
         quantities: [Quantity; 3],
@@ -609,13 +609,13 @@ impl TableRow<'_> {
         }
     }
 
-    /// A fault of this row, in the column that a quantity has or should have.
+    /// A fault in this row, in the actual or expected column of a quantity.
     pub(super) fn fault_of(&self, quantity: Quantity, cause: impl Into<String>) -> InputError {
         self.fault_of_row(cause)
             .at_column(self.table.name_of(quantity))
     }
 
-    /// A fault of this row as a whole.
+    /// A fault of the whole row.
     pub(super) fn fault_of_row(&self, cause: impl Into<String>) -> InputError {
         InputError::new(self.table.input.name(), cause).at_line(self.line)
     }

@@ -1,4 +1,4 @@
-//! How well positions and parameters are known.
+//! Accuracy of positions and parameters.
 
 pub mod evaluation;
 pub(crate) mod improvement;

@@ -1,7 +1,6 @@
-//! What a calibration was worth, where the true robot is known: in simulation.
+//! The benefit of a calibration where the true robot is known: in simulation.
 //!
-//! Parameters of different kinds are compared in one unit, the length's: angles are multiplied by
-//! the true upper arm's length.
+//! Parameters of different kinds are compared in mm: angles are multiplied by the true upper arm's length.
 
 use super::information::{ARM, PARAMETERS, is_empty, units, whitening};
 use super::rigid_motion::RigidMotions;
@@ -11,10 +10,10 @@ use delta_cal::calibration::{JointNormal, Prior, TolerancePrior};
 use delta_cal::{ArmIndex, Noise, Parameter, Robot, Sample, Tolerance};
 use nalgebra::{DMatrix, SMatrix, SVector, Vector3};
 
-/// A true robot, the robot of the file and the calibrated one.
+/// The true robot, the robot of the file and the calibrated one.
 #[derive(Debug, Clone, Copy)]
 pub struct Evaluation<'a> {
-    /// Pr: the robot that was measured.
+    /// Pr: the true robot, which was measured.
     pub truth: &'a Robot<f64>,
     /// Pn: the robot before calibration.
     pub before: &'a Robot<f64>,
@@ -22,24 +21,21 @@ pub struct Evaluation<'a> {
     pub after: &'a Robot<f64>,
 }
 
-/// Over points that were not measured: how far the platform is from where a robot's geometry says it
-/// is, mm.
+/// Error of the positions computed with a robot's geometry, over points that were not measured, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeldOutError {
-    /// √ of the mean square; NaN if the geometry reaches none of the points.
+    /// Root mean square; NaN if the geometry reaches none of the points.
     pub rms: f64,
-    /// The largest; NaN if the geometry reaches none of the points.
+    /// Maximum; NaN if the geometry reaches none of the points.
     pub max: f64,
-    /// √ of the mean square after the rigid motion that explains most of the errors; NaN also with
-    /// fewer than three points.
+    /// Root mean square after removal of the best-fitting rigid motion; NaN also with fewer than three points.
     pub intrinsic_rms: f64,
-    /// Points that the geometry does not reach, left out of the other figures.
+    /// Number of points that the geometry does not reach; the other figures exclude them.
     pub unreachable: usize,
 }
 
 impl Evaluation<'_> {
-    /// G = 100 (‖Pr − Pn‖ − ‖Pr − Pc‖) / ‖Pr − Pn‖, percent (4.1). NaN if the robot before was the
-    /// true one.
+    /// Gain G = 100 (‖Pr − Pn‖ − ‖Pr − Pc‖) / ‖Pr − Pn‖, percent (4.1). NaN if Pn = Pr.
     pub fn gain(&self) -> f64 {
         let (before, after) = (self.error_before(), self.error_after());
         100.0 * ((before - after) / before)
@@ -55,18 +51,18 @@ impl Evaluation<'_> {
         differences(self.after, self.truth).norm()
     }
 
-    /// The position error before, at joint angles (radians) that the true robot can reach.
+    /// The position error before calibration, at joint angles (radians) that the true robot can reach.
     pub fn position_error_before(&self, joints: &[[f64; 3]]) -> HeldOutError {
         position_error(self.truth, self.before, joints)
     }
 
-    /// The position error after.
+    /// The position error after calibration.
     pub fn position_error_after(&self, joints: &[[f64; 3]]) -> HeldOutError {
         position_error(self.truth, self.after, joints)
     }
 }
 
-/// All 24 differences of parameters, a − truth: mm, angles times the true upper arm's length.
+/// All 24 parameter differences, a − truth: mm, with angles times the true upper arm's length.
 pub fn differences(a: &Robot<f64>, truth: &Robot<f64>) -> SVector<f64, PARAMETERS> {
     let units = units(truth);
     let truth_drive = truth.drive();
@@ -109,24 +105,24 @@ fn position_error(truth: &Robot<f64>, robot: &Robot<f64>, joints: &[[f64; 3]]) -
     }
 }
 
-/// The Cramér–Rao bound: the least covariance that unbiased estimates of the parameters can have,
-/// the inverse of the residuals' information at the true robot.
+/// The Cramér–Rao bound: the smallest covariance of unbiased parameter estimates, the inverse of the residuals'
+/// information at the true robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CramerRaoBound {
-    /// Arm by arm, each parameter at its place: mm², angles times the upper arm's length.
+    /// All parameters, arm by arm: mm², angles times the upper arm's length.
     pub covariance: SMatrix<f64, PARAMETERS, PARAMETERS>,
 }
 
 impl CramerRaoBound {
-    /// The bound of a method from measurements of `truth` at these joint angles (radians).
+    /// The bound of a method for measurements of `truth` at these joint angles (radians).
     ///
-    /// The IKM method knows of each arm the variance of its closure error and not its correlation
-    /// with the other arms'; its information is that of three separate arms. The information of the
-    /// other methods' residuals is that of the measurements themselves. With a tolerance that of the
-    /// prior is added, and the bound is that of the mean over robots drawn from it (van Trees).
+    /// The IKM method uses the variance of each arm's closure error but not its correlation with the other arms, so its
+    /// information is that of three separate arms. The other methods' residuals carry the full information of the
+    /// measurements. A tolerance adds the information of the prior; the bound then holds for the mean over robots drawn
+    /// from it (van Trees).
     ///
-    /// `None` if the poses do not determine the robot, or the true robot is singular at or does not
-    /// reach one of them.
+    /// `None` if the poses do not determine the robot, or the true robot does not reach one of them or is singular
+    /// there.
     pub fn new(
         method: Method,
         truth: &Robot<f64>,
@@ -162,16 +158,16 @@ impl CramerRaoBound {
         finite.then_some(Self { covariance })
     }
 
-    /// √ of the trace, mm: the least rms of ‖Pr − Pc‖.
+    /// √ of the trace, mm: the lower bound of the rms of ‖Pr − Pc‖.
     pub fn error(&self) -> f64 {
         self.covariance.trace().sqrt()
     }
 }
 
-/// A row of the information Σ gᵀg, each parameter in its unit.
+/// A row g of the information Σ gᵀg, each parameter in its unit.
 type Row = SVector<f64, PARAMETERS>;
 
-/// U of |U δ|², what a tolerance says.
+/// The rows U of the tolerance's information, |U δ|².
 fn rows_of_prior(truth: &Robot<f64>, tolerance: Option<&Tolerance<f64>>) -> Vec<Row> {
     let units = units(truth).map(f64::recip).into();
     let prior = TolerancePrior::new(truth.arms().each_ref(), &units, tolerance);
@@ -184,7 +180,7 @@ fn rows_of_prior(truth: &Robot<f64>, tolerance: Option<&Tolerance<f64>>) -> Vec<
     .collect()
 }
 
-/// Of the IKM method one row an arm, (∂f/∂P)/σf.
+/// IKM: one row per arm, (∂f/∂P)/σf.
 fn closure_rows(truth: &Robot<f64>, pose: &Sample<f64>, noise: &Noise<f64>) -> Vec<Row> {
     let units = units(truth);
     let of_arm = |index: ArmIndex| {
@@ -197,7 +193,7 @@ fn closure_rows(truth: &Robot<f64>, pose: &Sample<f64>, noise: &Noise<f64>) -> V
     ArmIndex::ALL.map(of_arm).to_vec()
 }
 
-/// Of the measurements themselves three rows, L⁻¹ ∂X/∂P. `None` at a singular pose.
+/// Other methods: three rows per pose, L⁻¹ ∂X/∂P. `None` at a singular pose.
 fn position_rows(truth: &Robot<f64>, pose: &Sample<f64>, noise: &Noise<f64>) -> Option<Vec<Row>> {
     let (units, whitening) = (units(truth), whitening(truth, pose, noise)?);
     let rows = whitening * jacobian::<PARAMETERS>(truth, &pose.position, &pose.joints)?;

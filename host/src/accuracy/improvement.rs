@@ -1,33 +1,33 @@
-//! How likely it is that a calibration makes a robot worse, although its parameters are noisy.
+//! The probability that a calibration makes a robot worse because its parameters are noisy.
 //!
-//! The calibrated parameters differ by u from those before. With δ the robot's true difference and
-//! the covariance C of the estimate, u = δ + ε, ε ~ N(0, C). With the mean M of JᵀJ over the
-//! workspace, the mean squared position error falls by
+//! The calibrated parameters differ by u from those before. With δ the robot's true difference and C the covariance of
+//! the estimate, u = δ + ε, ε ~ N(0, C). With M the mean of JᵀJ over the workspace, the mean squared position error
+//! falls by
 //!
 //! ```text
 //! |δ|² − |ε|² = 2 uᵀM δ − uᵀM u        (norms with M)
 //! ```
 //!
-//! u alone does not tell δ: of many robots those that u says to be far off are those with a large ε as
-//! well. How large δ may be says the robot itself: with all parameters in mm (angles times the upper arm's length), or
-//! in tolerances where these are stated, δ ~ N(0, τ² I), and those combinations of parameters that the samples determine
-//! well show τ. Let d be what the samples alone say, along the eigenvectors of C
+//! u alone does not determine δ: robots with a large u tend to have a large ε as well. The data themselves show how
+//! large δ may be: with all parameters in mm (angles times the upper arm's length), or in tolerances where these are
+//! stated, δ ~ N(0, τ² I), and the well-determined combinations of parameters reveal τ. Let d be the samples' own
+//! estimate along the eigenvectors of C:
 //!
 //! ```text
 //! dᵢ ~ N(0, τ² + λᵢ),   δᵢ | dᵢ ~ N(τ² dᵢ/(τ² + λᵢ), τ² λᵢ/(τ² + λᵢ))
 //! ```
 //!
-//! and τ is integrated out with a prior that is even in log τ. It is an estimate of the kind that
-//! Efron and Morris (1973) and MacKay (1992) use.
+//! τ is integrated out with a prior that is uniform in log τ: an empirical Bayes estimate (Efron and Morris 1973,
+//! MacKay 1992).
 //!
-//! Without a tolerance d = u, and λ are C's eigenvalues. A tolerance, of covariance P, has drawn u towards the robot
-//! before: with c the eigenvalues of C in tolerances, d = u/(1 − c) and λ = c/(1 − c), for C⁻¹ = A + P⁻¹ with A what the
-//! samples determine. That δ is as large as the tolerance is not taken for granted: a robot that was calibrated before
-//! is off by less than a file says that states how it was made.
+//! Without a tolerance, d = u and λ are the eigenvalues of C. A tolerance with covariance P has drawn u towards the
+//! robot before calibration: with c the eigenvalues of C in tolerances, d = u/(1 − c) and λ = c/(1 − c), because C⁻¹ =
+//! A + P⁻¹ with A the samples' information. δ is not assumed to be as large as the tolerance: a robot that was
+//! calibrated before is closer than a file that states manufacturing tolerances suggests.
 //!
-//! Where the robot's place in space does not count, M is that of the positions less the rigid motion that explains most
-//! of each parameter's effect. It has a kernel, the combinations of parameters that move the robot as a whole: u and C
-//! are projected on what is orthogonal to them.
+//! For relative accuracy, M is computed from the positions less the rigid motion that best fits each parameter's
+//! effect. Its kernel contains the combinations of parameters that move the robot as a whole; u and C are projected
+//! onto the orthogonal complement.
 
 use super::evaluation::differences;
 use super::information::{prior_covariance, units};
@@ -41,32 +41,32 @@ use nalgebra::{DMatrix, DVector, SMatrix};
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// Sizes of τ that are tried, from the largest change, or from so many tolerances, down to this part of it.
+/// Number of values of τ tried, from the largest change or `LARGEST_TOLERANCE` tolerances to `SMALLEST` of that.
 const SIZES: u32 = 49;
 const SMALLEST: f64 = 1e-4;
 const LARGEST_TOLERANCE: f64 = 2.0;
-/// Of a combination that the samples do not determine: 1 − c.
+/// Smallest 1 − c, for combinations that the samples do not determine.
 const UNDETERMINED: f64 = 1e-9;
-/// Quantiles of the noise where it is estimated: the middles of equal parts.
+/// Quantiles of an estimated noise: the midpoints of equally probable intervals.
 const NOISE_LEVELS: u32 = 5;
 
-/// A change of the parameters, all in mm, and what is known of it.
+/// A change of the parameters, all in mm, and its uncertainty.
 #[derive(Debug, Clone)]
 pub(crate) struct Change {
     /// u.
     pub(crate) difference: DVector<f64>,
-    /// C. With an estimated noise that of Student's distribution.
+    /// C; with an estimated noise, the covariance of Student's distribution.
     pub(crate) covariance: DMatrix<f64>,
     /// M.
     pub(crate) sensitivity: DMatrix<f64>,
-    /// The covariance of the parameters that a stated tolerance allows, which C holds.
+    /// Covariance of a stated tolerance, which is included in C.
     pub(crate) prior: Option<DMatrix<f64>>,
-    /// Of an estimated noise; `None` if it is stated.
+    /// Degrees of freedom of an estimated noise; `None` if it is stated.
     pub(crate) degrees_of_freedom: Option<f64>,
 }
 
 impl Change {
-    /// Without the combinations of parameters that M's kernel holds, so many of them.
+    /// Removes the kernel of M, which has `dimensions` dimensions.
     pub(crate) fn without_kernel(self, dimensions: usize) -> Self {
         let eigen = self.sensitivity.clone().symmetric_eigen();
         let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
@@ -101,7 +101,7 @@ impl Change {
             .sqrt()
     }
 
-    /// √tr(M S), mm: S = C − C P⁻¹ C is how u scatters with the samples' noise, C without a tolerance.
+    /// √tr(M S), mm: S = C − C P⁻¹ C is the covariance of u due to the samples' noise, C without a tolerance.
     pub(crate) fn scatter(&self) -> f64 {
         let scatter = match &self.prior {
             None => self.covariance.clone(),
@@ -118,8 +118,8 @@ impl Change {
             .sqrt()
     }
 
-    /// The probability that the mean squared position error grows. `None` if too few samples are left
-    /// over to say how noisy they are.
+    /// The probability that the mean squared position error grows. `None` if there are too few degrees of freedom to
+    /// estimate the noise.
     pub(crate) fn chance_of_harm(&self) -> Option<f64> {
         let levels = match (self.degrees_of_freedom, &self.prior) {
             (Some(freedom), None) => noise_levels(freedom)?,
@@ -166,7 +166,7 @@ impl Change {
         chance.is_finite().then_some(chance)
     }
 
-    /// What the samples say along the eigenvectors of C, in mm or, if there is a tolerance, in tolerances; and uᵀM u.
+    /// The samples' estimates along the eigenvectors of C, in mm or, with a tolerance, in tolerances; and uᵀM u.
     fn combinations(&self) -> (Vec<Combination>, f64) {
         let size = self.difference.len();
         let (root, inverse) = match &self.prior {
@@ -182,7 +182,7 @@ impl Change {
         let each = change.iter().zip(&weights).zip(&eigen.eigenvalues);
         let combinations = each.map(|((u, weight), value)| {
             let value = value.max(least);
-            // The part of what the samples say that the tolerance leaves.
+            // The share of the samples' estimate that the tolerance leaves.
             let part = match &self.prior {
                 Some(_) => (1.0 - value).max(UNDETERMINED),
                 None => 1.0,
@@ -197,17 +197,17 @@ impl Change {
     }
 }
 
-/// Along an eigenvector of C.
+/// A parameter combination along an eigenvector of C.
 struct Combination {
-    /// What the samples alone say.
+    /// The samples' own estimate d.
     said: f64,
-    /// Of what they say.
+    /// Its variance λ.
     variance: f64,
     /// M u.
     weight: f64,
 }
 
-/// By what the variances are to be multiplied, in equally probable cases.
+/// Factors of the variances in equally probable cases.
 fn noise_levels(freedom: f64) -> Option<Vec<f64>> {
     let spare = freedom - 2.0;
     if !(spare > 0.0) {
@@ -220,7 +220,7 @@ fn noise_levels(freedom: f64) -> Option<Vec<f64>> {
     levels.collect()
 }
 
-/// S with S Sᵀ = P, and its inverse, on what P spans.
+/// S with S Sᵀ = P, and its inverse on the span of P.
 fn roots(matrix: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
     let eigen = matrix.clone().symmetric_eigen();
     let least = f64::EPSILON * eigen.eigenvalues.amax();
@@ -252,17 +252,17 @@ fn harm(gain: f64, variance: f64) -> f64 {
     }
 }
 
-/// A change of less than this part of what noise alone makes it scatter is none.
+/// A change below this fraction of its scatter by noise alone counts as none.
 const UNCHANGED: f64 = 0.3;
-/// An uncertainty below this part of the forearms is less than any instrument resolves: 2 µm of 480 mm.
+/// Uncertainty, as a fraction of the forearms, below what any instrument resolves: 2 µm of 480 mm.
 const NEGLIGIBLE: f64 = 5e-6;
-/// A calibration that is more likely than this to make the robot worse is doubtful.
+/// Above this probability of making the robot worse, a calibration is doubtful.
 const DOUBTFUL: f64 = 0.005;
-/// With a stated tolerance, one that is more likely than this to do so is refused. Without one every doubtful
-/// one is: the probability is then somewhat too small (docs/accuracy.md).
+/// With a stated tolerance, a calibration is refused above this probability. Without one, every doubtful one is
+/// refused, because the probability is then slightly underestimated (docs/accuracy.md).
 const HARMFUL: f64 = 0.05;
 
-/// Positions before and after a calibration, over the workspace.
+/// How far positions over the workspace move with a calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Moved {
     /// rms distance, mm.
@@ -271,14 +271,14 @@ pub struct Moved {
     /// rms standard deviation after the calibration, mm.
     #[serde(rename = "sigma_mm")]
     pub sigma: f64,
-    /// rms standard deviation of the change that the samples' noise alone makes, mm.
+    /// rms standard deviation of the change due to the samples' noise alone, mm.
     #[serde(skip)]
     pub scatter: f64,
 }
 
 /// How far the calibration moves the platform over poses evenly spread in joint space
-/// ([`inside`](crate::accuracy::uncertainty::WorkspacePoses::inside)), and how uncertain the
-/// calibrated positions are there.
+/// ([`inside`](crate::accuracy::uncertainty::WorkspacePoses::inside)), and the uncertainty of the calibrated positions
+/// there.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct WorkspaceComparison {
     /// rms distance between the calibrated and the original robot's positions, mm.
@@ -288,20 +288,19 @@ pub struct WorkspaceComparison {
     /// poses that the calibrated robot reaches.
     #[serde(rename = "position_sigma_mm")]
     pub sigma: f64,
-    /// `change` and `sigma`; with `--frame sensor` those of the positions relative to each other.
+    /// `change` and `sigma`; with `--frame sensor`, those of the relative positions.
     #[serde(skip)]
     pub judged: Moved,
-    /// A `judged.sigma` up to this does not count, mm.
+    /// A `judged.sigma` up to this is negligible, mm.
     #[serde(skip)]
     pub negligible: f64,
-    /// The probability that the rms position error is larger after the calibration than before; with `--frame sensor`
-    /// that of the positions relative to each other.
-    /// `None` if the noise is neither stated nor known well enough from the residuals.
+    /// The probability that the rms position error is larger after the calibration than before; with `--frame sensor`,
+    /// of the relative positions. `None` if the noise is neither stated nor estimated well enough.
     pub chance_of_harm: Option<f64>,
 }
 
 impl WorkspaceComparison {
-    /// Of a robot before and after a calibration to a solution, whose covariance holds the stated tolerance; `None` if no
+    /// Compares a robot before and after a calibration whose covariance includes the stated tolerance; `None` if no
     /// pose is reached by both robots.
     pub(crate) fn of(
         before: &Robot<f64>,
@@ -340,7 +339,7 @@ impl WorkspaceComparison {
             covariance: dynamic(covariance.component_mul(&products)),
             sensitivity: dynamic(sensitivity.component_div(&products)),
             prior: tolerance.map(|tolerance| {
-                // Of upper arms whose zeros are known by degrees alone, in their directions now.
+                // Joint zeros known only in degrees: the tolerance applies about the upper arms' calibrated directions.
                 let about = match tolerance.joint_zero() {
                     Some(_) => after,
                     None => before,
@@ -359,7 +358,7 @@ impl WorkspaceComparison {
             for (position, jacobian) in &mut jacobians {
                 *jacobian -= motions.at(position) * explained;
             }
-            // Besides the six motions the empty places of a tower's parameters.
+            // Besides the six rigid motions, the unused places of a tower's parameters.
             let empty = 24 - 3 * before.drive().parameters().len();
             let change =
                 of(mean_square(jacobians.iter().map(|(_, own)| own))).without_kernel(6 + empty);
@@ -383,24 +382,22 @@ impl WorkspaceComparison {
         })
     }
 
-    /// Whether the calibrated robot may well be further off than the robot was before.
+    /// Whether the calibrated robot may well be less accurate than before.
     ///
-    /// Not if the calibration leaves the robot where it was, nor for exact samples of a robot that
-    /// is exact already.
+    /// False if the calibration left the robot unchanged, and for exact samples of an exact robot.
     pub fn may_be_worse(&self) -> bool {
         !self.unchanged()
             && self.judged.sigma > self.negligible
             && self.chance_of_harm.is_some_and(|chance| chance > DOUBTFUL)
     }
 
-    /// Whether that is so likely that the calibration is refused.
+    /// Whether harm is so likely that the calibration is refused.
     pub(crate) fn is_harmful(&self, has_tolerance: bool) -> bool {
         let likely = self.chance_of_harm.is_some_and(|chance| chance > HARMFUL);
         self.may_be_worse() && (likely || !has_tolerance)
     }
 
-    /// Whether the calibration leaves the robot where it was, as the same samples calibrated again
-    /// do.
+    /// Whether the calibration left the robot unchanged, as when the same samples are calibrated again.
     pub fn unchanged(&self) -> bool {
         self.judged.change <= UNCHANGED * self.judged.scatter
     }
@@ -426,8 +423,8 @@ mod tests {
     use rand_core::{Rng, SeedableRng};
     use rand_pcg::Pcg32;
 
-    /// A robot of 24 parameters with differences of this size, measured well along some and badly along others, as `spread`
-    /// says. What a tolerance of 0.7 in every parameter makes of that, if one is stated; and whether the robot became worse.
+    /// A robot of 24 parameters with differences of this size, determined well or badly depending on `spread`, with an
+    /// optional tolerance of 0.7 in every parameter; and whether the calibration made it worse.
     fn made(size: f64, spread: f64, stated: bool, rng: &mut Pcg32) -> (Change, bool) {
         let mut normal = || standard_normal::<f64, _>(rng);
         let sigma = DVector::from_fn(24, |_, _| 0.1 * 10_f64.powf(0.5 * spread * normal()));
@@ -455,7 +452,7 @@ mod tests {
         (change, harmed)
     }
 
-    /// The size of the differences is not told. Of robots with a stated tolerance it is any from twice the tolerance down:
+    /// The size of the differences is unknown. Robots with a stated tolerance have any size up to twice the tolerance:
     /// some were calibrated before.
     #[test]
     fn as_many_become_worse_as_the_chances_say() {
@@ -476,7 +473,7 @@ mod tests {
                 variance += chance * (1.0 - chance);
                 all += f64::from(u8::from(harmed));
             }
-            // Four standard deviations; 1 % more because τ is not known exactly.
+            // Four standard deviations, plus 1 % because τ is not known exactly.
             let limit = 4.0 * f64::sqrt(variance) + 0.01 * said;
             println!("{spread} {stated}: {all} {said:.1} {limit:.1}");
             assert!(
@@ -486,8 +483,8 @@ mod tests {
         }
     }
 
-    /// With the tolerance P, and the samples' own variances S: C = SP/(S + P), and what noise alone makes u scatter by is
-    /// C²/S.
+    /// With the tolerance P and the samples' own variances S: C = SP/(S + P), and noise alone scatters u with the
+    /// variance C²/S.
     #[test]
     fn a_tolerance_leaves_less_scatter() {
         let mut rng = Pcg32::seed_from_u64(3);
@@ -499,7 +496,7 @@ mod tests {
         assert!((change.scatter() - f64::sqrt(expected)).abs() < 1e-12);
     }
 
-    /// Six of 24 combinations move the robot as a whole: the chance is that of the 18 others by themselves, along any axes.
+    /// Six of 24 combinations move the robot as a whole: the probability is that of the other 18 alone, along any axes.
     #[test]
     fn motions_of_the_whole_robot_do_not_count() {
         let mut rng = Pcg32::seed_from_u64(2);
@@ -538,7 +535,7 @@ mod tests {
             };
             let found = figures(&whole.without_kernel(6));
             for (found, expected) in found.iter().zip(figures(&alone)) {
-                // Roundings of numbers up to 1e3, squared.
+                // Rounding of numbers up to 1e3, squared.
                 assert!((found - expected).abs() < 1e-8, "{found} {expected}");
             }
         }

@@ -1,5 +1,4 @@
-//! What is known of the parameters before any measurement, and the unit in which they are compared: mm, angles times the upper
-//! arm's length.
+//! Prior knowledge of the parameters, and the unit in which they are compared: mm, angles times the upper arm's length.
 
 use crate::files::robot_file::RobotFile;
 pub(crate) use crate::fit::solution::PARAMETERS;
@@ -8,16 +7,16 @@ use delta_cal::robot::{Arm, Drive, ParameterKind, TransmissionTolerance};
 use delta_cal::{ArmIndex, Noise, Parameter, Robot, Sample, Tolerance};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
 
-/// Of one arm.
+/// Parameters per arm.
 pub const ARM: usize = 8;
-/// Which of the parameters that is; `None` at a place that the arms leave empty.
+/// Arm and parameter at an index; `None` at an index that this kind of arm does not use.
 pub(crate) fn parameter_at(robot: &Robot<f64>, index: usize) -> Option<(ArmIndex, Parameter)> {
     let arm = ArmIndex::ALL.get(index / ARM).copied();
     let parameter = robot.drive().places()[index % ARM]?;
     Some((arm?, parameter))
 }
 
-/// Every arm and parameter.
+/// All parameters of all arms.
 pub fn parameters(robot: &Robot<f64>) -> impl Iterator<Item = (ArmIndex, Parameter)> {
     let parameters = robot.drive().parameters();
     ArmIndex::ALL
@@ -25,12 +24,12 @@ pub fn parameters(robot: &Robot<f64>) -> impl Iterator<Item = (ArmIndex, Paramet
         .flat_map(|arm| parameters.iter().map(move |parameter| (arm, *parameter)))
 }
 
-/// Whether the arms leave a place empty.
+/// Whether this kind of arm does not use the index.
 pub(crate) fn is_empty(robot: &Robot<f64>, index: usize) -> bool {
     robot.drive().places()[index % ARM].is_none()
 }
 
-/// The covariance of the parameters that a tolerance allows: mm and radians.
+/// Covariance of the parameters under a tolerance: mm and radians.
 pub(crate) fn prior_covariance(
     robot: &Robot<f64>,
     tolerance: &Tolerance<f64>,
@@ -64,7 +63,7 @@ pub(crate) fn prior_covariance(
     covariance
 }
 
-/// How the parameters change if all towers are one σ of their common radius further out: mm.
+/// The change of the parameters when all towers move outwards by one σ of their common radius: mm.
 fn common_radius(robot: &Robot<f64>, tolerance: &Tolerance<f64>) -> SVector<f64, PARAMETERS> {
     let mut common = SVector::zeros();
     for (arm, geometry) in robot.arms().iter().enumerate() {
@@ -85,8 +84,7 @@ pub fn sigma_of_sum(
     weights.dot(&(covariance * weights)).sqrt()
 }
 
-/// The covariance of a robot's parameters, and of its transmissions if they are to be found, before any measurement;
-/// `None` without a tolerance.
+/// Prior covariance of a robot's parameters, and of its transmissions if they are unknown; `None` without a tolerance.
 pub(crate) fn prior(file: &RobotFile) -> Option<RobotCovariance> {
     let mut covariance = RobotCovariance::zeros();
     let parameters = prior_covariance(&file.robot, file.tolerance.as_ref()?);
@@ -103,7 +101,7 @@ pub(crate) fn prior(file: &RobotFile) -> Option<RobotCovariance> {
     Some(covariance)
 }
 
-/// What a parameter is multiplied by: 1, or the upper arm's length; with linear drives the forearm's.
+/// Factor for each parameter: 1, or the upper arm's length (with linear drives, the forearm's) for angles.
 pub fn units(robot: &Robot<f64>) -> SVector<f64, PARAMETERS> {
     let mut units = SVector::repeat(1.0);
     for (arm, geometry) in robot.arms().iter().enumerate() {
@@ -114,7 +112,7 @@ pub fn units(robot: &Robot<f64>) -> SVector<f64, PARAMETERS> {
     units
 }
 
-/// The same of one parameter.
+/// The factor of one parameter.
 pub fn unit(arm: &Arm<f64>, parameter: Parameter) -> f64 {
     match parameter.kind() {
         ParameterKind::Length => 1.0,
@@ -122,7 +120,7 @@ pub fn unit(arm: &Arm<f64>, parameter: Parameter) -> f64 {
     }
 }
 
-/// L⁻¹ of the position's covariance L Lᵀ = σx² I + σq² J_q J_qᵀ at a pose of the robot. `None` at a singular pose.
+/// L⁻¹ of the position covariance L Lᵀ = σx² I + σq² J_q J_qᵀ at a pose of the robot. `None` at a singular pose.
 pub(crate) fn whitening(
     robot: &Robot<f64>,
     pose: &Sample<f64>,

@@ -1,4 +1,4 @@
-//! How far the measured positions are from where a geometry says they are.
+//! The distance between measured positions and those that a geometry gives.
 
 use super::information::prior_covariance;
 use super::uncertainty::PositionUncertainty;
@@ -6,15 +6,15 @@ use crate::files::robot_file::RobotFile;
 use delta_cal::Robot;
 use serde::Serialize;
 
-/// A sample farther off than so many times the median is an outlier.
+/// A sample further off than this many times the median is an outlier.
 pub(crate) const OUTLIER: f64 = 6.0;
-/// Measured positions further than this part of the forearm from where the robot should be are in
-/// another frame, another unit or of other joints.
+/// Measured positions further off than this fraction of the forearm are in another frame or unit, or the joints are in
+/// another order.
 const ELSEWHERE: f64 = 0.05;
-/// A tolerance allows so many times its σ.
+/// A tolerance allows this many σ.
 const ALLOWED: f64 = 3.0;
 
-/// How far measurements are from where a robot's geometry says they are, mm.
+/// Distance between the measured positions and those of a robot's geometry, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PositionError {
     /// √ of the mean square distance over the samples that the geometry can reach; NaN if there is none, as are the
@@ -30,7 +30,7 @@ pub struct PositionError {
     pub unreachable: usize,
 }
 
-/// One σ of a coordinate of robots made to the file's tolerance, the median over poses, mm; `None` without one.
+/// σ of a coordinate over robots made to the file's tolerance, median over poses, mm; `None` without a tolerance.
 pub(crate) fn sigma_by_tolerance(
     file: &RobotFile,
     poses: impl Iterator<Item = [f64; 3]>,
@@ -51,8 +51,8 @@ pub(crate) fn sigma_by_tolerance(
 }
 
 impl PositionError {
-    /// Whether the measured points lie further from where the robot of a file would be than its tolerance
-    /// allows, where another frame, unit or order of joints would put them.
+    /// Whether the measured points are further off than the robot file's tolerance allows, as in another frame or unit
+    /// or with another order of joints.
     pub(crate) fn contradicts(
         &self,
         file: &RobotFile,
@@ -62,18 +62,18 @@ impl PositionError {
         self.lies_elsewhere(&file.robot) && !sigma_by_tolerance(file, poses).is_some_and(allowed)
     }
 
-    /// Whether the measured points lie where another frame, unit or order of joints would put them.
+    /// Whether the measured points are as far off as in another frame or unit or with another order of joints.
     pub(crate) fn lies_elsewhere(&self, robot: &Robot<f64>) -> bool {
         let [arm, ..] = robot.arms();
         !(self.median <= ELSEWHERE * arm.lb())
     }
 
-    /// Whether a sample this far off is an outlier among the others.
+    /// Whether a sample at this distance is an outlier.
     pub(crate) fn is_outlier(&self, distance: f64) -> bool {
         distance > OUTLIER * self.median
     }
 
-    /// Of distances, each with its line.
+    /// From distances, each with its line; `None` is unreachable.
     pub(crate) fn of(distances: impl IntoIterator<Item = (Option<f64>, u64)>) -> Self {
         let mut known = Vec::new();
         let mut unreachable = 0;

@@ -1,13 +1,13 @@
-//! Quantiles of χ², and from a standard uncertainty to an expanded one.
+//! Quantiles of χ², and coverage factors.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
 
-/// Above it the library's search for a quantile is less exact, and above some millions it does not end.
+/// Above this the library's quantile search loses precision, and above some millions it does not terminate.
 const MANY_DEGREES: f64 = 1e4;
 
-/// What χ² is below with this probability; `None` without degrees of freedom.
+/// Quantile of χ² at this probability; `None` without degrees of freedom.
 ///
-/// Of many degrees of freedom by the cube of a normal quantile (Wilson and Hilferty 1931), within 2e-6 of itself.
+/// For many degrees of freedom, the cube of a normal quantile (Wilson and Hilferty 1931), within 2e-6 of its value.
 pub(crate) fn quantile(freedom: f64, probability: f64) -> Option<f64> {
     if freedom > MANY_DEGREES {
         let part = 2.0 / (9.0 * freedom);
@@ -17,18 +17,18 @@ pub(crate) fn quantile(freedom: f64, probability: f64) -> Option<f64> {
     Some(ChiSquared::new(freedom).ok()?.inverse_cdf(probability))
 }
 
-/// Of a normal distribution, within two standard deviations: the probability that k = 2 stands for.
+/// Probability of a normal distribution within two standard deviations, for which k = 2.
 const LEVEL: f64 = 0.9545;
-/// Below, a Student distribution has no variance.
+/// Up to this, Student's distribution has no variance.
 const LEAST_FREEDOM: f64 = 2.0;
 
-/// Of a noise that is stated.
+/// k for a stated noise.
 const STATED: f64 = 2.0;
 
-/// k, by which a standard uncertainty is multiplied for the expanded uncertainty of 95 % (GUM, 6.2 and G.3).
+/// The coverage factor k for an expanded uncertainty of 95 % (GUM, 6.2 and G.3).
 ///
-/// Of a noise that was estimated with these degrees of freedom ν it is Student's: the standard uncertainties of a
-/// calibration are that distribution's standard deviations, and contain √(ν/(ν − 2)) already. `None` where it has none.
+/// For a noise estimated with ν degrees of freedom, k is Student's: the standard uncertainties of a calibration are
+/// that distribution's standard deviations and already include √(ν/(ν − 2)). `None` where it has none.
 pub(crate) fn coverage_factor(estimated_freedom: Option<f64>) -> Option<f64> {
     let Some(freedom) = estimated_freedom else {
         return Some(STATED);
@@ -58,7 +58,7 @@ mod tests {
             (3e6, 0.975, 3_004_802.805_701_332_6),
         ] {
             let found = quantile(freedom, probability).unwrap_or(f64::NAN);
-            // The error of the cube for a probability of 0.0001, at the fewest degrees of freedom.
+            // Error of the approximation for a probability of 0.0001, at its fewest degrees of freedom.
             assert!((found / expected - 1.0).abs() < 2e-6, "{freedom}: {found}");
         }
         assert_eq!(quantile(0.0, 0.5), None);

@@ -1,11 +1,11 @@
-//! The rigid motion that explains most of small position errors.
+//! The rigid motion that best fits small position errors.
 
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 
-/// Small rigid motions of a set of points: a shift and a turn about their centre.
+/// Small rigid motions of a set of points: a translation and a rotation about their centre.
 ///
-/// A motion `m` moves the point `x` by `T(x) m`, `T(x) = (I, −[x − c]×)`. Of the errors `eₖ` of the
-/// points it explains, by least squares, `m = (Σ TₖᵀTₖ)⁻¹ Σ Tₖᵀ eₖ`.
+/// A motion `m` moves the point `x` by `T(x) m`, `T(x) = (I, −[x − c]×)`. The least-squares fit to the errors `eₖ` of
+/// the points is `m = (Σ TₖᵀTₖ)⁻¹ Σ Tₖᵀ eₖ`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RigidMotions {
     centre: Vector3<f64>,
@@ -14,7 +14,7 @@ pub struct RigidMotions {
 }
 
 impl RigidMotions {
-    /// Of these points, mm. `None` if they are fewer than three or on a line.
+    /// Of these points, mm. `None` if there are fewer than three or they are collinear.
     pub fn of(points: impl ExactSizeIterator<Item = Vector3<f64>> + Clone) -> Option<Self> {
         let number = points.clone().fold(0.0, |count, _| count + 1.0);
         let centre = points.clone().sum::<Vector3<f64>>() / number;
@@ -29,19 +29,19 @@ impl RigidMotions {
         finite.then_some(Self { centre, inverse })
     }
 
-    /// T at a point, mm: three coordinates by shift and turn.
+    /// T at a point, mm: three coordinates by translation and rotation.
     pub fn at(&self, point: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
         columns(&(point - self.centre))
     }
 
-    /// How much of the error at a point of these the motion that explains most of all takes up, 0 to 1: a third of
-    /// tr(T (Σ TᵀT)⁻¹ Tᵀ).
+    /// The fraction of the error at one of the points that the fitted motion absorbs, 0 to 1: a third of tr(T (Σ TᵀT)⁻¹
+    /// Tᵀ).
     pub fn leverage(&self, point: &Vector3<f64>) -> f64 {
         let columns = self.at(point);
         (columns * self.inverse * columns.transpose()).trace() / 3.0
     }
 
-    /// The motion that explains most of errors: N columns of them at each point.
+    /// The motion that best fits the errors, for N columns of errors at each point.
     pub fn explaining<const N: usize>(
         &self,
         errors: impl Iterator<Item = (Vector3<f64>, SMatrix<f64, 3, N>)>,
@@ -53,7 +53,7 @@ impl RigidMotions {
         self.inverse * sum
     }
 
-    /// Position errors (mm) less the rigid motion that explains most of them.
+    /// Position errors (mm) less the rigid motion that best fits them.
     pub fn removed(&self, errors: &[(Vector3<f64>, Vector3<f64>)]) -> Vec<Vector3<f64>> {
         let motion: Vector6<f64> = self.explaining(errors.iter().copied());
         errors
@@ -72,12 +72,12 @@ fn columns(arm: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
     columns
 }
 
-/// Points within this part of the forearm (rms) are in one spot.
+/// Points within this fraction of the forearm (rms) count as a single point.
 const SPOT: f64 = 0.02;
-/// Points are on a line if their second extent is below this part of the first.
+/// Points are collinear if their second extent is below this fraction of the first.
 const LINE: f64 = 0.05;
 
-/// Three points or more that leave a rotation of the frame free, or nearly so.
+/// Whether three or more points leave a rotation of the frame free, or nearly so.
 pub(crate) fn degenerate(
     points: impl ExactSizeIterator<Item = Vector3<f64>> + Clone,
     forearm: f64,

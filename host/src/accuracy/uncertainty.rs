@@ -1,4 +1,4 @@
-//! How uncertain positions are where the parameters are: anywhere and over the whole workspace.
+//! Uncertainty of positions due to that of the parameters, at a pose and over the whole workspace.
 
 use super::rigid_motion::RigidMotions;
 use crate::files::robot_file::RobotFile;
@@ -12,8 +12,8 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 pub struct PositionUncertainty<'a, const P: usize = 24> {
     /// The robot.
     pub robot: &'a Robot<f64>,
-    /// Of all 24 parameters, arm by arm: mm, radians and their products. With P = 39 of the numbers of the
-    /// transmissions as well.
+    /// Covariance of all 24 parameters, arm by arm: mm, radians and their products. With P = 39 also of the
+    /// transmissions' numbers.
     pub covariance: &'a SMatrix<f64, P, P>,
 }
 
@@ -25,7 +25,7 @@ impl<const P: usize> PositionUncertainty<'_, P> {
         Some(jacobian * (self.covariance * jacobian.transpose()))
     }
 
-    /// J = ∂X/∂P (3.18), the arms side by side, before the transmissions. `None` at a singular pose.
+    /// J = ∂X/∂P (3.18): the arms side by side, then the transmissions. `None` at a singular pose.
     pub(crate) fn jacobian(&self, x: &Vector3<f64>, q: &[f64; 3]) -> Option<SMatrix<f64, 3, P>> {
         jacobian(self.robot, x, q)
     }
@@ -36,7 +36,7 @@ impl<const P: usize> PositionUncertainty<'_, P> {
         (variance >= 0.0).then(|| variance.sqrt())
     }
 
-    /// The same over many poses at once, rms; poses where it is not known are left out.
+    /// rms of σ over many poses; poses where it is unknown are left out.
     pub(crate) fn rms_over(&self, poses: &[Sample<f64>]) -> f64 {
         let sigmas = poses
             .iter()
@@ -71,42 +71,42 @@ pub(super) fn jacobian<const P: usize>(
 /// σ of the position over many poses, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PositionSigma {
-    /// √ of the mean square.
+    /// Root mean square.
     pub rms: f64,
-    /// The largest.
+    /// Maximum.
     pub max: f64,
-    /// Where that is.
+    /// Position of the maximum.
     pub max_at: Vector3<f64>,
 }
 
-/// Poses inside. Near the edges the position's σ changes several times within a few degrees.
+/// Number of poses inside. Near the edges, σ changes several times within a few degrees.
 pub(crate) const INSIDE: usize = 2000;
-/// Joint angles that are tried for them; a robot may get to few of them.
+/// Most joint angles tried to find them; some robots reach few.
 const TRIED: u32 = 100_000;
-/// Parts of each joint's range between which the edge is looked for.
+/// Intervals of each joint's range in which the edge is searched.
 const EDGE_PARTS: u32 = 8;
-/// Halvings of such a part.
+/// Bisections of such an interval.
 const HALVINGS: u32 = 10;
 
-/// Poses all over the workspace, clear of singularities
+/// Poses throughout the workspace, clear of singularities
 /// ([`is_clear`](delta_cal::kinematics::SingularityDistance::is_clear)).
 #[derive(Debug, Clone, PartialEq)]
 pub struct WorkspacePoses {
-    /// Evenly spread in joint space, 2000 where the robot has as many: a mean over them weighs equal
-    /// volumes of joint space alike. They are the clear ones of a sequence of low discrepancy
-    /// (Roberts 2018: multiples of 1/φ, 1/φ² and 1/φ³ modulo 1, φ⁴ = φ + 1).
+    /// Evenly spread in joint space, 2000 if the robot reaches as many, so a mean over them weights joint space
+    /// uniformly. They are the clear poses of a low-discrepancy sequence (Roberts 2018: multiples of 1/φ, 1/φ² and 1/φ³
+    /// modulo 1, φ⁴ = φ + 1).
     pub inside: Vec<Sample<f64>>,
-    /// On the edge: a joint at its limit, or as near to a singularity as a clear pose may be.
+    /// On the edge: a joint at its limit, or as close to a singularity as a clear pose may be.
     pub edge: Vec<Sample<f64>>,
 }
 
 impl WorkspacePoses {
-    /// Of the robot of a file.
+    /// For the robot of a file.
     pub fn of(file: &RobotFile) -> Self {
         Self::within(&file.robot, &file.reach())
     }
 
-    /// Of a robot.
+    /// For a robot.
     pub fn within(robot: &Robot<f64>, reach: &Reach) -> Self {
         Self {
             inside: inside(robot, reach),
@@ -120,7 +120,7 @@ pub(crate) fn inside(robot: &Robot<f64>, reach: &Reach) -> Vec<Sample<f64>> {
     first_inside(robot, reach, INSIDE)
 }
 
-/// So many of them.
+/// The first `count` of them.
 pub(crate) fn first_inside(robot: &Robot<f64>, reach: &Reach, count: usize) -> Vec<Sample<f64>> {
     (1..=TRIED)
         .map(|index| spread_evenly(index).map(|part| reach.limits.at(part)))
@@ -129,7 +129,7 @@ pub(crate) fn first_inside(robot: &Robot<f64>, reach: &Reach, count: usize) -> V
         .collect()
 }
 
-/// The pose at these joint angles, if the robot gets there and is clear of singularities.
+/// The pose at these joint angles, if the robot reaches it and it is clear of singularities.
 pub(super) fn clear_pose(
     robot: &Robot<f64>,
     reach: &Reach,
@@ -139,8 +139,8 @@ pub(super) fn clear_pose(
     Some(Sample { joints, position })
 }
 
-/// The clear poses of a grid that spans the joints' range with a joint at its limit, and between two
-/// neighbours of which one is clear the last pose that is.
+/// The clear poses of a grid over the joints' range with a joint at its limit; and, between neighbours of which only
+/// one is clear, the last clear pose.
 fn edge(robot: &Robot<f64>, reach: &Reach) -> Vec<Sample<f64>> {
     let ends = EDGE_PARTS + 1;
     let index = |node: u32| [node / ends / ends, node / ends % ends, node % ends];
@@ -180,7 +180,7 @@ fn edge(robot: &Robot<f64>, reach: &Reach) -> Vec<Sample<f64>> {
     found
 }
 
-/// The last clear pose on the way from a clear one to joint angles that are not.
+/// The last clear pose on the way from a clear pose to joint angles that are not.
 fn last_clear(
     robot: &Robot<f64>,
     reach: &Reach,
@@ -205,29 +205,28 @@ fn spread_evenly(index: u32) -> [f64; 3] {
     [STEP, STEP * STEP, STEP * STEP * STEP].map(|step| (0.5 + multiple * step).fract())
 }
 
-/// Poses from which the worst place is looked for: the worst of all.
+/// Number of poses, the worst of all, from which the search for the worst place starts.
 const STARTS: usize = 12;
-/// The search for the worst place ends at steps below this part of the joints' range.
+/// The search ends at steps below this fraction of the joints' range.
 const FINEST: f64 = 1e-3;
-/// It begins with steps of this part.
+/// Its first steps, as a fraction of the range.
 const COARSEST: f64 = 1.0 / 16.0;
 
-/// The expected position error, one σ: over poses evenly spread in joint space within the limits and
-/// clear of singularities, and at the worst place ([`WorkspacePoses`]).
+/// The expected position error, one σ: over poses evenly spread in joint space within the limits and clear of
+/// singularities, and at the worst place ([`WorkspacePoses`]).
 ///
-/// With the covariance C of the parameters it is, at each pose, √tr(J C Jᵀ), J = ∂X/∂P (3.18).
+/// At each pose it is √tr(J C Jᵀ), with C the covariance of the parameters and J = ∂X/∂P (3.18).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExpectedError {
     /// In the frame in which the robot was measured.
     pub absolute: PositionSigma,
-    /// What remains after the rigid motion that explains most of the error over all poses: J less the
-    /// six columns of a rigid motion, by least squares. It counts where the robot's place in space is
-    /// not measured, or taught anew.
+    /// After removal of the best-fitting rigid motion over all poses: J less six columns of a rigid motion, by least
+    /// squares. The figure to use where the robot's place in space is not measured, or is taught anew.
     pub intrinsic: PositionSigma,
 }
 
 impl ExpectedError {
-    /// Of a robot with this covariance of its parameters, within the limits of a file.
+    /// For a robot with this covariance of its parameters, within the limits of a file.
     pub(crate) fn of_robot(
         file: &RobotFile,
         robot: &Robot<f64>,
@@ -238,7 +237,7 @@ impl ExpectedError {
         Self::of(&PositionUncertainty { robot, covariance }, &reach, &poses)
     }
 
-    /// `None` if no pose is clear of singularities.
+    /// Returns `None` if no pose is clear of singularities.
     pub fn of<const P: usize>(
         uncertainty: &PositionUncertainty<'_, P>,
         reach: &Reach,
@@ -268,7 +267,7 @@ impl ExpectedError {
 
 type Explained<'a, const P: usize> = (&'a RigidMotions, &'a SMatrix<f64, 6, P>);
 
-/// tr(J C Jᵀ) at a pose; of what is left of J by the rigid motions that explain most of it.
+/// tr(J C Jᵀ) at a pose, J less the best-fitting rigid motions if they are given.
 fn variance<const P: usize>(
     uncertainty: &PositionUncertainty<'_, P>,
     pose: &Sample<f64>,
@@ -278,14 +277,13 @@ fn variance<const P: usize>(
     if let Some((motions, explained)) = explained {
         jacobian -= motions.at(&pose.position) * explained;
     }
-    // The long columns of Jᵀ: three numbers at a time would take three times as long.
+    // Multiplying along the long columns of Jᵀ is three times as fast as three numbers at a time.
     let transposed = jacobian.transpose();
     let variance = (uncertainty.covariance * transposed).dot(&transposed);
     (variance >= 0.0).then_some(variance)
 }
 
-/// The mean of a variance inside, and the largest: steps from the worst poses of all lead to worse
-/// ones between them.
+/// Mean of a variance over the poses inside, and its maximum, searched by steps from the worst of all poses.
 fn over(
     inside: &[Sample<f64>],
     edge: &[Sample<f64>],
@@ -315,7 +313,7 @@ fn over(
     })
 }
 
-/// A variance at a pose, and where poses are.
+/// The variance as a function of the pose, over the poses in reach.
 struct Search<'a> {
     robot: &'a Robot<f64>,
     reach: &'a Reach,
@@ -323,7 +321,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Steps of the joints to larger variances, halved where there is none.
+    /// Steps the joints towards larger variances; halves the step when none is larger.
     fn worst_from(&self, start: (f64, Sample<f64>)) -> (f64, Sample<f64>) {
         let (mut largest, mut at) = start;
         let limits = &self.reach.limits;
@@ -348,7 +346,7 @@ impl Search<'_> {
     }
 }
 
-/// The 26 combinations of −1, 0 and 1 but for none.
+/// The 26 non-zero combinations of −1, 0 and 1.
 fn directions() -> impl Iterator<Item = Vector3<f64>> {
     let digits = |code: u32| Vector3::new(code / 9, code / 3 % 3, code % 3);
     (0..27)

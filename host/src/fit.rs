@@ -1,4 +1,4 @@
-//! Samples to parameters, by any of the three estimators. Nothing is judged here.
+//! From samples to parameters, by any of the three estimators. Judging the result is left to other modules.
 //!
 //! ```text
 //! RobotFile, Readings, Options ─→ instruments, rows ─→ fkm | joint | ikm ─→ Solution
@@ -36,7 +36,7 @@ pub enum Method {
 }
 
 impl Method {
-    /// In a sentence: "{} method".
+    /// The name for use in a sentence: "{} method".
     pub const fn title(self) -> &'static str {
         match self {
             Self::Joint => "joint",
@@ -58,12 +58,12 @@ pub enum Frame {
     Sensor,
 }
 
-/// How to calibrate.
+/// Options of a calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Options {
     /// `None` chooses [`Method::Joint`] for complete positions in the robot's frame, otherwise [`Method::Fkm`].
     pub method: Option<Method>,
-    /// Whether rows that disagree with the others are left out, by Tukey's loss in place of least squares.
+    /// Robust fit: Tukey's loss instead of least squares rejects rows that disagree with the others.
     pub robust: bool,
     /// The frame of the coordinates.
     pub frame: Frame,

@@ -1,4 +1,4 @@
-//! The sensor's frame from points of the machine that the sensor measured too.
+//! The sensor's frame from points on the machine that the sensor measured too.
 
 use super::Frame;
 use super::solution::{MOST, Solution};
@@ -9,17 +9,17 @@ use crate::text::count;
 use delta_cal::frame::RigidTransform;
 use nalgebra::{DMatrix, Matrix3, Matrix6, SMatrix, Vector3};
 
-/// Fewer points do not fix a frame.
+/// Fewest points that determine a frame.
 const LEAST: usize = 3;
-/// A datum whose residuals are so many σ has a wrong point.
+/// A datum with residuals of this many σ contains a wrong point.
 const MOST_SIGMAS: f64 = 5.0;
 
-/// From the frame of the robot's base to that of the sensor, by the points of `[datum]`.
+/// Transformation from the robot's base frame to the sensor's, from the points of `[datum]`.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Datum {
     pub(crate) frame: RigidTransform<f64>,
     places: Vec<Vector3<f64>>,
-    /// What each point is off, mm.
+    /// Residual of each point, mm.
     pub(crate) residuals: Vec<(String, f64)>,
 }
 
@@ -27,7 +27,7 @@ impl Datum {
     /// `None` if the robot file has no `[datum]`.
     ///
     /// # Errors
-    /// Positions that are not in the sensor's frame; points that fix no frame, or that are not where the sensor saw them.
+    /// Positions that are not in the sensor's frame; points that determine no frame or disagree with the sensor.
     pub(crate) fn of(robot: &RobotFile, frame: Frame) -> Result<Option<Self>, InputError> {
         let fault = |cause: String| {
             InputError::new(&robot.name, cause)
@@ -80,25 +80,25 @@ impl Datum {
         Ok(Some(datum))
     }
 
-    /// How well the points fit, mm rms of a coordinate, over the degrees of freedom that are left.
+    /// Residual of the points, mm rms of a coordinate, over the remaining degrees of freedom.
     pub(crate) fn rms(&self) -> f64 {
         let squares: f64 = self.residuals.iter().map(|(_, off)| off * off).sum();
         let coordinates = self.residuals.iter().fold(-6.0, |count, _| count + 3.0);
         (squares / coordinates).sqrt()
     }
 
-    /// Readings of the sensor in the frame of the robot's base.
+    /// The sensor's readings, transformed into the robot's base frame.
     pub(super) fn turned(&self, readings: &Readings) -> Readings {
         readings.turned(&self.frame.inverse())
     }
 
-    /// A solution from [turned](Self::turned) readings in the sensor's frame, with what the datum's own noise adds:
+    /// Transforms a solution from [turned](Self::turned) readings to the sensor's frame and adds the datum's own noise:
     ///
     /// ```text
     /// C + G D Gᵀ,   D = σ² (Σ MᵀM)⁻¹ over the datum points,   G = C Σ Jᵀ B M over the rows,   M(x) = (I, −[x]×)
     /// ```
     ///
-    /// J being the derivatives of a row's readings by the unknowns, and B those by the position.
+    /// J are the derivatives of a row's readings with respect to the unknowns, B with respect to the position.
     pub(super) fn added_to(&self, mut solution: Solution, readings: &Readings) -> Solution {
         let sigma = solution.levels.position.position();
         let information: Matrix6<f64> = self
@@ -134,7 +134,7 @@ impl Datum {
     }
 }
 
-/// (I, −[x]×): how a point moves with a shift and a turn.
+/// (I, −[x]×): displacement of a point by a translation and a rotation.
 fn motion(x: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
     let mut columns = SMatrix::<f64, 3, 6>::zeros();
     columns

@@ -1,4 +1,4 @@
-//! The core's three estimators on readings whose noise is given, and what is left of every row.
+//! The core's three estimators applied to readings with given noise, and the residuals of every row.
 
 use super::observations::{Unsolved, instruments, is_stated, observation, places as known_places};
 use super::robust;
@@ -23,14 +23,14 @@ use delta_cal::{
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
 use rayon::prelude::*;
 
-/// Files with one instrument beside the robot are solved with so many parameters, and faster.
+/// Parameters of the smaller, faster problem, enough for files with one instrument beside the robot.
 const FEW: usize = 30;
 const FEW_COLUMNS: usize = FEW + 1;
 const FEW_ENTRIES: usize = FEW_COLUMNS * (FEW_COLUMNS + 1) / 2;
-/// Of so many rows, evenly spread, the derivatives are kept.
+/// At most this many rows, evenly spread, keep their derivatives.
 const MOST_SENSITIVITIES: usize = 5000;
 
-/// What is to be estimated from what.
+/// The data and settings of an estimate.
 #[derive(Clone, Copy)]
 pub(super) struct Task<'a> {
     pub(super) robot: &'a RobotFile,
@@ -38,11 +38,11 @@ pub(super) struct Task<'a> {
     pub(super) method: Method,
     pub(super) frame: Frame,
     pub(super) robust: bool,
-    /// The stated one, or the wide one that holds the place of a robot in an unknown frame.
+    /// The stated tolerance, or a wide one that fixes the robot's place in an unknown frame.
     pub(super) tolerance: Option<Tolerance<f64>>,
 }
 
-/// A robot that an estimator found.
+/// A robot found by an estimator.
 struct Found {
     robot: Robot<f64>,
     /// Of all unknowns, or of the parameters alone.
@@ -53,7 +53,7 @@ struct Found {
 }
 
 impl Task<'_> {
-    /// With these σ of the readings.
+    /// Solves with these σ of the readings.
     pub(super) fn solve(&self, levels: &Levels) -> Result<Solution, Unsolved> {
         let given = match self.method {
             Method::Fkm => None,
@@ -63,7 +63,7 @@ impl Task<'_> {
         self.complete(levels, given)
     }
 
-    /// A solution from what is given, or by the FKM method.
+    /// Completes the solution from the given robot, or solves by the FKM method.
     fn complete(&self, levels: &Levels, given: Option<Found>) -> Result<Solution, Unsolved> {
         let settings = Settings::new().with_tolerance(self.tolerance);
         let (planes, points) = known_places(self.robot, self.readings);
@@ -110,7 +110,7 @@ impl Task<'_> {
         };
         let (one, other) = rayon::join(|| taken(0, before), || taken(before.len(), after));
         let mut calibrator = one?;
-        // Both are of the same robot and noise.
+        // Merging cannot fail: robot and noise are the same.
         let _ = calibrator.merge(&other?);
         let outcome = calibrator.calibrate()?;
         let estimate = outcome.estimate;
@@ -234,7 +234,7 @@ impl Task<'_> {
         })
     }
 
-    /// What the residuals say of each kind of reading.
+    /// Noise statistics of each kind of reading.
     fn noise_of(&self, rows: &[RowFit], levels: &Levels) -> Vec<KindNoise> {
         let of = |kind: Kind| {
             let mut own = KindNoise {
@@ -269,8 +269,7 @@ impl Task<'_> {
     }
 }
 
-/// Of a linearised prior (U, r): the displacements u from its centre, U u = r. Those of unknowns that it does not hold
-/// stay.
+/// For a linearised prior (U, r), the displacements u from its centre, U u = r. Unknowns outside the prior stay.
 fn from_centre(
     prior: &DMatrix<f64>,
     right: &DVector<f64>,
@@ -304,11 +303,11 @@ fn dynamic<const N: usize>(matrix: &SMatrix<f64, N, N>) -> DMatrix<f64> {
     DMatrix::from_column_slice(N, N, matrix.as_slice())
 }
 
-/// Where an estimator ended, with N places for the unknowns.
+/// The result of an estimator, with N places for the unknowns.
 struct End<const N: usize> {
     found: Found,
     unknowns: [f64; N],
-    /// How far the unknowns are from where they began.
+    /// Displacement of the unknowns from their start.
     moved: DVector<f64>,
     frame: RigidTransform<f64>,
 }
@@ -360,7 +359,7 @@ impl<const N: usize> End<N> {
     }
 }
 
-/// Where the instruments are at values of the unknowns.
+/// Places of the instruments for given values of the unknowns.
 fn places<const N: usize>(
     instruments: &Instruments<'_, f64>,
     unknowns: &[f64; N],
@@ -442,8 +441,8 @@ fn looked_at<const N: usize, const M: usize>(
     (fits, kept.into_iter().flatten().collect())
 }
 
-/// The covariance of a fit that treats the arms' closure errors as independent, as the IKM method does, completed. They
-/// share the noise of the position, so the errors of the arms' parameters are correlated:
+/// Completes the covariance of a fit that treats the arms' closure errors as independent, as the IKM method does. They
+/// share the position's noise, which correlates the errors of the arms' parameters:
 ///
 /// ```text
 /// Cᵢⱼ = Cᵢ (Σ gᵢₖ ρᵢⱼₖ gⱼₖᵀ) Cⱼ,   gᵢ = (∂fᵢ/∂Pᵢ)/σfᵢ,   ρᵢⱼ = σx² (∂fᵢ/∂X)ᵀ(∂fⱼ/∂X)/(σfᵢ σfⱼ)
@@ -468,8 +467,8 @@ fn between_arms(
     covariance + covariance * shared * covariance
 }
 
-/// (∂f/∂P)/σf of an arm, the closure error's variance being σf² = |∂f/∂X|² σx² + (∂f/∂q)² σq², and how it moves with the
-/// position's noise, in σ.
+/// (∂f/∂P)/σf of an arm, with σf² = |∂f/∂X|² σx² + (∂f/∂q)² σq² the variance of the closure error; and the error's
+/// derivative with respect to the position's noise, in σ.
 pub(crate) fn closure(
     arm: &Arm<f64>,
     sample: &Sample<f64>,

@@ -1,4 +1,4 @@
-//! Readings as rows of the core's problem: instruments, weights, and what the rows say before they are fitted.
+//! Readings as rows of the core's problem: instruments, weights, and start values of their noise.
 
 use super::Frame;
 use super::robust::RobustRefusal;
@@ -11,29 +11,29 @@ use delta_cal::observations::{
 };
 use delta_cal::{Noise, Refusal, Tolerance};
 
-/// σ that a height or a distance usually has where the robot file states none, mm, and what that is worth in degrees of
-/// freedom: a factor of 3 either way.
+/// Typical σ of a height or a distance, used where the robot file states none, mm. It is known within a factor of 3
+/// either way, which sets its degrees of freedom.
 pub(crate) const USUAL_HEIGHT: f64 = 0.02;
 pub(crate) const USUAL_DISTANCE: f64 = 0.05;
-/// Without a stated tolerance nothing says where the robot stands in an unknown frame. So wide a one about the robot of the
-/// file decides that, and nothing else: this part of the forearm, and radians.
+/// Without a stated tolerance, nothing determines where the robot stands in an unknown frame. A tolerance this wide
+/// about the robot of the file decides that and nothing else: fraction of the forearm, and radians.
 const GAUGE_LENGTH: f64 = 0.02;
 const GAUGE_ANGLE: f64 = 0.035;
-/// Coordinates begin at this part of the forearm; nothing is known of trackers and cameras alike.
+/// Start value of the noise of coordinates, as a fraction of the forearm; it suits trackers and cameras alike.
 const FIRST_POSITION: f64 = 1e-4;
 
 /// Why there is no solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Unsolved {
-    /// A row is not usable.
+    /// A row is unusable.
     Row(usize, delta_cal::observations::ObservationError),
     /// The file has more planes and points than there is room for.
     TooManyInstruments,
     /// The readings do not determine this robot.
     Refused(Refusal),
-    /// They are too few for a robust fit, or too many of them disagree.
+    /// There are too few rows for a robust fit, or too many of them disagree.
     Robust(RobustRefusal),
-    /// No reading of a kind is redundant, so that its noise cannot be estimated.
+    /// A kind of reading has no redundancy, so its noise cannot be estimated.
     NoRedundancy,
 }
 
@@ -53,7 +53,7 @@ impl From<PrepareError> for Unsolved {
     }
 }
 
-/// The instruments of a robot's readings, weighted with these σ.
+/// The instruments for a robot's readings, weighted with these σ.
 pub(crate) fn instruments<'a>(
     robot: &RobotFile,
     frame: Frame,
@@ -74,8 +74,8 @@ pub(crate) fn instruments<'a>(
     })
 }
 
-/// What a fit assumes of a robot: the stated tolerance, or in a sensor's frame a wide one, because nothing else says where
-/// the robot stands there.
+/// The tolerance that a fit assumes: the stated one, or in a sensor's frame a wide one, because nothing else determines
+/// where the robot stands there.
 pub(crate) fn tolerance(robot: &RobotFile, frame: Frame) -> Option<Tolerance<f64>> {
     let [arm, ..] = robot.robot.arms();
     let gauge = || Tolerance::new(GAUGE_LENGTH * arm.lb(), GAUGE_ANGLE).ok();
@@ -85,7 +85,7 @@ pub(crate) fn tolerance(robot: &RobotFile, frame: Frame) -> Option<Tolerance<f64
     }
 }
 
-/// σ of each kind of reading as the robot file states it, and where it does not, as it begins to be estimated.
+/// σ of each kind of reading: as stated in the robot file, otherwise the start value of its estimate.
 pub(crate) fn levels(robot: &RobotFile) -> Option<Levels> {
     let facts = &robot.instruments;
     let joint = facts.joint_noise.unwrap_or_default();
@@ -98,7 +98,7 @@ pub(crate) fn levels(robot: &RobotFile) -> Option<Levels> {
     })
 }
 
-/// Whether the robot file states σ of a kind of reading; otherwise it is estimated.
+/// Whether the robot file states σ of a kind of reading; if not, it is estimated.
 pub(super) fn is_stated(robot: &RobotFile, kind: Kind) -> bool {
     let facts = &robot.instruments;
     match kind {
@@ -108,7 +108,7 @@ pub(super) fn is_stated(robot: &RobotFile, kind: Kind) -> bool {
     }
 }
 
-/// The planes and points of a file, with what the robot file knows of them.
+/// The planes and points of a file, with what the robot file states about them.
 pub fn places(robot: &RobotFile, file: &Readings) -> (Vec<Plane<f64>>, Vec<Point<f64>>) {
     let facts = &robot.instruments;
     let planes = file.planes.iter().map(|name| {
@@ -128,7 +128,7 @@ pub fn places(robot: &RobotFile, file: &Readings) -> (Vec<Plane<f64>>, Vec<Point
     (planes.collect(), points.collect())
 }
 
-/// A row as the core has it.
+/// A row in the core's form.
 ///
 /// # Errors
 /// More planes or points than the core can number.

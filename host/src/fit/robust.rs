@@ -1,16 +1,16 @@
-//! The robust fit: an M-estimate of rows of which some may be wrong, by iteratively reweighted least squares.
+//! The robust fit: an M-estimate for rows of which some may be wrong, by iteratively reweighted least squares.
 //!
 //! ```text
 //! minimise  Σ ρ(dₖ/s),   dₖ = |residuals of the row, in σ|,   s = median (d/m) · √(n/(n − 1.5 p))
 //! ```
 //!
-//! One weight a row: it is right or wrong as a whole. m is the median length of as many normal residuals as the row has
-//! readings, and s is never below 1: with few rows the median may be far too small by chance, and would then shrink with
-//! every good row that it makes the fit leave out. A round weighs every row with ψ(d/s)/(d/s), fits, and takes the new
-//! residuals (Holland and Welsch 1977). The first residuals are those of the least trimmed squares' fit: Tukey's loss has
+//! Each row has one weight: it is right or wrong as a whole. m is the median length of as many normal residuals as the
+//! row has readings. s is never below 1: with few rows the median may be far too small by chance, and would shrink
+//! further with every good row rejected. Each round weights every row with ψ(d/s)/(d/s), fits, and recomputes the
+//! residuals (Holland and Welsch 1977). The first residuals come from a least-trimmed-squares fit: Tukey's loss has
 //! many minima, and the wrong rows must not choose among them (Yohai's MM-estimate, 1987).
 
-// Rows are counted: some thousands.
+// Counts of rows are small: some thousands.
 #![allow(clippy::cast_precision_loss)]
 
 use super::observations::Unsolved;
@@ -20,26 +20,26 @@ use delta_cal::calibration::limits::SUSPECTED;
 use delta_cal::calibration::{Prior, Problem, Progress, TolerancePrior};
 use delta_cal::observations::{ObservationOutcome, ObservationProblem, ObservationRow};
 
-/// Half of the rows must determine the robot.
+/// Least number of rows; half of the rows must determine the robot.
 const LEAST_ROWS: usize = 16;
-/// Beyond this part of suspected rows it is not known which are the wrong ones.
+/// With a larger fraction of suspected rows, it is unknown which rows are wrong.
 const LARGEST_SUSPECTED: f64 = 0.4;
-/// Rounds of reweighting at most; after half of them the scale stays, and what is rejected. Most fits take 25 to 30.
+/// Most rounds of reweighting; after half of them the scale and the rejected rows stay. Most fits take 25 to 30.
 const ROUNDS: u16 = 80;
-/// The first round's scale is so many times as wide, and each round's so much smaller than the one before, down to what it
-/// is: the least trimmed squares' fit knows its own rows too well (graduated non-convexity, Blake and Zisserman 1987).
-/// Wider scales let wrong rows back in, which the robot's parameters then follow, for there are hardly more rows than
-/// parameters. Of 45 rows, eight of them wrong, 20 had 46 % of the robots refused, 2.5 had 8 %.
+/// The first round's scale is widened by `WIDENED`, and the factor shrinks by `NARROWED` per round down to 1, because
+/// the least-trimmed-squares fit follows its own rows too closely (graduated non-convexity, Blake and Zisserman 1987).
+/// Wider scales readmit wrong rows, which the parameters then follow, as there are hardly more rows than parameters.
+/// With 45 rows, eight of them wrong, 20 had 46 % of the robots refused, 2.5 had 8 %.
 const WIDENED: f64 = 2.5;
 const NARROWED: f64 = 0.7;
-/// Rows beside the unknowns of the instruments that lead near the robot, if its tolerance is known.
+/// With a known tolerance, this many rows plus the instruments' unknowns lead to a fit near the robot.
 const SUBSET_WITH_TOLERANCE: usize = 8;
-/// Parameters of the robot that measurements decide where the tolerance is known: heights of a plate some twelve, distances
-/// some sixteen.
+/// With a known tolerance, the number of parameters that measurements decide: about twelve with heights of a plate,
+/// sixteen with distances.
 const DECIDED_WITH_TOLERANCE: usize = 14;
 
-/// ψ(r)/r of Tukey's biweight (Beaton and Tukey 1974), r in units of the residuals' scale: what a residual counts, 1 for a
-/// small one; 0 from c on, and for NaN. At c = 4.685 it has 95 % of the efficiency of the squared loss for normal residuals
+/// ψ(r)/r of Tukey's biweight (Beaton and Tukey 1974), r in units of the residuals' scale: the weight of a residual, 1
+/// if small; 0 from c on, and for NaN. c = 4.685 gives 95 % of the squared loss's efficiency for normal residuals
 /// (Holland and Welsch 1977).
 fn weight_of(r: f64) -> f64 {
     if r.abs() < SUSPECTED {
@@ -49,7 +49,7 @@ fn weight_of(r: f64) -> f64 {
     }
 }
 
-/// ψ′(r): how much the residual's influence grows with it.
+/// ψ′(r): the derivative of the residual's influence.
 fn slope_of(r: f64) -> f64 {
     if r.abs() < SUSPECTED {
         let part = square(r / SUSPECTED);
@@ -59,22 +59,22 @@ fn slope_of(r: f64) -> f64 {
     }
 }
 
-/// By how much the loss is wider for the length of a vector of so many residuals than for one, so that it has 95 % of the
-/// squared loss's efficiency there as well.
+/// Factor by which the loss is widened for the length of a vector of residuals, so that it keeps 95 % of the squared
+/// loss's efficiency.
 fn stretch(readings: u8) -> f64 {
     let wider = [1.0, 1.093_487, 1.171_878, 1.240_195, 1.301_231];
     wider[usize::from(readings).clamp(1, wider.len()) - 1]
 }
 
-/// How the weights are to enter a sum of squares.
+/// Normalization of the weights in a sum of squares.
 ///
 /// ```text
 /// κ = mean ψ² · mean w / (mean ψ r · mean ψ′),   n mean ψ′ / κ
 /// ```
 ///
-/// The covariance of an M-estimate is mean ψ² / (mean ψ′)² · (JᵀJ)⁻¹ (Huber 1981, section 7.6). Of normal residuals
-/// mean ψ r = σ² mean ψ′ (Stein 1981), so that with the weights w/κ the inverse of the weighted JᵀJ, times σ², is that
-/// covariance. κ itself does not depend on σ: it is 1 if all rows count alike, and of normal residuals 0.96.
+/// The covariance of an M-estimate is mean ψ² / (mean ψ′)² · (JᵀJ)⁻¹ (Huber 1981, section 7.6). For normal residuals
+/// mean ψ r = σ² mean ψ′ (Stein 1981), so with the weights w/κ the inverse of the weighted JᵀJ, times σ², is that
+/// covariance. κ itself does not depend on σ: it is 1 if all rows have the same weight, and 0.96 for normal residuals.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Normalization {
     /// κ.
@@ -84,7 +84,7 @@ struct Normalization {
 }
 
 impl Normalization {
-    /// Of lengths of residuals in scales, with the number of readings of each and by how much the loss is wider for them.
+    /// From lengths of residuals in scales, with the number of readings and the loss's widening of each.
     fn of(residuals: impl Iterator<Item = (f64, f64, f64)>) -> Self {
         let (mut count, mut weights, mut slopes) = (0.0, 0.0, 0.0);
         let (mut influences, mut moments) = (0.0, 0.0);
@@ -99,7 +99,7 @@ impl Normalization {
             }
         }
         let divisor = influences * weights / (moments * slopes);
-        // Rows that fit exactly say nothing of it.
+        // Rows that fit exactly give no information about κ.
         let divisor = if divisor > 0.5 && divisor.is_finite() {
             divisor
         } else {
@@ -116,30 +116,30 @@ impl Normalization {
 /// Why there is no robust fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RobustRefusal {
-    /// Half of the rows must determine the robot.
+    /// Too few rows: half of them must determine the robot.
     TooFewSamples {
-        /// How many there are.
+        /// Number of rows.
         samples: usize,
-        /// How many are needed.
+        /// Number needed.
         needed: usize,
     },
-    /// So many rows disagree with the others that it is not known which are right.
+    /// So many rows disagree with the others that it is unknown which are right.
     TooManySuspected {
-        /// How many disagree.
+        /// Number of rows that disagree.
         suspected: usize,
-        /// How many there are.
+        /// Number of rows.
         samples: usize,
     },
 }
 
-/// A robust fit, and what became of every row in it.
+/// A robust fit and its treatment of every row.
 pub(super) struct RobustFit<const N: usize> {
     pub(super) outcome: ObservationOutcome<f64, N>,
     pub(super) weights: Vec<f64>,
     pub(super) suspected: Vec<bool>,
 }
 
-/// Calibrates a robot from the rows of a problem, of which some may be wrong. M = N + 1, E = M (M + 1)/2.
+/// Calibrates a robot from rows of which some may be wrong. M = N + 1, E = M (M + 1)/2.
 pub(super) fn fit<const N: usize, const M: usize, const E: usize>(
     problem: &ObservationProblem<'_, f64, N>,
     settings: &Settings<f64>,
@@ -161,7 +161,7 @@ pub(super) fn fit<const N: usize, const M: usize, const E: usize>(
         }));
     }
     let all: usize = weighed.iter().map(|own| usize::from(own.readings)).sum();
-    // Of the transmissions the tolerance tells enough.
+    // The tolerance of the transmissions is information enough about them.
     let places = problem.instruments().of_places();
     let rows_for = |unknowns: usize| (unknowns * counted).div_ceil(all.max(1));
     let (subset, parameters) = if settings.tolerance.is_some() {
@@ -205,19 +205,19 @@ pub(super) fn fit<const N: usize, const M: usize, const E: usize>(
     })
 }
 
-/// What a robust fit makes of a row.
+/// The state of a row in the robust fit.
 #[derive(Debug, Clone, Copy)]
 struct Weighed {
     /// ψ(d)/d.
     weight: f64,
-    /// By what the row's squared residuals are multiplied.
+    /// Factor of the row's squared residuals.
     factor: f64,
     /// d, in σ.
     distance: f64,
-    /// How many readings it has; one without any is passed over.
+    /// Number of readings; rows without any are skipped.
     readings: u8,
     suspected: bool,
-    /// Whether the start looks at it.
+    /// Whether the row takes part in the start.
     starting: bool,
 }
 
@@ -234,27 +234,27 @@ impl Weighed {
     }
 }
 
-/// A search for the rows that are right, and for the unknowns that they show.
+/// A search for the right rows and the unknowns that fit them.
 struct Search<'a, const N: usize, const M: usize, const E: usize> {
-    /// All rows of which count alike.
+    /// The problem with all rows weighted equally.
     problem: &'a ObservationProblem<'a, f64, N>,
     rows: Vec<ObservationRow<f64>>,
     settings: Settings<f64>,
     prior: TolerancePrior<f64, N>,
     weighed: Vec<Weighed>,
-    /// Rows that determine the robot, from its nominal parameters if the settings begin there.
+    /// Number of rows that determine the robot, starting from nominal parameters if the settings do.
     subset: usize,
-    /// Rows that the parameters use up.
+    /// Number of rows that the parameters use up.
     parameters: usize,
-    /// How many rows the start keeps.
+    /// Number of rows that the start keeps.
     kept: usize,
     /// The least sum of a start so far, and its correction of all parameters, in internal units.
     best: Option<(f64, [f64; N])>,
 }
 
-/// The scale of the distances: their median over that of normal residuals. The parameters make them smaller than they are
-/// for others, and the start chooses the smallest half besides, which of few good rows names one in two hundred if it is
-/// not made up for: together half as much again as the parameters.
+/// The scale of the distances: their median over that of normal residuals. The fit to the parameters makes distances
+/// too small, and so does the start's choice of the smallest half: uncorrected, one good row in two hundred would be
+/// suspected when rows are few. The correction for both is 1.5 times the parameters.
 fn scale(parameters: usize, weighed: &[Weighed]) -> f64 {
     let counted = weighed.iter().filter(|own| own.readings > 0);
     let typical: Vec<_> = counted
@@ -265,7 +265,7 @@ fn scale(parameters: usize, weighed: &[Weighed]) -> f64 {
     f64::max(1.0, median(typical) * fitted)
 }
 
-/// The median length of so many normal residuals with σ = 1: √ of the median of χ².
+/// Median length of a vector of normal residuals with σ = 1: √ of the median of χ².
 fn median_length(readings: u8) -> f64 {
     match readings {
         0 | 1 => 0.674_490,
@@ -276,7 +276,7 @@ fn median_length(readings: u8) -> f64 {
     }
 }
 
-/// The middle value, or the mean of the two; infinity of none. NaN counts as infinite.
+/// Median; infinity for an empty list. NaN counts as infinite.
 fn median(values: Vec<f64>) -> f64 {
     let sorted = sorted(values);
     let count = sorted.len();
@@ -298,8 +298,8 @@ fn sorted(mut values: Vec<f64>) -> Vec<f64> {
     values
 }
 
-/// Weighs every row by its distance; returns the largest change of a weight. Late in the rounds what was suspected stays
-/// so, for the rounds to come to an end.
+/// Weights every row by its distance; returns the largest change of a weight. In late rounds suspected rows stay
+/// suspected, so that the iteration ends.
 fn weigh(scale: f64, late: bool, weighed: &mut [Weighed]) -> f64 {
     let mut largest = 0.0_f64;
     for own in weighed {
@@ -331,23 +331,23 @@ fn normalise(scale: f64, weighed: &mut [Weighed]) -> Normalization {
     normalization
 }
 
-/// Random subsets. Of 30 % wrong rows four subsets of nine in a hundred hold none, of 40 % one.
+/// Number of random subsets. With 30 % wrong rows, 4 % of subsets of nine contain none; with 40 %, 1 %.
 const SUBSETS: usize = 150;
-/// Places at which a change is supposed to begin.
+/// Number of rows at which a change is assumed to begin.
 const PLACES: usize = 24;
-/// Concentration ends when a step leaves more than this part of the sum.
+/// Concentration ends when a step leaves more than this fraction of the sum.
 const PROGRESS: f64 = 0.999;
-/// A fit that leaves so many times the least sum so far is not followed: the steps improve a fit of good rows by less.
+/// A fit with more than this many times the least sum so far is dropped: concentration gains less for good rows.
 const HOPELESS: f64 = 100.0;
-/// Concentration steps of each, and of the best.
+/// Concentration steps for each fit, and for the best.
 const FIRST_STEPS: usize = 1;
 const LAST_STEPS: usize = 10;
-/// With more rows than this the start looks at an even selection of them.
+/// With more rows than this, the start uses an even selection of them.
 const MOST: usize = 150;
-/// Linearisations of a fit at the start.
+/// Most linearisations per fit at the start.
 const ITERATIONS: u16 = 15;
-/// The search ends when the sum over what is kept is below this part of what the noise makes of as many rows. The smallest
-/// half of good rows have a third of it.
+/// The search ends when the sum over the kept rows is below this fraction of its expectation for as many rows. The
+/// smallest half of good rows has a third of it.
 const GOOD: f64 = 0.75;
 
 impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
@@ -358,7 +358,7 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
         self.problem.weighed(&self.rows, effective)
     }
 
-    /// The fit of the rows as they are weighed; `None` if it does not settle. What is judged is the last fit alone.
+    /// Fits the rows with their present weights; `None` if it does not converge. Only the last fit is judged.
     fn fit(&mut self, most: u16, effective: f64) -> Option<[f64; N]> {
         let settings = self.settings.with_iteration_limit(most);
         let problem = self.problem_of_weighed(effective);
@@ -368,7 +368,7 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
         minimizer.end()
     }
 
-    /// Every row's distance at a correction; infinite where the robot does not reach it.
+    /// Computes every row's distance at a correction; infinite where the robot does not reach it.
     fn measure(&mut self, correction: &[f64; N]) {
         let at = Problem::<f64, N, M, E>::displaced(self.problem, correction);
         for (index, own) in self.weighed.iter_mut().enumerate() {
@@ -377,7 +377,7 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
         }
     }
 
-    /// Weighs the rows until their weights settle; what they are then worth.
+    /// Reweights the rows until their weights converge; returns the effective number of rows.
     fn reweighted(&mut self) -> f64 {
         let counted = self.weighed.iter().filter(|own| own.readings > 0);
         let mut effective = counted.count() as f64;
@@ -406,19 +406,19 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
         effective
     }
 
-    /// Where the fit starts: at the rows that agree best. `None` if no subset gives a fit.
+    /// The start of the fit: the rows that agree best. `None` if no subset gives a fit.
     ///
     /// ```text
     /// minimise  Σ over the h smallest of  dₖ²
     /// ```
     ///
-    /// Least trimmed squares (Rousseeuw 1984) by concentration steps (Rousseeuw and Van Driessen, 2006): fit some rows,
-    /// keep the h that lie nearest to that fit, fit those. No step raises the sum.
+    /// Least trimmed squares (Rousseeuw 1984) by concentration steps (Rousseeuw and Van Driessen 2006): fit some rows,
+    /// keep the h rows closest to that fit, fit those. No step raises the sum.
     ///
-    /// Wrong rows may agree with each other, as those after somebody moved the tracker do. Then no step leads from a subset
-    /// that holds some of them to the right fit. Random subsets are therefore as small as the problem allows, and there are
-    /// enough of them; and since such a change begins at some row, all rows before and after each of many places are
-    /// subsets as well.
+    /// Wrong rows may agree with each other, for example all rows after somebody moved the tracker. Then no step leads
+    /// from a subset with some of them to the right fit. The random subsets are therefore as small as the problem
+    /// allows, and numerous; and because such a change begins at some row, all rows before and after each of many rows
+    /// are tried as well.
     fn least_trimmed(&mut self) -> Option<[f64; N]> {
         let stride = self.weighed.len() / MOST + 1;
         let mut starting = 0;
@@ -426,11 +426,11 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
             own.starting = index % stride == 0 && own.readings > 0;
             starting += usize::from(own.starting);
         }
-        // The h of the highest breakdown point: (n + p + 1)/2.
+        // The h with the highest breakdown point: (n + p + 1)/2.
         self.kept = usize::midpoint(starting, self.parameters + 1).min(starting);
         choose(&mut self.weighed, |_, own| own.starting);
         self.concentrate(FIRST_STEPS);
-        // The rows that lie nearest to the robot before calibration.
+        // The rows closest to the robot before calibration.
         self.concentrate_about(&[0.0; N], FIRST_STEPS);
         self.try_changes(starting);
         self.try_subsets(starting);
@@ -439,7 +439,7 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
         self.best.map(|(_, correction)| correction)
     }
 
-    /// Whether the noise alone explains the rows that are kept.
+    /// Whether noise alone explains the kept rows.
     fn is_good(&self) -> bool {
         let starting = || self.weighed.iter().filter(|own| own.starting);
         let readings: f64 = starting().map(|own| f64::from(own.readings)).sum();
@@ -447,7 +447,7 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
         self.best.is_some_and(|(sum, _)| sum < expected)
     }
 
-    /// Supposes that a change begins at each of many rows.
+    /// Tries subsets that assume a change at each of many rows.
     fn try_changes(&mut self, starting: usize) {
         let places = PLACES.min(starting);
         for place in 1..places {
@@ -474,7 +474,7 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
             }
             let (mut wanted, mut left) = (self.subset.min(self.kept), starting);
             choose(&mut self.weighed, |_, own| {
-                // Knuth's algorithm S: as many as are wanted, every choice equally likely.
+                // Knuth's algorithm S: selects the wanted number, every choice equally likely.
                 let chosen = own.starting && random.below(left) < wanted;
                 left = left.saturating_sub(usize::from(own.starting));
                 wanted = wanted.saturating_sub(usize::from(chosen));
@@ -484,15 +484,15 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
         }
     }
 
-    /// Fits the rows that lie nearest to a correction, and so on.
+    /// Concentrates from the rows closest to a correction.
     fn concentrate_about(&mut self, correction: &[f64; N], steps: usize) {
         self.measure(correction);
         choose_nearest(&mut self.weighed, self.kept);
         self.concentrate(steps);
     }
 
-    /// Fits the chosen rows, and the nearest to that fit, and so on. The sum holds what is known beforehand: a robot far
-    /// from its tolerance explains many wrong rows, where hardly more rows than parameters count.
+    /// Fits the chosen rows, then those closest to that fit, and so on. The sum includes the prior: with hardly more
+    /// rows than parameters, a robot far from its tolerance explains many wrong rows.
     fn concentrate(&mut self, steps: usize) {
         let mut last: Option<f64> = None;
         for _ in 0..=steps {
@@ -519,7 +519,7 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
     }
 }
 
-/// Lets those rows count alike and the others not at all; how many count.
+/// Gives the chosen rows weight 1 and all others 0; returns how many are chosen.
 fn choose(weighed: &mut [Weighed], mut chosen: impl FnMut(usize, &Weighed) -> bool) -> usize {
     let mut count = 0;
     for (index, own) in weighed.iter_mut().enumerate() {
@@ -530,7 +530,7 @@ fn choose(weighed: &mut [Weighed], mut chosen: impl FnMut(usize, &Weighed) -> bo
     count
 }
 
-/// Chooses as many rows as are to be kept, and sums up their squared distances.
+/// Chooses the `kept` closest rows and sums their squared distances.
 fn choose_nearest(weighed: &mut [Weighed], kept: usize) -> Option<f64> {
     let starting = weighed.iter().filter(|own| own.starting);
     let distances = sorted(starting.map(|own| own.distance).collect());
@@ -546,11 +546,11 @@ fn choose_nearest(weighed: &mut [Weighed], kept: usize) -> Option<f64> {
     f64::is_finite(sum).then_some(sum)
 }
 
-/// Marsaglia's xorshift (2003): the same subsets everywhere.
+/// Marsaglia's xorshift (2003): gives the same subsets on every platform.
 struct Random(u32);
 
 impl Random {
-    /// A number below `bound`, all alike; 0 for a bound of 0.
+    /// A uniform number below `bound`; 0 for a bound of 0.
     fn below(&mut self, bound: usize) -> usize {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 17;
@@ -571,7 +571,7 @@ mod tests {
         weight_of,
     };
 
-    /// ρ, written anew from the literature: Beaton and Tukey (1974).
+    /// ρ, implemented independently from the literature: Beaton and Tukey (1974).
     fn rho(r: f64) -> f64 {
         let c = 4.685;
         c * c / 6.0 * (1.0 - (1.0 - (r.abs() / c).min(1.0).powi(2)).powi(3))
@@ -591,9 +591,9 @@ mod tests {
         }
     }
 
-    /// Two lengths of residuals that count, of 0 and c/√2, and one that does not, by hand: w = 1, ¼, ψ′ = 1, −¾,
-    /// κ = Σψ² Σw / (Σψr Σψ′). And vectors of three, twice as far for the same weight: of each size r the mean of ψ′ over
-    /// the directions is (2 w + ψ′)/3, of ψ² and ψ r a third of the whole.
+    /// By hand, for two residual lengths that count, 0 and c/√2, and one that does not: w = 1, ¼, ψ′ = 1, −¾, κ = Σψ²
+    /// Σw / (Σψr Σψ′). Vectors of three are twice as long for the same weight: for each size r the mean of ψ′ over the
+    /// directions is (2 w + ψ′)/3, and that of ψ² and ψ r a third of the whole.
     #[test]
     fn the_normalization_is_that_by_hand() {
         let half = SUSPECTED / f64::sqrt(2.0);
@@ -602,7 +602,7 @@ mod tests {
         };
         let found = of(&[0.0, 0.0, 0.0, half, 7.0], 1.0, 1.0);
         let divisor = (half / 4.0).powi(2) * 3.25 / (half * half / 4.0 * 2.25);
-        // Below a half it is none.
+        // A divisor below a half is not used.
         assert!(divisor < 0.5 && (found.divisor - 1.0).abs() < 1e-14);
         assert!((found.effective - 2.25).abs() < 1e-14);
         let found = of(&[2.0, 2.0, 2.0, 2.0 * half], 3.0, 2.0);
@@ -613,7 +613,7 @@ mod tests {
         let divisor = influences * (3.0 * weight + 0.25) / (moments * slopes);
         assert!(divisor > 0.5 && (found.divisor - divisor).abs() < 1e-14);
         assert!((found.effective - slopes / divisor).abs() < 1e-14);
-        // Worth less than one row, fitted exactly, none left: their number is stated in its place.
+        // Worth less than one row, fitted exactly, none left: the number of rows is returned instead.
         for (sizes, expected) in [
             (&[2.0, 1.9, 7.0][..], 2.0),
             (&[0.0; 20], 20.0),
@@ -623,7 +623,7 @@ mod tests {
         }
     }
 
-    /// Half of all normal residuals are shorter: by the distribution of χ² in closed form.
+    /// Half of all normal residuals are shorter, by the distribution of χ² in closed form.
     #[test]
     fn half_of_the_residuals_are_shorter_than_the_median_length() {
         for readings in 1..=5 {
@@ -638,7 +638,7 @@ mod tests {
                 4 => 1.0 - density * (1.0 + half),
                 _ => of_one - odd * (1.0 + 2.0 * half / 3.0),
             };
-            // Six decimals of the length.
+            // The length has six decimals.
             assert!((shorter - 0.5).abs() < 1e-6, "{readings}: {shorter}");
         }
         for (values, expected) in [
@@ -656,7 +656,7 @@ mod tests {
         for (own, distance) in weighed.iter_mut().zip([5.0, 0.5, 9.0, 2.0, 1.0, 0.1, 4.0]) {
             own.distance = distance;
         }
-        // One that the start does not look at.
+        // A row that takes no part in the start.
         weighed[5].starting = false;
         let sum = choose_nearest(&mut weighed, 4).unwrap();
         assert!((sum - 21.25).abs() < 1e-14);

@@ -1,4 +1,4 @@
-//! From readings to a solution: which estimator, and the noise that the robot file does not state.
+//! From readings to a solution: chooses the estimator and estimates noise that the robot file does not state.
 
 use super::datum::Datum;
 use super::estimators::Task;
@@ -9,32 +9,32 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
 use delta_cal::{Noise, Refusal};
 
-/// What the usual noise of heights and distances is worth, in degrees of freedom: a factor of 3 either way.
+/// Degrees of freedom of the typical noise of heights and distances, known within a factor of 3 either way.
 const USUAL_FREEDOM: f64 = 3.0;
-/// Fewer degrees of freedom do not tell a noise of which nothing else is known.
+/// Fewest degrees of freedom that can tell a noise without prior.
 const LEAST_FREEDOM: f64 = 2.5;
-/// σ has settled if it changes by less than this part.
+/// σ has converged if its relative change is below this.
 const SETTLED: f64 = 0.003;
 const ROUNDS: u32 = 60;
-/// A σ below this part of the forearm is rounding.
+/// A σ below this fraction of the forearm is rounding error.
 const ROUNDING: f64 = 1e-11;
-/// Parts of the joints in a noise of positions that is not stated; they are tried with so few rows, and enough degrees of
+/// Shares of the joints in an unstated noise of positions, tried with at most this many rows and enough degrees of
 /// freedom.
 const JOINT_PARTS: [f64; 4] = [0.2, 0.5, 0.8, 0.95];
 const MOST_ROWS_TRIED: usize = 1000;
 const LEAST_FREEDOM_TRIED: f64 = 20.0;
-/// The logarithm of the likelihood by which a part of the joints must be better than none.
+/// Gain in log-likelihood that a share of the joints must bring.
 const SHOWN: f64 = 2.0;
 
-/// Calibrates the robot of a file from readings, which `options` and the file choose the estimator for. σ of a kind of
-/// reading that the robot file does not state is estimated from the residuals (evidence, MacKay 1992): with
-/// νₖ = nₖ − tr(Jₖ C Jₖᵀ)
+/// Calibrates the robot of a file from readings; the estimator follows from `options` and the file. σ of a kind of
+/// reading that the robot file does not state is estimated from the residuals (evidence, MacKay 1992): with νₖ = nₖ −
+/// tr(Jₖ C Jₖᵀ)
 ///
 /// ```text
 /// σₖ² ← (Σ rₖ² + ν₀ s₀²)/(νₖ + ν₀)
 /// ```
 ///
-/// s₀ and ν₀ being what such readings usually are; nothing of the kind is known of coordinates.
+/// s₀ and ν₀ are typical of such readings; coordinates have no typical value.
 ///
 /// # Errors
 /// Readings that do not determine the robot.
@@ -43,7 +43,7 @@ pub fn solve(
     readings: &Readings,
     options: &Options,
 ) -> Result<Solution, Unsolved> {
-    // A datum that is none was refused before.
+    // An invalid datum was refused earlier.
     if let Ok(Some(datum)) = Datum::of(robot, options.frame) {
         let turned = datum.turned(readings);
         let options = Options {
@@ -78,7 +78,7 @@ fn task<'a>(robot: &'a RobotFile, readings: &'a Readings, options: &Options) -> 
     }
 }
 
-/// Solves until every σ that is not stated has settled.
+/// Solves until every unstated σ has converged.
 fn settled(task: &Task<'_>, first: Levels) -> Result<Solution, Unsolved> {
     let [arm, ..] = task.robot.robot.arms();
     let least = ROUNDING * arm.lb();
@@ -88,7 +88,7 @@ fn settled(task: &Task<'_>, first: Levels) -> Result<Solution, Unsolved> {
         let solution = match task.solve(&levels) {
             Ok(solution) => solution,
             Err(Unsolved::Refused(refusal)) => {
-                // A σ that begins too small is contradicted by the residuals, or puts the robot far off.
+                // If σ starts too small, the residuals contradict it or the robot ends up far off.
                 let factor = match refusal {
                     Refusal::ResidualContradictsNoise { ratio, .. } => f64::from(ratio).max(1.5),
                     Refusal::FarFromNominal { .. } | Refusal::NotConverged { .. } => 3.0,
@@ -120,7 +120,7 @@ fn settled(task: &Task<'_>, first: Levels) -> Result<Solution, Unsolved> {
     last.ok_or(Unsolved::NoRedundancy)
 }
 
-/// What σ of a kind is to be multiplied by next.
+/// Factor for the next σ of a kind.
 fn next(own: &mut KindNoise) -> Result<f64, Unsolved> {
     let (usual, worth) = match own.kind {
         Kind::Position => (0.0, 0.0),
@@ -135,7 +135,7 @@ fn next(own: &mut KindNoise) -> Result<f64, Unsolved> {
     Ok((squares / own.known).sqrt())
 }
 
-/// A part of the joints in the noise of positions, if that makes the residuals clearly more probable (restricted
+/// Attributes a share of the positions' noise to the joints if that makes the residuals clearly more likely (restricted
 /// likelihood, Patterson and Thompson 1971).
 fn with_joints_part(task: &Task<'_>, even: Solution) -> Solution {
     let facts = &task.robot.instruments;
@@ -186,7 +186,7 @@ fn with_joints_part(task: &Task<'_>, even: Solution) -> Solution {
     chosen
 }
 
-/// −Σ log |Lₖ| − ½ Σ r² − ½ |U u|² + ½ log |C|, but for a constant.
+/// −Σ log |Lₖ| − ½ Σ r² − ½ |U u|² + ½ log |C|, up to a constant.
 fn likelihood(solution: &Solution) -> Option<f64> {
     let used: Vec<_> = (0..solution.covariance.nrows())
         .filter(|place| solution.covariance[(*place, *place)] > 0.0)
@@ -203,7 +203,7 @@ fn likelihood(solution: &Solution) -> Option<f64> {
     found.is_finite().then_some(found)
 }
 
-/// With the variances of Student's distribution where a noise is estimated: ν/(ν − 2) times those of a known one.
+/// Applies the variances of Student's distribution where a noise is estimated: ν/(ν − 2) times those of a known one.
 fn as_student(solution: Solution) -> Solution {
     match solution.estimated_freedom() {
         Some(freedom) if freedom > 2.0 => solution.widened((freedom / (freedom - 2.0)).sqrt()),
@@ -211,7 +211,7 @@ fn as_student(solution: Solution) -> Solution {
     }
 }
 
-/// The joints' noise is scaled with that of the positions.
+/// Scales the noise of positions and joints together.
 fn scaled(noise: &Noise<f64>, factor: f64) -> Noise<f64> {
     let axes = noise.position_by_axis().map(|own| own * factor);
     Noise::by_axis(axes, noise.joint() * factor).unwrap_or(*noise)
@@ -227,7 +227,7 @@ fn one_scaled(levels: &Levels, kind: Kind, factor: f64) -> Levels {
     levels
 }
 
-/// Every σ that is not stated, `None` if all are.
+/// Scales every unstated σ; `None` if all are stated.
 fn all_scaled(task: &Task<'_>, levels: &Levels, factor: f64) -> Option<Levels> {
     let open = |kind: &Kind| !is_stated(task.robot, *kind) && task.readings.holds(*kind);
     let mut kinds = Kind::ALL.into_iter().filter(open).peekable();

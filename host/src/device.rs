@@ -21,20 +21,20 @@ use delta_cal_protocol::{Begin, Estimator, Geometry, Wire};
 pub use link::{DeviceError, Link, Port, Transport};
 pub use session::{Finished, adopt, apply, calibrate, in_use};
 
-/// A number as it goes over the wire: `f32` or `f64`.
+/// A number on the wire: `f32` or `f64`.
 pub trait Number: Real + Wire {}
 
 impl<T: Real + Wire> Number for T {}
 
-/// Rounding errors by which a nominal parameter may differ.
+/// Accepted difference of a nominal parameter, in rounding errors.
 const ROUNDINGS: f64 = 4.0;
-/// Positions that differ by more than this part of the forearm are of another robot.
+/// A position difference above this fraction of the forearm indicates a different robot.
 const ANOTHER_ROBOT: f64 = 0.05;
-/// How many parameters a message names.
+/// Most parameters named in a message.
 const NAMED: usize = 3;
 
-/// How a session begins: the tolerance and noise of a robot file, rounded to the controller's numbers. The session is 0: it is
-/// drawn when it begins.
+/// The request that starts a session: tolerance and noise of a robot file, rounded to the controller's number type. The
+/// session number is 0 until the session starts.
 pub fn begin<T: Number>(robot: &RobotFile, estimator: Estimator) -> Begin<T> {
     let rounded = T::from_f64;
     Begin {
@@ -61,7 +61,7 @@ pub fn begin<T: Number>(robot: &RobotFile, estimator: Estimator) -> Begin<T> {
     }
 }
 
-/// The samples of a file, rounded to the controller's numbers.
+/// The samples of a file, rounded to the controller's number type.
 pub fn samples<T: Number>(file: &Readings) -> Vec<Sample<T>> {
     file.samples()
         .map(|row| Sample {
@@ -71,10 +71,10 @@ pub fn samples<T: Number>(file: &Readings) -> Vec<Sample<T>> {
         .collect()
 }
 
-/// The robot of these numbers, in another type.
+/// The robot with this geometry, in another number type.
 ///
 /// # Errors
-/// They are not the geometry of a robot.
+/// The numbers are not a robot's geometry.
 pub fn robot<T: Real, U: Real>(geometry: &Geometry<T>) -> Result<Robot<U>, DeviceError> {
     let number = |value: T| U::from_f64(value.to_f64());
     let transmissions = geometry.transmissions.as_ref();
@@ -87,8 +87,8 @@ pub fn robot<T: Real, U: Real>(geometry: &Geometry<T>) -> Result<Robot<U>, Devic
         .map_err(|_| DeviceError::ImpossibleGeometry)
 }
 
-/// By how much the positions of two robots differ at these joint angles, rms, mm. Joint angles that one of them does not reach
-/// do not count.
+/// The rms difference, mm, between the positions of two robots at these joint angles, without those that one of them
+/// cannot reach.
 pub fn difference(
     one: &Robot<f64>,
     other: &Robot<f64>,
@@ -102,11 +102,11 @@ pub fn difference(
     f64::sqrt(sum / count)
 }
 
-/// A calibrated robot must be the controller's: its positions near those of the nominal one. By how much they differ over the
-/// workspace, rms, mm.
+/// Checks that a calibrated robot is the controller's: its positions are near the nominal ones. Returns the difference
+/// over the workspace, rms, mm.
 ///
 /// # Errors
-/// Positions that are elsewhere, as those of another robot.
+/// Positions so far off that they are another robot's.
 pub fn check_calibrated(file: &RobotFile, nominal: &Robot<f64>) -> Result<f64, InputError> {
     let poses = WorkspacePoses::of(file);
     let joints = poses.inside.iter().map(|pose| pose.joints);
@@ -124,11 +124,11 @@ pub fn check_calibrated(file: &RobotFile, nominal: &Robot<f64>) -> Result<f64, I
     ))
 }
 
-/// The robot file of a calibration must hold the controller's nominal geometry: the same numbers, or different
-/// by no more than the rounding of a controller that computed them itself.
+/// Checks that a robot file holds the controller's nominal geometry, up to the rounding of a controller that computed
+/// it itself.
 ///
 /// # Errors
-/// The parameters that differ.
+/// Parameters that differ.
 pub fn check_nominal<T: Number>(file: &RobotFile, nominal: &Geometry<T>) -> Result<(), InputError> {
     let mut different = Vec::new();
     let arms = ArmIndex::ALL.into_iter().zip(file.robot.parameters());

@@ -1,5 +1,5 @@
-//! Where a robot may be: limits of the joints and of the ball joints, which poses it may take and what forbids the others,
-//! the sweep of the forward model.
+//! Which poses a robot can take: limits of joints and ball joints, what rules out other poses, and a sweep of the
+//! forward model.
 
 use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity, SingularityDistance};
 use delta_cal::robot::{Arm, Drive};
@@ -15,15 +15,15 @@ pub enum Limit {
     JointMinimum(ArmIndex),
     /// A joint would be above its largest angle.
     JointMaximum(ArmIndex),
-    /// The forearm would stand further out of its arm's plane than its ball joints allow.
+    /// The forearm would leave its arm's plane by a larger angle than its ball joints allow.
     Forearm(ArmIndex),
-    /// Type 1: upper arm and forearm are in line, or do not reach that far.
+    /// Type 1: upper arm and forearm are in line or too short.
     Serial(ArmIndex),
     /// Type 2: the forearms lie in one plane.
     Parallel(ArmIndex),
-    /// The plane of the elbows would stand upright: beyond, the platform would be above it, and
-    /// [`Robot::forward`] finds it elsewhere. Only with very wide joint limits; no singularity. The
-    /// arm is the first, for it concerns all of them.
+    /// The plane of the elbows would be vertical: beyond it the platform would be above the plane, and
+    /// [`Robot::forward`] finds it elsewhere. Occurs only with very wide joint limits; not a singularity. It concerns
+    /// all arms; the first stands for them.
     Assembly(ArmIndex),
     /// The forearms do not meet.
     Unreachable(ArmIndex),
@@ -46,7 +46,7 @@ impl Limit {
         }
     }
 
-    /// As in the files: `joint_minimum_1`; [`Assembly`](Self::Assembly) has no number.
+    /// The name in files: `joint_minimum_1`; [`Assembly`](Self::Assembly) has no number.
     pub fn name(self) -> String {
         let kind = match self {
             Self::JointMinimum(_) => "joint_minimum",
@@ -97,17 +97,17 @@ impl From<KinematicsError> for Limit {
 /// The limits of the joints and of the ball joints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
-    /// The range of every joint.
+    /// The range of all joints.
     pub limits: JointLimits<f64>,
-    /// The largest angle of a forearm out of its arm's plane, radians; `None` for any.
+    /// The largest angle of a forearm out of its arm's plane, radians; `None` if unlimited.
     pub forearm_limit: Option<f64>,
 }
 
 impl Reach {
-    /// Where the platform is at these joint angles (radians), mm.
+    /// The platform's position, mm, at these joint angles (radians).
     ///
     /// # Errors
-    /// What keeps it from there.
+    /// What keeps the platform from there.
     pub fn position(&self, robot: &Robot<f64>, q: &[f64; 3]) -> Result<Vector3<f64>, Limit> {
         self.within_joints(q)?;
         let x = robot.forward(q)?;
@@ -119,20 +119,19 @@ impl Reach {
         }
     }
 
-    /// The joint angles (radians) with which the platform is at a position (mm), elbows out.
+    /// The joint angles (radians), elbows out, for a position (mm).
     ///
     /// # Errors
-    /// What keeps it from there. The position may have joint angles at which the platform would be
-    /// elsewhere, beyond a parallel singularity: that is an error too.
+    /// What keeps the platform from there. It is also an error if [`Robot::forward`] finds another position at the
+    /// joint angles, beyond a parallel singularity.
     pub fn joints(&self, robot: &Robot<f64>, x: &Vector3<f64>) -> Result<[f64; 3], Limit> {
         let q = robot.inverse(x)?.map(|q| self.in_turn(q));
         self.allows(robot, x, &q)?;
         Ok(q)
     }
 
-    /// The same with elbows out or in, whichever the limits allow: some joint angles within the
-    /// limits with which [`Robot::forward`] is at the position, if there are any. Elbows out come
-    /// first.
+    /// The same with elbows out or in: joint angles within the limits for which [`Robot::forward`] gives this position,
+    /// if there are any. Elbows out are preferred.
     ///
     /// # Errors
     /// What keeps the platform from there with its elbows out.
@@ -166,11 +165,10 @@ impl Reach {
         Err(fault)
     }
 
-    /// What keeps the platform from a position (mm) at joint angles (radians) that satisfy the
-    /// constraints.
+    /// Checks a position (mm) with joint angles (radians) that satisfy the constraints.
     ///
     /// # Errors
-    /// What keeps it from there.
+    /// What keeps the platform from there.
     pub fn allows(&self, robot: &Robot<f64>, x: &Vector3<f64>, q: &[f64; 3]) -> Result<(), Limit> {
         self.within_joints(q)?;
         self.within_forearms(robot, x, q)?;
@@ -181,7 +179,7 @@ impl Reach {
         }
     }
 
-    /// The same angle within half a turn of the middle of the joints' range. A travel stays as it is.
+    /// The same angle within half a turn of the middle of the joints' range. A travel is unchanged.
     pub fn in_turn(&self, q: f64) -> f64 {
         if self.limits.drive() == Drive::Linear {
             return q;
@@ -194,10 +192,10 @@ impl Reach {
         }
     }
 
-    /// The same, and clear of singularities ([`SingularityDistance::is_clear`]).
+    /// Same as [`position`](Self::position), but clear of singularities ([`SingularityDistance::is_clear`]).
     ///
     /// # Errors
-    /// What keeps it from there, or which singularity is too near.
+    /// What keeps the platform from there, or which singularity is too close.
     pub fn clear_position(&self, robot: &Robot<f64>, q: &[f64; 3]) -> Result<Vector3<f64>, Limit> {
         let x = self.position(robot, q)?;
         let conditioning = robot.singularity_distance(&x, q);
@@ -246,13 +244,12 @@ impl Reach {
     }
 }
 
-/// The platform is this part of the forearm away from the plane of the elbows, at least: nearer,
-/// [`Robot::forward`] finds the pose singular.
+/// Least distance of the platform from the plane of the elbows, as a fraction of the forearm: closer,
+/// [`Robot::forward`] treats the pose as singular.
 const LEAST_HEIGHT: f64 = 6e-8;
 
-/// The joint angle with the elbow on the other side of the line from the motor to the platform, of
-/// an arm whose forearm reaches `x` with joint angle `q`, radians; with linear drives the travel with the carriage
-/// below the platform, mm.
+/// The joint angle, radians, with the elbow on the other side of the line from motor to platform, for an arm whose
+/// forearm reaches `x` at joint angle `q`; with linear drives the travel, mm, with the carriage below the platform.
 pub fn other_elbow(arm: &Arm<f64>, x: &Vector3<f64>, q: f64) -> f64 {
     let basis = arm.basis();
     let w = x - arm.d();
@@ -262,8 +259,8 @@ pub fn other_elbow(arm: &Arm<f64>, x: &Vector3<f64>, q: f64) -> f64 {
     }
 }
 
-/// Whether the platform is on the side of the elbows' plane on which [`Robot::forward`] finds it,
-/// and not in that plane, at the pose (`x`, `q`), which must satisfy the constraints.
+/// Whether, at a pose (`x`, `q`) that satisfies the constraints, the platform is off the plane of the elbows, on the
+/// side where [`Robot::forward`] finds it.
 pub fn hangs_below(robot: &Robot<f64>, x: &Vector3<f64>, q: &[f64; 3]) -> bool {
     let [arm1, arm2, arm3] = robot.arms();
     let [q1, q2, q3] = *q;
@@ -273,16 +270,16 @@ pub fn hangs_below(robot: &Robot<f64>, x: &Vector3<f64>, q: &[f64; 3]) -> bool {
     height < -LEAST_HEIGHT * arm1.lb() * normal.norm()
 }
 
-/// The angle of an arm's forearm out of the plane in which its upper arm moves, radians, 0 to π/2.
+/// The angle of a forearm out of the plane in which its upper arm moves, radians, 0 to π/2.
 pub fn forearm_angle(robot: &Robot<f64>, arm: ArmIndex, x: &Vector3<f64>, q: f64) -> f64 {
     let arm = robot.arm(arm);
     let sine = (x - arm.elbow(q)).dot(&arm.basis().ey) / arm.lb();
     let sine = sine.abs().min(1.0);
-    // The platform's arcsine has other bits on another system.
+    // The platform's arcsine differs in the last bits between systems.
     sine.angle_over(((1.0 - sine) * (1.0 + sine)).square_root())
 }
 
-/// −1 or 1 for each joint: the direction of its last move; 0 before its first.
+/// The direction of each joint's last move, −1 or 1; 0 before its first.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Directions {
     before: Option<[f64; 3]>,
@@ -290,7 +287,7 @@ pub(crate) struct Directions {
 }
 
 impl Directions {
-    /// After a move to these joint angles or travels.
+    /// The directions after a move to these joint angles or travels.
     pub(crate) fn next(&mut self, joints: &[f64; 3]) -> [f64; 3] {
         let before = self.before.replace(*joints).unwrap_or(*joints);
         for ((direction, to), from) in self.directions.iter_mut().zip(joints).zip(before) {
@@ -302,10 +299,10 @@ impl Directions {
     }
 }
 
-/// A joint may be this many degrees or millimetres outside the limits: encoder zeros differ.
+/// A joint may be this many degrees or millimetres outside the limits, because encoder zeros vary.
 pub(crate) const LIMIT_MARGIN: f64 = 1.0;
 
-/// Whether a joint is further outside the limits than that.
+/// Whether a joint is outside the limits by more than [`LIMIT_MARGIN`].
 pub(crate) fn outside_limits(joint: f64, limits: &JointLimits<f64>) -> bool {
     let margin = match limits.drive() {
         Drive::Rotary => LIMIT_MARGIN.to_radians(),
@@ -314,7 +311,7 @@ pub(crate) fn outside_limits(joint: f64, limits: &JointLimits<f64>) -> bool {
     joint < limits.minimum() - margin || joint > limits.maximum() + margin
 }
 
-/// The least and the greatest value; infinite, and the wrong way round, of none.
+/// The smallest and largest value; (∞, −∞) if there are none.
 pub fn range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let none = (f64::INFINITY, f64::NEG_INFINITY);
     values
@@ -322,12 +319,12 @@ pub fn range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
         .fold(none, |(low, high), value| (low.min(value), high.max(value)))
 }
 
-/// Joint angles on each joint, both ends included.
+/// Joint angles per joint, both ends included.
 const SWEEP: u32 = 33;
-/// How many combinations there are.
+/// The number of combinations.
 pub(crate) const SWEPT: u32 = SWEEP.pow(3);
 
-/// Whether the forearms meet at any pose of the sweep, whatever the ball joints.
+/// Whether the forearms meet in any pose of the sweep, ignoring limits of the ball joints.
 pub(crate) fn reaches_anywhere(robot: &Robot<f64>, limits: &JointLimits<f64>) -> bool {
     let reach = Reach {
         limits: *limits,
@@ -336,7 +333,7 @@ pub(crate) fn reaches_anywhere(robot: &Robot<f64>, limits: &JointLimits<f64>) ->
     sweep(&reach).any(|q| robot.forward(&q).is_ok())
 }
 
-/// All combinations of evenly spaced joint angles within the limits, ends included.
+/// All combinations of evenly spaced joint angles within the limits, both ends included.
 pub(crate) fn sweep(reach: &Reach) -> impl Iterator<Item = [f64; 3]> + '_ {
     let angle = |part: u32| reach.limits.at(f64::from(part) / f64::from(SWEEP - 1));
     (0..SWEPT).map(move |cell| {

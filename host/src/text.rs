@@ -6,7 +6,7 @@ use delta_cal::robot::{Drive, ParameterKind};
 use delta_cal::{Parameter, Tolerance};
 use std::fmt::Write;
 
-/// Four decimals, or two digits of a number that is tiny.
+/// Four decimals, or two significant digits for a tiny number.
 pub fn small(value: f64) -> String {
     if value == 0.0 || value >= 1e-3 {
         format!("{value:.4}")
@@ -15,12 +15,12 @@ pub fn small(value: f64) -> String {
     }
 }
 
-/// The same of a number that may not be known: then it is `otherwise`.
+/// The same, or `otherwise` if the number is unknown.
 pub fn small_or(otherwise: &str, value: Option<f64>) -> String {
     value.map_or_else(|| otherwise.to_owned(), small)
 }
 
-/// A length, or that it is not known.
+/// A length, or "unknown" if it is not finite.
 pub fn millimetres(value: f64) -> String {
     if value.is_finite() {
         format!("{} mm", small(value))
@@ -29,7 +29,7 @@ pub fn millimetres(value: f64) -> String {
     }
 }
 
-/// So many significant digits, without an exponent where that is readable.
+/// This many significant digits, without an exponent where that is readable.
 pub fn significant(value: f64, digits: u8) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -43,7 +43,7 @@ pub fn significant(value: f64, digits: u8) -> String {
     format!("{value:.decimals$}")
 }
 
-/// A probability as people say it: "80 %", "0.3 %", "less than 1 in 10 000".
+/// A probability in everyday form: "80 %", "0.3 %", "less than 1 in 10 000".
 pub fn probability(value: f64) -> String {
     let percent = 100.0 * value;
     if value < 1e-4 {
@@ -71,7 +71,7 @@ pub fn confidence(value: f64) -> String {
     }
 }
 
-/// Percent, with two decimals near 100, where they matter.
+/// Percent, with two decimals just below 100, where they matter.
 pub fn percent(value: f64) -> String {
     let text = if (99.0..99.995).contains(&value) {
         format!("{value:.2}")
@@ -81,7 +81,7 @@ pub fn percent(value: f64) -> String {
     text.replace('-', "−")
 }
 
-/// Percent of all, never rounded up to all.
+/// A share in percent, never rounded up to 100.
 pub fn share(value: f64) -> String {
     if value > 99.0 && value < 100.0 {
         format!("{:.1}", value.min(99.9))
@@ -90,15 +90,15 @@ pub fn share(value: f64) -> String {
     }
 }
 
-/// To 9 decimals, without trailing zeros.
+/// 9 decimals, without trailing zeros.
 pub fn rounded(value: f64) -> String {
     let text = format!("{value:.9}");
     let short = text.trim_end_matches('0').trim_end_matches('.');
     if short == "-0" { "0" } else { short }.to_owned()
 }
 
-/// The angle in degrees that reads back as exactly these radians if there is one, and the shortest
-/// to write if there are several.
+/// The angle in degrees that reads back as exactly these radians, if there is one; the shortest to write if there are
+/// several.
 pub fn degrees(radians: f64) -> f64 {
     let plain = radians.to_degrees();
     let short = (plain * 1e12).round() / 1e12;
@@ -117,7 +117,7 @@ pub const fn unit(parameter: Parameter) -> &'static str {
     }
 }
 
-/// A difference or σ of a parameter in that unit.
+/// A difference or σ of a parameter, in that unit.
 pub fn in_unit(parameter: Parameter, value: f64) -> f64 {
     match parameter.kind() {
         ParameterKind::Length | ParameterKind::Ratio => value,
@@ -131,7 +131,7 @@ pub fn count(number: usize, singular: &str) -> String {
     format!("{number} {singular}{plural}")
 }
 
-/// With a large first letter.
+/// The text with its first letter in upper case.
 pub fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| {
@@ -148,7 +148,7 @@ pub fn list(items: &[String]) -> String {
     }
 }
 
-/// Lines that a sentence names.
+/// Most lines listed in a sentence.
 const LINES_NAMED: usize = 8;
 
 /// "line 7", "lines 7 and 9", "lines 7, 9, ... and 24 (and 3 more)".
@@ -162,7 +162,7 @@ pub fn in_lines(lines: &[u64]) -> String {
     format!("{noun} {}{others}", list(&named.collect::<Vec<_>>()))
 }
 
-/// Millimetres, degrees or a ratio, of a parameter in millimetres, radians or no unit.
+/// A parameter (mm, radians or no unit) in millimetres, degrees or as a ratio.
 pub fn in_file_units(parameter: Parameter, value: f64) -> String {
     match parameter.kind() {
         ParameterKind::Length => format!("{value:.3} mm"),
@@ -171,7 +171,7 @@ pub fn in_file_units(parameter: Parameter, value: f64) -> String {
     }
 }
 
-/// The number that a text like `-12,5` means.
+/// The number meant by a text like `-12,5`.
 pub(crate) fn decimal_comma(text: &str) -> Option<f64> {
     let text = text.trim();
     let digits = |part: &str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
@@ -183,7 +183,7 @@ pub(crate) fn decimal_comma(text: &str) -> Option<f64> {
     format!("{whole}.{fraction}").parse().ok()
 }
 
-/// "0.5 mm, 0.2°", of linear drives "0.5 mm, 0.2°, end stops 5 mm, scale 0.001".
+/// "0.5 mm, 0.2°"; with linear drives "0.5 mm, 0.2°, end stops 5 mm, scale 0.001".
 pub fn in_words(drive: Drive, tolerance: &Tolerance<f64>) -> String {
     let length = tolerance.of(Parameter::Lb);
     let angle = degrees(tolerance.of(Parameter::Theta));

@@ -1,4 +1,4 @@
-//! One request at a time: sent again until its answer comes.
+//! One request at a time, repeated until it is answered.
 
 use super::Number;
 use super::link::{DeviceError, Transport};
@@ -11,20 +11,20 @@ use rand_pcg::Pcg32;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// How long a client waits and how often it tries.
+/// Timeouts and numbers of attempts.
 #[derive(Debug, Clone, Copy)]
 pub struct Patience {
-    /// From sending a request until it counts as not answered, whatever else comes meanwhile.
+    /// Time to wait for the answer to one transmission, whatever else arrives.
     pub timeout: Duration,
-    /// For one request with all its repetitions.
+    /// Time limit for one request, including repetitions.
     pub deadline: Duration,
-    /// Requests in a row without any answer before the controller counts as absent.
+    /// Consecutive requests without an answer after which the controller counts as absent.
     pub silent_attempts: u32,
     /// Attempts at one request before the link counts as unusable.
     pub attempts: u32,
-    /// Between two looks at whether the controller has finished solving.
+    /// Time between polls of a running solve.
     pub pause: Duration,
-    /// Looks at a solve before it counts as hanging.
+    /// Polls of a solve before it counts as hanging.
     pub looks: u32,
 }
 
@@ -41,15 +41,15 @@ impl Default for Patience {
     }
 }
 
-/// Asks a controller, one request after the other.
+/// Sends requests to a controller, one at a time.
 ///
-/// A request whose answer does not come is sent again with the same sequence number; answers with
-/// another one are stale and not looked at. All requests may be repeated without harm.
+/// An unanswered request is sent again with the same sequence number; answers with another number are stale and
+/// ignored. Every request may safely be repeated.
 #[derive(Debug)]
 pub struct Client<L> {
     transport: L,
     receiver: Receiver<LARGEST_FRAME>,
-    /// Bytes that came behind the last frame that was looked at.
+    /// Bytes received after the last frame processed.
     pending: VecDeque<u8>,
     patience: Patience,
     random: Pcg32,
@@ -57,17 +57,17 @@ pub struct Client<L> {
     repetitions: u32,
 }
 
-/// What came back for one sending of a request.
+/// The outcome of one transmission.
 enum Received<T> {
     Answer(Response<T>),
-    /// A frame came and was damaged, this way or that.
+    /// A frame was damaged, in either direction.
     Damaged,
     Nothing,
 }
 
 impl<L: Transport> Client<L> {
-    /// A client whose sequence and session numbers come from `seed`, which should differ from one
-    /// client to the next, so that neither is taken for the other.
+    /// A client whose sequence and session numbers come from `seed`; use different seeds so that clients are not
+    /// confused with one another.
     pub fn new(transport: L, patience: Patience, seed: u64) -> Self {
         let mut random = Pcg32::seed_from_u64(seed);
         let [_, _, low, high] = random.next_u32().to_le_bytes();
@@ -87,12 +87,12 @@ impl<L: Transport> Client<L> {
         &mut self.transport
     }
 
-    /// How patient it is.
+    /// Its timeouts and numbers of attempts.
     pub const fn patience(&self) -> &Patience {
         &self.patience
     }
 
-    /// How often a request was sent again.
+    /// Number of repeated requests.
     pub const fn repetitions(&self) -> u32 {
         self.repetitions
     }
@@ -102,11 +102,11 @@ impl<L: Transport> Client<L> {
         self.random.next_u32().max(1)
     }
 
-    /// Sends a request until it is answered.
+    /// Sends a request and repeats it until it is answered.
     ///
     /// # Errors
-    /// The link is gone or lets nothing through, or the controller speaks another version.
-    /// [`Response::Fault`] is an answer.
+    /// The link is gone or lets nothing through, or the controller speaks another protocol version. [`Response::Fault`]
+    /// is an answer, not an error.
     pub fn ask<T: Number>(&mut self, request: &Request<T>) -> Result<Response<T>, DeviceError> {
         self.sequence = match self.sequence.wrapping_add(1) {
             UNKNOWN_SEQUENCE => UNKNOWN_SEQUENCE.wrapping_add(1),
@@ -152,7 +152,7 @@ impl<L: Transport> Client<L> {
         loop {
             while let Some(byte) = self.pending.pop_front() {
                 match self.receiver.push(byte) {
-                    // An echo, or the rest of a frame to another client.
+                    // An echo, or the rest of a frame for another client.
                     None | Some(Err(FrameError::WrongDirection)) => {}
                     Some(Err(FrameError::Damaged | FrameError::TooLong)) => {
                         return Ok(Received::Damaged);
@@ -191,7 +191,7 @@ impl<L: Transport> Client<L> {
         }
     }
 
-    /// Asks for other parameters.
+    /// Sends a request that changes the parameters.
     pub(super) fn change<T: Number>(
         &mut self,
         request: &Request<T>,
@@ -199,12 +199,12 @@ impl<L: Transport> Client<L> {
         self.ask(request).map_err(DeviceError::unconfirmed)
     }
 
-    /// Who is there.
+    /// The controller's identity.
     ///
     /// # Errors
-    /// As [`ask`](Self::ask).
+    /// Same as [`ask`](Self::ask).
     pub fn identity(&mut self) -> Result<Identity, DeviceError> {
-        // No number is in the answer: any type will do.
+        // The answer contains no number, so any type will do.
         match self.ask(&Request::<f32>::Identify)? {
             Response::Identity(identity) => Ok(identity),
             other => Err(unexpected(&other)),
@@ -214,7 +214,7 @@ impl<L: Transport> Client<L> {
     /// One of the controller's geometries.
     ///
     /// # Errors
-    /// As [`ask`](Self::ask).
+    /// Same as [`ask`](Self::ask).
     pub fn parameters<T: Number>(
         &mut self,
         set: ParameterSet,
@@ -225,10 +225,10 @@ impl<L: Transport> Client<L> {
         }
     }
 
-    /// What the controller is doing.
+    /// The controller's status.
     ///
     /// # Errors
-    /// As [`ask`](Self::ask).
+    /// Same as [`ask`](Self::ask).
     pub fn status<T: Number>(&mut self) -> Result<Status<T>, DeviceError> {
         match self.ask(&Request::Status)? {
             Response::Status(status) => Ok(status),
@@ -236,10 +236,10 @@ impl<L: Transport> Client<L> {
         }
     }
 
-    /// What the controller has received since it started.
+    /// Counters of what the controller has received since it started.
     ///
     /// # Errors
-    /// As [`ask`](Self::ask).
+    /// Same as [`ask`](Self::ask).
     pub fn counters<T: Number>(&mut self) -> Result<Counters, DeviceError> {
         match self.ask(&Request::<T>::Counters)? {
             Response::Counters(counters) => Ok(counters),
@@ -247,10 +247,10 @@ impl<L: Transport> Client<L> {
         }
     }
 
-    /// Goes back to other parameters than those of generation `from`.
+    /// Reverts from the parameters of generation `from`.
     ///
     /// # Errors
-    /// As [`ask`](Self::ask), and a controller that cannot store them;
+    /// Same as [`ask`](Self::ask); also a controller that cannot store the parameters, and
     /// [`DeviceError::Unconfirmed`].
     pub fn revert<T: Number>(
         &mut self,
@@ -264,7 +264,7 @@ impl<L: Transport> Client<L> {
     }
 }
 
-/// The error for an answer that does not belong to the request.
+/// The error for an answer that does not match the request.
 pub(super) fn unexpected<T>(answer: &Response<T>) -> DeviceError {
     match answer {
         Response::Fault(fault) => DeviceError::Fault(*fault),

@@ -1,5 +1,4 @@
-//! The link to a controller: bytes there and back, over a serial port or TCP; and why a controller did not do what was
-//! asked, in words.
+//! The link to a controller, over a serial port or TCP, and the reasons why a request can fail.
 
 use delta_cal::samples::SampleError;
 use delta_cal_protocol::{Fault, VERSION};
@@ -11,30 +10,30 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::{Duration, Instant};
 
-/// A connection is made, or a frame sent, within this time, or the link is stuck.
+/// Time limit for connecting or for sending a frame.
 const TIMEOUT: Duration = Duration::from_secs(5);
 
-/// A link that carries bytes, and may lose or damage them.
+/// A link that carries bytes and may lose or damage them.
 pub trait Transport {
-    /// Sends all of them.
+    /// Sends all bytes.
     ///
     /// # Errors
     /// The link is gone.
     fn write(&mut self, bytes: &[u8]) -> io::Result<()>;
 
-    /// Reads what has come, waiting up to `timeout` for the first byte; 0 if none came.
+    /// Reads the bytes that have arrived, waiting up to `timeout` for the first; returns 0 if none arrived.
     ///
     /// # Errors
     /// The link is gone.
     fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> io::Result<usize>;
 
-    /// The time by which deadlines are kept. A link in memory, where nothing takes time, may have its own.
+    /// The clock for deadlines. An in-memory link, where nothing takes time, may have its own.
     fn now(&self) -> Instant {
         Instant::now()
     }
 }
 
-/// Where a controller is: `/dev/ttyACM0` or `tcp:HOST:PORT`.
+/// The address of a controller: `/dev/ttyACM0` or `tcp:HOST:PORT`.
 ///
 /// ```
 /// use delta_cal_host::device::Port;
@@ -78,11 +77,11 @@ impl FromStr for Port {
 }
 
 impl Port {
-    /// Opens it: a serial port with 8 data bits, no parity, one stop bit and no flow control, where what was received
-    /// before is dropped; or the first address of a host that answers. `baud` is a serial port's.
+    /// Opens a serial port at `baud`, with 8 data bits, no parity, one stop bit and no flow control, and discards bytes
+    /// received earlier; or connects to the first address of a host that answers.
     ///
     /// # Errors
-    /// There is no such port or host, it is in use or not permitted, the rate is not supported, or nobody answers.
+    /// The port or host does not exist, is in use or not permitted, does not support the rate, or does not answer.
     pub fn open(&self, baud: u32) -> io::Result<Link> {
         match self {
             Self::Serial(path) => {
@@ -109,12 +108,12 @@ impl Port {
     }
 }
 
-/// A port that is open.
+/// An open port.
 #[derive(Debug)]
 pub enum Link {
     /// A serial port.
     Serial(SerialPort),
-    /// A connection.
+    /// A TCP connection.
     Tcp(TcpStream),
 }
 
@@ -133,7 +132,7 @@ impl Transport for Link {
                 port.read(buffer)
             }
             Self::Tcp(stream) => {
-                // A timeout of zero would be none.
+                // A zero timeout would mean none.
                 let timeout = timeout.max(Duration::from_millis(1));
                 stream.set_read_timeout(Some(timeout))?;
                 stream.read(buffer)
@@ -142,7 +141,7 @@ impl Transport for Link {
     }
 }
 
-/// The result of a stream's read: nothing within the timeout is 0, the stream's end an error.
+/// The result of reading a stream: 0 if nothing arrives within the timeout, an error at the end of the stream.
 fn received(result: io::Result<usize>) -> io::Result<usize> {
     match result {
         Ok(0) => Err(io::ErrorKind::UnexpectedEof.into()),
@@ -158,72 +157,72 @@ fn received(result: io::Result<usize>) -> io::Result<usize> {
     }
 }
 
-/// Why a controller did not do what was asked. Displayed as one line.
+/// Why a request to a controller failed. Displayed as one line.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DeviceError {
     /// The link is gone.
     #[error("{}", broken(.0))]
     Link(#[from] io::Error),
-    /// Nothing comes back.
+    /// Nothing arrives.
     #[error("no answer to {attempts} requests")]
     NoAnswer {
-        /// So often was it asked.
+        /// Number of attempts.
         attempts: u32,
     },
-    /// Something comes back, and never whole.
+    /// Answers arrive, but always damaged.
     #[error("only damaged answers to {attempts} requests in a row")]
     Unusable {
-        /// So often was it asked.
+        /// Number of attempts.
         attempts: u32,
     },
-    /// The controller speaks another version of the protocol.
+    /// The controller speaks another protocol version.
     #[error("the controller speaks version {spoken} of the protocol, delta-cal version {VERSION}")]
     OtherVersion {
-        /// Which.
+        /// Its version.
         spoken: u8,
     },
-    /// An answer is whole, and not understood, or not to what was asked.
+    /// An intact answer that is unknown or does not match the request.
     #[error("unexpected reply from the controller")]
     Unexpected,
     /// The controller refused the request.
     #[error("{}", fault_in_words(*.0))]
     Fault(Fault),
-    /// The controller does not take this sample.
+    /// The controller rejected a sample.
     #[error("the controller refuses sample {}: {error}", index + 1)]
     Sample {
-        /// Which, counted from 0.
+        /// Its index, from 0.
         index: u32,
-        /// Why.
+        /// The reason.
         error: SampleError,
     },
-    /// The controller restarts over and over, or somebody else is calibrating it.
+    /// The controller keeps restarting, or another program is calibrating it.
     #[error(
         "the controller lost the calibration {sessions} times: it restarts, or another program calibrates it"
     )]
     SessionsLost {
-        /// So many times was it begun.
+        /// Number of sessions started.
         sessions: u32,
     },
-    /// The solve does not come to an end.
+    /// The solve does not finish.
     #[error("the controller does not finish solving")]
     SolveHangs,
-    /// The three arms' results are not those that the controller had announced.
+    /// The results of the three arms are not those that the controller announced.
     #[error("the controller's result is not the one that it announced")]
     OutcomeChanged,
-    /// The controller was asked for other parameters, and whether it uses them is not known.
+    /// A change of parameters was requested; whether the controller uses them is unknown.
     #[error("{0}; the controller may use the new parameters")]
     Unconfirmed(#[source] Box<Self>),
-    /// The parameters were applied, and the controller does not use them.
+    /// The parameters were applied, but the controller does not use them.
     #[error("the controller stored the new parameters and does not use them")]
     NotInUse,
-    /// The controller has no robot: its parameters are not a geometry.
+    /// The controller's parameters are not a robot's geometry.
     #[error("these parameters are not a robot's")]
     ImpossibleGeometry,
 }
 
 impl DeviceError {
-    /// What an error means once the controller was asked for other parameters.
+    /// The error if the failed request may have changed the parameters.
     pub(super) fn unconfirmed(self) -> Self {
         match self {
             error @ (Self::Link(_) | Self::NoAnswer { .. } | Self::Unusable { .. }) => {

@@ -1,4 +1,4 @@
-//! What a controller says, for people and for programs. Lengths in millimetres, angles in degrees.
+//! Reports of a controller, as text and JSON. Lengths in millimetres, angles in degrees.
 
 use super::Number;
 use crate::calibration::Report as Calibrated;
@@ -12,21 +12,21 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Write};
 
-/// Of the JSON.
+/// Version of the JSON schema.
 const SCHEMA_VERSION: u32 = 2;
 const ARM_LIMITED: u32 = 0x41;
 
-/// A report of the controller at a port: `contents` after what all have in common.
+/// A report on the controller at a port: the header common to all reports, then `contents`.
 #[derive(Debug, Serialize)]
 pub struct Report<C> {
-    /// As it was given.
+    /// The port as given.
     port: String,
     device: Device,
     #[serde(flatten)]
     contents: C,
 }
 
-/// Who answers.
+/// The controller's identity.
 #[derive(Debug, Serialize)]
 struct Device {
     firmware: String,
@@ -37,7 +37,7 @@ struct Device {
 }
 
 impl<C: Serialize + Display> Report<C> {
-    /// Of a controller.
+    /// A report on a controller.
     pub fn new(port: &impl Display, identity: &Identity, contents: C) -> Self {
         let [major, minor, patch] = identity.firmware;
         Self {
@@ -55,12 +55,12 @@ impl<C: Serialize + Display> Report<C> {
         }
     }
 
-    /// For programs.
+    /// The report as JSON.
     pub fn json(&self) -> String {
         crate::report::json(&Versioned::new(SCHEMA_VERSION, self))
     }
 
-    /// For people.
+    /// The report as text.
     pub fn text(&self) -> String {
         let Device {
             firmware,
@@ -75,7 +75,7 @@ impl<C: Serialize + Display> Report<C> {
     }
 }
 
-/// A processor by its CPUID: "Cortex-M4 r0p1".
+/// The name of a processor with this CPUID: "Cortex-M4 r0p1".
 fn processor(cpuid: u32) -> String {
     let core = match (cpuid >> 24, (cpuid >> 4) & 0xfff) {
         (ARM_LIMITED, 0xc20) => "Cortex-M0",
@@ -91,12 +91,12 @@ fn processor(cpuid: u32) -> String {
     format!("{core} r{}p{}", (cpuid >> 20) & 0xf, cpuid & 0xf)
 }
 
-/// A fingerprint as text.
+/// A fingerprint in hexadecimal.
 pub fn hexadecimal(fingerprint: u32) -> String {
     format!("{fingerprint:08x}")
 }
 
-/// Where parameters come from.
+/// The origin of parameters, in words.
 pub const fn origin(origin: Origin) -> &'static str {
     match origin {
         Origin::Nominal => "nominal",
@@ -122,28 +122,28 @@ fn phase(phase: &Phase) -> String {
     }
 }
 
-/// Names and figures under a title.
+/// A title and rows of names and figures.
 fn rows<const N: usize>(title: &str, rows: [(&str, &dyn Display); N]) -> Section {
     let facts = rows.map(|(name, figure)| (name, figure.to_string()));
     Section::new(title).table(Table::facts(facts))
 }
 
-/// The control loop since the controller started; in the report of a calibration the first three since it began.
+/// The control loop since the controller started; in a calibration's report, the first three count from its start.
 #[derive(Debug, Serialize)]
 pub struct ControlLoop {
     turns: u32,
-    /// Turns that began late or were left out.
+    /// Turns that started late or were skipped.
     late: u32,
-    /// Turns whose point could not be reached.
+    /// Turns whose point was out of reach.
     unreachable: u32,
     longest_turn_us: Option<f64>,
-    /// While a calibration was at work.
+    /// Longest turn during a calibration.
     longest_turn_calibrating_us: Option<f64>,
-    /// How often the loop took other parameters.
+    /// How often the loop switched to other parameters.
     switches: u32,
-    /// Of the parameters in use.
+    /// Fingerprint of the parameters in use.
     fingerprint: String,
-    /// The last point of the path, and the joint angles for it.
+    /// The last point of the path, and its joint angles.
     point_mm: [f64; 3],
     joints_deg: [f64; 3],
 }
@@ -175,14 +175,14 @@ fn microseconds(time: Option<f64>) -> String {
 /// What the controller is doing.
 #[derive(Debug, Serialize)]
 pub struct Status {
-    /// The open one, 0 without one.
+    /// The open session, or 0.
     session: u32,
-    /// These two in words.
+    /// Phase and origin, in words.
     phase: String,
     origin: &'static str,
     /// Whether the result of the last calibration is in use; `null` without a result.
     result_in_use: Option<bool>,
-    /// What the gate has done with the samples; `null` without one.
+    /// The gate's statistics; `null` without a gate.
     gate: Option<Gate>,
     control_loop: ControlLoop,
     #[serde(with = "Counters")]
@@ -192,14 +192,14 @@ pub struct Status {
 #[derive(Debug, Serialize)]
 struct Gate {
     taken: u64,
-    /// Of them, those that could not be tested.
+    /// Those of the taken samples that could not be tested.
     untested: u64,
     rejected: u64,
-    /// In words; `null` without one.
+    /// The alarm in words, or `null`.
     alarm: Option<String>,
 }
 
-/// What the controller has received since it started.
+/// Counters of what the controller has received since it started.
 #[derive(Serialize)]
 #[serde(remote = "protocol::Counters")]
 struct Counters {
@@ -214,7 +214,7 @@ struct Counters {
 }
 
 impl Status {
-    /// As the controller states it.
+    /// The status as received from the controller.
     pub fn new<T: Number>(
         status: &protocol::Status<T>,
         parameters: &protocol::Parameters<T>,
@@ -301,30 +301,30 @@ impl Display for Status {
     }
 }
 
-/// A calibration by the controller.
+/// A calibration done by the controller.
 #[derive(Debug, Serialize)]
 #[expect(
     clippy::struct_field_names,
     reason = "the names are the keys of the JSON"
 )]
 pub struct Calibration<'a> {
-    /// As `delta-cal calibrate` reports the same files.
+    /// The report of `delta-cal calibrate` on the same files.
     calibration: &'a Calibrated,
-    /// By how much the positions of the controller's result differ from those of this computer's at the samples, rms.
+    /// Rms difference between the positions of the controller's result and of this computer's, at the samples.
     difference_mm: f64,
-    /// Of the controller's result.
+    /// Fingerprint of the controller's result.
     fingerprint: String,
     /// Whether the control loop uses the result.
     applied: bool,
-    /// While it was calibrated.
+    /// The control loop during the calibration.
     control_loop: ControlLoop,
-    /// Requests that were sent again because something was lost on the link.
+    /// Requests repeated because of losses on the link.
     repeated_requests: u32,
 }
 
 impl<'a> Calibration<'a> {
-    /// `here`: the calibration of the same samples by this computer. `there`: the controller's result, and its control loop
-    /// while it was calibrated.
+    /// `here`: this computer's calibration from the same samples. `there`: the controller's result, and its control
+    /// loop during the calibration.
     pub fn new<T: Number>(
         here: &'a Calibrated,
         difference_mm: f64,
@@ -380,7 +380,7 @@ impl Display for Calibration<'_> {
     }
 }
 
-/// By their names.
+/// Numbers by name.
 type Numbers = BTreeMap<&'static str, f64>;
 
 /// A geometry of the controller.
@@ -388,20 +388,20 @@ type Numbers = BTreeMap<&'static str, f64>;
 pub struct Parameters {
     /// `current` or `nominal`.
     set: &'static str,
-    /// In words.
+    /// The origin, in words.
     origin: &'static str,
     fingerprint: String,
-    /// Three arms of eight parameters by their symbols.
+    /// The eight parameters of each arm, by symbol.
     arms: [Numbers; 3],
-    /// What the gear and encoder of each joint do beside turning its arm; `null` if nothing.
+    /// The transmission errors (gear and encoder) of each joint; `null` if there are none.
     transmissions: Option<[Numbers; 3]>,
-    /// What changed, in words.
+    /// The change, in words.
     #[serde(skip)]
     change: String,
 }
 
 impl Parameters {
-    /// As the controller states them.
+    /// The parameters as received from the controller.
     pub fn new<T: Number>(set: &'static str, parameters: &protocol::Parameters<T>) -> Self {
         let arm = |values: [T; 8]| {
             let named = Parameter::ROTARY.into_iter().zip(values);
@@ -428,7 +428,7 @@ impl Parameters {
         }
     }
 
-    /// The current ones, after those that were in use before.
+    /// The current parameters, compared with those in use before.
     pub fn changed<T: Number>(
         before: &protocol::Parameters<T>,
         after: &protocol::Parameters<T>,
@@ -444,7 +444,7 @@ impl Parameters {
         after
     }
 
-    /// Says more about the change.
+    /// Adds a remark on the change.
     pub fn note(mut self, note: impl Display) -> Self {
         let _ = writeln!(self.change, "{note}");
         self

@@ -1,4 +1,4 @@
-//! The dialogue of a calibration: samples in, solve, outcome out, applied.
+//! The dialogue of a calibration: send samples, solve, read the outcome, apply it.
 
 use super::Number;
 use super::client::{Client, unexpected};
@@ -10,31 +10,31 @@ use delta_cal_protocol::{
     Request, Response, SampleMessage, Status,
 };
 
-/// So often is a calibration begun again after the controller forgot it.
+/// How often a calibration is started over if the controller loses it.
 const SESSIONS: u32 = 5;
-/// Looks at whether the control loop has switched.
+/// Polls for the control loop to switch.
 const LOOKS_AT_SWITCH: u32 = 50;
 
-/// A calibration that the controller has finished, one way or the other.
+/// A calibration that the controller has finished, accepted or refused.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finished<T> {
-    /// Its session.
+    /// Its session number.
     pub session: u32,
-    /// What came out: each arm.
+    /// The result for each arm, or the refusal.
     pub result: Result<[ArmReport<T>; 3], StreamRefusal>,
-    /// What was in use before the first sample, and is to be replaced.
+    /// The parameters in use before the first sample, which the result is to replace.
     pub parameters_before: Parameters<T>,
-    /// The controller before the first sample.
+    /// The controller's status before the first sample.
     pub status_before: Status<T>,
-    /// The controller with the result.
+    /// The controller's status with the result.
     pub status_after: Status<T>,
 }
 
 impl<T: Number> Finished<T> {
-    /// The calibrated robot's numbers.
+    /// The calibrated robot's geometry.
     ///
     /// # Errors
-    /// The controller has refused.
+    /// The controller refused the calibration.
     pub fn geometry(&self) -> Result<Geometry<T>, StreamRefusal> {
         self.result
             .as_ref()
@@ -42,8 +42,7 @@ impl<T: Number> Finished<T> {
             .map_err(|refusal| *refusal)
     }
 
-    /// The control loop while it was calibrated: what is counted since the controller started is counted from the first
-    /// sample on.
+    /// The control loop during the calibration: counters start at the first sample, not at the controller's start.
     pub fn control_loop(&self) -> ControlLoop<T> {
         let [before, after] = [&self.status_before, &self.status_after].map(|own| &own.control);
         ControlLoop {
@@ -64,15 +63,14 @@ fn geometry<T: Number>(arms: &[ArmReport<T>; 3]) -> Geometry<T> {
     }
 }
 
-/// The controller does not know the session any more.
+/// The controller no longer knows the session.
 const LOST: DeviceError = DeviceError::Fault(Fault::NoSession);
 
-/// Sends samples and waits for what the controller makes of them; `progress` gets the number of samples that were taken. If the
-/// controller restarts meanwhile, goes on with what it has stored, or begins again.
+/// Sends samples and waits for the controller's result; `progress` receives the number of samples taken. If the
+/// controller restarts meanwhile, continues from what it has stored, or starts over.
 ///
 /// # Errors
-/// A link that does not work, a sample that is not taken, a controller that restarts over and
-/// over. A calibration that is refused is no error.
+/// An unusable link, a rejected sample, a controller that keeps restarting. A refused calibration is not an error.
 pub fn calibrate<T: Number, L: Transport>(
     client: &mut Client<L>,
     begin: &Begin<T>,
@@ -105,14 +103,14 @@ fn session<T: Number, L: Transport>(
         Response::Taken { .. } => return Err(LOST),
         other => return Err(unexpected(&other)),
     }
-    // Not before: a controller that restarts in between counts from zero again.
+    // Not earlier: a controller that restarts in between counts from zero again.
     let status_before: Status<T> = client.status()?;
     if status_before.session != session {
         return Err(LOST);
     }
     let parameters_before = client.parameters(ParameterSet::Current)?;
     let mut taken = 0;
-    // Each round ends with a restart of the controller, which has kept some of the samples.
+    // Each round ends with a restart of the controller, which keeps some of the samples.
     for _ in 0..SESSIONS {
         send(client, session, samples, &mut taken, progress)?;
         let Some(status_after) = solve(client, session, &mut taken)? else {
@@ -139,8 +137,8 @@ fn session<T: Number, L: Transport>(
     Err(LOST)
 }
 
-/// Sends the samples that the controller does not have yet, `taken` being those it has. After a restart it asks again for
-/// those that it has lost.
+/// Sends the samples that the controller still lacks; it has the first `taken`. After a restart, sends those that it
+/// lost again.
 fn send<T: Number, L: Transport>(
     client: &mut Client<L>,
     session: u32,
@@ -185,7 +183,7 @@ fn send<T: Number, L: Transport>(
     Ok(())
 }
 
-/// Starts the solve and waits for its end; `None` if the controller restarted and lacks samples or the result.
+/// Starts the solve and waits for it; `None` if the controller restarted and lacks samples or the result.
 fn solve<T: Number, L: Transport>(
     client: &mut Client<L>,
     session: u32,
@@ -230,12 +228,12 @@ fn outcome<T: Number, L: Transport>(
     Ok([of(first)?, of(second)?, of(third)?])
 }
 
-/// Applies a result, and reads back that the control loop uses it. If the
-/// controller has restarted since, calibrates again: the same samples give the same result.
+/// Applies a result and confirms that the control loop uses it. If the controller has restarted meanwhile, calibrates
+/// again: the same samples give the same result.
 ///
 /// # Errors
-/// As [`calibrate`]; a controller that cannot store the result, or does not use it, or uses others by
-/// now than [`Finished::parameters_before`]; [`DeviceError::Unconfirmed`].
+/// Same as [`calibrate`]; also a controller that cannot store the result, does not use it, or no longer uses
+/// [`Finished::parameters_before`]; [`DeviceError::Unconfirmed`].
 pub fn apply<T: Number, L: Transport>(
     client: &mut Client<L>,
     begin: &Begin<T>,
@@ -258,7 +256,7 @@ pub fn apply<T: Number, L: Transport>(
             Response::Fault(Fault::NoSession | Fault::NoOutcome) => {}
             other => return Err(unexpected(&other)),
         }
-        // A controller that applied it and restarted before it had answered uses it already.
+        // A controller that restarted after applying the result, but before answering, uses it already.
         if let Ok(parameters) = in_use(client, fingerprint) {
             return Ok(parameters);
         }
@@ -272,12 +270,12 @@ pub fn apply<T: Number, L: Transport>(
     Err(DeviceError::SessionsLost { sessions: SESSIONS })
 }
 
-/// Lets a controller use the geometry of a robot that was calibrated elsewhere, in place of the parameters of generation
-/// `from`, and reads back that the control loop uses it.
+/// Makes a controller use the geometry of a robot calibrated elsewhere, in place of the parameters of generation
+/// `from`, and confirms that the control loop uses it.
 ///
 /// # Errors
-/// A robot that is none in the controller's numbers, a controller that cannot store it, or does not use it, or uses others
-/// by now than those of `from`; [`DeviceError::Unconfirmed`].
+/// A robot that is invalid in the controller's number type, a controller that cannot store it, does not use it, or no
+/// longer uses the parameters of `from`; [`DeviceError::Unconfirmed`].
 pub fn adopt<T: Number, L: Transport>(
     client: &mut Client<L>,
     robot: &Robot<f64>,
@@ -291,11 +289,10 @@ pub fn adopt<T: Number, L: Transport>(
     }
 }
 
-/// The current parameters after a change, once the control loop uses them, if they are the expected
-/// ones.
+/// The current parameters after a change, as soon as the control loop uses them, if they are those expected.
 ///
 /// # Errors
-/// As [`Client::ask`]; [`DeviceError::NotInUse`], [`DeviceError::Unconfirmed`].
+/// Same as [`Client::ask`]; also [`DeviceError::NotInUse`] and [`DeviceError::Unconfirmed`].
 pub fn in_use<T: Number, L: Transport>(
     client: &mut Client<L>,
     expected: u32,

@@ -1,4 +1,4 @@
-//! Joints in words and units: the angle of a motor, or the travel of a carriage.
+//! Names and units of joints: motor angles or carriage travels.
 
 use super::degrees;
 use delta_cal::robot::Drive;
@@ -11,7 +11,7 @@ pub(crate) const fn unit(drive: Drive) -> &'static str {
     }
 }
 
-/// The same behind a number: "12.5°", "12.5 mm".
+/// The unit after a number: "12.5°", "12.5 mm".
 pub const fn mark(drive: Drive) -> &'static str {
     match drive {
         Drive::Rotary => "°",
@@ -32,7 +32,7 @@ pub fn key(name: &str, drive: Drive) -> String {
     format!("{name}_{}", unit(drive))
 }
 
-/// In the unit of files and reports, so that it reads back as the same number.
+/// The value in the unit of files and reports; it reads back as the same number.
 pub fn in_file(drive: Drive, value: f64) -> f64 {
     match drive {
         Drive::Rotary => degrees(value),

@@ -21,7 +21,7 @@ use arguments::{Arguments, Command};
 use clap::Parser;
 use std::process::ExitCode;
 
-/// Reads the command line of this process, does what it says, prints and writes.
+/// Runs the command given on this process's command line.
 pub fn run() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Calibrate(arguments) => calibrate::run(&arguments),

@@ -95,7 +95,7 @@ pub(crate) struct CompletionsArguments {
     shell: Shell,
 }
 
-/// Prints what completes the commands as they are.
+/// Prints the completion script.
 pub(crate) fn complete(arguments: &CompletionsArguments) -> Result<(), Failure> {
     let mut text = Vec::new();
     generate(

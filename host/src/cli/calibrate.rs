@@ -86,13 +86,13 @@ pub(crate) struct CalibrateArguments {
     force: bool,
 }
 
-/// What is calibrated, from what, and the files that say so.
+/// The inputs of a calibration and the files they come from.
 struct Inputs {
     robot: RobotFile,
     readings: Readings,
     file: InputText,
     samples: InputText,
-    /// The robot, if it is a printer.
+    /// The imported configuration, if the robot is a printer.
     printer: Option<Imported>,
 }
 
@@ -259,7 +259,7 @@ fn is_robot_file(path: &Path) -> bool {
     path.extension().is_some_and(|own| own == "toml")
 }
 
-/// A robot file does not hold the samples, as a printer's configuration may.
+/// The error for a robot file without a samples file; only a printer's configuration can contain samples itself.
 fn without_samples(path: &Path) -> Failure {
     Failure::usage(
         format!("{} is given without its samples", path.display()),
@@ -267,7 +267,7 @@ fn without_samples(path: &Path) -> Failure {
     )
 }
 
-/// What only a printer has is not asked of another robot.
+/// Refuses options that apply only to printers.
 fn no_printer(arguments: &CalibrateArguments) -> Result<(), Failure> {
     let paste = arguments.paste.is_some().then_some("--paste");
     match arguments.stated.given().or(paste) {

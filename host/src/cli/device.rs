@@ -117,7 +117,7 @@ struct CalibrateArguments {
     apply: bool,
 }
 
-/// A method of a controller.
+/// The estimators that a controller offers.
 fn method() -> impl TypedValueParser<Value = Method> {
     PossibleValuesParser::new(["joint", "ikm"]).map(|name| match name.as_str() {
         "ikm" => Method::Ikm,

@@ -159,7 +159,7 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     };
     let json = report::json(&Report::of(&export, &files));
     let output = match output {
-        // The lines are the report.
+        // The exported lines are themselves the report.
         None if !json_path.is_some_and(is_stream) => Some(Path::new("-")),
         output => output,
     };
@@ -169,7 +169,7 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     )
 }
 
-/// The end stops: radians, or mm of travel.
+/// The joints at the end stops: radians, or mm of travel.
 fn home(arguments: &ExportArguments, drive: Drive) -> Result<Option<[f64; 3]>, Failure> {
     let home = match arguments.home.as_deref() {
         None => return Ok(None),
@@ -193,7 +193,7 @@ fn home(arguments: &ExportArguments, drive: Drive) -> Result<Option<[f64; 3]>, F
     ))
 }
 
-/// The bed that heights were measured above.
+/// The bed above which heights were measured.
 fn level(arguments: &ExportArguments, robot: &RobotFile) -> Result<Option<Frame>, Failure> {
     let Some(path) = &arguments.bed else {
         return Ok(None);
@@ -217,7 +217,7 @@ fn level(arguments: &ExportArguments, robot: &RobotFile) -> Result<Option<Frame>
         .into())
 }
 
-/// Which file is at fault, and where.
+/// The error, with the file at fault and the place in it.
 fn failure(text: &InputText, positions: Option<&Path>, error: &ExportError) -> Failure {
     let of_positions = matches!(
         error,

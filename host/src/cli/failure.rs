@@ -1,4 +1,4 @@
-//! Why a command did not do what was asked, and the exit code that says so.
+//! Why a command failed, and its exit code.
 
 use super::output::OutputError;
 use crate::device::DeviceError;
@@ -15,10 +15,10 @@ const HELP: Style = AnsiColor::Cyan.on_default().bold();
 pub(crate) struct Failure {
     code: u8,
     cause: String,
-    /// The line of a file at fault, as it stands there.
+    /// The faulty line as it stands in the file.
     excerpt: Option<String>,
     diagnosis: Option<String>,
-    /// What to do next, unless it is empty.
+    /// What to do next; may be empty.
     remedy: String,
 }
 
@@ -38,7 +38,7 @@ impl Failure {
         Self::new(1, cause, remedy)
     }
 
-    /// The command line is wrong.
+    /// An invalid command line.
     pub(crate) fn usage(cause: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::new(2, cause, remedy)
     }
@@ -50,17 +50,17 @@ impl Failure {
         Self::new(4, cause, remedy)
     }
 
-    /// The controller, or the link to it.
+    /// A failure of the controller or of the link to it.
     pub(crate) fn device(cause: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::new(5, cause, remedy)
     }
 
-    /// A limit that is not met, or not known to be.
+    /// A limit that is not met, or not shown to be met.
     pub(crate) fn not_passed(cause: impl Into<String>) -> Self {
         Self::new(6, cause, "")
     }
 
-    /// Says so, and ends with the exit code.
+    /// Prints the message and returns the exit code.
     pub(crate) fn report(self) -> ExitCode {
         let kind = match self.code {
             1 => "refused",

@@ -65,7 +65,7 @@ pub(crate) struct StatedArguments {
     shrinkage: Option<f64>,
 }
 
-/// So long a part was to be, and so long it came out, mm.
+/// Parses the nominal and the measured length of a printed part, mm.
 fn printed(text: &str) -> Result<[f64; 2], String> {
     let number = |text| Some(columns::length(text)?.0).filter(|own| *own > 0.0);
     let pair = text.split_once('=');
@@ -73,7 +73,7 @@ fn printed(text: &str) -> Result<[f64; 2], String> {
         .ok_or_else(|| "two lengths in mm are needed, as 100=98.5".to_owned())
 }
 
-/// A part of the length.
+/// Parses a shrinkage as a fraction of the length.
 fn shrinkage(text: &str) -> Result<f64, String> {
     let number = text.trim().strip_suffix('%').map(|own| own.trim().parse());
     match number {
@@ -83,7 +83,7 @@ fn shrinkage(text: &str) -> Result<f64, String> {
 }
 
 impl StatedArguments {
-    /// What takes the place of the configuration's values: one length for all rods, or three.
+    /// The values that override the configuration's: one length for all rods, or three.
     pub(crate) fn stated(&self) -> Result<Stated, Failure> {
         let own = self.rods.as_deref();
         let rods = match own {
@@ -106,12 +106,12 @@ impl StatedArguments {
         })
     }
 
-    /// With what was printed.
+    /// Adds the printed lengths.
     pub(crate) fn add_prints(&self, imported: Imported) -> Result<Imported, InputError> {
         imported.with_prints(self.printed, self.shrinkage.unwrap_or_default())
     }
 
-    /// The first option that was given.
+    /// The first of these options on the command line.
     pub(crate) fn given(&self) -> Option<&'static str> {
         let given = [
             ("--rods", self.rods.is_some()),
@@ -125,7 +125,7 @@ impl StatedArguments {
     }
 }
 
-/// A configuration, or that of a folder.
+/// Reads a configuration file, or the one in a folder.
 pub(crate) fn configuration(path: &Path) -> Result<InputText, InputError> {
     let own = ["printer.cfg", "config.g", "Configuration.h"].map(|name| path.join(name));
     match own.iter().find(|own| own.is_file()) {
@@ -134,8 +134,7 @@ pub(crate) fn configuration(path: &Path) -> Result<InputText, InputError> {
     }
 }
 
-/// The files that a line of a configuration includes, beside the file with the line; patterns as Python's `glob` has
-/// them.
+/// The files included by a line of the configuration `from`, relative to its folder; patterns follow Python's `glob`.
 pub(crate) fn includes(from: &str, wanted: &str) -> Result<Vec<InputText>, InputError> {
     let folder = Path::new(from).parent().unwrap_or_else(|| Path::new(""));
     let literal = folder.join(wanted);

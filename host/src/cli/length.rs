@@ -1,8 +1,8 @@
-//! A length as an option states it: `0.1mm`, `0.1 mm`, `0.3 m`, `250um`, `0.5 in`.
+//! Lengths in options: `0.1mm`, `0.1 mm`, `0.3 m`, `250um`, `0.5 in`.
 
 use crate::files::columns;
 
-/// Greater than 0, in mm.
+/// Parses a length greater than 0, in mm.
 pub(super) fn length(text: &str) -> Result<f64, String> {
     match columns::length(text) {
         Some((length, true)) if length > 0.0 => Ok(length),
@@ -16,12 +16,12 @@ pub(super) fn length(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A measured length: `345mm`, or `345±0.1mm` with one σ.
+/// A measured length: `345mm`, or `345±0.1mm` with its standard uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Measured {
-    /// mm.
+    /// Length, mm.
     pub(super) length: f64,
-    /// mm, if it is stated.
+    /// Standard uncertainty, mm, if stated.
     pub(super) sigma: Option<f64>,
 }
 
@@ -33,7 +33,7 @@ pub(super) fn measured(text: &str) -> Result<Measured, String> {
             sigma: None,
         });
     };
-    // 345±0.1mm has one unit for both.
+    // In 345±0.1mm the unit applies to both numbers.
     let unit = sigma.trim_start_matches(|own: char| " .0123456789".contains(own));
     Ok(Measured {
         length: length(own).or_else(|_| length(&format!("{own}{unit}")))?,
@@ -76,7 +76,7 @@ mod tests {
             ("1e-2 cm", 0.1),
         ] {
             let found = length(written).unwrap();
-            // Two roundings.
+            // The tolerance covers two roundings.
             assert!(
                 (found - expected).abs() <= 1e-15 * expected,
                 "{written}: {found}"

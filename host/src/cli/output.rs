@@ -1,5 +1,5 @@
-//! What a command writes: files whole or not at all, several all together or not at all, and one of its outputs to standard
-//! output in place of its report.
+//! Output of commands: each file completely or not at all, several files all or none, and one output to standard output
+//! in place of the report.
 
 use super::failure::Failure;
 use super::paths::{is_stream, refuse_same};
@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 use tempfile::{Builder, NamedTempFile, TempPath};
 
-/// An option or what it names, and the path that was given.
+/// An option, or a name for its value, and the path given.
 pub(crate) type Place<'a> = (&'static str, Option<&'a Path>);
 
-/// That no output is an input or another output, and that at most one goes to standard output.
+/// Checks that no output is an input or another output, and that at most one goes to standard output.
 pub(crate) fn check(inputs: &[Place<'_>], outputs: &[Place<'_>]) -> Result<(), Failure> {
     let mut taken = inputs.to_vec();
     for (option, path) in outputs {
@@ -35,7 +35,7 @@ pub(crate) fn check(inputs: &[Place<'_>], outputs: &[Place<'_>]) -> Result<(), F
     Ok(())
 }
 
-/// Writes the files, and prints what goes to standard output, or the report and where everything is.
+/// Writes the files, then prints either the output meant for standard output, or the report and the names of the files.
 pub(crate) fn deliver<C: AsRef<[u8]>>(
     outputs: &[(Option<&Path>, C)],
     report: impl Into<String>,
@@ -54,7 +54,7 @@ pub(crate) fn deliver<C: AsRef<[u8]>>(
     print(&report)
 }
 
-/// A refusal writes no file; a program that reads the JSON on standard output is told there as well.
+/// Reports a refusal: writes no file, but prints the JSON refusal if JSON was to go to standard output.
 pub(crate) fn refused(to: Option<&Path>, refusal: &str, failure: Failure) -> Failure {
     if to.is_some_and(is_stream)
         && let Err(failure) = print(refusal)
@@ -64,7 +64,7 @@ pub(crate) fn refused(to: Option<&Path>, refusal: &str, failure: Failure) -> Fai
     failure
 }
 
-/// Prints to standard output, with colour only where it is wanted.
+/// Prints to standard output, in colour only where it is supported and wanted.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = anstream::stdout().lock();
     match stdout
@@ -87,41 +87,41 @@ pub(super) struct OutputError {
     error: io::Error,
 }
 
-/// Writes every content to its file. Each is first written in full beside its destination; only when all are there do they
-/// take their names. A file that exists is replaced and keeps its permissions; a write-protected one is not replaced.
+/// Writes all files. Each is first written in full beside its destination; only when all are complete are they renamed.
+/// An existing file is replaced and keeps its permissions; a write-protected one is not replaced.
 ///
 /// # Errors
-/// The first file that could not be written; then all files are as they were.
+/// The first file that could not be written; all files are then as they were.
 pub(super) fn write_all<C: AsRef<[u8]>>(files: &[(&Path, C)]) -> Result<(), OutputError> {
     let prepared = files.iter();
     let prepared = prepared.map(|(path, bytes)| Prepared::new(path, bytes.as_ref()));
     commit(prepared.collect::<Result<_, _>>()?)
 }
 
-/// A folder for files, made if it is not there.
+/// Creates a folder if it does not exist.
 ///
 /// # Errors
-/// It cannot be made, or something else has its name.
+/// It cannot be created, or its name is taken by something else.
 pub(super) fn make_folder(path: &Path) -> Result<(), OutputError> {
     fs::create_dir_all(path).map_err(|error| failure(path, error))
 }
 
-/// Whether a file could be written, for those who want to know before they do what cannot be undone.
+/// Checks that a file could be written, before doing something that cannot be undone.
 ///
 /// # Errors
-/// As [`write_all`].
+/// Same as [`write_all`].
 pub(super) fn check_writable(path: &Path) -> Result<(), OutputError> {
     Prepared::new(path, &[]).map(|_| ())
 }
 
-/// A file that is written and does not have its name yet.
+/// A file that is written but does not have its final name yet.
 struct Prepared {
-    /// As it was given.
+    /// The path as given.
     path: PathBuf,
-    /// Where it goes: a link stays a link, and what it points to is replaced.
+    /// The destination: a symbolic link is kept and its target replaced.
     target: PathBuf,
     file: NamedTempFile,
-    /// Whether there is a file that it replaces.
+    /// Whether it replaces an existing file.
     replaces: bool,
 }
 
@@ -147,10 +147,10 @@ impl Prepared {
         #[cfg(unix)]
         if replaced.is_none() {
             use std::os::unix::fs::PermissionsExt;
-            // As any new file: what the user's mask leaves of this.
+            // The mode of any new file; the user's mask applies.
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
-        // Without the temporary file's name, which means nothing to anyone.
+        // Omit the temporary file's name, which means nothing to the user.
         let named = |error: io::Error| io::Error::from(error.kind());
         let mut file = builder.tempfile_in(folder).map_err(named)?;
         file.write_all(bytes)?;
@@ -167,13 +167,13 @@ impl Prepared {
         })
     }
 
-    /// The file that is replaced, under another name.
+    /// Keeps the file to be replaced, under another name.
     fn kept(&self) -> io::Result<Option<TempPath>> {
         if !self.replaces {
             return Ok(None);
         }
         let other_name = |name: &Path| {
-            // Not every file system has two names for one file.
+            // Not every file system supports hard links.
             fs::hard_link(&self.target, name).or_else(|_| fs::copy(&self.target, name).map(|_| ()))
         };
         let kept = hidden().make_in(folder_of(&self.target), other_name)?;
@@ -181,7 +181,7 @@ impl Prepared {
     }
 }
 
-/// Gives all files their names. If that fails for one, those that already have theirs are taken back.
+/// Renames all files to their final names. If one fails, those already renamed are restored.
 fn commit(prepared: Vec<Prepared>) -> Result<(), OutputError> {
     let mut kept = Vec::new();
     if prepared.len() > 1 {
@@ -196,7 +196,7 @@ fn commit(prepared: Vec<Prepared>) -> Result<(), OutputError> {
     {
         if let Err(error) = file.persist(&target) {
             for (target, kept) in done.iter().zip(kept) {
-                // What cannot be taken back either is not worse than the failure that is reported.
+                // Report the original failure even if restoring fails, too.
                 let _ = match kept {
                     Some(kept) => kept.persist(target).map_err(|error| error.error),
                     None => fs::remove_file(target),
@@ -209,7 +209,7 @@ fn commit(prepared: Vec<Prepared>) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// The permissions of a file that may be replaced.
+/// The permissions of a file, if it may be replaced.
 fn replaceable(existing: &Path) -> io::Result<fs::Permissions> {
     let metadata = existing.metadata()?;
     let cause = if metadata.is_dir() {
@@ -244,12 +244,12 @@ fn failure(path: &Path, error: io::Error) -> OutputError {
     }
 }
 
-/// Of the standard for reproducible builds: the time in place of the clock's.
+/// The variable from the Reproducible Builds specification that replaces the clock's time.
 const SOURCE_DATE_EPOCH: &str = "SOURCE_DATE_EPOCH";
 
-/// When a report is written: seconds since the beginning of 1970.
+/// The time of the report, in seconds since 1970-01-01 UTC.
 pub(super) fn now() -> Result<u64, Failure> {
-    // No calendar goes beyond the year 9999.
+    // The end of the year 9999, where calendars end.
     const LAST: u64 = 253_402_300_799;
     let Some(value) = std::env::var_os(SOURCE_DATE_EPOCH) else {
         let since = SystemTime::now().duration_since(UNIX_EPOCH);
@@ -276,7 +276,7 @@ mod tests {
         let (old, new, last) = (path("old"), path("new"), path("last"));
         fs::write(&old, "of yesterday").unwrap();
         let prepared = [&old, &new, &last].map(|path| Prepared::new(path, b"of today").unwrap());
-        // A folder takes the name of the last in the meantime.
+        // Meanwhile a folder takes the name of the last file.
         fs::create_dir(&last).unwrap();
         let error = commit(prepared.into()).unwrap_err();
         assert!(error.to_string().contains("last: "), "{error}");

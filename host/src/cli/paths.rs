@@ -1,4 +1,4 @@
-//! The paths of a command line: what is read from them, and which are the same file.
+//! Paths on the command line: reading them, and finding out which are the same file.
 
 use super::failure::Failure;
 use super::output::folder_of;
@@ -9,12 +9,12 @@ use std::fs::File;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-/// Standard input or output.
+/// Whether the path means standard input or output.
 pub(crate) fn is_stream(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// The name of a robot file on the command line.
+/// Parses the name of a robot file.
 pub(crate) fn robot_path() -> impl TypedValueParser<Value = PathBuf> {
     PathBufValueParser::new().try_map(|path| {
         if is_stream(&path) {
@@ -34,10 +34,10 @@ pub(crate) struct ColumnsArgument {
 }
 
 impl InputText {
-    /// Reads the file of a robot or a campaign.
+    /// Reads a robot or campaign file.
     ///
     /// # Errors
-    /// As [`of_settings`](Self::of_settings).
+    /// Same as [`of_settings`](Self::of_settings).
     pub fn from_file(path: &Path) -> Result<Self, InputError> {
         Self::of_settings(path.display().to_string(), opened(path)?)
     }
@@ -45,7 +45,7 @@ impl InputText {
     /// Reads a table: samples, joint angles, positions.
     ///
     /// # Errors
-    /// As [`from_reader`](Self::from_reader).
+    /// Same as [`from_reader`](Self::from_reader).
     pub fn from_table(path: &Path) -> Result<Self, InputError> {
         Self::from_reader(path.display().to_string(), opened(path)?)
     }
@@ -55,7 +55,7 @@ fn opened(path: &Path) -> Result<File, InputError> {
     File::open(path).map_err(|error| InputError::unreadable(&path.display().to_string(), &error))
 }
 
-/// A table in a file, or in standard input for `-`.
+/// Reads a table from a file, or from standard input for `-`.
 pub(crate) fn read(path: &Path, columns: &ColumnsArgument) -> Result<InputText, InputError> {
     let text = if is_stream(path) {
         let stdin = std::io::stdin().lock();
@@ -75,7 +75,7 @@ pub(crate) fn read(path: &Path, columns: &ColumnsArgument) -> Result<InputText, 
     })
 }
 
-/// The samples in one file, or joints and positions in two.
+/// Reads samples from one file, or joints and positions from two.
 pub(crate) fn read_samples_texts(
     samples: &Path,
     second: Option<&Path>,
@@ -88,7 +88,7 @@ pub(crate) fn read_samples_texts(
     }
 }
 
-/// The file behind a name, whether it exists yet or not.
+/// The file a path leads to, whether or not it exists yet.
 fn identity(path: &Path) -> PathBuf {
     if let Ok(existing) = path.canonicalize() {
         return existing;
@@ -99,7 +99,7 @@ fn identity(path: &Path) -> PathBuf {
     }
 }
 
-/// An output file must not be any of the other files of the command.
+/// Refuses an output file that is one of the command's other files.
 pub(crate) fn refuse_same(
     option: &str,
     output: Option<&Path>,

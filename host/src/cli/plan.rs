@@ -34,7 +34,7 @@ Examples:
   delta-cal plan robot.toml --samples samples.csv
   delta-cal plan printer.cfg --count 16";
 
-/// Measurements proposed in addition to those of a file.
+/// The number of measurements to add to those of a file, by default.
 const ADDED: usize = 4;
 
 #[derive(Debug, Args)]
@@ -138,7 +138,7 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
     output::deliver(&[(output, &csv), (json, &report)], text)
 }
 
-/// Commands that touch a printer's bed.
+/// Writes the commands that touch a printer's bed.
 fn printer(arguments: &PlanArguments, text: &InputText) -> Result<(), Failure> {
     let Some(count) = arguments
         .count
@@ -171,14 +171,13 @@ fn printer(arguments: &PlanArguments, text: &InputText) -> Result<(), Failure> {
     output::deliver(&[(output, &commands)], said)
 }
 
-/// In the axes inside.
+/// The region in internal axes.
 fn within(arguments: &PlanArguments, robot: &RobotFile) -> Option<Region> {
     let region = arguments.within?;
     Some(region.turned(&robot.convention))
 }
 
-/// A file of planned poses becomes one of measured ones by hand: what is in it then is not written
-/// over.
+/// Users fill measurements into files of planned poses: refuses to overwrite one that contains any.
 fn keep_measurements(path: &Path, robot: &RobotFile) -> Result<(), Failure> {
     if is_stream(path) || !path.is_file() {
         return Ok(());
@@ -199,7 +198,7 @@ fn keep_measurements(path: &Path, robot: &RobotFile) -> Result<(), Failure> {
     ))
 }
 
-/// What the rows of a file determine.
+/// Shows what the rows of a file determine.
 fn samples(arguments: &PlanArguments, robot: &RobotFile, path: &Path) -> Result<(), Failure> {
     let text = read(path, &arguments.columns)?;
     let Planned {
@@ -235,7 +234,7 @@ fn samples(arguments: &PlanArguments, robot: &RobotFile, path: &Path) -> Result<
     ))
 }
 
-/// Each cause has its exit code.
+/// The failure for each cause, with its exit code.
 fn failure(robot: &RobotFile, error: PlanError) -> Failure {
     let remedy = error.remedy();
     match error {

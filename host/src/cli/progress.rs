@@ -1,16 +1,16 @@
-//! Long commands: how far they are.
+//! Progress of long commands.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::time::Duration;
 
-/// A fit of so many rows takes some tenths of a second.
+/// A fit of this many rows takes some tenths of a second.
 const MANY_ROWS: usize = 2000;
 
-/// A progress bar on a terminal, nothing elsewhere. Gone when it is dropped.
+/// A progress bar on a terminal, nothing elsewhere. Removed when dropped.
 pub(super) struct Bar(ProgressBar);
 
 impl Bar {
-    /// Counts what is named, such as `robots`.
+    /// `what` is being counted, such as `robots`.
     pub(super) fn new(what: &str) -> Self {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
         let template = format!("[{{bar:40}}] {{pos}}/{{len}} {what}, {{eta}} left");
@@ -32,12 +32,11 @@ impl Drop for Bar {
     }
 }
 
-/// That something is computed whose length is not known beforehand: on a terminal, nothing elsewhere.
-/// Gone when it is dropped.
+/// A spinner for computations of unknown duration, on a terminal only. Removed when dropped.
 pub(super) struct Waiting(ProgressBar);
 
 impl Waiting {
-    /// Says for what, such as `planning 20 poses`.
+    /// `what` is being done, such as `planning 20 poses`.
     pub(super) fn new(what: String) -> Self {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
         if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}, {elapsed}") {
@@ -48,12 +47,12 @@ impl Waiting {
         Self(bar)
     }
 
-    /// What is being computed now.
+    /// Shows what is being computed now.
     pub(super) fn now(&self, what: &'static str) {
         self.0.set_message(what);
     }
 
-    /// While something is done to rows that takes a while.
+    /// A spinner, if there are so many rows that the work takes noticeable time.
     pub(super) fn for_rows(what: &str, rows: usize) -> Option<Self> {
         (rows > MANY_ROWS).then(|| Self::new(format!("{what} {rows} rows")))
     }

@@ -128,8 +128,7 @@ fn plan(campaign: Option<&Path>) -> Result<(Plan, &'static str), Failure> {
     Ok((Plan::read(&InputText::from_file(path)?, &robot_file)?, ""))
 }
 
-/// A campaign can take long: it is not begun if its results could not be written, or would replace
-/// what they are made of.
+/// A campaign can take long: refuses to start one whose results could not be written or would overwrite its inputs.
 fn check_outputs(arguments: &SimulateArguments) -> Result<(), Failure> {
     let rows = arguments.summary.iter();
     let rows = rows.map(|path| ("a file of rows", Some(path.as_path())));
@@ -145,7 +144,7 @@ fn check_outputs(arguments: &SimulateArguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Writes all files or none, and prints the table or, in its place, what goes to standard output.
+/// Writes all files or none, and prints the table or, in its place, the output meant for standard output.
 fn publish<T: Serialize>(
     arguments: &SimulateArguments,
     summary: &T,

@@ -1,4 +1,4 @@
-//! What the commands do.
+//! Running `delta-cal device`.
 
 use super::{
     CalibrateArguments, DeviceArguments, DeviceCommand, LinkArguments, ParametersArguments,
@@ -28,12 +28,12 @@ use std::path::Path;
 
 const BAUD: u32 = 115_200;
 
-/// What is done with a controller, its files read.
+/// A command for a controller, with its files already read.
 enum Job<'a> {
     Calibrate(&'a CalibrateArguments, RobotFile, Readings),
     Apply(RobotFile),
     Status,
-    /// With the robot file that everything but the geometry comes from.
+    /// The robot file, if any, supplies everything but the geometry.
     Parameters(&'a ParametersArguments, Option<RobotFile>),
     Revert(RevertTo),
 }
@@ -81,12 +81,12 @@ pub(crate) fn run(arguments: &DeviceArguments) -> Result<(), Failure> {
     }
 }
 
-/// A controller that has said who it is.
+/// A controller that has identified itself.
 struct Device<'a> {
     client: Client<Link>,
     identity: Identity,
     port: Port,
-    /// Where the report goes as JSON.
+    /// Where the JSON report goes.
     json: Option<&'a Path>,
 }
 
@@ -104,7 +104,7 @@ fn port(arguments: &LinkArguments) -> Result<Port, Failure> {
     }
 }
 
-/// That a port cannot be opened.
+/// The error for a port that cannot be opened.
 fn closed(port: &Port, error: &io::Error) -> Failure {
     let remedy = match (port, error.kind()) {
         (Port::Serial(_), io::ErrorKind::PermissionDenied) => {
@@ -154,7 +154,7 @@ fn inputs(arguments: &CalibrateArguments) -> Result<(RobotFile, Readings), Calib
 const ELSEWHERE: &str = "calibrate with delta-cal calibrate --output calibrated.toml, and send the result with \
                          delta-cal device apply calibrated.toml";
 
-/// A robot file. The protocol carries robots with rotary drives alone.
+/// A robot file with rotary drives, the only ones that the protocol supports.
 fn rotary(path: &Path) -> Result<RobotFile, InputError> {
     let robot = RobotFile::read(&InputText::from_file(path)?)?;
     if robot.robot.drive() == Drive::Rotary {
@@ -236,7 +236,7 @@ fn calibrate_there<T: Number>(
     publish(device, calibration, None)
 }
 
-/// By how much a controller's result may differ: by its rounding in single precision, and by far less than the samples scatter.
+/// Accepted difference of a controller's result, mm: the samples' scatter, or single-precision rounding if larger.
 fn tolerated(here: &crate::Report) -> f64 {
     let residuals = here.position_error_mm.map_or(0.0, |error| error.after.rms);
     let [arm, ..] = here.after.robot.arms();
@@ -279,7 +279,7 @@ fn parameters<T: Number>(
     let parameters = device.client.parameters::<T>(set)?;
     let toml = robot_file(template, name, &parameters, device)?;
     let output = match arguments.output.as_deref() {
-        // The robot file is the report.
+        // The robot file is itself the report.
         None if !device.json.is_some_and(is_stream) => Some(Path::new("-")),
         output => output,
     };
@@ -321,7 +321,7 @@ fn robot_file<T: Number>(
     Ok(file.to_toml(&comment))
 }
 
-/// A range for every Delta, until somebody states the right one.
+/// A range that fits every Delta, until the user states the right one.
 fn any_limits() -> Result<JointLimits<f64>, JointLimitsError> {
     JointLimits::new(-90_f64.to_radians(), 90_f64.to_radians())
 }

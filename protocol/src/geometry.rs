@@ -2,7 +2,7 @@
 
 use crate::wire::fields;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
-use delta_cal::robot::{GeometryError, Transmission};
+use delta_cal::robot::{Arm, GeometryError, Transmission};
 use delta_cal::{Real, Robot};
 
 /// A robot's parameters as numbers.
@@ -17,21 +17,19 @@ pub struct Geometry<T> {
 impl<T: Real> Geometry<T> {
     /// The geometry of a robot.
     pub fn of(robot: &Robot<T>) -> Self {
-        let numbers = robot.transmissions().map(|own| own.numbers());
-        let exact = numbers
-            .as_flattened()
-            .iter()
-            .all(|number| *number == T::ZERO);
+        let own = robot.arms().each_ref().map(Arm::transmission);
+        let any = own.iter().any(Option::is_some);
+        let numbers = own.map(|own| own.map_or([T::ZERO; 5], Transmission::numbers));
         Self {
             arms: robot.parameters(),
-            transmissions: (!exact).then_some(numbers),
+            transmissions: any.then_some(numbers),
         }
     }
 
     /// The robot with this geometry.
     ///
     /// # Errors
-    /// The numbers do not describe a valid robot.
+    /// The numbers do not describe a valid robot, or the robot has transmissions and the core lacks its feature `transmission`.
     pub fn robot(&self) -> Result<Robot<T>, GeometryError> {
         let robot = Robot::from_parameters(self.arms)?;
         let Some([first, second, third]) = self.transmissions else {

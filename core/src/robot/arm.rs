@@ -189,7 +189,6 @@ impl<T: Real> Arm<T> {
     ///
     /// # Errors
     /// [`GeometryError::TransmissionTooLarge`] of an arm with a linear drive.
-    #[cfg(feature = "transmission")]
     pub fn with_transmission(self, transmission: Transmission<T>) -> Result<Self, GeometryError> {
         if self.drive() == Drive::Linear {
             return Err(GeometryError::TransmissionTooLarge);

@@ -1,6 +1,5 @@
 use super::arm::Arm;
 use super::parameter::{ArmIndex, Drive, GeometryError, Parameter};
-#[cfg(feature = "transmission")]
 use super::transmission::Transmission;
 use crate::Real;
 use nalgebra::Vector3;
@@ -92,7 +91,6 @@ impl<T: Real> Robot<T> {
     ///
     /// # Errors
     /// [`GeometryError::TransmissionTooLarge`] of a robot with linear drives.
-    #[cfg(feature = "transmission")]
     pub fn with_transmissions(
         &self,
         transmissions: [Transmission<T>; 3],

@@ -131,11 +131,14 @@ impl<T: Real> Transmission<T> {
 #[cfg(not(feature = "transmission"))]
 #[allow(clippy::trivially_copy_pass_by_ref)] // as with the feature
 impl<T: Real> Transmission<T> {
-    pub(crate) fn new(_: [T; NUMBERS]) -> Result<Self, GeometryError> {
+    /// # Errors
+    /// [`GeometryError::TransmissionTooLarge`] always: there is no place for it.
+    pub fn new(_: [T; NUMBERS]) -> Result<Self, GeometryError> {
         Err(GeometryError::TransmissionTooLarge)
     }
 
-    pub(crate) const fn numbers(&self) -> [T; NUMBERS] {
+    /// None.
+    pub const fn numbers(&self) -> [T; NUMBERS] {
         match self.never {}
     }
 

@@ -47,9 +47,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let programs = [
         (
             "delta-cal-firmware-example",
-            memory(512, 88 << 10, if with("DOUBLE") { 144 } else { 104 }),
+            if with("DOUBLE") {
+                memory(512, 80 << 10, 100)
+            } else {
+                memory(512, 48 << 10, 72)
+            },
         ),
-        ("touch", memory(64, 16 << 10, 17)),
+        ("touch", memory(48, 7_936, 17)),
         ("arms", memory(44, 15_200, 2)),
     ];
     for (program, memory) in programs {

@@ -47,7 +47,6 @@ pub(crate) use parts::Samples;
 pub(crate) use problem::sum_of_squares;
 pub use problem::{Piece, Prior, Problem};
 pub use refusal::{Instrument, Refusal};
-pub use robot_solver::ArmSolver;
 pub(crate) use robot_solver::prior_of_arm;
 pub use settings::{Settings, Solver, Start};
 pub use tolerance::{Tolerance, ToleranceError};

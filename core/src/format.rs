@@ -2,7 +2,7 @@
 //! others derive it.
 
 use crate::Real;
-use crate::calibration::{ArmOutcome, ArmSolver, Calibrator, Estimator, RobotOutcome};
+use crate::calibration::{ArmOutcome, Calibrator, Estimator, RobotOutcome};
 use crate::frame::RigidTransform;
 use crate::kinematics::PlatformJacobian;
 use crate::robot::{Arm, ArmBasis, Parameter, Robot};
@@ -91,12 +91,6 @@ impl<T: Real + Format, E: Estimator> Format for Calibrator<T, E> {
             self.samples(),
             self.settings()
         );
-    }
-}
-
-impl<T: Real + Format> Format for ArmSolver<T> {
-    fn format(&self, formatter: Formatter<'_>) {
-        write!(formatter, "solver after {} iterations", self.iterations());
     }
 }
 

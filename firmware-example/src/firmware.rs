@@ -3,6 +3,7 @@
 use crate::Number;
 use crate::board::{self, Board, Flash, Link};
 use crate::faults::fail;
+use delta_cal::Robot;
 use delta_cal_firmware_example::{Background, Controller, Handover, StreamFlash, nominal};
 use heapless::spsc::{Consumer, Queue};
 use static_cell::StaticCell;
@@ -43,8 +44,7 @@ fn start(
         fail(format_args!("started twice, or without a robot"))
     };
     let (flash, stream_flash, mut link) = board.split();
-    let controller =
-        memory.init_with(|| Controller::new(nominal, flash, stream_flash, board::processor()));
+    let controller = place(memory, nominal, flash, stream_flash);
     controller.resume();
     let (control_loop, foreground) = handover.split(&controller.current());
     let (received_in, received) = received.split();
@@ -55,6 +55,16 @@ fn start(
         received,
         link,
     }
+}
+
+#[inline(never)]
+fn place(
+    memory: &'static StaticCell<Firmware>,
+    nominal: Robot<Number>,
+    flash: &'static mut Flash,
+    stream_flash: &'static mut StreamFlash,
+) -> &'static mut Firmware {
+    memory.init_with(|| Controller::new(nominal, flash, stream_flash, board::processor()))
 }
 
 impl Idle {

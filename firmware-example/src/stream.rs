@@ -100,7 +100,7 @@ impl<T: Real> Stream<T> {
     #[inline(never)]
     pub(crate) fn arm(&self, arm: ArmIndex) -> Result<ArmOutcome<T>, StreamRefusal> {
         match self {
-            Self::Arms(own) => own.outcome().map(|outcome| Ikm::arm(&outcome, arm)),
+            Self::Arms(own) => own.outcome().map(|outcome| Ikm::arm(outcome, arm)),
             Self::Joint(own) => own.outcome().map(|outcome| outcome.arm(arm)),
         }
     }

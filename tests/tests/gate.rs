@@ -60,7 +60,7 @@ impl<T: Real> Stream<T> {
     fn solve(&mut self) -> Result<RobotOutcome<T>, StreamRefusal> {
         self.0.solve()?;
         while self.0.step() == Progress::Working {}
-        self.0.outcome()
+        self.0.outcome().cloned()
     }
 }
 

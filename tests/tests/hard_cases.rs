@@ -1,12 +1,11 @@
 //! Data that are honest and hard: noise as large as the tolerance, hardly a sample to spare, a
 //! robot far from the origin, single precision. None may be refused or end short of the optimum.
 
-use delta_cal::calibration::{ArmSolver, Solver};
+use delta_cal::calibration::Solver;
 use delta_cal::robot::Arm;
-use delta_cal::samples::{ArmFactor, NominalArm};
 use delta_cal::{
-    ArmIndex, IkmCalibrator, Noise, Parameter, Progress, Real, Refusal, Robot, RobotOutcome,
-    Sample, Settings, Tolerance,
+    ArmIndex, IkmCalibrator, Noise, Parameter, Real, Refusal, Robot, RobotOutcome, Sample, Settings,
+    SymmetricRobot, Tolerance,
 };
 use delta_cal_tests::{
     Spread, generator, measurements, paper_robot, parameter_differences, perturbed, to_single,
@@ -251,20 +250,28 @@ fn forward_kinematics_work_in_any_unit_in_single_precision() {
 /// 600². The residual's column of the factor is zero then, which says nothing about the parameters.
 fn a_sample_without_a_residual_calibrates<T: Real>() {
     let number = T::from_f64;
-    let arm = Arm::new([100.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 600.0].map(number)).unwrap();
+    let robot = SymmetricRobot {
+        base_radius: number(130.0),
+        platform_radius: number(30.0),
+        upper_arm: number(260.0),
+        forearm: number(600.0),
+    };
+    let robot = robot.robot().unwrap();
     let settings = Settings::default()
         .with_noise(Noise::new(number(0.02), number(0.001)).unwrap())
         .with_tolerance(Tolerance::new(number(0.3), number(0.002)).unwrap());
-    let below = Vector3::new(0.0, 0.0, -480.0).map(number);
-    let mut factor = ArmFactor::new(NominalArm::new(&arm, &below, settings.noise));
+    let below = Sample {
+        joints: [T::ZERO; 3],
+        position: Vector3::new(0.0, 0.0, -480.0).map(number),
+    };
+    let arm = robot.arm(ArmIndex::First);
+    assert!(arm.constraint(&below.position, T::ZERO) == T::ZERO);
+    let mut calibrator = IkmCalibrator::new(&robot, &settings);
     for count in 1..=3 {
-        factor.add(&below, T::ZERO, ArmIndex::First).unwrap();
-        assert!(factor.sum_of_squares(&arm) == T::ZERO, "a residual");
-        let mut solver = ArmSolver::new(&factor, ArmIndex::First, &settings).unwrap();
-        while solver.step(&factor) == Progress::Working {}
-        let outcome = solver.outcome(&factor).unwrap();
-        assert_eq!(outcome.arm, arm, "{count} samples");
-        assert!(outcome.condition.finite(), "{count} samples");
+        calibrator.add(&below).unwrap();
+        let outcome = calibrator.calibrate().unwrap();
+        assert_eq!(outcome.arms[0].arm, *arm, "{count} samples");
+        assert!(outcome.arms[0].condition.finite(), "{count} samples");
     }
 }
 

@@ -25,14 +25,14 @@ const PROGRAMS: [Program; 2] = [
         name: "touch",
         refusal: [75, 1],
         left: 40,
-        flash: 50_400,
-        memory: 33_500,
+        flash: 49_152,
+        memory: 24_576,
     },
     Program {
         name: "arms",
         refusal: [74, 1],
         left: 10,
-        flash: 40_900,
+        flash: 40_500,
         memory: 16_384,
     },
 ];

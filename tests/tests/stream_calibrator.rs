@@ -87,7 +87,7 @@ fn end<T: Real, E: Estimator>(
     // A refusal is that of the outcome.
     let _ = stream.solve();
     while stream.step() == Progress::Working {}
-    (added, stream.outcome())
+    (added, stream.outcome().cloned())
 }
 
 /// The calibrator alone, of the samples that the stream has taken.

@@ -349,7 +349,7 @@ typedef struct dcal_robot_f32 {
 DCAL_OBJECT(dcal_robot_f32, DCAL_ROBOT_F32_SIZE);
 
 /** The per-arm calibrator: samples and solver, each arm by itself. */
-#define DCAL_IKM_F32_SIZE 4864
+#define DCAL_IKM_F32_SIZE 5248
 typedef struct dcal_ikm_f32 {
     DCAL_ALIGNED unsigned char memory[DCAL_IKM_F32_SIZE];
 } dcal_ikm_f32;
@@ -363,7 +363,7 @@ typedef struct dcal_ikm_outcome_f32 {
 DCAL_OBJECT(dcal_ikm_outcome_f32, DCAL_IKM_OUTCOME_F32_SIZE);
 
 /** The joint calibrator: samples and solver, all 24 parameters together. */
-#define DCAL_JOINT_F32_SIZE 11328
+#define DCAL_JOINT_F32_SIZE 11904
 typedef struct dcal_joint_f32 {
     DCAL_ALIGNED unsigned char memory[DCAL_JOINT_F32_SIZE];
 } dcal_joint_f32;
@@ -377,14 +377,14 @@ typedef struct dcal_joint_outcome_f32 {
 DCAL_OBJECT(dcal_joint_outcome_f32, DCAL_JOINT_OUTCOME_F32_SIZE);
 
 /** The per-arm calibrator behind a gate, which tests each sample before it is taken in. */
-#define DCAL_GATE_F32_SIZE 6016
+#define DCAL_GATE_F32_SIZE 6528
 typedef struct dcal_gate_f32 {
     DCAL_ALIGNED unsigned char memory[DCAL_GATE_F32_SIZE];
 } dcal_gate_f32;
 DCAL_OBJECT(dcal_gate_f32, DCAL_GATE_F32_SIZE);
 
 /** The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver. */
-#define DCAL_FKM_F32_SIZE 27392
+#define DCAL_FKM_F32_SIZE 26240
 typedef struct dcal_fkm_f32 {
     DCAL_ALIGNED unsigned char memory[DCAL_FKM_F32_SIZE];
 } dcal_fkm_f32;
@@ -1064,7 +1064,7 @@ typedef struct dcal_robot_f64 {
 DCAL_OBJECT(dcal_robot_f64, DCAL_ROBOT_F64_SIZE);
 
 /** The per-arm calibrator: samples and solver, each arm by itself. */
-#define DCAL_IKM_F64_SIZE 9472
+#define DCAL_IKM_F64_SIZE 10176
 typedef struct dcal_ikm_f64 {
     DCAL_ALIGNED unsigned char memory[DCAL_IKM_F64_SIZE];
 } dcal_ikm_f64;
@@ -1078,7 +1078,7 @@ typedef struct dcal_ikm_outcome_f64 {
 DCAL_OBJECT(dcal_ikm_outcome_f64, DCAL_IKM_OUTCOME_F64_SIZE);
 
 /** The joint calibrator: samples and solver, all 24 parameters together. */
-#define DCAL_JOINT_F64_SIZE 22464
+#define DCAL_JOINT_F64_SIZE 23680
 typedef struct dcal_joint_f64 {
     DCAL_ALIGNED unsigned char memory[DCAL_JOINT_F64_SIZE];
 } dcal_joint_f64;
@@ -1092,14 +1092,14 @@ typedef struct dcal_joint_outcome_f64 {
 DCAL_OBJECT(dcal_joint_outcome_f64, DCAL_JOINT_OUTCOME_F64_SIZE);
 
 /** The per-arm calibrator behind a gate, which tests each sample before it is taken in. */
-#define DCAL_GATE_F64_SIZE 11648
+#define DCAL_GATE_F64_SIZE 12544
 typedef struct dcal_gate_f64 {
     DCAL_ALIGNED unsigned char memory[DCAL_GATE_F64_SIZE];
 } dcal_gate_f64;
 DCAL_OBJECT(dcal_gate_f64, DCAL_GATE_F64_SIZE);
 
 /** The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver. */
-#define DCAL_FKM_F64_SIZE 54784
+#define DCAL_FKM_F64_SIZE 52352
 typedef struct dcal_fkm_f64 {
     DCAL_ALIGNED unsigned char memory[DCAL_FKM_F64_SIZE];
 } dcal_fkm_f64;

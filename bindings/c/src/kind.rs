@@ -142,12 +142,12 @@ macro_rules! kinds {
 
 kinds! {
     Robot "robot" = 1, 384, 752, "A robot: three arms of eight parameters.";
-    Ikm "ikm" = 2, 4864, 9472, "The per-arm calibrator: samples and solver, each arm by itself.";
+    Ikm "ikm" = 2, 5248, 10176, "The per-arm calibrator: samples and solver, each arm by itself.";
     RobotOutcome "ikm_outcome" = 4, 1728, 3392, "A calibrated robot with the covariance of each arm.";
-    Joint "joint" = 5, 11328, 22464, "The joint calibrator: samples and solver, all 24 parameters together.";
+    Joint "joint" = 5, 11904, 23680, "The joint calibrator: samples and solver, all 24 parameters together.";
     JointOutcome "joint_outcome" = 7, 2944, 5824, "A calibrated robot with the covariance of all 24 parameters.";
-    Gate "gate" = 8, 6016, 11648, "The per-arm calibrator behind a gate, which tests each sample before it is taken in.";
-    Fkm "fkm" = 9, 27392, 54784, "The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver.";
+    Gate "gate" = 8, 6528, 12544, "The per-arm calibrator behind a gate, which tests each sample before it is taken in.";
+    Fkm "fkm" = 9, 26240, 52352, "The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver.";
     FkmOutcome "fkm_outcome" = 10, 3200, 6272, "A robot calibrated from any readings, and where the instruments are.";
 }
 

@@ -42,9 +42,9 @@ impl Estimator for Ikm {
     fn arm<T: Real>(outcome: &RobotOutcome<T>, arm: ArmIndex) -> ArmOutcome<T> {
         let [first, second, third] = &outcome.arms;
         match arm {
-            ArmIndex::First => *first,
-            ArmIndex::Second => *second,
-            ArmIndex::Third => *third,
+            ArmIndex::First => first.clone(),
+            ArmIndex::Second => second.clone(),
+            ArmIndex::Third => third.clone(),
         }
     }
 }
@@ -286,15 +286,15 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
         Progress::Finished
     }
 
-    /// The calibrated robot, or why there is none. It is judged anew by each call.
+    /// The calibrated robot, or why there is none.
     ///
     /// # Errors
     /// A [`Refusal`]: the robot keeps its parameters. [`Refusal::Unfinished`] before the last step.
-    pub fn outcome(&self) -> Result<E::Outcome<T>, Refusal> {
+    pub fn outcome(&self) -> Result<&E::Outcome<T>, Refusal> {
         match self.phase {
             Phase::Collecting | Phase::Solving => Err(Refusal::Unfinished),
             Phase::Refused(refusal) => Err(refusal),
-            Phase::Finished => E::outcome(&self.solver, &self.samples),
+            Phase::Finished => E::outcome(&self.solver).ok_or(Refusal::Unfinished),
         }
     }
 
@@ -305,7 +305,7 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
     pub fn calibrate(&mut self) -> Result<E::Outcome<T>, Refusal> {
         self.solve()?;
         while self.step() == Progress::Working {}
-        self.outcome()
+        self.outcome().cloned()
     }
 
     /// Gives up what [`solve`](Self::solve) has begun, and drops the outcome. The samples stay.
@@ -356,7 +356,7 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
 
 /// What an estimator consists of. Nobody else can implement it.
 pub(super) mod estimators {
-    use super::{Debug, Estimator, Real, Refusal, Robot, Samples, Settings, Solver};
+    use super::{Debug, Estimator, Real, Robot, Samples, Settings, Solver};
     use crate::calibration::arm_samples::ArmSamples;
     use crate::state::State;
 
@@ -372,10 +372,7 @@ pub(super) mod estimators {
         type Beside<T: Real>: Clone + Debug + State<T>;
 
         /// After the last step.
-        fn outcome<T: Real>(
-            solver: &Self::Solver<T>,
-            samples: &Self::Samples<T>,
-        ) -> Result<<Self as Estimator>::Outcome<T>, Refusal>
+        fn outcome<T: Real>(solver: &Self::Solver<T>) -> Option<&<Self as Estimator>::Outcome<T>>
         where
             Self: Estimator;
         /// Without samples.
@@ -397,30 +394,79 @@ pub(super) mod estimators {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use crate::calibration::{IkmCalibrator, JointCalibrator, Settings};
-    use crate::robot::SymmetricRobot;
-    use crate::samples::{Forgetting, Sample};
+    use crate::calibration::{
+        Calibrator, Estimator, Ikm, IkmCalibrator, Joint, JointCalibrator, Progress, Settings,
+    };
+    use crate::robot::{Robot, SymmetricRobot};
+    use crate::samples::{AddError, Forgetting, MergeError, Sample};
+    use crate::snapshot::SnapshotError;
+
+    /// Added samples, forgotten ones, merged and restored ones would mix two factors: each call is refused at every step, and
+    /// the outcome is that of a solve which nothing disturbed.
+    fn nothing_changes_the_samples<E: Estimator>() {
+        let (drawn, forgetting) = (robot(480.0), Forgetting::new(19.0).unwrap());
+        let mut calibrator = Calibrator::<f64, E>::new(&drawn, &Settings::default());
+        for count in 0..21 {
+            calibrator.add(&sample(&robot(480.3), count)).unwrap();
+        }
+        let other = calibrator.clone();
+        let mut bytes = [0; 8192];
+        let stored = other.snapshot(&mut bytes).unwrap();
+        let another = sample(&robot(490.0), 30);
+        let expected = calibrator.clone().calibrate();
+        calibrator.solve().unwrap();
+        while calibrator.step() == Progress::Working {
+            for refused in [
+                calibrator.add(&another),
+                calibrator.add_forgetting(&another, &forgetting),
+                calibrator.add_many(&[another]).map_err(|(_, error)| error),
+                calibrator.forget(0.5),
+            ] {
+                assert_eq!(refused, Err(AddError::Busy));
+            }
+            assert_eq!(calibrator.merge(&other), Err(MergeError::Busy));
+            assert_eq!(calibrator.restore(stored), Err(SnapshotError::Busy));
+            calibrator.flush();
+            calibrator.solve().unwrap();
+        }
+        assert_eq!(calibrator.outcome().cloned(), expected);
+        assert!(expected.is_ok());
+    }
+
+    #[test]
+    fn while_it_solves_nothing_changes_the_samples() {
+        nothing_changes_the_samples::<Ikm>();
+        nothing_changes_the_samples::<Joint>();
+    }
+
+    fn robot(forearm: f64) -> Robot<f64> {
+        let robot = SymmetricRobot {
+            base_radius: 194.0,
+            platform_radius: 30.0,
+            upper_arm: 260.0,
+            forearm,
+        };
+        robot.robot().unwrap()
+    }
+
+    fn sample(robot: &Robot<f64>, count: u32) -> Sample<f64> {
+        let t = f64::from(count);
+        let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
+        let position = robot.forward(&joints).unwrap();
+        Sample { joints, position }
+    }
 
     /// Both kinds of calibrators, sample by sample and with solves in between, after which nothing is left waiting: what
     /// the samples are worth is Σ λᵏ = (1 − λⁿ)/(1 − λ), less at most a block that still waits or is not yet forgotten.
     #[test]
     fn every_sample_fades_whatever_was_left_waiting() {
-        let robot = SymmetricRobot {
-            base_radius: 194.0,
-            platform_radius: 30.0,
-            upper_arm: 260.0,
-            forearm: 480.0,
-        };
-        let robot = robot.robot().unwrap();
+        let robot = robot(480.0);
         let forgetting = Forgetting::new(19.0_f64).unwrap();
         for solve_every in [1, 3, u32::MAX] {
             let mut joint = JointCalibrator::new(&robot, &Settings::default());
             let mut apart = IkmCalibrator::new(&robot, &Settings::default());
             for count in 1..=150_u32 {
-                let t = f64::from(count);
-                let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
-                let position = robot.forward(&joints).unwrap();
-                let sample = Sample { joints, position };
+                let sample = sample(&robot, count);
                 joint.add_forgetting(&sample, &forgetting).unwrap();
                 apart.add_forgetting(&sample, &forgetting).unwrap();
                 if count % solve_every == 0 {

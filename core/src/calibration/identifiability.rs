@@ -12,11 +12,9 @@ const COLUMNS: usize = 4;
 /// How long the columns of a piece may be, squared and summed up; columns more are begun before.
 const PIECE: usize = 350;
 
-/// The inverse of the factor's N × N part, some columns at a time, and what it tells.
-#[derive(Debug, Clone, Copy)]
+/// Inverts the factor's N × N part, some columns at a time, into a covariance (JᵀJ)⁻¹ in internal units, and what that tells.
+#[derive(Debug, Clone)]
 pub(crate) struct Identifiability<T: Real, const N: usize> {
-    /// (JᵀJ)⁻¹ in internal units.
-    pub(crate) covariance: SMatrix<T, N, N>,
     /// Each variance over what it would be if the other parameters were known.
     inflation: [T; N],
     /// Index of the parameter with the largest part in the weakest combination.
@@ -27,9 +25,8 @@ pub(crate) struct Identifiability<T: Real, const N: usize> {
 
 impl<T: Real, const N: usize> Identifiability<T, N> {
     /// Before the first piece.
-    pub(crate) fn unstarted() -> Self {
+    pub(crate) const fn unstarted() -> Self {
         Self {
-            covariance: SMatrix::zeros(),
             inflation: [T::ZERO; N],
             weakest: 0,
             inverted: 0,
@@ -41,24 +38,32 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
         self.inverted = 0;
     }
 
-    /// Of a factor, in one go.
+    /// Of a factor, in one go, and its covariance.
     #[cfg(test)]
-    pub(crate) fn of<const M: usize, const E: usize>(normal: &Triangle<T, M, E>) -> Self {
-        let mut whole = Self::unstarted();
-        while whole.invert(normal) {}
-        whole
+    pub(crate) fn of<const M: usize, const E: usize>(
+        normal: &Triangle<T, M, E>,
+    ) -> (Self, SMatrix<T, N, N>) {
+        let (mut whole, mut covariance) = (Self::unstarted(), SMatrix::zeros());
+        while whole.invert(normal, &mut covariance) {}
+        (whole, covariance)
     }
 
-    /// Inverts a few columns; whether there are more to do. W = T⁻¹ by columns, and W Wᵀ as the sum of
-    /// their products, whose upper half is that below the diagonal: symmetric to the bit.
+    /// Inverts a few columns, or compares once all are there; whether there is more to do. W = T⁻¹ by columns, and
+    /// W Wᵀ as the sum of their products, whose upper half is that below the diagonal: symmetric to the bit.
     #[inline(never)]
     pub(crate) fn invert<const M: usize, const E: usize>(
         &mut self,
         normal: &Triangle<T, M, E>,
+        covariance: &mut SMatrix<T, N, N>,
     ) -> bool {
+        if self.inverted == N {
+            covariance.fill_upper_triangle_with_lower_triangle();
+            self.compare(normal, covariance);
+            return false;
+        }
         let mut cost = 0;
         if self.inverted == 0 {
-            self.covariance.as_mut_slice().fill(T::ZERO);
+            covariance.as_mut_slice().fill(T::ZERO);
         }
         while self.inverted < N && cost < PIECE {
             // The first may be fewer.
@@ -66,19 +71,18 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
             let mut columns = [[T::ZERO; COLUMNS]; N];
             let columns = columns.get_mut(..self.inverted).unwrap_or_default();
             normal.inverse_columns(columns);
-            add_square(columns, self.covariance.as_mut_slice(), N);
+            add_square(columns, covariance.as_mut_slice(), N);
             cost += self.inverted * self.inverted;
         }
-        if self.inverted < N {
-            return true;
-        }
-        self.covariance.fill_upper_triangle_with_lower_triangle();
-        self.compare(normal);
-        false
+        true
     }
 
     /// An exactly singular or not finite factor inflates infinitely.
-    fn compare<const M: usize, const E: usize>(&mut self, normal: &Triangle<T, M, E>) {
+    fn compare<const M: usize, const E: usize>(
+        &mut self,
+        normal: &Triangle<T, M, E>,
+        covariance: &SMatrix<T, N, N>,
+    ) {
         // The parameters' columns; the last is the residual, which may well be zero.
         let norms = normal.column_norms();
         let mut largest = T::ZERO;
@@ -86,7 +90,7 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
             .inflation
             .iter_mut()
             .zip(norms)
-            .zip(self.covariance.as_slice().iter().step_by(N + 1))
+            .zip(covariance.as_slice().iter().step_by(N + 1))
             .enumerate()
         {
             let scaled = *variance * norm.squared();
@@ -127,7 +131,7 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
     /// The combination of parameters, of unit length in internal units, that the samples determine
     /// least: three steps of inverse iteration on JᵀJ.
     #[inline(never)]
-    pub(crate) fn weakest_direction(&self) -> [T; N] {
+    pub(crate) fn weakest_direction(&self, covariance: &SMatrix<T, N, N>) -> [T; N] {
         let mut direction = [T::ZERO; N];
         if let Some(entry) = direction.get_mut(self.weakest) {
             *entry = T::ONE;
@@ -135,7 +139,7 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
         // Hidden from the optimiser, which would write the step out three times: these four places are 2 KB of a firmware.
         for _ in 0..black_box(3) {
             let mut product = [T::ZERO; N];
-            for (column, part) in self.covariance.as_slice().chunks_exact(N).zip(direction) {
+            for (column, part) in covariance.as_slice().chunks_exact(N).zip(direction) {
                 add_multiple(column, part, &mut product);
             }
             let squared = product
@@ -249,12 +253,12 @@ mod tests {
     fn covariance_and_condition_are_those_of_the_inverse() {
         for seed in 0..100 {
             let (matrix, normal) = jacobian(seed);
-            let found = Identifiability::of(&normal);
+            let (found, inverse) = Identifiability::of(&normal);
             let information = matrix.transpose() * matrix;
             let covariance = information.try_inverse().unwrap();
             // Roundings of the normal equations, whose condition is some 1e4.
-            assert!((found.covariance - covariance).amax() < 1e-10 * covariance.amax());
-            assert_eq!(found.covariance, found.covariance.transpose());
+            assert!((inverse - covariance).amax() < 1e-10 * covariance.amax());
+            assert_eq!(inverse, inverse.transpose());
 
             let mut unit = matrix;
             for mut column in unit.column_iter_mut() {
@@ -277,7 +281,8 @@ mod tests {
             let information = matrix.transpose() * matrix;
             let eigen = information.symmetric_eigen();
             let least = eigen.eigenvalues.imin();
-            let direction = SVector::from(Identifiability::of(&normal).weakest_direction());
+            let (found, inverse) = Identifiability::of(&normal);
+            let direction = SVector::from(found.weakest_direction(&inverse));
             assert!((direction.norm() - 1.0).abs() < 1e-14);
             let mut others = eigen.eigenvalues;
             others[least] = f64::INFINITY;
@@ -285,8 +290,7 @@ mod tests {
             let left = (eigen.eigenvalues[least] / others.min()).powi(3);
             let along = eigen.eigenvectors.column(least).dot(&direction).abs();
             let across = (1.0 - along * along).max(0.0).sqrt();
-            let started =
-                eigen.eigenvectors.column(least)[Identifiability::of(&normal).weakest].abs();
+            let started = eigen.eigenvectors.column(least)[found.weakest].abs();
             assert!(across <= left / started + 1e-7, "{across} {left}");
             decided += u32::from(left < 0.05);
         }
@@ -303,8 +307,8 @@ mod tests {
                 block[index][index] = weight;
             }
             normal.absorb(&mut block);
-            let found = Identifiability::of(&normal);
-            let covariance = found.covariance.as_slice();
+            let (_, inverse) = Identifiability::of(&normal);
+            let covariance = inverse.as_slice();
             let found = determined_parameters::<_, _, 8, 9, 45>(&prior, &[0.0; 8], 1.0, covariance);
             // The trace of what maps the true parameters to the estimated ones.
             let information = matrix.transpose() * matrix;
@@ -325,12 +329,12 @@ mod tests {
             Identifiability::of(&Normal::from_diagonal(&values, &[1.0; 8]))
         };
         // Orthogonal columns of any length.
-        let orthogonal = diagonal(0.5);
+        let (orthogonal, _) = diagonal(0.5);
         assert!((orthogonal.condition(0) - 1.0).abs() < 1e-15);
-        let singular = diagonal(0.0);
+        let (singular, inverse) = diagonal(0.0);
         assert!(singular.condition(0).is_infinite());
         assert_eq!(singular.weakest, 3);
-        let direction = singular.weakest_direction();
+        let direction = singular.weakest_direction(&inverse);
         assert!(direction.iter().all(|part| part.abs() < 1e-30));
     }
 
@@ -349,7 +353,7 @@ mod tests {
                 normal.absorb(&mut block);
             }
         }
-        let found = Identifiability::of(&normal);
+        let (found, _) = Identifiability::of(&normal);
         assert!(found.condition(0).is_infinite());
         assert_eq!(found.weakest, 1);
     }
@@ -369,7 +373,7 @@ mod tests {
                     }
                     normal.absorb(&mut block);
                 }
-                let found = Identifiability::of(&normal);
+                let (found, _) = Identifiability::of(&normal);
                 assert!(found.condition(0).is_infinite());
                 let weakest = found.weakest;
                 assert!(
@@ -391,7 +395,7 @@ mod tests {
             normal.absorb(&mut block);
         }
         // Column 4 is c₂ + 3 c₃, of length √10; the parts times the lengths are 1, 3 and √10.
-        assert_eq!(Identifiability::of(&normal).weakest, 4);
+        assert_eq!(Identifiability::of(&normal).0.weakest, 4);
         let mut normal = Normal::<f64>::zero();
         for row in (0..8).filter(|row| *row != 5) {
             let mut block = [[0.0]; 9];
@@ -407,7 +411,7 @@ mod tests {
             normal.absorb(&mut block);
         }
         // c₅ = c₆ − c₁: parts 1, 1 and −1, lengths 0.1, 1.005 and 1.
-        assert_eq!(Identifiability::of(&normal).weakest, 6);
+        assert_eq!(Identifiability::of(&normal).0.weakest, 6);
     }
 
     /// c₃ = c₂ − c₁, where c₁ and c₂ are nearly the same: c₃'s pivot vanishes, but the parts times the lengths of the
@@ -426,14 +430,14 @@ mod tests {
             }
             normal.absorb(&mut block);
         }
-        let found = Identifiability::of(&normal);
+        let (found, _) = Identifiability::of(&normal);
         assert!(found.condition(0).is_infinite());
         assert_eq!(found.weakest, 2);
         // A pivot whose inverse has no square is none.
         let mut values = [2.0; 8];
         values[5] = 1e-160;
         let vanishing = Normal::from_diagonal(&values, &[1.0; 8]);
-        assert_eq!(Identifiability::of(&vanishing).weakest, 5);
+        assert_eq!(Identifiability::of(&vanishing).0.weakest, 5);
     }
 
     /// Of 24 parameters one that depends on another of its own arm: that parameter is the weakest, and its
@@ -450,7 +454,7 @@ mod tests {
                 }
                 normal.eliminate(&mut block, 25);
             }
-            let found = super::Identifiability::<f64, 24>::of(&normal);
+            let (found, _) = super::Identifiability::<f64, 24>::of(&normal);
             assert_eq!(found.weakest, dependent);
             assert!(found.condition(dependent / 8).is_infinite());
             assert!(found.largest_condition().is_infinite());

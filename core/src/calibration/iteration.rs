@@ -13,7 +13,7 @@ use crate::samples::Triangle;
 const OF_ROBOT: usize = 24;
 
 /// State of an iteration: a correction, and the problem linearised there.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct Iteration<T: Real, A, const N: usize, const M: usize, const E: usize> {
     control: StepControl<T>,
     pub(crate) point: Point<T, N, M, E>,
@@ -22,7 +22,7 @@ pub(crate) struct Iteration<T: Real, A, const N: usize, const M: usize, const E:
 }
 
 /// What is interrupted between two pieces.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 enum Work<T: Real, A, const N: usize, const M: usize, const E: usize> {
     /// Nothing: the next step is to be tried.
     None,
@@ -102,7 +102,10 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         then: StepResult,
     ) {
         // The prior's rows are a triangle already; the samples' rows are absorbed into it.
-        self.point.normal = prior.prior.rows(prior.sigma, &self.point.correction);
+        let Point {
+            correction, normal, ..
+        } = &mut self.point;
+        prior.prior.put_rows(prior.sigma, correction, normal);
         self.point.sum_of_squares = T::ZERO;
         self.iterations = self.iterations.saturating_add(1);
         self.work = Work::Linearizing { at, piece: 0, then };
@@ -215,7 +218,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         let prospect = self.control.judge(gain, cost, problem.terms_squared());
         if self.control.damping() > T::ZERO {
             self.work = Work::Damping {
-                damped: self.point.normal,
+                damped: self.point.normal.clone(),
                 piece: 0,
                 prospect,
             };
@@ -436,7 +439,7 @@ mod tests {
 
     /// The step that the iteration would try, damped as its control says, if it is not too long.
     fn trial_step(iteration: &Iteration, problem: &ArmFactor<f64>) -> Option<[f64; 8]> {
-        let mut damped = iteration.point.normal;
+        let mut damped = iteration.point.normal.clone();
         let damping = iteration.control.damping();
         if damping > 0.0 {
             let rows = damping_rows(&iteration.point.normal, damping);

@@ -3,14 +3,13 @@
 use super::arm_problem::product_of_columns;
 use super::free_start::Means;
 use super::free_start::correction_of;
-use super::outcome::{Estimate, JointOutcome};
 use super::problem::{Piece, Problem};
 use super::refusal::Refusal;
 use super::robot_solver::check_side;
 use crate::Real;
-use crate::robot::{Arm, ArmIndex, Drive, Robot};
+use crate::robot::{ArmIndex, Drive, Robot};
 use crate::samples::{
-    JOINT_COLUMNS, JointDisplacement, JointFactor, Triangle, corrected_arm, put_row,
+    JOINT_COLUMNS, JointDisplacement, JointFactor, NominalArm, Triangle, corrected_arm, put_row,
 };
 use core::iter::once;
 
@@ -160,40 +159,29 @@ impl<T: Real> Problem<T, 24, 25, 325> for JointFactor<T> {
     }
 }
 
-impl<T: Real> JointOutcome<T> {
-    /// The robot of an estimate from these samples.
-    ///
-    /// # Errors
-    /// [`Refusal::ImpossibleGeometry`], [`Refusal::ImpossibleRobot`] or [`Refusal::WrongSide`].
-    #[inline(never)]
-    pub(crate) fn new(
-        factor: &JointFactor<T>,
-        estimate: &Estimate<T, 24>,
-    ) -> Result<Self, Refusal> {
-        let [one, two, three] = by_arms(&estimate.correction);
-        let arm = |index: ArmIndex, correction: &[T; 8]| -> Result<Arm<T>, Refusal> {
-            let [first, second, third] = factor.nominal_arms();
-            let nominal = match index {
-                ArmIndex::First => first,
-                ArmIndex::Second => second,
-                ArmIndex::Third => third,
-            };
-            corrected_arm(nominal, correction)
-                .map_err(|error| Refusal::ImpossibleGeometry { arm: index, error })
-        };
-        let robot = Robot::new([
-            arm(ArmIndex::First, &one)?,
-            arm(ArmIndex::Second, &two)?,
-            arm(ArmIndex::Third, &three)?,
-        ])
-        .map_err(Refusal::ImpossibleRobot)?;
-        let [first, second, third] = factor.nominal_arms();
-        check_side(&robot, [first, second, third], means(factor))?;
-        Ok(Self {
-            robot,
-            estimate: *estimate,
-        })
-    }
+/// The robot of a correction from these samples.
+///
+/// # Errors
+/// [`Refusal::ImpossibleGeometry`], [`Refusal::ImpossibleRobot`] or [`Refusal::WrongSide`].
+#[inline(never)]
+pub(super) fn corrected_robot<T: Real>(
+    factor: &JointFactor<T>,
+    correction: &[T; 24],
+) -> Result<Robot<T>, Refusal> {
+    let [one, two, three] = by_arms(correction);
+    let [first, second, third] = factor.nominal_arms();
+    let arm = |arm: ArmIndex, nominal: &NominalArm<T>, correction: &[T; 8]| {
+        corrected_arm(nominal, correction)
+            .map_err(|error| Refusal::ImpossibleGeometry { arm, error })
+    };
+    let robot = Robot::new([
+        arm(ArmIndex::First, first, &one)?,
+        arm(ArmIndex::Second, second, &two)?,
+        arm(ArmIndex::Third, third, &three)?,
+    ])
+    .map_err(Refusal::ImpossibleRobot)?;
+    check_side(&robot, [first, second, third], means(factor))?;
+    Ok(robot)
 }
 
 /// The mean samples of the three arms.

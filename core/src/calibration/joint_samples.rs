@@ -3,8 +3,9 @@
 use super::arm_samples::{ArmSamples, workspace_centre};
 use super::calibrator::estimators::Parts;
 use super::calibrator::{Calibrator, Joint};
+use super::joint_problem::corrected_robot;
 use super::minimizer::{Minimizer, Progress, enough_samples};
-use super::outcome::JointOutcome;
+use super::outcome::{Estimate, JointOutcome};
 use super::parts::{Samples, Solver};
 use super::refusal::Refusal;
 use super::settings::Settings;
@@ -168,13 +169,17 @@ impl<T: Real> Calibrator<T, Joint> {
 pub struct JointSolver<T: Real> {
     /// `None` before the first step, which begins in place: a copy of it costs as much as a step.
     minimizer: Option<JointMinimizer<T>>,
+    outcome: Option<JointOutcome<T>>,
 }
 
 type JointMinimizer<T> = Minimizer<T, JointDisplacement<T>, TolerancePrior<T, 24>, 24, 25, 325>;
 
 impl<T: Real> Solver<T, JointSamples<T>> for JointSolver<T> {
     fn vacant() -> Self {
-        Self { minimizer: None }
+        Self {
+            minimizer: None,
+            outcome: None,
+        }
     }
 
     fn begin(&mut self, samples: &JointSamples<T>) -> Result<(), Refusal> {
@@ -183,12 +188,16 @@ impl<T: Real> Solver<T, JointSamples<T>> for JointSolver<T> {
     }
 
     fn step(&mut self, samples: &JointSamples<T>) -> Result<Progress, Refusal> {
-        Ok(if let Some(minimizer) = &mut self.minimizer {
-            minimizer.step(&samples.factor)
-        } else {
-            self.start(samples);
-            Progress::Working
-        })
+        let factor = &samples.factor;
+        if let (Some(minimizer), Some(outcome)) = (&mut self.minimizer, &mut self.outcome) {
+            let progress = minimizer.step(factor, &mut outcome.estimate)?;
+            if progress == Progress::Finished {
+                outcome.robot = corrected_robot(factor, &outcome.estimate.correction)?;
+            }
+            return Ok(progress);
+        }
+        self.start(samples);
+        Ok(Progress::Working)
     }
 }
 
@@ -196,6 +205,10 @@ impl<T: Real> JointSolver<T> {
     #[inline(never)]
     fn start(&mut self, samples: &JointSamples<T>) {
         let (factor, settings) = (&samples.factor, &samples.settings);
+        self.outcome = Some(JointOutcome {
+            robot: samples.robot(),
+            estimate: Estimate::vacant(),
+        });
         let prior = tolerance_prior(factor, settings);
         self.minimizer
             .insert(Minimizer::unstarted(ArmIndex::First, prior, settings))
@@ -209,16 +222,8 @@ impl Parts for Joint {
     type Solver<T: Real> = JointSolver<T>;
     type Beside<T: Real> = ArmSamples<T>;
 
-    fn outcome<T: Real>(
-        solver: &JointSolver<T>,
-        samples: &JointSamples<T>,
-    ) -> Result<JointOutcome<T>, Refusal> {
-        let minimizer = solver.minimizer.as_ref().ok_or(Refusal::Unfinished)?;
-        // Not moved out of its place: a copy costs thousands of instructions.
-        match &minimizer.estimate(&samples.factor) {
-            Ok(estimate) => JointOutcome::new(&samples.factor, estimate),
-            Err(refusal) => Err(*refusal),
-        }
+    fn outcome<T: Real>(solver: &JointSolver<T>) -> Option<&JointOutcome<T>> {
+        solver.outcome.as_ref()
     }
 
     fn beside<T: Real>(robot: &Robot<T>, settings: &Settings<T>) -> ArmSamples<T> {
@@ -433,10 +438,10 @@ mod tests {
             steps += 1;
         }
         assert!((14..200).contains(&steps), "{steps}");
-        let outcome = calibrator.outcome().unwrap();
+        let outcome = calibrator.outcome().cloned().unwrap();
         assert_eq!(calibrator.step(), Progress::Finished);
-        assert_eq!(at_once.calibrate(), Ok(outcome));
         assert_eq!(outcome.estimate.samples, 25);
+        assert_eq!(at_once.calibrate(), Ok(outcome));
     }
 
     /// The covariance's blocks of eight, and its diagonal's roots, by arm and parameter.

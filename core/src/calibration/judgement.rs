@@ -37,11 +37,14 @@ where
     T: Real,
     R: Prior<T, N, M, E>,
 {
+    /// Completes an estimate whose covariance is there, in internal units: it is judged and then brought into the user's.
     #[inline(never)]
-    pub(super) fn estimate<P: Problem<T, N, M, E>>(
+    pub(super) fn complete<P: Problem<T, N, M, E>>(
         &self,
         problem: &P,
-    ) -> Result<Estimate<T, N>, Refusal> {
+        place: &mut Estimate<T, N>,
+    ) -> Result<(), Refusal> {
+        let covariance = place.covariance.get_or_insert_with(SMatrix::zeros);
         if !self.point.cost.finite() {
             return Err(Refusal::NonFinite {
                 arm: self.first_arm,
@@ -54,14 +57,13 @@ where
         }
         let stated = problem.noise_stated();
         let Some((termination, start)) = self.end else {
-            return Err(self.not_converged(problem));
+            return Err(self.not_converged(problem, covariance));
         };
         if stated {
             self.check_residual(problem)?;
         }
         self.check_tolerances(problem)?;
 
-        let covariance = &self.identifiability.covariance;
         let mut prior_share = self
             .prior
             .shares(&self.point.correction, covariance.as_slice());
@@ -77,60 +79,51 @@ where
         let residuals = problem.residuals();
         let degrees_of_freedom = (residuals - determined).larger(T::ZERO);
         let sum = self.point.sum_of_squares;
-        let estimated_noise = (!stated && degrees_of_freedom >= T::HALF)
-            .then(|| (sum / degrees_of_freedom).square_root() * problem.unit());
         let sigma = if stated {
             Some(T::ONE)
         } else {
             let spare = degrees_of_freedom - T::from_f64(LEAST_FREEDOM);
             (spare > T::from_f64(1e-2)).then(|| (sum / spare).square_root())
         };
-        let unit = if stated { T::ONE } else { problem.unit() };
-        let [first, second, third] = [0, 1, 2].map(|arm| self.identifiability.condition(arm));
-        // Brought into units where it is to stay: a copy of a covariance is long.
-        let mut estimate = Ok(Estimate {
-            correction: self.point.correction,
-            covariance: None,
-            residual_rms: (sum / residuals).square_root() * unit,
-            estimated_noise,
-            degrees_of_freedom,
-            effective_samples: problem.effective_samples(),
-            samples: problem.samples(),
-            iterations: self.iterations,
-            termination,
-            start,
-            conditions: [first, second, third],
-            prior_share,
-        });
-        if let (Ok(Estimate { covariance, .. }), Some(sigma)) = (&mut estimate, sigma) {
-            let covariance = covariance.insert(SMatrix::zeros());
-            in_units(&self.identifiability.covariance, covariance, problem, sigma);
-            if let Err(refusal) = self.check_sigmas(covariance, problem) {
-                estimate = Err(refusal);
-            }
+        if let Some(sigma) = sigma {
+            self.check_sigmas(covariance, sigma, problem)?;
         }
-        estimate
+        let unit = if stated { T::ONE } else { problem.unit() };
+        place.correction.copy_from_slice(&self.point.correction);
+        place.prior_share = prior_share;
+        place.residual_rms = (sum / residuals).square_root() * unit;
+        place.estimated_noise = (!stated && degrees_of_freedom >= T::HALF)
+            .then(|| (sum / degrees_of_freedom).square_root() * unit);
+        place.degrees_of_freedom = degrees_of_freedom;
+        place.effective_samples = problem.effective_samples();
+        place.samples = problem.samples();
+        place.iterations = self.iterations;
+        place.termination = termination;
+        place.start = start;
+        place.conditions = [0, 1, 2].map(|arm| self.identifiability.condition(arm));
+        match sigma {
+            Some(sigma) => in_units(covariance, problem, sigma),
+            None => place.covariance = None,
+        }
+        Ok(())
     }
 
     /// Why an iteration did not settle: along a flat valley it is the poses, or the stated noise,
     /// that leave it no firm minimum.
     #[inline(never)]
-    fn not_converged<P: Problem<T, N, M, E>>(&self, problem: &P) -> Refusal {
+    fn not_converged<P: Problem<T, N, M, E>>(
+        &self,
+        problem: &P,
+        covariance: &SMatrix<T, N, N>,
+    ) -> Refusal {
         let condition = self.identifiability.largest_condition();
         if !(condition < T::from_f64(CONDITION_OF_A_VALLEY)) {
             return self.undetermined(problem);
         }
-        if problem.noise_stated() {
-            let mut covariance = SMatrix::zeros();
-            in_units(
-                &self.identifiability.covariance,
-                &mut covariance,
-                problem,
-                T::ONE,
-            );
-            if let Err(uncertain) = self.check_sigmas(&covariance, problem) {
-                return uncertain;
-            }
+        if problem.noise_stated()
+            && let Err(uncertain) = self.check_sigmas(covariance, T::ONE, problem)
+        {
+            return uncertain;
         }
         Refusal::NotConverged {
             arm: self.place(problem, self.identifiability.weakest).0,
@@ -196,10 +189,12 @@ where
         }
     }
 
+    /// That no σ is too large, where that of a residual of 1 is `sigma`.
     #[inline(never)]
     fn check_sigmas<P: Problem<T, N, M, E>>(
         &self,
         covariance: &SMatrix<T, N, N>,
+        sigma: T,
         problem: &P,
     ) -> Result<(), Refusal> {
         let variances = covariance.as_slice().iter().step_by(N + 1);
@@ -214,8 +209,10 @@ where
                 ParameterKind::Length => upper_arm,
                 ParameterKind::Angle | ParameterKind::Ratio => T::ONE,
             };
+            let own = problem.unit_of(index) * sigma;
+            let variance = *variance * (own * own);
             // A root of each takes longer than the comparison.
-            if !(*variance <= (T::from_f64(LARGEST_SIGMA) * unit).squared()) {
+            if !(variance <= (T::from_f64(LARGEST_SIGMA) * unit).squared()) {
                 let (arm, parameter) = self.place(problem, index);
                 return Err(Refusal::Uncertain {
                     arm,
@@ -254,8 +251,7 @@ where
 /// A covariance in the user's units, multiplied by σ².
 #[inline(never)]
 fn in_units<T, P, const N: usize, const M: usize, const E: usize>(
-    covariance: &SMatrix<T, N, N>,
-    scaled: &mut SMatrix<T, N, N>,
+    covariance: &mut SMatrix<T, N, N>,
     problem: &P,
     sigma: T,
 ) where
@@ -266,18 +262,17 @@ fn in_units<T, P, const N: usize, const M: usize, const E: usize>(
     for (index, unit) in units.iter_mut().enumerate() {
         *unit = problem.unit_of(index) * sigma;
     }
-    let columns = covariance.as_slice().chunks_exact(N);
-    let places = scaled.as_mut_slice().chunks_exact_mut(N);
-    for ((column, place), unit) in columns.zip(places).zip(units) {
-        scale_column(column, place, unit, &units);
+    let columns = covariance.as_mut_slice().chunks_exact_mut(N);
+    for (column, unit) in columns.zip(units) {
+        scale_column(column, unit, &units);
     }
 }
 
 #[inline(never)]
-fn scale_column<T: Real>(column: &[T], scaled: &mut [T], column_unit: T, row_units: &[T]) {
-    for ((entry, scaled), row_unit) in column.iter().zip(scaled).zip(row_units) {
+fn scale_column<T: Real>(column: &mut [T], column_unit: T, row_units: &[T]) {
+    for (entry, row_unit) in column.iter_mut().zip(row_units) {
         // The product of the units first: both halves are rounded alike.
-        *scaled = *entry * (column_unit * *row_unit);
+        *entry *= column_unit * *row_unit;
     }
 }
 
@@ -290,7 +285,7 @@ fn to_single<T: Real>(value: T) -> f32 {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use super::{Identifiability, Judgement, Point};
+    use super::{Identifiability, Judgement, Point, Problem};
     use crate::calibration::Refusal;
     use crate::robot::{ArmIndex, Parameter, ParameterKind};
     use crate::samples::joint_factor_tests::{empty, robot};
@@ -320,8 +315,9 @@ mod tests {
                 let judged = |sigma: f64| {
                     let mut covariance = SMatrix::<f64, 24, 24>::zeros();
                     let index = 8 * number + place;
-                    covariance[(index, index)] = sigma * sigma;
-                    judgement.check_sigmas(&covariance, &factor)
+                    let unit = Problem::unit_of(&factor, index);
+                    covariance[(index, index)] = (sigma / unit).powi(2);
+                    judgement.check_sigmas(&covariance, 1.0, &factor)
                 };
                 assert_eq!(judged(0.999 * limit), Ok(()));
                 let refusal = judged(1.001 * limit).unwrap_err();

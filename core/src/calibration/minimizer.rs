@@ -10,6 +10,7 @@ use super::starts::Starts;
 use super::step_control::StepResult;
 use crate::Real;
 use crate::robot::{ArmIndex, Parameter};
+use nalgebra::SMatrix;
 
 /// Whether a solver has more to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,7 +27,7 @@ pub enum Progress {
 /// determine least, whichever ends best. N parameters, M = N + 1, E = M (M + 1)/2.
 ///
 /// Use it as [`ArmSolver`](super::ArmSolver).
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Minimizer<T: Real, A, R, const N: usize, const M: usize, const E: usize> {
     first_arm: ArmIndex,
     settings: Settings<T>,
@@ -61,6 +62,8 @@ enum Phase {
     Identifying,
     /// There is no start without a guess: looking for what the samples leave free.
     Undetermined,
+    /// The covariance is there: whether the end point is good.
+    Judging,
     Done,
 }
 
@@ -92,7 +95,7 @@ where
     /// The same for its [`end`](Self::end) alone: no search for other solutions, no balance of the
     /// tolerance, and nothing to judge.
     #[must_use]
-    pub const fn for_its_end(mut self) -> Self {
+    pub(crate) const fn for_its_end(mut self) -> Self {
         self.end_alone = true;
         self
     }
@@ -101,7 +104,7 @@ where
     ///
     /// # Errors
     /// [`Refusal::TooFewSamples`].
-    pub fn with_prior<P: Problem<T, N, M, E, At = A>>(
+    pub(crate) fn with_prior<P: Problem<T, N, M, E, At = A>>(
         problem: &P,
         first_arm: ArmIndex,
         prior: R,
@@ -158,18 +161,25 @@ where
         self.iteration.restart(problem, &weighted, correction);
     }
 
-    /// The arm of the first eight parameters.
-    pub(super) const fn first_arm(&self) -> ArmIndex {
-        self.first_arm
+    /// Whether the estimate is in its place.
+    pub(crate) const fn is_done(&self) -> bool {
+        matches!(self.phase, Phase::Done)
     }
 
     /// Linearisations so far, all starts together.
-    pub fn iterations(&self) -> u16 {
+    pub(crate) fn iterations(&self) -> u16 {
         self.iterations.saturating_add(self.iteration.iterations)
     }
 
-    /// One step. Does nothing once finished.
-    pub fn step<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P) -> Progress {
+    /// One step. Does nothing once finished. The last writes the estimate into its place, which is for nothing else before.
+    ///
+    /// # Errors
+    /// Of the last: every [`Refusal`] that concerns the parameters. What then stands in the place has no meaning.
+    pub(crate) fn step<P: Problem<T, N, M, E, At = A>>(
+        &mut self,
+        problem: &P,
+        place: &mut Estimate<T, N>,
+    ) -> Result<Progress, Refusal> {
         match self.phase {
             Phase::Beginning => self.find_free_start(problem),
             Phase::AtFreeStart => {
@@ -178,14 +188,18 @@ where
             }
             Phase::From(start) => self.iterate(problem, start),
             Phase::Ended(start, termination) => self.settle(problem, start, termination),
-            Phase::Identifying => self.identify(problem),
-            Phase::Undetermined => self.look_for_free(problem),
+            Phase::Identifying => self.identify(problem, covariance_of(place)),
+            Phase::Undetermined => self.look_for_free(problem, covariance_of(place)),
+            Phase::Judging => {
+                self.judge(problem, place)?;
+                self.phase = Phase::Done;
+            }
             Phase::Done => {}
         }
-        match self.phase {
+        Ok(match self.phase {
             Phase::Done => Progress::Finished,
             _ => Progress::Working,
-        }
+        })
     }
 
     fn iterate<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P, start: StartUsed) {
@@ -219,32 +233,8 @@ where
         start: StartUsed,
         termination: Option<Termination>,
     ) {
-        let point = &self.iteration.point;
-        if let Some(termination) = termination
-            && point.cost
-                <= self.starting_cost
-                    + T::TWO * self.iteration.blur(problem)
-                    + rounding_of_cost(problem)
-        {
-            let improved = match &self.best {
-                None => true,
-                Some(best) => best.is_improved_by(
-                    point,
-                    self.balance.sigma,
-                    self.settings.tolerance.is_some(),
-                    problem,
-                ),
-            };
-            if improved {
-                self.best = Some(EndPoint {
-                    point: *point,
-                    termination,
-                    start,
-                    residual_sigma: self.balance.sigma,
-                });
-            }
-        }
-        if termination.is_some() {
+        if let Some(termination) = termination {
+            self.keep_better(problem, start, termination);
             self.starts.converged(start, &self.iteration.point, problem);
         }
         if self.balance.is_first() && self.start_elsewhere(problem, start) {
@@ -258,37 +248,84 @@ where
         self.phase = Phase::Identifying;
     }
 
+    /// Keeps the end of the iteration if it is better than the best so far.
+    #[inline(never)]
+    fn keep_better<P: Problem<T, N, M, E, At = A>>(
+        &mut self,
+        problem: &P,
+        start: StartUsed,
+        termination: Termination,
+    ) {
+        let point = &self.iteration.point;
+        if point.cost
+            <= self.starting_cost
+                + T::TWO * self.iteration.blur(problem)
+                + rounding_of_cost(problem)
+        {
+            let improved = match &self.best {
+                None => true,
+                Some(best) => best.is_improved_by(
+                    point,
+                    self.balance.sigma,
+                    self.settings.tolerance.is_some(),
+                    problem,
+                ),
+            };
+            if improved {
+                self.best = Some(EndPoint {
+                    point: point.clone(),
+                    termination,
+                    start,
+                    residual_sigma: self.balance.sigma,
+                });
+            }
+        }
+    }
+
     /// A piece of the covariance at the best end point; what is next once it is there.
     #[inline(never)]
-    fn identify<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P) {
+    fn identify<P: Problem<T, N, M, E, At = A>>(
+        &mut self,
+        problem: &P,
+        covariance: &mut SMatrix<T, N, N>,
+    ) {
         let point = match &self.best {
             Some(best) => &best.point,
             None => &self.iteration.point,
         };
-        if self.identifiability.invert(&point.normal) {
+        if self.identifiability.invert(&point.normal, covariance) {
             return;
         }
         if self.balance.is_first() {
-            self.starts.search(problem, point, &self.identifiability);
+            let own = &self.identifiability;
+            self.starts
+                .search(problem, point, || own.weakest_direction(covariance));
             if self.search_on(problem) {
                 return;
             }
         }
-        if self.balance_tolerance(problem) {
+        if self.balance_tolerance(problem, covariance) {
             return;
         }
-        self.phase = Phase::Done;
+        self.phase = Phase::Judging;
     }
 
-    fn look_for_free<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P) {
+    fn look_for_free<P: Problem<T, N, M, E, At = A>>(
+        &mut self,
+        problem: &P,
+        covariance: &mut SMatrix<T, N, N>,
+    ) {
         if self.iteration.is_linearizing() {
             let weighted = Weighted {
                 prior: &self.prior,
                 sigma: self.balance.sigma,
             };
             self.iteration.step(problem, &weighted);
-        } else if !self.identifiability.invert(&self.iteration.point.normal) {
-            self.phase = Phase::Done;
+        } else if !self
+            .identifiability
+            .invert(&self.iteration.point.normal, covariance)
+        {
+            self.phase = Phase::Judging;
         }
     }
 
@@ -328,16 +365,17 @@ where
 
     /// Where a tolerance but no noise is stated: solves again with the noise that the residuals show.
     #[inline(never)]
-    fn balance_tolerance<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P) -> bool {
+    fn balance_tolerance<P: Problem<T, N, M, E, At = A>>(
+        &mut self,
+        problem: &P,
+        covariance: &SMatrix<T, N, N>,
+    ) -> bool {
         let best = self.best.as_ref();
         if self.settings.tolerance.is_none()
             || problem.noise_stated()
-            || !self.balance.next(
-                problem,
-                &self.prior,
-                best,
-                self.identifiability.covariance.as_slice(),
-            )
+            || !self
+                .balance
+                .next(problem, &self.prior, best, covariance.as_slice())
         {
             return false;
         }
@@ -350,22 +388,17 @@ where
     }
 
     /// The correction of the best end point, whatever is to be said of it.
-    pub fn end(&self) -> Option<[T; N]> {
+    pub(crate) fn end(&self) -> Option<[T; N]> {
         self.best.as_ref().map(|best| best.point.correction)
     }
 
-    /// The parameters, or why there are none.
-    ///
-    /// # Errors
-    /// Every [`Refusal`] that concerns the parameters; [`Refusal::Unfinished`] before the last step.
+    /// Judges the best end point, and completes the estimate if it is good.
     #[inline(never)]
-    pub fn estimate<P: Problem<T, N, M, E, At = A>>(
+    fn judge<P: Problem<T, N, M, E, At = A>>(
         &self,
         problem: &P,
-    ) -> Result<Estimate<T, N>, Refusal> {
-        if self.phase != Phase::Done {
-            return Err(Refusal::Unfinished);
-        }
+        place: &mut Estimate<T, N>,
+    ) -> Result<(), Refusal> {
         let (point, end, residual_sigma): (&Point<T, N, M, E>, _, _) = match &self.best {
             Some(best) => (
                 &best.point,
@@ -383,8 +416,13 @@ where
             residual_sigma,
             iterations: self.iterations(),
         }
-        .estimate(problem)
+        .complete(problem, place)
     }
+}
+
+/// Where the covariance is computed.
+fn covariance_of<T: Real, const N: usize>(place: &mut Estimate<T, N>) -> &mut SMatrix<T, N, N> {
+    place.covariance.get_or_insert_with(SMatrix::zeros)
 }
 
 /// Whether a calibration with these settings can begin.
@@ -502,6 +540,7 @@ mod tests {
 
     use super::{Minimizer, Progress};
     use crate::calibration::curve::Curve;
+    use crate::calibration::outcome::Estimate;
     use crate::calibration::settings::{Settings, Solver};
     use crate::calibration::tolerance::Tolerance;
     use crate::robot::ArmIndex;
@@ -512,7 +551,7 @@ mod tests {
         let mut solver =
             Minimizer::<f64, f64, [f64; 1], 1, 2, 3>::unstarted(ArmIndex::First, [0.0], &settings);
         solver.begin(problem);
-        while solver.step(problem) == Progress::Working {}
+        while solver.step(problem, &mut Estimate::vacant()) == Ok(Progress::Working) {}
         solver.end()
     }
 
@@ -558,7 +597,8 @@ mod tests {
         let mut solver =
             Minimizer::<f64, f64, [f64; 1], 1, 2, 3>::unstarted(ArmIndex::First, [1.0], &settings);
         solver.begin(&problem);
-        while solver.step(&problem) == Progress::Working {}
+        let mut place = Estimate::vacant();
+        while solver.step(&problem, &mut place) == Ok(Progress::Working) {}
         // Two residuals of 0 and 1, of 60, one of them for the parameter.
         let sigma = libm::sqrt(1.0 / 59.0);
         assert!((solver.balance.sigma / sigma - 1.0).abs() < 0.01);

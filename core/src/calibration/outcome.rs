@@ -27,7 +27,7 @@ pub enum StartUsed {
 }
 
 /// N parameters as they were estimated, and how far they can be trusted.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Estimate<T: Real, const N: usize> {
     /// The parameters' distances from nominal, in the problem's units.
     pub correction: [T; N],
@@ -55,8 +55,28 @@ pub struct Estimate<T: Real, const N: usize> {
     pub prior_share: [T; N],
 }
 
+impl<T: Real, const N: usize> Estimate<T, N> {
+    /// Nothing yet.
+    pub(crate) const fn vacant() -> Self {
+        Self {
+            correction: [T::ZERO; N],
+            covariance: None,
+            residual_rms: T::ZERO,
+            estimated_noise: None,
+            degrees_of_freedom: T::ZERO,
+            effective_samples: T::ZERO,
+            samples: 0,
+            iterations: 0,
+            termination: Termination::GradientVanished,
+            start: StartUsed::Nominal,
+            conditions: [T::ZERO; 3],
+            prior_share: [T::ZERO; N],
+        }
+    }
+}
+
 /// One calibrated arm and how far it can be trusted.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ArmOutcome<T: Real> {
     /// The calibrated arm.
@@ -122,7 +142,7 @@ impl<T: Real> ArmOutcome<T> {
 }
 
 /// A calibrated robot.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RobotOutcome<T: Real> {
     /// The calibrated robot.
@@ -132,7 +152,7 @@ pub struct RobotOutcome<T: Real> {
 }
 
 /// A robot whose arms were calibrated together.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct JointOutcome<T: Real> {
     /// The calibrated robot.
     pub robot: Robot<T>,

@@ -7,7 +7,7 @@ use crate::Real;
 use crate::samples::Triangle;
 
 /// A correction, the problem linearised there, and its cost.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct Point<T: Real, const N: usize, const M: usize, const E: usize> {
     pub(crate) correction: [T; N],
     pub(crate) normal: Triangle<T, M, E>,
@@ -82,7 +82,7 @@ impl<T: Real, R> Weighted<'_, T, R> {
 }
 
 /// Where an iteration ended.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct EndPoint<T: Real, const N: usize, const M: usize, const E: usize> {
     pub(super) point: Point<T, N, M, E>,
     pub(super) termination: Termination,

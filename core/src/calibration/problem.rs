@@ -125,8 +125,14 @@ pub struct Piece<T> {
 /// What is known of the parameters beside the samples: a cost |r(δ)|² of the correction δ, which is weighted by the
 /// variance of the residuals. Where r = U δ the cost is quadratic; U = ∂r/∂δ in any case.
 pub trait Prior<T: Real, const N: usize, const M: usize, const E: usize>: Clone {
-    /// The rows (σ U, σ r) at a correction as a triangle.
-    fn rows(&self, sigma: T, correction: &[T; N]) -> Triangle<T, M, E>;
+    /// Puts the rows (σ U, σ r) at a correction in place of a triangle.
+    fn put_rows(&self, sigma: T, correction: &[T; N], rows: &mut Triangle<T, M, E>);
+    /// The same by itself.
+    fn rows(&self, sigma: T, correction: &[T; N]) -> Triangle<T, M, E> {
+        let mut rows = Triangle::zero();
+        self.put_rows(sigma, correction, &mut rows);
+        rows
+    }
     /// |r|².
     fn cost(&self, correction: &[T; N]) -> T;
     /// Uᵀr.
@@ -149,13 +155,13 @@ pub trait Prior<T: Real, const N: usize, const M: usize, const E: usize>: Clone 
 
 /// 1/tolerance of each parameter in the problem's units; zero without a tolerance.
 impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E> for [T; N] {
-    fn rows(&self, sigma: T, correction: &[T; N]) -> Triangle<T, M, E> {
+    fn put_rows(&self, sigma: T, correction: &[T; N], rows: &mut Triangle<T, M, E>) {
         let weights = self.map(|weight| weight * sigma);
         let mut rights = [T::ZERO; N];
         for ((right, weight), delta) in rights.iter_mut().zip(&weights).zip(correction) {
             *right = *weight * *delta;
         }
-        Triangle::from_diagonal(&weights, &rights)
+        rows.set_diagonal(&weights, &rights);
     }
 
     #[inline(never)]

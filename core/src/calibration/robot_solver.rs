@@ -5,7 +5,7 @@ use super::calibrator::estimators::Parts;
 use super::calibrator::{Calibrator, Ikm};
 use super::free_start::Means;
 use super::minimizer::{Minimizer, Progress, enough_samples};
-use super::outcome::{ArmOutcome, RobotOutcome};
+use super::outcome::{ArmOutcome, Estimate, RobotOutcome};
 use super::parts::{Samples, Solver};
 use super::refusal::Refusal;
 use super::settings::Settings;
@@ -22,22 +22,34 @@ pub struct RobotSolver<T: Real> {
     /// Of the arm at work, once begun.
     solver: Option<ArmSolver<T>>,
     arm: ArmIndex,
-    outcomes: [Option<ArmOutcome<T>>; 3],
+    estimate: Estimate<T, 8>,
+    /// The arms that are solved; the others have no meaning.
+    outcome: Option<RobotOutcome<T>>,
 }
+
+/// Of one arm.
+type ArmSolver<T> = Minimizer<T, Displacement<T>, TolerancePrior<T, 8>, 8, 9, 45>;
 
 impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
     fn vacant() -> Self {
         Self {
             solver: None,
             arm: ArmIndex::First,
-            outcomes: [None; 3],
+            estimate: Estimate::vacant(),
+            outcome: None,
         }
     }
 
+    #[inline(never)]
     fn begin(&mut self, samples: &ArmSamples<T>) -> Result<(), Refusal> {
         self.solver = None;
         self.arm = ArmIndex::First;
         let [first, ..] = samples.arms();
+        let vacant = ArmOutcome::of(*first.nominal().arm(), &Estimate::vacant());
+        self.outcome = Some(RobotOutcome {
+            robot: samples.robot(),
+            arms: [vacant.clone(), vacant.clone(), vacant],
+        });
         enough_samples(first, ArmIndex::First, samples.settings())
     }
 
@@ -55,14 +67,14 @@ impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
                 return Ok(Progress::Working);
             }
             Some(solver) => {
-                if solver.step(problem) == Progress::Working {
+                if solver.step(problem, &mut self.estimate)? == Progress::Working {
                     return Ok(Progress::Working);
                 }
             }
         }
         self.finish(problem)?;
         let Some(arm) = next else {
-            self.check_side(samples)?;
+            self.complete(samples)?;
             return Ok(Progress::Finished);
         };
         self.solver = None;
@@ -72,42 +84,41 @@ impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
 }
 
 impl<T: Real> RobotSolver<T> {
+    #[inline(never)]
     fn start(&mut self, problem: &ArmFactor<T>, settings: &Settings<T>) -> Result<(), Refusal> {
         enough_samples(problem, self.arm, settings)?;
+        let prior = prior_of_arm(problem.nominal(), settings.tolerance.as_ref());
         self.solver
-            .insert(ArmSolver::of_arm(problem, self.arm, settings))
+            .insert(ArmSolver::unstarted(self.arm, prior, settings))
             .begin(problem);
         Ok(())
     }
 
-    /// A function of its own, so that its large temporaries do not share a stack with the steps.
+    /// The outcome of the current arm.
     #[inline(never)]
     fn finish(&mut self, problem: &ArmFactor<T>) -> Result<(), Refusal> {
-        let solver = self.solver.as_ref().ok_or(Refusal::Unfinished)?;
-        let outcome = solver.outcome(problem);
-        if let (Some(place), Ok(outcome)) = (self.outcomes.get_mut(self.arm.index()), &outcome) {
-            *place = Some(*outcome);
+        let arm = self.arm;
+        let corrected = corrected_arm(problem.nominal(), &self.estimate.correction)
+            .map_err(|error| Refusal::ImpossibleGeometry { arm, error })?;
+        let arms = self.outcome.as_mut().map(|outcome| &mut outcome.arms);
+        if let Some(place) = arms.and_then(|arms| arms.get_mut(arm.index())) {
+            *place = ArmOutcome::of(corrected, &self.estimate);
         }
-        outcome.map(|_| ())
+        Ok(())
     }
 
+    /// The robot of all three.
     #[inline(never)]
-    fn check_side(&self, samples: &ArmSamples<T>) -> Result<(), Refusal> {
+    fn complete(&mut self, samples: &ArmSamples<T>) -> Result<(), Refusal> {
+        let outcome = self.outcome.as_mut().ok_or(Refusal::Unfinished)?;
+        let arms = outcome.arms.each_ref().map(|own| own.arm);
+        outcome.robot = Robot::new(arms).map_err(Refusal::ImpossibleRobot)?;
         let [first, second, third] = samples.arms();
         check_side(
-            &self.robot()?,
-            [first.nominal(), second.nominal(), third.nominal()],
+            &outcome.robot,
+            samples.nominal_arms(),
             [first.means(), second.means(), third.means()],
         )
-    }
-
-    fn robot(&self) -> Result<Robot<T>, Refusal> {
-        match &self.outcomes {
-            [Some(first), Some(second), Some(third)] => {
-                Robot::new([first.arm, second.arm, third.arm]).map_err(Refusal::ImpossibleRobot)
-            }
-            _ => Err(Refusal::Unfinished),
-        }
     }
 }
 
@@ -124,18 +135,8 @@ impl Parts for Ikm {
     type Solver<T: Real> = RobotSolver<T>;
     type Beside<T: Real> = ();
 
-    fn outcome<T: Real>(
-        solver: &RobotSolver<T>,
-        _: &ArmSamples<T>,
-    ) -> Result<RobotOutcome<T>, Refusal> {
-        let robot = solver.robot()?;
-        match solver.outcomes {
-            [Some(first), Some(second), Some(third)] => Ok(RobotOutcome {
-                robot,
-                arms: [first, second, third],
-            }),
-            _ => Err(Refusal::Unfinished),
-        }
+    fn outcome<T: Real>(solver: &RobotSolver<T>) -> Option<&RobotOutcome<T>> {
+        solver.outcome.as_ref()
     }
 
     fn beside<T: Real>(_: &Robot<T>, _: &Settings<T>) {}
@@ -181,75 +182,6 @@ pub(super) fn check_side<T: Real>(
         Ok(())
     } else {
         Err(Refusal::WrongSide)
-    }
-}
-
-/// Calibrates one arm, one bounded step at a time, so that a control loop can interleave it.
-///
-/// A step takes the same time whatever the number of samples.
-///
-/// ```
-/// use delta_cal::{ArmIndex, Progress, Settings, SymmetricRobot};
-/// use delta_cal::calibration::ArmSolver;
-/// use delta_cal::samples::{ArmFactor, NominalArm};
-/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
-/// # let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }.robot()?;
-/// # let truth = SymmetricRobot { base_radius: 194.5, platform_radius: 30.0, upper_arm: 260.3, forearm: 479.2 }.robot()?;
-/// let centre = robot.forward(&[0.2, 0.2, 0.2])?;
-/// let arm = ArmIndex::First;
-/// let mut factor = ArmFactor::new(NominalArm::new(robot.arm(arm), &centre, None));
-/// for k in 0..20 {
-///     let t = f64::from(k);
-///     let q = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
-///     factor.add(&truth.forward(&q)?, q[0], arm)?;
-/// }
-/// let mut solver = ArmSolver::new(&factor, arm, &Settings::default())?;
-/// while solver.step(&factor) == Progress::Working {
-///     // ... the control loop's other work ...
-/// }
-/// let outcome = solver.outcome(&factor)?;
-/// assert!((outcome.arm.lb() - 479.2).abs() < 1e-6);
-/// # Ok(())
-/// # }
-/// ```
-pub type ArmSolver<T> = Minimizer<T, Displacement<T>, TolerancePrior<T, 8>, 8, 9, 45>;
-
-impl<T: Real> ArmSolver<T> {
-    /// Prepares the calibration of `arm` from the samples in `problem`.
-    ///
-    /// # Errors
-    /// [`Refusal::TooFewSamples`].
-    pub fn new(
-        problem: &ArmFactor<T>,
-        arm: ArmIndex,
-        settings: &Settings<T>,
-    ) -> Result<Self, Refusal> {
-        enough_samples(problem, arm, settings)?;
-        let mut solver = Self::of_arm(problem, arm, settings);
-        solver.begin(problem);
-        Ok(solver)
-    }
-
-    /// Before it has begun.
-    pub(super) fn of_arm(problem: &ArmFactor<T>, arm: ArmIndex, settings: &Settings<T>) -> Self {
-        let prior = prior_of_arm(problem.nominal(), settings.tolerance.as_ref());
-        Self::unstarted(arm, prior, settings)
-    }
-
-    /// The calibrated arm, or why there is none.
-    ///
-    /// # Errors
-    /// Every [`Refusal`] that concerns one arm; [`Refusal::Unfinished`] before the last step.
-    #[inline(never)]
-    pub fn outcome(&self, problem: &ArmFactor<T>) -> Result<ArmOutcome<T>, Refusal> {
-        let estimate = self.estimate(problem)?;
-        let arm = corrected_arm(problem.nominal(), &estimate.correction).map_err(|error| {
-            Refusal::ImpossibleGeometry {
-                arm: self.first_arm(),
-                error,
-            }
-        })?;
-        Ok(ArmOutcome::of(arm, &estimate))
     }
 }
 

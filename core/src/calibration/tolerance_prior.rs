@@ -333,17 +333,16 @@ fn put_upper_arm<T: Real, const M: usize, const E: usize>(
 impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E>
     for TolerancePrior<T, N>
 {
-    fn rows(&self, sigma: T, correction: &[T; N]) -> Triangle<T, M, E> {
-        let mut rows = Prior::<T, N, M, E>::rows(&self.weights, sigma, correction);
+    fn put_rows(&self, sigma: T, correction: &[T; N], rows: &mut Triangle<T, M, E>) {
+        self.weights.put_rows(sigma, correction, rows);
         for (place, arm) in self.held_arms() {
-            put_upper_arm(&mut rows, place, arm, pair(correction, place), sigma);
+            put_upper_arm(rows, place, arm, pair(correction, place), sigma);
         }
         #[cfg(feature = "linear")]
         for common in self.common.iter().flatten() {
             let weights = self.weights.map(|weight| weight * sigma);
-            common.couple(&mut rows, &weights, correction);
+            common.couple(rows, &weights, correction);
         }
-        rows
     }
 
     fn cost(&self, correction: &[T; N]) -> T {

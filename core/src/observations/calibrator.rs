@@ -7,6 +7,8 @@ use super::solve::{ObservationMinimizer, ObservationOutcome};
 use crate::Real;
 use crate::calibration::{Minimizer, Phase, Progress, Refusal, Settings, enough_samples};
 use crate::robot::{ArmIndex, Robot};
+use core::mem::ManuallyDrop;
+use heapless::Vec;
 
 /// [`FkmCalibrator`] for heights above one plate: N = 27.
 pub type TouchCalibrator<T, const ROWS: usize> = FkmCalibrator<T, ROWS, 27, 28, 406>;
@@ -56,12 +58,13 @@ pub struct FkmCalibrator<T: Real, const ROWS: usize, const N: usize, const M: us
     robot: Robot<T>,
     settings: Settings<T>,
     instruments: OwnInstruments<T>,
-    rows: [ObservationRow<T>; ROWS],
-    count: usize,
+    /// Not dropped, as there is nothing to drop: a calibrator can lie in memory that is given up as it is.
+    rows: ManuallyDrop<Vec<ObservationRow<T>, ROWS>>,
     prepared: Option<Prepared<T, N>>,
     /// Rows that have their weights.
     weighed: usize,
     minimizer: Option<ObservationMinimizer<T, N, M, E>>,
+    outcome: Option<ObservationOutcome<T, N>>,
     phase: Phase,
 }
 
@@ -92,11 +95,11 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
             robot: *robot,
             settings: *settings,
             instruments,
-            rows: [ObservationRow::new(Observation::at([T::ZERO; 3])); ROWS],
-            count: 0,
+            rows: ManuallyDrop::new(Vec::new()),
             prepared: None,
             weighed: 0,
             minimizer: None,
+            outcome: None,
             phase: Phase::Collecting,
         })
     }
@@ -113,9 +116,7 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
         observation.check(self.robot.drive(), &self.instruments.view())?;
         let mut row = ObservationRow::new(*observation);
         row.look_whether_reached(&self.robot)?;
-        let place = self.rows.get_mut(self.count);
-        *place.ok_or(ObservationError::Full)? = row;
-        self.count += 1;
+        self.rows.push(row).map_err(|_| ObservationError::Full)?;
         self.phase = Phase::Collecting;
         Ok(())
     }
@@ -129,7 +130,7 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
             Phase::Solving | Phase::Finished => Ok(()),
             Phase::Refused(refusal) => Err(refusal),
             Phase::Collecting => {
-                let (samples, needed) = (self.count as u64, self.settings.samples_needed());
+                let (samples, needed) = (self.samples(), self.settings.samples_needed());
                 if samples < needed {
                     let arm = ArmIndex::First;
                     let refusal = Refusal::TooFewSamples {
@@ -164,7 +165,7 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
 
     fn advance(&mut self) -> Result<Progress, Refusal> {
         let instruments = self.instruments.view();
-        let rows = self.rows.get_mut(..self.count).unwrap_or_default();
+        let rows = self.rows.as_mut_slice();
         let Some(prepared) = &mut self.prepared else {
             let begun = Prepared::begun(&self.robot, &instruments, rows)?;
             self.prepared = Some(begun);
@@ -182,13 +183,17 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
             rows,
             prepared: *prepared,
         };
-        match &mut self.minimizer {
-            Some(minimizer) => Ok(minimizer.step(&problem)),
-            none => {
-                Self::begin(none, &problem, &self.settings)?;
-                Ok(Progress::Working)
+        if let (Some(minimizer), Some(outcome)) = (&mut self.minimizer, &mut self.outcome) {
+            if minimizer.is_done() {
+                problem.complete(outcome)?;
+                return Ok(Progress::Finished);
             }
+            minimizer.step(&problem, &mut outcome.estimate)?;
+            return Ok(Progress::Working);
         }
+        self.outcome = Some(ObservationOutcome::vacant(&self.robot));
+        Self::begin(&mut self.minimizer, &problem, &self.settings)?;
+        Ok(Progress::Working)
     }
 
     // Not inlined: what is done one after the other shares the stack.
@@ -206,27 +211,15 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
         Ok(())
     }
 
-    /// The calibrated robot and the places of the instruments, or why there are none. They are judged anew by each
-    /// call.
+    /// The calibrated robot and the places of the instruments, or why there are none.
     ///
     /// # Errors
     /// A [`Refusal`]: the robot keeps its parameters. [`Refusal::Unfinished`] before the last step.
-    pub fn outcome(&self) -> Result<ObservationOutcome<T, N>, Refusal> {
-        match (self.phase, &self.minimizer, &self.prepared) {
-            (Phase::Refused(refusal), ..) => Err(refusal),
-            (Phase::Finished, Some(minimizer), Some(prepared)) => {
-                let problem = ObservationProblem {
-                    robot: &self.robot,
-                    instruments: &self.instruments.view(),
-                    rows: self.rows.get(..self.count).unwrap_or_default(),
-                    prepared: *prepared,
-                };
-                match &minimizer.estimate(&problem) {
-                    Ok(estimate) => problem.outcome(estimate),
-                    Err(refusal) => Err(*refusal),
-                }
-            }
-            _ => Err(Refusal::Unfinished),
+    pub fn outcome(&self) -> Result<&ObservationOutcome<T, N>, Refusal> {
+        match self.phase {
+            Phase::Collecting | Phase::Solving => Err(Refusal::Unfinished),
+            Phase::Refused(refusal) => Err(refusal),
+            Phase::Finished => self.outcome.as_ref().ok_or(Refusal::Unfinished),
         }
     }
 
@@ -237,7 +230,7 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
     pub fn calibrate(&mut self) -> Result<ObservationOutcome<T, N>, Refusal> {
         self.solve()?;
         while self.step() == Progress::Working {}
-        self.outcome()
+        self.outcome().cloned()
     }
 
     /// Gives up what [`solve`](Self::solve) has begun, and drops the outcome. The observations stay.
@@ -247,7 +240,7 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
 
     /// Drops the observations and all that was solved from them.
     pub fn reset(&mut self) {
-        self.count = 0;
+        self.rows.clear();
         self.stop();
     }
 
@@ -263,7 +256,7 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
 
     /// Observations taken in, those included that the nominal robot does not reach.
     pub fn samples(&self) -> u64 {
-        self.count as u64
+        self.rows.len() as u64
     }
 
     /// What the readings refer to.

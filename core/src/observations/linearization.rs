@@ -2,7 +2,7 @@
 
 use super::equation::{Equation, equations};
 use super::instruments::{Instruments, OF_ROBOT};
-use super::observation::{ObservationError, ObservationRow, READINGS};
+use super::observation::{LOWER, ObservationError, ObservationRow, READINGS, lower_rows};
 use super::start::StartValues;
 use crate::Real;
 use crate::robot::{Arm, ArmIndex, Robot, TRANSMISSION_NUMBERS};
@@ -47,6 +47,9 @@ impl<T: Real> ObservationRow<T> {
     ) -> Result<(), ObservationError> {
         let poses = self.poses(robot);
         self.left_out = poses.is_none();
+        if let Some((own, _)) = &poses {
+            self.nominal = own.position;
+        }
         if let Some((own, Some(other))) = poses {
             let apart = own.position - other.position;
             let least = T::EPSILON.square_root() * own.position.dot(&own.position).square_root();
@@ -220,6 +223,22 @@ impl<T: Real> ObservationRow<T> {
         Some(columns)
     }
 
+    /// The same rows where no more than two readings are there, which is all that stands in columns of five.
+    pub(super) fn read_alone<const M: usize>(
+        &self,
+        columns: &[[T; READINGS]; M],
+    ) -> Option<[[T; 2]; M]> {
+        let mut read = (0..READINGS).filter(|reading| self.observation.is_read(*reading));
+        let (first, second) = (read.next()?, read.next());
+        if read.next().is_some() {
+            return None;
+        }
+        Some(columns.map(|column| {
+            let at = |reading: usize| column.get(reading).copied().unwrap_or(T::ZERO);
+            [at(first), second.map_or(T::ZERO, at)]
+        }))
+    }
+
     /// L⁻¹ ∂h/∂X at the row's own pose, and at the one where a distance begins. `None` where the robot has no such
     /// pose.
     pub(super) fn by_positions<const N: usize>(
@@ -263,14 +282,16 @@ impl<T: Real> ObservationRow<T> {
     /// L⁻¹ of a column of readings, times √ of what the row counts.
     fn whiten(&self, column: &mut [T; READINGS]) {
         let mut whitened = [T::ZERO; READINGS];
-        for (index, (row, value)) in self.factor.iter().zip(column.iter()).enumerate() {
+        for (index, (row, value)) in self.factor_rows().zip(column.iter()).enumerate() {
+            let Some((pivot, row)) = row.split_last() else {
+                continue;
+            };
             let mut sum = *value;
-            for (entry, known) in row.iter().zip(whitened).take(index) {
+            for (entry, known) in row.iter().zip(whitened) {
                 sum -= *entry * known;
             }
-            let pivot = row.get(index).copied().unwrap_or(T::ONE);
             if let Some(target) = whitened.get_mut(index) {
-                *target = sum / pivot;
+                *target = sum / *pivot;
             }
         }
         *column = whitened.map(|value| value * self.root_weight);
@@ -278,22 +299,18 @@ impl<T: Real> ObservationRow<T> {
 
     /// Σ 1/Lₖₖ² times the squared size of the robot: the size of the terms that the residuals are summed from.
     pub(super) fn terms_squared(&self, robot: &Robot<T>) -> T {
-        let Some((Pose { position, .. }, _)) = self.poses(robot).filter(|_| !self.left_out) else {
+        if self.left_out {
             return T::ZERO;
-        };
+        }
         let [first, ..] = robot.arms();
         let mut sum = T::ZERO;
-        for (index, row) in self.factor.iter().enumerate() {
-            let read = match (index, &self.observation.position) {
-                (0..3, position) => position.get(index).is_some_and(Option::is_some),
-                (3, _) => self.observation.height.is_some(),
-                _ => self.observation.distance.is_some(),
-            };
-            if let (true, Some(pivot)) = (read, row.get(index)) {
+        for (index, row) in self.factor_rows().enumerate() {
+            if let (true, Some(pivot)) = (self.observation.is_read(index), row.last()) {
                 sum += T::ONE / pivot.squared();
             }
         }
-        sum * self.root_weight.squared() * (position.dot(&position) + first.lb().squared())
+        let nominal = &self.nominal;
+        sum * self.root_weight.squared() * (nominal.dot(nominal) + first.lb().squared())
     }
 }
 
@@ -349,15 +366,20 @@ fn product<T: Real>(one: &[T], other: &[T]) -> T {
         .fold(T::ZERO, |sum, (a, b)| sum + *a * *b)
 }
 
-/// L of L Lᵀ, by rows. The diagonal is positive: every reading has a σ of its own.
-fn cholesky<T: Real>(covariance: &[[T; READINGS]; READINGS]) -> [[T; READINGS]; READINGS] {
-    let mut factor = [[T::ZERO; READINGS]; READINGS];
+/// L of L Lᵀ, each row as far as its diagonal, which is positive: every reading has a σ of its own.
+fn cholesky<T: Real>(covariance: &[[T; READINGS]; READINGS]) -> [T; LOWER] {
+    let mut factor = [T::ZERO; LOWER];
+    let mut start = 0;
     for (index, entries) in covariance.iter().enumerate() {
         let mut own = [T::ZERO; READINGS];
-        for (column, entry) in entries.iter().enumerate().take(index) {
-            let above = factor.get(column).copied().unwrap_or(own);
-            let sum = *entry - product(&own, &above);
-            if let (Some(target), Some(pivot)) = (own.get_mut(column), above.get(column)) {
+        for (column, (entry, above)) in entries
+            .iter()
+            .zip(lower_rows(&factor))
+            .enumerate()
+            .take(index)
+        {
+            let sum = *entry - product(&own, above);
+            if let (Some(target), Some(pivot)) = (own.get_mut(column), above.last()) {
                 *target = sum / *pivot;
             }
         }
@@ -365,9 +387,14 @@ fn cholesky<T: Real>(covariance: &[[T; READINGS]; READINGS]) -> [[T; READINGS]; 
         if let Some(target) = own.get_mut(index) {
             *target = squared.square_root();
         }
-        if let Some(row) = factor.get_mut(index) {
-            *row = own;
+        for (entry, value) in factor
+            .iter_mut()
+            .skip(start)
+            .zip(own.iter().take(index + 1))
+        {
+            *entry = *value;
         }
+        start += index + 1;
     }
     factor
 }
@@ -500,7 +527,10 @@ mod tests {
                     expected[(reading, reading)] = 1.0;
                 }
             }
-            let factor = SMatrix::<f64, 5, 5>::from_fn(|row_, column| row.factor[row_][column]);
+            let factor = SMatrix::<f64, 5, 5>::from_fn(|index, column| {
+                let own = row.factor_rows().nth(index).unwrap();
+                own.get(column).copied().unwrap_or(0.0)
+            });
             let found = factor * factor.transpose();
             // Differences over 1e-6 rad keep eight digits.
             assert!((found - expected).amax() < 1e-6 * expected.amax());
@@ -587,7 +617,7 @@ mod tests {
         for (index, row) in problem.rows().iter().enumerate() {
             let size = robot.forward(&joints(index)).unwrap().norm_squared() + 480.0 * 480.0;
             let expected = 4.0 * f64::EPSILON * libm::sqrt(size);
-            assert!((row.factor[3][3] / expected - 1.0).abs() < 1e-5);
+            assert!((row.factor_rows().nth(3).unwrap()[3] / expected - 1.0).abs() < 1e-5);
         }
     }
 }

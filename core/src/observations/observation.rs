@@ -3,6 +3,7 @@
 use crate::Real;
 use crate::samples::SampleError;
 use core::fmt;
+use nalgebra::Vector3;
 
 /// What was measured at one set of joint angles: any of the coordinates, a height, a distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,6 +112,15 @@ impl<T: Real> Observation<T> {
             + usize::from(self.distance.is_some())
     }
 
+    /// Whether one of the five readings is there: x, y, z, height, distance.
+    pub(super) fn is_read(&self, reading: usize) -> bool {
+        match reading {
+            0..3 => self.position.get(reading).is_some_and(Option::is_some),
+            3 => self.height.is_some(),
+            _ => self.distance.is_some(),
+        }
+    }
+
     /// The joint angles at which a distance between two poses begins. Radians.
     pub const fn other_joints(&self) -> Option<&[T; 3]> {
         match &self.distance {
@@ -125,13 +135,17 @@ impl<T: Real> Observation<T> {
 
 /// Readings of an observation at most.
 pub(super) const READINGS: usize = 5;
+/// Numbers of a lower triangle of as many rows.
+pub(super) const LOWER: usize = READINGS * (READINGS + 1) / 2;
 
 /// An observation with the weights of its readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ObservationRow<T: Real> {
     pub(super) observation: Observation<T>,
-    /// L of the readings' covariance, row by row: 1 on the diagonal where nothing was read.
-    pub(super) factor: [[T; READINGS]; READINGS],
+    /// L of the readings' covariance, each row as far as its diagonal: 1 there where nothing was read.
+    pub(super) factor: [T; LOWER],
+    /// Where the nominal robot's platform is at the joint angles, if it reaches them.
+    pub(super) nominal: Vector3<T>,
     /// √ of what the row counts.
     pub(super) root_weight: T,
     /// Whether the nominal robot does not reach its joint angles.
@@ -143,7 +157,8 @@ impl<T: Real> ObservationRow<T> {
     pub const fn new(observation: Observation<T>) -> Self {
         Self {
             observation,
-            factor: [[T::ZERO; READINGS]; READINGS],
+            factor: [T::ZERO; LOWER],
+            nominal: Vector3::new(T::ZERO, T::ZERO, T::ZERO),
             root_weight: T::ONE,
             left_out: false,
         }
@@ -178,10 +193,14 @@ impl<T: Real> ObservationRow<T> {
 
     /// |L|, L Lᵀ being the covariance of the row's readings: the product of their σ, each given those before it.
     pub fn spread(&self) -> T {
-        let diagonal = self.factor.iter().enumerate();
-        diagonal.fold(T::ONE, |product, (index, row)| {
-            product * row.get(index).copied().unwrap_or(T::ONE)
-        })
+        self.factor_rows()
+            .filter_map(<[T]>::last)
+            .fold(T::ONE, |product, pivot| product * *pivot)
+    }
+
+    /// The rows of L, each as far as its diagonal.
+    pub(super) fn factor_rows(&self) -> impl Iterator<Item = &[T]> {
+        lower_rows(&self.factor)
     }
 
     /// Whether the row does not count because the nominal robot does not reach its joint angles: nothing tells
@@ -189,4 +208,14 @@ impl<T: Real> ObservationRow<T> {
     pub const fn is_left_out(&self) -> bool {
         self.left_out
     }
+}
+
+/// The rows of a lower triangle, each as far as its diagonal.
+pub(super) fn lower_rows<T>(factor: &[T; LOWER]) -> impl Iterator<Item = &[T]> {
+    let mut rest = factor.as_slice();
+    (1..=READINGS).map_while(move |length| {
+        let (row, below) = rest.split_at_checked(length)?;
+        rest = below;
+        Some(row)
+    })
 }

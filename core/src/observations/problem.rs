@@ -1,12 +1,11 @@
 //! The problem that observations are.
 
-use super::equation::frame_at;
 use super::instruments::{Instruments, OF_PLANE, OF_ROBOT, OF_TRANSMISSIONS, PositionFrame};
 use super::observation::{ObservationError, ObservationRow};
 use super::solve::ObservationOutcome;
 use super::start::StartValues;
 use crate::Real;
-use crate::calibration::{Estimate, Instrument, Piece, Problem, Refusal};
+use crate::calibration::{Instrument, Piece, Problem, Refusal};
 use crate::frame::RigidTransform;
 use crate::robot::{
     Arm, ArmIndex, Drive, GeometryError, Parameter, ParameterKind, Robot, TRANSMISSION_NUMBERS,
@@ -173,26 +172,6 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         }
     }
 
-    /// The robot and the unknowns of an estimate.
-    ///
-    /// # Errors
-    /// [`Refusal::ImpossibleGeometry`] or [`Refusal::ImpossibleRobot`].
-    pub fn outcome(&self, estimate: &Estimate<T, N>) -> Result<ObservationOutcome<T, N>, Refusal> {
-        let unknowns = self.unknowns_at(&estimate.correction);
-        let of_frame = unknowns.get(self.instruments.frame_column()..);
-        let (_, rotation, translation) =
-            frame_at(self.prepared.start.frame(), of_frame.unwrap_or_default());
-        Ok(ObservationOutcome::new(
-            self.robot_at(&estimate.correction)?,
-            *estimate,
-            unknowns,
-            RigidTransform {
-                rotation,
-                translation,
-            },
-        ))
-    }
-
     /// What the readings refer to.
     pub const fn instruments(&self) -> &Instruments<'a, T> {
         self.instruments
@@ -272,7 +251,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         self.prepared.start.frame()
     }
 
-    fn robot_at(&self, correction: &[T; N]) -> Result<Robot<T>, Refusal> {
+    pub(super) fn robot_at(&self, correction: &[T; N]) -> Result<Robot<T>, Refusal> {
         let mut displacements = [[T::ZERO; ARM]; 3];
         for ((value, unit), target) in correction
             .iter()
@@ -316,7 +295,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         Ok(arm.driven_by(Transmission::new(numbers)?))
     }
 
-    fn unknowns_at(&self, correction: &[T; N]) -> [T; N] {
+    pub(super) fn unknowns_at(&self, correction: &[T; N]) -> [T; N] {
         let mut values = *self.prepared.start.unknowns();
         for ((value, delta), unit) in values.iter_mut().zip(correction).zip(self.prepared.units) {
             *value += *delta * unit;
@@ -353,6 +332,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
     }
 
     /// The readings of a row.
+    #[inline(never)]
     fn linearize(
         &self,
         at: &InstrumentsAt<T, N>,
@@ -369,14 +349,18 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
                 &self.prepared.units,
             )
         });
-        let Some(mut columns) = columns else {
+        let Some((row, mut columns)) = row.map(|(row, _)| row).zip(columns) else {
             return Piece {
                 sum_of_squares: T::INFINITY,
                 more: false,
             };
         };
         let residuals = columns.last().map_or(T::ZERO, |own| squared_length(own));
-        normal.absorb(&mut columns);
+        // Rows of zeros change nothing, and take their time.
+        match row.read_alone(&columns) {
+            Some(mut few) => normal.absorb(&mut few),
+            None => normal.absorb(&mut columns),
+        }
         Piece {
             sum_of_squares: residuals,
             more: piece + 1 < self.rows.len(),

@@ -1,5 +1,6 @@
 //! What is known beforehand, the minimisation at once, and what comes out.
 
+use super::equation::frame_at;
 use super::instruments::{
     Instruments, OF_FRAME, OF_PLANE, OF_POINT, OF_ROBOT, OF_TRANSMISSIONS, PositionFrame,
 };
@@ -21,21 +22,47 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
         &self,
         settings: &Settings<T>,
     ) -> Result<ObservationOutcome<T, N>, Refusal> {
+        let mut outcome = ObservationOutcome::vacant(self.robot);
         let mut minimizer = self.minimizer::<M, E>(settings)?;
-        while minimizer.step(self) == Progress::Working {}
-        let estimate = minimizer.estimate(self)?;
-        self.outcome(&estimate)
+        while minimizer.step(self, &mut outcome.estimate)? == Progress::Working {}
+        self.complete(&mut outcome)?;
+        Ok(outcome)
     }
 
-    /// The minimisation of this problem, with the settings' tolerance and what is known of the instruments.
-    ///
-    /// # Errors
-    /// [`Refusal::TooFewSamples`].
-    pub fn minimizer<const M: usize, const E: usize>(
+    /// The correction at which the minimisation ends, whatever is to be said of it: no search for other solutions, no
+    /// judgement. `None` if it ends nowhere.
+    pub fn end<const M: usize, const E: usize>(&self, settings: &Settings<T>) -> Option<[T; N]> {
+        let minimizer = self.minimizer::<M, E>(settings);
+        let mut minimizer = minimizer.ok()?.for_its_end();
+        let mut estimate = Estimate::vacant();
+        while minimizer.step(self, &mut estimate) == Ok(Progress::Working) {}
+        minimizer.end()
+    }
+
+    fn minimizer<const M: usize, const E: usize>(
         &self,
         settings: &Settings<T>,
     ) -> Result<ObservationMinimizer<T, N, M, E>, Refusal> {
         Minimizer::with_prior(self, ArmIndex::First, self.prior(settings), settings)
+    }
+
+    /// The robot and the unknowns of an estimate.
+    ///
+    /// # Errors
+    /// [`Refusal::ImpossibleGeometry`] or [`Refusal::ImpossibleRobot`].
+    #[inline(never)]
+    pub(super) fn complete(&self, outcome: &mut ObservationOutcome<T, N>) -> Result<(), Refusal> {
+        let correction = &outcome.estimate.correction;
+        outcome.robot = self.robot_at(correction)?;
+        outcome.unknowns = self.unknowns_at(correction);
+        let of_frame = outcome.unknowns.get(self.instruments.frame_column()..);
+        let start = self.prepared.start.frame();
+        let (_, rotation, translation) = frame_at(start, of_frame.unwrap_or_default());
+        outcome.frame = RigidTransform {
+            rotation,
+            translation,
+        };
+        Ok(())
     }
 
     /// What is known of the parameters beforehand, in units of
@@ -102,7 +129,7 @@ pub(super) type ObservationMinimizer<T, const N: usize, const M: usize, const E:
     Minimizer<T, InstrumentsAt<T, N>, TolerancePrior<T, N>, N, M, E>;
 
 /// A robot calibrated from observations, and the unknowns of the instruments.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ObservationOutcome<T: Real, const N: usize> {
     /// The calibrated robot.
     pub robot: Robot<T>,
@@ -113,17 +140,13 @@ pub struct ObservationOutcome<T: Real, const N: usize> {
 }
 
 impl<T: Real, const N: usize> ObservationOutcome<T, N> {
-    pub(super) const fn new(
-        robot: Robot<T>,
-        estimate: Estimate<T, N>,
-        unknowns: [T; N],
-        frame: RigidTransform<T>,
-    ) -> Self {
+    /// Nothing yet: the robot before calibration.
+    pub(super) fn vacant(robot: &Robot<T>) -> Self {
         Self {
-            robot,
-            estimate,
-            unknowns,
-            frame,
+            robot: *robot,
+            estimate: Estimate::vacant(),
+            unknowns: [T::ZERO; N],
+            frame: RigidTransform::identity(),
         }
     }
 

@@ -113,9 +113,8 @@ fn plane<T: Real>(
         let observation = row.observation();
         if let Some(height) = observation.height
             && height.plane == plane
-            && let Ok(position) = robot.forward(&observation.joints)
         {
-            let there = position / unit;
+            let there = row.nominal / unit;
             let values = [there.x, there.y, there.z, height.height / unit];
             count += T::ONE;
             for (index, value) in values.into_iter().enumerate() {
@@ -159,20 +158,18 @@ fn plane<T: Real>(
 }
 
 /// Position of the nominal robot and measured distance of every row from a point, over a length.
-fn distances<'a, T: Real>(
-    robot: &'a Robot<T>,
-    rows: &'a [ObservationRow<T>],
+fn distances<T: Real>(
+    rows: &[ObservationRow<T>],
     point: u8,
     unit: T,
-) -> impl Iterator<Item = (Vector3<T>, T)> + 'a {
+) -> impl Iterator<Item = (Vector3<T>, T)> {
     counted(rows).filter_map(move |row| {
         let observation = row.observation();
         let distance = observation.distance?;
         if distance.from != DistanceFrom::Point(point) {
             return None;
         }
-        let position = robot.forward(&observation.joints).ok()?;
-        Some((position / unit, distance.distance / unit))
+        Some((row.nominal / unit, distance.distance / unit))
     })
 }
 
@@ -181,7 +178,7 @@ fn point_alone<T: Real>(robot: &Robot<T>, rows: &[ObservationRow<T>], point: u8)
     let [first, ..] = robot.arms();
     let unit = first.lb();
     let mut triangle = Triangle::<T, 5, 15>::zero();
-    for (x, d) in distances(robot, rows, point, unit) {
+    for (x, d) in distances(rows, point, unit) {
         let right = d.squared() - x.dot(&x);
         absorb(
             &mut triangle,
@@ -201,7 +198,7 @@ fn point_with_offset<T: Real>(
     let [first, ..] = robot.arms();
     let unit = first.lb();
     let mut triangle = Triangle::<T, 6, 21>::zero();
-    for (x, d) in distances(robot, rows, point, unit) {
+    for (x, d) in distances(rows, point, unit) {
         let right = d.squared() - x.dot(&x);
         absorb(
             &mut triangle,
@@ -245,8 +242,7 @@ fn frame<T: Real>(
         let [Some(x), Some(y), Some(z)] = row.observation().position else {
             return None;
         };
-        let position = robot.forward(&row.observation().joints).ok()?;
-        Some((position, Vector3::new(x, y, z)))
+        Some((row.nominal, Vector3::new(x, y, z)))
     });
     let everything = counted(rows).all(|row| {
         let measured = row.observation().position.iter().flatten().count();
@@ -269,7 +265,7 @@ fn frame<T: Real>(
     let mut translation = Vector3::zeros();
     for (axis, (entry, seen)) in translation.iter_mut().zip(axes).enumerate() {
         if seen {
-            *entry = mean_shift(robot, rows, axis, &rotation);
+            *entry = mean_shift(rows, axis, &rotation);
         }
     }
     RigidTransform {
@@ -293,10 +289,8 @@ fn affine<T: Real>(
     let mut triangle = Triangle::<T, 5, 15>::zero();
     for row in counted(rows) {
         let observation = row.observation();
-        if let Some(Some(measured)) = observation.position.get(axis)
-            && let Ok(position) = robot.forward(&observation.joints)
-        {
-            let x = position / length;
+        if let Some(Some(measured)) = observation.position.get(axis) {
+            let x = row.nominal / length;
             absorb(
                 &mut triangle,
                 [x.x, x.y, x.z, T::ONE, -(*measured / length)],
@@ -321,19 +315,11 @@ fn nearest_rotation<T: Real>(rows: &[Vector3<T>; 3]) -> Option<Matrix3<T>> {
         .map(|frame| frame.rotation)
 }
 
-fn mean_shift<T: Real>(
-    robot: &Robot<T>,
-    rows: &[ObservationRow<T>],
-    axis: usize,
-    rotation: &Matrix3<T>,
-) -> T {
+fn mean_shift<T: Real>(rows: &[ObservationRow<T>], axis: usize, rotation: &Matrix3<T>) -> T {
     let (mut sum, mut count) = (T::ZERO, T::ZERO);
     for row in counted(rows) {
-        let observation = row.observation();
-        if let Some(Some(measured)) = observation.position.get(axis)
-            && let Ok(position) = robot.forward(&observation.joints)
-        {
-            let turned = rotation * position;
+        if let Some(Some(measured)) = row.observation().position.get(axis) {
+            let turned = rotation * row.nominal;
             sum += *measured - turned.get(axis).copied().unwrap_or(T::ZERO);
             count += T::ONE;
         }
@@ -345,6 +331,8 @@ fn mean_shift<T: Real>(
 mod tests {
     #![allow(clippy::cast_precision_loss, clippy::unwrap_used)]
 
+    extern crate alloc;
+
     use super::StartValues;
     use crate::frame::RigidTransform;
     use crate::observations::{
@@ -353,6 +341,7 @@ mod tests {
     };
     use crate::robot::{Robot, SymmetricRobot};
     use crate::samples::Noise;
+    use alloc::borrow::ToOwned;
     use nalgebra::{Rotation3, Vector3};
 
     fn robot() -> Robot<f64> {
@@ -376,6 +365,19 @@ mod tests {
             noise: ObservationNoise::new(Noise::new(0.02, 0.0).unwrap(), 0.02, 0.05).unwrap(),
             transmission: None,
         }
+    }
+
+    /// Of rows as a calibrator takes them in.
+    fn start_of<const N: usize>(
+        robot: &Robot<f64>,
+        instruments: &Instruments<'_, f64>,
+        rows: &[ObservationRow<f64>],
+    ) -> StartValues<f64, N> {
+        let mut rows = rows.to_owned();
+        for row in &mut rows {
+            row.look_whether_reached(robot).unwrap();
+        }
+        StartValues::of(robot, instruments, &rows)
     }
 
     /// Coordinates of the nominal robot in a frame that is turned and shifted, some of each pose: the start is that
@@ -405,7 +407,7 @@ mod tests {
                     ..Observation::at(joints)
                 })
             });
-            let start = StartValues::<f64, 30>::of(&robot, &instruments, &rows);
+            let start = start_of::<30>(&robot, &instruments, &rows);
             // ε times lengths of some hundreds times a condition of some tens.
             assert!((start.frame().rotation - frame.rotation).amax() < 1e-10);
             let seen = [0, 1, 2].map(|axis| pattern.iter().any(|own| own[axis]));
@@ -425,7 +427,7 @@ mod tests {
                 position: seen.map(|seen| seen.then_some(1.0)),
                 ..Observation::at(joints(1))
             })];
-            let start = StartValues::<f64, 30>::of(
+            let start = start_of::<30>(
                 &robot(),
                 &instruments(PositionFrame::Sensor, &[], &[]),
                 &rows,
@@ -479,7 +481,7 @@ mod tests {
             });
             let planes = [plane];
             let of_plane = instruments(PositionFrame::Base, &planes, &[]);
-            let start = StartValues::<f64, 27>::of(&robot, &of_plane, &rows);
+            let start = start_of::<27>(&robot, &of_plane, &rows);
             let [.., c, found_a, found_b] = *start.unknowns();
             let expected = if tilted {
                 [-560.0, a, b]
@@ -520,13 +522,13 @@ mod tests {
                 offset: offset.is_some(),
             }];
             let of_point = instruments(PositionFrame::Base, &[], &points);
-            let start = StartValues::<f64, 28>::of(&robot, &of_point, &rows);
+            let start = start_of::<28>(&robot, &of_point, &rows);
             let [.., x, y, z, found] = *start.unknowns();
             // ε times lengths of some hundreds times a condition of some thousands.
             assert!((Vector3::new(x, y, z) - place).norm() < 1e-8);
             assert!((found - offset.unwrap_or(0.0)).abs() < 1e-8);
             // Of two poses there is no such point.
-            let start = StartValues::<f64, 28>::of(&robot, &of_point, &rows[..2]);
+            let start = start_of::<28>(&robot, &of_point, &rows[..2]);
             assert!(start.unknowns().iter().all(|value| *value == 0.0));
         }
     }

@@ -42,7 +42,7 @@ pub(crate) const BLOCK: usize = 4;
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ArmFactor<T: Real> {
     nominal: NominalArm<T>,
     triangle: Triangle<T, COLUMNS, 91>,

@@ -25,7 +25,7 @@ pub(crate) const JOINT_COLUMNS: usize = 37;
 /// To first order W f are the whitened errors of the position, since ∂f/∂X is invertible: what
 /// [`ArmFactor`](super::ArmFactor) loses by taking the arms for independent is kept here. φᵢ and c are
 /// those of [`NominalArm`]. W is taken at the nominal robot.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct JointFactor<T: Real> {
     nominal_arms: [NominalArm<T>; 3],
     triangle: Triangle<T, JOINT_COLUMNS, 703>,

@@ -10,7 +10,7 @@ use core::hint::black_box;
 ///
 /// Sums of outer products are never formed themselves: that would square the condition number,
 /// which single precision cannot bear.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 #[allow(unreachable_pub)] // part of a sealed trait; nameable by no other crate
 pub struct Triangle<T, const N: usize, const LENGTH: usize> {
     entries: [T; LENGTH],
@@ -119,10 +119,10 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         substitute(&self.entries, N, column);
     }
 
-    /// Puts numbers on the diagonal of an empty triangle, and beside them into the last column.
-    pub fn from_diagonal(diagonal: &[T], last_column: &[T]) -> Self {
-        let mut triangle = Self::zero();
-        let mut rest = triangle.entries.as_mut_slice();
+    /// Puts numbers on the diagonal and beside them into the last column, and zeros everywhere else.
+    pub(crate) fn set_diagonal(&mut self, diagonal: &[T], last_column: &[T]) {
+        self.entries.fill(T::ZERO);
+        let mut rest = self.entries.as_mut_slice();
         for (row, (value, right)) in diagonal.iter().zip(last_column).enumerate() {
             let Some((head, tail)) = rest.split_at_mut_checked(N - row) else {
                 break;
@@ -135,6 +135,12 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
             }
             rest = tail;
         }
+    }
+
+    #[cfg(test)]
+    pub(crate) fn from_diagonal(diagonal: &[T], last_column: &[T]) -> Self {
+        let mut triangle = Self::zero();
+        triangle.set_diagonal(diagonal, last_column);
         triangle
     }
 
@@ -560,7 +566,7 @@ mod tests {
         let mut rng = Pcg32::seed_from_u64(3);
         let mut triangle = Small::zero();
         triangle.absorb(&mut by_columns(&rows::<7>(&mut rng)));
-        let before = triangle;
+        let before = triangle.clone();
         triangle.absorb(&mut [[0.0; 4]; 5]);
         assert_eq!(triangle, before);
     }

@@ -78,18 +78,24 @@ enum Work {
 
 impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// Without samples; `robot` is the robot before calibration, the nominal of the tolerance and the start of the iteration.
-    #[inline(never)]
+    // Inlined, for its two parts to share the stack.
+    #[inline]
     pub fn new(robot: &Robot<T>, settings: &Settings<T>, selection: &Selection<T>) -> Self {
-        let mut stream = Self {
+        let mut stream = Self::open(robot, settings, selection);
+        stream.close_gate(robot, settings);
+        stream
+    }
+
+    #[inline(never)]
+    fn open(robot: &Robot<T>, settings: &Settings<T>, selection: &Selection<T>) -> Self {
+        Self {
             calibrator: Calibrator::new(robot, settings),
             selection: *selection,
             gated: None,
             samples: 0,
             work: Work::Collecting,
             asked: false,
-        };
-        stream.close_gate(robot, settings);
-        stream
+        }
     }
 
     /// A new gate, if there is one.
@@ -260,12 +266,11 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
 
     #[inline(never)]
     fn adopt(&mut self) {
-        if let (Ok(outcome), Some(Gated { gate, beside })) =
-            (&self.calibrator.outcome(), &mut self.gated)
-        {
+        let robot = self.calibrator.outcome().map(|found| *E::robot(found));
+        if let (Ok(robot), Some(Gated { gate, beside })) = (robot, &mut self.gated) {
             let (arms, _) = E::arms_mut(&mut self.calibrator.samples, beside);
             arms.flush();
-            gate.adopt(arms, E::robot(outcome));
+            gate.adopt(arms, &robot);
         }
     }
 
@@ -282,11 +287,11 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         matches!(self.work, Work::Solved | Work::Refused(_))
     }
 
-    /// The calibrated robot, until the next sample comes. It is judged anew by each call.
+    /// The calibrated robot, until the next sample comes.
     ///
     /// # Errors
     /// Why the samples do not calibrate the robot; [`Refusal::Unfinished`] before the last step.
-    pub fn outcome(&self) -> Result<E::Outcome<T>, StreamRefusal> {
+    pub fn outcome(&self) -> Result<&E::Outcome<T>, StreamRefusal> {
         match self.work {
             Work::Refused(refusal) => Err(refusal),
             Work::Solved => self

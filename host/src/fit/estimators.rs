@@ -140,13 +140,13 @@ impl Task<'_> {
                 .copy_from(&own);
             prior_share[8 * place..8 * place + 8].copy_from_slice(arm.prior_share.as_slice());
         }
-        let [one, ..] = outcome.arms;
+        let [one, ..] = &outcome.arms;
         let covariance = between_arms(&outcome.robot, &samples, noise, &covariance);
         Ok(Found {
             covariance: dynamic(&covariance),
             robot: outcome.robot,
             prior_share,
-            conditions: outcome.arms.map(|arm| arm.condition),
+            conditions: outcome.arms.each_ref().map(|arm| arm.condition),
             start: one.start,
         })
     }

@@ -17,7 +17,7 @@ use super::observations::Unsolved;
 use super::solution::PARAMETERS;
 use delta_cal::Settings;
 use delta_cal::calibration::limits::SUSPECTED;
-use delta_cal::calibration::{Prior, Problem, Progress, TolerancePrior};
+use delta_cal::calibration::{Prior, Problem, TolerancePrior};
 use delta_cal::observations::{ObservationOutcome, ObservationProblem, ObservationRow};
 
 /// Least number of rows; half of the rows must determine the robot.
@@ -362,10 +362,7 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
     fn fit(&mut self, most: u16, effective: f64) -> Option<[f64; N]> {
         let settings = self.settings.with_iteration_limit(most);
         let problem = self.problem_of_weighed(effective);
-        let minimizer = problem.minimizer::<M, E>(&settings);
-        let mut minimizer = minimizer.ok()?.for_its_end();
-        while minimizer.step(&problem) == Progress::Working {}
-        minimizer.end()
+        problem.end::<M, E>(&settings)
     }
 
     /// Computes every row's distance at a correction; infinite where the robot does not reach it.

@@ -87,7 +87,7 @@ fn joint<T: Bits>(
     match calibrator.outcome() {
         Err(refusal) => assert!(!refusal.to_string().is_empty()),
         Ok(outcome) => {
-            finite_outcome(&RobotOutcome::from(&outcome));
+            finite_outcome(&RobotOutcome::from(outcome));
             let all = outcome.estimate.covariance.iter().flatten();
             assert!(all.copied().all(Real::finite), "{outcome:?}");
         }
@@ -135,7 +135,7 @@ fn solved<T: Bits>(calibrator: &mut IkmCalibrator<T>) -> Option<RobotOutcome<T>>
         Ok(outcome) => outcome,
         Err(refusal) => {
             assert!(!refusal.to_string().is_empty());
-            let again = calibrator.solve().and_then(|()| calibrator.outcome());
+            let again = calibrator.calibrate();
             assert_eq!(
                 again.map_err(|again| again.to_string()),
                 Err(refusal.to_string())
@@ -144,7 +144,7 @@ fn solved<T: Bits>(calibrator: &mut IkmCalibrator<T>) -> Option<RobotOutcome<T>>
         }
     };
     finite_outcome(&outcome);
-    Some(outcome)
+    Some(outcome.clone())
 }
 
 /// An upper limit of the steps that a calibration with these settings takes.

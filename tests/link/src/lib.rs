@@ -129,7 +129,7 @@ macro_rules! of_scalar {
                 fn readings_found(
                     own: &Readings,
                 ) -> Result<ObservationOutcome<$t, 36>, Refusal> {
-                    own.outcome()
+                    own.outcome().cloned()
                 }
                 fn readings_outcome(
                     outcome: &ObservationOutcome<$t, 36>,
@@ -162,7 +162,7 @@ macro_rules! of_scalar {
                 fn stream_outcome(
                     stream: &Stream,
                 ) -> Result<JointOutcome<$t>, StreamRefusal> {
-                    stream.outcome()
+                    stream.outcome().cloned()
                 }
                 fn stream_snapshot(
                     stream: &Stream,

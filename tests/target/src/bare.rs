@@ -130,7 +130,7 @@ impl Counter {
 
 /// What the free stack is painted with.
 const PAINT: u32 = 0xa5c3_5a3c;
-/// How much of it; more use than this shows as exactly this.
+/// How much of it, if there is so much; more use than this shows as exactly this.
 const PAINTED: usize = 48 * 1024;
 
 /// What this function's own callees may take while they paint and look. Work that takes less shows
@@ -145,10 +145,20 @@ pub fn stack_of(work: &mut dyn FnMut()) -> usize {
     // This function's own frame lies above.
     let pointer = cortex_m::register::msp::read() as usize & !3;
     let top = pointer - MARGIN;
-    let bottom = top - PAINTED;
+    let bottom = (top - PAINTED).max(stack_end());
     paint(bottom, top);
     work();
     pointer - lowest_changed(bottom, top)
+}
+
+#[allow(unsafe_code)] // names what the linker script defines
+fn stack_end() -> usize {
+    unsafe extern "C" {
+        static _stack_end: u8;
+    }
+    // SAFETY: its address alone is taken.
+    let end = &raw const _stack_end;
+    end as usize
 }
 
 // Both read and write the free part of the stack, which belongs to nobody: it begins below what

@@ -5,6 +5,7 @@ use super::{Outcome, Own, found};
 use crate::error::{Error, report, status_of};
 use crate::memory::{Held, HeldMut, New, Out};
 use crate::status::{self, Status};
+use core::borrow::Borrow;
 use delta_cal::Progress;
 
 /// Writes the number of samples.
@@ -63,7 +64,7 @@ pub extern "C" fn reset(mut calibrator: HeldMut<Own>) -> Status {
 #[inline(never)]
 fn put(own: &Own, outcome: &mut New<Outcome>, size: usize) -> Result<(), Error> {
     match &found(own) {
-        Ok(found) => Ok(outcome.put(size, found)?),
+        Ok(found) => Ok(outcome.put(size, Borrow::<Outcome>::borrow(found))?),
         Err(error) => Err(*error),
     }
 }

@@ -35,7 +35,7 @@ fn arm_of(outcome: &Outcome, arm: ArmIndex) -> ArmOutcome<Real> {
 }
 
 fn found(own: &Own) -> Result<Outcome, Error> {
-    let whole = &own.outcome()?;
+    let whole = own.outcome()?;
     let instruments = own.instruments();
     let (mut planes, mut points) = ([[0.0; 3]; PLANES], [[0.0; 4]; POINTS]);
     for (index, plane) in (0..).zip(&mut planes) {
@@ -321,7 +321,7 @@ pub extern "C" fn outcome_joint(
 ) -> Status {
     status_of(|| {
         // By value: the memory may be that of the outcome.
-        let found = outcome.get()?.joint;
+        let found = outcome.get()?.joint.clone();
         joint.put(size, &found)?;
         Ok(status::OK)
     })

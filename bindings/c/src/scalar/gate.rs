@@ -24,7 +24,7 @@ pub type Own = crate::kind::Gate<Real>;
 /// What it finds.
 pub type Outcome = RobotOutcome<Real>;
 
-fn found(own: &Own) -> Result<Outcome, Error> {
+fn found(own: &Own) -> Result<&Outcome, Error> {
     Ok(own.outcome()?)
 }
 

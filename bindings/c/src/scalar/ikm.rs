@@ -15,7 +15,7 @@ pub type Own = crate::kind::Ikm<Real>;
 /// What it finds.
 pub type Outcome = RobotOutcome<Real>;
 
-fn found(own: &Own) -> Result<Outcome, Error> {
+fn found(own: &Own) -> Result<&Outcome, Error> {
     Ok(own.outcome()?)
 }
 
@@ -24,7 +24,7 @@ fn robot_of(outcome: &Outcome) -> &Robot<Real> {
 }
 
 fn arm_of(outcome: &Outcome, arm: ArmIndex) -> ArmOutcome<Real> {
-    outcome.arms[arm.index()]
+    outcome.arms[arm.index()].clone()
 }
 
 #[path = "positions.rs"]

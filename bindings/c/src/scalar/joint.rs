@@ -15,7 +15,7 @@ pub type Own = crate::kind::Joint<Real>;
 /// What it finds.
 pub type Outcome = JointOutcome<Real>;
 
-fn found(own: &Own) -> Result<Outcome, Error> {
+fn found(own: &Own) -> Result<&Outcome, Error> {
     Ok(own.outcome()?)
 }
 

@@ -292,7 +292,7 @@ fn merging_is_adding_all() {
         merged.merge(&filled(noise, right)).unwrap();
         assert_same(&merged, &filled(noise, &measured), 1e-12);
         assert_eq!(merged.samples(), 30);
-        let unchanged = merged;
+        let unchanged = merged.clone();
         let other = JointFactor::new(&changed(1), &Vector3::new(0.0, 0.0, -450.0), noise);
         assert_eq!(merged.merge(&other), Err(MergeError::DifferentNominal));
         assert_eq!(merged, unchanged);
@@ -316,7 +316,7 @@ fn forgetting_multiplies_what_was_seen() {
     assert_eq!(forgotten.effective_samples().to_bits(), 11_f64.to_bits());
     // More than all, not a number: nothing is forgotten; less than nothing: everything.
     for (lambda, left) in [(1.5, 11.0), (f64::NAN, 11.0), (-1.0, 0.0)] {
-        let mut factor = forgotten;
+        let mut factor = forgotten.clone();
         factor.forget(lambda);
         assert!((factor.effective_samples() - left).abs() < 1e-12);
     }
@@ -326,7 +326,7 @@ fn forgetting_multiplies_what_was_seen() {
 fn a_faulty_sample_changes_nothing() {
     let measured = samples::<6>(&changed(3), 7);
     let mut factor = filled(noises()[2], &measured);
-    let before = factor;
+    let before = factor.clone();
     let mut spoilt = measured;
     spoilt[4].joints[1] = f64::NAN;
     assert!(factor.add(&spoilt[4]).is_err());

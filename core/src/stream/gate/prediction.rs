@@ -25,7 +25,7 @@ const LASTS: u64 = 8;
 /// minimise |T δ + b|²,   T = R ∂c/∂P and the prior's rows, reduced
 /// y = T⁻ᵀ hᵀ,   innovation = f − y·b,   its variance = 1 + y·y
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Prediction<T: Real> {
     /// Where it is linearised.
     correction: [T; 8],

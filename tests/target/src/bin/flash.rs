@@ -12,7 +12,7 @@ fn main() {
 mod firmware {
     use core::hint::black_box;
     use core::panic::PanicInfo;
-    use delta_cal::{IkmCalibrator, Progress, Refusal, Robot, RobotOutcome, Sample, Settings};
+    use delta_cal::{IkmCalibrator, Progress, Refusal, Robot, Sample, Settings};
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
@@ -27,14 +27,14 @@ mod firmware {
     type Known<'a> = (&'a Robot<f32>, &'a Settings<f32>, &'a [Sample<f32>]);
 
     /// Everything that a controller has to call.
-    fn calibrate((robot, settings, samples): Known<'_>) -> Result<RobotOutcome<f32>, Refusal> {
+    fn calibrate((robot, settings, samples): Known<'_>) -> Result<Robot<f32>, Refusal> {
         let mut calibrator = IkmCalibrator::new(robot, settings);
         for sample in samples {
             let _ = black_box(calibrator.add(sample));
         }
         calibrator.solve()?;
         while calibrator.step() == Progress::Working {}
-        calibrator.outcome()
+        Ok(calibrator.outcome()?.robot)
     }
 
     #[panic_handler]

@@ -45,8 +45,8 @@ pub(crate) fn measure(report: &mut Report<'_>) -> fmt::Result {
         transmission: None,
     };
     let settings = Settings::default().with_tolerance(tolerance());
-    let empty = Calibrator::new(&robot, &instruments, &settings).map_err(|_| fmt::Error)?;
-    let mut calibrator = empty.clone();
+    let calibrator = Calibrator::new(&robot, &instruments, &settings);
+    let mut calibrator = calibrator.map_err(|_| fmt::Error)?;
     let mut taken_in = 0;
     for (index, sample) in measured::<ROWS>(3).iter().enumerate() {
         let observation = observation(index, sample);
@@ -56,7 +56,6 @@ pub(crate) fn measure(report: &mut Report<'_>) -> fmt::Result {
     }
     report.instructions(format_args!("observations-row"), taken_in / 40)?;
 
-    let mut again = calibrator.clone();
     let (mut steps, mut longest) = (1, 0);
     let mut first = report.count(|| {
         let _ = black_box(calibrator.solve());
@@ -73,24 +72,21 @@ pub(crate) fn measure(report: &mut Report<'_>) -> fmt::Result {
         }
         steps += 1;
     }
-    let last = report.count(|| {
-        black_box(&calibrator.outcome());
-    })?;
     calibrator.outcome().map_err(|_| fmt::Error)?;
-    report.instructions(format_args!("observations"), total + last)?;
+    report.instructions(format_args!("observations"), total)?;
     report.instructions(format_args!("observations-steps"), steps)?;
     report.instructions(format_args!("observations-begin"), first)?;
     report.instructions(format_args!("observations-step"), longest)?;
-    report.instructions(format_args!("observations-end"), last)?;
     report.figure(
         format_args!("observations-calibrator"),
         size_of::<Calibrator>(),
     )?;
 
+    calibrator.stop();
     let stack = stack_of(&mut || {
-        let _ = black_box(again.solve());
-        while again.step() == Progress::Working {}
-        black_box(&again.outcome());
+        let _ = black_box(calibrator.solve());
+        while calibrator.step() == Progress::Working {}
+        let _ = black_box(calibrator.outcome());
     });
     report.figure(format_args!("observations-stack"), stack)
 }

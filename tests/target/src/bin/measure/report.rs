@@ -4,7 +4,7 @@ use core::fmt::{self, Arguments, Write};
 use core::hint::black_box;
 use core::mem::MaybeUninit;
 use delta_cal::calibration::{Calibrator, Estimator};
-use delta_cal::{Progress, Refusal, Sample, Settings};
+use delta_cal::{Progress, Sample, Settings};
 use delta_cal_target_tests::cases::Case;
 use delta_cal_target_tests::{
     Counter, measurements_of, noise, nominal, robot_near, stack_of, tolerance,
@@ -92,12 +92,11 @@ pub(crate) fn measured<const N: usize>(seed: u64) -> [Sample<f32>; N] {
     measurements_of(&truth, Some(&noise()), &mut rng)
 }
 
-/// The deepest stack over so many cases of a calibrator's calls: made, filled, solved, judged.
+/// The deepest stack over so many cases of a calibrator's calls: made, filled, solved.
 pub(crate) fn deepest<E: Estimator>(cases: u64) -> usize {
     #[inline(never)]
     fn of<E: Estimator>(
         place: &mut MaybeUninit<Calibrator<f32, E>>,
-        outcome: &mut MaybeUninit<Result<E::Outcome<f32>, Refusal>>,
         case: &Case<f32>,
     ) -> usize {
         let new = || Calibrator::new(black_box(&case.nominal), black_box(&case.settings));
@@ -112,13 +111,11 @@ pub(crate) fn deepest<E: Estimator>(cases: u64) -> usize {
             }
             let _ = black_box(calibrator.solve());
             while calibrator.step() == Progress::Working {}
+            let _ = black_box(calibrator.outcome());
         });
-        let end = stack_of(&mut || {
-            black_box(outcome.write(calibrator.outcome()));
-        });
-        create.max(solve).max(end)
+        create.max(solve)
     }
-    let (mut place, mut outcome) = (MaybeUninit::uninit(), MaybeUninit::uninit());
-    let deepest = (0..cases).map(|seed| of::<E>(&mut place, &mut outcome, &Case::draw(seed)));
+    let mut place = MaybeUninit::uninit();
+    let deepest = (0..cases).map(|seed| of::<E>(&mut place, &Case::draw(seed)));
     deepest.max().unwrap_or(0)
 }

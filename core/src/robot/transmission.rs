@@ -196,7 +196,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use super::{Transmission, by_numbers};
-    use crate::robot::{Arm, GeometryError, SymmetricRobot};
+    use crate::robot::{GeometryError, SymmetricRobot};
 
     const NUMBERS: [f64; 5] = [0.012, -0.02, 0.015, 0.006, -0.01];
 
@@ -343,7 +343,7 @@ mod tests {
     #[cfg(feature = "linear")]
     #[test]
     fn a_linear_drive_has_no_transmission() {
-        let arm = Arm::linear([140.0, 0.0, 0.0, 0.0, 0.0, 1.0, 330.0]).unwrap();
+        let arm = crate::robot::Arm::linear([140.0, 0.0, 0.0, 0.0, 0.0, 1.0, 330.0]).unwrap();
         let refused = arm.with_transmission(Transmission::new(NUMBERS).unwrap());
         assert_eq!(refused, Err(GeometryError::TransmissionTooLarge));
     }

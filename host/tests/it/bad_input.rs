@@ -5,7 +5,7 @@ use crate::support::{
     csv, exact, good_samples, noisy, nominal_arms, platform, true_arms,
 };
 
-/// The samples with one line replaced, with a text replaced wherever it stands, or as a whole.
+/// The samples with a line replaced, with a text replaced throughout, or replaced as a whole.
 fn changed(from: &str, to: &str) -> String {
     let samples = good_samples();
     match (from, from.parse::<usize>()) {
@@ -57,7 +57,7 @@ fn samples_that_are_wrong_are_named_by_line_and_column() {
         let samples = changed(&from, &to);
         let expected: Vec<_> = expected.split(" | ").collect();
         assert_fails(NOMINAL.as_bytes(), samples.as_bytes(), 3, &expected);
-        // Other line ends and a byte order mark change nothing.
+        // Windows line ends and a byte order mark make no difference.
         let windows = format!("\u{feff}{}", samples.replace('\n', "\r\n"));
         assert_fails(NOMINAL.as_bytes(), windows.as_bytes(), 3, &expected);
     }
@@ -133,7 +133,7 @@ fn measurements_that_cannot_calibrate_are_refused_with_a_remedy() {
         // The platform stays on a line near the robot's axis, or one joint does not turn.
         ("straight", posed(|q| [q[0]; 3])),
         ("stiff", posed(|q| [q[0], 20.0, q[2]])),
-        // The robot is nominal already: every change is the noise's.
+        // The robot is nominal already: any change is due to noise.
         ("already", noisy(&nominal_arms(), 12, 0.5)),
         ("rough", noisy(&arms, 30, 0.1)),
         ("one_wrong", one_wrong),
@@ -195,7 +195,7 @@ fn wrong_command_lines_and_files_that_cannot_be_read_or_written_change_nothing()
     assert_eq!(folder.read("in.csv"), "q1_deg,q2_deg,q3_deg\n0,0,0\n");
 }
 
-/// What is replaced (nothing: at the end), by what, and what the error holds.
+/// Each row: the text to replace (empty: append), its replacement, and the expected error.
 fn check_robot(robot: &str, table: &str) {
     for [from, to, expected] in cases(table) {
         let robot = match from.as_str() {

@@ -1,4 +1,4 @@
-//! The command `calibrate`: what it writes, and its exit codes. What it refuses is in `bad_input`.
+//! The command `calibrate`: its output and exit codes. Refusals are in `bad_input`.
 
 use crate::support::{
     Folder, HEADER, NOISE, NOMINAL, TOLERANCE, arms_of, csv, exact, good_samples, noisy,
@@ -31,7 +31,7 @@ fn exact_samples_give_back_the_robot() {
         .ok();
     let found = arms_of(&folder.read("out.toml"));
     let json = folder.json("out.json");
-    // Without noise the tolerance alone draws it away, by less than its own part of σ.
+    // Without noise only the tolerance biases the result, by less than its share of σ.
     for (arm, (found, truth)) in found.iter().zip(&true_arms()).enumerate() {
         for (place, (found, truth)) in found.iter().zip(truth).enumerate() {
             let sigma = number(&json, &format!("arms/{arm}/parameters/{place}/sigma"));
@@ -41,7 +41,7 @@ fn exact_samples_give_back_the_robot() {
             );
         }
     }
-    // The result is a robot file again, which the same samples do not change.
+    // The output is itself a robot file, and calibrating it with the same samples changes nothing.
     let again = folder.run("calibrate out.toml samples.csv").ok().stdout;
     assert!(again.contains("do not change the robot"), "{again}");
 }
@@ -105,7 +105,7 @@ fn without_tolerance_and_noise_five_samples_are_refused_and_thirty_are_not() {
     assert_eq!(few.code, 1, "{}", few.stdout);
     let json = json(&of(30), "robot.toml samples.csv");
     assert_eq!(json["noise"][0]["verdict"], "estimated");
-    // Uniform within ±0.02 mm: σ is 0.0115 mm; of 66 degrees of freedom it is known to 9 %.
+    // Uniform within ±0.02 mm: σ is 0.0115 mm; with 66 degrees of freedom it is known to 9 %.
     let sigma = number(&json, "noise/0/sigma_mm");
     assert!((0.0085..0.0148).contains(&sigma), "{sigma}");
     assert!(number(&json, "noise/0/degrees_of_freedom") > 60.0);
@@ -143,12 +143,12 @@ fn copies_count_once_and_repeats_show_the_repeatability() {
         found.unwrap_or_else(|| panic!("{kind}: {json}"))
     };
     assert_eq!(of("copies")["lines"][0], 22);
-    // √(0.015²/2 / 3): one difference among the three coordinates of one repeated pose.
+    // √(0.015²/2 / 3): one difference in one of the three coordinates of one repeated pose.
     let sigma = number(of("repeatability"), "sigma_mm");
     assert!((sigma - 0.015 / 6.0_f64.sqrt()).abs() < 1e-6, "{sigma}");
 }
 
-/// Rows of a camera, each without z, and others of a gauge, with z alone.
+/// Some rows from a camera, without z, and others from a gauge, with z alone.
 #[test]
 fn blanks_that_whole_groups_of_rows_have_are_meant() {
     let mut text = HEADER.to_owned();

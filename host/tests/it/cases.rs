@@ -1,5 +1,5 @@
-//! Files as users and instruments wrote them: `tests/cases` has a folder for each. Its `case.txt` has, below each command, the
-//! exit code, what is said (`+`), and what is not (`-`). A folder with the name of an example has the example's files, too.
+//! Files as users and instruments wrote them, a folder each in `tests/cases`. `case.txt` gives, below each command, the
+//! exit code, expected (`+`) and forbidden (`-`) output. A folder named after an example also has the example's files.
 
 use crate::support::Folder;
 use std::path::Path;
@@ -17,7 +17,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// Runs a command of a case, given with its expectations.
+/// Runs a command of a case and checks its expectations.
 fn check(folder: &Path, name: &str, command: &str, expected: &[&str]) {
     let own = Folder::new();
     let example = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -28,7 +28,7 @@ fn check(folder: &Path, name: &str, command: &str, expected: &[&str]) {
     }
     copy(folder, &own.path("."));
     let run = own.run(command);
-    // In one line, however it was wrapped.
+    // Joined into one line, to undo wrapping.
     let all = format!("{} {}", run.stdout, run.stderr);
     let text = all.split('\n').map(str::trim).collect::<Vec<_>>().join(" ");
     for line in expected {

@@ -1,4 +1,4 @@
-//! Errors that the model cannot represent: how often they are found and named, and how often where there are none.
+//! Errors that the model cannot represent: detection rate, correct naming, and false alarms.
 
 use crate::support::simulated::somewhere;
 use delta_cal::frame::RigidTransform;
@@ -10,10 +10,10 @@ use delta_cal_tests::geometries::geometries;
 use delta_cal_tests::{Spread, generator, paper_limits, perturbed};
 use nalgebra::Vector3;
 
-/// One σ of each coordinate, mm, and of each joint angle, degrees.
+/// Standard uncertainty of each coordinate, mm, and of each joint angle, degrees.
 const NOISE: (f64, f64) = (0.02, 0.002);
 
-/// What is wrong with a robot; of a joint's error also which joint.
+/// A robot's fault; joint errors concern one joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Fault {
     Nothing,
@@ -22,15 +22,15 @@ enum Fault {
     Gear(f64),
     /// Degrees.
     TwiceATurn(f64),
-    /// Degrees, to either side.
+    /// Degrees in either direction.
     Backlash(f64),
-    /// At 300 mm for an upper arm of 260 mm, in proportion for others; mm.
+    /// mm at a radius of 300 mm for an upper arm of 260 mm; scales with the robot.
     Sag(f64),
-    /// From the first row to the last, along x; mm.
+    /// mm along x, from the first row to the last.
     Drift(f64),
 }
 
-/// A robot, and what it does with the joint angles that it reports.
+/// A robot and the effect of its fault on reported joint angles.
 struct Faulty {
     truth: Robot<f64>,
     fault: Fault,
@@ -40,7 +40,7 @@ struct Faulty {
 }
 
 impl Faulty {
-    /// The positions of reported joint angles; `None` out of reach.
+    /// The position at reported joint angles; `None` if out of reach.
     fn position(&self, reported: &[f64; 3], directions: &[f64; 3]) -> Option<Vector3<f64>> {
         let mut joints = *reported;
         let q = joints[self.joint];
@@ -60,10 +60,10 @@ impl Faulty {
     }
 }
 
-/// What a simulated calibration begins with.
+/// The setting of a simulated calibration.
 #[derive(Debug, Clone, Copy)]
 struct Setting {
-    /// One of [`geometries`], of which the first six have three arms that are alike.
+    /// Index into [`geometries`]; the first six have three identical arms.
     geometry: usize,
     rows: usize,
     noise_stated: bool,
@@ -77,7 +77,7 @@ struct Simulated {
     faulty: Faulty,
 }
 
-/// A robot made to a tolerance of 0.5 mm and 0.2°, measured at random poses in random order.
+/// A robot drawn from a tolerance of 0.5 mm and 0.2°, measured at random poses in random order.
 fn simulate(setting: &Setting, fault: Fault, campaign: u64, seed: u64) -> Simulated {
     let mut rng = generator(campaign, seed);
     let (_, nominal) = geometries()[setting.geometry];
@@ -143,7 +143,7 @@ fn calibrated(simulated: &Simulated, setting: &Setting) -> Option<Report> {
     calibrate(&simulated.robot, &simulated.readings, &options).ok()
 }
 
-/// 0.3 % of the files is what the tests allow; of 192 files three are exceeded less than once in 300 runs of other seeds.
+/// The tests allow 0.3 % false alarms; more than three in 192 files occur less than once in 300 seeds.
 #[test]
 fn files_without_a_cause_have_none_found() {
     let (mut tested, mut alarms) = (0, 0);
@@ -170,7 +170,7 @@ fn files_without_a_cause_have_none_found() {
     assert!(alarms <= 3, "{alarms} of {tested}");
 }
 
-/// Faults of some five times the noise, in both frames: named, or said to be as likely as what is named.
+/// Faults of about five times the noise, in both frames: named, or listed as an equally likely alternative.
 #[test]
 fn faults_are_named_with_their_arm() {
     let of_a_joint = true;
@@ -193,7 +193,7 @@ fn faults_are_named_with_their_arm() {
                 in_sensor_frame: seed % 4 == 3,
             };
             let simulated = simulate(&setting, fault, 301, seed as u64);
-            // A refusal because the residuals contradict the noise is right as well.
+            // Refusing because the residuals contradict the noise is also correct.
             let Some(report) = calibrated(&simulated, &setting) else {
                 named += 1;
                 continue;
@@ -213,7 +213,7 @@ fn faults_are_named_with_their_arm() {
     }
 }
 
-/// Forearms of the file that are 1.2 % too long: the robot can be so, and a scale of the instrument is not named in its place.
+/// The file's forearms are 1.2 % too long: the robot can have such forearms, so no scale error is reported instead.
 #[test]
 fn a_wrong_length_of_the_file_is_no_cause() {
     let mut accepted = 0;

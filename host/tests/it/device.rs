@@ -1,4 +1,4 @@
-//! `delta-cal device` against the firmware's controller in this process, behind a TCP port, and against wrong input.
+//! `delta-cal device` with the firmware's controller in this process, behind a TCP port, and with invalid input.
 
 use crate::support::{
     Folder, HEADER, NOMINAL, Run, TOLERANCE, TOWERS, arms_of, assert_refused, csv, exact, noisy,
@@ -22,8 +22,8 @@ impl Timer for Still {
     }
 }
 
-/// A controller at a TCP port that serves one command after the other and keeps its state. If it hangs up
-/// it closes the link once, without an answer, when it has changed its parameters.
+/// A controller at a TCP port that serves one command after another and keeps its state. With `hangs_up` it closes the
+/// link once, instead of answering, after it has changed its parameters.
 pub(crate) fn controller<T: Number>(mut hangs_up: bool) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = format!("tcp:{}", listener.local_addr().unwrap());
@@ -82,7 +82,7 @@ fn robot() -> String {
     format!("{NOMINAL}{TOLERANCE}{NOISE}")
 }
 
-/// A folder with the controller's robot and good samples of another one.
+/// A folder with the controller's robot and good samples of a different robot.
 fn folder() -> Folder {
     let folder = Folder::new();
     folder.write("robot.toml", robot());
@@ -115,13 +115,13 @@ fn calibrates_applies_and_reverts() {
 
     let report = json(&folder, &port, "calibrate robot.toml samples.csv --apply");
     assert_eq!(report["applied"], true);
-    // This computer's report of the same files, and what single precision makes of it.
+    // This computer's report on the same files, which differs only by single-precision rounding.
     let here = folder.run("calibrate robot.toml samples.csv --output out.toml --json -");
     assert_eq!(report["calibration"]["arms"], here.ok().json()["arms"]);
     let difference = report["difference_mm"].as_f64().unwrap();
     assert!((1e-7..1e-3).contains(&difference), "{difference}");
 
-    // What the controller uses is what it reported, and near what was calibrated here.
+    // The controller uses what it reported, which is close to the calibration done here.
     run(&folder, &port, "parameters robot.toml --output now.toml").ok();
     let [now, out] = ["now.toml", "out.toml"].map(|name| arms_of(&folder.read(name)));
     for (now, out) in now.iter().flatten().zip(out.iter().flatten()) {
@@ -140,7 +140,7 @@ fn calibrates_applies_and_reverts() {
         parameters["fingerprint"],
         parameters["device"]["nominal_fingerprint"]
     );
-    // Given again it changes nothing: what was rejected does not come back.
+    // Repeating the command changes nothing: rejected parameters do not return.
     for again in ["revert", "revert --nominal"] {
         let unchanged = run(&folder, &port, again).ok().stdout;
         assert!(unchanged.contains("in use: nominal"), "{unchanged}");
@@ -166,7 +166,7 @@ fn applies_a_robot_that_was_calibrated_here_and_works_with_its_own_robot_file() 
         assert!((now - calibrated).abs() < 1e-4, "{now} {calibrated}");
     }
 
-    // With gears that are not exact.
+    // Inexact gears.
     let gears = "transmission_gain = 0.0008\ntransmission_sin2_deg = -0.02\n";
     let with_gears = robot_toml(&true_arms()).replace("[[arm]]\n", &format!("[[arm]]\n{gears}"));
     folder.write("gears.toml", with_gears);
@@ -192,7 +192,7 @@ fn applies_a_robot_that_was_calibrated_here_and_works_with_its_own_robot_file() 
 
 const APPLY: &str = "calibrate robot.toml samples.csv --apply";
 
-/// The result is in use, unknown to the command that was cut off, and the next command does no harm.
+/// The result is in use although the interrupted command did not learn it, and the next command does no harm.
 fn find_out(folder: &Folder, port: &str) {
     let status = run(folder, port, "status").ok().stdout;
     let solved = "solved from 40 samples; the result is in use";
@@ -253,7 +253,7 @@ fn refusals_change_nothing_and_say_why() {
     assert_refused(&folder, &command, table);
     let status = json(&folder, &port, "status");
     assert_eq!(status["origin"], "nominal");
-    // Nothing was sent that this computer refuses.
+    // Nothing that this computer refuses was sent.
     assert_eq!(status["phase"], "none since the start");
     assert_eq!(status["control_loop"]["switches"], 0);
 }
@@ -283,7 +283,7 @@ fn a_peer_that_is_no_controller_is_reported() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = format!("tcp:{}", listener.local_addr().unwrap());
     std::thread::spawn(move || {
-        // One that sends back what it gets, and one that closes.
+        // One peer that echoes, and one that closes the connection.
         let (mut echo, _) = listener.accept().unwrap();
         let mut buffer = [0; 64];
         while let Ok(count @ 1..) = echo.read(&mut buffer) {

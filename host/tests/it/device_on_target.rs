@@ -1,5 +1,5 @@
-//! `delta-cal device` with the firmware on an emulated Cortex-M4F and Cortex-M7: QEMU and the bare
-//! Rust target are needed.
+//! `delta-cal device` with the firmware on an emulated Cortex-M4F and Cortex-M7. Needs QEMU and the bare-metal Rust
+//! target.
 
 use crate::device::controller;
 use crate::support::arms_of;
@@ -20,18 +20,18 @@ const TARGET: &str = "thumbv7em-none-eabihf";
 const M4: &str = "mps2-an386";
 const M7: &str = "mps2-an500";
 
-/// Says in one line that a test was skipped, if it cannot run here.
+/// Whether the test can run here; if not, prints in one line that it was skipped.
 fn can_run() -> bool {
     delta_cal_verify::have(&["qemu-system-arm", TARGET])
 }
 
-/// The firmware as `firmware-example/README.md` builds it; in `f64` if `double`. Built once: Cargo puts a program that
-/// is up to date in its place anew, and an emulator that starts at that moment finds none.
+/// The firmware as `firmware-example/README.md` builds it, in `f64` if `double`. Built only once: Cargo rewrites even
+/// an up-to-date program, and an emulator that starts at that moment would not find it.
 fn firmware(double: bool) -> PathBuf {
     static BUILT: [OnceLock<PathBuf>; 2] = [const { OnceLock::new() }; 2];
     let built = || {
         let target = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../target"));
-        // A folder of its own: another test may be about to load the other program.
+        // A separate folder: another test may be about to load the other program.
         let (folder, features) = if double {
             (target.join("double"), "double")
         } else {
@@ -50,12 +50,12 @@ fn free_port() -> String {
     listener.local_addr().unwrap().to_string()
 }
 
-/// A board that is switched on; off when it is dropped.
+/// A running board, switched off when dropped.
 struct Board {
     qemu: Child,
     serial: String,
     monitor: String,
-    /// Nanoseconds that an instruction takes.
+    /// Duration of an instruction, ns.
     instruction: f64,
 }
 
@@ -67,7 +67,7 @@ impl Drop for Board {
 }
 
 impl Board {
-    /// In `f64`, which the M4 computes by software, the loop keeps its pace with faster instructions.
+    /// In `f64`, which the M4 computes in software, the loop needs faster instructions to keep pace.
     fn start(machine: &str, firmware: &Path, double: bool) -> Self {
         let (serial, monitor) = (free_port(), free_port());
         let shift = if double { 3 } else { 6 };
@@ -93,7 +93,7 @@ impl Board {
             monitor,
             instruction: f64::from(1 << shift),
         };
-        // The monitor listens before the serial port does, and answers once the board runs.
+        // The monitor port opens before the serial port and answers as soon as the board runs.
         let mut monitor = connected(&board.monitor);
         monitor.read_exact(&mut [0]).unwrap();
         board
@@ -107,8 +107,8 @@ impl Board {
         json(&format!("tcp:{}", self.serial), arguments)
     }
 
-    /// The loop turned all the time while the controller calibrated. A turn is one inverse, at most 1,200 instructions
-    /// by the budget, and a point of the path; the change to new parameters, which takes two, comes afterwards.
+    /// The loop kept running while the controller calibrated. A turn is one inverse, with a budget of 1,200
+    /// instructions, and a point of the path; switching to new parameters, which takes two inverses, comes afterwards.
     fn turned_in_time(&self, report: &Value) {
         let control = &report["control_loop"];
         assert!(control["turns"].as_u64().unwrap() > 100, "{control}");
@@ -119,7 +119,7 @@ impl Board {
         assert!((100.0..1500.0).contains(&instructions), "{instructions}");
     }
 
-    /// Switched off: what is in its flash, which is memory of the emulator.
+    /// Switches the board off and returns its flash, which is the emulator's memory.
     fn flash(mut self, firmware: &Path) -> Vec<u8> {
         let folder = TempDir::new().unwrap();
         let file = folder.path().join("flash");
@@ -136,7 +136,7 @@ impl Board {
     }
 }
 
-/// What the command prints.
+/// The output of the command.
 fn device(port: &str, arguments: &[&str]) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_delta-cal"))
         .args(["device", "--port", port])
@@ -166,14 +166,14 @@ fn connected(address: &str) -> TcpStream {
     }
 }
 
-/// Address and size of what a reset leaves as it is.
+/// Address and size of the memory that a reset preserves.
 fn flash_of(program: &[u8]) -> (u64, u64) {
     let elf = object::File::parse(program).unwrap();
     let section = elf.section_by_name(".uninit").unwrap();
     (section.address(), section.size())
 }
 
-/// A copy of a firmware with this in its flash, as a board is programmed with both.
+/// A copy of a firmware with this flash content, as when a board is programmed with both.
 fn programmed(firmware: &Path, flash: &[u8]) -> tempfile::NamedTempFile {
     let mut program = std::fs::read(firmware).unwrap();
     let (address, _) = flash_of(&program);
@@ -192,7 +192,7 @@ fn programmed(firmware: &Path, flash: &[u8]) -> tempfile::NamedTempFile {
         header.p_type.get(LittleEndian) == PT_LOAD && (first..first + length).contains(&address)
     });
     let header = header.unwrap();
-    // Everything before the flash is cleared at the start anyway: it had nothing in the file.
+    // Memory before the flash is cleared at startup, so it has no bytes in the file.
     assert_eq!(header.p_filesz.get(LittleEndian), 0);
     let before = address - u64::from(header.p_vaddr.get(LittleEndian));
     let length = header.p_memsz.get(LittleEndian);
@@ -224,7 +224,7 @@ fn calibrates_while_its_loop_runs_and_keeps_the_result() {
     let calibrated = arms_of(&board.ok(&["parameters"]));
     let flash = board.flash(&firmware);
 
-    // Off and on.
+    // Power off and on.
     let on = programmed(&firmware, &flash);
     let board = Board::start(M4, on.path(), false);
     let status = board.json(&["status"]);
@@ -235,7 +235,7 @@ fn calibrates_while_its_loop_runs_and_keeps_the_result() {
     assert_eq!(board.json(&["status"])["origin"], "nominal");
 }
 
-/// In single and in double precision, with a control loop beside it.
+/// Single and double precision, with a control loop running.
 #[test]
 fn the_controllers_parameters_have_the_bits_of_this_computers() {
     if !can_run() {

@@ -1,4 +1,4 @@
-//! Files that cannot be right as a whole: what is injected is what is named, and nothing else is.
+//! Files with a fault that affects the whole file: exactly the injected fault is named.
 
 use crate::support::cases;
 use delta_cal::robot::Arm;
@@ -10,12 +10,12 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use std::fmt::Write;
 
-/// Every length off by up to `length` mm and every angle by up to `degrees`.
+/// Changes every length by up to `length` mm and every angle by up to `degrees`.
 fn perturbed(robot: &Robot<f64>, length: f64, degrees: f64, rng: &mut Pcg32) -> Robot<f64> {
     delta_cal_tests::perturbed(robot, length, degrees.to_radians(), Spread::Uniform, rng)
 }
 
-/// One run: a robot file, measurements in mm and degrees as they are written, and the header.
+/// A robot file, measurements in mm and degrees, and the header under which they are written.
 struct Case {
     file: Robot<f64>,
     rows: Vec<([f64; 3], Vector3<f64>)>,
@@ -23,7 +23,7 @@ struct Case {
     lengths: &'static str,
     options: Options,
     tolerance: bool,
-    /// The stated σ of the positions.
+    /// The stated standard uncertainty of positions.
     noise: Option<f64>,
 }
 
@@ -38,7 +38,7 @@ impl Case {
         }
     }
 
-    /// All that is said of the file as a whole; none if nothing is.
+    /// The diagnosis of the whole file, if there is one.
     fn diagnosis(&self) -> Option<String> {
         let (q, l) = (self.angles, self.lengths);
         let mut text = format!("q1_{q},q2_{q},q3_{q},x_{l},y_{l},z_{l}\n");
@@ -59,7 +59,7 @@ impl Case {
     }
 }
 
-/// Every way to calibrate, one after the other.
+/// A case; successive robots run through all calibration settings.
 fn case(robot: u64, frame: Option<Frame>) -> (Case, Pcg32) {
     let mut rng = Pcg32::seed_from_u64(0xd1a6 ^ (robot << 20));
     let file = paper_robot();
@@ -100,7 +100,7 @@ fn case(robot: u64, frame: Option<Frame>) -> (Case, Pcg32) {
 
 type Change = fn(&mut Case, &mut Pcg32);
 
-/// With another arm in one place.
+/// A robot with one arm changed.
 fn changed(robot: &Robot<f64>, arm: usize, change: impl Fn(&mut [f64; 8])) -> Robot<f64> {
     let mut arms = *robot.arms();
     let mut parameters = arms[arm].parameters();
@@ -121,7 +121,7 @@ fn positions(case: &mut Case, change: impl Fn(&mut Vector3<f64>)) {
     }
 }
 
-/// A fault, the frame in which it shows if there is but one, and what must be said of it.
+/// A fault, the frame in which it shows if only one, and the expected diagnosis.
 const FAULTS: &str = "
     q1 and q2 exchanged ⇒ ⇒ q1_deg and q2_deg, or arm 1 and arm 2, are exchanged
     q1, q2, q3 in turn ⇒ base ⇒ joints 1, 2, 3 are in q3_deg, q1_deg and q2_deg
@@ -163,7 +163,7 @@ fn spoil(case: &mut Case, fault: &str) {
         "tracker's frame" => case.options.frame = Frame::Base,
         "one joint in radians" => joints(case, |q| q[2] = q[2].to_radians()),
         "lengths of two arms" => {
-            // The true robot has the longer parts in arm 2, the file in arm 3.
+            // The true robot has the longer parts in arm 2, the file has them in arm 3.
             let longer = |robot: &Robot<f64>, arm| {
                 changed(robot, arm, |parameters| {
                     parameters[5] += 6.0;
@@ -190,7 +190,7 @@ fn spoil(case: &mut Case, fault: &str) {
     }
 }
 
-/// Positions that stand so many rows above their joints.
+/// Moves positions this many rows up from their joints.
 fn moved_up(case: &mut Case, by: usize) {
     let positions: Vec<_> = case.rows.iter().map(|(_, x)| *x).collect();
     for (index, (_, x)) in case.rows.iter_mut().enumerate() {
@@ -198,7 +198,7 @@ fn moved_up(case: &mut Case, by: usize) {
     }
 }
 
-/// Files that are right, right as a whole with wrong rows or a wrong robot, or wrong beyond explanation.
+/// Correct files, files with only some wrong rows or a wrong robot, and files wrong beyond explanation.
 const OTHERS: &[(&str, Change)] = &[
     ("one sample off by 5 mm", |case, rng| {
         let index = rng.next_u32() as usize % case.rows.len();
@@ -242,12 +242,12 @@ const OTHERS: &[(&str, Change)] = &[
     ("nothing", |_, _| {}),
 ];
 
-/// Robots with every way to calibrate: numbers of samples, frames, with and without a tolerance and a noise.
+/// Number of robots, enough for every combination of sample count, frame, and tolerance and noise stated or not.
 const ROBOTS: u64 = 240;
-/// For each fault.
+/// Robots per fault.
 const SOME: u64 = 12;
 
-/// The robots `0, 7, 14, …`: few of them still meet every way to calibrate; the next fault gets the next ones.
+/// The robots `0, 7, 14, …`, so that a few of them still cover all settings; the next fault gets the next robots.
 fn robots(fault: usize) -> impl Iterator<Item = u64> {
     let first = SOME * fault as u64;
     (first..first + SOME).map(|index| 7 * index % ROBOTS)

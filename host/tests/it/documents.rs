@@ -1,4 +1,4 @@
-//! What the documents show of the command is what it prints.
+//! The documentation shows what the commands really print.
 
 #![cfg(unix)]
 
@@ -25,7 +25,7 @@ fn pages() -> Vec<(String, String)> {
         .collect()
 }
 
-/// The contents of the fenced blocks of a kind.
+/// The contents of the fenced blocks of one kind.
 fn blocks<'a>(page: &'a str, kind: &str) -> Vec<&'a str> {
     let opening = format!("```{kind}\n");
     let mut blocks = Vec::new();
@@ -39,8 +39,7 @@ fn words(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// A folder as the documents assume it: the robot file of the README, measurements, the repository's
-/// examples.
+/// A folder as the documentation assumes it: the README's robot file, measurements, and the repository's examples.
 fn folder(readme: &str) -> Folder {
     let folder = Folder::new();
     folder.write("robot.toml", blocks(readme, "toml")[0]);
@@ -49,7 +48,7 @@ fn folder(readme: &str) -> Folder {
     folder
 }
 
-/// The standard output and then the standard error of the commands.
+/// The standard output of the commands, followed by their standard error.
 fn printed(folder: &Folder, commands: &str) -> String {
     let program = Path::new(env!("CARGO_BIN_EXE_delta-cal"));
     let path = std::env::var("PATH").unwrap();
@@ -65,8 +64,8 @@ fn printed(folder: &Folder, commands: &str) -> String {
     text
 }
 
-/// Every `console` block: its commands print what stands below them, `…` standing for anything, and
-/// however the lines are broken.
+/// The commands in every `console` block print what follows them there; `…` matches anything and line breaks do not
+/// matter.
 #[test]
 fn documents_show_what_the_commands_print() {
     let readme = std::fs::read_to_string(root().join("README.md")).unwrap();

@@ -1,5 +1,5 @@
-//! `delta-cal export`: the lines that it writes, read again and computed by kinematics that are written here
-//! from each controller's equations, lose what the command states.
+//! `delta-cal export`: its output is read back and evaluated with kinematics written here from each controller's
+//! equations; the loss must be the one the command states.
 
 mod controllers;
 pub(crate) mod klipper;

@@ -1,4 +1,4 @@
-//! What a new user meets: the help of every command, the template of a robot file, completions.
+//! A new user's first contact: the help of every command, the robot file template, completions.
 
 use crate::support::{Folder, KEYS, NOMINAL, TOLERANCE, TOWERS};
 use delta_cal_host::{InputText, RobotFile};
@@ -14,7 +14,7 @@ fn help(command: &str, columns: usize) -> String {
     String::from_utf8(run.stdout).unwrap()
 }
 
-/// The commands that a help lists, each with what it is below.
+/// The commands listed in the help of `above`, with their full names.
 fn listed(above: &str) -> Vec<String> {
     let text = help(above, 100);
     let (_, list) = text.split_once("Commands:\n").unwrap_or_default();
@@ -26,7 +26,7 @@ fn listed(above: &str) -> Vec<String> {
         .collect()
 }
 
-/// Examples and exit codes keep their lines in a narrow terminal; prose is wrapped where it ends.
+/// Examples and exit codes keep their lines in a narrow terminal; prose is wrapped at its width.
 #[test]
 fn every_command_has_examples_and_a_short_help_that_fits_the_terminal() {
     let mut commands = listed("");
@@ -60,7 +60,7 @@ fn read(text: &str) -> RobotFile {
     RobotFile::read(&InputText::new("robot.toml", text)).unwrap()
 }
 
-/// The template with the keys in its comments, but for the arms in place of `[nominal]`.
+/// The template with all commented-out keys enabled, except the arms, which would replace `[nominal]`.
 fn whole(template: &str) -> String {
     let (_, rest) = template.split_once("[nominal]").unwrap();
     let (nominal, rest) = rest.split_once("# In place of").unwrap();
@@ -86,7 +86,7 @@ fn the_template_is_a_robot_file_with_every_key() {
         assert_eq!(full.instruments.points.len(), 1);
         assert!(full.instruments.target.is_some() && full.record.date.is_some());
 
-        // What the help names as the next step works.
+        // The next step that the help names works.
         folder
             .run("plan robot.toml --count 12 --output poses.csv")
             .ok();

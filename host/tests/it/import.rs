@@ -1,5 +1,5 @@
-//! `delta-cal import` and `delta-cal calibrate`: configurations made of the numbers of ten printers, and kinematics
-//! that are written from Klipper's source.
+//! `delta-cal import` and `delta-cal calibrate`: configurations with the figures of ten printers, and kinematics
+//! written from Klipper's source.
 
 mod agreement;
 mod assessed;
@@ -11,7 +11,7 @@ mod refusals;
 
 use crate::support::Folder;
 
-/// The command that a report says to run next does its work.
+/// Runs the command that a report suggests next.
 pub(crate) fn run_next(folder: &Folder, printed: &str) {
     let mut lines = printed.lines();
     let next = lines.find_map(|line| line.strip_prefix("Next: delta-cal "));

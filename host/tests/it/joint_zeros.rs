@@ -1,5 +1,5 @@
-//! Robots whose joint zeros are known by degrees alone, while their lengths are as drawn: `[tolerance] zero_deg`, and what is
-//! said where it is not stated.
+//! Robots whose joint zeros are known only to degrees although their lengths are as drawn: `[tolerance] zero_deg`, and
+//! the message if it is not stated.
 
 use crate::support::simulated::{Instrument, file_of, readings};
 use crate::support::{Arm, Folder, NOISE, NOMINAL, arms_of, csv, noisy, true_arms};
@@ -10,19 +10,19 @@ use delta_cal_host::{Options, calibrate};
 use delta_cal_tests::generator;
 use delta_cal_tests::geometries::geometries;
 
-/// Degrees by which an upper arm of these components hangs up where its joint reads 0.
+/// The angle, degrees, of an upper arm with these components when its joint reads 0.
 fn zero(la_x: f64, la_y: f64) -> f64 {
     la_y.atan2(la_x).to_degrees()
 }
 
-/// Components of an upper arm that hangs up by so many degrees more.
+/// The components of an upper arm turned by `by` degrees.
 fn turned([la_x, la_y]: [f64; 2], by: f64) -> [f64; 2] {
     let (sine, cosine) = (zero(la_x, la_y) + by).to_radians().sin_cos();
     [cosine, sine].map(|part| la_x.hypot(la_y) * part)
 }
 
-/// By every method, also by the robust one, and in plans; what is written reads back. With a tolerance that they are far
-/// beyond the refusal names them.
+/// All methods, the robust fit and plans support it, and output files read back. With a tolerance that the zeros exceed
+/// by far, the refusal names them.
 #[test]
 fn every_method_takes_the_tolerance_of_joint_zeros() {
     let mut made: [Arm; 3] = true_arms();
@@ -46,7 +46,7 @@ fn every_method_takes_the_tolerance_of_joint_zeros() {
         let file = folder.read("out.toml");
         assert!(file.contains("zero_deg = 8"), "{file}");
         for (found, truth) in arms_of(&file).iter().zip(&made) {
-            // One σ is 0.02 degrees with the base's frame given, and 0.1 without it.
+            // σ is 0.02° if the base frame is given, and 0.1° otherwise.
             let off = (zero(found[5], found[6]) - zero(truth[5], truth[6])).abs();
             assert!(off < 0.4, "{method}: {off}");
         }
@@ -57,7 +57,7 @@ fn every_method_takes_the_tolerance_of_joint_zeros() {
     assert!(strict.stderr.contains("joint zero"), "{}", strict.stderr);
 }
 
-/// The number behind a word.
+/// The number after a word.
 fn behind(text: &str, word: &str) -> f64 {
     let (_, rest) = text
         .split_once(word)
@@ -69,7 +69,7 @@ fn behind(text: &str, word: &str) -> f64 {
 #[test]
 fn joint_zeros_that_nobody_stated_are_named_with_their_size() {
     let zeros = [-10.0, -9.4, -6.3];
-    // The paper's, a platform that is larger than the base, and a tiny one.
+    // The paper's robot, one with a platform larger than the base, and a tiny one.
     for index in [0, 3, 5] {
         let (name, nominal) = geometries()[index];
         let mut file = file_of(&nominal, [-40.0, 60.0].map(f64::to_radians), true);
@@ -96,7 +96,7 @@ fn joint_zeros_that_nobody_stated_are_named_with_their_size() {
             assert!(remedy.contains(word), "{remedy}");
         }
 
-        // Stated, they are found.
+        // If stated, they are found.
         let stated = file.tolerance.unwrap().with_joint_zero(6_f64.to_radians());
         file.tolerance = Some(stated.unwrap());
         let report = calibrate(&file, &positions, &Options::default()).unwrap();

@@ -12,7 +12,7 @@ fn folder() -> Folder {
 
 #[test]
 fn forward_agrees_with_the_published_positions_of_a_robot() {
-    // The Delta of the Trossen forum: arms at −90°, 30°, 150°.
+    // The Delta from the Trossen forum: arms at −90°, 30°, 150°.
     let radius = (457.3 - 115.0) / (2.0 * 3f64.sqrt());
     let arms = [-90.0, 30.0, 150.0_f64].map(|theta| {
         let (sin, cos) = theta.to_radians().sin_cos();
@@ -44,7 +44,7 @@ fn forward_agrees_with_the_published_positions_of_a_robot() {
 fn a_whole_samples_file_is_computed_from_its_angles_or_from_its_positions() {
     let samples = exact(&nominal_arms(), 25);
     let folder = folder();
-    // What is not needed is not looked at.
+    // Columns that are not needed are ignored.
     let without_positions: Vec<_> = samples.iter().map(|(q, _)| (*q, [1.0, 2.0, 3.0])).collect();
     let without_angles: Vec<_> = samples.iter().map(|(_, x)| ([1000.0; 3], *x)).collect();
     folder.write("angles.csv", csv(&without_positions));
@@ -81,8 +81,8 @@ fn travels_are_written_in_the_unit_of_the_robot_file() {
 
 #[test]
 fn a_row_without_solution_is_named_and_nothing_is_written() {
-    // At 0° the elbows are 424 mm from the robot's axis, further than forearms of 300 mm reach.
-    // Straight below the first motor, 260 + 480 = 740 mm away, its arm is stretched.
+    // At 0° the elbows are 424 mm from the robot's axis, out of reach of forearms of 300 mm. Straight below the first
+    // motor, 260 + 480 = 740 mm away, its arm is fully stretched.
     let short = NOMINAL.replace("forearm_mm = 480", "forearm_mm = 300");
     let wide = NOMINAL.replace("= -60", "= -180").replace("= 90", "= 180");
     let table = "

@@ -1,4 +1,4 @@
-//! The kinematics component of LinuxCNC, compiled by LinuxCNC's compiler and asked by LinuxCNC's motion controller.
+//! The LinuxCNC kinematics component, compiled by LinuxCNC's compiler and run by its motion controller.
 
 #![cfg(target_os = "linux")]
 
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::sync::{Mutex, PoisonError};
 
-/// One machine runs one LinuxCNC.
+/// Only one LinuxCNC can run on a machine.
 static ALONE: Mutex<()> = Mutex::new(());
 
 fn manifest(path: &str) -> PathBuf {
@@ -20,7 +20,7 @@ fn component() -> PathBuf {
     manifest("../bindings/c/linuxcnc")
 }
 
-/// Private mounts, shared memory and processes; for a user who is not root, in a namespace in which he is.
+/// Runs with private mounts, shared memory and processes; without root, in a namespace in which the user is root.
 fn private() -> Command {
     let mut command = Command::new("unshare");
     let uid = Command::new("id").arg("-u").output().unwrap().stdout;
@@ -43,7 +43,7 @@ fn missing() -> Option<String> {
     if !found("halcompile") || !found("linuxcnc") {
         return Some("the Debian package linuxcnc-uspace-dev is not installed".to_owned());
     }
-    // Inside, as private.sh does, another user.
+    // Tries to become another user inside, as private.sh does.
     let tried = private()
         .args("unshare --user --map-user=1000 true".split_ascii_whitespace())
         .output();
@@ -62,14 +62,14 @@ fn text(output: &Output) -> String {
     String::from_utf8_lossy(&both).into_owned()
 }
 
-/// What LinuxCNC printed, and the rows that the display wrote: joint angles (degrees) and position, or `None` where
-/// LinuxCNC refused.
+/// LinuxCNC's output and the rows written by the display: joint angles (degrees) and position, or `None` where LinuxCNC
+/// refused.
 struct Driven {
     pub(crate) printed: String,
     pub(crate) rows: Vec<Option<(Point, Point)>>,
 }
 
-/// Runs the machine of `bindings/c/linuxcnc/sim` in a folder that holds its `robot.hal` and whatever else the display reads.
+/// Runs the machine of `bindings/c/linuxcnc/sim` in a folder with `robot.hal` and the display's other input files.
 fn drive(folder: &Folder, display: &str, change: impl Fn(String) -> String) -> Driven {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let build = Path::new(env!("CARGO_TARGET_TMPDIR")).join("linuxcnc");
@@ -117,9 +117,9 @@ fn drive(folder: &Folder, display: &str, change: impl Fn(String) -> String) -> D
     Driven { printed, rows }
 }
 
-/// Of joint angles, radians; a pin has 1e-9 mm and degrees, which are 1e-11 of these robots' arms.
+/// Tolerance of joint angles, radians: pins resolve 1e-9 mm and degrees, 1e-11 of these robots' arms.
 const JOINTS: f64 = 1e-9;
-/// Of positions, mm.
+/// Tolerance of positions, mm.
 const POSITION: f64 = 1e-6;
 
 fn skipped() -> bool {
@@ -136,7 +136,7 @@ fn one_arm_longer() -> [Arm; 3] {
     arms
 }
 
-/// What no other controller holds, and largely: tilt, and planes beside the z axis.
+/// Large errors of the kinds that no other controller can represent: tilt, and arm planes off the z axis.
 fn far_off() -> [Arm; 3] {
     let mut arms = true_arms();
     let off = [
@@ -152,10 +152,10 @@ fn far_off() -> [Arm; 3] {
     arms
 }
 
-/// So many of each robot: LinuxCNC takes a tenth of a second for each.
+/// Positions per robot: LinuxCNC takes a tenth of a second for each.
 const POSITIONS: usize = 24;
 
-/// Joint angles, and where the robot is with them by Newton's method, within 250 mm of its axis.
+/// Joint angles and the positions that Newton's method gives for them, within 250 mm of the robot's axis.
 fn wanted(arms: &[Arm; 3]) -> Vec<(Point, Point)> {
     let all = poses(80).into_iter().map(|q| (q, platform(arms, q)));
     let near = all.filter(|(_, at)| at[0].hypot(at[1]) < 250.0);
@@ -181,7 +181,7 @@ fn export(folder: &Folder, name: &str, arms: &[Arm; 3]) {
         .ok();
 }
 
-/// Joint angles that LinuxCNC commanded are those of the robot, by its own equations and by `delta-cal inverse`.
+/// Checks the joint angles that LinuxCNC commanded against the robot's equations and `delta-cal inverse`.
 fn assert_driven(
     folder: &Folder,
     (name, unit): (&str, f64),
@@ -220,7 +220,7 @@ fn linuxcnc_commands_the_joint_angles_of_the_robot() {
         export(&folder, name, arms);
         folder.write(&format!("{name}.csv"), positions(&wanted(arms), 1.0));
     }
-    // Parameters of another robot on the pins, at first without the revision that takes them over, then as no robot.
+    // Another robot's parameters on the pins: first without the revision that activates them, then an impossible robot.
     let other = folder.read("longer.hal");
     let half = other.replace("setp deltacalkins.revision", "# ");
     folder.write("half.hal", &half);
@@ -243,7 +243,7 @@ fn linuxcnc_commands_the_joint_angles_of_the_robot() {
     }
     let cause = "revision 5 is not taken over: The upper arm or the forearm is not longer than 0.";
     assert!(printed.contains(cause), "{printed}");
-    // Where the robot cannot be LinuxCNC does not go, and goes on.
+    // LinuxCNC refuses an unreachable position and carries on.
     let [None, Some(_)] = rows.next().unwrap() else {
         panic!("{printed}");
     };

@@ -1,5 +1,5 @@
-//! The command from outside, and the library behind it: one program of all these files, for each by itself would
-//! compile the generic core and link the host once more.
+//! Tests of the command and of the library behind it, in one program: separate ones would each compile the generic core
+//! and link the host again.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)] // in tests a panic is the failure
 

@@ -1,5 +1,5 @@
-//! What every calibration promises, on simulated robots of several geometries: whatever the instrument, errors are as large
-//! as the stated σ say. The truth is known, so that nothing is compared with the program itself.
+//! The promise of every calibration, on simulated robots of several geometries: with any instrument, errors are as
+//! large as the stated σ. The simulated truth is known, so the program is never compared with itself.
 
 use crate::support::simulated::{
     Instrument, SIGMAS, judged, measured, position_errors, rotary, twelve,
@@ -16,13 +16,13 @@ fn first() -> RobotFile {
     rotary(true).remove(0)
 }
 
-/// Over accepted calibrations: √ of the mean of (error/σ)² over all parameters, and achieved over stated position errors,
-/// absolute and relative, mm.
+/// Over accepted calibrations: √ of the mean of (error/σ)² over all parameters, and achieved over stated position
+/// errors, absolute and relative, mm.
 #[derive(Default)]
 struct Promise {
     accepted: f64,
     parameters: (f64, f64),
-    /// Achieved, and the Cramér–Rao bound of complete positions.
+    /// Achieved error and Cramér–Rao bound, for complete positions.
     bound: (f64, f64),
     absolute: (f64, f64),
     relative: (f64, f64),
@@ -107,8 +107,8 @@ fn promised(instrument: Instrument, method: Option<Method>, noise: bool, rows: u
     promise
 }
 
-/// Of 48 robots with some 24 independent errors each √χ²/ν scatters by 0.03; the position errors, dominated by few
-/// combinations, by 0.1. Of ten times as many by a third of that.
+/// For 48 robots with some 24 independent errors each, √χ²/ν scatters by 0.03, and the ratio of position errors, which
+/// few combinations dominate, by 0.1. For ten times as many robots it is a third of that.
 #[test]
 fn errors_are_as_large_as_the_stated_sigma_whatever_the_instrument() {
     let rows = [
@@ -143,7 +143,7 @@ fn errors_are_as_large_as_the_stated_sigma_whatever_the_instrument() {
             bound.is_none_or(|ratio| ratio < size(1.2, 1.05)),
             "{figures}"
         );
-        // A chance of harm below 5 % each.
+        // Each has less than a 5 % chance of harm.
         assert!(promise.worse <= size(1, 3), "{figures}");
     }
 }
@@ -179,7 +179,7 @@ fn the_joint_and_the_fkm_method_find_the_same_within_a_part_of_sigma() {
     }
 }
 
-/// A robot that was calibrated before, 50 times better than the stated tolerance, is not made worse.
+/// A previously calibrated robot, 50 times better than the stated tolerance, is not made worse.
 #[test]
 fn a_robot_that_is_better_than_its_tolerance_is_not_made_worse() {
     let file = first();
@@ -200,8 +200,8 @@ fn a_robot_that_is_better_than_its_tolerance_is_not_made_worse() {
     assert_eq!(accepted_and_worse, 0);
 }
 
-/// 3 of 40 rows are off by 1 to 2 mm; of rows that the robot of the file does not reach, such as row 3 of the last robot,
-/// nothing is said, for they do not count.
+/// 3 of 40 rows are off by 1 to 2 mm. Rows out of the file robot's reach, such as row 3 of the last robot, are not
+/// reported because they are not used.
 #[test]
 fn a_robust_fit_names_the_wrong_rows_and_is_not_spoiled_by_them() {
     for (place, file) in rotary(true).into_iter().take(5).enumerate() {
@@ -225,7 +225,7 @@ fn a_robust_fit_names_the_wrong_rows_and_is_not_spoiled_by_them() {
     }
 }
 
-/// Three numbers are along the axes of the coordinates' frame: a tracker that is worse along its own z.
+/// Three numbers apply to the axes of the coordinates' frame: a tracker that is less accurate along its own z.
 #[test]
 fn position_noise_by_axis_is_along_the_axes_of_the_sensors_frame() {
     let file = first();

@@ -1,4 +1,4 @@
-//! `delta-cal plan`. That calibrations achieve what is stated of them is in `pipeline` and `simulate`.
+//! `delta-cal plan`. Whether calibrations achieve the stated accuracy is tested in `pipeline` and `simulate`.
 
 use crate::support::simulated::twelve;
 use crate::support::{
@@ -23,7 +23,7 @@ fn folder() -> Folder {
     folder
 }
 
-/// Joint angles and nominal positions of a plan, whose cells to fill in are empty.
+/// Joint angles and nominal positions of a plan; the cells to fill in are empty.
 fn planned(csv: &str) -> Vec<[f64; 6]> {
     let mut lines = csv.lines();
     assert_eq!(
@@ -51,11 +51,11 @@ fn the_poses_are_a_samples_file_of_the_nominal_robot() {
         .ok();
     assert!(run.stdout.contains("Written: poses.csv"), "{}", run.stdout);
     let rows = planned(&folder.read("poses.csv"));
-    // The first once more at the end.
+    // The last row repeats the first.
     assert_eq!(rows.len(), 13);
     assert_eq!(format!("{:?}", rows[0]), format!("{:?}", rows[12]));
     for [a, b, c, x, y, z] in rows {
-        // Positions are written to the nanometre: half of one in each coordinate.
+        // Positions are rounded to the nanometre, so each coordinate is off by half of that at most.
         let off = distance(platform(&nominal_arms(), [a, b, c]), [x, y, z]);
         assert!(off < 1e-6, "{off}");
         assert!([a, b, c].iter().all(|q| (-59.0..=89.0).contains(q)));
@@ -63,7 +63,7 @@ fn the_poses_are_a_samples_file_of_the_nominal_robot() {
     // Nothing is measured yet.
     let table = "poses.csv ⇒ 3 ⇒ poses.csv:2: nothing was measured";
     assert_refused(&folder, "calibrate robot.toml", table);
-    // What is measured at these positions calibrates the robot to what it is.
+    // Measurements exactly at these positions leave the robot unchanged.
     let exact = folder.run("forward robot.toml poses.csv").ok().stdout;
     folder.write("exact.csv", exact);
     folder
@@ -82,7 +82,7 @@ fn the_plan_is_the_same_on_any_number_of_threads() {
     }
 }
 
-/// Sorted along the shortest way a drift looks like a parameter; at random it does not.
+/// In the order of the shortest way a drift looks like a parameter; in random order it does not.
 #[test]
 fn the_order_is_random_or_the_shortest() {
     let folder = folder();
@@ -124,11 +124,11 @@ fn poses_stay_within_a_box_and_within_a_cylinder() {
     for [_, _, _, x, y, z] in poses("r=90,z=-450..-350") {
         assert!(x.hypot(y) <= 90.0 && (-450.0..=-350.0).contains(&z));
     }
-    // However large the region is: only what the arms can reach is searched.
+    // The region's size does not matter: only the part within reach is searched.
     poses("r=1e5,z=-1e9..1e9");
 }
 
-/// What was planned may be planned again; what was measured is not written over.
+/// Planned poses may be planned again; measurements are not overwritten.
 #[test]
 fn measured_positions_are_replaced_only_by_force() {
     let folder = folder();
@@ -179,7 +179,7 @@ fn an_accuracy_is_reached_by_as_many_as_stated_and_not_by_fewer() {
     let count = found["count"].as_u64().unwrap();
     let fewer = json(&folder, &format!("robot.toml --count {}", count - 1));
     assert!(rms(&fewer) > 0.014, "{count}: {fewer}");
-    // No number of poses does it.
+    // No number of poses is enough.
     let table = "1e-12mm ⇒ 2 ⇒ no number of measurements up to 500";
     assert_refused(&folder, "plan robot.toml --accuracy", table);
 }
@@ -238,7 +238,7 @@ fn what_cannot_be_planned_is_refused_with_its_cause() {
     assert_refused(&folder, "plan robot.toml --count 12 --output", table);
 }
 
-/// Planes, gauge blocks, points and lengths are those of the robot file.
+/// Planes, gauge blocks, points and lengths come from the robot file.
 #[test]
 fn instruments_come_from_the_robot_file() {
     let folder = folder();
@@ -262,7 +262,7 @@ fn instruments_come_from_the_robot_file() {
     let mut distances = 0;
     for own in all {
         let at = point(&own["position_mm"]);
-        // Joint angles are rounded to 0.001°: 0.005 mm at the end of the upper arm, some times that at the
+        // Joint angles are rounded to 0.001°: 0.005 mm at the end of the upper arm, and several times that at the
         // platform where the forearms are steep.
         match own["measure"].as_str().unwrap() {
             "plane" => {
@@ -288,15 +288,15 @@ fn instruments_come_from_the_robot_file() {
             }
         }
     }
-    // Six, and one of them once more.
+    // Six, one of them repeated.
     assert_eq!(distances, 7);
     assert_eq!(json["count"], 24);
-    // One repeated measurement of each instrument: the plane, each point, distances.
+    // One repeated measurement per instrument: the plane, each point, and distances.
     assert!((26..=28).contains(&all.len()), "{}", all.len());
 }
 
-/// In a frame that is unknown nothing but the tolerance says where the robot stands: what the tolerance allows,
-/// 1.7 mm, is not reduced by half, whatever is measured there; relative positions are known to hundredths.
+/// In an unknown frame only the tolerance locates the robot: no measurement there halves the absolute error that it
+/// allows, 1.7 mm, while relative positions are known to hundredths.
 #[test]
 fn an_unknown_frame_leaves_absolute_positions_to_the_tolerance() {
     let folder = folder();
@@ -310,7 +310,7 @@ fn an_unknown_frame_leaves_absolute_positions_to_the_tolerance() {
     assert!(of(&absolute, "absolute_rms_mm") < of(&base, "absolute_rms_mm"));
 }
 
-/// A plan with its cells filled in by a plate at z = -600 mm and by a bar, for a robot that was made with errors.
+/// A plan filled in with readings from a plate at z = -600 mm and a bar, for a robot with errors.
 fn filled(plan: &str) -> String {
     let mut lines = plan.lines();
     let header: Vec<_> = lines.next().unwrap().split(',').collect();
@@ -342,8 +342,8 @@ fn filled(plan: &str) -> String {
     filled
 }
 
-/// The same rows in a plan, in a file and in a calibration: the same expected error, wherever the instruments stand; and
-/// additions better it.
+/// The same rows in a plan, a file and a calibration give the same expected error, wherever the instruments are, and
+/// added rows improve it.
 #[test]
 fn a_file_of_rows_is_judged_as_the_plan_that_it_was_and_as_its_calibration() {
     let folder = folder();
@@ -363,7 +363,7 @@ fn a_file_of_rows_is_judged_as_the_plan_that_it_was_and_as_its_calibration() {
         assert!((ratio - 1.0).abs() < 1e-3, "{kinds}: {found}");
         let with_next = rms(&found, "expected_error_with_next");
         assert!(with_next < expected, "{kinds}");
-        // What is proposed is a file to fill in, and brings what is promised.
+        // The proposed rows are a file to fill in and deliver the predicted accuracy.
         let more = folder.read("more.csv");
         let (header, added) = more.split_once('\n').unwrap();
         assert_eq!(added.lines().count(), 6);
@@ -381,7 +381,7 @@ fn a_file_of_rows_is_judged_as_the_plan_that_it_was_and_as_its_calibration() {
                 .run("calibrate measured.toml filled.csv --json -")
                 .ok();
             for own in [found, run.json()] {
-                // The derivatives are those at other places of the plate.
+                // Derivatives are taken at different places of the plate.
                 let ratio = rms(&own, "expected_error") / expected;
                 assert!((ratio - 1.0).abs() < 0.1, "{kinds}: {ratio}: {own}");
             }
@@ -398,7 +398,7 @@ fn rows_that_are_too_few_or_say_too_little_are_told_as_such() {
     let rows = folder.read("rows.csv");
     let few: Vec<_> = rows.lines().take(5).collect();
     folder.write("few.csv", filled(&few.join("\n")));
-    // A row that says nothing of what to measure is no row.
+    // A row that does not say what to measure is refused.
     let wrong = "q1_deg,q2_deg,q3_deg,distance_mm,point\n1,2,3,400,A\n4,5,6,,\n";
     folder.write("wrong.csv", wrong);
     let table = "wrong.csv ⇒ 3 ⇒ wrong.csv:3";
@@ -410,7 +410,7 @@ fn rows_that_are_too_few_or_say_too_little_are_told_as_such() {
         "{}",
         run.stderr
     );
-    // Heights of one plane say nothing of the scale.
+    // Heights above one plane do not determine the scale.
     let bare = "[planes.plane]\nz_mm = -560\nsigma_mm = 10\nblocks_mm = [0]\n";
     folder.write("plate.toml", format!("{TO_MEASURE}{bare}"));
     folder
@@ -421,11 +421,11 @@ fn rows_that_are_too_few_or_say_too_little_are_told_as_such() {
     assert!(verdict.contains("not the scale"), "{verdict}");
 }
 
-/// A planned pose is five σ of what the tolerance does inside every limit, and so are planned distances' other ends.
+/// Planned poses keep five σ of the tolerance's effect from every limit, and so do the other ends of planned distances.
 #[test]
 fn robots_made_to_the_tolerance_reach_every_planned_pose() {
     for (index, mut file) in twelve(true).into_iter().enumerate().step_by(3) {
-        // Of every other robot the ball joints end early, too.
+        // Every other robot also has tight ball joints.
         if index % 2 == 1 {
             file.forearm_limit = Some(40f64.to_radians());
         }

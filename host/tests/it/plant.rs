@@ -1,5 +1,5 @@
-//! Robots as they stand in plants: joints that count upwards, arms numbered clockwise, z downwards, counts, inches, a tracker
-//! in a frame of its own that measures a reflector, joints and positions in two files. What is written into the files is
+//! Robots as found in plants: joints that count upwards, arms numbered clockwise, z downwards, counts, inches, a
+//! tracker that measures a reflector in its own frame, joints and positions in two files. Values in the files are
 //! converted here, without the program's code.
 
 use crate::support::simulated::{judged, position_errors};
@@ -17,17 +17,17 @@ const SIGMA: f64 = 0.03;
 const JOINT_DEG: f64 = 0.001;
 const REFLECTOR: [f64; 3] = [12.0, 5.0, -25.0];
 
-/// How the controller counts and what the instruments write.
+/// The controller's conventions and the instruments' formats.
 #[allow(clippy::struct_excessive_bools)] // each by itself
 struct Plant {
     up: bool,
     z_down: bool,
-    /// Counts a degree; radians if it is 0, degrees if there is none.
+    /// Counts per degree; 0 for radians, `None` for degrees.
     counts: Option<[f64; 3]>,
     inches: bool,
-    /// Joints and positions in two files, and the column by which they are joined.
+    /// If joints and positions are in two files, the column that joins them.
     files: Option<&'static str>,
-    /// The frame of the base by points that the tracker measured.
+    /// Whether points measured by the tracker define the base frame.
     datum: bool,
 }
 
@@ -80,7 +80,7 @@ fn plants() -> Vec<Plant> {
 }
 
 impl Plant {
-    /// In the controller's axes, from ours.
+    /// Converts our axes to the controller's.
     fn axes(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         if self.z_down { [x, -y, -z] } else { [x, y, z] }
     }
@@ -98,10 +98,10 @@ impl Plant {
         if self.inches { mm / 25.4 } else { mm }
     }
 
-    /// The robot file: base radius 210, platform 55, upper arm 350, forearm 800; arm 1 along −y, the others clockwise seen
-    /// from above.
+    /// The robot file: base radius 210, platform 55, upper arm 350, forearm 800; arm 1 along −y, the others clockwise
+    /// as seen from above.
     fn robot_file(&self, datum: &[(Vector3<f64>, Vector3<f64>)]) -> String {
-        // Clockwise from above is against the sense of z if z points upwards.
+        // Clockwise from above is negative about z if z points upwards.
         let azimuths = if self.z_down {
             "[90, 210, 330]"
         } else {
@@ -153,17 +153,17 @@ fn nominal() -> Robot<f64> {
     Robot::new(arms).unwrap()
 }
 
-/// A plant's robot file and what its instruments wrote, with the robot as it is and its sensor's frame.
+/// A plant's robot file and instrument files, with the true robot and sensor frame.
 struct Written {
     robot: RobotFile,
     input: InputText,
     truth: Robot<f64>,
-    /// From our frame to the sensor's.
+    /// The transform from our frame to the sensor's.
     frame: RigidTransform<f64>,
 }
 
-/// One table, or what the controller and the instrument write: the controller more than was measured, the instrument in an
-/// order of its own, with lines above its header.
+/// One table, or the controller's and the instrument's files: the controller's has rows that were not measured, the
+/// instrument's has its own order and lines above the header.
 fn tables(plant: &Plant, samples: &[([f64; 3], Vector3<f64>)]) -> InputText {
     let joints = |(read, _): &([f64; 3], Vector3<f64>)| {
         let cells = [0, 1, 2].map(|index| plant.joint(index, read[index]).to_string());
@@ -193,7 +193,7 @@ fn tables(plant: &Plant, samples: &[([f64; 3], Vector3<f64>)]) -> InputText {
             InputText::new("samples.csv", &text)
         }
         Some(key) => {
-            // The PLC writes in its order and more than was measured, the tracker in its own, with lines above its header.
+            // The PLC logs more than was measured; the tracker has its own order and lines above the header.
             let by_order = key.is_empty();
             let led = |cell: &str, rest: &str| {
                 let lead = if by_order { "" } else { &format!("{cell};") };
@@ -233,7 +233,7 @@ fn written(plant: &Plant, rows: usize, seed: u64) -> Written {
     let mut near = |point: Vector3<f64>| {
         point + Vector3::from_fn(|_, _| SIGMA * standard_normal::<f64, _>(&mut rng))
     };
-    // Spread as far as the robot reaches.
+    // Spread over the robot's whole reach.
     let datum = [
         [500.0, 0.0, -500.0],
         [-400.0, 450.0, -600.0],
@@ -268,7 +268,7 @@ fn written(plant: &Plant, rows: usize, seed: u64) -> Written {
     }
 }
 
-/// `None` if it is refused.
+/// The report, or `None` if the calibration is refused.
 fn calibrated(plant: &Written) -> Option<Report> {
     let options = Options {
         frame: Frame::Sensor,
@@ -281,7 +281,7 @@ fn calibrated(plant: &Written) -> Option<Report> {
         .ok()
 }
 
-/// Every plant gives the robot, without a number converted by hand; what is stated is what is achieved.
+/// Every plant is calibrated without converting a number by hand, and errors are as stated.
 #[test]
 fn a_plant_in_its_own_convention_is_calibrated() {
     let seeds = delta_cal_tests::size(6, 60);
@@ -304,19 +304,19 @@ fn a_plant_in_its_own_convention_is_calibrated() {
                 assert!(stated[0] < 0.15, "plant {index}: stated {stated:?} mm");
             }
             assert!(errors[1] < 0.15, "plant {index}: {errors:?} mm");
-            // The frame is that of the platform point, not of the reflector.
+            // The frame belongs to the platform point, not to the reflector.
             let found = Vector3::from(report.sensor_frame.unwrap().translation_mm);
             let off = (found - written.frame.translation).norm();
             let most = if plant.datum { 0.3 } else { 12.0 };
             assert!(off < most, "plant {index}: the frame is {off:.1} mm off");
-            // What was written reads back as the same robot in the same convention.
+            // The output reads back as the same robot in the same convention.
             let again =
                 RobotFile::read(&InputText::new("again.toml", &report.after.to_toml(""))).unwrap();
             assert_eq!(again.convention, written.robot.convention);
             assert_eq!(again.limits, written.robot.limits);
         }
     }
-    // A robot at the edge of its tolerance is refused once in some hundred times.
+    // A robot at the edge of its tolerance is refused once in some hundred cases.
     assert!(
         50 * refused <= all.len() as u64 + refused,
         "{refused} refused"
@@ -328,7 +328,7 @@ fn a_plant_in_its_own_convention_is_calibrated() {
             "{what}: achieved/stated {ratio:.3} of {} plants, {refused} refused",
             all.len()
         );
-        // The rms of 36 plants scatters by 5 %; over 360 they were within 2 %.
+        // The rms over 36 plants scatters by 5 %; over 360 plants the ratios were within 2 %.
         let most = delta_cal_tests::size(0.15, 0.03);
         assert!(
             (ratio - 1.0).abs() < most,

@@ -1,12 +1,12 @@
-//! Figures: what is drawn is where it should be.
+//! Figures: elements are drawn in the right places.
 
 use delta_cal_host::render::plot::{Axis, Colour, Figure, Shape};
 use roxmltree::{Document, Node};
 
-/// Positions are rounded to the drawing's units, once for each of two ends.
+/// Positions are rounded to the drawing's units, once at each end.
 const ROUNDING: f64 = 1.01;
 
-/// How far it is from each point of a drawing to the next one, to the right and down.
+/// The steps from each point of a drawing to the next, right and down.
 fn steps(figure: Figure, points: &[(f64, f64)]) -> Vec<[f64; 2]> {
     let shape = Shape::Points(points.to_vec());
     let svg = figure.with("measured", Colour::Blue, shape).to_svg();
@@ -17,7 +17,7 @@ fn steps(figure: Figure, points: &[(f64, f64)]) -> Vec<[f64; 2]> {
     let circles = document
         .descendants()
         .filter(|node| node.tag_name().name() == "circle");
-    // The first is that of the legend.
+    // The first circle belongs to the legend.
     let centres: Vec<_> = circles.skip(1).map(centre).collect();
     let pairs = centres.windows(2);
     pairs

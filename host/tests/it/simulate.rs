@@ -4,7 +4,7 @@ use crate::support::{Folder, NOMINAL, TOWERS, assert_refused, cases};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Two scenarios, eight ways of calibrating, refused robots among them.
+/// Two scenarios, eight calibration settings; some robots are refused.
 const CAMPAIGN: &str = "\
 robots = 37
 seed = 5
@@ -24,7 +24,7 @@ fn with_campaign(text: &str) -> Folder {
     folder
 }
 
-/// The rows of a CSV file by column.
+/// The rows of a CSV file as maps from column to cell.
 fn table(text: &str) -> Vec<Cells> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     reader.deserialize().collect::<Result<_, _>>().unwrap()
@@ -35,7 +35,7 @@ fn number(row: &Cells, column: &str) -> f64 {
     cell.parse().unwrap_or_else(|_| panic!("{column}: {cell}"))
 }
 
-/// The rows of a campaign, and the summary of the file that holds them.
+/// The rows of a campaign, and the summary made from the file with these rows.
 fn run_and_summarize(folder: &Folder) -> (Vec<Cells>, Vec<Value>) {
     folder.run("simulate campaign.toml --output rows.csv").ok();
     let summary = folder
@@ -77,7 +77,7 @@ fn the_built_in_campaign_is_the_example_and_leaves_no_file() {
     assert_eq!(table(&built_in).len(), 5 * 8);
 }
 
-/// Whatever the ranges and however many the threads.
+/// Neither the split into ranges nor the number of threads matters.
 #[test]
 fn ranges_and_threads_change_no_byte_of_the_rows_and_of_the_summary() {
     let folder = with_campaign(CAMPAIGN);
@@ -107,7 +107,7 @@ fn ranges_and_threads_change_no_byte_of_the_rows_and_of_the_summary() {
         folder.run(&command).ok().json()
     };
     assert_eq!(summary("whole.csv"), summary("first.csv rest.csv"));
-    // What the run itself has printed, but for the times that rows do not hold.
+    // The run printed the same, apart from times, which rows do not contain.
     let mut run = folder.json("whole.json");
     for case in run.as_array_mut().unwrap() {
         assert!(case["seconds_per_calibration"].take().as_f64().unwrap() > 0.0);
@@ -136,7 +136,7 @@ fn robots_depend_on_the_seed_and_the_geometry_and_not_on_the_other_cases() {
     for poses in ["8", "20"] {
         assert_eq!(gains(&own, poses), gains(&longer, poses));
     }
-    // The built-in robot in a file of its own.
+    // The built-in robot, from a file.
     assert_eq!(own, rows(format!("robot = \"paper.toml\"\n{CAMPAIGN}")));
     let seeds = |rows: &[Cells]| -> BTreeSet<String> {
         rows.iter().map(|row| row["seed"].clone()).collect()
@@ -148,7 +148,7 @@ fn robots_depend_on_the_seed_and_the_geometry_and_not_on_the_other_cases() {
         assert!(seeds(&own).is_disjoint(&seeds(&rows(other))));
     }
 
-    // All ways of calibrating see the same robots and measurements.
+    // All calibration settings see the same robots and measurements.
     let mut seen: BTreeMap<(&str, &str), [&str; 2]> = BTreeMap::new();
     for row in &own {
         let robot = (row["poses"].as_str(), row["robot"].as_str());
@@ -158,7 +158,7 @@ fn robots_depend_on_the_seed_and_the_geometry_and_not_on_the_other_cases() {
     assert_eq!(seen.len(), 2 * 9);
 }
 
-/// From the rows and the definitions: over all robots, where a refused one keeps its error.
+/// Recomputed from rows and definitions over all robots; a refused robot keeps its error.
 #[test]
 fn the_summary_follows_from_the_rows() {
     let folder = with_campaign(CAMPAIGN);
@@ -189,7 +189,7 @@ fn the_summary_follows_from_the_rows() {
             let mean = values.iter().sum::<f64>() / 37.0;
             for (part, expected) in [("mean", mean), ("median", values[18])] {
                 let found = case[after][part].as_f64().unwrap();
-                // Rounding of a sum of 37.
+                // Rounding of a sum of 37 terms.
                 let off = (found - expected).abs();
                 assert!(off <= 1e-12 * expected.abs(), "{after} {part}");
             }
@@ -213,7 +213,7 @@ fn the_summary_follows_from_the_rows() {
     assert!(shown.contains("Refused in row"), "{shown}");
 }
 
-/// Normal robots: the prior is right, and the errors are those of the bound and of what is stated.
+/// For normally distributed robots the prior is correct, so errors match the bound and the stated σ.
 #[test]
 fn errors_are_those_of_the_bound_and_of_the_stated_sigma() {
     let folder = with_campaign(
@@ -231,7 +231,7 @@ fn errors_are_those_of_the_bound_and_of_the_stated_sigma() {
             ratios.extend(["error_to_stated", "relative_to_stated"]);
         }
         for ratio in ratios {
-            // 200 robots whose errors have some six directions that count: one σ is 0.02.
+            // 200 robots with some six effective error directions: σ is 0.02.
             let found = case["ratios"][ratio].as_f64().unwrap();
             assert!(
                 (0.9..1.1).contains(&found),
@@ -256,13 +256,13 @@ fn exact_measurements_have_no_bound_and_return_every_robot() {
             (row["parameter_bound_mm"].as_str(), row["returned"].as_str()),
             ("", "true")
         );
-        // The README's largest error of one parameter, 1e-6 mm; this is the norm of 24.
+        // The README's limit on the largest parameter error is 1e-6 mm; this is the norm of 24 errors.
         let error = number(&row, "parameter_after_mm");
         assert!(error < 1e-6 * 24f64.sqrt(), "{row:?}");
     }
 }
 
-/// Zeros that are off by ten degrees are found by every method that knows of them.
+/// Joint zeros that are off by ten degrees are found by every method that is told of them.
 #[test]
 fn joint_zeros_are_off_by_degrees() {
     let folder = with_campaign(
@@ -281,7 +281,7 @@ fn joint_zeros_are_off_by_degrees() {
     }
 }
 
-/// Towers that are off together, and travels with noise.
+/// Towers with a common radius error, and noisy travels.
 #[test]
 fn towers_have_a_radius_in_common_and_travels_a_noise() {
     let folder = with_campaign(
@@ -303,7 +303,7 @@ fn towers_have_a_radius_in_common_and_travels_a_noise() {
     }
 }
 
-/// What is replaced in the campaign, by what, where the error is and what it says.
+/// The text to replace in the campaign, its replacement, the line of the error, and the message.
 const WRONG: &str = r#"
     robots = 37 ⇒ robots = 0 ⇒ 1: | 0 is not a whole number from 1
     robots = 37 ⇒ robots = 3.5 ⇒ 1: | expected a whole number
@@ -383,7 +383,7 @@ fn wrong_command_lines_and_files_of_rows_are_refused() {
     assert_refused(&folder, "simulate", WRONG_COMMANDS);
 }
 
-/// (case, method, start error, poses) and the paper's gain, as printed there.
+/// (case, method, start error, poses) and the gain printed in the paper.
 const PAPER: [(&str, &str, &str, &str, f64); 18] = [
     ("exact", "fkm", "1.0", "8", 100.0),
     ("exact", "ikm", "1.0", "8", 100.0),

@@ -1,16 +1,16 @@
-//! Tables as people have them: the same calibration however the same numbers are written.
+//! Tables in the forms that users have: the same numbers give the same calibration in any format.
 
 use crate::support::{
     Folder, HEADER, NOMINAL, TOLERANCE, assert_refused, csv, exact, good_samples, number, true_arms,
 };
 use std::fmt::Write;
 
-/// Runs on these samples, and returns the report but for the name of the file.
+/// The report of a calibration from these samples, without the file's name.
 fn report(folder: &Folder, samples: &[u8], options: &str) -> serde_json::Value {
     folder.write("samples.csv", samples);
     let command = format!("calibrate robot.toml samples.csv --json - {options}");
     let mut report = folder.run(&command).ok().json();
-    // It holds the fingerprint of the file, which differs.
+    // It contains the file's hash, which differs.
     assert!(report.as_object_mut().unwrap().remove("document").is_some());
     report
 }
@@ -21,7 +21,7 @@ fn folder() -> Folder {
     folder
 }
 
-/// With the first line replaced.
+/// The samples with another header line.
 fn under(header: &str, samples: &str) -> String {
     samples.replace(HEADER, &format!("{header}\n"))
 }
@@ -71,7 +71,7 @@ fn the_same_numbers_give_the_same_report_however_they_are_written() {
     }
 }
 
-/// The definitions of the units; 1e-9 mm is far more than the roundings.
+/// Exact unit definitions; 1e-9 mm is far above rounding.
 #[test]
 fn lengths_may_be_in_other_units() {
     let folder = folder();
@@ -97,13 +97,13 @@ fn columns_of_any_name_are_read_as_the_command_line_says() {
     let foreign = under("A1,A2,A3,X,Y,Z", &samples);
     for mapping in [
         "q1_deg=A1,q2_deg=A2,q3_deg=A3,x_mm=X,y_mm=Y,z_mm=Z",
-        // These angles are more than a turn in radians.
+        // These angles exceed a full turn in radians.
         "q1=A1,q2=A2,q3=A3,x_mm=X,y_mm=Y,z_mm=Z",
     ] {
         let options = format!("--columns {mapping}");
         assert_eq!(report(&folder, foreign.as_bytes(), &options), expected);
     }
-    // The unit is the column's own; of two columns that may be x, the named one; any other is ignored.
+    // The unit is the column's own; of two columns that could be x, the mapped one counts; others are ignored.
     let two = samples
         .replace('\n', ",1,2\n")
         .replacen("z_mm,1,2", "z_mm,Force,x_mm", 1);
@@ -123,7 +123,7 @@ fn columns_of_any_name_are_read_as_the_command_line_says() {
     assert_refused(&folder, "calibrate robot.toml samples.csv --columns", table);
 }
 
-/// Every command that reads a table reads it in the same way.
+/// Every command reads tables in the same way.
 #[test]
 fn every_command_takes_tables_in_any_form() {
     let folder = folder();

@@ -7,7 +7,7 @@ use crate::support::{
 use serde_json::Value;
 use std::fmt::Write;
 
-/// Every row is this far from where the nominal robot is.
+/// Exact samples of the nominal robot with every position shifted by this vector.
 fn shifted(count: u32, by: Point) -> Vec<(Point, Point)> {
     let mut samples = exact(&nominal_arms(), count);
     for (_, x) in &mut samples {
@@ -18,7 +18,7 @@ fn shifted(count: u32, by: Point) -> Vec<(Point, Point)> {
     samples
 }
 
-/// By 0.05 mm.
+/// Samples shifted by 0.05 mm.
 fn off(count: u32) -> Vec<(Point, Point)> {
     shifted(count, [0.03, -0.04, 0.0])
 }
@@ -38,7 +38,7 @@ fn validate(folder: &Folder, options: &str) -> Run {
     folder.run(&format!("validate robot.toml check.csv {options}"))
 }
 
-/// The report, and with which exit code.
+/// The report, after checking the exit code.
 fn report(folder: &Folder, code: i32, options: &str) -> Value {
     let run = validate(folder, &format!("{options} --json -"));
     assert_eq!(run.code, code, "{options}: {}", run.stderr);
@@ -53,8 +53,8 @@ fn near(report: &Value, path: &str, expected: f64, within: f64) {
     );
 }
 
-/// 16 rows that are all off by 0.05 mm: c = 15·(2/3)/(15 + 15) and ν = 2·16/c = 96, for which the quantiles of χ²
-/// are 70.7828 and 125.0001 (regularised incomplete gamma function, its series summed).
+/// 16 rows, all off by 0.05 mm: c = 15·(2/3)/(15 + 15) and ν = 2·16/c = 96, for which the quantiles of χ² are 70.7828
+/// and 125.0001 (from the series of the regularised incomplete gamma function).
 #[test]
 fn the_figures_are_those_of_the_chi_square_distribution() {
     let report = report(&folder(&stated(), &off(16)), 6, "--limit 55um");
@@ -100,13 +100,13 @@ fn a_robot_passes_fails_or_is_undecided_with_its_exit_code() {
         );
         assert_eq!(report["verdict"], verdict);
         assert_eq!(report["passed"], verdict == "pass");
-        // A certificate of a robot that fails is written as well.
+        // A failing robot gets a certificate too.
         let page = folder.read("page.html");
         assert!(page.contains("Validation of robot.toml"), "{page}");
     }
 }
 
-/// As many poses as the report asks for, which scatter as the others, decide it.
+/// The requested number of poses suffices for a decision if they scatter as before.
 #[test]
 fn as_many_poses_as_are_asked_for_decide() {
     let limit = "--limit 0.051mm";
@@ -116,7 +116,7 @@ fn as_many_poses_as_are_asked_for_decide() {
     assert!(asked > 16, "{asked}");
     let text = validate(&few, limit).stdout;
     assert!(text.contains("Measure "), "{text}");
-    // All rows are alike, so that the scatter falls with every further one: enough, and more than needed.
+    // All rows are identical, so the scatter falls with each further row and the requested number is more than enough.
     report(&folder(&stated(), &off(asked)), 0, limit);
 }
 
@@ -132,7 +132,7 @@ fn without_a_noise_a_robot_can_pass_and_not_fail() {
     assert!(run.stdout.contains("State the [noise]"), "{}", run.stdout);
 }
 
-/// A noise that is stated ten times too large would hide the error: it is not removed.
+/// A noise stated ten times too large would hide the error, so it is not subtracted.
 #[test]
 fn a_noise_stated_too_large_is_not_removed() {
     let noise = "\n[noise]\nposition_mm = 0.5\njoint_deg = 0\n";
@@ -143,7 +143,7 @@ fn a_noise_stated_too_large_is_not_removed() {
     assert!(warning.contains("stated too large"), "{warning}");
 }
 
-/// In the sensor's frame a rigid motion counts for nothing.
+/// In the sensor's frame a rigid motion is not an error.
 #[test]
 fn in_the_frame_of_a_sensor_a_rigid_motion_does_not_count() {
     let mut samples = exact(&nominal_arms(), 20);
@@ -163,11 +163,11 @@ fn in_the_frame_of_a_sensor_a_rigid_motion_does_not_count() {
     assert_refused(&folder, "validate robot.toml check.csv --limit 1um", table);
 }
 
-/// Rows of one pose share the robot's error.
+/// Rows of the same pose share the robot's error.
 #[test]
 fn rows_of_one_pose_count_once() {
     let samples = shifted(10, [0.03, 0.0, 0.0]);
-    // A row that equals another to the last digit would be one measurement.
+    // An exact copy of a row would be merged with it.
     let again = samples.iter().map(|(q, x)| (*q, x.map(|x| x + 1e-8)));
     let twice: Vec<_> = samples.iter().copied().chain(again).collect();
     let [once, twice] =
@@ -180,8 +180,8 @@ fn rows_of_one_pose_count_once() {
     near(&twice, degrees, number(&once, degrees), 1e-6);
 }
 
-/// Heights above a plane, off by ±0.03 mm in turn: of a known plane all of that is error, of an unknown one not what a
-/// plane takes up.
+/// Heights above a plane, alternately off by ±0.03 mm: above a known plane the whole deviation is error; above an
+/// unknown one, only what a fitted plane does not absorb.
 #[test]
 fn heights_are_validated_above_known_and_unknown_planes() {
     let heights = |raised: f64| {
@@ -212,7 +212,7 @@ fn heights_are_validated_above_known_and_unknown_planes() {
     }
 }
 
-/// A constant offset is taken up by a frame that is fitted, and not by one that is stored.
+/// A fitted frame absorbs a constant offset; a stored one does not.
 #[test]
 fn a_stored_frame_is_not_fitted_again() {
     let frame = "\n[sensor_frame]\nrotation = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]\ntranslation_mm = [700, 10, -5]\n";
@@ -236,7 +236,7 @@ fn a_stored_frame_is_not_fitted_again() {
     );
 }
 
-/// Points of the machine that fix no frame, or are not where the sensor saw them, are refused and not left out.
+/// Datum points that fix no frame, or are not where the sensor saw them, are refused, not ignored.
 #[test]
 fn datum_points_that_are_none_are_refused() {
     let point = |name: &str, [x, y]: [f64; 2], [a, b]: [f64; 2]| {
@@ -269,12 +269,12 @@ fn what_cannot_be_validated_is_refused_with_place_cause_and_remedy() {
         "heights.toml",
         format!("{NOMINAL}\n[noise]\nheight_mm = 0.02\njoint_deg = 0\n"),
     );
-    // Metres under a header of millimetres.
+    // Metres under a header in millimetres.
     let metres = exact(&true_arms(), 12)
         .into_iter()
         .map(|(q, x)| (q, x.map(|x| x / 1000.0)));
     folder.write("metres.csv", csv(&metres.collect::<Vec<_>>()));
-    // Joint angles at which these short forearms do not meet.
+    // Joint angles at which forearms this short do not meet.
     folder.write("short.toml", NOMINAL.replace("480", "300"));
     let far = csv(&shifted(12, [0.0; 3])) + "-55,-55,80,0,0,-300\n";
     folder.write("far.csv", far);

@@ -1,4 +1,4 @@
-//! The reachable workspace: every claim against the forward model, closed forms, or a count.
+//! The reachable workspace: every claim is checked against the forward model, closed forms, or a count.
 
 use crate::support::{
     Folder, NOMINAL, TOLERANCE, assert_refused, nominal_arms, number, robot_toml,
@@ -24,7 +24,7 @@ struct Case {
 }
 
 impl Case {
-    /// On about so many lines across the longest side.
+    /// The workspace from about this many lines across its longest side.
     fn workspace(&self, lines: f64) -> Workspace {
         let coarse = Options {
             tolerance: 1.0,
@@ -87,7 +87,7 @@ fn cases() -> Vec<Case> {
     cases.collect()
 }
 
-/// Robots as they are built: five with arms, and with towers, the last of which lean and cross above the robot.
+/// Realistic robots: five with arms, and some with towers, the last of which lean and cross above the robot.
 fn built() -> Vec<Case> {
     let arms = geometries().into_iter().take(5);
     let arms = arms.map(|(name, robot)| (name, robot, reach(-60.0, 90.0, None)));
@@ -117,7 +117,7 @@ fn built() -> Vec<Case> {
     built.collect()
 }
 
-/// Inwards there are joint angles that lead to the position; outwards there are none.
+/// Inside there are joint angles that lead to the position; outside there are none.
 #[test]
 fn points_are_reachable_inwards_and_not_outwards_by_twice_the_tolerance() {
     let (mut points, mut kinds) = (0, BTreeSet::new());
@@ -134,10 +134,10 @@ fn points_are_reachable_inwards_and_not_outwards_by_twice_the_tolerance() {
             kinds.insert(point.limit.name());
             let step = point.outward * (2.0 * workspace.tolerance);
             let (inwards, outwards) = (point.position - step, point.position + step);
-            // The normal is one face's; within some tolerances of an edge it may pass another face.
+            // The normal belongs to one face; within some tolerances of an edge it may cross another.
             at_an_edge += usize::from(workspace.contains(&outwards));
             at_an_edge += usize::from(!workspace.contains(&inwards));
-            // Towers that cross lead to one of two assemblies.
+            // Crossing towers have two assemblies, and joint angles lead to only one of them.
             let is_led_to = case.robot.drive() == Drive::Linear || leads_to(&inwards);
             at_an_edge += usize::from(!is_led_to);
         }
@@ -147,11 +147,11 @@ fn points_are_reachable_inwards_and_not_outwards_by_twice_the_tolerance() {
         points += all;
     }
     assert!(points > 50_000);
-    // Each of five kinds for each of three arms, and the elbows' plane.
+    // Five kinds for each of three arms, and the plane of the elbows.
     assert_eq!(kinds.len(), 16, "{kinds:?}");
 }
 
-/// The end of what holds at `a` and not at `b`.
+/// The boundary of a property that holds at `a` but not at `b`.
 fn bisected(holds: impl Fn(f64) -> bool, mut a: f64, mut b: f64) -> f64 {
     for _ in 0..60 {
         let middle = f64::midpoint(a, b);
@@ -186,8 +186,8 @@ fn every_position_of_the_forward_model_is_reachable_and_joints_lead_back_to_it()
     }
 }
 
-/// ∫ |det ∂X/∂q| dq over the joints' range, and one σ of it: the volume of what the forward model
-/// sweeps, where no position is reached twice. Nothing of it knows the inverse or the boundary.
+/// ∫ |det ∂X/∂q| dq over the joints' range, with its σ: the volume swept by the forward model, where no position is
+/// reached twice. It uses neither the inverse nor the boundary.
 fn swept(case: &Case, draws: u32, rng: &mut Pcg32) -> (f64, f64) {
     let limits = &case.reach.limits;
     let (mut sum, mut squares) = (0.0, 0.0);
@@ -230,9 +230,9 @@ fn the_volume_is_that_of_the_forward_sweep() {
         let (expected, sigma) = swept(&case, size(150_000, 400_000), &mut rng);
         println!("{volume:?}, swept {expected:.3} ± {sigma:.3} l");
         let off = (volume.litres - expected).abs();
-        // Four σ: a chance of 6e-5 for each robot.
+        // Four σ: a chance of 6e-5 per robot.
         assert!(off <= 4.0 * sigma + volume.uncertainty_litres, "{off}");
-        // The count is worth something.
+        // The count is precise enough to be meaningful.
         assert!(sigma < 0.003 * expected);
     }
 }
@@ -248,7 +248,7 @@ fn the_stated_uncertainty_is_what_a_finer_grid_changes() {
     }
 }
 
-/// Points of a solid cylinder, its surface included.
+/// Points of a solid cylinder, including its surface.
 fn solid(diameter: f64, bottom: f64, top: f64) -> impl Iterator<Item = Vector3<f64>> {
     (0..540 * 7 * 21).map(move |number| {
         let part = |count: u32, number: u32| f64::from(number) / f64::from(count);
@@ -278,7 +278,7 @@ fn every_point_of_a_cylinder_is_inside_and_a_larger_one_is_not() {
                 .filter(|x| !workspace.contains(x))
                 .count();
             assert_eq!(outside, 0, "{name}: {cylinder:?}");
-            // A thousandth of the workspace's size, at both ends, and the tolerance.
+            // Larger by a thousandth of the workspace's size and three tolerances at both ends.
             let more = 1e-3 * size + 3.0 * workspace.tolerance;
             let mut higher = solid(d, low - more, high + more);
             assert!(
@@ -294,8 +294,8 @@ fn every_point_of_a_cylinder_is_inside_and_a_larger_one_is_not() {
     }
 }
 
-/// By how much predicted displacements are off those of boundaries that are bisected anew along the normals of
-/// a robot with one parameter changed, by the kind of the surface.
+/// Errors of predicted displacements, grouped by kind of surface. The reference is the boundary of a robot with one
+/// parameter changed, found by bisection along the normals.
 fn note_errors(case: &Case, all: &mut BTreeMap<String, Vec<f64>>) {
     let workspace = case.workspace(30.0);
     let influence = Influence::of(&workspace);
@@ -327,19 +327,19 @@ fn note_errors(case: &Case, all: &mut BTreeMap<String, Vec<f64>>) {
                 };
                 (inside(-range) && !inside(range)).then(|| bisected(inside, -range, range))
             };
-            // At an edge of the workspace there may be another face.
+            // At an edge of the workspace the boundary may be on another face.
             let [Some(out), Some(here), Some(back)] = [by, 0.0, -by].map(along) else {
                 continue;
             };
-            // Where it moves otherwise outwards than inwards, there is an edge between.
+            // If it moves differently outwards and inwards, there is an edge in between.
             if (out + back - 2.0 * here).abs() > 0.05 * (out - back).abs() + 1e-6 {
                 at_an_edge += 1;
                 continue;
             }
             let found = (out - back) / (2.0 * by);
             tried += 1;
-            // A face's curvature and the inverse's rounding, against lengths of 500 mm per
-            // radian; steep near a parallel singularity, where the boundary moves far.
+            // Curvature of the face and rounding of the inverse, relative to lengths of 500 mm per radian; steep near a
+            // parallel singularity, where the boundary moves far.
             let off = (found - rate).abs() / (1.0 + rate.abs());
             let name = point.limit.name();
             let kind = name.split('_').next().unwrap();
@@ -393,13 +393,13 @@ fn the_tolerance_band_is_that_of_robots_drawn_from_it() {
     });
     let sigma = (squares.sum::<f64>() / f64::from(draws)).sqrt();
     println!("{band:?}, drawn {sigma}");
-    // σ of a standard deviation of n draws is 1/√(2n); three of them.
+    // Three σ of a standard deviation of n draws, 1/√(2n).
     let within = 3.0 / (2.0 * f64::from(draws)).sqrt();
     assert!((sigma / band.volume_sigma_litres - 1.0).abs() < within);
     assert!(band.sigma_mm < band.largest_sigma_mm);
 }
 
-/// The volume inside the triangles of a file of binary STL, mm³, by the divergence theorem.
+/// The volume, mm³, inside the triangles of a binary STL file, by the divergence theorem.
 fn volume_of_stl(stl: &[u8]) -> f64 {
     let word = |at: usize| u32::from_le_bytes(stl[at..at + 4].try_into().unwrap());
     let volumes = (0..word(80) as usize).map(|triangle| {
@@ -430,7 +430,7 @@ fn the_mesh_is_closed_without_branches_and_holds_the_volume() {
             edges.iter().all(|(edge, uses)| back(edge) == Some(uses)),
             "{name}: open"
         );
-        // What is thinner than a cell may have edges at which four triangles meet.
+        // Parts thinner than a cell may have edges shared by four triangles.
         assert!(
             !usual || edges.values().all(|uses| *uses == 1),
             "{name}: branches"
@@ -443,8 +443,8 @@ fn the_mesh_is_closed_without_branches_and_holds_the_volume() {
             "{name}: {} triangles, {inside:.4} l, lines {volume:?}",
             mesh.0.len()
         );
-        // Rims are cut off within a cell: a wedge of half a cell's section along each of a dozen circles
-        // about the workspace; chords of a sphere of the forearms' radius cut off spacing²/(8 Lb).
+        // Rims are cut off within a cell: a wedge of half a cell's section along each of a dozen circles around the
+        // workspace; chords of a sphere with the forearms' radius cut off spacing²/(8 Lb).
         let (spacing, forearm) = (workspace.grid.spacing, case.robot.arms()[0].lb());
         let rims = 12.0 * PI * 40.0 * spacing * 0.5 * spacing * spacing * 1e-6;
         let chords = spacing.powi(2) / (4.0 * forearm) * volume.boundary_m2;
@@ -489,7 +489,7 @@ fn all_files_are_written_and_the_same_for_any_number_of_threads() {
     assert!(number(&json, "largest_cylinder/litres") > 40.0);
     assert_eq!(json["influence"].as_array().unwrap().len(), 24);
     assert!(number(&json, "tolerance_band/sigma_mm") > 0.0);
-    // The lowest place, all joints at 90°; and a joint's motor, platform and elbow in line, folded, on the z axis.
+    // The lowest point, with all joints at 90°; and motor, platform and elbow in line, folded, on the z axis.
     let [bottom, top] = ["extent_mm/z/0", "extent_mm/z/1"].map(|end| number(&json, end));
     let below = |reach: f64| -f64::sqrt(reach * reach - 164.0 * 164.0);
     assert!((bottom - (below(480.0) - 260.0)).abs() < 0.05, "{bottom}");
@@ -501,14 +501,14 @@ fn all_files_are_written_and_the_same_for_any_number_of_threads() {
     }
 }
 
-/// The same robot whose controller counts upwards with z downwards, y turned as well.
+/// The same robot with a controller that counts upwards and has z downwards, hence y reversed as well.
 #[test]
 fn a_workspace_is_in_the_convention_of_its_robot_file() {
     let folder = Folder::new();
     folder.write("usual.toml", NOMINAL);
     let turned = NOMINAL.replace("min_deg = -60\nmax_deg = 90", "min_deg = -90\nmax_deg = 60");
     let convention = "[convention]\njoint_positive = \"up\"\nz_axis = \"down\"\n";
-    // Seen along the other z, the arms go round the other way.
+    // Seen along the reversed z, the arms are numbered the other way round.
     let turned = turned.replace("forearm_mm", "azimuth_deg = [0, -120, -240]\nforearm_mm");
     folder.write("turned.toml", format!("{turned}{convention}"));
     let run = "workspace usual.toml --spacing 20mm --output usual --json usual.json";
@@ -525,7 +525,7 @@ fn a_workspace_is_in_the_convention_of_its_robot_file() {
     for (found, expected) in turned.into_iter().zip(expected) {
         assert!((found - expected).abs() < 1e-9, "{turned:?} {usual:?}");
     }
-    // The other name of a joint's limits.
+    // Minimum and maximum of the joint limits swap.
     let [usual, turned] =
         ["usual", "turned"].map(|name| folder.read(&format!("{name}/boundary.csv")));
     let (limit, other) = ("joint_minimum", "joint_maximum");
@@ -535,7 +535,7 @@ fn a_workspace_is_in_the_convention_of_its_robot_file() {
 
 #[test]
 fn a_workspace_that_is_none_and_wrong_options_are_refused() {
-    // The planes in which the arms move have no line in common.
+    // The arms' planes have no common line.
     let mut arms = nominal_arms();
     arms[0][1] = 50.0;
     let tight = robot_toml(&arms).replace("[joints]", "[joints]\nforearm_max_deg = 1");

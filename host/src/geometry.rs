@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
 use std::fmt;
 
-/// What keeps the platform from a pose.
+/// The limit or singularity that rules out a pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Limit {
     /// A joint would be below its smallest angle.
@@ -107,7 +107,7 @@ impl Reach {
     /// The platform's position, mm, at these joint angles (radians).
     ///
     /// # Errors
-    /// What keeps the platform from there.
+    /// The limit or singularity that rules it out.
     pub fn position(&self, robot: &Robot<f64>, q: &[f64; 3]) -> Result<Vector3<f64>, Limit> {
         self.within_joints(q)?;
         let x = robot.forward(q)?;
@@ -122,8 +122,8 @@ impl Reach {
     /// The joint angles (radians), elbows out, for a position (mm).
     ///
     /// # Errors
-    /// What keeps the platform from there. It is also an error if [`Robot::forward`] finds another position at the
-    /// joint angles, beyond a parallel singularity.
+    /// The limit or singularity that rules it out; also if [`Robot::forward`] finds another position at the joint
+    /// angles, beyond a parallel singularity.
     pub fn joints(&self, robot: &Robot<f64>, x: &Vector3<f64>) -> Result<[f64; 3], Limit> {
         let q = robot.inverse(x)?.map(|q| self.in_turn(q));
         self.allows(robot, x, &q)?;
@@ -134,7 +134,7 @@ impl Reach {
     /// if there are any. Elbows out are preferred.
     ///
     /// # Errors
-    /// What keeps the platform from there with its elbows out.
+    /// What rules the position out with elbows out.
     pub fn any_joints(&self, robot: &Robot<f64>, x: &Vector3<f64>) -> Result<[f64; 3], Limit> {
         let out = robot.inverse(x)?.map(|q| self.in_turn(q));
         let fault = match self.allows(robot, x, &out) {
@@ -168,7 +168,7 @@ impl Reach {
     /// Checks a position (mm) with joint angles (radians) that satisfy the constraints.
     ///
     /// # Errors
-    /// What keeps the platform from there.
+    /// The limit or singularity that rules it out.
     pub fn allows(&self, robot: &Robot<f64>, x: &Vector3<f64>, q: &[f64; 3]) -> Result<(), Limit> {
         self.within_joints(q)?;
         self.within_forearms(robot, x, q)?;
@@ -195,7 +195,7 @@ impl Reach {
     /// Same as [`position`](Self::position), but clear of singularities ([`SingularityDistance::is_clear`]).
     ///
     /// # Errors
-    /// What keeps the platform from there, or which singularity is too close.
+    /// The limit that rules it out, or the singularity that is too close.
     pub fn clear_position(&self, robot: &Robot<f64>, q: &[f64; 3]) -> Result<Vector3<f64>, Limit> {
         let x = self.position(robot, q)?;
         let conditioning = robot.singularity_distance(&x, q);

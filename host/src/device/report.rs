@@ -172,7 +172,7 @@ fn microseconds(time: Option<f64>) -> String {
     time.map_or_else(|| "unknown".to_owned(), |time| format!("{time:.1} µs"))
 }
 
-/// What the controller is doing.
+/// The controller's status.
 #[derive(Debug, Serialize)]
 pub struct Status {
     /// The open session, or 0.

@@ -82,7 +82,7 @@ fn the_plan_is_the_same_on_any_number_of_threads() {
     }
 }
 
-/// In the order of the shortest way a drift looks like a parameter; in random order it does not.
+/// If poses follow the shortest way, a drift looks like a parameter; in random order it does not.
 #[test]
 fn the_order_is_random_or_the_shortest() {
     let folder = folder();

@@ -1,4 +1,4 @@
-//! From readings to a calibration that is good, or to the reasons why it is not.
+//! From readings to a good calibration, or to the reasons why there is none.
 //!
 //! ```text
 //! RobotFile, Readings, Options ─→ fit::solve ─→ Solution ─→ judge ─→ Judged ─→ findings ─→ Report

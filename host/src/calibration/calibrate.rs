@@ -16,11 +16,11 @@ use crate::fit::{Frame, Method, Options};
 use delta_cal::Noise;
 use nalgebra::Vector3;
 
-/// Reads the samples of a robot that is to be calibrated. Where joint angles are outside its limits, what would explain
-/// the file as a whole is said.
+/// Reads the samples of a robot to be calibrated. If joint angles are outside its limits, the error says what would
+/// explain the file as a whole.
 ///
 /// # Errors
-/// As [`Readings::read`].
+/// Those of [`Readings::read`].
 pub fn read_samples(
     input: &InputText,
     robot: &RobotFile,
@@ -43,8 +43,8 @@ pub fn read_samples(
 /// Calibrates the robot of a file from readings.
 ///
 /// # Errors
-/// An input that cannot be used; readings that cannot calibrate this robot: they do not determine it, contradict what
-/// is stated of it, or would probably make it worse.
+/// Unusable input; readings that cannot calibrate this robot because they do not determine it, contradict what is
+/// stated about it, or would probably make it worse.
 ///
 /// ```
 /// use delta_cal_host::files::example;
@@ -85,8 +85,8 @@ fn refused(case: &Case<'_>, objection: &Objection, diagnosis: Option<Diagnosis>)
     explained(case, objection, hint.flatten(), diagnosis)
 }
 
-/// The robot with the noise that rows state, `None` if none does. It takes the place of that of the robot file, and that of
-/// a row then makes its weight.
+/// The robot with the noise stated in the rows, `None` if no row states any. It replaces the robot file's noise, and
+/// each row's own noise sets its weight.
 fn with_noise_of_rows(robot: &RobotFile, readings: &Readings) -> Option<RobotFile> {
     let sigmas = Kind::ALL.map(|kind| readings.stated_sigma(kind));
     let [position, height, distance] = sigmas;
@@ -103,7 +103,7 @@ fn with_noise_of_rows(robot: &RobotFile, readings: &Readings) -> Option<RobotFil
     Some(weighted)
 }
 
-/// The readings as they are to be used, once everything is right with the files and options.
+/// The readings to use, after all checks of the files and options.
 fn checked(
     robot: &RobotFile,
     readings: &Readings,
@@ -134,8 +134,8 @@ fn checked(
     let Some(target) = robot.instruments.target else {
         return Ok(readings.clone());
     };
-    // Positions of the platform point in place of those of the target. In an unknown frame the place of the frame takes
-    // it in, for the platform does not turn.
+    // Converts positions of the target to positions of the platform point. In an unknown frame, the frame's place
+    // absorbs the shift, because the platform does not rotate.
     let shift = match (options.frame, &datum) {
         (Frame::Base, _) => target,
         (Frame::Sensor, Some(datum)) => datum.frame.rotation * target,
@@ -144,7 +144,7 @@ fn checked(
     Ok(readings.clone().moved(&-shift))
 }
 
-/// The sensor's frame by the points of `[datum]`.
+/// The sensor's frame, from the points of `[datum]`.
 fn datum(
     robot: &RobotFile,
     readings: &Readings,
@@ -215,7 +215,7 @@ fn check_frame(readings: &Readings, frame: Frame) -> Result<(), InputError> {
     Ok(())
 }
 
-/// Every plane and point of the robot file must occur.
+/// Checks that the samples use every plane and point of the robot file.
 fn check_names(robot: &RobotFile, readings: &Readings) -> Result<(), InputError> {
     let planes = robot.instruments.planes.iter();
     let planes = planes.map(|plane| ("planes", &plane.name, plane.line, &readings.planes));

@@ -1,11 +1,11 @@
-//! What the residuals of a fit show that the model does not hold: directed tests.
+//! Directed tests of the residuals for errors that the model cannot represent.
 //!
 //! ```text
 //! residuals of a row   Lₖ⁻¹ (mₖ − h(FK(P; qₖ), u)) = Lₖ⁻¹ (J δ(P, u) + C a) + noise
 //! ```
 //!
-//! P are the parameters and u the instruments' unknowns, with the rows of what is known of them. Each hypothesis has its columns C. Its gain is by how much the sum of squares
-//! falls with it, all parameters being fitted again; so the robot need not be the optimum of this sum.
+//! P are the parameters and u the instruments' unknowns, with their prior. Each hypothesis has columns C. Its gain is
+//! the decrease of the sum of squares with all parameters refitted, so the robot need not be the optimum of this sum.
 
 mod cause;
 mod regression;
@@ -21,28 +21,28 @@ use regression::{Fit, Regression};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 pub(crate) use subject::Subject;
 
-/// A cause that moves the positions by less, mm rms, is one of the arithmetic.
+/// A cause that moves the positions by less than this, mm rms, is rounding.
 const NEGLIGIBLE: f64 = 1e-6;
 
-/// A drift is hidden if the unknowns make its variance so many times larger.
+/// A drift is hidden if the unknowns increase its variance by more than this factor.
 const TAKEN_UP: f64 = 4.0;
 
-/// What was looked for in the residuals, and what was found.
+/// Results of the tests of the residuals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Causes {
     /// The causes found, the one that explains most first.
     pub found: Vec<Cause>,
-    /// Why nothing was looked for, if that is so.
+    /// The reason why the residuals were not tested, if they were not.
     pub not_tested: Option<&'static str>,
-    /// A drift of the positions from the first row to the last up to which the rows' order hides it, mm: three σ. `None`
-    /// where the order tells drift from geometry.
+    /// The largest drift of the positions, from the first row to the last, that the order of the rows hides, mm: three
+    /// σ. `None` if the order separates drift from geometry.
     pub hidden_drift: Option<f64>,
-    /// By how much the causes put the calibrated robot's positions off, rms over the workspace, mm: by
-    /// themselves and by what the parameters have taken up of them. 0 if none was found.
+    /// Error of the calibrated robot's positions due to the causes, rms over the workspace, mm: their own effect and
+    /// what the parameters have absorbed of them. 0 if none was found.
     pub position_error: f64,
 }
 
-/// Tests every hypothesis; `poses` are all over the workspace, and a drift is told along the axes of a convention.
+/// Tests every hypothesis; `poses` cover the workspace, and a drift is reported along the axes of `convention`.
 pub(crate) fn causes(
     subject: &Subject<'_>,
     convention: &Convention,
@@ -81,9 +81,9 @@ pub(crate) fn causes(
     causes
 }
 
-/// What residuals say of columns that no hypothesis has, each group by itself with all parameters fitted again: by how much
-/// it lowers the sum of squares, and its coefficients; `None` of a group that the parameters take up. `moves`: by how much
-/// a position of the row with this index moves for one unit of each column, mm.
+/// Tests columns beside those of the hypotheses, each group by itself with all parameters refitted: returns the
+/// decrease of the sum of squares and the coefficients; `None` for a group that the parameters absorb. `moves`:
+/// displacement of a position of the row with this index per unit of each column, mm.
 pub(crate) fn explained_by(
     subject: &Subject<'_>,
     groups: &[Vec<usize>],
@@ -99,20 +99,20 @@ pub(crate) fn explained_by(
     each.collect()
 }
 
-/// The probability that some hypothesis of a file without any cause is taken for one.
+/// The probability that some hypothesis is accepted for a file without any cause.
 const FALSE_ALARM: f64 = 0.003;
-/// Fewer degrees of freedom than these do not tell the residuals' variance.
+/// Least degrees of freedom for an estimate of the residuals' variance.
 const LEAST_FREEDOM: f64 = 5.0;
-/// What a hypothesis must gain for each of its columns to be ranked before another: near the limit as
-/// many as change the probability by the same factor.
+/// Penalty per column when hypotheses are ranked: near the limit, this much per column changes the probability by the
+/// same factor.
 const PER_COLUMN: f64 = 3.0;
-/// The part of a gain that must be one of the residuals. What brings the parameters nearer to nominal alone is no cause: a
-/// wrong length of the robot file is explained by a wrong scale as well.
+/// Fraction of a gain that must come from the residuals. A gain that only brings the parameters nearer to nominal is no
+/// cause: a wrong scale, too, explains a wrong length in the robot file.
 const IN_RESIDUALS: f64 = 0.5;
-/// Twice the logarithm of 20: what explains less than that more is not clearly better.
+/// Twice the logarithm of 20: a smaller difference between explanations is not clear.
 const CLEARLY: f64 = 6.0;
 
-/// Causes, and the coefficients of all columns beside them.
+/// Causes, and the coefficients of all columns with them.
 type Selected = (Vec<Cause>, DVector<f64>);
 
 struct Search<'a> {
@@ -125,11 +125,11 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The causes, with the coefficients of all columns beside them; an effect below `negligible`, in σ of the positions,
-    /// is none.
+    /// The causes, with the coefficients of all columns; an effect below `negligible`, in σ of the positions, counts as
+    /// none.
     ///
     /// # Errors
-    /// Why the residuals cannot be tested.
+    /// The reason why the residuals cannot be tested.
     fn select(&self, negligible: f64) -> Result<Option<Selected>, &'static str> {
         let without = self
             .regression
@@ -148,7 +148,7 @@ impl Search<'_> {
         Ok(fit.map(|fit| (self.found(&chosen, &fit), fit.coefficients)))
     }
 
-    /// Three σ of a drift, if the unknowns take up most of it.
+    /// Three σ of a drift if the unknowns absorb most of it.
     fn hidden_drift(&self) -> Option<f64> {
         let mut hypotheses = self.hypotheses.iter();
         let drift = hypotheses
@@ -173,7 +173,7 @@ impl Search<'_> {
             .collect()
     }
 
-    /// `None` without enough degrees of freedom left.
+    /// `None` if too few degrees of freedom remain.
     fn solve(&self, chosen: &[usize]) -> Option<Fit> {
         let fit = self.regression.solve(&self.columns(chosen))?;
         (fit.freedom >= LEAST_FREEDOM).then_some(fit)
@@ -185,8 +185,8 @@ impl Search<'_> {
         gains.first().copied().flatten().unwrap_or(0.0)
     }
 
-    /// What each hypothesis explains beside the chosen ones, for what it costs: its gain in units of
-    /// the variance that `fit` leaves.
+    /// Rank of each hypothesis beside the chosen ones: its gain in units of the variance that `fit` leaves, less the
+    /// penalty for its columns.
     fn ranks(&self, chosen: &[usize], fit: &Fit) -> Vec<Option<f64>> {
         let groups: Vec<_> = self.hypotheses.iter().map(Hypothesis::columns).collect();
         let gains = self.regression.gains(&self.columns(chosen), &groups);
@@ -200,8 +200,8 @@ impl Search<'_> {
             .collect()
     }
 
-    /// Of the significant hypotheses the one that explains most beside the chosen ones. A rare one must
-    /// explain clearly more than the others.
+    /// The significant hypothesis that explains most beside the chosen ones. A rare one must explain clearly more than
+    /// the others.
     fn next(&self, chosen: &[usize]) -> Option<usize> {
         let without = self.solve(chosen)?;
         let ranks = self.ranks(chosen, &without);
@@ -223,14 +223,14 @@ impl Search<'_> {
             .map(|(index, _)| index)
     }
 
-    /// What explains about as much in place of one of the chosen.
+    /// Hypotheses that explain about as much in place of one of the chosen.
     fn alternatives(&self, chosen: &[usize], place: usize, fit: &Fit) -> Vec<&Hypothesis> {
         let mut others = chosen.to_vec();
         let own = others.remove(place);
         let ranks = self.ranks(&others, fit);
         let best = ranks[own].unwrap_or(f64::INFINITY);
         let least = |kind| match kind {
-            // A scale that shows is large, and its gain here is that of the first step towards it.
+            // A detectable scale is large, and its gain here is that of the first step only.
             CauseKind::Scale => (best - 2.0 * CLEARLY).max(0.5 * best),
             _ => best - CLEARLY,
         };
@@ -241,9 +241,8 @@ impl Search<'_> {
             .collect()
     }
 
-    /// The probability of such a gain by chance: against the stated noise (χ²) or, if the residuals
-    /// exceed that even with the hypothesis, against what is left of them, because an understated
-    /// noise is no cause. Without a stated noise F.
+    /// The probability of such a gain by chance: against the stated noise (χ²), or against the residuals left by the
+    /// hypothesis if they are larger, because an understated noise is no cause. Without a stated noise: F test.
     fn probability(&self, gain: f64, index: usize, with: &Fit) -> f64 {
         let columns = self.hypotheses[index].number();
         if self.stated {
@@ -255,7 +254,7 @@ impl Search<'_> {
         }
     }
 
-    /// The variance that residuals are compared with, given what is left of them.
+    /// The unit for gains, given the variance of the remaining residuals.
     fn unit(&self, variance: f64) -> f64 {
         if self.stated {
             variance.max(1.0)
@@ -264,7 +263,7 @@ impl Search<'_> {
         }
     }
 
-    /// Leaves out, the weakest first, what is not significant beside the others.
+    /// Removes, weakest first, hypotheses that are not significant beside the others.
     fn drop_superfluous(&self, chosen: &mut Vec<usize>) {
         while let Some(fit) = self.solve(chosen) {
             let weakest = (0..chosen.len())
@@ -285,7 +284,7 @@ impl Search<'_> {
         self.probability(self.gain(&others, own), own, fit)
     }
 
-    /// √ of the mean square of what the chosen ones do, in σ.
+    /// Root mean square of the chosen hypotheses' effect, in σ.
     fn effect(&self, chosen: &[usize], fit: &Fit) -> f64 {
         let columns = self.columns(chosen);
         let coefficients = fit.of_candidates(columns.len());

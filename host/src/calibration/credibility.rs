@@ -1,4 +1,4 @@
-//! What the residuals say of the noise of each kind of reading: χ² against a stated one, and an estimate.
+//! Tests of each kind of reading's noise: χ² against a stated noise, and an estimate.
 
 use crate::accuracy::information::{is_empty, prior_covariance};
 use crate::accuracy::quantiles::quantile;
@@ -14,14 +14,14 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// A stated noise or tolerance is contradicted below this probability: 3 σ of a normal distribution, two-sided.
 const IMPROBABLE: f64 = 0.0027;
-/// Noise that is exceeded by less than this is stated well enough, however many samples tell it.
+/// Noise exceeded by less than this factor counts as well stated, however many samples there are.
 const EXCEEDED: f64 = 1.1;
-/// Noise stated larger than it is is cautious; below this part of it, it misleads.
+/// Overstated noise is cautious; below this fraction of it, it misleads.
 const SMALL: f64 = 0.6;
-/// Probability on either side of the interval.
+/// Probability on either side of the confidence interval.
 const TAIL: f64 = 0.025;
 
-/// The noise of a kind of reading as the residuals have it.
+/// The noise of a kind of reading, estimated from the residuals.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct NoiseTest {
     /// Of which readings.
@@ -42,22 +42,22 @@ pub struct NoiseTest {
     pub verdict: NoiseVerdict,
 }
 
-/// What a χ² test says of a stated noise.
+/// Verdict of the χ² test of a stated noise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum NoiseVerdict {
-    /// None is stated.
+    /// No noise is stated.
     Estimated,
-    /// The residuals agree with it, or nearly so.
+    /// The residuals agree with it, or nearly.
     Agrees,
-    /// They are larger.
+    /// The residuals are larger.
     Understated,
-    /// They are much smaller.
+    /// The residuals are much smaller.
     Overstated,
 }
 
 impl NoiseTest {
-    /// `None` without a degree of freedom.
+    /// `None` without degrees of freedom.
     pub(crate) fn of(noise: &KindNoise) -> Option<Self> {
         let freedom = if noise.stated {
             noise.freedom
@@ -86,8 +86,8 @@ impl NoiseTest {
         })
     }
 
-    /// By what to multiply every σ that was computed with this noise: by how many times the residuals exceed it, if that
-    /// is no chance or has a cause that was found; otherwise 1.
+    /// Factor for every σ computed with this noise: the ratio by which the residuals exceed it, if that is significant
+    /// or a cause for it was found; otherwise 1.
     pub(crate) fn widening(&self, cause_found: bool) -> f64 {
         if cause_found || self.verdict == NoiseVerdict::Understated {
             self.ratio.max(1.0)
@@ -114,16 +114,16 @@ fn against(ratio: f64, freedom: f64) -> Option<(f64, f64, NoiseVerdict)> {
     Some((ratio, probability, verdict))
 }
 
-/// Λ from which on a combination counts: the samples' σ is half of the tolerance.
+/// Λ above which a combination counts as determined: the samples' σ is half of the tolerance.
 const DETERMINED: f64 = 4.0;
-/// Combinations that move the robot as a whole.
+/// Number of combinations that move the robot as a whole.
 const MOTIONS: u32 = 6;
-/// An estimated noise may be larger than it seems: with this probability it is not.
+/// Probability that an estimated noise is larger than its upper limit.
 const SURE: f64 = 0.025;
-/// Less is rounding.
+/// Smaller variances are rounding.
 const LEAST: f64 = 1e-12;
 
-/// What a calibrated robot says of its stated tolerance.
+/// Test of the stated tolerance against the calibrated robot.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PriorTest {
     /// How many tolerances the parameters are off, rms over the combinations that the samples
@@ -137,7 +137,7 @@ pub struct PriorTest {
     pub probability: f64,
 }
 
-/// The places that the arms use, rows that count their parameters in tolerances, and a covariance counted so.
+/// The indices that the arms use, rows that convert parameters to tolerances, and the covariance in tolerances.
 pub(super) fn in_tolerances(
     robot: &Robot<f64>,
     tolerance: &Tolerance<f64>,
@@ -164,7 +164,7 @@ impl PriorTest {
         solution: &Solution,
     ) -> Option<Self> {
         let drive = nominal.drive();
-        // `moved` is in the directions of the upper arms as they are, if their zeros are known by degrees alone.
+        // If only the angles of joint zeros are known, `moved` refers to the directions of the calibrated upper arms.
         let about = match drive {
             Drive::Rotary => &solution.robot,
             Drive::Linear => nominal,
@@ -177,7 +177,7 @@ impl PriorTest {
         if !solution.is_absolute() {
             of -= MOTIONS;
         }
-        // Of an estimated noise the upper limit.
+        // Uses the upper limit of an estimated noise.
         let larger = match solution.estimated_freedom() {
             Some(freedom) => freedom / quantile(freedom, SURE)?,
             None => 1.0,
@@ -186,7 +186,7 @@ impl PriorTest {
         let mut pairs: Vec<_> = eigen.eigenvalues.iter().zip(&along).collect();
         pairs.sort_by(|a, b| a.0.total_cmp(b.0));
         for (part, along) in pairs.into_iter().take(usize::try_from(of).unwrap_or(0)) {
-            // c = 1/(1 + Λ): what the samples leave of the prior's variance, and d = m/(1 − c) what they say.
+            // c = 1/(1 + Λ) is the remaining fraction of the prior's variance, d = m/(1 − c) the samples' own estimate.
             let part = part.max(LEAST);
             if 1.0 / part - 1.0 <= DETERMINED {
                 break;
@@ -208,7 +208,7 @@ impl PriorTest {
         })
     }
 
-    /// Whether the stated tolerance is contradicted: too small.
+    /// Whether the robot contradicts the stated tolerance: it is too small.
     pub fn contradicts(&self) -> bool {
         self.probability < IMPROBABLE
     }
@@ -218,7 +218,7 @@ impl PriorTest {
         self.combinations >= self.of
     }
 
-    /// The tolerance that agrees with the robot.
+    /// The tolerance that agrees with the robot, `ratio` times the stated one.
     pub(crate) fn widened(&self, tolerance: &Tolerance<f64>) -> Option<Tolerance<f64>> {
         let of = |parameter| self.ratio * tolerance.of(parameter);
         let wider = Tolerance::new(of(Parameter::Lb), of(Parameter::Theta));
@@ -233,7 +233,7 @@ impl PriorTest {
             .ok()
     }
 
-    /// What to write into the robot file.
+    /// The statement to write into the robot file.
     pub(crate) fn statement(&self, drive: Drive, tolerance: &Tolerance<f64>) -> String {
         let Some(wider) = self.widened(tolerance) else {
             return "a larger [tolerance]".to_owned();
@@ -260,25 +260,25 @@ impl PriorTest {
     }
 }
 
-/// Percent of the forearm, degrees, and percent of a scale, beyond which a change is a mistake and not an error.
+/// A larger change is a mistake and not an error of manufacture: percent of the forearm, degrees, percent of a scale.
 const IMPLAUSIBLE: f64 = 10.0;
-/// The same beyond which a change is doubtful.
+/// A larger change is doubtful; same units.
 const DOUBTFUL: f64 = 2.0;
-/// How many changes a warning names.
+/// Most changes named in a warning.
 const NAMED: usize = 3;
 
-/// How the calibration changed a parameter; millimetres or radians.
+/// Change of a parameter by the calibration; millimetres or radians.
 #[derive(Debug, Clone, Copy)]
 struct Change {
     arm: ArmIndex,
     parameter: Parameter,
     before: f64,
     after: f64,
-    /// In percent of the forearm, in degrees, or in percent.
+    /// Percent of the forearm, degrees, or percent of a scale.
     size: f64,
 }
 
-/// Every parameter's change, the largest first.
+/// Changes of all parameters, largest first.
 fn changes(before: &Robot<f64>, after: &Robot<f64>) -> Vec<Change> {
     let mut changes = Vec::with_capacity(24);
     for arm in ArmIndex::ALL {
@@ -308,8 +308,8 @@ fn changes(before: &Robot<f64>, after: &Robot<f64>) -> Vec<Change> {
     changes
 }
 
-/// The largest change, if it is no error of manufacture: "theta of arm 1 is … in the robot file
-/// and came out as …".
+/// The largest change, if it is too large for an error of manufacture: "theta of arm 1 is … in the robot file and came
+/// out as …".
 pub(crate) fn implausible(before: &Robot<f64>, after: &Robot<f64>) -> Option<String> {
     let largest = changes(before, after).into_iter().next()?;
     let of = match largest.parameter.kind() {
@@ -329,7 +329,7 @@ pub(crate) fn implausible(before: &Robot<f64>, after: &Robot<f64>) -> Option<Str
     })
 }
 
-/// Whether a change is too large for an error of manufacture. Where the end stops of towers stand is chosen, not made.
+/// Whether a change is too large for an error of manufacture. The end stops of towers are exempt: they are adjustable.
 pub(crate) fn is_another_robot(before: &Robot<f64>, after: &Robot<f64>) -> bool {
     changes(before, after).iter().any(|change| {
         let chosen = before.drive() == Drive::Linear && change.parameter == Parameter::Zero;
@@ -337,7 +337,7 @@ pub(crate) fn is_another_robot(before: &Robot<f64>, after: &Robot<f64>) -> bool 
     })
 }
 
-/// The largest changes, if they are large: "La_y of arm 2 by +12.000 mm (…), … and …".
+/// The largest changes, if they are doubtful: "La_y of arm 2 by +12.000 mm (…), … and …".
 pub(crate) fn doubtful(before: &Robot<f64>, after: &Robot<f64>) -> Option<String> {
     let large = changes(before, after)
         .into_iter()

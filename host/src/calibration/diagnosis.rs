@@ -1,6 +1,6 @@
-//! What is wrong with a file of samples as a whole: columns exchanged, a wrong sign, another unit,
-//! a mirrored frame. Each fault is undone and the samples compared with the robot of the file; the
-//! faults without which they agree clearly better are named. Nothing is ever corrected.
+//! Faults of a samples file as a whole: exchanged columns, a wrong sign, another unit, a mirrored frame. Each fault is
+//! undone and the samples compared with the robot of the file; the faults without which they agree clearly better are
+//! named. Nothing is ever corrected.
 
 mod evidence;
 mod fault;
@@ -13,11 +13,11 @@ use fault::{Fault, Words};
 use serde::Serialize;
 use std::fmt;
 
-/// No robot has forearms below this, mm: then the file's lengths are in a larger unit.
+/// No robot has shorter forearms, mm: the file's lengths are then in a larger unit.
 const LEAST_FOREARM: f64 = 10.0;
 
-/// Of samples that are in a file, whether a calibration accepts them or not; `None` if nothing is
-/// wrong with the file as a whole, or no fault explains what is.
+/// Diagnoses the samples, whether or not a calibration accepts them; `None` if the file as a whole is right, or no
+/// fault explains it.
 pub(crate) fn diagnose(
     robot: &RobotFile,
     readings: &Readings,
@@ -54,7 +54,7 @@ fn explanation(
         },
         robot_in_metres,
     };
-    // What is told as millimetres are the file's lengths as they stand.
+    // Distances are in the robot file's unit of length: this converts them to mm.
     let unit = if robot_in_metres {
         of_robot(&scored.faults)
     } else {
@@ -75,7 +75,7 @@ fn explanation(
     }
 }
 
-/// How many millimetres the unit of the robot file's lengths has, if that is the fault.
+/// Millimetres per unit of the robot file's lengths, if their unit is the fault.
 fn of_robot(faults: &[Fault]) -> f64 {
     let lengths = faults.iter().filter_map(|fault| match fault {
         Fault::Length(unit) if unit.robot.is_some() => Some(1.0 / unit.factor),
@@ -84,10 +84,10 @@ fn of_robot(faults: &[Fault]) -> f64 {
     lengths.product()
 }
 
-/// Explanations that are named; others that are as good are counted.
+/// Most explanations named; others that are as good are only counted.
 const NAMED: usize = 4;
 
-/// What would explain samples that cannot be right as a whole.
+/// Explanations for samples that cannot be right as a whole.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Diagnosis {
     /// Half of the measured points are within this distance of where the robot of the file would be,
@@ -97,7 +97,7 @@ pub struct Diagnosis {
     pub explanations: Vec<Explanation>,
 }
 
-/// One fault, or two together.
+/// A fault, or two together.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Explanation {
     /// What is wrong, in words.
@@ -144,7 +144,7 @@ impl fmt::Display for Diagnosis {
     }
 }
 
-/// Three significant digits.
+/// Formats to three significant digits.
 fn figures(value: f64) -> String {
     match value {
         value if value >= 100.0 => format!("{value:.0}"),
@@ -156,7 +156,7 @@ fn figures(value: f64) -> String {
 }
 
 impl Diagnosis {
-    /// What to do about the first explanation, or the others.
+    /// The remedies of the first explanation and of the alternatives.
     pub fn remedy(&self) -> String {
         let mut remedies: Vec<_> = Vec::new();
         for explanation in self.explanations.iter().take(NAMED) {

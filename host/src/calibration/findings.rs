@@ -1,4 +1,4 @@
-//! What there is to say of a calibration beside its figures: a sentence each, and the figures that it is said of.
+//! Findings of a calibration beside its figures: a sentence each, with the figures that it is based on.
 
 use super::causes::CauseKind;
 use super::credibility::{NoiseVerdict, PriorTest, doubtful};
@@ -18,21 +18,21 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// A parameter is the tolerance's rather than the samples' beyond this share.
+/// Above this share, a parameter comes mostly from the tolerance.
 const MOSTLY: f64 = 0.5;
-/// Without a tolerance, fewer samples than this may have several solutions.
+/// Without a tolerance, fewer samples than this may allow several solutions.
 const FEW_SAMPLES: usize = 12;
-/// Below it a condition is good. Above, the parameters are known a hundred times worse than each
-/// alone would be.
+/// Below this, a condition number is good. Above, the parameters are known a hundred times worse than each would be
+/// alone.
 const GOOD_CONDITION: f64 = 100.0;
-/// A standardised residual of more σ is an outlier.
+/// Standardised residual, in σ, above which a reading is an outlier.
 const OUTLIER: f64 = 4.5;
-/// Residuals above this part of what the tolerance allows leave little to the samples.
+/// Residuals above this fraction of what the tolerance allows leave little to the samples.
 const LITTLE: f64 = 0.5;
-/// Residuals above this part of the stated noise may be half of it.
+/// Above this fraction of the stated noise, residuals suggest that 2 σ was stated instead of σ.
 const HALF: f64 = 0.4;
 
-/// How grave a finding is.
+/// Severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Level {
@@ -42,16 +42,16 @@ pub enum Level {
     Note,
 }
 
-/// Something that a calibration showed.
+/// A finding of a calibration.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
     /// `warning` or `note`.
     pub level: Level,
     /// In words.
     pub text: String,
-    /// What it is: `copies`, `outlier`, `noise_understated` and so on.
+    /// Its kind: `copies`, `outlier`, `noise_understated` and so on.
     pub kind: &'static str,
-    /// The figures of the kind, by name.
+    /// The kind's figures, by name.
     #[serde(flatten)]
     pub figures: Value,
 }
@@ -72,12 +72,12 @@ fn note(kind: &'static str, figures: Value, text: impl Into<String>) -> Finding 
     }
 }
 
-/// Two significant digits.
+/// Formats to two significant digits.
 fn mm(value: f64) -> String {
     significant(value, 2)
 }
 
-/// Everything there is to say, the gravest first.
+/// All findings, most severe first.
 pub(crate) fn findings(
     case: &Case<'_>,
     judged: &Judged,
@@ -102,7 +102,7 @@ pub(crate) fn findings(
     );
     let step = happened(case, judged).filter(|_| shifted.is_none());
     found.extend(step.map(|own| warning("step", json!(own), own.to_string())));
-    // A step looks like a drift as well.
+    // A step also looks like a drift.
     let causes = judged.causes.found.iter();
     for cause in causes.filter(|cause| step.is_none() || cause.kind != CauseKind::Drift) {
         let text = format!(
@@ -126,7 +126,7 @@ pub(crate) fn findings(
     found
 }
 
-/// What happened at one row, where the residuals show that something is wrong or a robust fit leaves rows out.
+/// The step at one row, if the residuals show that something is wrong or a robust fit rejects rows.
 fn happened(case: &Case<'_>, judged: &Judged) -> Option<Step> {
     let mut causes = judged.causes.found.iter();
     let drifts = causes.any(|cause| cause.kind == CauseKind::Drift);
@@ -139,7 +139,7 @@ fn happened(case: &Case<'_>, judged: &Judged) -> Option<Step> {
     if !(drifts || large || all >= FEWEST) {
         return None;
     }
-    // Nearly all suspected rows are on one side of it.
+    // Nearly all suspected rows must be on one side of it.
     let divides = |own: &Step| {
         let after = suspected.iter().filter(|line| **line >= own.line).count();
         10 * after.min(all - after) <= all
@@ -149,7 +149,7 @@ fn happened(case: &Case<'_>, judged: &Judged) -> Option<Step> {
         .filter(divides)
 }
 
-/// Of rows that stand out.
+/// Findings about single rows.
 fn of_rows(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
     let rows = || case.readings.rows.iter().zip(&judged.solution.rows);
     let target = BesideThePlatformPoint::find(case.robot, case.readings, case.options.frame);
@@ -195,7 +195,7 @@ fn of_rows(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
     }
 }
 
-/// Of how the files came to hold what they hold.
+/// Findings about the content of the files.
 fn of_files(case: &Case<'_>, found: &mut Vec<Finding>) {
     let readings = case.readings;
     if let Some(joined) = &readings.joined {
@@ -248,7 +248,7 @@ fn of_files(case: &Case<'_>, found: &mut Vec<Finding>) {
     }
 }
 
-/// Of poses that were measured more than once: how the readings of a kind scatter.
+/// Repeatability of a kind of reading, from poses measured more than once.
 fn repeatability(readings: &Readings, kind: Kind) -> Option<Finding> {
     let mut poses: BTreeMap<_, Vec<&Reading>> = BTreeMap::new();
     for row in &readings.rows {
@@ -472,7 +472,7 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
     }
 }
 
-/// What the tolerance decided as a whole.
+/// What the tolerance decided overall.
 fn of_determined(judged: &Judged, readings: &Readings, found: &mut Vec<Finding>) {
     let known = &judged.known;
     if !known.place {
@@ -504,7 +504,7 @@ fn of_determined(judged: &Judged, readings: &Readings, found: &mut Vec<Finding>)
     }
 }
 
-/// Parameters of an arm that the tolerance decided.
+/// The parameters of each arm that the tolerance decided.
 fn by_tolerance(robot: &RobotFile, shares: &[f64; 24]) -> Vec<Finding> {
     let places = robot.robot.drive().places();
     let tolerance = robot.tolerance;

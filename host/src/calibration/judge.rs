@@ -1,4 +1,4 @@
-//! Whether a solution is good: credible, reproduced by the robot, and expected to improve it.
+//! Judges a solution: whether it is credible, reproduced by the robot, and expected to improve it.
 
 use super::causes::{Causes, Subject, causes};
 use super::credibility::{self, NoiseTest, PriorTest};
@@ -15,31 +15,31 @@ use delta_cal::robot::Drive;
 use delta_cal::{Refusal, Robot, Sample, Tolerance};
 use nalgebra::Vector3;
 
-/// Residuals below this part of the stated noise show another unit.
+/// Residuals below this fraction of the stated noise indicate another unit.
 const FAR_OFF: f64 = 0.05;
-/// A noise below this part of the forearm is that of the digits.
+/// Noise below this fraction of the forearm is rounding of the digits.
 const COMPUTED: f64 = 2e-6;
 
-/// A solution that was judged good.
+/// A solution judged good.
 #[derive(Debug, Clone)]
 pub(crate) struct Judged {
-    /// Every σ widened by the lack of fit.
+    /// The solution, every σ widened by the lack of fit.
     pub(crate) solution: Solution,
     pub(crate) widening: f64,
     pub(crate) noise: Vec<NoiseTest>,
     pub(crate) causes: Causes,
-    /// Of the stated tolerance; `widened` says whether a larger one was used.
+    /// Test of the stated tolerance; `widened` tells whether a larger one was used.
     pub(crate) prior_test: Option<PriorTest>,
     pub(crate) widened: bool,
     pub(crate) workspace: Option<WorkspaceComparison>,
     pub(crate) expected: Option<ExpectedError>,
     pub(crate) known: Known,
-    /// Of the rows with x, y and z; `None` if there are none.
+    /// Over the rows with x, y and z; `None` if there are none.
     pub(crate) error_before: Option<PositionError>,
     pub(crate) error_after: Option<PositionError>,
 }
 
-/// What is to be calibrated from what. `before` is the robot file as it is, `robot` may have a wider tolerance.
+/// The data of a calibration. `before` is the original robot file, `robot` may have a wider tolerance.
 #[derive(Clone, Copy)]
 pub(crate) struct Case<'a> {
     pub(crate) robot: &'a RobotFile,
@@ -49,7 +49,7 @@ pub(crate) struct Case<'a> {
 }
 
 impl<'a> Case<'a> {
-    /// Of a robot file as it is.
+    /// For the original robot file.
     pub(crate) const fn new(
         robot: &'a RobotFile,
         readings: &'a Readings,
@@ -64,36 +64,36 @@ impl<'a> Case<'a> {
     }
 }
 
-/// What speaks against a solution.
+/// The reason to reject a solution.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Objection {
-    /// There is none.
+    /// There is no solution.
     Unsolved(Unsolved),
-    /// Without a tolerance, a change that is no error of manufacture, in words.
+    /// Without a tolerance, a change too large for an error of manufacture, in words.
     Implausible(String),
-    /// The calibrated robot does not come to the measured points; half of them are off by more, mm.
+    /// The calibrated robot does not reproduce the measured points; the median error, mm.
     NotReproduced(f64),
     /// The calibration would make the robot worse, with this probability.
     Worse(f64, Moved),
-    /// Nobody knows how good the result is.
+    /// The error of the result cannot be estimated.
     UnknownError,
-    /// Without a stated noise, residuals that the tolerance does not explain: mm.
+    /// Without a stated noise, residuals that the tolerance does not explain; both in mm.
     NoiseBeyondTolerance(f64, f64),
-    /// A noise that is stated far too large, and what the readings show: mm.
+    /// The stated noise is far larger than that of the readings, mm.
     NoiseFarOff {
-        /// Of which readings.
+        /// The kind of reading.
         kind: Kind,
-        /// As the robot file has it.
+        /// Noise in the robot file.
         stated: f64,
-        /// As the readings have it.
+        /// Noise of the readings.
         shown: f64,
     },
-    /// Parameters that are further from nominal than the tolerance allows.
+    /// Parameters further from nominal than the tolerance allows.
     BeyondTolerance(PriorTest, String),
 }
 
 impl Objection {
-    /// Whether wrong rows may be behind it, so that they are worth looking for.
+    /// Whether wrong rows may be the reason, so that they are worth looking for.
     pub(crate) fn may_be_wrong_rows(&self) -> bool {
         match self {
             Self::Unsolved(Unsolved::Refused(refusal)) => matches!(
@@ -113,7 +113,7 @@ impl Objection {
     }
 }
 
-/// Solves and judges. A stated tolerance that the robot contradicts is widened where the samples decide all parameters.
+/// Solves and judges. A stated tolerance that the robot contradicts is widened if the samples determine all parameters.
 pub(crate) fn attempt(case: &Case<'_>) -> Result<Judged, Objection> {
     let result = solve(case.robot, case.readings, &case.options)
         .map_err(Objection::Unsolved)
@@ -127,8 +127,8 @@ pub(crate) fn attempt(case: &Case<'_>) -> Result<Judged, Objection> {
     }
 }
 
-/// `None` if the samples alone do not determine a robot that could be this one, or if it does not
-/// contradict the tolerance.
+/// `None` if the samples alone do not determine a robot that could be this one, or if it does not contradict the
+/// tolerance.
 fn with_wider_tolerance(case: &Case<'_>) -> Option<Judged> {
     let tolerance = case.robot.tolerance.as_ref()?;
     let free_file = RobotFile {
@@ -136,7 +136,7 @@ fn with_wider_tolerance(case: &Case<'_>) -> Option<Judged> {
         ..case.robot.clone()
     };
     let free = solve(&free_file, case.readings, &case.options).ok()?;
-    // Larger differences are wrong samples rather than a robot.
+    // Larger differences mean wrong samples, not another robot.
     if credibility::is_another_robot(&case.robot.robot, &free.robot) {
         return None;
     }
@@ -204,7 +204,7 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
         &noise,
     )?;
     let parameters = solution.of_parameters();
-    // A printer's firmware was calibrated from the same heights: of the rest of it they say nothing that could be judged.
+    // A printer's firmware was calibrated from the same heights: they cannot test anything but the bed.
     let bed_alone = robot.robot.drive() == Drive::Linear && !case.readings.holds(Kind::Position);
     let before = &case.before.robot;
     let mut workspace = WorkspaceComparison::of(before, &solution, tolerance, &robot.reach());
@@ -251,7 +251,7 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
     })
 }
 
-/// That a stated noise is far larger than what the readings show once it does not hold the robot back.
+/// Tests whether a stated noise is far larger than the noise estimated without it.
 fn far_off(case: &Case<'_>, test: &NoiseTest) -> Option<Objection> {
     let stated = test.stated_mm.filter(|_| test.ratio < FAR_OFF)?;
     let mut free = case.robot.clone();
@@ -279,7 +279,7 @@ fn far_off(case: &Case<'_>, test: &NoiseTest) -> Option<Objection> {
     })
 }
 
-/// What readings, robot and result contradict each other in.
+/// Contradictions between readings, robot and result.
 fn contradiction(
     case: &Case<'_>,
     solution: &Solution,
@@ -288,7 +288,7 @@ fn contradiction(
     noise: &[NoiseTest],
 ) -> Result<(), Objection> {
     let robot = case.robot;
-    // A stated tolerance already keeps what is not known near where it was.
+    // A stated tolerance already keeps undetermined parameters near their start.
     if robot.tolerance.is_none() {
         if let Some(change) = credibility::implausible(&robot.robot, &solution.robot) {
             return Err(Objection::Implausible(change));
@@ -314,7 +314,7 @@ fn contradiction(
     }
 }
 
-/// Distances of the rows with x, y and z from where a robot is.
+/// Distance of a sample with x, y and z from the robot's position.
 pub(crate) fn distance(robot: &Robot<f64>, places: &Places, sample: &Sample<f64>) -> Option<f64> {
     let position = robot.forward(&sample.joints).ok()?;
     let seen: Vector3<f64> = places
@@ -337,8 +337,8 @@ fn error(
     (!samples.is_empty()).then(|| PositionError::of(samples))
 }
 
-/// Residuals that are taken for noise, as none is stated, and are larger than the tolerance lets the robot be off: they
-/// would keep any robot near where it was, whatever the samples are. Both in mm.
+/// Without a stated noise: residuals, taken for noise, that exceed the robot's error within the tolerance. They would
+/// keep any robot near its start, whatever the samples are. Both in mm.
 fn beyond_tolerance(case: &Case<'_>, noise: &[NoiseTest]) -> Option<(f64, f64)> {
     let test = noise
         .iter()

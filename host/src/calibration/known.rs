@@ -1,4 +1,4 @@
-//! What readings determine, what they leave to the tolerance, and which poses would help most.
+//! What the readings determine, what stays at the tolerance, and which poses would help most.
 
 use super::credibility::in_tolerances;
 use crate::accuracy::improvement::mean_square;
@@ -12,10 +12,10 @@ use delta_cal::{Robot, Tolerance};
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector3};
 use serde::Serialize;
 
-/// Numbers of a robot's place in space.
+/// Degrees of freedom of the robot's place in space.
 const PLACE_IN_SPACE: usize = 6;
-/// The place in space is known if the part of the position error that is a rigid motion falls below this part
-/// of what the tolerance allows.
+/// The place in space is known if the rigid motion's part of the position error is below this fraction of what the
+/// tolerance allows.
 const PLACE_KNOWN: f64 = 0.5;
 
 /// What the readings determine.
@@ -32,20 +32,20 @@ pub struct Known {
     pub scale: bool,
 }
 
-/// Of the squared position error the part that is a rigid motion, and its root: mm.
+/// The part of the position error that is a rigid motion: mm.
 fn place(expected: &ExpectedError) -> f64 {
     let (absolute, relative) = (expected.absolute.rms, expected.intrinsic.rms);
     (absolute * absolute - relative * relative).max(0.0).sqrt()
 }
 
 impl Known {
-    /// Whether all that relative positions depend on is known better than the tolerance says.
+    /// Whether everything that relative positions depend on is known better than the tolerance.
     pub const fn relative_positions(&self) -> bool {
         self.scale && self.combinations >= self.of
     }
 
-    /// `covariance`: of the robot's parameters after the readings, mm and radians, with the tolerance.
-    /// `before` and `after`: the position errors that the robot is expected to have.
+    /// `covariance`: of the robot's parameters given the readings and the tolerance, mm and radians. `before` and
+    /// `after`: the robot's expected position errors.
     pub fn of(
         robot: &Robot<f64>,
         tolerance: Option<&Tolerance<f64>>,
@@ -69,11 +69,11 @@ impl Known {
         let Some((used, rows, information)) = found else {
             return everything;
         };
-        // In tolerances: what the readings alone say, beside 1 of the tolerance.
+        // Information of the readings alone in tolerances, where the tolerance's own is 1.
         let measured = information - DMatrix::identity(used.len(), used.len());
         let larger = DVector::from_fn(used.len(), |index, _| {
             match parameter_at(robot, used[index]) {
-                // The travel grows with everything else if its scale does.
+                // If the scale of the travel grows, so does everything else.
                 Some((_, Parameter::Scale)) => 1.0,
                 Some((arm, parameter)) if parameter.kind() == ParameterKind::Length => {
                     robot.arm(arm).get(parameter)
@@ -95,22 +95,22 @@ impl Known {
     }
 }
 
-/// Poses that are proposed.
+/// Number of poses proposed.
 const PROPOSED: usize = 3;
-/// Poses among which they are chosen, and over which the error is averaged.
+/// Number of candidate poses, over which the error is also averaged.
 const CANDIDATES: usize = 250;
 
-/// A pose to measure next, and what it would bring.
+/// A pose to measure next and its benefit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct NextPose {
-    /// Joint angles or travels in the unit and direction of the robot file.
+    /// Joint angles or travels, in the unit and direction of the robot file.
     pub joints: [f64; 3],
     /// The expected position error with x, y and z of this pose and those before it, mm rms.
     pub expected_error_mm: f64,
 }
 
-/// Greedily the poses whose positions would lower the expected position error most; none where the frame of the base is not
-/// measured.
+/// Greedy choice of the poses whose positions would reduce the expected position error most; empty if nothing is
+/// measured in the frame of the base.
 pub(crate) fn next_poses(robot: &RobotFile, solution: &Solution) -> Vec<NextPose> {
     if !solution.is_absolute() {
         return Vec::new();

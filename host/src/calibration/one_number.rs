@@ -1,5 +1,5 @@
-//! Numbers of the robot file of which one, if it is wrong, explains readings that contradict the stated tolerance: joint
-//! zeros, gear ratio, radius, forearms, overall size. Those that explain them about equally well are named together.
+//! Single numbers of the robot file that, if wrong, explain readings that contradict the stated tolerance: joint zeros,
+//! gear ratio, radius, forearms, overall size. Numbers that explain them about equally well are named together.
 
 use super::causes::{Subject, explained_by};
 use super::credibility::NoiseVerdict;
@@ -12,31 +12,31 @@ use delta_cal::robot::{Drive, Parameter};
 use delta_cal::{ArmIndex, Robot};
 use nalgebra::Vector3;
 
-/// Linearisations of a number; zeros that are ten degrees off take some.
+/// Most linearisations per number; zeros that are ten degrees off need several.
 const ROUNDS: u32 = 8;
-/// A number has settled if it changes by less than this part of itself.
+/// A number has converged if its relative change is below this.
 const SETTLED: f64 = 0.02;
-/// Larger numbers explain anything: radians, and parts of a length.
+/// Larger corrections explain anything: radians, or fraction of a length.
 const LARGEST: f64 = 0.5;
-/// Of a difference quotient.
+/// Step of a difference quotient.
 const STEP: f64 = 1e-6;
-/// Twice the logarithm of 20: what explains less than that more is not clearly better.
+/// Twice the logarithm of 20: a smaller difference between explanations is not clear.
 const CLEARLY: f64 = 6.0;
-/// Joint zeros of which nothing is known, degrees.
+/// Tolerance of entirely unknown joint zeros, degrees.
 const UNKNOWN_ZERO_DEG: f64 = 15.0;
-/// The stated noise is multiplied by this until the number is found: the readings contradict it.
+/// Factor for the stated noise until the number is found, because the readings contradict it.
 const LOOSE: f64 = 30.0;
-/// More rows are not fitted again.
+/// Files with more rows are not refitted.
 const MOST_ROWS: usize = 300;
 
-/// A number that all arms have in common.
+/// A number common to all arms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Wrong {
     /// All joint zeros, by the same angle.
     Zero,
-    /// The angle of a turn, or the steps of a travel.
+    /// The gear ratio: degrees per turn, or steps per mm of travel.
     Gear,
-    /// From the axis to the motors or towers.
+    /// Distance from the axis to the motors or towers.
     Radius,
     Forearm,
     /// All lengths.
@@ -57,7 +57,7 @@ impl Wrong {
         }
     }
 
-    /// A robot with the number changed: by an angle, or by a part of itself.
+    /// The robot with the number changed by an angle, or by a fraction of itself.
     fn changed(self, robot: &Robot<f64>, by: f64) -> Option<Robot<f64>> {
         let drive = robot.drive();
         let mut parameters = robot.parameters();
@@ -87,7 +87,7 @@ impl Wrong {
         robot.with_parameters(parameters).ok()
     }
 
-    /// Joints as the gear turned them.
+    /// The readings with the joints as the actual gear turned them.
     fn turned(self, readings: &Readings, by: f64) -> Readings {
         let mut turned = readings.clone();
         if self == Self::Gear {
@@ -102,7 +102,7 @@ impl Wrong {
         turned
     }
 
-    /// How the platform moves with the number.
+    /// Derivative of the platform's position with respect to the number.
     fn moves(self, robot: &Robot<f64>, joints: &[f64; 3]) -> Option<Vector3<f64>> {
         let here = robot.forward(joints).ok()?;
         let there = match self {
@@ -112,7 +112,7 @@ impl Wrong {
         Some((there - here) / STEP)
     }
 
-    /// In words, with its size and what it is instead.
+    /// In words, with its error and the corrected value.
     fn words(self, robot: &RobotFile, by: f64) -> String {
         let [arm, ..] = robot.robot.arms();
         let percent = format!("{:+.2} %", 100.0 * by);
@@ -140,7 +140,7 @@ impl Wrong {
         }
     }
 
-    /// What shows it at the least cost, and what to write if it is this one.
+    /// The cheapest measurement that shows it, and what to write if this is the wrong number.
     const fn advice(self) -> [&'static str; 2] {
         match self {
             Self::Zero => [
@@ -167,17 +167,17 @@ impl Wrong {
     }
 }
 
-/// What explains the readings.
+/// An explanation of the readings.
 struct Explanation {
-    /// `None` of the joint zeros, each by itself.
+    /// `None` for individual joint zeros.
     wrong: Option<Wrong>,
-    /// In words.
+    /// The explanation in words.
     what: String,
-    /// Σ r² and the prior's part.
+    /// Σ r² including the prior's part.
     cost: f64,
 }
 
-/// What one number, or the joint zeros, explain, in sentences with what to do; nothing if none does.
+/// The explanations by one number or the joint zeros, in sentences with remedies; `None` if there are none.
 pub(crate) fn explanation(case: &Case<'_>) -> Option<String> {
     if case.readings.rows.len() > MOST_ROWS {
         return None;
@@ -189,7 +189,7 @@ pub(crate) fn explanation(case: &Case<'_>) -> Option<String> {
     let mut found: Vec<_> = zeros(case).into_iter().chain(numbers).collect();
     let best = found.iter().map(|own| own.cost).reduce(f64::min)?;
     found.retain(|own| own.cost < best + CLEARLY);
-    // The zeros one by one hold a common one.
+    // Individual zeros include a common one.
     if found.iter().any(|own| own.wrong.is_none()) {
         found.retain(|own| own.wrong != Some(Wrong::Zero));
     }
@@ -208,7 +208,7 @@ pub(crate) fn explanation(case: &Case<'_>) -> Option<String> {
     })
 }
 
-/// The zeros of the joints, each by itself, where nothing is stated of them.
+/// Tests individual joint zeros, if their tolerance is not stated.
 fn zeros(case: &Case<'_>) -> Option<Explanation> {
     let tolerance = case.robot.tolerance?;
     if case.robot.robot.drive() == Drive::Linear || tolerance.joint_zero().is_some() {
@@ -245,7 +245,7 @@ fn zeros(case: &Case<'_>) -> Option<Explanation> {
     })
 }
 
-/// The solution, if the readings agree with the noise and the tolerance as they are stated.
+/// The solution, if the readings agree with the stated noise and tolerance.
 fn agreeing(case: &Case<'_>) -> Option<Solution> {
     let judged = attempt(case).ok()?;
     let mut noise = judged.noise.iter();
@@ -269,7 +269,7 @@ fn cheapest(found: &[Explanation]) -> Wrong {
     order.into_iter().find(there).unwrap_or(Wrong::Zero)
 }
 
-/// The best size of a number, if the calibration then is as stated.
+/// The best correction of a number, if the calibration then agrees with what is stated.
 fn tried(case: &Case<'_>, wrong: Wrong) -> Option<Explanation> {
     case.robot.tolerance?;
     let mut loose = case.robot.loosened(LOOSE);

@@ -1,4 +1,4 @@
-//! Why there is no calibration: what was found, and what to do.
+//! Why a calibration is refused: the finding and the remedy.
 
 use super::diagnosis::Diagnosis;
 use super::judge::{Case, Objection};
@@ -12,7 +12,7 @@ use delta_cal::{ArmIndex, Parameter, Refusal};
 use std::error::Error;
 use std::fmt;
 
-/// A change below this many times what the noise alone makes shows nothing.
+/// A change below this many times the effect of noise alone shows nothing.
 const NOISE_ALONE: f64 = 1.5;
 const CHECK: &str =
     "Check units, joint order and signs (a positive angle swings the arm towards the platform).";
@@ -23,23 +23,23 @@ const STATE_TOLERANCE: &str =
 /// Why there is no calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CalibrateError {
-    /// Something in an input file cannot be used.
+    /// Something in an input file is unusable.
     Input(InputError),
-    /// The readings cannot calibrate this robot, which keeps its parameters.
+    /// The readings cannot calibrate this robot; it keeps its parameters.
     Refused(Box<Refused>),
 }
 
-/// A calibration that is refused. Displayed as one line.
+/// A refused calibration. Displayed as one line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refused {
     cause: String,
     remedy: String,
-    /// What would explain the readings as a whole, if anything does.
+    /// An explanation of the readings as a whole, if there is one.
     pub diagnosis: Option<Diagnosis>,
 }
 
 impl Refused {
-    /// For this cause, with what to do next.
+    /// A refusal with this cause and remedy.
     pub(crate) fn new(cause: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self {
             cause: cause.into(),
@@ -48,13 +48,13 @@ impl Refused {
         }
     }
 
-    /// With what would explain the readings as a whole, if anything does.
+    /// Adds an explanation of the readings as a whole, if there is one.
     pub(crate) fn explained(mut self, diagnosis: Option<Diagnosis>) -> Self {
         self.diagnosis = diagnosis;
         self
     }
 
-    /// What to do next. A diagnosis says it better than general advice.
+    /// What to do next. A diagnosis takes precedence over general advice.
     pub fn remedy(&self) -> String {
         match &self.diagnosis {
             Some(diagnosis) => diagnosis.remedy(),
@@ -83,7 +83,7 @@ impl CalibrateError {
         matches!(self, Self::Refused(_))
     }
 
-    /// What would explain the readings as a whole, if anything does.
+    /// An explanation of the readings as a whole, if there is one.
     pub fn diagnosis(&self) -> Option<&Diagnosis> {
         match self {
             Self::Input(_) => None,
@@ -115,7 +115,7 @@ impl From<Refused> for CalibrateError {
     }
 }
 
-/// An objection in words; `hint`, what was found to explain it, stands before the general advice.
+/// An objection in words; `hint`, an explanation that was found, precedes the general advice.
 pub(crate) fn explained(
     case: &Case<'_>,
     objection: &Objection,
@@ -337,8 +337,8 @@ fn name(readings: &Readings, instrument: Instrument) -> String {
     }
 }
 
-/// What is so many tolerances from nominal, and how far that is. Where the tolerance of joint zeros is stated the upper
-/// arm's length and direction stand at the places of its components.
+/// The parameter that is this many tolerances from nominal, and its distance from nominal. If a tolerance of joint
+/// zeros is stated, the upper arm's components stand for its length and direction.
 fn far(
     robot: &RobotFile,
     arm: ArmIndex,

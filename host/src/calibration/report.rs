@@ -1,5 +1,5 @@
-//! The report of a calibration: what terminal and page show, and what JSON is derived from. Lengths in millimetres, angles
-//! in degrees; docs/json.md documents the keys.
+//! The report of a calibration, the source of the terminal, HTML and JSON output. Lengths in millimetres, angles in
+//! degrees; docs/json.md documents the keys.
 
 use super::causes::Cause;
 use super::credibility::{NoiseTest, PriorTest};
@@ -24,10 +24,10 @@ use delta_cal::robot::{Arm, Drive, ParameterKind};
 use nalgebra::{Vector2, Vector3};
 use serde::Serialize;
 
-/// Changes whenever a field changes its name or meaning or is removed.
+/// Incremented whenever a field changes its name or meaning or is removed.
 pub const SCHEMA_VERSION: u32 = 2;
 
-/// A calibration, and everything there is to know of it.
+/// A calibration and everything known about it.
 #[derive(Debug, Clone, Serialize)]
 pub struct Report {
     /// Of this format, which changes whenever a field changes its name or meaning or is removed.
@@ -100,13 +100,13 @@ pub struct Report {
     pub findings: Vec<Finding>,
     /// Robot, measurement, files and date.
     pub document: Option<Document>,
-    /// What the result itself cannot know: that the samples are simulated, or where it was computed.
+    /// A remark that the result itself cannot contain: that the samples are simulated, or where it was computed.
     #[serde(skip)]
     pub origin: Option<&'static str>,
     /// The robot file.
     #[serde(skip)]
     pub before: RobotFile,
-    /// The calibrated robot with everything else of the file.
+    /// The calibrated robot, with everything else from the robot file.
     #[serde(skip)]
     pub after: RobotFile,
     /// The solution, every σ widened.
@@ -114,12 +114,12 @@ pub struct Report {
     pub solution: Solution,
 }
 
-/// The same with the parameters before and after.
+/// A figure before and after the calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BeforeAfter<T> {
-    /// Of the robot file.
+    /// With the robot file's parameters.
     pub before: T,
-    /// Of the calibrated robot.
+    /// With the calibrated parameters.
     pub after: T,
 }
 
@@ -130,8 +130,8 @@ pub struct ArmReport {
     pub arm: usize,
     /// In the order of the file's keys.
     pub parameters: Vec<ParameterReport>,
-    /// Of a rotary arm the length of the upper arm and the joint zero: its direction where the joint reads 0, negative
-    /// where it hangs below level.
+    /// For a rotary arm, the length of the upper arm and the joint zero: its direction where the joint reads 0,
+    /// negative where it hangs below level.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub upper_arm: Vec<ParameterReport>,
     /// Condition number of the scaled problem, 1 at best.
@@ -395,7 +395,7 @@ impl Report {
         }
     }
 
-    /// With a limit of the expanded uncertainty (rms over the workspace), mm.
+    /// Sets a limit for the expanded uncertainty (rms over the workspace), mm.
     #[must_use]
     pub fn with_limit(mut self, limit: f64) -> Self {
         let expanded = self.expanded_uncertainty.map(|own| own.rms_mm);
@@ -448,7 +448,7 @@ fn arms(before: &RobotFile, solution: &Solution) -> Vec<ArmReport> {
     .collect()
 }
 
-/// Length and direction, first order in `La_x` and `La_y`.
+/// Length and direction, to first order in `La_x` and `La_y`.
 fn upper_arm(
     arm: usize,
     from: &Arm<f64>,
@@ -560,7 +560,7 @@ fn samples(case: &Case<'_>, solution: &Solution) -> Vec<SampleReport> {
     }
 }
 
-/// The frame of the platform point where it was that of the target that was found.
+/// Converts the frame found for the target to that of the platform point.
 fn robot_frame(found: RigidTransform<f64>, case: &Case<'_>) -> RigidTransform<f64> {
     let facts = &case.before.instruments;
     match facts.target {
@@ -626,15 +626,15 @@ fn transmissions(solution: &Solution) -> Vec<TransmissionReport> {
         .collect()
 }
 
-/// Of more rows reports for programs show some,
+/// With more rows than this, reports for programs show a selection:
 pub(crate) const MANY: usize = 10_000;
-/// so many spread evenly over the file
+/// this many, spread evenly over the file,
 const EVENLY: usize = 1_500;
-/// and so many that are farthest off.
+/// and this many with the largest errors.
 const FARTHEST: usize = 500;
 
-/// If there are more rows than `most`: the rows that are shown, in their order. They are spread evenly,
-/// or among those of the largest size.
+/// If there are more rows than `most`, the indices of the rows shown, in order: spread evenly, or among those of the
+/// largest size.
 pub(crate) fn shown(rows: usize, most: usize, size: impl Fn(usize) -> f64) -> Option<Vec<usize>> {
     if rows <= most {
         return None;
@@ -658,7 +658,7 @@ mod tests {
         let size = |row: usize| if row >= 19_600 { 1.0 } else { 0.0 };
         assert_eq!(shown(20_000, 20_000, size), None);
         let shown = shown(20_001, 20_000, size).unwrap_or_default();
-        // 401 rows are far off; the other 99 of the farthest are any.
+        // 401 rows are far off; the other 99 of the 500 are arbitrary.
         assert!((19_600..20_001).all(|row| shown.contains(&row)));
         assert!(shown.is_sorted_by(|a, b| a < b));
         assert!(shown.len() <= EVENLY + FARTHEST && shown.len() > EVENLY);

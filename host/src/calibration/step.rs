@@ -1,4 +1,4 @@
-//! What happened at one row: an encoder that jumped, a sensor or reflector that was moved.
+//! A step at one row: an encoder that jumped, or a sensor or reflector that was moved.
 
 use super::causes::{Subject, explained_by};
 use super::judge::Case;
@@ -11,31 +11,31 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use std::fmt;
 
-/// Rows on either side of a step, at least.
+/// Least number of rows on either side of a step.
 const LEAST_ROWS: usize = 3;
-/// More rows are not looked at.
+/// Files with more rows are not searched.
 const MOST_ROWS: usize = 2000;
-/// Of more rows than these some are tried, and then those around the best.
+/// With more rows than this, an even selection is tried first, then the rows around the best.
 const PLACES: usize = 300;
-/// By how much the logarithm of the likelihood must grow: some chance of 1 in 10,000 for all rows and kinds.
+/// Least increase of the log-likelihood: a chance of about 1 in 10,000 over all rows and kinds.
 const CLEARLY: f64 = 12.0;
-/// The stated noise is multiplied by this while the step is in the readings.
+/// Factor for the stated noise while the step is still in the readings.
 const LOOSE: f64 = 30.0;
-/// A sensor that was moved leaves less than this part of the residuals; a drift looks like a small step.
+/// A moved sensor leaves less than this fraction of the residuals; a drift looks like a small step.
 const NO_DRIFT: f64 = 0.5;
-/// A step leaves at most this part of the residuals.
+/// A step leaves at most this fraction of the residuals.
 const LEFT: f64 = 0.85;
 
 /// A step in the errors of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Step {
-    /// The first row after it.
+    /// The first row after the step.
     pub line: u64,
-    /// The arm whose joint it is in, 1 to 3; `null` of the positions.
+    /// The arm of the joint that jumped, 1 to 3; `null` for a step of the positions.
     pub arm: Option<usize>,
-    /// Of a joint: by how much its reading is too small after it, in degrees or mm of travel.
+    /// Step of a joint: how much its reading is too small afterwards, degrees or mm of travel.
     pub joint: f64,
-    /// Of the positions, mm in the robot's axes.
+    /// Step of the positions, mm in the robot's axes.
     pub position_mm: [f64; 3],
     /// σ of a coordinate with and without the step, mm.
     pub sigma_mm: [f64; 2],
@@ -74,14 +74,14 @@ impl fmt::Display for Step {
 }
 
 impl Step {
-    /// Whether it explains what a drift does not: of the positions only one that leaves little of the residuals.
+    /// Whether the step explains more than a drift would: a step of the positions must leave little of the residuals.
     pub(crate) fn is_no_drift(&self) -> bool {
         let [with, without] = self.sigma_mm;
         self.arm.is_some() || with < NO_DRIFT * without
     }
 }
 
-/// The step that explains most of the residuals, if one clearly does.
+/// The step that explains most of the residuals, if it does so clearly.
 pub(crate) fn step(case: &Case<'_>) -> Option<Step> {
     let rows = case.readings.rows.len();
     if !(4 * LEAST_ROWS..=MOST_ROWS).contains(&rows) || !case.readings.holds(Kind::Position) {
@@ -91,7 +91,7 @@ pub(crate) fn step(case: &Case<'_>) -> Option<Step> {
         robust: false,
         ..case.options
     };
-    // Whatever noise is stated: the residuals may contradict it until the step is taken out.
+    // Falls back to a larger noise: the residuals may contradict the stated one until the step is removed.
     let loose = case.robot.loosened(LOOSE);
     let fit = |readings: &Readings| {
         let one = |robot: &RobotFile| solve(robot, readings, &options).ok();
@@ -105,7 +105,7 @@ pub(crate) fn step(case: &Case<'_>) -> Option<Step> {
         .flatten()
         .filter_map(|mut found| {
             let mut with = without;
-            // The second time from where the first one leads: a jump of degrees is not small.
+            // The second pass starts from the result of the first: a jump of degrees is not small.
             for _ in 0..2 {
                 let mended = found.undone(case.readings, &solution);
                 let again = fit(&mended)?;
@@ -140,16 +140,16 @@ fn sigma(solution: &Solution) -> Option<f64> {
     })
 }
 
-/// Columns of the steps that are looked for: of a joint each, and of the positions.
+/// Columns of the steps tested: one for each joint, and three for the positions.
 const GROUPS: [&[usize]; 4] = [&[0], &[1], &[2], &[3, 4, 5]];
 const OF_POSITIONS: usize = 3;
 
-/// A step from the row of an index on.
+/// A step from the row at `index` on.
 struct Found {
     index: usize,
-    /// The place among [`GROUPS`].
+    /// Index into [`GROUPS`].
     group: usize,
-    /// Radians or mm of a joint, or mm along the robot's axes.
+    /// Size: radians or mm of a joint, or mm along the robot's axes.
     by: Vec<f64>,
 }
 
@@ -186,7 +186,7 @@ impl Found {
     }
 }
 
-/// The best step of a joint and the best of the positions.
+/// The best step of a joint and the best step of the positions.
 fn candidates(solution: &Solution, readings: &Readings) -> [Option<Found>; 2] {
     let rows = readings.rows.len();
     let (last, stride) = (rows.saturating_sub(LEAST_ROWS), rows.div_ceil(PLACES));
@@ -215,7 +215,7 @@ fn candidates(solution: &Solution, readings: &Readings) -> [Option<Found>; 2] {
     best.map(|own| own.map(|(_, found)| found))
 }
 
-/// By how much steps of the three joints and of the positions at a row lower the sum of squares, and how large they are.
+/// The decrease of the sum of squares by steps of each joint and of the positions at a row, and the sizes of the steps.
 fn explained(
     solution: &Solution,
     readings: &Readings,

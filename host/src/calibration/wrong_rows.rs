@@ -1,4 +1,4 @@
-//! What explains readings that do not fit: rows that disagree, rows shifted by one, or one mistake in all rows.
+//! Explanations of readings that do not fit: rows that disagree, rows shifted by one, or one mistake in all rows.
 
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings};
@@ -9,27 +9,27 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use std::fmt;
 
-/// More rows are not fitted again.
+/// Files with more rows are not refitted.
 const MOST_ROWS: usize = 2000;
-/// Rows that are left out one by one at most.
+/// Most rows for which each is left out in turn.
 const ROWS_TRIED: usize = 100;
-/// Fewer samples that disagree are wrong ones by themselves.
+/// Fewer samples that disagree are individually wrong.
 pub(super) const FEWEST: usize = 3;
-/// Rows are shifted if that brings them nearer by this factor.
+/// Rows are shifted if a shift reduces their distance to this fraction.
 const SHIFTED: f64 = 0.1;
 const INCH: f64 = 25.4;
 
-/// Rows whose positions belong to the joints of their neighbours: a row is missing or there twice.
+/// Rows whose positions belong to the joints of their neighbours: a row is missing or duplicated.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ShiftedRows {
-    /// The first of them.
+    /// The first of these rows.
     pub line: u64,
-    /// The joints are those of the row after (1) or before it (−1).
+    /// The position belongs to the joints of the row after (1) or before (−1).
     pub belongs_to: i8,
 }
 
 impl ShiftedRows {
-    /// Of the rows that a robust fit left out.
+    /// Finds them among the rows that a robust fit rejected.
     pub(crate) fn find(solution: &Solution, readings: &Readings) -> Option<Self> {
         let rows = solution.rows.iter().enumerate();
         let suspected: Vec<_> = rows
@@ -37,7 +37,7 @@ impl ShiftedRows {
             .map(|(index, _)| index)
             .collect();
         let first = *suspected.first().filter(|_| suspected.len() >= FEWEST)?;
-        // How far positions are from where the joints of another row put the robot.
+        // Median distance between positions and the robot at the joints of another row.
         let median = |by: i8| -> Option<f64> {
             let off = |index: &usize| {
                 let other = index.checked_add_signed(by.into())?;
@@ -80,7 +80,7 @@ impl fmt::Display for ShiftedRows {
 
 type Change = fn(&mut Reading);
 
-/// Mistakes that change all rows alike, of files without complete positions.
+/// Mistakes that affect all rows alike, for files without complete positions.
 const MISTAKES: [(&str, Change); 7] = [
     ("The heights have the wrong sign: change it.", |row| {
         row.height = row.height.map(|(plane, height)| (plane, -height));
@@ -127,7 +127,7 @@ fn each_pose(row: &mut Reading, change: fn([f64; 3]) -> [f64; 3]) {
     }
 }
 
-/// Wrong rows, or a mistake in all of them, that explain readings that were refused: a sentence with what to do.
+/// Wrong rows, or a mistake in all rows, that explain refused readings: a sentence with the remedy.
 pub(crate) fn wrong_rows(
     robot: &RobotFile,
     readings: &Readings,
@@ -179,7 +179,7 @@ pub(crate) fn wrong_rows(
     })
 }
 
-/// What was changed in the readings that fit best, of those that fit.
+/// The change whose readings fit best, if any fit.
 fn best<T>(
     robot: &RobotFile,
     options: &Options,
@@ -208,7 +208,7 @@ fn mistake(robot: &RobotFile, readings: &Readings, options: &Options) -> Option<
     )
 }
 
-/// The line without which the others fit best, if they fit.
+/// The line without which the other rows fit best, if they fit.
 fn one_wrong(robot: &RobotFile, readings: &Readings, options: &Options) -> Option<u64> {
     let few = (0..readings.rows.len()).filter(|_| readings.rows.len() <= ROWS_TRIED);
     let others = few.map(|index| {
@@ -219,19 +219,19 @@ fn one_wrong(robot: &RobotFile, readings: &Readings, options: &Options) -> Optio
     best(robot, options, others)
 }
 
-/// The points are off by the same if their mean offset is so many times their scatter about it…
+/// All points share an offset if its mean is this many times the scatter about it…
 const SAME: f64 = 4.0;
-/// …and more than this part of the forearm.
+/// …and more than this fraction of the forearm…
 const LEAST: f64 = 0.005;
-/// …and more than so many σ of the arms' height as the tolerance has it: end stops move all points, too.
+/// …and more than this many σ of the arms' height within the tolerance: end stops move all points, too.
 const SIGMAS: f64 = 3.0;
 
-/// The measured point may be a reflector or a tip: all points are off by nearly the same.
+/// All points are off by nearly the same: the measured point may be a reflector or a tip.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BesideThePlatformPoint {
-    /// The mean offset in the robot's frame, mm.
+    /// Mean offset in the robot's frame, mm.
     pub offset_mm: [f64; 3],
-    /// How far the offsets scatter about it, mm rms.
+    /// Scatter of the offsets about it, mm rms.
     pub scatter_mm: f64,
 }
 
@@ -252,7 +252,7 @@ impl BesideThePlatformPoint {
             .tolerance
             .map_or([0.0; 8], |tolerance| tolerance.of_places(arm));
         let least = (LEAST * arm.lb()).max(SIGMAS * height);
-        // Of no points at all the mean is no number.
+        // Without any points the mean is NaN.
         (mean.norm() > SAME * scatter_mm && mean.norm() > least).then_some(Self {
             offset_mm: mean.data.0[0],
             scatter_mm,

@@ -1,4 +1,4 @@
-//! Errors that the model does not hold: how positions move with each, and what there is to say of it.
+//! Errors that the model cannot represent: their effect on positions, and their description.
 
 use crate::text::significant;
 use delta_cal::robot::Drive;
@@ -7,31 +7,31 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 use std::ops::Range;
 
-/// What kind of error it is.
+/// Kind of error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CauseKind {
-    /// The joint turns by another angle than it says, in proportion: δq = g q.
+    /// The joint's error is proportional to its reading: δq = g q.
     GearRatio,
-    /// Once a turn: δq = a cos q + b sin q.
+    /// Error that repeats once a turn: δq = a cos q + b sin q.
     Eccentricity,
-    /// Twice a turn: δq = a cos 2q + b sin 2q.
+    /// Error that repeats twice a turn: δq = a cos 2q + b sin 2q.
     SecondHarmonic,
-    /// A carriage is farther along its tower at the ends of its range than in the middle: δs = c u², u being −1 and 1
+    /// A carriage is further along its tower at the ends of its range than in the middle: δs = c u², u being −1 and 1
     /// at the lowest and the highest s of the file.
     UnevenTravel,
-    /// With the direction of the joint's last move: δq = ±h.
+    /// Depends on the direction of the joint's last move: δq = ±h.
     Backlash,
-    /// The platform hangs lower the farther it is from the robot's axis: δz = −s (r/r_max)².
+    /// The platform sags with its distance from the robot's axis: δz = −s (r/r_max)².
     Sag,
-    /// The positions move in proportion to the row's number.
+    /// The positions move in proportion to the row number.
     Drift,
-    /// Coordinates and distances are larger than the robot makes them, in proportion.
+    /// Coordinates and distances are proportionally larger than the robot's own.
     Scale,
 }
 
 impl CauseKind {
-    /// Those of one joint.
+    /// The kinds that affect a single joint.
     const fn of_joints(drive: Drive) -> &'static [Self] {
         match drive {
             Drive::Rotary => &[
@@ -44,15 +44,15 @@ impl CauseKind {
         }
     }
 
-    /// Those of no joint.
+    /// The kinds that affect no single joint.
     const OF_PLATFORM: [Self; 3] = [Self::Sag, Self::Drift, Self::Scale];
 
-    /// Whether it must explain clearly more than the others to be taken for the cause.
+    /// Whether it is rare, so that it must explain clearly more than the others to be accepted.
     pub(super) const fn is_rare(self) -> bool {
         matches!(self, Self::SecondHarmonic | Self::Scale)
     }
 
-    /// Whether a calibration finds it if it is asked to find transmissions.
+    /// Whether it can be calibrated as a transmission.
     const fn is_of_transmission(self) -> bool {
         matches!(
             self,
@@ -60,20 +60,20 @@ impl CauseKind {
         )
     }
 
-    /// All that are looked for in robots with these drives.
+    /// All kinds tested for robots with these drives.
     pub fn all(drive: Drive) -> impl Iterator<Item = Self> {
         let of_joints = Self::of_joints(drive).iter().copied();
         of_joints.chain(Self::OF_PLATFORM)
     }
 
-    /// As it is written: `gear_ratio`, `eccentricity`, `second_harmonic`, `uneven_travel`, `backlash`, `sag`,
-    /// `drift` or `scale`.
+    /// Its name: `gear_ratio`, `eccentricity`, `second_harmonic`, `uneven_travel`, `backlash`, `sag`, `drift` or
+    /// `scale`.
     pub const fn name(self) -> &'static str {
         let [name, ..] = self.words();
         name
     }
 
-    /// As it is written, in a sentence, and what to do about it.
+    /// Its name, the noun for a sentence, and the remedy.
     const fn words(self) -> [&'static str; 3] {
         match self {
             Self::GearRatio => [
@@ -126,7 +126,7 @@ impl CauseKind {
         }
     }
 
-    /// What to do about it, where these explain the residuals about as well.
+    /// The remedy, given the alternatives that explain the residuals about equally well.
     pub(super) fn remedy(self, alternatives: &[Self]) -> &'static str {
         let [.., own] = self.words();
         let mut all = alternatives.iter().chain([&self]);
@@ -146,7 +146,7 @@ impl CauseKind {
         }
     }
 
-    /// Of its size: `ratio`, `deg` or `mm`.
+    /// Unit of its size: `ratio`, `deg` or `mm`.
     pub const fn unit(self, drive: Drive) -> &'static str {
         match (self, drive) {
             (Self::GearRatio | Self::Scale, _) => "ratio",
@@ -159,7 +159,7 @@ impl CauseKind {
         }
     }
 
-    /// How many coefficients it has.
+    /// Number of coefficients.
     const fn columns(self) -> usize {
         match self {
             Self::GearRatio | Self::UnevenTravel | Self::Backlash | Self::Sag | Self::Scale => 1,
@@ -189,30 +189,30 @@ impl At {
     }
 }
 
-/// What a sample's row says of the file as a whole.
+/// A row's place in the file as a whole.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
-    /// −1 or 1 for each joint: the direction of its last move; 0 before its first.
+    /// −1 or 1 for each joint: the direction of its last move; 0 before its first move.
     pub(super) directions: [f64; 3],
     /// From −½ in the first row to ½ in the last.
     pub(super) part: f64,
-    /// The square of the distance from the robot's axis, 1 at the largest of the file.
+    /// Squared distance from the robot's axis, 1 at the largest in the file.
     pub(super) radius_squared: f64,
-    /// 1 of a row whose readings are in the scale of the instrument, 0 of a touch of a plane.
+    /// 1 for a row whose readings have the instrument's scale, 0 for a touch of a plane.
     pub(super) scaled: f64,
 }
 
-/// One hypothesis: a cause, and its columns among all.
+/// A hypothesis: a cause and its range of columns.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Hypothesis {
     pub(super) kind: CauseKind,
-    /// `None` of a cause that is not one arm's.
+    /// `None` for a cause that does not belong to an arm.
     pub(super) arm: Option<ArmIndex>,
     columns: Range<usize>,
 }
 
 impl Hypothesis {
-    /// All of them, in the order of their columns.
+    /// All hypotheses, in the order of their columns.
     pub(super) fn all(drive: Drive) -> Vec<Self> {
         let of_arms = CauseKind::of_joints(drive)
             .iter()
@@ -233,13 +233,13 @@ impl Hypothesis {
         self.columns.clone().collect()
     }
 
-    /// How many columns it has.
+    /// Number of columns.
     pub(super) fn number(&self) -> f64 {
         self.columns.clone().fold(0.0, |count, _| count + 1.0)
     }
 
-    /// By how much a position moves for one unit of each column: mm per radian, 1, or mm. `ranges` are the lowest and the
-    /// highest angle or travel of each joint in the file.
+    /// Displacement of a position per unit of each column: mm per radian, 1, or mm. `ranges` are the lowest and highest
+    /// angle or travel of each joint in the file.
     pub(super) fn moves(
         &self,
         at: &At,
@@ -269,7 +269,7 @@ impl Hypothesis {
         of_joint.into_iter().map(|own| column * own).collect()
     }
 
-    /// "an eccentricity of arm 2".
+    /// With article and arm: "an eccentricity of arm 2".
     pub(super) fn named(&self) -> String {
         let [_, noun, _] = self.kind.words();
         match self.arm {
@@ -279,23 +279,23 @@ impl Hypothesis {
     }
 }
 
-/// An error that the model does not hold and the residuals show.
+/// An error outside the model that the residuals reveal.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cause {
-    /// Of which kind.
+    /// Its kind.
     pub kind: CauseKind,
     /// 1, 2 or 3; `null` of one that is not an arm's.
     pub arm: Option<usize>,
-    /// How large: of what is periodic the amplitude, half of a backlash, the sag at the largest distance from the robot's
-    /// axis, the drift from the first row to the last. Signed where there is one coefficient only.
+    /// Its size: the amplitude of a periodic error, half of a backlash, the sag at the largest distance from the
+    /// robot's axis, the drift from the first row to the last. Signed if there is only one coefficient.
     pub size: f64,
     /// `ratio`, `deg` or `mm`.
     pub unit: &'static str,
     /// One σ of the size.
     pub sigma: f64,
-    /// The probability that chance shows as much in this test alone, beside the other causes found.
+    /// The probability that chance shows as much in this test alone, given the other causes found.
     pub p: f64,
-    /// What explains the residuals about as well in its place: with at least a twentieth of the likelihood.
+    /// Alternatives that explain the residuals about as well: with at least a twentieth of the likelihood.
     pub alternatives: Vec<String>,
     /// In one sentence.
     pub text: String,
@@ -303,14 +303,14 @@ pub struct Cause {
     pub remedy: &'static str,
     #[serde(skip)]
     pub(super) hypothesis: Hypothesis,
-    /// Of its columns: radians, 1 or mm.
+    /// Coefficients of its columns: per radian, 1 or mm.
     #[serde(skip)]
     pub(super) coefficients: Vec<f64>,
 }
 
-/// A cause found in a robot with these drives, with its size and σ in the [unit](CauseKind::unit), in words: "arm 2: the
-/// joint has an error that repeats once a turn, with an amplitude of 0.051° ± 0.004°, as with an eccentric gear or
-/// encoder". `drifted`: the drift along the axes of the file's convention.
+/// A cause in words, with its size and σ in the [unit](CauseKind::unit): "arm 2: the joint has an error that repeats
+/// once a turn, with an amplitude of 0.051° ± 0.004°, as with an eccentric gear or encoder". `drifted`: the drift along
+/// the axes of the file's convention.
 pub(super) fn words(
     hypothesis: &Hypothesis,
     drive: Drive,

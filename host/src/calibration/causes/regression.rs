@@ -1,36 +1,36 @@
-//! Least squares with columns that may or may not take part, from the triangle of all rows.
+//! Least squares with optional columns, from the triangle of all rows.
 
 use nalgebra::{DMatrix, DVector};
 
-/// A column whose length outside the span of the others is less than this part of its length is
-/// not told apart from them.
+/// A column whose component outside the span of the others is below this fraction of its length is indistinguishable
+/// from them.
 const INDISTINCT: f64 = 1e-6;
 
-/// All rows of columns that always take part, of columns that may, and of the residual, as a triangle.
+/// All rows of fixed columns, candidate columns and the residual, reduced to a triangle.
 pub(super) struct Regression {
     triangle: DMatrix<f64>,
-    /// Columns that always take part.
+    /// Number of columns that always take part.
     always: usize,
-    /// How many residuals the measured rows are worth.
+    /// Effective number of measured residuals.
     pub(super) worth: f64,
-    /// Rows of the prior, the residual last.
+    /// Rows of the prior, with the residual last.
     prior: Vec<DVector<f64>>,
 }
 
-/// A fit of the columns that always take part and of some candidates.
+/// A fit of the fixed columns and of some candidates.
 pub(super) struct Fit {
-    /// Of the columns that always take part and then of the candidates, in the order asked for.
+    /// Coefficients of the fixed columns, then of the candidates in the requested order.
     pub(super) coefficients: DVector<f64>,
     /// Their covariance for residuals of unit variance.
     pub(super) covariance: DMatrix<f64>,
     /// Σ r² of the measured rows.
     pub(super) squares: f64,
-    /// Measured rows less the coefficients that they and not the prior determine.
+    /// Measured rows less the number of coefficients that they, and not the prior, determine.
     pub(super) freedom: f64,
 }
 
 impl Fit {
-    /// Of one residual, as the measured rows have it.
+    /// Variance of a measured residual.
     pub(super) fn variance(&self) -> f64 {
         self.squares / self.freedom
     }
@@ -42,7 +42,7 @@ impl Fit {
 }
 
 impl Regression {
-    /// Of measured rows, each with what it counts in the sum of squares, and of rows of the prior. A row holds `always`
+    /// From measured rows, each with its weight in the sum of squares, and rows of the prior. A row holds `always`
     /// columns, the candidates, and the residual.
     pub(super) fn new(
         (always, candidates): (usize, usize),
@@ -73,7 +73,7 @@ impl Regression {
         self.triangle.select_columns(&columns)
     }
 
-    /// The fit with these candidates; `None` if the rows do not tell the columns apart.
+    /// The fit with these candidates; `None` if the rows do not distinguish the columns.
     pub(super) fn solve(&self, chosen: &[usize]) -> Option<Fit> {
         let part = self.part(chosen);
         let columns = part.ncols();
@@ -108,8 +108,8 @@ impl Regression {
         })
     }
 
-    /// For each group of candidates, by how much the sum of squares falls if it joins the chosen ones;
-    /// `None` for a group that the rows do not tell apart from the columns that take part.
+    /// For each group of candidates, the decrease of the sum of squares if it joins the chosen ones; `None` for a group
+    /// that the rows do not distinguish from the columns that take part.
     pub(super) fn gains(&self, chosen: &[usize], groups: &[Vec<usize>]) -> Vec<Option<f64>> {
         let part = self.part(chosen);
         let columns = part.ncols();

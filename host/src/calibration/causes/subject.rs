@@ -1,4 +1,4 @@
-//! A solution and its residuals, as rows of a regression.
+//! A solution and its residuals as rows of a regression.
 
 use super::cause::{At, Cause, CauseKind, Hypothesis, Place};
 use super::regression::Regression;
@@ -9,21 +9,21 @@ use crate::geometry::Directions;
 use delta_cal::Sample;
 use nalgebra::{DVector, SVector, Vector3};
 
-/// A residual of more scales counts as if it were that large, so that one wrong reading is no cause.
+/// Residuals are clipped to this many scales, so that one wrong reading is not taken for a cause.
 const LARGEST_RESIDUAL: f64 = 4.0;
-/// The median of the size of a standard normal number.
+/// Median absolute value of a standard normal variable.
 const MEDIAN: f64 = 0.6745;
 
-/// A solution, and the readings that it is of.
+/// A solution and its readings.
 pub(crate) struct Subject<'a> {
     pub(crate) solution: &'a Solution,
     pub(crate) readings: &'a Readings,
 }
 
-/// A row that counts.
+/// A row that takes part.
 struct Counted<'a> {
     at: At,
-    /// Where a distance between two poses begins.
+    /// Start of a distance between two poses.
     other: Option<At>,
     place: Place,
     sensitivity: &'a Sensitivity,
@@ -31,7 +31,7 @@ struct Counted<'a> {
 }
 
 impl<'a> Subject<'a> {
-    /// The rows that count, of many some.
+    /// The rows that take part; an even selection if there are many.
     fn counted(&self) -> Vec<Counted<'a>> {
         let robot = &self.solution.robot;
         let mut moves = Directions::default();
@@ -72,7 +72,7 @@ impl<'a> Subject<'a> {
             .collect()
     }
 
-    /// The square of the largest distance from the robot's axis, mm².
+    /// Largest squared distance from the robot's axis, mm².
     fn radius_squared(&self) -> f64 {
         let robot = &self.solution.robot;
         let rows = self.readings.rows.iter();
@@ -80,7 +80,7 @@ impl<'a> Subject<'a> {
         positions.fold(0.0, |most: f64, own| most.max(own.xy().norm_squared()))
     }
 
-    /// The lowest and the highest angle or travel of each joint.
+    /// Lowest and highest angle or travel of each joint.
     fn ranges(&self) -> [[f64; 2]; 3] {
         std::array::from_fn(|joint| {
             let all = self.readings.rows.iter().map(|row| row.value.joints[joint]);
@@ -90,7 +90,7 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// All rows: the unknowns always take part, the hypotheses may.
+    /// The regression of all rows, with the hypotheses as candidates.
     pub(super) fn regression(&self, hypotheses: &[Hypothesis]) -> Regression {
         let (counted, ranges) = (self.counted(), self.ranges());
         let largest = LARGEST_RESIDUAL * scale(&counted);
@@ -102,8 +102,8 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// All rows with so many columns beside the unknowns. `moves`: by how much a position of the row with this index moves for one
-    /// unit of each, mm.
+    /// The regression with `columns` columns beside the unknowns. `moves`: displacement of a position of the row with
+    /// this index per unit of each column, mm.
     pub(super) fn with_columns(
         &self,
         columns: usize,
@@ -114,7 +114,7 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// Residuals above `largest` count as that.
+    /// The regression, with residuals clipped to `largest`.
     fn rows(
         &self,
         counted: &[Counted<'_>],
@@ -147,7 +147,7 @@ impl<'a> Subject<'a> {
         Regression::new((unknowns, columns), measured, self.prior(columns))
     }
 
-    /// What was known of the unknowns beforehand.
+    /// Rows of the prior of the unknowns.
     fn prior(&self, columns: usize) -> Vec<DVector<f64>> {
         let solution = self.solution;
         let unknowns = solution.covariance.nrows();
@@ -162,7 +162,7 @@ impl<'a> Subject<'a> {
                 rows.push(own);
             }
         }
-        // What stands at no place of an arm's vector is not off.
+        // Unused entries of an arm's vector have no error.
         for index in (0..unknowns).filter(|index| !(solution.covariance[(*index, *index)] > 0.0)) {
             let mut own = DVector::zeros(unknowns + columns + 1);
             own[index] = 1.0;
@@ -171,9 +171,9 @@ impl<'a> Subject<'a> {
         rows
     }
 
-    /// What the causes found make of the calibrated robot's positions, rms over poses, mm: its parameters are wrong by what
-    /// they have taken up of the causes, and the causes themselves are left; over both directions of a backlash. Positions
-    /// drift and have a scale, not the robot.
+    /// Effect of the causes found on the calibrated robot's positions, rms over poses, mm: what its parameters have
+    /// absorbed of the causes, plus the causes themselves; averaged over both directions of a backlash. Drift and scale
+    /// belong to the measured positions, not to the robot.
     pub(super) fn discrepancy(
         &self,
         found: &[Cause],
@@ -230,7 +230,7 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// The scale of the residuals, which some wrong readings do not change; not below the noise.
+/// Scale of the residuals, insensitive to a few wrong readings; at least the noise.
 fn scale(counted: &[Counted<'_>]) -> f64 {
     let residuals = counted.iter().flat_map(|c| c.residuals.iter().copied());
     let mut sizes: Vec<_> = residuals.filter(|own| *own != 0.0).map(f64::abs).collect();

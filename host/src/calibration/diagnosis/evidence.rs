@@ -1,4 +1,4 @@
-//! How well the samples agree with the robot file if a fault is undone.
+//! Agreement of the samples with the robot file when a fault is undone.
 
 use super::fault::{Fault, are_two, faults, shifted, undone};
 use crate::accuracy::rigid_motion::degenerate;
@@ -12,40 +12,38 @@ use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
 use nalgebra::Vector3;
 
-/// An explanation must bring the samples this many times nearer to the robot of the file.
+/// Factor by which an explanation must bring the samples nearer to the robot of the file.
 const CLEARLY: f64 = 4.0;
-/// Explanations within this factor of the best are as good.
+/// Explanations within this factor of the best are equally good.
 const ALIKE: f64 = 2.0;
-/// Explanations within this factor of the best are the same.
+/// Explanations within this factor of the best are identical.
 const SAME: f64 = 1.01;
-/// With an explanation half of the samples are within this part of the forearm from where the robot
-/// of the file would be.
+/// With an explanation, half of the samples are within this fraction of the forearm of the robot of the file.
 const NEAR: f64 = 0.1;
-/// Samples nearer than this part of the forearm need no explanation.
+/// Samples nearer than this fraction of the forearm need no explanation.
 const RIGHT: f64 = 1e-3;
-/// A frame that stands anywhere has six unknowns, and explains a little of everything: it must do
-/// better, and be of use.
+/// A frame at an unknown place has six unknowns and explains a little of everything, so stricter limits apply.
 const FRAME_CLEARLY: f64 = 8.0;
 const FRAME_NEAR: f64 = 0.02;
 const FRAME_FAR: f64 = 0.1;
-/// Fewer samples agree with too much.
+/// Least number of samples; fewer agree with almost any fault.
 const SAMPLES_NEEDED: usize = 4;
-/// The same if the frame is to be found.
+/// The same if the frame is unknown.
 const SAMPLES_FOR_A_FRAME: usize = 8;
-/// So many samples, spread over the file, are compared.
+/// Most samples compared, evenly spread over the file.
 const COMPARED: usize = 64;
-/// Of so many samples one may be outside the joint limits: a mistyped digit.
+/// One sample in this many may be outside the joint limits: a mistyped digit.
 const ONE_OUTSIDE_IN: usize = 8;
 
-/// Faults that explain the samples together.
+/// Faults that together explain the samples.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Scored {
     pub(super) faults: Vec<Fault>,
-    /// The median distance between measured points and the robot of the file without the faults, mm.
+    /// Median distance between the measured points and the robot of the file without the faults, mm.
     pub(super) median: f64,
 }
 
-/// What the hypotheses are compared by.
+/// The data for comparing hypotheses.
 pub(super) struct Evidence<'a> {
     robot: &'a RobotFile,
     frame: Frame,
@@ -55,7 +53,7 @@ pub(super) struct Evidence<'a> {
 }
 
 impl<'a> Evidence<'a> {
-    /// `None` if there are too few samples to tell.
+    /// `None` if there are too few samples.
     pub(super) fn new(
         robot: &'a RobotFile,
         readings: &Readings,
@@ -77,8 +75,8 @@ impl<'a> Evidence<'a> {
         })
     }
 
-    /// With these faults undone: the median distance of the compared points from the robot of the
-    /// file, mm. Infinite if it reaches less than half, or the joint limits exclude them.
+    /// Median distance of the compared points from the robot of the file with these faults undone, mm. Infinite if the
+    /// robot reaches less than half, or the joint limits exclude them.
     pub(super) fn median(&self, faults: &[Fault]) -> f64 {
         let compared = compared(&self.samples, faults);
         let Some((robot, samples)) = undone(faults, &self.robot.robot, &compared) else {
@@ -95,7 +93,7 @@ impl<'a> Evidence<'a> {
             .iter()
             .map(|sample| robot.forward(&sample.joints).ok())
             .collect();
-        // Points that another unit draws together fit everywhere.
+        // Points that another unit shrinks to a spot fit everywhere.
         if aligned {
             let reached: Vec<_> = expected.iter().flatten().copied().collect();
             let measured: Vec<_> = samples.iter().map(|sample| sample.position).collect();
@@ -110,7 +108,7 @@ impl<'a> Evidence<'a> {
         median_distance(&expected, &samples, aligned).unwrap_or(f64::INFINITY)
     }
 
-    /// Whether the limits of the joints exclude samples.
+    /// Whether samples are outside the joint limits.
     fn is_outside(&self, samples: &[Sample<f64>], faults: &[Fault]) -> bool {
         let limits = if faults.contains(&Fault::Limits) {
             let own = &self.robot.limits;
@@ -128,8 +126,8 @@ impl<'a> Evidence<'a> {
         outside.count() * ONE_OUTSIDE_IN > samples.len()
     }
 
-    /// What explains the samples, the best first; nothing if they need no explanation. Two faults are
-    /// considered only where one does not do.
+    /// The explanations of the samples, best first; empty if they need none. Pairs of faults are considered only where
+    /// no single fault is enough.
     pub(super) fn explanations(&self, as_they_are: f64) -> Vec<Scored> {
         if !(as_they_are > RIGHT * self.forearm) {
             return Vec::new();
@@ -137,7 +135,7 @@ impl<'a> Evidence<'a> {
         let kinds = faults(self.frame, self.positions_in);
         let single = kinds.iter().flatten().map(|fault| vec![*fault]);
         let found = self.select(as_they_are, single.map(|faults| self.scored(faults)));
-        // A calibration can mend what is wrong by less than that.
+        // Calibration can correct errors smaller than that.
         if !found.is_empty() || !(as_they_are > NEAR * self.forearm) {
             return found;
         }
@@ -186,8 +184,8 @@ impl<'a> Evidence<'a> {
     }
 }
 
-/// The best and those that are as good. Of those that only rounding tells apart the likelier comes first, as [`faults`]
-/// has them.
+/// The best explanation and those equally good. Where only rounding separates them, the likelier comes first, in the
+/// order of [`faults`].
 fn alike(mut all: Vec<Scored>) -> Vec<Scored> {
     let medians = all.iter().map(|scored| scored.median);
     let best = medians.reduce(f64::min).unwrap_or_default();
@@ -197,7 +195,7 @@ fn alike(mut all: Vec<Scored>) -> Vec<Scored> {
     all
 }
 
-/// Some of the samples, evenly spread, once positions stand beside the joints that they belong to.
+/// An even selection of the samples, with positions moved to the joints that they belong to.
 fn compared(samples: &[Sample<f64>], faults: &[Fault]) -> Vec<Sample<f64>> {
     let step = samples.len().div_ceil(COMPARED).max(1);
     shifted(samples, faults).step_by(step).collect()
@@ -228,7 +226,7 @@ fn median_distance(
     distances.get(distances.len() / 2).copied()
 }
 
-/// A calibration of what the file would hold without the faults.
+/// Calibrates the files with the faults undone.
 pub(super) fn calibrated(
     robot: &RobotFile,
     readings: &Readings,

@@ -1,4 +1,4 @@
-//! What can be wrong with a file of samples as a whole, how the samples would read without it, and how to say so.
+//! Faults of a samples file as a whole: how to undo them, and how to describe them.
 
 use crate::files::samples_file::{PositionUnit, Readings};
 use crate::fit::Frame;
@@ -6,38 +6,38 @@ use crate::text::list;
 use delta_cal::{Robot, Sample};
 use std::f64::consts::PI;
 
-/// One fault of a whole file. Columns, joints, arms and axes are counted from 0.
+/// A fault of a whole file. Columns, joints, arms and axes are counted from 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Fault {
-    /// Joint k's angle stands in column `order[k]`. The same as arms in another order.
+    /// Joint k's angle is in column `order[k]`. Equivalent to arms in another order.
     Order([usize; 3]),
-    /// The columns of joint angles whose sign is wrong.
+    /// Columns of joint angles with the wrong sign.
     Reversed([bool; 3]),
-    /// The columns of joint angles that are in another unit, and what they are to be multiplied by.
+    /// Columns of joint angles in another unit, and that unit.
     Angles([bool; 3], AngleUnit),
     /// Coordinate k of the robot's frame is `signs[k]` times the file's coordinate `order[k]`.
     Axes {
-        /// Which of the file's coordinates.
+        /// The file's coordinates.
         order: [usize; 3],
         /// 1 or −1.
         signs: [f64; 3],
     },
     /// The positions are in another unit.
     Length(LengthUnit),
-    /// In the robot file the upper arms and forearms of these two arms are exchanged.
+    /// The robot file has the upper arms and forearms of these two arms exchanged.
     Arms(usize, usize),
-    /// The limits of the joints have the other sign.
+    /// The joint limits have the wrong sign.
     Limits,
-    /// Each position stands one row below the joints that it belongs to, or above.
+    /// Each position is one row below, or above, the joints that it belongs to.
     Shifted {
-        /// Below.
+        /// Below rather than above.
         below: bool,
     },
-    /// The positions are in a frame that stands anywhere.
+    /// The positions are in a frame at an unknown place.
     Elsewhere,
 }
 
-/// What the joint angles are in.
+/// Unit of the joint angles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum AngleUnit {
     /// Radians where the header says degrees.
@@ -46,28 +46,28 @@ pub(super) enum AngleUnit {
     Degrees,
 }
 
-/// What the positions, or the lengths of the robot, are in.
+/// Unit of the positions, or of the robot's lengths.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct LengthUnit {
-    /// What the positions are to be multiplied by.
+    /// Factor for the positions.
     pub(super) factor: f64,
-    /// What the positions then are in; `None` if it is the robot file that is wrong.
+    /// The positions' unit under this hypothesis; `None` if the robot file is wrong.
     pub(super) positions: Option<&'static str>,
-    /// What the lengths of the robot file are then in.
+    /// The unit of the robot file's lengths under this hypothesis.
     pub(super) robot: Option<&'static str>,
 }
 
-/// Of arms that are numbered clockwise first.
+/// Exchanges of two arms; clockwise numbering first.
 const EXCHANGED: [[usize; 3]; 3] = [[0, 2, 1], [1, 0, 2], [2, 1, 0]];
 const CYCLIC: [[usize; 3]; 2] = [[1, 2, 0], [2, 0, 1]];
 const UNCHANGED: [usize; 3] = [0, 1, 2];
-/// Of a frame that stands anywhere all mirrored ones are the same.
+/// In a frame at an unknown place, all mirrored axes are equivalent.
 pub(super) const MIRRORED: Fault = Fault::Axes {
     order: UNCHANGED,
     signs: [1.0, -1.0, 1.0],
 };
 
-/// Positions whose header says millimetres, or whose robot file does.
+/// For positions whose header says millimetres, or for a robot file that does.
 const MILLIMETRES: [LengthUnit; 5] = [
     unit(1e3, Some("metres"), None),
     unit(25.4, Some("inches"), None),
@@ -75,7 +75,7 @@ const MILLIMETRES: [LengthUnit; 5] = [
     unit(1e-3, Some("micrometres"), Some("metres")),
     unit(1.0 / 25.4, None, Some("inches")),
 ];
-/// Positions whose header says metres.
+/// For positions whose header says metres.
 const METRES: [LengthUnit; 3] = [
     unit(1e-3, Some("millimetres"), Some("metres")),
     unit(0.0254, Some("inches"), None),
@@ -94,7 +94,7 @@ const fn unit(
     }
 }
 
-/// Every set of some of the three.
+/// All non-empty subsets of the three.
 fn subsets() -> impl Iterator<Item = [bool; 3]> {
     (1_usize..8).map(|bits| [bits & 1 != 0, bits & 2 != 0, bits & 4 != 0])
 }
@@ -126,8 +126,8 @@ fn axes() -> impl Iterator<Item = Fault> {
         })
 }
 
-/// Every fault that is looked for, kind by kind. In the sensor's frame, which is found, rotations
-/// of it are none, nor is a cyclic exchange, which a Delta's threefold symmetry makes one.
+/// Every fault tested, kind by kind. The sensor's frame is found anyway, so its rotations are no faults, nor are cyclic
+/// exchanges, which are rotations by a Delta's threefold symmetry.
 pub(super) fn faults(frame: Frame, positions_in: PositionUnit) -> Vec<Vec<Fault>> {
     let mut orders: Vec<_> = EXCHANGED.map(Fault::Order).to_vec();
     let reversed = subsets().map(Fault::Reversed).collect();
@@ -155,8 +155,8 @@ pub(super) fn faults(frame: Frame, positions_in: PositionUnit) -> Vec<Vec<Fault>
     ]
 }
 
-/// Whether two faults are more than the second alone: a frame that stands anywhere may be turned as
-/// well, and a cyclic exchange of the joints turns it.
+/// Whether two faults are more than the second alone: a frame at an unknown place includes rotations, and a cyclic
+/// exchange of the joints is one.
 pub(super) fn are_two(first: &Fault, second: &Fault) -> bool {
     *second != Fault::Elsewhere
         || match first {
@@ -166,7 +166,7 @@ pub(super) fn are_two(first: &Fault, second: &Fault) -> bool {
         }
 }
 
-/// Samples with the positions beside the joints that they belong to.
+/// The samples, with positions moved to the joints that they belong to.
 pub(super) fn shifted(
     samples: &[Sample<f64>],
     faults: &[Fault],
@@ -186,7 +186,7 @@ pub(super) fn shifted(
     })
 }
 
-/// The samples and the robot as they would be without these faults.
+/// The samples and the robot with these faults undone.
 pub(super) fn undone(
     faults: &[Fault],
     robot: &Robot<f64>,
@@ -200,7 +200,7 @@ pub(super) fn undone(
     }
     let undo = |sample: &Sample<f64>| {
         let mut sample = *sample;
-        // Signs and units are those of the file's columns, before these are put in order.
+        // Signs and units refer to the file's columns, before these are reordered.
         for in_order in [false, true] {
             for fault in faults {
                 if matches!(fault, Fault::Order(_)) == in_order {
@@ -250,8 +250,7 @@ impl Fault {
     }
 }
 
-/// La_x, La_y and Lb exchanged (scale and Lb of linear drives); D, θ and α stay where the robot's base has
-/// them.
+/// Exchanges La_x, La_y and Lb (scale and Lb of linear drives); D, θ and α belong to the base and stay.
 fn with_arms_exchanged(robot: &Robot<f64>, first: usize, second: usize) -> Option<Robot<f64>> {
     let arms = robot.arms();
     let mut parameters = arms.map(|arm| arm.parameters());
@@ -262,7 +261,7 @@ fn with_arms_exchanged(robot: &Robot<f64>, first: usize, second: usize) -> Optio
 
 const COORDINATES: [&str; 3] = ["x", "y", "z"];
 
-/// The files and the frame that the sentences speak of.
+/// The files and the frame for the messages.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Words<'a> {
     pub(super) robot: &'a str,
@@ -273,7 +272,7 @@ pub(super) struct Words<'a> {
 }
 
 impl Words<'_> {
-    /// What is wrong, "the columns q2_deg and q3_deg are exchanged", and what to do about it.
+    /// The fault, "the columns q2_deg and q3_deg are exchanged", and the remedy.
     pub(super) fn of(&self, fault: &Fault) -> [String; 2] {
         let (robot, samples) = (self.robot, &self.samples.name);
         match fault {
@@ -335,7 +334,7 @@ impl Words<'_> {
         }
     }
 
-    /// Joints that count upwards in both files.
+    /// For joints that count upwards in both files.
     pub(super) fn upwards(&self, faults: &[Fault]) -> Option<[String; 2]> {
         let (robot, samples) = (self.robot, &self.samples.name);
         let both = faults.contains(&Fault::Limits) && faults.contains(&Fault::Reversed([true; 3]));
@@ -497,7 +496,7 @@ impl Words<'_> {
         if self.samples.in_degrees { "_deg" } else { "" }
     }
 
-    /// "q2_deg and q3_deg".
+    /// Names of the columns: "q2_deg and q3_deg".
     fn joints(&self, columns: [bool; 3]) -> String {
         let names: Vec<_> = (1..)
             .zip(columns)
@@ -508,7 +507,7 @@ impl Words<'_> {
     }
 }
 
-/// "−y, x, z".
+/// Signed axes: "−y, x, z".
 fn signed(order: [usize; 3], signs: [f64; 3]) -> String {
     let named = order.iter().zip(signs).map(|(axis, sign)| {
         let minus = if sign < 0.0 { "−" } else { "" };

@@ -1,4 +1,4 @@
-//! A calibration for a terminal, as a page, for programs, and in the comment of the robot file that it gives.
+//! Output of a calibration: terminal, HTML page, JSON, and the comment of the resulting robot file.
 
 mod figures;
 mod html;
@@ -12,7 +12,7 @@ use maud::Markup;
 use serde::Serialize;
 
 impl Report {
-    /// For a terminal.
+    /// Text for a terminal.
     pub fn to_text(&self) -> String {
         text::render(self)
     }
@@ -22,32 +22,32 @@ impl Report {
         html::render(self, None)
     }
 
-    /// The same with this first.
+    /// The page with `first` at the top.
     pub(super) fn to_html_below(&self, first: &Markup) -> String {
         html::render(self, Some(first))
     }
 
-    /// For programs.
+    /// JSON for programs.
     pub fn to_json(&self) -> String {
         crate::report::json(self)
     }
 }
 
-/// A calibration that was refused, for programs.
+/// A refused calibration, for programs.
 #[derive(Debug, Clone, Serialize)]
 pub struct RefusalReport<'a> {
     /// Of this format, which changes whenever a field changes its name or meaning or is removed.
     pub schema_version: u32,
-    /// Why there is no calibration.
+    /// Why the calibration was refused.
     pub refused: String,
     /// What to do next.
     pub remedy: String,
-    /// What would explain the samples as a whole.
+    /// An explanation of the samples as a whole.
     pub diagnosis: Option<&'a Diagnosis>,
 }
 
 impl RefusalReport<'_> {
-    /// For this cause, with what to do next.
+    /// A refusal with this cause and remedy.
     pub fn new(cause: &str, remedy: &str) -> Self {
         Self {
             schema_version: SCHEMA_VERSION,
@@ -69,7 +69,7 @@ impl<'a> From<&'a CalibrateError> for RefusalReport<'a> {
     }
 }
 
-/// Of a robot file that was calibrated: from what, and with what result.
+/// Comment of a calibrated robot file: the samples used and the result.
 pub fn comment(report: &Report, readings: &Readings) -> String {
     let error = report.position_error_mm.map_or_else(String::new, |error| {
         format!(

@@ -1,13 +1,13 @@
-//! The figures of the page.
+//! Figures of the HTML page.
 
 use super::{Report, SampleReport};
 use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::text::in_unit;
 
 const ARMS: [Colour; 3] = [Colour::Blue, Colour::Vermilion, Colour::Green];
-/// Samples left out that get their line written beside them.
+/// Most suspected samples labelled with their line.
 const LABELLED: usize = 12;
-/// A distance that is 0 has no place on a logarithmic axis; this is far below any rounding.
+/// Smaller values are left off the logarithmic axis, which cannot show 0; far below any rounding.
 const LEAST: f64 = 1e-15;
 
 /// Change ± σ of every parameter in tolerances; `None` without a tolerance.
@@ -62,7 +62,7 @@ pub(super) fn parameters(report: &Report) -> Option<(Figure, &'static str)> {
     ))
 }
 
-/// The powers of ten around positive values.
+/// The powers of ten that enclose the positive values.
 fn decades(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     let logarithms = values.filter(|value| *value > LEAST).map(f64::log10);
     let (low, high) = logarithms.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), own| {
@@ -76,7 +76,7 @@ fn line_number(line: u64) -> f64 {
     line as f64
 }
 
-/// The axis of the samples' lines.
+/// The axis of line numbers.
 fn lines(report: &Report) -> Option<(f64, f64)> {
     let first = line_number(report.samples.first()?.line);
     let last = line_number(report.samples.last()?.line);
@@ -86,7 +86,7 @@ fn lines(report: &Report) -> Option<(f64, f64)> {
 
 type Value = fn(&SampleReport) -> Option<f64>;
 
-/// A value of every sample that has one, over its line.
+/// A value over the line number, for each sample that has one.
 fn over_lines<'a>(
     samples: impl Iterator<Item = &'a SampleReport>,
     value: Value,
@@ -96,7 +96,7 @@ fn over_lines<'a>(
         .collect()
 }
 
-/// The samples that were left out ringed, and some of them with their line.
+/// Rings the suspected samples, and labels some with their line.
 fn with_suspected(figure: Figure, report: &Report, value: Value) -> Figure {
     let suspected = report.samples.iter().filter(|sample| sample.suspected);
     let rings = over_lines(suspected, value);
@@ -109,7 +109,7 @@ fn with_suspected(figure: Figure, report: &Report, value: Value) -> Figure {
         .with("", Colour::Ink, labels)
 }
 
-/// Every sample before and after; `None` if there is nothing to show.
+/// Errors of all samples before and after; `None` if there is nothing to show.
 pub(super) fn residuals(report: &Report) -> Option<Figure> {
     let samples = || report.samples.iter();
     let all = samples().flat_map(|sample| [sample.error_before_mm, sample.error_after_mm]);

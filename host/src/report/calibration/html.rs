@@ -1,4 +1,4 @@
-//! The report as one HTML file that opens from disk: everything it needs is in it.
+//! The report as one self-contained HTML file.
 
 use super::{Report, figures, text};
 use crate::fit::Frame;
@@ -8,12 +8,12 @@ use crate::render::{Section, Table};
 use crate::text::{capitalised, in_words, probability, significant, small_or};
 use maud::{Markup, html};
 
-/// So many samples or fewer are shown without being asked for.
+/// Up to this many samples, the table is open initially.
 const SHOWN: usize = 40;
-/// A page has no more.
+/// Most samples on a page.
 const MOST: usize = 2500;
 
-/// The whole report, with this first.
+/// The whole report, with `first` at the top.
 pub(super) fn render(report: &Report, first: Option<&Markup>) -> String {
     let title = format!("Calibration of {}", report.robot_file);
     let mut parts = vec![
@@ -141,7 +141,7 @@ fn samples(report: &Report) -> Table {
         )
 }
 
-/// What the parameters are, with the drawing of an arm.
+/// Explains the parameters, with a drawing of an arm.
 fn glossary() -> Section {
     let terms = [
         (

@@ -1,4 +1,4 @@
-//! What terminal and page say alike.
+//! Text shared by the terminal and the HTML page.
 
 use super::{ArmReport, ParameterReport, Report};
 use crate::calibration::Level;
@@ -8,7 +8,7 @@ use crate::fit::Frame;
 use crate::render::{Part, Section, Table, terminal};
 use crate::text::{count, list, probability, significant, small};
 
-/// What an expanded uncertainty holds.
+/// Explains what the expanded uncertainty covers.
 pub(super) const CONTENTS: &str = "The expanded uncertainty covers the noise of the measurement, what the samples leave undetermined within \
     the [tolerance], and the errors found in the residuals, with 95 % coverage. It excludes systematic errors of the \
     instrument (scale), temperature, load and speed.";
@@ -25,7 +25,7 @@ pub(super) fn render(report: &Report) -> String {
     terminal::text(sections)
 }
 
-/// "robot.toml calibrated from samples.csv", and how.
+/// "robot.toml calibrated from samples.csv", with the method.
 pub(super) fn how(report: &Report) -> String {
     let frame = match report.frame {
         Frame::Base => "",
@@ -74,7 +74,7 @@ pub(super) fn parameters(report: &Report) -> Section {
     });
     let each = report.arms.first();
     let each = each.map_or(8, |arm| arm.parameters.len() + arm.upper_arm.len());
-    // Scales have no unit, and more decimals.
+    // Scales have no unit and need more decimals.
     let fixed = |own: &ParameterReport, value: f64| {
         let decimals = if own.unit.is_empty() { 6 } else { 4 };
         format!("{value:.decimals$}")
@@ -240,7 +240,7 @@ pub(super) fn expected(report: &Report) -> Section {
     section
 }
 
-/// Causes that were found, or why none was looked for.
+/// The causes found, or the reason why none was looked for.
 pub(super) fn causes(report: &Report) -> Option<Section> {
     let section = Section::new("Errors that the model cannot represent");
     if let Some(why) = report.causes_not_tested {
@@ -265,7 +265,7 @@ pub(super) fn causes(report: &Report) -> Option<Section> {
     )))
 }
 
-/// That nothing was found, with what was looked for.
+/// That no cause was found, with a list of those tested.
 pub(super) fn no_causes(report: &Report) -> Section {
     let kinds = CauseKind::all(report.before.robot.drive());
     let kinds: Vec<_> = kinds.map(|kind| kind.name().replace('_', " ")).collect();
@@ -273,7 +273,7 @@ pub(super) fn no_causes(report: &Report) -> Section {
         .text(format!("None found. Tested: {}.", list(&kinds)))
 }
 
-/// Where the instruments were found.
+/// Places of the instruments.
 pub(super) fn places(report: &Report) -> Vec<Section> {
     let mut sections = Vec::new();
     if let Some(frame) = &report.sensor_frame {
@@ -376,7 +376,7 @@ pub(super) fn findings(report: &Report) -> Section {
     }
 }
 
-/// Whether a limit is met, if one was asked for.
+/// Whether the limit is met, if there is one.
 pub(super) fn limit(report: &Report) -> Option<Section> {
     let own = report.acceptance?;
     let of = report.expanded_uncertainty.map_or("", |own| own.of);

@@ -17,16 +17,16 @@ const ALLOWED: f64 = 3.0;
 /// Distance between the measured positions and those of a robot's geometry, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PositionError {
-    /// √ of the mean square distance over the samples that the geometry can reach; NaN if there is none, as are the
-    /// other distances.
+    /// Root mean square distance over the samples that the geometry can reach; NaN if there are none, like the other
+    /// distances.
     pub rms: f64,
-    /// The median distance, which an outlier does not move.
+    /// Median distance, insensitive to outliers.
     pub median: f64,
-    /// The largest distance.
+    /// Largest distance.
     pub max: f64,
-    /// The line in the samples file of the sample with the largest distance.
+    /// Line in the samples file of the sample with the largest distance.
     pub max_at_line: Option<u64>,
-    /// Samples whose joint angles have no position in this geometry; not part of the other figures.
+    /// Samples whose joint angles have no position in this geometry; the other figures exclude them.
     pub unreachable: usize,
 }
 

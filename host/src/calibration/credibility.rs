@@ -24,21 +24,21 @@ const TAIL: f64 = 0.025;
 /// The noise of a kind of reading, estimated from the residuals.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct NoiseTest {
-    /// Of which readings.
+    /// The kind of reading.
     pub kind: Kind,
-    /// One σ of a reading as the robot file states it, mm; `None` if it is estimated.
+    /// σ of a reading stated in the robot file, mm; `None` if it is estimated.
     pub stated_mm: Option<f64>,
-    /// One σ as the residuals have it, mm; with a stated noise the joints' is taken to be in proportion.
+    /// σ estimated from the residuals, mm; with a stated noise, the joints' part is assumed to be in proportion.
     pub sigma_mm: f64,
     /// Its 95 % confidence limits, mm.
     pub limits_mm: [f64; 2],
-    /// ν: readings less what the parameters take up of them; of an estimate with that of what is usual.
+    /// ν: readings less those that the parameters take up; an estimated noise includes the prior's degrees of freedom.
     pub degrees_of_freedom: f64,
-    /// √(Σ(r/σ)²/ν): how many times the stated noise the residuals are; 1 of an estimated one.
+    /// √(Σ(r/σ)²/ν): residuals in units of the stated noise; 1 for an estimated noise.
     pub ratio: f64,
-    /// Of residuals as improbable if the noise is as stated, two-sided; 1 of an estimated noise.
+    /// Two-sided probability of such residuals if the noise is as stated; 1 for an estimated noise.
     pub probability: f64,
-    /// What follows.
+    /// The verdict.
     pub verdict: NoiseVerdict,
 }
 
@@ -126,14 +126,14 @@ const LEAST: f64 = 1e-12;
 /// Test of the stated tolerance against the calibrated robot.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PriorTest {
-    /// How many tolerances the parameters are off, rms over the combinations that the samples
-    /// determine: √(χ²/ν). 1 is expected.
+    /// Parameter errors in units of the tolerance, rms over the combinations that the samples determine: √(χ²/ν). 1 is
+    /// expected.
     pub ratio: f64,
     /// ν: combinations that the samples determine at least twice as well as the tolerance does.
     pub combinations: u32,
-    /// How many there are: the parameters, less those that move the robot as a whole if no reading tells its place.
+    /// Number of combinations: the parameters, less the rigid motions of the robot if no reading determines its place.
     pub of: u32,
-    /// The probability of a ratio as large if the tolerance is as stated.
+    /// The probability of a ratio at least this large if the tolerance is as stated.
     pub probability: f64,
 }
 

@@ -90,23 +90,23 @@ const NAMED: usize = 4;
 /// Explanations for samples that cannot be right as a whole.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Diagnosis {
-    /// Half of the measured points are within this distance of where the robot of the file would be,
-    /// mm; infinite if it does not reach them or they are in one spot.
+    /// Median distance of the measured points from those of the robot file, mm; infinite if the robot does not reach
+    /// them or they are in one spot.
     pub as_they_are: f64,
-    /// What explains the samples, the best first, all about equally well. At least one.
+    /// Explanations, best first, all about equally good. At least one.
     pub explanations: Vec<Explanation>,
 }
 
 /// A fault, or two together.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Explanation {
-    /// What is wrong, in words.
+    /// The fault in words.
     pub cause: String,
-    /// What to do about it.
+    /// The remedy.
     pub remedy: String,
     /// [`Diagnosis::as_they_are`] without the faults, mm.
     pub without: f64,
-    /// The same after a calibration without the faults; `None` if that is refused.
+    /// The same after a calibration without the faults; `None` if the calibration is refused.
     pub calibrated: Option<f64>,
 }
 

@@ -47,7 +47,7 @@ pub enum Level {
 pub struct Finding {
     /// `warning` or `note`.
     pub level: Level,
-    /// In words.
+    /// The finding in words.
     pub text: String,
     /// Its kind: `copies`, `outlier`, `noise_understated` and so on.
     pub kind: &'static str,

@@ -21,14 +21,14 @@ const PLACE_KNOWN: f64 = 0.5;
 /// What the readings determine.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Known {
-    /// How many combinations of the parameters the readings determine better than the tolerance
-    /// does. Without a tolerance all, since a calibration is refused otherwise.
+    /// Number of parameter combinations that the readings determine better than the tolerance. Without a tolerance all,
+    /// because a calibration is refused otherwise.
     pub combinations: usize,
-    /// How many combinations there are that relative positions depend on.
+    /// Number of combinations that affect relative positions.
     pub of: usize,
-    /// Whether the readings say where the robot stands in the frame of its parameters.
+    /// Whether the readings determine where the robot stands in the frame of its parameters.
     pub place: bool,
-    /// Whether they say how large it is.
+    /// Whether the readings determine the robot's size.
     pub scale: bool,
 }
 

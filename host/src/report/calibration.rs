@@ -36,7 +36,7 @@ impl Report {
 /// A refused calibration, for programs.
 #[derive(Debug, Clone, Serialize)]
 pub struct RefusalReport<'a> {
-    /// Of this format, which changes whenever a field changes its name or meaning or is removed.
+    /// Version of this format, incremented whenever a field changes its name or meaning or is removed.
     pub schema_version: u32,
     /// Why the calibration was refused.
     pub refused: String,

@@ -284,7 +284,7 @@ impl Hypothesis {
 pub struct Cause {
     /// Its kind.
     pub kind: CauseKind,
-    /// 1, 2 or 3; `null` of one that is not an arm's.
+    /// 1, 2 or 3; `null` for a cause that does not belong to an arm.
     pub arm: Option<usize>,
     /// Its size: the amplitude of a periodic error, half of a backlash, the sag at the largest distance from the
     /// robot's axis, the drift from the first row to the last. Signed if there is only one coefficient.
@@ -297,9 +297,9 @@ pub struct Cause {
     pub p: f64,
     /// Alternatives that explain the residuals about as well: with at least a twentieth of the likelihood.
     pub alternatives: Vec<String>,
-    /// In one sentence.
+    /// The cause in one sentence.
     pub text: String,
-    /// What to do about it.
+    /// The remedy.
     pub remedy: &'static str,
     #[serde(skip)]
     pub(super) hypothesis: Hypothesis,

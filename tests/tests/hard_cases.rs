@@ -4,8 +4,8 @@
 use delta_cal::calibration::Solver;
 use delta_cal::robot::Arm;
 use delta_cal::{
-    ArmIndex, IkmCalibrator, Noise, Parameter, Real, Refusal, Robot, RobotOutcome, Sample, Settings,
-    SymmetricRobot, Tolerance,
+    ArmIndex, IkmCalibrator, Noise, Parameter, Real, Refusal, Robot, RobotOutcome, Sample,
+    Settings, SymmetricRobot, Tolerance,
 };
 use delta_cal_tests::{
     Spread, generator, measurements, paper_robot, parameter_differences, perturbed, to_single,

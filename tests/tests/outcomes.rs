@@ -6,8 +6,8 @@ use delta_cal::calibration::{Start, StartUsed};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::samples::{ArmFactor, NominalArm};
 use delta_cal::{
-    ArmIndex, IkmCalibrator, Noise, Parameter, Refusal, Robot, RobotOutcome, Sample,
-    Settings, Tolerance,
+    ArmIndex, IkmCalibrator, Noise, Parameter, Refusal, Robot, RobotOutcome, Sample, Settings,
+    Tolerance,
 };
 use delta_cal_tests::closures::distances;
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};

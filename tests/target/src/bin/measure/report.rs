@@ -95,10 +95,7 @@ pub(crate) fn measured<const N: usize>(seed: u64) -> [Sample<f32>; N] {
 /// The deepest stack over so many cases of a calibrator's calls: made, filled, solved.
 pub(crate) fn deepest<E: Estimator>(cases: u64) -> usize {
     #[inline(never)]
-    fn of<E: Estimator>(
-        place: &mut MaybeUninit<Calibrator<f32, E>>,
-        case: &Case<f32>,
-    ) -> usize {
+    fn of<E: Estimator>(place: &mut MaybeUninit<Calibrator<f32, E>>, case: &Case<f32>) -> usize {
         let new = || Calibrator::new(black_box(&case.nominal), black_box(&case.settings));
         let create = stack_of(&mut || {
             black_box(place.write(new()));

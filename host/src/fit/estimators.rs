@@ -218,6 +218,7 @@ impl Task<'_> {
                 problem.start_unknowns(),
                 *problem.start_frame(),
             ),
+            beyond_expected: DMatrix::zeros(unknowns, unknowns),
             covariance,
             prior,
             moved,

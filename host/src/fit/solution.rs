@@ -150,6 +150,8 @@ pub struct Solution {
     /// Covariance of all unknowns: 24 parameters, 15 numbers of the transmissions if they are unknown, then the frame,
     /// planes and points; mm, radians and their products. With an estimated noise it is that of Student's distribution.
     pub covariance: DMatrix<f64>,
+    /// The part of it by which Student's variance, E[σ²], exceeds that of the expected noise, E[σ]².
+    pub(crate) beyond_expected: DMatrix<f64>,
     /// Rows U of the prior of all unknowns, |U u|², about the robot of the file.
     pub(crate) prior: DMatrix<f64>,
     /// Displacement of the unknowns from the centre of the prior.
@@ -179,6 +181,16 @@ pub struct Solution {
 impl Solution {
     /// Covariance of the robot's parameters and of the transmissions' numbers.
     pub fn of_robot(&self) -> RobotCovariance {
+        self.robots(&self.covariance)
+    }
+
+    /// The same with the expected σ of an estimated noise, of which few readings leave a wide distribution: of this are
+    /// errors that are stated as an rms, which is linear in σ.
+    pub fn expected_of_robot(&self) -> RobotCovariance {
+        self.robots(&(&self.covariance - &self.beyond_expected))
+    }
+
+    fn robots(&self, covariance: &DMatrix<f64>) -> RobotCovariance {
         let own = if self.transmissions {
             WITH_TRANSMISSIONS
         } else {
@@ -186,7 +198,7 @@ impl Solution {
         };
         RobotCovariance::from_fn(|row, column| {
             if row < own && column < own {
-                self.covariance[(row, column)]
+                covariance[(row, column)]
             } else {
                 0.0
             }
@@ -228,6 +240,7 @@ impl Solution {
     #[must_use]
     pub(crate) fn widened(mut self, factor: f64) -> Self {
         self.covariance *= factor * factor;
+        self.beyond_expected *= factor * factor;
         self
     }
 }

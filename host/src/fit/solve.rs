@@ -8,6 +8,7 @@ use super::{Frame, Method, Options};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
 use delta_cal::{Noise, Refusal};
+use statrs::function::gamma::ln_gamma;
 
 /// Degrees of freedom of the typical noise of heights and distances, known within a factor of 3 either way.
 const USUAL_FREEDOM: f64 = 3.0;
@@ -203,11 +204,22 @@ fn likelihood(solution: &Solution) -> Option<f64> {
     found.is_finite().then_some(found)
 }
 
-/// Applies the variances of Student's distribution where a noise is estimated: ν/(ν − 2) times those of a known one.
+/// Applies the variances of Student's distribution where a noise is estimated: what comes from the readings has ν/(ν − 2)
+/// times the variance of a known noise. With the prior's information P that part of the covariance C is C (C⁻¹ − P) C.
 fn as_student(solution: Solution) -> Solution {
-    match solution.estimated_freedom() {
-        Some(freedom) if freedom > 2.0 => solution.widened((freedom / (freedom - 2.0)).sqrt()),
-        _ => solution,
+    let Some(freedom) = solution.estimated_freedom().filter(|own| *own > 2.0) else {
+        return solution;
+    };
+    let held = &solution.prior * &solution.covariance;
+    let of_readings = &solution.covariance - held.tr_mul(&held);
+    let mean = freedom / (freedom - 2.0);
+    // E[σ]² of the same distribution.
+    let gammas = ln_gamma(0.5 * (freedom - 1.0)) - ln_gamma(0.5 * freedom);
+    let expected = 0.5 * freedom * (2.0 * gammas).exp();
+    Solution {
+        covariance: &solution.covariance + (mean - 1.0) * &of_readings,
+        beyond_expected: (mean - expected) * of_readings,
+        ..solution
     }
 }
 

@@ -19,8 +19,13 @@ const SECTIONS: [&str; 5] = [
     "stepper_c",
     "delta_calibrate",
 ];
-/// What every line of the saved block begins with.
+/// What every line of the saved block begins with, and the first of them.
 const SAVED: &str = "#*#";
+const HEADER: [&str; 3] = [
+    "#*# <---------------------- SAVE_CONFIG ---------------------->",
+    "#*# DO NOT EDIT THIS BLOCK OR BELOW. The contents are auto-generated.",
+    SAVED,
+];
 
 /// Words of options that state geometry, and Klipper's own among these options.
 const GEOMETRY: [&str; 9] = [
@@ -211,6 +216,21 @@ impl Configuration {
         Ok(())
     }
 
+    /// Where an included file states what a calibration changes, and how to replace that.
+    pub fn included_geometry(&self) -> Option<String> {
+        let changed = |option: &str| option != "print_radius" && OPTIONS.contains(&option);
+        let mut entries = self.entries.iter().filter(|((_, option), entry)| {
+            entry.file != self.name && (changed(option) || option == "position_endstop")
+        });
+        entries.next().map(|((_, option), entry)| {
+            format!(
+                "{}:{} states {option} in an included file: paste the lines there, in place of the old ones. SAVE_CONFIG \
+                 refuses options that an included file states.",
+                entry.file, entry.line
+            )
+        })
+    }
+
     /// An option.
     pub fn get(&self, section: &str, option: &str) -> Option<&Entry> {
         self.entries.get(&(section.to_owned(), option.to_owned()))
@@ -314,29 +334,34 @@ fn numbered(text: &str) -> Vec<(u64, &str)> {
 /// A line with its number.
 type Numbered<'a> = (u64, &'a str);
 
-/// The lines by hand, those of the saved block without what each begins with, and the line for which Klipper ignores
-/// the block: in and below it every line begins with `#*#`, an empty one too (`klippy/configfile.py`).
+/// The lines by hand, those of the saved block without what each begins with, and the line for which Klipper ignores the
+/// block: below its header every line begins with `#*#`, an empty one too, and above it none does
+/// (`ConfigAutoSave._find_autosave_data` in `klippy/configfile.py`).
 fn split(text: &str) -> (Vec<Numbered<'_>>, Vec<Numbered<'_>>, Option<u64>) {
     let lines = numbered(text.trim_end());
-    let begin = lines
-        .iter()
-        .position(|(_, line)| line.starts_with(SAVED) && line.contains("SAVE_CONFIG"));
-    let Some(begin) = begin else {
-        return (lines, Vec::new(), None);
-    };
-    let (written, saved) = lines.split_at(begin);
+    let is_header = |own: &[Numbered<'_>]| own.iter().map(|(_, line)| *line).eq(HEADER);
+    // Klipper's header begins with the end of a line.
+    let begin = lines.windows(HEADER.len()).skip(1).position(is_header);
+    let begin = begin.map_or(lines.len(), |at| at + 1);
+    let (written, block) = lines.split_at(begin);
+    let mut saved = block.get(HEADER.len()..).unwrap_or_default();
+    while let Some(((_, first), rest)) = saved.split_first()
+        && first.trim().is_empty()
+    {
+        saved = rest;
+    }
+    let above = written.iter().skip(1);
+    let mut above = above.filter(|(_, own)| own.starts_with("#*# "));
     let of_block = |own: &str| own == SAVED || own.starts_with("#*# ");
-    let above = written.iter().find(|(_, own)| own.starts_with("#*# "));
-    let foreign = above.or(saved.iter().find(|(_, own)| !of_block(own)));
-    if let Some((line, _)) = foreign {
+    let mut foreign = saved
+        .iter()
+        .filter(|(_, own)| !of_block(own) || *own == HEADER[0]);
+    if let Some((line, _)) = above.next().or(foreign.next()) {
         let line = *line;
         return (lines, Vec::new(), Some(line));
     }
-    let saved = saved.iter().skip(1).filter_map(|(line, own)| {
-        let own = own.strip_prefix(SAVED)?;
-        let own = own.strip_prefix(' ').unwrap_or(own);
-        // The block's own warning is no option.
-        (!own.starts_with("DO NOT EDIT")).then_some((*line, own))
-    });
+    let saved = saved
+        .iter()
+        .map(|(line, own)| (*line, own.get(4..).unwrap_or_default()));
     (written.to_vec(), saved.collect(), None)
 }

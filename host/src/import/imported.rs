@@ -3,7 +3,7 @@
 use super::Firmware;
 use crate::files::input::InputError;
 use crate::files::robot_file::{InstrumentFacts, KnownPlane, RobotFile};
-use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
+use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings, Row};
 use crate::geometry::reaches_anywhere;
 use crate::text::{joint, rounded};
 use delta_cal::kinematics::JointLimits;
@@ -19,9 +19,11 @@ const LOWEST_ARM: f64 = 90.0;
 /// One σ of the bed, which is z = 0 and level: mm and degrees.
 const BED: f64 = 0.001;
 /// Of a printer that nobody calibrated: a place or a rod in mm, a lean in degrees, an end stop in mm, the scale.
-const TOWERS: (f64, f64, f64, f64) = (0.3, 0.1, 5.0, 0.0005);
-/// Of the radius and of the rods' length that all towers have in common, mm: owners seldom measure them.
+const TOWERS: (f64, f64, f64, f64) = (0.4, 0.1, 5.0, 0.0005);
+/// Of the radius and of the rods' length that all towers have in common, mm: owners seldom measure them. Printed distances
+/// decide them, and all are too short where prints shrink: then so many times as much.
 const COMMON: f64 = 1.0;
+const WITH_DISTANCES: f64 = 2.0;
 /// Of arms that motors turn, mm and degrees.
 const ARMS: (f64, f64) = (0.5, 0.2);
 /// A joint's zero is what an end stop is off by, degrees, and the shoulders' height above the bed is a tape's, mm.
@@ -117,8 +119,8 @@ pub(super) struct Machine {
     arms: [Arm<f64>; 3],
     configured: [Arm<f64>; 3],
     endstops: [f64; 3],
-    /// One σ of the radius and of the rods' length that all towers have in common.
-    sigmas: [f64; 2],
+    /// One σ of the radius and of the rods' length that all towers have in common, as stated.
+    sigmas: [Option<f64>; 2],
 }
 
 fn possible<E: std::fmt::Display>(
@@ -151,7 +153,7 @@ impl Machine {
             arms,
             configured: as_configured,
             endstops: own.endstops,
-            sigmas: [stated.radius_sigma, stated.rods_sigma].map(|own| own.unwrap_or(COMMON)),
+            sigmas: [stated.radius_sigma, stated.rods_sigma],
         })
     }
 
@@ -166,7 +168,7 @@ impl Machine {
             arms,
             configured: arms,
             endstops,
-            sigmas: [COMMON; 2],
+            sigmas: [None; 2],
         })
     }
 
@@ -213,6 +215,12 @@ impl Machine {
         }
         let low = joints.iter().copied().fold(f64::INFINITY, f64::min);
         let high = joints.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let usual = if readings.holds(Kind::Distance) {
+            WITH_DISTANCES * COMMON
+        } else {
+            COMMON
+        };
+        let [radius_sigma, rods_sigma] = self.sigmas.map(|own| own.unwrap_or(usual));
         let (limits, tolerance) = match robot.drive() {
             Drive::Rotary => (
                 JointLimits::new(low, high.max(LOWEST_ARM.to_radians())),
@@ -223,8 +231,8 @@ impl Machine {
                 JointLimits::travel(low.min(lowest_travel(&robot, bed)).floor(), high),
                 Tolerance::new(TOWERS.0, TOWERS.1.to_radians())
                     .and_then(|own| own.with_linear(TOWERS.2, TOWERS.3))
-                    .and_then(|own| own.with_radius(self.sigmas[0]))
-                    .and_then(|own| own.with_forearm(self.sigmas[1])),
+                    .and_then(|own| own.with_radius(radius_sigma))
+                    .and_then(|own| own.with_forearm(rods_sigma)),
             ),
         };
         let limits = limits.map_err(|error| impossible(&error))?;

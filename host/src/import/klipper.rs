@@ -194,6 +194,7 @@ fn finished(
     let joints =
         |steps: [f64; 3]| [0, 1, 2].map(|motor| home[motor] + steps[motor] * step_lengths[motor]);
     let (readings, names) = measured(configuration, joints)?;
+    notes.extend(configuration.included_geometry());
     if let Some(line) = configuration.broken {
         notes.push(format!(
             "{}:{line} makes Klipper ignore the block of SAVE_CONFIG: in and below it every line begins with #*#. Move \

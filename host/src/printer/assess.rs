@@ -137,7 +137,7 @@ const fn how_to_paste(firmware: Firmware) -> &'static str {
 }
 
 impl Printer {
-    /// Of a configuration, what was found from its readings, and by what every σ was multiplied.
+    /// Of a configuration and what was found from its readings.
     ///
     /// # Errors
     /// The controller cannot hold the calibrated robot.
@@ -145,7 +145,6 @@ impl Printer {
         imported: &Imported,
         calibrated: &RobotFile,
         solution: &Solution,
-        widening: f64,
     ) -> Result<Self, ExportError> {
         let robot = &imported.robot;
         let radius = radius_of(imported);
@@ -185,7 +184,7 @@ impl Printer {
         let uncertain = area
             .uncertain(calibrated)
             .ok_or(ExportError::TooFewPositions(0))?;
-        let covariance = solution.of_robot();
+        let covariance = solution.expected_of_robot();
         let sigmas = [&uncertain.height, &uncertain.across].map(|own| own.dot(&covariance).sqrt());
         let off = |controller: &Robot<f64>, frame: &RigidTransform<f64>| {
             Off::of(&calibrated.robot, controller, frame, radius, sigmas)
@@ -235,7 +234,7 @@ impl Printer {
                 &as_measured,
                 &imported.readings,
                 (radius, &uncertain.relative),
-                widening,
+                uncertain.relative.dot(&covariance).sqrt(),
             ),
             level,
             controller: export.controller.zip(export.frame),

@@ -41,19 +41,20 @@ pub struct Next {
     pub with_object: Option<f64>,
 }
 
-/// Of a calibrated robot and its measurements over a bed of this radius; tr(W C) is the mean square that counts, and
-/// all σ are `widening` times as large as stated.
+/// Of a calibrated robot and its measurements over a bed of this radius; tr(W C) is the mean square that counts, now the
+/// square of `now`.
 pub(super) fn next(
     robot: &RobotFile,
     file: &Readings,
     (radius, weights): (f64, &RobotCovariance),
-    widening: f64,
+    now: f64,
 ) -> Option<Next> {
     let leaves = |file: &Readings| {
         let covariance = covariance_after(robot, file, Frame::Base)?;
-        Some(widening * weights.dot(&covariance).sqrt())
+        Some(weights.dot(&covariance).sqrt())
     };
-    let now = leaves(file)?;
+    let scale = now / leaves(file)?;
+    let leaves = |file: &Readings| Some(scale * leaves(file)?);
     let places = bed(OUT * radius, CIRCLES, ON_A_CIRCLE);
     let rows = chosen(robot, file, places, HEIGHTS, leaves);
     let mut with = file.clone();

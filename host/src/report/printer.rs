@@ -62,7 +62,7 @@ impl PrinterReport {
             return Err(Refused::new(cause, remedy).into());
         }
         let (after, solution) = (&calibration.after, &calibration.solution);
-        let printer = Printer::of(imported, after, solution, calibration.sigma_widened_by);
+        let printer = Printer::of(imported, after, solution);
         let printer = printer.map_err(|error| {
             InputError::new(&imported.robot.name, error.to_string()).with_remedy(error.remedy())
         })?;

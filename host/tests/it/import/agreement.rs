@@ -122,6 +122,17 @@ fn options_are_looked_up_as_klipper_does() {
     let folder = import(&by_hand);
     let arms = robot(&folder).robot;
     assert!((arms.arms()[0].d().xy().norm() - 160.5).abs() < EXACT);
+    // In an included file the same option wins as well, and keeps SAVE_CONFIG from saving another.
+    folder.write(
+        "printer.cfg",
+        format!("[include r.cfg]\n{}", own.configuration()),
+    );
+    folder.write("r.cfg", "[printer]\ndelta_radius = 160.5\n");
+    let run = folder.run("import klipper printer.cfg --output mine --force");
+    let said = run.ok().stdout;
+    assert!(said.contains("r.cfg:2 states delta_radius"), "{said}");
+    let arms = robot(&folder).robot;
+    assert!((arms.arms()[0].d().xy().norm() - 160.5).abs() < EXACT);
     // In included files, by a pattern.
     let (first, rest) = plain_parts(&own);
     let folder = Folder::new();
@@ -185,43 +196,18 @@ fn manual_heights_are_read() {
     assert_eq!(samples.matches(",probe\n").count(), own.rows.len());
 }
 
+/// The end stop's height above z = 0 is that of rods of the stated length.
 #[test]
-fn rods_of_an_earlier_calibration_are_kept_and_named_unless_their_length_is_stated() {
+fn stated_rods_take_the_place_of_those_of_an_earlier_calibration() {
     let own = printer("05");
     let folder = import(&own.configuration());
     let text = folder.read("mine/robot.toml");
-    assert!(
-        text.contains("the result of an earlier calibration"),
-        "{text}"
-    );
     assert!(text.contains("lb_mm = 341.224128\n"), "{text}");
     folder
         .run("import klipper printer.cfg --rods 34cm --output mine --force")
         .ok();
-    let text = folder.read("mine/robot.toml");
-    assert!(text.contains("lb_mm = 340.0\n"), "{text}");
-    // The end stop's height above z = 0 is that of rods of this length.
-    let robot = robot(&folder);
     let high = own.klipper.endstops[2] + (340f64.powi(2) - own.klipper.radius.powi(2)).sqrt();
-    assert!((robot.limits.maximum() - high).abs() < EXACT);
+    assert!((robot(&folder).limits.maximum() - high).abs() < EXACT);
     let round = import(&printer("01").configuration()).read("mine/robot.toml");
     assert!(!round.contains("earlier calibration"), "{round}");
-}
-
-/// What is written is what calibrate reads, and the bed is z = 0.
-#[test]
-fn the_files_calibrate() {
-    let folder = import(&printer("20").configuration());
-    let samples = folder.read("mine/samples.csv");
-    assert_eq!(samples.lines().skip(1).count(), 19);
-    folder
-        .run("calibrate mine/robot.toml mine/samples.csv --output mine/calibrated.toml --json report.json")
-        .ok();
-    let calibrated = folder.read("mine/calibrated.toml");
-    assert!(calibrated.contains("tilt_deg = 0.001\n"), "{calibrated}");
-    let report: serde_json::Value = serde_json::from_str(&folder.read("report.json")).unwrap();
-    let plane = &report["planes"][0];
-    // Level to 0.001 degrees and at 0 to 0.001 mm, six σ of each.
-    assert!(plane["z_mm"].as_f64().unwrap().abs() < 0.006);
-    assert!((plane["normal"][2].as_f64().unwrap() - 1.0).abs() < 1e-8);
 }

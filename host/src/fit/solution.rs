@@ -184,8 +184,8 @@ impl Solution {
         self.robots(&self.covariance)
     }
 
-    /// The same with the expected σ of an estimated noise, of which few readings leave a wide distribution: of this are
-    /// errors that are stated as an rms, which is linear in σ.
+    /// The same with the expected σ of an estimated noise in place of its expected σ²: what an rms error is expected to be,
+    /// which is linear in σ.
     pub fn expected_of_robot(&self) -> RobotCovariance {
         self.robots(&(&self.covariance - &self.beyond_expected))
     }

@@ -224,8 +224,8 @@ impl Configuration {
         });
         entries.next().map(|((_, option), entry)| {
             format!(
-                "{}:{} states {option} in an included file: paste the lines there, in place of the old ones. SAVE_CONFIG \
-                 refuses options that an included file states.",
+                "{}:{} sets {option} in an included file: paste the lines there, in place of the old ones. SAVE_CONFIG \
+                 refuses options that an included file sets.",
                 entry.file, entry.line
             )
         })

@@ -130,7 +130,7 @@ fn options_are_looked_up_as_klipper_does() {
     folder.write("r.cfg", "[printer]\ndelta_radius = 160.5\n");
     let run = folder.run("import klipper printer.cfg --output mine --force");
     let said = run.ok().stdout;
-    assert!(said.contains("r.cfg:2 states delta_radius"), "{said}");
+    assert!(said.contains("r.cfg:2 sets delta_radius"), "{said}");
     let arms = robot(&folder).robot;
     assert!((arms.arms()[0].d().xy().norm() - 160.5).abs() < EXACT);
     // In included files, by a pattern.

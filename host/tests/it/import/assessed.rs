@@ -1,6 +1,5 @@
 //! `delta-cal calibrate` of a printer's configuration.
 
-use crate::export::klipper::Delta;
 use crate::import::fixtures::{SECRETS, block, folder, printer, printers, rotary};
 use crate::support::{Run, number};
 use serde_json::Value;

@@ -1,5 +1,4 @@
-//! The calibrations from complete positions: [`IkmCalibrator`] solves each arm by itself, [`JointCalibrator`] all
-//! together.
+//! Calibration from complete positions: [`IkmCalibrator`] solves each arm separately, [`JointCalibrator`] all together.
 //!
 //! ```text
 //! minimise  Σ (f(P; Xₖ, qₖ)/σf,ₖ)²  +  Σ ((pⱼ − pⱼ,nominal)/toleranceⱼ)²

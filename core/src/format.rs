@@ -1,5 +1,4 @@
-//! `defmt::Format` of the public types that hold matrices, which have none of their own. The
-//! others derive it.
+//! `defmt::Format` for the public types that contain matrices, which do not implement it. Other types derive it.
 
 use crate::Real;
 use crate::calibration::{ArmOutcome, Calibrator, Estimator, RobotOutcome};

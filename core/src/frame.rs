@@ -1,4 +1,4 @@
-//! Cartesian frames: a rigid transform, and the one that takes one set of points to another.
+//! Cartesian frames: a rigid transform, and the alignment of two point sets.
 
 use crate::Real;
 use core::fmt;
@@ -45,7 +45,7 @@ impl<T: Real> Default for RigidTransform<T> {
 }
 
 impl<T: Real> RigidTransform<T> {
-    /// The transform that changes nothing.
+    /// The identity transform.
     pub fn identity() -> Self {
         Self {
             rotation: Matrix3::identity(),
@@ -58,7 +58,7 @@ impl<T: Real> RigidTransform<T> {
         self.rotation * point + self.translation
     }
 
-    /// The transform that undoes this one.
+    /// The inverse transform.
     #[must_use]
     pub fn inverse(&self) -> Self {
         let rotation = self.rotation.transpose();
@@ -70,13 +70,13 @@ impl<T: Real> RigidTransform<T> {
 }
 
 impl<T: Real> RigidTransform<T> {
-    /// The proper rotation and translation that take the first point of each pair to the second
-    /// with the least sum of squared distances (Horn 1987, by unit quaternions).
+    /// The rotation and translation that map the first point of each pair to the second with the least sum of squared
+    /// distances (Horn 1987, by unit quaternions).
     ///
-    /// The iterator is run through twice; nothing is stored.
+    /// The iterator is traversed twice; nothing is stored.
     ///
     /// # Errors
-    /// Fewer than three pairs, points on one line, or a coordinate that is not finite.
+    /// Fewer than three pairs, collinear points, or a non-finite coordinate.
     ///
     /// ```
     /// use delta_cal::frame::RigidTransform;
@@ -96,7 +96,7 @@ impl<T: Real> RigidTransform<T> {
         I::IntoIter: Clone,
     {
         let pairs = pairs.into_iter();
-        // Counted from the first pair, so that a far origin does not round the sums.
+        // Relative to the first pair, so that a distant origin does not cost precision in the sums.
         let Some((from_first, to_first)) = pairs.clone().next() else {
             return Err(AlignmentError::TooFewPoints);
         };
@@ -125,7 +125,7 @@ impl<T: Real> RigidTransform<T> {
             return Err(AlignmentError::Collinear);
         }
         let ([largest, second], quaternion) = two_largest(&horn_matrix(&(products / spread)));
-        // For points on one line any turn about it is as good as any other.
+        // If the points are collinear, any rotation about their line fits equally well.
         if !(largest - second > T::EPSILON * T::from_f64(128.0)) {
             return Err(AlignmentError::Collinear);
         }
@@ -137,8 +137,8 @@ impl<T: Real> RigidTransform<T> {
     }
 }
 
-/// The symmetric matrix whose eigenvector of the largest eigenvalue is the quaternion (w, x, y, z) of
-/// the rotation that maximises Σ to · R from (Horn 1987), from Σ from · toᵀ.
+/// The symmetric matrix whose dominant eigenvector is the quaternion (w, x, y, z) of the rotation R that maximises Σ to
+/// · R from (Horn 1987). `s` is Σ from · toᵀ.
 fn horn_matrix<T: Real>(s: &Matrix3<T>) -> Matrix4<T> {
     let (xx, xy, xz) = (s.m11, s.m12, s.m13);
     let (yx, yy, yz) = (s.m21, s.m22, s.m23);
@@ -165,11 +165,10 @@ fn horn_matrix<T: Real>(s: &Matrix3<T>) -> Matrix4<T> {
 
 /// Every pair of rows of a 4 × 4 matrix.
 const PAIRS: [(usize, usize); 6] = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)];
-/// Jacobi's method converges quadratically; a 4 × 4 matrix needs some five sweeps.
+/// Jacobi's method converges quadratically; a 4 × 4 matrix needs about five sweeps.
 const SWEEPS: usize = 12;
 
-/// The two largest eigenvalues of a symmetric matrix, and the eigenvector of the largest, by Jacobi's
-/// cyclic rotations.
+/// The two largest eigenvalues of a symmetric matrix and the eigenvector of the largest, by cyclic Jacobi rotations.
 fn two_largest<T: Real>(matrix: &Matrix4<T>) -> ([T; 2], Vector4<T>) {
     let mut matrix = *matrix;
     let mut vectors = Matrix4::<T>::identity();
@@ -213,7 +212,7 @@ fn two_largest<T: Real>(matrix: &Matrix4<T>) -> ([T; 2], Vector4<T>) {
     (largest, vector)
 }
 
-/// Columns p and q turned in their plane.
+/// Rotates columns p and q in their plane.
 fn turn_columns<T: Real>(matrix: &mut Matrix4<T>, p: usize, q: usize, cosine: T, sine: T) {
     for row in 0..4 {
         let (Some(a), Some(b)) = (matrix.get((row, p)).copied(), matrix.get((row, q)).copied())
@@ -229,7 +228,7 @@ fn turn_columns<T: Real>(matrix: &mut Matrix4<T>, p: usize, q: usize, cosine: T,
     }
 }
 
-/// The rotation matrix of a quaternion of any length.
+/// The rotation matrix of a quaternion, which need not be normalised.
 pub(crate) fn rotation_of<T: Real>(quaternion: &Vector4<T>) -> Matrix3<T> {
     let unit = quaternion / quaternion.dot(quaternion).square_root();
     let (w, x, y, z) = (unit.x, unit.y, unit.z, unit.w);

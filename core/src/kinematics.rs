@@ -1,7 +1,7 @@
-//! Where the platform is at given joint angles, and the other way round.
+//! Forward and inverse kinematics.
 //!
-//! Everything rests on one constraint per arm (paper, equation (3.8), with the square that its
-//! right-hand side lacks in print):
+//! Everything is based on one constraint per arm (paper, equation (3.8), with the square that the printed right-hand
+//! side omits):
 //!
 //! ```text
 //! f(P; X, q) = |X − B(q)|² − Lb² = 0

@@ -1,24 +1,24 @@
-//! Kinematic calibration of Delta parallel robots, for the robot's own controller: from joint angles and
-//! measured positions of the platform to the 24 geometric parameters that explain them, with their
-//! uncertainty, or the reason why these measurements cannot tell.
+//! Kinematic calibration of Delta parallel robots, for the robot's own controller: joint angles and measured platform
+//! positions in; the 24 geometric parameters with their uncertainties out, or the reason why the measurements cannot
+//! determine them.
 //!
-//! `no_std`, no allocation, no `unsafe`, no panic; `f32` or `f64`; the same bits on host and target.
-//! Angles are in radians, lengths in any one unit that the caller chooses.
+//! `no_std`, no allocation, no `unsafe`, no panics; `f32` or `f64`; bit-identical results on host and target.
+//! Angles are in radians, lengths in any one unit of the caller's choice.
 //!
 //! ```
 //! use delta_cal::{ArmIndex, IkmCalibrator, Noise, Parameter, Sample, Settings, SymmetricRobot};
 //! # fn main() -> Result<(), Box<dyn core::error::Error>> {
-//! // The robot as drawn, mm, and the one that was built.
+//! // The robot as designed, mm, and as built.
 //! let drawn = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 };
 //! let built = SymmetricRobot { upper_arm: 260.7, forearm: 479.1, ..drawn }.robot()?;
 //!
-//! // One σ of a measured coordinate: 0.02 mm. The joint angles are taken as exact.
+//! // σ of a measured coordinate: 0.02 mm. The joint angles are treated as exact.
 //! let settings = Settings::default().with_noise(Noise::new(0.02, 0.0)?);
 //! let mut calibrator = IkmCalibrator::new(&drawn.robot()?, &settings);
 //! for k in 0..20 {
 //!     let t = f64::from(k);
 //!     let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
-//!     // Here the position is computed; on a robot it is measured.
+//!     // The position is computed here; on a real robot it is measured.
 //!     calibrator.add(&Sample { joints, position: built.forward(&joints)? })?;
 //! }
 //!
@@ -26,44 +26,42 @@
 //! let arm = &outcome.arms[ArmIndex::First.index()];
 //! assert!((arm.arm.lb() - 479.1).abs() < 1e-6);
 //! assert!(arm.standard_deviation(Parameter::Lb).is_some_and(|sigma| sigma < 1.0));
-//! // Where the platform really is at these joint angles.
+//! // The platform's actual position at these joint angles.
 //! let position = outcome.robot.forward(&[0.1, 0.2, 0.3])?;
 //! # assert!((position - built.forward(&[0.1, 0.2, 0.3])?).norm() < 1e-6);
 //! # Ok(())
 //! # }
 //! ```
 //!
-//! There are three calibrators, with the same five calls: `add`, `solve`, which begins, `step`, which is short and
-//! fits between the turns of a control loop, `outcome` and `reset`.
+//! The three calibrators share five calls: `add`, `solve`, which starts a solve, `step`, which is short enough to run
+//! between the cycles of a control loop, `outcome` and `reset`.
 //!
 //! | calibrator | solves | from | memory |
 //! | --- | --- | --- | --- |
-//! | [`IkmCalibrator`] | each arm by itself | complete positions | constant |
+//! | [`IkmCalibrator`] | each arm separately | complete positions | constant |
 //! | [`JointCalibrator`] | all 24 parameters together | complete positions | constant |
-//! | [`FkmCalibrator`] | the same, and where the instruments are | touches, distances, single coordinates | rows |
+//! | [`FkmCalibrator`] | the same, and instrument placement | touches, distances, single coordinates | rows |
 //!
-//! The examples show whole programs: `calibrate`, `stream` (with a gate against wrong samples) and `firmware`.
+//! The examples are whole programs: `calibrate`, `stream` (with a gate against bad samples) and `firmware`.
 //!
-//! The modules follow the data, each using only those above it:
+//! The modules follow the flow of data; each uses only those above it:
 //!
-//! | module | holds |
+//! | module | contents |
 //! | --- | --- |
 //! | [`robot`] | the three arms and their 24 parameters |
-//! | [`frame`] | a change of Cartesian frame, and the one that fits two sets of points |
-//! | [`kinematics`] | where the platform is at given joint angles, and back; singularities, joint limits |
-//! | [`samples`] | measurements, their noise, and the factor that keeps what they say |
-//! | [`calibration`] | settings, calibrators, outcome, refusal |
-//! | [`observations`] | heights, distances and single coordinates, and the calibration from them |
-//! | [`stream`] | gate and forgetting, for samples that keep coming |
-//! | [`snapshot`] | what a calibrator has seen, as bytes that outlast a power cut |
+//! | [`frame`] | Cartesian frames, and the rigid alignment of two point sets |
+//! | [`kinematics`] | forward and inverse kinematics, singularities, joint limits |
+//! | [`samples`] | measurements, their noise, and the triangular factor that accumulates them |
+//! | [`calibration`] | settings, calibrators, outcomes, refusals |
+//! | [`observations`] | heights, distances and single coordinates, and calibration from them |
+//! | [`stream`] | gating and forgetting for continuous streams of samples |
+//! | [`snapshot`] | a calibrator's state as bytes, to survive a power cut |
 //!
-//! Cargo features, none of them on by default: `simulate` adds random poses and simulated measurements
-//! (module `simulate`), `serde` adds `Serialize` and `Deserialize` of robots, samples, settings and
-//! outcomes, `defmt` adds `defmt::Format`, `linear` adds robots whose elbows are carriages on towers, and
-//! `transmission` adds gears and encoders that are not exact.
+//! Cargo features, all off by default: `simulate` adds random poses and simulated measurements (module `simulate`),
+//! `serde` adds `Serialize` and `Deserialize` for robots, samples, settings and outcomes, `defmt` adds `defmt::Format`,
+//! `linear` adds robots whose elbows are carriages on towers, and `transmission` adds imperfect gears and encoders.
 //!
-//! Vectors and matrices are those of [`nalgebra`], which is re-exported so that your crate uses the same
-//! version.
+//! Vectors and matrices come from [`nalgebra`], which is re-exported so that your crate uses the same version.
 
 #![forbid(unsafe_code)]
 #![no_std]
@@ -98,7 +96,7 @@ pub use real::Real;
 pub use robot::{ArmIndex, Parameter, Robot, SymmetricRobot};
 pub use samples::{Noise, Sample};
 
-/// The README's example, compiled and run with the documentation's.
+/// Compiles and runs the README's example as a doc test.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

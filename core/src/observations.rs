@@ -1,5 +1,5 @@
-//! Measurements that are less than a position: a height above a plate, a distance from a point or between two
-//! poses, one or two coordinates, in any mixture and in one row; and the calibration from them.
+//! Measurements of less than a full position: the height above a plate, the distance from a point or between two poses,
+//! one or two coordinates, in any mixture within a row; and calibration from them.
 //!
 //! ```text
 //! minimise over P and the unknowns u of the instruments
@@ -7,11 +7,11 @@
 //!     Lₖ Lₖᵀ = diag σ²  +  σq² H_q H_qᵀ
 //! ```
 //!
-//! h is what the instruments of a row would read, and H_q how that changes with the row's joint angles: all
-//! readings of a row share the noise of its joints. Lₖ is that of the nominal robot.
+//! h is the expected reading of the row's instruments, and H_q its derivative with respect to the row's joint angles:
+//! all readings of a row share the joint noise. Lₖ is evaluated at the nominal robot.
 //!
-//! Without x, y and z the place of the robot in space is known from the tolerance alone. The relative
-//! positions are what such measurements determine.
+//! Without x, y and z, only the tolerance determines the robot's placement in space; the measurements determine
+//! relative positions.
 
 mod calibrator;
 mod check;

@@ -1,19 +1,18 @@
-//! The scalar of every computation: `f32` or `f64`.
+//! The scalar type of every computation: `f32` or `f64`.
 //!
-//! [`Real`] names each transcendental function once, so that host and target run the same code
-//! and produce the same bits. Nothing else in this crate calls a sine or a square root.
+//! [`Real`] names each transcendental function once, so that host and target run the same code and produce the same
+//! bits. Nothing else in this crate computes a sine or a square root.
 
 mod single;
 
 use core::fmt::{Debug, Display};
 use nalgebra::{Field, Scalar};
 
-/// A floating-point scalar, implemented for `f32` and `f64` and for nothing else.
+/// A floating-point scalar, implemented only for `f32` and `f64`.
 ///
-/// Addition, multiplication, division and square root are correctly rounded on every platform;
-/// the other functions come from `libm` (or, for the single-precision sine and cosine, from this
-/// crate), never from the platform's mathematics library. The result of any computation of this
-/// crate is therefore the same to the bit on an x86-64 host and on a Cortex-M.
+/// Addition, multiplication, division and square root are correctly rounded on every platform; the other functions come
+/// from `libm` (or, for single-precision sine and cosine, from this crate), never from the platform's mathematics
+/// library. Every result of this crate is therefore bit-identical on an x86-64 host and on a Cortex-M.
 ///
 /// ```
 /// use delta_cal::Real;
@@ -37,15 +36,14 @@ pub trait Real:
     const EPSILON: Self;
     /// Positive infinity.
     const INFINITY: Self;
-    /// Smallest square whose inverse is finite and whose root is accurate: the smallest normal
-    /// number over ε.
+    /// Smallest square whose inverse is finite and whose root is accurate: the smallest normal number divided by ε.
     const SMALLEST_SQUARE: Self;
     /// Bytes of a number: 4 or 8.
     const BYTES: usize;
 
-    /// The number's bits; those of single precision are the lower half.
+    /// The bits of the number; single precision uses the lower half.
     fn bit_pattern(self) -> u64;
-    /// The number of these bits.
+    /// The number with these bits.
     fn from_bit_pattern(bits: u64) -> Self;
     /// The nearest representable number.
     fn from_f64(value: f64) -> Self;
@@ -57,13 +55,12 @@ pub trait Real:
     fn finite(self) -> bool;
     /// |x|.
     fn magnitude(self) -> Self;
-    /// √x, NaN for a negative number.
+    /// √x; NaN for a negative number.
     fn square_root(self) -> Self;
-    /// 1/√x for normal positive x, to within 2.5 ULP. In single precision not finite where x is
-    /// infinite or NaN.
+    /// 1/√x for normal positive x, within 2.5 ULP. Not finite in single precision if x is infinite or NaN.
     fn inverse_square_root(self) -> Self;
-    /// (sin x, cos x), x in radians, to within 1 ULP (near a zero of either, to 2⁻³⁵). In single
-    /// precision NaN where |x| > 8192.
+    /// (sin x, cos x), x in radians, within 1 ULP (near a zero of either, within 2⁻³⁵). NaN in single precision if |x|
+    /// > 8192.
     fn sine_cosine(self) -> (Self, Self);
     /// The angle of the point (x, y) from the x axis, in (−π, π]: `y.angle_over(x)` = atan2(y, x).
     fn angle_over(self, x: Self) -> Self;

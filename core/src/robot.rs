@@ -1,5 +1,4 @@
-//! The robot: three arms of eight geometric parameters (Model 24), or of seven where carriages on towers drive
-//! it.
+//! The robot: three arms with eight geometric parameters each (Model 24), or seven if carriages on towers drive it.
 
 mod arm;
 mod parameter;

@@ -1,4 +1,4 @@
-//! Measurements, and the constant-memory form that keeps all that they say: a triangular factor.
+//! Measurements, and the triangular factor that holds their information in constant memory.
 
 mod displacement;
 mod factor;

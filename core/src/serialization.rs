@@ -1,5 +1,5 @@
-//! `Serialize` and `Deserialize` of the types that are valid by construction: what is read goes through
-//! their constructors, and is refused as there. The others derive both.
+//! `Serialize` and `Deserialize` for types that are valid by construction: deserialisation goes through their
+//! constructors and refuses what these refuse. Other types derive both.
 
 use crate::Real;
 use crate::calibration::Tolerance;
@@ -10,8 +10,8 @@ use crate::stream::Forgetting;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Eight numbers, in the order of [`Parameter::ROTARY`]. An arm with a linear drive is refused, for eight numbers do
-/// not tell the two apart; so is one with a transmission, which would be lost.
+/// Eight numbers, in the order of [`Parameter::ROTARY`]. An arm with a linear drive is refused, because eight numbers
+/// do not identify the drive; so is an arm with a transmission, which would be lost.
 impl<T: Real + Serialize> Serialize for Arm<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         plain(self)?;
@@ -25,7 +25,7 @@ impl<'de, T: Real + Deserialize<'de>> Deserialize<'de> for Arm<T> {
     }
 }
 
-/// Three times eight numbers, as of [`Robot::parameters`].
+/// Three times eight numbers, as in [`Robot::parameters`].
 impl<T: Real + Serialize> Serialize for Robot<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.arms().iter().try_for_each(plain)?;
@@ -39,7 +39,7 @@ impl<'de, T: Real + Deserialize<'de>> Deserialize<'de> for Robot<T> {
     }
 }
 
-/// That eight numbers are all there is of an arm.
+/// Refuses an arm that eight numbers do not fully describe.
 fn plain<T: Real, E: serde::ser::Error>(arm: &Arm<T>) -> Result<(), E> {
     match (arm.drive(), arm.transmission()) {
         (Drive::Rotary, None) => Ok(()),
@@ -53,7 +53,7 @@ fn plain<T: Real, E: serde::ser::Error>(arm: &Arm<T>) -> Result<(), E> {
 struct LimitsFields<T> {
     minimum: T,
     maximum: T,
-    /// Whether they are lengths.
+    /// Whether the drives are linear.
     #[serde(default)]
     linear: bool,
 }
@@ -84,7 +84,7 @@ impl<'de, T: Real + Deserialize<'de>> Deserialize<'de> for JointLimits<T> {
     }
 }
 
-/// All σ; what is left out is as after [`Tolerance::new`].
+/// All σ; an omitted one is as after [`Tolerance::new`].
 #[derive(Serialize, Deserialize)]
 #[serde(rename = "Tolerance", deny_unknown_fields)]
 struct ToleranceFields<T> {
@@ -175,7 +175,7 @@ impl<'de, T: Real + Deserialize<'de>> Deserialize<'de> for Noise<T> {
     }
 }
 
-/// The mean age, one number.
+/// The mean age, as one number.
 impl<T: Real + Serialize> Serialize for Forgetting<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.mean_age().serialize(serializer)

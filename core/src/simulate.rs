@@ -1,4 +1,4 @@
-//! Simulated measurements: what a tracker would have seen of a robot whose parameters are known.
+//! Simulated measurements of a robot with known parameters.
 
 use crate::Real;
 use crate::calibration::Tolerance;
@@ -9,8 +9,7 @@ use core::fmt;
 use nalgebra::Vector3;
 use rand_core::Rng;
 
-/// No pose was found: the robot has no reachable, well-conditioned pose within its joint limits,
-/// or hardly any.
+/// No pose was found: within its joint limits the robot has (almost) no reachable, well-conditioned pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PoseError;
@@ -25,8 +24,8 @@ impl core::error::Error for PoseError {}
 
 /// A number from the standard normal distribution (Marsaglia's polar method).
 pub fn standard_normal<T: Real, R: Rng + ?Sized>(rng: &mut R) -> T {
-    // Accepts π/4 of the draws: 64 failures in a row have probability 1e-43. The bound keeps a
-    // generator that is stuck from hanging a controller.
+    // Accepts π/4 of the draws: 64 failures in a row have probability 1e-43. The bound prevents a stuck generator from
+    // hanging a controller.
     for _ in 0..64 {
         let a = T::TWO * uniform::<T, R>(rng) - T::ONE;
         let b = T::TWO * uniform::<T, R>(rng) - T::ONE;
@@ -38,15 +37,15 @@ pub fn standard_normal<T: Real, R: Rng + ?Sized>(rng: &mut R) -> T {
     T::ZERO
 }
 
-/// A number from [0, 1), in steps of 2⁻²⁴ so that both scalar types hold it exactly.
+/// A uniform number in [0, 1), in steps of 2⁻²⁴ so that both scalar types represent it exactly.
 fn uniform<T: Real, R: Rng + ?Sized>(rng: &mut R) -> T {
     T::from_count(u64::from(rng.next_u32() >> 8)) * T::from_f64(1.0 / 16_777_216.0)
 }
 
-/// Joint angles drawn evenly within the limits, kept if the platform can be there and is clear of
-/// singularities, as the inverse-kinematics Jacobian shows ([`SingularityDistance`](crate::kinematics::SingularityDistance)):
-/// |det| of the forearms' unit vectors at least 0.05 (type 2), and each forearm at least 6° away from
-/// its upper arm's line (type 1). With linear drives the carriages are above the platform.
+/// Joint angles drawn uniformly within the limits, and accepted if the platform can reach the pose and it is clear of
+/// singularities by the inverse-kinematics Jacobian ([`SingularityDistance`](crate::kinematics::SingularityDistance)):
+/// |det| of the forearms' unit vectors at least 0.05 (type 2), and each forearm at least 6° off its upper arm's line
+/// (type 1). With linear drives the carriages are above the platform.
 ///
 /// # Errors
 /// [`PoseError`] after 10,000 draws.
@@ -67,11 +66,11 @@ pub fn random_pose<T: Real, R: Rng + ?Sized>(
     Err(PoseError)
 }
 
-/// A robot made to a tolerance: each parameter normal about its nominal value, and where the tolerance of the
-/// [joint zeros](Tolerance::with_joint_zero) is stated each upper arm's length and direction.
+/// A robot manufactured to a tolerance: each parameter is normal about its nominal value; if the tolerance states
+/// [joint zeros](Tolerance::with_joint_zero), so are the length and direction of each upper arm.
 ///
 /// # Errors
-/// In the rare case that its numbers are no robot.
+/// In the rare case that the drawn parameters are not a valid robot.
 pub fn made_robot<T: Real, R: Rng + ?Sized>(
     nominal: &Robot<T>,
     tolerance: &Tolerance<T>,
@@ -124,11 +123,10 @@ pub fn made_robot<T: Real, R: Rng + ?Sized>(
     nominal.with_parameters(parameters)
 }
 
-/// The pose as it would be measured: with noise on the position and on the joint angles.
+/// A simulated measurement of the pose, with noise on the position and the joint angles.
 ///
 /// # Errors
-/// Fails only if the pose is not one of the robot's: the exact position is computed anew from the
-/// exact joint angles.
+/// If the robot has no pose at these joint angles, from which the exact position is computed.
 ///
 /// ```
 /// use delta_cal::{Noise, SymmetricRobot};

@@ -1,46 +1,46 @@
-//! Snapshots: what a calibrator or a gate has seen, as bytes to be stored where they outlast a power cut.
+//! Snapshots: the state of a calibrator or gate as bytes, to be stored where they survive a power cut.
 //!
 //! ```text
-//! version  1 byte, kind  1 byte, bytes of a number  1 byte, 0  1 byte
+//! version  1 byte, kind  1 byte, bytes per number  1 byte, 0  1 byte
 //! length of the whole snapshot  4 bytes
 //! fingerprint of the robot, the noise and the options  4 bytes
-//! the state: numbers and counts
-//! CRC-32 of all before  4 bytes                           all of them little-endian
+//! state: numbers and counts
+//! CRC-32 of everything before  4 bytes                    all little-endian
 //! ```
 //!
-//! A snapshot is restored into a new object of the same robot and noise. With the same settings, from then on that object gives the same
-//! results as the one that the snapshot was taken of, bit by bit. Damaged bytes, and those of another robot, another
-//! noise, another kind of object or another scalar type are refused, and the object is as it was.
+//! A snapshot is restored into a new object for the same robot and noise. With the same settings, that object then
+//! gives bit-identical results to the original. Bytes that are damaged, or come from another robot, noise, kind of
+//! object or scalar type are refused, and the object is unchanged.
 
 use crate::Real;
 use crate::state::{Reader, State, Writer};
 use core::fmt;
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
 
-/// The version of the bytes.
+/// Version of the format.
 const VERSION: u8 = 1;
 const HEADER: usize = 12;
 const CHECKSUM: usize = 4;
 
-/// Why bytes are not restored, or a snapshot is not written. Nothing has changed.
+/// Why a snapshot was not restored or not written. Nothing has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SnapshotError {
     /// The buffer is shorter than the snapshot: it needs `SNAPSHOT_BYTES`.
     BufferTooShort,
-    /// The bytes are not a whole snapshot: cut off, damaged, or never written.
+    /// The bytes are not a complete snapshot: truncated, damaged, or never written.
     Damaged,
-    /// The snapshot is of another version of this crate, which writes snapshots in another form.
+    /// The snapshot comes from another version of this crate, with a different format.
     OtherVersion {
         /// The version of the bytes.
         version: u8,
     },
-    /// The snapshot is of another kind of object, or of one that computes in another type.
+    /// The snapshot comes from another kind of object, or one with another scalar type.
     OtherKind,
-    /// The snapshot is of another robot, another noise or other options, or it belongs to a calibrator in another state.
+    /// The snapshot has another robot, noise or options, or belongs to a calibrator in another state.
     OtherCalibration,
-    /// The calibration is being solved: until that has finished, no sample is taken and no snapshot is written.
+    /// A solve is in progress: until it finishes, samples and snapshots are refused.
     Busy,
 }
 
@@ -69,18 +69,18 @@ impl fmt::Display for SnapshotError {
 
 impl core::error::Error for SnapshotError {}
 
-/// What the number of an object's kind is in a snapshot. The numbers never change.
+/// Numbers that identify the kind of object in a snapshot. They never change.
 pub(crate) mod kind {
-    /// A stream, added to the number of its calibrator: 1 of each arm by itself, 2 jointly.
+    /// A stream: added to the number of its calibrator (1 for separate arms, 2 for joint).
     pub(crate) const STREAM: u8 = 4;
 }
 
-/// The most bytes of a snapshot of such a state.
+/// The largest snapshot of a state, bytes.
 pub(crate) const fn longest<T: Real, S: State<T>>() -> usize {
     HEADER + S::BYTES + CHECKSUM
 }
 
-/// Writes a snapshot, and returns it.
+/// Writes a snapshot and returns the part of the buffer used.
 pub(crate) fn write<'a, T: Real, S: State<T>>(
     kind: u8,
     fingerprint: u32,
@@ -103,7 +103,7 @@ pub(crate) fn write<'a, T: Real, S: State<T>>(
     let whole = bytes
         .get_mut(..length)
         .ok_or(SnapshotError::BufferTooShort)?;
-    // Not by split_last_chunk_mut, whose check of the place can panic.
+    // Not `split_last_chunk_mut`: its bounds check can panic.
     let (content, places) = whole
         .split_at_mut_checked(length.saturating_sub(CHECKSUM))
         .ok_or(SnapshotError::BufferTooShort)?;
@@ -113,7 +113,7 @@ pub(crate) fn write<'a, T: Real, S: State<T>>(
     Ok(whole)
 }
 
-/// Restores what [`write`] has written; bytes behind it are ignored.
+/// Restores a snapshot written by [`write`]; trailing bytes are ignored.
 pub(crate) fn read<T: Real, S: State<T>>(
     kind: u8,
     fingerprint: u32,
@@ -123,7 +123,7 @@ pub(crate) fn read<T: Real, S: State<T>>(
     let [version, written_kind, size, _, length @ ..] = bytes else {
         return Err(SnapshotError::Damaged);
     };
-    // Before the checksum: another version may be longer or shorter.
+    // Checked before the checksum: another version may have another length.
     if *version != VERSION {
         return Err(match *version {
             0 | u8::MAX => SnapshotError::Damaged,
@@ -166,7 +166,7 @@ const fn crc(bytes: &[u8]) -> u32 {
     CRC.checksum(bytes)
 }
 
-/// A checksum over all that a snapshot must agree with.
+/// A checksum of everything a snapshot must agree with.
 pub(crate) struct Fingerprint(Digest<'static, u32, Table<1>>);
 
 impl Fingerprint {
@@ -186,7 +186,7 @@ impl Fingerprint {
         self.count(value.bit_pattern());
     }
 
-    /// Whether there are such numbers, and which.
+    /// Includes whether the numbers are there, and their values.
     pub(crate) fn optional<T: Real, const N: usize>(&mut self, values: Option<[T; N]>) {
         self.byte(u8::from(values.is_some()));
         for value in values.iter().flatten() {

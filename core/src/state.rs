@@ -1,11 +1,11 @@
-//! The states of objects as bytes.
+//! Serialisation of object state to bytes.
 
 use crate::Real;
 use nalgebra::Vector3;
 
-/// The part of an object that depends on its samples, without what follows from robot and settings.
+/// The part of an object that depends on its samples, without anything derived from robot and settings.
 pub trait State<T: Real> {
-    /// Bytes that it takes.
+    /// Size in bytes.
     const BYTES: usize;
 
     /// Writes it.
@@ -15,7 +15,7 @@ pub trait State<T: Real> {
     fn load(&mut self, from: &mut Reader<'_>);
 }
 
-/// Where a state is written to; what finds no room is left out.
+/// Destination of a state; anything beyond its end is dropped.
 #[derive(Debug)]
 pub struct Writer<'a> {
     rest: &'a mut [u8],
@@ -38,7 +38,7 @@ impl<'a> Writer<'a> {
         if let Some((place, rest)) =
             core::mem::take(&mut self.rest).split_at_mut_checked(bytes.len())
         {
-            // Not by copy_from_slice, whose check of the lengths can panic.
+            // Not `copy_from_slice`: its length check can panic.
             for (place, byte) in place.iter_mut().zip(bytes) {
                 *place = *byte;
             }
@@ -48,7 +48,7 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Where a state is read from; what is missing is read as zero.
+/// Source of a state; missing bytes read as zero.
 #[derive(Debug)]
 pub struct Reader<'a> {
     rest: &'a [u8],
@@ -133,7 +133,7 @@ impl<T: Real> State<T> for bool {
     }
 }
 
-/// A number of objects in an array of fewer than 256.
+/// A count or index below 256.
 impl<T: Real> State<T> for usize {
     const BYTES: usize = 1;
 
@@ -176,7 +176,7 @@ impl<T: Real> State<T> for Vector3<T> {
     }
 }
 
-/// The state of a type is that of these fields, in this order.
+/// Implements [`State`] for a type as the given fields in order.
 macro_rules! state {
     ($type:ty: $($field:ident: $kind:ty),+ $(,)?) => {
         impl<T: $crate::Real> $crate::state::State<T> for $type {

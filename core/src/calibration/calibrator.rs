@@ -1,4 +1,4 @@
-//! The contract of the calibrators from complete positions: samples and solver are one object.
+//! The calibrators from complete positions: samples and solver in one object.
 
 use super::minimizer::Progress;
 use super::outcome::{ArmOutcome, JointOutcome, RobotOutcome};
@@ -11,24 +11,24 @@ use crate::samples::{AddError, Forgetting, MergeError, Sample, SampleError};
 use core::fmt::Debug;
 use estimators::Parts;
 
-/// Each arm's eight parameters from that arm's closures (the paper's IKM method): a third of the work of [`Joint`].
+/// Each arm's eight parameters from that arm's closures (the paper's IKM method): a third of the cost of [`Joint`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Ikm;
 
-/// All 24 parameters together from the closures of the three arms, which share the noise of the position: the least
-/// error that the measurements allow.
+/// All 24 parameters jointly from the closures of the three arms, which share the position noise: the smallest error
+/// that the measurements allow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Joint;
 
-/// How a [`Calibrator`] estimates the parameters: [`Ikm`] or [`Joint`], chosen when the program is compiled.
+/// How a [`Calibrator`] estimates the parameters: [`Ikm`] or [`Joint`], selected at compile time.
 pub trait Estimator: Parts {
-    /// What it finds.
+    /// The result type.
     type Outcome<T: Real>: Clone + Debug + PartialEq;
 
     /// The calibrated robot of an outcome.
     fn robot<T: Real>(outcome: &Self::Outcome<T>) -> &Robot<T>;
 
-    /// What an outcome says of one arm.
+    /// The result for one arm.
     fn arm<T: Real>(outcome: &Self::Outcome<T>, arm: ArmIndex) -> ArmOutcome<T>;
 }
 
@@ -61,7 +61,7 @@ impl Estimator for Joint {
     }
 }
 
-/// Calibrates each arm by itself, from complete positions and in constant memory.
+/// Calibrates each arm separately, from complete positions and in constant memory.
 ///
 /// ```
 /// use delta_cal::{IkmCalibrator, Progress, Sample, Settings, SymmetricRobot};
@@ -86,12 +86,11 @@ impl Estimator for Joint {
 /// ```
 pub type IkmCalibrator<T> = Calibrator<T, Ikm>;
 
-/// Calibrates all 24 parameters together, from complete positions, in constant memory and at the Cramér–Rao bound: the
-/// errors of the three closures of a sample share the noise of its position, and one factor weighs them by their
-/// whole covariance.
+/// Calibrates all 24 parameters jointly, from complete positions, in constant memory and at the Cramér–Rao bound: the
+/// errors of a sample's three closures share the position noise, and one factor weights them by their full covariance.
 ///
-/// [`IkmCalibrator`], which takes the arms for independent, costs a third of this and its errors are 1.05 to 1.9
-/// times as large, depending on the robot's proportions.
+/// [`IkmCalibrator`], which treats the arms as independent, costs a third as much; its errors are 1.05 to 1.9 times as
+/// large, depending on the robot's proportions.
 ///
 /// ```
 /// use delta_cal::{ArmIndex, JointCalibrator, Noise, Parameter, Sample, Settings, SymmetricRobot};
@@ -116,9 +115,9 @@ pub type JointCalibrator<T> = Calibrator<T, Joint>;
 
 /// Calibrates a robot from complete positions: [`IkmCalibrator`] or [`JointCalibrator`].
 ///
-/// It owns what the samples say and the solver. [`add`](Self::add) samples, [`solve`](Self::solve), and then
-/// [`step`](Self::step) until it has finished: each call is short, and a control loop interleaves them. The
-/// [`outcome`](Self::outcome) is there until the samples change. While it solves, the samples cannot change.
+/// It owns the accumulated samples and the solver. Call [`add`](Self::add) for each sample, [`solve`](Self::solve),
+/// then [`step`](Self::step) until it has finished: each call is short enough to interleave with a control loop. The
+/// [`outcome`](Self::outcome) stays available until the samples change; they cannot change during a solve.
 #[derive(Debug, Clone)]
 pub struct Calibrator<T: Real, E: Estimator> {
     pub(crate) samples: E::Samples<T>,
@@ -126,14 +125,14 @@ pub struct Calibrator<T: Real, E: Estimator> {
     phase: Phase,
 }
 
-/// Whether both have seen the same samples and assume the same.
+/// Equal if both hold the same samples and the same settings.
 impl<T: Real, E: Estimator> PartialEq for Calibrator<T, E> {
     fn eq(&self, other: &Self) -> bool {
         self.samples == other.samples
     }
 }
 
-/// What a calibrator is doing.
+/// The state of a calibrator.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Phase {
     Collecting,
@@ -143,8 +142,8 @@ pub(crate) enum Phase {
 }
 
 impl<T: Real, E: Estimator> Calibrator<T, E> {
-    /// Without samples; `robot` is the robot before calibration, the nominal of the tolerance and the start of the
-    /// iteration.
+    /// A calibrator without samples; `robot` is the uncalibrated robot: the nominal values of the tolerance and the
+    /// start of the iteration.
     #[inline]
     pub fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self {
         Self {
@@ -154,22 +153,22 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
         }
     }
 
-    /// Takes in one sample, in bounded time. An outcome of the samples before is dropped.
+    /// Adds one sample in bounded time. Discards the outcome of earlier samples.
     ///
     /// # Errors
-    /// A faulty number, or [`AddError::Busy`]; nothing is taken in.
+    /// An invalid number, or [`AddError::Busy`]; the sample is not added.
     pub fn add(&mut self, sample: &Sample<T>) -> Result<(), AddError> {
         self.samples.check(sample)?;
         self.idle()?.push(sample);
         Ok(())
     }
 
-    /// Takes in one sample and lets those before it fade, for a robot that changes slowly, as one that warms up. They
-    /// forget by blocks of four, jointly by pairs: all that is held then by λ to the power of the samples that came
-    /// since. The prior of a stated tolerance is not forgotten.
+    /// Adds one sample and lets earlier ones fade, for a robot that changes slowly, for example as it warms up. They
+    /// are forgotten in blocks of four (jointly: in pairs): everything held is then multiplied by λ to the power of the
+    /// number of new samples. The prior of a stated tolerance is not forgotten.
     ///
     /// The reported covariance is that of N + 1 samples, although the estimate's noise is that of 2N + 1: the
-    /// difference, a factor of √2 in σ, is left for the change of the robot.
+    /// difference, a factor of √2 in σ, is a margin for the robot's change.
     ///
     /// ```
     /// use delta_cal::stream::Forgetting;
@@ -181,11 +180,11 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
     /// for k in 0..400 {
     ///     let t = f64::from(k);
     ///     let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
-    ///     // The forearms grow by a micrometre a sample.
+    ///     // The forearms grow by a micrometre per sample.
     ///     let truth = robot(480.0 + 0.001 * t).robot()?;
     ///     calibrator.add_forgetting(&Sample { joints, position: truth.forward(&joints)? }, &forgetting)?;
     /// }
-    /// // Without forgetting it would be half of all samples behind, 0.2 mm.
+    /// // Without forgetting, the estimate would lag by half of all samples, 0.2 mm.
     /// let behind = 480.399 - calibrator.calibrate()?.robot.arms()[0].lb();
     /// assert!(behind.abs() < 0.1, "{behind}");
     /// # Ok(())
@@ -193,7 +192,7 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
     /// ```
     ///
     /// # Errors
-    /// As [`add`](Self::add).
+    /// Same as [`add`](Self::add).
     pub fn add_forgetting(
         &mut self,
         sample: &Sample<T>,
@@ -204,7 +203,7 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
         Ok(())
     }
 
-    /// Whether a sample has usable numbers.
+    /// Checks that a sample's numbers are usable.
     ///
     /// # Errors
     /// The fault.
@@ -212,11 +211,10 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
         self.samples.check(sample)
     }
 
-    /// Takes in many samples; cheaper than one by one.
+    /// Adds many samples; cheaper than one at a time.
     ///
     /// # Errors
-    /// The first faulty sample's position in the sequence, and its fault; [`AddError::Busy`] with 0. Nothing is taken
-    /// in.
+    /// The index of the first invalid sample and its fault, or 0 and [`AddError::Busy`]. No sample is added.
     pub fn add_many(&mut self, samples: &[Sample<T>]) -> Result<(), (usize, AddError)> {
         let own = self.idle().map_err(|busy| (0, busy))?;
         for (index, sample) in samples.iter().enumerate() {
@@ -227,7 +225,7 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
         Ok(())
     }
 
-    /// Adds everything that another calibrator of the same robot and noise has seen.
+    /// Adds everything that another calibrator of the same robot and noise has accumulated.
     ///
     /// # Errors
     /// [`MergeError`]; nothing is merged.
@@ -237,7 +235,7 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
         own.merge(&other.samples)
     }
 
-    /// Lets everything seen so far count λ times as much, 0 to 1. The prior of a stated tolerance is not forgotten.
+    /// Multiplies the weight of all samples so far by λ, 0 to 1. The prior of a stated tolerance is not forgotten.
     ///
     /// # Errors
     /// [`AddError::Busy`].
@@ -248,16 +246,16 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
         Ok(())
     }
 
-    /// Works in the samples that wait for others to be taken in with. [`solve`](Self::solve) does so itself; a control
-    /// loop with little time for that call makes this one a turn earlier. Nothing waits while it solves.
+    /// Absorbs samples that are waiting to complete a block. [`solve`](Self::solve) does so itself; a control loop with
+    /// little time for that call can make this one a cycle earlier. Nothing is waiting during a solve.
     pub fn flush(&mut self) {
         self.samples.flush();
     }
 
-    /// Begins to solve; does nothing if that is under way or done.
+    /// Starts a solve; does nothing if one is in progress or finished.
     ///
     /// # Errors
-    /// [`Refusal::TooFewSamples`], or the refusal of these samples that is known already.
+    /// [`Refusal::TooFewSamples`], or the refusal already known for these samples.
     pub fn solve(&mut self) -> Result<(), Refusal> {
         match self.phase {
             Phase::Solving | Phase::Finished => Ok(()),
@@ -274,7 +272,7 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
         }
     }
 
-    /// One short step of what [`solve`](Self::solve) has begun; does nothing once finished.
+    /// One short step of the solve started by [`solve`](Self::solve); does nothing once finished.
     pub fn step(&mut self) -> Progress {
         if self.solving() {
             match self.solver.step(&self.samples) {
@@ -286,10 +284,10 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
         Progress::Finished
     }
 
-    /// The calibrated robot, or why there is none.
+    /// The calibrated robot, or the reason for refusal.
     ///
     /// # Errors
-    /// A [`Refusal`]: the robot keeps its parameters. [`Refusal::Unfinished`] before the last step.
+    /// A [`Refusal`]: keep the robot's current parameters. [`Refusal::Unfinished`] before the last step.
     pub fn outcome(&self) -> Result<&E::Outcome<T>, Refusal> {
         match self.phase {
             Phase::Collecting | Phase::Solving => Err(Refusal::Unfinished),
@@ -298,43 +296,43 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
         }
     }
 
-    /// Solves to the end at once, where there is time for it.
+    /// Runs the whole solve at once, if there is time for it.
     ///
     /// # Errors
-    /// As [`outcome`](Self::outcome).
+    /// Same as [`outcome`](Self::outcome).
     pub fn calibrate(&mut self) -> Result<E::Outcome<T>, Refusal> {
         self.solve()?;
         while self.step() == Progress::Working {}
         self.outcome().cloned()
     }
 
-    /// Gives up what [`solve`](Self::solve) has begun, and drops the outcome. The samples stay.
+    /// Aborts a solve and discards the outcome. The samples stay.
     pub fn stop(&mut self) {
         self.phase = Phase::Collecting;
     }
 
-    /// Drops the samples and all that was solved from them: as new, for the same robot before calibration.
+    /// Discards the samples and everything solved from them: as new, for the same uncalibrated robot.
     pub fn reset(&mut self) {
         self.samples.reset();
         self.stop();
     }
 
-    /// Whether it solves, and takes no sample meanwhile.
+    /// Whether a solve is in progress, during which no sample is accepted.
     pub const fn solving(&self) -> bool {
         matches!(self.phase, Phase::Solving)
     }
 
-    /// Whether a solve has finished, and nothing was added since: there is an outcome or a refusal.
+    /// Whether a solve has finished and no sample was added since: there is an outcome or a refusal.
     pub const fn finished(&self) -> bool {
         matches!(self.phase, Phase::Finished | Phase::Refused(_))
     }
 
-    /// Samples taken in.
+    /// Number of samples added.
     pub fn samples(&self) -> u64 {
         self.samples.count()
     }
 
-    /// The robot before calibration.
+    /// The uncalibrated robot.
     pub fn robot(&self) -> Robot<T> {
         self.samples.robot()
     }
@@ -344,7 +342,7 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
         self.samples.settings()
     }
 
-    /// The samples, which are going to change: what was solved from them is dropped.
+    /// The samples, for modification: discards what was solved from them.
     pub(crate) fn idle(&mut self) -> Result<&mut E::Samples<T>, AddError> {
         if self.solving() {
             return Err(AddError::Busy);
@@ -354,35 +352,35 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
     }
 }
 
-/// What an estimator consists of. Nobody else can implement it.
+/// The components of an estimator. The trait is sealed.
 pub(super) mod estimators {
     use super::{Debug, Estimator, Real, Robot, Samples, Settings, Solver};
     use crate::calibration::arm_samples::ArmSamples;
     use crate::state::State;
 
-    /// Samples, solver, and what the gate needs beside them.
+    /// Samples, solver, and whatever else the gate needs.
     pub trait Parts: Copy + Debug + PartialEq {
-        /// What its snapshots are marked with.
+        /// Identifies its snapshots.
         const NUMBER: u8;
-        /// What is kept of the samples.
+        /// The accumulated samples.
         type Samples<T: Real>: Samples<T>;
-        /// How they are solved.
+        /// The solver.
         type Solver<T: Real>: Solver<T, Self::Samples<T>>;
-        /// The arms' own samples, if the samples are something else.
+        /// The samples of the separate arms, if `Samples` holds something else.
         type Beside<T: Real>: Clone + Debug + State<T>;
 
-        /// After the last step.
+        /// Available after the last step.
         fn outcome<T: Real>(solver: &Self::Solver<T>) -> Option<&<Self as Estimator>::Outcome<T>>
         where
             Self: Estimator;
         /// Without samples.
         fn beside<T: Real>(robot: &Robot<T>, settings: &Settings<T>) -> Self::Beside<T>;
-        /// The arms' own samples, to be looked at.
+        /// The samples of the separate arms, read-only.
         fn arms<'a, T: Real>(
             samples: &'a Self::Samples<T>,
             beside: &'a Self::Beside<T>,
         ) -> &'a ArmSamples<T>;
-        /// The arms' own samples, to be added to, and the others if they are something else.
+        /// The samples of the separate arms, to add to, and `Samples` if that is something else.
         fn arms_mut<'a, T: Real>(
             samples: &'a mut Self::Samples<T>,
             beside: &'a mut Self::Beside<T>,
@@ -401,8 +399,8 @@ mod tests {
     use crate::samples::{AddError, Forgetting, MergeError, Sample};
     use crate::snapshot::SnapshotError;
 
-    /// Added samples, forgotten ones, merged and restored ones would mix two factors: each call is refused at every step, and
-    /// the outcome is that of a solve which nothing disturbed.
+    /// Adding, forgetting, merging or restoring during a solve would mix two factors: each call is refused at every
+    /// step, and the outcome is that of an undisturbed solve.
     fn nothing_changes_the_samples<E: Estimator>() {
         let (drawn, forgetting) = (robot(480.0), Forgetting::new(19.0).unwrap());
         let mut calibrator = Calibrator::<f64, E>::new(&drawn, &Settings::default());
@@ -456,8 +454,8 @@ mod tests {
         Sample { joints, position }
     }
 
-    /// Both kinds of calibrators, sample by sample and with solves in between, after which nothing is left waiting: what
-    /// the samples are worth is Σ λᵏ = (1 − λⁿ)/(1 − λ), less at most a block that still waits or is not yet forgotten.
+    /// Both kinds of calibrator, sample by sample and with solves in between, after which nothing is waiting: the
+    /// samples are worth Σ λᵏ = (1 − λⁿ)/(1 − λ), less at most one block that is still waiting or not yet forgotten.
     #[test]
     fn every_sample_fades_whatever_was_left_waiting() {
         let robot = robot(480.0);

@@ -1,4 +1,4 @@
-//! Whether the end point of an iteration is a calibration: it is good, or refused with the cause.
+//! Decides whether the end point of an iteration is a calibration, or is refused and why.
 
 use super::identifiability::Identifiability;
 use super::limits::{
@@ -13,21 +13,21 @@ use crate::Real;
 use crate::robot::{ArmIndex, Parameter, ParameterKind};
 use nalgebra::SMatrix;
 
-/// Of an arm.
+/// Parameters of an arm.
 const PARAMETERS: usize = 8;
-/// Of three arms; what comes behind them is no robot's.
+/// Parameters of three arms; any further ones do not belong to the robot.
 const OF_ROBOT: usize = 24;
 
-/// An end point, and what it is judged by.
+/// An end point and the criteria for judging it.
 pub(super) struct Judgement<'a, T: Real, R, const N: usize, const M: usize, const E: usize> {
     /// The arm of the first eight parameters.
     pub(super) first_arm: ArmIndex,
     pub(super) point: &'a Point<T, N, M, E>,
     pub(super) identifiability: &'a Identifiability<T, N>,
-    /// How the iteration ended and where it had started; `None` if it did not settle.
+    /// How the iteration ended and where it started; `None` if it did not converge.
     pub(super) end: Option<(Termination, StartUsed)>,
     pub(super) prior: &'a R,
-    /// What the prior is weighted by against the residuals.
+    /// σ of the residuals, which weights the prior against them.
     pub(super) residual_sigma: T,
     pub(super) iterations: u16,
 }
@@ -37,7 +37,7 @@ where
     T: Real,
     R: Prior<T, N, M, E>,
 {
-    /// Completes an estimate whose covariance is there, in internal units: it is judged and then brought into the user's.
+    /// Judges an estimate whose covariance is known in internal units, and converts it to the caller's units.
     #[inline(never)]
     pub(super) fn complete<P: Problem<T, N, M, E>>(
         &self,
@@ -50,7 +50,7 @@ where
                 arm: self.first_arm,
             });
         }
-        // Beyond this no digit of the weakest combination survives the arithmetic.
+        // Beyond this, rounding leaves no correct digit of the weakest combination.
         let largest_condition = T::ONE / (T::from_f64(64.0) * T::EPSILON);
         if !(self.identifiability.largest_condition() < largest_condition) {
             return Err(self.undetermined(problem));
@@ -70,7 +70,7 @@ where
         let mut determined = T::from_count(N as u64);
         for share in &mut prior_share {
             *share = (*share * self.residual_sigma.squared()).larger(T::ZERO);
-            // The square of a large weight overflows: no number, or infinite.
+            // The square of a large weight can overflow to NaN or infinity.
             if !(*share <= T::ONE) {
                 *share = T::ONE;
             }
@@ -108,8 +108,8 @@ where
         Ok(())
     }
 
-    /// Why an iteration did not settle: along a flat valley it is the poses, or the stated noise,
-    /// that leave it no firm minimum.
+    /// Why an iteration did not converge: in a flat valley, the poses or the stated noise leave no well-defined
+    /// minimum.
     #[inline(never)]
     fn not_converged<P: Problem<T, N, M, E>>(
         &self,
@@ -145,7 +145,7 @@ where
         }
     }
 
-    /// Which parameter of which arm that is.
+    /// The arm and parameter at an index.
     fn place<P: Problem<T, N, M, E>>(&self, problem: &P, index: usize) -> (ArmIndex, Parameter) {
         let arm = ArmIndex::ALL.get(self.first_arm.index() + index / PARAMETERS);
         let places = problem.drive().places();
@@ -156,8 +156,8 @@ where
         )
     }
 
-    /// χ² test of the whole cost: of its degrees of freedom, as many as there are residuals, every
-    /// combination of parameters that the prior does not hold takes one.
+    /// χ² test of the total cost. Each parameter combination that the prior does not hold takes one degree of freedom
+    /// from the number of residuals.
     fn check_residual<P: Problem<T, N, M, E>>(&self, problem: &P) -> Result<(), Refusal> {
         let residuals = problem.residuals();
         let unheld = T::from_count(self.prior.unheld() as u64);
@@ -189,7 +189,7 @@ where
         }
     }
 
-    /// That no σ is too large, where that of a residual of 1 is `sigma`.
+    /// Checks that no σ is too large; `sigma` is that of a residual of 1.
     #[inline(never)]
     fn check_sigmas<P: Problem<T, N, M, E>>(
         &self,
@@ -211,7 +211,7 @@ where
             };
             let own = problem.unit_of(index) * sigma;
             let variance = *variance * (own * own);
-            // A root of each takes longer than the comparison.
+            // Comparing squares is faster than computing each root.
             if !(variance <= (T::from_f64(LARGEST_SIGMA) * unit).squared()) {
                 let (arm, parameter) = self.place(problem, index);
                 return Err(Refusal::Uncertain {
@@ -248,7 +248,7 @@ where
     }
 }
 
-/// A covariance in the user's units, multiplied by σ².
+/// Converts a covariance to the caller's units and multiplies it by σ².
 #[inline(never)]
 fn in_units<T, P, const N: usize, const M: usize, const E: usize>(
     covariance: &mut SMatrix<T, N, N>,
@@ -271,7 +271,7 @@ fn in_units<T, P, const N: usize, const M: usize, const E: usize>(
 #[inline(never)]
 fn scale_column<T: Real>(column: &mut [T], column_unit: T, row_units: &[T]) {
     for (entry, row_unit) in column.iter_mut().zip(row_units) {
-        // The product of the units first: both halves are rounded alike.
+        // Multiplies the units first, so that both halves are rounded alike.
         *entry *= column_unit * *row_unit;
     }
 }
@@ -291,8 +291,8 @@ mod tests {
     use crate::samples::joint_factor_tests::{empty, robot};
     use nalgebra::SMatrix;
 
-    /// A tenth of the own upper arm is the limit of a length's σ, and a tenth of a radian that of an angle's; the arms'
-    /// lengths differ.
+    /// The limits are a tenth of the arm's own upper arm for the σ of a length, and a tenth of a radian for that of an
+    /// angle; the arms' lengths differ.
     #[test]
     fn every_parameter_is_judged_by_its_own_upper_arm() {
         let factor = empty(None);

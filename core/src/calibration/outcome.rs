@@ -7,56 +7,56 @@ use nalgebra::{SMatrix, SVector};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Termination {
-    /// No step could reduce the sum of squares by more than its rounding.
+    /// No step could reduce the sum of squares by more than rounding.
     GradientVanished,
-    /// The last step, already of the size of rounding errors, no longer reduced it.
+    /// The last step, already at the level of rounding, no longer reduced it.
     RoundingReached,
 }
 
-/// Which start led to the result.
+/// The start that led to the result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum StartUsed {
     /// The nominal robot.
     Nominal,
-    /// The linear fit, without a guess.
+    /// The linear fit, without an initial guess.
     Free,
-    /// Beside an earlier solution, along the combination that the samples determine least.
+    /// A point displaced from an earlier solution along the combination that the samples determine least.
     Search,
 }
 
-/// N parameters as they were estimated, and how far they can be trusted.
+/// Estimated values of N parameters and their uncertainty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate<T: Real, const N: usize> {
-    /// The parameters' distances from nominal, in the problem's units.
+    /// Differences of the parameters from nominal, in the problem's units.
     pub correction: [T; N],
-    /// Their covariance in the caller's units; see [`ArmOutcome::covariance`].
+    /// Covariance in the caller's units; see [`ArmOutcome::covariance`].
     pub covariance: Option<SMatrix<T, N, N>>,
-    /// √(Σ r² / residuals): in σ with a stated noise, otherwise length.
+    /// √(Σ r² / residuals): in σ with a stated noise, otherwise a length.
     pub residual_rms: T,
-    /// One σ of a residual: length. `None` with a stated noise, or if no sample is left over.
+    /// σ of a residual, estimated. Length. `None` with a stated noise, or without redundant samples.
     pub estimated_noise: Option<T>,
-    /// Residuals less parameters, as far as the samples and not the prior determine them.
+    /// Degrees of freedom: residuals minus the number of parameters determined by the samples rather than the prior.
     pub degrees_of_freedom: T,
     /// The effective number of samples.
     pub effective_samples: T,
-    /// Samples taken in.
+    /// Number of samples added.
     pub samples: u64,
-    /// Linearisations of all starts together.
+    /// Linearisations, summed over all starts.
     pub iterations: u16,
     /// Why the iteration stopped.
     pub termination: Termination,
-    /// Where it had started.
+    /// Where the iteration started.
     pub start: StartUsed,
-    /// The condition of each arm's parameters; see [`ArmOutcome::condition`].
+    /// Condition number of each arm's parameters; see [`ArmOutcome::condition`].
     pub conditions: [T; 3],
-    /// The part of each parameter that the prior decided; see [`ArmOutcome::prior_share`].
+    /// Share of each parameter decided by the prior; see [`ArmOutcome::prior_share`].
     pub prior_share: [T; N],
 }
 
 impl<T: Real, const N: usize> Estimate<T, N> {
-    /// Nothing yet.
+    /// A placeholder.
     pub(crate) const fn vacant() -> Self {
         Self {
             correction: [T::ZERO; N],
@@ -75,45 +75,43 @@ impl<T: Real, const N: usize> Estimate<T, N> {
     }
 }
 
-/// One calibrated arm and how far it can be trusted.
+/// One calibrated arm and its uncertainty.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ArmOutcome<T: Real> {
     /// The calibrated arm.
     pub arm: Arm<T>,
-    /// Covariance of the eight parameters, (JᵀJ)⁻¹ of the weighted Jacobian, prior included:
-    /// length², length · radian, radian². Without a stated noise it is scaled by the residual
-    /// variance and by ν/(ν − 2), ν the degrees of freedom: the variance of Student's t. `None` if
-    /// fewer than three samples are left over to estimate that from.
+    /// Covariance of the eight parameters: (JᵀJ)⁻¹ of the weighted Jacobian, prior included. Length², length · radian,
+    /// radian². Without a stated noise it is scaled by the residual variance and by ν/(ν − 2), the variance of
+    /// Student's t with ν degrees of freedom. `None` if fewer than three redundant samples are available to estimate
+    /// it.
     pub covariance: Option<SMatrix<T, 8, 8>>,
-    /// √(Σ (f/σf)² / samples): in σ with a stated noise, otherwise the distance f/(2 Lb) along the
-    /// forearm, in length.
+    /// √(Σ (f/σf)² / samples): in σ with a stated noise, otherwise the distance f/(2 Lb) along the forearm, a length.
     pub residual_rms: T,
-    /// One σ of the distance error along the forearm: length. Estimated from the residuals; `None`
-    /// with a stated noise, or if no sample is left over. Rough with few degrees of freedom.
+    /// σ of the distance error along the forearm, estimated from the residuals. Length. `None` with a stated noise, or
+    /// without redundant samples. Imprecise with few degrees of freedom.
     pub estimated_noise: Option<T>,
-    /// Samples less parameters, as far as the samples and not the prior determine them.
+    /// Degrees of freedom: samples minus the number of parameters determined by the samples rather than the prior.
     pub degrees_of_freedom: T,
-    /// Samples taken in.
+    /// Number of samples added.
     pub samples: u64,
-    /// Linearisations of all starts together.
+    /// Linearisations, summed over all starts.
     pub iterations: u16,
     /// Why the iteration stopped.
     pub termination: Termination,
-    /// Where it had started.
+    /// Where the iteration started.
     pub start: StartUsed,
-    /// Condition number of the weighted Jacobian with columns scaled to unit length, prior
-    /// included: ‖A‖‖A⁻¹‖/8 in Frobenius norms, 1 for orthogonal columns. The condition number in
-    /// the 2-norm lies between this and eight times this.
+    /// Condition number of the weighted Jacobian with columns scaled to unit length, prior included: ‖A‖‖A⁻¹‖/8 in
+    /// Frobenius norms, 1 for orthogonal columns. The condition number in the 2-norm is between one and eight times
+    /// this.
     pub condition: T,
-    /// For each parameter the share of the result that the tolerance decided and not the samples:
-    /// (σ/tolerance)² as the samples and the tolerance were weighed in the fit, between 0 and 1; 0
-    /// without a tolerance.
+    /// Share of each parameter decided by the tolerance rather than the samples: (σ/tolerance)² with the fit's weights
+    /// of samples and tolerance, between 0 and 1; 0 without a tolerance.
     pub prior_share: SVector<T, 8>,
 }
 
 impl<T: Real> ArmOutcome<T> {
-    /// Of an estimate of this arm alone.
+    /// From an estimate of this arm alone.
     pub(super) fn of(arm: Arm<T>, estimate: &Estimate<T, 8>) -> Self {
         let [condition, ..] = estimate.conditions;
         Self {
@@ -131,7 +129,7 @@ impl<T: Real> ArmOutcome<T> {
         }
     }
 
-    /// One σ of a parameter: length or radians. `None` where the covariance is.
+    /// σ of a parameter: length or radians. `None` if the covariance is `None`.
     pub fn standard_deviation(&self, parameter: Parameter) -> Option<T> {
         let index = parameter.index();
         self.covariance
@@ -151,18 +149,18 @@ pub struct RobotOutcome<T: Real> {
     pub arms: [ArmOutcome<T>; 3],
 }
 
-/// A robot whose arms were calibrated together.
+/// A robot whose arms were calibrated jointly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointOutcome<T: Real> {
     /// The calibrated robot.
     pub robot: Robot<T>,
-    /// All 24 parameters, eight an arm, and how far they can be trusted. Residual and noise are those of
-    /// each coordinate of the position, in the directions in which the noise propagates.
+    /// All 24 parameters, eight per arm, and their uncertainty. Residual and noise refer to each coordinate of the
+    /// position, in the directions in which the noise propagates.
     pub estimate: Estimate<T, 24>,
 }
 
 impl<T: Real> From<&JointOutcome<T>> for RobotOutcome<T> {
-    /// What it says of each arm; what it says of two arms together is left out.
+    /// Splits the result by arm; correlations between arms are dropped.
     fn from(outcome: &JointOutcome<T>) -> Self {
         let [first, second, third] = ArmIndex::ALL;
         Self {
@@ -173,8 +171,8 @@ impl<T: Real> From<&JointOutcome<T>> for RobotOutcome<T> {
 }
 
 impl<T: Real> JointOutcome<T> {
-    /// What the calibration says of one arm. Residual and noise are the robot's; the degrees of freedom
-    /// are the samples less the arm's parameters.
+    /// The result for one arm. Residual and noise are those of the robot; the degrees of freedom are the samples minus
+    /// the arm's parameters.
     pub fn arm(&self, arm: ArmIndex) -> ArmOutcome<T> {
         let first = 8 * arm.index();
         let estimate = &self.estimate;
@@ -209,7 +207,7 @@ impl<T: Real> JointOutcome<T> {
         }
     }
 
-    /// One σ of a parameter: length or radians. `None` where the covariance is.
+    /// σ of a parameter: length or radians. `None` if the covariance is `None`.
     pub fn standard_deviation(&self, arm: ArmIndex, parameter: Parameter) -> Option<T> {
         let index = 8 * arm.index() + parameter.index();
         self.estimate

@@ -1,4 +1,4 @@
-//! A correction at which a problem is linearised, and the prior's share of its cost.
+//! A correction at which a problem is linearised, and the prior's share of the cost there.
 
 use super::limits::{INDISTINGUISHABLE, NEARER, SAME_POINT, TIE};
 use super::outcome::{StartUsed, Termination};
@@ -26,7 +26,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Point<T, N, M, E> 
         }
     }
 
-    /// Whether a correction is the same point, where a cost is known to a tie.
+    /// Whether a correction is the same point, if costs are known to within a tie.
     pub(super) fn is_at(&self, correction: &[T; N], tie: T) -> bool {
         let mut apart = *correction;
         for (difference, other) in apart.iter_mut().zip(self.correction) {
@@ -35,7 +35,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Point<T, N, M, E> 
         self.length_squared(&apart) <= T::from_f64(SAME_POINT) * tie
     }
 
-    /// |T δ|²: by how much a displacement from a minimum raises the cost.
+    /// |T δ|²: the increase of the cost for a displacement from a minimum.
     #[inline(never)]
     pub(super) fn length_squared(&self, displacement: &[T; N]) -> T {
         let mut sum = T::ZERO;
@@ -51,7 +51,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Point<T, N, M, E> 
     }
 }
 
-/// The weight of the prior: σ of the residuals, and its rows.
+/// The weighted prior: its rows, and σ of the residuals.
 pub(crate) struct Weighted<'a, T, R> {
     pub(crate) prior: &'a R,
     pub(crate) sigma: T,
@@ -87,14 +87,13 @@ pub(super) struct EndPoint<T: Real, const N: usize, const M: usize, const E: usi
     pub(super) point: Point<T, N, M, E>,
     pub(super) termination: Termination,
     pub(super) start: StartUsed,
-    /// What the tolerance was balanced against.
+    /// σ of the residuals when samples and tolerance were balanced.
     pub(super) residual_sigma: T,
 }
 
 impl<T: Real, const N: usize, const M: usize, const E: usize> EndPoint<T, N, M, E> {
-    /// Whether the end of another iteration is to be preferred: a clearly smaller cost, or, where the
-    /// samples cannot tell the two apart, the solution nearer to the nominal parameters. Eight samples
-    /// have several exact solutions.
+    /// Whether another end point is preferable: a clearly smaller cost, or, if the samples cannot distinguish the two,
+    /// the solution nearer to nominal. Eight samples have several exact solutions.
     #[inline(never)]
     pub(super) fn is_improved_by<P: Problem<T, N, M, E>>(
         &self,
@@ -103,16 +102,16 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> EndPoint<T, N, M, 
         has_tolerance: bool,
         problem: &P,
     ) -> bool {
-        // With a tolerance the cost itself prefers the nearer one.
+        // With a tolerance, the cost itself prefers the nearer solution.
         let tie = if problem.noise_stated() && !has_tolerance {
             T::from_f64(INDISTINGUISHABLE)
         } else {
-            // Of two starts that end in the same point the first is kept.
+            // If two starts reach the same point, the first is kept.
             T::from_f64(TIE) * self.point.cost
         } + rounding_of_cost(problem);
         let gained = self.point.cost - end.cost;
         if residual_sigma != self.residual_sigma {
-            // Another balance of samples and tolerance: the later one counts.
+            // Samples and tolerance were balanced differently: the later end counts.
             return true;
         }
         let same_place = self.point.is_at(&end.correction, tie);
@@ -158,7 +157,7 @@ mod tests {
     use crate::samples::{ArmFactor, Noise, NominalArm, Triangle};
     use nalgebra::Vector3;
 
-    /// Half the derivative of the weighted cost: of a quadratic one a central difference of any step.
+    /// Half the derivative of the weighted cost: exact by central differences of any step, since the cost is quadratic.
     #[test]
     fn the_gradient_of_the_prior_is_that_of_its_weighted_cost() {
         let prior: [f64; 8] = [3.0, 0.5, 0.0, 2.0, 1.0, 4.0, 0.2, 1.5];
@@ -190,7 +189,7 @@ mod tests {
         assert_eq!(unheld, 1);
     }
 
-    /// An end at a distance from nominal, where a step of 1 raises the cost by 10,000.
+    /// An end point at a distance from nominal where a step of 1 raises the cost by 10,000.
     fn end(distance: f64, cost: f64) -> Point<f64, 8, 9, 45> {
         let mut correction = [0.0; 8];
         correction[2] = distance;
@@ -202,8 +201,8 @@ mod tests {
         }
     }
 
-    /// With a stated noise and without a tolerance costs within 4 are a tie, otherwise within a thousandth: of a tie the
-    /// nearer end is taken, of no tie the one that costs less. What was balanced otherwise is taken in any case.
+    /// Costs tie within 4 with a stated noise and no tolerance, otherwise within a thousandth. A tie goes to the nearer
+    /// end, otherwise the lower cost wins. An end with a different balance is always taken.
     #[test]
     fn the_better_of_two_ends_is_taken_and_of_a_tie_the_nearer() {
         let arm = Arm::new([164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0]).unwrap();
@@ -227,7 +226,7 @@ mod tests {
             (nearer, 10.005, true, true),
             (farther, 9.995, false, false),
             (farther, 9.9, false, true),
-            // The same place: nothing but the cost counts.
+            // The same place: only the cost counts.
             (1.999, 10.005, false, false),
             (2.001, 9.995, true, true),
         ] {

@@ -3,65 +3,63 @@ use crate::Real;
 use crate::robot::Drive;
 use crate::samples::{Triangle, put_row};
 
-/// What a [`Minimizer`](super::Minimizer) works on: weighted residuals r of N parameters, M = N + 1, and
-/// E = M (M + 1)/2 the numbers of the triangle of a linearised problem. Corrections and residuals are in
-/// the problem's own units.
+/// A problem for a [`Minimizer`](super::Minimizer): weighted residuals r of N parameters, with M = N + 1 and E = M (M +
+/// 1)/2, the entries of the triangle of a linearised problem. Corrections and residuals are in the problem's own units.
 ///
-/// Implemented for the three arms' samples each by itself ([`ArmFactor`](crate::samples::ArmFactor)), for the
-/// samples of all arms together, and by whoever has other
-/// residuals of the 24 parameters.
+/// Implemented for one arm's samples ([`ArmFactor`](crate::samples::ArmFactor)), for the samples of all arms jointly,
+/// and for any other residuals of the 24 parameters.
 pub trait Problem<T: Real, const N: usize, const M: usize, const E: usize> {
-    /// What is computed once for each correction.
+    /// Values computed once per correction.
     type At: Clone;
-    /// Whether a solver's step ends after each piece of a linearisation, so that it stays short.
+    /// Whether a solver's step ends after each piece of a linearisation, to stay short.
     const PIECEWISE: bool;
-    /// Whether a [`gradient`](Self::gradient) costs so little beside a linearisation that chord steps pay.
+    /// Whether a [`gradient`](Self::gradient) is cheap enough compared to a linearisation for chord steps to pay off.
     const CHORDS: bool = false;
-    /// Residuals of a sample.
+    /// Residuals per sample.
     const RESIDUALS: u8;
-    /// How many starts without a guess there are.
+    /// Number of free starts available.
     const FREE_STARTS: u8;
 
-    /// The parameters at a correction of the nominal ones.
+    /// The parameters at a correction of the nominal parameters.
     fn displaced(&self, correction: &[T; N]) -> Self::At;
-    /// A piece of Σ r²; not finite where there is no such robot.
+    /// One piece of Σ r²; not finite if there is no such robot.
     fn sum_of_squares(&self, at: &Self::At, piece: usize) -> Piece<T>;
-    /// Takes a piece of the rows (∂r/∂P, r) into `normal`, the first of piece 0.
+    /// Absorbs one piece of the rows (∂r/∂P, r) into `normal`, which piece 0 resets.
     fn linearize(&self, at: &Self::At, normal: &mut Triangle<T, M, E>, piece: usize) -> Piece<T>;
     /// ½ ∂Σr²/∂P, for chord steps.
     fn gradient(&self, _at: &Self::At) -> [T; N] {
         [T::ZERO; N]
     }
 
-    /// Takes a piece of the rows of a diagonal matrix into a triangle; whether there are more.
+    /// Absorbs a piece of the rows of a diagonal matrix into a triangle; returns whether there are more.
     fn damp(&self, damped: &mut Triangle<T, M, E>, diagonal: &[T; N], piece: usize) -> bool {
         damp_rows(damped, diagonal, piece)
     }
-    /// A correction from which to start without a guess, the best first; `None` if the samples do not give
-    /// that one.
+    /// A correction from which to start without an initial guess, the best first; `None` if the samples do not
+    /// determine it.
     fn free_start(&self, index: u8) -> Option<[T; N]>;
-    /// A sum of squares that no parameters undercut.
+    /// A lower bound of the sum of squares over all parameters.
     fn least_sum_of_squares(&self) -> T;
-    /// The squared size of the rows that the residuals are summed up from.
+    /// The squared size of the rows from which the residuals are summed.
     fn rows_squared(&self) -> T;
-    /// The squared size of the terms that a residual is summed up from: its rounding is ε times that.
+    /// The squared size of the terms from which a residual is summed: its rounding is ε times the size.
     fn terms_squared(&self) -> T;
-    /// How many samples were taken in.
+    /// Number of samples added.
     fn samples(&self) -> u64;
     /// The effective number of samples after forgetting or weighting.
     fn effective_samples(&self) -> T;
     /// Whether the residuals are in σ of a stated noise.
     fn noise_stated(&self) -> bool;
-    /// The length of a residual of 1 if no noise is stated.
+    /// The length that corresponds to a residual of 1 if no noise is stated.
     fn unit(&self) -> T;
-    /// What a correction of 1 is in the caller's units.
+    /// A correction of 1 in the caller's units.
     fn unit_of(&self, parameter: usize) -> T;
-    /// The length of the upper arm that a parameter belongs to.
+    /// The length of the upper arm to which a parameter belongs.
     fn upper_arm(&self, parameter: usize) -> T;
-    /// What stands at the places of an arm's eight parameters.
+    /// The drive, which defines the places of an arm's eight parameters.
     fn drive(&self) -> Drive;
 
-    /// Whose place a parameter belongs to that is none of the robot's.
+    /// The instrument to which a parameter beyond the robot's belongs.
     fn instrument_of(&self, _parameter: usize) -> Option<Instrument> {
         None
     }
@@ -72,7 +70,7 @@ pub trait Problem<T: Real, const N: usize, const M: usize, const E: usize> {
     }
 }
 
-/// Σ r², all pieces together; not finite where there is no such robot.
+/// Σ r² over all pieces; not finite if there is no such robot.
 pub(crate) fn sum_of_squares<T, P, const N: usize, const M: usize, const E: usize>(
     problem: &P,
     at: &P::At,
@@ -92,10 +90,10 @@ where
     sum
 }
 
-/// Rows of a diagonal that are reduced in one piece.
+/// Rows of a diagonal reduced in one piece.
 const ROWS: usize = 4;
 
-/// A piece of the rows of a diagonal matrix, four rows of N; whether there are more.
+/// Absorbs a piece of a diagonal matrix, four rows of N; returns whether there are more.
 #[inline(never)]
 fn damp_rows<T: Real, const N: usize, const M: usize, const E: usize>(
     damped: &mut Triangle<T, M, E>,
@@ -118,16 +116,16 @@ fn damp_rows<T: Real, const N: usize, const M: usize, const E: usize>(
 pub struct Piece<T> {
     /// Σ r² of its rows.
     pub sum_of_squares: T,
-    /// Whether there are more.
+    /// Whether more pieces follow.
     pub more: bool,
 }
 
-/// What is known of the parameters beside the samples: a cost |r(δ)|² of the correction δ, which is weighted by the
-/// variance of the residuals. Where r = U δ the cost is quadratic; U = ∂r/∂δ in any case.
+/// Prior knowledge of the parameters: a cost |r(δ)|² of the correction δ, weighted by the variance of the residuals. If
+/// r = U δ the cost is quadratic; in any case U = ∂r/∂δ.
 pub trait Prior<T: Real, const N: usize, const M: usize, const E: usize>: Clone {
-    /// Puts the rows (σ U, σ r) at a correction in place of a triangle.
+    /// Overwrites a triangle with the rows (σ U, σ r) at a correction.
     fn put_rows(&self, sigma: T, correction: &[T; N], rows: &mut Triangle<T, M, E>);
-    /// The same by itself.
+    /// The same, as a new triangle.
     fn rows(&self, sigma: T, correction: &[T; N]) -> Triangle<T, M, E> {
         let mut rows = Triangle::zero();
         self.put_rows(sigma, correction, &mut rows);
@@ -137,7 +135,7 @@ pub trait Prior<T: Real, const N: usize, const M: usize, const E: usize>: Clone 
     fn cost(&self, correction: &[T; N]) -> T;
     /// Uᵀr.
     fn gradient(&self, correction: &[T; N]) -> [T; N];
-    /// The correction after a step, which may lead along a curve that r follows.
+    /// The correction after a step, which may follow a curve along which r is linear.
     fn advanced(&self, correction: &[T; N], step: &[T; N]) -> [T; N] {
         let mut advanced = *correction;
         for (value, delta) in advanced.iter_mut().zip(step) {
@@ -145,15 +143,15 @@ pub trait Prior<T: Real, const N: usize, const M: usize, const E: usize>: Clone 
         }
         advanced
     }
-    /// How many combinations of parameters it says nothing of.
+    /// Number of parameter combinations it does not constrain.
     fn unheld(&self) -> usize;
     /// Each parameter's distance from nominal, in tolerances.
     fn distances(&self, correction: &[T; N]) -> [T; N];
-    /// (UᵀU C)ⱼⱼ: the part of each parameter that the prior decides at a correction, C the covariance of all, by columns.
+    /// (UᵀU C)ⱼⱼ: the share of each parameter decided by the prior at a correction. `covariance`: C, by columns.
     fn shares(&self, correction: &[T; N], covariance: &[T]) -> [T; N];
 }
 
-/// 1/tolerance of each parameter in the problem's units; zero without a tolerance.
+/// 1/tolerance of each parameter in the problem's units; 0 without a tolerance.
 impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E> for [T; N] {
     fn put_rows(&self, sigma: T, correction: &[T; N], rows: &mut Triangle<T, M, E>) {
         let weights = self.map(|weight| weight * sigma);

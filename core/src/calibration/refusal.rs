@@ -3,7 +3,7 @@ use core::fmt;
 
 /// Why a calibration is refused. The robot keeps its parameters.
 ///
-/// The figures are for messages and are held in single precision whatever the scalar type.
+/// The figures are for messages and are single precision for any scalar type.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -11,98 +11,98 @@ use core::fmt;
 pub enum Refusal {
     /// Fewer samples than unknowns.
     TooFewSamples {
-        /// Which arm.
+        /// The arm.
         arm: ArmIndex,
-        /// How many there are.
+        /// Number of samples.
         samples: u64,
-        /// How many are needed: 8, 12 without a guess, 1 with a tolerance.
+        /// Number needed: 8, 12 with a free start, 1 with a tolerance.
         needed: u64,
     },
-    /// The poses leave a combination of parameters free, or nearly so.
+    /// The poses leave a combination of parameters (nearly) undetermined.
     Undetermined {
-        /// Which arm.
+        /// The arm.
         arm: ArmIndex,
-        /// The parameter with the largest part in that combination.
+        /// The parameter with the largest share in that combination.
         parameter: Parameter,
-        /// Condition number of the problem; infinite, or only limited by rounding, if a combination
-        /// is entirely free.
+        /// Condition number of the problem; infinite, or limited only by rounding, if a combination is entirely
+        /// undetermined.
         condition: f32,
     },
-    /// The samples determine the parameters in principle, and their noise leaves one unknown: its σ
-    /// is more than a tenth of the upper arm, or of a radian.
+    /// The poses determine the parameters, but the noise leaves one too uncertain: its σ exceeds a tenth of the upper
+    /// arm, or of a radian.
     Uncertain {
-        /// Which arm.
+        /// The arm.
         arm: ArmIndex,
-        /// Which parameter.
+        /// The parameter.
         parameter: Parameter,
         /// Its σ, length or radians.
         sigma: f32,
     },
-    /// The iteration did not settle within its limits.
+    /// The iteration did not converge within its limits.
     NotConverged {
-        /// Which arm.
+        /// The arm.
         arm: ArmIndex,
-        /// Linearisations spent.
+        /// Linearisations used.
         iterations: u16,
     },
-    /// The fit leaves residuals that the stated noise cannot produce.
+    /// The residuals are too large for the stated noise.
     ResidualContradictsNoise {
-        /// Which arm; `None` where the residuals of all arms are judged together.
+        /// The arm; `None` if the residuals of all arms are tested together.
         arm: Option<ArmIndex>,
-        /// rms of the residuals over what the noise allows.
+        /// rms residual divided by the largest that the noise allows.
         ratio: f32,
     },
     /// A parameter is further from nominal than the stated tolerance makes credible.
     FarFromNominal {
-        /// Which arm.
+        /// The arm.
         arm: ArmIndex,
-        /// Which parameter.
+        /// The parameter.
         parameter: Parameter,
         /// Its distance from nominal, in tolerances.
         tolerances: f32,
     },
     /// The solution is not the geometry of an arm.
     ImpossibleGeometry {
-        /// Which arm.
+        /// The arm.
         arm: ArmIndex,
-        /// What is impossible about it.
+        /// The fault in the geometry.
         error: GeometryError,
     },
-    /// The three arms are valid and do not make a robot.
+    /// The three arms are valid but do not form a robot.
     ImpossibleRobot(GeometryError),
-    /// The calibrated arms fit the samples, and the platform was measured above the plane of their
-    /// elbows, where [`Robot::forward`](crate::Robot::forward) never puts it: the measuring frame is
-    /// upside down or left-handed against the robot's.
+    /// The calibrated arms fit the samples, but the platform was measured above the plane of the elbows, where
+    /// [`Robot::forward`](crate::Robot::forward) never puts it: relative to the robot's frame, the measuring frame is
+    /// upside down or left-handed.
     WrongSide,
-    /// An instrument has fewer readings than its place has unknowns.
+    /// An instrument has fewer readings than unknowns.
     TooFewObservations {
-        /// Whose place is unknown.
+        /// The instrument.
         instrument: Instrument,
-        /// How many readings there are.
+        /// Number of readings.
         observations: u64,
-        /// How many are needed.
+        /// Number needed.
         needed: u64,
     },
-    /// What is stated of an instrument's place is not usable: its numbers must be finite, and every σ greater than 0.
+    /// The stated placement of an instrument is invalid: its numbers must be finite, and every σ greater than 0.
     UnusableInstrument(Instrument),
-    /// The poses leave the place of an instrument free, or nearly so.
+    /// The poses leave the placement of an instrument (nearly) undetermined.
     UndeterminedInstrument(Instrument),
     /// The arithmetic overflowed.
     NonFinite {
-        /// Which arm.
+        /// The arm.
         arm: ArmIndex,
     },
-    /// The solver has fewer places than there are unknowns of these instruments.
+    /// The instruments have more unknowns than the solver has room for.
     TooManyUnknowns {
-        /// How many there are, the robot's parameters included.
+        /// Number of unknowns, including the robot's parameters.
         parameters: u64,
     },
-    /// The solver was asked for its result before it had finished.
+    /// The result was requested before the solver finished.
     Unfinished,
 }
 
 impl Refusal {
-    /// A number that never changes, for a display or a log; the same as the status that C gets.
+    /// A number that never changes, for a display or log; the same as the status code in C.
     pub const fn code(&self) -> u8 {
         match self {
             Self::UnusableInstrument(_) => 28,
@@ -123,7 +123,7 @@ impl Refusal {
         }
     }
 
-    /// The arm at fault, if it is one.
+    /// The arm at fault, if there is one.
     pub const fn arm(&self) -> Option<ArmIndex> {
         match self {
             Self::TooFewSamples { arm, .. }
@@ -231,7 +231,7 @@ impl fmt::Display for Refusal {
 
 impl core::error::Error for Refusal {}
 
-/// Something beside the robot whose place is estimated with the parameters.
+/// An instrument whose unknowns are estimated along with the parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -5,12 +5,12 @@ use crate::robot::Drive;
 use crate::samples::Noise;
 use crate::snapshot::Fingerprint;
 
-/// How a step is taken from the linearised problem.
+/// How a step is computed from the linearised problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Solver {
-    /// The full step of the linearised problem, always. It can diverge, and then says so.
+    /// Always the full step of the linearised problem. It can diverge, and reports this.
     GaussNewton,
     /// Damped until the step reduces the sum of squares (Levenberg 1944, Marquardt 1963).
     #[default]
@@ -22,16 +22,16 @@ pub enum Solver {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Start {
-    /// From the nominal robot. With 12 or more samples the start without a guess is tried as
-    /// well if the result fits worse than the samples allow.
+    /// From the nominal robot. If the result fits worse than it should and there are 12 or more samples, the free start
+    /// is tried as well.
     #[default]
     Nominal,
-    /// Without a guess, from the linear fit of c(P). Needs 12 samples.
+    /// From the linear fit of c(P), without an initial guess. Needs 12 samples.
     Free,
 }
 
-/// What a calibration assumes and how it is solved. The default: no noise weights, no prior,
-/// Levenberg–Marquardt from the nominal robot, at most 50 iterations.
+/// What a calibration assumes and how it is solved. Default: no noise weights, no prior, Levenberg–Marquardt from the
+/// nominal robot, at most 50 iterations.
 ///
 /// ```
 /// use delta_cal::calibration::{Settings, Solver};
@@ -61,15 +61,15 @@ pub enum Start {
 )]
 #[non_exhaustive]
 pub struct Settings<T> {
-    /// Measurement noise; weights the samples and judges the residual.
+    /// Measurement noise: weights the samples and tests the residuals.
     pub noise: Option<Noise<T>>,
-    /// Manufacturing tolerance; the prior about the nominal robot.
+    /// Manufacturing tolerance: the prior about the nominal robot.
     pub tolerance: Option<Tolerance<T>>,
     /// Gauss–Newton or Levenberg–Marquardt.
     pub solver: Solver,
     /// Where to start.
     pub start: Start,
-    /// Linearisations allowed for each start; a solve may make several starts.
+    /// Most linearisations per start; a solve may make several starts.
     pub iteration_limit: u16,
 }
 
@@ -80,7 +80,7 @@ impl<T: Real> Default for Settings<T> {
 }
 
 impl<T: Real> Settings<T> {
-    /// The default settings, also for a constant.
+    /// The default settings; usable in a constant.
     pub const fn new() -> Self {
         Self {
             noise: None,
@@ -91,37 +91,37 @@ impl<T: Real> Settings<T> {
         }
     }
 
-    /// The same with another measurement noise; `None` for one that is not known.
+    /// Sets the measurement noise; `None` if it is unknown.
     pub fn with_noise(mut self, noise: impl Into<Option<Noise<T>>>) -> Self {
         self.noise = noise.into();
         self
     }
 
-    /// The same with another manufacturing tolerance; `None` for no prior.
+    /// Sets the manufacturing tolerance; `None` for no prior.
     pub fn with_tolerance(mut self, tolerance: impl Into<Option<Tolerance<T>>>) -> Self {
         self.tolerance = tolerance.into();
         self
     }
 
-    /// The same with another solver.
+    /// Sets the solver.
     pub const fn with_solver(mut self, solver: Solver) -> Self {
         self.solver = solver;
         self
     }
 
-    /// The same with another start.
+    /// Sets the start.
     pub const fn with_start(mut self, start: Start) -> Self {
         self.start = start;
         self
     }
 
-    /// The same with another limit of linearisations for each start.
+    /// Sets the limit of linearisations per start.
     pub const fn with_iteration_limit(mut self, iteration_limit: u16) -> Self {
         self.iteration_limit = iteration_limit;
         self
     }
 
-    /// What a gate's predictions depend on beside its calibrator's samples, for robots of this drive.
+    /// Everything a gate's predictions depend on apart from its calibrator's samples, for robots with this drive.
     pub(crate) fn mark_prior(&self, drive: Drive, fingerprint: &mut Fingerprint) {
         let places = drive.places();
         fingerprint.optional(self.tolerance.map(|tolerance| {
@@ -136,8 +136,7 @@ impl<T: Real> Settings<T> {
         }
     }
 
-    /// How many samples a calibration with these settings needs: 8, 12 without a guess, 1 with a
-    /// tolerance.
+    /// Number of samples a calibration with these settings needs: 8, 12 with a free start, 1 with a tolerance.
     pub const fn samples_needed(&self) -> u64 {
         match (self.start, &self.tolerance) {
             (Start::Free, _) => SAMPLES_FOR_FREE_START,

@@ -4,8 +4,8 @@ use crate::robot::Drive;
 use crate::robot::{Arm, Parameter, ParameterKind};
 use core::fmt;
 
-/// Manufacturing tolerance: one standard deviation of each parameter about its nominal value. As a
-/// prior it adds the eight rows (p − `p_nominal`)/tolerance to an arm's least-squares problem.
+/// Manufacturing tolerance: σ of each parameter about its nominal value. As a prior it adds the eight rows (p −
+/// `p_nominal`)/tolerance to an arm's least-squares problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Tolerance<T> {
@@ -22,7 +22,7 @@ pub struct Tolerance<T> {
     forearm: T,
 }
 
-/// Why two numbers are not a tolerance.
+/// Why numbers are not a valid tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -31,15 +31,15 @@ pub enum ToleranceError {
     Length,
     /// The tolerance of angles must be a finite number greater than 0.
     Angle,
-    /// The tolerance of the joints' zeros must be a finite number greater than 0.
+    /// The tolerance of the joint zeros must be a finite number greater than 0.
     JointZero,
-    /// The tolerance of the carriages' zero must be a finite number greater than 0.
+    /// The tolerance of the carriage zeros must be a finite number greater than 0.
     Zero,
     /// The tolerance of scales must be a finite number greater than 0.
     Scale,
-    /// The tolerance of the towers' common radius must be a finite number, 0 or greater.
+    /// The tolerance of the common tower radius must be a finite number, 0 or greater.
     Radius,
-    /// The tolerance of the forearms' common length must be a finite number, 0 or greater.
+    /// The tolerance of the common forearm length must be a finite number, 0 or greater.
     Forearm,
 }
 
@@ -68,8 +68,8 @@ impl fmt::Display for ToleranceError {
 impl core::error::Error for ToleranceError {}
 
 impl<T: Real> Tolerance<T> {
-    /// One σ of `Dx, Dy, Dz, La_x, La_y, Lb` (length) and of θ, α (radians). Of linear drives the first holds
-    /// for `Dx, Dy, Dz, Lb` and the second for the leans and the scale.
+    /// σ of `Dx, Dy, Dz, La_x, La_y, Lb` (length) and of θ, α (radians). For linear drives, the first applies to `Dx,
+    /// Dy, Dz, Lb` and the second to the leans and the scale.
     ///
     /// # Errors
     /// A number that is not finite or not positive.
@@ -95,11 +95,11 @@ impl<T: Real> Tolerance<T> {
         })
     }
 
-    /// The same with one σ of each rotary joint's zero, in radians: of the direction that the upper arm has where the
-    /// joint reads 0. The upper arm's length √(`La_x`² + `La_y`²) then has the σ of lengths. Without it `La_x` and `La_y`
-    /// have the σ of lengths each, which is a zero known to that length over the upper arm's.
+    /// Adds σ of each rotary joint zero (radians): the upper arm's direction at joint reading 0. The upper arm length
+    /// √(`La_x`² + `La_y`²) then has the σ of lengths. Without it, `La_x` and `La_y` each have the σ of lengths, which
+    /// amounts to a joint zero with that σ divided by the upper arm length.
     ///
-    /// Linear drives have no such zero, and do not heed it.
+    /// Ignored by linear drives.
     ///
     /// # Errors
     /// A number that is not finite or not positive.
@@ -111,7 +111,7 @@ impl<T: Real> Tolerance<T> {
         Ok(self)
     }
 
-    /// One σ of each rotary joint's zero, if it is stated. Radians.
+    /// σ of each rotary joint zero, if stated. Radians.
     pub const fn joint_zero(&self) -> Option<T>
     where
         T: Copy,
@@ -119,8 +119,8 @@ impl<T: Real> Tolerance<T> {
         self.joint_zero
     }
 
-    /// The same with one σ of the carriages' zero (length), which end stops hold worse than machining, and of
-    /// the scale of their travel (no unit).
+    /// Sets σ of the carriage zeros (length), which end stops hold less accurately than machining, and of the scale of
+    /// travel (no unit).
     ///
     /// # Errors
     /// A number that is not finite or not positive.
@@ -136,8 +136,8 @@ impl<T: Real> Tolerance<T> {
         Ok(self)
     }
 
-    /// The same with one σ of the radius common to all towers (length), beside each one's own; 0 for none. The
-    /// calibration of an arm by itself knows nothing of the others: there a tower's place has the σ of both.
+    /// Adds σ of the radius common to all towers (length), on top of each tower's own; 0 for none. An arm calibrated
+    /// separately cannot tell the two apart: its tower position has the combined σ.
     ///
     /// # Errors
     /// A number that is not finite or is negative.
@@ -150,7 +150,7 @@ impl<T: Real> Tolerance<T> {
         Ok(self)
     }
 
-    /// One σ of the radius common to all towers. Length.
+    /// σ of the radius common to all towers. Length.
     #[cfg(feature = "linear")]
     pub const fn radius(&self) -> T
     where
@@ -159,8 +159,8 @@ impl<T: Real> Tolerance<T> {
         self.radius
     }
 
-    /// The same with one σ of the length common to all forearms, beside each one's own; 0 for none. As with the
-    /// radius, an arm calibrated by itself has the σ of both.
+    /// Adds σ of the length common to all forearms, on top of each forearm's own; 0 for none. As with the radius, an
+    /// arm calibrated separately has the combined σ.
     ///
     /// # Errors
     /// A number that is not finite or is negative.
@@ -173,7 +173,7 @@ impl<T: Real> Tolerance<T> {
         Ok(self)
     }
 
-    /// One σ of the length common to all forearms of towers. Length.
+    /// σ of the length common to all forearms of linear drives. Length.
     #[cfg(feature = "linear")]
     pub const fn forearm(&self) -> T
     where
@@ -182,7 +182,7 @@ impl<T: Real> Tolerance<T> {
         self.forearm
     }
 
-    /// By how much the common radius moves D of a tower, along x and y. Length.
+    /// Displacement of a tower's D along x and y for one σ of the common radius. Length.
     #[cfg(feature = "linear")]
     pub fn outwards(&self, arm: &Arm<T>) -> [T; 2] {
         match arm.drive() {
@@ -191,8 +191,7 @@ impl<T: Real> Tolerance<T> {
         }
     }
 
-    /// One σ of a parameter: length, radians or no unit. Of where a tower stands without what all have in
-    /// common.
+    /// σ of a parameter, without the common radius and forearm length. Length, radians or no unit.
     pub fn of(&self, parameter: Parameter) -> T {
         match parameter {
             #[cfg(feature = "linear")]
@@ -206,15 +205,15 @@ impl<T: Real> Tolerance<T> {
         }
     }
 
-    /// One σ at each [place](Drive::places) of an arm's parameters, with what it has in common with the others;
-    /// 0 at an empty one.
+    /// σ at each [place](Drive::places) of an arm's parameters, common radius and forearm length included; 0 at an
+    /// empty place.
     pub fn of_places(&self, arm: &Arm<T>) -> [T; 8] {
         let places = arm.drive().places();
         places.map(|parameter| parameter.map_or(T::ZERO, |parameter| self.of_arm(arm, parameter)))
     }
 
-    /// One σ of a parameter of this arm, with what it has in common with the others. With a
-    /// [joint zero](Self::joint_zero) that of `La_x` and `La_y` is its first order at this arm.
+    /// σ of a parameter of this arm, common radius and forearm length included. With a [joint zero](Self::joint_zero),
+    /// σ of `La_x` and `La_y` is a first-order value at this arm.
     pub fn of_arm(&self, arm: &Arm<T>, parameter: Parameter) -> T {
         let own = self.of(parameter);
         #[cfg(feature = "linear")]

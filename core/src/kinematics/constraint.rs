@@ -31,8 +31,8 @@ impl<T: Real> Arm<T> {
         -((x - self.elbow(q)).dot(&self.elbow_derivative(q)) * T::TWO)
     }
 
-    /// ∂f by the numbers of the [transmission](crate::robot::Transmission), of a rotary drive: ∂f/∂(arm's angle)
-    /// times q, cos q, sin q, cos 2q and sin 2q. Length² per radian; the first length².
+    /// ∂f by the numbers of the [transmission](crate::robot::Transmission) of a rotary drive: ∂f/∂(arm angle) times q,
+    /// cos q, sin q, cos 2q and sin 2q. Length² per radian; length² for the first.
     pub fn constraint_by_transmission(&self, x: &Vector3<T>, q: T) -> [T; TRANSMISSION_NUMBERS] {
         let slope = match self.transmission() {
             None => T::ONE,
@@ -42,8 +42,8 @@ impl<T: Real> Arm<T> {
         by_transmission(q).map(|by_number| by_number * by_arm_angle)
     }
 
-    /// ∂f/∂P: one row of the Jacobian (3.21), by the parameters' [places](Drive::places).
-    /// Length for a length, length² for an angle or a ratio.
+    /// ∂f/∂P: one row of the Jacobian (3.21), with parameters at their [places](Drive::places). Length for a length,
+    /// length² for an angle or a ratio.
     pub fn constraint_by_parameters(&self, x: &Vector3<T>, q: T) -> SVector<T, 8> {
         if self.drive() == Drive::Linear {
             let basis = self.basis();
@@ -107,7 +107,7 @@ pub(crate) fn constraint_gradient<T: Real>(
     ])
 }
 
-/// The same with a linear drive, s its travel: ∂B/∂D = 1, ∂B/∂lean = s · scale · ∂n/∂lean, ∂B/∂scale = s n.
+/// The same for a linear drive with travel s: ∂B/∂D = 1, ∂B/∂lean = s · scale · ∂n/∂lean, ∂B/∂scale = s n.
 pub(crate) fn linear_gradient<T: Real>(
     by_lean_x: &Vector3<T>,
     by_lean_y: &Vector3<T>,
@@ -131,15 +131,15 @@ pub(crate) fn linear_gradient<T: Real>(
     ])
 }
 
-/// How the platform point moves with the joints and with the parameters, at one pose.
+/// How the platform point moves with the joints and the parameters, at one pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct PlatformJacobian<T: Real> {
     /// ∂X/∂q = −(∂f/∂X)⁻¹ ∂f/∂q, the velocity Jacobian: Ẋ = by_joints · q̇. Length per radian.
     pub by_joints: Matrix3<T>,
-    /// ∂X/∂Pᵢ = −(∂f/∂X)⁻¹ ∂f/∂Pᵢ of each arm, from differentiating (3.14); the printed (3.16),
-    /// (3.17) and (3.18) differ in sign. Columns at the
-    /// parameters' [places](crate::robot::Drive::places); dimensionless, or length per radian.
+    /// ∂X/∂Pᵢ = −(∂f/∂X)⁻¹ ∂f/∂Pᵢ for each arm, from differentiating (3.14); the printed (3.16), (3.17) and (3.18) have
+    /// a different sign. Columns at the parameters' [places](crate::robot::Drive::places); dimensionless, or length per
+    /// radian.
     pub by_parameters: [SMatrix<T, 3, 8>; 3],
 }
 
@@ -148,9 +148,9 @@ impl<T: Real> Robot<T> {
     /// constraints (as `x = self.forward(q)` does).
     ///
     /// # Errors
-    /// [`Singularity::Parallel`] where |det| of the forearms' unit vectors is below √ε, naming the
-    /// arm whose forearm lies nearest to the plane of the other two; [`Singularity::Serial`] where
-    /// a joint does not move the platform; numbers that are not finite.
+    /// [`Singularity::Parallel`] if |det| of the forearms' unit vectors is below √ε, naming the arm whose forearm is
+    /// nearest to the plane of the other two; [`Singularity::Serial`] if a joint does not move the platform; non-finite
+    /// numbers.
     ///
     /// ```
     /// use delta_cal::SymmetricRobot;
@@ -198,7 +198,7 @@ impl<T: Real> Robot<T> {
                 parameter_block(arm3, q3, &column3),
             ],
         };
-        // Lengths near the ends of the scalar type's range.
+        // Lengths near the limits of the scalar type can overflow.
         let blocks = jacobian.by_parameters.iter().flat_map(|block| block.iter());
         if jacobian
             .by_joints
@@ -213,10 +213,10 @@ impl<T: Real> Robot<T> {
     }
 
     /// How the platform point moves with the numbers of the [transmissions](crate::robot::Transmission), at a pose
-    /// (`x`, `q`) that satisfies the constraints: five columns a joint. Length per radian; of the gains length.
+    /// (`x`, `q`) that satisfies the constraints: five columns per joint. Length per radian; length for the gains.
     ///
     /// # Errors
-    /// Those of [`platform_jacobian`](Self::platform_jacobian) at a parallel singularity.
+    /// Same as [`platform_jacobian`](Self::platform_jacobian) at a parallel singularity.
     #[cfg(feature = "transmission")]
     pub fn by_transmissions(
         &self,
@@ -235,7 +235,7 @@ impl<T: Real> Robot<T> {
         Ok(jacobian)
     }
 
-    /// The columns of (∂f/∂X)⁻¹, whose rows are 2wᵢ with wᵢ = X − Bᵢ, by cross products.
+    /// The columns of (∂f/∂X)⁻¹ by cross products. The rows of ∂f/∂X are 2wᵢ with wᵢ = X − Bᵢ.
     pub(crate) fn inverse_by_position(
         &self,
         x: &Vector3<T>,
@@ -243,7 +243,7 @@ impl<T: Real> Robot<T> {
     ) -> Result<[Vector3<T>; 3], KinematicsError> {
         let [arm1, arm2, arm3] = self.arms();
         let [q1, q2, q3] = *q;
-        // In units of the forearm: products of three lengths must not overflow or vanish.
+        // In units of the forearm, so that products of three lengths neither overflow nor underflow.
         let unit = arm1.lb().power_of_two_below();
         let forearms =
             [x - arm1.elbow(q1), x - arm2.elbow(q2), x - arm3.elbow(q3)].map(|w| w / unit);
@@ -275,27 +275,25 @@ impl<T: Real> Robot<T> {
     }
 }
 
-/// How far a pose is from both kinds of singularity. Numbers without units, 0 at a singularity and
-/// 1 at best.
+/// How far a pose is from both types of singularity. Dimensionless: 0 at a singularity, 1 at best.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SingularityDistance<T> {
-    /// Type 1: |cosine| of the angle between each forearm and its elbow's direction of motion, 0
-    /// where upper arm and forearm are in line, or a forearm stands square to its tower.
+    /// Type 1: |cosine| of the angle between each forearm and its elbow's direction of motion; 0 if upper arm and
+    /// forearm are in line, or a forearm is perpendicular to its tower.
     pub serial: [T; 3],
-    /// Type 2: |det| of the forearms' unit vectors, the volume they span, 0 where they lie in one
-    /// plane.
+    /// Type 2: |det| of the forearms' unit vectors, the volume they span; 0 if they are coplanar.
     pub parallel: T,
 }
 
 impl<T: Real> SingularityDistance<T> {
-    /// [`serial`](Self::serial) above which a pose is clear of singularities: the forearm at least
-    /// 6° away from its upper arm's line.
+    /// [`serial`](Self::serial) above which a pose is clear of singularities: the forearm at least 6° off its upper
+    /// arm's line.
     pub const LEAST_SERIAL: f64 = 0.1;
     /// [`parallel`](Self::parallel) above which a pose is clear of singularities.
     pub const LEAST_PARALLEL: f64 = 0.05;
 
-    /// Whether the pose is clear of both kinds.
+    /// Whether the pose is clear of both types.
     pub fn is_clear(&self) -> bool {
         let least = T::from_f64(Self::LEAST_SERIAL);
         self.serial.iter().all(|serial| *serial > least)
@@ -304,8 +302,8 @@ impl<T: Real> SingularityDistance<T> {
 }
 
 impl<T: Real> Robot<T> {
-    /// The distance from singularities at the pose (`x`, `q`), which must satisfy the constraints
-    /// (as `x = self.forward(q)` does): ∂f/∂q of each arm over 2 La Lb, and det ∂f/∂X over 8 Lb³.
+    /// The distance from singularities at the pose (`x`, `q`), which must satisfy the constraints (as `x =
+    /// self.forward(q)` does): ∂f/∂q of each arm over 2 La Lb, and det ∂f/∂X over 8 Lb³.
     ///
     /// ```
     /// use delta_cal::SymmetricRobot;

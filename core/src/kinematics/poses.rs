@@ -3,28 +3,27 @@ use crate::robot::{Arm, ArmIndex, Drive, DriveOf, Robot};
 use core::fmt;
 use nalgebra::Vector3;
 
-/// Which way a pose is singular.
+/// Type of a singularity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Singularity {
-    /// Type 1: upper arm and forearm are in line (in the arm plane); the joint cannot move the
-    /// platform along the forearm. The edge of the workspace.
+    /// Type 1: upper arm and forearm are in line (in the arm plane), so the joint cannot move the platform along the
+    /// forearm. This is the edge of the workspace.
     Serial,
-    /// Type 2: ∂f/∂X is singular, the forearms' directions lie in one plane; the joints do not
-    /// hold the platform.
+    /// Type 2: ∂f/∂X is singular because the forearms are coplanar; the joints do not hold the platform.
     Parallel,
 }
 
-/// Why a pose has no position, or a position no joint angle.
+/// Why the kinematics have no solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum KinematicsError {
-    /// The forearms do not meet (forward; the named arm is the one that falls short most), or the
-    /// arm does not reach the point (inverse).
+    /// The forearms do not meet (forward; names the arm that falls shortest), or the arm does not reach the point
+    /// (inverse).
     Unreachable(ArmIndex),
-    /// The pose exists and is singular at the named arm. For [`Singularity::Parallel`] it is the
-    /// arm whose forearm lies nearest to the plane of the other two.
+    /// The pose exists but is singular at the named arm. For [`Singularity::Parallel`] that is the arm whose forearm is
+    /// nearest to the plane of the other two.
     Singular(ArmIndex, Singularity),
     /// A joint angle or coordinate of this arm is NaN, infinite, or beyond the sine's range.
     NonFinite(ArmIndex),
@@ -61,15 +60,14 @@ impl core::error::Error for KinematicsError {}
 impl<T: Real> Robot<T> {
     /// Forward kinematics in closed form: the platform point at the joint angles `q` (radians).
     ///
-    /// The point is the intersection of three spheres of centre Bᵢ(qᵢ) and radius Lbᵢ. Of the two
-    /// it is the one below the plane of the elbows, "below" being against ez₁ + ez₂ + ez₃, which
-    /// holds in any frame and for arms numbered either way round.
+    /// The point is an intersection of three spheres with centres Bᵢ(qᵢ) and radii Lbᵢ. Of the two intersections, it is
+    /// the one below the plane of the elbows. "Below" is relative to ez₁ + ez₂ + ez₃, which holds in any frame and for
+    /// either order of the arms.
     ///
     /// # Errors
-    /// [`KinematicsError::Unreachable`] if the forearms do not meet,
-    /// [`KinematicsError::Singular`] with [`Singularity::Parallel`] if the elbows lie on one line
-    /// or the platform in their plane (to within 4√ε), [`KinematicsError::NonFinite`] for a joint
-    /// angle that is not a finite number.
+    /// [`KinematicsError::Unreachable`] if the forearms do not meet, [`KinematicsError::Singular`] with
+    /// [`Singularity::Parallel`] if the elbows are collinear or the platform lies in their plane (within 4√ε),
+    /// [`KinematicsError::NonFinite`] for a non-finite joint angle.
     ///
     /// ```
     /// use delta_cal::SymmetricRobot;
@@ -96,7 +94,7 @@ impl<T: Real> Robot<T> {
                 return Err(KinematicsError::NonFinite(index));
             }
         }
-        // In units of the forearm: products of five lengths must not overflow.
+        // In units of the forearm, so that products of five lengths do not overflow.
         let unit = arm1.lb().power_of_two_below();
         let inverse_unit = T::ONE / unit;
         let elbows = elbows.map(|elbow| elbow * inverse_unit);
@@ -105,7 +103,7 @@ impl<T: Real> Robot<T> {
         let normal = edge2.cross(&edge3);
         let normal_squared = normal.dot(&normal);
         let (edge2_squared, edge3_squared) = (edge2.dot(&edge2), edge3.dot(&edge3));
-        // sin² of the angle between two edges, against ε: elbows on one line.
+        // sin² of the angle between two edges, against ε: collinear elbows.
         if !(normal_squared > T::EPSILON * edge2_squared * edge3_squared) {
             return Err(KinematicsError::Singular(
                 ArmIndex::First,
@@ -113,8 +111,8 @@ impl<T: Real> Robot<T> {
             ));
         }
         let [r1, r2, r3] = [arm1, arm2, arm3].map(|arm| (arm.lb() * inverse_unit).squared());
-        // In the elbows' plane the point has equal power with respect to all three circles:
-        // p · edge_k = (r₁ − r_k + |edge_k|²)/2, solved by the reciprocal basis of the edges.
+        // The point in the plane of the elbows with equal power with respect to all three circles: p · edge_k = (r₁ −
+        // r_k + |edge_k|²)/2, solved by the reciprocal basis of the edges.
         let along2 = (r1 - r2 + edge2_squared) * T::HALF;
         let along3 = (r1 - r3 + edge3_squared) * T::HALF;
         let in_plane =
@@ -144,7 +142,7 @@ impl<T: Real> Robot<T> {
             height
         };
         let position = (centre + normal * below) * unit;
-        // Lengths near the ends of the scalar type's range.
+        // Lengths near the limits of the scalar type can overflow.
         if position.dot(&position).finite() {
             Ok(position)
         } else {
@@ -153,7 +151,7 @@ impl<T: Real> Robot<T> {
     }
 }
 
-/// The arm whose forearm falls short most, relative to its length, of the point of equal power.
+/// The arm whose forearm falls shortest of the point of equal power, relative to its length.
 fn farthest<T: Real>(centre: &Vector3<T>, elbows: &[Vector3<T>; 3], squared: [T; 3]) -> ArmIndex {
     let mut worst = (ArmIndex::First, T::ZERO);
     for ((elbow, radius_squared), index) in elbows.iter().zip(squared).zip(ArmIndex::ALL) {
@@ -166,7 +164,7 @@ fn farthest<T: Real>(centre: &Vector3<T>, elbows: &[Vector3<T>; 3], squared: [T;
     worst.0
 }
 
-/// Why one arm alone has no joint angle for a point.
+/// Why an arm has no joint angle for a point.
 enum Fault {
     Unreachable,
     Serial,
@@ -174,11 +172,11 @@ enum Fault {
 }
 
 impl<T: Real> Arm<T> {
-    /// The elbow-out joint angle at which the forearm reaches `x`; of an exact transmission in (−π, π].
+    /// The elbow-out joint angle at which the forearm reaches `x`; in (−π, π] if the transmission is exact.
     ///
     /// The constraint is A cos q + B sin q = C with A = u·w, B = v·w, w = X − D,
     /// C = (|w|² + La² − Lb²)/2, so q = atan2(B, A) − acos(C/√(A²+B²)); with
-    /// S = √(A² + B² − C²) that is q = atan2(BC − AS, AC + BS), which needs one function only.
+    /// S = √(A² + B² − C²) that is q = atan2(BC − AS, AC + BS), which needs a single function call.
     fn joint_at(&self, x: &Vector3<T>) -> Result<T, Fault> {
         if self.drive() == Drive::Linear {
             return self.travel_at(x);
@@ -194,8 +192,8 @@ impl<T: Real> Arm<T> {
         if !(reach_squared.finite() && (c * c).finite()) {
             return Err(Fault::NonFinite);
         }
-        // S/√(A²+B²) is the sine of the angle between the arm's two links seen in its plane; below
-        // 4√ε its square is rounding, and the joint angle has lost half of its digits.
+        // S/√(A²+B²) is the sine of the angle between the arm's two links, projected onto its plane; below 4√ε its
+        // square is rounding, and the joint angle has lost half of its digits.
         if !(root_squared.magnitude() > T::from_f64(16.0) * T::EPSILON * reach_squared) {
             return Err(Fault::Serial);
         }
@@ -206,13 +204,13 @@ impl<T: Real> Arm<T> {
         Ok(self.joint_angle((b * c - a * s).angle_over(a * c + b * s)))
     }
 
-    /// The travel at which the forearm reaches `x` from above: |w − s v|² = Lb², w = X − D, so that
-    /// s = (v·w + √((v·w)² − |v|² (|w|² − Lb²)))/|v|².
+    /// The travel at which the forearm reaches `x` from above: |w − s v|² = Lb² with w = X − D gives s = (v·w +
+    /// √((v·w)² − |v|² (|w|² − Lb²)))/|v|².
     fn travel_at(&self, x: &Vector3<T>) -> Result<T, Fault> {
         let w = x - self.d();
         let v = &self.basis().v;
         let (along, speed_squared) = (v.dot(&w), v.dot(v));
-        // The point's distance from the tower, squared, without the difference of two large squares.
+        // The squared distance of the point from the tower, avoiding the difference of two large squares.
         let beside = w - v * (along / speed_squared);
         let lb_squared = self.lb() * self.lb();
         let rise_squared = lb_squared - beside.dot(&beside);
@@ -230,10 +228,10 @@ impl<T: Real> Arm<T> {
 }
 
 impl<T: Real> Robot<T> {
-    /// Whether every carriage of linear drives is above the platform, each along its tower, at a pose (`x`, `q`)
-    /// that satisfies the constraints. [`forward`](Self::forward) also finds poses in which a forearm points
-    /// upwards; no robot gets there from where it hangs down, for between the two it is square to its tower.
-    /// Always true of rotary drives.
+    /// Whether every carriage of a linear drive is above the platform, along its tower, at a pose (`x`, `q`) that
+    /// satisfies the constraints. [`forward`](Self::forward) also finds poses with a forearm pointing upwards. No robot
+    /// reaches these from a hanging pose: in between, the forearm is perpendicular to its tower. Always true for rotary
+    /// drives.
     pub fn has_carriages_above(&self, x: &Vector3<T>, q: &[T; 3]) -> bool {
         self.drive() == Drive::Rotary
             || self
@@ -246,16 +244,14 @@ impl<T: Real> Robot<T> {
     /// Inverse kinematics in closed form: the joint angles (radians, in (−π, π]) at which the
     /// platform is at `x`, on the branch q = atan2(B, A) − acos(C/√(A²+B²)) of each arm.
     ///
-    /// With linear drives it is the travel at which the carriage is above the platform.
+    /// With linear drives: the travel at which the carriage is above the platform.
     ///
-    /// That is "elbows out" for a robot whose motor axes lie in the base plane. A pose whose arm has
-    /// swung through its line with the forearm is on the other branch, and comes back with another
-    /// joint angle.
+    /// This is the "elbows out" branch for a robot whose motor axes lie in the base plane. A pose in which an arm has
+    /// swung through the line of its forearm is on the other branch, so a different joint angle is returned.
     ///
     /// # Errors
-    /// The first arm that does not reach, is stretched or folded to its edge
-    /// ([`Singularity::Serial`], |C| within some ε of √(A²+B²)), or whose coordinate is not
-    /// finite.
+    /// The first arm that does not reach the point, is fully stretched or folded ([`Singularity::Serial`], |C| within a
+    /// few ε of √(A²+B²)), or has a non-finite coordinate.
     ///
     /// ```
     /// use delta_cal::{ArmIndex, SymmetricRobot};
@@ -291,7 +287,7 @@ impl<T: Real> Robot<T> {
     }
 }
 
-/// The range of every joint.
+/// The range common to all joints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct JointLimits<T> {
@@ -300,7 +296,7 @@ pub struct JointLimits<T> {
     drive: DriveOf,
 }
 
-/// Why two angles are not a joint's range.
+/// Why two numbers are not a joint range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -309,7 +305,7 @@ pub enum JointLimitsError {
     NonFinite,
     /// The minimum is not below the maximum.
     Empty,
-    /// The range is wider than a turn.
+    /// The range is wider than a full turn.
     TooWide,
 }
 
@@ -326,10 +322,10 @@ impl fmt::Display for JointLimitsError {
 impl core::error::Error for JointLimitsError {}
 
 impl<T: Real> JointLimits<T> {
-    /// All joints from `minimum` to `maximum`, in radians.
+    /// All joints range from `minimum` to `maximum`, in radians.
     ///
     /// # Errors
-    /// Limits that are not finite, empty or wider than a turn.
+    /// Limits that are not finite, empty or wider than a full turn.
     pub fn new(minimum: T, maximum: T) -> Result<Self, JointLimitsError> {
         if !(minimum.finite() && maximum.finite()) {
             return Err(JointLimitsError::NonFinite);
@@ -347,7 +343,7 @@ impl<T: Real> JointLimits<T> {
         })
     }
 
-    /// All joints of linear drives from `minimum` to `maximum`, lengths.
+    /// All joints of a linear drive range from `minimum` to `maximum`, lengths.
     ///
     /// # Errors
     /// Limits that are not finite, or empty.
@@ -366,22 +362,22 @@ impl<T: Real> JointLimits<T> {
         })
     }
 
-    /// Whether these are angles or travels.
+    /// Whether the limits are angles or travels.
     pub const fn drive(&self) -> Drive {
         self.drive.get()
     }
 
-    /// Smallest joint angle, radians; of linear drives the smallest travel, length.
+    /// Smallest joint angle, radians; smallest travel, length, for linear drives.
     pub fn minimum(&self) -> T {
         self.minimum
     }
 
-    /// Largest joint angle, radians; of linear drives the largest travel, length.
+    /// Largest joint angle, radians; largest travel, length, for linear drives.
     pub fn maximum(&self) -> T {
         self.maximum
     }
 
-    /// The angle at `fraction` of the range, 0 to 1.
+    /// The joint value at `fraction` of the range, 0 to 1.
     pub fn at(&self, fraction: T) -> T {
         self.minimum + (self.maximum - self.minimum) * fraction
     }

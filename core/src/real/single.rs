@@ -1,7 +1,7 @@
-//! Single-precision functions in single-precision arithmetic only.
+//! Single-precision functions that use single-precision arithmetic only.
 //!
-//! `libm::sinf` and `cosf` compute in double precision inside, about 1,200 instructions on a core
-//! whose floating-point unit has no double precision.
+//! `libm::sinf` and `cosf` compute internally in double precision: about 1,200 instructions on a core whose FPU lacks
+//! it.
 
 use micromath::F32Ext;
 
@@ -28,7 +28,7 @@ pub(super) fn sine_cosine(x: f32) -> (f32, f32) {
     let (high, middle) = (x - turns * HALF_PI_HIGH, turns * HALF_PI_MIDDLE);
     let coarse = high - middle;
     let coarse_tail = ((high - coarse) - middle) - turns * HALF_PI_LOW;
-    // r + tail is the reduced angle; the tail is what one number cannot hold.
+    // r + tail is the reduced angle; the tail holds the bits that do not fit in r.
     let r = coarse + coarse_tail;
     let tail = (coarse - r) + coarse_tail;
 
@@ -53,7 +53,7 @@ pub(super) fn sine_cosine(x: f32) -> (f32, f32) {
 /// which squares the error: 1.8e-3, 4.9e-6, then rounding. No division, no square root: a third of
 /// the instructions of `1.0 / libm::sqrtf(x)` on a Cortex-M. Not finite where x is infinite or NaN.
 pub(super) fn inverse_square_root(x: f32) -> f32 {
-    // The seed's integer arithmetic overflows for a sign bit.
+    // The seed's integer arithmetic would overflow with the sign bit set.
     if !(x >= 0.0) {
         return f32::NAN;
     }
@@ -61,6 +61,6 @@ pub(super) fn inverse_square_root(x: f32) -> f32 {
     let mut y = F32Ext::invsqrt(x);
     y = y * (1.5 - half * y * y);
     y = y * (1.5 - half * y * y);
-    // The last step as a correction: its rounding error is that of one small term.
+    // Written as a correction, so that the last step rounds only one small term.
     y + y * (0.5 - half * y * y)
 }

@@ -5,8 +5,8 @@ use super::transmission::Transmission;
 use crate::Real;
 use nalgebra::Vector3;
 
-/// The parameters of one arm, valid by construction: eight where a motor turns it (Model 24, paper
-/// equation (3.6)), seven where a carriage on a tower drives it.
+/// The parameters of one arm, valid by construction: eight for a rotary drive (Model 24, paper equation (3.6)), seven
+/// for a carriage on a tower.
 ///
 /// ```text
 /// ex = ( cos θ, sin θ, 0 )                         radial
@@ -16,13 +16,13 @@ use nalgebra::Vector3;
 /// B(q) = D + u cos q + v sin q                     elbow
 /// ```
 ///
-/// α is read as the tilt of the motor axis. As an encoder offset it would repeat what
-/// (`La_x`, `La_y`) already hold, and the eight parameters would have rank 7.
+/// α is interpreted as the tilt of the motor axis. As an encoder offset it would duplicate (`La_x`, `La_y`), and the
+/// eight parameters would have rank 7.
 ///
-/// With a linear drive the elbow is a carriage, and the joint its travel s:
+/// With a linear drive the elbow is a carriage, and the joint value is its travel s:
 ///
 /// ```text
-/// n    = ( sin lean_x, sin lean_y, √(1 − sin² lean_x − sin² lean_y) )      the tower's direction
+/// n    = ( sin lean_x, sin lean_y, √(1 − sin² lean_x − sin² lean_y) )      direction of the tower
 /// B(s) = D + s · scale · n
 /// ```
 ///
@@ -46,9 +46,9 @@ pub struct Arm<T: Real> {
     transmission: Option<Transmission<T>>,
 }
 
-/// The vectors that an arm's angles determine, computed once when the arm is made. Of a linear drive: `ez` is the
-/// tower's direction, `ex` and `ey` are its derivatives by the two leans, `u` is 0 and `v` the elbow's way for a
-/// travel of 1.
+/// The vectors determined by an arm's angles, computed once at construction. For a linear drive, `ez` is the tower's
+/// direction, `ex` and `ey` are its derivatives with respect to the two leans, `u` is 0 and `v` is the elbow's
+/// displacement per unit of travel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ArmBasis<T: Real> {
     /// Radial direction, unit length.
@@ -64,11 +64,11 @@ pub struct ArmBasis<T: Real> {
 }
 
 impl<T: Real> Arm<T> {
-    /// The arm of these parameters, in the order of [`Parameter::ROTARY`]: `Dx, Dy, Dz` (length),
-    /// `θ, α` (radians), `La_x, La_y, Lb` (length).
+    /// An arm from its parameters in the order of [`Parameter::ROTARY`]: `Dx, Dy, Dz` (length), `θ, α` (radians),
+    /// `La_x, La_y, Lb` (length).
     ///
     /// # Errors
-    /// Any number that is not finite, `Lb ≤ 0`, `La_x = La_y = 0`, `|α| ≥ 90°`, `|θ| > 360°`.
+    /// A non-finite number, `Lb ≤ 0`, `La_x = La_y = 0`, `|α| ≥ 90°`, `|θ| > 360°`.
     pub fn new(parameters: [T; 8]) -> Result<Self, GeometryError> {
         for (parameter, value) in Parameter::ROTARY.into_iter().zip(parameters) {
             if !value.finite() {
@@ -83,7 +83,7 @@ impl<T: Real> Arm<T> {
         if !(upper_arm_squared > T::ZERO) {
             return Err(GeometryError::NotPositive(Parameter::LaX));
         }
-        // Squares of the lengths enter every formula; they must be finite too.
+        // Every formula uses squared lengths, so these must be finite too.
         if !(lb * lb).finite() {
             return Err(GeometryError::NonFinite(Parameter::Lb));
         }
@@ -118,11 +118,11 @@ impl<T: Real> Arm<T> {
         })
     }
 
-    /// The arm with a linear drive of these parameters, in the order of [`Parameter::LINEAR`]: `Dx, Dy, Dz`
-    /// (length), `lean_x, lean_y` (radians), `scale`, `Lb` (length).
+    /// An arm with a linear drive, from its parameters in the order of [`Parameter::LINEAR`]: `Dx, Dy, Dz` (length),
+    /// `lean_x, lean_y` (radians), `scale`, `Lb` (length).
     ///
     /// # Errors
-    /// Any number that is not finite, `Lb ≤ 0`, `scale ≤ 0`, a tower that leans by 90° or more.
+    /// A non-finite number, `Lb ≤ 0`, `scale ≤ 0`, a tower leaning by 90° or more.
     #[cfg(feature = "linear")]
     pub fn linear(parameters: [T; 7]) -> Result<Self, GeometryError> {
         for (parameter, value) in Parameter::LINEAR.into_iter().zip(parameters) {
@@ -167,10 +167,10 @@ impl<T: Real> Arm<T> {
         })
     }
 
-    /// An arm with the same drive and transmission and other parameters, at their [places](Drive::places).
+    /// An arm with the same drive and transmission but other parameters, each at its [place](Drive::places).
     ///
     /// # Errors
-    /// As [`new`](Self::new), or as for an arm with a linear drive.
+    /// Same as [`new`](Self::new) or [`linear`](Self::linear).
     pub fn with_parameters(&self, parameters: [T; 8]) -> Result<Self, GeometryError> {
         match self.drive() {
             #[cfg(feature = "linear")]
@@ -185,10 +185,10 @@ impl<T: Real> Arm<T> {
         }
     }
 
-    /// The same arm with another transmission.
+    /// The same arm with a different transmission.
     ///
     /// # Errors
-    /// [`GeometryError::TransmissionTooLarge`] of an arm with a linear drive.
+    /// [`GeometryError::TransmissionTooLarge`] if the arm has a linear drive.
     pub fn with_transmission(self, transmission: Transmission<T>) -> Result<Self, GeometryError> {
         if self.drive() == Drive::Linear {
             return Err(GeometryError::TransmissionTooLarge);
@@ -196,7 +196,7 @@ impl<T: Real> Arm<T> {
         Ok(self.driven_by(transmission))
     }
 
-    /// The same of an arm with a rotary drive. An exact transmission is none, and costs nothing.
+    /// The same, for an arm with a rotary drive. An exact transmission is stored as `None` and costs nothing.
     pub(crate) fn driven_by(self, transmission: Transmission<T>) -> Self {
         let exact = transmission.numbers() == [T::ZERO; 5];
         Self {
@@ -205,12 +205,12 @@ impl<T: Real> Arm<T> {
         }
     }
 
-    /// What its gear and encoder do; `None` if the arm's angle is the joint's.
+    /// The error model of its gear and encoder; `None` if the arm angle equals the joint angle.
     pub const fn transmission(&self) -> Option<&Transmission<T>> {
         self.transmission.as_ref()
     }
 
-    /// The angle of the arm at a joint angle. Radians.
+    /// The arm angle for a joint angle. Radians.
     #[inline]
     pub(crate) fn arm_angle(&self, q: T) -> T {
         match &self.transmission {
@@ -219,7 +219,7 @@ impl<T: Real> Arm<T> {
         }
     }
 
-    /// The joint angle at an angle of the arm. Radians.
+    /// The joint angle for an arm angle. Radians.
     #[inline]
     pub(crate) fn joint_angle(&self, arm_angle: T) -> T {
         match &self.transmission {
@@ -234,7 +234,7 @@ impl<T: Real> Arm<T> {
         self.drive.get()
     }
 
-    /// All parameters at their [places](Drive::places); 0 at an empty one.
+    /// All parameters, each at its [place](Drive::places); 0 at an empty place.
     pub const fn parameters(&self) -> [T; 8] {
         self.parameters
     }
@@ -244,12 +244,12 @@ impl<T: Real> Arm<T> {
         self.parameters[parameter.index()]
     }
 
-    /// The arm's directions.
+    /// The arm's direction vectors.
     pub const fn basis(&self) -> &ArmBasis<T> {
         &self.basis
     }
 
-    /// The horizontal direction from the base's centre to D, of length 1; zeros where D is above the centre.
+    /// The horizontal unit vector from the base centre to D; zeros if D is above the centre.
     #[cfg(feature = "linear")]
     pub(crate) fn outwards(&self) -> [T; 2] {
         let [x, y, ..] = self.parameters;
@@ -261,26 +261,26 @@ impl<T: Real> Arm<T> {
         }
     }
 
-    /// D: the point on the motor axis, platform offset subtracted. Length.
+    /// D: the point on the motor axis, with the platform offset subtracted. Length.
     pub fn d(&self) -> Vector3<T> {
         let [x, y, z, ..] = self.parameters;
         Vector3::new(x, y, z)
     }
 
-    /// (`La_x`, `La_y`): the upper arm at joint angle 0, of a linear drive (`scale`, 0). Length, or no unit.
+    /// (`La_x`, `La_y`): the upper arm at joint angle 0, or (`scale`, 0) for a linear drive. Length, or no unit.
     pub fn la(&self) -> (T, T) {
         let [.., la_x, la_y, _] = self.parameters;
         (la_x, la_y)
     }
 
-    /// Lb: the forearm's length.
+    /// Lb: the forearm length. Length.
     pub fn lb(&self) -> T {
         let [.., lb] = self.parameters;
         lb
     }
 
-    /// La = √(`La_x`² + `La_y`²): the upper arm's length. An arm with a linear drive has none, and its
-    /// forearm's length stands for it.
+    /// La = √(`La_x`² + `La_y`²): the upper arm length. For a linear drive, which has no upper arm, the forearm length
+    /// is used instead.
     pub fn upper_arm_length(&self) -> T {
         match self.drive() {
             Drive::Rotary => self.elbow_speed(),
@@ -288,16 +288,14 @@ impl<T: Real> Arm<T> {
         }
     }
 
-    /// |B′(q)|, the same everywhere: the upper arm's length, or the scale of a linear drive. Length per radian,
-    /// or no unit.
+    /// |B′(q)|, which is constant: the upper arm length, or the scale of a linear drive. Length per radian, or no unit.
     pub fn elbow_speed(&self) -> T {
         let (la_x, la_y) = self.la();
         (la_x * la_x + la_y * la_y).square_root()
     }
 
-    /// B(q) = D + u cos q + v sin q, or D + s v with a linear drive: the elbow, moved by the platform offset as
-    /// D is. Length. With a [transmission](Self::transmission), q is the joint angle, and the arm's angle stands in
-    /// the equation.
+    /// B(q) = D + u cos q + v sin q, or D + s v with a linear drive: the elbow, shifted by the platform offset as D is.
+    /// Length. With a [transmission](Self::transmission), q is the joint angle, and the equation uses the arm angle.
     pub fn elbow(&self, q: T) -> Vector3<T> {
         match self.drive() {
             Drive::Rotary => {
@@ -328,7 +326,7 @@ impl<T: Real> Arm<T> {
         }
     }
 
-    /// The same arm in another scalar type.
+    /// Converts the arm to another scalar type.
     ///
     /// # Errors
     /// A [`GeometryError`] if a parameter overflows or vanishes in the narrower type.

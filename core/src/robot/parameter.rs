@@ -1,12 +1,11 @@
 use core::fmt;
 
-/// One of the geometric parameters of an arm: the eight of an arm that a motor turns (paper, equation
-/// (3.6)), and the seven of an arm whose elbow is a carriage on a tower.
+/// A geometric parameter of an arm: eight for a rotary drive (paper, equation (3.6)), seven for a carriage on a tower.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Parameter {
-    /// x of the point on the motor axis, platform offset subtracted. Length.
+    /// x of the point on the motor axis, with the platform offset subtracted. Length.
     Dx,
     /// y of that point. Length.
     Dy,
@@ -22,13 +21,13 @@ pub enum Parameter {
     LaY,
     /// Forearm. Length.
     Lb,
-    /// Linear drive: z of the elbow at travel 0, which is where the carriage's end stop puts it. Length.
+    /// Linear drive: z of the elbow at travel 0, as set by the carriage's end stop. Length.
     Zero,
-    /// Linear drive: the tower leans so far towards +x. Radians.
+    /// Linear drive: lean of the tower towards +x. Radians.
     LeanX,
-    /// Linear drive: the tower leans so far towards +y. Radians.
+    /// Linear drive: lean of the tower towards +y. Radians.
     LeanY,
-    /// Linear drive: travel along the tower over the travel that the joint reports. No unit.
+    /// Linear drive: actual travel along the tower divided by the reported travel. No unit.
     Scale,
 }
 
@@ -45,7 +44,7 @@ pub enum ParameterKind {
 }
 
 impl Parameter {
-    /// The eight of an arm that a motor turns, in the order in which vectors and matrices hold them.
+    /// The eight parameters of a rotary drive, in the order used in vectors and matrices.
     pub const ROTARY: [Self; 8] = [
         Self::Dx,
         Self::Dy,
@@ -57,8 +56,7 @@ impl Parameter {
         Self::Lb,
     ];
 
-    /// The seven of an arm with a linear drive. In vectors of eight they leave the place before the last
-    /// empty.
+    /// The seven parameters of a linear drive. In vectors of eight, the second-last place stays empty.
     pub const LINEAR: [Self; 7] = [
         Self::Dx,
         Self::Dy,
@@ -92,8 +90,8 @@ impl Parameter {
         }
     }
 
-    /// The paper's symbol: `Dx`, `Dy`, `Dz`, `theta`, `alpha`, `La_x`, `La_y`, `Lb`; of a linear drive `Dx`,
-    /// `Dy`, `Dz`, `lean_x`, `lean_y`, `scale`, `Lb`.
+    /// The paper's symbol: `Dx`, `Dy`, `Dz`, `theta`, `alpha`, `La_x`, `La_y`, `Lb`; for a linear drive `Dx`, `Dy`,
+    /// `Dz`, `lean_x`, `lean_y`, `scale`, `Lb`.
     pub const fn symbol(self) -> &'static str {
         match self {
             Self::Dx => "Dx",
@@ -117,7 +115,7 @@ impl fmt::Display for Parameter {
     }
 }
 
-/// One of the robot's three arms, counted from 1 as the joints `q1`, `q2`, `q3` are.
+/// One of the robot's three arms, numbered from 1 like the joints `q1`, `q2`, `q3`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -134,7 +132,7 @@ impl ArmIndex {
     /// All three, in order.
     pub const ALL: [Self; 3] = [Self::First, Self::Second, Self::Third];
 
-    /// Position in an array of three: 0, 1 or 2.
+    /// Index into an array of three: 0, 1 or 2.
     pub const fn index(self) -> usize {
         match self {
             Self::First => 0,
@@ -150,19 +148,19 @@ impl fmt::Display for ArmIndex {
     }
 }
 
-/// How a joint moves its arm's elbow.
+/// How a joint drives the elbow of its arm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Drive {
-    /// A motor turns the upper arm: the elbow runs on a circle, and a joint's unit is the radian.
+    /// A motor turns the upper arm: the elbow moves on a circle, and the joint value is in radians.
     #[default]
     Rotary,
-    /// A carriage runs along a tower: the elbow runs on a line, and a joint's unit is that of lengths.
+    /// A carriage runs along a tower: the elbow moves on a line, and the joint value is in the unit of length.
     Linear,
 }
 
 impl Drive {
-    /// The parameters of such an arm, in order.
+    /// The parameters of an arm with this drive, in order.
     pub const fn parameters(self) -> &'static [Parameter] {
         match self {
             Self::Rotary => &Parameter::ROTARY,

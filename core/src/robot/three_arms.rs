@@ -4,10 +4,10 @@ use super::transmission::Transmission;
 use crate::Real;
 use nalgebra::Vector3;
 
-/// A Delta robot: three arms that meet in the platform point. `3 × 8 = 24` parameters, or `3 × 7 = 21` with
-/// linear drives.
+/// A Delta robot: three arms that meet in the platform point. `3 × 8 = 24` parameters, or `3 × 7 = 21` with linear
+/// drives.
 ///
-/// Lengths are in any one unit; every length that comes out is in the same one.
+/// Lengths are in any one unit; results use the same unit.
 ///
 /// ```
 /// use delta_cal::{Robot, SymmetricRobot};
@@ -29,7 +29,7 @@ pub struct Robot<T: Real> {
 }
 
 impl<T: Real> Robot<T> {
-    /// Three arms, in the order of their joints.
+    /// A robot from three arms, in joint order.
     ///
     /// # Errors
     /// [`GeometryError::NoCommonUp`] if the sum of the arms' up directions is shorter than 0.3
@@ -47,15 +47,14 @@ impl<T: Real> Robot<T> {
         Ok(robot)
     }
 
-    /// The robot of 24 parameters, eight an arm in the order of [`Parameter::ROTARY`](crate::Parameter::ROTARY):
+    /// A robot from 24 parameters, eight per arm in the order of [`Parameter::ROTARY`](crate::Parameter::ROTARY):
     /// lengths, and θ and α in radians.
     ///
-    /// The table can stand in a controller's flash as a constant. The robot itself cannot: it holds the
-    /// sines and cosines of the table's angles, which Rust does not compute at compile time, and it is
-    /// checked when it is made.
+    /// The table can be a constant in a controller's flash. The robot itself cannot: it holds the sines and cosines of
+    /// the table's angles, which Rust does not compute at compile time, and it is validated at construction.
     ///
     /// # Errors
-    /// As [`Arm::new`] and [`Robot::new`].
+    /// Same as [`Arm::new`] and [`Robot::new`].
     ///
     /// ```
     /// use delta_cal::Robot;
@@ -74,10 +73,10 @@ impl<T: Real> Robot<T> {
         Self::new([Arm::new(first)?, Arm::new(second)?, Arm::new(third)?])
     }
 
-    /// A robot with the same drives and transmissions and other parameters, at their [places](Drive::places).
+    /// A robot with the same drives and transmissions but other parameters, each at its [place](Drive::places).
     ///
     /// # Errors
-    /// As [`Arm::with_parameters`] and [`Robot::new`].
+    /// Same as [`Arm::with_parameters`] and [`Robot::new`].
     pub fn with_parameters(&self, parameters: [[T; 8]; 3]) -> Result<Self, GeometryError> {
         let ([one, two, three], [first, second, third]) = (&self.arms, parameters);
         Self::new([
@@ -87,10 +86,10 @@ impl<T: Real> Robot<T> {
         ])
     }
 
-    /// The same robot with other transmissions.
+    /// The same robot with different transmissions.
     ///
     /// # Errors
-    /// [`GeometryError::TransmissionTooLarge`] of a robot with linear drives.
+    /// [`GeometryError::TransmissionTooLarge`] if the robot has linear drives.
     pub fn with_transmissions(
         &self,
         transmissions: [Transmission<T>; 3],
@@ -113,26 +112,26 @@ impl<T: Real> Robot<T> {
         [own(first), own(second), own(third)]
     }
 
-    /// How the joints move the elbows.
+    /// How the joints drive the elbows.
     #[inline]
     pub const fn drive(&self) -> Drive {
         let [first, ..] = &self.arms;
         first.drive()
     }
 
-    /// All parameters, as [`from_parameters`](Self::from_parameters) takes them; of linear drives at their
-    /// [places](Drive::places).
+    /// All parameters, in the layout of [`from_parameters`](Self::from_parameters); for linear drives, each at its
+    /// [place](Drive::places).
     pub const fn parameters(&self) -> [[T; 8]; 3] {
         let [first, second, third] = &self.arms;
         [first.parameters(), second.parameters(), third.parameters()]
     }
 
-    /// Three arms that were a robot before.
+    /// Three arms already known to form a valid robot.
     pub(crate) const fn of_valid(arms: [Arm<T>; 3]) -> Self {
         Self { arms }
     }
 
-    /// The three arms, in the order of their joints.
+    /// The three arms, in joint order.
     pub const fn arms(&self) -> &[Arm<T>; 3] {
         &self.arms
     }
@@ -147,13 +146,13 @@ impl<T: Real> Robot<T> {
         }
     }
 
-    /// ez₁ + ez₂ + ez₃: the platform is on the other side of the elbows' plane.
+    /// ez₁ + ez₂ + ez₃: points away from the platform, across the plane of the elbows.
     pub fn up(&self) -> Vector3<T> {
         let [first, second, third] = &self.arms;
         first.basis().ez + second.basis().ez + third.basis().ez
     }
 
-    /// The same robot in another scalar type; `f64` to `f32` rounds each parameter to nearest.
+    /// Converts the robot to another scalar type; `f64` to `f32` rounds each parameter to nearest.
     ///
     /// # Errors
     /// A [`GeometryError`] if a parameter overflows or vanishes in the narrower type.
@@ -163,7 +162,7 @@ impl<T: Real> Robot<T> {
     }
 }
 
-/// The nominal robot as a data sheet gives it: three equal arms 120° apart, no tilt.
+/// The nominal robot as a data sheet specifies it: three identical arms 120° apart, no tilt.
 ///
 /// Lengths in any one unit.
 ///
@@ -177,9 +176,9 @@ impl<T: Real> Robot<T> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SymmetricRobot<T> {
-    /// Ra: from the base centre to the motor axes. Length.
+    /// Ra: base centre to motor axes. Length.
     pub base_radius: T,
-    /// Rb: from the platform point to the forearms' ends. Length.
+    /// Rb: platform point to the ends of the forearms. Length.
     pub platform_radius: T,
     /// La: upper arm. Length.
     pub upper_arm: T,
@@ -191,16 +190,15 @@ impl<T: Real> SymmetricRobot<T> {
     /// The robot with its arms at azimuth 0°, 120° and 240°.
     ///
     /// # Errors
-    /// A [`GeometryError`] if a length is not finite, an arm is not longer than 0 or a radius is
-    /// negative.
+    /// A [`GeometryError`] if a length is not finite, an arm length is not positive or a radius is negative.
     pub fn robot(&self) -> Result<Robot<T>, GeometryError> {
         self.robot_from_azimuth(T::ZERO)
     }
 
-    /// The robot with its first arm at `azimuth` (radians) and the others 120° and 240° further.
+    /// The robot with its first arm at `azimuth` (radians) and the others at +120° and +240°.
     ///
     /// # Errors
-    /// As [`robot`](Self::robot); also an azimuth that takes an arm beyond ±360°.
+    /// Same as [`robot`](Self::robot), and an azimuth that puts an arm beyond ±360°.
     pub fn robot_from_azimuth(&self, azimuth: T) -> Result<Robot<T>, GeometryError> {
         if !(self.base_radius >= T::ZERO && self.platform_radius >= T::ZERO) {
             return Err(GeometryError::RadiusInvalid);
@@ -238,14 +236,14 @@ impl SymmetricRobot<f64> {
     };
 }
 
-/// The nominal robot with linear drives as a data sheet gives it: three upright towers at the same distance from
-/// the centre. Travel is counted upwards from the height at which z is 0.
+/// The nominal robot with linear drives as a data sheet specifies it: three upright towers at the same distance from
+/// the centre. Travel is measured upwards from z = 0.
 ///
 /// ```
 /// use delta_cal::robot::SymmetricLinearRobot;
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
 /// let printer = SymmetricLinearRobot { tower_radius: 140.0_f64, forearm: 330.0 }.robot()?;
-/// // All carriages at the same height: the platform hangs below the centre.
+/// // With all carriages at the same height, the platform hangs below the centre.
 /// let position = printer.forward(&[400.0; 3])?;
 /// let below = f64::sqrt(330.0 * 330.0 - 140.0 * 140.0);
 /// assert!(position.x.abs() < 1e-9 && (position.z - (400.0 - below)).abs() < 1e-9);
@@ -257,7 +255,7 @@ impl SymmetricRobot<f64> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SymmetricLinearRobot<T> {
-    /// From the centre to the forearms' upper ends, less the platform's radius ("delta radius"). Length.
+    /// Centre to the upper ends of the forearms, minus the platform radius ("delta radius"). Length.
     pub tower_radius: T,
     /// Lb: forearm. Length.
     pub forearm: T,
@@ -265,19 +263,19 @@ pub struct SymmetricLinearRobot<T> {
 
 #[cfg(feature = "linear")]
 impl<T: Real> SymmetricLinearRobot<T> {
-    /// The robot with its towers at 210°, 330° and 90°, as most printers number them.
+    /// The robot with its towers at 210°, 330° and 90°, the usual numbering on printers.
     ///
     /// # Errors
-    /// A [`GeometryError`] if a length is not finite, the forearm is not longer than 0 or the radius is negative.
+    /// A [`GeometryError`] if a length is not finite, the forearm length is not positive or the radius is negative.
     pub fn robot(&self) -> Result<Robot<T>, GeometryError> {
         let sixth = T::PI / T::from_f64(6.0);
         self.robot_at([7.0, 11.0, 3.0].map(|sixths| sixth * T::from_f64(sixths)))
     }
 
-    /// The robot with its towers at these azimuths, radians.
+    /// The robot with its towers at the given azimuths, radians.
     ///
     /// # Errors
-    /// As [`robot`](Self::robot).
+    /// Same as [`robot`](Self::robot).
     pub fn robot_at(&self, azimuths: [T; 3]) -> Result<Robot<T>, GeometryError> {
         if !(self.tower_radius >= T::ZERO) {
             return Err(GeometryError::RadiusInvalid);

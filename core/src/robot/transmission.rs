@@ -3,20 +3,20 @@ use crate::Real;
 #[cfg(not(feature = "transmission"))]
 use core::{convert::Infallible, marker::PhantomData};
 
-/// Numbers of a transmission.
+/// Numbers per transmission.
 pub(crate) const NUMBERS: usize = 5;
 
-/// What a joint's gear and encoder do beside turning the arm: the arm's angle is not quite the joint angle q that
-/// the controller knows.
+/// Errors of a joint's gear and encoder: the arm angle differs slightly from the joint angle q that the controller
+/// reads.
 ///
 /// ```text
-/// arm's angle = q + gain · q + c₁ cos q + s₁ sin q + c₂ cos 2q + s₂ sin 2q
+/// arm angle = q + gain · q + c₁ cos q + s₁ sin q + c₂ cos 2q + s₂ sin 2q
 /// ```
 ///
-/// The gain is a gear ratio that is not as stated; an eccentric gear or encoder has the first harmonic, an oval one
-/// the second. What is the same at every angle belongs to (`La_x`, `La_y`).
+/// The gain is an error of the gear ratio; an eccentric gear or encoder causes the first harmonic, an oval one the
+/// second. A constant offset belongs to (`La_x`, `La_y`).
 ///
-/// Without the feature `transmission` there is none, and an arm takes no memory for it.
+/// Without the feature `transmission` every transmission is exact and takes no memory.
 ///
 /// ```
 /// # #[cfg(feature = "transmission")] {
@@ -25,12 +25,12 @@ pub(crate) const NUMBERS: usize = 5;
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
 /// let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }
 ///     .robot()?;
-/// // A gear of arm 1 that is eccentric: 0.05° at q = 90°, −0.05° at −90°.
+/// // The gear of arm 1 is eccentric: 0.05° at q = 90°, −0.05° at −90°.
 /// let eccentric = Transmission::new([0.0, 0.0, 0.05_f64.to_radians(), 0.0, 0.0])?;
 /// let real = robot.with_transmissions([eccentric, Transmission::EXACT, Transmission::EXACT])?;
 /// let moved = real.forward(&[0.5, 0.5, 0.5])? - robot.forward(&[0.5, 0.5, 0.5])?;
 /// assert!(moved.norm() > 0.05);
-/// // The joint angles that lead to a position take it into account.
+/// // Inverse kinematics takes it into account.
 /// let joints = real.inverse(&real.forward(&[0.5, 0.4, 0.3])?)?;
 /// assert!((joints[0] - 0.5).abs() < 1e-12);
 /// # Ok(())
@@ -44,7 +44,7 @@ pub struct Transmission<T> {
     numbers: [T; NUMBERS],
 }
 
-/// What a joint's gear and encoder do beside turning the arm; there is none without the feature `transmission`.
+/// Errors of a joint's gear and encoder; without the feature `transmission` there are none.
 #[cfg(not(feature = "transmission"))]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transmission<T> {
@@ -52,7 +52,7 @@ pub struct Transmission<T> {
     of: PhantomData<T>,
 }
 
-/// One σ of the numbers of transmissions that are to be found: each about that of the nominal robot.
+/// σ of the transmission numbers to be estimated, each about its nominal value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TransmissionTolerance<T> {
     #[cfg(feature = "transmission")]
@@ -63,17 +63,17 @@ pub struct TransmissionTolerance<T> {
     of: PhantomData<T>,
 }
 
-/// The arm's angle changes with the joint's by 1 and less than so much more or less.
+/// Upper bound on |d(arm angle)/d(joint angle) − 1|.
 #[cfg(feature = "transmission")]
 const STEEPEST: f64 = 0.1;
-/// Steps of Newton's method from the arm's angle to the joint's. They begin with an error below π/10, and the
-/// second derivative is below 2/10: each error is less than a ninth of the square of the one before.
+/// Newton steps from arm angle to joint angle. The initial error is below π/10 and the second derivative below 2/10, so
+/// each error is less than a ninth of the square of the previous one.
 #[cfg(feature = "transmission")]
 const STEPS: usize = 4;
 
 #[cfg(feature = "transmission")]
 impl<T: Real> Transmission<T> {
-    /// The arm's angle is the joint's.
+    /// The arm angle equals the joint angle.
     pub const EXACT: Self = Self {
         numbers: [T::ZERO; NUMBERS],
     };
@@ -96,7 +96,7 @@ impl<T: Real> Transmission<T> {
         self.numbers
     }
 
-    /// By how much the arm is ahead of the joint, and how that changes with the joint angle. Radians, no unit.
+    /// How far the arm is ahead of the joint, and its derivative by the joint angle. Radians, no unit.
     fn ahead(&self, q: T) -> (T, T) {
         let [gain, c1, s1, c2, s2] = self.numbers;
         let [_, cosine, sine, double_cosine, double_sine] = by_numbers(q);
@@ -106,20 +106,20 @@ impl<T: Real> Transmission<T> {
         )
     }
 
-    /// The arm's angle at a joint angle, and its derivative. Radians, no unit.
+    /// The arm angle for a joint angle, and its derivative. Radians, no unit.
     pub fn arm_angle(&self, q: T) -> (T, T) {
         let (ahead, slope) = self.ahead(q);
         (q + ahead, T::ONE + slope)
     }
 
-    /// The joint angle at which the arm has an angle, by Newton's method. Radians.
+    /// The joint angle for an arm angle, by Newton's method. Radians.
     pub fn joint_angle(&self, arm_angle: T) -> T {
         let mut q = arm_angle;
         for _ in 0..STEPS {
             let (ahead, slope) = self.ahead(q);
             let step = (q - arm_angle + ahead) / (T::ONE + slope);
             q -= step;
-            // What is left is less than a ninth of its square.
+            // The remaining error is less than a ninth of this step squared.
             if step.squared() <= T::from_f64(8.0) * T::EPSILON {
                 break;
             }
@@ -129,10 +129,10 @@ impl<T: Real> Transmission<T> {
 }
 
 #[cfg(not(feature = "transmission"))]
-#[allow(clippy::trivially_copy_pass_by_ref)] // as with the feature
+#[allow(clippy::trivially_copy_pass_by_ref)] // same signature as with the feature
 impl<T: Real> Transmission<T> {
     /// # Errors
-    /// [`GeometryError::TransmissionTooLarge`] always: there is no place for it.
+    /// Always [`GeometryError::TransmissionTooLarge`]: no transmission is stored.
     pub fn new(_: [T; NUMBERS]) -> Result<Self, GeometryError> {
         Err(GeometryError::TransmissionTooLarge)
     }
@@ -151,8 +151,7 @@ impl<T: Real> Transmission<T> {
     }
 }
 
-/// How the arm's angle changes with the numbers: q, cos q, sin q, cos 2q, sin 2q. No unit, but for the first:
-/// radians.
+/// Derivatives of the arm angle by the numbers: q, cos q, sin q, cos 2q, sin 2q. No unit, except the first: radians.
 pub(crate) fn by_numbers<T: Real>(q: T) -> [T; NUMBERS] {
     let (sine, cosine) = q.sine_cosine();
     [
@@ -165,10 +164,10 @@ pub(crate) fn by_numbers<T: Real>(q: T) -> [T; NUMBERS] {
 }
 
 impl<T: Real> TransmissionTolerance<T> {
-    /// One σ of c₁, s₁, c₂ and s₂ in radians, and of the gain: as much at one radian.
+    /// σ of c₁, s₁, c₂ and s₂ in radians; the gain has the same σ, without unit.
     ///
     /// # Errors
-    /// [`GeometryError::TransmissionTooLarge`] if it is not above 0 and below 0.1.
+    /// [`GeometryError::TransmissionTooLarge`] unless it is above 0 and below 0.1.
     #[cfg(feature = "transmission")]
     pub fn new(sigma: T) -> Result<Self, GeometryError> {
         if sigma > T::ZERO && sigma < T::from_f64(STEEPEST) {
@@ -204,7 +203,7 @@ mod tests {
         (-31..=31).map(|step| 0.1 * f64::from(step))
     }
 
-    /// The definition, with library functions of twice the angle.
+    /// Against the definition, computed with library functions of the double angle.
     #[test]
     fn the_arm_turns_as_the_definition_says() {
         let transmission = Transmission::new(NUMBERS).unwrap();
@@ -227,7 +226,7 @@ mod tests {
         }
     }
 
-    /// The largest numbers that are taken, one at a time and together, in both precisions.
+    /// The largest accepted numbers, one at a time and all together, in both precisions.
     #[test]
     fn the_joint_angle_leads_back_to_the_arms() {
         for which in 0..6 {
@@ -240,7 +239,7 @@ mod tests {
             #[allow(clippy::cast_possible_truncation)]
             let single = Transmission::new(numbers.map(|number| number as f32)).unwrap();
             for q in angles() {
-                // Some roundings of a number below π.
+                // A few roundings of a number below π.
                 let found = double.joint_angle(double.arm_angle(q).0);
                 assert!((found - q).abs() < 2e-15, "{which} {q} {found}");
                 #[allow(clippy::cast_possible_truncation)]
@@ -265,7 +264,7 @@ mod tests {
         }
     }
 
-    /// The robot with transmissions is the robot without them at other angles, in every function of it.
+    /// A robot with transmissions equals the robot without them at the arm angles, in every function.
     #[test]
     fn a_robot_is_at_the_angles_of_its_arms() {
         let drawn = SymmetricRobot::PAPER.robot().unwrap();
@@ -335,7 +334,7 @@ mod tests {
             single.transmission(),
             Some(&Transmission::new(expected).unwrap())
         );
-        // An exact one is none: the same arm as before.
+        // An exact transmission is stored as none: the arm is unchanged.
         let [plain, ..] = *SymmetricRobot::PAPER.robot().unwrap().arms();
         assert_eq!(plain.with_transmission(Transmission::EXACT).unwrap(), plain);
     }

@@ -89,6 +89,19 @@ mod sealed {
     impl Sealed for f64 {}
 }
 
+#[cfg(not(target_arch = "wasm32"))]
+fn square_root(x: f64) -> f64 {
+    libm::sqrt(x)
+}
+
+/// An instruction with the same bits, in place of libm's hundred.
+#[cfg(target_arch = "wasm32")]
+#[target_feature(enable = "simd128")]
+fn square_root(x: f64) -> f64 {
+    use core::arch::wasm32::{f64x2_extract_lane, f64x2_splat, f64x2_sqrt};
+    f64x2_extract_lane::<0>(f64x2_sqrt(f64x2_splat(x)))
+}
+
 impl Real for f64 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
@@ -123,10 +136,10 @@ impl Real for f64 {
         libm::fabs(self)
     }
     fn square_root(self) -> Self {
-        libm::sqrt(self)
+        square_root(self)
     }
     fn inverse_square_root(self) -> Self {
-        1.0 / libm::sqrt(self)
+        1.0 / square_root(self)
     }
     fn sine_cosine(self) -> (Self, Self) {
         libm::sincos(self)

@@ -5,6 +5,7 @@ mod parameter;
 mod three_arms;
 mod transmission;
 
+pub(crate) use arm::ArmAt;
 pub use arm::{Arm, ArmBasis};
 pub(crate) use parameter::DriveOf;
 pub use parameter::{ArmIndex, Drive, GeometryError, Parameter, ParameterKind};

@@ -1,6 +1,6 @@
 use super::poses::{KinematicsError, Singularity};
 use crate::Real;
-use crate::robot::{Arm, ArmIndex, Drive, Robot, TRANSMISSION_NUMBERS, by_transmission};
+use crate::robot::{Arm, ArmAt, ArmIndex, Drive, Robot, TRANSMISSION_NUMBERS, by_transmission};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 impl<T: Real> Arm<T> {
@@ -28,7 +28,7 @@ impl<T: Real> Arm<T> {
 
     /// ∂f/∂q = −2 (X − B(q)) · B′(q). Length² per radian, or length with a linear drive.
     pub fn constraint_by_joint(&self, x: &Vector3<T>, q: T) -> T {
-        -((x - self.elbow(q)).dot(&self.elbow_derivative(q)) * T::TWO)
+        self.at(q).constraint_by_joint(x)
     }
 
     /// ∂f by the numbers of the [transmission](crate::robot::Transmission) of a rotary drive: ∂f/∂(arm angle) times q,
@@ -45,31 +45,27 @@ impl<T: Real> Arm<T> {
     /// ∂f/∂P: one row of the Jacobian (3.21), with parameters at their [places](Drive::places). Length for a length,
     /// length² for an angle or a ratio.
     pub fn constraint_by_parameters(&self, x: &Vector3<T>, q: T) -> SVector<T, 8> {
-        if self.drive() == Drive::Linear {
-            let basis = self.basis();
-            let forearm = x - self.elbow(q);
-            return linear_gradient(
-                &basis.ex,
-                &basis.ey,
-                &basis.ez,
-                self.la().0,
-                self.lb(),
-                &forearm,
-                q,
-            );
+        self.gradient(x, &self.at(q))
+    }
+
+    fn gradient(&self, x: &Vector3<T>, at: &ArmAt<T>) -> SVector<T, 8> {
+        let (basis, la, lb) = (self.basis(), self.la(), self.lb());
+        let forearm = x - at.elbow;
+        match self.drive() {
+            Drive::Rotary => {
+                constraint_gradient(&basis.ex, &basis.ey, &basis.ez, la, lb, &forearm, at.turn)
+            }
+            Drive::Linear => {
+                let (scale, travel) = (la.0, at.turn.0);
+                linear_gradient(&basis.ex, &basis.ey, &basis.ez, scale, lb, &forearm, travel)
+            }
         }
-        let (sin_q, cos_q) = self.arm_angle(q).sine_cosine();
-        let basis = self.basis();
-        let elbow = self.d() + basis.u * cos_q + basis.v * sin_q;
-        constraint_gradient(
-            &basis.ex,
-            &basis.ey,
-            &basis.ez,
-            self.la(),
-            self.lb(),
-            &(x - elbow),
-            (sin_q, cos_q),
-        )
+    }
+}
+
+impl<T: Real> ArmAt<T> {
+    fn constraint_by_joint(&self, x: &Vector3<T>) -> T {
+        -((x - self.elbow).dot(&self.derivative) * T::TWO)
     }
 }
 
@@ -170,12 +166,13 @@ impl<T: Real> Robot<T> {
         x: &Vector3<T>,
         q: &[T; 3],
     ) -> Result<PlatformJacobian<T>, KinematicsError> {
-        let inverse = self.inverse_by_position(x, q)?;
         let [arm1, arm2, arm3] = self.arms();
         let [q1, q2, q3] = *q;
+        let [at1, at2, at3] = [arm1.at(q1), arm2.at(q2), arm3.at(q3)];
+        let inverse = self.inverse_at(x, [&at1.elbow, &at2.elbow, &at3.elbow])?;
         let [column1, column2, column3] = inverse;
-        let joint_column = |arm: &Arm<T>, q: T, column: &Vector3<T>, index: ArmIndex| {
-            let by_joint = arm.constraint_by_joint(x, q);
+        let joint_column = |arm: &Arm<T>, at: &ArmAt<T>, column: &Vector3<T>, index: ArmIndex| {
+            let by_joint = at.constraint_by_joint(x);
             let scale = arm.lb() * arm.elbow_speed();
             if by_joint.magnitude() > T::EPSILON.square_root() * scale {
                 Ok(column * -by_joint)
@@ -183,19 +180,19 @@ impl<T: Real> Robot<T> {
                 Err(KinematicsError::Singular(index, Singularity::Serial))
             }
         };
-        let parameter_block = |arm: &Arm<T>, q: T, column: &Vector3<T>| {
-            -(column * arm.constraint_by_parameters(x, q).transpose())
+        let parameter_block = |arm: &Arm<T>, at: &ArmAt<T>, column: &Vector3<T>| {
+            -(column * arm.gradient(x, at).transpose())
         };
         let jacobian = PlatformJacobian {
             by_joints: Matrix3::from_columns(&[
-                joint_column(arm1, q1, &column1, ArmIndex::First)?,
-                joint_column(arm2, q2, &column2, ArmIndex::Second)?,
-                joint_column(arm3, q3, &column3, ArmIndex::Third)?,
+                joint_column(arm1, &at1, &column1, ArmIndex::First)?,
+                joint_column(arm2, &at2, &column2, ArmIndex::Second)?,
+                joint_column(arm3, &at3, &column3, ArmIndex::Third)?,
             ]),
             by_parameters: [
-                parameter_block(arm1, q1, &column1),
-                parameter_block(arm2, q2, &column2),
-                parameter_block(arm3, q3, &column3),
+                parameter_block(arm1, &at1, &column1),
+                parameter_block(arm2, &at2, &column2),
+                parameter_block(arm3, &at3, &column3),
             ],
         };
         // Lengths near the limits of the scalar type can overflow.
@@ -243,10 +240,18 @@ impl<T: Real> Robot<T> {
     ) -> Result<[Vector3<T>; 3], KinematicsError> {
         let [arm1, arm2, arm3] = self.arms();
         let [q1, q2, q3] = *q;
+        self.inverse_at(x, [&arm1.elbow(q1), &arm2.elbow(q2), &arm3.elbow(q3)])
+    }
+
+    fn inverse_at(
+        &self,
+        x: &Vector3<T>,
+        [b1, b2, b3]: [&Vector3<T>; 3],
+    ) -> Result<[Vector3<T>; 3], KinematicsError> {
         // In units of the forearm, so that products of three lengths neither overflow nor underflow.
-        let unit = arm1.lb().power_of_two_below();
-        let forearms =
-            [x - arm1.elbow(q1), x - arm2.elbow(q2), x - arm3.elbow(q3)].map(|w| w / unit);
+        let [arm, ..] = self.arms();
+        let unit = arm.lb().power_of_two_below();
+        let forearms = [x - b1, x - b2, x - b3].map(|w| w / unit);
         let mut lengths = T::ONE;
         for (forearm, index) in forearms.iter().zip(ArmIndex::ALL) {
             let squared = forearm.dot(forearm);
@@ -320,8 +325,9 @@ impl<T: Real> Robot<T> {
         let mut serial = [T::ZERO; 3];
         let poses = self.arms().iter().zip(q);
         for ((arm, q), (forearm, serial)) in poses.zip(forearms.iter_mut().zip(&mut serial)) {
-            *forearm = (x - arm.elbow(*q)) / arm.lb();
-            let tangent = arm.elbow_derivative(*q) / arm.elbow_speed();
+            let at = arm.at(*q);
+            *forearm = (x - at.elbow) / arm.lb();
+            let tangent = at.derivative / arm.elbow_speed();
             *serial = forearm.dot(&tangent).magnitude();
         }
         let [w1, w2, w3] = forearms;

@@ -63,6 +63,16 @@ pub struct ArmBasis<T: Real> {
     pub v: Vector3<T>,
 }
 
+/// An arm at a joint angle.
+pub(crate) struct ArmAt<T: Real> {
+    /// B(q).
+    pub(crate) elbow: Vector3<T>,
+    /// B′(q).
+    pub(crate) derivative: Vector3<T>,
+    /// (sin, cos) of the arm's angle; of a linear drive the travel and 0.
+    pub(crate) turn: (T, T),
+}
+
 impl<T: Real> Arm<T> {
     /// An arm from its parameters in the order of [`Parameter::ROTARY`]: `Dx, Dy, Dz` (length), `θ, α` (radians),
     /// `La_x, La_y, Lb` (length).
@@ -298,31 +308,44 @@ impl<T: Real> Arm<T> {
     /// Length. With a [transmission](Self::transmission), q is the joint angle, and the equation uses the arm angle.
     pub fn elbow(&self, q: T) -> Vector3<T> {
         match self.drive() {
-            Drive::Rotary => {
-                let (sin_q, cos_q) = self.arm_angle(q).sine_cosine();
-                self.d() + self.basis.u * cos_q + self.basis.v * sin_q
-            }
+            Drive::Rotary => self.turned(self.arm_angle(q).sine_cosine()),
             Drive::Linear => self.d() + self.basis.v * q,
         }
     }
 
+    fn turned(&self, (sine, cosine): (T, T)) -> Vector3<T> {
+        self.d() + self.basis.u * cosine + self.basis.v * sine
+    }
+
     /// B′(q) = −u sin q + v cos q, or v with a linear drive. Length per radian, or no unit.
     pub fn elbow_derivative(&self, q: T) -> Vector3<T> {
-        match self.drive() {
-            Drive::Rotary => {
-                let of_arm = |angle: T| {
-                    let (sine, cosine) = angle.sine_cosine();
-                    self.basis.v * cosine - self.basis.u * sine
-                };
-                match &self.transmission {
-                    None => of_arm(q),
-                    Some(transmission) => {
-                        let (angle, slope) = transmission.arm_angle(q);
-                        of_arm(angle) * slope
-                    }
-                }
+        self.at(q).derivative
+    }
+
+    /// All that its constraint needs at a joint angle, with one sine and cosine.
+    #[inline]
+    pub(crate) fn at(&self, q: T) -> ArmAt<T> {
+        if self.drive() == Drive::Linear {
+            return ArmAt {
+                elbow: self.d() + self.basis.v * q,
+                derivative: self.basis.v,
+                turn: (q, T::ZERO),
+            };
+        }
+        let (angle, slope) = match &self.transmission {
+            None => (q, None),
+            Some(transmission) => {
+                let (angle, slope) = transmission.arm_angle(q);
+                (angle, Some(slope))
             }
-            Drive::Linear => self.basis.v,
+        };
+        let turn = angle.sine_cosine();
+        let (sine, cosine) = turn;
+        let derivative = self.basis.v * cosine - self.basis.u * sine;
+        ArmAt {
+            elbow: self.turned(turn),
+            derivative: slope.map_or(derivative, |slope| derivative * slope),
+            turn,
         }
     }
 

@@ -33,10 +33,9 @@ use super::evaluation::differences;
 use super::information::{prior_covariance, units};
 use super::quantiles::quantile;
 use super::rigid_motion::RigidMotions;
-use super::uncertainty::{PositionUncertainty, inside};
+use super::uncertainty::PositionUncertainty;
 use crate::fit::Solution;
-use crate::geometry::Reach;
-use delta_cal::{Robot, Tolerance};
+use delta_cal::{Robot, Sample, Tolerance};
 use nalgebra::{DMatrix, DVector, SMatrix};
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -300,13 +299,13 @@ pub struct WorkspaceComparison {
 }
 
 impl WorkspaceComparison {
-    /// Compares a robot before and after a calibration whose covariance includes the stated tolerance; `None` if no
-    /// pose is reached by both robots.
+    /// Compares a robot before and after a calibration whose covariance includes the stated tolerance, over poses inside
+    /// the calibrated robot's workspace; `None` if no pose is reached by both robots.
     pub(crate) fn of(
         before: &Robot<f64>,
         solution: &Solution,
         tolerance: Option<&Tolerance<f64>>,
-        reach: &Reach,
+        inside: &[Sample<f64>],
     ) -> Option<Self> {
         let (after, covariance) = (&solution.robot, &solution.of_parameters());
         let uncertainty = PositionUncertainty {
@@ -316,7 +315,7 @@ impl WorkspaceComparison {
         let mut poses = 0;
         let mut change_squared = 0.0;
         let mut jacobians = Vec::new();
-        for pose in inside(after, reach) {
+        for pose in inside {
             let Some(jacobian) = uncertainty.jacobian(&pose.position, &pose.joints) else {
                 continue;
             };

@@ -2,7 +2,7 @@
 
 use super::rigid_motion::RigidMotions;
 use crate::files::robot_file::RobotFile;
-use crate::fit::solution::{PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
+use crate::fit::solution::{PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS, of_parameters};
 use crate::geometry::Reach;
 use delta_cal::{Robot, Sample};
 use nalgebra::{Matrix3, SMatrix, Vector3};
@@ -66,6 +66,32 @@ pub(super) fn jacobian<const P: usize>(
             .copy_from(&by_transmissions);
     }
     Some(jacobian)
+}
+
+/// √ of the mean of tr(J C Jᵀ) over poses, mm.
+pub(crate) fn rms_over(
+    robot: &Robot<f64>,
+    covariance: &RobotCovariance,
+    poses: &[Sample<f64>],
+) -> f64 {
+    match without_transmissions(covariance) {
+        Some(covariance) => {
+            let covariance = &covariance;
+            PositionUncertainty { robot, covariance }.rms_over(poses)
+        }
+        None => PositionUncertainty { robot, covariance }.rms_over(poses),
+    }
+}
+
+/// The covariance of the parameters, if the transmissions are exact: it gives the same bits in a third of the time.
+fn without_transmissions(
+    covariance: &RobotCovariance,
+) -> Option<SMatrix<f64, PARAMETERS, PARAMETERS>> {
+    let exact = covariance
+        .columns(PARAMETERS, WITH_TRANSMISSIONS - PARAMETERS)
+        .iter()
+        .all(|own| own.abs() <= 0.0);
+    exact.then(|| of_parameters(covariance))
 }
 
 /// σ of the position over many poses, mm.
@@ -234,7 +260,23 @@ impl ExpectedError {
     ) -> Option<Self> {
         let reach = file.reach();
         let poses = WorkspacePoses::within(robot, &reach);
-        Self::of(&PositionUncertainty { robot, covariance }, &reach, &poses)
+        Self::at(robot, covariance, &reach, &poses)
+    }
+
+    /// At poses of the robot that are known already.
+    pub(crate) fn at(
+        robot: &Robot<f64>,
+        covariance: &RobotCovariance,
+        reach: &Reach,
+        poses: &WorkspacePoses,
+    ) -> Option<Self> {
+        match without_transmissions(covariance) {
+            Some(covariance) => {
+                let covariance = &covariance;
+                Self::of(&PositionUncertainty { robot, covariance }, reach, poses)
+            }
+            None => Self::of(&PositionUncertainty { robot, covariance }, reach, poses),
+        }
     }
 
     /// Returns `None` if no pose is clear of singularities.
@@ -245,61 +287,69 @@ impl ExpectedError {
     ) -> Option<Self> {
         let points = poses.inside.iter().map(|pose| pose.position);
         let motions = RigidMotions::of(points)?;
-        let jacobians = poses.inside.iter().filter_map(|pose| {
-            let jacobian = uncertainty.jacobian(&pose.position, &pose.joints)?;
-            Some((pose.position, jacobian))
-        });
+        let known = |poses: &[Sample<f64>]| -> Vec<_> {
+            let poses = poses.iter();
+            let known = poses.filter_map(|pose| {
+                let jacobian = uncertainty.jacobian(&pose.position, &pose.joints)?;
+                Some((*pose, jacobian))
+            });
+            known.collect()
+        };
+        let (inside, edge) = (known(&poses.inside), known(&poses.edge));
+        let jacobians = inside.iter().map(|(pose, own)| (pose.position, *own));
         let explained = motions.explaining(jacobians);
-        let over = |variance: &dyn Fn(&Sample<f64>) -> Option<f64>| {
+        let over = |variance: &Variance<P>| {
             let search = Search {
                 robot: uncertainty.robot,
                 reach,
-                variance,
+                variance: &|pose| {
+                    let jacobian = uncertainty.jacobian(&pose.position, &pose.joints)?;
+                    variance(&pose.position, jacobian)
+                },
             };
-            over(&poses.inside, &poses.edge, &search)
+            let of_pose = |(pose, jacobian): &(Sample<f64>, SMatrix<f64, 3, P>)| {
+                Some((variance(&pose.position, *jacobian)?, *pose))
+            };
+            let inside = inside.iter().filter_map(of_pose).collect();
+            over(inside, edge.iter().filter_map(of_pose), &search)
         };
+        let covariance = uncertainty.covariance;
         Some(Self {
-            absolute: over(&|pose| variance(uncertainty, pose, None))?,
-            intrinsic: over(&|pose| variance(uncertainty, pose, Some((&motions, &explained))))?,
+            absolute: over(&|_, jacobian| variance(covariance, &jacobian))?,
+            intrinsic: over(&|position, jacobian| {
+                variance(covariance, &(jacobian - motions.at(position) * explained))
+            })?,
         })
     }
 }
 
-type Explained<'a, const P: usize> = (&'a RigidMotions, &'a SMatrix<f64, 6, P>);
+/// At a position with this Jacobian.
+type Variance<'a, const P: usize> = dyn Fn(&Vector3<f64>, SMatrix<f64, 3, P>) -> Option<f64> + 'a;
 
-/// tr(J C Jᵀ) at a pose, J less the best-fitting rigid motions if they are given.
+/// tr(J C Jᵀ).
 fn variance<const P: usize>(
-    uncertainty: &PositionUncertainty<'_, P>,
-    pose: &Sample<f64>,
-    explained: Option<Explained<'_, P>>,
+    covariance: &SMatrix<f64, P, P>,
+    jacobian: &SMatrix<f64, 3, P>,
 ) -> Option<f64> {
-    let mut jacobian = uncertainty.jacobian(&pose.position, &pose.joints)?;
-    if let Some((motions, explained)) = explained {
-        jacobian -= motions.at(&pose.position) * explained;
-    }
     // Multiplying along the long columns of Jᵀ is three times as fast as three numbers at a time.
     let transposed = jacobian.transpose();
-    let variance = (uncertainty.covariance * transposed).dot(&transposed);
+    let variance = (covariance * transposed).dot(&transposed);
     (variance >= 0.0).then_some(variance)
 }
 
 /// Mean of a variance over the poses inside, and its maximum, searched by steps from the worst of all poses.
 fn over(
-    inside: &[Sample<f64>],
-    edge: &[Sample<f64>],
+    inside: Vec<(f64, Sample<f64>)>,
+    edge: impl Iterator<Item = (f64, Sample<f64>)>,
     search: &Search<'_>,
 ) -> Option<PositionSigma> {
     let (mut sum, mut count) = (0.0, 0_u32);
-    let mut found = Vec::with_capacity(inside.len() + edge.len());
-    for pose in inside {
-        if let Some(variance) = (search.variance)(pose) {
-            sum += variance;
-            count += 1;
-            found.push((variance, *pose));
-        }
+    for (variance, _) in &inside {
+        sum += variance;
+        count += 1;
     }
-    let outside = edge.iter();
-    found.extend(outside.filter_map(|pose| Some(((search.variance)(pose)?, *pose))));
+    let mut found = inside;
+    found.extend(edge);
     found.sort_by(|a, b| b.0.total_cmp(&a.0));
     let (largest, at) = found
         .into_iter()
@@ -328,11 +378,17 @@ impl Search<'_> {
         let range = limits.maximum() - limits.minimum();
         let mut step = COARSEST * range;
         while step > FINEST * range {
+            // At a limit several directions lead to one place.
+            let mut tried = vec![at.joints];
             let next = directions().find_map(|direction| {
                 let joints = [0, 1, 2].map(|joint| {
                     (at.joints[joint] + step * direction[joint])
                         .clamp(limits.minimum(), limits.maximum())
                 });
+                if tried.contains(&joints) {
+                    return None;
+                }
+                tried.push(joints);
                 let pose = clear_pose(self.robot, self.reach, joints)?;
                 let found = (self.variance)(&pose)?;
                 (found > largest).then_some((found, pose))

@@ -6,7 +6,7 @@ use super::known::Known;
 use crate::accuracy::improvement::{Moved, WorkspaceComparison};
 use crate::accuracy::information::prior;
 use crate::accuracy::position_error::{PositionError, sigma_by_tolerance};
-use crate::accuracy::uncertainty::{ExpectedError, PositionUncertainty, inside};
+use crate::accuracy::uncertainty::{ExpectedError, WorkspacePoses, rms_over};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
 use crate::fit::solution::Places;
@@ -25,6 +25,8 @@ const COMPUTED: f64 = 2e-6;
 pub(crate) struct Judged {
     /// The solution, every σ widened by the lack of fit.
     pub(crate) solution: Solution,
+    /// Of the calibrated robot.
+    pub(crate) poses: WorkspacePoses,
     pub(crate) widening: f64,
     pub(crate) noise: Vec<NoiseTest>,
     pub(crate) causes: Causes,
@@ -169,22 +171,19 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
     if let Some(objection) = noise.iter().find_map(|test| far_off(case, test)) {
         return Err(objection);
     }
-    let poses = inside(&solution.robot, &robot.reach());
+    let reach = robot.reach();
+    let poses = WorkspacePoses::within(&solution.robot, &reach);
     let subject = Subject {
         solution: &solution,
         readings: case.readings,
     };
-    let causes = causes(&subject, &robot.convention, &poses);
+    let causes = causes(&subject, &robot.convention, &poses.inside);
     let by_noise = noise
         .iter()
         .map(|test| test.widening(!causes.found.is_empty()))
         .fold(1.0, f64::max);
     let covariance = solution.of_robot();
-    let uncertainty = PositionUncertainty {
-        robot: &solution.robot,
-        covariance: &covariance,
-    };
-    let sigma = uncertainty.rms_over(&poses);
+    let sigma = rms_over(&solution.robot, &covariance, &poses.inside);
     let by_causes = if sigma > 0.0 {
         causes.position_error / sigma
     } else {
@@ -207,7 +206,7 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
     // A printer's firmware was calibrated from the same heights: they cannot test anything but the bed.
     let bed_alone = robot.robot.drive() == Drive::Linear && !case.readings.holds(Kind::Position);
     let before = &case.before.robot;
-    let mut workspace = WorkspaceComparison::of(before, &solution, tolerance, &robot.reach());
+    let mut workspace = WorkspaceComparison::of(before, &solution, tolerance, &poses.inside);
     if bed_alone && let Some(own) = &mut workspace {
         own.chance_of_harm = None;
     }
@@ -223,7 +222,7 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
         _ => {}
     }
     let covariance = solution.of_robot();
-    let expected = ExpectedError::of_robot(robot, &solution.robot, &covariance);
+    let expected = ExpectedError::at(&solution.robot, &covariance, &reach, &poses);
     let expected_before =
         prior(robot).and_then(|prior| ExpectedError::of_robot(robot, &robot.robot, &prior));
     let known = Known::of(
@@ -238,6 +237,7 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
     );
     Ok(Judged {
         solution,
+        poses,
         widening,
         noise,
         causes,

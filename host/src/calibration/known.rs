@@ -3,12 +3,12 @@
 use super::credibility::in_tolerances;
 use crate::accuracy::improvement::mean_square;
 use crate::accuracy::information::parameter_at;
-use crate::accuracy::uncertainty::{ExpectedError, PositionUncertainty, inside};
+use crate::accuracy::uncertainty::{ExpectedError, PositionUncertainty};
 use crate::files::robot_file::RobotFile;
 use crate::fit::Solution;
 use crate::fit::solution::PARAMETERS;
 use delta_cal::robot::{Parameter, ParameterKind};
-use delta_cal::{Robot, Tolerance};
+use delta_cal::{Robot, Sample, Tolerance};
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector3};
 use serde::Serialize;
 
@@ -109,9 +109,13 @@ pub struct NextPose {
     pub expected_error_mm: f64,
 }
 
-/// Greedy choice of the poses whose positions would reduce the expected position error most; empty if nothing is
-/// measured in the frame of the base.
-pub(crate) fn next_poses(robot: &RobotFile, solution: &Solution) -> Vec<NextPose> {
+/// Greedy choice among these poses of those whose positions would reduce the expected position error most; empty if nothing
+/// is measured in the frame of the base.
+pub(crate) fn next_poses(
+    robot: &RobotFile,
+    solution: &Solution,
+    poses: &[Sample<f64>],
+) -> Vec<NextPose> {
     if !solution.is_absolute() {
         return Vec::new();
     }
@@ -120,7 +124,6 @@ pub(crate) fn next_poses(robot: &RobotFile, solution: &Solution) -> Vec<NextPose
         robot: &solution.robot,
         covariance: &covariance,
     };
-    let poses = inside(&solution.robot, &robot.reach());
     let every = poses.len().div_ceil(CANDIDATES).max(1);
     let candidates: Vec<_> = poses
         .iter()

@@ -383,7 +383,7 @@ impl Report {
             points: points(readings, solution, &before.convention),
             transmissions: transmissions(solution),
             suspected_samples: suspected,
-            next_poses: next_poses(before, solution),
+            next_poses: next_poses(before, solution, &judged.poses.inside),
             diagnosis,
             warnings: warnings.map(|own| own.text.clone()).collect(),
             findings,

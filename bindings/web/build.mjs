@@ -1,6 +1,6 @@
 // Builds the page into dist/: `node bindings/web/build.mjs`. Needs cargo with the target wasm32-unknown-unknown; installs the
 // wasm-bindgen of Cargo.lock's version into target/web-tools if it is not there. With `npm ci` in this folder wasm-opt makes
-// the program smaller.
+// the program smaller, and the page is also written as one file, delta-cal.html.
 
 import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
@@ -48,7 +48,7 @@ run(bindgen(), join(TARGET, program), "--target", "web", "--no-typescript", "--r
 const optimiser = join(HERE, "node_modules/binaryen/bin/wasm-opt");
 const module = join(DIST, "delta_cal_web_bg.wasm");
 if (existsSync(optimiser)) {
-  const features = ["--enable-bulk-memory", "--enable-nontrapping-float-to-int", "--enable-sign-ext", "--enable-mutable-globals", "--enable-reference-types", "--enable-multivalue"];
+  const features = ["--enable-bulk-memory", "--enable-nontrapping-float-to-int", "--enable-sign-ext", "--enable-mutable-globals", "--enable-reference-types", "--enable-multivalue", "--enable-simd"];
   run("node", optimiser, "-Os", ...features, module, "-o", module);
 } else {
   console.log(`wasm-opt is not there: npm ci --prefix ${HERE} makes the program smaller`);
@@ -70,6 +70,8 @@ const worker = readFileSync(join(DIST, "sw.js"), "utf8")
   .replace("delta-cal-unbuilt", `delta-cal-${hash.digest("hex").slice(0, 16)}`);
 writeFileSync(join(DIST, "sw.js"), worker);
 
+if (existsSync(join(HERE, "node_modules/esbuild"))) await oneFile();
+
 let [all, compressed, zipped] = [0, 0, 0];
 for (const file of [...files, "sw.js"]) {
   const bytes = readFileSync(join(DIST, file));
@@ -81,6 +83,37 @@ console.log(`dist: ${files.length + 1} files, ${kilobytes(all)}; Brotli ${kiloby
 if (compressed > LARGEST) {
   console.error(`The page is larger than ${kilobytes(LARGEST)}.`);
   process.exit(1);
+}
+
+/** The page in one file, which a browser opens without a server: it loads neither modules nor workers from files. */
+async function oneFile() {
+  const { build } = await import("esbuild");
+  const bundle = async (entry) => {
+    const define = { "import.meta.url": '""' };
+    const built = await build({ entryPoints: [join(DIST, entry)], bundle: true, minify: true, write: false, define });
+    return built.outputFiles[0].text;
+  };
+  const inDist = (name, encoding = "utf8") => readFileSync(join(DIST, name), encoding);
+  const examples = Object.fromEntries(EXAMPLES.map((name) => [`examples/${name}`, inDist(`examples/${name}`)]));
+  const kept = {
+    program: inDist("delta_cal_web_bg.wasm", "base64"),
+    worker: await bundle("worker.js"),
+    examples: JSON.stringify(examples),
+  };
+  const script = await bundle("app.js");
+  const style = inDist("style.css");
+  const hash = (text) => `'sha256-${createHash("sha256").update(text).digest("base64")}'`;
+  // The worker is subject to the page's policy, and begins with its program.
+  const policy = `default-src 'none'; script-src ${hash(script)} blob: 'wasm-unsafe-eval'; style-src ${hash(style)}; img-src data:; worker-src blob:; base-uri 'none'; form-action 'none'`;
+  const inside = (text) => text.replaceAll("</", "<\\/");
+  const data = Object.entries(kept).map(([name, text]) => `<script type="text/plain" data-kept="${name}">${inside(text)}</script>`);
+  const page = inDist("index.html")
+    .replace(/(Content-Security-Policy" content=)"[^"]*"/, (_, before) => `${before}"${policy}"`)
+    .replace('<link rel="stylesheet" href="style.css">', () => `<style>${style}</style>`)
+    .replace('<script type="module" src="app.js"></script>', "")
+    .replace("</body>", () => `${data.join("\n")}\n<script>${script}</script>\n</body>`);
+  writeFileSync(join(HERE, "delta-cal.html"), page);
+  console.log(`delta-cal.html: ${kilobytes(page.length)}`);
 }
 
 function kilobytes(bytes) {

@@ -12,6 +12,7 @@ mod simulated;
 mod summary;
 mod trial;
 
+pub use file::OneCase;
 pub use plan::{CampaignSolver, Case, Plan, Spread};
 pub use row::{RobotResult, Row, read_rows, rows_csv, run};
 pub use simulated::HELD_OUT_POSES;

@@ -1,12 +1,13 @@
 // The page: files, tabs, and the panels that use them.
 
 import { Calibrate } from "./calibrate.js";
-import { byId, say } from "./dom.js";
+import { byId, kept, say } from "./dom.js";
 import { Engine } from "./engine.js";
 import { Export } from "./export.js";
 import { Files } from "./files.js";
 import { NewRobot } from "./new.js";
 import { Plan } from "./plan.js";
+import { Simulate } from "./simulate.js";
 import { Validate } from "./validate.js";
 
 const EXAMPLES = {
@@ -23,7 +24,7 @@ const files = new Files(engine, () => {
 const calibrate = new Calibrate(engine, files, (result) => {
   for (const panel of panels) panel.refresh(result);
 });
-const panels = [new Export(engine, files), new Validate(engine, files), new Plan(engine, files)];
+const panels = [new Export(engine, files), new Validate(engine, files), new Plan(engine, files), new Simulate(engine, files)];
 new NewRobot(files, () => select(byId("tab-plan")));
 
 byId("stop").addEventListener("click", () => engine.stop());
@@ -33,8 +34,11 @@ byId("new-button").addEventListener("click", () => select(byId("tab-new")));
 for (const button of document.querySelectorAll("[data-example]")) {
   button.addEventListener("click", async () => {
     const folder = button.dataset.example;
+    const inside = kept("examples");
     const fetched = EXAMPLES[folder].map(async (name) => {
-      const response = await fetch(`examples/${folder}/${name}`);
+      const path = `examples/${folder}/${name}`;
+      if (inside) return [name, new TextEncoder().encode(JSON.parse(inside)[path])];
+      const response = await fetch(path);
       return [name, new Uint8Array(await response.arrayBuffer())];
     });
     try {
@@ -73,7 +77,7 @@ window.addEventListener("beforeunload", (event) => {
   if (engine.files.size > 0) event.preventDefault();
 });
 
-if ("serviceWorker" in navigator) {
+if ("serviceWorker" in navigator && location.protocol !== "file:") {
   navigator.serviceWorker.register("sw.js").catch(() => {
     // From a server without https the page works, but only while the server does.
   });

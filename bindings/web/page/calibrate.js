@@ -178,10 +178,15 @@ function stamp(bytes) {
   return stamps.get(bytes);
 }
 
-/** Shows what is being computed and for how long, with a button that stops it. */
+/**
+ * Shows what is being computed and for how long, with a button that stops it. `ask` is given a function that shows another
+ * text, and which part is done.
+ */
 export async function waiting(engine, what, ask) {
   const bar = byId("waiting");
   const begin = performance.now();
+  const drawn = bar.querySelector("progress");
+  drawn.removeAttribute("value");
   const show = () => {
     const seconds = Math.round((performance.now() - begin) / 1000);
     byId("waiting-text").textContent = seconds ? `${what} … ${seconds} s` : `${what} …`;
@@ -190,8 +195,9 @@ export async function waiting(engine, what, ask) {
   const later = setTimeout(() => (bar.hidden = false), 200);
   const timer = setInterval(show, 500);
   try {
-    return await ask((text) => {
+    return await ask((text, part) => {
       what = text;
+      if (part !== undefined) drawn.value = part;
       show();
     });
   } finally {

@@ -21,6 +21,11 @@ function filled(own, attributes, children) {
 
 export const byId = (id) => document.getElementById(id);
 
+/** What a page in one file has inside it in place of other files. */
+export function kept(name) {
+  return document.querySelector(`[data-kept=${name}]`)?.textContent;
+}
+
 /** Offers a text as a file. */
 export function download(name, text, type = "text/plain") {
   const address = URL.createObjectURL(new Blob([text], { type }));
@@ -58,6 +63,11 @@ export function options(select, values, chosen) {
   const before = chosen ?? select.value;
   select.replaceChildren(...values.map(([value, title]) => element("option", { value }, title)));
   if (values.some(([value]) => value === before)) select.value = before;
+}
+
+/** A text for a terminal without its colours. */
+export function plain(text) {
+  return text.replaceAll(/\u001b\[[0-9;]*m/g, "");
 }
 
 /** Numbers in a field: "345" or "345.1, 344.9, 345.0". */

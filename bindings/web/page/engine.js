@@ -1,7 +1,19 @@
 // The computation, in a worker: the page stays free, and what takes too long can be stopped.
 
+import { kept } from "./dom.js";
+
 /** Thrown by a question that was stopped. */
 export class Stopped extends Error {}
+
+/** In a page in one file the worker and its program stand inside it. */
+function worker() {
+  const text = kept("worker");
+  if (!text) return new Worker("worker.js", { type: "module" });
+  const address = URL.createObjectURL(new Blob([`globalThis.program="${kept("program")}";`, text], { type: "text/javascript" }));
+  const own = new Worker(address);
+  URL.revokeObjectURL(address);
+  return own;
+}
 
 /** Asks the worker, and tells a new one the files again after the old one was stopped. */
 export class Engine {
@@ -16,7 +28,7 @@ export class Engine {
   }
 
   #start() {
-    this.#worker = new Worker("worker.js", { type: "module" });
+    this.#worker = worker();
     this.#worker.addEventListener("message", ({ data }) => {
       const question = this.#open.get(data.id);
       this.#open.delete(data.id);

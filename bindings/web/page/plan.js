@@ -1,11 +1,9 @@
 // The panel that chooses what to measure.
 
-import { byId, downloadButton, element, faultBox, options, say, shape } from "./dom.js";
+import { byId, downloadButton, element, faultBox, options, plain, say, shape } from "./dom.js";
 import { waiting } from "./calibrate.js";
 import { chart } from "./chart.js";
 
-/** A text for a terminal has colours. */
-const COLOURS = /\u001b\[[0-9;]*m/g;
 const COUNTS = [8, 12, 16, 20, 30, 40];
 
 export class Plan {
@@ -62,7 +60,7 @@ export class Plan {
         downloadButton("plan.json", () => json, "application/json"),
         element("button", { type: "button", onclick: () => window.print() }, "Print the checklist"),
       ),
-      element("pre", { tabindex: 0, "aria-label": "the plan in words" }, text.replaceAll(COLOURS, "")),
+      element("pre", { tabindex: 0, "aria-label": "the plan in words" }, plain(text)),
       element(
         "div",
         { class: "pictures" },

@@ -1,7 +1,7 @@
 // A report of the program inside the page: the same HTML, in a shadow tree so that its style stays its own.
 
-/** Parts of a report that are shown at once; the others follow, so that a long report does not hold the page. */
-const FIRST = 2;
+/** Sections, rows of a table or marks of a figure that are added at once: a long report does not hold the page. */
+const [SECTIONS, AT_ONCE] = [2, 100];
 
 /** The report's page as an element. */
 export function reportElement(html, label) {
@@ -20,18 +20,34 @@ export function reportElement(html, label) {
   page.className = "page";
   shadow.append(page);
   const parts = main.split(/(?=<section[ >]|<footer>)/);
-  for (const part of parts.slice(0, FIRST)) page.append(parsed(part));
-  rest(page, parts.slice(FIRST));
+  for (const part of parts.slice(0, SECTIONS)) page.append(...parsed(part).childNodes);
+  rest(page, parts.slice(SECTIONS));
   return host;
 }
 
 async function rest(page, parts) {
   for (const part of parts) {
-    await new Promise((next) => setTimeout(next));
-    page.append(parsed(part));
+    await pause();
+    const body = parsed(part);
+    const long = [...body.querySelectorAll("tbody, svg, svg g")].filter((own) => own.childElementCount > AT_ONCE);
+    const held = long.map((own) => [own, [...own.childNodes]]);
+    for (const [own] of held) own.replaceChildren();
+    page.append(...body.childNodes);
+    for (const [own, children] of held) {
+      for (let first = 0; first < children.length; first += AT_ONCE) {
+        own.append(...children.slice(first, first + AT_ONCE));
+        await pause();
+      }
+    }
   }
 }
 
+/** Long enough for a frame to be drawn. */
+function pause() {
+  return new Promise((next) => setTimeout(next, 16));
+}
+
+/** A part of a page; its scrolling tables can be reached with the keys. */
 function parsed(part) {
   const { body } = new DOMParser().parseFromString(part, "text/html");
   for (const scroll of body.querySelectorAll(".scroll, pre")) {
@@ -39,7 +55,5 @@ function parsed(part) {
     scroll.setAttribute("role", "region");
     scroll.setAttribute("aria-label", scroll.closest("section")?.querySelector("h2")?.textContent || "table");
   }
-  const fragment = document.createDocumentFragment();
-  fragment.append(...body.childNodes);
-  return fragment;
+  return body;
 }

@@ -2,7 +2,10 @@
 
 import init, { Session } from "./delta_cal_web.js";
 
-const ready = init().then(() => new Session());
+// In a page in one file the program stands before this.
+const { program } = globalThis;
+const bytes = program && { module_or_path: Uint8Array.from(atob(program), (own) => own.charCodeAt(0)) };
+const ready = init(bytes).then(() => new Session());
 
 /** What the page draws of a report; the rest of it stays text. */
 const DRAWN = ["samples", "warnings", "position_error_mm", "expected_error"];

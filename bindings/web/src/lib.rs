@@ -6,12 +6,13 @@
 //! fault       what is wrong, with line and remedy
 //! recognise   what each file is
 //! inputs      robot, readings and printer of a request
-//! calibrate, export, plan, validate
+//! calibrate, campaign, export, plan, validate
 //!             the commands; the texts are those that the command writes
 //! picture     arms and bed, before and after
 //! ```
 
 mod calibrate;
+mod campaign;
 mod export;
 mod fault;
 mod folder;
@@ -21,6 +22,7 @@ mod plan;
 mod recognise;
 mod validate;
 
+use delta_cal_host::campaign::Row;
 use fault::Fault;
 use folder::Folder;
 use picture::Pictured;
@@ -28,12 +30,13 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use wasm_bindgen::prelude::wasm_bindgen;
 
-/// The files of a page, and its last calibration.
+/// The files of a page, its last calibration, and the robots of its campaign so far.
 #[wasm_bindgen]
 #[derive(Debug, Default)]
 pub struct Session {
     files: Folder,
     pictured: Option<Pictured>,
+    rows: Vec<Row>,
 }
 
 #[wasm_bindgen]
@@ -97,6 +100,12 @@ impl Session {
     /// `delta-cal validate`.
     pub fn validate(&self, request: &str) -> String {
         answer(&parse(request).and_then(|own| validate::run(&self.files, &own)))
+    }
+
+    /// `delta-cal simulate`: the next robots of a campaign.
+    pub fn simulate(&mut self, request: &str) -> String {
+        let done = parse(request).and_then(|own| campaign::run(&self.files, &own, &mut self.rows));
+        answer(&done)
     }
 
     /// Shoulders, elbows and platform of the last calibration at joints in the file's unit, before and after.

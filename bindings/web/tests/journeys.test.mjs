@@ -5,8 +5,9 @@ import { mkdtempSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { basename, join } from "node:path";
 import { after, before, test } from "node:test";
+import { pathToFileURL } from "node:url";
 import axe from "axe-core";
-import { alike, command, downloaded, example, give, launch, open, same, serve, testCase, text } from "./page.mjs";
+import { FILE, alike, command, downloaded, example, give, launch, open, same, serve, testCase, text } from "./page.mjs";
 
 let server, browser;
 
@@ -20,9 +21,9 @@ after(async () => {
 });
 
 /** A journey; nobody else is asked, and the console stays silent. */
-function journey(name, travel, settings) {
+function journey(name, travel, settings, address) {
   test(name, { timeout: 120_000 }, async () => {
-    const opened = await open(browser, server.address, settings);
+    const opened = await open(browser, address ?? server.address, settings);
     try {
       await travel(opened.page, opened);
       assert.deepEqual(opened.asked, [], "requests to others");
@@ -242,12 +243,43 @@ journey("100,000 rows calibrate while the page stays free", async (page) => {
       for (const own of list.getEntries()) window.longest = Math.max(window.longest, own.duration);
     }).observe({ entryTypes: ["longtask"] });
   });
-  await give(page, example("paper-robot/robot.toml"), { name: "many.csv", mimeType: "text/csv", buffer: Buffer.from(many.join("\n")) });
+  const path = join(mkdtempSync(join(tmpdir(), "delta-cal-web-")), "many.csv");
+  writeFileSync(path, many.join("\n"));
+  await give(page, example("paper-robot/robot.toml"), path);
   await page.locator("#result > *").first().waitFor({ timeout: 110_000 });
   assert.match(await page.locator("[data-name='many.csv'] .what").innerText(), /100.?000 samples/);
   const longest = await page.evaluate(() => window.longest);
   console.log(`100,000 rows: ${await page.locator("#status").innerText()}; longest task of the page ${longest.toFixed(0)} ms`);
 });
+
+journey("a campaign counts its robots, can be cancelled, and has the rows of the command", async (page) => {
+  await page.getByRole("button", { name: "Robot of a paper, simulated" }).click();
+  await page.locator("#downloads").waitFor();
+  await page.getByRole("tab", { name: "Simulate" }).click();
+  const [robots, button] = [page.getByLabel("Robots", { exact: true }), page.locator("#simulate").getByRole("button", { name: "Simulate" })];
+  await robots.fill("100000");
+  await button.click();
+  await page.getByText(/[1-9]\d* of 100000 robots/).waitFor();
+  assert.ok((await page.locator("#waiting progress").evaluate((own) => own.position)) > 0);
+  await page.getByRole("button", { name: "Cancel" }).click();
+  await page.locator("#simulated .fault").waitFor();
+  await robots.fill("200");
+  await button.click();
+  await page.locator("#simulated svg").waitFor();
+  const campaign = join(mkdtempSync(join(tmpdir(), "delta-cal-web-")), "campaign.toml");
+  writeFileSync(campaign, await downloaded(page, "Download campaign.toml"));
+  const written = command([campaign, example("paper-robot/robot.toml")], "simulate", "campaign.toml", "--output", "rows.csv");
+  same(await downloaded(page, "Download rows.csv"), written.file("rows.csv"), "rows.csv");
+});
+
+journey("the page in one file works without a server", async (page) => {
+  await page.getByRole("button", { name: "Robot of a paper, simulated" }).click();
+  await page.locator("#downloads").waitFor();
+  const files = [example("paper-robot/robot.toml"), example("paper-robot/samples.csv")];
+  same(await downloaded(page, "Download report.json"), command(files, ...CALIBRATE).file("report.json"), "report.json");
+  await page.getByRole("button", { name: "Printer with Klipper" }).click();
+  await page.locator("#paste").waitFor();
+}, {}, pathToFileURL(FILE).href);
 
 journey("after the first visit the page works without its server", async (page, { context }) => {
   await page.evaluate(() => navigator.serviceWorker.ready);
@@ -272,6 +304,7 @@ const LOOKS = [
   ["Export", "Export"],
   ["Validate", null],
   ["Plan", "Plan"],
+  ["Simulate", null],
   ["New robot", null],
 ];
 for (const settings of [

@@ -10,6 +10,8 @@ import { chromium } from "playwright-core";
 const HERE = dirname(fileURLToPath(import.meta.url));
 export const ROOT = join(HERE, "../../..");
 export const DIST = join(HERE, "../dist");
+/** The page in one file. */
+export const FILE = join(HERE, "../delta-cal.html");
 /** All pages and commands are of this time. */
 export const NOW = 1_772_000_000;
 const CHROMIUM = process.env.CHROMIUM ?? "/usr/bin/chromium";
@@ -69,6 +71,8 @@ export async function open(browser, address, settings = {}) {
 
 /** Gives the page files as a choice or a drop does. */
 export async function give(page, ...files) {
+  // By their paths the page itself does no work for it.
+  if (files.every((file) => typeof file === "string")) return page.setInputFiles("#choose", files);
   const given = files.map((file) =>
     typeof file === "string" ? { name: basename(file), mimeType: "text/plain", buffer: readFileSync(file) } : file,
   );

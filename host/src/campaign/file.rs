@@ -7,7 +7,7 @@ use crate::files::robot_file::RobotFile;
 use crate::fit::Method;
 use crate::text::decimal_comma;
 use delta_cal::robot::Drive;
-use delta_cal::{Noise, Tolerance};
+use delta_cal::{Noise, Parameter, Tolerance};
 use serde::Deserialize;
 
 const KEYS: &str = "`delta-cal simulate --example` prints a campaign file with every key";
@@ -275,6 +275,116 @@ impl CampaignToml {
             tolerance,
         })
     }
+}
+
+/// A campaign of one case, with the tolerance and the noise of a robot file.
+#[derive(Debug, Clone, Copy)]
+pub struct OneCase<'a> {
+    /// The name of the robot file.
+    pub robot: &'a str,
+    /// Robots of the campaign.
+    pub robots: u64,
+    /// Another seed, other robots.
+    pub seed: u64,
+    /// How the robots scatter.
+    pub spread: Spread,
+    /// Measured poses of each robot.
+    pub poses: u64,
+    /// The estimator.
+    pub method: Method,
+    /// Whether the poses are planned.
+    pub planned: bool,
+}
+
+impl OneCase<'_> {
+    /// The campaign file.
+    ///
+    /// # Errors
+    /// The section that the robot file lacks: `tolerance` or `noise`.
+    pub fn to_toml(&self, file: &RobotFile) -> Result<String, &'static str> {
+        let (start, level) = assumed(file)?;
+        let (joint, zero) = match (level.joint_deg, level.joint_mm) {
+            (Some(own), _) => (
+                format!("joint_deg = {:?}", own.0),
+                format!("zero_deg = {:?}", start.zero_deg.0),
+            ),
+            (None, own) => (
+                format!("joint_mm = {:?}", own.unwrap_or_default().0),
+                format!("radius_mm = {:?}", start.radius_mm.0),
+            ),
+        };
+        let [spread, method] = [
+            serde_json::to_string(&self.spread),
+            serde_json::to_string(&self.method),
+        ]
+        .map(Result::unwrap_or_default);
+        let Self {
+            robot,
+            robots,
+            seed,
+            poses,
+            planned,
+            ..
+        } = self;
+        Ok(format!(
+            "robot = {robot:?}\nrobots = {robots}\nseed = {seed}\nspread = {spread}\n\
+             poses = [{poses}]\nstart_errors = [{{ length_mm = {:?}, angle_deg = {:?}, {zero} }}]\n\
+             noise_levels = [{{ position_mm = {:?}, {joint} }}]\nmethods = [{method}]\nplanned = [{planned}]\n",
+            start.length_mm.0, start.angle_deg.0, level.position_mm.0,
+        ))
+    }
+
+    /// The campaign itself, without reading the file.
+    ///
+    /// # Errors
+    /// A robot file without tolerance or noise.
+    pub fn plan(&self, file: &RobotFile) -> Result<Plan, InputError> {
+        let fault = |(key, cause): Fault| InputError::new(self.robot, cause).at_key(key);
+        let missing = |key: &'static str| (key, "there is no such section".to_owned());
+        let (start, level) = assumed(file).map_err(|key| fault(missing(key)))?;
+        let poses = i64::try_from(self.poses).unwrap_or(i64::MAX);
+        let poses = Whole::try_from(poses).map_err(|cause| fault(("poses", cause)))?;
+        let toml = CampaignToml {
+            robot: None,
+            robots: Whole(self.robots),
+            seed: Whole(self.seed),
+            spread: self.spread,
+            poses: List(vec![poses]),
+            start_errors: List(vec![start]),
+            noise_levels: List(vec![level]),
+            methods: List(vec![self.method]),
+            solvers: List::default(),
+            weights: yes(),
+            prior: yes(),
+            planned: List(vec![self.planned]),
+        };
+        Ok(Plan {
+            robot: file.clone(),
+            robots: self.robots,
+            seed: self.seed,
+            scenarios: toml.scenarios(file).map_err(fault)?,
+        })
+    }
+}
+
+/// The start error and the noise level that a robot file states, or which of both it does not.
+fn assumed(file: &RobotFile) -> Result<(StartError, NoiseLevel), &'static str> {
+    let tolerance = file.tolerance.ok_or("tolerance")?;
+    let noise = file.noise.ok_or("noise")?;
+    let rotary = file.robot.drive() == Drive::Rotary;
+    let zero = tolerance.joint_zero().filter(|_| rotary);
+    let start = StartError {
+        length_mm: Size(tolerance.of(Parameter::Lb)),
+        angle_deg: Size(tolerance.of(Parameter::Theta).to_degrees()),
+        zero_deg: Size(zero.unwrap_or_default().to_degrees()),
+        radius_mm: Size(if rotary { 0.0 } else { tolerance.radius() }),
+    };
+    let level = NoiseLevel {
+        position_mm: Size(noise.position()),
+        joint_deg: rotary.then(|| Size(noise.joint().to_degrees())),
+        joint_mm: (!rotary).then(|| Size(noise.joint())),
+    };
+    Ok((start, level))
 }
 
 impl NoiseLevel {

@@ -55,7 +55,7 @@ pub struct RobotResult {
     pub relative_after_mm: Option<f64>,
     /// σ of the relative position error as stated by the calibration.
     pub relative_stated_mm: Option<f64>,
-    /// Wall-clock time of the calibration; not written to the file, whose contents are reproducible.
+    /// Wall-clock time of the calibration, `None` in a browser; not written to the file, whose contents are reproducible.
     #[serde(skip)]
     pub seconds: Option<f64>,
 }
@@ -154,9 +154,9 @@ fn of_robot(plan: &Plan, scenario: &Scenario, planned: &Planned, robot: u64) -> 
             bounds.push((case.method, case.prior, bound));
             bound
         };
-        let begin = Instant::now();
+        let begin = (!cfg!(target_family = "wasm")).then(Instant::now);
         let calibrated = calibrate(plan, scenario, case, &simulated.samples);
-        row.seconds = Some(begin.elapsed().as_secs_f64());
+        row.seconds = begin.map(|begin| begin.elapsed().as_secs_f64());
         let calibrated = match calibrated {
             Ok(calibrated) => calibrated,
             Err(status) => {

@@ -165,7 +165,7 @@ fn seconds(cell: &str) -> Option<f64> {
         return Some(f64::from(whole) + f64::from(time.subsec_nanosecond()) * 1e-9);
     }
     let date: DateTime = cell.parse().ok()?;
-    let at = date.to_zoned(TimeZone::UTC).ok()?.timestamp();
+    let at = TimeZone::UTC.to_timestamp(date).ok()?;
     Some(at.as_duration().as_secs_f64())
 }
 

@@ -1,7 +1,6 @@
 //! A calibration and everything there is to know of it.
 
-use crate::arrays::{array, with_cores};
-use crate::arrays::{first_bits, hexadecimal};
+use crate::arrays::{array, hexadecimal, with_cores};
 use crate::errors::{calibrate_error, value_error};
 use crate::robot::Robot;
 use crate::samples::{Again, Samples};
@@ -20,7 +19,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 ///
 /// In a notebook it shows its report, printed its tables. Two calibrations are equal if robot file, samples and options
 /// are; a pickled one is computed again, with the same bits.
-#[pyclass(frozen, module = "delta_cal")]
+#[pyclass(frozen, eq, hash, module = "delta_cal")]
 pub(crate) struct Calibration {
     report: Report,
     readings: Readings,
@@ -30,9 +29,10 @@ pub(crate) struct Calibration {
     asked: Asked,
 }
 
-/// How a calibration was asked for.
-#[derive(Clone)]
-struct Asked {
+/// How a calibration was asked for; pickled as a dict.
+#[derive(Clone, FromPyObject, IntoPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Asked {
     frame: String,
     method: Option<String>,
     robust: bool,
@@ -40,9 +40,6 @@ struct Asked {
     /// Seconds since the beginning of 1970.
     written: u64,
 }
-
-/// Its fields, pickled.
-type AskedParts = (String, Option<String>, bool, Option<f64>, u64);
 
 impl Asked {
     fn options(&self) -> PyResult<Options> {
@@ -94,15 +91,16 @@ pub(crate) fn frame_of(frame: &str) -> PyResult<Frame> {
     }
 }
 
-fn method_of(method: &str) -> PyResult<Method> {
+/// "joint", "ikm" or "fkm".
+pub(crate) fn method_of(method: &str) -> PyResult<Method> {
     match method {
         "joint" => Ok(Method::Joint),
         "ikm" => Ok(Method::Ikm),
         "fkm" => Ok(Method::Fkm),
-        _ => Err(value_error(
-            "method",
-            "\"joint\", \"ikm\" or \"fkm\" is needed",
-        )),
+        _ => {
+            let cause = format!("{method}; \"joint\", \"ikm\" or \"fkm\" is needed");
+            Err(value_error("method", cause))
+        }
     }
 }
 
@@ -195,32 +193,12 @@ pub(crate) fn calibrate_again(
     py: Python<'_>,
     robot: &Robot,
     samples: &Samples,
-    asked: AskedParts,
+    asked: Asked,
 ) -> PyResult<Calibration> {
-    let (frame, method, robust, limit, written) = asked;
-    let asked = Asked {
-        frame,
-        method,
-        robust,
-        limit,
-        written,
-    };
     asked.calibrated(py, robot.known(None, None, None)?, samples.clone())
 }
 
 impl Calibration {
-    fn identity(&self) -> String {
-        let asked = &self.asked;
-        let mut digest = Sha256::new();
-        digest.update(self.before.get().identity());
-        digest.update(self.samples.identity());
-        digest.update(format!(
-            "{} {:?} {} {:?}",
-            asked.frame, asked.method, asked.robust, asked.limit
-        ));
-        hexadecimal(digest.finalize())
-    }
-
     /// From the platform point to what was measured, in the frame of the readings.
     fn target(&self) -> Vector3<f64> {
         let RobotFile { instruments, .. } = &self.report.before;
@@ -356,8 +334,16 @@ impl Calibration {
 
     /// SHA-256 of robot file, samples and options, 64 hexadecimal digits.
     #[getter]
-    fn fingerprint(&self) -> String {
-        self.identity()
+    pub(crate) fn fingerprint(&self) -> String {
+        let asked = &self.asked;
+        let mut digest = Sha256::new();
+        digest.update(self.before.get().fingerprint());
+        digest.update(self.samples.fingerprint());
+        digest.update(format!(
+            "{} {:?} {} {:?}",
+            asked.frame, asked.method, asked.robust, asked.limit
+        ));
+        hexadecimal(digest.finalize())
     }
 
     /// The report of `delta-cal calibrate --json`: angles in degrees, keys as docs/json.md has them.
@@ -410,15 +396,6 @@ impl Calibration {
         plain(&self.report.to_text())
     }
 
-    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
-        let other = other.cast::<Self>();
-        other.is_ok_and(|other| self.identity() == other.get().identity())
-    }
-
-    fn __hash__(&self) -> u64 {
-        first_bits(&self.identity())
-    }
-
     fn __copy__(slf: Py<Self>) -> Py<Self> {
         slf
     }
@@ -430,19 +407,13 @@ impl Calibration {
     fn __reduce__<'py>(
         &self,
         py: Python<'py>,
-    ) -> PyResult<Again<'py, (Py<Robot>, Samples, AskedParts)>> {
+    ) -> PyResult<Again<'py, (Py<Robot>, Samples, Asked)>> {
         let again = py.import("delta_cal._native")?.getattr("calibrate_again")?;
-        let Asked {
-            frame,
-            method,
-            robust,
-            limit,
-            written,
-        } = self.asked.clone();
-        let asked = (frame, method, robust, limit, written);
-        Ok((
-            again,
-            (self.before.clone_ref(py), self.samples.clone(), asked),
-        ))
+        let parts = (
+            self.before.clone_ref(py),
+            self.samples.clone(),
+            self.asked.clone(),
+        );
+        Ok((again, parts))
     }
 }

@@ -1,8 +1,8 @@
 //! A robot: what a robot file says, and the kinematics of whole arrays.
 
 use crate::arrays::{
-    Directions, array, as_table, each_row, finite, first_bits, hexadecimal, is_frame, numbers,
-    outside, radians, rows,
+    Directions, Rows, array, as_table, each_row, hexadecimal, is_frame, numbers, outside, radians,
+    rows, rows_of,
 };
 use crate::errors::{input_error, value_error};
 use delta_cal::kinematics::{JointLimits, KinematicsError};
@@ -29,7 +29,7 @@ use std::path::PathBuf;
 /// >>> robot = dc.Robot.nominal(base_radius=194, platform_radius=30, upper_arm=260, forearm=480, limits=(-1.05, 1.57))
 /// >>> robot.forward([[0.1, 0.2, 0.3]]).round(1).tolist()
 /// [[26.2, 14.9, -412.4]]
-#[pyclass(frozen, module = "delta_cal")]
+#[pyclass(frozen, eq, hash, module = "delta_cal")]
 pub(crate) struct Robot {
     pub(crate) file: RobotFile,
     /// The robot file.
@@ -69,10 +69,6 @@ impl Robot {
     /// A robot that has no file yet.
     pub(crate) fn of_file(file: &RobotFile, comment: &str) -> PyResult<Self> {
         Self::of_text(InputText::new(&file.name, &file.to_toml(comment)))
-    }
-
-    pub(crate) fn identity(&self) -> String {
-        hexadecimal(Sha256::digest(self.file.to_toml("")))
     }
 
     /// With what is stated beside it.
@@ -126,37 +122,33 @@ impl Robot {
         Directions::of(&self.file.convention)
     }
 
-    /// Joints inside, and whether one row was given.
-    pub(crate) fn joints(&self, given: &Bound<'_, PyAny>) -> PyResult<(Vec<[f64; 3]>, bool)> {
-        if is_frame(given)? {
-            let table = as_table("q", given)?;
-            let read = read_joints(&table, &self.file);
-            let read = read.map_err(|error| input_error(&error, Some("q")))?;
-            return Ok((read.iter().map(|row| row.value).collect(), false));
+    /// Joints in the controller's direction.
+    pub(crate) fn joints<'py>(&self, given: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
+        let drive = self.file.robot.drive();
+        if !is_frame(given)? {
+            let own = rows("q", given)?;
+            radians("q", own.get()?, drive)?;
+            return Ok(own);
         }
-        let own = rows("q", given)?;
-        radians("q", &own.rows, self.file.robot.drive())?;
-        let (directions, mut inside) = (self.directions(), own.rows);
-        for row in &mut inside {
-            *row = directions.joints(row);
-        }
-        Ok((inside, own.single))
+        let read = read_joints(&as_table("q", given)?, &self.file);
+        let read = read.map_err(|error| input_error(&error, Some("q")))?;
+        let directions = self.directions();
+        let rows = read.iter().map(|row| directions.joints(&row.value));
+        rows_of(given.py(), rows)
     }
 
-    /// Positions inside, and whether one row was given.
-    pub(crate) fn positions(&self, given: &Bound<'_, PyAny>) -> PyResult<(Vec<[f64; 3]>, bool)> {
-        if is_frame(given)? {
-            let table = as_table("x", given)?;
-            let read = read_positions(&table, &self.file.convention);
-            let read = read.map_err(|error| input_error(&error, Some("x")))?;
-            return Ok((read.iter().map(|row| row.value.into()).collect(), false));
+    /// Positions in the controller's axes.
+    pub(crate) fn positions<'py>(&self, given: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
+        if !is_frame(given)? {
+            return rows("x", given);
         }
-        let own = rows("x", given)?;
-        let (directions, mut inside) = (self.directions(), own.rows);
-        for row in &mut inside {
-            *row = directions.position(row);
-        }
-        Ok((inside, own.single))
+        let read = read_positions(&as_table("x", given)?, &self.file.convention);
+        let read = read.map_err(|error| input_error(&error, Some("x")))?;
+        let directions = self.directions();
+        let rows = read
+            .iter()
+            .map(|row| directions.position(&row.value.into()));
+        rows_of(given.py(), rows)
     }
 
     fn pose(&self, q: &[f64; 3]) -> Result<Vector3<f64>, NoPose> {
@@ -175,19 +167,6 @@ fn raises(errors: &str) -> PyResult<bool> {
         "nan" => Ok(false),
         _ => Err(value_error("errors", "\"nan\" or \"raise\" is needed")),
     }
-}
-
-/// The shape of a result with these numbers for each row.
-fn shaped<'py>(
-    py: Python<'py>,
-    values: Vec<f64>,
-    single: bool,
-    each: &[usize],
-) -> PyResult<Bound<'py, PyAny>> {
-    let width: usize = each.iter().product();
-    let mut shape = vec![values.len() / width];
-    shape.extend(each);
-    array(py, values, &shape[usize::from(single)..])
 }
 
 /// (σ of a coordinate in mm, or of each axis, σ of a joint).
@@ -369,12 +348,11 @@ impl Robot {
         q: &Bound<'py, PyAny>,
         errors: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let (joints, single) = self.joints(q)?;
         let directions = self.directions();
-        let found = each_row(py, "q", &joints, raises(errors)?, |q| {
-            Ok::<_, NoPose>(directions.position(&self.pose(q)?.into()))
-        })?;
-        shaped(py, found, single, &[3])
+        each_row(py, "q", &self.joints(q)?, &[3], raises(errors)?, |q| {
+            let at = self.pose(&directions.joints(q))?;
+            Ok::<_, NoPose>(directions.position(&at.into()))
+        })
     }
 
     /// Joint angles, elbows out.
@@ -397,10 +375,9 @@ impl Robot {
         x: &Bound<'py, PyAny>,
         errors: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let (positions, single) = self.positions(x)?;
         let (directions, robot) = (self.directions(), &self.file.robot);
-        let found = each_row(py, "x", &positions, raises(errors)?, |x| {
-            let x = Vector3::from(*x);
+        each_row(py, "x", &self.positions(x)?, &[3], raises(errors)?, |x| {
+            let x = Vector3::from(directions.position(x));
             let q = robot.inverse(&x)?;
             if outside(&self.file, &q) {
                 return Err(NoPose::Limits);
@@ -409,8 +386,7 @@ impl Robot {
                 return Err(NoPose::AboveElbows);
             }
             Ok(directions.joints(&q))
-        })?;
-        shaped(py, found, single, &[3])
+        })
     }
 
     /// ∂x/∂q.
@@ -431,16 +407,16 @@ impl Robot {
         q: &Bound<'py, PyAny>,
         errors: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let (joints, single) = self.joints(q)?;
-        let Directions { sense, axes } = self.directions();
-        let found = each_row(py, "q", &joints, raises(errors)?, |q| {
-            let own = self.file.robot.platform_jacobian(&self.pose(q)?, q)?;
+        let directions = self.directions();
+        let Directions { sense, axes } = directions;
+        each_row(py, "q", &self.joints(q)?, &[3, 3], raises(errors)?, |q| {
+            let q = directions.joints(q);
+            let own = self.file.robot.platform_jacobian(&self.pose(&q)?, &q)?;
             Ok::<[f64; 9], NoPose>(std::array::from_fn(|place| {
                 let (row, column) = (place / 3, place % 3);
                 sense * axes[row] * own.by_joints[(row, column)]
             }))
-        })?;
-        shaped(py, found, single, &[3, 3])
+        })
     }
 
     /// ∂x/∂p of the 24 parameters, arm by arm in the order of `parameters`.
@@ -461,16 +437,16 @@ impl Robot {
         q: &Bound<'py, PyAny>,
         errors: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let (joints, single) = self.joints(q)?;
-        let Directions { axes, .. } = self.directions();
-        let found = each_row(py, "q", &joints, raises(errors)?, |q| {
-            let own = self.file.robot.platform_jacobian(&self.pose(q)?, q)?;
+        let directions = self.directions();
+        let axes = directions.axes;
+        each_row(py, "q", &self.joints(q)?, &[3, 24], raises(errors)?, |q| {
+            let q = directions.joints(q);
+            let own = self.file.robot.platform_jacobian(&self.pose(&q)?, &q)?;
             Ok::<[f64; 72], NoPose>(std::array::from_fn(|place| {
                 let (row, column) = (place / 24, place % 24);
                 axes[row] * own.by_parameters[column / 8][(row, column % 8)]
             }))
-        })?;
-        shaped(py, found, single, &[3, 24])
+        })
     }
 
     /// The 24 parameters: array (3, 8), a row an arm. Dx, Dy, Dz (mm), theta, alpha (radians), La_x, La_y, Lb (mm); of
@@ -529,25 +505,8 @@ impl Robot {
 
     /// SHA-256 of all that the file says, 64 hexadecimal digits.
     #[getter]
-    fn fingerprint(&self) -> String {
-        self.identity()
-    }
-
-    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
-        let other = other.cast::<Self>();
-        other.is_ok_and(|other| self.identity() == other.get().identity())
-    }
-
-    fn __hash__(&self) -> u64 {
-        first_bits(&self.identity())
-    }
-
-    fn __copy__(slf: Py<Self>) -> Py<Self> {
-        slf
-    }
-
-    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
-        slf
+    pub(crate) fn fingerprint(&self) -> String {
+        hexadecimal(Sha256::digest(self.file.to_toml("")))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String, String))> {
@@ -574,13 +533,4 @@ impl Robot {
 #[pyfunction]
 pub(crate) fn robot_of_text(name: &str, text: &str) -> PyResult<Robot> {
     Robot::of_text(InputText::new(name, text))
-}
-
-/// Joints that a calibration is to use: complete, in radians.
-pub(crate) fn checked(argument: &str, rows: &[[f64; 3]], drive: Option<Drive>) -> PyResult<()> {
-    finite(argument, rows)?;
-    match drive {
-        Some(drive) => radians(argument, rows, drive),
-        None => Ok(()),
-    }
 }

@@ -1,8 +1,8 @@
 //! Samples: files, frames and arrays as one text, which the reader of samples files reads.
 
-use crate::arrays::{Directions, array, first_bits, frame_text, hexadecimal, is_frame, rows};
+use crate::arrays::{Directions, array, finite, frame_text, hexadecimal, is_frame};
 use crate::errors::{input_error, value_error};
-use crate::robot::{Robot, checked};
+use crate::robot::Robot;
 use delta_cal::robot::Drive;
 use delta_cal_host::files::columns::ColumnMapping;
 use delta_cal_host::{CalibrateError, InputText, Options, Readings, read_samples as read};
@@ -20,7 +20,7 @@ const FRAME: &str = "samples";
 /// Joint angles and what was measured there: positions, single coordinates, heights, distances, in any mixture.
 ///
 /// Read by `read_samples`; its columns are explained with a robot when it is used.
-#[pyclass(frozen, module = "delta_cal")]
+#[pyclass(frozen, eq, hash, module = "delta_cal")]
 #[derive(Clone)]
 pub(crate) struct Samples {
     /// Name and bytes of the file, and of the one beside it.
@@ -76,15 +76,6 @@ impl Samples {
         read(&self.text, &robot.file, &options)
     }
 
-    pub(crate) fn identity(&self) -> String {
-        let mut digest = Sha256::new();
-        for (_, bytes) in &self.parts {
-            digest.update(Sha256::digest(bytes));
-        }
-        digest.update(self.columns.as_deref().unwrap_or_default());
-        hexadecimal(digest.finalize())
-    }
-
     /// What `calibrate` and `validate` are given: samples, a frame of all columns, or joints and positions.
     pub(crate) fn given(
         robot: &Robot,
@@ -104,20 +95,8 @@ impl Samples {
             return Err(value_error("x", "the samples hold the positions already"));
         }
         let drive = robot.file.robot.drive();
-        let directions = Directions::of(&robot.file.convention);
-        // A frame was turned inwards when it was read.
-        let joints = if is_frame(q)? {
-            let inside = robot.joints(q)?.0;
-            inside.iter().map(|own| directions.joints(own)).collect()
-        } else {
-            rows("q", q)?.rows
-        };
-        let positions = if is_frame(x)? {
-            let inside = robot.positions(x)?.0;
-            inside.iter().map(|own| directions.position(own)).collect()
-        } else {
-            rows("x", x)?.rows
-        };
+        let (joints, positions) = (robot.joints(q)?, robot.positions(x)?);
+        let (joints, positions) = (joints.get()?, positions.get()?);
         if joints.len() != positions.len() {
             let cause = format!("{} rows, and q has {}", positions.len(), joints.len());
             return Err(value_error("x", cause));
@@ -125,15 +104,15 @@ impl Samples {
         if joints.is_empty() {
             return Err(value_error("q", "no rows"));
         }
-        checked("q", &joints, Some(drive))?;
-        checked("x", &positions, None)?;
+        finite("q", joints)?;
+        finite("x", positions)?;
         let mut text = match drive {
             Drive::Rotary => "q1_rad,q2_rad,q3_rad,x_mm,y_mm,z_mm\n",
             Drive::Linear => "s1_mm,s2_mm,s3_mm,x_mm,y_mm,z_mm\n",
         }
         .to_owned();
         // The shortest text that reads back as the same number.
-        for ([a, b, c], [x, y, z]) in joints.iter().zip(&positions) {
+        for ([a, b, c], [x, y, z]) in joints.iter().zip(positions) {
             let _ = writeln!(text, "{a:?},{b:?},{c:?},{x:?},{y:?},{z:?}");
         }
         Self::of_text(ARRAYS, text)
@@ -193,25 +172,13 @@ impl Samples {
 
     /// SHA-256 of the contents, 64 hexadecimal digits.
     #[getter]
-    fn fingerprint(&self) -> String {
-        self.identity()
-    }
-
-    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
-        let other = other.cast::<Self>();
-        other.is_ok_and(|other| self.identity() == other.get().identity())
-    }
-
-    fn __hash__(&self) -> u64 {
-        first_bits(&self.identity())
-    }
-
-    fn __copy__(slf: Py<Self>) -> Py<Self> {
-        slf
-    }
-
-    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
-        slf
+    pub(crate) fn fingerprint(&self) -> String {
+        let mut digest = Sha256::new();
+        for (_, bytes) in &self.parts {
+            digest.update(Sha256::digest(bytes));
+        }
+        digest.update(self.columns.as_deref().unwrap_or_default());
+        hexadecimal(digest.finalize())
     }
 
     fn __reduce__<'py>(

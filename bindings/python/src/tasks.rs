@@ -1,13 +1,11 @@
 //! What is done with a robot beside its calibration. The package wraps each in a dataclass.
 
 use crate::arrays::{Directions, array, with_cores};
-use crate::calibration::{document, frame_of, loads, now, plain};
+use crate::calibration::{document, frame_of, loads, method_of, now, plain};
 use crate::errors::{calibrate_error, in_python, input_error, refusal, value_error};
 use crate::robot::Robot;
 use crate::samples::{Samples, samples_of_bytes};
-use delta_cal::Parameter;
-use delta_cal::robot::Drive;
-use delta_cal_host::campaign::{self, RobotResult};
+use delta_cal_host::campaign::{self, OneCase, RobotResult, Spread};
 use delta_cal_host::export::positions::Wanted;
 use delta_cal_host::export::{Case, Settings, target as target_of};
 use delta_cal_host::import::{Firmware, Stated};
@@ -17,7 +15,6 @@ use delta_cal_host::planning::{
 use delta_cal_host::report::{self, export as export_report, plan as plan_report, validation};
 use delta_cal_host::validation::{Request, Verdict, check_independent};
 use delta_cal_host::{Frame, InputError, InputText, Options};
-use nalgebra::Vector3;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -169,16 +166,27 @@ pub(crate) fn export<'py>(
         let cause = format!("its drives are not {drive:?}, as those of robot are").to_lowercase();
         return Err(value_error("nominal", cause));
     }
-    let positions = x.map(|own| robot.positions(own)).transpose()?;
+    let positions = match x {
+        None => None,
+        Some(x) => {
+            let directions = Directions::of(&robot.file.convention);
+            let rows = robot.positions(x)?;
+            let inside = rows
+                .get()?
+                .iter()
+                .map(|own| directions.position(own).into());
+            Some(inside.collect())
+        }
+    };
     let settings = Settings {
         home,
         height,
         limit,
         ..Settings::default()
     };
-    let found = with_cores(py, true, || {
-        let wanted = match &positions {
-            Some((rows, _)) => Wanted::of(rows.iter().map(|own| Vector3::from(*own)).collect()),
+    let found = with_cores(py, true, move || {
+        let wanted = match positions {
+            Some(positions) => Wanted::of(positions),
             None => Wanted::in_workspace(&robot.file),
         };
         let case = Case {
@@ -296,31 +304,26 @@ pub(crate) fn simulate<'py>(
     planned: bool,
     spread: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let needed = |name| move || value_error(name, "needed, here or in the robot");
-    let tolerance = robot.file.tolerance.ok_or_else(needed("tolerance"))?;
-    let noise = robot.file.noise.ok_or_else(needed("noise"))?;
-    let (joint, zero) = match robot.file.robot.drive() {
-        Drive::Rotary => {
-            let zero = tolerance.joint_zero().unwrap_or_default().to_degrees();
-            let joint = format!("joint_deg = {:?}", noise.joint().to_degrees());
-            (joint, format!("zero_deg = {zero:?}"))
-        }
-        Drive::Linear => {
-            let radius = tolerance.radius();
-            let joint = format!("joint_mm = {:?}", noise.joint());
-            (joint, format!("radius_mm = {radius:?}"))
-        }
+    let case = OneCase {
+        robot: "robot",
+        robots: 1,
+        seed,
+        spread: match spread {
+            "uniform" => Spread::Uniform,
+            "normal" => Spread::Normal,
+            _ => {
+                let cause = format!("{spread}; \"normal\" or \"uniform\" is needed");
+                return Err(value_error("spread", cause));
+            }
+        },
+        poses,
+        method: method_of(method)?,
+        planned,
     };
-    let file = format!(
-        "robot = \"robot\"\nrobots = 1\nseed = {seed}\nspread = {spread:?}\nposes = [{poses}]\n\
-         start_errors = [{{ length_mm = {:?}, angle_deg = {:?}, {zero} }}]\n\
-         noise_levels = [{{ position_mm = {:?}, {joint} }}]\nmethods = [{method:?}]\nplanned = [{planned}]\n",
-        tolerance.of(Parameter::Lb),
-        tolerance.of(Parameter::Theta).to_degrees(),
-        noise.position(),
-    );
-    let named = InputText::new("simulate", &file);
-    let plan = campaign::Plan::read(&named, &|_| Ok(robot.source.clone()));
+    if let Err(missing) = case.to_toml(&robot.file) {
+        return Err(value_error(missing, "needed, here or in the robot"));
+    }
+    let plan = case.plan(&robot.file);
     let plan = plan.map_err(|error| input_error(&error, None))?;
     let mut rows: Vec<RobotResult> = Vec::new();
     let end = first

@@ -166,6 +166,9 @@ def test_a_robot_is_its_file(name, tmp_path):
 def test_files_that_cannot_be_read(tmp_path):
     with pytest.raises(FileNotFoundError):
         dc.Robot.read(tmp_path / "none.toml")
-    (tmp_path / "robot.toml").write_text("[nominal]\nbase_radius_mm = 'x'\n")
-    with pytest.raises(ValueError, match="robot.toml:2"):
+    lines = (EXAMPLES / "paper-robot" / "robot.toml").read_text().splitlines()
+    faulty = next(index for index, line in enumerate(lines) if line.startswith("base_radius_mm"))
+    lines[faulty] = "base_radius_mm = 'x'"
+    (tmp_path / "robot.toml").write_text("\n".join(lines))
+    with pytest.raises(ValueError, match=f"robot.toml:{faulty + 1}"):
         dc.Robot.read(tmp_path / "robot.toml")

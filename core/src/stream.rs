@@ -1,6 +1,5 @@
-//! Samples that come one by one for as long as the robot works: a gate that rejects wrong ones before
-//! they are taken in, and [`Forgetting`] for a robot that changes. [`StreamCalibrator`] puts them in front of either
-//! estimator.
+//! Continuous streams of samples: a gate that rejects wrong ones before they are added, and [`Forgetting`] for a robot
+//! that changes. [`StreamCalibrator`] combines them with either estimator.
 
 mod calibrator;
 mod gate;

@@ -1,4 +1,4 @@
-//! The calibrator from any readings: rows and solver are one object.
+//! The calibrator from any readings: rows and solver in one object.
 
 use super::instruments::{Instruments, OF_ROBOT, OwnInstruments};
 use super::observation::{Observation, ObservationError, ObservationRow};
@@ -10,15 +10,15 @@ use crate::robot::{ArmIndex, Robot};
 use core::mem::ManuallyDrop;
 use heapless::Vec;
 
-/// [`FkmCalibrator`] for heights above one plate: N = 27.
+/// [`FkmCalibrator`] for heights above a single plate: N = 27.
 pub type TouchCalibrator<T, const ROWS: usize> = FkmCalibrator<T, ROWS, 27, 28, 406>;
 
-/// Calibrates all 24 parameters of a robot, and where its instruments are, from up to `ROWS` rows of readings: heights,
-/// distances, single coordinates, in any mixture (the paper's FKM method).
+/// Calibrates all 24 parameters of a robot, and the placement of its instruments, from up to `ROWS` rows of readings:
+/// heights, distances and single coordinates, in any mixture (the paper's FKM method).
 ///
-/// The calls are those of [`Calibrator`](crate::calibration::Calibrator). There is room for N unknowns, the robot's 24
-/// among them, for four planes and for four points; M = N + 1, E = M (M + 1)/2. A plane takes 3, a point 3 or 4, the
-/// frame of a sensor 6, the transmissions 15.
+/// The calls are those of [`Calibrator`](crate::calibration::Calibrator). There is room for N unknowns (the robot's 24
+/// included), four planes and four points; M = N + 1, E = M (M + 1)/2. A plane takes 3 unknowns, a point 3 or 4, a
+/// sensor frame 6, the transmissions 15.
 ///
 /// ```
 /// use delta_cal::observations::{
@@ -28,7 +28,7 @@ pub type TouchCalibrator<T, const ROWS: usize> = FkmCalibrator<T, ROWS, 27, 28, 
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
 /// let drawn = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 };
 /// let built = SymmetricRobot { upper_arm: 260.7, forearm: 479.1, ..drawn }.robot()?;
-/// // Gauge blocks on a plate that lies somewhere below the robot.
+/// // Gauge blocks on a plate somewhere below the robot.
 /// let instruments = Instruments {
 ///     frame: PositionFrame::Base,
 ///     planes: &[Plane::default()],
@@ -58,10 +58,10 @@ pub struct FkmCalibrator<T: Real, const ROWS: usize, const N: usize, const M: us
     robot: Robot<T>,
     settings: Settings<T>,
     instruments: OwnInstruments<T>,
-    /// Not dropped, as there is nothing to drop: a calibrator can lie in memory that is given up as it is.
+    /// Never dropped, as it needs no drop: the memory of a calibrator can simply be reused.
     rows: ManuallyDrop<Vec<ObservationRow<T>, ROWS>>,
     prepared: Option<Prepared<T, N>>,
-    /// Rows that have their weights.
+    /// Number of rows that have their weights.
     weighed: usize,
     minimizer: Option<ObservationMinimizer<T, N, M, E>>,
     outcome: Option<ObservationOutcome<T, N>>,
@@ -71,8 +71,8 @@ pub struct FkmCalibrator<T: Real, const ROWS: usize, const N: usize, const M: us
 impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
     FkmCalibrator<T, ROWS, N, M, E>
 {
-    /// Without observations; `robot` is the robot before calibration, the nominal of the tolerance and the start of the
-    /// iteration. The noise of `settings` is not used: that of the instruments is.
+    /// A calibrator without observations; `robot` is the uncalibrated robot: the nominal values of the tolerance and
+    /// the start of the iteration. The noise is that of the instruments; that of `settings` is not used.
     ///
     /// # Errors
     /// [`Refusal::TooManyUnknowns`] and [`Refusal::UnusableInstrument`].
@@ -104,11 +104,11 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
         })
     }
 
-    /// Takes in one observation. An outcome of those before is dropped. One that the nominal robot does not reach is
-    /// kept and does not count.
+    /// Adds one observation. Discards the outcome of earlier ones. If the nominal robot does not reach it, it is kept
+    /// but ignored.
     ///
     /// # Errors
-    /// A fault of the observation, [`ObservationError::Full`] or [`ObservationError::Busy`]; nothing is taken in.
+    /// A fault of the observation, [`ObservationError::Full`] or [`ObservationError::Busy`]; nothing is added.
     pub fn add(&mut self, observation: &Observation<T>) -> Result<(), ObservationError> {
         if self.solving() {
             return Err(ObservationError::Busy);
@@ -121,10 +121,10 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
         Ok(())
     }
 
-    /// Begins to solve; does nothing if that is under way or done.
+    /// Starts a solve; does nothing if one is in progress or finished.
     ///
     /// # Errors
-    /// [`Refusal::TooFewSamples`], or the refusal of these observations that is known already.
+    /// [`Refusal::TooFewSamples`], or the refusal already known for these observations.
     pub fn solve(&mut self) -> Result<(), Refusal> {
         match self.phase {
             Phase::Solving | Phase::Finished => Ok(()),
@@ -150,8 +150,8 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
         }
     }
 
-    /// One step of what [`solve`](Self::solve) has begun; does nothing once finished. The first looks where the
-    /// instruments are: its time grows with the number of rows.
+    /// One step of the solve started by [`solve`](Self::solve); does nothing once finished. The first step locates the
+    /// instruments: its duration grows with the number of rows.
     pub fn step(&mut self) -> Progress {
         if self.solving() {
             match self.advance() {
@@ -196,7 +196,7 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
         Ok(Progress::Working)
     }
 
-    // Not inlined: what is done one after the other shares the stack.
+    // Not inlined, so that consecutive stages share the stack.
     #[inline(never)]
     fn begin(
         minimizer: &mut Option<ObservationMinimizer<T, N, M, E>>,
@@ -211,10 +211,10 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
         Ok(())
     }
 
-    /// The calibrated robot and the places of the instruments, or why there are none.
+    /// The calibrated robot and the placement of the instruments, or the reason for refusal.
     ///
     /// # Errors
-    /// A [`Refusal`]: the robot keeps its parameters. [`Refusal::Unfinished`] before the last step.
+    /// A [`Refusal`]: keep the robot's current parameters. [`Refusal::Unfinished`] before the last step.
     pub fn outcome(&self) -> Result<&ObservationOutcome<T, N>, Refusal> {
         match self.phase {
             Phase::Collecting | Phase::Solving => Err(Refusal::Unfinished),
@@ -223,48 +223,48 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
         }
     }
 
-    /// Solves to the end at once, where there is time for it.
+    /// Runs the whole solve at once, if there is time for it.
     ///
     /// # Errors
-    /// As [`outcome`](Self::outcome).
+    /// Same as [`outcome`](Self::outcome).
     pub fn calibrate(&mut self) -> Result<ObservationOutcome<T, N>, Refusal> {
         self.solve()?;
         while self.step() == Progress::Working {}
         self.outcome().cloned()
     }
 
-    /// Gives up what [`solve`](Self::solve) has begun, and drops the outcome. The observations stay.
+    /// Aborts a solve and discards the outcome. The observations stay.
     pub fn stop(&mut self) {
         self.phase = Phase::Collecting;
     }
 
-    /// Drops the observations and all that was solved from them.
+    /// Discards the observations and everything solved from them.
     pub fn reset(&mut self) {
         self.rows.clear();
         self.stop();
     }
 
-    /// Whether it solves, and takes no observation meanwhile.
+    /// Whether a solve is in progress, during which no observation is accepted.
     pub const fn solving(&self) -> bool {
         matches!(self.phase, Phase::Solving)
     }
 
-    /// Whether a solve has finished, and nothing was added since: there is an outcome or a refusal.
+    /// Whether a solve has finished and nothing was added since: there is an outcome or a refusal.
     pub const fn finished(&self) -> bool {
         matches!(self.phase, Phase::Finished | Phase::Refused(_))
     }
 
-    /// Observations taken in, those included that the nominal robot does not reach.
+    /// Number of observations added, including those the nominal robot does not reach.
     pub fn samples(&self) -> u64 {
         self.rows.len() as u64
     }
 
-    /// What the readings refer to.
+    /// The instruments the readings refer to.
     pub fn instruments(&self) -> Instruments<'_, T> {
         self.instruments.view()
     }
 
-    /// The robot before calibration.
+    /// The uncalibrated robot.
     pub const fn robot(&self) -> &Robot<T> {
         &self.robot
     }

@@ -1,4 +1,4 @@
-//! Whether observations are usable, and whether there are enough for every instrument.
+//! Checks that observations are usable and sufficient for every instrument.
 
 use super::instruments::Instruments;
 use super::observation::{
@@ -11,7 +11,7 @@ use crate::samples::check_joint;
 use nalgebra::Vector3;
 
 impl<T: Real> Observation<T> {
-    /// Whether every number is usable for a robot with such drives, and every instrument known.
+    /// Checks that every number is usable for a robot with this drive, and every instrument known.
     ///
     /// # Errors
     /// The first fault found.
@@ -62,7 +62,7 @@ impl<T: Real> Observation<T> {
 }
 
 impl<T: Real> Instruments<'_, T> {
-    /// The first plane or point of which something is stated that is not usable.
+    /// The first plane or point with invalid stated values.
     pub(super) fn unusable(&self) -> Option<Instrument> {
         let usable = |sigma: T| sigma > T::ZERO && sigma.finite();
         for (index, plane) in (0..).zip(self.planes) {
@@ -85,8 +85,8 @@ impl<T: Real> Instruments<'_, T> {
         None
     }
 
-    /// The instrument that has the fewest readings for its unknowns: which, how many readings it has, and
-    /// how many it needs. A place that is known to a σ needs fewer.
+    /// The instrument with the fewest readings for its unknowns, the number of its readings and the number needed. A
+    /// placement known to a σ needs fewer.
     pub(super) fn lacking(&self, rows: &[ObservationRow<T>]) -> Option<(Instrument, u64, u64)> {
         let count = |of: &dyn Fn(&Observation<T>) -> bool| {
             rows.iter()
@@ -217,8 +217,8 @@ mod tests {
         }
     }
 
-    /// A plane needs three heights, a point three distances, an offset one more; what is known of a place stands for two
-    /// or all but one of them.
+    /// A plane needs three heights, a point three distances, an offset one more; prior knowledge of a placement
+    /// replaces two or all but one of them.
     #[test]
     fn the_instrument_with_too_few_readings_is_named() {
         let unknown = Plane {
@@ -245,7 +245,7 @@ mod tests {
                 ));
                 assert_eq!(instruments.lacking(&rows[..=usize::from(count)]), expected);
             }
-            // What the robot does not reach does not count.
+            // An observation that the robot does not reach does not count.
             let mut rows = rows;
             for row in &mut rows[1..] {
                 row.left_out = true;
@@ -281,7 +281,7 @@ mod tests {
         }
     }
 
-    /// A σ of 0 would be an infinite weight. What is wrong is named, by both ways of solving.
+    /// A σ of 0 would be an infinite weight. Both ways of solving name the fault.
     #[test]
     fn known_places_without_a_sigma_are_refused() {
         let robot = SymmetricRobot::PAPER.robot().unwrap();

@@ -1,4 +1,4 @@
-//! What an instrument would read, and how that changes.
+//! The expected reading of an instrument and its derivatives.
 
 use super::instruments::{Instruments, PositionFrame};
 use super::observation::{Distance, DistanceFrom, Height, Observation, READINGS};
@@ -6,24 +6,24 @@ use crate::Real;
 use crate::frame::{RigidTransform, rotation_of};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
-/// A reading less what is expected, and its derivatives.
+/// The difference between a reading and its expected value, with derivatives.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Equation<T: Real> {
-    /// Measured less expected. Length.
+    /// Measured minus expected. Length.
     pub(super) residual: T,
     /// ∂h/∂X.
     pub(super) by_position: Vector3<T>,
-    /// Whether h depends on the other pose's position too, by the opposite of that.
+    /// Whether h also depends on the other pose's position, with the opposite derivative.
     pub(super) between_poses: bool,
-    /// The place of the first unknown that h depends on, among all parameters.
+    /// Index of the first unknown that h depends on, among all parameters.
     pub(super) column: usize,
-    /// ∂h/∂u of the unknowns from there on.
+    /// ∂h/∂u for the unknowns from there on.
     pub(super) by_unknowns: [T; 6],
-    /// One σ of the reading alone. Length.
+    /// σ of the reading alone. Length.
     pub(super) sigma: T,
 }
 
-/// Where the coordinates' frame is: the rotation by Gibbs' vector w/2, applied after the start's.
+/// The coordinate frame: the rotation by the Gibbs vector w/2, applied after that of the start.
 pub(super) fn frame_at<T: Real>(
     start: &RigidTransform<T>,
     unknowns: &[T],
@@ -38,8 +38,8 @@ pub(super) fn frame_at<T: Real>(
     (half, turned, start.translation + Vector3::new(x, y, z))
 }
 
-/// The equations of an observation at positions of the platform and values of the unknowns, which stand at
-/// their places among all parameters.
+/// The equations of an observation at given platform positions and values of the unknowns, indexed among all
+/// parameters.
 pub(super) fn equations<T: Real>(
     observation: &Observation<T>,
     instruments: &Instruments<'_, T>,
@@ -189,7 +189,7 @@ fn of_distance<T: Real>(
     }
 }
 
-/// The unknowns from a place on; zeros where there are no more.
+/// The unknowns from an index on, padded with zeros.
 fn leading<T: Real, const K: usize>(unknowns: &[T], column: usize) -> [T; K] {
     let mut values = [T::ZERO; K];
     for (value, unknown) in values.iter_mut().zip(unknowns.iter().skip(column)) {

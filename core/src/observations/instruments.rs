@@ -4,16 +4,16 @@ use crate::robot::{ArmIndex, TRANSMISSION_NUMBERS, TransmissionTolerance};
 use crate::samples::{Noise, NoiseError};
 use nalgebra::Vector3;
 
-/// Unknowns of the frame, of a plane, and of a point without its offset.
+/// Unknowns of the frame, of a plane, and of a point without offset.
 pub(super) const OF_FRAME: usize = 6;
 pub(super) const OF_PLANE: usize = 3;
 pub(super) const OF_POINT: usize = 3;
-/// Geometric parameters of the robot, which come before all other unknowns.
+/// Geometric parameters of the robot, which precede all other unknowns.
 pub(super) const OF_ROBOT: usize = 24;
-/// Numbers of the three transmissions, which come next if they are unknown.
+/// Numbers of the three transmissions, which come next if they are estimated.
 pub(super) const OF_TRANSMISSIONS: usize = 3 * TRANSMISSION_NUMBERS;
 
-/// One standard deviation of each kind of reading.
+/// σ of each kind of reading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ObservationNoise<T> {
     position: Noise<T>,
@@ -24,48 +24,47 @@ pub struct ObservationNoise<T> {
 /// The frame in which coordinates are measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PositionFrame {
-    /// The robot's own.
+    /// The robot's own frame.
     #[default]
     Base,
-    /// One that stands anywhere: six unknowns.
+    /// An arbitrarily placed frame: six unknowns.
     Sensor,
 }
 
-/// A plane z = c + a x + b y, whose c (length), a and b (slopes) are unknown.
+/// A plane z = c + a x + b y, with unknown c (length), a and b (slopes).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane<T> {
-    /// c and its σ, if something is known of it. Length.
+    /// c and its σ, if known. Length.
     pub known: Option<(T, T)>,
-    /// One σ of the slopes a and b about 0, if the plane is known to be nearly level. No unit.
+    /// σ of the slopes a and b about 0, if the plane is known to be nearly level. No unit.
     pub level: Option<T>,
 }
 
-/// A fixed point, whose place is unknown.
+/// A fixed point with unknown position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point<T: Real> {
-    /// The place and the σ of its coordinates, if something is known of it. Length.
+    /// The position and the σ of its coordinates, if known. Length.
     pub known: Option<(Vector3<T>, T)>,
-    /// Whether the sensor there reads a constant too much that is unknown as well.
+    /// Whether the sensor's readings have a constant, unknown offset.
     pub offset: bool,
 }
 
-/// What the readings refer to, and how good they are.
+/// The instruments the readings refer to, and their noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instruments<'a, T: Real> {
     /// The frame of the coordinates.
     pub frame: PositionFrame,
-    /// The planes that heights are measured above.
+    /// The planes above which heights are measured.
     pub planes: &'a [Plane<T>],
-    /// The points that distances are measured from.
+    /// The points from which distances are measured.
     pub points: &'a [Point<T>],
-    /// How good a reading is.
+    /// The noise of the readings.
     pub noise: ObservationNoise<T>,
-    /// What is known of the joints' transmissions, if they are to be found as well. `None` takes the robot's own as
-    /// exact.
+    /// The tolerance of the joints' transmissions, if they are to be estimated. `None` treats the robot's own as exact.
     pub transmission: Option<TransmissionTolerance<T>>,
 }
 
-/// Planes of a calibrator at most, and points.
+/// Most planes, and most points, of a calibrator.
 pub(super) const PLACES: usize = 4;
 
 /// [`Instruments`] that own their planes and points.
@@ -118,7 +117,7 @@ impl<T: Real> ObservationNoise<T> {
     /// σ of positions and joint angles, of a height and of a distance (length).
     ///
     /// # Errors
-    /// A σ of a height or distance that is not a finite number greater than 0.
+    /// A σ of a height or distance that is not finite and greater than 0.
     pub fn new(position: Noise<T>, height: T, distance: T) -> Result<Self, NoiseError> {
         let usable = |sigma: T| sigma > T::ZERO && sigma.finite();
         if !usable(height) {
@@ -134,12 +133,12 @@ impl<T: Real> ObservationNoise<T> {
         })
     }
 
-    /// Of positions, and of the joint angles.
+    /// Noise of positions and of joint angles.
     pub const fn position(&self) -> &Noise<T> {
         &self.position
     }
 
-    /// Of a height. Length.
+    /// σ of a height. Length.
     pub const fn height(&self) -> T
     where
         T: Copy,
@@ -147,7 +146,7 @@ impl<T: Real> ObservationNoise<T> {
         self.height
     }
 
-    /// Of a distance. Length.
+    /// σ of a distance. Length.
     pub const fn distance(&self) -> T
     where
         T: Copy,
@@ -175,19 +174,19 @@ impl<T: Real> Default for Point<T> {
 }
 
 impl<T: Real> Point<T> {
-    /// How many unknowns it has.
+    /// Number of its unknowns.
     pub(super) fn unknowns(&self) -> usize {
         OF_POINT + usize::from(self.offset)
     }
 }
 
 impl<T: Real> Instruments<'_, T> {
-    /// How many unknowns there are beside the robot's parameters.
+    /// Number of unknowns in addition to the robot's parameters.
     pub fn unknowns(&self) -> usize {
         self.transmission_unknowns() + self.of_places()
     }
 
-    /// How many of them say where the instruments are.
+    /// How many of them describe the placement of instruments.
     pub fn of_places(&self) -> usize {
         let points: usize = self.points.iter().map(Point::unknowns).sum();
         self.frame_unknowns() + OF_PLANE * self.planes.len() + points
@@ -200,7 +199,7 @@ impl<T: Real> Instruments<'_, T> {
         }
     }
 
-    /// The place of the frame's first unknown among all parameters.
+    /// Index of the frame's first unknown among all parameters.
     pub(super) fn frame_column(&self) -> usize {
         OF_ROBOT + self.transmission_unknowns()
     }
@@ -212,30 +211,30 @@ impl<T: Real> Instruments<'_, T> {
         }
     }
 
-    /// The place of a plane's first unknown, c before a and b, among all parameters.
+    /// Index of a plane's first unknown among all parameters; the order is c, a, b.
     pub fn first_of_plane(&self, plane: u8) -> usize {
         self.plane_column(plane)
     }
 
-    /// The place of a point's first unknown, x before y, z and its offset, among all parameters.
+    /// Index of a point's first unknown among all parameters; the order is x, y, z, offset.
     pub fn first_of_point(&self, point: u8) -> usize {
         self.point_column(point)
     }
 
-    /// The place of a plane's first unknown among all parameters.
+    /// Index of a plane's first unknown among all parameters.
     pub(super) fn plane_column(&self, plane: u8) -> usize {
         self.frame_column() + self.frame_unknowns() + OF_PLANE * usize::from(plane)
     }
 
-    /// The place of a point's first unknown among all parameters.
+    /// Index of a point's first unknown among all parameters.
     pub(super) fn point_column(&self, point: u8) -> usize {
         let before = self.points.iter().take(usize::from(point));
         let before: usize = before.map(Point::unknowns).sum();
         self.frame_column() + self.frame_unknowns() + OF_PLANE * self.planes.len() + before
     }
 
-    /// The unknowns at their places among all parameters, with coordinates in the robot's own frame: c, a and b
-    /// of each plane, and x, y, z and offset of each point.
+    /// The unknowns at their indices among all parameters, with coordinates in the robot's own frame: c, a and b of
+    /// each plane, and x, y, z and offset of each point.
     pub fn unknowns_at<const N: usize>(&self, planes: &[[T; 3]], points: &[[T; 4]]) -> [T; N] {
         let mut unknowns = [T::ZERO; N];
         let mut put = |column: usize, values: &[T]| {
@@ -255,7 +254,7 @@ impl<T: Real> Instruments<'_, T> {
         unknowns
     }
 
-    /// Whose unknown stands at a place among all parameters.
+    /// The instrument to which the parameter at an index belongs.
     pub fn instrument_of(&self, parameter: usize) -> Option<Instrument> {
         let unknown = parameter.checked_sub(OF_ROBOT)?;
         if unknown < self.transmission_unknowns() {
@@ -290,8 +289,8 @@ mod tests {
     use crate::robot::{ArmIndex, TransmissionTolerance};
     use crate::samples::Noise;
 
-    /// With everything: after the robot's 24 parameters 15 numbers of the transmissions, 6 of the frame, 3 of each of
-    /// two planes, 4 of a point with an offset, 3 of one without.
+    /// Every kind of unknown: after the robot's 24 parameters, 15 for the transmissions, 6 for the frame, 3 for each of
+    /// two planes, 4 for a point with offset, 3 for one without.
     fn instruments() -> Instruments<'static, f64> {
         Instruments {
             frame: PositionFrame::Sensor,
@@ -338,7 +337,7 @@ mod tests {
         }
         assert_eq!(instruments().unknowns(), place - 24 - 5);
 
-        // The frame's own, and exact joints: the planes come first.
+        // The robot's own frame and exact joints: the planes come first.
         let few = Instruments {
             frame: PositionFrame::Base,
             transmission: None,
@@ -356,7 +355,7 @@ mod tests {
             &[[7.0, 8.0, 9.0, 10.0], [11.0, 12.0, 13.0, 14.0]],
         );
         let mut expected = [0.0; 60];
-        // A point without an offset has three numbers.
+        // A point without offset has three unknowns.
         for (place, value) in (45..58).zip(1..) {
             expected[place] = f64::from(value);
         }

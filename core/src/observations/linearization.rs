@@ -1,4 +1,4 @@
-//! What the rows weigh, and their residuals and derivatives.
+//! Weights of the rows, their residuals and derivatives.
 
 use super::equation::{Equation, equations};
 use super::instruments::{Instruments, OF_ROBOT};
@@ -9,7 +9,7 @@ use crate::robot::{Arm, ArmIndex, Robot, TRANSMISSION_NUMBERS};
 use crate::samples::put_row;
 use nalgebra::Vector3;
 
-/// Rounding of a computed position, in ε of the robot's size.
+/// Rounding of a computed position, in ε times the robot's size.
 const ROUNDING: f64 = 4.0;
 /// Parameters of an arm.
 const ARM: usize = 8;
@@ -23,21 +23,21 @@ struct Pose<T: Real> {
 }
 
 impl<T: Real> Pose<T> {
-    /// `None` where the robot has no such pose, or a singular one.
+    /// `None` if the robot has no such pose, or a singular one.
     fn new(robot: &Robot<T>, joints: &[T; 3]) -> Option<Self> {
         let position = robot.forward(joints).ok()?;
         let columns = robot.inverse_by_position(&position, joints).ok()?;
         Some(Self { position, columns })
     }
 
-    /// How a reading changes with each arm's constraint.
+    /// The derivative of a reading by each arm's constraint.
     fn by_constraints(&self, by_position: &Vector3<T>) -> [T; 3] {
         self.columns.map(|column| -by_position.dot(&column))
     }
 }
 
 impl<T: Real> ObservationRow<T> {
-    /// Leaves the row out if a robot does not reach its joint angles.
+    /// Excludes the row if the robot does not reach its joint angles.
     ///
     /// # Errors
     /// [`ObservationError::SamePlace`].
@@ -60,7 +60,7 @@ impl<T: Real> ObservationRow<T> {
         Ok(())
     }
 
-    /// Takes the weights of the readings from a robot and values of the unknowns.
+    /// Computes the weights of the readings at a robot and values of the unknowns.
     pub(super) fn take_weights<const N: usize>(
         &mut self,
         robot: &Robot<T>,
@@ -144,7 +144,7 @@ impl<T: Real> ObservationRow<T> {
         )
     }
 
-    /// The readings less what they should be, in σ. `None` where the robot does not reach the joint angles.
+    /// Readings minus expected values, in σ. `None` if the robot does not reach the joint angles.
     pub(super) fn residuals<const N: usize>(
         &self,
         robot: &Robot<T>,
@@ -173,7 +173,7 @@ impl<T: Real> ObservationRow<T> {
         Some(residuals)
     }
 
-    /// The rows (∂r/∂p, r), by columns, M = N + 1. `None` where the robot has no such pose.
+    /// The rows (∂r/∂p, r), by columns, M = N + 1. `None` if the robot has no such pose.
     pub(super) fn linearized<const N: usize, const M: usize>(
         &self,
         robot: &Robot<T>,
@@ -223,7 +223,7 @@ impl<T: Real> ObservationRow<T> {
         Some(columns)
     }
 
-    /// The same rows where no more than two readings are there, which is all that stands in columns of five.
+    /// The same rows compacted to two readings, for rows (in columns of five) that have no more.
     pub(super) fn read_alone<const M: usize>(
         &self,
         columns: &[[T; READINGS]; M],
@@ -239,8 +239,7 @@ impl<T: Real> ObservationRow<T> {
         }))
     }
 
-    /// L⁻¹ ∂h/∂X at the row's own pose, and at the one where a distance begins. `None` where the robot has no such
-    /// pose.
+    /// L⁻¹ ∂h/∂X at the row's own pose and at the start of a distance. `None` if the robot has no such pose.
     pub(super) fn by_positions<const N: usize>(
         &self,
         robot: &Robot<T>,
@@ -279,7 +278,7 @@ impl<T: Real> ObservationRow<T> {
         Some(by_positions)
     }
 
-    /// L⁻¹ of a column of readings, times √ of what the row counts.
+    /// L⁻¹ times a column of readings, times √ of the row's weight.
     fn whiten(&self, column: &mut [T; READINGS]) {
         let mut whitened = [T::ZERO; READINGS];
         for (index, (row, value)) in self.factor_rows().zip(column.iter()).enumerate() {
@@ -297,7 +296,7 @@ impl<T: Real> ObservationRow<T> {
         *column = whitened.map(|value| value * self.root_weight);
     }
 
-    /// Σ 1/Lₖₖ² times the squared size of the robot: the size of the terms that the residuals are summed from.
+    /// Σ 1/Lₖₖ² times the squared size of the robot: the size of the terms from which the residuals are summed.
     pub(super) fn terms_squared(&self, robot: &Robot<T>) -> T {
         if self.left_out {
             return T::ZERO;
@@ -314,7 +313,7 @@ impl<T: Real> ObservationRow<T> {
     }
 }
 
-/// Adds ∂h/∂P of a reading that moves with a pose's position as `by_position`.
+/// Adds ∂h/∂P of a reading whose derivative by the pose's position is `by_position`.
 fn add_by_parameters<T: Real>(
     row: &mut [T],
     robot: &Robot<T>,
@@ -337,7 +336,7 @@ fn add_by_parameters<T: Real>(
     }
 }
 
-/// Adds the derivatives by the numbers of the transmissions, which stand behind the parameters.
+/// Adds the derivatives by the numbers of the transmissions, which follow the parameters.
 fn add_by_transmissions<T: Real>(
     row: &mut [T],
     robot: &Robot<T>,
@@ -366,7 +365,7 @@ fn product<T: Real>(one: &[T], other: &[T]) -> T {
         .fold(T::ZERO, |sum, (a, b)| sum + *a * *b)
 }
 
-/// L of L Lᵀ, each row as far as its diagonal, which is positive: every reading has a σ of its own.
+/// L of L Lᵀ, each row up to its diagonal, which is positive: every reading has its own σ.
 fn cholesky<T: Real>(covariance: &[[T; READINGS]; READINGS]) -> [T; LOWER] {
     let mut factor = [T::ZERO; LOWER];
     let mut start = 0;
@@ -424,7 +423,7 @@ mod tests {
         SymmetricRobot::PAPER.robot().unwrap()
     }
 
-    /// Too short for level upper arms: near those the forearms lie nearly in a plane.
+    /// Too short for level upper arms: near these, the forearms are almost coplanar.
     fn short_forearms() -> Robot<f64> {
         let robot = SymmetricRobot {
             forearm: 420.0,
@@ -532,7 +531,7 @@ mod tests {
                 own.get(column).copied().unwrap_or(0.0)
             });
             let found = factor * factor.transpose();
-            // Differences over 1e-6 rad keep eight digits.
+            // Differences over 1e-6 rad have eight correct digits.
             assert!((found - expected).amax() < 1e-6 * expected.amax());
 
             // Σ 1/Lₖₖ² times |X|² + Lb².
@@ -562,7 +561,7 @@ mod tests {
         }
     }
 
-    /// Two poses are the same place if they are nearer than √ε of the distance from the base.
+    /// Two poses are the same place if they are closer than √ε times the distance from the base.
     #[test]
     fn a_distance_needs_two_places() {
         let robot = robot();
@@ -585,7 +584,7 @@ mod tests {
             };
             assert_eq!(row.look_whether_reached(&robot), expected, "{part}");
         }
-        // Of a pose out of reach nothing is known.
+        // A pose out of reach is ignored.
         let mut row = ObservationRow::new(Observation {
             position: [Some(1.0), None, None],
             ..Observation::at([0.0; 3])
@@ -594,7 +593,7 @@ mod tests {
         assert!(row.is_left_out());
     }
 
-    /// Of a noise that no number holds rounding is left: four ε of the robot's size.
+    /// With a noise too small to represent, rounding remains: four ε of the robot's size.
     #[test]
     fn rounding_is_a_noise_too() {
         let robot = robot();

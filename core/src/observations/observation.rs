@@ -1,16 +1,16 @@
-//! What was measured, and the same with the weights of its readings.
+//! Observations, and rows: observations with the weights of their readings.
 
 use crate::Real;
 use crate::samples::SampleError;
 use core::fmt;
 use nalgebra::Vector3;
 
-/// What was measured at one set of joint angles: any of the coordinates, a height, a distance.
+/// Readings taken at one set of joint angles: any of the coordinates, a height, a distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Observation<T: Real> {
     /// q₁, q₂, q₃ in radians.
     pub joints: [T; 3],
-    /// The coordinates that were measured, in the frame of the positions. Length.
+    /// The measured coordinates, in the frame of the positions. Length.
     pub position: [Option<T>; 3],
     /// A height above a plane.
     pub height: Option<Height<T>>,
@@ -18,43 +18,43 @@ pub struct Observation<T: Real> {
     pub distance: Option<Distance<T>>,
 }
 
-/// How far the platform point is above a plane, along the plane's upward normal.
+/// The height of the platform point above a plane, along the plane's upward normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Height<T> {
-    /// Which of [`Instruments::planes`](super::Instruments::planes).
+    /// Index into [`Instruments::planes`](super::Instruments::planes).
     pub plane: u8,
     /// Length.
     pub height: T,
 }
 
-/// How far the platform point is from somewhere.
+/// The distance of the platform point from a point or another pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Distance<T> {
-    /// From where.
+    /// The start of the distance.
     pub from: DistanceFrom<T>,
     /// Length.
     pub distance: T,
 }
 
-/// Where a distance begins.
+/// Where a distance starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum DistanceFrom<T> {
-    /// At one of [`Instruments::points`](super::Instruments::points).
+    /// Index into [`Instruments::points`](super::Instruments::points).
     Point(u8),
-    /// At the platform's position at these joint angles, radians.
+    /// The platform's position at these joint angles, radians.
     Pose([T; 3]),
 }
 
-/// Why an observation is not taken in.
+/// Why an observation is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ObservationError {
-    /// A joint angle is not usable.
+    /// A joint angle is invalid.
     Joints(SampleError),
-    /// Nothing was measured.
+    /// The observation has no reading.
     Nothing,
     /// A number is NaN, infinite, or too large to be squared.
     NonFinite,
@@ -62,15 +62,15 @@ pub enum ObservationError {
     Weight,
     /// A distance is not greater than 0.
     DistanceNotPositive,
-    /// There is no plane with this index.
+    /// No plane has this index.
     NoSuchPlane(u8),
-    /// There is no point with this index.
+    /// No point has this index.
     NoSuchPoint(u8),
-    /// The distance between two poses that the nominal robot has in the same place.
+    /// The nominal robot puts both poses of a distance in the same place.
     SamePlace,
-    /// The calibrator has as many observations as there is room for.
+    /// The calibrator has no room for more observations.
     Full,
-    /// The calibrator solves: first call its `step` until it has finished.
+    /// A solve is in progress: first call `step` until it has finished.
     Busy,
 }
 
@@ -95,7 +95,7 @@ impl fmt::Display for ObservationError {
 impl core::error::Error for ObservationError {}
 
 impl<T: Real> Observation<T> {
-    /// At joint angles (radians), nothing measured yet.
+    /// An observation at joint angles (radians), without readings.
     pub const fn at(joints: [T; 3]) -> Self {
         Self {
             joints,
@@ -105,14 +105,14 @@ impl<T: Real> Observation<T> {
         }
     }
 
-    /// How many numbers were measured.
+    /// Number of readings.
     pub fn readings(&self) -> usize {
         self.position.iter().flatten().count()
             + usize::from(self.height.is_some())
             + usize::from(self.distance.is_some())
     }
 
-    /// Whether one of the five readings is there: x, y, z, height, distance.
+    /// Whether one of the five readings is present: x, y, z, height, distance.
     pub(super) fn is_read(&self, reading: usize) -> bool {
         match reading {
             0..3 => self.position.get(reading).is_some_and(Option::is_some),
@@ -121,7 +121,7 @@ impl<T: Real> Observation<T> {
         }
     }
 
-    /// The joint angles at which a distance between two poses begins. Radians.
+    /// The joint angles at which a distance between two poses starts. Radians.
     pub const fn other_joints(&self) -> Option<&[T; 3]> {
         match &self.distance {
             Some(Distance {
@@ -133,27 +133,27 @@ impl<T: Real> Observation<T> {
     }
 }
 
-/// Readings of an observation at most.
+/// Most readings of an observation.
 pub(super) const READINGS: usize = 5;
-/// Numbers of a lower triangle of as many rows.
+/// Entries of a lower triangle with as many rows.
 pub(super) const LOWER: usize = READINGS * (READINGS + 1) / 2;
 
 /// An observation with the weights of its readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ObservationRow<T: Real> {
     pub(super) observation: Observation<T>,
-    /// L of the readings' covariance, each row as far as its diagonal: 1 there where nothing was read.
+    /// L of the readings' covariance, each row up to its diagonal, which is 1 for a missing reading.
     pub(super) factor: [T; LOWER],
-    /// Where the nominal robot's platform is at the joint angles, if it reaches them.
+    /// The nominal robot's position at the joint angles, if it reaches them.
     pub(super) nominal: Vector3<T>,
-    /// √ of what the row counts.
+    /// √ of the row's weight.
     pub(super) root_weight: T,
     /// Whether the nominal robot does not reach its joint angles.
     pub(super) left_out: bool,
 }
 
 impl<T: Real> ObservationRow<T> {
-    /// Before it is [prepared](super::ObservationProblem::prepare).
+    /// A row that is not yet [prepared](super::ObservationProblem::prepare).
     pub const fn new(observation: Observation<T>) -> Self {
         Self {
             observation,
@@ -164,12 +164,12 @@ impl<T: Real> ObservationRow<T> {
         }
     }
 
-    /// What was measured.
+    /// The observation.
     pub const fn observation(&self) -> &Observation<T> {
         &self.observation
     }
 
-    /// The same row counted so many times in the sum of squares.
+    /// Sets the row's weight in the sum of squares.
     pub fn set_weight(&mut self, weight: T) {
         self.root_weight = weight.square_root();
     }
@@ -182,7 +182,7 @@ impl<T: Real> ObservationRow<T> {
         }
     }
 
-    /// How many times the row counts.
+    /// The row's weight.
     pub fn weight(&self) -> T {
         if self.left_out {
             T::ZERO
@@ -191,26 +191,26 @@ impl<T: Real> ObservationRow<T> {
         }
     }
 
-    /// |L|, L Lᵀ being the covariance of the row's readings: the product of their σ, each given those before it.
+    /// |L|, where L Lᵀ is the covariance of the row's readings: the product of their σ, each given those before it.
     pub fn spread(&self) -> T {
         self.factor_rows()
             .filter_map(<[T]>::last)
             .fold(T::ONE, |product, pivot| product * *pivot)
     }
 
-    /// The rows of L, each as far as its diagonal.
+    /// The rows of L, each up to its diagonal.
     pub(super) fn factor_rows(&self) -> impl Iterator<Item = &[T]> {
         lower_rows(&self.factor)
     }
 
-    /// Whether the row does not count because the nominal robot does not reach its joint angles: nothing tells
-    /// then what its readings weigh.
+    /// Whether the row is ignored because the nominal robot does not reach its joint angles, so that its readings have
+    /// no weights.
     pub const fn is_left_out(&self) -> bool {
         self.left_out
     }
 }
 
-/// The rows of a lower triangle, each as far as its diagonal.
+/// The rows of a lower triangle, each up to its diagonal.
 pub(super) fn lower_rows<T>(factor: &[T; LOWER]) -> impl Iterator<Item = &[T]> {
     let mut rest = factor.as_slice();
     (1..=READINGS).map_while(move |length| {

@@ -1,4 +1,4 @@
-//! The problem that observations are.
+//! The least-squares problem of the observations.
 
 use super::instruments::{Instruments, OF_PLANE, OF_ROBOT, OF_TRANSMISSIONS, PositionFrame};
 use super::observation::{ObservationError, ObservationRow};
@@ -17,8 +17,8 @@ use nalgebra::Vector3;
 /// Parameters of an arm.
 const ARM: usize = 8;
 
-/// The calibration from observations: the robot's 24 parameters, 15 numbers of its transmissions if they are to be
-/// found, and the unknowns of the instruments, N parameters in all or more, M = N + 1, E = M (M + 1)/2. Places that no unknown needs stay where they are.
+/// The calibration from observations: the robot's 24 parameters, 15 transmission numbers if they are estimated, and the
+/// unknowns of the instruments; at most N parameters, M = N + 1, E = M (M + 1)/2. Unused places keep their values.
 ///
 /// ```
 /// use delta_cal::calibration::Settings;
@@ -31,7 +31,7 @@ const ARM: usize = 8;
 /// let built = SymmetricRobot { upper_arm: 260.7, forearm: 479.1, ..drawn }.robot()?;
 /// let drawn = drawn.robot()?;
 ///
-/// // Gauge blocks of 0, 60 and 120 mm on a plate that lies somewhere below the robot.
+/// // Gauge blocks of 0, 60 and 120 mm on a plate somewhere below the robot.
 /// let mut rows = Vec::new();
 /// for k in 0..45 {
 ///     let t = f64::from(k);
@@ -70,27 +70,27 @@ pub struct ObservationProblem<'a, T: Real, const N: usize> {
 /// A robot and the unknowns of the instruments at a correction.
 #[derive(Debug, Clone, Copy)]
 pub struct InstrumentsAt<T: Real, const N: usize> {
-    /// `None` where there is no such robot.
+    /// `None` if there is no such robot.
     robot: Option<Robot<T>>,
     unknowns: [T; N],
 }
 
-/// Why observations are no problem to solve.
+/// Why observations cannot be solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum PrepareError {
-    /// A row is not usable.
+    /// A row is invalid.
     Row {
-        /// Which, from 0 on.
+        /// Its index, from 0.
         index: usize,
-        /// What is wrong with it.
+        /// Its fault.
         error: ObservationError,
     },
     /// An instrument has fewer readings than unknowns.
     Refused(Refusal),
-    /// N is too small for the unknowns of these instruments.
+    /// N is too small for the unknowns of the instruments.
     TooManyUnknowns {
-        /// How many there are, the robot's parameters included.
+        /// Number of unknowns, including the robot's parameters.
         parameters: usize,
     },
 }
@@ -110,11 +110,11 @@ impl core::fmt::Display for PrepareError {
 impl core::error::Error for PrepareError {}
 
 impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
-    /// Checks the rows, and computes from the nominal robot where the unknowns start and what each row's
-    /// readings weigh. A row that the nominal robot does not reach is left out.
+    /// Checks the rows, and computes the start of the unknowns and the weights of the readings from the nominal robot.
+    /// A row that the nominal robot does not reach is ignored.
     ///
     /// # Errors
-    /// A row that is not usable, an instrument with fewer readings than unknowns, or more unknowns than fit.
+    /// An invalid row, an instrument with fewer readings than unknowns, or more unknowns than fit.
     pub fn prepare(
         robot: &'a Robot<T>,
         instruments: &'a Instruments<'a, T>,
@@ -147,8 +147,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         })
     }
 
-    /// The same problem of the same rows with other [weights](ObservationRow::set_weight), which together are worth so
-    /// many.
+    /// The same problem and rows with other [weights](ObservationRow::set_weight) of the given total.
     #[must_use]
     pub fn weighed<'b>(
         &self,
@@ -172,36 +171,35 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         }
     }
 
-    /// What the readings refer to.
+    /// The instruments the readings refer to.
     pub const fn instruments(&self) -> &Instruments<'a, T> {
         self.instruments
     }
 
-    /// The rows, of which those that the nominal robot does not reach are left out.
+    /// The rows, including those that are ignored because the nominal robot does not reach them.
     pub const fn rows(&self) -> &[ObservationRow<T>] {
         self.rows
     }
 
-    /// Each reading of a row less what it should be, in σ and with the row's weights: x, y, z, height,
-    /// distance; 0 where nothing was read.
+    /// Each reading of a row minus its expected value, in σ and times the row's weights: x, y, z, height, distance; 0
+    /// for a missing reading.
     pub fn residuals(&self, outcome: &ObservationOutcome<T, N>, row: usize) -> Option<[T; 5]> {
         self.residuals_at(&outcome.robot, outcome.unknowns(), row)
     }
 
-    /// The same of a robot and [unknowns](Instruments::unknowns_at) that come from elsewhere.
+    /// The same at an arbitrary robot and [unknowns](Instruments::unknowns_at).
     pub fn residuals_at(&self, robot: &Robot<T>, unknowns: &[T; N], row: usize) -> Option<[T; 5]> {
         self.rows
             .get(row)?
             .residuals(robot, self.instruments, &self.prepared.start, unknowns)
     }
 
-    /// How the readings of a row change with the parameters at the start, in σ and with the row's weights:
-    /// ∂r/∂p by columns, p in units of [`unit_of`](Problem::unit_of), and as the last of the M = N + 1 columns
-    /// the residuals r. `None` for a row that does not exist.
+    /// The derivatives of a row's readings by the parameters at the start, in σ and with the row's weights: ∂r/∂p by
+    /// columns, p in units of [`unit_of`](Problem::unit_of), and the residuals r as the last of the M = N + 1 columns.
+    /// `None` for a row that does not exist.
     ///
-    /// A column holds x, y, z, height and distance; 0 where nothing was read. JᵀJ over all rows is the
-    /// information that the measurements hold (what is known beforehand is in
-    /// [`prior`](Self::prior)).
+    /// A column holds x, y, z, height and distance; 0 for a missing reading. JᵀJ summed over all rows is the
+    /// information from the measurements (prior information is in [`prior`](Self::prior)).
     pub fn linearized<const M: usize>(&self, row: usize) -> Option<[[T; 5]; M]> {
         self.rows.get(row)?.linearized(
             self.robot,
@@ -228,8 +226,8 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         )
     }
 
-    /// How the readings of a row change with the platform's position, ∂h/∂X in σ per length and with the row's
-    /// weights: where the platform is, and where a distance between two poses begins. Zero where nothing was read.
+    /// The derivatives of a row's readings by the platform's position, ∂h/∂X in σ per length and with the row's
+    /// weights: at the pose and at the start of a distance between two poses. 0 for a missing reading.
     pub fn by_positions_at(
         &self,
         robot: &Robot<T>,
@@ -241,12 +239,12 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
             .by_positions(robot, self.instruments, &self.prepared.start, unknowns)
     }
 
-    /// The values at which the unknowns start, at their places among all parameters.
+    /// The start values of the unknowns, at their indices among all parameters.
     pub const fn start_unknowns(&self) -> &[T; N] {
         self.prepared.start.unknowns()
     }
 
-    /// Where the frame of the coordinates starts: from the robot's frame to it.
+    /// The start value of the coordinate frame: the transform from the robot's frame to it.
     pub const fn start_frame(&self) -> &RigidTransform<T> {
         self.prepared.start.frame()
     }
@@ -273,7 +271,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         .map_err(Refusal::ImpossibleRobot)
     }
 
-    /// An arm whose parameters differ by a displacement, and its transmission by its part of the correction.
+    /// An arm with its parameters displaced, and its transmission displaced by its part of the correction.
     fn moved(
         &self,
         index: ArmIndex,
@@ -319,7 +317,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
         }
     }
 
-    /// Of a row. Infinite where the robot does not reach it.
+    /// Of one row. Infinite if the robot does not reach it.
     fn sum_of_squares(&self, at: &InstrumentsAt<T, N>, piece: usize) -> Piece<T> {
         let row = self.rows.get(piece).zip(at.robot.as_ref());
         let residuals = row.and_then(|(row, robot)| {
@@ -331,7 +329,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
         }
     }
 
-    /// The readings of a row.
+    /// Absorbs the readings of one row.
     #[inline(never)]
     fn linearize(
         &self,
@@ -356,7 +354,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
             };
         };
         let residuals = columns.last().map_or(T::ZERO, |own| squared_length(own));
-        // Rows of zeros change nothing, and take their time.
+        // Rows of zeros change nothing but cost time.
         match row.read_alone(&columns) {
             Some(mut few) => normal.absorb(&mut few),
             None => normal.absorb(&mut columns),
@@ -431,11 +429,11 @@ fn squared_length<T: Real>(residuals: &[T]) -> T {
         .fold(T::ZERO, |sum, residual| sum + residual.squared())
 }
 
-/// Where the unknowns start, and what the rows weigh together.
+/// The start of the unknowns, and the combined weights of the rows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Prepared<T: Real, const N: usize> {
     pub(super) start: StartValues<T, N>,
-    /// What a correction of 1 is: 1 rad, or the upper arm's length.
+    /// A correction of 1 in the caller's units: 1 rad, or the upper arm's length.
     pub(super) units: [T; N],
     pub(super) terms_squared: T,
     pub(super) readings: T,
@@ -443,7 +441,7 @@ pub(super) struct Prepared<T: Real, const N: usize> {
 }
 
 impl<T: Real, const N: usize> Prepared<T, N> {
-    /// From rows that are checked, none of them [counted](Self::count) yet.
+    /// From checked rows, none of them [counted](Self::count) yet.
     ///
     /// # Errors
     /// [`Refusal::UnusableInstrument`], [`Refusal::TooFewObservations`].
@@ -510,14 +508,14 @@ impl<T: Real, const N: usize> Prepared<T, N> {
         }
     }
 
-    /// Counts a row that has its weights.
+    /// Counts a row whose weights are known.
     pub(super) fn count(&mut self, robot: &Robot<T>, row: &ObservationRow<T>) {
         self.terms_squared += row.terms_squared(robot);
         self.readings += T::from_count(row.observation().readings() as u64) * row.weight();
         self.effective_rows += row.weight();
     }
 
-    /// Where the unknowns start.
+    /// The start of the unknowns.
     pub(super) const fn start(&self) -> &StartValues<T, N> {
         &self.start
     }

@@ -1,4 +1,4 @@
-//! What is known beforehand, the minimisation at once, and what comes out.
+//! The prior, a one-call solve, and the outcome.
 
 use super::equation::frame_at;
 use super::instruments::{
@@ -17,7 +17,7 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
     /// Calibrates the robot.
     ///
     /// # Errors
-    /// A [`Refusal`]; the robot keeps its parameters.
+    /// A [`Refusal`]; keep the robot's current parameters.
     pub fn solve<const M: usize, const E: usize>(
         &self,
         settings: &Settings<T>,
@@ -29,8 +29,8 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
         Ok(outcome)
     }
 
-    /// The correction at which the minimisation ends, whatever is to be said of it: no search for other solutions, no
-    /// judgement. `None` if it ends nowhere.
+    /// The correction at which the minimisation ends, without searching for other solutions and without judging it.
+    /// `None` if it does not converge.
     pub fn end<const M: usize, const E: usize>(&self, settings: &Settings<T>) -> Option<[T; N]> {
         let minimizer = self.minimizer::<M, E>(settings);
         let mut minimizer = minimizer.ok()?.for_its_end();
@@ -46,7 +46,7 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
         Minimizer::with_prior(self, ArmIndex::First, self.prior(settings), settings)
     }
 
-    /// The robot and the unknowns of an estimate.
+    /// Converts an estimate to the robot and the unknowns.
     ///
     /// # Errors
     /// [`Refusal::ImpossibleGeometry`] or [`Refusal::ImpossibleRobot`].
@@ -65,8 +65,7 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
         Ok(())
     }
 
-    /// What is known of the parameters beforehand, in units of
-    /// [`unit_of`](crate::calibration::Problem::unit_of).
+    /// Prior knowledge of the parameters, in units of [`unit_of`](crate::calibration::Problem::unit_of).
     pub fn prior(&self, settings: &Settings<T>) -> TolerancePrior<T, N> {
         let [first, second, third] = self.robot.arms();
         let arms = [first, second, third];
@@ -76,8 +75,7 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
         prior
     }
 
-    /// 1/σ of what is known of each unknown of the instruments; 0 where nothing is known, 1 for places that no
-    /// unknown needs.
+    /// 1/σ of the prior on each instrument unknown; 0 if nothing is known, 1 at unused places.
     fn hold_instruments(&self, weights: &mut [T; N]) {
         let mut put = |column: usize, count: usize, sigma: T| {
             let places = weights
@@ -133,14 +131,14 @@ pub(super) type ObservationMinimizer<T, const N: usize, const M: usize, const E:
 pub struct ObservationOutcome<T: Real, const N: usize> {
     /// The calibrated robot.
     pub robot: Robot<T>,
-    /// All parameters, the robot's 24 first, and how far they can be trusted.
+    /// All parameters, the robot's 24 first, and their uncertainty.
     pub estimate: Estimate<T, N>,
     unknowns: [T; N],
     frame: RigidTransform<T>,
 }
 
 impl<T: Real, const N: usize> ObservationOutcome<T, N> {
-    /// Nothing yet: the robot before calibration.
+    /// A placeholder: the uncalibrated robot.
     pub(super) fn vacant(robot: &Robot<T>) -> Self {
         Self {
             robot: *robot,
@@ -150,12 +148,12 @@ impl<T: Real, const N: usize> ObservationOutcome<T, N> {
         }
     }
 
-    /// The unknowns at their places among all parameters; what stands before them has no meaning.
+    /// The unknowns at their indices among all parameters; entries before them have no meaning.
     pub const fn unknowns(&self) -> &[T; N] {
         &self.unknowns
     }
 
-    /// The frame of the coordinates: from the robot's frame to it.
+    /// The coordinate frame: the transform from the robot's frame to it.
     pub const fn frame(&self) -> RigidTransform<T> {
         self.frame
     }
@@ -165,7 +163,7 @@ impl<T: Real, const N: usize> ObservationOutcome<T, N> {
         self.from(instruments.plane_column(plane))
     }
 
-    /// x, y and z of a point and what its sensor reads too much. Length.
+    /// x, y and z of a point and the offset of its sensor. Length.
     pub fn point(&self, instruments: &Instruments<'_, T>, point: u8) -> [T; 4] {
         let [x, y, z, offset] = self.from(instruments.point_column(point));
         let has_offset = instruments.points.get(usize::from(point));
@@ -181,8 +179,8 @@ impl<T: Real, const N: usize> ObservationOutcome<T, N> {
         values
     }
 
-    /// The robot's 24 geometric parameters alone; the covariance takes the share of all other unknowns into account.
-    /// The robot has the transmissions that were found.
+    /// The robot's 24 geometric parameters alone; their covariance accounts for all other unknowns. The robot includes
+    /// the estimated transmissions.
     pub fn of_robot(&self) -> JointOutcome<T> {
         let whole = &self.estimate;
         let mut correction = [T::ZERO; OF_ROBOT];
@@ -232,8 +230,8 @@ mod tests {
     use rand_core::{Rng, SeedableRng};
     use rand_pcg::Pcg32;
 
-    /// Robots made to 2 mm and 10 mrad whose forearms are short for level upper arms, measured where those are nearly level:
-    /// there full steps lead to robots that do not reach the poses, or far beyond the minimum.
+    /// Robots made to 2 mm and 10 mrad whose forearms are short for level upper arms, measured where those are nearly
+    /// level: full steps lead to robots that do not reach the poses, or far beyond the minimum.
     #[test]
     fn poses_near_a_singularity_do_not_trap_the_iteration() {
         let nominal = SymmetricRobot {
@@ -253,7 +251,7 @@ mod tests {
         let middle = [0.9; 3];
         for seed in 0..60 {
             let mut rng = Pcg32::seed_from_u64(seed);
-            // Evenly in (−1, 1); times √3 the standard deviation is 1.
+            // Uniform in (−1, 1); times √3 the standard deviation is 1.
             let mut uniform = move || f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
             let mut error = |sigma: f64| libm::sqrt(3.0) * sigma * uniform();
             let truth = Robot::from_parameters(nominal.parameters().map(|mut arm| {

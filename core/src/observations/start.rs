@@ -1,4 +1,4 @@
-//! Where the unknowns of the instruments start: closed forms from the nominal robot's forward kinematics.
+//! Start values for the instruments' unknowns: closed forms from the nominal robot's forward kinematics.
 
 use super::instruments::{Instruments, PositionFrame};
 use super::observation::{DistanceFrom, ObservationRow};
@@ -8,12 +8,12 @@ use crate::robot::Robot;
 use crate::samples::{Triangle, put_row};
 use nalgebra::{Matrix3, Vector3};
 
-/// Passes of the fit of a plane, each with the tilt that the one before has found.
+/// Passes of the plane fit, each using the tilt found by the previous one.
 const PASSES: usize = 3;
-/// Touches whose spread has a smaller determinant than this part of its squared trace lie on a line.
+/// Touches are collinear if the determinant of their spread is below this fraction of its squared trace.
 const LINE: f64 = 1e-3;
 
-/// The start of the unknowns, at their places among N parameters.
+/// The start of the unknowns, at their indices among N parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StartValues<T: Real, const N: usize> {
     frame: RigidTransform<T>,
@@ -23,7 +23,7 @@ pub struct StartValues<T: Real, const N: usize> {
 }
 
 impl<T: Real, const N: usize> StartValues<T, N> {
-    /// From rows that are checked, those that count.
+    /// From checked rows, those that count.
     pub(super) fn of(
         robot: &Robot<T>,
         instruments: &Instruments<'_, T>,
@@ -70,18 +70,18 @@ impl<T: Real, const N: usize> StartValues<T, N> {
         }
     }
 
-    /// The frame of the coordinates at the start.
+    /// The coordinate frame at the start.
     pub(super) const fn frame(&self) -> &RigidTransform<T> {
         &self.frame
     }
 
-    /// The start, at their places among all parameters.
+    /// The start values, at their indices among all parameters.
     pub(super) const fn unknowns(&self) -> &[T; N] {
         &self.unknowns
     }
 
-    /// Whether the measured coordinates say nothing of one of the frame's six numbers: of a shift along an
-    /// axis that was not measured, or of a turn about the only axis that was.
+    /// Whether the measured coordinates do not determine one of the frame's six numbers: a shift along an unmeasured
+    /// axis, or a rotation about the only measured one.
     pub(super) fn is_free(&self, number: usize) -> bool {
         let [x, y, z] = self.axes;
         let seen = [x, y, z, y || z, x || z, x || y];
@@ -95,9 +95,9 @@ fn counted<T: Real>(
     rows.iter().filter(|row| !row.is_left_out())
 }
 
-/// c, a and b of the plane z = c + a x + b y that is nearest to the nominal robot's touches: the least squares fit of
-/// z − h √(1 + a² + b²), the root from the pass before, at first 1. Level, if its tilt is known to be small or the
-/// touches lie nearly on a line.
+/// c, a and b of the plane z = c + a x + b y that best fits the nominal robot's touches: a least-squares fit of z − h
+/// √(1 + a² + b²) with the root from the previous pass, initially 1. Level if its tilt is known to be small or the
+/// touches are nearly collinear.
 fn plane<T: Real>(
     robot: &Robot<T>,
     rows: &[ObservationRow<T>],
@@ -106,7 +106,7 @@ fn plane<T: Real>(
 ) -> [T; 3] {
     let [first, ..] = robot.arms();
     let unit = first.lb();
-    // Of x, y, z and the height: their sums, and those of their products with x and y.
+    // For x, y, z and the height: their sums, and the sums of their products with x and y.
     let (mut count, mut sums, mut by_x, mut by_y) =
         (T::ZERO, [T::ZERO; 4], [T::ZERO; 4], [T::ZERO; 4]);
     for row in counted(rows) {
@@ -157,7 +157,7 @@ fn plane<T: Real>(
     found
 }
 
-/// Position of the nominal robot and measured distance of every row from a point, over a length.
+/// Nominal position and measured distance of every row measured from a point, divided by a length.
 fn distances<T: Real>(
     rows: &[ObservationRow<T>],
     point: u8,
@@ -173,7 +173,7 @@ fn distances<T: Real>(
     })
 }
 
-/// p of |X|² − d² = 2 X·p + k, whatever k.
+/// p of |X|² − d² = 2 X·p + k, with k eliminated.
 fn point_alone<T: Real>(robot: &Robot<T>, rows: &[ObservationRow<T>], point: u8) -> Option<[T; 3]> {
     let [first, ..] = robot.arms();
     let unit = first.lb();
@@ -189,7 +189,7 @@ fn point_alone<T: Real>(robot: &Robot<T>, rows: &[ObservationRow<T>], point: u8)
     Some([x, y, z].map(|value| value * unit))
 }
 
-/// p and o of |X|² − d² = 2 X·p − 2 d o + k, whatever k.
+/// p and o of |X|² − d² = 2 X·p − 2 d o + k, with k eliminated.
 fn point_with_offset<T: Real>(
     robot: &Robot<T>,
     rows: &[ObservationRow<T>],
@@ -222,7 +222,7 @@ fn absorb<T: Real, const M: usize, const E: usize>(triangle: &mut Triangle<T, M,
     triangle.absorb(&mut block);
 }
 
-/// The least squares solution, if the rows determine it.
+/// The least-squares solution, if the rows determine it.
 fn solved<T: Real, const N: usize, const M: usize, const E: usize>(
     triangle: &Triangle<T, M, E>,
 ) -> Option<[T; N]> {
@@ -231,8 +231,8 @@ fn solved<T: Real, const N: usize, const M: usize, const E: usize>(
     triangle.minimiser(&smallest)
 }
 
-/// The frame in which the nominal robot's positions come nearest to the measured coordinates. Where too few
-/// were measured, the robot's own.
+/// The frame that best fits the nominal robot's positions to the measured coordinates; the robot's own if there are too
+/// few.
 fn frame<T: Real>(
     robot: &Robot<T>,
     rows: &[ObservationRow<T>],
@@ -278,7 +278,7 @@ fn unit<T: Real>(vector: &Vector3<T>) -> Vector3<T> {
     vector / vector.dot(vector).square_root()
 }
 
-/// a of y = a · X + b of one coordinate, whatever b.
+/// a of y = a · X + b for one coordinate, with b eliminated.
 fn affine<T: Real>(
     robot: &Robot<T>,
     rows: &[ObservationRow<T>],
@@ -367,7 +367,7 @@ mod tests {
         }
     }
 
-    /// Of rows as a calibrator takes them in.
+    /// From rows as a calibrator receives them.
     fn start_of<const N: usize>(
         robot: &Robot<f64>,
         instruments: &Instruments<'_, f64>,
@@ -380,8 +380,8 @@ mod tests {
         StartValues::of(robot, instruments, &rows)
     }
 
-    /// Coordinates of the nominal robot in a frame that is turned and shifted, some of each pose: the start is that
-    /// frame, along the axes that were measured.
+    /// Coordinates of the nominal robot in a rotated and shifted frame, some per pose: the start is that frame, along
+    /// the measured axes.
     #[test]
     fn the_frame_is_found_whatever_coordinates_were_measured() {
         let robot = robot();
@@ -391,7 +391,7 @@ mod tests {
         };
         let instruments = instruments(PositionFrame::Sensor, &[], &[]);
         for pattern in [
-            // All of each pose; all, by turns; two of them.
+            // All per pose; all, in turn; two of them.
             [[true; 3]; 2],
             [[true, false, true], [false, true, false]],
             [[true, true, false]; 2],
@@ -408,7 +408,7 @@ mod tests {
                 })
             });
             let start = start_of::<30>(&robot, &instruments, &rows);
-            // ε times lengths of some hundreds times a condition of some tens.
+            // ε times lengths of some hundreds times a condition number of some tens.
             assert!((start.frame().rotation - frame.rotation).amax() < 1e-10);
             let seen = [0, 1, 2].map(|axis| pattern.iter().any(|own| own[axis]));
             for (axis, seen) in seen.into_iter().enumerate() {
@@ -418,7 +418,7 @@ mod tests {
         }
     }
 
-    /// A shift along an axis is seen where that was measured, a turn about it where another was.
+    /// A shift is observable along a measured axis, a rotation about an axis if another one was measured.
     #[test]
     fn the_numbers_of_the_frame_that_nothing_was_measured_of_are_free() {
         for pattern in 1..8 {
@@ -441,8 +441,8 @@ mod tests {
         }
     }
 
-    /// Touches of the nominal robot at 60 mm above a plane, square to it: the plane itself; or the level one at their mean,
-    /// where the tilt is known to be small, cannot be told or is more than 45°.
+    /// Touches of the nominal robot 60 mm above a plane, along its normal, give the plane itself; or the level plane
+    /// through their mean if the tilt is known to be small, cannot be determined or exceeds 45°.
     #[test]
     fn the_plane_is_that_of_the_touches() {
         let unknown = Plane {
@@ -457,7 +457,7 @@ mod tests {
             (unknown, [0.2, -0.3], [90.0, 80.0], true),
             (unknown, [-0.1, 0.4], [30.0, 90.0], true),
             (level, [0.02, -0.03], [90.0, 80.0], false),
-            // Nearly on a line: of the variance across it a thousandth of that along it is asked for.
+            // Nearly collinear: the variance across must be at least a thousandth of that along the line.
             (unknown, [0.2, -0.3], [90.0, 4.5], true),
             (unknown, [0.2, -0.3], [90.0, 1.8], false),
             (unknown, [2.0, 0.0], [20.0, 20.0], false),
@@ -488,7 +488,7 @@ mod tests {
             } else {
                 [mean, 0.0, 0.0]
             };
-            // ε times lengths of some hundreds times a condition of some thousands.
+            // ε times lengths of some hundreds times a condition number of some thousands.
             assert!(
                 (found_a - expected[1]).abs() < 1e-9,
                 "{found_a} {expected:?}"
@@ -501,7 +501,7 @@ mod tests {
         }
     }
 
-    /// Exact distances from a point, with an offset that the sensor adds or without: both in closed form.
+    /// Exact distances from a point, with and without a sensor offset: both in closed form.
     #[test]
     fn the_point_is_that_of_the_distances() {
         let robot = robot();
@@ -524,10 +524,10 @@ mod tests {
             let of_point = instruments(PositionFrame::Base, &[], &points);
             let start = start_of::<28>(&robot, &of_point, &rows);
             let [.., x, y, z, found] = *start.unknowns();
-            // ε times lengths of some hundreds times a condition of some thousands.
+            // ε times lengths of some hundreds times a condition number of some thousands.
             assert!((Vector3::new(x, y, z) - place).norm() < 1e-8);
             assert!((found - offset.unwrap_or(0.0)).abs() < 1e-8);
-            // Of two poses there is no such point.
+            // Two poses do not determine a point.
             let start = start_of::<28>(&robot, &of_point, &rows[..2]);
             assert!(start.unknowns().iter().all(|value| *value == 0.0));
         }

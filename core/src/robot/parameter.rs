@@ -168,8 +168,7 @@ impl Drive {
         }
     }
 
-    /// What stands at each place of an arm's vector of eight parameters: a linear drive leaves the place before
-    /// the last empty.
+    /// The parameter at each place of an arm's vector of eight; a linear drive leaves the second-last place empty.
     pub const fn places(self) -> [Option<Parameter>; 8] {
         match self {
             Self::Rotary => [
@@ -196,8 +195,7 @@ impl Drive {
     }
 }
 
-/// The drive of an arm. Without the feature `linear` it takes no memory, and what is computed for linear
-/// drives is not compiled.
+/// The drive of an arm. Without the feature `linear` it takes no memory, and code for linear drives is not compiled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(crate) struct DriveOf {
@@ -225,7 +223,7 @@ impl DriveOf {
     }
 }
 
-/// Why eight numbers are not the geometry of an arm, or three arms not a robot.
+/// Why parameters are not a valid arm, or three arms not a valid robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -233,7 +231,7 @@ impl DriveOf {
 pub enum GeometryError {
     /// A parameter is NaN or infinite.
     NonFinite(Parameter),
-    /// The upper arm (La_x, La_y) or the forearm Lb is not longer than 0.
+    /// The length of the upper arm (La_x, La_y) or of the forearm Lb is not positive.
     NotPositive(Parameter),
     /// |α| ≥ 90°: the arm plane's "up" would point down, or be undefined.
     TiltTooLarge,
@@ -243,12 +241,12 @@ pub enum GeometryError {
     RadiusInvalid,
     /// The arms' "up" directions cancel, so that "below the base" has no meaning.
     NoCommonUp,
-    /// A tower lies flat: it must lean by less than 90°.
+    /// A tower must lean by less than 90°.
     LeanTooLarge,
     /// Not all three arms have the same drive.
     MixedDrives,
-    /// A transmission is so far from exact that the joint angle of an arm's angle is not certain, or the arm's drive
-    /// is linear.
+    /// The transmission differs so much from an exact one that the joint angle may not be unique, or the arm's drive is
+    /// linear.
     TransmissionTooLarge,
 }
 

@@ -4,10 +4,10 @@ use crate::kinematics::{constraint_gradient, linear_gradient};
 use crate::robot::{Arm, Drive, DriveOf, GeometryError};
 use nalgebra::{SVector, Vector3};
 
-/// The nominal arm moved by a correction δP, and the exact difference c(P₀ + δP) − c(P₀).
+/// The nominal arm displaced by a correction δP, and the exact difference c(P₀ + δP) − c(P₀).
 ///
-/// The difference is computed from δP by addition theorems, never by subtracting two large
-/// numbers, so that its rounding is relative to the correction and not to the robot.
+/// The difference is computed from δP by addition theorems rather than by subtracting two large numbers, so its
+/// rounding is relative to the correction and not to the robot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(unreachable_pub)] // part of a sealed trait; nameable by no other crate
 pub struct Displacement<T: Real> {
@@ -95,13 +95,13 @@ impl<T: Real> Displacement<T> {
         sample.x - (self.d + self.u * sample.cosine + self.v * sample.sine)
     }
 
-    /// f/σf of one sample by the constraint (3.8) itself.
+    /// f/σf of one sample, directly from the constraint (3.8).
     pub(crate) fn weighted_constraint(&self, sample: &ArmSample<T>) -> T {
         let forearm = self.forearm(sample);
         (forearm.dot(&forearm) - self.lb * self.lb) * sample.weight
     }
 
-    /// One row of Jacobian (3.21) and f, both over σf.
+    /// One row of the Jacobian (3.21) and f, both divided by σf.
     pub(crate) fn constraint_row(&self, sample: &ArmSample<T>) -> (SVector<T, 8>, T) {
         let forearm = self.forearm(sample);
         if self.drive.get() == Drive::Linear {
@@ -129,13 +129,13 @@ impl<T: Real> Displacement<T> {
         (gradient * sample.weight, self.weighted_constraint(sample))
     }
 
-    /// Features, in the order of [`NominalArm`]'s φ, times ∂c/∂P:
+    /// Features, in the order of φ in [`NominalArm`], times ∂c/∂P:
     ///
     /// ```text
     /// ∂(φᵀc)/∂D = 2 (φc u + φs v + φ₁ D − φx)    ∂(φᵀc)/∂u = 2 (φc D − φxc)    ∂(φᵀc)/∂v = 2 (φs D − φxs)
     /// ```
     ///
-    /// u and v turn with θ and α and grow with the upper arm, of which |u|² depends on its length alone. With a
+    /// u and v rotate with θ and α and scale with the upper arm; |u|² depends only on the upper arm's length. With a
     /// linear drive the same, but ∂(φᵀc)/∂v = 2 (φc v + φs D − φxs).
     pub(crate) fn gradient_of(&self, features: &[T; 12]) -> [T; 8] {
         let [x, y, z, cosine, sine, xc, yc, zc, xs, ys, zs, one] = *features;
@@ -176,7 +176,7 @@ impl<T: Real> Displacement<T> {
         let tangent = Vector3::new(-self.ex.y, self.ex.x, T::ZERO);
         let sin_alpha = self.ey.z;
         let radial = self.ex * sin_alpha;
-        // Derivatives of u and v by θ, α, La_x, La_y, already times two.
+        // Twice the derivatives of u and v by θ, α, La_x, La_y.
         let by_u = [
             (tangent * la_x + radial * la_y) * two,
             -(self.ey * (la_y * two)),
@@ -223,17 +223,17 @@ impl<T: Real> Displacement<T> {
     }
 }
 
-/// sin δ and 1 − cos δ = 2 sin²(δ/2), neither of which cancels for a small δ.
+/// sin δ and 1 − cos δ = 2 sin²(δ/2), without cancellation for small δ.
 pub(crate) fn small_turn<T: Real>(angle: T) -> (T, T) {
     let (sine, _) = angle.sine_cosine();
     let (half_sine, _) = (angle * T::HALF).sine_cosine();
     (sine, T::TWO * half_sine * half_sine)
 }
 
-/// The calibrated arm: nominal arm plus correction, in the user's unit.
+/// The calibrated arm: nominal arm plus correction, in the caller's unit.
 ///
-/// Lb enters the constraint squared; a negative root means the same forearm. An azimuth beyond ±360°
-/// is the same direction as one within.
+/// Lb enters the constraint squared, so a negative root means the same forearm. An azimuth beyond ±360° is equivalent
+/// to one within.
 pub(crate) fn corrected_arm<T: Real>(
     nominal: &NominalArm<T>,
     correction: &[T; 8],
@@ -245,7 +245,7 @@ pub(crate) fn corrected_arm<T: Real>(
     moved_arm(nominal.arm(), &displacement)
 }
 
-/// The arm whose parameters differ by a displacement, in the user's unit.
+/// The arm whose parameters differ by a displacement, in the caller's unit.
 pub(crate) fn moved_arm<T: Real>(
     arm: &Arm<T>,
     displacement: &[T; 8],
@@ -273,7 +273,7 @@ mod tests {
         NominalArm::new(&arm, &Vector3::new(10.0, -20.0, -430.0), None)
     }
 
-    /// c(P) by its definition, from the arm's own vectors.
+    /// c(P) by definition, from the arm's own vectors.
     fn coefficients(nominal: &NominalArm<f64>, correction: &[f64; 8]) -> [f64; 12] {
         let arm = corrected_arm(nominal, correction).unwrap();
         let scale = nominal.scale();
@@ -328,7 +328,7 @@ mod tests {
         }
     }
 
-    /// Features times ∂c/∂P, the product written out, with any features.
+    /// Features times ∂c/∂P with the product written out, for arbitrary features.
     #[test]
     fn gradient_of_features_is_their_product_with_the_coefficient_jacobian() {
         let at = Displacement::new(&nominal(), &CORRECTION);
@@ -352,8 +352,8 @@ mod tests {
         }
     }
 
-    /// The reason for the addition theorems: a correction of a micrometre in single precision keeps
-    /// its relative accuracy, though it is the last digit of the numbers it corrects.
+    /// The reason for the addition theorems: in single precision, a correction of a micrometre keeps its relative
+    /// accuracy although it is the last digit of the numbers it corrects.
     #[test]
     fn small_corrections_keep_their_digits_in_single_precision() {
         let arm = nominal().arm().cast::<f32>().unwrap();
@@ -368,7 +368,7 @@ mod tests {
         let found = Displacement::new(&single, &correction.map(<f32 as crate::Real>::from_f64))
             .coefficients;
         for (found, expected) in found.iter().zip(expected) {
-            // Some ten roundings of 6e-8 each, of terms as large as 1e-7.
+            // About ten roundings of 6e-8 each, of terms as large as 1e-7.
             assert!((f64::from(*found) - expected).abs() < 1e-13);
         }
     }

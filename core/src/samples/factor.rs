@@ -10,21 +10,19 @@ use nalgebra::Vector3;
 
 /// Rows reduced together when many samples are added at once.
 const LARGE_BLOCK: usize = 16;
-/// Rows reduced together otherwise: as a block they cost half of what they cost one by one, and
-/// round R once.
+/// Rows reduced together otherwise: a block costs half as much as its rows one by one, and rounds R only once.
 pub(crate) const BLOCK: usize = 4;
 
-/// Every sample ever seen of one arm, in constant memory: the 13 × 13 triangular factor R of the
-/// stacked rows (φ, f(P₀)) of [`NominalArm`], 91 numbers.
+/// All samples of one arm, in constant memory: the 13 × 13 triangular factor R of the stacked rows (φ, f(P₀)) of
+/// [`NominalArm`], 91 numbers.
 ///
-/// Σ (f/σf)² = |R (c(P) − c(P₀), 1)|² for any parameters P, exactly, so nothing of the samples is
-/// lost that the calibration could use. A solve costs the same after 20 samples and 20 million.
+/// Σ (f/σf)² = |R (c(P) − c(P₀), 1)|² exactly, for any parameters P, so no information relevant to the calibration is
+/// lost. A solve costs the same after 20 samples as after 20 million.
 ///
-/// Every update rounds R once. In single precision that stays below the statistical error for some
-/// hundred thousand samples added one by one, and for a million in blocks
-/// (an [`IkmCalibrator`](crate::IkmCalibrator), which blocks them by
-/// itself); for longer streams fill a second factor and [`merge`](Self::merge) it in every thousand
-/// samples, or [`forget`](Self::forget).
+/// Every update rounds R once. In single precision the rounding stays below the statistical error for a few hundred
+/// thousand samples added one by one, and for a million in blocks (as [`IkmCalibrator`](crate::IkmCalibrator) adds
+/// them). For longer streams, fill a second factor and [`merge`](Self::merge) it every thousand samples, or
+/// [`forget`](Self::forget).
 ///
 /// ```
 /// use delta_cal::ArmIndex;
@@ -36,7 +34,7 @@ pub(crate) const BLOCK: usize = 4;
 /// let nominal = NominalArm::new(&arm, &Vector3::new(0.0, 0.0, -450.0), None);
 /// let mut factor = ArmFactor::new(nominal);
 /// factor.add(&Vector3::new(424.0, 0.0, -481.0), 0.0, ArmIndex::First)?;
-/// // The point is 481 below the elbow, the forearm 480 long: f = 481² − 480², weighted by 1/(2 Lb).
+/// // The point is 481 below the elbow and the forearm is 480 long: f = 481² − 480², weighted by 1/(2 Lb).
 /// let expected = (481f64.powi(2) - 480f64.powi(2)) / 960.0;
 /// assert!((factor.sum_of_squares(&arm).sqrt() * nominal.scale() - expected).abs() < 1e-9);
 /// # Ok(())
@@ -51,14 +49,14 @@ pub struct ArmFactor<T: Real> {
 
 state!(ArmFactor<T>: triangle: Triangle<T, COLUMNS, 91>, count: SampleCount<T>);
 
-/// Why two factors do not merge.
+/// Why two factors cannot be merged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum MergeError {
-    /// The calibrators are of different robots or noises.
+    /// The calibrators have different robots or noises.
     DifferentNominal,
-    /// The calibrator solves: until it has finished, its samples do not change.
+    /// A solve is in progress: the samples cannot change until it has finished.
     Busy,
 }
 
@@ -85,12 +83,12 @@ impl<T: Real> ArmFactor<T> {
         }
     }
 
-    /// What the samples are expressed against.
+    /// The nominal arm, relative to which samples are expressed.
     pub const fn nominal(&self) -> &NominalArm<T> {
         &self.nominal
     }
 
-    /// How many samples were taken in, forgotten ones included.
+    /// Number of samples added, including forgotten ones.
     pub const fn samples(&self) -> u64 {
         self.count.seen()
     }
@@ -100,17 +98,17 @@ impl<T: Real> ArmFactor<T> {
         self.count.effective()
     }
 
-    /// Takes in one sample: platform position `x` (length) at joint angle `q` (radians).
+    /// Adds one sample: platform position `x` (length) at joint angle `q` (radians).
     ///
     /// # Errors
-    /// A number that is not finite or out of range, blamed on `arm`; the factor is unchanged.
+    /// A non-finite or out-of-range number, attributed to `arm`; the factor is unchanged.
     pub fn add(&mut self, x: &Vector3<T>, q: T, arm: ArmIndex) -> Result<(), SampleError> {
         let sample = self.nominal.sample(x, q, arm)?;
         self.absorb_block::<1>(&[sample]);
         Ok(())
     }
 
-    /// Takes in up to a block of samples that were checked when they came.
+    /// Absorbs up to a block of samples that were checked on arrival.
     #[inline(never)]
     pub(crate) fn absorb_checked<'a>(
         &mut self,
@@ -126,7 +124,7 @@ impl<T: Real> ArmFactor<T> {
         self.count.add(count);
     }
 
-    /// Takes in prepared samples.
+    /// Absorbs prepared samples.
     fn absorb(&mut self, samples: &[ArmSample<T>]) {
         let (blocks, rest) = samples.as_chunks::<LARGE_BLOCK>();
         for block in blocks {
@@ -137,7 +135,7 @@ impl<T: Real> ArmFactor<T> {
         }
     }
 
-    /// Takes in up to K samples.
+    /// Absorbs up to K samples.
     fn absorb_block<const K: usize>(&mut self, samples: &[ArmSample<T>]) {
         let mut columns = [[T::ZERO; K]; COLUMNS];
         for (index, sample) in samples.iter().enumerate() {
@@ -147,7 +145,7 @@ impl<T: Real> ArmFactor<T> {
         self.count.add(samples.len() as u64);
     }
 
-    /// Takes in many samples that are checked, in blocks; a block costs less than its samples one by one.
+    /// Absorbs many checked samples in blocks; a block costs less than its samples one by one.
     pub(crate) fn absorb_many<'a>(&mut self, samples: impl Iterator<Item = (&'a Vector3<T>, T)>) {
         let mut block = [ArmSample::vacant(); LARGE_BLOCK];
         let mut count = 0;
@@ -170,7 +168,7 @@ impl<T: Real> ArmFactor<T> {
         self.count = SampleCount::none();
     }
 
-    /// Adds everything another factor has seen, as if its samples had been added to this one.
+    /// Adds everything another factor has accumulated, as if its samples had been added to this one.
     ///
     /// # Errors
     /// [`MergeError::DifferentNominal`]; the factor is unchanged.
@@ -183,8 +181,8 @@ impl<T: Real> ArmFactor<T> {
         Ok(())
     }
 
-    /// Lets everything seen so far count λ times as much: Σ f² is multiplied by λ. λ is clamped to
-    /// [0, 1]; NaN forgets nothing.
+    /// Multiplies the weight of everything accumulated so far, and Σ f², by λ. λ is clamped to [0, 1]; NaN forgets
+    /// nothing.
     pub fn forget(&mut self, lambda: T) {
         if !(lambda < T::ONE) {
             return;
@@ -194,13 +192,13 @@ impl<T: Real> ArmFactor<T> {
         self.count.forget(lambda);
     }
 
-    /// Samples since it last forgot.
+    /// Samples added since it last forgot.
     pub(crate) const fn recent(&self) -> u64 {
         self.count.recent()
     }
 
-    /// Σ (f(P)/σf)² over everything seen, for any parameters; without a stated noise σf = 2 Lb and
-    /// the sum is in units of [`NominalArm::scale`] squared.
+    /// Σ (f(P)/σf)² over all samples, for any parameters; without a stated noise σf = 2 Lb, and the sum is in units of
+    /// [`NominalArm::scale`] squared.
     pub fn sum_of_squares(&self, arm: &Arm<T>) -> T {
         let correction = self.nominal.correction_to(arm);
         self.residual(&Displacement::new(&self.nominal, &correction))

@@ -1,20 +1,20 @@
-//! How fast older samples lose their weight.
+//! Exponential forgetting of older samples.
 
 use crate::Real;
 use core::fmt;
 
-/// Exponential forgetting: a sample that came k samples ago counts λᵏ. The forgetting factor
-/// λ = N/(N + 1) is stated by N, the mean age of the samples in the estimate.
+/// Exponential forgetting: a sample that is k samples old has weight λᵏ. The forgetting factor λ = N/(N + 1) is
+/// specified by N, the mean age of the samples in the estimate.
 ///
 /// ```text
 /// Σ λᵏ = N + 1,   Σ k λᵏ / Σ λᵏ = λ/(1 − λ) = N,   (Σ λᵏ)² / Σ λ²ᵏ = (1 + λ)/(1 − λ) = 2N + 1
 /// ```
 ///
-/// The estimate of a parameter that changes at a constant rate lags N samples behind. For a robot that does
-/// not change, the variance of the estimate is that of 2N + 1 samples (exponentially weighted least squares;
-/// Ljung, System Identification, 1999, section 11.2). With a mean age below a hundred samples the eight
-/// parameters of an arm share few samples: the newest determine the combinations that are seldom seen, and
-/// less is left of them for the rest. The lag of Lb is twice N at N = 20.
+/// The estimate of a parameter that changes at a constant rate lags by N samples. For a robot that does not change, the
+/// variance of the estimate is that of 2N + 1 samples (exponentially weighted least squares; Ljung, System
+/// Identification, 1999, section 11.2). With a mean age below a hundred samples, the eight parameters of an arm share
+/// few samples: the newest determine the rarely observed combinations, which leaves less for the rest. At N = 20 the
+/// lag of Lb is twice N.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Forgetting<T> {
@@ -22,7 +22,7 @@ pub struct Forgetting<T> {
     factor: T,
 }
 
-/// Why a number of samples cannot be the mean age of an estimate that forgets.
+/// Why a number cannot be the mean age.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -45,7 +45,7 @@ impl fmt::Display for ForgettingError {
 impl core::error::Error for ForgettingError {}
 
 impl<T: Real> Forgetting<T> {
-    /// With the mean age N, in samples.
+    /// Exponential forgetting with mean age N, in samples.
     ///
     /// # Errors
     /// A number below one, NaN, or too large for the scalar type.

@@ -9,22 +9,22 @@ use crate::robot::{ArmIndex, Robot};
 use crate::state::state;
 use nalgebra::Vector3;
 
-/// Twelve features of each arm, and the right-hand side.
+/// Twelve features per arm, and the right-hand side.
 pub(crate) const JOINT_COLUMNS: usize = 37;
 
-/// Every sample ever seen of a robot, in constant memory: the 37 × 37 triangular factor R of the
-/// whitened rows of all three closures, 703 numbers.
+/// All samples of a robot, in constant memory: the 37 × 37 triangular factor R of the whitened rows of all three
+/// closures, 703 numbers.
 ///
-/// The closure errors fᵢ of a sample's three arms share the noise of its position:
+/// The closure errors fᵢ of a sample's three arms share the position noise:
 ///
 /// ```text
 /// cov(f)ᵢⱼ = 4 (X − Bᵢ)ᵀ Σx (X − Bⱼ) + δᵢⱼ (∂fᵢ/∂qᵢ)² σq²        W = L⁻¹,   L Lᵀ = cov(f)
 /// (W f)ₘ   = Σᵢ Wₘᵢ φᵢᵀ (c(Pᵢ) − c(Pᵢ₀)) + Σᵢ Wₘᵢ fᵢ(P₀)
 /// ```
 ///
-/// To first order W f are the whitened errors of the position, since ∂f/∂X is invertible: what
-/// [`ArmFactor`](super::ArmFactor) loses by taking the arms for independent is kept here. φᵢ and c are
-/// those of [`NominalArm`]. W is taken at the nominal robot.
+/// To first order, W f are the whitened errors of the position, since ∂f/∂X is invertible: this keeps the information
+/// that [`ArmFactor`](super::ArmFactor) loses by treating the arms as independent. φᵢ and c are those of
+/// [`NominalArm`]. W is evaluated at the nominal robot.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct JointFactor<T: Real> {
     nominal_arms: [NominalArm<T>; 3],
@@ -40,12 +40,11 @@ state!(
     mean: MeanPose<T>,
 );
 
-/// What a block of samples leaves when the columns of the first arm are eliminated: a row of each.
+/// The remainder of a block of samples after the first arm's columns are eliminated: one row per sample.
 pub(crate) type LeftOver<T, const K: usize> = [[T; K]; JOINT_COLUMNS - FEATURES];
 
 impl<T: Real> JointFactor<T> {
-    /// An empty factor of samples of `robot`, measured about `centre`, a point within the workspace
-    /// (length).
+    /// An empty factor for samples of `robot`, measured about `centre`, a point within the workspace (length).
     pub(crate) fn new(robot: &Robot<T>, centre: &Vector3<T>, noise: Option<Noise<T>>) -> Self {
         let [first, second, third] = robot.arms();
         Self {
@@ -60,12 +59,12 @@ impl<T: Real> JointFactor<T> {
         }
     }
 
-    /// The mean of the samples, by what they count.
+    /// The weighted mean of the samples.
     pub(crate) const fn mean(&self) -> &MeanPose<T> {
         &self.mean
     }
 
-    /// What the samples are expressed against.
+    /// The nominal arms, relative to which samples are expressed.
     pub(crate) const fn nominal_arms(&self) -> &[NominalArm<T>; 3] {
         &self.nominal_arms
     }
@@ -76,13 +75,13 @@ impl<T: Real> JointFactor<T> {
         first.noise()
     }
 
-    /// The length of a residual of 1 if no noise is stated.
+    /// The length that corresponds to a residual of 1 if no noise is stated.
     pub(crate) const fn unit(&self) -> T {
         let [first, ..] = &self.nominal_arms;
         first.scale()
     }
 
-    /// How many samples were taken in, forgotten ones included.
+    /// Number of samples added, including forgotten ones.
     pub(crate) const fn samples(&self) -> u64 {
         self.count.seen()
     }
@@ -97,10 +96,10 @@ impl<T: Real> JointFactor<T> {
         self.count.recent()
     }
 
-    /// Whether a sample may be taken in.
+    /// Checks that a sample can be added.
     ///
     /// # Errors
-    /// A number that is not finite or out of range.
+    /// A non-finite or out-of-range number.
     pub(crate) fn check(&self, sample: &Sample<T>) -> Result<(), SampleError> {
         let [first, ..] = &self.nominal_arms;
         sample.check(first.arm().drive())?;
@@ -111,7 +110,7 @@ impl<T: Real> JointFactor<T> {
         Ok(())
     }
 
-    /// Takes in many samples that are checked, in blocks; a block costs less than its samples one by one.
+    /// Absorbs many checked samples in blocks; a block costs less than its samples one by one.
     pub(crate) fn absorb_many(&mut self, samples: &[Sample<T>]) {
         let (blocks, rest) = samples.as_chunks::<4>();
         for block in blocks {
@@ -128,12 +127,12 @@ impl<T: Real> JointFactor<T> {
         self.count = SampleCount::none();
     }
 
-    /// Takes in a sample that was checked when it came.
+    /// Absorbs a sample that was checked on arrival.
     pub(crate) fn absorb_one(&mut self, sample: &WhitenedSample<T>) {
         self.absorb::<1, 2, 3>(core::slice::from_ref(sample));
     }
 
-    /// Centres, scales and whitens a sample. Rounding is a noise too, as for [`NominalArm`].
+    /// Centres, scales and whitens a sample. Rounding counts as noise, as in [`NominalArm`].
     #[inline(never)]
     pub(crate) fn prepare(&self, sample: &Sample<T>) -> WhitenedSample<T> {
         let unit = self.unit();
@@ -141,8 +140,7 @@ impl<T: Real> JointFactor<T> {
         let [first, second, third] = &self.nominal_arms;
         let [c, b, a] = [(first, q1), (second, q2), (third, q3)]
             .map(|(nominal, q)| nominal.closure(&sample.position, q, unit));
-        // Cholesky's factor and its inverse, from the third arm on. No pivot is less than the own
-        // variance of its closure.
+        // Cholesky factor and its inverse, from the third arm on. No pivot is less than the closure's own variance.
         let least = |pivot: T, own: T| pivot.larger(own).inverse_square_root();
         let w_aa = least(a.variance(), a.own);
         let l_ba = b.covariance(&a) * w_aa;
@@ -161,8 +159,7 @@ impl<T: Real> JointFactor<T> {
         }
     }
 
-    /// Takes in up to K samples; twice and three times as many rows stand in the columns of the second
-    /// and third arm.
+    /// Absorbs up to K samples; the columns of the second and third arm hold two and three times as many rows.
     #[inline(never)]
     fn absorb<const K: usize, const K2: usize, const K3: usize>(
         &mut self,
@@ -172,7 +169,7 @@ impl<T: Real> JointFactor<T> {
         self.absorb_others::<K, K2, K3>(samples, &left);
     }
 
-    /// Eliminates the columns of the first arm.
+    /// Eliminates the first arm's columns.
     #[inline(never)]
     pub(crate) fn absorb_first<const K: usize>(
         &mut self,
@@ -187,8 +184,8 @@ impl<T: Real> JointFactor<T> {
         left
     }
 
-    /// Eliminates the columns of the others from what is left of the first rows, and from the second
-    /// and third row of each sample.
+    /// Eliminates the other arms' columns from the remainder of the first rows and from the second and third row of
+    /// each sample.
     #[inline(never)]
     pub(crate) fn absorb_others<const K: usize, const K2: usize, const K3: usize>(
         &mut self,
@@ -213,7 +210,7 @@ impl<T: Real> JointFactor<T> {
         }
     }
 
-    /// Adds everything another factor has seen, as if its samples had been added to this one.
+    /// Adds everything another factor has accumulated, as if its samples had been added to this one.
     ///
     /// # Errors
     /// [`MergeError::DifferentNominal`]; the factor is unchanged.
@@ -227,8 +224,8 @@ impl<T: Real> JointFactor<T> {
         Ok(())
     }
 
-    /// Lets everything seen so far count λ times as much: the sum of squares is multiplied by λ. λ is
-    /// clamped to [0, 1]; NaN forgets nothing.
+    /// Multiplies the weight of everything accumulated so far, and the sum of squares, by λ. λ is clamped to [0, 1];
+    /// NaN forgets nothing.
     pub(crate) fn forget(&mut self, lambda: T) {
         if !(lambda < T::ONE) {
             return;
@@ -239,8 +236,8 @@ impl<T: Real> JointFactor<T> {
         self.mean.weight *= lambda;
     }
 
-    /// Σ |W f(P)|² over everything seen, for any parameters; without a stated noise in units of
-    /// [`unit`](Self::unit) squared.
+    /// Σ |W f(P)|² over all samples, for any parameters; without a stated noise in units of [`unit`](Self::unit)
+    /// squared.
     pub(crate) fn sum_of_squares(&self, robot: &Robot<T>) -> T {
         let [one, two, three] = robot.arms();
         let [first, second, third] = &self.nominal_arms;
@@ -282,12 +279,12 @@ impl<T: Real> JointFactor<T> {
         at.gradient_of(&self.triangle.leading_transposed(&residual))
     }
 
-    /// The least sum of squares that any coefficients whatever could leave.
+    /// The least sum of squares over all coefficients, including those of no robot.
     pub(crate) fn least_sum_of_squares(&self) -> T {
         self.triangle.least_sum_of_squares()
     }
 
-    /// The square triangular part of the features, and the right-hand side.
+    /// The triangle of the features, and the right-hand side.
     pub(crate) const fn triangle(&self) -> &Triangle<T, JOINT_COLUMNS, 703> {
         &self.triangle
     }

@@ -66,7 +66,7 @@ impl<T: Real> Displacement<T> {
         }
     }
 
-    /// Features, in the order of [`NominalArm`](super::NominalArm)'s φ, times ∂c/∂P.
+    /// Features, in the order of φ in [`NominalArm`](super::NominalArm), times ∂c/∂P.
     #[inline(never)]
     pub(super) fn linear_gradient_of(&self, features: &[T; 12]) -> [T; 8] {
         let [x, y, z, squared, travel, _, _, _, xs, ys, zs, one] = *features;
@@ -132,7 +132,7 @@ mod tests {
         NominalArm::new(&arm, &Vector3::new(10.0, -20.0, 60.0), None)
     }
 
-    /// c(P) by its definition, from the arm's own vectors.
+    /// c(P) by definition, from the arm's own vectors.
     fn coefficients(nominal: &NominalArm<f64>, correction: &[f64; 8]) -> [f64; 12] {
         let arm = corrected_arm(nominal, correction).unwrap();
         let scale = nominal.scale();
@@ -196,7 +196,7 @@ mod tests {
         }
     }
 
-    /// A row by itself, with a weight of its own.
+    /// A single row, with its own weight.
     #[test]
     fn a_row_is_the_derivative_of_its_weighted_constraint() {
         let nominal = nominal();

@@ -4,15 +4,15 @@ use crate::state::state;
 use core::fmt;
 use nalgebra::Vector3;
 
-/// Joint angles beyond ±4π are refused: no joint of a Delta turns twice, and an angle in degrees
-/// that was taken for radians shows itself here.
+/// Joint angles beyond ±4π are refused: no joint of a Delta makes two turns, and an angle in degrees mistaken for
+/// radians is caught here.
 const LARGEST_JOINT_ANGLE_TURNS: f64 = 2.0;
 
-/// One measurement: where the platform was at known joint angles.
+/// One measurement: the platform's position at known joint angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sample<T: Real> {
-    /// q₁, q₂, q₃ in radians, or the travels of linear drives in the robot's unit of length.
+    /// q₁, q₂, q₃ in radians, or the travels of a linear drive in the robot's unit of length.
     pub joints: [T; 3],
     /// X, in the robot's unit of length and frame.
     pub position: Vector3<T>,
@@ -20,7 +20,7 @@ pub struct Sample<T: Real> {
 
 state!(Sample<T>: joints: [T; 3], position: Vector3<T>);
 
-/// Why a sample is not taken in. The factor or store that refused it is unchanged.
+/// Why a sample is refused. The factor or store that refused it is unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -28,11 +28,11 @@ state!(Sample<T>: joints: [T; 3], position: Vector3<T>);
 pub enum SampleError {
     /// A coordinate is NaN, infinite, or too large to be squared.
     PositionNonFinite,
-    /// The position is more than some 10,000 of this arm's forearms away from the robot.
+    /// The position is more than about 10,000 forearm lengths of this arm from the robot.
     PositionTooFar(ArmIndex),
     /// This arm's joint angle or travel is NaN, infinite, or too large to be squared.
     JointNonFinite(ArmIndex),
-    /// This arm's joint angle is beyond ±4π rad, or its travel beyond some 10,000 of its forearms.
+    /// This arm's joint angle is beyond ±4π rad, or its travel beyond about 10,000 forearm lengths.
     JointTooLarge(ArmIndex),
 }
 
@@ -57,13 +57,13 @@ impl fmt::Display for SampleError {
 
 impl core::error::Error for SampleError {}
 
-/// Why a calibrator does not take a sample in. Nothing has changed.
+/// Why a calibrator refuses a sample. Nothing has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AddError {
-    /// It is impossible.
+    /// The sample is invalid.
     Sample(SampleError),
-    /// The calibrator solves: first call its `step` until it has finished.
+    /// A solve is in progress: first call `step` until it has finished.
     Busy,
 }
 
@@ -86,7 +86,7 @@ impl From<SampleError> for AddError {
     }
 }
 
-/// All zeros, to fill a buffer with.
+/// All zeros, to initialise a buffer.
 impl<T: Real> Default for Sample<T> {
     fn default() -> Self {
         Self {
@@ -97,7 +97,7 @@ impl<T: Real> Default for Sample<T> {
 }
 
 impl<T: Real> Sample<T> {
-    /// Whether every number is usable, for a robot with such drives.
+    /// Checks that every number is usable for a robot with this drive.
     ///
     /// # Errors
     /// The first fault found, joint angles first.
@@ -134,8 +134,8 @@ pub(crate) fn check_joint<T: Real>(q: T, arm: ArmIndex, drive: Drive) -> Result<
     Ok(())
 }
 
-/// Measurement noise: one standard deviation, the same for every sample. The position's may differ by
-/// axis, as that of a tracker whose distances are better than its angles.
+/// Measurement noise: σ, the same for every sample. The position noise may differ by axis, as for a tracker that
+/// measures distances better than angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Noise<T> {
@@ -143,7 +143,7 @@ pub struct Noise<T> {
     joint: T,
 }
 
-/// Why two numbers are not a noise.
+/// Why numbers are not a valid noise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -175,7 +175,7 @@ impl<T: Real> Noise<T> {
     /// σx of each coordinate of the position (length), and σq of each joint angle (radians).
     ///
     /// # Errors
-    /// σx that is not positive, σq that is negative, or either not finite.
+    /// σx not positive, σq negative, or either not finite.
     ///
     /// ```
     /// use delta_cal::Noise;
@@ -189,7 +189,7 @@ impl<T: Real> Noise<T> {
     /// σx, σy, σz of the position (length), and σq of each joint angle (radians).
     ///
     /// # Errors
-    /// As [`new`](Self::new).
+    /// Same as [`new`](Self::new).
     ///
     /// ```
     /// use delta_cal::Noise;
@@ -210,7 +210,7 @@ impl<T: Real> Noise<T> {
         Ok(Self { position, joint })
     }
 
-    /// σx of each coordinate; where it differs by axis, the root mean square. Length.
+    /// σx of each coordinate, or the root mean square if it differs by axis. Length.
     pub fn position(&self) -> T {
         self.isotropic().unwrap_or_else(|| {
             let [x, y, z] = self.position.map(T::squared);
@@ -223,7 +223,7 @@ impl<T: Real> Noise<T> {
         self.position
     }
 
-    /// The position's σ if it is the same in every direction. Length.
+    /// σ of the position if it is the same in all directions. Length.
     pub fn isotropic(&self) -> Option<T> {
         let [x, y, z] = self.position;
         (x == y && y == z).then_some(x)

@@ -1,15 +1,15 @@
-//! The orthogonal reduction on which everything rests: rows go into an upper triangular factor by
-//! Householder reflections.
+//! The orthogonal reduction behind everything else: Householder reflections absorb rows into an upper triangular
+//! factor.
 
 use crate::Real;
 use crate::state::{Reader, State, Writer};
 use core::hint::black_box;
 
-/// R of a QR factorisation, upper triangular `N × N`, packed by rows into `LENGTH` = N(N+1)/2
-/// numbers. RᵀR is the sum of the outer products of all rows ever absorbed.
+/// R of a QR factorisation, upper triangular `N × N`, packed by rows into `LENGTH` = N(N+1)/2 numbers. RᵀR is the sum
+/// of the outer products of all absorbed rows.
 ///
-/// Sums of outer products are never formed themselves: that would square the condition number,
-/// which single precision cannot bear.
+/// The sums of outer products are never formed: that would square the condition number, which single precision cannot
+/// tolerate.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(unreachable_pub)] // part of a sealed trait; nameable by no other crate
 pub struct Triangle<T, const N: usize, const LENGTH: usize> {
@@ -36,7 +36,7 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         }
     }
 
-    /// The rows, each from its diagonal entry on: lengths N, N − 1, … 1.
+    /// The rows, each from its diagonal entry on: lengths N, N − 1, …, 1.
     pub fn rows(&self) -> impl Iterator<Item = &[T]> {
         let mut rest = self.entries.as_slice();
         (0..N).map_while(move |row| {
@@ -51,7 +51,7 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         packed_row(&self.entries, N, row)
     }
 
-    /// The same to write to.
+    /// The same, mutable.
     pub(crate) fn row_mut(&mut self, row: usize) -> &mut [T] {
         self.entries_from(N.saturating_sub(row))
             .get_mut(..N.saturating_sub(row))
@@ -65,8 +65,8 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         norms
     }
 
-    /// x that makes |R (x, 1)| least, M = N − 1 numbers, by back-substitution. `None` if a pivot is not
-    /// greater than its column's `smallest`: the rows do not determine x.
+    /// The x that minimises |R (x, 1)|, M = N − 1 numbers, by back-substitution. `None` if a pivot does not exceed its
+    /// column's `smallest`: the rows do not determine x.
     pub(crate) fn minimiser<const M: usize>(&self, smallest: &[T; N]) -> Option<[T; M]> {
         const { assert!(M + 1 == N) };
         let mut solution = [T::ZERO; M];
@@ -76,8 +76,8 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         back_substitute(&self.entries, smallest, &mut solution).then_some(solution)
     }
 
-    /// −(UᵀU)⁻¹ v and vᵀ (UᵀU)⁻¹ v, U the columns but the last: the step to the minimum where Jᵀr = v, and
-    /// what it gains, by two substitutions.
+    /// −(UᵀU)⁻¹ v and vᵀ (UᵀU)⁻¹ v by two substitutions, U without the last column: the step to the minimum where Jᵀr =
+    /// v, and its gain.
     pub(crate) fn step_against<const M: usize>(&self, mut v: [T; M]) -> Option<([T; M], T)> {
         const { assert!(M + 1 == N) };
         left_substitute(&self.entries, N, &mut v);
@@ -93,7 +93,7 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         inverse_columns(&self.entries, N, columns);
     }
 
-    /// Uᵀ v, U the rows and columns but the last.
+    /// Uᵀ v, U without the last row and column.
     pub(crate) fn leading_transposed<const M: usize>(&self, v: &[T; M]) -> [T; M] {
         const { assert!(M + 1 == N) };
         let mut product = [T::ZERO; M];
@@ -101,7 +101,7 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         product
     }
 
-    /// U x + c, U the rows and columns but the last and c the last one's entries beside them.
+    /// U x + c, U without the last row and column, c the entries of the last column beside them.
     pub(crate) fn leading_residual<const M: usize>(&self, x: &[T; M]) -> [T; M] {
         const { assert!(M + 1 == N) };
         let mut residual = [T::ZERO; M];
@@ -109,17 +109,17 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         residual
     }
 
-    /// The square of the last column's own entry: what no x leaves less of |R (x, 1)|².
+    /// The square of the last column's diagonal entry: the minimum of |R (x, 1)|² over x.
     pub(crate) fn least_sum_of_squares(&self) -> T {
         self.entries.last().map_or(T::ZERO, |entry| entry.squared())
     }
 
-    /// Completes a column whose last entry is given, so that the rows above that entry give zero.
+    /// Completes a column whose last entry is given so that the rows above that entry yield zero.
     pub(crate) fn complete_column(&self, column: &mut [T]) {
         substitute(&self.entries, N, column);
     }
 
-    /// Puts numbers on the diagonal and beside them into the last column, and zeros everywhere else.
+    /// Sets the diagonal and the last column, and zeros everywhere else.
     pub(crate) fn set_diagonal(&mut self, diagonal: &[T], last_column: &[T]) {
         self.entries.fill(T::ZERO);
         let mut rest = self.entries.as_mut_slice();
@@ -151,31 +151,31 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         }
     }
 
-    /// Takes in K rows, given by columns; the block is used up as work space. Rows of zeros change
-    /// nothing, so a block need not be full.
+    /// Absorbs K rows, given by columns; the block serves as work space. Rows of zeros change nothing, so a block need
+    /// not be full.
     ///
-    /// One Householder reflection a column, of the diagonal entry with the block's column. Cost:
-    /// about 2KN² multiplications and additions, N square roots.
+    /// One Householder reflection per column, of the diagonal entry with the block's column. Cost: about 2KN²
+    /// multiplications and additions, N square roots.
     #[inline(never)]
     pub(crate) fn absorb<const K: usize>(&mut self, block: &mut [[T; K]; N]) {
         reduce(&mut self.entries, N, block.as_mut_slice(), N);
     }
 
-    /// Takes in K rows that are zero left of some column, given by the columns from there on, as far as
-    /// the first `pivots` of these columns go. What is left of the rows stands in the other columns.
+    /// Absorbs K rows that are zero left of some column, given by the columns from there on, for the first `pivots` of
+    /// these columns. The remainder of the rows is left in the other columns.
     #[inline(never)]
     pub fn eliminate<const K: usize>(&mut self, columns: &mut [[T; K]], pivots: usize) {
         let size = columns.len();
         reduce(self.entries_from(size), size, columns, pivots);
     }
 
-    /// The rows from that on whose length is `size`.
+    /// The entries from the row of length `size` on.
     fn entries_from(&mut self, size: usize) -> &mut [T] {
         let start = LENGTH.saturating_sub(size * (size + 1) / 2);
         self.entries.get_mut(start..).unwrap_or_default()
     }
 
-    /// Takes in another triangle: its rows become a block.
+    /// Absorbs another triangle: its rows become a block.
     pub(crate) fn merge(&mut self, other: &Self) {
         let mut block = [[T::ZERO; N]; N];
         for (index, row) in other.rows().enumerate() {
@@ -184,7 +184,7 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         self.absorb(&mut block);
     }
 
-    /// The same, four rows at a time: slower, and on a small stack.
+    /// The same, four rows at a time: slower, but with a small stack.
     pub(crate) fn merge_by_rows(&mut self, other: &Self) {
         for first in (0..N).step_by(4) {
             let mut block = [[T::ZERO; 4]; N];
@@ -200,7 +200,7 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
     }
 }
 
-/// Writes a row that begins at a column into a block given by columns.
+/// Writes a row that begins at some column into a block given by columns.
 pub(crate) fn put_row<T: Copy, const K: usize>(
     columns: &mut [[T; K]],
     index: usize,
@@ -215,7 +215,7 @@ pub(crate) fn put_row<T: Copy, const K: usize>(
 }
 
 /// Householder reflections of the leading columns of a triangle of `size` columns with a block of rows.
-#[allow(clippy::inline_always)] // the sizes of each caller are constants that unroll it
+#[allow(clippy::inline_always)] // each caller's sizes are constants that unroll it
 #[inline(always)]
 fn reduce<T: Real, const K: usize>(
     entries: &mut [T],
@@ -236,16 +236,16 @@ fn reduce<T: Real, const K: usize>(
         };
         columns = later;
         let below = dot(column, column);
-        // Nothing to eliminate, or less than squares can hold without underflow: what is left of
-        // a column by rounding alone when the block has fewer rows than columns.
+        // Nothing to eliminate, or so little that its square underflows: the rounding left in a column if the block has
+        // fewer rows than columns.
         if !(below > T::SMALLEST_SQUARE) {
             continue;
         }
         let squared = *diagonal * *diagonal + below;
         let inverse_norm = squared.inverse_square_root();
-        // The reflection v = (r ∓ norm, column) that keeps the sign of r (Parlett 1971): in a long
-        // stream every entry of R is moved by a small correction, whose rounding is small too. The
-        // usual sign would turn R over at every block, and round all of it.
+        // The reflection v = (r ∓ norm, column) that keeps the sign of r (Parlett 1971): in a long stream each entry of
+        // R changes by a small correction with small rounding. The usual sign would flip R at every block and round all
+        // of it.
         let sum = diagonal.magnitude() + squared * inverse_norm;
         let growth = below / sum;
         let growth = if *diagonal < T::ZERO { -growth } else { growth };
@@ -255,7 +255,7 @@ fn reduce<T: Real, const K: usize>(
         for (entry, other) in right.iter_mut().zip(columns.iter_mut()) {
             let projection = (pivot * *entry + dot(column, other)) * scale;
             *entry -= projection * pivot;
-            // By index, here and in `dot`: where a program is compiled in parts, iterators over two slices are not
+            // By index, here and in `dot`: in a program compiled in several units, iterators over two slices are not
             // inlined, and a sample costs four times as much.
             for index in 0..K {
                 if let (Some(target), Some(source)) = (other.get_mut(index), column.get(index)) {
@@ -266,7 +266,7 @@ fn reduce<T: Real, const K: usize>(
     }
 }
 
-/// Σ aᵢbᵢ in four interleaved sums: a stated order that vectorises, the same on every platform.
+/// Σ aᵢbᵢ in four interleaved sums: a fixed order that vectorises, identical on every platform.
 #[inline]
 fn dot<T: Real, const K: usize>(a: &[T; K], b: &[T; K]) -> T {
     let lanes = K / 4 * 4;
@@ -293,9 +293,9 @@ fn dot<T: Real, const K: usize>(a: &[T; K], b: &[T; K]) -> T {
     sum
 }
 
-// Products and substitutions with an upper triangle, packed by rows. These functions are shared by
-// triangles of all sizes: each size of its own would be unrolled into more flash than its speed is
-// worth. For the same reason one length is hidden from the optimiser.
+// Products and substitutions with an upper triangle, packed by rows. These functions are shared by triangles of all
+// sizes: unrolling each size separately would cost more flash than the speed is worth. For the same reason one length
+// is hidden from the optimiser.
 
 fn packed_row<T>(entries: &[T], size: usize, row: usize) -> &[T] {
     let above = row.saturating_sub(1) * row / 2;
@@ -354,7 +354,7 @@ fn column_norms<T: Real>(entries: &[T], norms: &mut [T]) {
     }
 }
 
-/// x with xᵀ U = vᵀ in the place of v.
+/// Solves xᵀ U = vᵀ in place.
 #[inline(never)]
 fn left_substitute<T: Real>(entries: &[T], size: usize, vector: &mut [T]) {
     let (mut rows, mut rest) = (entries, vector);
@@ -372,10 +372,10 @@ fn left_substitute<T: Real>(entries: &[T], size: usize, vector: &mut [T]) {
     }
 }
 
-/// x with U x = −v in the place of v.
+/// Solves U x = −v in place.
 #[inline(never)]
 fn back_substitute<T: Real>(entries: &[T], smallest: &[T], solution: &mut [T]) -> bool {
-    // From the last row, which holds the right-hand side's own entry alone.
+    // From the last row, which holds only the right-hand side's diagonal entry.
     let Some((_, mut rest)) = entries.split_last() else {
         return false;
     };
@@ -405,7 +405,7 @@ fn back_substitute<T: Real>(entries: &[T], smallest: &[T], solution: &mut [T]) -
     true
 }
 
-/// Columns side by side: an entry of the triangle is loaded once for all of them.
+/// Several columns at once: each entry of the triangle is loaded once for all of them.
 #[inline(never)]
 fn inverse_columns<T: Real, const K: usize>(entries: &[T], size: usize, columns: &mut [[T; K]]) {
     let length = black_box(columns.len());
@@ -463,7 +463,7 @@ mod tests {
 
     type Small = Triangle<f64, 5, 15>;
 
-    /// Evenly in (−1, 1).
+    /// Uniform in (−1, 1).
     fn uniform(rng: &mut Pcg32) -> f64 {
         f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0
     }
@@ -502,7 +502,7 @@ mod tests {
         matrix
     }
 
-    /// Some ten roundings of numbers of about 10.
+    /// About ten roundings of numbers of about 10.
     const SAME: f64 = 1e-13;
 
     fn same(triangle: &Small, expected: &SMatrix<f64, 5, 5>) -> bool {
@@ -514,7 +514,7 @@ mod tests {
     fn rows_of_any_block_size_sum_up() {
         let mut rng = Pcg32::seed_from_u64(1);
         for _ in 0..100 {
-            // One at a time, in fours and a remainder, and with zeros behind the last.
+            // Singly, in fours with a remainder, and with zeros after the last.
             let all = rows::<12>(&mut rng);
             let expected = gram(&all);
             let mut singly = Small::zero();
@@ -541,8 +541,7 @@ mod tests {
         }
     }
 
-    /// In a long stream the factor's entries are moved by small corrections: the diagonal never changes its
-    /// sign.
+    /// In a long stream the factor's entries change by small corrections: the diagonal never changes sign.
     #[test]
     fn the_diagonal_keeps_its_signs() {
         let mut rng = Pcg32::seed_from_u64(2);
@@ -571,7 +570,7 @@ mod tests {
         assert_eq!(triangle, before);
     }
 
-    /// Numbers whose squares underflow are left out rather than divided by.
+    /// Numbers whose squares underflow are skipped, not divided by.
     #[test]
     fn what_cannot_be_squared_changes_nothing() {
         let mut triangle = Small::zero();
@@ -603,7 +602,7 @@ mod tests {
             let inverse = matrix.try_inverse().unwrap();
             let expected = -(inverse * right);
             let found: [f64; 4] = triangle.minimiser(&[0.0; 5]).unwrap();
-            // The normal equations square a condition of up to some hundreds.
+            // The normal equations square a condition number of up to some hundreds.
             assert!((SVector::from(found) - expected).norm() < 1e-8 * (1.0 + expected.norm()));
 
             let (step, gain) = triangle.step_against::<4>(right.into()).unwrap();
@@ -618,7 +617,7 @@ mod tests {
             let back = SVector::from(triangle.leading_transposed::<4>(&residual.into()));
             assert!((back - leading.transpose() * residual).norm() < SAME);
 
-            // The inverse's last columns, two at a time, of every leading part.
+            // The inverse's last columns, two at a time, for every leading part.
             for length in 1..=5 {
                 let mut columns = [[0.0; 2]; 5];
                 triangle.inverse_columns(&mut columns[..length]);
@@ -650,7 +649,7 @@ mod tests {
         assert_eq!(Small::zero().minimiser::<4>(&[0.0; 5]), None);
     }
 
-    /// Of parameters p₁ … pₖ with pₖ = 1 the others follow such that the rows above the last give zero.
+    /// For parameters p₁ … pₖ with pₖ = 1, the others are such that the rows above the last yield zero.
     #[test]
     fn a_completed_column_leaves_nothing_in_the_rows_above_its_last_entry() {
         let mut rng = Pcg32::seed_from_u64(6);

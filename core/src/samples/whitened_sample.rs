@@ -1,4 +1,4 @@
-//! A sample of all arms, whitened by the covariance that their closures share.
+//! A sample of all arms, whitened by the shared covariance of their closures.
 
 use super::displacement::Displacement;
 use super::nominal_arm::{ArmSample, COLUMNS};
@@ -7,17 +7,17 @@ use crate::Real;
 use crate::state::state;
 use nalgebra::Vector3;
 
-/// Features of an arm.
+/// Features per arm.
 pub(super) const FEATURES: usize = 12;
 
-/// The three arms moved by their corrections, as [`JointFactor`](super::JointFactor) has them for its residuals.
+/// The three arms displaced by their corrections, as [`JointFactor`](super::JointFactor) needs them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct JointDisplacement<T: Real> {
     pub(crate) arms: [Displacement<T>; 3],
 }
 
 impl<T: Real> JointDisplacement<T> {
-    /// Of the arms one after the other.
+    /// The coefficients of one arm after the other.
     pub(super) fn coefficients(&self) -> [T; 3 * FEATURES] {
         let mut coefficients = [T::ZERO; 3 * FEATURES];
         for (own, arm) in coefficients.chunks_exact_mut(FEATURES).zip(&self.arms) {
@@ -37,20 +37,20 @@ impl<T: Real> JointDisplacement<T> {
     }
 }
 
-/// A sample of all arms, and the rows of W: the first is that of all arms, the second that of the
-/// second and third arm, the third that of the third arm.
+/// A sample of all arms, and the rows of W: the first spans all arms, the second the second and third arm, the third
+/// only the third arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct WhitenedSample<T: Real> {
     pub(super) arms: [ArmSample<T>; 3],
     pub(super) rows: [[T; 3]; 3],
-    /// What it counts.
+    /// The sample's weight.
     pub(super) weight: T,
 }
 
 state!(WhitenedSample<T>: arms: [ArmSample<T>; 3], rows: [[T; 3]; 3], weight: T);
 
 impl<T: Real> WhitenedSample<T> {
-    /// A place that holds none.
+    /// A placeholder.
     pub(crate) fn vacant() -> Self {
         Self {
             arms: [ArmSample::vacant(); 3],
@@ -59,8 +59,7 @@ impl<T: Real> WhitenedSample<T> {
         }
     }
 
-    /// Writes the sample's row of some arm and those after it into a block that begins at the columns
-    /// of that arm.
+    /// Writes the sample's row for an arm and those after it into a block that begins at that arm's columns.
     pub(super) fn put<const K: usize>(&self, first: usize, columns: &mut [[T; K]], index: usize) {
         let Some(weights) = self.rows.get(first) else {
             return;
@@ -96,8 +95,8 @@ impl<T: Real> WhitenedSample<T> {
         })
     }
 
-    /// W f and its derivatives by the 24 parameters: rows that begin at the first, the second and the third
-    /// arm's parameters.
+    /// W f and its derivatives by the 24 parameters: rows that begin at the parameters of the first, second and third
+    /// arm.
     #[cfg(test)]
     pub(crate) fn linearized(&self, at: &JointDisplacement<T>) -> [[T; 25]; 3] {
         let residuals = self.residuals(at);
@@ -138,12 +137,12 @@ impl<T: Real> WhitenedSample<T> {
     }
 }
 
-/// The mean of the samples, each arm's in its own units. Rows of the factor cannot tell it: near a
-/// singularity W is large, and by another amount for each arm.
+/// The mean of the samples, in each arm's units. It cannot be derived from rows of the factor: near a singularity W is
+/// large, by a different amount for each arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct MeanPose<T: Real> {
     pub(super) weight: T,
-    /// X in units of the third arm.
+    /// X in the third arm's unit.
     pub(crate) position: Vector3<T>,
     pub(crate) cosines: [T; 3],
     pub(crate) sines: [T; 3],

@@ -1,4 +1,4 @@
-//! The calibration of a stream in bounded steps, with gate and forgetting.
+//! Calibration of a stream in bounded steps, with gating and forgetting.
 
 use super::gate::{Alarm, Gate, GateCounts, GateError, Innovation, Untested, Verdict};
 use super::options::{Added, Selection, StreamRefusal};
@@ -10,9 +10,8 @@ use crate::samples::{AddError, Sample};
 use crate::snapshot::{SnapshotError, kind, longest, read, write};
 use crate::state::{Reader, State, Writer};
 
-/// A [`Calibrator`] of samples that come one by one, behind a gate or with forgetting. It does the steps of all three in
-/// the right order. Controller and host run this code, so that both accept and reject the same samples and compute the
-/// same bits.
+/// A [`Calibrator`] for a stream of samples, with a gate or forgetting. It runs the steps of all three in the right
+/// order. Controller and host run the same code, so both accept and reject the same samples and compute the same bits.
 ///
 /// ```
 /// use delta_cal::calibration::Joint;
@@ -33,13 +32,13 @@ use crate::state::{Reader, State, Writer};
 ///     }
 ///     let added = stream.add(&Sample { joints, position })?;
 ///     assert_eq!(matches!(added, Added::Tested(Verdict::Rejected(_))), k == 30);
-///     // Without a stated noise or tolerance the gate first needs an estimate.
+///     // Without a stated noise or tolerance, the gate first needs an estimate.
 ///     while stream.step() == Progress::Working {}
 /// }
 /// stream.solve()?;
-/// while stream.step() == Progress::Working {} // between the turns of a control loop
+/// while stream.step() == Progress::Working {} // between the cycles of a control loop
 /// let outcome = stream.outcome()?;
-/// // Where the platform is, to the noise.
+/// // The platform's position, to within the noise.
 /// let joints = [0.1, 0.2, -0.3];
 /// assert!((outcome.robot.forward(&joints)? - truth.forward(&joints)?).norm() < 0.02);
 /// # Ok(())
@@ -56,7 +55,7 @@ pub struct StreamCalibrator<T: Real, E: Estimator> {
     asked: bool,
 }
 
-/// The gate, and the samples that it predicts from if the calibrator's are none of single arms.
+/// The gate, and the samples of the separate arms if the calibrator does not hold these itself.
 #[derive(Debug, Clone)]
 struct Gated<T: Real, E: Estimator> {
     gate: Gate<T>,
@@ -66,10 +65,10 @@ struct Gated<T: Real, E: Estimator> {
 #[derive(Debug, Clone, Copy)]
 enum Work {
     Collecting,
-    /// The gate wants an estimate. The first step of each kind of work begins it.
+    /// An estimate for the gate. The first step of each kind of work starts it.
     Estimate,
     Estimating,
-    /// All samples have come.
+    /// The solve that was requested.
     Solve,
     Solving,
     Solved,
@@ -77,7 +76,7 @@ enum Work {
 }
 
 impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
-    /// Without samples; `robot` is the robot before calibration, the nominal of the tolerance and the start of the iteration.
+    /// Without samples; `robot`: uncalibrated, the nominal of the tolerance and the start of the iteration.
     // Inlined, for its two parts to share the stack.
     #[inline]
     pub fn new(robot: &Robot<T>, settings: &Settings<T>, selection: &Selection<T>) -> Self {
@@ -98,7 +97,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         }
     }
 
-    /// A new gate, if there is one.
+    /// Replaces the gate, if there is one, by a new one.
     #[inline(never)]
     fn close_gate(&mut self, robot: &Robot<T>, settings: &Settings<T>) {
         if let Selection::Gated { .. } = self.selection {
@@ -108,10 +107,10 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         }
     }
 
-    /// Takes in one sample, or tests it first. An outcome of the samples before is dropped.
+    /// Adds one sample, after testing it if there is a gate. Discards the outcome of earlier samples.
     ///
     /// # Errors
-    /// A faulty number, or a solve that has not finished; nothing has changed.
+    /// An invalid number, or a solve in progress; nothing has changed.
     pub fn add(&mut self, sample: &Sample<T>) -> Result<Added<T>, AddError> {
         if self.solving() {
             return Err(AddError::Busy);
@@ -147,11 +146,11 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         Ok(added)
     }
 
-    /// Begins to solve, unless that is under way or done. If the gate's estimate is being solved, the solve begins
-    /// after it. The work itself is done by [`step`](Self::step).
+    /// Starts a solve unless one is in progress or finished. If the gate's estimate is being solved, the solve follows
+    /// it. The work itself is done by [`step`](Self::step).
     ///
     /// # Errors
-    /// The gate's objection to all samples.
+    /// The gate's reason for not solving.
     pub fn solve(&mut self) -> Result<(), StreamRefusal> {
         match self.work {
             Work::Collecting => {
@@ -168,8 +167,8 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         Ok(())
     }
 
-    /// Answers the gate's alarm: the run of rejected samples was wrong, and what was taken in before stays. It can be
-    /// solved again. If it is the robot that has changed, [`reset`](Self::reset).
+    /// Answers the gate's alarm: the run of rejected samples was wrong, and earlier samples stay. Solving is possible
+    /// again. If the robot itself has changed, call [`reset`](Self::reset).
     pub fn acknowledge(&mut self) {
         if let Some(Gated { gate, .. }) = &mut self.gated {
             gate.acknowledge();
@@ -179,8 +178,8 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         }
     }
 
-    /// Drops all that came, for a robot that has changed: it is calibrated from the samples that come from now on, with
-    /// the same robot before calibration, settings and selection.
+    /// Discards everything received, for a robot that has changed: it is calibrated from new samples only, with the
+    /// same uncalibrated robot, settings and selection.
     #[inline(never)]
     pub fn reset(&mut self) {
         self.calibrator.reset();
@@ -188,7 +187,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         let (robot, settings) = (self.calibrator.robot(), *self.calibrator.settings());
         self.close_gate(&robot, &settings);
         if let Some(sigmas) = width {
-            // It was one.
+            // It was valid before.
             let _ = self.set_sigmas(sigmas);
         }
         self.samples = 0;
@@ -196,14 +195,14 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         self.asked = false;
     }
 
-    /// Gives up what is being solved, and drops the outcome. The samples stay.
+    /// Aborts a solve and discards the outcome. The samples stay.
     pub fn stop(&mut self) {
         self.calibrator.stop();
         self.work = Work::Collecting;
         self.asked = false;
     }
 
-    /// The gate's objection to all samples.
+    /// The gate's reason for not solving.
     fn rejected_too_many(&self) -> Option<StreamRefusal> {
         let counts = self.gate_counts()?;
         if let Some(alarm) = self.alarm() {
@@ -218,8 +217,8 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         )
     }
 
-    /// One bounded step of what there is to solve. After the last step there is an outcome; if it was the gate's
-    /// estimate that was solved, the next sample can be added.
+    /// One bounded step of the pending work. After the last step of a solve there is an outcome; after the last step of
+    /// an estimate for the gate, the next sample can be added.
     pub fn step(&mut self) -> Progress {
         match self.work {
             Work::Estimate => {
@@ -248,7 +247,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
             Work::Collecting | Work::Solved | Work::Refused(_) => {}
         }
         if !self.solving() && core::mem::take(&mut self.asked) {
-            // A refusal is kept for the outcome.
+            // A refusal is stored for the outcome.
             let _ = self.solve();
         }
         if self.solving() {
@@ -258,7 +257,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         }
     }
 
-    /// The gate goes on, with a new estimate or without one.
+    /// The gate continues, with or without a new estimate.
     fn give_up_estimate(&mut self) -> Work {
         self.calibrator.stop();
         Work::Collecting
@@ -274,7 +273,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         }
     }
 
-    /// Whether there is something left to solve; until that is done, no sample is taken.
+    /// Whether work is pending; until it is done, no sample is accepted.
     pub const fn solving(&self) -> bool {
         matches!(
             self.work,
@@ -282,12 +281,12 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         )
     }
 
-    /// Whether a solve that was asked for has finished, and no sample came since: there is an outcome or a refusal.
+    /// Whether a requested solve has finished and no sample was added since: there is an outcome or a refusal.
     pub const fn finished(&self) -> bool {
         matches!(self.work, Work::Solved | Work::Refused(_))
     }
 
-    /// The calibrated robot, until the next sample comes.
+    /// The calibrated robot, until the next sample is added.
     ///
     /// # Errors
     /// Why the samples do not calibrate the robot; [`Refusal::Unfinished`] before the last step.
@@ -312,16 +311,16 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         self.calibrator.settings()
     }
 
-    /// Samples that came, rejected ones included.
+    /// Number of samples received, including rejected ones.
     pub const fn samples(&self) -> u64 {
         self.samples
     }
 
-    /// Makes the gate so many σ wide; it is [`SUSPECTED`](crate::calibration::limits::SUSPECTED) σ wide at first. Does nothing
-    /// where there is none.
+    /// Sets the width of the gate in σ; initially [`SUSPECTED`](crate::calibration::limits::SUSPECTED). Does nothing
+    /// without a gate.
     ///
     /// # Errors
-    /// A number that is not finite or not positive.
+    /// A number that is not finite and positive.
     pub fn set_sigmas(&mut self, sigmas: T) -> Result<(), GateError> {
         match &mut self.gated {
             Some(Gated { gate, .. }) => gate.set_sigmas(sigmas),
@@ -329,14 +328,14 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         }
     }
 
-    /// How far a sample is off in each arm; nothing is taken in or counted. `None` without a gate.
+    /// The innovation of a sample in each arm, without adding or counting it. `None` without a gate.
     pub fn innovations(&self, sample: &Sample<T>) -> Option<Result<[Innovation<T>; 3], Untested>> {
         let Gated { gate, beside } = self.gated.as_ref()?;
         let arms = E::arms(&self.calibrator.samples, beside);
         Some(gate.innovations(arms, sample))
     }
 
-    /// What became of the samples at the gate, if there is one.
+    /// The gate's statistics, if there is a gate.
     pub const fn gate_counts(&self) -> Option<&GateCounts> {
         match &self.gated {
             Some(Gated { gate, .. }) => Some(gate.counts()),
@@ -344,7 +343,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         }
     }
 
-    /// What a run of rejections means, if there was one since the last was [acknowledged](Self::acknowledge).
+    /// The meaning of a run of rejections, if there was one since the last [acknowledgement](Self::acknowledge).
     pub const fn alarm(&self) -> Option<Alarm> {
         match &self.gated {
             Some(Gated { gate, .. }) => gate.alarm(),
@@ -383,14 +382,14 @@ impl<T: Real, E: Estimator> State<T> for StreamCalibrator<T, E> {
 }
 
 impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
-    /// How many bytes a [`snapshot`](Self::snapshot) takes at most.
+    /// Size of the largest [`snapshot`](Self::snapshot), bytes.
     pub const SNAPSHOT_BYTES: usize = longest::<T, Self>();
 
-    /// Writes what the stream has seen into `bytes`, of which there must be [`SNAPSHOT_BYTES`](Self::SNAPSHOT_BYTES), and
-    /// returns the part that was written. Outcomes are not part of it: they are solved again.
+    /// Writes the state of the stream into `bytes`, which must hold [`SNAPSHOT_BYTES`](Self::SNAPSHOT_BYTES), and
+    /// returns the part used. Outcomes are not included: they are solved again.
     ///
     /// # Errors
-    /// [`SnapshotError::BufferTooShort`]; [`SnapshotError::Busy`] while something is being solved.
+    /// [`SnapshotError::BufferTooShort`]; [`SnapshotError::Busy`] during a solve.
     pub fn snapshot<'a>(&self, bytes: &'a mut [u8]) -> Result<&'a [u8], SnapshotError> {
         if self.solving() {
             return Err(SnapshotError::Busy);
@@ -398,12 +397,12 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         write(kind::STREAM + E::NUMBER, self.fingerprint(), self, bytes)
     }
 
-    /// Puts what a [`snapshot`](Self::snapshot) holds in place of what this stream has seen. It must be of the same
-    /// robot, noise and selection, and with a gate of the same tolerance. A solve that was asked for is none any more.
-    /// From then on this stream gives the same results as the one that the snapshot is of, bit by bit.
+    /// Replaces the state of this stream by that of a [`snapshot`](Self::snapshot) of the same robot, noise and
+    /// selection, and with a gate of the same tolerance. A requested solve is cancelled. From then on this stream gives
+    /// bit-identical results to the original.
     ///
     /// # Errors
-    /// Bytes that are damaged, or a snapshot of something else; the stream is unchanged.
+    /// Damaged bytes, or a snapshot of something else; the stream is unchanged.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
         read(kind::STREAM + E::NUMBER, self.fingerprint(), self, bytes)
     }
@@ -455,7 +454,7 @@ mod tests {
             .with_tolerance(Tolerance::new(0.5, 0.003).unwrap())
     }
 
-    /// By how much the platform is off.
+    /// The position error of the platform.
     fn solved(stream: &mut StreamCalibrator, truth: &Robot<f64>) -> Result<f64, StreamRefusal> {
         stream.solve()?;
         while stream.step() == Progress::Working {}
@@ -481,11 +480,11 @@ mod tests {
             solved(&mut stream, &truth),
             Err(StreamRefusal::Alarm(alarm))
         );
-        // The run was wrong: what came before stays.
+        // The run was wrong: earlier samples stay.
         stream.acknowledge();
         assert_eq!(stream.alarm(), None);
         assert!(solved(&mut stream, &truth).unwrap() < 0.02);
-        // Another run is another alarm.
+        // Another run raises another alarm.
         for k in 48..56 {
             stream.add(&sample(&changed, k)).unwrap();
         }
@@ -505,7 +504,7 @@ mod tests {
         assert!(found.unwrap() < 0.02);
     }
 
-    /// Without a tolerance the gate wants an estimate at the twelfth sample.
+    /// Without a tolerance, the gate needs an estimate at the twelfth sample.
     #[test]
     fn what_is_restored_was_not_asked_to_solve() {
         let (nominal, truth) = (robot(480.0), robot(480.4));
@@ -525,7 +524,7 @@ mod tests {
         assert!(!stream.finished() && !stream.solving());
     }
 
-    /// What the samples are kept in depends on robot and noise alone.
+    /// The stored samples depend only on robot and noise.
     #[test]
     fn samples_outlast_a_change_of_how_they_are_solved() {
         let (nominal, truth) = (robot(480.0), robot(480.4));

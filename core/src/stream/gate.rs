@@ -1,15 +1,15 @@
-//! The gate in the stream: each sample is tested against what the samples so far and the prior
-//! predict, before it is taken in.
+//! The gate of a stream: each sample is tested against the prediction from earlier samples and the prior before it is
+//! added.
 //!
 //! ```text
-//! innovation  ν = f(P; X, q)/σf at the present estimate P of the arm
+//! innovation  ν = f(P; X, q)/σf at the current estimate P of the arm
 //! variance    S = 1 + h C hᵀ,   h = ∂f/∂P /σf,   C the covariance of P
-//! taken in    if |ν|/√S is within the gate for all three arms
+//! accepted    if |ν|/√S is within the gate for all three arms
 //! ```
 //!
-//! ν²/S is distributed as χ² with one degree of freedom, if the sample is what it is said to be (Bar-Shalom,
-//! Li and Kirubarajan 2001, section 5.4: the normalised innovation squared). Nothing is kept but the
-//! three linearised problems of eight parameters; every sample costs about the same.
+//! ν²/S follows χ² with one degree of freedom if the sample is valid (Bar-Shalom, Li and Kirubarajan 2001, section 5.4:
+//! the normalised innovation squared). Only the three linearised problems of eight parameters are stored; every sample
+//! costs about the same.
 
 mod prediction;
 mod verdict;
@@ -24,10 +24,10 @@ use crate::state::state;
 use prediction::{Predicted, Prediction, Row};
 pub use verdict::{Alarm, GateCounts, GateError, Innovation, Untested, Verdict};
 
-/// Tests each sample before it goes into the arms' samples. Constant memory, no sample is kept.
+/// Tests each sample before it is added to the arms' samples. Constant memory, no sample is stored.
 ///
-/// With a stated noise and a stated tolerance it tests from the first sample on. Without either it
-/// needs a solved estimate first: see [`wants_estimate`](Self::wants_estimate).
+/// With a stated noise and a stated tolerance it tests from the first sample. Otherwise it needs a solved estimate
+/// first: see [`wants_estimate`](Self::wants_estimate).
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Gate<T: Real> {
     arms: [Prediction<T>; 3],
@@ -38,12 +38,11 @@ pub(super) struct Gate<T: Real> {
 }
 
 impl<T: Real> Gate<T> {
-    /// Before the first sample. The gate is
-    /// [`SUSPECTED`] σ wide: of good samples each arm rejects three in a million.
+    /// A gate before the first sample, [`SUSPECTED`] σ wide: each arm rejects three in a million valid samples.
     pub(super) fn new(samples: &ArmSamples<T>) -> Self {
         let settings = *samples.settings();
         let [first, second, third] = samples.arms();
-        // Not by `map`: large objects would be built beside their place and moved.
+        // Not by `map`, which would build large objects elsewhere and move them.
         Self {
             arms: [
                 Prediction::new(first, &prior(first, &settings)),
@@ -57,12 +56,12 @@ impl<T: Real> Gate<T> {
         }
     }
 
-    /// How wide it is, in σ.
+    /// Its width, in σ.
     pub(super) fn sigmas(&self) -> T {
         self.sigmas
     }
 
-    /// Makes it so many σ wide.
+    /// Sets its width, in σ.
     pub(super) fn set_sigmas(&mut self, sigmas: T) -> Result<(), GateError> {
         if !(sigmas > T::ZERO && sigmas.finite()) {
             return Err(GateError::Sigmas);
@@ -71,9 +70,9 @@ impl<T: Real> Gate<T> {
         Ok(())
     }
 
-    /// Tests one sample that is checked, and takes it in unless it disagrees. A bounded amount of work: an arm's
-    /// prediction is linearised anew once an eighth more samples are in it, one arm a sample. With forgetting an arm
-    /// is linearised anew at every sample, one after the other: that is how the predictions forget, too.
+    /// Tests one checked sample, and adds it unless it disagrees. Bounded work: an arm's prediction is relinearised
+    /// after every eighth more samples, one arm per sample. With forgetting, one arm is relinearised at every sample,
+    /// in turn: this is how the predictions forget, too.
     pub(super) fn add(
         &mut self,
         samples: &mut ArmSamples<T>,
@@ -112,7 +111,7 @@ impl<T: Real> Gate<T> {
         })
     }
 
-    /// How far a sample is off in each arm; nothing is taken in or counted.
+    /// The innovation of a sample in each arm, without adding or counting it.
     ///
     /// # Errors
     /// Why the sample cannot be tested.
@@ -172,7 +171,7 @@ impl<T: Real> Gate<T> {
         let [mut worst, ..] = innovations;
         for (innovation, count) in innovations.iter().zip(&mut self.counts.rejected_by_arm) {
             let size = innovation.normalized.magnitude();
-            // NaN is beyond every gate, and further off than any number.
+            // NaN is outside every gate and larger than any number.
             if !(size <= self.sigmas) {
                 *count = count.saturating_add(1);
             }
@@ -224,16 +223,16 @@ impl<T: Real> Gate<T> {
         }
     }
 
-    /// Whether the gate cannot test for want of an estimate, and there are enough samples to try and
-    /// solve one: at the 12th, and each time their number has doubled. Hand it over with
-    /// [`adopt`](Self::adopt); if the estimate is refused, the gate continues to take in samples untested.
+    /// Whether the gate needs an estimate to test and there are enough samples to attempt one: at the 12th, and each
+    /// time their number has doubled. Pass it to [`adopt`](Self::adopt); if it is refused, the gate continues to accept
+    /// samples untested.
     pub(super) const fn wants_estimate(&self) -> bool {
         !self.estimated
             && self.counts.taken.is_multiple_of(SAMPLES_FOR_FREE_START)
             && (self.counts.taken / SAMPLES_FOR_FREE_START).is_power_of_two()
     }
 
-    /// Predicts from a robot that was solved from these samples, of which none waits, from now on.
+    /// From now on predicts from a robot solved from these samples, none of which may be waiting.
     pub(super) fn adopt(&mut self, samples: &ArmSamples<T>, robot: &Robot<T>) {
         let settings = *samples.settings();
         for ((prediction, factor), arm) in
@@ -245,28 +244,28 @@ impl<T: Real> Gate<T> {
         self.estimated = true;
     }
 
-    /// What became of the samples so far.
+    /// The statistics so far.
     pub(super) const fn counts(&self) -> &GateCounts {
         &self.counts
     }
 
-    /// Answers the alarm: the run was wrong, and what was taken in before stays. The next run of rejections is another
-    /// alarm. If it is the robot that has changed, begin again with a new calibrator and a new gate.
+    /// Answers the alarm: the run was wrong, and earlier samples stay. The next run of rejections is another alarm. If
+    /// the robot itself has changed, start again with a new calibrator and gate.
     pub(super) const fn acknowledge(&mut self) {
         self.alarm = None;
         self.counts.run = 0;
     }
 
-    /// What the first run of rejections means, if there was one since the last was [acknowledged](Self::acknowledge).
+    /// The meaning of the first run of rejections since the last [acknowledgement](Self::acknowledge), if any.
     pub(super) const fn alarm(&self) -> Option<Alarm> {
         self.alarm
     }
 }
 
-/// Samples that it takes to determine an arm.
+/// Number of samples that determine an arm.
 const PARAMETERS: u64 = 8;
 
-/// In internal units. Without a stated noise a tolerance cannot be weighed against the samples, and is left out.
+/// In internal units. Without a stated noise, a tolerance cannot be weighted against the samples and is ignored.
 fn prior<T: Real>(factor: &ArmFactor<T>, settings: &Settings<T>) -> TolerancePrior<T, 8> {
     let tolerance = settings.tolerance.filter(|_| settings.noise.is_some());
     prior_of_arm(factor.nominal(), tolerance.as_ref())
@@ -281,14 +280,14 @@ state!(
 );
 
 impl<T: Real> Gate<T> {
-    /// After a snapshot was restored.
+    /// Recomputes derived state after a snapshot was restored.
     pub(super) fn displace(&mut self, samples: &ArmSamples<T>) {
         for (prediction, factor) in self.arms.iter_mut().zip(samples.arms()) {
             prediction.displace(factor);
         }
     }
 
-    /// What the predictions depend on beside the samples.
+    /// Everything the predictions depend on apart from the samples.
     pub(super) fn mark(&self, samples: &ArmSamples<T>, fingerprint: &mut Fingerprint) {
         let [first, ..] = samples.arms();
         let drive = first.nominal().arm().drive();
@@ -305,7 +304,7 @@ mod tests {
     use crate::calibration::{IkmCalibrator, Samples, Settings};
     use crate::samples::joint_factor_tests::{changed, robot, samples};
 
-    /// Eleven samples leave three degrees of freedom, from which the noise can be told; ten do not.
+    /// Eleven samples leave three degrees of freedom, enough to estimate the noise; ten do not.
     #[test]
     fn three_spare_samples_tell_the_noise() {
         let measured = samples::<12>(&changed(1), 14);

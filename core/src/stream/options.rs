@@ -1,4 +1,4 @@
-//! Which samples of a stream count, what becomes of a sample, and why there is no result.
+//! Selection of samples, the fate of a sample, and refusals of a stream.
 
 use super::gate::{Alarm, Verdict};
 use crate::Real;
@@ -7,18 +7,18 @@ use crate::samples::Forgetting;
 use crate::snapshot::Fingerprint;
 use core::fmt;
 
-/// Which of the samples that come are taken in, and how much older samples count.
+/// Which samples are added, and the weight of older ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Selection<T> {
-    /// All of them.
+    /// All samples.
     All {
-        /// If stated, older samples count less.
+        /// If set, older samples lose weight.
         forgetting: Option<Forgetting<T>>,
     },
-    /// Those that agree with the samples before them. The gate tests each arm by itself, with either estimator.
+    /// Samples consistent with earlier ones. The gate tests each arm separately, with either estimator.
     Gated {
-        /// If stated, older samples count less.
+        /// If set, older samples lose weight.
         forgetting: Option<Forgetting<T>>,
     },
 }
@@ -35,7 +35,7 @@ impl<T: Real> Selection<T> {
         forgetting
     }
 
-    /// What distinguishes this selection from others.
+    /// Everything that distinguishes this selection from others.
     pub(super) fn mark(&self, fingerprint: &mut Fingerprint) {
         fingerprint.count(match self {
             Selection::All { .. } => 0,
@@ -45,19 +45,19 @@ impl<T: Real> Selection<T> {
     }
 }
 
-/// What became of a sample.
+/// The fate of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Added<T> {
-    /// It was taken in; nothing tested it.
+    /// Added without a test.
     Taken,
-    /// The gate tested it, or could not.
+    /// The gate's verdict.
     Tested(Verdict<T>),
 }
 
 impl<T: Real> Added<T> {
-    /// The same in another scalar type.
+    /// Converts to another scalar type.
     pub fn cast<U: Real>(&self) -> Added<U> {
         match self {
             Self::Taken => Added::Taken,
@@ -66,21 +66,21 @@ impl<T: Real> Added<T> {
     }
 }
 
-/// Why a stream of samples does not calibrate the robot. The robot keeps its parameters.
+/// Why a stream of samples does not calibrate the robot. Keep its current parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum StreamRefusal {
-    /// The calibration itself is refused.
+    /// The calibration was refused.
     Calibration(Refusal),
     /// The gate rejected a run of samples.
     Alarm(Alarm),
-    /// The gate rejected so many of all samples that it is not known which are wrong.
+    /// The gate rejected so many samples that it is unclear which are wrong.
     TooManyRejected {
-        /// This many were rejected.
+        /// Number rejected.
         rejected: u64,
-        /// This many came.
+        /// Number received.
         samples: u64,
     },
 }

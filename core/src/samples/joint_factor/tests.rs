@@ -13,7 +13,7 @@ use nalgebra::{Matrix3, SMatrix, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
-/// Three different arms, one with its axis tilted.
+/// Three different arms, one with a tilted axis.
 pub(crate) fn robot() -> Robot<f64> {
     Robot::new([
         Arm::new([164.0, 3.0, -5.0, 0.02, 0.0, 260.0, 4.0, 480.0]).unwrap(),
@@ -23,7 +23,7 @@ pub(crate) fn robot() -> Robot<f64> {
     .unwrap()
 }
 
-/// The robot with every parameter off by up to half a millimetre or two thousandths of a radian.
+/// The robot with every parameter changed by up to half a millimetre or two thousandths of a radian.
 pub(crate) fn changed(seed: u64) -> Robot<f64> {
     let mut uniform = uniform(seed);
     let parameters = robot().parameters().map(|mut arm| {
@@ -47,13 +47,13 @@ pub(crate) fn samples<const N: usize>(of: &Robot<f64>, seed: u64) -> [Sample<f64
     })
 }
 
-/// Evenly in (−1, 1).
+/// Uniform in (−1, 1).
 fn uniform(seed: u64) -> impl FnMut() -> f64 {
     let mut rng = Pcg32::seed_from_u64(seed);
     move || f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0
 }
 
-/// None, the same in every direction, by axis, without and with that of the joints.
+/// None, isotropic and by axis, without and with joint noise.
 pub(crate) fn noises() -> [Option<Noise<f64>>; 4] {
     [
         None,
@@ -91,7 +91,7 @@ fn closures(of: &Robot<f64>, sample: &Sample<f64>) -> Vector3<f64> {
     }))
 }
 
-/// cov(f) by its definition, mm⁴; without a noise that of a unit of length.
+/// cov(f) by definition, mm⁴; without a noise, that of a unit of length.
 fn covariance(factor: &JointFactor<f64>, sample: &Sample<f64>) -> Matrix3<f64> {
     let (sigmas, joint) = match factor.noise() {
         Some(noise) => (noise.position_by_axis(), noise.joint()),
@@ -107,7 +107,7 @@ fn covariance(factor: &JointFactor<f64>, sample: &Sample<f64>) -> Matrix3<f64> {
         }
         let arm = robot().arms()[row];
         let by_joint = arm.constraint_by_joint(&sample.position, sample.joints[row]) * joint;
-        // The forearm's direction is known to a hundredth of a radian.
+        // The direction of the forearm is known to a hundredth of a radian.
         let direction = (0.02 * arm.lb()) * (0.02 * arm.lb()) * variances.sum() / 3.0;
         covariance[(row, row)] += by_joint * by_joint + direction;
     }
@@ -131,7 +131,7 @@ fn gram(factor: &JointFactor<f64>) -> SMatrix<f64, 37, 37> {
     gram
 }
 
-/// The same sums of products, each to so many parts of the lengths of its two columns.
+/// Checks that sums of products agree to a fraction `close` of the product of their columns' lengths.
 fn assert_same(a: &JointFactor<f64>, b: &JointFactor<f64>, close: f64) {
     let (a, b) = (gram(a), gram(b));
     for row in 0..37 {
@@ -143,7 +143,7 @@ fn assert_same(a: &JointFactor<f64>, b: &JointFactor<f64>, close: f64) {
     }
 }
 
-/// W cov(f) Wᵀ = 1 with W upper triangular and its diagonal positive, which is one matrix only.
+/// W cov(f) Wᵀ = 1 with W upper triangular and its diagonal positive, which has a unique solution.
 #[test]
 fn the_closures_are_whitened() {
     for noise in noises() {
@@ -154,7 +154,7 @@ fn the_closures_are_whitened() {
             let unit = factor.unit() * factor.unit();
             let covariance = covariance(&factor, &sample) / (unit * unit);
             let product = whitening * covariance * whitening.transpose();
-            // ε times the condition of the covariance, some 1e4 at most.
+            // ε times the condition number of the covariance, at most about 1e4.
             assert!((product - Matrix3::identity()).amax() < 1e-10, "{product}");
             for row in 0..3 {
                 assert!(whitening[(row, row)] > 0.0);
@@ -169,26 +169,26 @@ fn the_closures_are_whitened() {
     }
 }
 
-/// Where the forearms lie in one plane the covariance of an exact joint's closures has no inverse.
+/// If the forearms are coplanar, the covariance of the closures of exact joints has no inverse.
 #[test]
 fn a_singular_pose_claims_no_more_than_its_direction_allows() {
     let noise = Noise::new(0.02_f32, 0.0).ok();
     let robot = robot().cast::<f32>().unwrap();
     let factor = JointFactor::new(&robot, &Vector3::new(0.0, 0.0, -450.0), noise);
     let arms = robot.arms();
-    // In the plane of the elbows.
+    // The pose is in the plane of the elbows.
     let joints = [0.3; 3];
     let position = (arms[0].elbow(0.3) + arms[1].elbow(0.3) + arms[2].elbow(0.3)) / 3.0;
     let prepared = factor.prepare(&Sample { joints, position });
     let unit = factor.unit();
     for entry in prepared.rows.iter().flatten() {
-        // 1/σ of a closure of which the direction alone is known: 1/(2 Lb σ 0.01), in internal units.
+        // 1/σ of a closure known only by its direction: 1/(2 Lb σ 0.01), in internal units.
         let most = unit * unit / (2.0 * 470.0 * 0.02 * 0.01);
         assert!(entry.is_finite() && entry.abs() < 1.01 * most, "{entry}");
     }
 }
 
-/// Σ fᵀ cov(f)⁻¹ f by the constraints themselves, at robots near and far.
+/// Σ fᵀ cov(f)⁻¹ f from the constraints, at robots near and far.
 #[test]
 fn the_factor_keeps_the_sum_of_squares_of_any_robot() {
     for noise in noises() {
@@ -203,7 +203,7 @@ fn the_factor_keeps_the_sum_of_squares_of_any_robot() {
                 let inverse = covariance(&factor, sample).try_inverse().unwrap();
                 expected += closures.dot(&(inverse * closures));
             }
-            // Without a noise the covariance is of a unit of length, and so is the sum.
+            // Without a noise the covariance is for a unit of length, and so is the sum.
             let found = factor.sum_of_squares(&other);
             assert!((found / expected - 1.0).abs() < 1e-8, "{found} {expected}");
             assert!(found * unit * unit > 0.0);
@@ -240,7 +240,7 @@ fn residuals_and_their_derivatives_are_those_of_the_constraints() {
             .zip(prepared.residuals(&at))
             .zip(expected.iter())
         {
-            // The constraint is a difference of numbers a million times as large.
+            // The constraint is a difference of numbers a million times larger.
             assert!((residual - expected).abs() < 1e-8);
             assert!((row[24] - residual).abs() < 1e-15);
         }
@@ -250,7 +250,7 @@ fn residuals_and_their_derivatives_are_those_of_the_constraints() {
             let behind = prepared.residuals(&factor.displaced(&corrections(-step, index)));
             for ((row, ahead), behind) in rows.iter().zip(ahead).zip(behind) {
                 let expected = (ahead - behind) / (2.0 * step);
-                // Residuals of some 1e4 σ a unit: ε of that over the step.
+                // Residuals of about 1e4 σ in a unit: ε of that divided by the step.
                 assert!((row[index] - expected).abs() < 1e-3, "{index}");
             }
         }
@@ -270,7 +270,7 @@ fn blocks_of_one_two_and_four_agree() {
             let left = pairs.absorb_first::<2>(&pair);
             pairs.absorb_others::<2, 4, 6>(&pair, &left);
         }
-        // A thousand roundings, or so.
+        // About a thousand roundings.
         assert_same(&fours, &singly, 1e-12);
         assert_same(&pairs, &singly, 1e-12);
         for factor in [singly, fours, pairs] {
@@ -314,7 +314,7 @@ fn forgetting_multiplies_what_was_seen() {
     let expected = before * 0.25 + gram(&filled(noises()[2], &measured[12..]));
     assert!((gram(&forgotten) - expected).amax() < 1e-12 * expected.amax());
     assert_eq!(forgotten.effective_samples().to_bits(), 11_f64.to_bits());
-    // More than all, not a number: nothing is forgotten; less than nothing: everything.
+    // Above 1 or NaN: nothing is forgotten; below 0: everything.
     for (lambda, left) in [(1.5, 11.0), (f64::NAN, 11.0), (-1.0, 0.0)] {
         let mut factor = forgotten.clone();
         factor.forget(lambda);
@@ -333,7 +333,7 @@ fn a_faulty_sample_changes_nothing() {
     assert_eq!(factor, before);
 }
 
-/// Added singly, in blocks, merged and forgotten: the mean of what counts.
+/// The mean pose after adding singly, adding in blocks, merging and forgetting.
 #[test]
 fn the_mean_pose_is_that_of_the_samples() {
     let measured = samples::<20>(&changed(3), 8);
@@ -365,8 +365,8 @@ fn the_mean_pose_is_that_of_the_samples() {
     }
 }
 
-/// Far from its frame's origin the rounding of a position is larger than that of a closure; no stated noise is too
-/// small for it.
+/// Far from the origin of its frame, the rounding of a position exceeds that of a closure; no stated noise is too small
+/// for it.
 #[test]
 fn the_rounding_of_a_far_position_is_a_noise() {
     let far = Robot::from_parameters(robot().parameters().map(|mut arm| {
@@ -383,6 +383,6 @@ fn the_rounding_of_a_far_position_is_a_noise() {
     factor.add(&Sample { joints, position }).unwrap();
     let norms = factor.triangle().column_norms();
     assert!(norms.iter().all(|norm| norm.is_finite()));
-    // The feature 1 of each arm: what cannot be squared would have left nothing.
+    // The feature 1 of each arm: squares that underflow would have left nothing.
     assert!([11, 23, 35].iter().all(|column| norms[*column] > 0.0));
 }

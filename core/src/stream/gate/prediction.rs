@@ -1,4 +1,4 @@
-//! What an arm's samples so far and its prior predict of the next sample.
+//! The next sample as predicted from an arm's earlier samples and its prior.
 
 use crate::Real;
 use crate::calibration::step_control::LONGEST_STEP;
@@ -7,19 +7,19 @@ use crate::samples::{ArmFactor, ArmSample, Displacement};
 use crate::state::state;
 use nalgebra::SVector;
 
-/// Without a stated noise the parameters take eight degrees of freedom from the residuals, and Student's t has
-/// a variance beyond two degrees of freedom.
+/// Without a stated noise the parameters take eight degrees of freedom from the residuals, and the variance of
+/// Student's t exists above two degrees of freedom.
 const PARAMETERS: f64 = 8.0;
 const LEAST_FREEDOM: f64 = 3.0;
-/// Beyond so many degrees of freedom Student's t is the normal distribution.
+/// Above this many degrees of freedom, Student's t is treated as normal.
 const NORMAL_FREEDOM: f64 = 1000.0;
-/// What rounding leaves of exact samples, in ε.
+/// Rounding residue of exact samples, in ε.
 const ROUNDING: f64 = 32.0;
-/// A linearisation lasts for this part of the samples in it.
+/// A linearisation is valid until the number of samples has grown by one part in this many.
 const LASTS: u64 = 8;
 
-/// The linearised problem of one arm, kept up to date sample by sample: a square-root information
-/// filter (Bierman 1977), that is linearised anew from the factor as the samples grow in number.
+/// The linearised problem of one arm, updated sample by sample: a square-root information filter (Bierman 1977),
+/// relinearised from the factor as the number of samples grows.
 ///
 /// ```text
 /// minimise |T δ + b|²,   T = R ∂c/∂P and the prior's rows, reduced
@@ -27,15 +27,15 @@ const LASTS: u64 = 8;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Prediction<T: Real> {
-    /// Where it is linearised.
+    /// The correction at which it is linearised.
     correction: [T; 8],
     at: Displacement<T>,
     normal: Normal<T>,
-    /// Of the squared residuals, what no parameters explain.
+    /// The part of the squared residuals that no parameters explain.
     beyond: T,
     /// The effective number of samples in it.
     samples: T,
-    /// Samples since it was linearised, and how many it may become.
+    /// Samples since it was linearised, and their limit.
     since: u64,
     lasts: u64,
 }
@@ -51,7 +51,7 @@ state!(
     lasts: u64,
 );
 
-/// A sample as the arm has it: its row of the Jacobian (3.21) and f, both over σf.
+/// A sample as one arm sees it: its row of the Jacobian (3.21) and f, both divided by σf.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Row<T: Real> {
     derivatives: SVector<T, 8>,
@@ -64,23 +64,23 @@ impl<T: Real> Row<T> {
         self.derivatives.iter().chain([&self.residual])
     }
 
-    /// 1/σf, squared lengths of the nominal arm's unit.
+    /// 1/σf, in squared lengths of the nominal arm's unit.
     pub(super) const fn weight(&self) -> T {
         self.weight
     }
 }
 
-/// A sample against its prediction.
+/// A sample compared to its prediction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Predicted<T> {
-    /// In units of σf.
+    /// In σf.
     pub(super) innovation: T,
-    /// Over its own σ.
+    /// Divided by its own σ.
     pub(super) normalized: T,
 }
 
 impl<T: Real> Prediction<T> {
-    /// At the nominal arm, with what the factor holds.
+    /// At the nominal arm, with the samples in the factor.
     pub(super) fn new(factor: &ArmFactor<T>, prior: &TolerancePrior<T, 8>) -> Self {
         let correction = [T::ZERO; 8];
         let mut prediction = Self {
@@ -96,7 +96,7 @@ impl<T: Real> Prediction<T> {
         prediction
     }
 
-    /// After its correction was restored.
+    /// Recomputes derived state after its correction was restored.
     pub(super) fn displace(&mut self, factor: &ArmFactor<T>) {
         self.at = Displacement::new(factor.nominal(), &self.correction);
     }
@@ -152,7 +152,7 @@ impl<T: Real> Prediction<T> {
         })
     }
 
-    /// Whether the residuals tell the noise.
+    /// Whether the residuals suffice to estimate the noise.
     pub(super) fn knows_noise(&self) -> bool {
         self.freedom() >= T::from_f64(LEAST_FREEDOM)
     }
@@ -176,13 +176,13 @@ impl<T: Real> Prediction<T> {
         self.since += 1;
     }
 
-    /// Whether so many samples came in that it is to be linearised anew. The first are few enough for
-    /// each to move the estimate far.
+    /// Whether enough samples were added for a new linearisation. The first samples are few enough for each to move the
+    /// estimate far.
     pub(super) const fn stale(&self) -> bool {
         self.since > self.lasts
     }
 
-    /// Linearises at the present estimate, from the factor, which holds the same samples.
+    /// Relinearises at the current estimate from the factor, which holds the same samples.
     pub(super) fn renew(&mut self, factor: &ArmFactor<T>, prior: &TolerancePrior<T, 8>) {
         let step: Option<[T; 8]> = self.normal.minimiser(&[T::ZERO; 9]);
         if let Some(step) = step {
@@ -194,7 +194,7 @@ impl<T: Real> Prediction<T> {
         self.linearize(factor, prior);
     }
 
-    /// Linearises where somebody else found the arm to be.
+    /// Relinearises at a solution found elsewhere.
     pub(super) fn move_to(
         &mut self,
         correction: &[T; 8],
@@ -217,9 +217,9 @@ impl<T: Real> Prediction<T> {
     }
 }
 
-/// z² as improbable for a normal distribution as t² is for Student's with ν degrees of freedom:
-/// z = (8ν + 1)/(8ν + 3) · √(ν ln(1 + t²/ν)) (Wallace 1959), up to z = 5 too small by 0.19 at most with
-/// ν = 3, and by 0.02 from ν = 12 on.
+/// z² as improbable for a normal distribution as t² is for Student's t with ν degrees of freedom: z = (8ν + 1)/(8ν + 3)
+/// · √(ν ln(1 + t²/ν)) (Wallace 1959). Up to z = 5 it is too small by at most 0.19 for ν = 3 and by 0.02 from ν = 12
+/// on.
 fn normal_equivalent<T: Real>(t_squared: T, freedom: T) -> T {
     if freedom > T::from_f64(NORMAL_FREEDOM) {
         return t_squared;
@@ -233,7 +233,7 @@ fn normal_equivalent<T: Real>(t_squared: T, freedom: T) -> T {
 mod tests {
     use super::normal_equivalent;
 
-    /// Tables of Student's t: exceeded, on either side, as often as 1.960, 2.576 and 3.291 by a normal number.
+    /// Tables of Student's t: two-sided values as improbable as 1.960, 2.576 and 3.291 for a normal distribution.
     #[test]
     fn students_t_is_told_as_a_normal_number() {
         for (freedom, quantiles) in [
@@ -246,7 +246,7 @@ mod tests {
         ] {
             for (t, normal) in quantiles.into_iter().zip([1.960, 2.576, 3.291]) {
                 let found = libm::sqrt(normal_equivalent(t * t, freedom));
-                // Wallace's error in the tails, 0.07 at most with ν = 3 up to here.
+                // The error of Wallace's formula in the tails, at most 0.07 for ν = 3 in this range.
                 let allowed = 0.24 / freedom + 0.003;
                 assert!((found - normal).abs() < allowed, "{freedom} {t} {found}");
             }

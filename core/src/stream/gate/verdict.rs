@@ -1,28 +1,27 @@
-//! What the gate says.
+//! The gate's verdicts, alarms and statistics.
 
 use crate::Real;
 use crate::robot::ArmIndex;
 use crate::state::{Reader, State, Writer, state};
 use core::fmt;
 
-/// A sample against what was predicted of one arm.
+/// A sample compared to the prediction for one arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Innovation<T> {
-    /// Which arm: of the three the one whose sample is furthest off.
+    /// The arm with the largest deviation.
     pub arm: ArmIndex,
-    /// By how much the sample is off along the forearm, f/(2 Lb). Length.
+    /// Deviation of the sample along the forearm, f/(2 Lb). Length.
     pub distance: T,
-    /// The innovation over its σ, which contains that of the prediction. Without a stated noise the
-    /// innovation over its estimated σ is distributed as Student's t; this is then the value of a normal
-    /// distribution that is as improbable.
+    /// The innovation divided by its σ, which includes that of the prediction. Without a stated noise, the innovation
+    /// over its estimated σ follows Student's t; this is then the equally improbable value of a normal distribution.
     pub normalized: T,
 }
 
 impl<T: Real> Innovation<T> {
-    /// The same in another scalar type.
+    /// Converts to another scalar type.
     pub fn cast<U: Real>(&self) -> Innovation<U> {
         Innovation {
             arm: self.arm,
@@ -38,28 +37,28 @@ impl<T: Real> Innovation<T> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Untested {
-    /// There is neither a prior (a stated tolerance and a stated noise to weigh it with) nor a solved
-    /// estimate: the stream solves one at the twelfth sample, and each time their number has doubled.
+    /// There is neither a prior (a stated tolerance and a stated noise to weight it) nor a solved estimate: the stream
+    /// solves one at the twelfth sample, and each time the number of samples has doubled.
     NoEstimate,
-    /// The noise is not stated, and too few samples are left over to estimate it from.
+    /// The noise is not stated, and too few redundant samples exist to estimate it.
     NoNoise,
 }
 
-/// What became of a sample.
+/// The gate's decision on a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Verdict<T> {
-    /// It agrees, and was taken in.
+    /// It agrees, and was added.
     Taken(Innovation<T>),
-    /// It could not be tested, and was taken in.
+    /// It could not be tested, and was added.
     Untested(Untested),
-    /// It disagrees, and was not taken in.
+    /// It disagrees, and was not added.
     Rejected(Innovation<T>),
 }
 
 impl<T: Real> Verdict<T> {
-    /// The same in another scalar type.
+    /// Converts to another scalar type.
     pub fn cast<U: Real>(&self) -> Verdict<U> {
         match self {
             Self::Taken(innovation) => Verdict::Taken(innovation.cast()),
@@ -69,28 +68,28 @@ impl<T: Real> Verdict<T> {
     }
 }
 
-/// What a run of rejections means: [`REJECTIONS_OF_A_CHANGE`](crate::calibration::limits::REJECTIONS_OF_A_CHANGE) in a row.
+/// Meaning of a run of rejections: [`REJECTIONS_OF_A_CHANGE`](crate::calibration::limits::REJECTIONS_OF_A_CHANGE) in a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Alarm {
-    /// The robot has changed, or its measuring frame. Before the run so many samples agreed with each
-    /// other that they determine an arm and are still more than the run's.
+    /// The robot or its measuring frame has changed: enough consistent samples came before the run to determine an arm
+    /// and to outnumber the run.
     RobotChanged {
-        /// The run's first sample, counted from 0 over all that came.
+        /// Index of the run's first sample, from 0, counting all samples received.
         first: u64,
     },
-    /// Too few samples came before the run to decide which are right: those samples, together with the
-    /// stated robot and tolerance, or the samples of the run.
+    /// Too few samples came before the run to decide which are wrong: those samples, together with the stated robot and
+    /// tolerance, or the samples of the run.
     EarlySamplesWrong {
-        /// The run's first sample, counted from 0 over all that came.
+        /// Index of the run's first sample, from 0, counting all samples received.
         first: u64,
     },
 }
 
 impl Alarm {
-    /// The run's first sample, counted from 0 over all that came.
+    /// Index of the run's first sample, from 0, counting all samples received.
     pub const fn first(&self) -> u64 {
         match self {
             Self::RobotChanged { first } | Self::EarlySamplesWrong { first } => *first,
@@ -114,21 +113,21 @@ impl fmt::Display for Alarm {
     }
 }
 
-/// How many samples came to what.
+/// The gate's statistics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct GateCounts {
-    /// Samples taken in, untested ones included.
+    /// Samples added, including untested ones.
     pub taken: u64,
-    /// Of them, those that could not be tested.
+    /// Samples added untested.
     pub untested: u64,
     /// Samples rejected.
     pub rejected: u64,
-    /// By each arm; a sample that several reject counts for each.
+    /// Samples rejected by each arm; a sample rejected by several counts for each.
     pub rejected_by_arm: [u64; 3],
-    /// Rejected samples since the last that was taken.
+    /// Samples rejected since the last one added.
     pub run: u64,
     /// The longest such run.
     pub longest_run: u64,
@@ -169,7 +168,7 @@ impl<T: Real> State<T> for Option<Alarm> {
     }
 }
 
-/// Why a number is not a gate.
+/// Why a number is not a valid gate width.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

@@ -250,6 +250,10 @@ impl Search<'_> {
             ChiSquared::new(columns).map_or(1.0, |chi_square| chi_square.sf(gain))
         } else {
             let ratio = gain / columns / with.variance();
+            // Not a number where no degree of freedom remains.
+            if !(ratio >= 0.0) {
+                return 1.0;
+            }
             FisherSnedecor::new(columns, with.freedom).map_or(1.0, |f| f.sf(ratio))
         }
     }

@@ -20,7 +20,7 @@ fn spread<T: Real>(mean_square: T, mean: &Vector3<T>) -> T {
 }
 
 impl<T: Real> ArmFactor<T> {
-    /// Takes the weighted rows (∂f/∂P, f) at a correction into `normal`; returns Σ (f/σf)².
+    /// Absorbs the weighted rows (∂f/∂P, f) at a correction into `normal`; returns Σ (f/σf)².
     pub(crate) fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>) -> T {
         let (residual, sum) = self.residual(at);
         let jacobian = at.coefficient_jacobian();
@@ -45,8 +45,8 @@ impl<T: Real> ArmFactor<T> {
         sum
     }
 
-    /// Weighted means over the samples. RᵀR holds the sums of products of features: those with the
-    /// feature 1 are weighted sums.
+    /// Weighted means over the samples. RᵀR holds the sums of products of features; products with the feature 1 are
+    /// weighted sums.
     pub(crate) fn means(&self) -> Means<T> {
         let sum = |column: usize| product_of_columns(self.triangle(), column, ONE);
         let weight = sum(ONE);
@@ -63,7 +63,7 @@ impl<T: Real> ArmFactor<T> {
     }
 }
 
-/// One arm's samples by themselves.
+/// The samples of one arm alone.
 impl<T: Real> Problem<T, 8, 9, 45> for ArmFactor<T> {
     type At = Displacement<T>;
     const PIECEWISE: bool = false;
@@ -89,7 +89,7 @@ impl<T: Real> Problem<T, 8, 9, 45> for ArmFactor<T> {
     }
 
     fn damp(&self, damped: &mut Normal<T>, diagonal: &[T; 8], _: usize) -> bool {
-        // As many rows as a linearisation has, so that both share one reduction.
+        // As many rows as in a linearisation, so that both share one reduction.
         let mut block = [[T::ZERO; 12]; 9];
         for (index, (column, value)) in block.iter_mut().zip(diagonal).enumerate() {
             if let Some(entry) = column.get_mut(index) {
@@ -122,7 +122,7 @@ impl<T: Real> Problem<T, 8, 9, 45> for ArmFactor<T> {
         sum
     }
 
-    /// The residual at a correction is f(P₀) and a difference that cancels it.
+    /// The residual at a correction is f(P₀) plus a difference that cancels it.
     fn terms_squared(&self) -> T {
         let mut sum = T::ZERO;
         for row in self.triangle().rows() {
@@ -163,7 +163,7 @@ impl<T: Real> Problem<T, 8, 9, 45> for ArmFactor<T> {
     }
 }
 
-/// An entry of RᵀR; `left` is not after `right`.
+/// An entry of RᵀR; `left` must not exceed `right`.
 #[inline(never)]
 pub(super) fn product_of_columns<T: Real, const M: usize, const E: usize>(
     triangle: &Triangle<T, M, E>,

@@ -1,4 +1,4 @@
-//! What is kept of the samples for each arm by itself.
+//! Accumulated samples of each arm separately.
 
 use super::parts::Samples;
 use super::settings::Settings;
@@ -10,9 +10,9 @@ use crate::samples::{
 use crate::state::state;
 use nalgebra::Vector3;
 
-/// Every sample goes into three 13 × 13 triangular factors and is forgotten. Samples added one by one wait until
-/// they are a block of four, or until they are needed; each factor takes in its block at another sample than the
-/// others, so that every call of [`add`](Samples::add) is short.
+/// Every sample is absorbed into three 13 × 13 triangular factors and discarded. Samples added singly wait until they
+/// form a block of four or are needed; the factors absorb their blocks at different samples, so that every call of
+/// [`add`](Samples::add) is short.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmSamples<T: Real> {
     settings: Settings<T>,
@@ -22,8 +22,8 @@ pub struct ArmSamples<T: Real> {
 
 state!(ArmSamples<T>: arms: [ArmFactor<T>; 3], waiting: Waiting<T>);
 
-/// A point of the workspace from which positions are counted: the platform at equal joint angles, or with the
-/// carriages a forearm's length up.
+/// The origin for positions, within the workspace: the platform at equal joint angles, or with the carriages a
+/// forearm's length up.
 #[inline(never)]
 pub(super) fn workspace_centre<T: Real>(robot: &Robot<T>) -> Vector3<T> {
     let [first, ..] = robot.arms();
@@ -42,7 +42,7 @@ pub(super) fn workspace_centre<T: Real>(robot: &Robot<T>) -> Vector3<T> {
     (first.d() + second.d() + third.d() - robot.up() * first.lb()) / T::from_f64(3.0)
 }
 
-/// What the three arms' samples are expressed against.
+/// The nominal arms, relative to which the samples are expressed.
 struct NominalArms<'a, T: Real> {
     robot: &'a Robot<T>,
     centre: Vector3<T>,
@@ -67,7 +67,7 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
     #[inline]
     fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self {
         let nominal_arms = NominalArms::new(robot, settings);
-        // Not by `map`: the three factors would be built beside their place and moved.
+        // Not by `map`, which would build the three factors elsewhere and move them.
         Self {
             settings: *settings,
             arms: [
@@ -95,7 +95,7 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
         Ok(())
     }
 
-    /// It waits for three others, which then go into the factors together.
+    /// The sample waits for three others and is absorbed together with them.
     fn push(&mut self, sample: &Sample<T>) {
         self.waiting.push(sample);
         if let Some(arm) = self.waiting.due() {
@@ -107,7 +107,7 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
         self.waiting.push(sample);
         let due = self.waiting.due();
         for (factor, arm) in self.arms.iter_mut().zip(ArmIndex::ALL) {
-            // Samples that a solve did not leave waiting are to be forgotten too.
+            // Samples absorbed by a solve must be forgotten too.
             if due == Some(arm) || factor.recent() >= 2 * BLOCK as u64 {
                 factor.forget(forgetting.after(factor.recent()));
             }
@@ -176,7 +176,7 @@ impl<T: Real> ArmSamples<T> {
         first.nominal().arm().drive()
     }
 
-    /// The three arms' factors; those that still wait are not in them.
+    /// The factors of the three arms; they exclude waiting samples.
     pub(crate) const fn arms(&self) -> &[ArmFactor<T>; 3] {
         &self.arms
     }
@@ -222,8 +222,8 @@ mod tests {
         })
     }
 
-    /// Gauss and Newton's iteration on all samples at once, by a singular value decomposition of a
-    /// Jacobian of differences: the arm, its covariance (JᵀJ)⁻¹ and Σ r².
+    /// Gauss–Newton iteration on all samples at once, by a singular value decomposition of a finite-difference
+    /// Jacobian: the arm, its covariance (JᵀJ)⁻¹ and Σ r².
     fn fit(
         nominal: &Arm<f64>,
         samples: &[(Vector3<f64>, f64); COUNT],
@@ -255,8 +255,8 @@ mod tests {
         )
     }
 
-    /// The factor of all samples gives what a fit of the stored samples gives: parameters and
-    /// covariance, with a stated noise and without.
+    /// The factor of all samples gives the same parameters and covariance as a fit of the stored samples, with and
+    /// without a stated noise.
     #[test]
     fn a_calibration_is_the_least_squares_fit_of_all_samples() {
         let drawn = SymmetricRobot::<f64>::PAPER;
@@ -286,7 +286,7 @@ mod tests {
                     None => along,
                 });
                 if noise.is_none() {
-                    // Student's t of 32 degrees of freedom.
+                    // Student's t with 32 degrees of freedom.
                     covariance *= squares / 30.0;
                 }
                 let found_covariance = found.covariance.unwrap();

@@ -1,18 +1,18 @@
-//! A problem of one parameter, for tests: residuals that are any functions of it.
+//! A one-parameter problem with arbitrary residual functions, for tests.
 
 use super::problem::{Piece, Problem};
 use crate::robot::Drive;
 use crate::samples::Triangle;
 use core::cell::Cell;
 
-/// Two residuals, and what a problem says of itself.
+/// Two residuals, and the properties of the problem.
 #[derive(Debug, Clone)]
 pub(super) struct Curve {
     /// The residuals and their slopes.
     pub(super) residuals: fn(f64) -> [(f64, f64); 2],
-    /// Where to start without a guess.
+    /// The free start, if any.
     pub(super) free_start: Option<f64>,
-    /// How often that was asked for.
+    /// How often it was requested.
     pub(super) asked: Cell<u32>,
     pub(super) least_sum_of_squares: f64,
     pub(super) rows_squared: f64,
@@ -21,7 +21,7 @@ pub(super) struct Curve {
 }
 
 impl Curve {
-    /// r = (p, 0) of twenty samples whose noise is not known.
+    /// r = (p, 0) for twenty samples with unknown noise.
     pub(super) fn straight() -> Self {
         Self {
             residuals: |p| [(p, 1.0), (0.0, 0.0)],

@@ -1,4 +1,4 @@
-//! The starts without a guess: the linear fit, and arms that only the spread of the samples decides.
+//! Free starts: the linear fit, and arms constructed from the spread of the samples alone.
 
 use crate::Real;
 use crate::robot::Drive;
@@ -11,23 +11,23 @@ pub(crate) struct Means<T: Real> {
     pub(crate) x: Vector3<T>,
     /// The rms distance of the samples from x.
     pub(crate) spread: T,
-    /// Of the joint angle; of a linear drive the travel in internal units.
+    /// Mean sine of the joint angle; for a linear drive the mean travel, in internal units.
     pub(crate) sine: T,
-    /// Of the joint angle; of a linear drive the square of its travel.
+    /// Mean cosine of the joint angle; for a linear drive the mean squared travel.
     pub(crate) cosine: T,
 }
 
-/// Minimises |R (δc, 1)| over free δc and reads the correction δP off it. `None` if the samples leave a
-/// coefficient free or the coefficients are not those of an arm.
+/// Minimises |R (δc, 1)| over free δc and derives the correction δP. `None` if the samples do not determine a
+/// coefficient or the coefficients are not those of an arm.
 pub(crate) fn free_start<T: Real>(factor: &ArmFactor<T>) -> Option<[T; 8]> {
-    // A pivot of the size of its column's rounding error carries no information.
+    // A pivot of the size of its column's rounding carries no information.
     let rounding = T::from_f64(16.0) * T::EPSILON;
     let smallest = factor.triangle().column_norms().map(|norm| rounding * norm);
     let delta = factor.triangle().minimiser(&smallest)?;
     correction_of(factor.nominal(), &delta)
 }
 
-/// Reads the correction δP off the difference δc of the coefficients.
+/// Derives the correction δP from the difference δc of the coefficients.
 #[inline(never)]
 pub(super) fn correction_of<T: Real>(nominal: &NominalArm<T>, delta: &[T; 12]) -> Option<[T; 8]> {
     if nominal.arm().drive() == Drive::Linear {
@@ -39,7 +39,7 @@ pub(super) fn correction_of<T: Real>(nominal: &NominalArm<T>, delta: &[T; 12]) -
     let u = nominal.u - Vector3::new(u1, u2, u3) * half;
     let v = nominal.v - Vector3::new(v1, v2, v3) * half;
 
-    // u × v points along the motor axis, which gives both angles.
+    // u × v points along the motor axis, which determines both angles.
     let axis = u.cross(&v);
     let length_squared = axis.dot(&axis);
     if !(length_squared > T::ZERO && length_squared.finite()) {
@@ -53,7 +53,7 @@ pub(super) fn correction_of<T: Real>(nominal: &NominalArm<T>, delta: &[T; 12]) -
     let (sin_alpha, cos_alpha) = alpha.sine_cosine();
     let ex = Vector3::new(cos_theta, sin_theta, T::ZERO);
     let ez = Vector3::new(sin_theta * sin_alpha, -cos_theta * sin_alpha, cos_alpha);
-    // Both u and v hold the upper arm: the mean of the two readings.
+    // Both u and v contain the upper arm: use the mean.
     let la_x = (u.dot(&ex) - v.dot(&ez)) * half;
     let la_y = (u.dot(&ez) + v.dot(&ex)) * half;
 
@@ -77,7 +77,7 @@ pub(super) fn correction_of<T: Real>(nominal: &NominalArm<T>, delta: &[T; 12]) -
     ])
 }
 
-/// The same of a linear drive. The forearm from |D|² − Lb², the tower from v.
+/// The same for a linear drive: the forearm from |D|² − Lb², the tower from v.
 fn linear_correction_of<T: Real>(nominal: &NominalArm<T>, delta: &[T; 12]) -> Option<[T; 8]> {
     let half = T::HALF;
     let [d1, d2, d3, _, _, _, _, _, v1, v2, v3, constant] = *delta;
@@ -107,20 +107,19 @@ fn linear_correction_of<T: Real>(nominal: &NominalArm<T>, delta: &[T; 12]) -> Op
     ])
 }
 
-/// Azimuths of the arms that [`spread_start`] gives.
+/// Number of azimuths that [`spread_start`] offers.
 pub(crate) const SPREAD_STARTS: u8 = 6;
-/// Upper arm and forearm of these arms, in units of the rms distance of the samples from their mean.
+/// Upper arm and forearm of these arms, divided by the rms distance of the samples from their mean.
 const UPPER_ARM: f64 = 0.7;
 const FOREARM: f64 = 1.2;
 
-/// The correction to one of [`SPREAD_STARTS`] arms, for samples from which the linear fit finds none: few
-/// distinct joint angles determine the eight parameters of an arm, but not twelve coefficients.
+/// The correction to one of [`SPREAD_STARTS`] arms, for samples whose linear fit fails: a few distinct joint angles
+/// determine the eight parameters of an arm, but not twelve coefficients.
 ///
-/// The arms' azimuths are a sixth of a turn apart, their motor axes horizontal. The lengths are in proportion to the
-/// spread s of the samples, La = 0.7 s and Lb = 1.2 s, and the forearm hangs down to the mean sample at
-/// the mean joint angle: D = X̄ + Lb ez − (u cos q + v sin q). With a linear drive an upright tower stands La
-/// beside the mean sample, and its carriage is where the forearm reaches down to it. `None` if the samples have
-/// no spread.
+/// The arms' azimuths are a sixth of a turn apart, their motor axes horizontal. The lengths are proportional to the
+/// spread s of the samples, La = 0.7 s and Lb = 1.2 s, and the forearm hangs down to the mean sample at the mean joint
+/// angle: D = X̄ + Lb ez − (u cos q + v sin q). With a linear drive, an upright tower stands at a distance La from the
+/// mean sample, and the forearm reaches down from its carriage. `None` if the samples have no spread.
 pub(crate) fn spread_start<T: Real>(
     nominal: &NominalArm<T>,
     means: &Means<T>,
@@ -170,7 +169,7 @@ pub(crate) fn spread_start<T: Real>(
     ])
 }
 
-/// The same direction within half a turn.
+/// The same direction, within half a turn.
 fn nearest_turn<T: Real>(angle: T) -> T {
     let turn = T::TWO * T::PI;
     angle - (angle / turn).nearest_integer() * turn
@@ -187,7 +186,7 @@ mod tests {
     use rand_core::{Rng, SeedableRng};
     use rand_pcg::Pcg32;
 
-    /// Points at the forearm's length from the elbow, in any direction, and their joint angles.
+    /// Points at the forearm's length from the elbow, in all directions, and their joint angles.
     fn exact_samples(arm: &Arm<f64>, count: usize) -> impl Iterator<Item = (Vector3<f64>, f64)> {
         let mut rng = Pcg32::seed_from_u64(7);
         let mut uniform = move || f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
@@ -209,7 +208,7 @@ mod tests {
 
     const TRUTH: [f64; 8] = [150.0, 30.0, -5.0, 0.7, 0.2, 240.0, 35.0, 470.0];
 
-    /// From whatever nominal arm, the linear fit of exact samples is the arm.
+    /// For any nominal arm, the linear fit of exact samples is the true arm.
     #[test]
     fn exact_samples_give_the_arm_from_any_nominal_arm() {
         let truth = Arm::new(TRUTH).unwrap();
@@ -224,13 +223,13 @@ mod tests {
             let correction = free_start(&factor).unwrap();
             let expected = factor.nominal().correction_to(&truth);
             for (found, expected) in correction.iter().zip(expected) {
-                // ε times a condition of some thousands.
+                // ε times a condition number of some thousands.
                 assert!((found - expected).abs() < 1e-9, "{found} {expected}");
             }
         }
     }
 
-    /// An azimuth is the same after a full turn: the correction is the shorter way round.
+    /// A full turn does not change an azimuth: the correction takes the shorter way round.
     #[test]
     fn the_azimuth_is_corrected_the_shorter_way_round() {
         let at = |theta: f64| {
@@ -250,7 +249,7 @@ mod tests {
         }
     }
 
-    /// With noise the two readings of the upper arm, from u and from v, are averaged: both are as good.
+    /// With noise, the two values of the upper arm, from u and from v, are equally accurate and are averaged.
     #[test]
     fn noise_is_averaged_over_both_readings_of_the_upper_arm() {
         let truth = Arm::new(TRUTH).unwrap();
@@ -268,7 +267,7 @@ mod tests {
             sum += correction[5];
             squares += correction[5] * correction[5];
         }
-        // Without bias: the mean of 200 within five of its own σ.
+        // Unbiased: the mean of 200 is within five of its own σ.
         let sigma = libm::sqrt(squares / 200.0);
         assert!((sum / 200.0).abs() < 5.0 * sigma / libm::sqrt(200.0));
     }
@@ -280,7 +279,7 @@ mod tests {
             assert!(free_start(&factor(&truth, &truth, count)).is_none());
         }
         assert!(free_start(&factor(&truth, &truth, 12)).is_some());
-        // A joint that stands still.
+        // A joint that never moves.
         let centre = Vector3::new(10.0, -20.0, -430.0);
         let mut still = ArmFactor::new(NominalArm::new(&truth, &centre, None));
         for (x, _) in exact_samples(&truth, 40) {
@@ -289,7 +288,7 @@ mod tests {
         assert!(free_start(&still).is_none());
     }
 
-    /// What the samples determine does not depend on how large their weights are.
+    /// The start does not depend on the scale of the weights.
     #[test]
     fn weights_of_any_size_leave_the_start_as_it_is() {
         let truth = Arm::new(TRUTH).unwrap();
@@ -332,8 +331,8 @@ mod tests {
         assert!(none > 0 && some > 100, "{none} {some}");
     }
 
-    /// The arms follow the samples and nothing else: whatever the nominal arm is, and with samples that are moved
-    /// and scaled they are moved and scaled as well. The mean sample lies a forearm below the mean elbow.
+    /// The arms follow only the samples: they do not depend on the nominal arm, and move and scale with the samples.
+    /// The mean sample is a forearm below the mean elbow.
     #[test]
     fn the_arms_of_the_spread_follow_the_samples_alone() {
         let truth = Arm::new(TRUTH).unwrap();
@@ -400,7 +399,7 @@ mod tests {
         }
         let means = factor.means();
         let correction = spread_start(factor.nominal(), &means, 0);
-        // Rounding may leave a spread of √ε of the unit; nothing is larger.
+        // Rounding may leave a spread of up to √ε units.
         assert!(correction.is_none() || means.spread < 1e-7);
     }
 
@@ -411,7 +410,7 @@ mod tests {
         const TOWER: [f64; 7] = [140.0, 30.0, -5.0, 0.1, -0.2, 1.1, 330.0];
         const CENTRE: Vector3<f64> = Vector3::new(10.0, -20.0, 60.0);
 
-        /// Points at the forearm's length from the carriage, in any direction, and its travel.
+        /// Points at the forearm's length from the carriage, in all directions, and its travel.
         fn tower_samples(
             arm: &Arm<f64>,
             count: usize,
@@ -444,13 +443,13 @@ mod tests {
                 }
                 let correction = free_start(&factor).unwrap();
                 for (found, expected) in correction.iter().zip(nominal.correction_to(&truth)) {
-                    // ε times a condition of some hundred thousands: travels are far from 0 beside their spread.
+                    // ε times a condition number of about 1e5: the travels are far from 0 compared to their spread.
                     assert!((found - expected).abs() < 1e-8, "{found} {expected}");
                 }
             }
         }
 
-        /// Travels that are counted downwards are those of no tower.
+        /// Travels counted downwards belong to no tower.
         #[test]
         fn a_tower_that_points_down_is_no_start() {
             let truth = Arm::linear(TOWER).unwrap();
@@ -484,8 +483,8 @@ mod tests {
             assert!(none > 100 && some > 100, "{none} {some}");
         }
 
-        /// Upright towers whose travel is the way, 0.7 of the samples' spread beside the mean sample, a sixth of a turn
-        /// apart; at the mean travel the forearm, 1.2 times the spread, reaches the mean sample from above.
+        /// Upright towers with unit scale, 0.7 of the samples' spread from the mean sample, a sixth of a turn apart; at
+        /// the mean travel the forearm, 1.2 times the spread, reaches the mean sample from above.
         #[test]
         fn the_towers_of_the_spread_follow_the_samples_alone() {
             let truth = Arm::linear(TOWER).unwrap();

@@ -1,4 +1,4 @@
-//! What the triangular factor of the Jacobian says about the parameters.
+//! Identifiability of the parameters from the triangular factor of the Jacobian.
 
 use crate::Real;
 use crate::samples::Triangle;
@@ -7,19 +7,19 @@ use nalgebra::SMatrix;
 
 /// Parameters of an arm.
 const ARM: usize = 8;
-/// Columns that are inverted together.
+/// Columns inverted together.
 const COLUMNS: usize = 4;
-/// How long the columns of a piece may be, squared and summed up; columns more are begun before.
+/// Budget of a piece, as a sum of squared column lengths: further columns are started while below it.
 const PIECE: usize = 350;
 
-/// Inverts the factor's N × N part, some columns at a time, into a covariance (JᵀJ)⁻¹ in internal units, and what that tells.
+/// Inverts the factor's N × N part piecewise into the covariance (JᵀJ)⁻¹, in internal units, and analyses it.
 #[derive(Debug, Clone)]
 pub(crate) struct Identifiability<T: Real, const N: usize> {
-    /// Each variance over what it would be if the other parameters were known.
+    /// Each variance divided by the variance with all other parameters known.
     inflation: [T; N],
-    /// Index of the parameter with the largest part in the weakest combination.
+    /// Index of the parameter with the largest share in the weakest combination.
     pub(crate) weakest: usize,
-    /// How many columns are inverted.
+    /// Number of columns inverted so far.
     inverted: usize,
 }
 
@@ -33,12 +33,12 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
         }
     }
 
-    /// As before the first piece, which clears what is left of an earlier one.
+    /// Back to the state before the first piece, which clears what is left of an earlier one.
     pub(crate) const fn restart(&mut self) {
         self.inverted = 0;
     }
 
-    /// Of a factor, in one go, and its covariance.
+    /// Analyses a factor in one call, and returns its covariance.
     #[cfg(test)]
     pub(crate) fn of<const M: usize, const E: usize>(
         normal: &Triangle<T, M, E>,
@@ -48,8 +48,8 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
         (whole, covariance)
     }
 
-    /// Inverts a few columns, or compares once all are there; whether there is more to do. W = T⁻¹ by columns, and
-    /// W Wᵀ as the sum of their products, whose upper half is that below the diagonal: symmetric to the bit.
+    /// Inverts a few columns, or compares once all are inverted; returns whether there is more to do. W = T⁻¹ by
+    /// columns, and W Wᵀ as the sum of their products, whose upper half mirrors the lower: symmetric to the bit.
     #[inline(never)]
     pub(crate) fn invert<const M: usize, const E: usize>(
         &mut self,
@@ -66,7 +66,7 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
             covariance.as_mut_slice().fill(T::ZERO);
         }
         while self.inverted < N && cost < PIECE {
-            // The first may be fewer.
+            // The first piece may have fewer.
             self.inverted += (N - self.inverted - 1) % COLUMNS + 1;
             let mut columns = [[T::ZERO; COLUMNS]; N];
             let columns = columns.get_mut(..self.inverted).unwrap_or_default();
@@ -77,13 +77,13 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
         true
     }
 
-    /// An exactly singular or not finite factor inflates infinitely.
+    /// An exactly singular or non-finite factor has infinite inflation.
     fn compare<const M: usize, const E: usize>(
         &mut self,
         normal: &Triangle<T, M, E>,
         covariance: &SMatrix<T, N, N>,
     ) {
-        // The parameters' columns; the last is the residual, which may well be zero.
+        // The columns of the parameters; the last is the residual, which may be zero.
         let norms = normal.column_norms();
         let mut largest = T::ZERO;
         for (index, ((inflation, norm), variance)) in self
@@ -109,8 +109,8 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
         }
     }
 
-    /// ‖A‖‖A⁻¹‖/8 in Frobenius norms, A = J with columns of unit length, if the problem is one arm's; of
-    /// several arms that of each, whose mean square is that of all.
+    /// ‖A‖‖A⁻¹‖/8 in Frobenius norms, A = J with columns of unit length, for a problem of one arm; for several arms one
+    /// figure per arm, whose mean square is that of all.
     pub(crate) fn condition(&self, arm: usize) -> T {
         let mut total = T::ZERO;
         for inflation in self.inflation.iter().skip(ARM * arm).take(ARM) {
@@ -119,7 +119,7 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
         (total / T::from_f64(8.0)).square_root()
     }
 
-    /// The condition of the arm, or of eight unknowns behind the arms, that has the largest.
+    /// The largest condition number of any arm, or of eight unknowns after the arms.
     pub(crate) fn largest_condition(&self) -> T {
         let mut largest = T::ZERO;
         for arm in 0..N.div_ceil(ARM) {
@@ -128,15 +128,15 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
         largest
     }
 
-    /// The combination of parameters, of unit length in internal units, that the samples determine
-    /// least: three steps of inverse iteration on JᵀJ.
+    /// The combination of parameters, of unit length in internal units, that the samples determine least: three steps
+    /// of inverse iteration on JᵀJ.
     #[inline(never)]
     pub(crate) fn weakest_direction(&self, covariance: &SMatrix<T, N, N>) -> [T; N] {
         let mut direction = [T::ZERO; N];
         if let Some(entry) = direction.get_mut(self.weakest) {
             *entry = T::ONE;
         }
-        // Hidden from the optimiser, which would write the step out three times: these four places are 2 KB of a firmware.
+        // Hidden from the optimiser, which would unroll the loop: these four places would cost 2 KB of firmware.
         for _ in 0..black_box(3) {
             let mut product = [T::ZERO; N];
             for (column, part) in covariance.as_slice().chunks_exact(N).zip(direction) {
@@ -155,8 +155,8 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
     }
 }
 
-/// The parameter with the largest part, times its column's norm, in the combination that leaves the
-/// residuals as they are: T y = 0 with y = 1 where T's first vanishing pivot is.
+/// The parameter with the largest share, times its column's norm, in the combination that leaves the residuals
+/// unchanged: T y = 0 with y = 1 at T's first vanishing pivot.
 #[cold]
 #[inline(never)]
 fn weakest_of_singular<T: Real, const N: usize, const M: usize, const E: usize>(
@@ -185,8 +185,8 @@ fn weakest_of_singular<T: Real, const N: usize, const M: usize, const E: usize>(
     weakest.0
 }
 
-/// Adds V Vᵀ to the lower half of a matrix of that many rows given by columns. V is given by rows, which may
-/// be fewer, zeros behind them.
+/// Adds V Vᵀ to the lower half of a matrix with `rows` rows given by columns. V is given by rows, possibly fewer,
+/// padded with zeros.
 #[inline(never)]
 fn add_square<T: Real, const K: usize>(mut v: &[[T; K]], matrix: &mut [T], rows: usize) {
     for (index, column) in matrix.chunks_exact_mut(rows).enumerate() {
@@ -256,7 +256,7 @@ mod tests {
             let (found, inverse) = Identifiability::of(&normal);
             let information = matrix.transpose() * matrix;
             let covariance = information.try_inverse().unwrap();
-            // Roundings of the normal equations, whose condition is some 1e4.
+            // Rounding of the normal equations, with a condition number of about 1e4.
             assert!((inverse - covariance).amax() < 1e-10 * covariance.amax());
             assert_eq!(inverse, inverse.transpose());
 
@@ -286,7 +286,7 @@ mod tests {
             assert!((direction.norm() - 1.0).abs() < 1e-14);
             let mut others = eigen.eigenvalues;
             others[least] = f64::INFINITY;
-            // Three steps of inverse iteration leave (λ/λ′)³ of what else there was.
+            // Three steps of inverse iteration reduce the other components by (λ/λ′)³.
             let left = (eigen.eigenvalues[least] / others.min()).powi(3);
             let along = eigen.eigenvectors.column(least).dot(&direction).abs();
             let across = (1.0 - along * along).max(0.0).sqrt();
@@ -310,7 +310,7 @@ mod tests {
             let (_, inverse) = Identifiability::of(&normal);
             let covariance = inverse.as_slice();
             let found = determined_parameters::<_, _, 8, 9, 45>(&prior, &[0.0; 8], 1.0, covariance);
-            // The trace of what maps the true parameters to the estimated ones.
+            // The trace of the map from true to estimated parameters.
             let information = matrix.transpose() * matrix;
             let mut with_prior = information;
             for (index, weight) in prior.into_iter().enumerate() {
@@ -338,8 +338,8 @@ mod tests {
         assert!(direction.iter().all(|part| part.abs() < 1e-30));
     }
 
-    /// The second column is the first: exactly singular, with no column that is zero. The second depends on the
-    /// first, and is named, although the last column is the shortest.
+    /// The second column equals the first: exactly singular, although no column is zero. The second depends on the
+    /// first and is named, although the last column is the shortest.
     #[test]
     fn equal_columns_make_the_condition_infinite() {
         let mut normal = Normal::<f64>::zero();
@@ -358,8 +358,8 @@ mod tests {
         assert_eq!(found.weakest, 1);
     }
 
-    /// Two columns depend on each other, a ∂/∂p = b ∂/∂q with columns of unit length otherwise: (p, −q) changes no residual,
-    /// and none but these two parameters is to blame, wherever they stand.
+    /// Two columns are dependent, a ∂/∂p = b ∂/∂q with unit columns otherwise: (p, −q) changes no residual, and one of
+    /// these two parameters must be named, wherever they are.
     #[test]
     fn of_a_singular_problem_a_parameter_of_the_open_combination_is_the_weakest() {
         for first in 0..8 {
@@ -382,7 +382,7 @@ mod tests {
                 );
             }
         }
-        // (1, 1, −3) in columns of unit length: the third has the largest part.
+        // (1, 1, −3) with unit columns: the third has the largest share.
         let mut normal = Normal::<f64>::zero();
         for row in (0..8).filter(|row| *row != 4) {
             let mut block = [[0.0]; 9];
@@ -394,14 +394,14 @@ mod tests {
             }];
             normal.absorb(&mut block);
         }
-        // Column 4 is c₂ + 3 c₃, of length √10; the parts times the lengths are 1, 3 and √10.
+        // Column 4 is c₂ + 3 c₃, of length √10; the shares times the lengths are 1, 3 and √10.
         assert_eq!(Identifiability::of(&normal).0.weakest, 4);
         let mut normal = Normal::<f64>::zero();
         for row in (0..8).filter(|row| *row != 5) {
             let mut block = [[0.0]; 9];
             block[row] = [1.0];
             if row == 1 {
-                // Columns 1 and 6 are nearly the same; 5 is their difference and small.
+                // Columns 1 and 6 are nearly equal; 5 is their difference and small.
                 block[6] = [1.0];
             }
             if row == 6 {
@@ -410,12 +410,12 @@ mod tests {
             }
             normal.absorb(&mut block);
         }
-        // c₅ = c₆ − c₁: parts 1, 1 and −1, lengths 0.1, 1.005 and 1.
+        // c₅ = c₆ − c₁: shares 1, 1 and −1, lengths 0.1, 1.005 and 1.
         assert_eq!(Identifiability::of(&normal).0.weakest, 6);
     }
 
-    /// c₃ = c₂ − c₁, where c₁ and c₂ are nearly the same: c₃'s pivot vanishes, but the parts times the lengths of the
-    /// columns are 1, 1.008 and 0.125, and the largest is c₂'s.
+    /// c₃ = c₂ − c₁ with c₁ and c₂ nearly equal: c₃'s pivot vanishes, but the shares times the lengths of the columns
+    /// are 1, 1.008 and 0.125, and the largest is that of c₂.
     #[test]
     fn of_a_singular_problem_the_longest_part_is_named_and_not_the_column_that_vanishes() {
         let mut normal = Normal::<f64>::zero();
@@ -433,15 +433,15 @@ mod tests {
         let (found, _) = Identifiability::of(&normal);
         assert!(found.condition(0).is_infinite());
         assert_eq!(found.weakest, 2);
-        // A pivot whose inverse has no square is none.
+        // A pivot whose inverse overflows when squared counts as zero.
         let mut values = [2.0; 8];
         values[5] = 1e-160;
         let vanishing = Normal::from_diagonal(&values, &[1.0; 8]);
         assert_eq!(Identifiability::of(&vanishing).0.weakest, 5);
     }
 
-    /// Of 24 parameters one that depends on another of its own arm: that parameter is the weakest, and its
-    /// arm's condition is infinite.
+    /// If one of 24 parameters depends on another of its own arm, that parameter is the weakest, and its arm's
+    /// condition number is infinite.
     #[test]
     fn of_three_arms_the_one_with_a_dependent_column_is_found() {
         for (dependent, on) in [(5, 2), (14, 9), (23, 16)] {

@@ -9,7 +9,7 @@ use super::step_control::{self, LONGEST_STEP, Prospect, Refinement, StepControl,
 use crate::Real;
 use crate::samples::Triangle;
 
-/// Parameters of a robot; what comes behind them is no robot's.
+/// Parameters of the robot; any further ones do not belong to it.
 const OF_ROBOT: usize = 24;
 
 /// State of an iteration: a correction, and the problem linearised there.
@@ -21,26 +21,26 @@ pub(crate) struct Iteration<T: Real, A, const N: usize, const M: usize, const E:
     work: Work<T, A, N, M, E>,
 }
 
-/// What is interrupted between two pieces.
+/// Work that is interrupted between two pieces.
 #[derive(Debug, Clone)]
 enum Work<T: Real, A, const N: usize, const M: usize, const E: usize> {
-    /// Nothing: the next step is to be tried.
+    /// None: the next step is to be tried.
     None,
-    /// Linearising at the correction; what the step then came to.
+    /// Linearising at the correction; also the result of the step.
     Linearizing {
         at: A,
         piece: usize,
         then: StepResult,
     },
-    /// Summing up the residuals at the correction that is tried, by a chord step if nothing was judged.
+    /// Summing the residuals at the trial correction; a chord step if nothing was judged.
     Trying {
         trial: Trial<T, A, N>,
         piece: usize,
         prospect: Option<Prospect<T>>,
     },
-    /// A step was taken, and chord steps may follow it before the next linearisation.
+    /// A step was taken, and chord steps may follow before the next linearisation.
     Refining { at: A },
-    /// Damping the step that is to be tried.
+    /// Damping the step to be tried.
     Damping {
         damped: Triangle<T, M, E>,
         piece: usize,
@@ -48,7 +48,7 @@ enum Work<T: Real, A, const N: usize, const M: usize, const E: usize> {
     },
 }
 
-/// A correction that may be the next, and Σ r² there as far as it was summed up.
+/// A candidate for the next correction, and Σ r² there as far as it is summed.
 #[derive(Debug, Clone, Copy)]
 struct Trial<T, A, const N: usize> {
     correction: [T; N],
@@ -67,8 +67,8 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         }
     }
 
-    /// Begins anew from a correction, where the first [`step`](Self::step) linearises. In place: copies
-    /// of this state are what fills a small stack.
+    /// Restarts from a correction, where the first [`step`](Self::step) linearises. In place: copies of this state
+    /// would fill a small stack.
     #[inline(never)]
     pub(crate) fn restart<P, R>(
         &mut self,
@@ -89,7 +89,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         }
     }
 
-    /// Whether the correction's cost is still being computed.
+    /// Whether the cost at the correction is still being computed.
     pub(crate) const fn is_linearizing(&self) -> bool {
         matches!(self.work, Work::Linearizing { .. })
     }
@@ -101,7 +101,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         at: A,
         then: StepResult,
     ) {
-        // The prior's rows are a triangle already; the samples' rows are absorbed into it.
+        // The prior's rows are already a triangle; the samples' rows are absorbed into it.
         let Point {
             correction, normal, ..
         } = &mut self.point;
@@ -123,8 +123,8 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         }
     }
 
-    /// A bounded amount of work for a problem in constant memory: a trial step, or a piece of a
-    /// linearisation. `None` if the step is not at its end.
+    /// A bounded amount of work for a problem in constant memory: a trial step, or a piece of a linearisation. `None`
+    /// if the step is not finished.
     #[inline(never)]
     pub(crate) fn step<P, R>(
         &mut self,
@@ -197,14 +197,14 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         }
     }
 
-    /// Judges the step that is to be tried, and tries it unless it is to be damped first.
+    /// Judges the step to be tried, and tries it unless it must be damped first.
     #[inline(never)]
     fn propose<P, R>(&mut self, problem: &P, prior: &Weighted<'_, T, R>) -> Option<StepResult>
     where
         P: Problem<T, N, M, E, At = A>,
         R: Prior<T, N, M, E>,
     {
-        // All that the linearised problem promises to gain: the part of |r|² within J's range.
+        // The whole gain predicted by the linearised problem: the part of |r|² within the range of J.
         let mut gain = T::ZERO;
         for row in self.point.normal.rows().take(N) {
             if let Some(right) = row.last() {
@@ -228,7 +228,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         self.attempt(problem, prior, step, &prospect)
     }
 
-    /// Takes a step, and begins a linearisation, if the step is good.
+    /// Takes a step and starts a linearisation, if the step is good.
     #[inline(never)]
     fn attempt<P, R>(
         &mut self,
@@ -264,7 +264,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         self.try_piece(problem, prior, trial, 0, Some(*prospect))
     }
 
-    /// Prepares a chord step, or the next linearisation where none leads far.
+    /// Prepares a chord step, or the next linearisation if chord steps would gain little.
     #[inline(never)]
     fn refine<P, R>(&mut self, problem: &P, prior: &Weighted<'_, T, R>, at: A) -> Option<StepResult>
     where
@@ -298,7 +298,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
                 };
             }
             Refinement::Last => {
-                // The cost does not show it.
+                // Too small to show in the cost.
                 self.point.correction = correction;
                 return Some(StepResult::Finished(Termination::GradientVanished));
             }
@@ -306,7 +306,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         None
     }
 
-    /// A piece of the residuals at a trial; after the last the trial is taken or rejected.
+    /// A piece of the residuals at a trial; after the last piece the trial is accepted or rejected.
     fn try_piece<P, R>(
         &mut self,
         problem: &P,
@@ -381,8 +381,8 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         result
     }
 
-    /// Whether a step is not too long. A longer one may be where the prior says that a parameter can be so far off, and of
-    /// what is no robot's, which follows it.
+    /// Whether a step is short enough. It may be longer for a parameter whose prior allows an error that large, and for
+    /// those that are not the robot's, which follow it.
     fn usable<R: Prior<T, N, M, E>>(&self, prior: &R, step: &[T; N]) -> bool {
         let longest = T::from_f64(LONGEST_STEP);
         let most = T::from_f64(LARGEST_TOLERANCES);
@@ -431,13 +431,13 @@ mod tests {
 
     type Iteration = super::Iteration<f64, Displacement<f64>, 8, 9, 45>;
 
-    /// A problem, for what it says of its size alone.
+    /// Any problem; only its sizes are used.
     fn problem() -> ArmFactor<f64> {
         let arm = Arm::new([164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0]).unwrap();
         ArmFactor::new(NominalArm::new(&arm, &Vector3::new(0.0, 0.0, -450.0), None))
     }
 
-    /// The step that the iteration would try, damped as its control says, if it is not too long.
+    /// The step that the iteration would try, with its current damping, if it is short enough.
     fn trial_step(iteration: &Iteration, problem: &ArmFactor<f64>) -> Option<[f64; 8]> {
         let mut damped = iteration.point.normal.clone();
         let damping = iteration.control.damping();
@@ -508,7 +508,7 @@ mod tests {
             rights[5] = right;
             iteration.point.normal = Normal::from_diagonal(&diagonal, &rights);
             iteration.control = StepControl::new(Solver::LevenbergMarquardt, false);
-            // A quarter of the unit at most.
+            // At most a quarter of the unit.
             assert_eq!(trial_step(&iteration, &problem()).is_some(), short);
             iteration.control = StepControl::new(Solver::GaussNewton, false);
             let step = trial_step(&iteration, &problem()).unwrap();
@@ -532,7 +532,7 @@ mod tests {
         }
     }
 
-    /// A rejected step that is damped counts as a linearisation does: the limit holds for both.
+    /// A rejected and damped step counts like a linearisation: the limit applies to both.
     #[test]
     fn rejected_steps_are_counted() {
         let (mut iteration, _, _) = iteration(0);
@@ -547,7 +547,7 @@ mod tests {
         assert_eq!(iteration.iterations, 3);
     }
 
-    /// Where the problem is linearised a chord step is the full step; one that is too long is not tried.
+    /// At the point of linearisation a chord step is the full step; one that is too long is not tried.
     #[test]
     fn a_chord_step_is_the_full_step_there() {
         type Joint = super::Iteration<f64, JointDisplacement<f64>, 24, 25, 325>;
@@ -579,7 +579,7 @@ mod tests {
             assert_eq!(iteration.is_linearizing(), longest > 0.25);
             assert_eq!(longest <= 0.25, azimuth < 0.1);
             for ((tried, before), step) in tried.iter().flatten().zip(from).zip(step) {
-                // Two ways to the same step, whose condition is some thousands.
+                // Two ways to compute the same step, with a condition number of some thousands.
                 assert!((tried - before - step).abs() < 1e-9 * longest);
             }
         }

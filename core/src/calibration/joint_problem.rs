@@ -1,4 +1,4 @@
-//! The joint calibration's problem: 24 parameters, three residuals a sample.
+//! The problem of the joint calibration: 24 parameters, three residuals per sample.
 
 use super::arm_problem::product_of_columns;
 use super::free_start::Means;
@@ -18,9 +18,9 @@ pub type JointNormal<T> = Triangle<T, 25, 325>;
 
 const PARAMETERS: usize = 8;
 const FEATURES: usize = 12;
-/// Rows of R that are reduced in one piece.
+/// Rows of R reduced in one piece.
 const ROWS: usize = 4;
-/// The place of an arm's feature 1.
+/// Index of the feature 1 of an arm.
 const ONE: usize = 11;
 
 impl<T: Real> Problem<T, 24, 25, 325> for JointFactor<T> {
@@ -41,8 +41,8 @@ impl<T: Real> Problem<T, 24, 25, 325> for JointFactor<T> {
         }
     }
 
-    /// Four rows of R times ∂c/∂P. A row of R begins at its own column, so that the rows of the second
-    /// arm's columns do not touch the first arm's parameters.
+    /// Four rows of R times ∂c/∂P. A row of R starts at its own column, so rows of the second arm's columns do not
+    /// affect the first arm's parameters.
     #[inline(never)]
     fn linearize(
         &self,
@@ -97,7 +97,7 @@ impl<T: Real> Problem<T, 24, 25, 325> for JointFactor<T> {
 
     #[inline(never)]
     fn free_start(&self, _: u8) -> Option<[T; 24]> {
-        // A pivot of the size of its column's rounding error carries no information.
+        // A pivot of the size of its column's rounding carries no information.
         let rounding = T::from_f64(16.0) * T::EPSILON;
         let smallest = self.triangle().column_norms().map(|norm| rounding * norm);
         let coefficients: [T; JOINT_COLUMNS - 1] = self.triangle().minimiser(&smallest)?;
@@ -159,7 +159,7 @@ impl<T: Real> Problem<T, 24, 25, 325> for JointFactor<T> {
     }
 }
 
-/// The robot of a correction from these samples.
+/// The robot at a correction fitted to these samples.
 ///
 /// # Errors
 /// [`Refusal::ImpossibleGeometry`], [`Refusal::ImpossibleRobot`] or [`Refusal::WrongSide`].
@@ -184,7 +184,7 @@ pub(super) fn corrected_robot<T: Real>(
     Ok(robot)
 }
 
-/// The mean samples of the three arms.
+/// The mean sample of each arm.
 fn means<T: Real>(factor: &JointFactor<T>) -> [Means<T>; 3] {
     let mean = factor.mean();
     let [first, second, third] = mean.cosines;
@@ -259,7 +259,7 @@ mod tests {
         correction
     }
 
-    /// Nine pieces, and the Jacobian of every sample's three residuals row by row.
+    /// Nine pieces against the Jacobian of every sample's three residuals, row by row.
     #[test]
     fn the_pieces_are_the_jacobian_row_by_row() {
         for noise in 0..4 {
@@ -288,7 +288,7 @@ mod tests {
                 let gradient = SVector::from(Problem::gradient(&factor, &displaced));
                 let scale = (sum * expected.trace()).sqrt();
                 assert!((gradient - expected.fixed_view::<24, 1>(0, 24)).norm() < 1e-10 * scale);
-                // What no coefficients explain is in the sum, and not among the rows.
+                // The part that no coefficients explain is in the sum, but not in the rows.
                 let unexplained = factor.least_sum_of_squares();
                 assert!((sum / expected[(24, 24)] - 1.0).abs() < 1e-8);
                 assert!((sum / factor.residual_sum(&displaced) - 1.0).abs() < 1e-8);
@@ -327,7 +327,7 @@ mod tests {
         assert_same(&gram(&normal), &expected, 1e-12);
     }
 
-    /// Σ |W f(P₀)|², and Σ |W|² beside it.
+    /// Σ |W f(P₀)|², and Σ |W|².
     #[test]
     fn the_sizes_of_rows_and_terms_are_sums_over_the_samples() {
         let measured = samples::<20>(&changed(11), 15);
@@ -348,7 +348,7 @@ mod tests {
         assert!((factor.rows_squared() / (terms + weights) - 1.0).abs() < 1e-9);
     }
 
-    /// From twelve samples without errors, whatever the robot before.
+    /// From twelve exact samples, for any initial robot.
     #[test]
     fn the_start_without_a_guess_is_the_robot() {
         let truth = changed(16);
@@ -360,7 +360,7 @@ mod tests {
             let found = filled(noise, &measured).free_start(0).unwrap();
             let expected = correction(16, &filled(noise, &[]));
             for (found, expected) in found.iter().zip(expected) {
-                // ε times the condition of 36 coefficients from 14 samples, which is some 1e5.
+                // ε times the condition number of 36 coefficients from 14 samples, about 1e5.
                 assert!((found - expected).abs() < 1e-8, "{found} {expected}");
             }
             assert_eq!(filled(noise, &measured[..11]).free_start(0), None);
@@ -378,14 +378,14 @@ mod tests {
             [one[0], one[7], two[0], two[7], three[0], three[7]],
             [0.0, 7.0, 8.0, 15.0, 16.0, 23.0]
         );
-        // A robot that is its own reference needs no correction.
+        // Relative to itself, a robot needs no correction.
         let factor = empty(None);
         for (nominal, arm) in factor.nominal_arms().iter().zip(robot().arms()) {
             assert_eq!(nominal.correction_to(arm), [0.0; 8]);
         }
     }
 
-    /// Lengths of the arms by themselves, and the drive.
+    /// Each arm's own lengths, and the drive.
     #[test]
     fn a_parameter_belongs_to_its_own_arm() {
         let factor = filled(0, &[]);

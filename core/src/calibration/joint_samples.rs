@@ -1,4 +1,4 @@
-//! What is kept of the samples for all arms together, and how that is solved.
+//! Accumulated samples and solver of the joint calibration.
 
 use super::arm_samples::{ArmSamples, workspace_centre};
 use super::calibrator::estimators::Parts;
@@ -18,16 +18,16 @@ use crate::samples::{
 };
 use crate::state::state;
 
-/// One factor weighs the closures of all arms by their whole covariance. Samples added one by one go in by pairs, half
-/// of the work at the second sample of a pair and half at the next, so that every call of [`add`](Samples::add) is short.
+/// One factor weights the closures of all arms by their full covariance. Samples added singly are absorbed in pairs,
+/// half of the work at a pair's second sample and half at the next: every call of [`add`](Samples::add) is short.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointSamples<T: Real> {
     settings: Settings<T>,
     factor: JointFactor<T>,
-    /// A pair and the sample after it, whitened as they came; the first `count` are there.
+    /// A pair and the sample after it, whitened on arrival; the first `count` are valid.
     waiting: [WhitenedSample<T>; 3],
     count: usize,
-    /// What the pair's first rows left, if they are in the factor.
+    /// The remainder of the pair's first rows, if these are in the factor.
     begun: bool,
     left: LeftOver<T, 2>,
 }
@@ -80,7 +80,7 @@ impl<T: Real> Samples<T> for JointSamples<T> {
 
     fn push_forgetting(&mut self, sample: &Sample<T>, forgetting: &Forgetting<T>) {
         let recent = self.factor.recent();
-        // Samples that a solve did not leave waiting are to be forgotten too.
+        // Samples absorbed by a solve must be forgotten too.
         if self.begins_next() || (recent >= BLOCK as u64 && !self.begun) {
             self.factor.forget(forgetting.after(recent));
         }
@@ -130,12 +130,12 @@ impl<T: Real> Samples<T> for JointSamples<T> {
 }
 
 impl<T: Real> JointSamples<T> {
-    /// Whether a pair waits of which nothing is in the factor.
+    /// Whether a pair is waiting that is not yet in the factor at all.
     const fn completes_pair(&self) -> bool {
         self.count == 2
     }
 
-    /// Whether the next sample begins a pair's way into the factor.
+    /// Whether the next sample starts absorbing a pair.
     const fn begins_next(&self) -> bool {
         !self.begun && self.count == 1
     }
@@ -150,24 +150,24 @@ impl<T: Real> JointSamples<T> {
         self.count = self.count.saturating_sub(2);
     }
 
-    /// The samples that do not wait any more.
+    /// The absorbed samples.
     pub(crate) const fn factor(&self) -> &JointFactor<T> {
         &self.factor
     }
 }
 
 impl<T: Real> Calibrator<T, Joint> {
-    /// Σ r² of any robot over the samples, r their whitened residuals; without a stated noise in units of
-    /// the robot's size squared. Those that still wait for [`flush`](Self::flush) are not among them.
+    /// Σ r² of any robot over the samples, r their whitened residuals; without a stated noise in units of the robot's
+    /// size squared. Excludes samples waiting for [`flush`](Self::flush).
     pub fn sum_of_squares(&self, robot: &Robot<T>) -> T {
         self.samples.factor.sum_of_squares(robot)
     }
 }
 
-/// Solves for all 24 parameters together: they are linearised in nine steps, and their covariance takes three.
+/// Solves for all 24 parameters jointly: a linearisation takes nine steps, the covariance three.
 #[derive(Debug, Clone)]
 pub struct JointSolver<T: Real> {
-    /// `None` before the first step, which begins in place: a copy of it costs as much as a step.
+    /// `None` before the first step, which starts in place: copying it would cost as much as a step.
     minimizer: Option<JointMinimizer<T>>,
     outcome: Option<JointOutcome<T>>,
 }
@@ -242,7 +242,7 @@ impl Parts for Joint {
     }
 }
 
-/// What the tolerance says in internal units.
+/// The tolerance prior in internal units.
 pub(crate) fn tolerance_prior<T: Real>(
     factor: &JointFactor<T>,
     settings: &Settings<T>,
@@ -271,7 +271,7 @@ mod tests {
         Settings::default().with_noise(Noise::new(0.03, 1e-5).unwrap())
     }
 
-    /// Parameters to 1e-9 of a millimetre and a radian: noisy samples determine them to some hundredths.
+    /// Parameters agree to 1e-9 of a millimetre and a radian; noisy samples determine them to some hundredths.
     fn assert_same(a: &mut JointCalibrator<f64>, b: &mut JointCalibrator<f64>) {
         assert_eq!(a.samples(), b.samples());
         match (a.calibrate(), b.calibrate()) {
@@ -285,7 +285,7 @@ mod tests {
         }
     }
 
-    /// A pair is on its way over two calls; whatever comes between, every sample is taken in once.
+    /// Absorbing a pair takes two calls; whatever happens in between, every sample is absorbed once.
     #[test]
     fn every_order_of_adding_flushing_and_solving_gives_the_same() {
         let measured = samples::<40>(&changed(1), 21);
@@ -327,13 +327,13 @@ mod tests {
         }
     }
 
-    /// One by one the factor takes a pair in at the second sample and at the third.
+    /// Added singly, a pair is absorbed at the second and third sample.
     #[test]
     fn samples_that_wait_are_counted_and_are_not_in_the_factor() {
         let measured = samples::<7>(&changed(1), 22);
         let mut calibrator = JointCalibrator::new(&robot(), &settings());
         for (index, (sample, in_factor)) in measured.iter().zip([0, 0, 2, 2, 4, 4, 6]).enumerate() {
-            // The pair begins its way with its second sample, and until it is in, none begins.
+            // Absorption of a pair starts with its second sample; until it is complete, no other starts.
             assert_eq!(calibrator.samples.begins_next(), index % 2 == 1, "{index}");
             calibrator.add(sample).unwrap();
             assert_eq!(calibrator.samples.factor().samples(), in_factor);
@@ -378,7 +378,7 @@ mod tests {
         assert_eq!(calibrator.samples(), 5);
     }
 
-    /// Each start has its linearisations: one at the nominal robot and one without a guess.
+    /// Each start has its own linearisations: one at the nominal robot and one at the free start.
     #[test]
     fn an_iteration_limit_of_one_is_one_linearisation_a_start() {
         let measured = samples::<20>(&changed(1), 25);
@@ -394,7 +394,7 @@ mod tests {
         }
     }
 
-    /// The arm whose joint never moves, and with it every parameter of that arm.
+    /// The arm whose joint never moves, and all of its parameters.
     #[test]
     fn an_arm_that_does_not_move_is_named() {
         for arm in ArmIndex::ALL {
@@ -411,7 +411,7 @@ mod tests {
                 let mut calibrator = JointCalibrator::new(&robot(), &limited);
                 calibrator.add_many(&measured).unwrap();
                 let refusal = calibrator.calibrate().unwrap_err();
-                // The columns of a joint that stands still depend on each other but for rounding.
+                // The columns of a joint that never moves are dependent to within rounding.
                 assert!(
                     matches!(refusal, Refusal::Undetermined { arm: named, condition, .. }
                     if named == arm && condition > 1e9),
@@ -421,7 +421,7 @@ mod tests {
         }
     }
 
-    /// The steps of the solver are the solve, and its outcome is there at the end alone.
+    /// Stepping is equivalent to a full solve, and the outcome exists only at the end.
     #[test]
     fn the_solver_s_steps_end_with_the_outcome_of_solve() {
         let measured = samples::<25>(&changed(4), 27);
@@ -444,7 +444,7 @@ mod tests {
         assert_eq!(at_once.calibrate(), Ok(outcome));
     }
 
-    /// The covariance's blocks of eight, and its diagonal's roots, by arm and parameter.
+    /// The covariance's blocks of eight and the roots of its diagonal, by arm and parameter.
     #[test]
     fn what_is_said_of_one_arm_is_its_part_of_the_whole() {
         let measured = samples::<25>(&changed(5), 28);
@@ -468,13 +468,13 @@ mod tests {
                 assert_eq!(own.prior_share[place], share);
                 held += share;
             }
-            // Of eight parameters the samples determine those that the tolerance does not hold.
+            // Of eight parameters, the samples determine those that the tolerance does not hold.
             assert!((own.degrees_of_freedom - (25.0 - (8.0 - held))).abs() < 1e-12);
         }
     }
 
-    /// From a ten-thousandth of the robot's size, whose square is a hundred-millionth and whose fourth power is rounding:
-    /// after the second linearisation chord steps do the rest.
+    /// From an error of a ten-thousandth of the robot's size, whose square is 1e-8 and whose fourth power is rounding:
+    /// after the second linearisation, chord steps do the rest.
     #[test]
     fn chord_steps_spare_the_last_linearisation() {
         let near = Robot::from_parameters(robot().parameters().map(|arm| {
@@ -501,7 +501,7 @@ mod tests {
         assert_eq!(calibrator.calibrate().unwrap().estimate.iterations, 2);
     }
 
-    /// Of three arms together it is not known whose samples contradict the noise.
+    /// A contradiction of all three arms together cannot be attributed to one arm.
     #[test]
     fn a_contradiction_of_all_arms_names_none() {
         let measured = samples::<30>(&changed(1), 31);

@@ -22,9 +22,9 @@ pub enum Progress {
     Finished,
 }
 
-/// Minimises the residuals of a [`Problem`] and the cost of a [`Prior`], one bounded step at a time, and
-/// judges what it found: from the nominal parameters, without a guess, or along what the samples
-/// determine least, whichever ends best. N parameters, M = N + 1, E = M (M + 1)/2.
+/// Minimises the residuals of a [`Problem`] and the cost of a [`Prior`], one bounded step at a time, and judges the
+/// result: from the nominal parameters, from a free start, or along the combination that the samples determine least,
+/// whichever ends best. N parameters, M = N + 1, E = M (M + 1)/2.
 ///
 /// Use it as [`ArmSolver`](super::ArmSolver).
 #[derive(Debug, Clone)]
@@ -32,37 +32,37 @@ pub struct Minimizer<T: Real, A, R, const N: usize, const M: usize, const E: usi
     first_arm: ArmIndex,
     settings: Settings<T>,
     prior: R,
-    /// What the tolerance is weighed against.
+    /// The noise against which the tolerance is weighted.
     balance: NoiseBalance<T>,
     phase: Phase,
     iteration: Iteration<T, A, N, M, E>,
-    /// At the first start, or at that of the last balance: an end above it is none.
+    /// The cost at the first start, or at that of the last balance: a higher end does not count.
     starting_cost: T,
-    /// Whether that is still to be computed.
+    /// Whether that cost is still to be computed.
     awaits_cost: bool,
     /// The best end point so far.
     best: Option<EndPoint<T, N, M, E>>,
-    /// Of the best end point.
+    /// The identifiability at the best end point.
     identifiability: Identifiability<T, N>,
     starts: Starts<T, N>,
-    /// Whether the end point is all that is asked for.
+    /// Whether only the end point is wanted.
     end_alone: bool,
     iterations: u16,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
-    /// The start without a guess is still to be found: a step by itself, and another to begin there.
+    /// The free start is still to be found: one step to find it, another to start there.
     Beginning,
     AtFreeStart,
     From(StartUsed),
     /// An iteration has ended.
     Ended(StartUsed, Option<Termination>),
-    /// Computing the covariance at the best end point.
+    /// The covariance at the best end point is being computed.
     Identifying,
-    /// There is no start without a guess: looking for what the samples leave free.
+    /// There is no free start: identifying what the samples leave undetermined.
     Undetermined,
-    /// The covariance is there: whether the end point is good.
+    /// The covariance is known: judging the end point.
     Judging,
     Done,
 }
@@ -92,8 +92,8 @@ where
         }
     }
 
-    /// The same for its [`end`](Self::end) alone: no search for other solutions, no balance of the
-    /// tolerance, and nothing to judge.
+    /// Configures the minimiser for its [`end`](Self::end) alone: no search for other solutions, no balancing of the
+    /// tolerance, no judgement.
     #[must_use]
     pub(crate) const fn for_its_end(mut self) -> Self {
         self.end_alone = true;
@@ -116,7 +116,7 @@ where
         Ok(solver)
     }
 
-    /// Begins where there are [`enough_samples`]. In place: on a small stack a copy of a solver is a large object.
+    /// Starts if there are [`enough_samples`]. In place: on a small stack, a copy of a solver is a large object.
     #[inline(never)]
     pub(crate) fn begin<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P) {
         if let Some(tolerance) = &self.settings.tolerance
@@ -130,7 +130,7 @@ where
         }
     }
 
-    /// Where there is none, looks for what the samples leave free.
+    /// Finds the free start; without one, identifies what the samples leave undetermined.
     #[inline(never)]
     fn find_free_start<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P) {
         if let Some(correction) = self.starts.next_free(problem) {
@@ -161,20 +161,20 @@ where
         self.iteration.restart(problem, &weighted, correction);
     }
 
-    /// Whether the estimate is in its place.
+    /// Whether the estimate is complete.
     pub(crate) const fn is_done(&self) -> bool {
         matches!(self.phase, Phase::Done)
     }
 
-    /// Linearisations so far, all starts together.
+    /// Linearisations so far, over all starts.
     pub(crate) fn iterations(&self) -> u16 {
         self.iterations.saturating_add(self.iteration.iterations)
     }
 
-    /// One step. Does nothing once finished. The last writes the estimate into its place, which is for nothing else before.
+    /// One step; does nothing once finished. The last one writes the estimate to `place`, scratch memory until then.
     ///
     /// # Errors
-    /// Of the last: every [`Refusal`] that concerns the parameters. What then stands in the place has no meaning.
+    /// From the last step: every [`Refusal`] that concerns the parameters. The estimate then has no meaning.
     pub(crate) fn step<P: Problem<T, N, M, E, At = A>>(
         &mut self,
         problem: &P,
@@ -225,7 +225,7 @@ where
         self.phase = Phase::Ended(start, termination);
     }
 
-    /// An iteration has ended: keeps the better end, and decides what is next.
+    /// An iteration has ended: keeps the better end, and decides what comes next.
     #[inline(never)]
     fn settle<P: Problem<T, N, M, E, At = A>>(
         &mut self,
@@ -282,7 +282,7 @@ where
         }
     }
 
-    /// A piece of the covariance at the best end point; what is next once it is there.
+    /// A piece of the covariance at the best end point; decides what comes next once it is complete.
     #[inline(never)]
     fn identify<P: Problem<T, N, M, E, At = A>>(
         &mut self,
@@ -329,7 +329,7 @@ where
         }
     }
 
-    /// Starts again, and keeps count of the iterations so far.
+    /// Starts again, and adds up the iterations so far.
     #[inline(never)]
     fn start_again<P: Problem<T, N, M, E, At = A>>(
         &mut self,
@@ -342,7 +342,7 @@ where
         self.phase = Phase::From(start);
     }
 
-    /// Starts where the samples allow a better fit, or where another solution may be.
+    /// Starts again if the samples allow a better fit, or if there may be another solution.
     fn start_elsewhere<P: Problem<T, N, M, E, At = A>>(
         &mut self,
         problem: &P,
@@ -363,7 +363,7 @@ where
         true
     }
 
-    /// Where a tolerance but no noise is stated: solves again with the noise that the residuals show.
+    /// If a tolerance but no noise is stated: solves again with the noise estimated from the residuals.
     #[inline(never)]
     fn balance_tolerance<P: Problem<T, N, M, E, At = A>>(
         &mut self,
@@ -387,7 +387,7 @@ where
         true
     }
 
-    /// The correction of the best end point, whatever is to be said of it.
+    /// The correction of the best end point, before any judgement.
     pub(crate) fn end(&self) -> Option<[T; N]> {
         self.best.as_ref().map(|best| best.point.correction)
     }
@@ -420,12 +420,12 @@ where
     }
 }
 
-/// Where the covariance is computed.
+/// Where the covariance is stored.
 fn covariance_of<T: Real, const N: usize>(place: &mut Estimate<T, N>) -> &mut SMatrix<T, N, N> {
     place.covariance.get_or_insert_with(SMatrix::zeros)
 }
 
-/// Whether a calibration with these settings can begin.
+/// Checks that a calibration with these settings can start.
 pub(crate) fn enough_samples<T, P, const N: usize, const M: usize, const E: usize>(
     problem: &P,
     arm: ArmIndex,
@@ -448,14 +448,14 @@ where
     Ok(())
 }
 
-/// Rounds of estimating the noise when a tolerance but no noise is stated.
+/// Rounds of noise estimation if a tolerance but no noise is stated.
 const ROUNDS: u8 = 20;
 
-/// The noise, estimated from the residuals round by round so that samples and tolerance have the right weights
-/// (`MacKay`'s evidence iteration, σ² = Σr²/(n − γ) with γ the number of parameters that the samples determine).
+/// The noise, estimated iteratively from the residuals so that samples and tolerance have the right weights (`MacKay`'s
+/// evidence iteration, σ² = Σr²/(n − γ) with γ the number of parameters determined by the samples).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct NoiseBalance<T> {
-    /// One σ of the weighted residual; 1 with a stated noise.
+    /// σ of the weighted residual; 1 with a stated noise.
     pub(super) sigma: T,
     rounds: u8,
 }
@@ -468,13 +468,12 @@ impl<T: Real> NoiseBalance<T> {
         }
     }
 
-    /// Whether the noise was never estimated yet.
+    /// Whether the noise has not been estimated yet.
     pub(super) const fn is_first(&self) -> bool {
         self.rounds == 0
     }
 
-    /// Whether the problem is to be solved once more, with the σ that this estimates from the best end point and the
-    /// covariance there.
+    /// Whether to solve once more, with the σ estimated here from the best end point and its covariance.
     pub(super) fn next<P, R, const N: usize, const M: usize, const E: usize>(
         &mut self,
         problem: &P,
@@ -490,7 +489,7 @@ impl<T: Real> NoiseBalance<T> {
             return false;
         }
         let Some(best) = best else {
-            // Too weak a tolerance leaves the problem without a firm minimum: start from a stronger.
+            // Too weak a tolerance leaves the problem without a well-defined minimum: start from a stronger one.
             self.rounds += 1;
             self.sigma *= T::from_f64(10.0);
             return true;
@@ -507,7 +506,7 @@ impl<T: Real> NoiseBalance<T> {
             .larger(least);
         let change = (sigma - best.residual_sigma).magnitude();
         if best.residual_sigma != self.sigma || !(change > T::from_f64(0.01) * self.sigma) {
-            // Settled; or the last round failed, and the one before it stands.
+            // Converged; or the last round failed, and the previous one stands.
             return false;
         }
         self.rounds += 1;
@@ -516,7 +515,7 @@ impl<T: Real> NoiseBalance<T> {
     }
 }
 
-/// γ = N − Σ σ² (UᵀU C)ⱼⱼ: how many parameters the samples determine and not the prior.
+/// γ = N − Σ σ² (UᵀU C)ⱼⱼ: the number of parameters determined by the samples rather than the prior.
 pub(super) fn determined_parameters<T, R, const N: usize, const M: usize, const E: usize>(
     prior: &R,
     correction: &[T; N],
@@ -545,7 +544,7 @@ mod tests {
     use crate::calibration::tolerance::Tolerance;
     use crate::robot::ArmIndex;
 
-    /// Where the iteration of a problem ends, by full steps from p = 0.
+    /// The end of the iteration of a problem, by full steps from p = 0.
     fn end(problem: &Curve) -> Option<[f64; 1]> {
         let settings = Settings::new().with_solver(Solver::GaussNewton);
         let mut solver =
@@ -555,9 +554,9 @@ mod tests {
         solver.end()
     }
 
-    /// A full step can lead over a hill into another valley. From residuals of (1, 0) at p = 0 it leads to p = 10, and the
-    /// next to p = 11, the lowest place of a valley. That is an end if the residuals are smaller there than at the start;
-    /// if they are larger it is none, however well the iteration has settled.
+    /// A full step can lead over a hill into another valley. Residuals of (1, 0) at p = 0 lead to p = 10, and the next
+    /// step to p = 11, the bottom of a valley. That counts as an end only if the residuals there are smaller than at
+    /// the start, however well the iteration has converged.
     #[test]
     fn an_end_that_is_worse_than_the_start_is_none() {
         let lower = Curve {
@@ -584,8 +583,8 @@ mod tests {
         assert_eq!(end(&higher), None);
     }
 
-    /// With a tolerance and without a noise the noise is estimated in rounds, each of which solves the problem again. Other
-    /// solutions are looked for in the first alone: what the residuals of (p, 1) leave is above any noise in all of them.
+    /// With a tolerance but no noise, the noise is estimated in rounds that solve the problem again. Only the first
+    /// round searches for other solutions: the residuals of (p, 1) exceed any noise in every round.
     #[test]
     fn other_solutions_are_looked_for_once_and_not_with_every_estimate_of_the_noise() {
         let problem = Curve {
@@ -599,7 +598,7 @@ mod tests {
         solver.begin(&problem);
         let mut place = Estimate::vacant();
         while solver.step(&problem, &mut place) == Ok(Progress::Working) {}
-        // Two residuals of 0 and 1, of 60, one of them for the parameter.
+        // Two residuals of 0 and 1, out of 60, one degree of freedom taken by the parameter.
         let sigma = libm::sqrt(1.0 / 59.0);
         assert!((solver.balance.sigma / sigma - 1.0).abs() < 0.01);
         assert_eq!(problem.asked.get(), 1);

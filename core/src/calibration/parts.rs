@@ -1,4 +1,4 @@
-//! What a calibrator consists of: what it keeps of the samples, and how it solves them.
+//! The components of a calibrator: accumulated samples and solver.
 
 use super::minimizer::Progress;
 use super::refusal::Refusal;
@@ -9,41 +9,41 @@ use crate::samples::{Forgetting, MergeError, NominalArm, Sample, SampleError};
 use crate::state::State;
 use core::fmt::Debug;
 
-/// What is kept of samples.
+/// Accumulated samples.
 pub trait Samples<T: Real>: Clone + Debug + PartialEq + State<T> {
-    /// None yet.
+    /// No samples.
     fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self;
-    /// Drops all.
+    /// Discards all samples.
     fn reset(&mut self);
-    /// Whether the numbers of a sample are usable.
+    /// Checks that the numbers of a sample are usable.
     fn check(&self, sample: &Sample<T>) -> Result<(), SampleError>;
-    /// Takes in a sample that is checked.
+    /// Adds a checked sample.
     fn push(&mut self, sample: &Sample<T>);
-    /// The same, and those before it fade.
+    /// Adds a checked sample, and lets earlier ones fade.
     fn push_forgetting(&mut self, sample: &Sample<T>, forgetting: &Forgetting<T>);
-    /// Takes in samples that are checked, while none waits.
+    /// Adds checked samples, while none is waiting.
     fn take_in(&mut self, samples: &[Sample<T>]);
-    /// Takes in those that wait.
+    /// Absorbs waiting samples.
     fn flush(&mut self);
-    /// Adds those of another, while none waits here.
+    /// Adds the samples of another, while none is waiting here.
     fn merge(&mut self, other: &Self) -> Result<(), MergeError>;
-    /// Lets all count λ times as much, while none waits.
+    /// Multiplies the weight of all samples by λ, while none is waiting.
     fn forget(&mut self, lambda: T);
-    /// How many came.
+    /// Number of samples received.
     fn count(&self) -> u64;
-    /// The robot before calibration.
+    /// The uncalibrated robot.
     fn robot(&self) -> Robot<T>;
     /// What the calibration assumes.
     fn settings(&self) -> &Settings<T>;
-    /// What the samples are expressed against.
+    /// The nominal arms, relative to which samples are expressed.
     fn nominal_arms(&self) -> [&NominalArm<T>; 3];
 }
 
-/// How samples are solved, of which none waits.
+/// Solves samples, none of which may be waiting.
 pub trait Solver<T: Real, S>: Clone + Debug {
-    /// Before it begins.
+    /// A solver that has not started.
     fn vacant() -> Self;
-    /// Begins anew.
+    /// Starts over.
     fn begin(&mut self, samples: &S) -> Result<(), Refusal>;
     /// One short step.
     fn step(&mut self, samples: &S) -> Result<Progress, Refusal>;

@@ -1,4 +1,4 @@
-//! The solver of the three arms, one after the other.
+//! The solver for three separate arms, in sequence.
 
 use super::arm_samples::ArmSamples;
 use super::calibrator::estimators::Parts;
@@ -16,18 +16,18 @@ use crate::robot::{ArmIndex, Drive, Robot};
 use crate::samples::{ArmFactor, Displacement, NominalArm, corrected_arm};
 use nalgebra::Vector3;
 
-/// Solves a robot's arms one after the other.
+/// Solves a robot's arms in sequence.
 #[derive(Debug, Clone)]
 pub struct RobotSolver<T: Real> {
-    /// Of the arm at work, once begun.
+    /// The solver of the current arm, once started.
     solver: Option<ArmSolver<T>>,
     arm: ArmIndex,
     estimate: Estimate<T, 8>,
-    /// The arms that are solved; the others have no meaning.
+    /// The arms solved so far; the others have no meaning.
     outcome: Option<RobotOutcome<T>>,
 }
 
-/// Of one arm.
+/// The solver of one arm.
 type ArmSolver<T> = Minimizer<T, Displacement<T>, TolerancePrior<T, 8>, 8, 9, 45>;
 
 impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
@@ -53,7 +53,7 @@ impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
         enough_samples(first, ArmIndex::First, samples.settings())
     }
 
-    /// One step of the current arm; on its last, its outcome and the start of the next arm.
+    /// One step of the current arm; the last step stores its outcome and starts the next arm.
     fn step(&mut self, samples: &ArmSamples<T>) -> Result<Progress, Refusal> {
         let [first, second, third] = samples.arms();
         let (problem, next) = match self.arm {
@@ -107,7 +107,7 @@ impl<T: Real> RobotSolver<T> {
         Ok(())
     }
 
-    /// The robot of all three.
+    /// Assembles the robot from all three arms.
     #[inline(never)]
     fn complete(&mut self, samples: &ArmSamples<T>) -> Result<(), Refusal> {
         let outcome = self.outcome.as_mut().ok_or(Refusal::Unfinished)?;
@@ -123,7 +123,7 @@ impl<T: Real> RobotSolver<T> {
 }
 
 impl<T: Real> Calibrator<T, Ikm> {
-    /// The three arms' samples; those that still wait for [`flush`](Self::flush) are not among them.
+    /// The factors of the three arms; they exclude samples waiting for [`flush`](Self::flush).
     pub const fn arms(&self) -> &[ArmFactor<T>; 3] {
         &self.samples.arms
     }
@@ -153,8 +153,8 @@ impl Parts for Ikm {
     }
 }
 
-/// The constraints hold on both sides of the elbows' plane, forward kinematics only below it: the mean
-/// measured point must lie below the plane of the mean elbows.
+/// The constraints hold on both sides of the plane of the elbows, forward kinematics only below it: the mean measured
+/// point must be below the plane of the mean elbows.
 #[inline(never)]
 pub(super) fn check_side<T: Real>(
     robot: &Robot<T>,
@@ -185,7 +185,7 @@ pub(super) fn check_side<T: Real>(
     }
 }
 
-/// What the tolerance says of an arm by itself, in internal units.
+/// The tolerance prior of a separate arm, in internal units.
 pub(crate) fn prior_of_arm<T: Real>(
     nominal: &NominalArm<T>,
     tolerance: Option<&Tolerance<T>>,
@@ -204,8 +204,8 @@ mod tests {
     use crate::samples::NominalArm;
     use nalgebra::{Matrix3, Vector3};
 
-    /// Arms that are bent unequally: their mean elbows span a plane that is far from level. By how much the mean sample may
-    /// be above or below follows from the elbows' places, by trigonometry.
+    /// Arms bent unequally, so that the plane of their mean elbows is far from level. The limits on the height of the
+    /// mean sample follow from the elbow positions by trigonometry.
     #[test]
     fn the_mean_sample_must_lie_below_the_plane_of_the_mean_elbows() {
         let robot = SymmetricRobot::<f64>::PAPER;
@@ -217,7 +217,7 @@ mod tests {
             .each_ref()
             .map(|arm| NominalArm::new(arm, &centre, None));
         let [first, second, third] = &nominal;
-        // Means of cosines and sines, which no single angle need have.
+        // Means of cosines and sines, which need not be those of a single angle.
         let bent = [[0.8, 0.6], [0.95, 0.28], [0.5, 0.8]];
         let azimuths = [0.0, 1.0, 2.0].map(|third| third * core::f64::consts::TAU / 3.0);
         let mut elbows = Matrix3::zeros();
@@ -230,7 +230,7 @@ mod tests {
             ];
             elbows.set_row(index, &Vector3::from(elbow).transpose());
         }
-        // z = c + a x + b y of all three.
+        // z = c + a x + b y through all three.
         let mut known = elbows;
         known.set_column(2, &Vector3::repeat(1.0));
         let [a, b, c] = (known.try_inverse().unwrap() * elbows.column(2)).into();

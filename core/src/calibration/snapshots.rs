@@ -1,4 +1,4 @@
-//! Snapshots of the calibrators from complete positions.
+//! Snapshots of calibrators from complete positions.
 
 use super::calibrator::estimators::Parts;
 use super::calibrator::{Calibrator, Estimator};
@@ -8,11 +8,11 @@ use crate::samples::{Noise, NominalArm};
 use crate::snapshot::{Fingerprint, SnapshotError, longest, read, write};
 
 impl<T: Real, E: Estimator> Calibrator<T, E> {
-    /// How many bytes a [`snapshot`](Self::snapshot) takes.
+    /// Size of the largest [`snapshot`](Self::snapshot), bytes.
     pub const SNAPSHOT_BYTES: usize = longest::<T, <E as Parts>::Samples<T>>();
 
-    /// Writes what the calibrator has seen into `bytes`, and returns the part that was written. A calibrator that is restored
-    /// from it goes on to the same bits.
+    /// Writes the state of the calibrator into `bytes` and returns the part used. A calibrator restored from it
+    /// continues with bit-identical results.
     ///
     /// ```
     /// use delta_cal::{IkmCalibrator, Sample, Settings, SymmetricRobot};
@@ -49,12 +49,12 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
         write(E::NUMBER, self.marked().finish(), &self.samples, bytes)
     }
 
-    /// Puts what a [`snapshot`](Self::snapshot) holds in place of what this calibrator has seen. It must be of the same
-    /// robot and noise; how they are solved may have changed.
+    /// Replaces the state of this calibrator by that of a [`snapshot`](Self::snapshot) of the same robot and noise; the
+    /// solver settings may differ.
     ///
     /// # Errors
-    /// Bytes that are damaged, or a snapshot of something else; [`SnapshotError::Busy`] while it solves. The calibrator
-    /// is unchanged.
+    /// Damaged bytes, or a snapshot of something else; [`SnapshotError::Busy`] during a solve. The calibrator is
+    /// unchanged.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
         let mark = self.marked().finish();
         if self.solving() {
@@ -65,13 +65,13 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
         Ok(())
     }
 
-    /// What a snapshot must agree with.
+    /// Everything a snapshot must agree with.
     pub(crate) fn marked(&self) -> Fingerprint {
         mark(self.samples.nominal_arms())
     }
 }
 
-/// What the factors depend on.
+/// Everything the factors depend on.
 fn mark<T: Real>(arms: [&NominalArm<T>; 3]) -> Fingerprint {
     let mut fingerprint = Fingerprint::new();
     for arm in arms {

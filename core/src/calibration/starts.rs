@@ -1,4 +1,4 @@
-//! From where a minimisation begins again, once one has ended.
+//! Further starts of a minimisation once one has ended.
 
 use super::limits::{EXCESS_OF_ANOTHER_MINIMUM, SAMPLES_FOR_FREE_START, TIE};
 use super::outcome::StartUsed;
@@ -7,14 +7,14 @@ use super::problem::{Problem, sum_of_squares};
 use super::settings::Start;
 use crate::Real;
 
-/// The starts that were used, and which is next: without a guess, or along what the samples determine least.
+/// The starts used so far, and the next: free, or along the combination that the samples determine least.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Starts<T, const N: usize> {
-    /// The first of all.
+    /// The first start.
     first: Start,
-    /// How many starts without a guess were tried.
+    /// Number of free starts tried.
     free: u8,
-    /// For other solutions, once there is a first end point.
+    /// The search for other solutions, once there is a first end point.
     search: Option<Search<T, N>>,
 }
 
@@ -27,7 +27,7 @@ impl<T: Real, const N: usize> Starts<T, N> {
         }
     }
 
-    /// The next without a guess.
+    /// The next free start.
     pub(super) fn next_free<P, const M: usize, const E: usize>(
         &mut self,
         problem: &P,
@@ -44,10 +44,10 @@ impl<T: Real, const N: usize> Starts<T, N> {
         None
     }
 
-    /// A start without a guess if the samples allow a clearly better fit than was found.
+    /// A free start if the samples allow a clearly better fit than found so far.
     ///
-    /// The free fit of the coefficients leaves ρ², which no parameters undercut; the parameters of the
-    /// right solution leave four residual variances an arm more, a false minimum far more than that.
+    /// The free fit of the coefficients leaves ρ², a lower bound for any parameters; the right solution leaves four
+    /// residual variances per arm more, a false minimum far more.
     pub(super) fn better_free<P, const M: usize, const E: usize>(
         &mut self,
         problem: &P,
@@ -84,8 +84,8 @@ impl<T: Real, const N: usize> Starts<T, N> {
         }
     }
 
-    /// Begins to look for other solutions on both sides of an end point, if the samples are so few that there
-    /// may be several, and no linear fit can tell a false one.
+    /// Starts to search for other solutions on both sides of an end point, if the samples are so few that there may be
+    /// several, and no linear fit can identify a false one.
     pub(super) fn search<P, const M: usize, const E: usize>(
         &mut self,
         problem: &P,
@@ -100,7 +100,7 @@ impl<T: Real, const N: usize> Starts<T, N> {
         }
     }
 
-    /// Notes where the iteration from a start converged.
+    /// Records where the iteration from a start converged.
     pub(super) fn converged<P, const M: usize, const E: usize>(
         &mut self,
         start: StartUsed,
@@ -116,7 +116,7 @@ impl<T: Real, const N: usize> Starts<T, N> {
         }
     }
 
-    /// The next of a search that has begun.
+    /// The next start of a search in progress.
     pub(super) fn next_searched<P, const M: usize, const E: usize>(
         &mut self,
         problem: &P,
@@ -126,12 +126,12 @@ impl<T: Real, const N: usize> Starts<T, N> {
     {
         let search = self.search.as_mut()?;
         while let Some(correction) = search.next() {
-            // Where there is no such robot nothing can start.
+            // There is no such robot, so nothing can start.
             if sum_of_squares(problem, &problem.displaced(&correction)).finite() {
                 return Some((StartUsed::Search, correction));
             }
         }
-        // Few samples may determine a start without a guess all the same.
+        // Even few samples may determine a free start.
         if self.free > 0 {
             return None;
         }
@@ -140,27 +140,26 @@ impl<T: Real, const N: usize> Starts<T, N> {
     }
 }
 
-/// How far from the first end point the starts are, in units of the scale and radians, on one side and on
-/// the other, the farthest first. Single precision: a conversion of `f64` at run time would link its
-/// software arithmetic.
+/// Distances of the starts from the first end point, in units of the scale and radians, on either side, farthest first.
+/// Single precision: converting `f64` at run time would link its software arithmetic.
 const DISTANCES: [f32; 4] = [0.12, 0.06, 0.03, 0.01];
 
 /// Starts along the combination of parameters that the samples determine least.
 ///
-/// Where the iteration from a start comes back to the first end point, those between the two come back
-/// too, and are left out: of 259,200 simulated calibrations of six geometries with eight to eleven samples
-/// this changed 168 accepted results, as many for the better as for the worse.
+/// If the iteration from a start returns to the first end point, starts between the two do too and are skipped: in
+/// 259,200 simulated calibrations of six geometries with eight to eleven samples this changed 168 accepted results, as
+/// often for the better as for the worse.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Search<T, const N: usize> {
     origin: [T; N],
     direction: [T; N],
     tried: usize,
-    /// Whether a start came back, on either side.
+    /// Whether a start returned, on either side.
     returned: [bool; 2],
 }
 
 impl<T: Real, const N: usize> Search<T, N> {
-    /// From an end point, on both sides of it.
+    /// A search on both sides of an end point.
     pub(super) const fn new(origin: [T; N], direction: [T; N]) -> Self {
         Self {
             origin,
@@ -191,7 +190,7 @@ impl<T: Real, const N: usize> Search<T, N> {
         }
     }
 
-    /// Where the iteration from the last start converged.
+    /// Records where the iteration from the last start converged.
     pub(super) fn converged<P, const M: usize, const E: usize>(
         &mut self,
         to: &Point<T, N, M, E>,
@@ -223,7 +222,7 @@ mod tests {
     use crate::samples::{ArmFactor, NominalArm, Triangle};
     use nalgebra::Vector3;
 
-    /// An end at p = 0, which is known to 1.
+    /// An end at p = 0, known to 1.
     fn end(sum_of_squares: f64) -> Point<f64, 1, 2, 3> {
         Point {
             correction: [0.0],
@@ -233,7 +232,7 @@ mod tests {
         }
     }
 
-    /// Whether a start without a guess is tried after the one from nominal has ended.
+    /// Whether a free start is tried after the one from nominal has ended.
     fn another_is_tried(problem: &Curve, sum_of_squares: f64) -> bool {
         let best = EndPoint {
             point: end(sum_of_squares),
@@ -247,9 +246,9 @@ mod tests {
         found.is_some()
     }
 
-    /// n samples with three residuals each leave 3 (n − 12) of them spare of the fit of the twelve coefficients, and a sum
-    /// of squares of 48; the end's may be larger by 50 variances of a residual. With twelve samples nothing is spare, and
-    /// the variance is taken for that sum.
+    /// n samples with three residuals each leave 3 (n − 12) redundant ones after the fit of the twelve coefficients,
+    /// and a sum of squares of 48; that of the end may be larger by 50 residual variances. With twelve samples nothing
+    /// is redundant, and that sum serves as the variance.
     #[test]
     fn an_end_that_is_worse_than_the_coefficients_by_fifty_variances_is_not_the_last() {
         for (samples, noise_stated, variance) in [
@@ -272,7 +271,7 @@ mod tests {
         }
     }
 
-    /// Of exact samples the coefficients leave nothing, an end what rounding leaves: (32 ε)² times the rows' squares.
+    /// With exact samples the coefficients leave nothing, an end only rounding: (32 ε)² times the rows' squares.
     #[test]
     fn what_rounding_leaves_is_no_reason_to_start_again() {
         let rounding = f64::powi(32.0 * f64::EPSILON, 2) * 1e6;
@@ -303,7 +302,7 @@ mod tests {
         }
     }
 
-    /// How far the next starts of the search are from p = 0, in hundredths, the first side positive; and what comes behind
+    /// Distances of the next starts of the search from p = 0, in hundredths, the first side positive; and what follows
     /// the last.
     fn searched(starts: &mut Starts<f64, 1>, problem: &Curve) -> ([i32; 8], Option<[f64; 1]>) {
         let mut steps = [0; 8];
@@ -329,7 +328,7 @@ mod tests {
         (steps, None)
     }
 
-    /// Behind the last start of a search comes the one without a guess, once, unless the first of all was one.
+    /// A free start follows the last start of a search, once, unless the first start was free.
     #[test]
     fn behind_a_search_comes_the_start_without_a_guess_if_none_was() {
         let mut starts = searching(Start::Nominal, &few());
@@ -341,8 +340,8 @@ mod tests {
         assert_eq!(starts.next_searched(&few()), None);
     }
 
-    /// Where one of the search's own starts comes back to p = 0, those between are left out. Another start that ends there
-    /// says nothing of them.
+    /// If one of the search's own starts returns to p = 0, those in between are skipped. Another start that ends there
+    /// says nothing about them.
     #[test]
     fn only_a_start_of_the_search_can_come_back() {
         for (start, rest) in [
@@ -357,7 +356,7 @@ mod tests {
         }
     }
 
-    /// Where there is no such robot nothing starts.
+    /// Starts without a valid robot are skipped.
     #[test]
     fn starts_without_a_robot_are_passed_over() {
         let problem = Curve {
@@ -387,7 +386,7 @@ mod tests {
         Search::new(ORIGIN, direction)
     }
 
-    /// Where an iteration converged: every parameter known to one, the cost to a part of a thousandth.
+    /// The end of an iteration: every parameter known to 1, the cost to a fraction of a thousandth.
     fn end_at(correction: [f64; 8]) -> Point<f64, 8, 9, 45> {
         Point {
             correction,
@@ -397,7 +396,7 @@ mod tests {
         }
     }
 
-    /// How far the starts are from the origin, in hundredths, zeros behind the last, if the iteration from start number
+    /// Distances of the starts from the origin, in hundredths, padded with zeros, if the iteration from start number
     /// `which` ends there.
     fn steps(which: Option<usize>, end: &Point<f64, 8, 9, 45>) -> [f64; 9] {
         let arm = Arm::new([164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0]).unwrap();
@@ -421,7 +420,7 @@ mod tests {
     fn starts_are_on_both_sides_and_the_farthest_first() {
         let all = [-12.0, 12.0, -6.0, 6.0, -3.0, 3.0, -1.0, 1.0, 0.0];
         assert_eq!(steps(None, &end_at(ORIGIN)), all);
-        // A tie is 1e-3 of the cost, and sixteen of them are the same point: beyond √(16 · 1e-9) it is another.
+        // A tie is 1e-3 of the cost, and sixteen ties are the same point: beyond √(16 · 1e-9) it is another.
         let mut another = ORIGIN;
         another[2] = 1.3e-4;
         assert_eq!(steps(Some(1), &end_at(another)), all);

@@ -1,11 +1,10 @@
-//! How long a step of the iteration may be, and when the iteration has come to its end.
+//! Step length and termination of the iteration.
 //!
-//! Apart from the problem's size and from how it is linearised, every solver decides these alike:
-//! the IKM method's on an arm's 8 parameters, and any other on more. A step δ minimises
-//! |J δ + r|² + λ|D δ|², D the column norms of J and λ the damping (Marquardt 1963); the step with
-//! λ = 0 is the Gauss–Newton step. Where a prior holds the parameters, J has full rank and every Gauss–Newton step leads
-//! down: one that leads too far is halved, and damped only if no part of it will do. Damping by the column norms would
-//! hold back what the samples say little of, and the iteration would creep.
+//! Apart from its size and linearisation, every problem is treated alike here: 8 parameters for the IKM method, more
+//! for the others. A step δ minimises |J δ + r|² + λ|D δ|², D the column norms of J and λ the damping (Marquardt 1963);
+//! λ = 0 gives the Gauss–Newton step. If a prior holds the parameters, J has full rank and every Gauss–Newton step
+//! leads downhill: one that is too long is halved, and damped only if no fraction of it is accepted. Damping by the
+//! column norms would hold back poorly determined parameters, and the iteration would creep.
 
 use super::outcome::Termination;
 use super::settings::Solver;
@@ -15,75 +14,73 @@ use crate::Real;
 const FIRST_DAMPING: f64 = 1e-3;
 const MORE_DAMPING: f64 = 8.0;
 const LESS_DAMPING: f64 = 0.1;
-/// Below this the damping is dropped and full steps are tried again.
+/// Below this, damping is dropped and full steps are tried again.
 const LEAST_DAMPING: f64 = 1e-5;
 const MOST_DAMPING: f64 = 1e8;
-/// Damping that shortens a step noticeably. In the direction of the singular value s of J D⁻¹ a step
-/// damped by λ is shorter than the full one by λ/(s² + λ). The columns of J D⁻¹ have unit length, so
-/// for an arm's 8 parameters the s² sum to 8, and the step is shorter by 1.2 % at the least.
+/// Damping that shortens a step noticeably. Along the singular value s of J D⁻¹, a step damped by λ is shorter than the
+/// full one by λ/(s² + λ). The columns of J D⁻¹ have unit length, so for an arm's 8 parameters the s² sum to 8, and the
+/// step is shorter by at least 1.2 %.
 const ENOUGH_DAMPING: f64 = 0.1;
-/// The shortest part of a step that is tried before it is damped.
+/// The shortest fraction of a step that is tried before damping.
 const SHORTEST: f64 = 0.02;
-/// Where the iteration converges slowly, a gain below this part of the cost is the end. A gain g moves
-/// the solution by √g σ at most, and the cost of n samples of an arm is (n − 8) σ²: by
-/// 1e-5 √(n − 8) of its own σ at most.
+/// When convergence is slow, a gain below this fraction of the cost ends the iteration. A gain g moves the solution by
+/// at most √g σ, and the cost of n samples of an arm is (n − 8) σ²: by at most 1e-5 √(n − 8) of its own σ.
 const IRRELEVANT: f64 = 1e-10;
-/// A full step that leaves less than this part of what it gained ends so near the minimum that the triangle
-/// it was taken with serves once more, and for the covariance: of 28,800 simulated calibrations of six
-/// geometries the σ were off by less than a hundredth.
+/// After a full step that leaves less than this fraction of its gain, the minimum is so near that its triangle is
+/// reused for chord steps and for the covariance: in 28,800 simulated calibrations of six geometries, σ was off by less
+/// than a hundredth.
 const NEAR: f64 = 1e-7;
-/// A chord step that leaves more than this part of what it gained is no better than a linearisation.
+/// A chord step that leaves more than this fraction of its gain is no better than a linearisation.
 const CONTRACTION: f64 = 1.0 / 64.0;
-/// A predicted gain must be this much smaller than a seen one to count as nothing.
+/// A predicted gain must be smaller than an observed one by this factor to count as zero.
 const SURELY_NOTHING: f64 = 1e-6;
 
-/// No single Levenberg–Marquardt step may move a parameter by more than this, in units of the upper
-/// arm and radians: the solution nearest to the start is wanted, and a longer step leaves the region
-/// where the linearisation means anything.
+/// No Levenberg–Marquardt step may move a parameter by more than this, in units of the upper arm and radians: the
+/// solution nearest to the start is wanted, and a longer step leaves the region where the linearisation is valid.
 pub(crate) const LONGEST_STEP: f64 = 0.25;
 
-/// How much of a cost |r|² may be rounding. `terms_squared`: the sum of the squared terms whose
-/// differences the residuals are, in the cost's unit.
+/// How much of a cost |r|² may be rounding. `terms_squared`: the sum of the squared terms of which the residuals are
+/// differences, in the cost's unit.
 #[inline(never)]
 pub(crate) fn blur<T: Real>(cost: T, terms_squared: T) -> T {
     let blur = T::from_f64(64.0) * T::EPSILON * (cost + terms_squared).square_root();
     blur * cost.square_root() + blur.squared()
 }
 
-/// What a step came to.
+/// The result of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum StepResult {
-    /// There is more to do.
+    /// The iteration continues.
     Continue,
-    /// The iteration has settled.
+    /// The iteration has converged.
     Finished(Termination),
-    /// The full step does not exist or does not lead down, and the method has no other.
+    /// The full step does not exist or does not lead downhill, and the method has no other.
     Failed,
 }
 
-/// What follows a step near the minimum.
+/// The action after a step near the minimum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Refinement {
     /// A chord step.
     Chord,
-    /// A chord step, whose gain is nothing: the iteration has settled.
+    /// A final chord step with negligible gain: the iteration has converged.
     Last,
-    /// A linearisation, since chord steps would not lead far.
+    /// A linearisation, since chord steps would gain little.
     Linearize,
 }
 
-/// What a step may be expected to bring.
+/// The expected result of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[allow(
     clippy::struct_excessive_bools,
     reason = "each answers a question of its own"
 )]
 pub(crate) struct Prospect<T> {
-    /// Whether this step, if it is taken, is the last: the next would gain nothing. It is so short
-    /// that the Jacobian before it is the Jacobian after it.
+    /// Whether this step, if taken, is the last: the next would gain nothing, and this one is too short to change the
+    /// Jacobian.
     pub(crate) settled: bool,
-    /// Whether it ends so near the minimum that chord steps may follow: with the triangle of the last
-    /// linearisation and the gradient of now.
+    /// Whether it ends near enough to the minimum for chord steps, which combine the triangle of the last linearisation
+    /// with the current gradient.
     pub(crate) near: bool,
     at_rounding: bool,
     stagnant: bool,
@@ -91,22 +88,22 @@ pub(crate) struct Prospect<T> {
     blur: T,
 }
 
-/// Solver and damping of an iteration, and what its last step promised.
+/// Solver and damping of an iteration, and the expected gain of its last step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StepControl<T> {
     solver: Solver,
-    /// Whether a rejected step is tried again shorter, before it is damped. Such tries are few for each linearisation, and
-    /// are not counted.
+    /// Whether a rejected step is shortened before it is damped. There are few such attempts per linearisation, and
+    /// they are not counted.
     shortens: bool,
-    /// The part of the step that is taken.
+    /// The fraction of the step to take.
     part: T,
     damping: T,
-    /// What the last full step promised to gain, and what it then left, if that was measured.
+    /// The expected gain of the last full step, and the gain it left, if measured.
     previous_gain: T,
     left: Option<T>,
-    /// What the last step of either kind promised.
+    /// The expected gain of the last step of either kind.
     last_gain: T,
-    /// A gain that is rounding.
+    /// The gain below which rounding dominates.
     nothing: T,
 }
 
@@ -126,25 +123,25 @@ impl<T: Real> StepControl<T> {
         }
     }
 
-    /// Whether only full steps are taken, or damped ones too.
+    /// Whether only full steps are allowed, or damped ones too.
     #[inline]
     pub(crate) const fn solver(&self) -> Solver {
         self.solver
     }
 
-    /// The same before the first step.
+    /// The same control before the first step.
     #[inline]
     pub(crate) const fn renewed(&self) -> Self {
         Self::new(self.solver, self.shortens)
     }
 
-    /// The part of the next step that is to be taken.
+    /// The fraction of the next step to take.
     #[inline]
     pub(crate) const fn part(&self) -> T {
         self.part
     }
 
-    /// A full step does not exist: from here on no shorter one will do.
+    /// A full step does not exist, so no shorter one does either.
     #[inline]
     pub(crate) const fn damp(&mut self) {
         self.part = T::ZERO;
@@ -156,16 +153,15 @@ impl<T: Real> StepControl<T> {
         self.damping
     }
 
-    /// Judges the step from where the cost is |r|². `gain` is all that the linearised problem
-    /// promises, the part of |r|² within J's range; `terms_squared` as for [`blur`].
+    /// Judges the step at a cost of |r|². `gain` is the whole gain predicted by the linearised problem, the part of
+    /// |r|² within the range of J; `terms_squared` as for [`blur`].
     #[inline]
     pub(crate) fn judge(&mut self, gain: T, cost: T, terms_squared: T) -> Prospect<T> {
-        // r is known to ε times the terms it is made of, so a gain below that squared is nothing.
-        // |r|² is blurred by |r| times as much, so a smaller gain cannot be seen in it and is taken
-        // on trust.
+        // r is known to ε times its terms, so a gain below that squared is zero. |r|² is blurred by |r| times as much;
+        // a smaller gain cannot be seen in it and is accepted on trust.
         self.nothing = T::from_f64(16.0) * T::EPSILON.squared() * (cost + terms_squared);
-        // Near the solution what a full step leaves goes with the square of what it gains, as quadratic
-        // convergence has it. If that is nothing, this step is the last.
+        // With quadratic convergence, what a full step leaves goes with the square of its gain. If that is negligible,
+        // this step is the last.
         let previous = self.previous_gain;
         let left = self.left.take().unwrap_or(gain);
         let next = if previous.finite() && gain < previous && left < previous {
@@ -191,7 +187,7 @@ impl<T: Real> StepControl<T> {
         }
     }
 
-    /// What to do where a chord step promises a gain.
+    /// What to do when a chord step predicts a gain.
     #[inline]
     pub(crate) fn refine(&mut self, gain: T) -> Refinement {
         let before = self.last_gain;
@@ -210,20 +206,20 @@ impl<T: Real> StepControl<T> {
         }
     }
 
-    /// Whether a chord step from a cost to another is taken: if it leads down, as far as rounding shows.
+    /// Whether a chord step between two costs is accepted: it must lead downhill to within rounding.
     #[inline]
     pub(crate) fn accepts_chord(&self, before: T, cost: T) -> bool {
         cost <= before + self.rounding(before)
     }
 
-    /// Some roundings of a cost that is not above that where the last linearisation was.
+    /// A few roundings of a cost not above that at the last linearisation.
     fn rounding(&self, cost: T) -> T {
         let squared = T::from_f64(16.0) * self.nothing;
         (squared * cost).square_root() + squared
     }
 
-    /// Whether a step to this cost is taken: for Gauss–Newton if there is such a cost, for
-    /// Levenberg–Marquardt if it is smaller, as far as rounding shows.
+    /// Whether a step to this cost is accepted: Gauss–Newton requires a finite cost, Levenberg–Marquardt a smaller one
+    /// to within rounding.
     #[inline]
     pub(crate) fn accepts(&self, prospect: &Prospect<T>, cost: T) -> bool {
         match self.solver {
@@ -235,7 +231,7 @@ impl<T: Real> StepControl<T> {
         }
     }
 
-    /// The step was taken: damps the next one less.
+    /// The step was accepted: reduces the damping.
     #[inline]
     pub(crate) fn accepted(&mut self, prospect: &Prospect<T>) -> StepResult {
         self.part = T::ONE;
@@ -252,7 +248,7 @@ impl<T: Real> StepControl<T> {
         }
     }
 
-    /// The step was not taken, or did not exist: damps the next one more, if there is to be one.
+    /// The step was rejected or does not exist: increases the damping, unless the iteration ends.
     #[inline]
     pub(crate) fn rejected(&mut self, prospect: &Prospect<T>) -> StepResult {
         let full_steps_only = self.solver == Solver::GaussNewton;
@@ -292,8 +288,8 @@ mod tests {
         (a - b).abs() <= 1e-12 * b.abs()
     }
 
-    /// A residual vector r known to a rounding of e in length has a square known to 2e|r| + e²: what is
-    /// taken for blur must hold that, of some roundings of the terms and not of thousands.
+    /// The square of a residual vector r with a rounding error e is known to 2e|r| + e²: the blur must cover this for a
+    /// few roundings of the terms, not thousands.
     #[test]
     fn the_blur_holds_the_rounding_of_a_sum_of_squares() {
         for terms in [0.0, 1e-6, 1.0, 1e6] {
@@ -321,8 +317,8 @@ mod tests {
         assert!(!prospect.settled);
         assert_eq!(control.accepted(&prospect), StepResult::Continue);
         assert!(control.damping() <= 0.0);
-        // Each rejection damps eight times as much, each accepted step a tenth of it; below 1e-5 the full
-        // step is tried again.
+        // Each rejection multiplies the damping by eight, each accepted step divides it by ten; below 1e-5 full steps
+        // are tried again.
         let mut expected = 1e-3;
         for _ in 0..3 {
             assert_eq!(control.rejected(&prospect), StepResult::Continue);
@@ -339,8 +335,8 @@ mod tests {
         assert!(control.damping() <= 0.0);
     }
 
-    /// A step that no damping makes acceptable ends the iteration, but not before it is as short as 1e-8 of
-    /// the full one.
+    /// If no damping makes a step acceptable, the iteration ends, but not before the step is as short as 1e-8 of the
+    /// full one.
     #[test]
     fn damping_has_an_end() {
         let mut control = StepControl::<f64>::new(LevenbergMarquardt, false);
@@ -351,7 +347,7 @@ mod tests {
             assert!(rejections < 100);
         }
         assert!(control.damping() > 1e8 && control.damping() < 1e9);
-        // Gauss–Newton has no other step.
+        // Gauss–Newton has no alternative.
         let mut full = StepControl::<f64>::new(GaussNewton, false);
         let prospect = full.judge(0.5, 1.0, TERMS);
         assert_eq!(full.rejected(&prospect), StepResult::Failed);
@@ -359,7 +355,7 @@ mod tests {
 
     #[test]
     fn a_full_step_lost_in_rounding_is_the_end_of_full_steps_only() {
-        // All that is promised is below the rounding of the cost.
+        // The predicted gain is below the rounding of the cost.
         let gain = 1e-16;
         let mut full = StepControl::<f64>::new(GaussNewton, false);
         let prospect = full.judge(gain, 1.0, TERMS);
@@ -367,7 +363,7 @@ mod tests {
             full.rejected(&prospect),
             StepResult::Finished(RoundingReached)
         );
-        // A damped one may have been too long.
+        // A damped step may have been too long.
         let mut damped = StepControl::<f64>::new(LevenbergMarquardt, false);
         let prospect = damped.judge(gain, 1.0, TERMS);
         let mut rejections = 0;
@@ -392,12 +388,12 @@ mod tests {
         assert!(!control.accepts(&seen, 1.0));
         assert!(!control.accepts(&seen, 1.0 + 1e-15));
         assert!(!control.accepts(&seen, f64::NAN));
-        // Within rounding a step is taken on trust, up to the blur and no further.
+        // To within rounding, a step is accepted on trust, up to the blur and no further.
         let lost = control.judge(1e-16, 1.0, TERMS);
         assert!(control.accepts(&lost, 1.0));
         assert!(control.accepts(&lost, 1.0 + 0.9 * blur(1.0, TERMS)));
         assert!(!control.accepts(&lost, 1.0 + 1.1 * blur(1.0, TERMS)));
-        // Gauss–Newton takes any that there is.
+        // Gauss–Newton accepts any finite cost.
         let mut full = StepControl::<f64>::new(GaussNewton, false);
         let seen = full.judge(0.5, 1.0, TERMS);
         assert!(full.accepts(&seen, 1e300));
@@ -405,8 +401,8 @@ mod tests {
         assert!(!full.accepts(&seen, f64::NAN));
     }
 
-    /// Quadratic convergence squares the error at each step: a gain of 1e-2 and one of 1e-14 promise
-    /// 1e-38 next, which arithmetic of 16 digits does not see.
+    /// Quadratic convergence squares the error at each step: gains of 1e-2 and then 1e-14 predict 1e-38 next, which is
+    /// invisible in 16 digits.
     #[test]
     fn the_step_before_nothing_is_the_last() {
         let judge = |gains: &[f64], cost: f64, terms: f64| {
@@ -417,7 +413,7 @@ mod tests {
             }
             last
         };
-        // What is below the square of a rounding is nothing: (4ε)² of the terms.
+        // A gain below the square of a rounding, (4ε)² of the terms, is zero.
         let nothing = 16.0 * EPSILON * EPSILON;
         assert!(judge(&[0.9 * nothing], 0.0, 1.0));
         assert!(!judge(&[1.1 * nothing], 0.0, 1.0));
@@ -425,7 +421,7 @@ mod tests {
         assert!(!judge(&[2.1 * nothing], 1.0, 1.0));
         assert!(judge(&[2.9 * nothing], 1.0, 2.0));
         assert!(!judge(&[3.1 * nothing], 1.0, 2.0));
-        // The next gain would be g (g/g′)², and must be a millionth of nothing.
+        // The next gain would be g (g/g′)², and must be a millionth of zero's limit.
         let next = |first: f64, second: f64| second * (second / first) * (second / first);
         let first = 1e-2;
         for (second, expected) in [(1e-15, true), (1e-14, true), (1e-13, false), (1e-9, false)] {
@@ -436,7 +432,7 @@ mod tests {
         let limit = libm::cbrt(nothing * 1e-6 * first * first);
         assert!(judge(&[first, 0.99 * limit], 0.0, 1.0));
         assert!(!judge(&[first, 1.01 * limit], 0.0, 1.0));
-        // A gain that grows is no convergence.
+        // A growing gain is not convergence.
         assert!(!judge(&[1e-14, 1e-13], 0.0, 1.0));
         assert!(!judge(&[1e-13, 1e-13], 0.0, 1.0));
     }
@@ -458,18 +454,18 @@ mod tests {
         assert_eq!(end(&[1.1e-10, 0.9e-10], 1.0), creeping);
         assert_eq!(end(&[2e-10, 1.1e-10], 1.0), StepResult::Continue);
         assert_eq!(end(&[2e-11, 1e-11], 0.05), StepResult::Continue);
-        // Fast convergence is left to go on, to a quarter of the last gain.
+        // Fast convergence may continue, down to a quarter of the last gain.
         assert_eq!(end(&[2e-11, 0.4e-11], 1.0), StepResult::Continue);
         assert_eq!(end(&[2e-11, 0.6e-11], 1.0), creeping);
-        // Of what rounding hides nothing more is to be had, however small the cost.
+        // A gain hidden by rounding ends the iteration, however small the cost.
         assert_eq!(end(&[2e-13, 1e-13], 1e-4), StepResult::Continue);
         assert_eq!(end(&[2e-16, 1e-16], 1e-4), creeping);
-        // Convergence that has arrived has not crept.
+        // Completed convergence is not creeping.
         let settled = StepResult::Finished(GradientVanished);
         assert_eq!(end(&[1e-2, 1e-14], 1e-4), settled);
     }
 
-    /// A gain of 1e-2 and then of g leaves g (g/1e-2)²: below 1e-7 of g chord steps may follow, unless steps are damped.
+    /// Gains of 1e-2 and then g leave g (g/1e-2)²: below 1e-7 of g, chord steps may follow, unless steps are damped.
     #[test]
     fn chord_steps_follow_a_full_step_that_leaves_next_to_nothing() {
         for (gain, near) in [(1e-6, true), (3e-6, true), (4e-6, false), (1e-4, false)] {
@@ -483,7 +479,7 @@ mod tests {
         }
     }
 
-    /// A step that a prior makes one downhill is halved six times, and only then damped; the next is a full one again.
+    /// If a prior makes steps lead downhill, a rejected one is halved six times, then damped; the next is full again.
     #[test]
     fn where_a_prior_holds_a_rejected_step_is_halved_first() {
         let mut control = StepControl::<f64>::new(LevenbergMarquardt, true);
@@ -502,7 +498,7 @@ mod tests {
         control.damp();
         assert_eq!(control.rejected(&prospect), StepResult::Continue);
         assert!(same(control.part(), 1.0) && same(control.damping(), 1e-3));
-        // What gains no more than rounding is not looked for long.
+        // A gain within rounding is not pursued for long.
         let rounding = control.judge(1e-14, 1.0, TERMS);
         let mut control = StepControl::<f64>::new(LevenbergMarquardt, true);
         let mut tries = 1;
@@ -512,8 +508,8 @@ mod tests {
         assert_eq!(tries, 7);
     }
 
-    /// The first chord step must promise 1e-7 of what the full step did, and every other a 64th of the one before it;
-    /// what promises less than 16 ε² of cost and terms is the last.
+    /// The first chord step must predict 1e-7 of the full step's gain, and each further one a 64th of the previous; one
+    /// that predicts less than 16 ε² of cost and terms is the last.
     #[test]
     fn chord_steps_go_on_as_long_as_they_lead_far() {
         let begun = || {
@@ -531,7 +527,7 @@ mod tests {
         assert_eq!(begun().refine(0.9 * nothing), Refinement::Last);
     }
 
-    /// A cost c from terms t is known to some ε √(c (c + t)): 16 of them are let pass, and of no cost at all some ε² t.
+    /// A cost c from terms t is known to a few ε √(c (c + t)): 16 of these are tolerated, and at zero cost a few ε² t.
     #[test]
     fn a_chord_step_is_taken_if_it_leads_down_as_far_as_rounding_shows() {
         let mut control = StepControl::<f64>::new(LevenbergMarquardt, false);

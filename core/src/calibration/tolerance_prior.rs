@@ -1,4 +1,4 @@
-//! The prior of a robot whose parameters are known to a tolerance.
+//! The prior of a robot with toleranced parameters.
 
 use super::problem::Prior;
 use super::tolerance::Tolerance;
@@ -7,32 +7,32 @@ use crate::Real;
 use crate::robot::{Arm, Drive, Parameter};
 use crate::samples::Triangle;
 
-/// Of an arm.
+/// Parameters of an arm.
 const OF_ARM: usize = 8;
-/// Of the robot, which come before any others.
+/// Parameters of the robot, which precede any others.
 #[cfg(feature = "linear")]
 const OF_ROBOT: usize = 24;
-/// The places of an upper arm among an arm's parameters.
+/// Indices of the upper arm among an arm's parameters.
 const LA_X: usize = Parameter::LaX.index();
 const LA_Y: usize = Parameter::LaY.index();
 
-/// What is known of N parameters beside the samples. The first 24 are the robot's; of N = 8 all are one arm's.
+/// Prior knowledge of N parameters. The first 24 are the robot's; if N = 8, all belong to one arm.
 ///
-/// Each parameter has one σ by itself. Beside that, if the tolerance of the [joint zeros](Tolerance::with_joint_zero)
-/// is stated, upper arms have a σ of their direction and one of their length, and this prior is not quadratic: its
-/// [rows](Prior::rows) are those of its linearisation. In figures of a single parameter, as
-/// [`distances`](Prior::distances) and [`shares`](Prior::shares), the length stands at the place of `La_x` and the
-/// direction at that of `La_y`.
+/// Each parameter has its own σ. If the tolerance of the [joint zeros](Tolerance::with_joint_zero) is stated, upper
+/// arms instead have a σ of their direction and one of their length. This prior is not quadratic: its
+/// [rows](Prior::rows) are those of its linearisation. In figures per parameter, such as
+/// [`distances`](Prior::distances) and [`shares`](Prior::shares), the length takes the place of `La_x` and the
+/// direction that of `La_y`.
 ///
-/// Of towers there is one σ of their [common radius](Tolerance::radius) and one of their
-/// [common forearm](Tolerance::forearm), which correlate where they stand and how long the forearms are:
+/// Towers also have a σ of their [common radius](Tolerance::radius) and one of their [common
+/// forearm](Tolerance::forearm), which correlate their positions and their forearm lengths:
 ///
 /// ```text
 /// |U δ|² = δᵀ W (I − Σ γ v vᵀ) W δ,   γ = ρ/(1 + ρ)      covariance   W⁻¹ (I + Σ ρ v vᵀ) W⁻¹
 /// ```
 ///
-/// W holds 1/σ, v is the unit vector along W times the direction in which all towers move outwards, or all
-/// forearms lengthen, and ρ = 3 (σ of what is common/σ of a length)². No parameter is in both.
+/// W holds 1/σ, v is the unit vector along W times the direction in which all towers move outwards, or all forearms
+/// lengthen, and ρ = 3 (common σ/own σ of a length)². No parameter is in both.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TolerancePrior<T, const N: usize> {
     weights: [T; N],
@@ -50,7 +50,7 @@ struct Common<T> {
 }
 
 impl<T: Real> TolerancePrior<T, 8> {
-    /// Of an arm by itself, which knows nothing of the others. A correction of parameter j by 1 is `units[j]`.
+    /// The prior of an arm calibrated separately. A correction of parameter j by 1 is `units[j]`.
     pub fn of_arm(arm: &Arm<T>, units: &[T; 8], tolerance: Option<&Tolerance<T>>) -> Self {
         let mut weights = [T::ZERO; 8];
         let places = arm.drive().places();
@@ -68,8 +68,7 @@ impl<T: Real> TolerancePrior<T, 8> {
     }
 }
 
-/// 1/σ of a parameter in the problem's unit: 0 without a tolerance, 1 at a place that the arm leaves empty, for nothing
-/// else holds it.
+/// 1/σ of a parameter in the problem's unit: 0 without a tolerance, 1 at an empty place, which nothing else holds.
 fn weight_of<T: Real>(
     unit: T,
     place: Option<Parameter>,
@@ -83,8 +82,8 @@ fn weight_of<T: Real>(
 }
 
 impl<T: Real, const N: usize> TolerancePrior<T, N> {
-    /// For a problem in which a correction of parameter j by 1 is `units[j]`. Without a tolerance nothing holds
-    /// the parameters, but for the places that the arms leave empty. Nothing holds what comes behind the robot's 24.
+    /// The prior of a problem in which a correction of parameter j by 1 is `units[j]`. Without a tolerance only the
+    /// empty places are held. Parameters after the robot's 24 are not held.
     pub fn new(arms: [&Arm<T>; 3], units: &[T; N], tolerance: Option<&Tolerance<T>>) -> Self {
         let mut weights = [T::ZERO; N];
         let places = arms.into_iter().flat_map(|arm| arm.drive().places());
@@ -129,18 +128,18 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
         self.upper_arms = Some([of(one, of_one), of(two, of_two), of(three, of_three)]);
     }
 
-    /// 1/σ of each parameter by itself, in the problem's units. Those of an upper arm of which direction and length are
-    /// known are not.
+    /// 1/σ of each parameter with its own σ, in the problem's units. Excludes upper arms with known direction and
+    /// length.
     pub const fn weights(&self) -> &[T; N] {
         &self.weights
     }
 
-    /// To set what is known of the unknowns behind the robot's.
+    /// Mutable, to set the prior of the unknowns after the robot's.
     pub(crate) const fn weights_mut(&mut self) -> &mut [T; N] {
         &mut self.weights
     }
 
-    /// (UᵀU)ᵢⱼ at nominal: what is known beforehand, as information.
+    /// (UᵀU)ᵢⱼ at nominal: the prior information.
     pub fn information(&self, row: usize, column: usize) -> T {
         let (Some(one), Some(other)) = (self.weights.get(row), self.weights.get(column)) else {
             return T::ZERO;
@@ -166,21 +165,21 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
         *one * *other * own
     }
 
-    /// Of which a parameter is a component.
+    /// The upper arm of which a parameter is a component.
     fn upper_arm(&self, parameter: usize) -> Option<&UpperArm<T>> {
         let arms = self.upper_arms.as_ref()?;
         let arm = arms.get(parameter / OF_ARM)?;
         matches!(parameter % OF_ARM, LA_X | LA_Y).then_some(arm)
     }
 
-    /// The upper arms whose direction and length are known, with the place of their `La_x`.
+    /// The upper arms with known direction and length, with the index of their `La_x`.
     fn held_arms(&self) -> impl Iterator<Item = (usize, &UpperArm<T>)> {
         let arms = self.upper_arms.iter().flatten().enumerate();
         arms.map(|(arm, held)| (OF_ARM * arm + LA_X, held))
             .take_while(|(place, _)| *place < N)
     }
 
-    /// The weights of the parameters that have a σ by themselves.
+    /// The weights of the parameters that have their own σ.
     fn own_weights(&self) -> [T; N] {
         let mut weights = self.weights;
         for (place, _) in self.held_arms() {
@@ -204,7 +203,7 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
 
 #[cfg(feature = "linear")]
 impl<T: Real> Common<T> {
-    /// Of the towers' radius and of their forearms, where there is one.
+    /// For the towers' radius and their forearms, if stated.
     fn of(arms: [&Arm<T>; 3], tolerance: &Tolerance<T>) -> [Option<Self>; 2] {
         use crate::robot::{Drive, Parameter};
         let [first, ..] = arms;
@@ -245,7 +244,7 @@ impl<T: Real> Common<T> {
         }
     }
 
-    /// Puts the rows of σ U beside a diagonal σ W: the Cholesky factor of I − γ v vᵀ is
+    /// Writes the rows of σ U next to a diagonal σ W: the Cholesky factor of I − γ v vᵀ is
     ///
     /// ```text
     /// Rᵢᵢ = √(tᵢ/tᵢ₋₁),   Rᵢⱼ = −γ vᵢ vⱼ/√(tᵢ tᵢ₋₁),   tᵢ = 1 − γ (v₁² + … + vᵢ²)
@@ -285,7 +284,7 @@ impl<T: Real> Common<T> {
     }
 }
 
-/// Two neighbours.
+/// Two adjacent values.
 fn pair<T: Real>(values: &[T], first: usize) -> [T; 2] {
     let mut pair = [T::ZERO; 2];
     for (own, value) in pair.iter_mut().zip(values.iter().skip(first)) {
@@ -294,7 +293,7 @@ fn pair<T: Real>(values: &[T], first: usize) -> [T; 2] {
     pair
 }
 
-/// Puts (J, r) of an upper arm, times σ, into its two rows of a triangle: one rotation makes J triangular.
+/// Writes (J, r) of an upper arm, times σ, into its two rows of a triangle: one rotation makes J triangular.
 fn put_upper_arm<T: Real, const M: usize, const E: usize>(
     rows: &mut Triangle<T, M, E>,
     place: usize,
@@ -473,7 +472,7 @@ mod tests {
         tolerance.with_joint_zero(0.1).unwrap()
     }
 
-    /// Of a robot and two more unknowns, one of them known to 1/3.
+    /// A robot and two more unknowns, one of them known to 1/3.
     fn prior(tolerance: Option<&Tolerance<f64>>) -> TolerancePrior<f64, 26> {
         let robot = robot();
         let mut prior = TolerancePrior::new(robot.arms().each_ref(), &UNITS, tolerance);
@@ -481,7 +480,7 @@ mod tests {
         prior
     }
 
-    /// Upper arms turned by some degrees, everything else by about a tolerance.
+    /// Upper arms turned by a few degrees, everything else off by about a tolerance.
     fn correction() -> [f64; 26] {
         core::array::from_fn(|index| {
             let part = libm::sin(1.7 * index as f64);
@@ -496,7 +495,7 @@ mod tests {
         Prior::<f64, 26, 27, 378>::cost(&prior(Some(&tolerance())), correction)
     }
 
-    /// Σ (p/σ)², but of an upper arm the squares of its turn and of what it is longer.
+    /// Σ (p/σ)², but for an upper arm the squares of its rotation and its change of length.
     #[test]
     fn upper_arms_cost_their_turn_and_length() {
         let at = correction();
@@ -521,7 +520,7 @@ mod tests {
         assert!((cost(&at) / expected - 1.0).abs() < 1e-12);
     }
 
-    /// The rows are those of a linearisation: RᵀR = σ² JᵀJ and Rᵀr = ½ σ² ∂(cost)/∂p, which is the gradient.
+    /// The rows are a linearisation: RᵀR = σ² JᵀJ and Rᵀr = ½ σ² ∂(cost)/∂p, which is the gradient.
     #[test]
     fn rows_and_gradient_are_derivatives_of_the_cost() {
         let (prior, at) = (prior(Some(&tolerance())), correction());
@@ -544,14 +543,14 @@ mod tests {
                 cost(&moved)
             });
             let expected = (above - below) / 4e-6;
-            // Of a cost of some ten thousand, differences of 1e-6 are known to six digits.
+            // For a cost of about ten thousand, differences over 1e-6 have six correct digits.
             let allowed = 1e-6 * cost(&at);
             assert!((gradient[index] - expected).abs() < allowed, "{index}");
             assert!((summed[index] - 0.25 * gradient[index]).abs() < 1e-9 * cost(&at));
         }
     }
 
-    /// At nominal an arm by itself has the same information.
+    /// At nominal, an arm calibrated separately has the same information.
     #[test]
     fn information_is_that_of_direction_and_length() {
         let robot = robot();
@@ -563,14 +562,14 @@ mod tests {
             let found = prior.information(8 + row, 8 + column);
             assert!((found - of_arm.information(row, column)).abs() <= 1e-12 * found.abs());
         }
-        // The nominal arm is level where its joint reads 0.
+        // The nominal arm is level at joint reading 0.
         assert!((prior.information(13, 13) / f64::powi(200.0 / 0.5, 2) - 1.0).abs() < 1e-12);
         let turn = 200.0 / (length * 0.1);
         assert!((prior.information(14, 14) / (turn * turn) - 1.0).abs() < 1e-12);
         assert_eq!(prior.information(6, 14), 0.0);
     }
 
-    /// What the prior alone decides it decides wholly, and nothing of what is known exactly.
+    /// What only the prior determines is decided entirely by it; what is known exactly, not at all.
     #[test]
     fn the_share_is_of_length_and_direction() {
         let (prior, at) = (prior(Some(&tolerance())), correction());
@@ -601,7 +600,7 @@ mod tests {
         assert_eq!(Prior::<f64, 26, 27, 378>::unheld(&prior), 1);
     }
 
-    /// The length at the place of `La_x`, the direction at that of `La_y`.
+    /// The length is at the place of `La_x`, the direction at that of `La_y`.
     #[test]
     fn the_distance_is_in_tolerances_of_length_and_direction() {
         let robot = robot();
@@ -617,7 +616,7 @@ mod tests {
         }
     }
 
-    /// Without a stated zero nothing is known of a direction.
+    /// Without a stated joint zero, the direction is unknown.
     #[test]
     fn without_a_joint_zero_both_components_are_lengths() {
         let plain = Tolerance::new(0.5, 0.004).unwrap();
@@ -626,7 +625,7 @@ mod tests {
         assert_eq!(prior.information(6, 6), f64::powi(400.0, 2));
         let arm = Arm::new([164.0, 0.0, 0.0, 0.0, 0.0, 208.0, 156.0, 480.0]).unwrap();
         assert_eq!(plain.of_arm(&arm, Parameter::LaY), 0.5);
-        // The arm's length has 0.5 mm, its direction 0.1 of 260 mm.
+        // σ is 0.5 mm for the arm's length, and 0.1 of 260 mm for its direction.
         let [x, y] = [Parameter::LaX, Parameter::LaY].map(|of| tolerance().of_arm(&arm, of));
         assert!((x - libm::hypot(0.8 * 0.5, 0.6 * 26.0)).abs() < 1e-12);
         assert!((y - libm::hypot(0.6 * 0.5, 0.8 * 26.0)).abs() < 1e-12);

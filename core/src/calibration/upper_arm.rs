@@ -1,16 +1,16 @@
-//! What is known beforehand of an upper arm whose joint zero is uncertain: its direction and its length.
+//! Prior of an upper arm with an uncertain joint zero: its direction and its length.
 
 use crate::Real;
 use crate::samples::small_turn;
 
-/// An upper arm a = (`La_x`, `La_y`) known by its direction where the joint reads 0 and by its length:
+/// An upper arm a = (`La_x`, `La_y`) known by its direction at joint reading 0 and its length:
 ///
 /// ```text
 /// r = ( ∠(a₀, a)/σ_zero,  (|a| − |a₀|)/σ_length )
 /// ```
 ///
-/// A zero that is off by ten degrees moves `La_x` by 1.5 % of the upper arm and `La_y` by 17 %, which no normal
-/// distribution of the two holds beside a length that is known to a fraction of a millimetre.
+/// A zero error of ten degrees moves `La_x` by 1.5 % of the upper arm and `La_y` by 17 %. No normal distribution of the
+/// two represents that together with a length known to a fraction of a millimetre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct UpperArm<T> {
     /// a₀ in the problem's unit of length.
@@ -19,7 +19,7 @@ pub(super) struct UpperArm<T> {
     weights: [T; 2],
 }
 
-/// Direction and length of a moved upper arm against the nominal one.
+/// Direction and length of a displaced upper arm relative to the nominal one.
 struct Moved<T> {
     arm: [T; 2],
     length: T,
@@ -33,7 +33,7 @@ impl<T: Real> UpperArm<T> {
         Self { nominal, weights }
     }
 
-    /// Nothing is subtracted that cancels.
+    /// Computed without cancellation.
     fn moved(&self, by: [T; 2]) -> Moved<T> {
         let ([x, y], [dx, dy]) = (self.nominal, by);
         let arm = [x + dx, y + dy];
@@ -68,8 +68,8 @@ impl<T: Real> UpperArm<T> {
         [[-(turn * y), turn * x], [stretch * x, stretch * y]]
     }
 
-    /// Where a step leads whose first order is a displacement: along the circle by its part across the arm, and outwards
-    /// by the other.
+    /// The result of a step given to first order: its part across the arm follows the circle, the other part leads
+    /// outwards.
     pub(super) fn advanced(&self, by: [T; 2], step: [T; 2]) -> [T; 2] {
         let Moved {
             arm: [x, y],
@@ -99,7 +99,7 @@ mod tests {
 
     const ARM: UpperArm<f64> = UpperArm::new([0.8, 0.3], [9.0, 400.0]);
 
-    /// The nominal arm turned and stretched.
+    /// The nominal arm rotated and lengthened.
     fn polar(turn: f64, longer: f64) -> [f64; 2] {
         let length = libm::hypot(0.8, 0.3) + longer;
         let angle = libm::atan2(0.3, 0.8) + turn;
@@ -135,14 +135,14 @@ mod tests {
                         moved[column] += step;
                         ARM.residuals(moved)[row]
                     });
-                    // A central difference is off by 1e-12 times the third derivative.
+                    // A central difference has an error of 1e-12 times the third derivative.
                     assert!((derivative - (above - below) / 2e-6).abs() < 1e-6);
                 }
             }
         }
     }
 
-    /// The part of a step across the arm turns it without making it longer, and the part along it makes it longer.
+    /// The part of a step across the arm rotates it without lengthening it; the part along it lengthens it.
     #[test]
     fn a_step_leads_along_the_circle() {
         let by = polar(0.2, 0.05);

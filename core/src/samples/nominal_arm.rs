@@ -6,18 +6,18 @@ use crate::snapshot::Fingerprint;
 use crate::state::state;
 use nalgebra::Vector3;
 
-/// Number of columns of a sample's row: twelve features and the constraint at the nominal arm.
+/// Columns of a sample's row: twelve features and the constraint at the nominal arm.
 pub(crate) const COLUMNS: usize = 13;
 
-/// Squares of squares of such distances, times the largest weight, stay finite in single precision.
+/// Fourth powers of such distances, times the largest weight, stay finite in single precision.
 const FARTHEST_SQUARED: f64 = 1e8;
 
-/// The nominal forearm's direction may be off by so much, in radians: near a singularity, where the
-/// three forearms lie in a plane, a closure's variance claims no more than that allows.
+/// Assumed error of the nominal forearm's direction, in radians: near a singularity, where the three forearms are
+/// coplanar, it bounds the variance of a closure from below.
 const DIRECTION: f64 = 0.01;
 
-/// What an arm's samples are expressed against: the arm before calibration, a centre and a unit of
-/// length near those of the workspace, and the noise that weights the samples.
+/// The reference for an arm's samples: the uncalibrated arm, a centre and a unit of length similar to those of the
+/// workspace, and the noise that weights the samples.
 ///
 /// The constraint is linear in features of one sample (Model 24 expanded):
 ///
@@ -27,12 +27,11 @@ const DIRECTION: f64 = 0.01;
 /// f(P)    = |X|² + φᵀ c(P) = f(P₀) + φᵀ ( c(P) − c(P₀) )
 /// ```
 ///
-/// Against the nominal arm P₀ the large terms cancel before they are rounded: the row holds φ and
-/// f(P₀), which is of the size of the robot's error, and the unknown is the small difference
-/// c(P) − c(P₀). That is what single precision needs.
+/// Relative to the nominal arm P₀, large terms cancel before they are rounded: the row holds φ and f(P₀), which is of
+/// the size of the robot's error, and the unknown is the small difference c(P) − c(P₀). Single precision requires this.
 ///
-/// A linear drive's constraint is linear in the same features with s² and s in the places of cos q and
-/// sin q, and coefficients of X s² that are 0:
+/// A linear drive's constraint is linear in the same features with s² and s in place of cos q and sin q, and zero
+/// coefficients for X s²:
 ///
 /// ```text
 /// c(P)    = ( −2D, |v|², 2v·D, 0, −2v, |D|² − Lb² )
@@ -44,7 +43,7 @@ pub struct NominalArm<T: Real> {
     centre: Vector3<T>,
     scale: T,
     inverse_scale: T,
-    /// D, u, v, Lb in units of the scale, D from the centre. A linear drive's v and scale have no unit.
+    /// D, u, v, Lb in units of the scale, D relative to the centre. A linear drive's v and scale are dimensionless.
     pub(crate) d: Vector3<T>,
     pub(crate) u: Vector3<T>,
     pub(crate) v: Vector3<T>,
@@ -52,8 +51,8 @@ pub struct NominalArm<T: Real> {
     pub(crate) lb: T,
 }
 
-/// One sample of one arm, centred and scaled, with the sine and cosine of its joint angle; with a linear drive
-/// its travel and the square of that in their places.
+/// One sample of one arm, centred and scaled, with the sine and cosine of its joint angle, or the travel of a linear
+/// drive and its square.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ArmSample<T: Real> {
     pub(crate) x: Vector3<T>,
@@ -61,18 +60,18 @@ pub(crate) struct ArmSample<T: Real> {
     pub(crate) cosine: T,
     /// 1/σf, or 1/(2Lb) without a stated noise. Units of the scale, to the power −2 or −1.
     pub(crate) weight: T,
-    /// f(P₀) in units of the scale squared, not weighted.
+    /// f(P₀) in units of the scale squared, unweighted.
     pub(crate) constraint: T,
 }
 
 state!(ArmSample<T>: x: Vector3<T>, sine: T, cosine: T, weight: T, constraint: T);
 
-/// One arm's closure f at the nominal arm, and what its error is made of.
+/// One arm's closure f at the nominal arm, and the components of its error.
 pub(super) struct Closure<T: Real> {
     pub(super) sample: ArmSample<T>,
-    /// ∂f/∂X times the σ of the position, by axis: what the arms share.
+    /// ∂f/∂X times the σ of the position, by axis: the part that the arms share.
     by_position: Vector3<T>,
-    /// The variance of what they do not.
+    /// The variance of the part that they do not share.
     pub(super) own: T,
 }
 
@@ -87,10 +86,10 @@ impl<T: Real> Closure<T> {
 }
 
 impl<T: Real> NominalArm<T> {
-    /// Samples of `arm` measured about `centre`, a point within the workspace (length).
+    /// The reference for samples of `arm` measured about `centre`, a point within the workspace (length).
     ///
-    /// The unit is the largest power of two not above Lb, and the centre is rounded to sixteenths
-    /// of it, so that neither rounds a sample.
+    /// The unit is the largest power of two not above Lb, and the centre is rounded to sixteenths of it, so that
+    /// neither rounds a sample.
     #[inline(never)]
     pub fn new(arm: &Arm<T>, centre: &Vector3<T>, noise: Option<Noise<T>>) -> Self {
         let scale = arm.lb().power_of_two_below();
@@ -119,7 +118,7 @@ impl<T: Real> NominalArm<T> {
         }
     }
 
-    /// What makes it another one.
+    /// Everything that distinguishes it from others.
     pub(crate) fn mark(&self, fingerprint: &mut Fingerprint) {
         fingerprint.byte(match self.arm.drive() {
             Drive::Rotary => 0,
@@ -139,7 +138,7 @@ impl<T: Real> NominalArm<T> {
         }
     }
 
-    /// The arm before calibration.
+    /// The uncalibrated arm.
     pub const fn arm(&self) -> &Arm<T> {
         &self.arm
     }
@@ -149,20 +148,19 @@ impl<T: Real> NominalArm<T> {
         self.noise.as_ref()
     }
 
-    /// The unit in which lengths are held.
+    /// The internal unit of length.
     pub const fn scale(&self) -> T {
         self.scale
     }
 
-    /// The point from which positions are counted.
+    /// The origin of internal positions.
     pub const fn centre(&self) -> &Vector3<T> {
         &self.centre
     }
 
-    /// Centres, scales and weights one sample. The residual's variance is, to first order,
-    /// σf² = |∂f/∂X|² σx² + (∂f/∂q)² σq² (Sampson), with |∂f/∂X| = 2 Lb. Rounding is a noise too, of
-    /// half an ε of the position and of about 4ε in f, and is added: no stated noise, however
-    /// small, claims more than the scalar type can hold.
+    /// Centres, scales and weights one sample. To first order, the residual's variance is σf² = |∂f/∂X|² σx² + (∂f/∂q)²
+    /// σq² (Sampson), with |∂f/∂X| = 2 Lb. Rounding adds noise of half an ε of the position and about 4ε in f, so that
+    /// no stated noise, however small, claims more than the scalar type can hold.
     pub(crate) fn prepare(&self, x: &Vector3<T>, q: T) -> ArmSample<T> {
         let (mut sample, forearm) = self.place(x, q);
         sample.weight = match &self.noise {
@@ -184,7 +182,7 @@ impl<T: Real> NominalArm<T> {
         sample
     }
 
-    /// Centres and scales one sample, its weight 1; beside it X − B.
+    /// Centres and scales one sample with weight 1; also returns X − B.
     fn place(&self, x: &Vector3<T>, q: T) -> (ArmSample<T>, Vector3<T>) {
         let (sine, cosine) = match self.arm.drive() {
             Drive::Rotary => self.arm.arm_angle(q).sine_cosine(),
@@ -226,8 +224,8 @@ impl<T: Real> NominalArm<T> {
         (T::from_f64(4.0) * T::EPSILON * self.lb * self.lb).squared()
     }
 
-    /// Centres and scales one sample, and tells what the closure's error is made of at the nominal arm.
-    /// Without a stated noise it is that of a position of which every coordinate has σ = `unit`.
+    /// Centres and scales one sample, and computes the components of the closure's error at the nominal arm. Without a
+    /// stated noise, every coordinate of the position has σ = `unit`.
     pub(super) fn closure(&self, x: &Vector3<T>, q: T, unit: T) -> Closure<T> {
         let (sample, forearm) = self.place(x, q);
         let (position, joint) = match &self.noise {
@@ -246,8 +244,8 @@ impl<T: Real> NominalArm<T> {
         }
     }
 
-    /// Whether a position can be squared and summed up with others: it must be finite, and no more
-    /// than 10,000 forearms away from the centre.
+    /// Checks that a position can be squared and summed: it must be finite and within 10,000 forearm lengths of the
+    /// centre.
     pub(crate) fn check(&self, x: &Vector3<T>, q: T, arm: ArmIndex) -> Result<(), SampleError> {
         check_joint(q, arm, self.arm.drive())?;
         check_position(x)?;
@@ -274,7 +272,7 @@ impl<T: Real> NominalArm<T> {
         Ok(self.prepare(x, q))
     }
 
-    /// The correction, in units of the scale and radians, that takes the nominal arm to `arm`.
+    /// The correction, in units of the scale and radians, from the nominal arm to `arm`.
     pub(crate) fn correction_to(&self, arm: &Arm<T>) -> [T; 8] {
         let mut difference = arm.parameters();
         for (value, nominal) in difference.iter_mut().zip(self.arm.parameters()) {
@@ -283,7 +281,7 @@ impl<T: Real> NominalArm<T> {
         self.in_internal_units(difference)
     }
 
-    /// User units to internal: lengths divided by the scale.
+    /// From the caller's units to internal units: lengths are divided by the scale.
     pub(crate) fn in_internal_units(&self, mut values: [T; 8]) -> [T; 8] {
         for (value, parameter) in values.iter_mut().zip(self.arm.drive().places()) {
             if parameter.is_some_and(|parameter| parameter.kind() == ParameterKind::Length) {
@@ -293,7 +291,7 @@ impl<T: Real> NominalArm<T> {
         values
     }
 
-    /// Internal units to the user's: the factor of each parameter.
+    /// The factor from internal units to the caller's for a parameter.
     pub(crate) fn unit_of(&self, parameter: Parameter) -> T {
         match parameter.kind() {
             ParameterKind::Length => self.scale,
@@ -301,7 +299,7 @@ impl<T: Real> NominalArm<T> {
         }
     }
 
-    /// The same of each place; 0 of an empty one.
+    /// The same for each place; 0 at an empty one.
     pub(crate) fn units(&self) -> [T; 8] {
         let places = self.arm.drive().places();
         places.map(|parameter| parameter.map_or(T::ZERO, |parameter| self.unit_of(parameter)))
@@ -309,7 +307,7 @@ impl<T: Real> NominalArm<T> {
 }
 
 impl<T: Real> ArmSample<T> {
-    /// A place that holds no sample.
+    /// A placeholder.
     pub(crate) const fn vacant() -> Self {
         Self {
             x: Vector3::new(T::ZERO, T::ZERO, T::ZERO),

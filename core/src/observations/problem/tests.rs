@@ -14,7 +14,7 @@ use crate::robot::{Drive, Robot, SymmetricRobot, TransmissionTolerance};
 use crate::samples::{Noise, Triangle};
 use nalgebra::{Rotation3, Vector3};
 
-/// Everything in every row, in a frame that is turned and shifted.
+/// Every reading in every row, in a rotated and shifted frame.
 fn rows(robot: &Robot<f64>) -> [ObservationRow<f64>; 12] {
     core::array::from_fn(|index| {
         #[allow(clippy::cast_precision_loss)]
@@ -43,8 +43,8 @@ fn rows(robot: &Robot<f64>) -> [ObservationRow<f64>; 12] {
     })
 }
 
-/// JᵀJ, Jᵀr and r² of the rows against central differences of the sums of squares of single rows: the
-/// derivatives of every kind of reading, away from the start.
+/// JᵀJ, Jᵀr and r² of the rows against central differences of the sums of squares of single rows: the derivatives of
+/// every kind of reading, away from the start.
 #[test]
 fn derivatives_are_those_of_the_residuals() {
     check_derivatives::<40, 41, 861>(&SymmetricRobot::PAPER.robot().unwrap(), None);
@@ -103,7 +103,7 @@ fn check_derivatives<const N: usize, const M: usize, const E: usize>(
         assert!((sum / whole.sum_of_squares - 1.0).abs() < 1e-12);
         assert_eq!(whole.more, piece < 11);
         total += sum;
-        // RᵀR, of which the last column is Jᵀr.
+        // RᵀR; its last column is Jᵀr.
         let product = |left: usize, right: usize| -> f64 {
             let rows = normal.rows().enumerate().take(left + 1);
             rows.map(|(index, row)| row[left - index] * row[right - index])
@@ -117,7 +117,7 @@ fn check_derivatives<const N: usize, const M: usize, const E: usize>(
                 let at = at(&moved);
                 Problem::<f64, N, M, E>::sum_of_squares(&problem, &at, piece).sum_of_squares
             });
-            // ∂(rᵀr)/∂p = 2 Jᵀr. A step of 1e-5 leaves 1e-10 of the third derivative, and rounding ε r²/step.
+            // ∂(rᵀr)/∂p = 2 Jᵀr. A step of 1e-5 leaves 1e-10 of the third derivative, and rounding of ε r²/step.
             let expected = (up - down) / (4.0 * step);
             let found = product(parameter, N);
             let scale = (product(parameter, parameter) * sum).sqrt();
@@ -132,7 +132,7 @@ fn check_derivatives<const N: usize, const M: usize, const E: usize>(
     assert!((all / total - 1.0).abs() < 1e-12);
 }
 
-/// An exact measurement of another robot gives that robot, from nominal.
+/// Exact measurements of another robot yield that robot, from nominal.
 #[test]
 fn exact_readings_return_the_robot() {
     let robot = SymmetricRobot::PAPER.robot().unwrap();
@@ -170,7 +170,7 @@ fn exact_readings_return_the_robot() {
     let outcome = problem.solve::<28, 406>(&Settings::new()).unwrap();
     for (found, expected) in outcome.robot.arms().iter().zip(built.arms()) {
         for (found, expected) in found.parameters().iter().zip(expected.parameters()) {
-            // Rounding of the residuals, 1e-13 mm, times a condition of some 1e4.
+            // Rounding of the residuals, 1e-13 mm, times a condition number of about 1e4.
             assert!((found - expected).abs() < 1e-7, "{found} {expected}");
         }
     }
@@ -178,8 +178,8 @@ fn exact_readings_return_the_robot() {
     assert!((Vector3::new(x, y, z) - place).norm() < 1e-7 && offset == 0.0);
 }
 
-/// What is known of transmissions, planes and points, each over its σ; nothing of the other unknowns, and 1 at the
-/// places that no unknown needs.
+/// Known values of transmissions, planes and points, each divided by its σ; 0 for other unknowns, and 1 at unused
+/// places.
 #[cfg(feature = "transmission")]
 #[test]
 fn the_prior_weighs_what_is_known_of_the_instruments() {
@@ -240,7 +240,7 @@ fn the_prior_weighs_what_is_known_of_the_instruments() {
     }
 }
 
-/// A row's Jacobian at the start is what the problem takes in there, as JᵀJ, and by central differences of its
+/// A row's Jacobian at the start against the JᵀJ that the problem absorbs, and against central differences of its
 /// residuals.
 #[test]
 fn the_jacobian_of_a_row_is_that_of_its_residuals() {
@@ -255,7 +255,7 @@ fn the_jacobian_of_a_row_is_that_of_its_residuals() {
     let mut rows = rows(&robot);
     let problem = ObservationProblem::<f64, 33>::prepare(&robot, &instruments, &mut rows).unwrap();
     assert!(problem.linearized::<34>(12).is_none());
-    // Five readings a row.
+    // Five readings per row.
     let readings = Problem::<f64, 33, 34, 595>::residuals(&problem);
     assert!((readings - 60.0).abs() < 1e-12);
     for row in 0..12 {
@@ -279,8 +279,8 @@ fn the_jacobian_of_a_row_is_that_of_its_residuals() {
     }
 }
 
-/// A step for where the instruments are, one for each row, and those of the minimisation: to the same bits as at once,
-/// and no observation gets in between.
+/// One step to locate the instruments, one per row, and those of the minimisation: bit-identical to a one-call solve,
+/// and no observation can interfere.
 #[test]
 fn the_steps_end_with_the_outcome_of_the_problem() {
     let robot = SymmetricRobot::PAPER.robot().unwrap();
@@ -351,7 +351,7 @@ fn the_steps_end_with_the_outcome_of_the_problem() {
     assert_eq!(made.unwrap_err(), refused);
 }
 
-/// The nominal robot in a frame of its own: the outcome says where that is.
+/// The nominal robot measured in its own frame: the outcome contains that frame.
 #[test]
 fn the_frame_of_the_outcome_is_that_of_the_coordinates() {
     let robot = SymmetricRobot::PAPER.robot().unwrap();
@@ -381,12 +381,12 @@ fn the_frame_of_the_outcome_is_that_of_the_coordinates() {
     let problem = ObservationProblem::<f64, 30>::prepare(&robot, &instruments, &mut measured);
     let settings = Settings::new().with_tolerance(Tolerance::new(0.5, 0.003).unwrap());
     let outcome = problem.unwrap().solve::<31, 496>(&settings).unwrap();
-    // Rounding of some 1e-13 mm, times a condition of some thousands.
+    // Rounding of about 1e-13 mm, times a condition number of some thousands.
     assert!((outcome.frame().rotation - frame.rotation).amax() < 1e-10);
     assert!((outcome.frame().translation - frame.translation).amax() < 1e-8);
 }
 
-/// Lengths of the arms by themselves, the drive, and whose unknown it is.
+/// Each arm's own lengths, the drive, and the owner of each unknown.
 #[test]
 fn a_parameter_belongs_to_its_arm_or_instrument() {
     let arms = [(260.0, 480.0), (240.0, 500.0), (280.0, 470.0)];

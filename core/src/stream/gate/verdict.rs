@@ -68,7 +68,7 @@ impl<T: Real> Verdict<T> {
     }
 }
 
-/// Meaning of a run of rejections: [`REJECTIONS_OF_A_CHANGE`](crate::calibration::limits::REJECTIONS_OF_A_CHANGE) in a row.
+/// Meaning of [`REJECTIONS_OF_A_CHANGE`](crate::calibration::limits::REJECTIONS_OF_A_CHANGE) consecutive rejections.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -1,4 +1,4 @@
-//! Calibrates a simulated robot from 20 measured poses and prints what came out.
+//! Calibrates a simulated robot from 20 measured poses and prints the result.
 //!
 //! ```text
 //! cargo run -p delta-cal --features simulate --example calibrate
@@ -12,7 +12,7 @@ use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // Lengths in mm. The robot as drawn, and the one that was built: its forearms are 0.4 mm short.
+    // Lengths in mm. The robot as designed, and as built: its forearms are 0.4 mm short.
     let drawn = SymmetricRobot {
         base_radius: 194.0,
         platform_radius: 30.0,
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     .robot()?;
     let drawn = drawn.robot()?;
 
-    // One σ of what is measured: 0.02 mm in each coordinate, 0.001° at each joint.
+    // Measurement noise (σ): 0.02 mm in each coordinate, 0.001° at each joint.
     let noise = Noise::new(0.02, 0.001_f64.to_radians())?;
     let settings = Settings::default().with_noise(noise);
     let mut calibrator = IkmCalibrator::new(&drawn, &settings);
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut rng = Pcg32::seed_from_u64(1);
     for _ in 0..20 {
         let pose = random_pose(&drawn, &limits, &mut rng)?;
-        // On a real robot: drive to `pose.joints`, and measure where the platform is.
+        // On a real robot: move to `pose.joints` and measure the platform's position.
         calibrator.add(&simulate_sample(
             &built,
             &pose.joints,
@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         )?)?;
     }
 
-    // A refusal says why these samples cannot tell; the robot then keeps its parameters.
+    // A refusal gives the reason; the robot then keeps its parameters.
     let outcome = calibrator.calibrate()?;
     for (index, arm) in ArmIndex::ALL.into_iter().zip(&outcome.arms) {
         println!("{index}: residuals {:.2} sigma", arm.residual_rms);

@@ -1,6 +1,6 @@
-//! A calibration in a robot's own controller, between the turns of its control loop. Everything but
-//! `main` is `no_std` and needs neither allocation nor an operating system; it is the same code on a
-//! Cortex-M. `main` plays the robot and its measuring device.
+//! A calibration in a robot's own controller, interleaved with its control loop. Everything except `main` is `no_std`
+//! and needs neither allocation nor an operating system; the same code runs on a Cortex-M. `main` simulates the robot
+//! and its measuring device.
 //!
 //! ```text
 //! cargo run -p delta-cal --example firmware
@@ -25,32 +25,32 @@ use delta_cal::robot::GeometryError;
 use delta_cal::samples::AddError;
 use delta_cal::{IkmCalibrator, Progress, Refusal, Robot, Sample, Settings};
 
-/// The robot as drawn, in flash: Dx, Dy, Dz, θ, α, La_x, La_y, Lb of each arm in mm and radians.
+/// The robot as designed, in flash: Dx, Dy, Dz, θ, α, La_x, La_y, Lb of each arm in mm and radians.
 const DRAWN: [[f32; 8]; 3] = [
     [164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0],
     [-82.0, 142.028_17, 0.0, 2.094_395_2, 0.0, 260.0, 0.0, 480.0],
     [-82.0, -142.028_17, 0.0, 4.188_790_3, 0.0, 260.0, 0.0, 480.0],
 ];
 
-/// At most so many linearisations for each start: the time for a result is bounded.
+/// Limits the linearisations per start, which bounds the time to a result.
 const SETTINGS: Settings<f32> = Settings::new().with_iteration_limit(30);
 
-/// What the controller keeps in static memory. The calibrator is the largest part, some 5 kB in `f32`.
+/// The controller's static memory. The calibrator is the largest part, about 5 kB in `f32`.
 struct Controller {
-    /// The robot that the control loop computes with.
+    /// The robot model used by the control loop.
     robot: Robot<f32>,
     calibrator: IkmCalibrator<f32>,
-    /// Where the platform is to be.
+    /// The platform's target position.
     target: Vector3<f32>,
 }
 
-/// What a turn of the control loop has to report.
+/// What a cycle of the control loop reports.
 enum Report {
-    /// Nothing: the control loop goes on.
+    /// Nothing: the control loop continues.
     Nothing,
-    /// The robot was calibrated, and the control loop uses the result from the next turn on.
+    /// The robot was calibrated; the control loop uses the result from the next cycle on.
     Calibrated,
-    /// The samples cannot calibrate the robot, and why. It keeps its parameters; more samples may help.
+    /// The calibration was refused, with the reason. The robot keeps its parameters; more samples may help.
     Refused(Refusal),
 }
 
@@ -64,11 +64,11 @@ impl Controller {
         })
     }
 
-    /// Takes in one measurement: joint angles in radians, the platform's position in mm.
+    /// Adds one measurement: joint angles in radians, platform position in mm.
     ///
     /// # Errors
-    /// A number that is not finite, an angle beyond two turns, or a position far outside: nothing has
-    /// changed, and the next sample is welcome. While it calibrates, [`AddError::Busy`].
+    /// A non-finite number, an angle beyond two turns, or a position far outside: nothing has changed, and the next
+    /// sample is welcome. During a calibration, [`AddError::Busy`].
     fn measured(&mut self, joints: [f32; 3], position: [f32; 3]) -> Result<(), AddError> {
         let position = Vector3::from(position);
         self.calibrator.add(&Sample { joints, position })
@@ -82,10 +82,10 @@ impl Controller {
         self.calibrator.solve()
     }
 
-    /// One turn of the control loop, then one bounded step of the calibration.
+    /// One cycle of the control loop, then one bounded step of the calibration.
     ///
     /// # Errors
-    /// The target cannot be reached: the drives keep their last angles.
+    /// The target is unreachable: the drives keep their last angles.
     fn turn(&mut self) -> Result<([f32; 3], Report), KinematicsError> {
         let joints = self.robot.inverse(&self.target)?;
         Ok((joints, self.step()))
@@ -106,13 +106,13 @@ impl Controller {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // The robot that was built: the first forearm is 0.3 mm longer than drawn.
+    // The robot as built: the first forearm is 0.3 mm longer than designed.
     let mut built = DRAWN;
     built[0][7] += 0.3;
     let built = Robot::from_parameters(built)?;
 
     let mut controller = Controller::new()?;
-    // A measuring device that lost its reflector: refused, and nothing has changed.
+    // A measuring device that lost its reflector: the sample is refused and nothing changes.
     if let Err(fault) = controller.measured([0.0; 3], [f32::NAN; 3]) {
         println!("sample refused: {fault}");
     }

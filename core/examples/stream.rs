@@ -1,5 +1,5 @@
-//! Measurements that keep coming, some of them wrong: the gate rejects those before they are taken in, and
-//! says so when the robot itself has changed.
+//! A continuous stream of measurements, some of them wrong: the gate rejects those before they are added, and reports
+//! when the robot itself has changed.
 //!
 //! ```text
 //! cargo run -p delta-cal --features simulate --example stream
@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     .robot()?;
     let drawn = drawn.robot()?;
 
-    // With both stated, the gate can test from the first sample on.
+    // With both stated, the gate tests from the first sample.
     let noise = Noise::new(0.02, 0.0)?;
     let settings = Settings::default()
         .with_noise(noise)
@@ -69,7 +69,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             counts.taken, counts.rejected
         );
     }
-    // What came before the change.
+    // Keeps what came before the change.
     stream.acknowledge();
     stream.solve()?;
     while stream.step() == Progress::Working {}

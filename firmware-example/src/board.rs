@@ -1,8 +1,8 @@
-//! The board: Arm's MPS2 with a Cortex-M4F (AN386) or a Cortex-M7 (AN500), under QEMU. All that
-//! knows of it is in this file; replace it for another one.
+//! The board: Arm's MPS2 with a Cortex-M4F (AN386) or a Cortex-M7 (AN500), under QEMU. All board-specific code is in
+//! this file; replace it for another board.
 //!
-//! A timer interrupts a thousand times a second for the control loop, and goes before everything
-//! else. The UART's interrupt only moves bytes. SysTick runs freely and measures.
+//! A timer interrupts a thousand times a second for the control loop, with the highest priority. The UART's interrupt
+//! only moves bytes. SysTick runs freely for measurements.
 
 use crate::Number;
 use core::cell::Cell;
@@ -18,14 +18,14 @@ use delta_cal::Real;
 use delta_cal_firmware_example::{Foreground, ParameterFlash, StreamFlash, TURNS_A_SECOND, Timer};
 use heapless::spsc::Producer;
 
-/// Clock of the core, its timers and its UARTs.
+/// Clock frequency of the core, its timers and its UARTs.
 const CLOCK: u32 = 25_000_000;
 const BAUD: u32 = 115_200;
 
 /// The flash region of the parameters.
 pub(crate) type Flash = ParameterFlash;
 
-/// The board's parts that are used here.
+/// The parts of the board used here.
 pub(crate) struct Board {
     flash: &'static mut Flash,
     stream_flash: &'static mut StreamFlash,
@@ -33,7 +33,7 @@ pub(crate) struct Board {
 }
 
 impl Board {
-    /// The board, once.
+    /// Takes the board, once.
     pub(crate) fn take() -> Option<Self> {
         let mut core = cortex_m::Peripherals::take()?;
         let timer = &mut core.SYST;
@@ -53,29 +53,29 @@ impl Board {
         })
     }
 
-    /// The flash of the parameters and of the samples, and the serial link.
+    /// Splits it into the flash for parameters, the flash for samples, and the serial link.
     pub(crate) fn split(self) -> (&'static mut Flash, &'static mut StreamFlash, Link) {
         (self.flash, self.stream_flash, self.link)
     }
 }
 
-/// CPUID of the core, which tells the two boards apart.
+/// CPUID of the core, which distinguishes the two boards.
 pub(crate) fn processor() -> u32 {
-    // SAFETY: the register is read-only and reading it has no effect.
+    // SAFETY: the register is read-only and reading it has no side effects.
     #[allow(unsafe_code)]
     let identification = unsafe { &*CPUID::PTR };
     identification.base.read()
 }
 
-/// There is nothing to do until the next interrupt.
+/// Called when idle until the next interrupt.
 ///
-/// A real board sleeps here: `cortex_m::asm::wfi()`. QEMU's clock of counted instructions runs on
-/// too far when the processor sleeps, by a whole turn with `sleep=off`, and turns would seem late.
+/// A real board would sleep here: `cortex_m::asm::wfi()`. QEMU's instruction-counting clock runs too far ahead when the
+/// processor sleeps (by a whole turn with `sleep=off`), so turns would appear late.
 pub(crate) fn wait() {
     cortex_m::asm::nop();
 }
 
-/// Stands in for two regions of flash: memory that a reset leaves as it is.
+/// Stands for two regions of flash: memory that survives a reset.
 #[repr(C)] // the next firmware finds it in the same place
 struct Retained {
     mark: u32,
@@ -83,7 +83,7 @@ struct Retained {
     stream_flash: StreamFlash,
 }
 
-/// The memory was set up since the board has power.
+/// Marks memory initialised since power-on.
 const MARK: u32 = 0x64_63_61_6c;
 
 #[allow(unsafe_code)] // attribute that places it
@@ -91,7 +91,7 @@ const MARK: u32 = 0x64_63_61_6c;
 static mut RETAINED: MaybeUninit<Retained> = MaybeUninit::uninit();
 
 fn retained() -> &'static mut Retained {
-    // SAFETY: called by `Board::take` only, which succeeds once. Any bits are a `Retained`.
+    // SAFETY: called only by `Board::take`, which succeeds once. Any bits are a valid `Retained`.
     #[allow(unsafe_code)]
     let retained = unsafe { &mut *(&raw mut RETAINED).cast::<Retained>() };
     if retained.mark != MARK {
@@ -144,7 +144,7 @@ const TIMER_INTERRUPT_ENABLE: u32 = 1 << 3;
 
 impl Registers {
     fn read(&self, offset: usize) -> u32 {
-        // SAFETY: the addresses are those of the board's peripherals, aligned, and none is memory.
+        // SAFETY: the addresses are those of the board's peripherals, aligned, and not memory.
         #[allow(unsafe_code)]
         unsafe {
             ptr::with_exposed_provenance::<u32>(self.0 + offset).read_volatile()
@@ -160,9 +160,9 @@ impl Registers {
     }
 }
 
-/// The interrupts that are used, with their numbers.
+/// The interrupts used, with their numbers.
 #[derive(Clone, Copy)]
-#[allow(non_camel_case_types, clippy::upper_case_acronyms)] // as in the device's manual
+#[allow(non_camel_case_types, clippy::upper_case_acronyms)] // as in the device manual
 pub(crate) enum Interrupt {
     UART0_RX = 0,
     TIMER0 = 8,
@@ -196,14 +196,13 @@ mod vectors {
     };
 }
 
-/// What the interrupts work with is handed to each once, through these.
+/// Hands each interrupt its data once.
 static CONTROL: Mutex<Cell<Option<Foreground<'static, Number>>>> = Mutex::new(Cell::new(None));
 static RECEIVED: Mutex<Cell<Option<Producer<'static, u8>>>> = Mutex::new(Cell::new(None));
 
 static OVERRUN: AtomicU32 = AtomicU32::new(0);
 
-/// The joint targets as bits of `f32`, for the drives. A real board writes them to its motor
-/// controllers.
+/// The joint targets for the drives, as bits of `f32`. A real board writes them to its motor controllers.
 static TARGETS: [AtomicU32; 3] = [const { AtomicU32::new(0) }; 3];
 
 fn drive(joints: &[Number; 3]) {
@@ -212,7 +211,7 @@ fn drive(joints: &[Number; 3]) {
     }
 }
 
-/// Bytes that were lost, because the UART or the queue behind it was full.
+/// Bytes lost because the UART or the queue behind it was full.
 pub(crate) fn overrun() -> u32 {
     OVERRUN.load(Ordering::Relaxed)
 }
@@ -223,7 +222,7 @@ pub(crate) struct Link {
 }
 
 impl Link {
-    /// Starts the interrupts: the control loop turns and bytes are received from here on.
+    /// Enables the interrupts: the control loop runs and bytes are received from now on.
     pub(crate) fn start(
         &mut self,
         control_loop: Foreground<'static, Number>,
@@ -241,8 +240,7 @@ impl Link {
         TIMER.write(TIMER_RELOAD, CLOCK / TURNS_A_SECOND - 1);
         TIMER.write(TIMER_VALUE, CLOCK / TURNS_A_SECOND - 1);
         TIMER.write(TIMER_CONTROL, TIMER_ENABLE | TIMER_INTERRUPT_ENABLE);
-        // SAFETY: everything that the interrupts use is set up, and no critical section rests on
-        // their priorities.
+        // SAFETY: everything the interrupts use is set up, and no critical section depends on their priorities.
         #[allow(unsafe_code)]
         unsafe {
             self.nvic.set_priority(Interrupt::TIMER0, 0x00);
@@ -252,8 +250,8 @@ impl Link {
         }
     }
 
-    /// Sends bytes, waiting for the UART; only the idle loop waits here.
-    #[allow(clippy::unused_self)] // proof of its being the one sender
+    /// Sends bytes, waiting for the UART; only the background waits here.
+    #[allow(clippy::unused_self)] // proof of being the only sender
     pub(crate) fn send(&mut self, bytes: &[u8]) {
         for byte in bytes {
             while UART.read(UART_STATE) & TRANSMIT_FULL != 0 {}

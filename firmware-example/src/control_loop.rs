@@ -2,20 +2,20 @@ use crate::path::{Circle, Path};
 use delta_cal::{Real, Robot};
 use nalgebra::Vector3;
 
-/// Turns in which the joint targets go over from the old parameters to new ones.
+/// Turns over which the joint targets blend from old to new parameters.
 pub const BLEND_TURNS: u32 = 500;
 
-/// New parameters that the loop is going over to.
+/// New parameters being blended in.
 #[derive(Debug, Clone, Copy)]
 struct Blend<T: Real> {
     robot: Robot<T>,
-    /// A whole number.
+    /// An integer.
     turn: T,
 }
 
-/// The control loop: each turn the next point of the path, and the joint angles for it.
+/// The control loop: each turn computes the next point of the path and its joint angles.
 ///
-/// It owns its parameters. New ones come in whole, and the joint targets go over to them smoothly.
+/// It owns its parameters. New ones arrive as a whole, and the joint targets blend over smoothly.
 #[derive(Debug, Clone, Copy)]
 pub struct ControlLoop<T: Real, P = Circle<T>> {
     path: P,
@@ -29,14 +29,14 @@ pub struct ControlLoop<T: Real, P = Circle<T>> {
 }
 
 impl<T: Real> ControlLoop<T> {
-    /// At rest, with these parameters, to go around a circle.
+    /// At rest, with these parameters, on a circular path.
     pub fn new(robot: &Robot<T>) -> Self {
         Self::with_path(robot, Circle::default())
     }
 }
 
 impl<T: Real, P: Path<T>> ControlLoop<T, P> {
-    /// At rest, with these parameters, to go along a path.
+    /// At rest, with these parameters, on a given path.
     pub fn with_path(robot: &Robot<T>, path: P) -> Self {
         Self {
             path,
@@ -50,8 +50,8 @@ impl<T: Real, P: Path<T>> ControlLoop<T, P> {
         }
     }
 
-    /// Goes over to other parameters within the next [`BLEND_TURNS`] turns; `false`, and nothing
-    /// happens, while it is still going over to the ones before.
+    /// Blends over to other parameters within the next [`BLEND_TURNS`] turns; returns `false` without effect while a
+    /// previous change is in progress.
     pub fn switch_to(&mut self, robot: &Robot<T>) -> bool {
         if self.switching() {
             return false;
@@ -63,12 +63,12 @@ impl<T: Real, P: Path<T>> ControlLoop<T, P> {
         true
     }
 
-    /// Whether it is going over to other parameters.
+    /// Whether it is blending over to other parameters.
     pub const fn switching(&self) -> bool {
         self.blend.is_some()
     }
 
-    /// One turn. A point that cannot be reached leaves the joints where they are.
+    /// One turn. If a point is unreachable, the joints stay where they are.
     pub fn turn(&mut self) -> &[T; 3] {
         self.turns = self.turns.wrapping_add(1);
         if let Some(blend) = &mut self.blend {
@@ -93,7 +93,7 @@ impl<T: Real, P: Path<T>> ControlLoop<T, P> {
         let mut joints = self.robot.inverse(&self.point).ok()?;
         if let Some(blend) = &self.blend {
             let other = blend.robot.inverse(&self.point).ok()?;
-            // s²(3 − 2s): neither the targets nor their speed jump.
+            // s²(3 − 2s): neither the targets nor their speed jumps.
             let s = blend.turn / blend_turns();
             let share = s * s * (T::from_f64(3.0) - T::TWO * s);
             for (joint, other) in joints.iter_mut().zip(other) {
@@ -103,7 +103,7 @@ impl<T: Real, P: Path<T>> ControlLoop<T, P> {
         Some(joints)
     }
 
-    /// The parameters in use; the ones before while it is [`switching`](Self::switching).
+    /// The parameters in use; while [`switching`](Self::switching), the previous ones.
     pub const fn robot(&self) -> &Robot<T> {
         &self.robot
     }
@@ -128,12 +128,12 @@ impl<T: Real, P: Path<T>> ControlLoop<T, P> {
         self.turns
     }
 
-    /// Turns whose point could not be reached.
+    /// Turns whose point was unreachable.
     pub const fn unreachable(&self) -> u32 {
         self.unreachable
     }
 
-    /// How often it has gone over to other parameters.
+    /// Number of parameter changes.
     pub const fn switches(&self) -> u32 {
         self.switches
     }

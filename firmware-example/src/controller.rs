@@ -1,4 +1,4 @@
-//! What the controller does with the bytes that come in.
+//! Handles the bytes received by the controller.
 
 use crate::geometry::Geometries;
 use crate::handover::NewParameters;
@@ -14,14 +14,13 @@ use delta_cal_protocol::{
 use embedded_storage::nor_flash::NorFlash;
 use heapless::Vec;
 
-/// Bytes of the largest request, with room to spare: a geometry with transmissions in `f64` has 330.
+/// Size of the largest request, with margin: a geometry with transmissions in `f64` takes 330 bytes.
 const LARGEST_REQUEST: usize = 384;
 
-/// Everything behind the control loop: answers requests, takes in samples, solves in bounded steps,
-/// stores and hands over.
+/// Everything except the control loop: answers requests, adds samples, solves in bounded steps, stores and hands over.
 ///
-/// `F` is NOR flash for the parameters alone: two halves of whole pages, 704 bytes or more each. `S` is NOR flash for the
-/// samples of a session: two halves of whole pages, 8 KiB or more each, 16 KiB in `f64`.
+/// `F` is NOR flash for the parameters alone: two halves of whole pages, at least 704 bytes each. `S` is NOR flash for
+/// the samples of a session: two halves of whole pages, at least 8 KiB each, 16 KiB in `f64`.
 ///
 /// ```
 /// use delta_cal_firmware_example::{Controller, ParameterFlash, StreamFlash, nominal};
@@ -43,14 +42,14 @@ pub struct Controller<T: Number, F, S> {
     session: Session<T>,
     geometries: Geometries<T, F>,
     streams: StreamStore<T, S>,
-    /// Parameters that the control loop has not been handed yet.
+    /// Parameters not yet handed to the control loop.
     switch: Option<NewParameters<T>>,
     control: ControlLoop<T>,
 }
 
 impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
-    /// Reads the parameters from `flash`; [`resume`](Self::resume) reads `stream_flash`. `processor` is the CPUID that identifies
-    /// the core.
+    /// Reads the parameters from `flash`; [`resume`](Self::resume) reads `stream_flash`. `processor` is the core's
+    /// CPUID.
     pub fn new(nominal: Robot<T>, flash: F, stream_flash: S, processor: u32) -> Self {
         info!(
             "start: firmware {}, {} bytes a number, processor {=u32:08x}",
@@ -84,21 +83,21 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
         }
     }
 
-    /// Goes on with the session that a restart has interrupted, if its samples are stored. Call it once, before the first
-    /// byte. It is not part of [`new`](Self::new), so that the controller can be made in its place in static memory.
-    // Not inlined, here and elsewhere: what is done one after the other shares the stack.
+    /// Resumes a session interrupted by a restart, if its samples are stored. Call it once, before the first byte. It
+    /// is separate from [`new`](Self::new) so that the controller can be constructed in static memory.
+    // Not inlined, here and elsewhere, so that consecutive stages share the stack.
     #[inline(never)]
     pub fn resume(&mut self) {
         let nominal = &self.geometries.nominal().robot;
         self.streams.resume(nominal, &mut self.session);
     }
 
-    /// How often the samples of a session are stored.
+    /// Sets how often the samples of a session are stored.
     pub const fn set_stream_pace(&mut self, pace: StreamPace) {
         self.streams.set_pace(pace);
     }
 
-    /// Takes in a byte from the link. When it completes a request: the answer, a whole frame.
+    /// Processes a byte from the link. If it completes a request, returns the answer, a complete frame.
     pub fn receive(&mut self, byte: u8) -> Option<Vec<u8, LARGEST_FRAME>> {
         let (sequence, response) = self.respond(byte)?;
         frame(sequence, &response)
@@ -120,7 +119,7 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
                         (sequence, Fault::UnknownVersion { spoken: VERSION })
                     }
                     FrameError::Damaged | FrameError::TooLong => (UNKNOWN_SEQUENCE, Fault::Damaged),
-                    // Answering an echo would echo for ever.
+                    // Answering an echo would loop forever.
                     FrameError::WrongDirection => return None,
                 };
                 (sequence, Response::Fault(fault))
@@ -128,7 +127,7 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
         })
     }
 
-    /// One bounded step of whatever there is to do in the background; `true` while there is more.
+    /// One bounded step of background work; `true` while there is more.
     pub fn idle(&mut self) -> bool {
         if self.session.step() {
             return true;
@@ -137,7 +136,7 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
         false
     }
 
-    /// Stores the samples when that is due.
+    /// Stores the samples when due.
     fn store_samples(&mut self) {
         let turn = self.control.turns;
         if let Some((begin, stream)) = self.session.storable()
@@ -150,7 +149,7 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
         }
     }
 
-    /// Whether a calibration is at work: samples are taken in or solved.
+    /// Whether a calibration is active: samples are being added or solved.
     pub fn calibrating(&self) -> bool {
         matches!(
             self.session.phase(),
@@ -163,12 +162,12 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
         self.geometries.current()
     }
 
-    /// New parameters for the control loop, once; call it when the loop can take them.
+    /// New parameters for the control loop, returned once; call it when the loop can accept them.
     pub fn take_switch(&mut self) -> Option<NewParameters<T>> {
         self.switch.take()
     }
 
-    /// What the control loop said last, for [`Request::Status`].
+    /// Sets the control loop's last state, for [`Request::Status`].
     pub fn set_control(&mut self, control: ControlLoop<T>) {
         if control.switches != self.control.switches {
             info!(
@@ -179,12 +178,12 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
         self.control = control;
     }
 
-    /// Bytes that were lost before they came here, for [`Request::Counters`].
+    /// Sets the number of bytes lost before they arrived here, for [`Request::Counters`].
     pub fn set_overrun(&mut self, overrun: u32) {
         self.overrun = overrun;
     }
 
-    /// Both flashes, when the controller is switched off.
+    /// Returns both flashes, to simulate switching the controller off.
     pub fn into_flash(self) -> (F, S) {
         (self.geometries.into_flash(), self.streams.into_flash())
     }
@@ -274,8 +273,7 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
         })
     }
 
-    /// The answer to a request for other parameters; the control loop is to have them if they are
-    /// new.
+    /// The answer to a request that changes parameters; the control loop receives them if they are new.
     fn switched(&mut self, new: bool) -> Response<T> {
         if new {
             self.switch = Some(self.geometries.current());

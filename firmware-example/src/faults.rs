@@ -24,8 +24,8 @@ unsafe fn DefaultHandler(number: i16) -> ! {
     fail(format_args!("exception {number} has no handler"))
 }
 
-/// Says why, as far as that still works, and ends with a failure: a fault must not hang the run.
-/// Not through the log, which a fault may have interrupted.
+/// Reports the cause, as far as that still works, and ends with a failure: a fault must not hang the run. Bypasses the
+/// log, which a fault may have interrupted.
 pub(crate) fn fail(why: fmt::Arguments<'_>) -> ! {
     if let Ok(mut stream) = hio::hstderr() {
         let _ = writeln!(stream, "\nFAILED {why}");

@@ -1,4 +1,4 @@
-//! Starts the control loop, and then does everything else behind it.
+//! Starts the control loop and does everything else in the background.
 
 use crate::Number;
 use crate::board::{self, Board, Flash, Link};
@@ -10,7 +10,7 @@ use static_cell::StaticCell;
 
 type Firmware = Controller<Number, &'static mut Flash, &'static mut StreamFlash>;
 
-/// What the idle loop works with.
+/// The state of the background.
 struct Idle {
     controller: &'static mut Firmware,
     control_loop: Background<'static, Number>,
@@ -27,13 +27,13 @@ fn main() -> ! {
     let mut idle = start(&CONTROLLER, HANDOVER, RECEIVED);
     loop {
         if !idle.step() {
-            // A byte that comes just now waits for the next turn of the control loop at most.
+            // A byte that arrives now waits at most until the next turn of the control loop.
             board::wait();
         }
     }
 }
 
-/// Not inlined: what is moved into its place here would occupy the stack for good.
+/// Not inlined: temporaries moved into place here would occupy the stack permanently.
 #[inline(never)]
 fn start(
     memory: &'static StaticCell<Firmware>,
@@ -68,7 +68,7 @@ fn place(
 }
 
 impl Idle {
-    /// One byte taken in, or one step of background work; whether there is more.
+    /// Processes one byte or does one step of background work; returns whether there is more.
     fn step(&mut self) -> bool {
         if let Some(state) = self.control_loop.state() {
             self.controller.set_control(state);
@@ -76,7 +76,7 @@ impl Idle {
         if self.control_loop.ready()
             && let Some(parameters) = self.controller.take_switch()
         {
-            // There is room: nobody else fills the queue.
+            // There is room: nothing else fills the queue.
             let _ = self.control_loop.hand_over(parameters);
         }
         let more = match self.received.dequeue() {

@@ -1,4 +1,4 @@
-//! Which parameters are in use, and how that changes: in flash first.
+//! Manages the parameters in use; every change goes to flash first.
 
 use crate::Number;
 use crate::halves::StoreError;
@@ -8,13 +8,13 @@ use delta_cal::Robot;
 use delta_cal_protocol::{Fault, Geometry, Origin, Parameters, RevertTo};
 use embedded_storage::nor_flash::NorFlash;
 
-/// The robot as drawn, the parameters in use, those before, and the store of them.
+/// The designed robot, the current and previous parameters, and their store.
 #[derive(Debug)]
 pub(crate) struct Geometries<T: Number, F> {
     nominal: NewParameters<T>,
     current: NewParameters<T>,
     sets: Sets<T>,
-    /// Whether the store held something that was no use: what is in use may not be the newest.
+    /// Whether the store held unusable data, so that the parameters in use may not be the newest.
     damaged: bool,
     store: Store<F>,
 }
@@ -105,24 +105,24 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
         }
     }
 
-    /// Makes a calibrated robot the current one, in place of the parameters of generation `from`; whether
-    /// it was not already.
+    /// Makes a calibrated robot current, replacing the parameters of generation `from`; returns whether it was not
+    /// already.
     pub(crate) fn apply(&mut self, from: u32, robot: &Robot<T>) -> Result<bool, Fault> {
         self.change_to(from, Some(Geometry::of(robot)), self.sets.current)
     }
 
-    /// Goes back from the parameters of generation `from`; whether that changed anything.
+    /// Reverts the parameters of generation `from`; returns whether that changed anything.
     pub(crate) fn revert(&mut self, from: u32, to: RevertTo) -> Result<bool, Fault> {
         let previous = self.sets.previous;
         let geometry = match to {
             RevertTo::Previous => previous,
             RevertTo::Nominal => None,
         };
-        // A rejected calibration does not become the one to go back to.
+        // A rejected calibration cannot be reverted to.
         self.change_to(from, geometry, previous)
     }
 
-    /// First the flash, then the rest.
+    /// Updates flash before anything else.
     #[inline(never)]
     fn change_to(
         &mut self,
@@ -139,7 +139,7 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
         if !same && from != self.store.generation() {
             return Err(Fault::OtherParameters { there });
         }
-        // The same set again repairs the store; the one before it is still the one before.
+        // Storing the same set again repairs the store and keeps the previous set.
         let sets = Sets {
             current: geometry,
             previous: if same { self.sets.previous } else { previous },

@@ -1,20 +1,20 @@
-//! One record in flash: written whole or not at all.
+//! One record in flash, written entirely or not at all.
 
 use core::ops::Range;
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
 use embedded_storage::nor_flash::NorFlash;
 
-/// Bytes that are written together: a whole number of any flash's units.
+/// Bytes written together: a multiple of any flash's write unit.
 const CHUNK: usize = 64;
-/// Mark, generation and length of the content, four bytes each, stand before it, and a checksum behind it.
+/// Mark, generation and length of the content, four bytes each. A checksum follows the content.
 const HEADER: usize = 12;
 const CHECKSUM: usize = 4;
 const ERASED: u8 = 0xff;
 
-/// Without a table, which takes a kilobyte: a record is short.
+/// Without a table, which would take a kilobyte: records are short.
 static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
-/// Why a record was not stored, or not found.
+/// Why a record was not stored or not found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(all(target_os = "none", feature = "defmt"), derive(defmt::Format))]
 pub enum StoreError {
@@ -22,34 +22,33 @@ pub enum StoreError {
     Region,
     /// The flash failed.
     Flash,
-    /// What is stored is damaged, of another version or another robot's.
+    /// The stored record is damaged, or belongs to another version or robot.
     Record,
-    /// What was written did not read back the same.
+    /// The record did not read back as written.
     ReadBack,
 }
 
-/// A region of NOR flash in two halves, written in turn, each erased before.
+/// A region of NOR flash in two halves, erased and written alternately.
 ///
-/// A half holds one record, at its beginning. The next record is written to the half that does not
-/// hold the newest one: whatever a power cut makes of the half that is being erased or written, the
-/// newest record is not in it. And no older record is left behind the newest in the same half, which
-/// could come back in its place if the newest is damaged.
+/// A half holds one record, at its beginning. The next record goes to the half that does not hold the newest one, so a
+/// power cut while erasing or writing cannot damage the newest record. No older record remains behind the newest in the
+/// same half, where it could reappear if the newest is damaged.
 #[derive(Debug)]
 pub struct Halves<F> {
     flash: F,
-    /// What a record begins with. A record that begins otherwise is of no use.
+    /// The mark at the start of a record. A record with another mark is ignored.
     mark: u32,
-    /// The most bytes of a content.
+    /// Maximum size of a content, bytes.
     largest: usize,
-    /// What the lower and the upper half hold: a record, nothing, or bytes that are of no use. With
-    /// [`StoreError::Flash`] that is not known, because the half could not be read.
+    /// The lower and upper half: a record, nothing, or unusable bytes. [`StoreError::Flash`] means unknown, because the
+    /// half could not be read.
     found: [Result<Option<Found>, StoreError>; 2],
 }
 
-/// A whole record of the right mark.
+/// A complete record with the right mark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Found {
-    /// Counts up, and around; the newest is in use.
+    /// Counts up and wraps; the newest is in use.
     generation: u32,
     length: usize,
     checksum: u32,
@@ -73,8 +72,8 @@ impl Half {
 }
 
 impl<F: NorFlash> Halves<F> {
-    /// On flash that is its own. `mark` begins every record of this program, version and robot; `largest` is the most bytes of a
-    /// content.
+    /// A store that owns its flash. `mark` starts every record of this program, version and robot; `largest` is the
+    /// maximum size of a content, bytes.
     pub const fn new(flash: F, mark: u32, largest: usize) -> Self {
         const {
             assert!(
@@ -95,15 +94,15 @@ impl<F: NorFlash> Halves<F> {
         self.flash
     }
 
-    /// The newest record's number, 0 without one: it counts up with every record.
+    /// Number of the newest record, which counts every record; 0 if there is none.
     pub fn generation(&self) -> u32 {
         self.newest().map_or(0, |(_, found)| found.generation)
     }
 
-    /// Whether the newest record is surely there: no half is damaged or unreadable, and none lost a record.
+    /// Whether the newest record is certainly there: no half is damaged or unreadable, and no record was lost.
     pub fn complete(&self) -> bool {
         match self.found {
-            // The halves are written in turn: with a gap between them a record is lost.
+            // The halves are written alternately: a gap between their numbers means a lost record.
             [Ok(Some(lower)), Ok(Some(upper))] => {
                 matches!(
                     lower.generation.wrapping_sub(upper.generation),
@@ -125,17 +124,17 @@ impl<F: NorFlash> Halves<F> {
         }
     }
 
-    /// The newest record's content, read into `content`; `None` if nothing ever was. Writes nothing.
+    /// The newest record's content, read into `content`; `None` if nothing was ever stored. Writes nothing.
     ///
     /// # Errors
-    /// What is stored cannot be read.
+    /// The stored record cannot be read.
     pub fn load<'a>(&mut self, content: &'a mut [u8]) -> Result<Option<&'a [u8]>, StoreError> {
         let lower = self.look(Half::Lower);
         let upper = self.look(Half::Upper);
         while let Some((half, found)) = self.newest() {
             match self.read_content(half, &found, content) {
                 Ok(()) => return Ok(content.get(..found.length)),
-                // It can no longer be read: then the record before it.
+                // It can no longer be read: fall back to the previous record.
                 Err(error) => self.found[half as usize] = Err(error),
             }
         }
@@ -164,7 +163,7 @@ impl<F: NorFlash> Halves<F> {
                 *place = *byte;
             }
         }
-        // Flash that fails may give other bytes at the second reading.
+        // Failing flash may return different bytes at the second reading.
         let mut digest = self.digest(found.generation, found.length);
         digest.update(content);
         if digest.finalize() == found.checksum {
@@ -177,13 +176,13 @@ impl<F: NorFlash> Halves<F> {
     /// Stores a content and reads it back.
     ///
     /// # Errors
-    /// Why not; the record before is then still in use.
+    /// The cause; the previous record then stays in use.
     #[inline(never)]
     pub fn save(&mut self, content: &[u8]) -> Result<(), StoreError> {
         if content.len() > self.largest {
             return Err(StoreError::Record);
         }
-        // What could not be read before may have failed for a moment only.
+        // An earlier read failure may have been temporary.
         for half in Half::BOTH {
             if self.unread(half) {
                 let _ = self.look(half);
@@ -193,12 +192,12 @@ impl<F: NorFlash> Halves<F> {
             Some((newest, _)) => newest.other(),
             None if !self.unread(Half::Lower) => Half::Lower,
             None if !self.unread(Half::Upper) => Half::Upper,
-            // What is there may be good, and the newest.
+            // The half may hold a good record, even the newest.
             None => return Err(StoreError::Flash),
         };
         let stored = self.replace(half, content);
         if stored.is_err() {
-            // It may be there in spite of the error: what was refused must not be in use after a restart.
+            // It may be stored in spite of the error: what was refused must not be in use after a restart.
             let _ = self.erase(half);
         }
         stored
@@ -208,7 +207,7 @@ impl<F: NorFlash> Halves<F> {
         self.found[half as usize] == Err(StoreError::Flash)
     }
 
-    /// Puts a record in place of what the half holds.
+    /// Replaces the record in a half.
     fn replace(&mut self, half: Half, content: &[u8]) -> Result<(), StoreError> {
         let generation = self.generation().wrapping_add(1);
         let written = self.write(half, content, generation)?;
@@ -220,13 +219,13 @@ impl<F: NorFlash> Halves<F> {
         let other = half.other();
         match self.found[other as usize] {
             Ok(_) => Ok(()),
-            // The next start would take rubbish for a lost record, and what it can read again may be
-            // of a higher generation.
+            // The next start would take garbage for a lost record, and what it can read again may have a higher
+            // generation.
             Err(_) => self.erase(other),
         }
     }
 
-    /// Finds out what a half holds.
+    /// Examines a half.
     #[inline(never)]
     fn look(&mut self, half: Half) -> Result<Option<Found>, StoreError> {
         let found = self.read(half);
@@ -288,7 +287,7 @@ impl<F: NorFlash> Halves<F> {
         }
     }
 
-    /// `None` for what is no header of ours.
+    /// `None` if it is not one of our headers.
     fn header(&self, bytes: &[u8; HEADER]) -> Option<Found> {
         let [a, b, c, d, e, f, g, h, i, j, k, l] = *bytes;
         let length = usize::try_from(u32::from_le_bytes([i, j, k, l])).ok()?;
@@ -300,7 +299,7 @@ impl<F: NorFlash> Halves<F> {
         })
     }
 
-    /// Of the header; the content follows.
+    /// Digest of the header; the content follows.
     fn digest(&self, generation: u32, length: usize) -> Digest<'static, u32, NoTable> {
         let mut digest = CRC.digest();
         digest.update(&self.header_bytes(generation, length));
@@ -348,7 +347,7 @@ impl<F: NorFlash> Halves<F> {
 
     fn erase(&mut self, half: Half) -> Result<(), StoreError> {
         let Range { start, end } = self.range(half)?;
-        // Until it has been looked at again.
+        // Until it has been examined again.
         self.found[half as usize] = Err(StoreError::Flash);
         self.flash
             .erase(start, end)
@@ -357,7 +356,7 @@ impl<F: NorFlash> Halves<F> {
         Ok(())
     }
 
-    /// Bytes of a half that a record may take, in whole chunks.
+    /// Space in a half for a record, in whole chunks, bytes.
     #[allow(clippy::cast_possible_truncation)] // some kilobytes
     const fn room(&self) -> u32 {
         ((HEADER + self.largest + CHECKSUM).div_ceil(CHUNK) * CHUNK) as u32
@@ -377,7 +376,7 @@ impl<F: NorFlash> Halves<F> {
     }
 }
 
-/// Whether one generation is newer than another: it is ahead of it by less than half of all there are.
+/// Whether one generation is newer than another: ahead of it by less than half of their range.
 const fn follows(generation: u32, other: u32) -> bool {
     generation.wrapping_sub(other).cast_signed() > 0
 }

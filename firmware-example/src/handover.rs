@@ -1,4 +1,4 @@
-//! Between the control loop's interrupt and everything behind it.
+//! Communication between the control loop's interrupt and the background.
 
 use crate::ControlLoop;
 use crate::pace::{Pace, Timer};
@@ -8,7 +8,7 @@ use delta_cal::{Real, Robot};
 use delta_cal_protocol as protocol;
 use heapless::spsc::{Consumer, Producer, Queue};
 
-/// A whole set of parameters for the control loop.
+/// A complete set of parameters for the control loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NewParameters<T: Real> {
     /// The robot.
@@ -17,8 +17,8 @@ pub struct NewParameters<T: Real> {
     pub fingerprint: u32,
 }
 
-/// The memory that the control loop and the rest share: parameters in, its state out, each through
-/// a lock-free queue that hands over whole values. Neither side ever waits for the other.
+/// Memory shared by the control loop and the background: parameters in, loop state out, each through a lock-free queue
+/// of whole values. Neither side ever waits for the other.
 #[derive(Debug)]
 pub struct Handover<T: Real> {
     parameters: Queue<NewParameters<T>, 2>,
@@ -33,7 +33,7 @@ impl<T: Real> Default for Handover<T> {
 }
 
 impl<T: Real> Handover<T> {
-    /// With nothing to hand over.
+    /// An empty handover.
     pub const fn new() -> Self {
         Self {
             parameters: Queue::new(),
@@ -42,7 +42,7 @@ impl<T: Real> Handover<T> {
         }
     }
 
-    /// The two sides; the control loop begins with `parameters`, and goes around a circle.
+    /// Splits it into its two sides; the control loop starts with `parameters` and moves on a circle.
     pub fn split(
         &mut self,
         parameters: &NewParameters<T>,
@@ -50,7 +50,7 @@ impl<T: Real> Handover<T> {
         self.split_with(parameters, Circle::default())
     }
 
-    /// The two sides; the control loop begins with `parameters`, and goes along a path.
+    /// Splits it into its two sides; the control loop starts with `parameters` and follows a path.
     pub fn split_with<P: Path<T>>(
         &mut self,
         parameters: &NewParameters<T>,
@@ -77,8 +77,8 @@ impl<T: Real> Handover<T> {
     }
 }
 
-/// The side of the idle loop.
-#[allow(missing_debug_implementations)] // the ends of a queue have none
+/// The background's side.
+#[allow(missing_debug_implementations)] // the ends of a queue implement no `Debug`
 pub struct Background<'a, T: Real> {
     parameters: Producer<'a, NewParameters<T>>,
     state: Consumer<'a, protocol::ControlLoop<T>>,
@@ -94,12 +94,12 @@ impl<T: Real> Background<'_, T> {
     /// Hands new parameters to the control loop.
     ///
     /// # Errors
-    /// The parameters, if it has not taken the ones before yet.
+    /// The parameters, if the control loop has not yet taken the previous ones.
     pub fn hand_over(&mut self, parameters: NewParameters<T>) -> Result<(), NewParameters<T>> {
         self.parameters.enqueue(parameters)
     }
 
-    /// What the control loop last said, if anything since.
+    /// The last state of the control loop, if it is new.
     pub fn state(&mut self) -> Option<protocol::ControlLoop<T>> {
         let mut last = None;
         while let Some(state) = self.state.dequeue() {
@@ -108,14 +108,14 @@ impl<T: Real> Background<'_, T> {
         last
     }
 
-    /// Says whether a calibration is at work, so that the loop tells its turns apart.
+    /// Sets whether a calibration is active, so that the loop can count its turns separately.
     pub fn set_calibrating(&self, calibrating: bool) {
         self.calibrating.store(calibrating, Ordering::Relaxed);
     }
 }
 
-/// The side of the control loop's interrupt, and the loop itself.
-#[allow(missing_debug_implementations)] // the ends of a queue have none
+/// The side of the control loop's interrupt, including the loop.
+#[allow(missing_debug_implementations)] // the ends of a queue implement no `Debug`
 pub struct Foreground<'a, T: Real, P = Circle<T>> {
     control_loop: ControlLoop<T, P>,
     fingerprint: u32,
@@ -127,7 +127,7 @@ pub struct Foreground<'a, T: Real, P = Circle<T>> {
 }
 
 impl<T: Real, P: Path<T>> Foreground<'_, T, P> {
-    /// One turn, joint targets to `drive`, measured with `timer`.
+    /// One turn, timed with `timer`; passes the joint targets to `drive`.
     pub fn turn<C: Timer>(&mut self, timer: &C, drive: impl FnOnce(&[T; 3])) {
         self.pace.begin(timer);
         if !self.control_loop.switching() {
@@ -138,7 +138,7 @@ impl<T: Real, P: Path<T>> Foreground<'_, T, P> {
             }
         }
         drive(self.control_loop.turn());
-        // A full queue holds a state that nobody has looked at yet; the next turn's will do.
+        // A full queue holds a state not yet read; the next turn's will do.
         if self.state.ready() {
             let state = self.said::<C>();
             let _ = self.state.enqueue(state);

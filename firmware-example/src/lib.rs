@@ -1,11 +1,11 @@
-//! A Delta controller that recalibrates its own robot: everything but the board.
+//! A Delta controller that recalibrates its own robot: everything except the board.
 //!
-//! Two things happen at once. The [`ControlLoop`] turns a thousand times a second in an interrupt
-//! and never waits. Behind it the [`Controller`] answers what the serial link brings, takes in
-//! measurements, solves in bounded steps, stores the result and, once that is safe, [hands it
-//! over](Handover). The two share no memory but that of two lock-free queues.
+//! Two activities run concurrently. The [`ControlLoop`] turns a thousand times a second in an interrupt and never
+//! waits. In the background, the [`Controller`] answers the serial link, adds measurements, solves in bounded steps,
+//! stores the result and, once that is safe, [hands it over](Handover). The two share only the memory of two lock-free
+//! queues.
 //!
-//! Generic over the scalar, and built for the host as well, where the fault tests run.
+//! Generic over the scalar, and also built for the host, where the fault tests run.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -46,13 +46,13 @@ pub use stream_store::StreamPace;
 use delta_cal::robot::GeometryError;
 use delta_cal::{Real, Robot, SymmetricRobot};
 
-/// Turns of the control loop in a second.
+/// Turns of the control loop per second.
 pub const TURNS_A_SECOND: u32 = 1000;
 
-/// The robot as drawn: that of Bentaleb and Iqbal (2020), in millimetres.
+/// The robot as designed: that of Bentaleb and Iqbal (2020), in millimetres.
 ///
 /// # Errors
-/// None: the dimensions are a robot's.
+/// None: the dimensions are valid.
 pub fn nominal<T: Real>() -> Result<Robot<T>, GeometryError> {
     SymmetricRobot {
         base_radius: T::from_f64(194.0),

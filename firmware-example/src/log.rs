@@ -1,6 +1,6 @@
-//! `defmt` on a target with that feature, otherwise nothing.
+//! `defmt` on a target with that feature, otherwise no-ops.
 
-/// As `defmt::info!`.
+/// Like `defmt::info!`.
 macro_rules! info {
     ($format:literal $(, $argument:expr)* $(,)?) => {{
         #[cfg(all(target_os = "none", feature = "defmt"))]
@@ -10,7 +10,7 @@ macro_rules! info {
     }};
 }
 
-/// As `defmt::warn!`.
+/// Like `defmt::warn!`.
 macro_rules! warning {
     ($format:literal $(, $argument:expr)* $(,)?) => {{
         #[cfg(all(target_os = "none", feature = "defmt"))]

@@ -8,8 +8,8 @@
 //!     -kernel target/thumbv7em-none-eabihf/firmware/delta-cal-firmware-example > LOG
 //! ```
 //!
-//! One program for a Cortex-M4F (`mps2-an386`) and a Cortex-M7 (`mps2-an500`). The log is `defmt`'s.
-//! `board.rs` is all that another board changes. For a host there is only the library.
+//! One program for a Cortex-M4F (`mps2-an386`) and a Cortex-M7 (`mps2-an500`). The log is in `defmt` format. For
+//! another board, only `board.rs` changes. On a host, only the library is built.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
@@ -20,7 +20,7 @@ mod faults;
 #[cfg(target_os = "none")]
 mod firmware;
 
-/// What the firmware computes in.
+/// The firmware's scalar type.
 #[cfg(all(target_os = "none", not(feature = "double")))]
 type Number = f32;
 #[cfg(all(target_os = "none", feature = "double"))]

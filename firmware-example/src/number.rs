@@ -10,26 +10,26 @@ mod logged {
 
 #[cfg(not(all(target_os = "none", feature = "defmt")))]
 mod logged {
-    /// What can be logged. Without a logger that is every type.
+    /// Types that can be logged; every type if there is no logger.
     pub trait Logged {}
     impl<T> Logged for T {}
 }
 
-/// What the firmware computes in: `f32` or `f64`.
+/// The firmware's scalar type: `f32` or `f64`.
 pub trait Number: Real + Wire + logged::Logged {
     /// Its name on the wire.
     const SCALAR: Scalar;
-    /// Memory for the samples of a session while they are read from flash or written to it.
+    /// Buffer for a session's samples while they are read from or written to flash.
     type StreamBytes: AsRef<[u8]> + AsMut<[u8]> + Debug;
     /// All zeros.
     const NO_STREAM_BYTES: Self::StreamBytes;
 }
 
-/// Bytes of a record's content that fit into 8 KiB and 16 KiB of flash together with its header and checksum.
+/// Record content that fits into 8 KiB and 16 KiB of flash with header and checksum, bytes.
 const SINGLE: usize = 8_128;
 const DOUBLE: usize = 16_320;
 
-/// Bytes of the request that stands before the snapshot, at most.
+/// Maximum size of the request that precedes the snapshot, bytes.
 const BEGIN: usize = 100;
 const _: () = assert!(Stream::<f32>::SNAPSHOT_BYTES + BEGIN <= SINGLE);
 const _: () = assert!(Stream::<f64>::SNAPSHOT_BYTES + BEGIN <= DOUBLE);

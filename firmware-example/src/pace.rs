@@ -1,10 +1,10 @@
-//! When turns begin and how long they take.
+//! Timing of the control loop's turns: start and duration.
 
 use crate::TURNS_A_SECOND;
 
 /// A free-running timer of the board.
 ///
-/// It measures, and another clock may start the turns: the two may differ by 200 millionths.
+/// It only measures; a different clock may start the turns, and the two may differ by 200 ppm.
 ///
 /// ```compile_fail,E0080
 /// use delta_cal_firmware_example::{Foreground, Timer};
@@ -22,41 +22,40 @@ use crate::TURNS_A_SECOND;
 /// # core::hint::black_box(turn as fn(&mut Foreground<'_, f32>));
 /// ```
 pub trait Timer {
-    /// Its ticks in a second: ten or more for each turn, so that it tells a tenth of one.
+    /// Ticks per second: at least ten per turn, to resolve a tenth of a turn.
     const TICKS_A_SECOND: u32;
-    /// The bits that it counts; the others read 0. It must not come around within two turns.
+    /// Mask of the bits that count; the others read 0. It must not wrap within two turns.
     const MASK: u32;
 
-    /// Ticks so far, upwards.
+    /// Ticks so far, counting upwards.
     fn now(&self) -> u32;
 }
 
-/// After so many turns their due time follows the most punctual of them.
+/// After this many turns, their due time is adjusted to the most punctual one.
 const TURNS_TOGETHER: u32 = 64;
 
 /// Measures the turns of the control loop against a [`Timer`].
 ///
-/// Times are in parts of a tick of which a turn takes [`Timer::TICKS_A_SECOND`], so that its length is
-/// exact.
+/// Times are in fractions of a tick, of which a turn takes [`Timer::TICKS_A_SECOND`], so that its length is exact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Pace {
-    /// When the last turn began, in ticks; `None` before the first.
+    /// Start of the last turn, in ticks; `None` before the first.
     began: Option<u32>,
-    /// How much later than due that was.
+    /// How late it started.
     late_by: i64,
-    /// The least of it, and of how many turns, since the due time was last moved.
+    /// The smallest lateness, and the number of turns, since the due time was last adjusted.
     least: i64,
     seen: u32,
-    /// Ticks of the longest turn.
+    /// Duration of the longest turn, ticks.
     pub(crate) longest: u32,
-    /// Ticks of the longest turn while a calibration was at work.
+    /// Duration of the longest turn during a calibration, ticks.
     pub(crate) longest_calibrating: u32,
-    /// Turns that began more than a tenth of their time late, or not at all.
+    /// Turns that started late by more than a tenth of their period, or not at all.
     pub(crate) late: u32,
 }
 
 impl Pace {
-    /// A turn begins.
+    /// Records the start of a turn.
     pub(crate) fn begin<C: Timer>(&mut self, timer: &C) {
         const {
             assert!(
@@ -79,15 +78,15 @@ impl Pace {
         self.began = Some(now);
     }
 
-    /// So long ago was the last turn due; one takes `period`.
+    /// Records that the last turn was due `time` ago; a turn takes `period`.
     fn passed(&mut self, time: i64, period: i64) {
         let tenth = period / 10;
         if time < period - tenth {
-            // No turn comes that early: the ones before were due earlier.
+            // Turns are never early: the previous ones must have been due earlier.
             (self.late_by, self.least, self.seen) = (0, 0, 0);
             return;
         }
-        // Division is slow, and there is mostly none to do.
+        // Division is slow and usually unnecessary.
         let turns = if time + tenth < 2 * period {
             1
         } else {
@@ -101,7 +100,7 @@ impl Pace {
         self.follow();
     }
 
-    /// Moves the due time to the most punctual of some turns: the clocks' difference does not add up.
+    /// Adjusts the due time to the most punctual of several turns, so that the clock difference does not add up.
     fn follow(&mut self) {
         self.least = match self.seen {
             0 => self.late_by,
@@ -114,7 +113,7 @@ impl Pace {
         }
     }
 
-    /// The turn has ended.
+    /// Records the end of a turn.
     pub(crate) fn end<C: Timer>(&mut self, timer: &C, calibrating: bool) {
         let began = self.began.unwrap_or_default();
         let took = timer.now().wrapping_sub(began) & C::MASK;

@@ -1,23 +1,23 @@
 use delta_cal::Real;
 use nalgebra::Vector3;
 
-/// Turns for once around.
+/// Turns per revolution.
 const TURNS: f64 = 4000.0;
 const RADIUS: f64 = 100.0;
 const HEIGHT: f64 = -450.0;
 const RISE: f64 = 40.0;
 
-/// Where the platform is to go: the motion planner of your controller.
+/// The platform's path: stands for your controller's motion planner.
 pub trait Path<T: Real> {
-    /// The point of the next turn, mm.
+    /// The point for the next turn, mm.
     fn next_point(&mut self) -> Vector3<T>;
 }
 
-/// Around a circle with a radius of 100 mm, in four seconds; on the way the height rises and falls twice by 40 mm
-/// about its mean. Stands in for the motion planner of a real controller.
+/// A circle with a radius of 100 mm, in four seconds; the height oscillates twice per revolution by 40 mm about its
+/// mean. Stands for the motion planner of a real controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Circle<T> {
-    /// A whole number.
+    /// An integer.
     turn: T,
 }
 

@@ -2,26 +2,26 @@ use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
 
-/// Bytes that are erased together.
+/// Erase size, bytes.
 pub const PAGE: usize = 2048;
-/// Bytes that are written together.
+/// Write size, bytes.
 pub const WORD: usize = 4;
 
-/// As large as the parameters need: two halves of one page each, see [`Controller`](crate::Controller).
+/// Size for the parameters: two halves of one page each, see [`Controller`](crate::Controller).
 pub type ParameterFlash = RamFlash<{ 2 * PAGE }>;
 
-/// As large as the samples of a session need: two halves of eight pages each.
+/// Size for the samples of a session: two halves of eight pages each.
 pub type StreamFlash = RamFlash<{ 16 * PAGE }>;
 
 const ERASED: u8 = 0xff;
 
-/// Memory that behaves like NOR flash: erased to ones by the page, and writing only clears bits.
+/// Memory that behaves like NOR flash: pages erase to ones, and writing only clears bits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RamFlash<const N: usize> {
     bytes: [u8; N],
 }
 
-/// An access to a [`RamFlash`] that is not of whole words or pages, or goes beyond its end.
+/// An access to a [`RamFlash`] that is not aligned to words or pages, or beyond its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FlashError(NorFlashErrorKind);
 
@@ -38,7 +38,7 @@ impl<const N: usize> Default for RamFlash<N> {
 }
 
 impl<const N: usize> RamFlash<N> {
-    /// As it comes from the factory: erased.
+    /// Erased, as from the factory.
     pub const fn new() -> Self {
         Self { bytes: [ERASED; N] }
     }
@@ -48,7 +48,7 @@ impl<const N: usize> RamFlash<N> {
         &self.bytes
     }
 
-    /// Its content, to damage it.
+    /// Its content, mutable, to damage it.
     pub const fn bytes_mut(&mut self) -> &mut [u8; N] {
         &mut self.bytes
     }

@@ -1,9 +1,9 @@
 use delta_cal_protocol::{Counters, FrameError, UNKNOWN_SEQUENCE};
 
-/// A sequence number further ahead than this is another driver's, not a loss.
+/// A larger gap in sequence numbers means another driver, not a loss.
 const LONGEST_GAP: u16 = 256;
 
-/// Counts what the link brings.
+/// Counts frames and faults on the link.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Reception {
     counters: Counters,
@@ -18,7 +18,7 @@ impl Reception {
         }
     }
 
-    /// A whole frame of this protocol version.
+    /// Counts a valid frame of this protocol version.
     pub(crate) fn whole(&mut self, sequence: u16) {
         self.counters.received = self.counters.received.wrapping_add(1);
         if sequence == UNKNOWN_SEQUENCE {
@@ -36,7 +36,7 @@ impl Reception {
         self.last = Some(sequence);
     }
 
-    /// Bytes that are no frame of this protocol version.
+    /// Counts bytes that are not a frame of this protocol version.
     pub(crate) fn faulty(&mut self, error: FrameError) {
         let counter = match error {
             FrameError::UnknownVersion { .. } => {
@@ -50,18 +50,18 @@ impl Reception {
         *counter = counter.wrapping_add(1);
     }
 
-    /// A whole frame without a request in it.
+    /// Counts a valid frame without a valid request.
     pub(crate) fn unknown_request(&mut self) {
         self.counters.unknown_request = self.counters.unknown_request.wrapping_add(1);
     }
 
-    /// A request that was answered with a fault.
+    /// Counts a request answered with a fault.
     pub(crate) fn refused(&mut self) {
         self.counters.refused = self.counters.refused.wrapping_add(1);
     }
 }
 
-/// How far `to` is ahead of `from` on the circle 1, 2, … 65535, 1.
+/// The distance from `from` to `to` on the circle 1, 2, … 65535, 1.
 fn steps(from: u16, to: u16) -> u16 {
     if to >= from {
         to - from

@@ -1,4 +1,4 @@
-//! The controller behind a link of `embedded-io-async`.
+//! Runs the controller on a link of `embedded-io-async`.
 
 use crate::{Controller, Number};
 use embassy_futures::yield_now;
@@ -6,15 +6,15 @@ use embedded_io_async::{Read, ReadReady, Write};
 use embedded_storage::nor_flash::NorFlash;
 
 impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
-    /// Serves a link until it ends: takes in what comes, answers it, and works in the background while nothing comes.
-    /// `between` runs after every byte and every step. It must hand new parameters to the control loop, and the
-    /// loop's state to [`set_control`](Self::set_control), as `firmware.rs` does.
+    /// Serves a link until it ends: processes and answers incoming bytes, and does background work while nothing
+    /// arrives. `between` runs after every byte and every step. It must hand new parameters to the control loop, and
+    /// the loop's state to [`set_control`](Self::set_control), as `firmware.rs` does.
     ///
-    /// Run it in a task of its own with the lowest priority: a step of the solver takes some 20,000 instructions,
-    /// and storing takes as long as the flash needs.
+    /// Run it in its own task with the lowest priority: a step of the solver takes about 20,000 instructions, and
+    /// storing takes as long as the flash needs.
     ///
     /// # Errors
-    /// Those of the link.
+    /// Errors of the link.
     pub async fn serve<L: Read + ReadReady + Write>(
         &mut self,
         link: &mut L,

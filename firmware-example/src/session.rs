@@ -1,4 +1,4 @@
-//! One calibration: samples in, solved step by step, an outcome or a refusal.
+//! One calibration: adds samples, solves step by step, ends with an outcome or a refusal.
 
 use crate::Number;
 use crate::stream::Stream;
@@ -8,13 +8,13 @@ use delta_cal::{ArmIndex, Progress, Robot, Sample};
 use delta_cal_protocol::{ArmReport, Begin, Fault, GateStatus, Geometry, Phase, SampleMessage};
 use nalgebra::Vector3;
 
-/// The calibration that is under way, if any. Lies in static memory: it is most of the firmware's.
+/// The current calibration, if any. It is in static memory and takes up most of it.
 #[derive(Debug)]
 pub(crate) struct Session<T: Number> {
-    /// What it was begun with.
+    /// The request that started it.
     begun: Option<Begin<T>>,
     stream: Option<Stream<T>>,
-    /// Of the calibrated robot, or why there is none, once that is known.
+    /// The fingerprint of the calibrated robot, or the reason for refusal, once known.
     result: Option<Result<u32, StreamRefusal>>,
 }
 
@@ -27,7 +27,7 @@ impl<T: Number> Session<T> {
         }
     }
 
-    /// Goes on with the session that was stored. If that is not possible, there is no session.
+    /// Resumes the stored session. If that is impossible, there is no session.
     pub(crate) fn resume(
         &mut self,
         nominal: &Robot<T>,
@@ -47,7 +47,7 @@ impl<T: Number> Session<T> {
         restored
     }
 
-    /// 0 without one.
+    /// The session's number; 0 if there is none.
     pub(crate) const fn number(&self) -> u32 {
         match &self.begun {
             Some(begun) => begun.session,
@@ -55,16 +55,15 @@ impl<T: Number> Session<T> {
         }
     }
 
-    /// Samples that came, rejected ones included.
+    /// Number of samples received, including rejected ones.
     pub(crate) fn samples(&self) -> u32 {
         self.stream.as_ref().map_or(0, |stream| {
             u32::try_from(stream.samples()).unwrap_or(u32::MAX)
         })
     }
 
-    /// Begins a session without samples, unless the same session is open already: with the same number and
-    /// the same settings.
-    // Not inlined, here and below: what is done one after the other shares the stack.
+    /// Starts a session without samples, unless the same session is already open: same number and settings.
+    // Not inlined, here and below, so that consecutive stages share the stack.
     #[inline(never)]
     pub(crate) fn begin(&mut self, nominal: &Robot<T>, begin: &Begin<T>) -> Result<(), Fault> {
         if self.begun.as_ref() != Some(begin) {
@@ -76,7 +75,7 @@ impl<T: Number> Session<T> {
         Ok(())
     }
 
-    /// Takes a sample in, once.
+    /// Adds a sample exactly once.
     pub(crate) fn sample(&mut self, message: &SampleMessage<T>) -> Result<(), Fault> {
         self.check(message.session)?;
         let next = self.samples();
@@ -105,7 +104,7 @@ impl<T: Number> Session<T> {
         Ok(())
     }
 
-    /// Starts solving, if all samples have come and that is not under way or done.
+    /// Starts solving if all samples have arrived and no solve is in progress or finished.
     pub(crate) fn solve(&mut self, session: u32, samples: u32) -> Result<(), Fault> {
         self.check(session)?;
         let next = self.samples();
@@ -119,7 +118,7 @@ impl<T: Number> Session<T> {
         Ok(())
     }
 
-    /// One bounded step; whether there is more to do.
+    /// One bounded step; returns whether there is more to do.
     #[inline(never)]
     pub(crate) fn step(&mut self) -> bool {
         let Some(stream) = &mut self.stream else {
@@ -135,7 +134,7 @@ impl<T: Number> Session<T> {
         false
     }
 
-    /// Keeps what a solve has come to, if one has finished.
+    /// Stores the result of a solve, if one has finished.
     #[inline(never)]
     fn note_result(&mut self) {
         let finished = self.stream.as_ref().filter(|stream| stream.finished());
@@ -156,7 +155,7 @@ impl<T: Number> Session<T> {
         self.result = Some(result);
     }
 
-    /// The session as it can be stored: it takes in samples, and has no result.
+    /// The session in a state that can be stored: accepting samples, without a result.
     pub(crate) fn storable(&self) -> Option<(&Begin<T>, &Stream<T>)> {
         let (stream, begin) = (self.stream.as_ref()?, self.begun.as_ref()?);
         let storable = !stream.solving() && !stream.finished();

@@ -10,19 +10,19 @@ const VERSION: u8 = 5;
 /// Bytes of both sets in `f64`: 2 × 39 numbers, and a byte for each option, rounded up.
 const LARGEST: usize = 640;
 
-/// What is stored: the parameters in use, and those before the last calibration was applied; `None` is the robot as
-/// drawn.
+/// The stored sets: the parameters in use, and those before the last calibration was applied; `None` is the robot as
+/// designed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Sets<T> {
     pub(crate) current: Option<Geometry<T>>,
     pub(crate) previous: Option<Geometry<T>>,
 }
 
-/// What a start finds.
+/// The result of loading at start-up.
 #[derive(Debug)]
 pub(crate) struct Loaded<T> {
     pub(crate) sets: Sets<T>,
-    /// Whether that is surely the newest.
+    /// Whether it is certainly the newest.
     pub(crate) complete: bool,
 }
 
@@ -33,7 +33,7 @@ pub(crate) struct Store<F> {
 }
 
 impl<F: NorFlash> Store<F> {
-    /// Of a nominal robot of this fingerprint: another robot's parameters are useless.
+    /// A store for a nominal robot with this fingerprint: another robot's parameters are useless.
     pub(crate) const fn new<T: Number>(flash: F, nominal: u32) -> Self {
         Self {
             halves: Halves::new(flash, mark::<T>(VERSION, nominal), LARGEST),
@@ -44,12 +44,12 @@ impl<F: NorFlash> Store<F> {
         self.halves.into_flash()
     }
 
-    /// The newest record's number, 0 without one: it counts up with every change.
+    /// Number of the newest record, which counts every change; 0 if there is none.
     pub(crate) fn generation(&self) -> u32 {
         self.halves.generation()
     }
 
-    /// What is stored, every number of it valid; `None` if nothing ever was. Writes nothing.
+    /// The stored sets, fully validated; `None` if nothing was ever stored. Writes nothing.
     pub(crate) fn load<T: Number>(&mut self) -> Result<Option<Loaded<T>>, StoreError> {
         let mut bytes = [0; LARGEST];
         let Some(content) = self.halves.load(&mut bytes)? else {
@@ -87,7 +87,7 @@ impl<F: NorFlash> Store<F> {
     }
 }
 
-/// What a record of this version, this scalar and this nominal robot begins with.
+/// The mark of records with this version, scalar and nominal robot.
 #[allow(clippy::cast_possible_truncation)] // 4 or 8
 pub(crate) const fn mark<T: Number>(version: u8, nominal: u32) -> u32 {
     nominal.rotate_left(8) ^ u32::from_le_bytes([b'd', version, size_of::<T>() as u8, b'c'])

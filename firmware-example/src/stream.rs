@@ -1,4 +1,4 @@
-//! A session's calibrator, by the estimator that the session was begun with.
+//! A session's calibrator, for the estimator chosen at the start of the session.
 
 use delta_cal::calibration::{ArmOutcome, Estimator as _, Ikm, Joint, Progress, Settings};
 use delta_cal::samples::AddError;
@@ -7,9 +7,9 @@ use delta_cal::stream::{Added, Alarm, GateCounts, Selection, StreamCalibrator, S
 use delta_cal::{ArmIndex, Real, Robot, Sample};
 use delta_cal_protocol::{Begin, Estimator, Fault};
 
-/// As large as the joint calibrator. A firmware that has one estimator alone keeps its calibrator.
+/// As large as the joint calibrator. A firmware with a single estimator holds that calibrator directly.
 #[derive(Debug)]
-#[allow(clippy::large_enum_variant)] // in static memory, whichever it is
+#[allow(clippy::large_enum_variant)] // in static memory either way
 pub(crate) enum Stream<T: Real> {
     Arms(StreamCalibrator<T, Ikm>),
     Joint(StreamCalibrator<T, Joint>),
@@ -25,7 +25,7 @@ macro_rules! either {
 }
 
 impl<T: Real> Stream<T> {
-    /// The most bytes of a snapshot.
+    /// Maximum size of a snapshot, bytes.
     pub(crate) const SNAPSHOT_BYTES: usize = StreamCalibrator::<T, Joint>::SNAPSHOT_BYTES;
 
     #[inline(never)]
@@ -42,7 +42,7 @@ impl<T: Real> Stream<T> {
         Ok(())
     }
 
-    // Apart, or the stack holds both calibrators at once.
+    // Separate, or the stack would hold both calibrators at once.
     #[inline(never)]
     fn arms(
         place: &mut Option<Self>,
@@ -72,7 +72,7 @@ impl<T: Real> Stream<T> {
     }
 
     pub(crate) fn solve(&mut self) {
-        // A refusal is kept for the robot that is asked for.
+        // A refusal is stored for the request of the robot.
         let _ = either!(self, own => own.solve());
     }
 

@@ -1,4 +1,4 @@
-//! The samples of a session in flash, so that it goes on after a power cut.
+//! A session's samples in flash, so that it can resume after a power cut.
 
 use crate::Number;
 use crate::halves::{Halves, StoreError};
@@ -14,16 +14,16 @@ const VERSION: u8 = 0x83;
 
 /// How often a session is stored.
 ///
-/// A record replaces the one before, and each of the two halves of the flash is erased for every other one. With the default, and
-/// flash that bears 10,000 erasures, samples may come without a pause for 13 days before it is worn out: one record a
-/// minute. A calibration without forgetting does not come near that: the next record waits for a sixteenth more samples, so that
-/// a million samples are some 200 records.
+/// Each record replaces the previous one, and each half of the flash is erased for every other record. With the default
+/// and flash rated for 10,000 erasures, samples may arrive without pause for 13 days before the flash is worn out: one
+/// record per minute. A calibration without forgetting stays far below that, because the next record waits for a
+/// sixteenth more samples: a million samples take about 200 records.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StreamPace {
-    /// The least number of turns of the control loop between two records.
+    /// Minimum number of control-loop turns between two records.
     pub turns: u32,
-    /// A record waits until the new samples are one in so many of the stored ones, or, with forgetting, of their mean
-    /// age if that is less.
+    /// A record waits until the number of new samples is the number of stored ones divided by this; with forgetting, of
+    /// their mean age if that is smaller.
     pub part: u32,
 }
 
@@ -40,12 +40,12 @@ impl Default for StreamPace {
 #[derive(Debug)]
 pub(crate) struct StreamStore<T: Number, F> {
     halves: Halves<F>,
-    /// Memory for the record that is read or written.
+    /// Buffer for the record being read or written.
     bytes: T::StreamBytes,
     pace: StreamPace,
-    /// Which session is stored, and how many samples of it.
+    /// The stored session and its number of samples.
     stored: Option<(Begin<T>, u32)>,
-    /// The turn of the control loop at which it was last stored.
+    /// The control-loop turn of the last record.
     turn: u32,
 }
 
@@ -70,7 +70,7 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
         self.halves.into_flash()
     }
 
-    /// Opens the session that is stored again, if there is one and this robot can use it.
+    /// Resumes the stored session, if there is one and this robot can use it.
     #[inline(never)]
     pub(crate) fn resume(&mut self, nominal: &Robot<T>, session: &mut Session<T>) {
         let content = match self.halves.load(self.bytes.as_mut()) {
@@ -97,7 +97,7 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
         );
     }
 
-    /// Whether the session is to be stored now, at this turn of the control loop.
+    /// Whether the session should be stored now, at this turn of the control loop.
     pub(crate) fn due(&self, begin: &Begin<T>, stream: &Stream<T>, turn: u32) -> bool {
         let stored = match &self.stored {
             Some((session, stored)) if session == begin => *stored,
@@ -113,7 +113,7 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
         !never && new > 0 && enough && turn.wrapping_sub(self.turn) >= self.pace.turns
     }
 
-    /// Lets what is stored not come back: its result is in use.
+    /// Keeps the stored session from being resumed: its result is in use.
     pub(crate) fn forget(&mut self) {
         if self.stored.is_some() {
             match self.halves.save(&[0]) {
@@ -131,7 +131,7 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
         stream: &Stream<T>,
         turn: u32,
     ) -> Result<(), StoreError> {
-        // Also before a failure, so that flash that fails is not tried at every turn.
+        // Also before a failure, so that failing flash is not retried at every turn.
         self.turn = turn;
         let bytes = self.bytes.as_mut();
         let mut writer = Writer::new(bytes);

@@ -1,7 +1,7 @@
 //! A controller that calibrates its robot arm by arm from measured positions: any number of samples in constant memory.
-//! A tracker or a camera reads where the platform is, in the robot's frame.
+//! A tracker or a camera measures the platform's position in the robot's frame.
 //!
-//! `docs/controller.md` leads here. Yours are the constants, `small/mod.rs` (board) and `small/plant.rs` (the machine).
+//! See `docs/controller.md`. Adapt the constants, `small/mod.rs` (board) and `small/plant.rs` (the machine).
 
 #![no_std]
 #![no_main]
@@ -19,10 +19,10 @@ use small::{
 };
 
 const SAMPLES: u8 = 40;
-/// How far the tracker's reflector slips at each attempt, mm: at the first it is loose.
+/// Slip of the tracker's reflector at each attempt, mm: at the first attempt it is loose.
 const SLIPS: [f32; 2] = [0.4, 0.0];
 const CHECKS: u8 = 10;
-/// Millimetres a second.
+/// Speed, mm/s.
 const SPEED: f32 = 400.0;
 
 #[cortex_m_rt::entry]
@@ -41,7 +41,7 @@ fn main() -> ! {
     restart()
 }
 
-/// Calibrates until nothing slips. The calibrator lies on the stack, where it is built in its place.
+/// Calibrates until nothing slips. The calibrator is constructed in place on the stack.
 #[inline(never)]
 fn attempt(drawn: &Robot<f32>, store: &mut Store) {
     let Some(settings) = settings() else {
@@ -58,8 +58,8 @@ fn attempt(drawn: &Robot<f32>, store: &mut Store) {
     }
 }
 
-/// What is known beforehand: how good a measurement is, and how well the robot is made. Without the tolerance, exchanged
-/// joints or units would not be noticed.
+/// Prior knowledge: measurement noise and manufacturing tolerance. Without the tolerance, swapped joints or wrong units
+/// would go unnoticed.
 fn settings() -> Option<Settings<f32>> {
     let noise = Noise::new(0.02, 0.0).ok()?;
     let tolerance = Tolerance::new(0.5, 0.0035).ok()?;
@@ -83,7 +83,7 @@ fn measure(pose: u8) -> Sample<f32> {
     }
 }
 
-/// In bounded steps, while the control loop turns in its interrupt.
+/// In bounded steps, while the control loop runs in its interrupt.
 #[inline(never)]
 fn calibrate(calibrator: &mut IkmCalibrator<f32>) -> Result<Robot<f32>, Refusal> {
     for pose in 0..SAMPLES {
@@ -96,7 +96,7 @@ fn calibrate(calibrator: &mut IkmCalibrator<f32>) -> Result<Robot<f32>, Refusal>
     Ok(calibrator.outcome()?.robot)
 }
 
-/// Shows how far the robot as drawn and the calibrated one are from positions that were not used.
+/// Displays the errors of the designed and the calibrated robot at positions not used for calibration.
 #[inline(never)]
 fn check(drawn: &Robot<f32>, calibrated: &Robot<f32>) {
     let mut worst = [0.0; 2];

@@ -1,7 +1,7 @@
-//! A controller that calibrates its robot by itself: a touch probe stands in place of the tool, and someone puts gauge
-//! blocks on the plate below it. No computer, no position is ever measured.
+//! A controller that calibrates its robot by itself: a touch probe replaces the tool, and someone puts gauge blocks on
+//! the plate below it. No computer is needed, and no position is measured.
 //!
-//! `docs/controller.md` leads here. Yours are the constants, `small/mod.rs` (board) and `small/plant.rs` (the machine).
+//! See `docs/controller.md`. Adapt the constants, `small/mod.rs` (board) and `small/plant.rs` (the machine).
 
 #![no_std]
 #![no_main]
@@ -22,9 +22,9 @@ use static_cell::StaticCell;
 
 /// The heights of the gauge blocks; the plate itself is the first. Millimetres.
 const BLOCKS: [f32; 3] = [0.0, 50.0, 100.0];
-/// What stands there at the first attempt: a chip lies under the second block.
+/// Actual heights at the first attempt: a chip is under the second block.
 const WITH_CHIP: [f32; 3] = [0.0, 50.8, 100.0];
-/// Where the blocks stand one after the other: x and y, mm.
+/// Positions of the blocks, one after the other: x and y, mm.
 const PLACES: [[f32; 2]; 12] = [
     [0.0, 0.0],
     [60.0, 0.0],
@@ -40,24 +40,24 @@ const PLACES: [[f32; 2]; 12] = [
     [85.0, -85.0],
 ];
 const TOUCHES: usize = BLOCKS.len() * PLACES.len();
-/// Other places and another block, to look how good the robot is.
+/// Other positions and another block, to check the result.
 const CHECKS: [[f32; 2]; 3] = [[70.0, 45.0], [-95.0, 20.0], [30.0, -100.0]];
 const CHECK_BLOCK: f32 = 75.0;
 
-/// Where the plate is, mm, and how far it and the robot may be off: the probe begins so far above the block, and gives up
-/// so far below.
+/// The height of the plate, mm, and the combined uncertainty of plate and robot: the probe starts this far above the
+/// block, and gives up this far below.
 const PLATE: f32 = -500.0;
 const SEARCH: f32 = 4.0;
-/// How far the probe goes back after the first touch, mm.
+/// Retraction of the probe after the first touch, mm.
 const BACK: f32 = 0.1;
-/// Millimetres a second: to the block, to the first touch, and to the second, which the turns of the loop tell to 1 µm.
+/// Speeds, mm/s: to the block, to the first touch, and to the second, which the loop's turns resolve to 1 µm.
 const FAST: f32 = 200.0;
 const SLOW: f32 = 10.0;
 const CREEP: f32 = 1.0;
-/// One sigma of a touch, mm.
+/// σ of a touch, mm.
 const REPEATABILITY: f32 = 0.005;
 
-/// Touches and solver, for the robot's 24 parameters and the three of the plate.
+/// Touches and solver, for the robot's 24 parameters and the plate's three.
 type Calibrator = TouchCalibrator<f32, TOUCHES>;
 
 #[cortex_m_rt::entry]
@@ -85,7 +85,7 @@ fn main() -> ! {
     restart()
 }
 
-/// In its place. Not inlined, here and below: what is done one after the other shares the stack.
+/// In place. Not inlined, here and below, so that consecutive stages share the stack.
 #[inline(never)]
 fn prepare(place: &'static StaticCell<Calibrator>, drawn: &Robot<f32>) -> &'static mut Calibrator {
     let Some((instruments, settings)) = known() else {
@@ -97,7 +97,7 @@ fn prepare(place: &'static StaticCell<Calibrator>, drawn: &Robot<f32>) -> &'stat
     })
 }
 
-/// What is known beforehand: how good the probe is, and how well the robot is made.
+/// Prior knowledge: the probe's repeatability and the manufacturing tolerance.
 fn known() -> Option<(Instruments<'static, f32>, Settings<f32>)> {
     let positions = Noise::new(REPEATABILITY, 0.0).ok()?;
     let instruments = Instruments {
@@ -127,7 +127,7 @@ fn touch([x, y]: [f32; 2], block: f32) -> [f32; 3] {
     touched.map_or_else(|| fail("the probe touched nothing"), |(joints, _)| joints)
 }
 
-/// Touches every block at every place.
+/// Touches every block at every position.
 #[inline(never)]
 fn measure(calibrator: &mut Calibrator, standing: &[f32; 3]) {
     for (height, stands) in BLOCKS.iter().zip(standing) {
@@ -148,7 +148,7 @@ fn measure(calibrator: &mut Calibrator, standing: &[f32; 3]) {
     }
 }
 
-/// In bounded steps, while the control loop turns in its interrupt.
+/// In bounded steps, while the control loop runs in its interrupt.
 #[inline(never)]
 fn calibrate(calibrator: &mut Calibrator) -> Result<Robot<f32>, Refusal> {
     calibrator.solve()?;
@@ -156,7 +156,7 @@ fn calibrate(calibrator: &mut Calibrator) -> Result<Robot<f32>, Refusal> {
     Ok(calibrator.outcome()?.robot)
 }
 
-/// Shows how far the robot as drawn and the calibrated one are off: a block is as high as it is.
+/// Displays the errors of the designed and the calibrated robot: the height of a block is known.
 #[inline(never)]
 fn check(drawn: &Robot<f32>, calibrated: &Robot<f32>) {
     let mut worst = [0.0; 2];

@@ -1,4 +1,4 @@
-//! What both small programs need: the control loop in an interrupt, a store of parameters, a display.
+//! Shared by both small programs: the control loop in an interrupt, a parameter store, a display.
 
 #![allow(dead_code)] // each program uses a part
 
@@ -17,11 +17,11 @@ use delta_cal::{Refusal, Robot};
 use delta_cal_firmware_example::{ControlLoop, Halves, Path, RamFlash, TURNS_A_SECOND};
 use plant::Plant;
 
-/// Clock of the core. Hertz.
+/// Core clock. Hertz.
 const CLOCK: u32 = 25_000_000;
 const TICKS_A_TURN: u32 = CLOCK / TURNS_A_SECOND;
 
-/// Straight to a target, at most `step` a turn. Your motion planner.
+/// Straight to a target, at most `step` per turn. Replace by your motion planner.
 #[derive(Clone, Copy)]
 pub(crate) struct Line {
     point: Vector3<f32>,
@@ -42,20 +42,20 @@ impl Path<f32> for Line {
     }
 }
 
-/// What the interrupt works with.
+/// Data of the interrupt.
 pub(crate) struct Machine {
     control_loop: ControlLoop<f32, Line>,
     pub(crate) plant: Plant,
-    /// The probe stops the platform; where it did.
+    /// Whether the probe stops the platform, and where it did.
     armed: bool,
     touched: Option<([f32; 3], f32)>,
-    /// The longest time from when a turn was due to its end. Ticks.
+    /// The longest time from a turn's due time to its end. Ticks.
     longest: u32,
 }
 
-/// All zeros at the start, which an `Option` is not: it costs no flash.
+/// Zero-initialised, unlike an `Option`, so it takes no flash.
 #[repr(u8)]
-#[allow(clippy::large_enum_variant)] // there is one, in static memory
+#[allow(clippy::large_enum_variant)] // a single one, in static memory
 enum Slot {
     Vacant = 0,
     Running(Machine),
@@ -63,7 +63,7 @@ enum Slot {
 
 static MACHINE: Mutex<RefCell<Slot>> = Mutex::new(RefCell::new(Slot::Vacant));
 
-/// No interrupt but the processor's own is used: the vector table ends here.
+/// Only the processor's own interrupts are used: the vector table ends here.
 #[allow(unsafe_code)] // attributes that place it
 #[unsafe(link_section = ".vector_table.interrupts")]
 #[unsafe(no_mangle)]
@@ -85,7 +85,7 @@ fn SysTick() {
     });
 }
 
-/// What the interrupt must not see half done; a few instructions.
+/// Runs something the interrupt must not see half done; a few instructions.
 pub(crate) fn with<R: Default>(work: impl FnOnce(&mut Machine) -> R) -> R {
     critical_section::with(|section| match &mut *MACHINE.borrow_ref_mut(section) {
         Slot::Vacant => R::default(),
@@ -135,7 +135,7 @@ pub(crate) fn go([x, y, z]: [f32; 3], speed: f32) {
     }
 }
 
-/// Moves until the probe touches: the joint angles and the height at which it did. `None` if it does not.
+/// Moves until the probe touches: the joint angles and the height of the touch. `None` without a touch.
 pub(crate) fn probe(to: [f32; 3], speed: f32) -> Option<([f32; 3], f32)> {
     with(|machine| {
         machine.touched = None;
@@ -148,12 +148,12 @@ pub(crate) fn probe(to: [f32; 3], speed: f32) -> Option<([f32; 3], f32)> {
     })
 }
 
-/// The joint angles where the platform is.
+/// The joint angles at the current position.
 pub(crate) fn joints() -> [f32; 3] {
     with(|machine| *machine.control_loop.joints())
 }
 
-/// Stores new parameters and hands them to the control loop, which goes over to them within half a second.
+/// Stores new parameters and hands them to the control loop, which blends over within half a second.
 pub(crate) fn take_over(store: &mut Store, robot: &Robot<f32>) {
     if !save(store, robot) {
         fail("not stored");
@@ -165,7 +165,7 @@ pub(crate) fn take_over(store: &mut Store, robot: &Robot<f32>) {
     }
 }
 
-/// Stands in for two pages of flash: memory that a reset leaves as it is.
+/// Stands for two pages of flash: memory that survives a reset.
 pub(crate) type Store = Halves<&'static mut RamFlash<4096>>;
 
 #[repr(C)]
@@ -175,7 +175,7 @@ struct Retained {
 }
 
 const MARK: u32 = 0x64_63_73_6d;
-/// A parameter record: which program and version wrote it. Change it with the robot as drawn.
+/// Mark of a parameter record: program and version. Change it with the designed robot.
 const RECORD: u32 = 0x64_63_00_01;
 const NUMBERS: usize = 24;
 
@@ -184,7 +184,7 @@ pub(crate) fn store() -> Store {
     #[allow(unsafe_code)] // the attribute that places it
     #[unsafe(link_section = ".storage")]
     static mut RETAINED: MaybeUninit<Retained> = MaybeUninit::uninit();
-    // SAFETY: both programs call this once, before all else. Any bits are a `Retained`.
+    // SAFETY: both programs call this once, before anything else. Any bits are a valid `Retained`.
     #[allow(unsafe_code)]
     let retained = unsafe { &mut *(&raw mut RETAINED).cast::<Retained>() };
     if retained.mark != MARK {
@@ -194,7 +194,7 @@ pub(crate) fn store() -> Store {
     Halves::new(&mut retained.flash, RECORD, 4 * NUMBERS)
 }
 
-/// The parameters that are stored.
+/// The stored parameters.
 pub(crate) fn load(store: &mut Store) -> Option<Robot<f32>> {
     let mut bytes = [0; 4 * NUMBERS];
     let content = store.load(&mut bytes).ok()??;
@@ -209,7 +209,7 @@ pub(crate) fn load(store: &mut Store) -> Option<Robot<f32>> {
     Robot::from_parameters(parameters).ok()
 }
 
-/// Stores parameters; whether they are surely there.
+/// Stores parameters; returns whether they are certainly stored.
 fn save(store: &mut Store, robot: &Robot<f32>) -> bool {
     let mut bytes = [0; 4 * NUMBERS];
     for (place, number) in bytes
@@ -223,7 +223,7 @@ fn save(store: &mut Store, robot: &Robot<f32>) -> bool {
     store.save(&bytes).is_ok()
 }
 
-/// Shows a line: a text and a number. Your display.
+/// Displays a line: a text and a number. Replace by your display.
 pub(crate) fn show(text: &str, number: u32) {
     let mut digits = [b'0'; 12];
     let (mut rest, mut first) = (number, digits.len() - 1);
@@ -244,13 +244,13 @@ pub(crate) fn show(text: &str, number: u32) {
     }
 }
 
-/// Shows how far a robot is off.
+/// Displays the error of a robot.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // far below a kilometre, not negative
 pub(crate) fn show_error(text: &str, millimetres: f32) {
     show(text, (1000.0 * millimetres) as u32);
 }
 
-/// Shows why a calibration is refused, and the arm at fault: 1, 2, 3, or 0 for none.
+/// Displays why a calibration is refused, and the arm at fault: 1, 2, 3, or 0 for none.
 #[allow(clippy::cast_possible_truncation)] // 0, 1, 2
 pub(crate) fn show_refusal(refusal: Refusal) {
     show("refused, status:", refusal.code().into());
@@ -260,7 +260,7 @@ pub(crate) fn show_refusal(refusal: Refusal) {
     );
 }
 
-/// Shows the longest turn of the control loop, and ends the emulation.
+/// Displays the longest turn of the control loop, and ends the emulation.
 pub(crate) fn end() -> ! {
     show_longest_turn();
     loop {
@@ -268,7 +268,7 @@ pub(crate) fn end() -> ! {
     }
 }
 
-/// The same, and switches off and on again.
+/// The same, then power-cycles.
 pub(crate) fn restart() -> ! {
     show_longest_turn();
     SCB::sys_reset()

@@ -1,21 +1,21 @@
-//! Stands in for the robot that was built, its probe, and whoever puts gauge blocks on the plate.
+//! Simulates the robot as built, its probe, and the person who places gauge blocks on the plate.
 
 use delta_cal::Robot;
 use delta_cal::nalgebra::Vector3;
 
-/// The machine as it is, which the controller does not know.
+/// The actual machine, unknown to the controller.
 pub(crate) struct Plant {
     built: Robot<f32>,
     /// The height of the gauge block below the probe. Millimetres.
     pub(crate) block: f32,
     /// How far the tracker's reflector slips at every other pose. Millimetres.
     pub(crate) slip: f32,
-    /// Of the noise.
+    /// State of the noise generator.
     state: u32,
 }
 
 impl Plant {
-    /// A robot that differs from the drawn one by some 0.5 mm and 0.2°.
+    /// A robot that differs from the designed one by about 0.5 mm and 0.2°.
     pub(crate) fn new(drawn: &Robot<f32>) -> Self {
         let mut plant = Self {
             built: *drawn,
@@ -38,14 +38,14 @@ impl Plant {
         plant
     }
 
-    /// Whether the probe touches the block, which stands on a plate that is not quite level.
+    /// Whether the probe touches the block, which stands on a slightly tilted plate.
     pub(crate) fn touches(&self, joints: &[f32; 3]) -> bool {
         self.built
             .forward(joints)
             .is_ok_and(|at| at.z <= -500.0 + 0.002 * at.x - 0.001 * at.y + self.block)
     }
 
-    /// What a tracker reads: the position with a noise of 0.02 mm.
+    /// The reading of a tracker: the position with a noise of 0.02 mm.
     pub(crate) fn position(&mut self, joints: &[f32; 3]) -> Option<Vector3<f32>> {
         let mut position = self.built.forward(joints).ok()?;
         self.slip = -self.slip;
@@ -53,7 +53,7 @@ impl Plant {
         Some(position.map(|coordinate| coordinate + 0.02 * self.noise()))
     }
 
-    /// Of variance 1: the sum of twelve numbers evenly in (0, 1), less their mean.
+    /// Noise of variance 1: the sum of twelve uniform numbers in (0, 1), minus its mean.
     #[allow(clippy::cast_precision_loss)] // 24 bits
     fn noise(&mut self) -> f32 {
         let mut sum = -6.0;

@@ -1,4 +1,4 @@
-//! Why a call failed, with all that the core says about it.
+//! Why a call failed, with all details from the core.
 
 use crate::memory::{Out, Plain};
 use crate::plain::{FRAME, NO_ARM, NO_INSTRUMENT, NO_PARAMETER, PLANE, POINT, TRANSMISSION};
@@ -40,7 +40,7 @@ pub struct Error {
     pub reserved: u32,
 }
 
-// SAFETY: C's layout, numbers alone, no padding (the header's test looks).
+// SAFETY: C layout, only numbers, no padding (checked by the header's test).
 #[allow(unsafe_code)]
 unsafe impl Plain for Error {}
 
@@ -113,7 +113,7 @@ impl Error {
     }
 }
 
-/// The status of a call, and the reason where the caller asked for one.
+/// The status of a call; also writes the reason if the caller wants it.
 pub(crate) fn report(
     mut error: Out<Error>,
     call: impl FnOnce() -> Result<Status, Error>,
@@ -131,7 +131,7 @@ pub(crate) fn report(
     }
 }
 
-/// The status of a call that has no more to say.
+/// The status of a call without further details.
 pub(crate) fn status_of(call: impl FnOnce() -> Result<Status, Error>) -> Status {
     match call() {
         Ok(status) => status,

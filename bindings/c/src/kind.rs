@@ -1,8 +1,8 @@
-//! What an object can be, and how much memory it is given in C.
+//! Kinds of objects, and their sizes in C.
 //!
-//! The sizes are the same on every target, so that they can stand in the header; each leaves room for targets that
-//! align differently. Assertions hold the Rust types to them wherever the library is built.
-#![allow(unsafe_code)] // promises about kinds
+//! The sizes are the same on every target, so that the header can state them; each leaves room for targets with
+//! different alignment. Assertions check the Rust types against them whenever the library is built.
+#![allow(unsafe_code)] // guarantees about kinds
 
 use crate::plain::{FKM_ROWS, PLANES, POINTS, UNKNOWNS};
 use delta_cal::calibration::{Ikm as EachArm, IkmCalibrator, JointCalibrator, JointOutcome};
@@ -10,7 +10,7 @@ use delta_cal::observations::FkmCalibrator;
 use delta_cal::stream::StreamCalibrator;
 use delta_cal::{Real, Robot, RobotOutcome};
 
-/// The version that this library was built as: major, minor and patch, one byte each, as `DCAL_VERSION`.
+/// The version of this library: major, minor and patch, one byte each, like `DCAL_VERSION`.
 pub const VERSION: u32 = number(env!("CARGO_PKG_VERSION_MAJOR")) << 16
     | number(env!("CARGO_PKG_VERSION_MINOR")) << 8
     | number(env!("CARGO_PKG_VERSION_PATCH"));
@@ -25,17 +25,17 @@ const fn number(text: &str) -> u32 {
     value
 }
 
-/// Every object's alignment in C. Bytes.
+/// The alignment of every object in C. Bytes.
 pub const ALIGNMENT: usize = 8;
 
 /// "DCAL".
 const MAGIC: u32 = 0x4c41_4344;
-/// What the number of a kind begins with, in single and in double precision.
+/// Base of a kind's number, in single and in double precision.
 const SINGLE: i32 = 0x400;
 const DOUBLE: i32 = 0x800;
 
-/// What stands in front of every object. Memory that outlasts an update of the firmware holds no object of the new one:
-/// the tag is of a version and a size.
+/// The tag in front of every object. Memory that survives a firmware update holds no valid object for the new firmware:
+/// the tag includes version and size.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Tag {
@@ -65,7 +65,7 @@ impl Tag {
     }
 }
 
-/// An object in memory of the caller.
+/// An object in the caller's memory.
 #[repr(C, align(8))]
 #[derive(Debug, Clone, Copy)]
 pub struct Stored<K> {
@@ -86,34 +86,34 @@ pub(crate) const PARAMETERS: usize = 24 + UNKNOWNS;
 const COLUMNS: usize = PARAMETERS + 1;
 const ENTRIES: usize = COLUMNS * (COLUMNS + 1) / 2;
 
-/// What an object can be.
+/// A kind of object.
 ///
 /// # Safety
-/// No other kind has its number: the tag alone says what the memory holds.
+/// Its number is unique: the tag alone identifies the contents of the memory.
 pub unsafe trait Kind {
-    /// What the tag holds; never changes.
+    /// The number in the tag; it never changes.
     const NUMBER: i32;
     /// The size in C. Bytes.
     const SIZE: usize;
 }
 
-/// A kind for whoever makes the header.
+/// A description of a kind, for generating the header.
 #[derive(Debug, Clone, Copy)]
 pub struct Described {
     /// The name in Rust.
     pub name: &'static str,
-    /// The name in C, without the library's and the scalar's.
+    /// The name in C, without the prefix of the library and the suffix of the scalar.
     pub in_c: &'static str,
-    /// What it is.
+    /// Its documentation.
     pub about: &'static str,
-    /// In single and in double precision: number, size in C, and the size that it takes on this target.
+    /// In single and in double precision: number, size in C, and actual size on this target.
     pub scalars: [(i32, usize, usize); 2],
 }
 
 macro_rules! kinds {
     ($($name:ident $in_c:literal = $number:literal, $single:literal, $double:literal, $about:literal;)+) => {
         $(
-            // SAFETY: every number stands once below.
+            // SAFETY: every number occurs once below.
             unsafe impl Kind for $name<f32> {
                 const NUMBER: i32 = SINGLE + $number;
                 const SIZE: usize = $single;
@@ -151,7 +151,7 @@ kinds! {
     FkmOutcome "fkm_outcome" = 10, 3200, 6272, "A robot calibrated from any readings, and where the instruments are.";
 }
 
-/// What a calibration from any readings found.
+/// The result of a calibration from any readings.
 #[derive(Debug, Clone)]
 pub struct FkmOutcome<T: Real> {
     pub(crate) joint: JointOutcome<T>,
@@ -162,7 +162,7 @@ pub struct FkmOutcome<T: Real> {
     pub(crate) point_count: usize,
 }
 
-/// The bytes of a snapshot, in single and in double precision: of what, and how many.
+/// Snapshot sizes in single and in double precision, by kind, in bytes.
 pub const SNAPSHOTS: [(&str, [usize; 2]); 3] = [
     (
         "ikm",
@@ -178,16 +178,16 @@ pub const SNAPSHOTS: [(&str, [usize; 2]); 3] = [
     ),
 ];
 
-/// Fails to compile where an object does not fit its memory in C.
+/// Fails to compile if an object does not fit its memory in C.
 const fn fits<K: Kind>() {
-    // Memory of the caller is overwritten and never dropped.
+    // The caller's memory is overwritten and never dropped.
     assert!(!core::mem::needs_drop::<K>());
     assert!(size_of::<Stored<K>>() <= K::SIZE);
     assert!(align_of::<Stored<K>>() == ALIGNMENT);
     assert!(K::SIZE.is_multiple_of(ALIGNMENT) && K::SIZE < 0x1_0000);
 }
 
-/// The bytes that an object of this kind takes on this target; 0 if there is no such kind.
+/// The size of an object of this kind on this target, bytes; 0 if there is no such kind.
 pub const fn size_of_kind(number: i32) -> usize {
     let mut kinds = ALL;
     while let [kind, rest @ ..] = kinds {

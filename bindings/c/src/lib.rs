@@ -1,10 +1,10 @@
-//! The core's calibration as a library for C: `include/delta_cal.h` is the interface, `docs/c.md` the manual.
+//! The core's calibration as a C library: `include/delta_cal.h` is the interface, `docs/c.md` the manual.
 //!
-//! Every object lies in memory of the caller, behind a tag that says what it is. No function allocates, calls back or
-//! panics; whatever a function refuses, it writes nothing but its status and the reason.
+//! Every object is in the caller's memory, behind a tag that identifies it. No function allocates, calls back or
+//! panics; a function that refuses writes only its status and the reason.
 //!
-//! The folder `scalar` is compiled twice, for `f32` and for `f64`. The header is made from these files, documentation
-//! included: `tests/header`.
+//! The folder `scalar` is compiled twice, for `f32` and for `f64`. The header is generated from these files,
+//! documentation included: `tests/header`.
 
 #![cfg_attr(target_os = "none", no_std)]
 

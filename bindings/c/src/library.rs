@@ -1,4 +1,4 @@
-//! What the library says of itself.
+//! Information about the library.
 #![allow(unsafe_code)] // naming a symbol
 
 use crate::kind::{ALIGNMENT, VERSION, size_of_kind};
@@ -28,7 +28,7 @@ pub extern "C" fn alignment() -> usize {
 /// A status in English, one sentence ended by a zero. The text lies in constant memory. Never NULL.
 #[unsafe(export_name = "dcal_status_text")]
 pub extern "C" fn status_text(status: Status) -> *const c_char {
-    // The macro that makes the texts leaves a space in front of each.
+    // The macro that generates the texts puts a space in front of each.
     let text = status::text(status).to_bytes_with_nul();
     text.strip_prefix(b" ").unwrap_or(text).as_ptr().cast()
 }

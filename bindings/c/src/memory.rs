@@ -1,10 +1,10 @@
-//! Memory of the caller: pointers as C hands them over, checked before they are used.
+//! The caller's memory: pointers from C, checked before use.
 //!
-//! All use of pointers is in this file. Only C makes the values of these types, by calling a function of the interface,
-//! whose documentation states what it promises: a pointer is NULL or leads to memory of its type, which nobody else
-//! uses during the call. What can be checked of that is checked.
-#![allow(unsafe_code)] // each block says why it is right
-#![allow(clippy::cast_ptr_alignment)] // checked at run time, that is what this file is for
+//! All use of pointers is in this file. Only C creates values of these types, by calling a function of the interface,
+//! whose documentation states the caller's obligations: a pointer is NULL or points to memory of its type that nothing
+//! else uses during the call. Everything that can be checked is checked.
+#![allow(unsafe_code)] // each block states its justification
+#![allow(clippy::cast_ptr_alignment)] // checked at run time, which is the purpose of this file
 
 use crate::kind::{ALIGNMENT, Kind, Stored, Tag};
 use crate::status::{self, Status};
@@ -12,10 +12,10 @@ use core::fmt;
 use core::marker::PhantomData;
 use core::ptr;
 
-/// Numbers without further rules.
+/// Plain numbers, without invariants.
 ///
 /// # Safety
-/// Any bits of that size are a value, and there is no padding.
+/// Every bit pattern of that size is valid, and there is no padding.
 pub unsafe trait Plain: Copy {}
 
 macro_rules! plain {
@@ -28,7 +28,7 @@ macro_rules! plain {
 }
 
 plain! { f32 f64 i32 u8 u64 usize }
-// SAFETY: such numbers in a row.
+// SAFETY: an array of such numbers.
 unsafe impl<T: Plain, const N: usize> Plain for [T; N] {}
 
 macro_rules! pointer {
@@ -90,18 +90,18 @@ fn usable(pointer: *const u8, alignment: usize) -> Result<(), Status> {
     if pointer.is_null() {
         return Err(status::NULL_POINTER);
     }
-    // On no platform of this library do pointers hold anything but the address.
+    // On the platforms of this library, pointers hold nothing but the address.
     if !pointer.addr().is_multiple_of(alignment) {
         return Err(status::MISALIGNED);
     }
     Ok(())
 }
 
-/// The object behind a pointer, if its tag says that it is one.
+/// The object behind a pointer, if its tag identifies it as one.
 fn object<K: Kind>(pointer: *const u8) -> Result<*const Stored<K>, Status> {
     usable(pointer, ALIGNMENT)?;
-    // SAFETY: not NULL, aligned, and by the interface's promise memory of an object, which is larger than a tag.
-    // Volatile: the memory may never have been written, and the compiler must not conclude anything from that.
+    // SAFETY: not NULL, aligned, and by the interface's contract memory of an object, which is larger than a tag.
+    // Volatile: the memory may never have been written, and the compiler must not infer anything from that.
     let tag = unsafe { pointer.cast::<Tag>().read_volatile() };
     if tag == Tag::of::<K>() {
         Ok(pointer.cast())
@@ -116,7 +116,7 @@ fn apart<K: Kind, L: Kind>(one: *const u8, other: *const u8) -> Result<(), Statu
     no_overlap::<K>(one, other, size_of::<Stored<L>>())
 }
 
-/// That an object and so many bytes lie apart.
+/// Checks that an object and a range of bytes do not overlap.
 fn no_overlap<K: Kind>(object: *const u8, other: *const u8, size: usize) -> Result<(), Status> {
     let (object, other) = (object.addr(), other.addr());
     let before =
@@ -132,14 +132,14 @@ impl<K: Kind> Held<K> {
     /// The object.
     pub(crate) fn get(&self) -> Result<&K, Status> {
         let stored = object::<K>(self.0)?;
-        // SAFETY: the tag says that `New::put` wrote such an object here; by the interface's promise nobody has changed
-        // it since but this library, and nobody does while the reference lives, which is this call.
+        // SAFETY: the tag shows that `New::put` wrote such an object here. By the interface's contract only this
+        // library has changed it since, and nothing changes it during the reference's lifetime, which is this call.
         Ok(unsafe { &(*stored).value })
     }
 }
 
 impl<K: Kind> Held<K> {
-    /// The object, and the bytes that are needed of those that lie elsewhere; they are written only if there are enough.
+    /// The object, and the bytes it needs from a separate buffer; they are written only if there are enough.
     pub(crate) fn beside_bytes<'a>(
         &'a self,
         bytes: &'a mut Out<u8>,
@@ -157,7 +157,7 @@ impl<K: Kind> Held<K> {
 }
 
 impl<K: Kind> HeldMut<K> {
-    /// The object, and bytes that lie elsewhere.
+    /// The object, and bytes in a separate buffer.
     pub(crate) fn beside_bytes<'a>(
         &'a mut self,
         bytes: &'a Many<u8>,
@@ -171,11 +171,11 @@ impl<K: Kind> HeldMut<K> {
     /// The object.
     pub(crate) fn get(&mut self) -> Result<&mut K, Status> {
         object::<K>(self.0)?;
-        // SAFETY: as in `Held::get`; and nobody else looks at the object during the call.
+        // SAFETY: as in `Held::get`; in addition, nothing else accesses the object during the call.
         Ok(unsafe { &mut (*self.0.cast::<Stored<K>>()).value })
     }
 
-    /// The object, and another one that lies elsewhere.
+    /// The object, and another, separate one.
     pub(crate) fn beside<'a, L: Kind>(
         &'a mut self,
         other: &'a Held<L>,
@@ -188,7 +188,7 @@ impl<K: Kind> HeldMut<K> {
 }
 
 impl<K: Kind> New<K> {
-    /// Whether the memory can hold the object. `size` is what C believes its size to be.
+    /// Checks that the memory can hold the object. `size` is its size according to C.
     pub(crate) fn usable(&self, size: usize) -> Result<(), Status> {
         usable(self.0, ALIGNMENT)?;
         if size < K::SIZE {
@@ -197,14 +197,14 @@ impl<K: Kind> New<K> {
         Ok(())
     }
 
-    /// Makes the object, from a reference, so that a large one is not copied on the stack first.
+    /// Creates the object from a reference, so that a large one is not copied on the stack first.
     #[inline]
     pub(crate) fn put(&mut self, size: usize, value: &K) -> Result<(), Status> {
         self.usable(size)?;
         let stored = self.0.cast::<Stored<K>>();
-        // SAFETY: not NULL, aligned, and by the interface's promise `size` bytes of memory; an assertion in `kind` holds
-        // the object to `K::SIZE`. What was there is not read and needs no drop: that assertion says so of all kinds,
-        // which hold numbers alone and can be copied by their bytes. `value` lies elsewhere: it is not C's.
+        // SAFETY: not NULL, aligned, and by the interface's contract `size` bytes of memory; an assertion in `kind`
+        // limits the object to `K::SIZE`. Previous contents are not read and need no drop: the same assertion ensures
+        // that all kinds hold only numbers and can be copied bytewise. `value` is elsewhere: it is not C's.
         unsafe {
             ptr::copy_nonoverlapping(value, &raw mut (*stored).value, 1);
             (&raw mut (*stored).tag).write(Tag::of::<K>());
@@ -216,32 +216,32 @@ impl<K: Kind> New<K> {
 impl<T: Plain> In<T> {
     pub(crate) fn get(&self) -> Result<T, Status> {
         usable(self.0, align_of::<T>())?;
-        // SAFETY: not NULL, aligned, and by the interface's promise a value, of which any bits are one.
+        // SAFETY: not NULL, aligned, and by the interface's contract a value, for which every bit pattern is valid.
         Ok(unsafe { self.0.cast::<T>().read() })
     }
 }
 
 impl Many<u8> {
-    /// The bytes as they lie there.
+    /// The bytes in place.
     fn row(&self, count: usize) -> Result<&[u8], Status> {
         usable(self.0, 1)?;
         if isize::try_from(count).is_err() {
             return Err(status::WRONG_SIZE);
         }
-        // SAFETY: not NULL, and by the interface's promise so many bytes, which nobody changes during the call.
+        // SAFETY: not NULL, and by the interface's contract `count` bytes that nothing changes during the call.
         Ok(unsafe { core::slice::from_raw_parts(self.0, count) })
     }
 }
 
 impl Out<u8> {
-    /// Memory for so many bytes, all zero.
+    /// Zeroed memory for `count` bytes.
     fn row(&mut self, count: usize) -> Result<&mut [u8], Status> {
         self.usable()?;
         if isize::try_from(count).is_err() {
             return Err(status::WRONG_SIZE);
         }
-        // SAFETY: not NULL, and by the interface's promise memory of so many bytes, which nobody else uses during the call.
-        // It may never have been written: that is done first.
+        // SAFETY: not NULL, and by the interface's contract `count` bytes that nothing else uses during the call. The
+        // memory may never have been written, so it is initialised first.
         Ok(unsafe {
             self.0.write_bytes(0, count);
             core::slice::from_raw_parts_mut(self.0, count)
@@ -254,7 +254,7 @@ impl<T: Plain> Out<T> {
         usable(self.0, align_of::<T>())
     }
 
-    /// The same, but NULL for a caller who does not want to know.
+    /// The same, but NULL is allowed for a caller who does not need the value.
     pub(crate) fn usable_or_null(&self) -> Result<(), Status> {
         if self.0.is_null() {
             return Ok(());
@@ -264,12 +264,12 @@ impl<T: Plain> Out<T> {
 
     pub(crate) fn put(&mut self, value: T) -> Result<(), Status> {
         self.usable()?;
-        // SAFETY: not NULL, aligned, and by the interface's promise memory of such a value.
+        // SAFETY: not NULL, aligned, and by the interface's contract memory of such a value.
         unsafe { self.0.cast::<T>().write(value) };
         Ok(())
     }
 
-    /// Writes where there is a place to write to.
+    /// Writes the value unless the pointer is NULL.
     pub(crate) fn put_if_there(&mut self, value: T) {
         let _ = self.put(value);
     }

@@ -1,4 +1,4 @@
-//! What Rust demands of an image without a standard library. No path leads here; its tests look.
+//! The panic handler Rust requires in an image without a standard library. It is unreachable, which its tests verify.
 
 use core::panic::PanicInfo;
 

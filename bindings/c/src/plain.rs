@@ -1,4 +1,4 @@
-//! Constants of the interface that are no status.
+//! Constants of the interface other than status codes.
 
 /// Not an arm, in places that hold an arm's index.
 pub const NO_ARM: i32 = -1;

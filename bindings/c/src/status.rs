@@ -1,4 +1,4 @@
-//! What a call came to. The numbers never change; `tests/status.rs` holds them.
+//! Status codes. The numbers never change; `tests/status.rs` checks them.
 
 /// What a call came to: `DCAL_OK`, `DCAL_WORKING`, or why nothing was done.
 pub type Status = i32;
@@ -7,7 +7,7 @@ macro_rules! statuses {
     ($($(#[doc = $text:literal])+ $name:ident = $number:literal,)+) => {
         $($(#[doc = $text])+ pub const $name: Status = $number;)+
 
-        /// The text of a status, ended by a zero.
+        /// The text of a status, zero-terminated.
         pub const fn text(status: Status) -> &'static core::ffi::CStr {
             match status {
                 $($number => {

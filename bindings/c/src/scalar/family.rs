@@ -1,4 +1,4 @@
-//! What every calibrator does, compiled for each: `ikm`, `joint`, `gate` and `fkm`.
+//! Functions common to all calibrators, compiled for each: `ikm`, `joint`, `gate` and `fkm`.
 #![allow(unsafe_code)] // naming symbols
 
 use super::{Outcome, Own, found};

@@ -1,4 +1,4 @@
-//! The calibrator from any readings: touches on planes, distances, single coordinates, in any mixture.
+//! The calibrator from any readings: touches of planes, distances, single coordinates, in any mixture.
 #![allow(unsafe_code)] // naming symbols, and promises about plain numbers
 
 use super::Real;
@@ -86,7 +86,7 @@ pub struct Observation {
     pub reserved: u32,
 }
 
-// SAFETY: C's layout, numbers alone, no padding (the header's test looks).
+// SAFETY: C layout, only numbers, no padding (checked by the header's test).
 unsafe impl Plain for Observation {}
 
 /// A plane z = c + a x + b y, whose c, a and b are unknown.
@@ -137,7 +137,7 @@ pub struct Instruments {
     pub points: [Point; POINTS],
 }
 
-// SAFETY: C's layout, numbers alone, no padding (the header's test looks).
+// SAFETY: C layout, only numbers, no padding (checked by the header's test).
 unsafe impl Plain for Instruments {}
 
 impl Observation {
@@ -188,7 +188,7 @@ impl Observation {
 
 /// `true` with something known, and an error where it is not usable.
 fn known(numbers: &[Real], sigma: Real) -> Result<bool, Error> {
-    // Zero means zero here: it stands for "nothing is known".
+    // Exactly zero: it means "unknown".
     #[allow(clippy::float_cmp)]
     if sigma == 0.0 {
         return Ok(false);
@@ -259,7 +259,7 @@ fn make(
     let noise = settings
         .noise
         .ok_or(Error::from(status::NOISE_OF_POSITION))?;
-    // Zero means zero here: not stated.
+    // Exactly zero: not stated.
     #[allow(clippy::float_cmp)]
     let or_not_stated = |sigma: Real| if sigma == 0.0 { NOT_STATED } else { sigma };
     let instruments = delta_cal::observations::Instruments {
@@ -297,7 +297,7 @@ pub extern "C" fn add(
         let own = calibrator.get()?;
         let observation = observation.get()?.checked()?;
         let noise = own.instruments().noise;
-        // Zero difference means that it is the mark itself.
+        // Exactly equal: it is the marker itself.
         #[allow(clippy::float_cmp)]
         let not_stated = |sigma: Real| sigma == NOT_STATED;
         if observation.height.is_some() && not_stated(noise.height()) {

@@ -1,4 +1,4 @@
-//! The per-arm calibrator behind a gate, which tests each sample before it is taken in.
+//! The per-arm calibrator behind a gate, which tests each sample before it is added.
 #![allow(unsafe_code)] // naming symbols, and promises about plain numbers
 
 use super::Real;
@@ -46,7 +46,7 @@ pub struct Verdict {
     pub normalized: Real,
 }
 
-// SAFETY: C's layout, numbers alone, no padding (the header's test looks).
+// SAFETY: C layout, only numbers, no padding (checked by the header's test).
 unsafe impl Plain for Verdict {}
 
 /// How many samples came to what, and what that means.
@@ -74,7 +74,7 @@ pub struct GateCounts {
     pub alarm_sample: u64,
 }
 
-// SAFETY: C's layout, numbers alone, no padding (the header's test looks).
+// SAFETY: C layout, only numbers, no padding (checked by the header's test).
 unsafe impl Plain for GateCounts {}
 
 impl Verdict {
@@ -134,7 +134,7 @@ pub extern "C" fn init(
 ) -> Status {
     report(error, || {
         calibrator.usable(size)?;
-        // Zero means zero here: it stands for the usual width, and for no forgetting.
+        // Exactly zero: it selects the default width, and no forgetting.
         #[allow(clippy::float_cmp)]
         let stated = |number: Real| number != 0.0;
         let forgetting = if stated(age) {

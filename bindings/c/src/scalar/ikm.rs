@@ -1,4 +1,4 @@
-//! The per-arm calibrator: each arm by itself.
+//! The per-arm calibrator: each arm separately.
 
 use super::Real;
 use crate::error::Error;

@@ -1,4 +1,4 @@
-//! The joint calibrator: all 24 parameters together.
+//! The joint calibrator: all 24 parameters at once.
 
 use super::Real;
 use crate::error::Error;

@@ -1,4 +1,4 @@
-//! What a calibration found.
+//! The result of a calibration.
 #![allow(unsafe_code)] // naming symbols, and promises about plain numbers
 
 use super::Real;
@@ -40,7 +40,7 @@ pub struct ArmSummary {
     pub prior_share: [Real; 8],
 }
 
-// SAFETY: C's layout, numbers alone, no padding (the header's test looks).
+// SAFETY: C layout, only numbers, no padding (checked by the header's test).
 unsafe impl Plain for ArmSummary {}
 
 impl From<&ArmOutcome<Real>> for ArmSummary {

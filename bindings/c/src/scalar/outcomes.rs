@@ -1,4 +1,4 @@
-//! What an outcome says, compiled for each kind of it: of `ikm`, `joint` and `fkm`.
+//! Accessors of an outcome, compiled for each kind: `ikm`, `joint` and `fkm`.
 #![allow(unsafe_code)] // naming symbols
 
 use super::super::Real;

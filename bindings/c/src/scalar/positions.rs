@@ -1,4 +1,4 @@
-//! How complete positions come in, compiled for each calibrator of them: `ikm` and `joint`.
+//! Input of complete positions, compiled for each calibrator that takes them: `ikm` and `joint`.
 #![allow(unsafe_code)] // naming symbols
 
 use super::super::Real;

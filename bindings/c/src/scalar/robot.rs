@@ -25,7 +25,7 @@ pub struct Dimensions {
     pub azimuth: Real,
 }
 
-// SAFETY: C's layout, numbers alone, no padding (the header's test looks).
+// SAFETY: C layout, only numbers, no padding (checked by the header's test).
 unsafe impl Plain for Dimensions {}
 
 /// Makes a robot from its dimensions, in `size` bytes of memory: write `sizeof *robot`.
@@ -97,7 +97,7 @@ pub extern "C" fn robot_set_transmissions(
     error: Out<Error>,
 ) -> Status {
     report(error, || {
-        // Read first: the numbers may lie anywhere, even in the robot.
+        // Read first: the numbers may be anywhere, even inside the robot.
         let [first, second, third] = transmissions.get()?;
         let robot = robot.get()?;
         *robot = robot.with_transmissions([

@@ -1,4 +1,4 @@
-//! Samples, and what a calibration assumes.
+//! Samples and settings.
 #![allow(unsafe_code)] // a promise about plain numbers
 
 use super::Real;
@@ -20,7 +20,7 @@ pub struct Sample {
     pub position: [Real; 3],
 }
 
-// SAFETY: C's layout, numbers alone, no padding (the header's test looks).
+// SAFETY: C layout, only numbers, no padding (checked by the header's test).
 unsafe impl Plain for Sample {}
 
 impl From<Sample> for delta_cal::Sample<Real> {
@@ -58,7 +58,7 @@ pub struct Settings {
     pub reserved: u32,
 }
 
-// SAFETY: C's layout, numbers alone, no padding (the header's test looks).
+// SAFETY: C layout, only numbers, no padding (checked by the header's test).
 unsafe impl Plain for Settings {}
 
 impl Settings {
@@ -71,7 +71,7 @@ impl Settings {
             return Err(status::NO_SUCH_CHOICE.into());
         }
         let [x, y, z] = self.position_noise;
-        // Zero means zero here: it stands for "not stated".
+        // Exactly zero: it means "not stated".
         #[allow(clippy::float_cmp)]
         let stated = |numbers: &[Real]| numbers.iter().any(|number| *number != 0.0);
         let mut settings = delta_cal::Settings::new();

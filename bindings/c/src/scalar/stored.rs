@@ -1,4 +1,4 @@
-//! What keeps samples over a power cut, compiled for each that does: `ikm`, `joint` and `gate`.
+//! Storage of samples across a power cut, compiled for each calibrator that supports it: `ikm`, `joint` and `gate`.
 #![allow(unsafe_code)] // naming symbols
 
 use super::Own;

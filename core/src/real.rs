@@ -59,8 +59,8 @@ pub trait Real:
     fn square_root(self) -> Self;
     /// 1/√x for normal positive x, within 2.5 ULP. Not finite in single precision if x is infinite or NaN.
     fn inverse_square_root(self) -> Self;
-    /// (sin x, cos x), x in radians, within 1 ULP (near a zero of either, within 2⁻³⁵). NaN in single precision if |x|
-    /// > 8192.
+    /// (sin x, cos x), x in radians, within 1 ULP (near a zero of either, within 2⁻³⁵). In single precision, NaN if |x|
+    /// exceeds 8192.
     fn sine_cosine(self) -> (Self, Self);
     /// The angle of the point (x, y) from the x axis, in (−π, π]: `y.angle_over(x)` = atan2(y, x).
     fn angle_over(self, x: Self) -> Self;

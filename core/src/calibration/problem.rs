@@ -135,7 +135,7 @@ pub trait Prior<T: Real, const N: usize, const M: usize, const E: usize>: Clone 
     fn cost(&self, correction: &[T; N]) -> T;
     /// Uᵀr.
     fn gradient(&self, correction: &[T; N]) -> [T; N];
-    /// The correction after a step, which may follow a curve along which r is linear.
+    /// The correction after a step, which may follow a curve if r is not linear.
     fn advanced(&self, correction: &[T; N], step: &[T; N]) -> [T; N] {
         let mut advanced = *correction;
         for (value, delta) in advanced.iter_mut().zip(step) {

@@ -223,7 +223,7 @@ impl<T: Real> ObservationRow<T> {
         Some(columns)
     }
 
-    /// The same rows compacted to two readings, for rows (in columns of five) that have no more.
+    /// Compacts rows (in columns of five) with at most two readings to columns of two.
     pub(super) fn read_alone<const M: usize>(
         &self,
         columns: &[[T; READINGS]; M],

@@ -317,7 +317,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
         }
     }
 
-    /// Of one row. Infinite if the robot does not reach it.
+    /// Of a single row. Infinite if the robot does not reach it.
     fn sum_of_squares(&self, at: &InstrumentsAt<T, N>, piece: usize) -> Piece<T> {
         let row = self.rows.get(piece).zip(at.robot.as_ref());
         let residuals = row.and_then(|(row, robot)| {

@@ -226,18 +226,18 @@ impl<T: Real> ArmFactor<T> {
         (residual, sum)
     }
 
-    /// The least sum of squares that any coefficients whatever could leave.
+    /// The least sum of squares over all coefficients, including those of no arm.
     pub(crate) fn least_sum_of_squares(&self) -> T {
         self.triangle.least_sum_of_squares()
     }
 
-    /// The square triangular part of the features, and the right-hand side.
+    /// The triangle of the features, and the right-hand side.
     pub(crate) fn triangle(&self) -> &Triangle<T, COLUMNS, 91> {
         &self.triangle
     }
 }
 
-/// How many samples a factor holds, and what they count after forgetting.
+/// Number of samples in a factor, and their weight after forgetting.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SampleCount<T> {
     seen: u64,
@@ -257,12 +257,12 @@ impl<T: Real> SampleCount<T> {
         }
     }
 
-    /// How many samples were taken in, forgotten ones included.
+    /// Number of samples added, including forgotten ones.
     pub(crate) const fn seen(&self) -> u64 {
         self.seen
     }
 
-    /// Samples since it last forgot.
+    /// Samples added since it last forgot.
     pub(crate) const fn recent(&self) -> u64 {
         self.recent
     }
@@ -283,24 +283,24 @@ impl<T: Real> SampleCount<T> {
         self.remembered += other.remembered;
     }
 
-    /// Everything seen so far counts λ times as much, λ in [0, 1].
+    /// Multiplies the weight of all samples by λ, λ in [0, 1].
     pub(crate) fn forget(&mut self, lambda: T) {
         self.remembered = self.effective() * lambda;
         self.recent = 0;
     }
 }
 
-/// A block, and the samples that come while the arms take it in, one arm a sample.
+/// A block, plus the samples that arrive while the arms absorb it, one arm per sample.
 const CAPACITY: usize = BLOCK + 2;
 
-/// Samples on their way into three factors. A factor takes them in by blocks, and no two factors at
-/// the same sample, so that no sample costs much more than another.
+/// Samples waiting for three factors. Factors absorb blocks, no two factors at the same sample, so that no sample costs
+/// much more than another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Waiting<T: Real> {
-    /// In the order in which they came; zeros behind the last.
+    /// In order of arrival, padded with zeros.
     samples: [Sample<T>; CAPACITY],
     count: usize,
-    /// How many of them each arm has taken.
+    /// How many of them each arm has absorbed.
     taken: [usize; 3],
 }
 
@@ -315,7 +315,7 @@ impl<T: Real> Waiting<T> {
         }
     }
 
-    /// Adds a sample; there is always room for it if the arm that is due then takes its block.
+    /// Adds a sample; there is always room if the arm that is due then takes its block.
     pub(crate) fn push(&mut self, sample: &Sample<T>) {
         if let Some(place) = self.samples.get_mut(self.count) {
             *place = *sample;
@@ -323,18 +323,18 @@ impl<T: Real> Waiting<T> {
         }
     }
 
-    /// How many samples an arm has not taken.
+    /// Number of samples an arm has not absorbed.
     pub(crate) fn waiting_for(&self, arm: ArmIndex) -> usize {
         self.count.saturating_sub(self.taken_by(arm))
     }
 
-    /// The arm for which a whole block waits.
+    /// The arm for which a complete block is waiting.
     pub(crate) fn due(&self) -> Option<ArmIndex> {
         let due = |arm: &ArmIndex| self.waiting_for(*arm) >= BLOCK;
         ArmIndex::ALL.into_iter().find(due)
     }
 
-    /// Position and joint angle of what waits for an arm, a block at most.
+    /// Positions and joint angles waiting for an arm, at most a block.
     pub(crate) fn block(&self, arm: ArmIndex) -> impl Iterator<Item = (&Vector3<T>, T)> {
         let joint = arm.index();
         self.samples
@@ -348,7 +348,7 @@ impl<T: Real> Waiting<T> {
             })
     }
 
-    /// Notes that an arm has taken its [`block`](Self::block).
+    /// Records that an arm has absorbed its [`block`](Self::block).
     pub(crate) fn take(&mut self, arm: ArmIndex) {
         let block = self.waiting_for(arm).min(BLOCK);
         if let Some(taken) = self.taken.get_mut(arm.index()) {
@@ -382,7 +382,7 @@ mod tests {
     use crate::samples::factor::BLOCK;
     use nalgebra::Vector3;
 
-    /// The nth sample: its numbers tell which it is.
+    /// The nth sample, identifiable by its numbers.
     fn sample(number: u16) -> Sample<f64> {
         let number = f64::from(number);
         Sample {
@@ -410,8 +410,8 @@ mod tests {
         };
         for number in 0..103 {
             waiting.push(&sample(number));
-            // Every fourth sample completes a block; the arms take it in one after the other, at the sample
-            // that completes it and the two after that.
+            // Every fourth sample completes a block; the arms absorb it in turn, at the sample that completes it and
+            // the two after that.
             let expected = match number {
                 0..3 => None,
                 _ => ArmIndex::ALL.get(usize::from(number + 1) % BLOCK).copied(),
@@ -422,14 +422,14 @@ mod tests {
                 assert_eq!(take(&mut waiting, arm), BLOCK);
             }
         }
-        // Whatever is left, in blocks.
+        // Whatever remains, in blocks.
         for arm in ArmIndex::ALL {
             while waiting.waiting_for(arm) > 0 {
                 assert!(take(&mut waiting, arm) > 0);
             }
         }
         assert_eq!(next, [103; 3]);
-        // Nothing is left behind: it is as it was at the beginning.
+        // Nothing remains: it is in its initial state.
         assert_eq!(waiting, Waiting::none());
     }
 

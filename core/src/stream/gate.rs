@@ -71,8 +71,8 @@ impl<T: Real> Gate<T> {
     }
 
     /// Tests one checked sample, and adds it unless it disagrees. Bounded work: an arm's prediction is relinearised
-    /// after every eighth more samples, one arm per sample. With forgetting, one arm is relinearised at every sample,
-    /// in turn: this is how the predictions forget, too.
+    /// once its samples have grown by an eighth, one arm per sample. With forgetting, one arm is relinearised at every
+    /// sample, in turn: this is how the predictions forget, too.
     pub(super) fn add(
         &mut self,
         samples: &mut ArmSamples<T>,

@@ -44,7 +44,7 @@ fn start(
         fail(format_args!("started twice, or without a robot"))
     };
     let (flash, stream_flash, mut link) = board.split();
-    let controller = place(memory, nominal, flash, stream_flash);
+    let controller = place(memory, &nominal, flash, stream_flash);
     controller.resume();
     let (control_loop, foreground) = handover.split(&controller.current());
     let (received_in, received) = received.split();
@@ -60,11 +60,11 @@ fn start(
 #[inline(never)]
 fn place(
     memory: &'static StaticCell<Firmware>,
-    nominal: Robot<Number>,
+    nominal: &Robot<Number>,
     flash: &'static mut Flash,
     stream_flash: &'static mut StreamFlash,
 ) -> &'static mut Firmware {
-    memory.init_with(|| Controller::new(nominal, flash, stream_flash, board::processor()))
+    memory.init_with(|| Controller::new(*nominal, flash, stream_flash, board::processor()))
 }
 
 impl Idle {

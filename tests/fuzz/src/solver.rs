@@ -143,7 +143,7 @@ fn solved<T: Bits>(calibrator: &mut IkmCalibrator<T>) -> Option<RobotOutcome<T>>
             return None;
         }
     };
-    finite_outcome(&outcome);
+    finite_outcome(outcome);
     Some(outcome.clone())
 }
 

@@ -101,14 +101,14 @@ fn compare<T: Number, E: calibration::Estimator>(
             return false;
         }
         (Phase::Solved { fingerprint, .. }, Ok(outcome)) => {
-            assert_eq!(fingerprint, Geometry::of(E::robot(&outcome)).fingerprint());
+            assert_eq!(fingerprint, Geometry::of(E::robot(outcome)).fingerprint());
             outcome
         }
         (phase, expected) => panic!("{begin:?}: {phase:?}, {expected:?}"),
     };
     let session = begin.session;
     for arm in ArmIndex::ALL {
-        let expected = E::arm(&outcome, arm);
+        let expected = E::arm(outcome, arm);
         let Response::Outcome(report) = driver.ask(&Request::Outcome { session, arm }) else {
             panic!("no outcome")
         };

@@ -26,7 +26,7 @@ pub enum Progress {
 /// result: from the nominal parameters, from a free start, or along the combination that the samples determine least,
 /// whichever ends best. N parameters, M = N + 1, E = M (M + 1)/2.
 ///
-/// Use it as [`ArmSolver`](super::ArmSolver).
+/// The calibrators own one for each problem.
 #[derive(Debug, Clone)]
 pub struct Minimizer<T: Real, A, R, const N: usize, const M: usize, const E: usize> {
     first_arm: ArmIndex,

@@ -6,17 +6,19 @@
 
 use delta_cal_host::{InputText, Options, RobotFile, calibrate, read_samples};
 use std::error::Error;
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let paths: Vec<PathBuf> = std::env::args().skip(1).map(PathBuf::from).collect();
+    let paths: Vec<_> = std::env::args().skip(1).collect();
     let [robot, samples] = paths.as_slice() else {
         return Err("a robot file and a samples file are needed".into());
     };
-    let robot = RobotFile::read(&InputText::from_file(robot)?)?;
+    let text = |path: &String| -> Result<InputText, Box<dyn Error>> {
+        Ok(InputText::from_bytes(path, &std::fs::read(path)?)?)
+    };
+    let robot = RobotFile::read(&text(robot)?)?;
     let options = Options::default();
-    let readings = read_samples(&InputText::from_file(samples)?, &robot, &options)?;
+    let readings = read_samples(&text(samples)?, &robot, &options)?;
     let mut shortest = Duration::MAX;
     for _ in 0..20 {
         let begin = Instant::now();

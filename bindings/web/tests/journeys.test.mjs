@@ -131,7 +131,8 @@ journey("a binary dropped by mistake is named, and the rest still calibrates", a
   assert.match(await page.locator("[data-name='photo.png'] .fault").innerText(), /photo\.png: is not a text file/);
 });
 
-journey("every export is what the command writes", async (page) => {
+// Chromium lets one page download some twenty files in a row.
+for (const half of [0, 1]) journey(`every export is what the command writes: ${half + 1} of 2`, async (page) => {
   await page.getByRole("button", { name: "Robot of a paper, simulated" }).click();
   await page.locator("#downloads").waitFor();
   const calibrated = await downloaded(page, "Download calibrated.toml");
@@ -142,7 +143,7 @@ journey("every export is what the command writes", async (page) => {
   const folder = mkdtempSync(join(tmpdir(), "delta-cal-web-"));
   writeFileSync(join(folder, "calibrated.toml"), calibrated);
   const files = [join(folder, "calibrated.toml"), example("paper-robot/robot.toml")];
-  for (const target of targets) {
+  for (const target of targets.filter((_, index) => index % 2 === half)) {
     const values = ["--for", target, "--nominal", "robot.toml", "--output", "lines", "--json", "lines.json"];
     const written = command(files, "export", "calibrated.toml", ...values);
     await page.selectOption("#export-target", target);

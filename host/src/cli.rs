@@ -8,7 +8,6 @@ mod failure;
 mod import;
 mod init;
 mod kinematics;
-mod length;
 mod output;
 mod paths;
 mod plan;

@@ -6,5 +6,6 @@ pub mod document;
 pub mod example;
 pub mod input;
 pub mod kinematics;
+pub mod length;
 pub mod robot_file;
 pub mod samples_file;

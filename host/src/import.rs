@@ -13,11 +13,13 @@ mod console;
 mod gcode;
 mod imported;
 mod klipper;
+mod stated;
 
 use crate::files::input::{InputError, InputText};
 pub use configuration::Includes;
 pub use console::touches;
-pub use imported::{Imported, Stated};
+pub use imported::Imported;
+pub use stated::{Stated, printed, shrinkage};
 use std::path::Path;
 
 /// Whose configuration it is.

@@ -6,7 +6,43 @@ mod assess;
 mod next;
 mod notes;
 
+use crate::calibration::{CalibrateError, read_samples};
+use crate::files::input::InputText;
+use crate::fit::Options;
+use crate::import::{Firmware, Imported, Includes, Stated, touches};
 pub use area::{Area, BedMap, Off};
 pub use assess::{Change, Printer};
 pub use next::{Next, touches_of_bed};
 pub(crate) use notes::{alike, common_scale};
+
+/// A printer's configuration with its measurements: those of a samples file, of a console's answers, or those that the
+/// configuration holds, and what its owner states.
+///
+/// # Errors
+/// A configuration or samples at fault, and no measurements at all.
+pub fn read(
+    firmware: Firmware,
+    text: &InputText,
+    samples: Option<&InputText>,
+    stated: &Stated,
+    includes: &Includes<'_>,
+    options: &Options,
+) -> Result<Imported, CalibrateError> {
+    let mut printer = firmware.import(text, stated, includes)?;
+    if let Some(samples) = samples {
+        let readings = match touches(&printer, samples)? {
+            Some(readings) => readings,
+            None => read_samples(samples, &printer.robot, options)?,
+        };
+        printer = printer.with_readings(readings);
+    } else if printer.readings.rows.is_empty()
+        && let Some(readings) = touches(&printer, text)?
+    {
+        printer = printer.with_readings(readings);
+    }
+    printer = printer.with_prints(stated)?;
+    if printer.readings.rows.is_empty() {
+        return Err(printer.without_readings().into());
+    }
+    Ok(printer)
+}

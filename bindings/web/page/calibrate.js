@@ -1,6 +1,6 @@
 // The panel that calibrates: which files, how, and the result.
 
-import { byId, copyButton, downloadButton, element, faultBox, numbers, options, say } from "./dom.js";
+import { byId, copyButton, downloadButton, element, faultBox, options, say } from "./dom.js";
 import { Stopped } from "./engine.js";
 import { pictures } from "./pictures.js";
 import { reportElement } from "./report.js";
@@ -11,9 +11,14 @@ const FIELDS = [
   ["--robust", "robust", "Leave out samples that disagree", true],
   ["--method fkm", "method", "Method FKM", "fkm"],
   ["--rods", "rods", "State the rods' length"],
+  ["--radius", "radius", "State the delta radius"],
+  ["--printed", "printed", "State a printed length"],
   ["--columns", "columns", "State the columns"],
   ["M665", "firmware", "Say which firmware"],
 ];
+
+/** What the owner of a printer states. */
+const STATED = ["rods", "radius", "printed", "shrinkage"];
 
 /** Calibrates as soon as the files suffice. */
 export class Calibrate {
@@ -34,7 +39,7 @@ export class Calibrate {
       event.preventDefault();
       this.run();
     });
-    for (const id of ["robot", "samples", "second", "frame", "method", "robust", "limit", "rods", "columns", "firmware"]) {
+    for (const id of ["robot", "samples", "second", "frame", "method", "robust", "limit", "columns", "firmware", ...STATED]) {
       byId(id).addEventListener("change", () => this.run());
     }
   }
@@ -69,7 +74,7 @@ export class Calibrate {
       robust: byId("robust").checked,
       sensor: byId("frame").value === "sensor",
       limit: byId("limit").value ? Number(byId("limit").value) : null,
-      rods: numbers(byId("rods").value),
+      ...Object.fromEntries(STATED.map((id) => [id, byId(id).value])),
       columns: byId("columns").value || null,
       firmware: byId("firmware").value || null,
     };

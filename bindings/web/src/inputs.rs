@@ -3,9 +3,11 @@
 use crate::fault::Fault;
 use crate::folder::Folder;
 use delta_cal_host::files::document::Document;
-use delta_cal_host::import::{Firmware, Imported, Stated};
+use delta_cal_host::files::length::measured;
+use delta_cal_host::import::{Firmware, Imported, Stated, printed, shrinkage};
 use delta_cal_host::{
-    ColumnMapping, Frame, InputText, Method, Options, Readings, RobotFile, read_samples,
+    ColumnMapping, Frame, InputError, InputText, Method, Options, Readings, RobotFile, printer,
+    read_samples,
 };
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -21,8 +23,11 @@ pub(crate) struct Request {
     columns: Option<String>,
     /// Whose configuration it is, where its text does not say.
     firmware: Option<String>,
-    /// One length of a printer's rods, or three, mm.
-    rods: Vec<f64>,
+    /// Of a printer, as the options of the command, in mm without a unit; empty if not stated.
+    rods: String,
+    radius: String,
+    printed: String,
+    shrinkage: String,
     method: Option<Method>,
     robust: bool,
     /// Whether coordinates are in the sensor's frame.
@@ -99,50 +104,66 @@ impl Request {
                 printer: None,
             });
         }
-        let mut printer = self.printer(files, &text)?;
-        let mut of_samples = text.clone();
-        if let Some(samples) = samples {
-            let readings = read_samples(&samples, &printer.robot, &self.options())?;
-            printer = printer.with_readings(readings);
-            of_samples = samples;
-        }
-        if printer.readings.rows.is_empty() {
-            return Err(printer.without_readings().into());
-        }
+        let printer = printer::read(
+            self.firmware(&text)?,
+            &text,
+            samples.as_ref(),
+            &self.stated()?,
+            &|from, wanted| files.included(from, wanted),
+            &self.options(),
+        )?;
+        let of_samples = samples.as_ref().unwrap_or(&text);
         Ok(Inputs {
             robot: printer.robot.clone(),
             readings: printer.readings.clone(),
-            document: Document::new(&printer.robot, &text, &of_samples, self.now),
+            document: Document::new(&printer.robot, &text, of_samples, self.now),
             printer: Some(printer),
         })
     }
 
-    fn printer(&self, files: &Folder, text: &InputText) -> Result<Imported, Fault> {
-        let rods = match self.rods.as_slice() {
-            [] => None,
-            [all] => Some([*all; 3]),
-            [a, b, c] => Some([*a, *b, *c]),
-            _ => {
-                return Err(Fault::new(
-                    "rods need one length, or three",
-                    "write for example 345, or 345.1, 344.9, 345.0",
-                ));
-            }
+    fn firmware(&self, text: &InputText) -> Result<Firmware, InputError> {
+        let named = self.firmware.as_deref();
+        let mut all = Firmware::ALL.into_iter();
+        all.find(|own| Some(own.name()) == named)
+            .map_or_else(|| Firmware::of(text), Ok)
+    }
+
+    fn stated(&self) -> Result<Stated, Fault> {
+        let lengths = |name: &str, text: &str| {
+            let all = text.split([',', ';']).filter_map(given);
+            let all = all.map(|own| {
+                if own.ends_with(|c: char| c.is_ascii_digit()) {
+                    measured(&format!("{own}mm"))
+                } else {
+                    measured(own)
+                }
+            });
+            all.collect::<Result<Vec<_>, _>>()
+                .map_err(|cause| Fault::of_request(format!("{name}: {cause}")))
         };
-        let stated = self.firmware.as_deref();
-        let stated = Firmware::ALL
-            .into_iter()
-            .find(|own| Some(own.name()) == stated);
-        let firmware = stated.map_or_else(|| Firmware::of(text), Ok)?;
+        let printed = given(&self.printed).map(printed).transpose();
+        let shrinkage = given(&self.shrinkage).map(shrinkage).transpose();
+        let stated = Stated {
+            printed: printed.map_err(Fault::of_request)?,
+            shrinkage: shrinkage.map_err(Fault::of_request)?.unwrap_or_default(),
+            ..Stated::default()
+        };
+        let stated = stated
+            .with_rods(&lengths("rods", &self.rods)?)
+            .map_err(|cause| {
+                Fault::new(
+                    format!("rods: {cause}"),
+                    "write for example 345, or 345.1, 344.9, 345.0",
+                )
+            })?;
+        Ok(stated.with_radius(lengths("radius", &self.radius)?.first().copied()))
+    }
+
+    fn printer(&self, files: &Folder, text: &InputText) -> Result<Imported, Fault> {
         let includes = |from: &str, wanted: &str| files.included(from, wanted);
-        Ok(firmware.import(
-            text,
-            &Stated {
-                rods,
-                ..Stated::default()
-            },
-            &includes,
-        )?)
+        let stated = self.stated()?;
+        let imported = self.firmware(text)?.import(text, &stated, &includes)?;
+        Ok(imported.with_prints(&stated)?)
     }
 
     /// The robot alone, of a robot file or a configuration.
@@ -153,6 +174,11 @@ impl Request {
         }
         Ok(self.printer(files, &text)?.robot)
     }
+}
+
+/// What a field of the page holds, if anything.
+fn given(text: &str) -> Option<&str> {
+    Some(text.trim()).filter(|own| !own.is_empty())
 }
 
 /// Whether a text is that of a robot, and not of a controller.

@@ -2,13 +2,14 @@
 
 use super::failure::Failure;
 use super::import::{StatedArguments, configuration, includes};
-use super::length::length;
 use super::output::{self, deliver, now};
 use super::paths::{ColumnsArgument, read_samples_texts, refuse_same, robot_path};
 use super::progress::Waiting;
 use crate::files::document::Document;
 use crate::files::example;
-use crate::import::{Firmware, Imported, touches};
+use crate::files::length::length;
+use crate::import::{Firmware, Imported};
+use crate::printer;
 use crate::report;
 use crate::report::calibration::{RefusalReport, comment};
 use crate::report::printer::PrinterReport;
@@ -228,29 +229,21 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, F
         });
     }
     let stated = arguments.stated.stated()?;
-    let mut printer = Firmware::of(&text)?.import(&text, &stated, &includes)?;
-    let mut of_samples = text.clone();
-    if let Some(samples) = samples()? {
-        let readings = match touches(&printer, &samples)? {
-            Some(readings) => readings,
-            None => read_samples(&samples, &printer.robot, options)?,
-        };
-        printer = printer.with_readings(readings);
-        of_samples = samples;
-    } else if let (true, Some(readings)) =
-        (printer.readings.rows.is_empty(), touches(&printer, &text)?)
-    {
-        printer = printer.with_readings(readings);
-    }
-    printer = arguments.stated.add_prints(printer)?;
-    if printer.readings.rows.is_empty() {
-        return Err(printer.without_readings().into());
-    }
+    let firmware = Firmware::of(&text)?;
+    let samples = samples()?;
+    let printer = printer::read(
+        firmware,
+        &text,
+        samples.as_ref(),
+        &stated,
+        &includes,
+        options,
+    )?;
     Ok(Inputs {
         robot: printer.robot.clone(),
         readings: printer.readings.clone(),
+        samples: samples.unwrap_or_else(|| text.clone()),
         file: text,
-        samples: of_samples,
         printer: Some(printer),
     })
 }

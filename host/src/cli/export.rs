@@ -1,7 +1,6 @@
 //! `delta-cal export`.
 
 use super::failure::Failure;
-use super::length::length;
 use super::output::{self, deliver};
 use super::paths::{ColumnsArgument, is_stream, read, robot_path};
 use crate::export::error::ExportError;
@@ -9,6 +8,7 @@ use crate::export::geometry::Frame;
 use crate::export::positions::{Wanted, bed};
 use crate::export::{Case, Settings, names, target};
 use crate::files::kinematics;
+use crate::files::length::length;
 use crate::report::export::{Files, Report, summary, text};
 use crate::{InputError, InputText, Options, RobotFile, read_samples, report};
 use clap::Args;

@@ -1,11 +1,10 @@
 //! `delta-cal import`.
 
 use super::failure::Failure;
-use super::length::{Measured, measured};
 use super::output::{self, deliver};
 use super::paths::is_stream;
-use crate::files::columns;
-use crate::import::{Firmware, Imported, Stated};
+use crate::files::length::{Measured, measured};
+use crate::import::{Firmware, Imported, Stated, printed, shrinkage};
 use crate::{InputError, InputText};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
@@ -65,50 +64,21 @@ pub(crate) struct StatedArguments {
     shrinkage: Option<f64>,
 }
 
-/// Parses the nominal and the measured length of a printed part, mm.
-fn printed(text: &str) -> Result<[f64; 2], String> {
-    let number = |text| Some(columns::length(text)?.0).filter(|own| *own > 0.0);
-    let pair = text.split_once('=');
-    pair.and_then(|(wanted, is)| Some([number(wanted)?, number(is)?]))
-        .ok_or_else(|| "two lengths in mm are needed, as 100=98.5".to_owned())
-}
-
-/// Parses a shrinkage as a fraction of the length.
-fn shrinkage(text: &str) -> Result<f64, String> {
-    let number = text.trim().strip_suffix('%').map(|own| own.trim().parse());
-    match number {
-        Some(Ok(percent)) if (-10.0..=10.0).contains(&percent) => Ok(0.01 * percent),
-        _ => Err("a percentage of up to 10 is needed, as 0.3%".to_owned()),
-    }
-}
-
 impl StatedArguments {
-    /// The values that override the configuration's: one length for all rods, or three.
     pub(crate) fn stated(&self) -> Result<Stated, Failure> {
-        let own = self.rods.as_deref();
-        let rods = match own {
-            None => None,
-            Some([all]) => Some([all.length; 3]),
-            Some([a, b, c]) => Some([a.length, b.length, c.length]),
-            Some(_) => {
-                return Err(Failure::usage(
-                    "--rods needs one length, or three",
-                    "write for example --rods 345mm or --rods 345.1mm,344.9mm,345.0mm",
-                ));
-            }
+        let stated = Stated {
+            printed: self.printed,
+            shrinkage: self.shrinkage.unwrap_or_default(),
+            ..Stated::default()
         };
-        let sigmas = own.unwrap_or_default().iter().filter_map(|own| own.sigma);
-        Ok(Stated {
-            rods,
-            rods_sigma: sigmas.reduce(f64::max),
-            radius: self.radius.map(|own| own.length),
-            radius_sigma: self.radius.and_then(|own| own.sigma),
-        })
-    }
-
-    /// Adds the printed lengths.
-    pub(crate) fn add_prints(&self, imported: Imported) -> Result<Imported, InputError> {
-        imported.with_prints(self.printed, self.shrinkage.unwrap_or_default())
+        let rods = self.rods.as_deref().unwrap_or_default();
+        let stated = stated.with_rods(rods).map_err(|cause| {
+            Failure::usage(
+                format!("--rods {cause}"),
+                "write for example --rods 345mm or --rods 345.1mm,344.9mm,345.0mm",
+            )
+        })?;
+        Ok(stated.with_radius(self.radius))
     }
 
     /// The first of these options on the command line.
@@ -168,7 +138,7 @@ pub(crate) fn run(arguments: &ImportArguments) -> Result<(), Failure> {
     let firmware = firmware.unwrap_or(Firmware::Klipper);
     let input = configuration(&arguments.file)?;
     let imported = firmware.import(&input, &stated, &includes)?;
-    let imported = arguments.stated.add_prints(imported)?;
+    let imported = imported.with_prints(&stated)?;
     let folder = arguments.output.as_path();
     let (robot, samples) = (folder.join("robot.toml"), folder.join("samples.csv"));
     let samples_text = imported.samples_text();

@@ -2,10 +2,10 @@
 
 use super::failure::Failure;
 use super::import::{configuration, includes};
-use super::length::length;
 use super::output;
 use super::paths::{ColumnsArgument, is_stream, read, robot_path};
 use super::progress::Waiting;
+use crate::files::length::length;
 use crate::import::{Firmware, Stated};
 use crate::planning::{
     Determined, LEAST, MOST, Order, PlanError, PlanRequest, Region, SamplesRequest, Wishes, plan,

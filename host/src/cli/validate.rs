@@ -1,10 +1,10 @@
 //! `delta-cal validate`.
 
 use super::failure::Failure;
-use super::length::length;
 use super::output::{self, deliver, now};
 use super::paths::{ColumnsArgument, read_samples_texts, robot_path};
 use crate::files::document::Document;
+use crate::files::length::length;
 use crate::report::validation as report;
 use crate::validation::{Request, Verdict, check_independent, validate};
 use crate::{CalibrateError, Frame, InputText, Options, Readings, RobotFile, read_samples};

@@ -1,10 +1,10 @@
 //! `delta-cal workspace`.
 
 use super::failure::Failure;
-use super::length::length;
 use super::output::{self, deliver};
 use super::paths::{is_stream, robot_path};
 use super::progress::Waiting;
+use crate::files::length::length;
 use crate::report::workspace;
 use crate::workspace::{Analysis, Options, WorkspaceError};
 use crate::{InputError, InputText, RobotFile};

@@ -2,7 +2,8 @@
 
 use super::Firmware;
 use super::configuration::Includes;
-use super::imported::{Imported, Machine, Stated, Towers, USUAL_TOWERS, rods_note};
+use super::imported::{Imported, Machine, Towers, USUAL_TOWERS, rods_note};
+use super::stated::Stated;
 use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::Readings;
 use std::collections::BTreeMap;

@@ -1,6 +1,7 @@
 //! What an import gives.
 
 use super::Firmware;
+use super::stated::Stated;
 use crate::files::input::InputError;
 use crate::files::robot_file::{InstrumentFacts, KnownPlane, RobotFile};
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings, Row};
@@ -37,19 +38,6 @@ const CALLIPER: f64 = 0.1;
 const DIRECTIONS: [f64; 3] = [0.0, 60.0, 120.0];
 /// Rods whose length is no whole number of these were not made so, mm.
 const ROUND: f64 = 0.1;
-
-/// What an owner states beside the configuration. Lengths in mm.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Stated {
-    /// The rods as made or measured, between their joints.
-    pub rods: Option<[f64; 3]>,
-    /// The radius of the towers less the platform's, as measured.
-    pub radius: Option<f64>,
-    /// One σ of these that all rods, or all towers, have in common; 1 mm if it is not stated.
-    pub rods_sigma: Option<f64>,
-    /// The radius' own.
-    pub radius_sigma: Option<f64>,
-}
 
 /// What a controller of towers is told: lengths in mm, azimuths in degrees.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -315,21 +303,18 @@ impl Imported {
         self
     }
 
-    /// With a part that was to be so long and came out so long, mm, and all prints shrunk by this part.
+    /// With the printed length and the shrinkage that the owner states.
     ///
     /// # Errors
     /// A part that does not fit on the bed.
-    pub fn with_prints(
-        mut self,
-        printed: Option<[f64; 2]>,
-        shrinkage: f64,
-    ) -> Result<Self, InputError> {
+    pub fn with_prints(mut self, stated: &Stated) -> Result<Self, InputError> {
+        let shrinkage = stated.shrinkage;
         for row in &mut self.readings.rows {
             if let Some((ReadingFrom::Pose(_), distance)) = &mut row.value.distance {
                 *distance /= 1.0 - shrinkage;
             }
         }
-        let Some([wanted, came_out]) = printed else {
+        let Some([wanted, came_out]) = stated.printed else {
             return Ok(self);
         };
         for direction in DIRECTIONS {

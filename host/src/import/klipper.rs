@@ -2,7 +2,8 @@
 
 use super::Firmware;
 use super::configuration::{Configuration, Includes};
-use super::imported::{Imported, Machine, PROBE, Stated, Towers, USUAL_TOWERS, rods_note};
+use super::imported::{Imported, Machine, PROBE, Towers, USUAL_TOWERS, rods_note};
+use super::stated::Stated;
 use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
 use delta_cal::robot::Arm;
@@ -35,7 +36,9 @@ pub(super) fn import(
     let kinematics = configuration.require("printer", "kinematics")?;
     let imported = match kinematics.value.as_str() {
         "delta" => linear(&configuration, stated),
-        "rotary_delta" if *stated == Stated::default() => rotary(&configuration),
+        "rotary_delta" if stated.rods.is_none() && stated.radius.is_none() => {
+            rotary(&configuration)
+        }
         "rotary_delta" => {
             let cause = "kinematics: rotary_delta has no towers for --rods and --radius";
             Err(InputError::new(&configuration.name, cause)

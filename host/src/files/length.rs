@@ -1,9 +1,12 @@
 //! Lengths in options: `0.1mm`, `0.1 mm`, `0.3 m`, `250um`, `0.5 in`.
 
-use crate::files::columns;
+use super::columns;
 
 /// Parses a length greater than 0, in mm.
-pub(super) fn length(text: &str) -> Result<f64, String> {
+///
+/// # Errors
+/// No length, or one without a unit.
+pub fn length(text: &str) -> Result<f64, String> {
     match columns::length(text) {
         Some((length, true)) if length > 0.0 => Ok(length),
         Some((_, false)) => {
@@ -18,14 +21,18 @@ pub(super) fn length(text: &str) -> Result<f64, String> {
 
 /// A measured length: `345mm`, or `345±0.1mm` with its standard uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Measured {
+pub struct Measured {
     /// Length, mm.
-    pub(super) length: f64,
+    pub length: f64,
     /// Standard uncertainty, mm, if stated.
-    pub(super) sigma: Option<f64>,
+    pub sigma: Option<f64>,
 }
 
-pub(super) fn measured(text: &str) -> Result<Measured, String> {
+/// Parses a measured length.
+///
+/// # Errors
+/// As [`length`].
+pub fn measured(text: &str) -> Result<Measured, String> {
     let Some((own, sigma)) = text.split_once('±').or(text.split_once("+-")) else {
         let length = length(text)?;
         return Ok(Measured {

@@ -173,7 +173,9 @@ fn solved<T: Real>(case: &Case) -> Result<Found, Refusal> {
     let covariance = outcome.of_robot().estimate.covariance.unwrap();
     let sigma = |index: usize| covariance[(index, index)].to_f64().sqrt();
     let residuals = (0..case.rows.len()).map(|row| {
-        let residuals = problem.residuals(&outcome, row).unwrap();
+        let residuals = problem
+            .residuals_at(&outcome.robot, outcome.unknowns(), row)
+            .unwrap();
         residuals
             .iter()
             .map(|own| own.to_f64().powi(2))

@@ -289,26 +289,3 @@ pub(crate) fn hexadecimal(digest: impl AsRef<[u8]>) -> String {
     }
     digits
 }
-
-/// Equality and hash of what has a fingerprint.
-macro_rules! by_fingerprint {
-    ($($class:ty),*) => {$(
-        impl PartialEq for $class {
-            fn eq(&self, other: &Self) -> bool {
-                self.fingerprint() == other.fingerprint()
-            }
-        }
-
-        impl std::hash::Hash for $class {
-            fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
-                self.fingerprint().hash(state);
-            }
-        }
-    )*};
-}
-
-by_fingerprint!(
-    crate::robot::Robot,
-    crate::samples::Samples,
-    crate::calibration::Calibration
-);

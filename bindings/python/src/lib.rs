@@ -25,6 +25,25 @@ mod tasks;
 
 use pyo3::prelude::*;
 
+/// Equality and hash of what has a fingerprint.
+macro_rules! by_fingerprint {
+    ($($class:ty),*) => {$(
+        impl PartialEq for $class {
+            fn eq(&self, other: &Self) -> bool {
+                self.fingerprint() == other.fingerprint()
+            }
+        }
+
+        impl std::hash::Hash for $class {
+            fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
+                self.fingerprint().hash(state);
+            }
+        }
+    )*};
+}
+
+by_fingerprint!(robot::Robot, samples::Samples, calibration::Calibration);
+
 /// The compiled part of `delta_cal`.
 #[pymodule]
 mod _native {

@@ -2,7 +2,6 @@
 
 use super::instruments::{Instruments, OF_PLANE, OF_ROBOT, OF_TRANSMISSIONS, PositionFrame};
 use super::observation::{ObservationError, ObservationRow};
-use super::solve::ObservationOutcome;
 use super::start::StartValues;
 use crate::Real;
 use crate::calibration::{Instrument, Piece, Problem, Refusal};
@@ -181,13 +180,8 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         self.rows
     }
 
-    /// Each reading of a row minus its expected value, in σ and times the row's weights: x, y, z, height, distance; 0
-    /// for a missing reading.
-    pub fn residuals(&self, outcome: &ObservationOutcome<T, N>, row: usize) -> Option<[T; 5]> {
-        self.residuals_at(&outcome.robot, outcome.unknowns(), row)
-    }
-
-    /// The same at an arbitrary robot and [unknowns](Instruments::unknowns_at).
+    /// Each reading of a row minus its expected value at a robot and its [unknowns](Instruments::unknowns_at), in σ and
+    /// times the row's weights: x, y, z, height, distance; 0 for a missing reading.
     pub fn residuals_at(&self, robot: &Robot<T>, unknowns: &[T; N], row: usize) -> Option<[T; 5]> {
         self.rows
             .get(row)?
@@ -210,7 +204,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         )
     }
 
-    /// The same at another robot and other [unknowns](ObservationOutcome::unknowns).
+    /// The same at another robot and other [unknowns](super::ObservationOutcome::unknowns).
     pub fn linearized_at<const M: usize>(
         &self,
         robot: &Robot<T>,

@@ -16,13 +16,12 @@ mod simulate;
 mod validate;
 mod workspace;
 
-use arguments::{Arguments, Command};
-use clap::Parser;
+use arguments::Command;
 use std::process::ExitCode;
 
 /// Runs the command given on this process's command line.
 pub fn run() -> ExitCode {
-    let result = match Arguments::parse().command {
+    let result = match arguments::parse().command {
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Validate(arguments) => validate::run(&arguments),
         Command::Forward(arguments) => kinematics::forward(&arguments),

@@ -12,7 +12,7 @@ use super::plan::{self, PlanArguments};
 use super::simulate::{self, SimulateArguments};
 use super::validate::{self, ValidateArguments};
 use super::workspace::WorkspaceArguments;
-use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::{Shell, generate};
 
 const EXAMPLES: &str = "\
@@ -50,6 +50,22 @@ Examples:
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
+}
+
+/// Parses this process's command line.
+pub(crate) fn parse() -> Arguments {
+    let command = Arguments::command().mut_subcommands(with_exit_codes);
+    let parsed = Arguments::from_arg_matches(&command.get_matches());
+    parsed.unwrap_or_else(|error| error.exit())
+}
+
+/// The help of each command says where the exit codes are listed.
+fn with_exit_codes(command: clap::Command) -> clap::Command {
+    let help = command.get_after_help();
+    let help = help.map_or_else(String::new, |own| format!("{own}\n\n"));
+    command
+        .after_help(format!("{help}Exit codes: delta-cal --help"))
+        .mut_subcommands(with_exit_codes)
 }
 
 #[derive(Debug, Subcommand)]

@@ -1,12 +1,12 @@
-//! What another controller can hold of a calibrated robot: its parameters, fitted, and what is lost.
+//! A calibrated robot for another controller: the parameters that it holds, fitted, and the loss.
 //!
 //! ```text
 //! RobotFile ─→ Shape ─→ Geometry of the target ──┐
 //! positions of the workspace ────────────────────┴→ fit ─→ Geometry, Frame, Loss ─→ lines to paste
 //! ```
 //!
-//! A controller's kinematics is that of a robot some of whose parameters are zero or equal. So the core's inverse
-//! kinematics of that robot is the controller's own.
+//! A controller's kinematics is that of a robot with some parameters zero or equal, so the core's inverse kinematics of that
+//! robot is the controller's own.
 
 mod correction_table;
 pub mod error;
@@ -29,16 +29,15 @@ use positions::{Loss, Wanted};
 use target::{Content, Fitted, Target, Written};
 use targets::{b_and_r, four_lengths, klipper, linuxcnc, marlin, reprapfirmware};
 
-/// What no controller holds may be off by this much: degrees.
+/// The largest error of an angle that no controller holds, degrees.
 const LARGEST_ANGLE: f64 = 10.0;
-/// The same of a length, as a part of the upper arm.
+/// The same for a length, as a fraction of the upper arm.
 const LARGEST_PART: f64 = 0.1;
-/// The tolerance of a robot whose file states none: mm and degrees, and of towers mm of the end stops and the part of
-/// the scale.
+/// The tolerance of a robot whose file states none: mm and degrees; with towers end stops in mm, and scale.
 const TOLERANCE: (f64, f64) = (0.5, 0.2);
 const TOWERS: (f64, f64) = (5.0, 0.001);
 
-/// The radius of a platform of which nothing is known, mm.
+/// The platform radius if none is stated, mm.
 const USUAL_PLATFORM: f64 = 25.0;
 
 /// All targets.
@@ -60,10 +59,10 @@ pub const TARGETS: [&Target; 15] = [
     &correction_table::CORRECTION_TABLE,
 ];
 
-/// The target of this name for robots with such drives.
+/// The target of this name that supports these drives.
 ///
 /// # Errors
-/// There is none.
+/// There is no such target.
 pub fn target(name: &str, drive: Drive) -> Result<&'static Target, ExportError> {
     let takes = |target: &&Target| target.drive.is_none_or(|own| own == drive);
     let taking = || TARGETS.into_iter().filter(takes);
@@ -81,41 +80,40 @@ pub fn names() -> Vec<&'static str> {
     names
 }
 
-/// What the user states beside the robot.
+/// Values that the user states beside the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Settings {
-    /// The height of the robot's origin above z = 0 of the controller, mm; `None` for the least whole number of
-    /// millimetres with which no wanted position is below 0. Used where the controller holds a height.
+    /// The height of the robot's origin above z = 0 of the controller, mm, if the controller holds a height; `None` for the
+    /// smallest whole number of millimetres with which no wanted position is below 0.
     pub height: Option<f64>,
-    /// The joint angle of each arm at its end stop, in the robot file's convention, radians; `None` for
-    /// the smallest whole degrees at which all three can be. With towers the travel, mm; `None` for the largest.
+    /// The joint angle of each arm at its end stop, in the robot file's convention, radians; `None` for the smallest whole
+    /// degrees that all three can have. With towers the travel, mm; `None` for the largest.
     pub home: Option<[f64; 3]>,
-    /// The radius of the platform, mm; `None` for that of the robot file, or 25 mm. Controllers that hold it beside the
-    /// base's use only the difference.
+    /// The platform radius, mm; `None` for that of the robot file, or 25 mm. Controllers that hold base and platform radius
+    /// use only the difference.
     pub platform_radius: Option<f64>,
     /// Whether the controller's unit is the inch.
     pub inches: bool,
     /// The largest error of interpolation between the nodes of a correction table, mm.
     pub limit: Option<f64>,
-    /// The motion after which z is the height above the bed; `None` if nobody measured heights above it. The fit turns
-    /// it no more.
+    /// The motion after which z is the height above the bed, if heights were measured. The fit keeps its level.
     pub level: Option<Frame>,
 }
 
-/// A robot and what it is exported with.
+/// A robot to export.
 #[derive(Debug)]
 pub struct Case<'a> {
     /// The calibrated robot.
     pub robot: &'a RobotFile,
-    /// The robot before its calibration, if a file states it; otherwise the nearest symmetric one.
+    /// The robot before its calibration, if a file states it; otherwise the nearest symmetric robot is assumed.
     pub nominal: Option<&'a Robot<f64>>,
-    /// Where the robot is wanted.
+    /// The wanted positions.
     pub wanted: &'a Wanted,
-    /// What the user states beside.
+    /// Values that the user states.
     pub settings: Settings,
 }
 
-/// What a target is told, and what is lost.
+/// The result of an export.
 #[derive(Debug, Clone)]
 pub struct Export {
     /// The target.
@@ -124,32 +122,32 @@ pub struct Export {
     pub written: Written,
     /// The rigid motion from the robot's frame to the controller's, if it was fitted.
     pub frame: Option<Frame>,
-    /// The robot whose inverse kinematics is the target's, if it has one.
+    /// The robot whose inverse kinematics is the target's, if it was fitted.
     pub controller: Option<Robot<f64>>,
     /// The corrections, if the target is a table.
     pub table: Option<Table>,
-    /// What is lost with the target's parameters.
+    /// The errors with the target's parameters.
     pub loss: Loss,
-    /// What a controller with the nominal robot is off.
+    /// The errors of a controller with the nominal robot.
     pub uncalibrated: Loss,
-    /// The same after the rigid motion that explains most of it.
+    /// The same after the best rigid motion.
     pub uncalibrated_moved: Loss,
-    /// The positions are within so far of the z axis, if that is not the whole workspace, mm.
+    /// The largest distance of the positions from the z axis, mm, if the workspace was limited to it.
     pub within: Option<f64>,
 }
 
 impl Export {
-    /// The part of what a calibration gains, after the best rigid motion, that the target keeps: 1 is
-    /// everything, 0 or less is nothing.
+    /// The fraction of the calibration's gain, after the best rigid motion, that the target keeps: 1 is everything, 0 or less
+    /// nothing.
     pub fn kept(&self) -> Option<f64> {
         let before = self.uncalibrated_moved.rms;
-        // Below this a robot is as its nominal one, and nothing was gained.
+        // Below this the robot equals its nominal one, and nothing was gained.
         (before > 1e-3).then(|| 1.0 - self.loss.rms / before)
     }
 }
 
 impl Case<'_> {
-    /// For a target.
+    /// Exports the robot for a target.
     ///
     /// # Errors
     /// The target cannot hold this robot, or the positions are too few.
@@ -214,10 +212,10 @@ impl Case<'_> {
         Ok(export)
     }
 
-    /// The joints in the middle of where the robot is wanted.
+    /// The joints in the middle of the wanted positions.
     fn middle(&self) -> Result<[f64; 3], ExportError> {
         match self.robot.robot.drive() {
-            // Arms that motors turn have the same shape everywhere.
+            // Rotary arms have the same shape everywhere.
             Drive::Rotary => Ok([0.0; 3]),
             Drive::Linear => {
                 let joints = self.robot.robot.inverse(&self.wanted.centre());
@@ -256,7 +254,7 @@ impl Case<'_> {
                 })
                 .map_err(|_| ExportError::Unreached)?,
         };
-        // Of towers z = 0 and the level are the bed's.
+        // With towers z = 0 and level are the bed's.
         let level = level.is_some() || drive == Drive::Linear;
         let found = fit(
             (robot, &tolerance),
@@ -287,7 +285,7 @@ impl Case<'_> {
     }
 }
 
-/// The lines that a robot already is to a target: what its controller has now.
+/// The lines of a target that describe a robot which the target holds exactly.
 pub(crate) fn held(
     robot: &RobotFile,
     home: [f64; 3],
@@ -312,8 +310,7 @@ pub(crate) fn held(
     })
 }
 
-/// What the target does not hold must be small: a robot of another kind would be fitted with parameters
-/// that mean nothing.
+/// Refuses a robot with large errors that the target does not hold: its fitted parameters would be meaningless.
 fn check(arms: &[Shape; 3], holds: &Holds) -> Result<(), ExportError> {
     for ((arm, even), index) in arms.iter().zip(even_azimuths(arms)).zip(ArmIndex::ALL) {
         let refuse = |key, cause| {
@@ -326,15 +323,15 @@ fn check(arms: &[Shape; 3], holds: &Holds) -> Result<(), ExportError> {
         let tilt = degrees(arm.tilt);
         if tilt.abs() > LARGEST_ANGLE {
             let cause = format!(
-                "its motor axis is tilted by {tilt:.3}°; no controller holds a tilt, and a fit makes up for at most \
+                "its motor axis is tilted by {tilt:.3}°; no controller holds a tilt, and a fit compensates at most \
                  {LARGEST_ANGLE}°"
             );
             return refuse("alpha_deg", cause);
         }
         if arm.side.abs() > LARGEST_PART * arm.upper {
             let cause = format!(
-                "its plane passes the z axis at {:.3} mm; no controller holds that, and a fit makes up for at most a \
-                 tenth of the upper arm",
+                "its plane is {:.3} mm from the z axis; no controller holds that, and a fit compensates at most a tenth of \
+                 the upper arm",
                 arm.side.abs()
             );
             return refuse("theta_deg", cause);
@@ -342,7 +339,7 @@ fn check(arms: &[Shape; 3], holds: &Holds) -> Result<(), ExportError> {
         let off = within_half_turn(arm.azimuth - even).to_degrees();
         if holds.fixed_azimuths.is_some() && off.abs() > LARGEST_ANGLE {
             let cause = format!(
-                "its azimuth is {off:.3}° from arms 120° apart, which this target fixes; a fit makes up for at most \
+                "its azimuth is {off:.3}° off arms 120° apart, which this target assumes; a fit compensates at most \
                  {LARGEST_ANGLE}°"
             );
             return refuse("theta_deg", cause);
@@ -351,8 +348,8 @@ fn check(arms: &[Shape; 3], holds: &Holds) -> Result<(), ExportError> {
     Ok(())
 }
 
-/// The smallest joint angle of whole degrees, within the limits, at which all three arms can be, elbows out and
-/// clear of singularities, radians.
+/// The smallest whole degree within the limits that all three arms can have, elbows out and clear of singularities,
+/// radians.
 fn highest(robot: &RobotFile) -> f64 {
     let (reach, limits) = (robot.reach(), robot.limits);
     let mut angle = limits.minimum().to_degrees().ceil();
@@ -368,14 +365,14 @@ fn highest(robot: &RobotFile) -> f64 {
     limits.minimum()
 }
 
-/// What to say of a controller's robot that nobody stated.
+/// The warning about a controller's robot that the user did not state.
 fn assumed(arms: &[Shape; 3], drive: Drive) -> String {
     let mean = |value: fn(&Shape) -> f64| arms.iter().map(value).sum::<f64>() / 3.0;
     let radius = mean(|arm| arm.radius);
     let lower = mean(|arm| arm.lower);
     let robot = match drive {
         Drive::Rotary => format!(
-            "base less platform radius {radius:.4}, height {:.4}, upper arm {:.4}, forearm {lower:.4} mm, first arm at \
+            "base minus platform radius {radius:.4}, height {:.4}, upper arm {:.4}, forearm {lower:.4} mm, first arm at \
              {:.4}°, upper arm level at {:.4}°",
             mean(|arm| arm.height),
             mean(|arm| arm.upper),
@@ -385,7 +382,7 @@ fn assumed(arms: &[Shape; 3], drive: Drive) -> String {
         Drive::Linear => format!("radius {radius:.4} mm, rods {lower:.4} mm"),
     };
     format!(
-        "The table is right only for a controller that computes with the symmetric robot ({robot}). Name the \
-         controller's own robot with --nominal."
+        "The table is right only for a controller that uses the symmetric robot ({robot}). Give the controller's robot with \
+         --nominal."
     )
 }

@@ -1,12 +1,11 @@
-//! Configurations of other controllers, read into a robot, its readings and what to know for writing it back.
+//! Configurations of other controllers, read into a robot, its readings and its end stops.
 //!
 //! ```text
 //! printer.cfg ─→ Configuration ─→ arms, steps at each reading ─┐
 //! config.g ─→ words of M665 and M666 ─→ arms ──────────────────┴→ Imported ─→ robot.toml, samples.csv
 //! ```
 //!
-//! A configuration may hold secrets: nothing of a section that is not needed is kept, and no message quotes a
-//! line.
+//! A configuration may contain secrets: sections that are not needed are not kept, and no message quotes a line.
 
 pub mod configuration;
 mod console;
@@ -22,14 +21,14 @@ pub use imported::Imported;
 pub use stated::{Stated, printed, shrinkage};
 use std::path::Path;
 
-/// Whose configuration it is.
+/// A firmware with Delta kinematics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Firmware {
     /// `printer.cfg`.
     Klipper,
     /// `config.g`: `M665 L R H B X Y Z`, `M666 X Y Z` upwards.
     RepRapFirmware,
-    /// What `M503` prints, or `Configuration.h`: `M665 L R H X Y Z A B C`, `M666 X Y Z` downwards from the end stop.
+    /// Output of `M503`, or `Configuration.h`: `M665 L R H X Y Z A B C`, `M666 X Y Z` downwards from the end stop.
     Marlin,
 }
 
@@ -37,7 +36,7 @@ impl Firmware {
     /// All.
     pub const ALL: [Self; 3] = [Self::Klipper, Self::RepRapFirmware, Self::Marlin];
 
-    /// On the command line, and of the export's target.
+    /// The name on the command line, and of the export target.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Klipper => "klipper",
@@ -46,7 +45,7 @@ impl Firmware {
         }
     }
 
-    /// In sentences.
+    /// The name in sentences.
     pub const fn title(self) -> &'static str {
         match self {
             Self::Klipper => "Klipper",
@@ -55,7 +54,7 @@ impl Firmware {
         }
     }
 
-    /// What moves to x and y in mm and touches the bed there.
+    /// The commands that touch the bed at x and y, mm.
     pub fn touch(self, [x, y]: [f64; 2]) -> String {
         match self {
             Self::Klipper => format!("G1 X{x:.1} Y{y:.1} Z10 F3000\nPROBE\n"),
@@ -64,7 +63,7 @@ impl Firmware {
         }
     }
 
-    /// Which one wrote a configuration, as far as that shows.
+    /// The firmware of a configuration, if it is evident.
     pub(crate) fn wrote(input: &InputText) -> Option<Self> {
         let mut lines = input.text().lines().map(str::trim_start);
         let all = lines.clone();
@@ -85,32 +84,32 @@ impl Firmware {
             .then_some(Self::RepRapFirmware)
     }
 
-    /// Which one wrote a configuration.
+    /// The firmware of a configuration.
     ///
     /// # Errors
-    /// None, or RepRapFirmware or Marlin: their `M666` have opposite signs.
+    /// No known firmware, or RepRapFirmware or Marlin: their `M666` have opposite signs.
     pub fn of(input: &InputText) -> Result<Self, InputError> {
         if let Some(own) = Self::wrote(input) {
             return Ok(own);
         }
         let (cause, remedy) = if input.text().contains("M665") {
             (
-                "M665 and M666 have other meanings in RepRapFirmware than in Marlin",
+                "M665 and M666 differ between RepRapFirmware and Marlin",
                 "use delta-cal import reprapfirmware or delta-cal import marlin",
             )
         } else {
             (
-                "the file is no configuration of Klipper, RepRapFirmware or Marlin",
-                "give printer.cfg, config.g, what M503 prints, Configuration.h, or a robot file",
+                "the file is not a configuration of Klipper, RepRapFirmware or Marlin",
+                "give printer.cfg, config.g, the output of M503, Configuration.h, or a robot file",
             )
         };
         Err(InputError::new(input.name(), cause).with_remedy(remedy))
     }
 
-    /// Reads a configuration. What is `stated` takes the place of its own.
+    /// Reads a configuration; stated values replace configured ones.
     ///
     /// # Errors
-    /// No Delta, a value that is missing or damaged, or an impossible geometry.
+    /// Not a Delta, a value that is missing or damaged, or an impossible geometry.
     pub fn import(
         self,
         input: &InputText,

@@ -10,7 +10,7 @@ use delta_cal::kinematics::SingularityDistance;
 use nalgebra::{Matrix4, RowVector3, SMatrix, Vector3, Vector4};
 use std::fmt::Write;
 
-/// For a controller whose kinematics is that of the robot before calibration.
+/// Corrections for a controller that uses the nominal robot's kinematics.
 pub(super) const CORRECTION_TABLE: Target = Target {
     name: "correction-table",
     title: "correction table",
@@ -28,27 +28,27 @@ pub(super) const CORRECTION_TABLE: Target = Target {
     alternative: "a smaller --limit, or --positions with a file of where the robot works",
 };
 
-/// Between nodes, mm, if no limit is stated.
+/// Distance of the nodes, mm, if no limit is stated.
 const SPACING: f64 = 25.0;
-/// What is tried for a limit, mm.
+/// Distances that are tried for a limit, mm.
 const SPACINGS: [f64; 22] = [
     200.0, 150.0, 100.0, 80.0, 60.0, 50.0, 40.0, 30.0, 25.0, 20.0, 15.0, 12.0, 10.0, 8.0, 6.0, 5.0,
     4.0, 3.0, 2.5, 2.0, 1.5, 1.0,
 ];
-/// More nodes than this are not tried.
+/// The largest number of nodes.
 const MOST_NODES: f64 = 2e5;
-/// Nodes so far away, along each axis, are used to extrapolate.
+/// The number of nodes along each axis that are used to extrapolate.
 const AROUND: usize = 2;
 
-/// What a node holds.
+/// A node of a table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Node {
-    /// The correction there, mm.
+    /// The computed correction, mm.
     Computed(Vector3<f64>),
-    /// The robot does not reach this node, or only near a parallel singularity, but one beside it: the correction
-    /// extrapolated from the nodes around it, so that a position near the edge has all eight nodes of its cell.
+    /// The correction, mm, extrapolated from the nodes around it: the robot does not reach this node, or only near a parallel
+    /// singularity, but reaches a neighbour. A position near the edge thus has all eight nodes of its cell.
     Extrapolated(Vector3<f64>),
-    /// Nothing: neither the node nor one beside it can be reached.
+    /// No correction: the robot reaches neither the node nor a neighbour.
     Empty,
 }
 
@@ -62,24 +62,24 @@ impl Node {
     }
 }
 
-/// To be at x the controller adds the correction at x, interpolated between the nodes of a grid of cubes.
+/// Corrections on a grid of cubes. To reach x, the controller adds the interpolated correction at x.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
-    /// The node with the least coordinates, mm. All are at whole multiples of the spacing.
+    /// The node with the smallest coordinates, mm. All coordinates are multiples of the spacing.
     pub origin: Vector3<f64>,
-    /// Between two nodes along x, y or z, mm.
+    /// The distance of the nodes, mm.
     pub spacing: f64,
-    /// Nodes along x, y and z, two at least.
+    /// The number of nodes along x, y and z, at least two.
     pub counts: [usize; 3],
-    /// Each node, z running fastest, then y.
+    /// All nodes; z varies fastest, then y.
     pub nodes: Vec<Node>,
-    /// What interpolation leaves in the middle of the cells, farthest from the nodes.
+    /// Errors of the interpolation at the cells' centres, farthest from the nodes.
     pub centres: Loss,
 }
 
 impl Table {
-    /// Of a calibrated robot for a controller that computes with the nominal one, and what it leaves at the wanted
-    /// positions. The distance of the nodes is the largest with which the error keeps to the limit.
+    /// The table of a calibrated robot for a controller that uses the nominal one, and the loss at the wanted positions.
+    /// The nodes are as far apart as the limit allows.
     pub(super) fn of(
         robot: &RobotFile,
         nominal: &Robot<f64>,
@@ -104,7 +104,7 @@ impl Table {
         Err(ExportError::LimitNotMet { limit, worst })
     }
 
-    /// `None` if that takes too many nodes.
+    /// The table with this spacing; `None` if it has too many nodes.
     fn spaced(
         robot: &RobotFile,
         nominal: &Robot<f64>,
@@ -133,11 +133,10 @@ impl Table {
         let computed: Vec<_> = (0..count)
             .map(|node| correction(&robot.robot, nominal, &table.position(node)))
             .collect();
-        let nodes = computed.iter().enumerate().map(|(node, own)| match own {
-            Some(by) => Node::Computed(*by),
-            None => table
-                .extrapolated(&computed, node)
-                .map_or(Node::Empty, Node::Extrapolated),
+        let extrapolated = |node| table.extrapolated(&computed, node).map(Node::Extrapolated);
+        let nodes = computed.iter().enumerate().map(|(node, own)| {
+            let own = own.map(Node::Computed).or_else(|| extrapolated(node));
+            own.unwrap_or(Node::Empty)
         });
         table.nodes = nodes.collect();
         let is = |at: &Vector3<f64>| {
@@ -155,8 +154,7 @@ impl Table {
             .filter(inside)
             .collect();
         let loss = Loss::of(wanted.evaluated.iter().map(|at| (at, is(at))));
-        let between = Loss::of(centres.iter().map(|at| (at, is(at))));
-        table.centres = between;
+        table.centres = Loss::of(centres.iter().map(|at| (at, is(at))));
         Some((table, loss))
     }
 
@@ -170,12 +168,12 @@ impl Table {
         (x * along_y + y) * along_z + z
     }
 
-    /// Where a node is, mm.
+    /// The position of a node, mm.
     fn position(&self, node: usize) -> Vector3<f64> {
         self.origin + Vector3::from(self.indices(node).map(|index| index as f64)) * self.spacing
     }
 
-    /// The correction at a position; `None` outside, or where a node of the cell has none.
+    /// The correction at a position; `None` outside the grid, or if a node of the cell has none.
     fn interpolated(&self, at: &Vector3<f64>) -> Option<Vector3<f64>> {
         let place = (at - self.origin) / self.spacing;
         let mut low = [0; 3];
@@ -204,8 +202,8 @@ impl Table {
         Some(sum)
     }
 
-    /// The correction at a node from those at the nodes around it, by the plane of least squares through them; a node
-    /// counts by the inverse of its squared distance. `None` if no direct neighbour has a correction.
+    /// The correction at a node, extrapolated from the nodes around it by a least-squares plane with weights of the inverse
+    /// squared distance. `None` if no direct neighbour has a correction.
     fn extrapolated(&self, computed: &[Option<Vector3<f64>>], node: usize) -> Option<Vector3<f64>> {
         let at = self.indices(node);
         let mut normal = Matrix4::zeros();
@@ -233,7 +231,7 @@ impl Table {
         if !beside {
             return None;
         }
-        // A slope that the nodes do not determine is none.
+        // Slopes that the nodes do not determine become 0.
         for axis in 1..4 {
             normal[(axis, axis)] += 1e-6 * weights;
         }
@@ -241,7 +239,7 @@ impl Table {
         Some(solution.row(0).transpose())
     }
 
-    /// A row for each node.
+    /// The table as CSV, a row for each node.
     pub(super) fn lines(&self) -> String {
         let mut lines = String::from("x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm,node\n");
         for (node, index) in self.nodes.iter().zip(0..) {
@@ -258,13 +256,13 @@ impl Table {
 }
 
 fn cells(by: &Vector3<f64>) -> String {
-    // No minus before zero.
+    // Avoids −0.
     let [x, y, z] = [by.x, by.y, by.z].map(|value| (value * 1e5).round() / 1e5 + 0.0);
     format!("{x:.5},{y:.5},{z:.5}")
 }
 
-/// What to add so that the robot is at a position; `None` where there is no such pose, or where it is so near to a
-/// parallel singularity that the correction there says nothing of those around it.
+/// The correction at a position; `None` where there is no such pose, or so close to a parallel singularity that the
+/// correction is not representative of its neighbourhood.
 fn correction(
     calibrated: &Robot<f64>,
     nominal: &Robot<f64>,

@@ -1,49 +1,49 @@
-//! Why a robot cannot be exported.
+//! Errors of an export.
 
 use crate::text::list;
 use delta_cal::ArmIndex;
 use delta_cal::robot::Drive;
 
-/// Why a target cannot hold a robot.
+/// The reason why a robot cannot be exported.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ExportError {
-    /// A parameter of an arm is further off than the target can make up for.
+    /// A parameter of an arm has an error for which the target cannot compensate.
     #[error("{arm}: {cause}")]
     CannotHold {
         /// The arm.
         arm: ArmIndex,
         /// The key in the robot file.
         key: &'static str,
-        /// What is wrong with it.
+        /// The cause.
         cause: String,
     },
     /// The robot reaches too few positions.
-    #[error("the robot reaches {0} of the positions; a fit needs at least 20")]
+    #[error("the robot reaches only {0} of the positions; a fit needs at least 20")]
     TooFewPositions(usize),
     /// The kinematics of the target does not reach a position.
-    #[error("the target's kinematics does not reach the positions that the robot reaches")]
+    #[error("the target's kinematics does not reach the robot's positions")]
     Unreached,
-    /// No correction table that is small enough keeps to the limit.
+    /// No correction table of acceptable size meets the limit.
     #[error(
-        "no correction table of up to 200 000 nodes keeps the error below {limit} mm; the finest leaves {worst:.4} mm"
+        "no correction table of up to 200 000 nodes keeps the error below {limit} mm; the finest has {worst:.4} mm"
     )]
     LimitNotMet {
         /// The limit, mm.
         limit: f64,
-        /// What the finest table leaves, mm.
+        /// The error of the finest table, mm.
         worst: f64,
     },
-    /// The target takes no robots with these drives.
-    #[error("{}: it can be exported for {}", moved_by(*drive), list(others))]
+    /// The target does not support these drives.
+    #[error("this robot has {}: it can be exported for {}", drives(*drive), list(others))]
     OtherDrive {
-        /// Those of the robot.
+        /// The robot's drives.
         drive: Drive,
-        /// The targets that do.
+        /// The targets that support them.
         others: Vec<String>,
     },
-    /// The end stop of an arm stands where the target cannot state it.
+    /// The target cannot state the position of an arm's end stop.
     #[error(
-        "{arm}: position_endstop has no value for an end stop at {degrees:.3}°, where the elbow is not outwards"
+        "{arm}: no position_endstop describes an end stop at {degrees:.3}°, where the elbow is not outwards"
     )]
     Home {
         /// The arm.
@@ -67,7 +67,7 @@ impl ExportError {
                 "check the positions and their frame; the robot must reach all of them"
             }
             Self::LimitNotMet { .. } => {
-                "name the positions where your robot works with --positions, or give a larger --limit"
+                "give the positions where your robot works with --positions, or a larger --limit"
             }
             Self::OtherDrive { .. } => "choose one of these with --for",
             Self::Home { .. } => "state the joint angles at the end stops with --home",
@@ -75,9 +75,9 @@ impl ExportError {
     }
 }
 
-const fn moved_by(drive: Drive) -> &'static str {
+const fn drives(drive: Drive) -> &'static str {
     match drive {
-        Drive::Linear => "carriages on towers drive this robot",
-        Drive::Rotary => "motors turn the arms of this robot",
+        Drive::Linear => "towers",
+        Drive::Rotary => "rotary arms",
     }
 }

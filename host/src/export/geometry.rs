@@ -1,28 +1,28 @@
-//! An arm or a tower in the terms that controllers use, and what a controller holds of three of them.
+//! An arm or a tower in the parameters that controllers use, and which of these a controller holds.
 
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::{Arm, Drive, GeometryError};
-use delta_cal::{ArmIndex, Parameter, Robot, Tolerance};
+use delta_cal::{Parameter, Robot, Tolerance};
 use nalgebra::{Rotation3, Vector2, Vector3};
 use std::f64::consts::TAU;
 
 /// Where the towers of a printer usually stand, degrees.
 pub(crate) const USUAL_TOWERS: [f64; 3] = [210.0, 330.0, 90.0];
-/// Towers within this of the usual azimuths are taken to stand there before calibration, radians.
+/// Towers this close to the usual azimuths are assumed to stand there in the nominal robot, radians.
 const USUAL: f64 = 0.1;
 
-/// An arm in cylindrical terms: lengths in mm, angles in radians.
+/// An arm in cylindrical coordinates: lengths in mm, angles in radians.
 ///
-/// With (r, t) the motor axis' point along and across the azimuth, the elbow stands at radius r + U cos(q − φ), at
-/// the side t and at height h − U sin(q − φ), all tilted by α. Of an upright tower r, h and L count: the rod's upper
-/// end is at radius r and height h + s.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The motor axis is at (r, t) along and across the azimuth. The elbow is at radius r + U cos(q − φ), offset t and height
+/// h − U sin(q − φ), all tilted by α. An upright tower has only r, h and L: the rod's upper end is at radius r and height
+/// h + s.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Shape {
     /// θ: the azimuth of the arm's plane or of the tower.
     pub azimuth: f64,
-    /// r: the motor axis or tower from the z axis, platform offset subtracted.
+    /// r: the distance of the motor axis or tower from the z axis, minus the platform radius.
     pub radius: f64,
-    /// t: the motor axis across the azimuth.
+    /// t: the offset of the motor axis across the azimuth.
     pub side: f64,
     /// h: the height of the motor axis, or of the rod's upper end at travel 0.
     pub height: f64,
@@ -37,7 +37,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// Of an arm that a motor turns.
+    /// The shape of a rotary arm.
     fn of_arm(arm: &Arm<f64>) -> Self {
         let [dx, dy, height, azimuth, tilt, la_x, la_y, lower] = arm.parameters();
         let (sin, cos) = azimuth.sin_cos();
@@ -53,27 +53,24 @@ impl Shape {
         }
     }
 
-    /// The three arms of a robot. Towers are taken upright where the carriages are at `joints`; `frame` takes the
-    /// robot's frame to the controller's, and its z axis passes through the centre of the towers.
+    /// The three arms of a robot. Towers are taken as upright through the carriages at `joints`; `frame` transforms the
+    /// robot's frame to the controller's, whose z axis passes through the centre of the towers.
     pub fn all(robot: &Robot<f64>, joints: &[f64; 3], frame: &RigidTransform<f64>) -> [Self; 3] {
+        let arms = robot.arms();
         if robot.drive() == Drive::Rotary {
-            return ArmIndex::ALL.map(|index| Self::of_arm(robot.arm(index)));
+            return arms.each_ref().map(Self::of_arm);
         }
-        let carriages =
-            ArmIndex::ALL.map(|index| frame.apply(&robot.arm(index).elbow(joints[index.index()])));
+        let carriages = [0, 1, 2].map(|index| frame.apply(&arms[index].elbow(joints[index])));
         let centre = centre(carriages.map(|at| at.xy()));
-        ArmIndex::ALL.map(|index| {
-            let at = carriages[index.index()];
+        [0, 1, 2].map(|index| {
+            let at: Vector3<f64> = carriages[index];
             let out = at.xy() - centre;
             Self {
                 azimuth: out.y.atan2(out.x),
                 radius: out.norm(),
-                side: 0.0,
-                height: at.z - joints[index.index()],
-                tilt: 0.0,
-                upper: 0.0,
-                zero: 0.0,
-                lower: robot.arm(index).lb(),
+                height: at.z - joints[index],
+                lower: arms[index].lb(),
+                ..Self::default()
             }
         })
     }
@@ -82,20 +79,12 @@ impl Shape {
         let (sin, cos) = self.azimuth.sin_cos();
         let x = self.radius * cos - self.side * sin;
         let y = self.radius * sin + self.side * cos;
+        let (height, lower) = (self.height, self.lower);
         let (la_y, la_x) = self.zero.sin_cos();
         let (la_x, la_y) = (self.upper * la_x, self.upper * la_y);
         match drive {
-            Drive::Linear => Arm::linear([x, y, self.height, 0.0, 0.0, 1.0, self.lower]),
-            Drive::Rotary => Arm::new([
-                x,
-                y,
-                self.height,
-                self.azimuth,
-                self.tilt,
-                la_x,
-                la_y,
-                self.lower,
-            ]),
+            Drive::Linear => Arm::linear([x, y, height, 0.0, 0.0, 1.0, lower]),
+            Drive::Rotary => Arm::new([x, y, height, self.azimuth, self.tilt, la_x, la_y, lower]),
         }
     }
 }
@@ -109,7 +98,7 @@ fn mean(arms: &[Shape; 3], value: fn(&Shape) -> f64) -> f64 {
     arms.iter().map(value).sum::<f64>() / 3.0
 }
 
-/// Of the circle through three points; their mean if they are on one line.
+/// The centre of the circle through three points; their mean if they are collinear.
 fn centre([a, b, c]: [Vector2<f64>; 3]) -> Vector2<f64> {
     let (u, v) = (b - a, c - a);
     let twice = 2.0 * u.perp(&v);
@@ -126,14 +115,14 @@ pub(crate) fn within_half_turn(angle: f64) -> f64 {
     sin.atan2(cos)
 }
 
-/// The angle between consecutive arms of three that are evenly spaced and numbered as these, radians.
+/// The angle from one arm to the next if they were evenly spaced, radians: its sign is the direction of numbering.
 fn spacing(arms: &[Shape; 3]) -> f64 {
     let [first, second, _] = arms;
     let counter_clockwise = within_half_turn(second.azimuth - first.azimuth) >= 0.0;
     (if counter_clockwise { TAU } else { -TAU }) / 3.0
 }
 
-/// The azimuths of the three evenly spaced arms that are nearest to these, radians.
+/// The azimuths of the evenly spaced arms that are nearest to these, radians.
 pub(super) fn even_azimuths(arms: &[Shape; 3]) -> [f64; 3] {
     let step = spacing(arms);
     let (mut sine, mut cosine) = (0.0, 0.0);
@@ -145,11 +134,11 @@ pub(super) fn even_azimuths(arms: &[Shape; 3]) -> [f64; 3] {
     [0.0, 1.0, 2.0].map(|number| within_half_turn(sine.atan2(cosine) + number * step))
 }
 
-/// The robot with three equal arms 120° apart that is nearest to these: its lengths are their means. Towers that
-/// stand near 210°, 330° and 90° are taken to stand there.
+/// The nearest robot with three equal arms 120° apart: its lengths are the means. Towers near 210°, 330° and 90° are
+/// assumed to stand there.
 ///
 /// # Errors
-/// The means are no robot.
+/// The means are not a valid robot.
 pub fn nearest_symmetric(arms: &[Shape; 3], drive: Drive) -> Result<Robot<f64>, GeometryError> {
     let usual = USUAL_TOWERS.map(f64::to_radians);
     let mut pairs = usual.iter().zip(arms);
@@ -162,12 +151,11 @@ pub fn nearest_symmetric(arms: &[Shape; 3], drive: Drive) -> Result<Robot<f64>, 
     let even = azimuths.map(|azimuth| Shape {
         azimuth,
         radius: mean(arms, |arm| arm.radius),
-        side: 0.0,
         height: mean(arms, |arm| arm.height),
-        tilt: 0.0,
         upper: mean(arms, |arm| arm.upper),
         zero: mean(arms, |arm| arm.zero),
         lower: mean(arms, |arm| arm.lower),
+        ..Shape::default()
     });
     robot(&even, drive)
 }
@@ -179,21 +167,20 @@ pub enum Each {
     Arm,
     /// One value for all arms.
     Shared,
-    /// No value: it is zero, or as the controller's source has it.
+    /// No value: it is zero, or fixed in the controller's source.
     Fixed,
 }
 
-/// What a controller holds. What is not named here (the side, tilts, scales) no controller holds.
+/// The parameters that a controller holds. No controller holds offset, tilt or scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Holds {
-    /// The azimuths of the motors, if the controller's source fixes them, in degrees; otherwise it
-    /// holds one for each arm.
+    /// The azimuths of the motors in degrees, if the controller's source fixes them; otherwise it holds one for each arm.
     pub fixed_azimuths: Option<[f64; 3]>,
-    /// Radii of the motor axes or towers less that of the platform.
+    /// Radii of the motor axes or towers minus that of the platform.
     pub radii: Each,
-    /// Heights of the motor axes; of towers the travels' zeros.
+    /// Heights of the motor axes, or zeros of the carriages' travels.
     pub heights: Each,
-    /// Whether z = 0 is the plane of the motor axes where the user states no height; otherwise it is below all positions.
+    /// Whether z = 0 is the plane of the motor axes if the user states no height; otherwise it is below all positions.
     pub from_base_plane: bool,
     /// Upper arms.
     pub upper: Each,
@@ -203,7 +190,7 @@ pub struct Holds {
     pub zeros: Each,
 }
 
-/// Every controller of a robot with towers: one radius, and azimuth, rod and end stop of each tower.
+/// Every controller of a linear Delta holds one radius, and azimuth, rod and end stop of each tower.
 pub(crate) const TOWERS: Holds = Holds {
     fixed_azimuths: None,
     radii: Each::Shared,
@@ -231,7 +218,7 @@ impl Holds {
         ]
     }
 
-    /// How many numbers the fit determines, without the frame.
+    /// The number of fitted parameters, without the frame.
     pub fn count(&self) -> usize {
         let counts = self.fields().map(|(_, each)| match each {
             Each::Arm => 3,
@@ -242,13 +229,13 @@ impl Holds {
     }
 }
 
-/// A number that the fit may change.
+/// A fitted parameter.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Free {
     field: Field,
     /// `None` for all arms.
     arm: Option<usize>,
-    /// One σ: mm or radians.
+    /// σ: mm or radians.
     sigma: f64,
 }
 
@@ -275,22 +262,22 @@ impl Field {
     }
 }
 
-/// The arms as a controller has them, in the order of the robot's joints.
+/// The arms in a controller's parameters, in the order of the robot's joints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Geometry {
-    /// What moves the elbows.
+    /// The type of drive.
     pub drive: Drive,
     /// Side and tilt are zero.
     pub arms: [Shape; 3],
-    /// `motors[k]` is the arm, counted from 0, that the controller's motor k drives.
+    /// `motors[k]` is the index of the arm that the controller's motor k drives.
     pub motors: [usize; 3],
     /// The turn about z from the robot's frame to the controller's, radians.
     pub turn: f64,
 }
 
 impl Geometry {
-    /// The calibrated arms as far as the controller holds them, the mean where it has one value for all.
-    /// `height` is the height of the robot's origin in the controller's frame, mm.
+    /// The calibrated arms in the controller's parameters, with the mean where it holds one value for all. `height` is the
+    /// height of the robot's origin in the controller's frame, mm.
     pub fn start(drive: Drive, arms: &[Shape; 3], holds: &Holds, height: f64) -> Self {
         let mut own = *arms;
         let mut motors = [0, 1, 2];
@@ -333,22 +320,17 @@ impl Geometry {
     /// The robot whose inverse kinematics is the controller's, with the robot's joints.
     ///
     /// # Errors
-    /// The lengths and angles are no robot.
+    /// The parameters are not a valid robot.
     pub fn robot(&self) -> Result<Robot<f64>, GeometryError> {
         robot(&self.arms, self.drive)
     }
 
     /// The arms in the order of the controller's motors.
     pub fn by_motor(&self) -> [&Shape; 3] {
-        let [first, second, third] = &self.arms;
-        self.motors.map(|arm| match arm {
-            0 => first,
-            1 => second,
-            _ => third,
-        })
+        self.motors.map(|arm| &self.arms[arm])
     }
 
-    /// What a controller of towers adds to 210°, 330° and 90°, radians.
+    /// The differences of the towers' azimuths from 210°, 330° and 90°, radians.
     pub(super) fn tower_corrections(&self) -> [f64; 3] {
         let mut corrections = self.arms.map(|arm| arm.azimuth);
         for (own, usual) in corrections.iter_mut().zip(USUAL_TOWERS) {
@@ -357,17 +339,17 @@ impl Geometry {
         corrections
     }
 
-    /// What the fit may change.
+    /// The fitted parameters.
     pub(super) fn free(&self, holds: &Holds, tolerance: &Tolerance<f64>) -> Vec<Free> {
         let length = tolerance.of(Parameter::Lb);
         let angle = tolerance.of(Parameter::Theta);
         let radius = self.arms[0].radius;
         let mut free = Vec::new();
         for (field, each) in holds.fields() {
-            let arms: &[Option<usize>] = match each {
-                Each::Arm => &[Some(0), Some(1), Some(2)],
-                Each::Shared => &[None],
-                Each::Fixed => &[],
+            let arms = match each {
+                Each::Arm => vec![Some(0), Some(1), Some(2)],
+                Each::Shared => vec![None],
+                Each::Fixed => Vec::new(),
             };
             let sigma = match (field, self.drive) {
                 (Field::Azimuth, Drive::Linear) => length / radius.max(1.0),
@@ -375,16 +357,12 @@ impl Geometry {
                 (Field::Azimuth | Field::Zero, _) => angle,
                 _ => length,
             };
-            free.extend(arms.iter().map(|arm| Free {
-                field,
-                arm: *arm,
-                sigma,
-            }));
+            free.extend(arms.into_iter().map(|arm| Free { field, arm, sigma }));
         }
         free
     }
 
-    /// With these changes, in σ.
+    /// The geometry with these changes, in σ.
     pub(super) fn changed(mut self, free: &[Free], by: &[f64]) -> Self {
         for (own, by) in free.iter().zip(by) {
             for (index, arm) in self.arms.iter_mut().enumerate() {
@@ -396,23 +374,26 @@ impl Geometry {
         self
     }
 
-    /// As it is written: lengths to 0.0001 mm, angles to 0.0001°.
+    /// The geometry as it is written: lengths to 0.0001 mm, angles to 0.0001°.
     pub(super) fn rounded(mut self) -> Self {
         for arm in &mut self.arms {
-            for length in [
-                &mut arm.radius,
-                &mut arm.height,
-                &mut arm.upper,
-                &mut arm.lower,
-            ] {
-                *length = to_decimals(*length);
-            }
-            for angle in [&mut arm.azimuth, &mut arm.zero] {
-                *angle = to_decimals(angle.to_degrees()).to_radians();
-            }
+            *arm = Shape {
+                azimuth: rounded(arm.azimuth),
+                radius: to_decimals(arm.radius),
+                height: to_decimals(arm.height),
+                upper: to_decimals(arm.upper),
+                zero: rounded(arm.zero),
+                lower: to_decimals(arm.lower),
+                ..*arm
+            };
         }
         self
     }
+}
+
+/// An angle in radians, to 0.0001°.
+fn rounded(angle: f64) -> f64 {
+    to_decimals(angle.to_degrees()).to_radians()
 }
 
 /// To 4 decimals.
@@ -431,7 +412,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// R and the shift.
+    /// The transform from the robot's frame to the controller's.
     pub fn transform(&self) -> RigidTransform<f64> {
         let [x, y, z] = [self.turns.x, self.turns.y, self.turns.z];
         RigidTransform {
@@ -440,7 +421,7 @@ impl Frame {
         }
     }
 
-    /// The least turn after which z is the height above a plane, `normal · x − offset`.
+    /// The smallest rotation after which z is the height above a plane, `normal · x − offset`.
     pub fn on_plane(normal: &Vector3<f64>, offset: f64) -> Self {
         let turn = Rotation3::rotation_between(normal, &Vector3::z()).unwrap_or_default();
         let (x, y, z) = turn.euler_angles();
@@ -450,13 +431,11 @@ impl Frame {
         }
     }
 
-    /// As it is stated: to 0.0001 mm and 0.0001°.
+    /// The frame to 0.0001 mm and 0.0001°, as it is stated.
     pub(super) fn rounded(&self) -> Self {
         Self {
             shift: self.shift.map(to_decimals),
-            turns: self
-                .turns
-                .map(|turn| to_decimals(turn.to_degrees()).to_radians()),
+            turns: self.turns.map(rounded),
         }
     }
 }

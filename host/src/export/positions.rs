@@ -1,4 +1,4 @@
-//! Where the robot is wanted, and how far it is from there.
+//! The positions of an export, and the position errors there.
 
 use super::geometry::Frame;
 use crate::accuracy::uncertainty::inside;
@@ -10,9 +10,9 @@ use delta_cal::robot::Drive;
 use nalgebra::{DMatrix, DVector, Vector3};
 use serde::{Serialize, Serializer};
 
-/// At most so many positions are fitted.
+/// The largest number of fitted positions.
 const FITTED: usize = 300;
-/// So far out, as a part of the towers' distance from the z axis, printers print.
+/// The radius of the printed area as a fraction of the towers' distance from the z axis.
 const BETWEEN_TOWERS: f64 = 0.85;
 /// Fewer heights determine no plane.
 const LEAST_HEIGHTS: usize = 3;
@@ -20,18 +20,18 @@ const LEAST_HEIGHTS: usize = 3;
 /// Wanted positions in the calibrated robot's frame, mm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wanted {
-    /// Those of the fit, and how many times each counts.
+    /// The fitted positions with their weights.
     pub fitted: Vec<(Vector3<f64>, f64)>,
-    /// Those of the stated loss, the fitted ones among them.
+    /// The positions of the stated loss, including the fitted ones.
     pub evaluated: Vec<Vector3<f64>>,
-    /// Within so far of the z axis, if that was not the whole workspace, mm.
+    /// The largest distance from the z axis, mm, if the workspace was limited to it.
     pub within: Option<f64>,
 }
 
 impl Wanted {
-    /// All over the workspace of a robot: evenly spread in joint space, clear of singularities, where a controller
-    /// reaches them. Of a robot with towers only what is well between them: further out the rods hang so flat that
-    /// nobody works there.
+    /// Positions all over the workspace of a robot: evenly spread in joint space, clear of singularities, and reached by a
+    /// controller. With towers, only positions well between them: further out the rods are so flat that nobody works
+    /// there.
     pub fn in_workspace(robot: &RobotFile) -> Self {
         let poses = inside(&robot.robot, &robot.reach());
         let positions = poses.into_iter().map(|pose| pose.position);
@@ -51,7 +51,7 @@ impl Wanted {
         }
     }
 
-    /// These.
+    /// These positions, of which at most [`FITTED`] are fitted.
     pub fn of(positions: Vec<Vector3<f64>>) -> Self {
         let step = positions.len().div_ceil(FITTED).max(1);
         Self {
@@ -83,8 +83,8 @@ impl Wanted {
     }
 }
 
-/// Whether the elbows-out joint angles at a position, which are those that controllers compute, lead there, are within
-/// the limits and, with motors that turn the arms, clear of singularities.
+/// Whether the elbows-out joint angles at a position, which controllers compute, lead there, are within the limits and,
+/// with rotary arms, clear of singularities.
 pub(super) fn controller_reaches(robot: &RobotFile, at: &Vector3<f64>) -> bool {
     let reach = robot.reach();
     let joints = reach.joints(&robot.robot, at);
@@ -94,7 +94,7 @@ pub(super) fn controller_reaches(robot: &RobotFile, at: &Vector3<f64>) -> bool {
     })
 }
 
-/// Where the calibrated robot is at the joint angles that a controller computes for a commanded position.
+/// The calibrated robot's position at the joint angles that a controller computes for a commanded position.
 pub(super) fn reached(
     calibrated: &Robot<f64>,
     controller: &Robot<f64>,
@@ -104,7 +104,7 @@ pub(super) fn reached(
     calibrated.forward(&joints).ok()
 }
 
-/// Distances between where the platform was wanted and where it is, over many positions.
+/// Position errors over many positions.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Loss {
     /// Root of the mean square, mm.
@@ -113,12 +113,12 @@ pub struct Loss {
     /// The largest, mm.
     #[serde(rename = "worst_mm")]
     pub worst: f64,
-    /// Where it is the largest: the wanted position in the robot's frame, mm.
+    /// The wanted position with the largest error, in the robot's frame, mm.
     #[serde(rename = "worst_at_mm", serialize_with = "coordinates")]
     pub at: Vector3<f64>,
-    /// How many positions were compared.
+    /// The number of compared positions.
     pub positions: usize,
-    /// How many were left out because the controller's kinematics does not reach them.
+    /// The number of positions that the controller's kinematics does not reach.
     pub unreached: usize,
 }
 
@@ -127,7 +127,7 @@ fn coordinates<S: Serializer>(at: &Vector3<f64>, serializer: S) -> Result<S::Ok,
 }
 
 impl Loss {
-    /// Of wanted positions and where the robot is at each, if that is known.
+    /// The loss over wanted positions, each with the reached one if there is one.
     pub(super) fn of<'a>(
         pairs: impl Iterator<Item = (&'a Vector3<f64>, Option<Vector3<f64>>)>,
     ) -> Self {
@@ -152,8 +152,8 @@ impl Loss {
         loss
     }
 
-    /// Where the calibrated robot is if a controller with the kinematics of `controller` is told to go to each
-    /// position; `frame` takes the robot's frame to the controller's.
+    /// The errors of the calibrated robot if a controller with the kinematics of `controller` is commanded to each
+    /// position; `frame` transforms the robot's frame to the controller's.
     pub(super) fn of_controller(
         calibrated: &Robot<f64>,
         controller: &Robot<f64>,
@@ -164,7 +164,7 @@ impl Loss {
         Self::of(wanted.evaluated.iter().map(|at| (at, is(at))))
     }
 
-    /// The same after the rigid motion that explains most of it.
+    /// The same after the best rigid motion.
     pub(super) fn after_rigid_motion(
         calibrated: &Robot<f64>,
         controller: &Robot<f64>,
@@ -174,21 +174,15 @@ impl Loss {
         let found: Vec<_> = each
             .map(|at| (at, reached(calibrated, controller, at)))
             .collect();
-        let pairs: Vec<_> = found
-            .iter()
-            .filter_map(|(at, is)| Some(((*is)?, **at)))
-            .collect();
-        let motion = RigidTransform::align(pairs.iter().copied()).unwrap_or_default();
-        Self::of(
-            found
-                .into_iter()
-                .map(|(at, is)| (at, is.map(|is| motion.apply(&is)))),
-        )
+        let pairs = found.iter().filter_map(|(at, is)| Some(((*is)?, **at)));
+        let motion = RigidTransform::align(pairs).unwrap_or_default();
+        let moved = |is: Option<Vector3<f64>>| is.map(|is| motion.apply(&is));
+        Self::of(found.into_iter().map(|(at, is)| (at, moved(is))))
     }
 }
 
-/// The motion after which z is the height above the bed of these measurements: by least squares over the heights,
-/// `n · x − o = height` with n of length 1. `None` if they are too few or on one line.
+/// The motion after which z is the height above the measured bed: by least squares over the heights,
+/// `n · x − o = height` with a unit vector n. `None` if they are too few or on one line.
 pub fn bed(robot: &Robot<f64>, samples: &Readings) -> Option<Frame> {
     let mut rows = Vec::new();
     for row in &samples.rows {
@@ -203,7 +197,7 @@ pub fn bed(robot: &Robot<f64>, samples: &Readings) -> Option<Frame> {
         [rows[row].0.x, rows[row].0.y, 1.0][column]
     });
     let normal = design.tr_mul(&design).cholesky()?;
-    // z + a x + b y − c is the height times the length of (a, b, 1), which a few rounds find.
+    // z + a x + b y − c is the height times the length of (a, b, 1), found by iteration.
     let mut solution = Vector3::zeros();
     for _ in 0..20 {
         let length = Vector3::new(solution.x, solution.y, 1.0).norm();

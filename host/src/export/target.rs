@@ -1,4 +1,4 @@
-//! A target: what it holds of a robot, its conventions, and how its lines are written.
+//! A target: the parameters that it holds, its conventions, and the lines that it reads.
 
 use super::error::ExportError;
 use super::geometry::{Geometry, Holds, to_decimals};
@@ -7,82 +7,76 @@ use delta_cal::robot::Drive;
 use nalgebra::Vector3;
 use serde::Serialize;
 
-/// A line of a target's parameters.
+/// A parameter of a target.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Entry {
-    /// As the controller calls it.
+    /// Its name in the controller.
     pub name: String,
-    /// In the unit.
+    /// The value in the unit.
     pub value: f64,
     /// `mm`, `in` or `deg`.
     pub unit: &'static str,
 }
 
 impl Entry {
-    pub(super) fn length(name: impl Into<String>, value: f64) -> Self {
+    fn new(name: impl Into<String>, value: f64, unit: &'static str) -> Self {
         Self {
             name: name.into(),
             value,
-            unit: "mm",
+            unit,
         }
     }
 
-    /// Of a length in mm.
+    pub(super) fn length(name: impl Into<String>, value: f64) -> Self {
+        Self::new(name, value, "mm")
+    }
+
+    /// A length in mm, stated in inches.
     pub(super) fn inches(name: impl Into<String>, value: f64) -> Self {
-        Self {
-            name: name.into(),
-            value: value / 25.4,
-            unit: "in",
-        }
+        Self::new(name, value / 25.4, "in")
     }
 
     pub(super) fn degrees(name: impl Into<String>, radians: f64) -> Self {
-        Self {
-            name: name.into(),
-            value: radians.to_degrees(),
-            unit: "deg",
-        }
+        Self::new(name, radians.to_degrees(), "deg")
     }
 
-    /// From 0° to 360°.
+    /// An angle from 0° to 360°.
     pub(super) fn azimuth(name: impl Into<String>, radians: f64) -> Self {
-        let mut entry = Self::degrees(name, radians);
-        entry.value = entry.value.rem_euclid(360.0);
-        entry
+        Self::new(name, radians.to_degrees().rem_euclid(360.0), "deg")
     }
 }
 
-/// What a target writes.
+/// The parameters of a target, and the lines to paste.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Written {
-    /// Every parameter.
+    /// All parameters.
     pub entries: Vec<Entry>,
     /// The lines to paste.
     pub lines: String,
-    /// What to heed with these values.
+    /// Warnings about these values.
     pub warnings: Vec<String>,
 }
 
-/// What the lines are written from.
+/// The values from which lines are written.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fitted {
-    /// As it is written.
+    /// The fitted geometry, rounded.
     pub geometry: Geometry,
     /// The joint of each arm at its end stop: radians, or mm of travel.
     pub home: [f64; 3],
-    /// Whether the user stated it.
+    /// Whether the user stated `home`.
     pub home_stated: bool,
-    /// With towers: whether z = 0 is the bed that was measured.
+    /// With towers: whether z = 0 is the measured bed.
     pub level: bool,
     /// The range of the joints: radians, or mm of travel.
     pub limits: [f64; 2],
     /// The radius of the platform, mm.
     pub platform_radius: f64,
-    /// How the robot file's controller counts.
+    /// The robot file's convention.
     pub convention: Convention,
-    /// From the platform point to the tool, mm.
+    /// The vector from the platform point to the tool, mm.
     pub target: Option<Vector3<f64>>,
-    /// Whether lengths are to be in inches.
+    /// Whether the target's lengths are in inches.
     pub inches: bool,
     /// The largest distance of a wanted position from the z axis, mm.
     pub reach: f64,
@@ -99,7 +93,7 @@ impl Fitted {
         endstops
     }
 
-    /// What to say of end stops, and of a bed, that nobody stated.
+    /// Warnings about end stops and a bed that the user did not state.
     pub(super) fn assumptions(&self) -> Vec<String> {
         let [home, ..] = self.home;
         let linear = self.geometry.drive == Drive::Linear;
@@ -111,14 +105,13 @@ impl Fitted {
                 format!("joint angles of {:.0}°", home.to_degrees())
             };
             warnings.push(format!(
-                "The end stops are assumed at {place}. The lines are wrong if they are elsewhere: state them with \
-                 --home."
+                "The end stops are assumed at {place}. If they are elsewhere the lines are wrong: state them with --home."
             ));
         }
         if linear && !self.level {
             warnings.push(
-                "z = 0 and the level are those of the robot file. After a calibration from heights the bed is \
-                 elsewhere: name the file of the heights with --bed."
+                "z = 0 and level are the robot file's. After a calibration from heights the bed is elsewhere: give the \
+                 file of the heights with --bed."
                     .to_owned(),
             );
         }
@@ -126,19 +119,19 @@ impl Fitted {
     }
 }
 
-/// How a target receives a robot.
+/// The form in which a target receives a robot.
 #[derive(Debug)]
 pub enum Content {
-    /// As parameters of its own kinematics, which are fitted.
+    /// Fitted parameters of its own kinematics.
     Fitted {
-        /// What it holds.
+        /// The parameters that it holds.
         holds: Holds,
         /// Writes the lines.
         write: fn(&Fitted) -> Result<Written, ExportError>,
     },
-    /// As all 24 parameters.
+    /// All 24 parameters.
     Everything,
-    /// As corrections of the positions that a controller with the nominal robot is told.
+    /// Corrections of the positions commanded to a controller with the nominal robot.
     Corrections,
 }
 
@@ -147,26 +140,29 @@ pub enum Content {
 pub struct Target {
     /// The name on the command line.
     pub name: &'static str,
-    /// In reports.
+    /// The name in reports.
     pub title: &'static str,
-    /// Whose robots it takes; `None` for all.
+    /// The drives that it supports; `None` for all.
     pub drive: Option<Drive>,
-    /// How it receives a robot.
+    /// The form in which it receives a robot.
     pub content: Content,
-    /// What begins a comment in its configuration.
+    /// The start of a comment in its configuration.
     pub comment: &'static str,
     /// Its conventions: signs, zero angles, order of arms.
     pub conventions: &'static [&'static str],
-    /// Where the conventions come from.
+    /// The source of the conventions.
     pub source: &'static str,
-    /// What to use instead where it keeps too little.
+    /// The alternative if it keeps too little of the calibration.
     pub alternative: &'static str,
 }
 
-/// To 4 decimals, without a minus before zero.
+/// 4 decimals, without −0.
 pub(super) fn decimals(value: f64) -> String {
     format!("{:.4}", to_decimals(value))
 }
+
+/// The letters of the towers in G-code.
+pub(super) const AXES: [&str; 3] = ["X", "Y", "Z"];
 
 /// Entries named `M665 X` as words of a line, `X0.1000`.
 pub(super) fn words(entries: &[Entry]) -> String {

@@ -15,7 +15,6 @@ use delta_cal::robot::Drive;
 use nalgebra::Vector3;
 pub use pairs::Joined;
 use serde::Serialize;
-use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use table::{Table, TableRow};
 
@@ -207,7 +206,7 @@ impl Readings {
         let table = Table::parse(input, &robot.convention, false)?;
         table.require(&Quantity::joints(robot.limits.drive()))?;
         table.require_readings()?;
-        let names = Names::default();
+        let mut names = Names::default();
         let rows = table.rows(|row| names.reading(row, row.joints(robot)?, robot))?;
         Self::of_rows(&table, input, rows, names)
     }
@@ -257,8 +256,8 @@ impl Readings {
     fn named(input: &InputText, rows: Vec<Row<Reading>>, names: Names) -> Self {
         Self {
             rows,
-            planes: names.planes.into_inner(),
-            points: names.points.into_inner(),
+            planes: names.planes,
+            points: names.points,
             ..Self::of_name(input.name())
         }
     }
@@ -289,21 +288,20 @@ impl Readings {
         }
     }
 
+    /// Keeps the first of the rows with identical numbers, and lists the lines of the others.
     fn keep_one_of_each(&mut self) {
+        let bits = |numbers: &[f64]| numbers.iter().map(|own| own.to_bits()).collect::<Vec<_>>();
         let mut seen = BTreeSet::new();
-        let bits = |row: &Reading| {
-            let joints = row.joints.map(f64::to_bits);
-            let read = row.read().map(|value| value.map(f64::to_bits));
-            let from = match row.distance {
-                Some((ReadingFrom::Point(point), _)) => (Some(point), None),
-                Some((ReadingFrom::Pose(joints), _)) => (None, Some(joints.map(f64::to_bits))),
-                None => (None, None),
-            };
-            (joints, read, row.height.map(|(plane, _)| plane), from)
-        };
         let copies = &mut self.copies;
         self.rows.retain(|row| {
-            let new = seen.insert(bits(&row.value));
+            let reading = &row.value;
+            let read = reading.read().map(|value| value.map(f64::to_bits));
+            let from = reading.distance.map(|(from, _)| match from {
+                ReadingFrom::Point(point) => (point, Vec::new()),
+                ReadingFrom::Pose(joints) => (0, bits(&joints)),
+            });
+            let plane = reading.height.map(|(plane, _)| plane);
+            let new = seen.insert((bits(&reading.joints), read, plane, from));
             if !new {
                 copies.push(row.line);
             }
@@ -324,11 +322,8 @@ impl Readings {
     /// Whether every row consists of x, y and z alone.
     pub fn is_complete(&self) -> bool {
         let mut rows = self.rows.iter();
-        rows.all(|row| {
-            let Reading {
-                height, distance, ..
-            } = row.value;
-            row.value.sample().is_some() && height.is_none() && distance.is_none()
+        rows.all(|Row { value, .. }| {
+            value.sample().is_some() && value.height.is_none() && value.distance.is_none()
         })
     }
 
@@ -338,20 +333,18 @@ impl Readings {
             .rows
             .iter()
             .filter(|row| row.value.kind() == Some(kind));
-        let weights: Vec<f64> = of_kind
-            .filter_map(|row| row.value.sigma)
-            .map(|sigma| sigma.powi(-2))
-            .collect();
-        let count = weights.iter().fold(0.0, |count, _| count + 1.0);
-        (count > 0.0).then(|| (weights.iter().sum::<f64>() / count).powf(-0.5))
+        let weights = of_kind.filter_map(|row| Some(row.value.sigma?.powi(-2)));
+        let (sum, count) = weights.fold((0.0, 0.0), |(sum, count), own| (sum + own, count + 1.0));
+        (count > 0.0).then(|| (sum / count).powf(-0.5))
     }
 
     /// Whether a row has a reading of this kind.
     pub fn holds(&self, kind: Kind) -> bool {
         let mut rows = self.rows.iter();
-        rows.any(|row| {
-            let mut read = row.value.read().into_iter().enumerate();
-            read.any(|(place, value)| value.is_some() && Kind::of_place(place) == kind)
+        rows.any(|Row { value, .. }| match kind {
+            Kind::Position => value.position.iter().any(Option::is_some),
+            Kind::Height => value.height.is_some(),
+            Kind::Distance => value.distance.is_some(),
         })
     }
 
@@ -378,7 +371,7 @@ impl Readings {
         turned
     }
 
-    /// Shifts every measured position, mm.
+    /// Shifts every measured coordinate, mm.
     #[must_use]
     pub(crate) fn moved(mut self, by: &Vector3<f64>) -> Self {
         for row in &mut self.rows {
@@ -451,13 +444,12 @@ fn check_blanks(
 /// Names of planes and points, in order of first use.
 #[derive(Default)]
 struct Names {
-    planes: RefCell<Vec<String>>,
-    points: RefCell<Vec<String>>,
+    planes: Vec<String>,
+    points: Vec<String>,
 }
 
 /// The index of a name in a list, to which new names are added.
-fn index_of(names: &RefCell<Vec<String>>, name: &str) -> usize {
-    let mut names = names.borrow_mut();
+fn index_of(names: &mut Vec<String>, name: &str) -> usize {
     if let Some(index) = names.iter().position(|known| known == name) {
         return index;
     }
@@ -468,7 +460,7 @@ fn index_of(names: &RefCell<Vec<String>>, name: &str) -> usize {
 impl Names {
     /// The readings of a row with these joints.
     fn reading(
-        &self,
+        &mut self,
         row: &TableRow<'_>,
         joints: [f64; 3],
         robot: &RobotFile,
@@ -489,7 +481,7 @@ impl Names {
         let reading = Reading {
             joints,
             position,
-            height: height.map(|height| (index_of(&self.planes, plane), height)),
+            height: height.map(|height| (index_of(&mut self.planes, plane), height)),
             distance: self.distance(row, robot)?,
             sigma: sigma(row)?,
         };
@@ -504,7 +496,7 @@ impl Names {
     }
 
     fn distance(
-        &self,
+        &mut self,
         row: &TableRow<'_>,
         robot: &RobotFile,
     ) -> Result<Option<(ReadingFrom, f64)>, InputError> {
@@ -517,7 +509,7 @@ impl Names {
         let (quantity, cause, remedy) = match (distance, point, pose) {
             (None, None, false) => return Ok(None),
             (Some(distance), Some(point), false) if distance > 0.0 => {
-                let point = index_of(&self.points, point);
+                let point = index_of(&mut self.points, point);
                 return Ok(Some((ReadingFrom::Point(point), distance)));
             }
             (Some(distance), None, true) if distance > 0.0 => {
@@ -548,30 +540,29 @@ impl Names {
 
     /// The kind of reading that an unmeasured row awaits: a distance if it states a start, a height if it names a
     /// plane, otherwise what the header has columns for.
-    fn to_measure(
-        &self,
+    fn awaited(
+        &mut self,
         table: &Table<'_>,
         row: &TableRow<'_>,
         robot: &RobotFile,
     ) -> Result<Reading, InputError> {
         let mut own = Reading::at(row.joints(robot)?);
         let to_joints = Quantity::to_joints(robot.limits.drive());
-        let height = |plane: &str| Some((index_of(&self.planes, plane), 0.0));
         if let Some(point) = row.text(Quantity::Point) {
-            let point = index_of(&self.points, point);
+            let point = index_of(&mut self.points, point);
             own.distance = Some((ReadingFrom::Point(point), 1.0));
         } else if row.text(to_joints[0]).is_some() {
             let to = row.joints_in(to_joints, robot)?;
             own.distance = Some((ReadingFrom::Pose(to), 1.0));
         } else if let Some(plane) = row.text(Quantity::Plane) {
-            own.height = height(plane);
+            own.height = Some((index_of(&mut self.planes, plane), 0.0));
         } else if table.has_any(&Quantity::COORDINATES) {
             let there = robot.robot.forward(&own.joints).unwrap_or_default();
             for (axis, quantity) in Quantity::COORDINATES.into_iter().enumerate() {
                 own.position[axis] = table.has_any(&[quantity]).then(|| there[axis]);
             }
         } else if table.has_any(&[Quantity::Height]) {
-            own.height = height(ONLY_PLANE);
+            own.height = Some((index_of(&mut self.planes, ONLY_PLANE), 0.0));
         } else {
             return Err(row
                 .fault_of_row("the row does not say what is to be measured")
@@ -583,20 +574,18 @@ impl Names {
 
 /// Standard uncertainty of a row, mm.
 fn sigma(row: &TableRow<'_>) -> Result<Option<f64>, InputError> {
-    let stated = row.optional(Quantity::Sigma)?;
-    let (quantity, sigma) = match stated {
-        Some(sigma) => (Quantity::Sigma, Some(sigma)),
-        None => (
-            Quantity::Expanded,
-            row.optional(Quantity::Expanded)?.map(|own| own / 2.0),
-        ),
-    };
-    match sigma {
-        Some(sigma) if !(sigma > 0.0) => Err(row
-            .fault_of(quantity, "an uncertainty must be above 0")
-            .with_remedy("leave the cell empty where it is not known")),
-        sigma => Ok(sigma),
+    for (quantity, factor) in [(Quantity::Sigma, 1.0), (Quantity::Expanded, 0.5)] {
+        match row.optional(quantity)? {
+            Some(own) if own > 0.0 => return Ok(Some(factor * own)),
+            Some(_) => {
+                return Err(row
+                    .fault_of(quantity, "an uncertainty must be above 0")
+                    .with_remedy("leave the cell empty if it is unknown"));
+            }
+            None => {}
+        }
     }
+    Ok(None)
 }
 
 /// Reads the joint angles (radians) of a file; positions are ignored.
@@ -640,19 +629,19 @@ impl Planned {
         let table = Table::parse(input, &robot.convention, false)?;
         table.require(&Quantity::joints(robot.limits.drive()))?;
         table.require_units()?;
-        let names = Names::default();
-        let unmeasured = RefCell::new(Vec::new());
+        let mut names = Names::default();
+        let mut unmeasured = Vec::new();
         let rows = table.rows(|row| {
             let mut readings = Quantity::READINGS.into_iter();
             if readings.any(|own| row.text(own).is_some()) {
                 return names.reading(row, row.joints(robot)?, robot);
             }
-            unmeasured.borrow_mut().push(row.line);
-            names.to_measure(&table, row, robot)
+            unmeasured.push(row.line);
+            names.awaited(&table, row, robot)
         })?;
         Ok(Self {
             readings: Readings::named(input, rows, names),
-            unmeasured: unmeasured.into_inner(),
+            unmeasured,
         })
     }
 

@@ -1,17 +1,17 @@
-//! A Klipper configuration: the sections that a calibration needs, with those of included files and of the block
-//! that `SAVE_CONFIG` wrote.
+//! A Klipper configuration: the sections that a calibration needs, including those of included files and of the
+//! `SAVE_CONFIG` block.
 
 use crate::files::input::{InputError, InputText};
 use std::collections::BTreeMap;
 
-/// The files that a line includes, sorted: of the name of the file with the line, and the name or pattern that the
-/// line has.
+/// Returns the files that a line includes, sorted, given the name of the file with the line and the included name or
+/// pattern.
 pub type Includes<'a> = dyn Fn(&str, &str) -> Result<Vec<InputText>, InputError> + 'a;
 
-/// Files that include each other are not followed further than this.
+/// The deepest level of includes.
 const DEEPEST: usize = 64;
 
-/// What is kept of a configuration. Everything else is skipped unread.
+/// The sections that are read. Everything else is skipped.
 const SECTIONS: [&str; 5] = [
     "printer",
     "stepper_a",
@@ -19,7 +19,7 @@ const SECTIONS: [&str; 5] = [
     "stepper_c",
     "delta_calibrate",
 ];
-/// What every line of the saved block begins with, and the first of them.
+/// The start of every line of the saved block, and the block's first lines.
 const SAVED: &str = "#*#";
 const HEADER: [&str; 3] = [
     "#*# <---------------------- SAVE_CONFIG ---------------------->",
@@ -27,7 +27,7 @@ const HEADER: [&str; 3] = [
     SAVED,
 ];
 
-/// Words of options that state geometry, and Klipper's own among these options.
+/// Words in options that state geometry, and Klipper's own options among these.
 const GEOMETRY: [&str; 9] = [
     "radius", "lean", "tilt", "arm", "rod", "tower", "angle", "shoulder", "diagonal",
 ];
@@ -42,14 +42,14 @@ const OPTIONS: [&str; 8] = [
     "shoulder_height",
 ];
 
-/// A value, and where it stands.
+/// A value and its place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Entry {
-    /// As it is written, without comments.
+    /// The value without comments.
     pub value: String,
     /// The line in its file.
     pub line: u64,
-    /// Whether it stands in the block of `SAVE_CONFIG`.
+    /// Whether it is in the `SAVE_CONFIG` block.
     pub saved: bool,
     file: String,
 }
@@ -60,45 +60,39 @@ pub struct Configuration {
     /// The file's name.
     pub name: String,
     entries: BTreeMap<(String, String), Entry>,
-    /// Names and lines of includes whose files are not there.
+    /// Names and lines of includes whose files do not exist.
     pub missing: Vec<(String, u64)>,
-    /// The line for which Klipper ignores the block of `SAVE_CONFIG`.
+    /// The line that makes Klipper ignore the `SAVE_CONFIG` block.
     pub broken: Option<u64>,
 }
 
 impl Configuration {
-    /// Reads a file and what it includes.
+    /// Reads a file and its includes.
     ///
     /// # Errors
-    /// Files that include each other or cannot be read, or a line of a needed section that is no option.
+    /// Files that include each other or cannot be read, or a line of a needed section that is not an option.
     pub fn read(text: &InputText, includes: &Includes<'_>) -> Result<Self, InputError> {
+        let (written, saved, broken) = split(text.text());
         let mut configuration = Self {
             name: text.name().to_owned(),
             entries: BTreeMap::new(),
             missing: Vec::new(),
-            broken: None,
+            broken,
         };
-        let (written, saved, broken) = split(text.text());
-        configuration.broken = broken;
         let mut visited = vec![text.name().to_owned()];
-        configuration.add(text, &written, includes, &mut visited)?;
-        // What is written by hand wins over what was saved, as in Klipper.
-        let mut of_saved = Self {
-            entries: BTreeMap::new(),
-            ..configuration.clone()
-        };
-        of_saved.add(text, &saved, includes, &mut visited)?;
-        for (key, entry) in of_saved.entries {
-            let entry = Entry {
-                saved: true,
-                ..entry
-            };
-            configuration.entries.entry(key).or_insert(entry);
+        configuration.add(text, &saved, includes, &mut visited)?;
+        let mut of_saved = std::mem::take(&mut configuration.entries);
+        for entry in of_saved.values_mut() {
+            entry.saved = true;
         }
+        configuration.add(text, &written, includes, &mut visited)?;
+        // As in Klipper, values written by hand override saved ones.
+        of_saved.append(&mut configuration.entries);
+        configuration.entries = of_saved;
         Ok(configuration)
     }
 
-    /// Lines with their numbers.
+    /// Adds the options of numbered lines.
     fn add(
         &mut self,
         text: &InputText,
@@ -136,13 +130,13 @@ impl Configuration {
                 continue;
             }
             let Some(section) = section else {
-                // Continued lines of what is not needed are skipped like the line itself.
+                // Continuation lines are skipped like the line itself.
                 last = Some(((String::new(), String::new()), indentation));
                 continue;
             };
             let Some(at) = value.find([':', '=']) else {
                 let cause =
-                    format!("this line of [{section}] is no option: it has neither : nor =");
+                    format!("this line of [{section}] is not an option: it has neither : nor =");
                 return Err(InputError::new(text.name(), cause)
                     .at_line(*line)
                     .with_remedy("correct the line, or put # before it"));
@@ -185,7 +179,7 @@ impl Configuration {
             if visited.iter().any(|name| name == other.name()) || visited.len() > DEEPEST {
                 return Err(fault(
                     "this line includes a file that includes this one again",
-                    "remove one of the two includes",
+                    "delete one of the two includes",
                 ));
             }
             visited.push(other.name().to_owned());
@@ -195,7 +189,7 @@ impl Configuration {
         Ok(())
     }
 
-    /// That an option states geometry which is not Klipper's own, if one does.
+    /// Refuses options of geometry that are not Klipper's own.
     ///
     /// # Errors
     /// The first such option.
@@ -203,20 +197,19 @@ impl Configuration {
         for ((section, option), entry) in &self.entries {
             let foreign = option.split('_').any(|word| GEOMETRY.contains(&word));
             if section != "delta_calibrate" && foreign && !OPTIONS.contains(&option.as_str()) {
-                let cause =
-                    "this option of geometry is not Klipper's own: its meaning is not known";
+                let cause = "this geometry option is not Klipper's own, and its meaning is unknown";
+                let remedy =
+                    "set it to have no effect, delete it from this copy, and calibrate again";
                 return Err(InputError::new(&entry.file, cause)
                     .at_line(entry.line)
                     .at_key(format!("[{section}] {option}"))
-                    .with_remedy(
-                        "set it to no effect, remove it from this copy, and calibrate again",
-                    ));
+                    .with_remedy(remedy));
             }
         }
         Ok(())
     }
 
-    /// Where an included file states what a calibration changes, and how to replace that.
+    /// A note if an included file sets an option that a calibration changes.
     pub fn included_geometry(&self) -> Option<String> {
         let changed = |option: &str| option != "print_radius" && OPTIONS.contains(&option);
         let mut entries = self.entries.iter().filter(|((_, option), entry)| {
@@ -224,8 +217,8 @@ impl Configuration {
         });
         entries.next().map(|((_, option), entry)| {
             format!(
-                "{}:{} sets {option} in an included file: paste the lines there, in place of the old ones. SAVE_CONFIG \
-                 refuses options that an included file sets.",
+                "{}:{} sets {option} in an included file: replace the lines there. SAVE_CONFIG refuses options that an \
+                 included file sets.",
                 entry.file, entry.line
             )
         })
@@ -236,32 +229,31 @@ impl Configuration {
         self.entries.get(&(section.to_owned(), option.to_owned()))
     }
 
-    /// An option that must be there.
+    /// A required option.
     ///
     /// # Errors
-    /// It is not there.
+    /// The option is missing.
     pub fn require(&self, section: &str, option: &str) -> Result<&Entry, InputError> {
         self.get(section, option)
             .ok_or_else(|| self.lacking(section, option))
     }
 
-    /// The fault of an option that is not there.
+    /// The error for a missing option.
     pub fn lacking(&self, section: &str, option: &str) -> InputError {
         let fault = InputError::new(&self.name, "the option is missing")
             .at_key(format!("[{section}] {option}"));
         match self.missing.first() {
             Some((file, line)) => fault.with_remedy(format!(
-                "{file}:{line} includes a file that is not there: copy it beside this one, for the option may stand \
-                 in it"
+                "{file}:{line} includes a file that does not exist and may contain the option: copy it beside this one"
             )),
-            None => fault.with_remedy("give the whole configuration that Klipper runs with"),
+            None => fault.with_remedy("give the complete configuration that Klipper uses"),
         }
     }
 
-    /// A number, if the option is there.
+    /// An optional number.
     ///
     /// # Errors
-    /// It is no finite number.
+    /// It is not a finite number.
     pub fn number(&self, section: &str, option: &str) -> Result<Option<f64>, InputError> {
         let Some(entry) = self.get(section, option) else {
             return Ok(None);
@@ -272,10 +264,10 @@ impl Configuration {
         }
     }
 
-    /// A number above 0, if the option is there.
+    /// An optional number above 0.
     ///
     /// # Errors
-    /// It is none.
+    /// It is not such a number.
     pub fn above_zero(&self, section: &str, option: &str) -> Result<Option<f64>, InputError> {
         match self.number(section, option)? {
             Some(value) if !(value > 0.0) => Err(self.damaged(section, option, "a number above 0")),
@@ -283,16 +275,16 @@ impl Configuration {
         }
     }
 
-    /// A number above 0 that must be there.
+    /// A required number above 0.
     ///
     /// # Errors
-    /// It is none, or not there.
+    /// It is missing or not such a number.
     pub fn require_above_zero(&self, section: &str, option: &str) -> Result<f64, InputError> {
         let value = self.above_zero(section, option)?;
         value.ok_or_else(|| self.lacking(section, option))
     }
 
-    /// The fault of an option whose value is not what it must be.
+    /// The error for an option whose value is not as `wanted`.
     pub fn damaged(&self, section: &str, option: &str, wanted: &str) -> InputError {
         let place = format!("[{section}] {option}");
         let cause = format!("the value is not {wanted}");
@@ -301,11 +293,11 @@ impl Configuration {
             None => InputError::new(&self.name, cause),
         }
         .at_key(place)
-        .with_remedy("correct the value; of a saved measurement: measure again in Klipper")
+        .with_remedy("correct the value; if it is a saved measurement, measure again in Klipper")
     }
 }
 
-/// What stands before the comment. A ; or # begins one at the start of a line, behind a space, and # anywhere.
+/// The line without its comment. A # starts one anywhere, a ; at the start of a line or after a space.
 fn comment_at(line: &str, first: usize) -> &str {
     let mut at = first;
     loop {
@@ -334,8 +326,8 @@ fn numbered(text: &str) -> Vec<(u64, &str)> {
 /// A line with its number.
 type Numbered<'a> = (u64, &'a str);
 
-/// The lines by hand, those of the saved block without what each begins with, and the line for which Klipper ignores the
-/// block: below its header every line begins with `#*#`, an empty one too, and above it none does
+/// The lines written by hand, those of the saved block without their prefix, and the line that makes Klipper ignore the
+/// block: below its header every line, even an empty one, begins with `#*#`, and above it none does
 /// (`ConfigAutoSave._find_autosave_data` in `klippy/configfile.py`).
 fn split(text: &str) -> (Vec<Numbered<'_>>, Vec<Numbered<'_>>, Option<u64>) {
     let lines = numbered(text.trim_end());
@@ -344,24 +336,17 @@ fn split(text: &str) -> (Vec<Numbered<'_>>, Vec<Numbered<'_>>, Option<u64>) {
     let begin = lines.windows(HEADER.len()).skip(1).position(is_header);
     let begin = begin.map_or(lines.len(), |at| at + 1);
     let (written, block) = lines.split_at(begin);
-    let mut saved = block.get(HEADER.len()..).unwrap_or_default();
-    while let Some(((_, first), rest)) = saved.split_first()
-        && first.trim().is_empty()
-    {
-        saved = rest;
-    }
+    let saved = block.iter().skip(HEADER.len());
+    let saved = saved.skip_while(|(_, own)| own.trim().is_empty());
     let above = written.iter().skip(1);
     let mut above = above.filter(|(_, own)| own.starts_with("#*# "));
     let of_block = |own: &str| own == SAVED || own.starts_with("#*# ");
     let mut foreign = saved
-        .iter()
+        .clone()
         .filter(|(_, own)| !of_block(own) || *own == HEADER[0]);
     if let Some((line, _)) = above.next().or(foreign.next()) {
-        let line = *line;
-        return (lines, Vec::new(), Some(line));
+        return (lines.clone(), Vec::new(), Some(*line));
     }
-    let saved = saved
-        .iter()
-        .map(|(line, own)| (*line, own.get(4..).unwrap_or_default()));
+    let saved = saved.map(|(line, own)| (*line, own.get(4..).unwrap_or_default()));
     (written.to_vec(), saved.collect(), None)
 }

@@ -1,4 +1,4 @@
-//! What a firmware's console answers to probing: touches of the bed.
+//! The answers of a firmware's console to probing: touches of the bed.
 //!
 //! ```text
 //! Klipper          probe at 10.000,20.000 is z=2.345        probe: at 10.000,20.000 bed will contact at z=2.345
@@ -11,7 +11,7 @@ use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::{Reading, Readings, Row};
 use nalgebra::Vector3;
 
-/// The points of G33 with their directions from the centre, degrees: the towers', and opposite to them.
+/// The points of G33 with their directions from the centre, degrees: at the towers and opposite them.
 const TOWERS: [(&str, f64); 6] = [
     ("x:", 210.0),
     ("y:", 330.0),
@@ -20,17 +20,17 @@ const TOWERS: [(&str, f64); 6] = [
     ("zx:", 150.0),
     ("xy:", 270.0),
 ];
-/// Places that are nearer to each other are the same, mm.
+/// Places closer than this are the same, mm.
 const SAME: f64 = 0.01;
 
-/// The nozzle's commanded x, y and z at a touch, with the line of the answer.
+/// The line of an answer, and the nozzle's commanded x, y and z at the touch.
 type Touch = (u64, [f64; 3]);
 
-/// A touch of each place in the answers of a console, each at height 0 but for what all have in common, which is the
-/// probe's; `None` if there are no answers.
+/// The touches in the answers of a console, one for each place. Each height is their mean, which is the probe's offset.
+/// `None` if there are no answers.
 ///
 /// # Errors
-/// Places that the printer does not reach; G33 without the radius of its circle.
+/// A place that the printer does not reach; G33 without the radius of its circle.
 pub fn touches(imported: &Imported, text: &InputText) -> Result<Option<Readings>, InputError> {
     let mut found: Vec<(Touch, f64)> = Vec::new();
     for (line, at) in all(imported, text)? {
@@ -40,7 +40,7 @@ pub fn touches(imported: &Imported, text: &InputText) -> Result<Option<Readings>
         };
         let repeated = found.last().is_some_and(same);
         match found.last_mut().filter(|_| repeated) {
-            // Several touches of a place are one.
+            // Repeated touches of a place are averaged.
             Some((touch, count)) => {
                 *count += 1.0;
                 touch.1[2] += (at[2] - touch.1[2]) / *count;
@@ -60,7 +60,7 @@ pub fn touches(imported: &Imported, text: &InputText) -> Result<Option<Readings>
         let joints = joints.map_err(|_| {
             InputError::new(text.name(), "the printer does not reach this place")
                 .at_line(line)
-                .with_remedy("check that configuration and answers are of the same printer")
+                .with_remedy("check that configuration and answers belong to the same printer")
         })?;
         readings.rows.push(Row {
             line,
@@ -93,7 +93,7 @@ fn all(imported: &Imported, text: &InputText) -> Result<Vec<Touch>, InputError> 
                 touches.push((line, [x, y, z]));
             }
         } else if own.contains("Iteration") {
-            // What follows was measured with other parameters.
+            // The following points were measured with other parameters.
             break;
         } else if g33(own).is_some() {
             of_g33.push((line, own));
@@ -111,11 +111,11 @@ fn all(imported: &Imported, text: &InputText) -> Result<Vec<Touch>, InputError> 
         return Ok(touches);
     };
     let radius = imported.bed_radius.ok_or_else(|| {
-        InputError::new(text.name(), "G33 does not say at which radius it probed")
+        let remedy =
+            "give Configuration.h with PRINTABLE_RADIUS as the configuration, and this file as the samples";
+        InputError::new(text.name(), "G33 does not state the radius at which it probed")
             .at_line(*line)
-            .with_remedy(
-                "give Configuration.h with PRINTABLE_RADIUS as the configuration, and this file as the samples",
-            )
+            .with_remedy(remedy)
     })?;
     for (line, own) in of_g33 {
         for (direction, out, z) in g33(own).unwrap_or_default() {
@@ -140,7 +140,7 @@ fn klipper(text: &str) -> Option<[f64; 3]> {
     Some([first(x)?, first(rest)?, first(z)?])
 }
 
-/// Direction, part of the radius and height of each point of a line of G33's table.
+/// Direction, fraction of the radius, and height of each point in a line of G33's table.
 fn g33(line: &str) -> Option<Vec<(f64, f64, f64)>> {
     let words = line.split('.').nth(1).map(|_| line.split_whitespace())?;
     let mut points = Vec::new();

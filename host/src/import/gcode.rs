@@ -1,4 +1,4 @@
-//! The lines M665 and M666 of RepRapFirmware and Marlin, and the same values in Marlin's `Configuration.h`.
+//! M665 and M666 of RepRapFirmware and Marlin, and the same values in Marlin's `Configuration.h`.
 
 use super::Firmware;
 use super::configuration::Includes;
@@ -8,16 +8,16 @@ use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::Readings;
 use std::collections::BTreeMap;
 
-/// A rod is off by less than this, mm: B as a radius of the bed is more.
+/// The largest trim of a rod, mm: B as a bed radius is larger.
 const LARGEST_TRIM: f64 = 10.0;
-/// Of the bed, as a part of the towers' radius, if it is not stated.
+/// The bed radius as a fraction of the delta radius, if it is not stated.
 const USUAL_BED: f64 = 0.6;
-/// What `M501` of RepRapFirmware reads after `config.g`.
+/// The file that `M501` of RepRapFirmware reads after `config.g`.
 const OVERRIDE: &str = "config-override.g";
 
 const M665: &str = "M665";
 const M666: &str = "M666";
-/// Constants of Marlin's `Configuration.h` with the words that they are.
+/// Constants of Marlin's `Configuration.h`, with command and words.
 const CONSTANTS: [(&str, &str, &str); 9] = [
     ("DELTA_DIAGONAL_ROD", M665, "L"),
     ("DELTA_RADIUS", M665, "R"),
@@ -29,10 +29,11 @@ const CONSTANTS: [(&str, &str, &str); 9] = [
     ("DELTA_PRINTABLE_RADIUS", M665, "P"),
     (RADIUS_TRIMS, M665, "U"),
 ];
-/// What no M665 states.
+const CORRECT: &str = "correct the line, or let the controller write it again";
+/// A constant that M665 cannot state.
 const RADIUS_TRIMS: &str = "DELTA_RADIUS_TRIM_TOWER";
 
-/// The words of M665 and M666, the later ones in place of the earlier, each with its file and line.
+/// The words of M665 and M666, each with its file and line; later ones replace earlier ones.
 struct Words {
     name: String,
     values: BTreeMap<(&'static str, char), Word>,
@@ -44,7 +45,7 @@ struct Word {
     values: Vec<f64>,
 }
 
-/// The command of a line and its words, behind what a controller or a terminal prints before it.
+/// The command of a line and its words, after any prefix that a controller or a terminal prints.
 fn command(line: &str) -> Option<(&'static str, Vec<&str>)> {
     let own = line.split([';', '(']).next().unwrap_or_default();
     let mut words = own.split_whitespace();
@@ -63,7 +64,7 @@ fn command(line: &str) -> Option<(&'static str, Vec<&str>)> {
     }
 }
 
-/// A constant of `Configuration.h` with its numbers.
+/// Command, words and numbers of a constant in `Configuration.h`.
 fn constant(line: &str) -> Option<(&'static str, &'static str, Vec<f64>)> {
     let own = line.trim_start().strip_prefix("#define ")?;
     let own = own.split("//").next().unwrap_or_default().trim();
@@ -85,15 +86,19 @@ impl Words {
             for (line, own) in (1..).zip(input.text().lines()) {
                 if let Some((command, of_command)) = command(own) {
                     for word in of_command {
-                        words.add(input, line, command, word)?;
+                        let letter = word.chars().next().unwrap_or_default();
+                        let numbers = word.get(1..).unwrap_or_default().split(':');
+                        let values: Option<Vec<f64>> =
+                            numbers.map(|own| own.parse().ok()).collect();
+                        let values = values.filter(|_| letter.is_ascii_alphabetic());
+                        let key = (command, letter.to_ascii_uppercase());
+                        words.insert(input, line, key, values.unwrap_or_default())?;
                     }
                 } else if let Some((command, letters, values)) = constant(own) {
-                    let each = letters.chars().count() > 1;
                     for (index, letter) in letters.chars().enumerate() {
-                        let values = match (each, values.get(index)) {
-                            (true, Some(own)) => vec![*own],
-                            (true, None) => Vec::new(),
-                            (false, _) => values.clone(),
+                        let values = match letters.len() {
+                            1 => values.clone(),
+                            _ => values.get(index).copied().into_iter().collect(),
                         };
                         words.insert(input, line, (command, letter), values)?;
                     }
@@ -101,20 +106,6 @@ impl Words {
             }
         }
         Ok(words)
-    }
-
-    fn add(
-        &mut self,
-        input: &InputText,
-        line: u64,
-        command: &'static str,
-        word: &str,
-    ) -> Result<(), InputError> {
-        let letter = word.chars().next().unwrap_or_default().to_ascii_uppercase();
-        let numbers = word.get(1..).unwrap_or_default().split(':');
-        let values: Option<Vec<f64>> = numbers.map(|text| text.parse().ok()).collect();
-        let values = values.filter(|_| letter.is_ascii_alphabetic());
-        self.insert(input, line, (command, letter), values.unwrap_or_default())
     }
 
     fn insert(
@@ -125,30 +116,27 @@ impl Words {
         values: Vec<f64>,
     ) -> Result<(), InputError> {
         if values.is_empty() || !values.iter().all(|own| own.is_finite()) {
-            let cause = "a word is no letter with a finite number";
-            return Err(self.fault(key.0, cause).at_line(line));
+            let cause = "a word is not a letter with a finite number";
+            return Err(InputError::new(&self.name, cause)
+                .at_key(key.0)
+                .at_line(line)
+                .with_remedy(CORRECT));
         }
         let file = input.name().to_owned();
         self.values.insert(key, Word { file, line, values });
         Ok(())
     }
 
-    fn fault(&self, key: &str, cause: &str) -> InputError {
-        InputError::new(&self.name, cause)
-            .at_key(key)
-            .with_remedy("correct the line, or let the controller write it again")
-    }
-
-    /// A fault of a word of M665, in its line if it is there.
+    /// A fault of a word of M665, with its line if it exists.
     fn fault_of(&self, letter: char, cause: &str) -> InputError {
         let key = format!("{M665} {letter}");
         match self.values.get(&(M665, letter)) {
             Some(word) => InputError::new(&word.file, cause)
                 .at_key(key)
-                .at_line(word.line)
-                .with_remedy("correct the line, or let the controller write it again"),
-            None => self.fault(&key, cause),
+                .at_line(word.line),
+            None => InputError::new(&self.name, cause).at_key(key),
         }
+        .with_remedy(CORRECT)
     }
 
     fn all(&self, command: &'static str, letter: char) -> &[f64] {
@@ -178,26 +166,25 @@ impl Words {
         }
     }
 
-    /// Whether B is the radius of Marlin 1.1's calibration: that firmware has no A and C beside it.
+    /// Whether B is the calibration radius of Marlin 1.1, which has no A and C.
     fn old_b(&self) -> bool {
         self.one(M665, 'A').is_none() && self.one(M665, 'C').is_none()
     }
 
-    /// Marlin's corrections of the rods.
+    /// Marlin's rod trims.
     fn trims(&self) -> Result<[f64; 3], InputError> {
         let [a, b, c] = self.three(M665, ['A', 'B', 'C']);
         let trims = [a, if self.old_b() { 0.0 } else { b }, c];
         for (letter, trim) in ['A', 'B', 'C'].into_iter().zip(trims) {
             if trim.abs() > LARGEST_TRIM {
                 let cause = format!(
-                    "since Marlin 2.0 {letter} lengthens the rods of a tower, and {trim} mm is too much for that"
+                    "{letter} lengthens the rods of a tower since Marlin 2.0, and {trim} mm is too much"
                 );
-                let remedy = match letter {
-                    'B' => {
-                        "if you meant the printable radius: send M665 B0, and give what M503 prints then".to_owned()
-                    }
-                    letter => format!("send M665 {letter}0, and give what M503 prints then"),
+                let meant = match letter {
+                    'B' => "if you meant the printable radius, ",
+                    _ => "",
                 };
+                let remedy = format!("{meant}send M665 {letter}0, and give the new output of M503");
                 return Err(self.fault_of(letter, &cause).with_remedy(remedy));
             }
         }
@@ -205,7 +192,7 @@ impl Words {
     }
 }
 
-/// A configuration and what overrides it.
+/// A configuration and the file that overrides it.
 fn files(
     input: &InputText,
     firmware: Firmware,
@@ -218,22 +205,21 @@ fn files(
         let found = includes(input.name(), OVERRIDE)?;
         if found.is_empty() {
             let cause = "M501 loads config-override.g, whose M665 and M666 override these";
+            let remedy = "copy config-override.g from the controller's card beside this file; if there is none, delete \
+                          M501 from this copy";
             return Err(InputError::new(input.name(), cause)
                 .at_line(line)
-                .with_remedy(
-                    "copy config-override.g from the controller's card beside this file; if there is none, remove M501 \
-                     from this copy",
-                ));
+                .with_remedy(remedy));
         }
         files.extend(found);
     }
     Ok(files)
 }
 
-/// Reads the printer of M665 and M666.
+/// Reads the printer that M665 and M666 describe.
 ///
 /// # Errors
-/// No M665, a word that is missing or damaged, a file of the other firmware, or an impossible geometry.
+/// No M665, a word that is missing or damaged, a file of another firmware, or an impossible geometry.
 pub(super) fn import(
     input: &InputText,
     firmware: Firmware,
@@ -242,27 +228,26 @@ pub(super) fn import(
 ) -> Result<Imported, InputError> {
     let name = input.name();
     if let Some(other) = Firmware::wrote(input).filter(|own| *own != firmware) {
-        let cause = format!("this is a file of {}", other.title());
+        let cause = format!("this file is {}'s", other.title());
         let remedy = format!(
-            "use delta-cal import {}: its numbers mean something else",
+            "use delta-cal import {}: its numbers have another meaning",
             other.name()
         );
         return Err(InputError::new(name, cause).with_remedy(remedy));
     }
     let words = Words::read(name, &files(input, firmware, includes)?)?;
     if !words.values.keys().any(|(command, _)| *command == M665) {
-        let cause =
-            "no line is an M665 with values, which states the geometry of a Delta with towers";
+        let cause = "no line is an M665 with values, which states the geometry of a linear Delta";
         return Err(InputError::new(name, cause).with_remedy(
-            "give the file that holds it: config.g or config-override.g of RepRapFirmware; of Marlin what M503 prints, or \
-             Configuration.h",
+            "give the file that contains it: config.g or config-override.g of RepRapFirmware, or of Marlin the output of \
+             M503 or Configuration.h",
         ));
     }
     if words.all(M665, 'U').iter().any(|own| own.abs() > 0.0) {
-        let cause = format!("{RADIUS_TRIMS} is not 0, and no M665 holds it");
+        let cause = format!("{RADIUS_TRIMS} is not 0, and M665 cannot state it");
         return Err(words
             .fault_of('U', &cause)
-            .with_remedy("set it to { 0, 0, 0 }, which M665 R makes up for"));
+            .with_remedy("set it to { 0, 0, 0 }; M665 R compensates"));
     }
     let radius = words.above_zero('R')?;
     let rod = words.above_zero('L')?;
@@ -281,7 +266,7 @@ pub(super) fn import(
         let tilts = words.three(M666, ['A', 'B', 'B']);
         if tilts.iter().any(|tilt| tilt.abs() > 0.0) {
             let note =
-                "The tilt of the bed (M666 A and B) is left out: measure heights above the bed.";
+                "The tilt of the bed (M666 A and B) is ignored: measure heights above the bed.";
             notes.push(note.to_owned());
         }
         (rods, stops.map(|by| height + by), words.one(M665, 'B'))
@@ -305,7 +290,7 @@ pub(super) fn import(
     Ok(Imported {
         firmware,
         robot: machine.robot_file(name, home, area, &readings)?,
-        configured: machine.configured()?,
+        configured: machine.configured,
         readings,
         names: Vec::new(),
         home,

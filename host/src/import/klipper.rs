@@ -1,4 +1,4 @@
-//! A Klipper configuration of a Delta, and the measurements that it saved in `[delta_calibrate]`.
+//! A Delta's Klipper configuration, and the measurements saved in its `[delta_calibrate]`.
 
 use super::Firmware;
 use super::configuration::{Configuration, Includes};
@@ -11,22 +11,22 @@ use std::f64::consts::TAU;
 
 const STEPPERS: [&str; 3] = ["stepper_a", "stepper_b", "stepper_c"];
 const SAVED: &str = "delta_calibrate";
-/// Klipper looks for no more measurements of a kind.
+/// The number of measurements of a kind that Klipper reads.
 const MOST: usize = 999;
-/// Of a motor whose section does not say it.
+/// The full steps of a motor's turn if its section does not state them.
 const FULL_STEPS: f64 = 200.0;
-/// The azimuths of arms that motors turn, degrees.
+/// The azimuths of rotary arms, degrees.
 const USUAL_ARMS: [f64; 3] = [30.0, 150.0, 270.0];
 
-/// A pose so far below where it was measured is no pose of this printer, mm.
+/// A pose this far below its measured height was saved with another configuration, mm.
 const BELOW: f64 = 20.0;
-/// Klipper fits what it saves to the heights that it saves with it, far better than this, rms, mm.
+/// Klipper's parameters fit the heights saved with them far better than this, mm rms.
 const STALE: f64 = 4.0;
 
-/// Reads a configuration and its saved measurements. What is `stated` takes the place of its own.
+/// Reads a configuration and its saved measurements; stated values replace configured ones.
 ///
 /// # Errors
-/// No Delta, an option that is missing or damaged, or a geometry that is impossible.
+/// Not a Delta, an option that is missing or damaged, or an impossible geometry.
 pub(super) fn import(
     input: &InputText,
     stated: &Stated,
@@ -40,9 +40,9 @@ pub(super) fn import(
             rotary(&configuration)
         }
         "rotary_delta" => {
-            let cause = "kinematics: rotary_delta has no towers for --rods and --radius";
+            let cause = "--rods and --radius are for towers, and kinematics: rotary_delta has none";
             Err(InputError::new(&configuration.name, cause)
-                .with_remedy("leave them out, and edit lb_mm in the robot file"))
+                .with_remedy("omit them, and edit lb_mm in the robot file"))
         }
         _ => Err(configuration
             .damaged("printer", "kinematics", "delta or rotary_delta")
@@ -55,28 +55,32 @@ pub(super) fn import(
 fn linear(configuration: &Configuration, stated: &Stated) -> Result<Imported, InputError> {
     let name = &configuration.name;
     let radius = configuration.require_above_zero("printer", "delta_radius")?;
-    let rods = like_first(configuration, "arm_length", Some(radius));
     let mut notes = missing(configuration);
-    if let Ok(configured) = rods {
-        notes.extend(rods_note(stated.rods, configured));
-    }
+    let rods = match (
+        like_first(configuration, "arm_length", Some(radius)),
+        stated.rods,
+    ) {
+        (Ok(rods), _) => {
+            notes.extend(rods_note(stated.rods, rods));
+            rods
+        }
+        (Err(_), Some(stated)) => stated,
+        (Err(error), None) => return Err(error),
+    };
     let configured = Towers {
         radius,
-        rods: match (rods, stated.rods) {
-            (Err(_), Some(stated)) => stated,
-            (rods, _) => rods?,
-        },
+        rods,
         azimuths: azimuths(configuration, USUAL_TOWERS)?,
         endstops: like_first(configuration, "position_endstop", None)?,
     };
     let towers = configured.as_stated(stated);
     if let Some(short) = towers.rods.iter().find(|rod| !(**rod > towers.radius)) {
         let cause = format!(
-            "rods of {short} mm do not reach from delta_radius, {} mm",
+            "rods of {short} mm are not longer than the delta radius, {} mm",
             towers.radius
         );
         return Err(InputError::new(name, cause)
-            .with_remedy("state with --rods the length between the joints of a rod"));
+            .with_remedy("state the distance between a rod's joints with --rods"));
     }
     let machine = Machine::towers(name, &configured, stated)?;
     let bed = configuration.above_zero("printer", "print_radius")?;
@@ -98,7 +102,7 @@ fn linear(configuration: &Configuration, stated: &Stated) -> Result<Imported, In
     })
 }
 
-/// Refuses poses far below the bed, and heights that are not those which Klipper fitted its parameters to.
+/// Refuses poses far below the bed, and heights to which the saved parameters were not fitted.
 fn refuse_elsewhere(configuration: &Configuration, imported: &Imported) -> Result<(), InputError> {
     let fault = |name: &str, cause: String, remedy: &str| {
         let fault = InputError::new(&configuration.name, cause).at_key(name);
@@ -122,15 +126,12 @@ fn refuse_elsewhere(configuration: &Configuration, imported: &Imported) -> Resul
         let below = below.unwrap_or_default();
         if below.iter().any(|own| *own < -BELOW) {
             let depths: Vec<_> = below.iter().map(|own| format!("{:.0}", -own)).collect();
-            let cause = match depths.as_slice() {
-                [one] => format!("its pose is {one} mm below the bed"),
-                both => format!("its two poses are {} mm below the bed", both.join(" and ")),
-            };
-            return Err(fault(
-                name,
-                format!("{cause}: it was saved with other end stops or steps"),
-                "measure it again (DELTA_CALIBRATE, DELTA_ANALYZE), or delete it",
-            ));
+            let cause = format!(
+                "measured {} mm below the bed: it was saved with other end stops or steps",
+                depths.join(" and ")
+            );
+            let remedy = "measure it again (DELTA_CALIBRATE, DELTA_ANALYZE), or delete it";
+            return Err(fault(name, cause, remedy));
         }
         if reading.height.is_some() {
             squares += (to - height).powi(2);
@@ -138,23 +139,23 @@ fn refuse_elsewhere(configuration: &Configuration, imported: &Imported) -> Resul
         }
     }
     let off = f64::sqrt(squares / f64::max(count, 1.0));
-    let saved = |section, option| {
+    let together = [
+        ("printer", "delta_radius"),
+        (STEPPERS[0], "position_endstop"),
+        (SAVED, "height0"),
+    ];
+    let saved = |(section, option)| {
         configuration
             .get(section, option)
             .is_some_and(|own| own.saved)
     };
-    let together = saved("printer", "delta_radius")
-        && saved(STEPPERS[0], "position_endstop")
-        && saved(SAVED, "height0");
-    if together && off > STALE {
-        return Err(fault(
-            "height0",
-            format!(
-                "the saved parameters are not the fit of the saved heights, which are {off:.1} mm off (rms): rods, end \
-                 stops or steps were changed after DELTA_CALIBRATE"
-            ),
-            "run DELTA_CALIBRATE and SAVE_CONFIG again",
-        ));
+    if off > STALE && together.into_iter().all(saved) {
+        let cause = format!(
+            "the saved heights are {off:.1} mm rms off the saved parameters: rods, end stops or steps were changed after \
+             DELTA_CALIBRATE"
+        );
+        let remedy = "run DELTA_CALIBRATE and SAVE_CONFIG again";
+        return Err(fault("height0", cause, remedy));
     }
     Ok(())
 }
@@ -172,12 +173,12 @@ fn rotary(configuration: &Configuration) -> Result<Imported, InputError> {
         let (x, y) = (radius * cosine, radius * sine);
         Arm::new([x, y, height, azimuth, 0.0, upper[index], 0.0, lower[index]])
     };
-    let machine = Machine::rotary(&configuration.name, [arm(0), arm(1), arm(2)], endstops)?;
+    let machine = Machine::rotary(&configuration.name, arm, endstops)?;
     let notes = missing(configuration);
     finished(configuration, &machine, true, (0.0, 0.0), notes)
 }
 
-/// The robot with what was measured. Steps lead down from the end stops; down is positive for angles, and not for travels.
+/// The robot and its readings. Steps lead down from the end stops: angles increase, travels decrease.
 fn finished(
     configuration: &Configuration,
     machine: &Machine,
@@ -187,8 +188,8 @@ fn finished(
 ) -> Result<Imported, InputError> {
     let mut home = [0.0; 3];
     let mut step_lengths = [0.0; 3];
-    for (index, section) in STEPPERS.into_iter().enumerate() {
-        home[index] = machine.home()[index].ok_or_else(|| {
+    for (index, (section, own)) in STEPPERS.into_iter().zip(machine.home()).enumerate() {
+        home[index] = own.ok_or_else(|| {
             configuration.damaged(section, "position_endstop", "a height that the arm reaches")
         })?;
         let length = step_length(configuration, section, rotary)?;
@@ -200,7 +201,7 @@ fn finished(
     notes.extend(configuration.included_geometry());
     if let Some(line) = configuration.broken {
         notes.push(format!(
-            "{}:{line} makes Klipper ignore the block of SAVE_CONFIG: in and below it every line begins with #*#. Move \
+            "{}:{line} makes Klipper ignore the SAVE_CONFIG block: every line in and below it must begin with #*#. Move \
              the line above the block, or delete it if it is empty.",
             configuration.name
         ));
@@ -208,7 +209,7 @@ fn finished(
     Ok(Imported {
         firmware: Firmware::Klipper,
         robot: machine.robot_file(&configuration.name, home, area, &readings)?,
-        configured: machine.configured()?,
+        configured: machine.configured,
         readings,
         names,
         home,
@@ -218,8 +219,8 @@ fn finished(
     })
 }
 
-/// Heights by the probe, then those entered by hand, then distances; and what the configuration calls each. Where there
-/// are heights of both kinds, those by hand are the bed's: how far the probe is off is unknown.
+/// Probed heights, manual heights and distances, each with its name in the configuration. If there are heights of both
+/// kinds, the manual ones are the bed's, because the probe's offset is unknown.
 fn measured(
     configuration: &Configuration,
     joints: impl Fn([f64; 3]) -> [f64; 3],
@@ -227,7 +228,7 @@ fn measured(
     let mut file = Readings::of_name(&configuration.name);
     let mut names = Vec::new();
     let has = |option| configuration.get(SAVED, option).is_some();
-    // Turning arms are too far off for a probe's offset to matter.
+    // The height of rotary arms is too uncertain for a probe's offset to matter.
     let linear = configuration.get("printer", "delta_radius").is_some();
     let both = linear && has("height0") && has("manual_height0");
     for prefix in ["height", "manual_height", "distance"] {
@@ -236,10 +237,8 @@ fn measured(
             let Some(entry) = configuration.get(SAVED, &name) else {
                 break;
             };
-            let pose = |suffix: &str| -> Result<[f64; 3], InputError> {
-                let steps = steps(configuration, &format!("{name}_{suffix}"))?;
-                Ok(joints(steps))
-            };
+            let pose =
+                |suffix: &str| steps(configuration, &format!("{name}_{suffix}")).map(&joints);
             let mut reading = Reading::at([0.0; 3]);
             if prefix == "distance" {
                 let distance = configuration.require_above_zero(SAVED, &name)?;
@@ -264,21 +263,18 @@ fn measured(
     Ok((file, names))
 }
 
-/// Steps of the three motors from their end stops.
+/// The steps of the three motors from their end stops.
 fn steps(configuration: &Configuration, option: &str) -> Result<[f64; 3], InputError> {
     let entry = configuration.require(SAVED, option)?;
-    let parts = entry
-        .value
-        .split(',')
-        .map(|part| part.trim().parse::<f64>().ok());
-    let parts: Option<Vec<f64>> = parts.map(|own| own.filter(|own| own.is_finite())).collect();
+    let number = |part: &str| part.trim().parse().ok().filter(|own: &f64| own.is_finite());
+    let parts: Option<Vec<f64>> = entry.value.split(',').map(number).collect();
     parts.and_then(|own| own.try_into().ok()).ok_or_else(|| {
         let wanted = "three numbers of steps, separated by commas";
         configuration.damaged(SAVED, option, wanted)
     })
 }
 
-/// The same option of the three motors; the second and the third take the first's where they state none.
+/// An option of the three motors; the first motor's value applies where the others state none.
 fn like_first(
     configuration: &Configuration,
     option: &str,
@@ -319,7 +315,7 @@ fn azimuths(configuration: &Configuration, usual: [f64; 3]) -> Result<[f64; 3], 
     Ok(azimuths)
 }
 
-/// Of one motor: mm, or radians where a turn is one of the arm.
+/// The length of a motor's step: mm, or radians of a rotary arm.
 fn step_length(
     configuration: &Configuration,
     section: &str,
@@ -331,7 +327,7 @@ fn step_length(
     } else if let Some(distance) = configuration.above_zero(section, "rotation_distance")? {
         distance
     } else {
-        // As older versions of Klipper have it.
+        // Older versions of Klipper.
         let length = configuration.above_zero(section, "step_distance")?;
         return length.ok_or_else(|| configuration.lacking(section, "rotation_distance"));
     };
@@ -346,32 +342,30 @@ fn gear_ratio(configuration: &Configuration, section: &str) -> Result<f64, Input
         return Ok(1.0);
     };
     let mut ratio = 1.0;
-    for pair in entry
+    let pairs = entry
         .value
         .split(',')
-        .filter(|pair| !pair.trim().is_empty())
-    {
+        .filter(|pair| !pair.trim().is_empty());
+    for pair in pairs {
+        let number = |text: &str| text.trim().parse().ok().filter(|own| *own > 0.0);
         let numbers = pair.split_once(':').and_then(|(driven, driving)| {
-            let number = |text: &str| text.trim().parse::<f64>().ok();
-            Some((number(driven)?, number(driving)?))
+            let ratio: f64 = number(driven)?;
+            Some(ratio / number(driving)?)
         });
-        match numbers {
-            Some((driven, driving)) if driven > 0.0 && driving > 0.0 => ratio *= driven / driving,
-            _ => {
-                let wanted = "ratios such as 107:16, separated by commas";
-                return Err(configuration.damaged(section, "gear_ratio", wanted));
-            }
-        }
+        ratio *= numbers.ok_or_else(|| {
+            let wanted = "ratios such as 107:16, separated by commas";
+            configuration.damaged(section, "gear_ratio", wanted)
+        })?;
     }
     Ok(ratio)
 }
 
-/// Includes that are not there.
+/// Notes on included files that do not exist.
 fn missing(configuration: &Configuration) -> Vec<String> {
     let note = |(file, line): &(String, u64)| {
         format!(
-            "{file}:{line} includes a file that is not there. If it holds a part of [printer], [stepper_a] to [stepper_c] \
-             or [delta_calibrate], copy it beside the configuration and import again."
+            "{file}:{line} includes a file that does not exist. If it contains part of [printer], [stepper_a] to \
+             [stepper_c] or [delta_calibrate], copy it beside the configuration and import again."
         )
     };
     configuration.missing.iter().map(note).collect()

@@ -1,27 +1,27 @@
-//! What an owner states beside a configuration, as options write it: `345±0.1mm`, `100=98.5`, `0.3%`.
+//! Values that a printer's owner states beside the configuration: `345±0.1mm`, `100=98.5`, `0.3%`.
 
 use crate::files::columns;
 use crate::files::length::Measured;
 
-/// What an owner states beside the configuration. Lengths in mm.
+/// Values that the owner states beside the configuration. Lengths in mm.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Stated {
-    /// The rods as made or measured, between their joints.
+    /// The lengths of the rods between their joints, as made or measured.
     pub rods: Option<[f64; 3]>,
-    /// The radius of the towers less the platform's, as measured.
+    /// The delta radius as measured: that of the towers minus that of the platform.
     pub radius: Option<f64>,
-    /// One σ of these that all rods, or all towers, have in common; 1 mm if it is not stated.
+    /// σ of the length common to all rods; 1 mm if not stated.
     pub rods_sigma: Option<f64>,
-    /// The radius' own.
+    /// σ of the radius; 1 mm if not stated.
     pub radius_sigma: Option<f64>,
-    /// A length that was to be printed, and what it came out as.
+    /// The nominal and the measured length of a printed part.
     pub printed: Option<[f64; 2]>,
     /// The fraction by which prints shrink.
     pub shrinkage: f64,
 }
 
 impl Stated {
-    /// With one length for all rods, or three; as they are configured with none.
+    /// With one length for all rods, or three; with none the rods are as configured.
     ///
     /// # Errors
     /// Another number of lengths.
@@ -36,7 +36,7 @@ impl Stated {
         Ok(self)
     }
 
-    /// With the radius of the towers less the platform's; as it is configured with none.
+    /// With a delta radius; without one it is as configured.
     #[must_use]
     pub fn with_radius(mut self, radius: Option<Measured>) -> Self {
         self.radius = radius.map(|own| own.length);

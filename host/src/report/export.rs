@@ -1,4 +1,4 @@
-//! What an export writes: the target's lines below what is lost, and the same for programs.
+//! The report of an export: the target's lines below a summary, and JSON.
 
 use crate::export::geometry::Frame;
 use crate::export::positions::Loss;
@@ -9,25 +9,25 @@ use crate::text::millimetres;
 use serde::Serialize;
 use std::fmt::Write;
 
-/// Less than this part of the gain is little.
+/// Less than this fraction of the gain is little.
 const LITTLE: f64 = 0.33;
-/// Less than this part of the gain is only some of it.
+/// Less than this fraction of the gain is only some.
 const SOME: f64 = 0.6;
-/// A loss below this is that of rounding, mm.
+/// A loss below this is due to rounding, mm.
 const NOTHING: f64 = 0.001;
 
-/// Which files an export was made from.
+/// The input files of an export.
 #[derive(Debug, Clone, Copy)]
 pub struct Files<'a> {
     /// The calibrated robot.
     pub robot: &'a str,
-    /// The robot before, if a file states it.
+    /// The robot before its calibration, if a file states it.
     pub nominal: Option<&'a str>,
     /// The wanted positions, if a file states them.
     pub positions: Option<&'a str>,
 }
 
-/// What is kept and what is lost, for people.
+/// The summary: gain and loss, rigid motion, conventions, warnings.
 pub fn summary(export: &Export, files: &Files<'_>) -> String {
     let what = match (&export.target.content, &export.table) {
         (Content::Fitted { holds, .. }, _) => {
@@ -71,11 +71,11 @@ fn losses(text: &mut String, export: &Export, files: &Files<'_>) {
         ),
         (format!("for {}", export.target.name), &export.loss),
     ];
-    // Of positions in one plane the table has no centres.
+    // For positions in one plane the table has no cells.
     if let Some(table) = &export.table
         && table.centres.positions > 0
     {
-        let name = format!("- in the middle of {} cells", table.centres.positions);
+        let name = format!("- at the centres of {} cells", table.centres.positions);
         rows.push((name, &table.centres));
     }
     let width = rows.iter().map(|(name, _)| name.chars().count()).max();
@@ -98,13 +98,13 @@ fn verdict(export: &Export) -> String {
     let (loss, alternative) = (&export.loss, export.target.alternative);
     let nothing = loss.worst < NOTHING;
     if nothing && matches!(export.target.content, Content::Everything) {
-        return "Nothing is lost: the target holds all 24 parameters.".to_owned();
+        return "No loss: the target holds all 24 parameters.".to_owned();
     }
     let lost = if nothing {
-        format!("Lost: less than {NOTHING} mm.")
+        format!("Loss: less than {NOTHING} mm.")
     } else {
         format!(
-            "Lost: {} rms, {} worst, at x = {:.1}, y = {:.1}, z = {:.1} mm.",
+            "Loss: {} rms, {} worst, at x = {:.1}, y = {:.1}, z = {:.1} mm.",
             millimetres(loss.rms),
             millimetres(loss.worst),
             loss.at.x,
@@ -113,21 +113,21 @@ fn verdict(export: &Export) -> String {
         )
     };
     let Some(kept) = export.kept() else {
-        return format!("{lost} The calibrated robot equals the nominal one: nothing was gained.");
+        return format!("{lost} The calibrated robot equals the nominal one: there was no gain.");
     };
     let percent = 100.0 * kept;
     if kept <= 0.0 {
         format!(
-            "{lost} Do not use these values: the robot before calibration, after its best rigid motion, is no worse. \
-             Use instead: {alternative}."
+            "{lost} Do not use these values: they are no better than the robot before calibration, after its best rigid \
+             motion. Use {alternative} instead."
         )
     } else if kept < LITTLE {
         format!(
-            "{lost} Keeps little of the calibration's gain: {percent:.0} %. Use instead: {alternative}."
+            "{lost} Keeps only {percent:.0} % of the calibration's gain. Use {alternative} instead."
         )
     } else if kept < SOME {
         format!(
-            "{lost} Keeps only {percent:.0} % of the calibration's gain. To keep more, use {alternative}."
+            "{lost} Keeps {percent:.0} % of the calibration's gain. To keep more, use {alternative}."
         )
     } else {
         format!("{lost} Keeps {percent:.0} % of the calibration's gain.")
@@ -146,8 +146,8 @@ fn over(export: &Export, files: &Files<'_>) -> String {
     let mut text = format!("Over {} positions {place}.", loss.positions);
     if files.nominal.is_none() {
         text.push_str(
-            " The robot before calibration is taken to be the symmetric one with the calibrated robot's mean lengths; \
-             name it with --nominal.",
+            " The robot before calibration is assumed to be the symmetric one with the calibrated robot's mean lengths; give \
+             another with --nominal.",
         );
     }
     if loss.unreached > 0 {
@@ -156,7 +156,7 @@ fn over(export: &Export, files: &Files<'_>) -> String {
         } else {
             "the target's kinematics does not reach them"
         };
-        let _ = write!(text, " {} more are left out: {why}.", loss.unreached);
+        let _ = write!(text, " {} more are excluded: {why}.", loss.unreached);
     }
     text
 }
@@ -166,7 +166,7 @@ fn motion(text: &mut String, frame: &Frame) {
     let turns = frame.turns.map(f64::to_degrees);
     let _ = write!(
         text,
-        "\nThe fit's rigid motion, from the calibrated robot's frame to the controller's\n  shift  x {:.4}  y {:.4}  z \
+        "\nFitted rigid motion from the calibrated robot's frame to the controller's\n  shift  x {:.4}  y {:.4}  z \
          {:.4} mm\n  turn   about x {:.4}  about y {:.4}  about z {:.4} degrees (R = Rz Ry Rx)\n",
         shift.x, shift.y, shift.z, turns.x, turns.y, turns.z
     );
@@ -175,7 +175,7 @@ fn motion(text: &mut String, frame: &Frame) {
         "{}",
         wrapped(
             "A position p in the calibrated robot's frame is R p + shift for the controller. Apply this to your work \
-             offset (shift), levelling (about x and y) and axes (about z), or measure the work frame anew.",
+             offset (shift), levelling (about x and y) and axes (about z), or measure the work frame again.",
             "",
         )
     );
@@ -193,7 +193,7 @@ pub fn text(export: &Export, files: &Files<'_>) -> String {
     text + &export.written.lines
 }
 
-/// For programs.
+/// The JSON report.
 #[derive(Debug, Serialize)]
 pub struct Report<'a> {
     schema_version: u32,
@@ -256,7 +256,7 @@ impl TableReport {
 }
 
 impl<'a> Report<'a> {
-    /// Of an export.
+    /// The report of an export.
     pub fn of(export: &'a Export, files: &Files<'a>) -> Self {
         Self {
             schema_version: 1,

@@ -2,7 +2,7 @@
 
 use crate::export::error::ExportError;
 use crate::export::geometry::{Each, Holds};
-use crate::export::target::{Content, Entry, Fitted, Target, Written, decimals};
+use crate::export::target::{AXES, Content, Entry, Fitted, Target, Written, decimals};
 use crate::files::convention::Vertical;
 use delta_cal::robot::Drive;
 use std::fmt::Write;
@@ -27,13 +27,13 @@ pub(crate) const B_AND_R: Target = Target {
     comment: "#",
     conventions: &[
         "to be confirmed on the machine: joints Q1, Q2 and Q3 are arms 1, 2 and 3",
-        "to be confirmed on the machine: a joint angle of count direction Standard is positive with the elbow down, and 0 with \
-         the upper arm level; an offset is subtracted from the angle of the robot file",
-        "z = 0 is the plane of the motors; the radii are the base's and the platform's, of which only the difference counts",
+        "to be confirmed on the machine: with count direction Standard a joint angle is 0 with the upper arm level and positive \
+         with the elbow down; an offset is subtracted from the angle of the robot file",
+        "z = 0 is the plane of the motors; only the difference of the base and platform radii matters",
         "TranslationToFlange is [target] of the robot file",
     ],
     source: "names of a mechanical system file (Config_3.mechanicalsystem of a published project); the controller's source is \
-             not public, so that signs are not verified against it",
+             not public, so the signs are not verified",
     alternative: "a correction table (--for correction-table)",
 };
 
@@ -41,8 +41,9 @@ pub(crate) const B_AND_R: Target = Target {
 fn write(fitted: &Fitted) -> Result<Written, ExportError> {
     let platform = fitted.platform_radius;
     let up = fitted.convention.joint_positive == Vertical::Up;
+    let arms = || (1..).zip(&fitted.geometry.arms);
     let mut entries = Vec::new();
-    for (number, arm) in (1..).zip(&fitted.geometry.arms) {
+    for (number, arm) in arms() {
         let base = format!("BasePlatform.Arm{number}LinkPoint");
         entries.extend([
             Entry::azimuth(format!("{base}.Angle"), arm.azimuth),
@@ -50,14 +51,14 @@ fn write(fitted: &Fitted) -> Result<Written, ExportError> {
             Entry::length(format!("{base}.Z"), arm.height),
         ]);
     }
-    for (number, arm) in (1..).zip(&fitted.geometry.arms) {
+    for (number, arm) in arms() {
         let own = format!("Arms.Arm{number}");
         entries.extend([
             Entry::length(format!("{own}.UpperArmLength"), arm.upper),
             Entry::length(format!("{own}.LowerArmLength"), arm.lower),
         ]);
     }
-    for number in 1..=3 {
+    for (number, _) in arms() {
         let end = format!("EndEffectorPlatform.Arm{number}LinkPoint");
         entries.extend([
             Entry::length(format!("{end}.Radius"), platform),
@@ -65,14 +66,14 @@ fn write(fitted: &Fitted) -> Result<Written, ExportError> {
         ]);
     }
     let flange = fitted.target.unwrap_or_default();
-    for (axis, value) in ["X", "Y", "Z"].into_iter().zip(flange.iter()) {
+    for (axis, value) in AXES.into_iter().zip(flange.iter()) {
         let name = format!("EndEffectorPlatform.TranslationToFlange.{axis}");
         entries.push(Entry::length(name, *value));
     }
-    for (number, arm) in (1..).zip(&fitted.geometry.arms) {
+    entries.extend(arms().map(|(number, arm)| {
         let zero = if up { -arm.zero } else { arm.zero };
-        entries.push(Entry::degrees(format!("Offsets.JointAxis[{number}]"), zero));
-    }
+        Entry::degrees(format!("Offsets.JointAxis[{number}]"), zero)
+    }));
     let mut lines = String::new();
     for Entry { name, value, unit } in &entries {
         let _ = writeln!(lines, "{name} = {} {unit}", decimals(*value));

@@ -29,7 +29,7 @@ pub(crate) const ROTARY: Target = Target {
         "stepper_a, stepper_b and stepper_c are arms 1, 2 and 3",
         "the joint angle is 0 with the upper arm level and positive with the elbow up: φ − q of the robot file's \
          angle q; position_endstop contains φ",
-        "shoulder_radius is the base's radius less the platform's",
+        "shoulder_radius is the base radius minus the platform radius",
         "position_endstop is the height of the nozzle at x = y = 0 with that arm at its end stop (--home)",
     ],
     source: "klippy/kinematics/rotary_delta.py and klippy/chelper/kin_rotary_delta.c of Klipper",
@@ -48,10 +48,10 @@ pub(crate) const LINEAR: Target = Target {
     comment: "#",
     conventions: &[
         "stepper_a, stepper_b and stepper_c are towers 1, 2 and 3",
-        "delta_radius is the distance of the towers from the centre less the platform's radius",
+        "delta_radius is the distance of the towers from the centre minus the platform radius",
         "position_endstop is the height of the nozzle at x = y = 0 with that carriage at its end stop (--home)",
-        "delete these options from the block that SAVE_CONFIG wrote at the end of the file: the block's own come \
-         back with the next SAVE_CONFIG",
+        "delete these options from the SAVE_CONFIG block at the end of the file, or the next SAVE_CONFIG restores the \
+         old ones",
     ],
     source: "klippy/kinematics/delta.py of Klipper",
     alternative: super::marlin::ALTERNATIVE,
@@ -59,9 +59,8 @@ pub(crate) const LINEAR: Target = Target {
 
 const STEPPERS: [&str; 3] = ["stepper_a", "stepper_b", "stepper_c"];
 
-/// The height of the platform on the z axis with the upper arm at an angle above level, mm. `None` where it
-/// has none, or where Klipper would find the arm on the other side of its line with the forearm: it takes
-/// the elbow that is further out.
+/// The height of the platform on the z axis with the upper arm at an angle above level, mm. `None` if there is none, or if
+/// Klipper, which assumes the outer elbow, would find another arm angle.
 fn height_on_the_axis(arm: &Shape, angle: f64) -> Option<f64> {
     let (sin, cos) = angle.sin_cos();
     let out = arm.radius + arm.upper * cos;
@@ -74,7 +73,7 @@ fn height_on_the_axis(arm: &Shape, angle: f64) -> Option<f64> {
     (cos > (2.0 * towards - angle).cos()).then_some(arm.height + below)
 }
 
-/// The sections that the entries name, each with its options.
+/// The entries as options in their sections.
 fn sections(entries: &[Entry], first: &str) -> String {
     let mut lines = first.to_owned();
     let mut above = "";
@@ -93,8 +92,7 @@ fn rotary(fitted: &Fitted) -> Result<Written, ExportError> {
     let [first, ..] = &fitted.geometry.arms;
     if !(first.radius > 0.0) {
         let cause = format!(
-            "its motor axis is {:.3} mm from the z axis less the platform's radius; Klipper takes only a \
-             shoulder_radius above 0",
+            "its base radius minus the platform radius is {:.3} mm; Klipper accepts only a shoulder_radius above 0",
             first.radius
         );
         return Err(ExportError::CannotHold {
@@ -123,7 +121,7 @@ fn rotary(fitted: &Fitted) -> Result<Written, ExportError> {
     }
     let mut warnings = fitted.assumptions();
     if !(first.height > 0.0) {
-        warnings.push("Klipper takes no shoulder_height of 0 or below.".to_owned());
+        warnings.push("Klipper accepts only a shoulder_height above 0.".to_owned());
     }
     Ok(Written {
         lines: sections(&entries, "[printer]\nkinematics: rotary_delta\n"),

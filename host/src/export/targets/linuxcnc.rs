@@ -31,8 +31,8 @@ pub(crate) const LINUXCNC: Target = Target {
     conventions: &[
         "joint 0 drives the arm at −y, joint 1 the one at 150° (−x), joint 2 the one at 30° (+x)",
         "the joint angle is 0 with the thigh level and positive with the knee down, in degrees",
-        "z = 0 is the plane of the hips; only platformradius − footradius counts",
-        "HOME_OFFSET is the joint's angle at its home switch (--home) and replaces the one in force",
+        "z = 0 is the plane of the hips; only platformradius − footradius matters",
+        "HOME_OFFSET is the joint's angle at its home switch (--home) and replaces the current one",
     ],
     source: "src/emc/kinematics/rotarydeltakins-common.h of LinuxCNC",
     alternative: "the kinematics component deltacalkins with all 24 parameters (--for linuxcnc-component)",
@@ -58,7 +58,7 @@ fn write(fitted: &Fitted) -> Result<Written, ExportError> {
     ];
     let mut lines = String::from("# In the HAL file:\n");
     for Entry { name, value, .. } in &entries {
-        // An inch has as many digits more as it is larger.
+        // Inches need more digits.
         let value = if fitted.inches {
             format!("{value:.6}")
         } else {
@@ -92,25 +92,24 @@ pub(crate) const COMPONENT: Target = Target {
     content: Content::Everything,
     comment: "#",
     conventions: &[
-        "joints 0, 1 and 2 drive arms 1, 2 and 3, in degrees, as the robot file counts them: 0 where La has it, \
-         positive with the elbow down",
-        "X, Y and Z are those of the platform point in the robot's frame; a calibration in another frame moves the \
-         work offset",
-        "HOME_OFFSET is the joint's angle at its home switch in the same count; a calibration does not change it",
+        "joints 0, 1 and 2 drive arms 1, 2 and 3, in degrees, as in the robot file: La defines 0, and positive is with the \
+         elbow down",
+        "X, Y and Z are the platform point in the robot's frame; a calibration in another frame moves the work offset",
+        "HOME_OFFSET is the joint's angle at its home switch in the same convention; a calibration does not change it",
         "with LINEAR_UNITS = inch: setp deltacalkins.units-per-mm 0.03937007874015748, before the revision",
     ],
     source: "bindings/c/linuxcnc/deltacalkins.comp and docs/linuxcnc.md of delta-cal",
-    alternative: "a correction table (--for correction-table), which holds transmissions as well",
+    alternative: "a correction table (--for correction-table), which includes transmission errors",
 };
 
-/// Digits after the decimal point, of mm and degrees: 1e-9° are 1e-8 mm at the end of half a metre.
+/// Decimals of mm and degrees: 1e-9° is 1e-8 mm at a distance of half a metre.
 const DIGITS: usize = 9;
 
 /// The pins, in the order of `Parameter::ROTARY`.
 const PINS: [&str; 8] = ["dx", "dy", "dz", "theta", "alpha", "la-x", "la-y", "lb"];
 
-/// A file of `setp` lines, and the robot that it holds. `home`: the joint angle of each arm at its home switch,
-/// radians, if it is stated.
+/// A file of `setp` lines, and the robot that it describes. `home`: the joint angle of each arm at its home switch,
+/// radians, if stated.
 pub(crate) fn write_component(
     robot: &RobotFile,
     home: Option<[f64; 3]>,
@@ -138,30 +137,28 @@ pub(crate) fn write_component(
     };
     let _ = writeln!(
         written.lines,
-        "# Last: takes over the values above. Other parameters have another number.\nsetp deltacalkins.revision {}",
+        "# Last: applies the values above. Other parameters have another number.\nsetp deltacalkins.revision {}",
         geometry.fingerprint().max(1)
     );
     ini(&mut written.lines, robot, home);
     let mut own = robot.robot.arms().iter();
     if own.any(|arm| arm.transmission().is_some()) {
-        let warning = "The component has no transmissions: those of the robot file are lost.";
+        let warning = "The component has no transmission errors: the robot file's are lost.";
         written.warnings.push(warning.to_owned());
     }
     let held = Robot::from_parameters(arms).map_err(|_| ExportError::Unreached)?;
     Ok((written, held))
 }
 
+/// The value without −0.
 fn text(value: f64) -> String {
     let text = format!("{value:.DIGITS$}");
-    // No minus before zero.
-    if text.trim_start_matches(['-', '0', '.']).is_empty() {
-        format!("{:.DIGITS$}", 0.0)
-    } else {
-        text
-    }
+    let zero = text.trim_start_matches(['-', '0', '.']).is_empty();
+    text.trim_start_matches(|sign| zero && sign == '-')
+        .to_owned()
 }
 
-/// The lines for the INI file, as comments: the file itself is a HAL file.
+/// The lines for the INI file, as comments in the HAL file.
 fn ini(lines: &mut String, robot: &RobotFile, home: Option<[f64; 3]>) {
     lines.push_str(
         "#\n# In the INI file:\n#\n# [KINS]\n# KINEMATICS = deltacalkins\n# JOINTS = 3\n",

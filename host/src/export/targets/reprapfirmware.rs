@@ -2,7 +2,7 @@
 
 use crate::export::error::ExportError;
 use crate::export::geometry::{Each, Holds, Shape, TOWERS, within_half_turn};
-use crate::export::target::{Content, Entry, Fitted, Target, Written, decimals, words};
+use crate::export::target::{AXES, Content, Entry, Fitted, Target, Written, decimals, words};
 use delta_cal::robot::Drive;
 use std::f64::consts::FRAC_PI_2;
 
@@ -25,11 +25,11 @@ pub(crate) const ROTARY: Target = Target {
     },
     comment: ";",
     conventions: &[
-        "X, Y and Z are arms 1, 2 and 3; the corrections X, Y and Z count from −150°, −30° and 90° and keep the \
-         robot's x axis, however large they are",
+        "X, Y and Z are arms 1, 2 and 3; the corrections X, Y and Z count from −150°, −30° and 90°, and keep the robot's \
+         x axis however large they are",
         "the joint angle is 0 with the upper arm level and positive with the elbow up; the arm is at the upper limit \
          of A at its end stop, and M666 corrects that angle in degrees",
-        "R is the base's radius less the platform's; H is the height of the motor axes above z = 0",
+        "R is the base radius minus the platform radius; H is the height of the motor axes above z = 0",
     ],
     source: "src/Movement/Kinematics/RotaryDeltaKinematics.cpp of RepRapFirmware",
     alternative: super::four_lengths::ALTERNATIVE,
@@ -48,22 +48,21 @@ pub(crate) const LINEAR: Target = Target {
     conventions: &[
         "X, Y and Z are towers 1, 2 and 3; the corrections X, Y and Z of M665 count from 210°, 330° and 90°, \
          counter-clockwise",
-        "R is the distance of the towers from the centre less the platform's radius; L has a rod for each tower",
-        "H is the height of the nozzle at x = y = 0 with all carriages at their end stops, M666 what each end stop \
-         is higher; their mean is 0",
+        "R is the distance of the towers from the centre minus the platform radius; L has a rod for each tower",
+        "H is the height of the nozzle at x = y = 0 with all carriages at their end stops; M666 is how much higher each end \
+         stop is, with a mean of 0",
         "B is the printable radius; M666 A and B, the tilt of the bed, are 0",
     ],
     source: "src/Movement/Kinematics/LinearDeltaKinematics.cpp of RepRapFirmware",
     alternative: super::marlin::ALTERNATIVE,
 };
 
-const AXES: [&str; 3] = ["X", "Y", "Z"];
-/// Without a correction, degrees.
+/// The azimuths without a correction, degrees.
 const AZIMUTHS: [f64; 3] = [-150.0, -30.0, 90.0];
-/// Arms that differ by more than this make the forward kinematics differ from the inverse, mm.
+/// If upper arms differ by more than this, mm, RepRapFirmware's forward and inverse kinematics differ.
 const EQUAL: f64 = 0.001;
 
-/// One value for each arm, as a word has them.
+/// One value for each arm, as in a word.
 fn three(arms: &[Shape; 3], value: fn(&Shape) -> f64) -> String {
     arms.each_ref().map(|arm| decimals(value(arm))).join(":")
 }
@@ -72,7 +71,7 @@ fn three(arms: &[Shape; 3], value: fn(&Shape) -> f64) -> String {
 fn rotary(fitted: &Fitted) -> Result<Written, ExportError> {
     let arms = &fitted.geometry.arms;
     let [first, ..] = arms;
-    // Up positive: the upper limit of the angle is where the joint angle is smallest.
+    // Angles are positive upwards: the upper limit is at the smallest joint angle.
     let [lowest, highest] = fitted.limits;
     let top = -fitted.home.into_iter().fold(f64::INFINITY, f64::min);
     let bottom = f64::min(-highest, top);
@@ -107,15 +106,15 @@ fn rotary(fitted: &Fitted) -> Result<Written, ExportError> {
         .any(|arm| (arm.upper - first.upper).abs() > EQUAL)
     {
         warnings.push(
-            "The three upper arms differ. RepRapFirmware's forward kinematics takes arm X's length for all elbows: the \
-             position that it assumes after homing is off by about the difference of the arms. After homing, first \
-             move to a stated X, Y and Z away from obstacles; moves (inverse kinematics) are right."
+            "The three upper arms differ. RepRapFirmware's forward kinematics uses arm X's length for all elbows, so the \
+             position that it assumes after homing is off by about the difference. After homing, first move to a stated \
+             X, Y and Z away from obstacles; moves (inverse kinematics) are right."
                 .to_owned(),
         );
     }
     if lowest.abs() > FRAC_PI_2 || highest.abs() > FRAC_PI_2 {
         warnings.push(
-            "RepRapFirmware computes joint angles from −90° to 90° only; [joints] goes further."
+            "RepRapFirmware computes joint angles from −90° to 90° only, and [joints] exceeds that."
                 .to_owned(),
         );
     }

@@ -1,7 +1,7 @@
 //! Joints in one file and readings in another, as a controller and an instrument write them.
 
 use super::table::Table;
-use super::{Names, Reading, Readings, Row};
+use super::{Names, Readings, Row};
 use crate::files::columns::{Quantity, Unit};
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
@@ -62,17 +62,19 @@ impl Readings {
         joints.require(&joints_of)?;
         measured.require_readings()?;
         let poses = joints.rows(|row| row.joints(robot))?;
-        let names = Names::default();
-        let rows = measured.rows(|row| names.reading(row, [0.0; 3], robot))?;
+        let mut names = Names::default();
+        let mut rows = measured.rows(|row| names.reading(row, [0.0; 3], robot))?;
         let keys = keys(&joints, &measured)?;
-        let (by, pairs) = match chosen(&keys) {
-            Some(key) if key.is_time() => (Some(key), by_time(key)),
-            Some(key) => (Some(key), by_name(key, &poses, joints_text)?),
-            None => (None, by_order(&poses, &rows, joints_text, text)?),
+        let by = chosen(&keys);
+        let pairs = match by {
+            Some(key) if key.is_time() => by_time(key),
+            Some(key) => by_name(key, &poses, joints_text)?,
+            None => by_order(&poses, &rows, joints_text, text)?,
         };
         let mut used = vec![false; poses.len()];
-        let rows = rows.into_iter().zip(pairs).map(|(mut row, pair)| {
-            let Some((index, pose)) = pair.and_then(|index| Some((index, poses.get(index)?)))
+        for (row, pair) in rows.iter_mut().zip(pairs) {
+            let Some((pose, used)) =
+                pair.and_then(|own| Some((poses.get(own)?, used.get_mut(own)?)))
             else {
                 let of = by.map_or("", |key| key.name.as_str());
                 let cause = format!("no row of {} has this {of}", joints_text.name());
@@ -80,11 +82,9 @@ impl Readings {
                     .at_line(row.line)
                     .with_remedy("add the joints of this pose, or delete the row"));
             };
-            used[index] = true;
+            *used = true;
             row.value.joints = pose.value;
-            Ok(row)
-        });
-        let rows: Vec<Row<Reading>> = rows.collect::<Result<_, _>>()?;
+        }
         let joined = Joined {
             joints_file: joints_text.name().to_owned(),
             by: by.map(|key| key.name.clone()),
@@ -176,16 +176,13 @@ fn by_name(
     joints: &InputText,
 ) -> Result<Vec<Option<usize>>, InputError> {
     let mut places: HashMap<String, usize> = HashMap::new();
-    for (index, cell) in key.joints.iter().enumerate() {
+    for (index, (cell, row)) in key.joints.iter().zip(poses).enumerate() {
         let before = places.insert(comparable(cell), index);
-        let same = |other: usize| {
-            poses.get(other).map(|row| row.value) == poses.get(index).map(|row| row.value)
-        };
-        if let (Some(other), Some(row)) = (before, poses.get(index))
-            && !same(other)
+        if let Some(other) = before.and_then(|other| poses.get(other))
+            && other.value.iter().ne(&row.value)
         {
-            let line = poses.get(other).map_or(0, |row| row.line);
-            let cause = format!("{cell} stands in line {line} too, with other joints");
+            let line = other.line;
+            let cause = format!("{cell} is also in line {line}, with other joints");
             return Err(InputError::new(joints.name(), cause)
                 .at_line(row.line)
                 .at_column(&key.name)

@@ -333,7 +333,7 @@ impl<'a> Table<'a> {
     /// Reads all rows; there must be at least one.
     pub(super) fn rows<T>(
         &self,
-        read: impl Fn(&TableRow<'_>) -> Result<T, InputError>,
+        mut read: impl FnMut(&TableRow<'_>) -> Result<T, InputError>,
     ) -> Result<Vec<Row<T>>, InputError> {
         let mut rows = Vec::new();
         let numbers = Numbers::default();

@@ -49,7 +49,7 @@ fn content<'a>(lines: &'a str, comment: &'a str) -> impl Iterator<Item = &'a str
 }
 
 /// Klipper: `position_endstop` is a height, steps count from there, angles are positive upwards.
-pub(crate) fn klipper(lines: &str, home: Point) -> Inverse {
+fn klipper(lines: &str, home: Point) -> Inverse {
     let mut section = String::new();
     let mut values = BTreeMap::new();
     for line in content(lines, "#") {
@@ -77,20 +77,20 @@ pub(crate) fn klipper(lines: &str, home: Point) -> Inverse {
     Box::new(move |at| [0, 1, 2].map(|k| home[k] - (arms[k].0.above_horizontal(at) - arms[k].1)))
 }
 
-/// RepRapFirmware: the arm is at the upper limit of A, corrected by M666, at its end stop.
-pub(crate) fn reprapfirmware(lines: &str, home: Point) -> Inverse {
-    let commands: Vec<_> = content(lines, ";").collect();
-    let words = |command: &str| -> BTreeMap<char, Vec<f64>> {
-        let line = commands.iter().find(|line| line.starts_with(command));
-        let words = line.unwrap().split_whitespace().skip(1);
-        words
-            .map(|word| {
-                let values = word[1..].split(':').map(number).collect();
-                (word.chars().next().unwrap(), values)
-            })
-            .collect()
+/// The words of a line of G-code, each a letter with its numbers.
+pub(crate) fn words(lines: &str, command: &str) -> BTreeMap<char, Vec<f64>> {
+    let line = lines.lines().find(|line| line.starts_with(command));
+    let words = line.unwrap().split_whitespace().skip(1);
+    let word = |word: &str| {
+        let values = word[1..].split(':').map(number).collect();
+        (word.chars().next().unwrap(), values)
     };
-    let (m669, m666) = (words("M669"), words("M666"));
+    words.map(word).collect()
+}
+
+/// RepRapFirmware: the arm is at the upper limit of A, corrected by M666, at its end stop.
+fn reprapfirmware(lines: &str, home: Point) -> Inverse {
+    let (m669, m666) = (words(lines, "M669"), words(lines, "M666"));
     assert_eq!(m669[&'K'], [10.0]);
     let nominal = [-150.0, -30.0, 90.0];
     let arms = [('X', 0), ('Y', 1), ('Z', 2)].map(|(axis, k)| {
@@ -107,7 +107,7 @@ pub(crate) fn reprapfirmware(lines: &str, home: Point) -> Inverse {
 }
 
 /// B&R: everything for each arm but side and tilt; the joint angle is positive downwards.
-pub(crate) fn b_and_r(lines: &str, _home: Point) -> Inverse {
+fn b_and_r(lines: &str) -> Inverse {
     let values: BTreeMap<_, _> = content(lines, "#")
         .filter(|line| !line.starts_with("CountDirections"))
         .map(|line| {
@@ -134,7 +134,7 @@ pub(crate) fn b_and_r(lines: &str, _home: Point) -> Inverse {
 }
 
 /// LinuxCNC: joint 0 at −y, joint 1 at −x, joint 2 at +x; the knee is positive downwards.
-pub(crate) fn linuxcnc(lines: &str, home: Point) -> Inverse {
+fn linuxcnc(lines: &str, home: Point) -> Inverse {
     let pin = |name: &str| {
         let start = format!("setp rotarydeltakins.{name} ");
         number(lines.lines().find_map(|l| l.strip_prefix(&start)).unwrap())
@@ -161,8 +161,8 @@ pub(crate) fn linuxcnc(lines: &str, home: Point) -> Inverse {
     })
 }
 
-/// f, e, rf, re: triangles with sides f and e; the angle is positive downwards.
-fn four(f: f64, e: f64, upper: f64, lower: f64, height: f64, zeros: Point) -> Inverse {
+/// f, e, rf, re: triangles with these sides; the angle is positive downwards.
+fn four([f, e, upper, lower]: [f64; 4], height: f64, zeros: Point) -> Inverse {
     let arms = [-90.0, 30.0, 150.0].map(|azimuth| Arm {
         azimuth,
         radius: (f - e) * 30f64.to_radians().tan() / 2.0,
@@ -173,99 +173,72 @@ fn four(f: f64, e: f64, upper: f64, lower: f64, height: f64, zeros: Point) -> In
     Box::new(move |at| [0, 1, 2].map(|k| -arms[k].above_horizontal(at) - zeros[k]))
 }
 
-fn named<'a>(lines: &'a str, separator: &'a str) -> impl Fn(&str) -> f64 + 'a {
-    move |name| {
-        let own = |line: &&str| {
-            let rest = line.trim_start().strip_prefix(name);
-            rest.is_some_and(|rest| rest.starts_with(separator))
-        };
-        let line = lines.lines().find(own).unwrap_or_else(|| panic!("{name}"));
-        number(line.trim_start()[name.len() + separator.len()..].trim_end_matches("; // mm"))
-    }
+/// The number that the separator separates from a name.
+fn named(lines: &str, name: &str, separator: &str) -> f64 {
+    let own = |line: &str| Some(line.strip_prefix(name)?.strip_prefix(separator)?.to_owned());
+    let mut lines = lines.lines().map(str::trim_start);
+    let value = lines.find_map(own).unwrap_or_else(|| panic!("{name}"));
+    number(value.trim_end_matches("; // mm"))
 }
 
-pub(crate) fn smoothieware(lines: &str, _home: Point) -> Inverse {
-    let value = named(lines, " ");
+fn smoothieware(lines: &str) -> Inverse {
+    let value = |name: &str| named(lines, name, " ");
     let command = lines.lines().find(|line| line.starts_with("M206")).unwrap();
     let words: Vec<_> = command.split_whitespace().skip(1).collect();
     let zeros = [0, 1, 2].map(|k| number(&words[k][1..]));
     let height = value("delta_z_offset") - value("tool_offset") - value("delta_ee_offs");
-    four(
-        value("delta_f"),
-        value("delta_e"),
-        value("delta_rf"),
-        value("delta_re"),
-        height,
-        zeros,
-    )
+    let lengths = ["delta_f", "delta_e", "delta_rf", "delta_re"].map(value);
+    four(lengths, height, zeros)
 }
 
-pub(crate) fn fluidnc(lines: &str, _home: Point) -> Inverse {
-    let value = named(lines, ": ");
-    let (f, e) = (value("base_triangle_mm"), value("end_effector_triangle_mm"));
-    four(f, e, value("crank_mm"), value("linkage_mm"), 0.0, [0.0; 3])
-}
-
-pub(crate) fn grblhal(lines: &str, _home: Point) -> Inverse {
-    let value = named(lines, " = ");
-    let (f, e) = (value("Base radius"), value("End effector radius"));
-    four(
-        f,
-        e,
-        value("Bicep length"),
-        value("Forearm length"),
-        0.0,
-        [0.0; 3],
-    )
-}
-
-pub(crate) fn ucnc(lines: &str, _home: Point) -> Inverse {
-    let value = named(lines, " = ");
-    let (f, e) = (value("delta_base_radius"), value("delta_effector_radius"));
-    let (upper, lower) = (value("delta_bicep_length"), value("delta_forearm_length"));
-    four(f, e, upper, lower, 0.0, [0.0; 3])
-}
-
-pub(crate) fn delta_x(lines: &str, _home: Point) -> Inverse {
-    let value = named(lines, " ");
-    let of = |name: &str| value(&format!("#define DEFAULT_{name}"));
-    four(
-        of("RD_F"),
-        of("RD_E"),
-        of("RD_RF"),
-        of("RD_RE"),
-        0.0,
-        [0.0; 3],
-    )
-}
-
-pub(crate) fn codesys(lines: &str, _home: Point) -> Inverse {
-    let value = named(lines, " := ");
-    let side = |name: &str| 2.0 * 3f64.sqrt() * value(name);
-    let (upper, lower) = (value("dArmLength1"), value("dArmLength2"));
-    four(
-        side("dArm1Radius"),
-        side("dStewartRadius"),
-        upper,
-        lower,
-        0.0,
-        [0.0; 3],
-    )
-}
+/// Every controller.
+pub(crate) const ALL: [&str; 10] = [
+    "klipper",
+    "reprapfirmware",
+    "b-and-r",
+    "linuxcnc",
+    "smoothieware",
+    "fluidnc",
+    "grblhal",
+    "ucnc",
+    "delta-x",
+    "codesys",
+];
 
 /// The kinematics of the lines to paste and of the end stops' joint angles.
-pub(crate) type Read = fn(&str, Point) -> Inverse;
-
-/// Every controller and its kinematics.
-pub(crate) const ALL: [(&str, Read); 10] = [
-    ("klipper", klipper),
-    ("reprapfirmware", reprapfirmware),
-    ("b-and-r", b_and_r),
-    ("linuxcnc", linuxcnc),
-    ("smoothieware", smoothieware),
-    ("fluidnc", fluidnc),
-    ("grblhal", grblhal),
-    ("ucnc", ucnc),
-    ("delta-x", delta_x),
-    ("codesys", codesys),
-];
+pub(crate) fn kinematics(target: &str, lines: &str, home: Point) -> Inverse {
+    let (separator, names) = match target {
+        "klipper" => return klipper(lines, home),
+        "reprapfirmware" => return reprapfirmware(lines, home),
+        "b-and-r" => return b_and_r(lines),
+        "linuxcnc" => return linuxcnc(lines, home),
+        "smoothieware" => return smoothieware(lines),
+        "fluidnc" => (
+            ": ",
+            "base_triangle_mm,end_effector_triangle_mm,crank_mm,linkage_mm",
+        ),
+        "grblhal" => (
+            " = ",
+            "Base radius,End effector radius,Bicep length,Forearm length",
+        ),
+        "ucnc" => (
+            " = ",
+            "delta_base_radius,delta_effector_radius,delta_bicep_length,delta_forearm_length",
+        ),
+        "delta-x" => (
+            " ",
+            "#define DEFAULT_RD_F,#define DEFAULT_RD_E,#define DEFAULT_RD_RF,#define DEFAULT_RD_RE",
+        ),
+        _ => (" := ", "dArm1Radius,dStewartRadius,dArmLength1,dArmLength2"),
+    };
+    let mut lengths = [0.0; 4];
+    for (length, name) in lengths.iter_mut().zip(names.split(',')) {
+        *length = named(lines, name, separator);
+    }
+    if target == "codesys" {
+        // Radii of the circles in the triangles.
+        lengths[0] *= 2.0 * 3f64.sqrt();
+        lengths[1] *= 2.0 * 3f64.sqrt();
+    }
+    four(lengths, 0.0, [0.0; 3])
+}

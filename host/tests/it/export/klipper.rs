@@ -5,6 +5,7 @@
 #![allow(dead_code)] // each test uses its part
 
 use crate::support::Point;
+use nalgebra::Vector3;
 
 /// `kinematics: delta`.
 #[derive(Clone, Copy)]
@@ -47,12 +48,21 @@ impl Delta {
         [0, 1, 2].map(|k| self.endstops[k] + (self.arms[k].powi(2) - self.radius.powi(2)).sqrt())
     }
 
+    /// The carriages' heights after these steps from the end stops.
+    pub(crate) fn stepped(&self, steps: Point) -> Point {
+        let high = self.absolute_endstops();
+        [0, 1, 2].map(|k| high[k] - steps[k] * self.step_lengths[k])
+    }
+
+    /// The steps from the end stops to these heights of the carriages.
+    pub(crate) fn steps_of(&self, carriages: Point) -> Point {
+        let high = self.absolute_endstops();
+        [0, 1, 2].map(|k| (high[k] - carriages[k]) / self.step_lengths[k])
+    }
+
     pub(crate) fn position(&self, steps: Point) -> Point {
-        let (towers, high) = (self.towers(), self.absolute_endstops());
-        let spheres = [0, 1, 2].map(|k| {
-            let [x, y] = towers[k];
-            [x, y, high[k] - steps[k] * self.step_lengths[k]]
-        });
+        let (towers, carriages) = (self.towers(), self.stepped(steps));
+        let spheres = [0, 1, 2].map(|k| [towers[k][0], towers[k][1], carriages[k]]);
         trilateration(spheres, self.arms.map(|arm| arm * arm))
     }
 
@@ -67,8 +77,7 @@ impl Delta {
     }
 
     pub(crate) fn steps(&self, at: Point) -> Point {
-        let (high, carriages) = (self.absolute_endstops(), self.carriages(at));
-        [0, 1, 2].map(|k| (high[k] - carriages[k]) / self.step_lengths[k])
+        self.steps_of(self.carriages(at))
     }
 }
 
@@ -122,34 +131,18 @@ impl RotaryDelta {
     }
 }
 
-fn minus(a: Point, b: Point) -> Point {
-    [0, 1, 2].map(|k| a[k] - b[k])
-}
-
-fn dot(a: Point, b: Point) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn unit(a: Point) -> Point {
-    let length = dot(a, a).sqrt();
-    a.map(|value| value / length)
-}
-
 /// The lower of the two points at these squared distances from three others.
-fn trilateration([one, two, three]: [Point; 3], square: Point) -> Point {
-    let (s21, s31) = (minus(two, one), minus(three, one));
-    let d = dot(s21, s21).sqrt();
-    let ex = unit(s21);
-    let i = dot(ex, s31);
-    let ey = unit(minus(s31, ex.map(|value| value * i)));
-    let ez = [
-        ex[1] * ey[2] - ex[2] * ey[1],
-        ex[2] * ey[0] - ex[0] * ey[2],
-        ex[0] * ey[1] - ex[1] * ey[0],
-    ];
-    let j = dot(ey, s31);
+fn trilateration(places: [Point; 3], square: Point) -> Point {
+    let [one, two, three] = places.map(Vector3::from);
+    let (s21, s31) = (two - one, three - one);
+    let d = s21.norm();
+    let ex = s21 / d;
+    let i = ex.dot(&s31);
+    let ey = (s31 - ex * i).normalize();
+    let ez = ex.cross(&ey);
+    let j = ey.dot(&s31);
     let x = (square[0] - square[1] + d * d) / (2.0 * d);
     let y = (square[0] - square[2] - x * x + (x - i).powi(2) + j * j) / (2.0 * j);
     let z = -(square[0] - x * x - y * y).sqrt();
-    [0, 1, 2].map(|k| one[k] + ex[k] * x + ey[k] * y + ez[k] * z)
+    (one + ex * x + ey * y + ez * z).into()
 }

@@ -30,7 +30,7 @@ fn what_cannot_be_exported_is_refused_with_place_and_cause() {
         calibrated.toml --for klipper --output calibrated.toml ⇒ 2 ⇒ --output calibrated.toml is the same file as the robot file
         calibrated.toml --for klipper --json out --output out ⇒ 2 ⇒ --json out is the same file as --output
         calibrated.toml --for klipper --home 1,2 ⇒ 2 ⇒ --home takes one joint angle in degrees, or three
-        calibrated.toml --for klipper --home -60 ⇒ 3 ⇒ arm 1: position_endstop has no value for an end stop at -60.000°
+        calibrated.toml --for klipper --home -60 ⇒ 3 ⇒ arm 1: no position_endstop describes an end stop at -60.000°
         calibrated.toml --for correction-table --limit 0mm ⇒ 2 ⇒ a length greater than 0 is needed
         calibrated.toml --for klipper --limit 0.1mm ⇒ 2 ⇒ --limit cannot be used with --for klipper
         calibrated.toml --for klipper --positions few.csv ⇒ 3 ⇒ few.csv
@@ -73,6 +73,6 @@ fn klipper_takes_no_platform_that_is_wider_than_the_base() {
     let wide = NOMINAL.replace("platform_radius_mm = 30", "platform_radius_mm = 230");
     assert_ne!(wide, NOMINAL);
     folder.write("wide.toml", wide);
-    let cause = "wide.toml --for klipper --output wide.cfg ⇒ 3 ⇒ is -36.000 mm from the z axis";
+    let cause = "wide.toml --for klipper --output wide.cfg ⇒ 3 ⇒ its base radius minus the platform radius is -36.000 mm";
     assert_refused(&folder, "export", cause);
 }

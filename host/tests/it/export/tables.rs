@@ -2,9 +2,9 @@
 
 use crate::export::controllers::Arm;
 use crate::export::robots::{Sequence, csv, example, one_arm_longer, positions};
-use crate::support::robot_toml;
 use crate::support::{
-    Arm as Parameters, Folder, Point, arms_of, cross, distance, dot, elbow, platform,
+    Arm as Parameters, Folder, Point, arms_of, cross, distance, dot, elbow, number, platform,
+    robot_toml,
 };
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -90,7 +90,7 @@ fn sum(a: Point, b: Point) -> Point {
 }
 
 /// How far a robot is from where it is wanted with this correction.
-fn off(calibrated: &[Parameters; 3], at: Point, by: Point) -> f64 {
+fn off_by(calibrated: &[Parameters; 3], at: Point, by: Point) -> f64 {
     let joints = inverse_of_nominal(PAPER, sum(at, by));
     distance(platform(calibrated, joints), at)
 }
@@ -101,14 +101,10 @@ fn export(folder: &Folder, options: &str) -> (Table, String, Value) {
          {options}"
     );
     folder.run(&command).ok();
-    let report: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+    let report = folder.json("report.json");
     let text = folder.read("table.csv");
-    let table = Table::read(&text, number(&report["table"], "spacing_mm"));
+    let table = Table::read(&text, number(&report, "table/spacing_mm"));
     (table, text, report)
-}
-
-fn number(value: &Value, key: &str) -> f64 {
-    value[key].as_f64().unwrap()
 }
 
 #[test]
@@ -121,17 +117,16 @@ fn the_table_takes_the_robot_where_it_is_wanted() {
         folder.write("wanted.csv", csv(&wanted));
         let (table, _, report) = export(&folder, "--positions wanted.csv");
         assert_eq!(table.spacing.to_bits(), 25f64.to_bits());
-        let (mut squares, mut worst) = (0.0, 0.0);
-        for at in &wanted {
-            let off = off(&calibrated, *at, table.at(*at).unwrap());
-            squares += off * off;
-            worst = f64::max(worst, off);
-        }
-        let (rms, stated) = (f64::sqrt(squares / 200.0), &report["loss"]);
-        assert_eq!(stated["positions"], 200);
+        let off = wanted.iter();
+        let off: Vec<_> = off
+            .map(|at| off_by(&calibrated, *at, table.at(*at).unwrap()))
+            .collect();
+        let rms = (off.iter().map(|off| off * off).sum::<f64>() / 200.0).sqrt();
+        let worst = off.into_iter().fold(0.0, f64::max);
+        assert_eq!(report["loss"]["positions"], 200);
         // Corrections are written to 0.00001 mm.
-        for (found, key) in [(rms, "rms_mm"), (worst, "worst_mm")] {
-            let stated = number(stated, key);
+        for (found, key) in [(rms, "loss/rms_mm"), (worst, "loss/worst_mm")] {
+            let stated = number(&report, key);
             let tolerance = f64::max(0.02 * stated, 2e-5);
             assert!((found - stated).abs() < tolerance, "{found} {stated}");
         }
@@ -158,9 +153,8 @@ fn a_limit_with_a_unit_chooses_the_spacing() {
         let (table, text, report) = export(&folder, "--positions wanted.csv --limit 50um");
         let in_box = |at: &Point| {
             (0..3).all(|k| {
-                let each = wanted.iter().map(|own| own[k]);
-                let low = each.clone().fold(f64::INFINITY, f64::min);
-                (low..=each.fold(f64::NEG_INFINITY, f64::max)).contains(&at[k])
+                let least = wanted.iter().any(|own| own[k] <= at[k]);
+                least && wanted.iter().any(|own| own[k] >= at[k])
             })
         };
         let mut own = low(5);
@@ -172,10 +166,10 @@ fn a_limit_with_a_unit_chooses_the_spacing() {
         own.retain(in_box);
         assert!(own.len() > 200);
         for at in own {
-            let off = off(&calibrated, at, table.at(at).unwrap());
+            let off = off_by(&calibrated, at, table.at(at).unwrap());
             assert!(off <= 0.05, "{off} at {at:?}");
         }
-        assert!(number(&report["table"]["at_cell_centres"], "worst_mm") <= 0.05);
+        assert!(number(&report, "table/at_cell_centres/worst_mm") <= 0.05);
         assert!(table.spacing > 4.0, "{}", table.spacing);
         assert!(!text.contains("The table is right only for"), "{text}");
     }
@@ -188,8 +182,7 @@ fn a_limit_that_no_table_keeps_is_refused_and_a_robot_that_is_assumed_is_stated(
     let run = folder
         .run("export calibrated.toml --for correction-table --limit 1m")
         .ok();
-    let robot =
-        "# - The table is right only for a controller that computes with the symmetric robot";
+    let robot = "# - The table is right only for a controller that uses the symmetric robot";
     assert!(run.stdout.contains(robot), "{}", run.stdout);
     let wanted = (0..27).map(|k| [k / 9, k / 3 % 3, k % 3]);
     let wanted = wanted.map(|[x, y, z]| [x, y, z - 40].map(|c| 10.0 * f64::from(c)));
@@ -198,7 +191,7 @@ fn a_limit_that_no_table_keeps_is_refused_and_a_robot_that_is_assumed_is_stated(
         "export calibrated.toml --for correction-table --positions wanted.csv --limit 1e-12mm --output table.csv",
     );
     assert_eq!(run.code, 3, "{}", run.stderr);
-    let cause = "keeps the error below 0.000000000001 mm; the finest leaves";
+    let cause = "keeps the error below 0.000000000001 mm; the finest has";
     assert!(run.stderr.contains(cause), "{}", run.stderr);
     assert!(!folder.names().contains(&"table.csv".to_owned()));
 }
@@ -244,8 +237,8 @@ fn no_correction_leads_to_another_place() {
             // Corrections are written to 0.00001 mm.
             assert!(off.is_some_and(|off| off < 1e-4), "{off:?} at {at:?}");
         }
-        let before = &report["not_calibrated_after_rigid_motion"];
-        assert!(number(&report["loss"], "rms_mm") < number(before, "rms_mm"));
+        let before = number(&report, "not_calibrated_after_rigid_motion/rms_mm");
+        assert!(number(&report, "loss/rms_mm") < before);
     }
 }
 
@@ -264,7 +257,7 @@ fn nodes_out_of_reach_are_marked_and_serve_the_positions_beside_them() {
     assert!(table.count("computed") > 1000);
     for (at, by) in table.computed() {
         // Written to 0.00001 mm, of which singularities near by make some times as much.
-        let off = off(&calibrated, at, by);
+        let off = off_by(&calibrated, at, by);
         assert!(off < 1e-3, "{off} at {at:?}");
     }
     // The JSON holds the same.

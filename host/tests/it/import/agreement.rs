@@ -43,7 +43,7 @@ fn ten_printers_have_the_carriages_and_positions_that_klipper_computes() {
             let carriages = three(row, 0);
             let at = robot.robot.forward(&carriages).unwrap();
             let at = [at.x, at.y, at.z];
-            close(at, own.klipper.position(own.steps(carriages)));
+            close(at, own.klipper.position(own.klipper.steps_of(carriages)));
             close(
                 robot.robot.inverse(&at.into()).unwrap(),
                 own.klipper.carriages(at),
@@ -54,7 +54,7 @@ fn ten_printers_have_the_carriages_and_positions_that_klipper_computes() {
                         header.starts_with("s1_mm,s2_mm,s3_mm,height_mm"),
                         "{header}"
                     );
-                    close(carriages, *from);
+                    close(carriages, own.klipper.stepped(*from));
                     assert!((row[3].unwrap() - height).abs() < EXACT);
                 }
                 Row::Distance(from, to, length) => {
@@ -62,8 +62,8 @@ fn ten_printers_have_the_carriages_and_positions_that_klipper_computes() {
                         header.ends_with("distance_mm,to_s1_mm,to_s2_mm,to_s3_mm"),
                         "{header}"
                     );
-                    close(carriages, *from);
-                    close(three(row, 5), *to);
+                    close(carriages, own.klipper.stepped(*from));
+                    close(three(row, 5), own.klipper.stepped(*to));
                     assert!((row[4].unwrap() - length).abs() < EXACT);
                 }
             }

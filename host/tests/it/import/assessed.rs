@@ -13,10 +13,6 @@ fn statements(run: &Run) -> usize {
         .count()
 }
 
-fn json(run: &Run) -> Value {
-    serde_json::from_str(&run.stdout).unwrap()
-}
-
 /// What is said agrees with itself and with the JSON, and no secret is told.
 #[test]
 fn ten_printers_are_assessed() {
@@ -34,7 +30,7 @@ fn ten_printers_are_assessed() {
             words.contains(&format!("The {readings} readings improve ")),
             "{words}"
         );
-        let report = json(&folder.run("calibrate printer.cfg --json -").ok());
+        let report = folder.run("calibrate printer.cfg --json -").ok().json();
         let kept = report["printer"]["lines"].is_null();
         assert_eq!(kept, words.contains("Nothing to change"), "{words}");
         for line in [
@@ -76,8 +72,7 @@ fn a_doubtful_distance_is_named_and_makes_sigma_larger() {
         let folder = folder(text);
         let run = folder.run("calibrate printer.cfg --json r.json").ok();
         let words: Vec<_> = run.stdout.split_whitespace().collect();
-        let report: Value = serde_json::from_str(&folder.read("r.json")).unwrap();
-        (words.join(" "), report)
+        (words.join(" "), folder.json("r.json"))
     };
     let [(_, right), (said, doubtful)] = [report(&right), report(&doubtful)];
     let now = |report: &Value| number(report, "printer/next/sigma_now_mm");
@@ -110,7 +105,7 @@ fn readings_that_no_printer_explains_are_refused() {
         assert!(run.stderr.contains(cause), "{}", run.stderr);
         // A program that reads standard output is told there.
         let run = folder.run(&format!("{command} --json -"));
-        assert!(json(&run)["refused"].as_str().is_some(), "{}", run.stdout);
+        assert!(run.json()["refused"].as_str().is_some(), "{}", run.stdout);
         assert_eq!(folder.names(), ["printer.cfg"]);
     }
 }
@@ -137,7 +132,7 @@ fn a_robot_whose_motors_turn_its_arms_is_assessed_too() {
         "{text}[delta_calibrate]\nradius: 90\n{}",
         block(&saved)
     ));
-    let report = json(&folder.run("calibrate printer.cfg --json -").ok());
+    let report = folder.run("calibrate printer.cfg --json -").ok().json();
     assert_eq!(report["printer"]["kinematics"], "rotary_delta");
     let lines = report["printer"]["lines"].as_str().unwrap();
     assert!(

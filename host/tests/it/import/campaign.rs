@@ -2,9 +2,10 @@
 //! least squares of the same readings, and no worse than what is said of them.
 
 use crate::export::klipper::Delta;
-use crate::import::fixtures::{Printer, Row, block, printers};
-use crate::support::Point;
+use crate::import::fixtures::{Printer, Row, printers};
+use crate::support::{Point, distance};
 use delta_cal::Robot;
+use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Arm;
 use delta_cal::simulate::standard_normal;
 use delta_cal_host::import::{Firmware, Imported, Stated};
@@ -13,42 +14,87 @@ use delta_cal_host::{InputText, Options, calibrate};
 use delta_cal_tests::generator;
 use nalgebra::{DMatrix, DVector, Vector3};
 use rand_pcg::Pcg32;
-use std::fmt::Write;
 
 const RADIUS: f64 = 120.0;
 const STEP: f64 = 0.0125;
 const STEPS: Point = [STEP; 3];
 
-/// What a set of printers has in common.
-#[derive(Clone, Copy)]
+/// What the printers of a set have in common, and what the set should meet.
 struct Set {
     name: &'static str,
+    number: u64,
     /// The bed's roughness and one touch's error, mm.
-    bed: (f64, f64),
-    touch: (f64, f64),
-    /// One σ of a calliper on a printed part, mm; without any, nothing was printed.
-    calliper: Option<f64>,
-    /// Whether Klipper has fitted its parameters to other readings before these.
-    saved: bool,
-    /// What the configured rods are too long, mm.
+    bed: [f64; 2],
+    touch: [f64; 2],
+    /// σ of a calliper on a printed part, mm; 0 if nothing was printed.
+    calliper: f64,
+    /// The configured rods are this much too long, mm.
     rods: f64,
-    /// What prints shrink by.
+    /// The fraction by which prints shrink.
     shrink: f64,
-    /// Whether the rods as configured are stated as made.
+    /// Whether Klipper fitted its parameters to other readings before these.
+    saved: bool,
+    /// Whether the rods as drawn are stated with `--rods`.
     stated: bool,
+    /// The geometric mean of the height errors relative to Klipper's.
+    height: f64,
+    /// The number of 20 heights that may be worse by 5 %.
+    worse: usize,
+    /// The stated bed error relative to the true one, pooled, and the number of printers within a factor of 1.5.
+    told: [f64; 2],
+    within: usize,
+    /// Position errors relative to their stated σ.
+    sigma: [f64; 2],
 }
 
-/// Printers that nobody calibrated, with heights alone.
-const A: Set = Set {
-    name: "A1",
-    bed: (0.005, 0.03),
-    touch: (0.005, 0.015),
-    calliper: None,
-    saved: false,
-    rods: 0.0,
-    shrink: 0.0,
-    stated: false,
-};
+/// A: heights alone, B: rough beds, R: rods 1 mm too long, S: prints that shrink; 1 and 2: without, 3 and 4: with
+/// printed distances. Seven heights and six parameters leave one degree of freedom: both fits follow the same noise, and
+/// the mean ratio of 20 printers scatters by 0.03. B1 is four times as noisy as usual, which seven heights do not show. In
+/// S3 the distances say that the printer is smaller than it is.
+const SETS: &str = "
+    name    number bed        touch       calliper rods shrink options     height worse told      within sigma
+    A1      900    0.005-0.03 0.005-0.015 0        0    0      -           0.97   4     0.667-1.5 10     0.7-1.2
+    A1+rods 901    0.005-0.03 0.005-0.015 0        0    0      rods        0.99   5     0.667-1.5 11     0.75-1.2
+    A2      902    0.005-0.03 0.005-0.015 0        0    0      saved       1      5     0.667-1.5 12     0.75-1.2
+    B1      905    0.08-0.08  0.05-0.05   0        0    0      -           0.99   4     0.5-1.5   5      0.8-1.6
+    R1      907    0.005-0.03 0.005-0.015 0        1    0      -           0.98   4     0.667-1.5 11     0.8-1.2
+    R1+rods 908    0.005-0.03 0.005-0.015 0        1    0      rods        0.97   4     0.667-1.5 12     0.8-1.2
+    A3      903    0.005-0.03 0.005-0.015 0.05     0    0      rods        0.95   4     0.667-1.5 12     0.8-1.2
+    A4      904    0.005-0.03 0.005-0.015 0.05     0    0      -           0.98   7     0.667-1.5 12     0.8-1.2
+    B3      906    0.08-0.08  0.05-0.05   0.1      0    0      rods        0.95   4     0.667-1.5 12     0.8-1.2
+    R3      909    0.005-0.03 0.005-0.015 0.05     1    0      rods        0.95   4     0.667-1.5 10     0.8-1.2
+    S3      910    0.005-0.03 0.005-0.015 0.05     0    0.003  rods        1      7     0.667-1.5 12     0.8-2.8
+    ";
+
+fn sets() -> Vec<Set> {
+    let lines = SETS.lines().filter(|line| !line.trim().is_empty());
+    let set = |line: &'static str| {
+        let cells: Vec<_> = line.split_whitespace().collect();
+        let number = |column: usize| -> f64 { cells[column].parse().unwrap() };
+        let count = |column: usize| cells[column].parse().unwrap();
+        let range = |column: usize| {
+            let (low, high) = cells[column].split_once('-').unwrap();
+            [low, high].map(|own| own.parse().unwrap())
+        };
+        Set {
+            name: cells[0],
+            number: cells[1].parse().unwrap(),
+            bed: range(2),
+            touch: range(3),
+            calliper: number(4),
+            rods: number(5),
+            shrink: number(6),
+            saved: cells[7] == "saved",
+            stated: cells[7] == "rods",
+            height: number(8),
+            worse: count(9),
+            told: range(10),
+            within: count(11),
+            sigma: range(12),
+        }
+    };
+    lines.skip(1).map(set).collect()
+}
 
 /// A printer as it was built; steps count down from its end stops.
 struct Made {
@@ -63,7 +109,7 @@ fn normal(rng: &mut Pcg32) -> f64 {
     standard_normal::<f64, _>(rng)
 }
 
-fn between((low, high): (f64, f64), rng: &mut Pcg32) -> f64 {
+fn between([low, high]: [f64; 2], rng: &mut Pcg32) -> f64 {
     low + (high - low) * f64::from(rand_core::Rng::next_u32(rng)) / f64::from(u32::MAX)
 }
 
@@ -90,7 +136,7 @@ impl Made {
             let place = [radius * angle.cos(), radius * angle.sin()];
             let [x, y] = place.map(|own| own + 0.2 * normal(rng));
             let lean = if k == leaning { 0.3f64 } else { 0.03 }.to_radians();
-            let around = between((0.0, std::f64::consts::TAU), rng);
+            let around = between([0.0, std::f64::consts::TAU], rng);
             high[k] = drawn.endstops[k] + (rod * rod - radius * radius).sqrt() + normal(rng);
             let lean = [lean * around.cos(), lean * around.sin()];
             Arm::linear([x, y, 0.0, lean[0], lean[1], 1.0, rod]).unwrap()
@@ -169,27 +215,21 @@ fn printed() -> Vec<[[f64; 2]; 2]> {
     ends
 }
 
-/// The readings as Klipper saves them: steps from the end stops.
-struct Saved {
-    heights: Vec<Point>,
-    distances: Vec<([Point; 2], f64)>,
-}
-
-fn measured(made: &Made, set: &Set, controller: &Delta, rng: &mut Pcg32) -> Saved {
-    let heights = probed()
+/// The readings that Klipper saves: heights, and distances if the set has a calliper.
+fn measured(made: &Made, set: &Set, controller: &Delta, rng: &mut Pcg32) -> Vec<Row> {
+    let mut rows: Vec<_> = probed()
         .into_iter()
-        .map(|at| made.touched(controller, at, rng))
+        .map(|at| Row::Height(made.touched(controller, at, rng), 0.0))
         .collect();
-    let distances = set.calliper.map_or_else(Vec::new, |sigma| {
-        let one = |ends: [[f64; 2]; 2]| {
-            let steps = ends.map(|[x, y]| controller.steps([x, y, 2.0]));
-            let [from, to] = steps.map(|own| made.position(own));
-            let length = (to - from).xy().norm() * (1.0 - set.shrink);
-            (steps, length + sigma * normal(rng))
-        };
-        printed().into_iter().map(one).collect()
-    });
-    Saved { heights, distances }
+    if set.calliper > 0.0 {
+        rows.extend(printed().into_iter().map(|ends| {
+            let [first, second] = ends.map(|[x, y]| controller.steps([x, y, 2.0]));
+            let apart = made.position(second) - made.position(first);
+            let length = apart.xy().norm() * (1.0 - set.shrink) + set.calliper * normal(rng);
+            Row::Distance(first, second, (1000.0 * length).round() / 1000.0)
+        }));
+    }
+    rows
 }
 
 /// Klipper's parameters, in the order radius, two angles, three end stops, three rods.
@@ -208,23 +248,19 @@ fn changed(own: &Delta, by: &DVector<f64>) -> Delta {
     }
 }
 
-/// Least squares of six parameters, or of nine with distances.
-fn fitted(start: &Delta, saved: &Saved) -> Delta {
-    fitted_to(start, saved, &vec![0.0; saved.heights.len()])
-}
-
-/// The same to these heights.
-fn fitted_to(start: &Delta, saved: &Saved, levels: &[f64]) -> Delta {
-    let count = if saved.distances.is_empty() { 6 } else { 9 };
+/// Klipper's own least squares: of six parameters, or of nine with distances.
+fn fitted(start: &Delta, rows: &[Row]) -> Delta {
+    let distances = rows.iter().any(|row| matches!(row, Row::Distance(..)));
+    let count = if distances { 9 } else { 6 };
     let residuals = |by: &DVector<f64>| {
         let own = changed(start, by);
-        let heights = saved.heights.iter().zip(levels);
-        let heights = heights.map(|(steps, level)| own.position(*steps)[2] - level);
-        let distances = saved.distances.iter().map(|(ends, length)| {
-            let [from, to] = ends.map(|steps| Vector3::from(own.position(steps)));
-            0.3 * ((to - from).norm() - length)
-        });
-        DVector::from_vec(heights.chain(distances).collect())
+        let residual = |row: &Row| match row {
+            Row::Height(steps, height) => own.position(*steps)[2] - height,
+            Row::Distance(from, to, length) => {
+                0.3 * (distance(own.position(*from), own.position(*to)) - length)
+            }
+        };
+        DVector::from_iterator(rows.len(), rows.iter().map(residual))
     };
     let mut at = DVector::zeros(count);
     for _ in 0..10 {
@@ -268,97 +304,77 @@ fn prints(made: &Made, controller: &Delta) -> [f64; 3] {
     ]
 }
 
-/// The configuration that Klipper has after this set's readings.
-fn configuration(controller: &Delta, saved: &Saved) -> String {
+/// What the program makes of the configuration that Klipper has after these readings.
+fn reported(controller: &Delta, rows: &[Row], rods: Option<Point>) -> (PrinterReport, Imported) {
     let own = Printer {
         number: String::new(),
         klipper: *controller,
-        rows: Vec::new(),
+        rows: rows.to_vec(),
     };
-    let text = own.configuration();
-    let steps = |steps: &Point| steps.map(|own| format!("{own:.6}")).join(",");
-    let mut rows = String::new();
-    for (index, at) in saved.heights.iter().enumerate() {
-        writeln!(
-            rows,
-            "height{index} = 0.0\nheight{index}_pos = {}",
-            steps(at)
-        )
-        .unwrap();
-    }
-    for (index, ([from, to], length)) in saved.distances.iter().enumerate() {
-        writeln!(
-            rows,
-            "distance{index} = {length:.3}\ndistance{index}_pos1 = {}\ndistance{index}_pos2 = {}",
-            steps(from),
-            steps(to)
-        )
-        .unwrap();
-    }
-    let block_of_rows = block(&rows);
-    let lines: Vec<_> = block_of_rows.lines().skip(3).collect();
-    format!("{text}{}\n", lines.join("\n"))
+    let printer = imported(&own.configuration(), rods);
+    let report = calibrate(&printer.robot, &printer.readings, &Options::default()).unwrap();
+    (PrinterReport::of(&printer, report).unwrap(), printer)
 }
 
-/// Errors of height, size, x and y with our lines, after Klipper's basic fit, and after its extended one.
+fn imported(text: &str, rods: Option<Point>) -> Imported {
+    let stated = Stated {
+        rods,
+        ..Stated::default()
+    };
+    let input = InputText::new("printer.cfg", text);
+    let own = Firmware::Klipper.import(&input, &stated, &|_, _| Ok(Vec::new()));
+    own.unwrap()
+}
+
+/// Errors of height, size, x and y with the program's lines, after Klipper's basic fit, and after its extended one.
 type Errors = [[f64; 3]; 3];
 const OURS: usize = 0;
 const PEERS: [(usize, &str); 2] = [(1, "basic"), (2, "extended")];
 const HEIGHT: usize = 0;
-/// What the rms of size and of x and y over a set may be of a peer's: of 20 sizes it scatters by 0.15.
+/// Bounds of the rms of size and of x and y over a set, relative to a peer's: of 20 sizes it scatters by 0.15.
 const SIZE: f64 = 1.2;
 const ACROSS: f64 = 1.02;
 
-/// What became of the printers of a set.
+/// The printers of a set, calibrated in all three ways.
 #[derive(Default)]
 struct Found {
     errors: Vec<Errors>,
-    /// Heights' errors as stated.
-    stated: Vec<f64>,
+    /// Stated height errors.
+    told: Vec<f64>,
     /// Squares of positions' errors over the printed volume, and of their stated σ.
     squares: [f64; 2],
 }
 
 impl Found {
-    /// Adds a printer, calibrated in all three ways.
     fn add(&mut self, set: &Set, rng: &mut Pcg32) {
         let made = Made::new(set, rng);
         let mut controller = drawn();
-        let mut saved = measured(&made, set, &controller, rng);
+        let mut rows = measured(&made, set, &controller, rng);
         if set.saved {
-            controller = fitted(&controller, &saved);
-            saved = measured(&made, set, &controller, rng);
+            controller = fitted(&controller, &rows);
+            rows = measured(&made, set, &controller, rng);
         }
-        let text = configuration(&controller, &saved);
-        let input = InputText::new("printer.cfg", &text);
-        let stated = Stated {
-            rods: set.stated.then_some(drawn().arms),
-            ..Stated::default()
-        };
-        let printer = Firmware::Klipper.import(&input, &stated, &|_, _| Ok(Vec::new()));
-        let printer = printer.unwrap();
-        let report = calibrate(&printer.robot, &printer.readings, &Options::default()).unwrap();
-        let calibrated = report.after.robot;
-        let found = PrinterReport::of(&printer, report).unwrap().printer;
-        let (ours, stated) = match &found.lines {
+        let (report, imported) = reported(&controller, &rows, set.stated.then_some(drawn().arms));
+        let found = report.printer;
+        let (ours, told) = match &found.lines {
             Some(lines) => (Delta::pasted(lines, STEPS), found.after),
             None => (controller, found.before),
         };
-        let extended = fitted(&controller, &saved);
-        saved.distances.clear();
-        let basic = fitted(&controller, &saved);
+        let extended = fitted(&controller, &rows);
+        rows.retain(|row| matches!(row, Row::Height(..)));
+        let basic = fitted(&controller, &rows);
         self.errors
             .push([ours, basic, extended].map(|own| prints(&made, &own)));
-        self.stated.push(stated.unwrap().height);
-        let off = relative(&made, &calibrated, printer.home);
-        self.squares[0] += off.powi(2);
+        self.told.push(told.unwrap().height);
+        let calibrated = report.calibration.after.robot;
+        self.squares[0] += relative(&made, &calibrated, imported.home).powi(2);
         self.squares[1] += found.next.unwrap().now.powi(2);
     }
 
     /// Logarithms of the ratios of heights' errors.
-    fn ratios(&self, peer: usize) -> impl Iterator<Item = f64> {
-        let ratio = move |own: &Errors| (own[OURS][HEIGHT] / own[peer][HEIGHT]).ln();
-        self.errors.iter().map(ratio)
+    fn ratios(&self, peer: usize) -> Vec<f64> {
+        let ratio = |own: &Errors| (own[OURS][HEIGHT] / own[peer][HEIGHT]).ln();
+        self.errors.iter().map(ratio).collect()
     }
 
     /// The rms of a kind of error over that of a peer.
@@ -367,19 +383,14 @@ impl Found {
         (squares(OURS).sum::<f64>() / squares(peer).sum::<f64>()).sqrt()
     }
 
-    /// What was stated of heights over what is true, pooled, and how many printers are within a factor of 1.5.
-    fn stated(&self) -> (f64, usize) {
-        let pairs = || {
-            self.errors
-                .iter()
-                .map(|own| own[OURS][HEIGHT])
-                .zip(&self.stated)
-        };
-        let [is, stated] = pairs().fold([0.0; 2], |[is, stated], (one, own)| {
-            [is + one * one, stated + own * own]
-        });
-        let right = pairs().filter(|(is, own)| (*own / is).ln().abs() < 1.5f64.ln());
-        ((stated / is).sqrt(), right.count())
+    /// Stated height errors over true ones, pooled, and the number of printers within a factor of 1.5.
+    fn told(&self) -> (f64, usize) {
+        let is = || self.errors.iter().map(|own| own[OURS][HEIGHT]);
+        let squares = |own: &[f64]| own.iter().map(|own| own * own).sum::<f64>();
+        let pooled = squares(&self.told) / squares(&is().collect::<Vec<_>>());
+        let right = is().zip(&self.told);
+        let right = right.filter(|(is, own)| (*own / is).ln().abs() < 1.5f64.ln());
+        (pooled.sqrt(), right.count())
     }
 }
 
@@ -399,200 +410,21 @@ fn relative(made: &Made, calibrated: &Robot<f64>, home: Point) -> f64 {
             let at = Vector3::new(x, y, z);
             let travel = calibrated.inverse(&at).unwrap();
             let steps = [0, 1, 2].map(|k| (home[k] - travel[k]) / STEP);
-            rows.push((at, made.position(steps) - at));
+            rows.push((made.position(steps), at));
         }
     }
-    let motion = DMatrix::from_fn(3 * rows.len(), 6, |row, column| {
-        let (at, axis) = (rows[row / 3].0, row % 3);
-        let mut unit = Vector3::zeros();
-        unit[column % 3] = 1.0;
-        let moved = if column < 3 { unit } else { unit.cross(&at) };
-        moved[axis]
-    });
-    let off = DVector::from_fn(3 * rows.len(), |row, _| rows[row / 3].1[row % 3]);
-    let fitted = motion.clone().svd(true, true).solve(&off, 1e-12).unwrap();
+    let motion = RigidTransform::align(rows.iter().copied()).unwrap();
+    let squares = rows
+        .iter()
+        .map(|(is, at)| (motion.apply(is) - at).norm_squared());
     // Four layers of 40.
-    ((off - motion * fitted).norm_squared() / 160.0).sqrt()
+    (squares.sum::<f64>() / 160.0).sqrt()
 }
 
 /// Printers of a set.
 const PRINTERS: u64 = 20;
-/// Of the geometric mean of heights' errors over a peer's.
+/// Bound of the geometric mean of height errors over all sets, relative to Klipper's.
 const BETTER: f64 = 0.95;
-
-/// What a set meets.
-#[derive(Clone, Copy)]
-struct Bars {
-    /// The geometric mean of heights' errors over a peer's.
-    height: f64,
-    /// So many of 20 heights may be worse by 5 %.
-    worse: usize,
-    /// Of the stated bed error over the true one, pooled, and so many single ones within a factor of 1.5.
-    stated: [f64; 2],
-    within: usize,
-    /// Positions' errors over their stated σ.
-    sigma: [f64; 2],
-}
-
-/// What a set should meet. From seven heights six parameters leave one degree of freedom: both fits follow the same
-/// noise, and of 20 printers the mean ratio scatters by 0.03.
-const BARS: Bars = Bars {
-    height: BETTER,
-    worse: 4,
-    stated: [1.0 / 1.5, 1.5],
-    within: 12,
-    sigma: [0.8, 1.2],
-};
-
-/// Rough beds.
-const B: Set = Set {
-    name: "B1",
-    bed: (0.08, 0.08),
-    touch: (0.05, 0.05),
-    ..A
-};
-
-/// With printed distances, and the rods as configured stated as made.
-const PRINTED: Set = Set {
-    name: "A3",
-    calliper: Some(0.05),
-    stated: true,
-    ..A
-};
-
-const fn of(name: &'static str, set: Set) -> Set {
-    Set { name, ..set }
-}
-
-/// Sets with heights alone: the number of the campaign, and what they meet.
-fn heights() -> Vec<(u64, Set, Bars)> {
-    vec![
-        (
-            900,
-            A,
-            Bars {
-                height: 0.97,
-                within: 10,
-                sigma: [0.7, 1.2],
-                ..BARS
-            },
-        ),
-        (
-            901,
-            Set {
-                stated: true,
-                ..of("A1 --rods", A)
-            },
-            Bars {
-                height: 0.99,
-                worse: 5,
-                within: 11,
-                sigma: [0.75, 1.2],
-                ..BARS
-            },
-        ),
-        (
-            902,
-            Set {
-                saved: true,
-                ..of("A2", A)
-            },
-            Bars {
-                height: 1.0,
-                worse: 5,
-                sigma: [0.75, 1.2],
-                ..BARS
-            },
-        ),
-        // Four times as noisy as heights usually are, which seven of them do not show.
-        (
-            905,
-            B,
-            Bars {
-                height: 0.99,
-                stated: [0.5, 1.5],
-                within: 5,
-                sigma: [0.8, 1.6],
-                ..BARS
-            },
-        ),
-        (
-            907,
-            Set {
-                rods: 1.0,
-                ..of("R1", A)
-            },
-            Bars {
-                height: 0.98,
-                within: 11,
-                ..BARS
-            },
-        ),
-        (
-            908,
-            Set {
-                rods: 1.0,
-                stated: true,
-                ..of("R1 --rods", A)
-            },
-            Bars {
-                height: 0.97,
-                ..BARS
-            },
-        ),
-    ]
-}
-
-/// Sets with printed distances as well.
-fn distances() -> Vec<(u64, Set, Bars)> {
-    vec![
-        (903, PRINTED, BARS),
-        (
-            904,
-            Set {
-                stated: false,
-                ..of("A4", PRINTED)
-            },
-            Bars {
-                height: 0.98,
-                worse: 7,
-                ..BARS
-            },
-        ),
-        (
-            906,
-            Set {
-                bed: B.bed,
-                touch: B.touch,
-                calliper: Some(0.1),
-                ..of("B3", PRINTED)
-            },
-            BARS,
-        ),
-        (
-            909,
-            Set {
-                rods: 1.0,
-                ..of("R3", PRINTED)
-            },
-            Bars { within: 10, ..BARS },
-        ),
-        // The distances say that the printer is smaller than it is.
-        (
-            910,
-            Set {
-                shrink: 0.003,
-                ..of("S3", PRINTED)
-            },
-            Bars {
-                height: 1.0,
-                worse: 7,
-                sigma: [0.8, 2.8],
-                ..BARS
-            },
-        ),
-    ]
-}
 
 /// Heights alone or with printed distances; never calibrated, or calibrated and measured again; rods stated as made or
 /// not; rough beds, rods that are a millimetre too long, prints that shrink.
@@ -600,52 +432,51 @@ fn distances() -> Vec<(u64, Set, Bars)> {
 fn pasted_lines_print_better_than_klippers_own() {
     let mut all: [Vec<f64>; 2] = Default::default();
     let mut missed = Vec::new();
-    for (index, set, bars) in heights().into_iter().chain(distances()) {
+    let mut told = |met: bool, text: String| {
+        eprintln!("{text}");
+        if !met {
+            missed.push(text);
+        }
+    };
+    for set in sets() {
         let mut found = Found::default();
         for own in 0..PRINTERS {
-            found.add(&set, &mut generator(index, own));
+            found.add(&set, &mut generator(set.number, own));
         }
-        let (stated, within) = found.stated();
-        let sigma = (found.squares[0] / found.squares[1]).sqrt();
-        let name = set.name;
-        let told =
-            format!("{name}: bed error stated {stated:.2}, {within} within 1.5; σ {sigma:.2}");
-        eprintln!("{told}");
         let inside = |[low, high]: [f64; 2], own: f64| (low..high).contains(&own);
-        if !(inside(bars.stated, stated) && within >= bars.within && inside(bars.sigma, sigma)) {
-            missed.push(told);
-        }
+        let name = set.name;
+        let (pooled, within) = found.told();
+        let sigma = (found.squares[0] / found.squares[1]).sqrt();
+        told(
+            inside(set.told, pooled) && within >= set.within && inside(set.sigma, sigma),
+            format!("{name}: bed error stated {pooled:.2}, {within} within 1.5; σ {sigma:.2}"),
+        );
         for ((peer, title), all) in PEERS.into_iter().zip(&mut all) {
             // Klipper's extended fit needs distances.
-            if title == "extended" && set.calliper.is_none() {
+            if title == "extended" && !(set.calliper > 0.0) {
                 continue;
             }
-            let ratios: Vec<_> = found.ratios(peer).collect();
+            let ratios = found.ratios(peer);
             let height = mean(&ratios);
             let worse = ratios.iter().filter(|own| **own > 1.05f64.ln()).count();
             let [size, across] = [1, 2].map(|kind| found.rms(kind, peer));
-            let told = format!(
-                "{name}, {title}: height {height:.3}, {worse} worse; size {size:.2}, xy {across:.2}"
-            );
-            eprintln!("    {told}");
             // A print that shrinks is taken for a printer that is too small, by every way that uses it.
             let shrinks = set.shrink > 0.0 && title == "basic";
-            if !(height < bars.height
-                && worse <= bars.worse
-                && (shrinks || size < SIZE)
-                && across < ACROSS)
-            {
-                missed.push(told);
-            }
+            told(
+                height < set.height
+                    && worse <= set.worse
+                    && (shrinks || size < SIZE)
+                    && across < ACROSS,
+                format!(
+                    "{name}, {title}: height {height:.3}, {worse} worse; size {size:.2}, xy {across:.2}"
+                ),
+            );
             all.extend(ratios);
         }
     }
     for ((_, title), all) in PEERS.into_iter().zip(&all) {
         let height = mean(all);
-        eprintln!("all, {title}: height {height:.3}");
-        if !(height < BETTER) {
-            missed.push(format!("all, {title}: {height}"));
-        }
+        told(height < BETTER, format!("all, {title}: height {height:.3}"));
     }
     assert!(missed.is_empty(), "{}", missed.join("\n"));
 }
@@ -656,23 +487,14 @@ fn pasted_lines_print_better_than_klippers_own() {
 fn running_and_pasting_again_converges() {
     for (index, rods) in [(0, 328.0), (1, 332.0), (2, 332.0)] {
         let mut rng = generator(950, index);
-        let made = Made::new(&A, &mut rng);
+        let set = &sets()[0];
+        let made = Made::new(set, &mut rng);
         let mut controller = drawn();
-        let saved = measured(&made, &A, &controller, &mut rng);
-        let stated = Stated {
-            rods: Some([rods; 3]),
-            ..Stated::default()
-        };
+        let saved = measured(&made, set, &controller, &mut rng);
         let mut flat = Vec::new();
         for _ in 0..4 {
-            let input = InputText::new("printer.cfg", &configuration(&controller, &saved));
-            let printer = Firmware::Klipper.import(&input, &stated, &|_, _| Ok(Vec::new()));
-            let printer = printer.unwrap();
-            let report = calibrate(&printer.robot, &printer.readings, &Options::default());
-            let found = PrinterReport::of(&printer, report.unwrap())
-                .unwrap()
-                .printer;
-            let Some(lines) = found.lines else {
+            let (found, _) = reported(&controller, &saved, Some([rods; 3]));
+            let Some(lines) = found.printer.lines else {
                 break;
             };
             controller = Delta::pasted(&lines, STEPS);
@@ -689,53 +511,23 @@ fn running_and_pasting_again_converges() {
 #[test]
 fn left_out_heights_of_real_printers_are_predicted_better_than_klippers_own() {
     let (mut ours, mut theirs, mut count) = (0.0, 0.0, 0.0_f64);
-    for mut own in printers() {
-        let all = imported(&own.configuration());
+    for own in printers() {
+        let all = imported(&own.configuration(), None);
         for index in 0..7 {
-            let left_out = own.rows.remove(index);
-            let Row::Height(carriages, height) = &left_out else {
+            let mut others = own.clone();
+            let Row::Height(steps, height) = others.rows.remove(index) else {
                 unreachable!()
             };
-            let printer = imported(&own.configuration());
+            let printer = imported(&others.configuration(), None);
             let report = calibrate(&printer.robot, &printer.readings, &Options::default()).unwrap();
             let joints = all.readings.rows[index].value.joints;
             ours += (report.after.robot.forward(&joints).unwrap().z - height).powi(2);
-            let saved = Saved {
-                heights: Vec::new(),
-                distances: Vec::new(),
-            };
-            let fitted = fitted_rows(&own, saved);
-            theirs += (fitted.position(own.steps(*carriages))[2] - height).powi(2);
+            let klippers = fitted(&own.klipper, &others.rows).position(steps);
+            theirs += (klippers[2] - height).powi(2);
             count += 1.0;
-            own.rows.insert(index, left_out);
         }
     }
     let [ours, theirs] = [ours, theirs].map(|squares| f64::sqrt(squares / count));
     eprintln!("left out: {ours:.3} mm, least squares {theirs:.3} mm");
     assert!(ours < 0.9 * theirs, "{ours} {theirs}");
-}
-
-fn imported(text: &str) -> Imported {
-    let input = InputText::new("printer.cfg", text);
-    let own = Firmware::Klipper.import(&input, &Stated::default(), &|_, _| Ok(Vec::new()));
-    own.unwrap()
-}
-
-/// Klipper's own fit of a real printer's heights and distances.
-fn fitted_rows(own: &Printer, mut saved: Saved) -> Delta {
-    let mut levels = Vec::new();
-    for row in &own.rows {
-        match row {
-            Row::Height(at, height) => {
-                saved.heights.push(own.steps(*at));
-                levels.push(*height);
-            }
-            Row::Distance(at, to, length) => {
-                saved
-                    .distances
-                    .push(([own.steps(*at), own.steps(*to)], *length));
-            }
-        }
-    }
-    fitted_to(&own.klipper, &saved, &levels)
 }

@@ -23,12 +23,14 @@ gcode:
     kinematics: cartesian
 ";
 
-/// A measurement: carriages, and a height or a distance to other carriages.
+/// A measurement at steps from the end stops: a height, or the distance to other steps.
+#[derive(Clone, Copy)]
 pub(crate) enum Row {
     Height(Point, f64),
     Distance(Point, Point, f64),
 }
 
+#[derive(Clone)]
 pub(crate) struct Printer {
     pub(crate) number: String,
     pub(crate) klipper: Delta,
@@ -75,7 +77,10 @@ fn read(file: &Path) -> Printer {
     };
     let rows = text.lines().skip(3).map(|line| {
         let cells: Vec<_> = line.split(',').collect();
-        let at = |first: usize| [0, 1, 2].map(|k| cells[first + k].parse::<f64>().unwrap());
+        let at = |first: usize| {
+            let carriages = [0, 1, 2].map(|k| cells[first + k].parse::<f64>().unwrap());
+            klipper.steps_of(carriages)
+        };
         match cells[3] {
             "" => Row::Distance(at(0), at(4), cells[7].parse().unwrap()),
             height => Row::Height(at(0), height.parse().unwrap()),
@@ -90,25 +95,19 @@ fn read(file: &Path) -> Printer {
 }
 
 impl Printer {
-    /// Steps that lead from the end stops to these carriages.
-    pub(crate) fn steps(&self, carriages: Point) -> Point {
-        let high = self.klipper.absolute_endstops();
-        [0, 1, 2].map(|k| (high[k] - carriages[k]) / self.klipper.step_lengths[k])
-    }
-
     fn measured(&self) -> String {
-        let steps = |at: Point| self.steps(at).map(|n| format!("{n:.9}")).join(",");
+        let steps = |at: &Point| at.map(|n| format!("{n:.9}")).join(",");
         let (mut text, mut heights, mut distances) = (String::new(), 0, 0);
         for row in &self.rows {
             match row {
                 Row::Height(at, height) => {
                     let name = format!("height{heights}");
-                    writeln!(text, "{name} = {height}\n{name}_pos = {}", steps(*at)).unwrap();
+                    writeln!(text, "{name} = {height}\n{name}_pos = {}", steps(at)).unwrap();
                     heights += 1;
                 }
                 Row::Distance(at, to, distance) => {
                     let name = format!("distance{distances}");
-                    let (at, to) = (steps(*at), steps(*to));
+                    let (at, to) = (steps(at), steps(to));
                     writeln!(
                         text,
                         "{name} = {distance}\n{name}_pos1 = {at}\n{name}_pos2 = {to}"

@@ -148,10 +148,8 @@ fn answers_of_a_console_are_heights() {
         folder.write(name, text);
         let answers = places.map(|place| answer(place, z(place)));
         folder.write("console.txt", answers.concat());
-        let run = folder
-            .run(&format!("calibrate {name} console.txt --json -"))
-            .ok();
-        let report: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+        let run = folder.run(&format!("calibrate {name} console.txt --json -"));
+        let report = run.ok().json();
         assert_eq!(report["printer"]["heights"], 5, "{name}");
         // Five touches leave 0.1 mm open, so what is known of the bed is compared.
         let now = number(&report, "printer/before/height_worst_mm");
@@ -168,9 +166,9 @@ fn lines_that_cannot_be_read_are_refused() {
         marlin H411.8000 ⇒ ⇒ M665 H: the word is missing
         marlin L330.1000 ⇒ L100 ⇒ config.g:3: M665 L: a rod is not longer
         marlin R141.2000 ⇒ R-1 ⇒ config.g:3: M665 R: the value is not above 0
-        reprapfirmware L330.1: ⇒ Lhunter2: ⇒ config.g:4: M665: a word is no letter
-        marlin B0.3000 ⇒ B120 ⇒ config.g:3: M665 B: since Marlin 2.0 B lengthens the rods of a tower, and 120 mm
-        marlin A0.0000 ⇒ A12 ⇒ config.g:3: M665 A: since Marlin 2.0 A lengthens the rods of a tower, and 12 mm
+        reprapfirmware L330.1: ⇒ Lhunter2: ⇒ config.g:4: M665: a word is not a letter
+        marlin B0.3000 ⇒ B120 ⇒ config.g:3: M665 B: B lengthens the rods of a tower since Marlin 2.0, and 120 mm
+        marlin A0.0000 ⇒ A12 ⇒ config.g:3: M665 A: A lengthens the rods of a tower since Marlin 2.0, and 12 mm
         ";
     for [from, to, cause] in cases(table) {
         let (controller, from) = from.split_once(' ').unwrap();

@@ -1,55 +1,30 @@
 //! What an owner states beside the configuration, plans for it, and the pictures of the bed.
 
-use crate::export::klipper::Delta;
-use crate::import::fixtures::{folder, printer};
+use crate::import::fixtures::{Row, folder, printer};
 use crate::support::{Folder, number};
-use serde_json::Value;
-use std::fmt::Write;
 
 /// A printer as configured, with heights of 0 and twelve distances that all are longer by this part.
-fn scaled(part: f64) -> (Folder, Delta) {
-    let own = printer("01").klipper;
-    let mut text = format!(
-        "{}[printer]\ndelta_radius: {}\n",
-        printer("01").by_hand(),
-        own.radius
-    );
-    for (k, letter) in ["a", "b", "c"].into_iter().enumerate() {
-        writeln!(
-            text,
-            "[stepper_{letter}]\nangle: {}\narm_length: {}\nposition_endstop: {}",
-            own.angles[k], own.arms[k], own.endstops[k]
-        )
-        .unwrap();
-    }
-    let steps = |at: [f64; 2]| {
-        let steps = own.steps([at[0], at[1], 0.0]);
-        steps.map(|own| format!("{own:.6}")).join(",")
+fn scaled(part: f64) -> Folder {
+    let mut own = printer("01");
+    let klipper = own.klipper;
+    let steps = |turn: u8, out: f64| {
+        let (sine, cosine) = (f64::from(turn) * 30.0).to_radians().sin_cos();
+        klipper.steps([out * cosine, out * sine, 0.0])
     };
-    text += "[delta_calibrate]\n";
-    for index in 0..7_u8 {
-        let turn = f64::from(index).to_radians() * 60.0;
-        let out = if index == 6 { 0.0 } else { 90.0 };
-        let at = steps([out * turn.cos(), out * turn.sin()]);
-        writeln!(text, "height{index} = 0\nheight{index}_pos = {at}").unwrap();
-    }
-    for index in 0..12_u8 {
-        let turn = f64::from(index).to_radians() * 30.0;
-        let [from, to] = [10.0, 75.0].map(|out| steps([out * turn.cos(), out * turn.sin()]));
-        writeln!(
-            text,
-            "distance{index} = {:.3}\ndistance{index}_pos1 = {from}\ndistance{index}_pos2 = {to}",
-            65.0 * (1.0 + part)
-        )
-        .unwrap();
-    }
-    (folder(&text), own)
+    own.rows = (0..6)
+        .map(|turn| Row::Height(steps(2 * turn, 90.0), 0.0))
+        .collect();
+    own.rows.push(Row::Height(steps(0, 0.0), 0.0));
+    let length = (65.0 * (1.0 + part) * 1000.0).round() / 1000.0;
+    own.rows
+        .extend((0..12).map(|turn| Row::Distance(steps(turn, 10.0), steps(turn, 75.0), length)));
+    folder(&own.configuration())
 }
 
 /// Twelve distances, 1.5 % short: said as one scale, with what could do it; as shrinkage it is none.
 #[test]
 fn a_common_scale_is_named_with_its_causes() {
-    let (folder, _) = scaled(-0.015);
+    let folder = scaled(-0.015);
     let run = folder.run("calibrate printer.cfg");
     let said = format!("{} {}", run.stdout, run.stderr);
     let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -70,10 +45,8 @@ fn a_common_scale_is_named_with_its_causes() {
 fn a_printed_length_is_a_measurement() {
     let own = printer("01");
     let folder = folder(&own.configuration());
-    let run = folder
-        .run("calibrate printer.cfg --printed 100=99.5 --json -")
-        .ok();
-    let report: Value = serde_json::from_str(&run.stdout).unwrap();
+    let run = folder.run("calibrate printer.cfg --printed 100=99.5 --json -");
+    let report = run.ok().json();
     let hundred = number(&report, "printer/before/hundred_mm_become_mm");
     assert!((99.4..99.7).contains(&hundred), "{hundred}");
     assert_eq!(report["printer"]["distances"], 3);

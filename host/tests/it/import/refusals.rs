@@ -29,7 +29,7 @@ fn wrong_configurations_are_refused_with_place_and_cause() {
         #*# height3_pos = ⇒ #*# height3_pos = 1; ⇒ [delta_calibrate] height3_pos: the value is not three numbers of steps
         #*# height3_pos = ⇒ #*# height3_place = ⇒ [delta_calibrate] height3_pos: the option is missing
         #*# height3 = ⇒ #*# height3 = nan # ⇒ [delta_calibrate] height3: the value is not a finite number
-        max_velocity: 300 ⇒ max_velocity 300 ⇒ printer.cfg:4: this line of [printer] is no option
+        max_velocity: 300 ⇒ max_velocity 300 ⇒ printer.cfg:4: this line of [printer] is not an option
         # my printer ⇒ [include printer.cfg] ⇒ printer.cfg:1: this line includes a file that includes this one again
         ";
     assert_wrong(
@@ -78,7 +78,7 @@ fn a_configuration_without_measurements_gives_a_robot_file_only() {
     silent(&run);
 }
 
-/// An include that is not there is named, by its line, where an option is missing, and is a note otherwise.
+/// A missing included file is named with its line where an option is missing, and is a note otherwise.
 #[test]
 fn includes_that_are_not_there_are_told() {
     let good = format!(
@@ -89,7 +89,7 @@ fn includes_that_are_not_there_are_told() {
     let run = first.run("import klipper printer.cfg --output mine").ok();
     assert!(
         run.stdout
-            .contains("printer.cfg:2 includes a file that is not there"),
+            .contains("printer.cfg:2 includes a file that does not exist"),
         "{}",
         run.stdout
     );
@@ -100,7 +100,7 @@ fn includes_that_are_not_there_are_told() {
     assert_eq!(run.code, 3);
     assert!(
         run.stderr
-            .contains("help: printer.cfg:2 includes a file that is not there"),
+            .contains("help: printer.cfg:2 includes a file that does not exist"),
         "{}",
         run.stderr
     );

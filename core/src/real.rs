@@ -141,6 +141,7 @@ impl Real for f64 {
     fn inverse_square_root(self) -> Self {
         1.0 / square_root(self)
     }
+    #[inline]
     fn sine_cosine(self) -> (Self, Self) {
         libm::sincos(self)
     }

@@ -5,12 +5,11 @@ use delta_cal::robot::Drive;
 use delta_cal_host::files::convention::Convention;
 use delta_cal_host::{InputText, RobotFile};
 use nalgebra::Vector3;
-use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use rayon::iter::{IndexedParallelIterator, ParallelIterator};
-use rayon::slice::{ParallelSlice, ParallelSliceMut};
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::f64::consts::TAU;
 use std::fmt::{Display, Write};
@@ -177,12 +176,9 @@ pub(crate) fn outside(robot: &RobotFile, joints: &[f64; 3]) -> bool {
         .any(|own| *own < low - margin || *own > high + margin)
 }
 
-/// Where the results of some rows go, and the rows.
-type Piece<'a, const WIDTH: usize> = (&'a mut [[f64; WIDTH]], &'a [[f64; 3]]);
-
 /// `WIDTH` numbers of this shape for each row, on all cores and without the interpreter's lock. A row that has none is
 /// NaN, or with `raise` an error that names it.
-pub(crate) fn each_row<'py, const WIDTH: usize, E: Display + Send>(
+pub(crate) fn each_row<'py, const WIDTH: usize, E: Display>(
     py: Python<'py>,
     argument: &str,
     rows: &Rows<'py>,
@@ -191,52 +187,30 @@ pub(crate) fn each_row<'py, const WIDTH: usize, E: Display + Send>(
     compute: impl Fn(&[f64; 3]) -> Result<[f64; WIDTH], E> + Sync,
 ) -> PyResult<Bound<'py, PyAny>> {
     let from = rows.get()?;
-    let chunk = |(index, (into, from)): (usize, Piece<'_, WIDTH>)| {
-        let mut first = None;
-        for (row, (into, from)) in into.iter_mut().zip(from).enumerate() {
-            match compute(from) {
-                Ok(values) => *into = values,
-                Err(error) => {
-                    *into = [f64::NAN; WIDTH];
-                    first.get_or_insert((index * CHUNK + row, error));
-                }
-            }
-        }
-        first
+    let or_nan = |row| compute(row).unwrap_or([f64::NAN; WIDTH]);
+    let values: Vec<[f64; WIDTH]> = if from.len() > CHUNK {
+        let rows = from.par_iter().with_min_len(CHUNK);
+        with_cores(py, || rows.map(or_nan).collect())?
+    } else {
+        py.detach(|| from.iter().map(or_nan).collect())
     };
+    let is_nan = |row: &[f64; WIDTH]| row.iter().any(|value| value.is_nan());
+    if raise && let Some(row) = values.iter().position(is_nan) {
+        compute(&from[row])
+            .map_err(|error| value_error(argument, format!("row {row}: {error}")))?;
+    }
     let mut shape = vec![from.len()];
     shape.extend(each);
-    let array = PyArrayDyn::<f64>::zeros(py, &shape[usize::from(rows.single)..], false);
-    let mut values = array.readwrite();
-    let (into, _) = values.as_slice_mut()?.as_chunks_mut::<WIDTH>();
-    let first = with_cores(py, from.len() > CHUNK, || {
-        if from.len() > CHUNK {
-            let pairs = into.par_chunks_mut(CHUNK).zip(from.par_chunks(CHUNK));
-            let faults = pairs.enumerate().filter_map(chunk);
-            faults.min_by_key(|(row, _)| *row)
-        } else {
-            chunk((0, (into, from)))
-        }
-    })?;
-    match first {
-        Some((row, error)) if raise => Err(value_error(argument, format!("row {row}: {error}"))),
-        _ => {
-            drop(values);
-            Ok(array.into_any())
-        }
-    }
+    array(
+        py,
+        values.into_flattened(),
+        &shape[usize::from(rows.single)..],
+    )
 }
 
-/// Without the interpreter's lock, and if `many` on threads of this process: those of a process that forked are not
-/// there in its child.
-pub(crate) fn with_cores<T: Send>(
-    py: Python<'_>,
-    many: bool,
-    work: impl FnOnce() -> T + Send,
-) -> PyResult<T> {
-    if !many {
-        return Ok(py.detach(work));
-    }
+/// Without the interpreter's lock, on threads of this process: those of a process that forked are not there in its
+/// child.
+pub(crate) fn with_cores<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     let pool = cores()?;
     Ok(py.detach(|| pool.install(work)))
 }

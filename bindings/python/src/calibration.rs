@@ -59,7 +59,7 @@ impl Asked {
             let cause = format!("{limit}; a length above 0 mm is needed");
             return Err(value_error("limit", cause));
         }
-        let found = with_cores(py, true, || {
+        let found = with_cores(py, || {
             let readings = samples.readings(&robot, options)?;
             let report = delta_cal_host::calibrate(&robot.file, &readings, &options)?;
             Ok((readings, report))

@@ -60,7 +60,7 @@ pub(crate) fn plan<'py>(
         let cause = "\"sensor\" is for coordinates, and measure asks for none";
         return Err(value_error("frame", cause));
     }
-    let found = with_cores(py, true, || match accuracy {
+    let found = with_cores(py, || match accuracy {
         Some(accuracy) => plan_for(&request, accuracy),
         None => planning::plan(&request),
     })?;
@@ -112,7 +112,7 @@ pub(crate) fn validate<'py>(
     let samples = Samples::given(robot, q, x)?;
     check_independent(&robot.source, &samples.text)
         .map_err(|error| input_error(&error, samples.rows_of()))?;
-    let found = with_cores(py, true, || {
+    let found = with_cores(py, || {
         let options = Options {
             frame: request.frame,
             ..Options::default()
@@ -184,7 +184,7 @@ pub(crate) fn export<'py>(
         limit,
         ..Settings::default()
     };
-    let found = with_cores(py, true, move || {
+    let found = with_cores(py, move || {
         let wanted = match positions {
             Some(positions) => Wanted::of(positions),
             None => Wanted::in_workspace(&robot.file),
@@ -335,7 +335,7 @@ pub(crate) fn simulate<'py>(
     while next < end {
         let range = next..end.min(next + batch);
         next = range.end;
-        let found = with_cores(py, true, || campaign::run(&plan, &range, &mut |_, _| {}))?;
+        let found = with_cores(py, || campaign::run(&plan, &range, &mut |_, _| {}))?;
         let found = found.map_err(|error| input_error(&error, None))?;
         rows.extend(found.into_iter().map(|(_, row)| row));
         py.check_signals()?;

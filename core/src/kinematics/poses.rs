@@ -89,26 +89,22 @@ impl<T: Real> Robot<T> {
         let [arm1, arm2, arm3] = self.arms();
         let [q1, q2, q3] = *q;
         let elbows = [arm1.elbow(q1), arm2.elbow(q2), arm3.elbow(q3)];
-        for (elbow, index) in elbows.iter().zip(ArmIndex::ALL) {
-            if !elbow.dot(elbow).finite() {
-                return Err(KinematicsError::NonFinite(index));
-            }
-        }
         // In units of the forearm, so that products of five lengths do not overflow.
         let unit = arm1.lb().power_of_two_below();
         let inverse_unit = T::ONE / unit;
-        let elbows = elbows.map(|elbow| elbow * inverse_unit);
-        let [b1, b2, b3] = elbows;
+        let [b1, b2, b3] = elbows.map(|elbow| elbow * inverse_unit);
         let (edge2, edge3) = (b2 - b1, b3 - b1);
         let normal = edge2.cross(&edge3);
         let normal_squared = normal.dot(&normal);
         let (edge2_squared, edge3_squared) = (edge2.dot(&edge2), edge3.dot(&edge3));
-        // sin² of the angle between two edges, against ε: collinear elbows.
+        // sin² of the angle between two edges, against ε: collinear elbows, or one that is not finite.
         if !(normal_squared > T::EPSILON * edge2_squared * edge3_squared) {
-            return Err(KinematicsError::Singular(
-                ArmIndex::First,
-                Singularity::Parallel,
-            ));
+            let mut arms = elbows.iter().zip(ArmIndex::ALL);
+            let faulty = arms.find(|(elbow, _)| !elbow.dot(elbow).finite());
+            return Err(match faulty {
+                Some((_, index)) => KinematicsError::NonFinite(index),
+                None => KinematicsError::Singular(ArmIndex::First, Singularity::Parallel),
+            });
         }
         let [r1, r2, r3] = [arm1, arm2, arm3].map(|arm| (arm.lb() * inverse_unit).squared());
         // The point in the plane of the elbows with equal power with respect to all three circles: p · edge_k = (r₁ −
@@ -124,14 +120,14 @@ impl<T: Real> Robot<T> {
         let centre = b1 + in_plane;
         if !(height_squared.magnitude() > T::from_f64(16.0) * T::EPSILON * r1) {
             return Err(KinematicsError::Singular(
-                farthest(&centre, &elbows, [r1, r2, r3]),
+                farthest(&centre, &[b1, b2, b3], [r1, r2, r3]),
                 Singularity::Parallel,
             ));
         }
         if !(height_squared > T::ZERO) {
             return Err(KinematicsError::Unreachable(farthest(
                 &centre,
-                &elbows,
+                &[b1, b2, b3],
                 [r1, r2, r3],
             )));
         }

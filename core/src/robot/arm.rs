@@ -306,6 +306,7 @@ impl<T: Real> Arm<T> {
 
     /// B(q) = D + u cos q + v sin q, or D + s v with a linear drive: the elbow, shifted by the platform offset as D is.
     /// Length. With a [transmission](Self::transmission), q is the joint angle, and the equation uses the arm angle.
+    #[inline]
     pub fn elbow(&self, q: T) -> Vector3<T> {
         match self.drive() {
             Drive::Rotary => self.turned(self.arm_angle(q).sine_cosine()),

@@ -14,10 +14,8 @@ pub mod solution;
 pub(crate) mod solve;
 
 pub(crate) use estimators::closure;
-pub use observations::Unsolved;
-pub use robust::RobustRefusal;
 use serde::{Deserialize, Serialize};
-pub use solution::Solution;
+pub use solution::{Solution, Unsolved};
 pub use solve::solve;
 
 /// The estimator.

@@ -5,9 +5,9 @@ use crate::folder::Folder;
 use crate::inputs::{Inputs, Request};
 use crate::picture::Pictured;
 use delta_cal::robot::Drive;
-use delta_cal_host::report::calibration::{RefusalReport, comment};
+use delta_cal_host::report::calibration::comment;
 use delta_cal_host::report::printer::PrinterReport;
-use delta_cal_host::{CalibrateError, calibrate, report};
+use delta_cal_host::{CalibrateError, calibrate};
 use serde::Serialize;
 
 /// What the command writes.
@@ -29,7 +29,7 @@ pub(crate) struct Calibrated {
 
 pub(crate) fn run(files: &Folder, request: &Request) -> Result<(Calibrated, Pictured), Fault> {
     let refused = |error: CalibrateError| {
-        let json = report::json(&RefusalReport::from(&error));
+        let json = error.to_json();
         let fault = Fault::from(error.clone());
         if error.refused() {
             fault.with_json(json)

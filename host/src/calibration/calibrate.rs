@@ -6,7 +6,7 @@ use super::one_number::explanation;
 use super::refusal::{CalibrateError, Refused, explained};
 use super::report::Report;
 use super::step::step;
-use super::wrong_rows::{BesideThePlatformPoint, wrong_rows};
+use super::wrong_rows::{beside_the_platform_point, wrong_rows};
 use crate::accuracy::rigid_motion::degenerate;
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
@@ -76,10 +76,10 @@ fn refused(case: &Case<'_>, objection: &Objection, diagnosis: Option<Diagnosis>)
     let (robot, readings, options) = (case.robot, case.readings, &case.options);
     let looked_for = objection.may_be_wrong_rows() && diagnosis.is_none();
     let hint = looked_for.then(|| {
-        BesideThePlatformPoint::find(robot, readings, options.frame)
-            .map(|target| target.to_string())
+        beside_the_platform_point(robot, readings, options.frame)
+            .map(|target| target.text)
             .or_else(|| explanation(case))
-            .or_else(|| step(case).map(|step| step.to_string()))
+            .or_else(|| step(case).map(|step| step.finding.text))
             .or_else(|| wrong_rows(robot, readings, options))
     });
     explained(case, objection, hint.flatten(), diagnosis)
@@ -116,9 +116,13 @@ fn checked(
             .with_remedy("leave out --robust, or write _ before the name of the column")
             .into());
     }
-    check_frame(readings, options.frame)?;
     check_names(robot, readings)?;
     if options.frame == Frame::Sensor {
+        if !readings.holds(Kind::Position) {
+            let cause = "no row holds x, y or z, so there is no frame to find";
+            let error = InputError::new(&readings.name, cause);
+            return Err(error.with_remedy("leave out --frame sensor").into());
+        }
         let [arm, ..] = robot.robot.arms();
         let points: Vec<_> = readings.samples().map(|row| row.value.position).collect();
         if let Some(how) = degenerate(points.iter().copied(), arm.lb()) {
@@ -165,8 +169,7 @@ fn check_method(
     readings: &Readings,
     options: &Options,
 ) -> Result<(), InputError> {
-    let closures = matches!(options.method, Some(Method::Joint | Method::Ikm));
-    if !closures {
+    if !matches!(options.method, Some(Method::Joint | Method::Ikm)) {
         return Ok(());
     }
     let faults = [
@@ -205,14 +208,6 @@ fn check_method(
         Some((_, file, cause, remedy)) => Err(InputError::new(file, cause).with_remedy(remedy)),
         None => Ok(()),
     }
-}
-
-fn check_frame(readings: &Readings, frame: Frame) -> Result<(), InputError> {
-    if frame == Frame::Sensor && !readings.holds(Kind::Position) {
-        let cause = "no row holds x, y or z, so there is no frame to find";
-        return Err(InputError::new(&readings.name, cause).with_remedy("leave out --frame sensor"));
-    }
-    Ok(())
 }
 
 /// Checks that the samples use every plane and point of the robot file.

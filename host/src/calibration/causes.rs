@@ -18,6 +18,7 @@ use cause::{Hypothesis, words};
 use delta_cal::Sample;
 use nalgebra::{DVector, Vector3};
 use regression::{Fit, Regression};
+use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 pub(crate) use subject::Subject;
 
@@ -28,17 +29,21 @@ const NEGLIGIBLE: f64 = 1e-6;
 const TAKEN_UP: f64 = 4.0;
 
 /// Results of the tests of the residuals.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Causes {
     /// The causes found, the one that explains most first.
+    #[serde(rename = "causes")]
     pub found: Vec<Cause>,
     /// The reason why the residuals were not tested, if they were not.
+    #[serde(rename = "causes_not_tested")]
     pub not_tested: Option<&'static str>,
     /// The largest drift of the positions, from the first row to the last, that the order of the rows hides, mm: three
     /// σ. `None` if the order separates drift from geometry.
+    #[serde(skip)]
     pub hidden_drift: Option<f64>,
     /// Error of the calibrated robot's positions due to the causes, rms over the workspace, mm: their own effect and
     /// what the parameters have absorbed of them. 0 if none was found.
+    #[serde(rename = "causes_position_error_mm")]
     pub position_error: f64,
 }
 

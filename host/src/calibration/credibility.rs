@@ -137,6 +137,16 @@ pub struct PriorTest {
     pub probability: f64,
 }
 
+/// A test of the stated tolerance, and what was made of it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ToleranceTest {
+    /// The test.
+    #[serde(flatten)]
+    pub test: PriorTest,
+    /// Whether the tolerance times its `ratio` was used.
+    pub widened: bool,
+}
+
 /// The indices that the arms use, rows that convert parameters to tolerances, and the covariance in tolerances.
 pub(super) fn in_tolerances(
     robot: &Robot<f64>,

@@ -1,21 +1,22 @@
 //! Findings of a calibration beside its figures: a sentence each, with the figures that it is based on.
 
 use super::causes::CauseKind;
-use super::credibility::{NoiseVerdict, PriorTest, doubtful};
+use super::credibility::{NoiseVerdict, doubtful};
 use super::diagnosis::Diagnosis;
 use super::judge::{Case, Judged};
 use super::step::{Step, step};
-use super::wrong_rows::{BesideThePlatformPoint, FEWEST, ShiftedRows};
+use super::wrong_rows::{FEWEST, beside_the_platform_point, shifted_rows};
+use super::{Finding, note, warning};
 use crate::accuracy::position_error::{PositionError, sigma_by_tolerance};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Reading, ReadingFrom, Readings};
 use crate::fit::Frame;
 use crate::fit::datum::Datum;
+use crate::fit::solution::RowFit;
 use crate::text::{count, in_lines, joint, probability, significant};
 use delta_cal::Parameter;
 use delta_cal::calibration::StartUsed;
-use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::json;
 use std::collections::BTreeMap;
 
 /// Above this share, a parameter comes mostly from the tolerance.
@@ -32,46 +33,6 @@ const LITTLE: f64 = 0.5;
 /// Above this fraction of the stated noise, residuals suggest that 2 σ was stated instead of σ.
 const HALF: f64 = 0.4;
 
-/// Severity of a finding.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Level {
-    /// The result may mislead.
-    Warning,
-    /// Worth knowing.
-    Note,
-}
-
-/// A finding of a calibration.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Finding {
-    /// `warning` or `note`.
-    pub level: Level,
-    /// The finding in words.
-    pub text: String,
-    /// Its kind: `copies`, `outlier`, `noise_understated` and so on.
-    pub kind: &'static str,
-    /// The kind's figures, by name.
-    #[serde(flatten)]
-    pub figures: Value,
-}
-
-fn warning(kind: &'static str, figures: Value, text: impl Into<String>) -> Finding {
-    Finding {
-        level: Level::Warning,
-        text: text.into(),
-        kind,
-        figures,
-    }
-}
-
-fn note(kind: &'static str, figures: Value, text: impl Into<String>) -> Finding {
-    Finding {
-        level: Level::Note,
-        ..warning(kind, figures, text)
-    }
-}
-
 /// Formats to two significant digits.
 fn mm(value: f64) -> String {
     significant(value, 2)
@@ -84,27 +45,20 @@ pub(crate) fn findings(
     diagnosis: Option<&Diagnosis>,
 ) -> Vec<Finding> {
     let mut found = Vec::new();
-    if let Some(own) = diagnosis {
-        found.push(warning(
-            "diagnosis",
-            json!({}),
-            format!("{own}: {}", own.remedy()),
-        ));
-    }
-    let shifted = ShiftedRows::find(&judged.solution, case.readings);
-    found.extend(shifted.map(|own| warning("shifted", json!(own), own.to_string())));
+    let explained = diagnosis.map(|own| format!("{own}: {}", own.remedy()));
+    found.extend(explained.map(|text| warning("diagnosis", json!({}), text)));
+    let shifted = shifted_rows(&judged.solution, case.readings);
+    found.extend(shifted.clone());
     of_rows(case, judged, &mut found);
     of_files(case, &mut found);
-    found.extend(
-        Kind::ALL
-            .into_iter()
-            .filter_map(|kind| repeatability(case.readings, kind)),
-    );
+    let kinds = Kind::ALL.into_iter();
+    found.extend(kinds.filter_map(|kind| repeatability(case.readings, kind)));
     let step = happened(case, judged).filter(|_| shifted.is_none());
-    found.extend(step.map(|own| warning("step", json!(own), own.to_string())));
+    let stepped = step.is_some();
+    found.extend(step.map(|own| own.finding));
     // A step also looks like a drift.
     let causes = judged.causes.found.iter();
-    for cause in causes.filter(|cause| step.is_none() || cause.kind != CauseKind::Drift) {
+    for cause in causes.filter(|cause| !stepped || cause.kind != CauseKind::Drift) {
         let text = format!(
             "{}. The 24-parameter model cannot represent this error, so the parameters are biased. Fix it first: {}.",
             cause.text, cause.remedy
@@ -145,38 +99,34 @@ fn happened(case: &Case<'_>, judged: &Judged) -> Option<Step> {
         10 * after.min(all - after) <= all
     };
     step(case)
-        .filter(|own| !drifts || own.is_no_drift())
+        .filter(|own| !drifts || own.is_no_drift)
         .filter(divides)
 }
 
 /// Findings about single rows.
 fn of_rows(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
     let rows = || case.readings.rows.iter().zip(&judged.solution.rows);
-    let target = BesideThePlatformPoint::find(case.robot, case.readings, case.options.frame);
-    found.extend(target.map(|own| warning("target", json!(own), own.to_string())));
-    let suspected = rows().filter(|(_, fit)| fit.suspected);
-    let lines: Vec<_> = suspected.map(|(row, _)| row.line).collect();
-    if !lines.is_empty() {
-        let (were, it) = if lines.len() == 1 {
-            ("was", "it")
-        } else {
-            ("were", "them")
-        };
+    let (robot, readings, frame) = (case.robot, case.readings, case.options.frame);
+    found.extend(beside_the_platform_point(robot, readings, frame));
+    let lines = |chosen: fn(&RowFit) -> bool| -> Vec<u64> {
+        let chosen = rows().filter(|(_, fit)| chosen(fit));
+        chosen.map(|(row, _)| row.line).collect()
+    };
+    let suspected = lines(|fit| fit.suspected);
+    if !suspected.is_empty() {
         let text = format!(
-            "{} disagree with the others and {were} left out: {}. Measure {it} again.",
-            count(lines.len(), "sample"),
-            in_lines(&lines)
+            "Left out because of disagreement with the others: {}. Measure again.",
+            in_lines(&suspected)
         );
-        found.push(warning("suspected", json!({ "lines": lines }), text));
+        found.push(warning("suspected", json!({ "lines": suspected }), text));
     }
-    let left_out = rows().filter(|(_, fit)| fit.left_out);
-    let lines: Vec<_> = left_out.map(|(row, _)| row.line).collect();
-    if !lines.is_empty() {
+    let left_out = lines(|fit| fit.left_out);
+    if !left_out.is_empty() {
         let text = format!(
             "The robot of the file does not reach the joint angles in {}; excluded.",
-            in_lines(&lines)
+            in_lines(&left_out)
         );
-        found.push(warning("left_out", json!({ "lines": lines }), text));
+        found.push(warning("left_out", json!({ "lines": left_out }), text));
     }
     for (row, fit) in rows().filter(|(_, fit)| !fit.suspected) {
         let each = fit.whitened.iter().zip(fit.leverage);
@@ -205,10 +155,7 @@ fn of_files(case: &Case<'_>, found: &mut Vec<Finding>) {
         };
         let unused = match joined.unused {
             0 => String::new(),
-            unused => format!(
-                "; nothing was measured at {} of joints",
-                count(unused, "row")
-            ),
+            all => format!("; nothing was measured at {} of joints", count(all, "row")),
         };
         let text = format!(
             "{} joined with the joints of {} {by}{unused}.",
@@ -235,13 +182,8 @@ fn of_files(case: &Case<'_>, found: &mut Vec<Finding>) {
     }
     let lines = &readings.copies;
     if !lines.is_empty() {
-        let repeat = if lines.len() == 1 {
-            "repeats"
-        } else {
-            "repeat"
-        };
         let text = format!(
-            "{} {repeat} an earlier row to the last digit: one measurement, counted once.",
+            "Equal to an earlier row to the last digit, so counted as one measurement: {}.",
             in_lines(lines)
         );
         found.push(note("copies", json!({ "lines": lines }), text));
@@ -380,8 +322,9 @@ fn of_noise(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
 fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
     let (robot, solution, readings) = (case.robot, &judged.solution, case.readings);
     let none = json!({});
-    if let Some(test) = judged.prior_test.filter(PriorTest::contradicts) {
-        let tolerance = robot.tolerance.as_ref().filter(|_| judged.widened);
+    if let Some(own) = judged.tolerance.filter(|own| own.test.contradicts()) {
+        let test = own.test;
+        let tolerance = robot.tolerance.as_ref().filter(|_| own.widened);
         let used = tolerance.map(|own| test.statement(robot.robot.drive(), own));
         let calibrated = used.as_ref().map_or_else(String::new, |used| {
             format!(
@@ -488,11 +431,8 @@ fn of_determined(judged: &Judged, readings: &Readings, found: &mut Vec<Finding>)
             "The scale comes from the tolerance: touches of planes cannot show it. Measure one known length: a gauge block \
              (height_mm) or a distance between two poses."
         };
-        found.push(note(
-            "scale_unknown",
-            json!({ "distances": distances }),
-            text,
-        ));
+        let figures = json!({ "distances": distances });
+        found.push(note("scale_unknown", figures, text));
     }
     let (determined, of, all) = (known.combinations, known.of, readings.readings());
     if determined < of {
@@ -515,17 +455,12 @@ fn by_tolerance(robot: &RobotFile, shares: &[f64; 24]) -> Vec<Finding> {
         _ => parameter.symbol(),
     };
     let of_arm = |(arm, shares): (usize, &[f64])| {
-        let large = places
-            .iter()
-            .zip(shares)
-            .filter(|(_, share)| **share > MOSTLY);
-        let parameters: Vec<_> = large
-            .filter_map(|(parameter, share)| Some((name((*parameter)?), *share)))
-            .collect();
+        let all = places.iter().zip(shares);
+        let all = all.filter_map(|(parameter, share)| Some((name((*parameter)?), *share)));
+        let parameters: Vec<_> = all.filter(|(_, share)| *share > MOSTLY).collect();
         let named = parameters.iter();
-        let named: Vec<_> = named
-            .map(|(symbol, share)| format!("{symbol} ({:.0} %)", 100.0 * share))
-            .collect();
+        let named = named.map(|(symbol, share)| format!("{symbol} ({:.0} %)", 100.0 * share));
+        let named: Vec<_> = named.collect();
         let text = format!(
             "arm {arm}: mostly decided by the tolerance: {}.",
             named.join(", ")

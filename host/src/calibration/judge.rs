@@ -1,7 +1,7 @@
 //! Judges a solution: whether it is credible, reproduced by the robot, and expected to improve it.
 
 use super::causes::{Causes, Subject, causes};
-use super::credibility::{self, NoiseTest, PriorTest};
+use super::credibility::{self, NoiseTest, PriorTest, ToleranceTest};
 use super::known::Known;
 use crate::accuracy::improvement::{Moved, WorkspaceComparison};
 use crate::accuracy::information::prior;
@@ -30,9 +30,7 @@ pub(crate) struct Judged {
     pub(crate) widening: f64,
     pub(crate) noise: Vec<NoiseTest>,
     pub(crate) causes: Causes,
-    /// Test of the stated tolerance; `widened` tells whether a larger one was used.
-    pub(crate) prior_test: Option<PriorTest>,
-    pub(crate) widened: bool,
+    pub(crate) tolerance: Option<ToleranceTest>,
     pub(crate) workspace: Option<WorkspaceComparison>,
     pub(crate) expected: Option<ExpectedError>,
     pub(crate) known: Known,
@@ -81,15 +79,8 @@ pub(crate) enum Objection {
     UnknownError,
     /// Without a stated noise, residuals that the tolerance does not explain; both in mm.
     NoiseBeyondTolerance(f64, f64),
-    /// The stated noise is far larger than that of the readings, mm.
-    NoiseFarOff {
-        /// The kind of reading.
-        kind: Kind,
-        /// Noise in the robot file.
-        stated: f64,
-        /// Noise of the readings.
-        shown: f64,
-    },
+    /// The stated noise of a kind of reading, which is far larger than the noise that the readings show; both in mm.
+    NoiseFarOff(Kind, f64, f64),
     /// Parameters further from nominal than the tolerance allows.
     BeyondTolerance(PriorTest, String),
 }
@@ -107,7 +98,7 @@ impl Objection {
                     | Refusal::ImpossibleRobot(_)
                     | Refusal::WrongSide
             ),
-            Self::Unsolved(_) | Self::UnknownError | Self::Worse(..) | Self::NoiseFarOff { .. } => {
+            Self::Unsolved(_) | Self::UnknownError | Self::Worse(..) | Self::NoiseFarOff(..) => {
                 false
             }
             _ => true,
@@ -157,8 +148,10 @@ fn with_wider_tolerance(case: &Case<'_>) -> Option<Judged> {
     let solution = solve(&wide_file, case.readings, &case.options).ok()?;
     let judged = judge(&wide, solution).ok()?;
     Some(Judged {
-        prior_test: Some(test),
-        widened: true,
+        tolerance: Some(ToleranceTest {
+            test,
+            widened: true,
+        }),
         ..judged
     })
 }
@@ -195,13 +188,7 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
     let error_after = error(case, &solution.robot, &solution.places, &solution);
     let tolerance = robot.tolerance.as_ref();
     let prior_test = tolerance.and_then(|own| PriorTest::of(&robot.robot, own, &solution));
-    contradiction(
-        case,
-        &solution,
-        error_after.as_ref(),
-        prior_test.as_ref(),
-        &noise,
-    )?;
+    contradiction(case, &solution, error_after, prior_test, &noise)?;
     let parameters = solution.of_parameters();
     // A printer's firmware was calibrated from the same heights: they cannot test anything but the bed.
     let bed_alone = robot.robot.drive() == Drive::Linear && !case.readings.holds(Kind::Position);
@@ -241,8 +228,10 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
         widening,
         noise,
         causes,
-        prior_test,
-        widened: false,
+        tolerance: prior_test.map(|test| ToleranceTest {
+            test,
+            widened: false,
+        }),
         workspace,
         expected,
         known,
@@ -264,27 +253,21 @@ fn far_off(case: &Case<'_>, test: &NoiseTest) -> Option<Objection> {
         Kind::Distance => free.instruments.distance_noise = None,
     }
     let solution = solve(&free, case.readings, &case.options).ok()?;
-    let shown = solution
-        .noise
-        .iter()
-        .find(|own| own.kind == test.kind)?
-        .sigma;
+    let mut noise = solution.noise.iter();
+    let shown = noise.find(|own| own.kind == test.kind)?.sigma;
     let [arm, ..] = case.robot.robot.arms();
     // Computed rows show no noise at all.
     let measured = shown > COMPUTED * arm.lb();
-    (measured && shown < FAR_OFF * stated).then_some(Objection::NoiseFarOff {
-        kind: test.kind,
-        stated,
-        shown,
-    })
+    let far = measured && shown < FAR_OFF * stated;
+    far.then_some(Objection::NoiseFarOff(test.kind, stated, shown))
 }
 
 /// Contradictions between readings, robot and result.
 fn contradiction(
     case: &Case<'_>,
     solution: &Solution,
-    error: Option<&PositionError>,
-    prior_test: Option<&PriorTest>,
+    error: Option<PositionError>,
+    prior_test: Option<PriorTest>,
     noise: &[NoiseTest],
 ) -> Result<(), Objection> {
     let robot = case.robot;
@@ -306,12 +289,19 @@ fn contradiction(
         && test.contradicts()
     {
         let statement = test.statement(robot.robot.drive(), tolerance);
-        return Err(Objection::BeyondTolerance(*test, statement));
+        return Err(Objection::BeyondTolerance(test, statement));
     }
-    match beyond_tolerance(case, noise) {
-        Some((sigma, tolerated)) => Err(Objection::NoiseBeyondTolerance(sigma, tolerated)),
-        None => Ok(()),
+    // Without a stated noise: residuals, taken for noise, that exceed the robot's error within the tolerance. They would
+    // keep any robot near its start, whatever the samples are.
+    let joints = case.readings.rows.iter().map(|row| row.value.joints);
+    let mut noise = noise.iter();
+    if let Some(test) = noise.find(|own| own.kind == Kind::Position && own.stated_mm.is_none())
+        && let Some(tolerated) = sigma_by_tolerance(case.before, joints)
+        && test.limits_mm[0] > tolerated
+    {
+        return Err(Objection::NoiseBeyondTolerance(test.sigma_mm, tolerated));
     }
+    Ok(())
 }
 
 /// Distance of a sample with x, y and z from the robot's position.
@@ -335,15 +325,4 @@ fn error(
         .filter_map(|(row, _)| Some((distance(robot, places, &row.value.sample()?), row.line)))
         .collect();
     (!samples.is_empty()).then(|| PositionError::of(samples))
-}
-
-/// Without a stated noise: residuals, taken for noise, that exceed the robot's error within the tolerance. They would
-/// keep any robot near its start, whatever the samples are. Both in mm.
-fn beyond_tolerance(case: &Case<'_>, noise: &[NoiseTest]) -> Option<(f64, f64)> {
-    let test = noise
-        .iter()
-        .find(|test| test.kind == Kind::Position && test.stated_mm.is_none())?;
-    let joints = case.readings.rows.iter().map(|row| row.value.joints);
-    let tolerated = sigma_by_tolerance(case.before, joints)?;
-    (test.limits_mm[0] > tolerated).then_some((test.sigma_mm, tolerated))
 }

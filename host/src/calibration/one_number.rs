@@ -250,7 +250,7 @@ fn agreeing(case: &Case<'_>) -> Option<Solution> {
     let judged = attempt(case).ok()?;
     let mut noise = judged.noise.iter();
     let understated = noise.any(|test| test.verdict == NoiseVerdict::Understated);
-    (!judged.widened && !understated).then_some(judged.solution)
+    (!judged.tolerance.is_some_and(|own| own.widened) && !understated).then_some(judged.solution)
 }
 
 fn cheapest(found: &[Explanation]) -> Wrong {

@@ -5,12 +5,10 @@ use super::judge::{Case, Objection};
 use crate::files::input::InputError;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
-use crate::fit::{Frame, Options, RobustRefusal, Unsolved};
+use crate::fit::{Frame, Options, Unsolved};
 use crate::text::{count, in_file_units, probability, significant};
 use delta_cal::observations::Instrument;
 use delta_cal::{ArmIndex, Parameter, Refusal};
-use std::error::Error;
-use std::fmt;
 
 /// A change below this many times the effect of noise alone shows nothing.
 const NOISE_ALONE: f64 = 1.5;
@@ -21,16 +19,19 @@ const STATE_TOLERANCE: &str =
     "State the [tolerance]: heights and distances never show where the base is.";
 
 /// Why there is no calibration.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CalibrateError {
     /// Something in an input file is unusable.
-    Input(InputError),
+    #[error(transparent)]
+    Input(#[from] InputError),
     /// The readings cannot calibrate this robot; it keeps its parameters.
+    #[error(transparent)]
     Refused(Box<Refused>),
 }
 
 /// A refused calibration. Displayed as one line.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{cause}")]
 pub struct Refused {
     cause: String,
     remedy: String,
@@ -49,23 +50,14 @@ impl Refused {
     }
 
     /// Adds an explanation of the readings as a whole, if there is one.
-    pub(crate) fn explained(mut self, diagnosis: Option<Diagnosis>) -> Self {
-        self.diagnosis = diagnosis;
-        self
+    pub(crate) fn explained(self, diagnosis: Option<Diagnosis>) -> Self {
+        Self { diagnosis, ..self }
     }
 
     /// What to do next. A diagnosis takes precedence over general advice.
     pub fn remedy(&self) -> String {
-        match &self.diagnosis {
-            Some(diagnosis) => diagnosis.remedy(),
-            None => self.remedy.clone(),
-        }
-    }
-}
-
-impl fmt::Display for Refused {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.cause)
+        let diagnosis = self.diagnosis.as_ref();
+        diagnosis.map_or_else(|| self.remedy.clone(), Diagnosis::remedy)
     }
 }
 
@@ -92,23 +84,6 @@ impl CalibrateError {
     }
 }
 
-impl fmt::Display for CalibrateError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Input(error) => error.fmt(f),
-            Self::Refused(refused) => refused.fmt(f),
-        }
-    }
-}
-
-impl Error for CalibrateError {}
-
-impl From<InputError> for CalibrateError {
-    fn from(error: InputError) -> Self {
-        Self::Input(error)
-    }
-}
-
 impl From<Refused> for CalibrateError {
     fn from(refused: Refused) -> Self {
         Self::Refused(Box::new(refused))
@@ -129,21 +104,11 @@ pub(crate) fn explained(
         ..
     } = case;
     let (cause, remedy) = match objection {
-        Objection::Unsolved(Unsolved::Row(index, error)) => {
-            return readings.fault(*index, error.to_string()).into();
-        }
-        Objection::Unsolved(Unsolved::TooManyInstruments) => {
-            let cause = "the rows name more planes and points than one calibration can hold";
-            return InputError::new(&readings.name, cause)
-                .with_remedy("use at most 14 points or 16 planes")
-                .into();
-        }
-        Objection::Unsolved(Unsolved::Refused(refusal)) => unsolved(robot, readings, frame, refusal),
-        Objection::Unsolved(Unsolved::Robust(refusal)) => robust(refusal),
-        Objection::Unsolved(Unsolved::NoRedundancy) | Objection::UnknownError => (
-            "No redundant readings: the error cannot be estimated.".to_owned(),
-            "Add at least 5 samples, or state [noise] and [tolerance].".to_owned(),
-        ),
+        Objection::Unsolved(why) => match unsolved(case, why) {
+            Ok(words) => words,
+            Err(error) => return error.into(),
+        },
+        Objection::UnknownError => no_redundancy(),
         Objection::Implausible(change) => (
             change.clone(),
             format!("{CHECK} If the robot file is right, state its [tolerance]."),
@@ -175,7 +140,7 @@ pub(crate) fn explained(
              can be now."
                 .to_owned(),
         ),
-        Objection::NoiseFarOff { kind, stated, shown } => (
+        Objection::NoiseFarOff(kind, stated, shown) => (
             format!(
                 "The stated noise, {} = {}, is {} × what the {} show ({} mm): another unit, or far too large. With it they \
                  would say next to nothing of the robot.",
@@ -222,27 +187,45 @@ pub(crate) fn explained(
     refused.explained(diagnosis).into()
 }
 
-fn robust(refusal: &RobustRefusal) -> (String, String) {
-    match *refusal {
-        RobustRefusal::TooFewSamples { samples, needed } => (
+fn no_redundancy() -> (String, String) {
+    (
+        "No redundant readings: the error cannot be estimated.".to_owned(),
+        "Add at least 5 samples, or state [noise] and [tolerance].".to_owned(),
+    )
+}
+
+fn unsolved(case: &Case<'_>, why: &Unsolved) -> Result<(String, String), InputError> {
+    let readings = case.readings;
+    Ok(match why {
+        Unsolved::Row(index, error) => return Err(readings.fault(*index, error.to_string())),
+        Unsolved::TooManyInstruments => {
+            let cause = "the rows name more planes and points than one calibration can hold";
+            let error = InputError::new(&readings.name, cause);
+            return Err(error.with_remedy("use at most 14 points or 16 planes"));
+        }
+        Unsolved::Refused(refusal) => undetermined(case, refusal),
+        Unsolved::NoRedundancy => no_redundancy(),
+        Unsolved::TooFewForRobust(samples, needed) => (
             format!("{samples} samples are too few for a robust fit, which needs {needed}."),
             "Measure more poses, or leave out --robust.".to_owned(),
         ),
-        RobustRefusal::TooManySuspected { suspected, samples } => (
+        Unsolved::TooManySuspected(suspected, samples) => (
             format!(
                 "{suspected} of {samples} samples disagree with the others: too many to tell which are wrong."
             ),
             format!("{CHECK} Did the sensor, the plate or the robot's base move?"),
         ),
-    }
+    })
 }
 
-fn unsolved(
-    robot: &RobotFile,
-    readings: &Readings,
-    frame: Frame,
-    refusal: &Refusal,
-) -> (String, String) {
+/// What the core refuses.
+fn undetermined(case: &Case<'_>, refusal: &Refusal) -> (String, String) {
+    let &Case {
+        robot,
+        readings,
+        options: Options { frame, .. },
+        ..
+    } = case;
     let arm_of = |arm: Option<ArmIndex>| arm.map_or_else(String::new, |arm| format!("{arm}: "));
     let has_tolerance = robot.tolerance.is_some();
     let or_tolerance = if has_tolerance {

@@ -1,12 +1,13 @@
 //! The report of a calibration, the source of the terminal, HTML and JSON output. Lengths in millimetres, angles in
 //! degrees; docs/json.md documents the keys.
 
-use super::causes::Cause;
-use super::credibility::{NoiseTest, PriorTest};
+use super::causes::Causes;
+use super::credibility::{NoiseTest, ToleranceTest};
 use super::diagnosis::Diagnosis;
-use super::findings::{Finding, Level, findings};
+use super::findings::findings;
 use super::judge::{Case, Judged, distance};
 use super::known::{Known, NextPose, next_poses};
+use super::{Finding, Level};
 use crate::accuracy::improvement::WorkspaceComparison;
 use crate::accuracy::position_error::PositionError;
 use crate::accuracy::quantiles::coverage_factor;
@@ -60,12 +61,9 @@ pub struct Report {
     pub samples: Vec<SampleReport>,
     /// What the residuals say of the noise of each kind of reading.
     pub noise: Vec<NoiseTest>,
-    /// Errors that the model cannot represent, the one that explains most first.
-    pub causes: Vec<Cause>,
-    /// Why none was looked for.
-    pub causes_not_tested: Option<&'static str>,
-    /// By how much the causes put the calibrated positions off, mm rms over the workspace.
-    pub causes_position_error_mm: f64,
+    /// Errors that the model cannot represent.
+    #[serde(flatten)]
+    pub causes: Causes,
     /// By what every σ was multiplied because of residuals and causes.
     pub sigma_widened_by: f64,
     /// The position error that the calibrated robot is expected to have.
@@ -75,7 +73,7 @@ pub struct Report {
     /// Whether `--limit` is met.
     pub acceptance: Option<AcceptanceReport>,
     /// What the robot says of the stated tolerance.
-    pub tolerance: Option<ToleranceReport>,
+    pub tolerance: Option<ToleranceTest>,
     /// What the calibration means over the workspace.
     pub workspace: Option<WorkspaceComparison>,
     /// What the readings determine.
@@ -237,16 +235,6 @@ pub struct AcceptanceReport {
     pub passed: bool,
 }
 
-/// The test of the stated tolerance.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct ToleranceReport {
-    /// The test.
-    #[serde(flatten)]
-    pub test: PriorTest,
-    /// Whether the tolerance times `ratio` was used.
-    pub widened: bool,
-}
-
 /// X_sensor = rotation · X_robot + translation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FrameReport {
@@ -362,18 +350,13 @@ impl Report {
                 .map(|(before, after)| BeforeAfter { before, after }),
             residuals: residuals(case, solution),
             samples: samples(case, solution),
-            noise: judged.noise.clone(),
-            causes: judged.causes.found.clone(),
-            causes_not_tested: judged.causes.not_tested,
-            causes_position_error_mm: judged.causes.position_error,
+            noise: judged.noise,
+            causes: judged.causes,
             sigma_widened_by: judged.widening,
             expected_error: expected.map(|own| expected_report(own, &before.convention)),
             expanded_uncertainty: expected.and_then(|own| expanded(solution, own)),
             acceptance: None,
-            tolerance: judged.prior_test.map(|test| ToleranceReport {
-                test,
-                widened: judged.widened,
-            }),
+            tolerance: judged.tolerance,
             workspace: judged.workspace,
             determined: judged.known,
             sensor_frame: frame
@@ -410,13 +393,8 @@ impl Report {
 
 fn arms(before: &RobotFile, solution: &Solution) -> Vec<ArmReport> {
     let drive = before.robot.drive();
-    let arms = before
-        .robot
-        .arms()
-        .iter()
-        .zip(solution.robot.arms())
-        .enumerate();
-    arms.map(|(arm, (from, to))| {
+    let arms = before.robot.arms().iter().zip(solution.robot.arms());
+    let arms = arms.enumerate().map(|(arm, (from, to))| {
         let of = |parameter: &Parameter| {
             let parameter = *parameter;
             let index = 8 * arm + parameter.index();
@@ -444,8 +422,8 @@ fn arms(before: &RobotFile, solution: &Solution) -> Vec<ArmReport> {
             },
             condition: solution.conditions[arm],
         }
-    })
-    .collect()
+    });
+    arms.collect()
 }
 
 /// Length and direction, to first order in `La_x` and `La_y`.
@@ -463,27 +441,23 @@ fn upper_arm(
         let (x, y) = arm.la();
         degrees(y.atan2(x))
     };
-    let of = |symbol, unit, before: f64, after: f64, by: Vector2<f64>, share| ParameterReport {
-        symbol,
-        unit,
-        before,
-        after,
-        change: after - before,
-        sigma: by.dot(&(covariance * by)).sqrt(),
-        prior_share: solution.prior_share[share],
+    let of = |symbol, unit, of: &dyn Fn(&Arm<f64>) -> f64, by: Vector2<f64>, share| {
+        let [before, after] = [from, to].map(of);
+        ParameterReport {
+            symbol,
+            unit,
+            before,
+            after,
+            change: after - before,
+            sigma: by.dot(&(covariance * by)).sqrt(),
+            prior_share: solution.prior_share[share],
+        }
     };
     let along = Vector2::new(x, y) / length;
     let across = Vector2::new(-y, x) * (degrees(1.0) / (length * length));
     [
-        of(
-            "upper arm",
-            "mm",
-            from.upper_arm_length(),
-            length,
-            along,
-            place,
-        ),
-        of("joint zero", "deg", zero(from), zero(to), across, place + 1),
+        of("upper arm", "mm", &Arm::upper_arm_length, along, place),
+        of("joint zero", "deg", &zero, across, place + 1),
     ]
 }
 
@@ -548,16 +522,11 @@ fn samples(case: &Case<'_>, solution: &Solution) -> Vec<SampleReport> {
         }
     };
     let size = |index: usize| {
-        solution.rows[index]
-            .whitened
-            .iter()
-            .map(|own| own.abs())
-            .fold(0.0, f64::max)
+        let whitened = solution.rows[index].whitened.iter();
+        whitened.map(|own| own.abs()).fold(0.0, f64::max)
     };
-    match shown(rows.len(), MANY, size) {
-        Some(shown) => shown.into_iter().map(of).collect(),
-        None => (0..rows.len()).map(of).collect(),
-    }
+    let shown = shown(rows.len(), MANY, size);
+    shown.into_iter().map(of).collect()
 }
 
 /// Converts the frame found for the target to that of the platform point.
@@ -633,20 +602,20 @@ const EVENLY: usize = 1_500;
 /// and this many with the largest errors.
 const FARTHEST: usize = 500;
 
-/// If there are more rows than `most`, the indices of the rows shown, in order: spread evenly, or among those of the
-/// largest size.
-pub(crate) fn shown(rows: usize, most: usize, size: impl Fn(usize) -> f64) -> Option<Vec<usize>> {
-    if rows <= most {
-        return None;
-    }
+/// The indices of the rows shown, in order; if there are more than `most`, those spread evenly and those of the largest
+/// size.
+pub(crate) fn shown(rows: usize, most: usize, size: impl Fn(usize) -> f64) -> Vec<usize> {
     let mut farthest: Vec<_> = (0..rows).collect();
+    if rows <= most {
+        return farthest;
+    }
     farthest.select_nth_unstable_by(FARTHEST, |a, b| size(*b).total_cmp(&size(*a)));
     farthest.truncate(FARTHEST);
     let mut shown: Vec<_> = (0..EVENLY).map(|index| index * rows / EVENLY).collect();
     shown.extend(farthest);
     shown.sort_unstable();
     shown.dedup();
-    Some(shown)
+    shown
 }
 
 #[cfg(test)]
@@ -656,8 +625,8 @@ mod tests {
     #[test]
     fn many_rows_are_shown_by_some_spread_evenly_and_the_farthest_off() {
         let size = |row: usize| if row >= 19_600 { 1.0 } else { 0.0 };
-        assert_eq!(shown(20_000, 20_000, size), None);
-        let shown = shown(20_001, 20_000, size).unwrap_or_default();
+        assert_eq!(shown(20_000, 20_000, size).len(), 20_000);
+        let shown = shown(20_001, 20_000, size);
         // 401 rows are far off; the other 99 of the 500 are arbitrary.
         assert!((19_600..20_001).all(|row| shown.contains(&row)));
         assert!(shown.is_sorted_by(|a, b| a < b));

@@ -2,14 +2,13 @@
 
 use super::causes::{Subject, explained_by};
 use super::judge::Case;
+use super::{Finding, warning};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
 use crate::fit::{Options, Solution, solve};
 use crate::text::{joint, significant};
-use delta_cal::robot::Drive;
 use nalgebra::Vector3;
-use serde::Serialize;
-use std::fmt;
+use serde_json::json;
 
 /// Least number of rows on either side of a step.
 const LEAST_ROWS: usize = 3;
@@ -27,62 +26,58 @@ const NO_DRIFT: f64 = 0.5;
 const LEFT: f64 = 0.85;
 
 /// A step in the errors of a file.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Step {
+pub(super) struct Step {
     /// The first row after the step.
-    pub line: u64,
-    /// The arm of the joint that jumped, 1 to 3; `null` for a step of the positions.
-    pub arm: Option<usize>,
-    /// Step of a joint: how much its reading is too small afterwards, degrees or mm of travel.
-    pub joint: f64,
-    /// Step of the positions, mm in the robot's axes.
-    pub position_mm: [f64; 3],
-    /// σ of a coordinate with and without the step, mm.
-    pub sigma_mm: [f64; 2],
-    #[serde(skip)]
-    drive: Drive,
-}
-
-impl fmt::Display for Step {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [with, without] = self.sigma_mm.map(|own| significant(own, 2));
-        if let Some(arm) = self.arm {
-            write!(
-                f,
-                "The joint zero of arm {arm} jumped by {}{} at line {}",
-                significant(self.joint, 2),
-                joint::mark(self.drive),
-                self.line
-            )?;
-        } else {
-            let [x, y, z] = self.position_mm.map(|own| format!("{own:.2}"));
-            write!(
-                f,
-                "From line {} on all positions are off by ({x}, {y}, {z}) mm in the robot's axes",
-                self.line
-            )?;
-        }
-        write!(
-            f,
-            ": with that the residuals are {with} mm, without {without} mm. "
-        )?;
-        f.write_str(match self.arm {
-            Some(_) => "An encoder or a coupling slipped: mend it, home the robot and measure again, or calibrate the rows on one side.",
-            None => "The sensor, its reflector or the robot's base was moved there: calibrate the rows before and after separately.",
-        })
-    }
+    pub(super) line: u64,
+    /// Whether it explains more than a drift would: a step of the positions must leave little of the residuals.
+    pub(super) is_no_drift: bool,
+    pub(super) finding: Finding,
 }
 
 impl Step {
-    /// Whether the step explains more than a drift would: a step of the positions must leave little of the residuals.
-    pub(crate) fn is_no_drift(&self) -> bool {
-        let [with, without] = self.sigma_mm;
-        self.arm.is_some() || with < NO_DRIFT * without
+    /// `sigma`: σ of a coordinate with and without the step, mm.
+    fn new(case: &Case<'_>, found: &Found, sigma: [f64; 2]) -> Self {
+        let convention = &case.robot.convention;
+        let line = case.readings.rows[found.index].line;
+        let [with, without] = sigma.map(|own| significant(own, 2));
+        let (what, remedy, by) = if let Some(joint) = found.joint() {
+            let by = convention.degrees(found.by[0]);
+            let what = format!(
+                "The joint zero of arm {} jumped by {}{} at line {line}",
+                joint + 1,
+                significant(by, 2),
+                joint::mark(case.robot.robot.drive())
+            );
+            let remedy = "An encoder or a coupling slipped: mend it, home the robot and measure again, or calibrate the rows on one side.";
+            (what, remedy, by)
+        } else {
+            let [x, y, z] = convention.vector(&found.position()).data.0[0];
+            let what = format!(
+                "From line {line} on all positions are off by ({x:.2}, {y:.2}, {z:.2}) mm in the robot's axes"
+            );
+            let remedy = "The sensor, its reflector or the robot's base was moved there: calibrate the rows before and after separately.";
+            (what, remedy, 0.0)
+        };
+        let figures = json!({
+            "line": line,
+            "arm": found.joint().map(|joint| joint + 1),
+            "joint": by,
+            "position_mm": convention.vector(&found.position()).data.0[0],
+            "sigma_mm": sigma,
+        });
+        let text = format!(
+            "{what}: with that the residuals are {with} mm, without {without} mm. {remedy}"
+        );
+        Self {
+            line,
+            is_no_drift: found.joint().is_some() || sigma[0] < NO_DRIFT * sigma[1],
+            finding: warning("step", figures, text),
+        }
     }
 }
 
 /// The step that explains most of the residuals, if it does so clearly.
-pub(crate) fn step(case: &Case<'_>) -> Option<Step> {
+pub(super) fn step(case: &Case<'_>) -> Option<Step> {
     let rows = case.readings.rows.len();
     if !(4 * LEAST_ROWS..=MOST_ROWS).contains(&rows) || !case.readings.holds(Kind::Position) {
         return None;
@@ -99,7 +94,6 @@ pub(crate) fn step(case: &Case<'_>) -> Option<Step> {
     };
     let solution = fit(case.readings)?;
     let without = sigma(&solution)?;
-    let convention = &case.robot.convention;
     let tried = candidates(&solution, case.readings)
         .into_iter()
         .flatten()
@@ -116,18 +110,10 @@ pub(crate) fn step(case: &Case<'_>) -> Option<Step> {
                 }
             }
             let gain = 3.0 * rows as f64 * (without / with).ln();
-            (gain > CLEARLY && with < LEFT * without).then(|| Step {
-                line: case.readings.rows[found.index].line,
-                arm: found.joint().map(|joint| joint + 1),
-                joint: found
-                    .joint()
-                    .map_or(0.0, |_| convention.degrees(found.by[0])),
-                position_mm: convention.vector(&found.position()).into(),
-                sigma_mm: [with, without],
-                drive: solution.robot.drive(),
-            })
+            (gain > CLEARLY && with < LEFT * without).then_some((with, found))
         });
-    tried.min_by(|a, b| a.sigma_mm[0].total_cmp(&b.sigma_mm[0]))
+    let (with, found) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(Step::new(case, &found, [with, without]))
 }
 
 fn sigma(solution: &Solution) -> Option<f64> {

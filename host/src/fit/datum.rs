@@ -117,9 +117,9 @@ impl Datum {
                 else {
                     continue;
                 };
-                let by_position = SMatrix::<f64, READINGS, 3>::from_fn(|reading, axis| {
-                    own.by_positions[0][reading][axis]
-                });
+                let [by_position, _] = own.by_positions;
+                let by_position =
+                    SMatrix::<f64, READINGS, 3>::from_fn(|r, axis| by_position[r][axis]);
                 sum += own.by_unknowns.transpose() * (by_position * motion(&sample.position));
             }
             let every = readings.rows.len() as f64 / (solution.sensitivities.len() as f64).max(1.0);

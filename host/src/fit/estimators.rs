@@ -1,19 +1,18 @@
 //! The core's three estimators applied to readings with given noise, and the residuals of every row.
 
-use super::observations::{Unsolved, instruments, is_stated, observation, places as known_places};
+use super::observations::{instruments, is_stated, observation, places as known_places};
 use super::robust;
 use super::solution::{
     COLUMNS, ENTRIES, KindNoise, Levels, MOST, PARAMETERS, Places, PlaneFound, PointFound, RowFit,
-    Sensitivity, Solution,
+    Sensitivity, Solution, Unsolved,
 };
 use super::{Frame, Method};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Readings};
-use delta_cal::calibration::{Problem, StartUsed};
+use delta_cal::calibration::{Estimate, Problem, StartUsed};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{
-    Instruments, ObservationError, ObservationOutcome, ObservationProblem, ObservationRow,
-    PositionFrame,
+    Instruments, ObservationError, ObservationProblem, ObservationRow, PositionFrame,
 };
 use delta_cal::robot::Arm;
 use delta_cal::samples::{AddError, Triangle};
@@ -45,11 +44,31 @@ pub(super) struct Task<'a> {
 /// A robot found by an estimator.
 struct Found {
     robot: Robot<f64>,
+    /// Displacement of the parameters.
+    moved: [f64; PARAMETERS],
     /// Of all unknowns, or of the parameters alone.
     covariance: DMatrix<f64>,
     prior_share: [f64; PARAMETERS],
     conditions: [f64; 3],
     start: StartUsed,
+}
+
+impl Found {
+    fn of<const N: usize>(
+        robot: &Robot<f64>,
+        moved: [f64; PARAMETERS],
+        estimate: &Estimate<f64, N>,
+    ) -> Result<Self, Unsolved> {
+        let covariance = estimate.covariance.as_ref();
+        Ok(Self {
+            robot: *robot,
+            moved,
+            covariance: dynamic(covariance.ok_or(Unsolved::NoRedundancy)?),
+            prior_share: std::array::from_fn(|place| estimate.prior_share[place]),
+            conditions: estimate.conditions,
+            start: estimate.start,
+        })
+    }
 }
 
 impl Task<'_> {
@@ -96,6 +115,12 @@ impl Task<'_> {
             .with_tolerance(self.tolerance)
     }
 
+    /// The parameters of a robot less those of the file.
+    fn moved(&self, robot: &Robot<f64>) -> [f64; PARAMETERS] {
+        let [after, before] = [robot, &self.robot.robot].map(|own| own.parameters().concat());
+        std::array::from_fn(|place| after[place] - before[place])
+    }
+
     fn joint(&self, noise: &Noise<f64>) -> Result<Found, Unsolved> {
         let samples = self.samples();
         let settings = self.settings(noise);
@@ -113,15 +138,8 @@ impl Task<'_> {
         // Merging cannot fail: robot and noise are the same.
         let _ = calibrator.merge(&other?);
         let outcome = calibrator.calibrate()?;
-        let estimate = outcome.estimate;
-        let covariance = estimate.covariance.ok_or(Unsolved::NoRedundancy)?;
-        Ok(Found {
-            robot: outcome.robot,
-            covariance: dynamic(&covariance),
-            prior_share: estimate.prior_share,
-            conditions: estimate.conditions,
-            start: estimate.start,
-        })
+        let moved = self.moved(&outcome.robot);
+        Found::of(&outcome.robot, moved, &outcome.estimate)
     }
 
     fn ikm(&self, noise: &Noise<f64>) -> Result<Found, Unsolved> {
@@ -145,6 +163,7 @@ impl Task<'_> {
         Ok(Found {
             covariance: dynamic(&covariance),
             robot: outcome.robot,
+            moved: self.moved(&outcome.robot),
             prior_share,
             conditions: outcome.arms.each_ref().map(|arm| arm.condition),
             start: one.start,
@@ -167,9 +186,9 @@ impl Task<'_> {
         let units: Vec<f64> = (0..unknowns)
             .map(|place| Problem::<f64, N, M, E>::unit_of(&problem, place))
             .collect();
-        let start = problem.start_unknowns();
-        let end = if let Some(given) = given {
-            End::of_closures(robot, given, unknowns, start)
+        let start = *problem.start_unknowns();
+        let (found, end, frame) = if let Some(given) = given {
+            (given, start, RigidTransform::identity())
         } else {
             let outcome = if self.robust {
                 let found = robust::fit::<N, M, E>(&problem, settings)?;
@@ -178,10 +197,17 @@ impl Task<'_> {
             } else {
                 problem.solve::<M, E>(settings)?
             };
-            End::of_outcome(&outcome, &units, start).ok_or(Unsolved::NoRedundancy)?
+            let estimate = &outcome.estimate;
+            let moved = std::array::from_fn(|place| estimate.correction[place] * units[place]);
+            let found = Found::of(&outcome.robot, moved, estimate)?;
+            (found, *outcome.unknowns(), outcome.frame())
         };
+        let moved = DVector::from_fn(unknowns, |place, _| match found.moved.get(place) {
+            Some(moved) => *moved,
+            None => end[place] - start[place],
+        });
         let mut correction = [0.0; N];
-        for ((own, moved), unit) in correction.iter_mut().zip(&end.moved).zip(&units) {
+        for ((own, moved), unit) in correction.iter_mut().zip(&moved).zip(&units) {
             *own = if *unit > 0.0 { moved / unit } else { 0.0 };
         }
         let prior = problem.prior(settings);
@@ -196,33 +222,28 @@ impl Task<'_> {
                 prior[(index, column)] = if unit > 0.0 { entry / unit } else { 0.0 };
             }
         }
-        let moved = end.moved.rows(0, unknowns).into_owned();
         let tolerance = settings.tolerance.as_ref();
         let moved = match tolerance.and_then(Tolerance::joint_zero) {
             Some(_) => from_centre(&prior, &right, moved),
             None => moved,
         };
-        let covariance = &end.found.covariance;
-        let covariance = covariance.view((0, 0), (unknowns, unknowns)).into_owned();
+        let covariance = found.covariance.resize(unknowns, unknowns, 0.0);
         let log_spread = problem.rows().iter().filter(|row| !row.is_left_out());
         let log_spread = log_spread.map(|row| row.spread().ln()).sum();
+        let at = (&found.robot, &end);
         let (rows, sensitivities) =
-            looked_at::<N, M>(&problem, &end, &units, &covariance, (&weights, &suspected));
+            looked_at::<N, M>(&problem, at, &units, &covariance, (&weights, &suspected));
         Ok(Solution {
             method: self.method,
             frame: self.frame,
-            robot: end.found.robot,
-            places: places(instruments, &end.unknowns, end.frame),
-            places_before: places(
-                instruments,
-                problem.start_unknowns(),
-                *problem.start_frame(),
-            ),
+            robot: found.robot,
+            places: places(instruments, &end, frame),
+            places_before: places(instruments, &start, *problem.start_frame()),
             beyond_expected: DMatrix::zeros(unknowns, unknowns),
             covariance,
             prior,
             moved,
-            prior_share: end.found.prior_share,
+            prior_share: found.prior_share,
             transmissions: instruments.transmission.is_some(),
             noise: self.noise_of(&rows, levels),
             rows,
@@ -230,8 +251,8 @@ impl Task<'_> {
             levels: *levels,
             log_spread,
             joint_noise_estimated: false,
-            conditions: end.found.conditions,
-            start: end.found.start,
+            conditions: found.conditions,
+            start: found.start,
         })
     }
 
@@ -304,62 +325,6 @@ fn dynamic<const N: usize>(matrix: &SMatrix<f64, N, N>) -> DMatrix<f64> {
     DMatrix::from_column_slice(N, N, matrix.as_slice())
 }
 
-/// The result of an estimator, with N places for the unknowns.
-struct End<const N: usize> {
-    found: Found,
-    unknowns: [f64; N],
-    /// Displacement of the unknowns from their start.
-    moved: DVector<f64>,
-    frame: RigidTransform<f64>,
-}
-
-impl<const N: usize> End<N> {
-    fn of_outcome(
-        outcome: &ObservationOutcome<f64, N>,
-        units: &[f64],
-        start: &[f64; N],
-    ) -> Option<Self> {
-        let estimate = &outcome.estimate;
-        let moved = units.iter().enumerate().map(|(place, unit)| {
-            if place < PARAMETERS {
-                estimate.correction[place] * unit
-            } else {
-                outcome.unknowns()[place] - start[place]
-            }
-        });
-        Some(Self {
-            unknowns: *outcome.unknowns(),
-            moved: DVector::from_iterator(units.len(), moved),
-            frame: outcome.frame(),
-            found: Found {
-                robot: outcome.robot,
-                covariance: dynamic(estimate.covariance.as_ref()?),
-                prior_share: std::array::from_fn(|place| estimate.prior_share[place]),
-                conditions: estimate.conditions,
-                start: estimate.start,
-            },
-        })
-    }
-
-    fn of_closures(before: &Robot<f64>, found: Found, unknowns: usize, start: &[f64; N]) -> Self {
-        let after = found.robot.parameters().into_iter().flatten();
-        let before = before.parameters().into_iter().flatten();
-        let moved: Vec<f64> = after
-            .zip(before)
-            .map(|(after, before)| after - before)
-            .collect();
-        Self {
-            unknowns: *start,
-            moved: DVector::from_vec(moved).resize_vertically(unknowns, 0.0),
-            frame: RigidTransform::identity(),
-            found: Found {
-                covariance: found.covariance.resize(unknowns, unknowns, 0.0),
-                ..found
-            },
-        }
-    }
-}
-
 /// Places of the instruments for given values of the unknowns.
 fn places<const N: usize>(
     instruments: &Instruments<'_, f64>,
@@ -397,17 +362,16 @@ fn places<const N: usize>(
 /// Residuals and leverage of every row, and the derivatives of some.
 fn looked_at<const N: usize, const M: usize>(
     problem: &ObservationProblem<'_, f64, N>,
-    end: &End<N>,
+    (robot, end): (&Robot<f64>, &[f64; N]),
     units: &[f64],
     covariance: &DMatrix<f64>,
     (weights, suspected): (&[f64], &[bool]),
 ) -> (Vec<RowFit>, Vec<Sensitivity>) {
     let count = problem.rows().len();
     let every = count.div_ceil(MOST_SENSITIVITIES).max(1);
-    let robot = &end.found.robot;
     let looked = (0..count).into_par_iter().map(|row| {
-        let whitened = problem.residuals_at(robot, &end.unknowns, row);
-        let columns = problem.linearized_at::<M>(robot, &end.unknowns, row);
+        let whitened = problem.residuals_at(robot, end, row);
+        let columns = problem.linearized_at::<M>(robot, end, row);
         let mut by_unknowns = SMatrix::<f64, READINGS, MOST>::zeros();
         if let Some(columns) = columns {
             for (place, (column, unit)) in columns.iter().zip(units).enumerate() {
@@ -429,7 +393,7 @@ fn looked_at<const N: usize, const M: usize>(
         };
         let kept = row.is_multiple_of(every) && !fit.left_out && !fit.suspected;
         let by_positions = kept
-            .then(|| problem.by_positions_at(robot, &end.unknowns, row))
+            .then(|| problem.by_positions_at(robot, end, row))
             .flatten();
         let sensitivity = by_positions.map(|by_positions| Sensitivity {
             row,

@@ -1,13 +1,12 @@
 //! Readings as rows of the core's problem: instruments, weights, and start values of their noise.
 
 use super::Frame;
-use super::robust::RobustRefusal;
-use super::solution::Levels;
+use super::solution::{Levels, Unsolved};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings};
 use delta_cal::observations::{
     Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, Plane, Point,
-    PositionFrame, PrepareError,
+    PositionFrame,
 };
 use delta_cal::{Noise, Refusal, Tolerance};
 
@@ -21,37 +20,6 @@ const GAUGE_LENGTH: f64 = 0.02;
 const GAUGE_ANGLE: f64 = 0.035;
 /// Start value of the noise of coordinates, as a fraction of the forearm; it suits trackers and cameras alike.
 const FIRST_POSITION: f64 = 1e-4;
-
-/// Why there is no solution.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Unsolved {
-    /// A row is unusable.
-    Row(usize, delta_cal::observations::ObservationError),
-    /// The file has more planes and points than there is room for.
-    TooManyInstruments,
-    /// The readings do not determine this robot.
-    Refused(Refusal),
-    /// There are too few rows for a robust fit, or too many of them disagree.
-    Robust(RobustRefusal),
-    /// A kind of reading has no redundancy, so its noise cannot be estimated.
-    NoRedundancy,
-}
-
-impl From<Refusal> for Unsolved {
-    fn from(refusal: Refusal) -> Self {
-        Self::Refused(refusal)
-    }
-}
-
-impl From<PrepareError> for Unsolved {
-    fn from(error: PrepareError) -> Self {
-        match error {
-            PrepareError::Row { index, error } => Self::Row(index, error),
-            PrepareError::Refused(refusal) => Self::Refused(refusal),
-            _ => Self::TooManyInstruments,
-        }
-    }
-}
 
 /// The instruments for a robot's readings, weighted with these σ.
 pub(crate) fn instruments<'a>(
@@ -134,27 +102,21 @@ pub fn places(robot: &RobotFile, file: &Readings) -> (Vec<Plane<f64>>, Vec<Point
 /// More planes or points than the core can number.
 pub fn observation(reading: &Reading) -> Result<Observation<f64>, Unsolved> {
     let index = |index: usize| u8::try_from(index).map_err(|_| Unsolved::TooManyInstruments);
-    let height = match reading.height {
-        Some((plane, height)) => Some(Height {
-            plane: index(plane)?,
-            height,
-        }),
-        None => None,
+    let height = |(plane, height)| {
+        let plane = index(plane)?;
+        Ok::<_, Unsolved>(Height { plane, height })
     };
-    let distance = match reading.distance {
-        Some((from, distance)) => Some(Distance {
-            from: match from {
-                ReadingFrom::Point(point) => DistanceFrom::Point(index(point)?),
-                ReadingFrom::Pose(joints) => DistanceFrom::Pose(joints),
-            },
-            distance,
-        }),
-        None => None,
+    let distance = |(from, distance)| {
+        let from = match from {
+            ReadingFrom::Point(point) => DistanceFrom::Point(index(point)?),
+            ReadingFrom::Pose(joints) => DistanceFrom::Pose(joints),
+        };
+        Ok::<_, Unsolved>(Distance { from, distance })
     };
     Ok(Observation {
         joints: reading.joints,
         position: reading.position,
-        height,
-        distance,
+        height: reading.height.map(height).transpose()?,
+        distance: reading.distance.map(distance).transpose()?,
     })
 }

@@ -10,11 +10,7 @@
 //! residuals (Holland and Welsch 1977). The first residuals come from a least-trimmed-squares fit: Tukey's loss has
 //! many minima, and the wrong rows must not choose among them (Yohai's MM-estimate, 1987).
 
-// Counts of rows are small: some thousands.
-#![allow(clippy::cast_precision_loss)]
-
-use super::observations::Unsolved;
-use super::solution::PARAMETERS;
+use super::solution::{PARAMETERS, Unsolved};
 use delta_cal::Settings;
 use delta_cal::calibration::limits::SUSPECTED;
 use delta_cal::calibration::{Prior, Problem, TolerancePrior};
@@ -59,77 +55,43 @@ fn slope_of(r: f64) -> f64 {
     }
 }
 
-/// Factor by which the loss is widened for the length of a vector of residuals, so that it keeps 95 % of the squared
-/// loss's efficiency.
-fn stretch(readings: u8) -> f64 {
-    let wider = [1.0, 1.093_487, 1.171_878, 1.240_195, 1.301_231];
-    wider[usize::from(readings).clamp(1, wider.len()) - 1]
-}
+/// Of rows with this many readings, and by how much the loss is widened for the length of a vector of residuals, so that
+/// it keeps 95 % of the squared loss's efficiency.
+const STRETCH: [f64; 6] = [1.0, 1.0, 1.093_487, 1.171_878, 1.240_195, 1.301_231];
+/// Median length of a vector of normal residuals with σ = 1: √ of the median of χ².
+const MEDIAN_LENGTH: [f64; 6] = [
+    0.674_490, 0.674_490, 1.177_410, 1.538_172, 1.832_128, 2.086_015,
+];
 
-/// Normalization of the weights in a sum of squares.
+/// κ, by which the weights in a sum of squares are divided, and n mean ψ′/κ, the effective number of rows; from lengths of
+/// residuals in scales, with the number of readings and the loss's widening of each.
 ///
 /// ```text
-/// κ = mean ψ² · mean w / (mean ψ r · mean ψ′),   n mean ψ′ / κ
+/// κ = mean ψ² · mean w / (mean ψ r · mean ψ′)
 /// ```
 ///
 /// The covariance of an M-estimate is mean ψ² / (mean ψ′)² · (JᵀJ)⁻¹ (Huber 1981, section 7.6). For normal residuals
 /// mean ψ r = σ² mean ψ′ (Stein 1981), so with the weights w/κ the inverse of the weighted JᵀJ, times σ², is that
 /// covariance. κ itself does not depend on σ: it is 1 if all rows have the same weight, and 0.96 for normal residuals.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Normalization {
-    /// κ.
-    divisor: f64,
-    /// n mean ψ′/κ: the effective number of rows.
-    effective: f64,
-}
-
-impl Normalization {
-    /// From lengths of residuals in scales, with the number of readings and the loss's widening of each.
-    fn of(residuals: impl Iterator<Item = (f64, f64, f64)>) -> Self {
-        let (mut count, mut weights, mut slopes) = (0.0, 0.0, 0.0);
-        let (mut influences, mut moments) = (0.0, 0.0);
-        for (size, readings, stretch) in residuals {
-            let weight = weight_of(size / stretch);
-            if weight > 0.0 {
-                count += 1.0;
-                weights += weight;
-                influences += square(weight * size) / readings;
-                moments += weight * square(size) / readings;
-                slopes += ((readings - 1.0) * weight + slope_of(size / stretch)) / readings;
-            }
-        }
-        let divisor = influences * weights / (moments * slopes);
-        // Rows that fit exactly give no information about κ.
-        let divisor = if divisor > 0.5 && divisor.is_finite() {
-            divisor
-        } else {
-            1.0
-        };
-        let effective = slopes / divisor;
-        Self {
-            divisor,
-            effective: if effective > 1.0 { effective } else { count },
+fn normalization(residuals: impl Iterator<Item = (f64, f64, f64)>) -> (f64, f64) {
+    let (mut count, mut weights, mut slopes) = (0.0, 0.0, 0.0);
+    let (mut influences, mut moments) = (0.0, 0.0);
+    for (size, readings, stretch) in residuals {
+        let weight = weight_of(size / stretch);
+        if weight > 0.0 {
+            count += 1.0;
+            weights += weight;
+            influences += square(weight * size) / readings;
+            moments += weight * square(size) / readings;
+            slopes += ((readings - 1.0) * weight + slope_of(size / stretch)) / readings;
         }
     }
-}
-
-/// Why there is no robust fit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RobustRefusal {
-    /// Too few rows: half of them must determine the robot.
-    TooFewSamples {
-        /// Number of rows.
-        samples: usize,
-        /// Number needed.
-        needed: usize,
-    },
-    /// So many rows disagree with the others that it is unknown which are right.
-    TooManySuspected {
-        /// Number of rows that disagree.
-        suspected: usize,
-        /// Number of rows.
-        samples: usize,
-    },
+    let divisor = influences * weights / (moments * slopes);
+    // Rows that fit exactly give no information about κ.
+    let usable = divisor > 0.5 && divisor.is_finite();
+    let divisor = if usable { divisor } else { 1.0 };
+    let effective = slopes / divisor;
+    (divisor, if effective > 1.0 { effective } else { count })
 }
 
 /// A robust fit and its treatment of every row.
@@ -144,23 +106,12 @@ pub(super) fn fit<const N: usize, const M: usize, const E: usize>(
     problem: &ObservationProblem<'_, f64, N>,
     settings: &Settings<f64>,
 ) -> Result<RobustFit<N>, Unsolved> {
-    let readings = |row: &ObservationRow<f64>| {
-        if row.is_left_out() {
-            0
-        } else {
-            u8::try_from(row.observation().readings()).unwrap_or(0)
-        }
-    };
-    let rows = problem.rows().iter().map(readings);
-    let weighed: Vec<_> = rows.map(Weighed::new).collect();
-    let counted = weighed.iter().filter(|own| own.readings > 0).count();
+    let states: Vec<_> = problem.rows().iter().map(State::new).collect();
+    let counted = states.iter().filter(|own| own.readings > 0).count();
     if counted < LEAST_ROWS {
-        return Err(Unsolved::Robust(RobustRefusal::TooFewSamples {
-            samples: counted,
-            needed: LEAST_ROWS,
-        }));
+        return Err(Unsolved::TooFewForRobust(counted, LEAST_ROWS));
     }
-    let all: usize = weighed.iter().map(|own| usize::from(own.readings)).sum();
+    let all: usize = states.iter().map(|own| own.readings).sum();
     // The tolerance of the transmissions is information enough about them.
     let places = problem.instruments().of_places();
     let rows_for = |unknowns: usize| (unknowns * counted).div_ceil(all.max(1));
@@ -180,26 +131,21 @@ pub(super) fn fit<const N: usize, const M: usize, const E: usize>(
         rows: problem.rows().to_vec(),
         settings,
         prior: problem.prior(&settings),
-        weighed,
+        states,
         subset,
         parameters,
         kept: 0,
         best: None,
     };
     let effective = search.reweighted();
-    let suspected: Vec<_> = search.weighed.iter().map(|own| own.suspected).collect();
+    let suspected: Vec<_> = search.states.iter().map(|own| own.suspected).collect();
     let number = suspected.iter().filter(|own| **own).count();
     if number as f64 > LARGEST_SUSPECTED * counted as f64 {
-        return Err(Unsolved::Robust(RobustRefusal::TooManySuspected {
-            suspected: number,
-            samples: counted,
-        }));
+        return Err(Unsolved::TooManySuspected(number, counted));
     }
-    let outcome = search
-        .problem_of_weighed(effective)
-        .solve::<M, E>(&settings)?;
+    let weighed = problem.weighed(&search.rows, effective);
     Ok(RobustFit {
-        outcome,
+        outcome: weighed.solve::<M, E>(&settings)?,
         weights: search.rows.iter().map(ObservationRow::weight).collect(),
         suspected,
     })
@@ -207,27 +153,28 @@ pub(super) fn fit<const N: usize, const M: usize, const E: usize>(
 
 /// The state of a row in the robust fit.
 #[derive(Debug, Clone, Copy)]
-struct Weighed {
+struct State {
     /// ψ(d)/d.
     weight: f64,
-    /// Factor of the row's squared residuals.
-    factor: f64,
     /// d, in σ.
     distance: f64,
     /// Number of readings; rows without any are skipped.
-    readings: u8,
+    readings: usize,
     suspected: bool,
     /// Whether the row takes part in the start.
     starting: bool,
 }
 
-impl Weighed {
-    const fn new(readings: u8) -> Self {
+impl State {
+    fn new(row: &ObservationRow<f64>) -> Self {
         Self {
             weight: 1.0,
-            factor: 1.0,
             distance: 0.0,
-            readings,
+            readings: if row.is_left_out() {
+                0
+            } else {
+                row.observation().readings()
+            },
             suspected: false,
             starting: true,
         }
@@ -238,10 +185,11 @@ impl Weighed {
 struct Search<'a, const N: usize, const M: usize, const E: usize> {
     /// The problem with all rows weighted equally.
     problem: &'a ObservationProblem<'a, f64, N>,
+    /// The rows with their present weights.
     rows: Vec<ObservationRow<f64>>,
     settings: Settings<f64>,
     prior: TolerancePrior<f64, N>,
-    weighed: Vec<Weighed>,
+    states: Vec<State>,
     /// Number of rows that determine the robot, starting from nominal parameters if the settings do.
     subset: usize,
     /// Number of rows that the parameters use up.
@@ -252,83 +200,16 @@ struct Search<'a, const N: usize, const M: usize, const E: usize> {
     best: Option<(f64, [f64; N])>,
 }
 
-/// The scale of the distances: their median over that of normal residuals. The fit to the parameters makes distances
-/// too small, and so does the start's choice of the smallest half: uncorrected, one good row in two hundred would be
-/// suspected when rows are few. The correction for both is 1.5 times the parameters.
-fn scale(parameters: usize, weighed: &[Weighed]) -> f64 {
-    let counted = weighed.iter().filter(|own| own.readings > 0);
-    let typical: Vec<_> = counted
-        .map(|own| own.distance / median_length(own.readings))
-        .collect();
-    let count = typical.len() as f64;
-    let fitted = (count / (count - 1.5 * parameters as f64)).sqrt();
-    f64::max(1.0, median(typical) * fitted)
-}
-
-/// Median length of a vector of normal residuals with σ = 1: √ of the median of χ².
-fn median_length(readings: u8) -> f64 {
-    match readings {
-        0 | 1 => 0.674_490,
-        2 => 1.177_410,
-        3 => 1.538_172,
-        4 => 1.832_128,
-        _ => 2.086_015,
-    }
-}
-
-/// Median; infinity for an empty list. NaN counts as infinite.
-fn median(values: Vec<f64>) -> f64 {
-    let sorted = sorted(values);
-    let count = sorted.len();
-    let of_rank = |rank: usize| sorted.get(rank).copied().unwrap_or(f64::INFINITY);
+/// Median; infinity for an empty list.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    let count = values.len();
+    let of_rank = |rank: usize| values.get(rank).copied().unwrap_or(f64::INFINITY);
     if count % 2 == 1 {
         of_rank(count / 2)
     } else {
         (of_rank((count / 2).saturating_sub(1)) + of_rank(count / 2)) * 0.5
     }
-}
-
-fn sorted(mut values: Vec<f64>) -> Vec<f64> {
-    for value in &mut values {
-        if value.is_nan() {
-            *value = f64::INFINITY;
-        }
-    }
-    values.sort_unstable_by(f64::total_cmp);
-    values
-}
-
-/// Weights every row by its distance; returns the largest change of a weight. In late rounds suspected rows stay
-/// suspected, so that the iteration ends.
-fn weigh(scale: f64, late: bool, weighed: &mut [Weighed]) -> f64 {
-    let mut largest = 0.0_f64;
-    for own in weighed {
-        let unit = scale * stretch(own.readings);
-        own.suspected = (late && own.suspected) || !(own.distance < SUSPECTED * unit);
-        let weight = if own.suspected {
-            0.0
-        } else {
-            weight_of(own.distance / unit)
-        };
-        largest = largest.max((weight - own.weight).abs());
-        own.weight = weight;
-    }
-    largest
-}
-
-/// Divides the weights by κ.
-fn normalise(scale: f64, weighed: &mut [Weighed]) -> Normalization {
-    let counted = weighed
-        .iter()
-        .filter(|own| own.weight > 0.0 && own.readings > 0);
-    let normalization = Normalization::of(counted.map(|own| {
-        let stretch = stretch(own.readings);
-        (own.distance / scale, f64::from(own.readings), stretch)
-    }));
-    for own in weighed.iter_mut() {
-        own.factor = own.weight / normalization.divisor;
-    }
-    normalization
 }
 
 /// Number of random subsets. With 30 % wrong rows, 4 % of subsets of nine contain none; with 40 %, 1 %.
@@ -351,47 +232,87 @@ const ITERATIONS: u16 = 15;
 const GOOD: f64 = 0.75;
 
 impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
-    fn problem_of_weighed(&mut self, effective: f64) -> ObservationProblem<'_, f64, N> {
-        for (row, own) in self.rows.iter_mut().zip(&self.weighed) {
-            row.set_weight(own.factor);
-        }
-        self.problem.weighed(&self.rows, effective)
-    }
-
     /// Fits the rows with their present weights; `None` if it does not converge. Only the last fit is judged.
-    fn fit(&mut self, most: u16, effective: f64) -> Option<[f64; N]> {
+    fn fit(&self, most: u16, effective: f64) -> Option<[f64; N]> {
         let settings = self.settings.with_iteration_limit(most);
-        let problem = self.problem_of_weighed(effective);
+        let problem = self.problem.weighed(&self.rows, effective);
         problem.end::<M, E>(&settings)
     }
 
     /// Computes every row's distance at a correction; infinite where the robot does not reach it.
     fn measure(&mut self, correction: &[f64; N]) {
         let at = Problem::<f64, N, M, E>::displaced(self.problem, correction);
-        for (index, own) in self.weighed.iter_mut().enumerate() {
+        for (index, own) in self.states.iter_mut().enumerate() {
             let row = Problem::<f64, N, M, E>::sum_of_squares(self.problem, &at, index);
-            own.distance = row.sum_of_squares.sqrt();
+            let distance = row.sum_of_squares.sqrt();
+            own.distance = if distance.is_nan() {
+                f64::INFINITY
+            } else {
+                distance
+            };
         }
+    }
+
+    fn counted(&self) -> impl Iterator<Item = &State> {
+        self.states.iter().filter(|own| own.readings > 0)
+    }
+
+    /// The scale of the distances: their median over that of normal residuals. The fit to the parameters makes distances
+    /// too small, and so does the start's choice of the smallest half: uncorrected, one good row in two hundred would be
+    /// suspected when rows are few. The correction for both is 1.5 times the parameters.
+    fn scale(&self) -> f64 {
+        let typical = self.counted();
+        let typical: Vec<_> = typical
+            .map(|own| own.distance / MEDIAN_LENGTH[own.readings])
+            .collect();
+        let count = typical.len() as f64;
+        let fitted = (count / (count - 1.5 * self.parameters as f64)).sqrt();
+        f64::max(1.0, median(typical) * fitted)
+    }
+
+    /// Weights every row by its distance; returns the largest change of a weight, and the effective number of rows. In
+    /// late rounds suspected rows stay suspected, so that the iteration ends.
+    fn weigh(&mut self, scale: f64, late: bool) -> (f64, f64) {
+        let mut largest = 0.0_f64;
+        for own in &mut self.states {
+            let unit = scale * STRETCH[own.readings];
+            own.suspected = (late && own.suspected) || !(own.distance < SUSPECTED * unit);
+            let weight = if own.suspected {
+                0.0
+            } else {
+                weight_of(own.distance / unit)
+            };
+            largest = largest.max((weight - own.weight).abs());
+            own.weight = weight;
+        }
+        let weighed = self.counted().filter(|own| own.weight > 0.0);
+        let (divisor, effective) = normalization(weighed.map(|own| {
+            let stretch = STRETCH[own.readings];
+            (own.distance / scale, own.readings as f64, stretch)
+        }));
+        for (row, own) in self.rows.iter_mut().zip(&self.states) {
+            row.set_weight(own.weight / divisor);
+        }
+        (largest, effective)
     }
 
     /// Reweights the rows until their weights converge; returns the effective number of rows.
     fn reweighted(&mut self) -> f64 {
-        let counted = self.weighed.iter().filter(|own| own.readings > 0);
-        let mut effective = counted.count() as f64;
+        let mut effective = self.counted().count() as f64;
         let Some(correction) = self.least_trimmed() else {
             return effective;
         };
         self.measure(&correction);
-        let (mut scale_of_all, mut width) = (0.0, WIDENED);
+        let (mut scale, mut width) = (0.0, WIDENED);
         for round in 0..ROUNDS {
             let late = round >= ROUNDS / 2;
             if !late {
-                scale_of_all = scale(self.parameters, &self.weighed) * width;
+                scale = self.scale() * width;
             }
-            let change = weigh(scale_of_all, late, &mut self.weighed);
+            let change;
+            (change, effective) = self.weigh(scale, late);
             let settled = width <= 1.0 && change <= f64::EPSILON.sqrt();
             width = f64::max(1.0, width * NARROWED);
-            effective = normalise(scale_of_all, &mut self.weighed).effective;
             let Some(correction) = self.fit(self.settings.iteration_limit, effective) else {
                 break;
             };
@@ -417,15 +338,15 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
     /// allows, and numerous; and because such a change begins at some row, all rows before and after each of many rows
     /// are tried as well.
     fn least_trimmed(&mut self) -> Option<[f64; N]> {
-        let stride = self.weighed.len() / MOST + 1;
+        let stride = self.states.len() / MOST + 1;
         let mut starting = 0;
-        for (index, own) in self.weighed.iter_mut().enumerate() {
+        for (index, own) in self.states.iter_mut().enumerate() {
             own.starting = index % stride == 0 && own.readings > 0;
             starting += usize::from(own.starting);
         }
         // The h with the highest breakdown point: (n + p + 1)/2.
         self.kept = usize::midpoint(starting, self.parameters + 1).min(starting);
-        choose(&mut self.weighed, |_, own| own.starting);
+        self.choose(|_, own| own.starting);
         self.concentrate(FIRST_STEPS);
         // The rows closest to the robot before calibration.
         self.concentrate_about(&[0.0; N], FIRST_STEPS);
@@ -438,8 +359,8 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
 
     /// Whether noise alone explains the kept rows.
     fn is_good(&self) -> bool {
-        let starting = || self.weighed.iter().filter(|own| own.starting);
-        let readings: f64 = starting().map(|own| f64::from(own.readings)).sum();
+        let starting = || self.states.iter().filter(|own| own.starting);
+        let readings: f64 = starting().map(|own| own.readings as f64).sum();
         let expected = GOOD * (readings / starting().count() as f64) * self.kept as f64;
         self.best.is_some_and(|(sum, _)| sum < expected)
     }
@@ -448,14 +369,12 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
     fn try_changes(&mut self, starting: usize) {
         let places = PLACES.min(starting);
         for place in 1..places {
-            let boundary = self.weighed.len() * place / places;
+            let boundary = self.states.len() * place / places;
             for before in [true, false] {
                 if self.is_good() {
                     return;
                 }
-                let chosen = choose(&mut self.weighed, |index, own| {
-                    own.starting && (index < boundary) == before
-                });
+                let chosen = self.choose(|index, own| own.starting && (index < boundary) == before);
                 if chosen >= self.subset {
                     self.concentrate(FIRST_STEPS);
                 }
@@ -470,7 +389,7 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
                 return;
             }
             let (mut wanted, mut left) = (self.subset.min(self.kept), starting);
-            choose(&mut self.weighed, |_, own| {
+            self.choose(|_, own| {
                 // Knuth's algorithm S: selects the wanted number, every choice equally likely.
                 let chosen = own.starting && random.below(left) < wanted;
                 left = left.saturating_sub(usize::from(own.starting));
@@ -484,7 +403,7 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
     /// Concentrates from the rows closest to a correction.
     fn concentrate_about(&mut self, correction: &[f64; N], steps: usize) {
         self.measure(correction);
-        choose_nearest(&mut self.weighed, self.kept);
+        self.choose_nearest();
         self.concentrate(steps);
     }
 
@@ -493,13 +412,13 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
     fn concentrate(&mut self, steps: usize) {
         let mut last: Option<f64> = None;
         for _ in 0..=steps {
-            let chosen = self.weighed.iter().filter(|own| own.factor > 0.0).count();
+            let chosen = self.rows.iter().filter(|row| row.weight() > 0.0).count();
             let most = self.settings.iteration_limit.min(ITERATIONS);
             let Some(correction) = self.fit(most, chosen as f64) else {
                 return;
             };
             self.measure(&correction);
-            let Some(sum) = choose_nearest(&mut self.weighed, self.kept) else {
+            let Some(sum) = self.choose_nearest() else {
                 return;
             };
             let sum = sum + Prior::<f64, N, M, E>::cost(&self.prior, &correction);
@@ -514,33 +433,34 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
             last = Some(sum);
         }
     }
-}
 
-/// Gives the chosen rows weight 1 and all others 0; returns how many are chosen.
-fn choose(weighed: &mut [Weighed], mut chosen: impl FnMut(usize, &Weighed) -> bool) -> usize {
-    let mut count = 0;
-    for (index, own) in weighed.iter_mut().enumerate() {
-        let counts = chosen(index, own);
-        own.factor = if counts { 1.0 } else { 0.0 };
-        count += usize::from(counts);
-    }
-    count
-}
-
-/// Chooses the `kept` closest rows and sums their squared distances.
-fn choose_nearest(weighed: &mut [Weighed], kept: usize) -> Option<f64> {
-    let starting = weighed.iter().filter(|own| own.starting);
-    let distances = sorted(starting.map(|own| own.distance).collect());
-    let farthest = *distances.get(kept.saturating_sub(1))?;
-    let mut sum = 0.0;
-    choose(weighed, |_, own| {
-        let near = own.starting && own.distance <= farthest;
-        if near {
-            sum += square(own.distance);
+    /// Gives the chosen rows weight 1 and all others 0; returns how many are chosen.
+    fn choose(&mut self, mut chosen: impl FnMut(usize, &State) -> bool) -> usize {
+        let mut count = 0;
+        for (index, (row, own)) in self.rows.iter_mut().zip(&self.states).enumerate() {
+            let counts = chosen(index, own);
+            row.set_weight(if counts { 1.0 } else { 0.0 });
+            count += usize::from(counts);
         }
-        near
-    });
-    f64::is_finite(sum).then_some(sum)
+        count
+    }
+
+    /// Chooses the closest rows, as many as are kept, and sums their squared distances.
+    fn choose_nearest(&mut self) -> Option<f64> {
+        let starting = self.states.iter().filter(|own| own.starting);
+        let mut distances: Vec<_> = starting.map(|own| own.distance).collect();
+        distances.sort_unstable_by(f64::total_cmp);
+        let farthest = *distances.get(self.kept.saturating_sub(1))?;
+        let mut sum = 0.0;
+        self.choose(|_, own| {
+            let near = own.starting && own.distance <= farthest;
+            if near {
+                sum += square(own.distance);
+            }
+            near
+        });
+        f64::is_finite(sum).then_some(sum)
+    }
 }
 
 /// Marsaglia's xorshift (2003): gives the same subsets on every platform.
@@ -563,10 +483,8 @@ fn square(value: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{
-        Normalization, SUSPECTED, Weighed, choose_nearest, median, median_length, slope_of,
-        weight_of,
-    };
+    use super::{MEDIAN_LENGTH, SUSPECTED, normalization, slope_of, weight_of};
+    use statrs::distribution::{ChiSquared, ContinuousCDF};
 
     /// ρ, implemented independently from the literature: Beaton and Tukey (1974).
     fn rho(r: f64) -> f64 {
@@ -595,71 +513,37 @@ mod tests {
     fn the_normalization_is_that_by_hand() {
         let half = SUSPECTED / f64::sqrt(2.0);
         let of = |sizes: &[f64], readings, stretch| {
-            Normalization::of(sizes.iter().map(|size| (*size, readings, stretch)))
+            normalization(sizes.iter().map(|size| (*size, readings, stretch)))
         };
-        let found = of(&[0.0, 0.0, 0.0, half, 7.0], 1.0, 1.0);
+        let (found, effective) = of(&[0.0, 0.0, 0.0, half, 7.0], 1.0, 1.0);
         let divisor = (half / 4.0).powi(2) * 3.25 / (half * half / 4.0 * 2.25);
         // A divisor below a half is not used.
-        assert!(divisor < 0.5 && (found.divisor - 1.0).abs() < 1e-14);
-        assert!((found.effective - 2.25).abs() < 1e-14);
-        let found = of(&[2.0, 2.0, 2.0, 2.0 * half], 3.0, 2.0);
+        assert!(divisor < 0.5 && (found - 1.0).abs() < 1e-14);
+        assert!((effective - 2.25).abs() < 1e-14);
+        let (found, effective) = of(&[2.0, 2.0, 2.0, 2.0 * half], 3.0, 2.0);
         let (weight, slope) = (weight_of(1.0), slope_of(1.0));
         let influences = (12.0 * weight * weight + half * half / 4.0) / 3.0;
         let moments = (12.0 * weight + half * half) / 3.0;
         let slopes = 2.0 * weight + slope + (0.5 - 0.75) / 3.0;
         let divisor = influences * (3.0 * weight + 0.25) / (moments * slopes);
-        assert!(divisor > 0.5 && (found.divisor - divisor).abs() < 1e-14);
-        assert!((found.effective - slopes / divisor).abs() < 1e-14);
+        assert!(divisor > 0.5 && (found - divisor).abs() < 1e-14);
+        assert!((effective - slopes / divisor).abs() < 1e-14);
         // Worth less than one row, fitted exactly, none left: the number of rows is returned instead.
         for (sizes, expected) in [
             (&[2.0, 1.9, 7.0][..], 2.0),
             (&[0.0; 20], 20.0),
             (&[9.0, 10.0], 0.0),
         ] {
-            assert!((of(sizes, 1.0, 1.0).effective - expected).abs() < 1e-14);
+            assert!((of(sizes, 1.0, 1.0).1 - expected).abs() < 1e-14);
         }
     }
 
-    /// Half of all normal residuals are shorter, by the distribution of χ² in closed form.
+    /// The length has six decimals.
     #[test]
     fn half_of_the_residuals_are_shorter_than_the_median_length() {
-        for readings in 1..=5 {
-            let length = median_length(readings);
-            let (half, density) = (length * length / 2.0, (-length * length / 2.0).exp());
-            let of_one = statrs::function::erf::erf(length / std::f64::consts::SQRT_2);
-            let odd = (2.0 / std::f64::consts::PI).sqrt() * length * density;
-            let shorter = match readings {
-                1 => of_one,
-                2 => 1.0 - density,
-                3 => of_one - odd,
-                4 => 1.0 - density * (1.0 + half),
-                _ => of_one - odd * (1.0 + 2.0 * half / 3.0),
-            };
-            // The length has six decimals.
+        for (readings, length) in (1..).map(f64::from).zip(&MEDIAN_LENGTH[1..]) {
+            let shorter = ChiSquared::new(readings).unwrap().cdf(length * length);
             assert!((shorter - 0.5).abs() < 1e-6, "{readings}: {shorter}");
         }
-        for (values, expected) in [
-            (vec![3.0, 1.0, 2.0], 2.0),
-            (vec![4.0, f64::NAN, 3.0, 2.0], 3.5),
-            (vec![], f64::INFINITY),
-        ] {
-            assert_eq!(median(values).to_bits(), f64::to_bits(expected));
-        }
-    }
-
-    #[test]
-    fn the_nearest_are_chosen_and_summed_up() {
-        let mut weighed = [Weighed::new(3); 7];
-        for (own, distance) in weighed.iter_mut().zip([5.0, 0.5, 9.0, 2.0, 1.0, 0.1, 4.0]) {
-            own.distance = distance;
-        }
-        // A row that takes no part in the start.
-        weighed[5].starting = false;
-        let sum = choose_nearest(&mut weighed, 4).unwrap();
-        assert!((sum - 21.25).abs() < 1e-14);
-        let chosen = weighed.map(|own| own.factor > 0.0);
-        assert_eq!(chosen, [false, true, false, true, true, false, true]);
-        weighed[1].distance = f64::INFINITY;
-        assert_eq!(choose_nearest(&mut weighed, 6), None);
     }
 }

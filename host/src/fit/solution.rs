@@ -1,11 +1,46 @@
-//! The result of an estimator.
+//! The result of an estimator, or why there is none.
 
 use super::{Frame, Method};
 use crate::files::samples_file::{Kind, READINGS, Reading, ReadingFrom};
 use delta_cal::calibration::StartUsed;
 use delta_cal::frame::RigidTransform;
-use delta_cal::{Noise, Robot};
+use delta_cal::observations::{ObservationError, PrepareError};
+use delta_cal::{Noise, Refusal, Robot};
 use nalgebra::{DMatrix, DVector, SMatrix, Vector3};
+
+/// Why there is no solution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Unsolved {
+    /// A row is unusable.
+    Row(usize, ObservationError),
+    /// The file has more planes and points than there is room for.
+    TooManyInstruments,
+    /// The readings do not determine this robot.
+    Refused(Refusal),
+    /// Too few rows for a robust fit, half of which must determine the robot: their number, and the number needed.
+    TooFewForRobust(usize, usize),
+    /// So many rows disagree with the others that a robust fit cannot tell which are right: their number, and that of all
+    /// rows.
+    TooManySuspected(usize, usize),
+    /// A kind of reading has no redundancy, so its noise cannot be estimated.
+    NoRedundancy,
+}
+
+impl From<Refusal> for Unsolved {
+    fn from(refusal: Refusal) -> Self {
+        Self::Refused(refusal)
+    }
+}
+
+impl From<PrepareError> for Unsolved {
+    fn from(error: PrepareError) -> Self {
+        match error {
+            PrepareError::Row { index, error } => Self::Row(index, error),
+            PrepareError::Refused(refusal) => Self::Refused(refusal),
+            _ => Self::TooManyInstruments,
+        }
+    }
+}
 
 /// σ of each kind of reading, as used for its weight: mm, radians.
 #[derive(Debug, Clone, Copy, PartialEq)]

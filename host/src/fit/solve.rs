@@ -2,8 +2,8 @@
 
 use super::datum::Datum;
 use super::estimators::Task;
-use super::observations::{USUAL_DISTANCE, USUAL_HEIGHT, Unsolved, is_stated, levels, tolerance};
-use super::solution::{KindNoise, Levels, Solution};
+use super::observations::{USUAL_DISTANCE, USUAL_HEIGHT, is_stated, levels, tolerance};
+use super::solution::{KindNoise, Levels, Solution, Unsolved};
 use super::{Frame, Method, Options};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
@@ -54,29 +54,22 @@ pub fn solve(
         let solution = solve(robot, &turned, &options)?;
         return Ok(datum.added_to(solution, &turned));
     }
-    let task = task(robot, readings, options);
+    let complete = readings.is_complete() && options.frame == Frame::Base;
+    let weighted = readings.rows.iter().any(|row| row.value.sigma.is_some());
+    let closures = complete && robot.transmission.is_none() && !options.robust && !weighted;
+    let default = if closures { Method::Joint } else { Method::Fkm };
+    let task = Task {
+        robot,
+        readings,
+        method: options.method.unwrap_or(default),
+        frame: options.frame,
+        robust: options.robust,
+        tolerance: tolerance(robot, options.frame),
+    };
     let first = levels(robot).ok_or(Refusal::Unfinished)?;
     let solution = settled(&task, first)?;
     let solution = with_joints_part(&task, solution);
     Ok(as_student(solution))
-}
-
-fn task<'a>(robot: &'a RobotFile, readings: &'a Readings, options: &Options) -> Task<'a> {
-    let complete = readings.is_complete() && options.frame == Frame::Base;
-    let weighted = readings.rows.iter().any(|row| row.value.sigma.is_some());
-    let closures = complete && robot.transmission.is_none() && !options.robust && !weighted;
-    Task {
-        robot,
-        readings,
-        method: match options.method {
-            None if closures => Method::Joint,
-            None => Method::Fkm,
-            Some(method) => method,
-        },
-        frame: options.frame,
-        robust: options.robust,
-        tolerance: tolerance(robot, options.frame),
-    }
 }
 
 /// Solves until every unstated σ has converged.
@@ -86,7 +79,7 @@ fn settled(task: &Task<'_>, first: Levels) -> Result<Solution, Unsolved> {
     let mut levels = first;
     let mut last = None;
     for _ in 0..ROUNDS {
-        let solution = match task.solve(&levels) {
+        let mut solution = match task.solve(&levels) {
             Ok(solution) => solution,
             Err(Unsolved::Refused(refusal)) => {
                 // If σ starts too small, the residuals contradict it or the robot ends up far off.
@@ -104,7 +97,6 @@ fn settled(task: &Task<'_>, first: Levels) -> Result<Solution, Unsolved> {
             Err(error) => return Err(error),
         };
         let mut change: f64 = 0.0;
-        let mut solution = solution;
         for own in solution.noise.iter_mut().filter(|own| !own.stated) {
             let factor = next(own)?;
             if own.sigma * factor < least {
@@ -193,13 +185,8 @@ fn likelihood(solution: &Solution) -> Option<f64> {
         .filter(|place| solution.covariance[(*place, *place)] > 0.0)
         .collect();
     let covariance = solution.covariance.select_rows(&used).select_columns(&used);
-    let root = covariance.cholesky()?;
-    let determinant: f64 = root
-        .l_dirty()
-        .diagonal()
-        .iter()
-        .map(|entry| entry.ln())
-        .sum();
+    let diagonal = covariance.cholesky()?.l_dirty().diagonal();
+    let determinant: f64 = diagonal.iter().map(|entry| entry.ln()).sum();
     let found = determinant - 0.5 * solution.cost() - solution.log_spread;
     found.is_finite().then_some(found)
 }

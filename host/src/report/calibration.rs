@@ -34,38 +34,23 @@ impl Report {
 }
 
 /// A refused calibration, for programs.
-#[derive(Debug, Clone, Serialize)]
-pub struct RefusalReport<'a> {
-    /// Version of this format, incremented whenever a field changes its name or meaning or is removed.
-    pub schema_version: u32,
-    /// Why the calibration was refused.
-    pub refused: String,
-    /// What to do next.
-    pub remedy: String,
-    /// An explanation of the samples as a whole.
-    pub diagnosis: Option<&'a Diagnosis>,
+#[derive(Serialize)]
+struct RefusalReport<'a> {
+    schema_version: u32,
+    refused: String,
+    remedy: String,
+    diagnosis: Option<&'a Diagnosis>,
 }
 
-impl RefusalReport<'_> {
-    /// A refusal with this cause and remedy.
-    pub fn new(cause: &str, remedy: &str) -> Self {
-        Self {
+impl CalibrateError {
+    /// JSON for programs.
+    pub fn to_json(&self) -> String {
+        crate::report::json(&RefusalReport {
             schema_version: SCHEMA_VERSION,
-            refused: cause.to_owned(),
-            remedy: remedy.to_owned(),
-            diagnosis: None,
-        }
-    }
-}
-
-impl<'a> From<&'a CalibrateError> for RefusalReport<'a> {
-    fn from(error: &'a CalibrateError) -> Self {
-        Self {
-            schema_version: SCHEMA_VERSION,
-            refused: error.to_string(),
-            remedy: error.remedy().unwrap_or_default(),
-            diagnosis: error.diagnosis(),
-        }
+            refused: self.to_string(),
+            remedy: self.remedy().unwrap_or_default(),
+            diagnosis: self.diagnosis(),
+        })
     }
 }
 

@@ -253,7 +253,7 @@ fn deviations(found: &Validation) -> Markup {
 /// All rows, or if there are very many, the largest deviations and an even selection of the others.
 fn indices(found: &Validation, most: usize) -> Vec<usize> {
     let rows = found.rows.len();
-    shown(rows, most, |index| found.rows[index].deviation_mm).unwrap_or_else(|| (0..rows).collect())
+    shown(rows, most, |index| found.rows[index].deviation_mm)
 }
 
 /// The validation as JSON: lengths in millimetres, `null` if unknown.

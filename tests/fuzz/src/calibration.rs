@@ -2,9 +2,8 @@
 
 use crate::files::{alike, refused, text};
 use crate::numbers::{Source, finite_robot};
-use delta_cal_host::report::calibration::{RefusalReport, comment};
+use delta_cal_host::report::calibration::comment;
 use delta_cal_host::report::document::{Document, Source as Origin};
-use delta_cal_host::report::json;
 use delta_cal_host::{
     CalibrateError, Frame, InputText, Method, Options, RobotFile, calibrate, read_samples,
 };
@@ -128,5 +127,5 @@ fn explained(error: &CalibrateError, files: [(&str, &[u8]); 2]) {
     assert!(!message.trim().is_empty() && !message.contains(['\n', '\r']));
     let remedy = error.remedy().unwrap_or_default();
     assert!(!remedy.trim().is_empty(), "{message}");
-    parsed(&json(&RefusalReport::from(error)));
+    parsed(&error.to_json());
 }

@@ -4,7 +4,7 @@ use super::fault::{Fault, are_two, faults, shifted, undone};
 use crate::accuracy::rigid_motion::degenerate;
 use crate::calibration::judge::{Case, attempt};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{PositionUnit, Readings};
+use crate::files::samples_file::Readings;
 use crate::fit::{Frame, Options};
 use crate::geometry::outside_limits;
 use delta_cal::Sample;
@@ -45,19 +45,19 @@ pub(super) struct Scored {
 
 /// The data for comparing hypotheses.
 pub(super) struct Evidence<'a> {
-    robot: &'a RobotFile,
-    frame: Frame,
-    positions_in: PositionUnit,
+    pub(super) robot: &'a RobotFile,
+    pub(super) readings: &'a Readings,
+    pub(super) options: &'a Options,
     samples: Vec<Sample<f64>>,
-    forearm: f64,
+    pub(super) forearm: f64,
 }
 
 impl<'a> Evidence<'a> {
     /// `None` if there are too few samples.
     pub(super) fn new(
         robot: &'a RobotFile,
-        readings: &Readings,
-        options: &Options,
+        readings: &'a Readings,
+        options: &'a Options,
     ) -> Option<Self> {
         let samples: Vec<_> = readings.samples().map(|row| row.value).collect();
         let count = samples.len();
@@ -68,8 +68,8 @@ impl<'a> Evidence<'a> {
         let [arm, ..] = robot.robot.arms();
         (count >= needed).then(|| Self {
             robot,
-            frame: options.frame,
-            positions_in: readings.positions_in,
+            readings,
+            options,
             samples,
             forearm: arm.lb(),
         })
@@ -85,7 +85,7 @@ impl<'a> Evidence<'a> {
         if !faults.is_empty() && self.is_outside(&samples, faults) {
             return f64::INFINITY;
         }
-        let aligned = self.frame == Frame::Sensor || faults.contains(&Fault::Elsewhere);
+        let aligned = self.options.frame == Frame::Sensor || faults.contains(&Fault::Elsewhere);
         if aligned && samples.len() < SAMPLES_FOR_A_FRAME {
             return f64::INFINITY;
         }
@@ -94,16 +94,12 @@ impl<'a> Evidence<'a> {
             .map(|sample| robot.forward(&sample.joints).ok())
             .collect();
         // Points that another unit shrinks to a spot fit everywhere.
-        if aligned {
-            let reached: Vec<_> = expected.iter().flatten().copied().collect();
-            let measured: Vec<_> = samples.iter().map(|sample| sample.position).collect();
-            let forearm = self.forearm;
-            if [reached, measured]
-                .iter()
-                .any(|points| degenerate(points.iter().copied(), forearm).is_some())
-            {
-                return f64::INFINITY;
-            }
+        let reached: Vec<_> = expected.iter().flatten().copied().collect();
+        let measured: Vec<_> = samples.iter().map(|sample| sample.position).collect();
+        let spot =
+            |points: &Vec<Vector3<f64>>| degenerate(points.iter().copied(), self.forearm).is_some();
+        if aligned && [reached, measured].iter().any(spot) {
+            return f64::INFINITY;
         }
         median_distance(&expected, &samples, aligned).unwrap_or(f64::INFINITY)
     }
@@ -132,7 +128,7 @@ impl<'a> Evidence<'a> {
         if !(as_they_are > RIGHT * self.forearm) {
             return Vec::new();
         }
-        let kinds = faults(self.frame, self.positions_in);
+        let kinds = faults(self.options.frame, self.readings.positions_in);
         let single = kinds.iter().flatten().map(|fault| vec![*fault]);
         let found = self.select(as_they_are, single.map(|faults| self.scored(faults)));
         // Calibration can correct errors smaller than that.
@@ -154,6 +150,38 @@ impl<'a> Evidence<'a> {
             median: self.median(&faults),
             faults,
         }
+    }
+
+    /// The median error of a calibration of the files with the faults undone, mm.
+    pub(super) fn calibrated(&self, faults: &[Fault]) -> Option<f64> {
+        let values: Vec<_> = shifted(&self.samples, faults).collect();
+        let (without, values) = undone(faults, &self.robot.robot, &values)?;
+        let robot = RobotFile {
+            robot: without,
+            ..self.robot.clone()
+        };
+        let mut readings = self.readings.clone();
+        let complete = readings
+            .rows
+            .iter_mut()
+            .filter(|row| row.value.sample().is_some());
+        let count = values.len();
+        for (row, value) in complete.zip(values) {
+            row.value.joints = value.joints;
+            row.value.position = value.position.data.0[0].map(Some);
+        }
+        if faults
+            .iter()
+            .any(|own| matches!(own, Fault::Shifted { .. }))
+        {
+            readings.rows.truncate(count);
+        }
+        let mut options = *self.options;
+        if faults.contains(&Fault::Elsewhere) {
+            options.frame = Frame::Sensor;
+        }
+        let case = Case::new(&robot, &readings, options);
+        Some(attempt(&case).ok()?.error_after?.median)
     }
 
     fn select(&self, as_they_are: f64, all: impl Iterator<Item = Scored>) -> Vec<Scored> {
@@ -224,42 +252,4 @@ fn median_distance(
         .collect();
     distances.sort_by(f64::total_cmp);
     distances.get(distances.len() / 2).copied()
-}
-
-/// Calibrates the files with the faults undone.
-pub(super) fn calibrated(
-    robot: &RobotFile,
-    readings: &Readings,
-    options: &Options,
-    faults: &[Fault],
-) -> Option<f64> {
-    let values: Vec<_> = readings.samples().map(|row| row.value).collect();
-    let values: Vec<_> = shifted(&values, faults).collect();
-    let (without, values) = undone(faults, &robot.robot, &values)?;
-    let robot = RobotFile {
-        robot: without,
-        ..robot.clone()
-    };
-    let mut readings = readings.clone();
-    let complete = readings
-        .rows
-        .iter_mut()
-        .filter(|row| row.value.sample().is_some());
-    let count = values.len();
-    for (row, value) in complete.zip(values) {
-        row.value.joints = value.joints;
-        row.value.position = value.position.data.0[0].map(Some);
-    }
-    if faults
-        .iter()
-        .any(|own| matches!(own, Fault::Shifted { .. }))
-    {
-        readings.rows.truncate(count);
-    }
-    let mut options = *options;
-    if faults.contains(&Fault::Elsewhere) {
-        options.frame = Frame::Sensor;
-    }
-    let case = Case::new(&robot, &readings, options);
-    Some(attempt(&case).ok()?.error_after?.median)
 }

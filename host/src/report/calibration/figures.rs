@@ -72,18 +72,6 @@ fn decades(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     (low < high && low.is_finite() && high.is_finite()).then(|| (10f64.powf(low), 10f64.powf(high)))
 }
 
-fn line_number(line: u64) -> f64 {
-    line as f64
-}
-
-/// The axis of line numbers.
-fn lines(report: &Report) -> Option<(f64, f64)> {
-    let first = line_number(report.samples.first()?.line);
-    let last = line_number(report.samples.last()?.line);
-    let margin = 0.03 * (last - first) + 0.5;
-    Some((first - margin, last + margin))
-}
-
 type Value = fn(&SampleReport) -> Option<f64>;
 
 /// A value over the line number, for each sample that has one.
@@ -92,36 +80,33 @@ fn over_lines<'a>(
     value: Value,
 ) -> Vec<(f64, f64)> {
     samples
-        .filter_map(|sample| Some((line_number(sample.line), value(sample)?)))
+        .filter_map(|sample| Some((sample.line as f64, value(sample)?)))
         .collect()
 }
 
-/// Rings the suspected samples, and labels some with their line.
-fn with_suspected(figure: Figure, report: &Report, value: Value) -> Figure {
-    let suspected = report.samples.iter().filter(|sample| sample.suspected);
-    let rings = over_lines(suspected, value);
-    let labels = rings.iter().take(LABELLED);
-    let labels = labels.map(|at| (*at, format!("line {:.0}", at.0)));
-    let labels = Shape::Labels(labels.collect());
-    let named = if rings.is_empty() { "" } else { "left out" };
-    figure
-        .with(named, Colour::Ink, Shape::Rings(rings))
-        .with("", Colour::Ink, labels)
-}
-
-/// Errors of all samples before and after; `None` if there is nothing to show.
+/// Errors of all samples before and after, with rings about the suspected ones, some of which have their line as a label;
+/// `None` if there is nothing to show.
 pub(super) fn residuals(report: &Report) -> Option<Figure> {
     let samples = || report.samples.iter();
     let all = samples().flat_map(|sample| [sample.error_before_mm, sample.error_after_mm]);
     let (low, high) = decades(all.flatten())?;
-    let (left, right) = lines(report)?;
-    let points = |value: Value| Shape::Points(over_lines(samples(), value));
+    let (first, last) = (samples().next()?.line as f64, samples().last()?.line as f64);
+    let margin = 0.03 * (last - first) + 0.5;
+    let (before, after): (Value, Value) = (|own| own.error_before_mm, |own| own.error_after_mm);
+    let points = |value| Shape::Points(over_lines(samples(), value));
+    let rings = over_lines(samples().filter(|sample| sample.suspected), after);
+    let labels = rings.iter().take(LABELLED);
+    let labels = labels.map(|at| (*at, format!("line {:.0}", at.0)));
+    let labels = Shape::Labels(labels.collect());
+    let named = if rings.is_empty() { "" } else { "left out" };
     let figure = Figure::new(
-        Axis::linear("line in the samples file", left, right),
+        Axis::linear("line in the samples file", first - margin, last + margin),
         Axis::logarithmic("error, mm", low, high),
     )
     .sized(800, 380)
-    .with("before", Colour::Vermilion, points(|s| s.error_before_mm))
-    .with("after", Colour::Blue, points(|s| s.error_after_mm));
-    Some(with_suspected(figure, report, |s| s.error_after_mm))
+    .with("before", Colour::Vermilion, points(before))
+    .with("after", Colour::Blue, points(after))
+    .with(named, Colour::Ink, Shape::Rings(rings))
+    .with("", Colour::Ink, labels);
+    Some(figure)
 }

@@ -3,7 +3,6 @@
 use super::{Report, figures, text};
 use crate::fit::Frame;
 use crate::render::page::{self, figure, tile};
-use crate::render::plot::Figure;
 use crate::render::{Section, Table};
 use crate::text::{capitalised, in_words, probability, significant, small_or};
 use maud::{Markup, html};
@@ -16,13 +15,17 @@ const MOST: usize = 2500;
 /// The whole report, with `first` at the top.
 pub(super) fn render(report: &Report, first: Option<&Markup>) -> String {
     let title = format!("Calibration of {}", report.robot_file);
+    let parameters = text::parameters(report);
     let mut parts = vec![
-        with_figure(text::parameters(report), figures::parameters(report)),
+        match figures::parameters(report) {
+            Some((drawing, caption)) => parameters.after(figure(&drawing, caption)),
+            None => parameters,
+        },
         residuals(report),
         text::noise(report),
         text::causes(report).unwrap_or_else(|| text::no_causes(report)),
+        text::expected(report).note(text::CONTENTS),
     ];
-    parts.push(text::expected(report).note(text::CONTENTS));
     parts.extend(text::places(report));
     parts.extend(text::next(report));
     parts.push(glossary());
@@ -53,13 +56,6 @@ fn stated(report: &Report) -> String {
     let convention = report.convention.as_ref();
     let convention = convention.map_or_else(String::new, |own| format!(" Convention: {own}."));
     format!("{tolerance}{frame}{convention}")
-}
-
-fn with_figure(section: Section, drawing: Option<(Figure, &str)>) -> Section {
-    match drawing {
-        Some((drawing, caption)) => section.after(figure(&drawing, caption)),
-        None => section,
-    }
 }
 
 fn tiles(report: &Report) -> Markup {

@@ -25,6 +25,10 @@ pub(super) fn render(report: &Report) -> String {
     terminal::text(sections)
 }
 
+fn or_blank(value: Option<impl ToString>) -> String {
+    value.map_or_else(String::new, |own| own.to_string())
+}
+
 /// "robot.toml calibrated from samples.csv", with the method.
 pub(super) fn how(report: &Report) -> String {
     let frame = match report.frame {
@@ -72,8 +76,8 @@ pub(super) fn parameters(report: &Report) -> Section {
         let all = arm.parameters.iter().chain(&arm.upper_arm);
         all.map(move |own| (arm, own))
     });
-    let each = report.arms.first();
-    let each = each.map_or(8, |arm| arm.parameters.len() + arm.upper_arm.len());
+    let rows: Vec<_> = rows.collect();
+    let each = rows.len() / report.arms.len().max(1);
     // Scales have no unit and need more decimals.
     let fixed = |own: &ParameterReport, value: f64| {
         let decimals = if own.unit.is_empty() { 6 } else { 4 };
@@ -106,12 +110,13 @@ pub(super) fn parameters(report: &Report) -> Section {
         .iter()
         .map(|arm| format!("{:.0}", arm.condition))
         .collect();
-    let mut section = Section::new("Parameters").table(table);
-    if report.before.tolerance.is_some() {
-        section = section.note(
+    let section = Section::new("Parameters").table(table);
+    let section = match report.before.tolerance {
+        Some(_) => section.note(
             "By tolerance: the part of a parameter that the [tolerance] decided, not the samples.",
-        );
-    }
+        ),
+        None => section,
+    };
     section.note(format!(
         "Condition of each arm: {} (below 100 is good).",
         list(&conditions)
@@ -126,10 +131,7 @@ pub(super) fn errors(report: &Report) -> Section {
             .column("rms", |(_, own)| small(own.rms))
             .column("median", |(_, own)| small(own.median))
             .column("max", |(_, own)| small(own.max))
-            .column("in line", |(_, own)| {
-                own.max_at_line
-                    .map_or_else(String::new, |line| line.to_string())
-            })
+            .column("in line", |(_, own)| or_blank(own.max_at_line))
             .column_if(
                 error.before.unreachable + error.after.unreachable > 0,
                 "out of reach",
@@ -144,10 +146,7 @@ pub(super) fn errors(report: &Report) -> Section {
         .column("before, rms", |own| small(own.before_rms_mm))
         .column("after, rms", |own| small(own.after_rms_mm))
         .column("max", |own| small(own.after_max_mm))
-        .column("in line", |own| {
-            own.max_at_line
-                .map_or_else(String::new, |line| line.to_string())
-        })
+        .column("in line", |own| or_blank(own.max_at_line))
         .table();
     section.table(table)
 }
@@ -243,17 +242,15 @@ pub(super) fn expected(report: &Report) -> Section {
 /// The causes found, or the reason why none was looked for.
 pub(super) fn causes(report: &Report) -> Option<Section> {
     let section = Section::new("Errors that the model cannot represent");
-    if let Some(why) = report.causes_not_tested {
+    if let Some(why) = report.causes.not_tested {
         return Some(section.text(format!("Not tested: {why}.")));
     }
-    if report.causes.is_empty() {
+    if report.causes.found.is_empty() {
         return None;
     }
-    let table = Table::of(&report.causes)
+    let table = Table::of(&report.causes.found)
         .column("cause", |cause| cause.kind.name().replace('_', " "))
-        .column("arm", |cause| {
-            cause.arm.map_or_else(String::new, |arm| arm.to_string())
-        })
+        .column("arm", |cause| or_blank(cause.arm))
         .column("size", |cause| significant(cause.size, 3))
         .column("σ", |cause| significant(cause.sigma, 2))
         .column("unit", |cause| cause.unit)
@@ -261,7 +258,7 @@ pub(super) fn causes(report: &Report) -> Option<Section> {
         .table();
     Some(section.table(table).text(format!(
         "They put the calibrated robot off by {} mm rms over the workspace.",
-        significant(report.causes_position_error_mm, 2)
+        significant(report.causes.position_error, 2)
     )))
 }
 
@@ -362,13 +359,13 @@ pub(super) fn findings(report: &Report) -> Section {
         own.map(|own| own.text.clone()).collect()
     };
     let (warnings, notes) = (of(Level::Warning), of(Level::Note));
-    let section = Section::new("");
-    let section = if warnings.is_empty() {
-        section.part(Part::Good("Calibrated, no warnings.".to_owned()))
+    let verdict = if warnings.is_empty() {
+        Part::Good("Calibrated, no warnings.".to_owned())
     } else {
         let heading = format!("Calibrated, with {}:", count(warnings.len(), "warning"));
-        section.part(Part::Doubts(heading, warnings))
+        Part::Doubts(heading, warnings)
     };
+    let section = Section::new("").part(verdict);
     if notes.is_empty() {
         section
     } else {
@@ -379,24 +376,19 @@ pub(super) fn findings(report: &Report) -> Section {
 /// Whether the limit is met, if there is one.
 pub(super) fn limit(report: &Report) -> Option<Section> {
     let own = report.acceptance?;
-    let of = report.expanded_uncertainty.map_or("", |own| own.of);
-    let part = match own.expanded_mm {
-        None => Part::Doubts(
-            "Fail: the expanded uncertainty is unknown.".to_owned(),
-            Vec::new(),
+    let figures = match report.expanded_uncertainty {
+        None => "the expanded uncertainty is unknown".to_owned(),
+        Some(expanded) => format!(
+            "expanded uncertainty ({}) {} mm rms, limit {} mm",
+            expanded.of,
+            significant(expanded.rms_mm, 2),
+            own.limit_mm
         ),
-        Some(expanded) => {
-            let figures = format!(
-                "expanded uncertainty ({of}) {} mm rms, limit {} mm",
-                significant(expanded, 2),
-                own.limit_mm
-            );
-            if own.passed {
-                Part::Good(format!("Pass: {figures}."))
-            } else {
-                Part::Doubts(format!("Fail: {figures}."), Vec::new())
-            }
-        }
+    };
+    let part = if own.passed {
+        Part::Good(format!("Pass: {figures}."))
+    } else {
+        Part::Doubts(format!("Fail: {figures}."), Vec::new())
     };
     Some(Section::new("").part(part))
 }

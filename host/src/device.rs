@@ -16,7 +16,7 @@ use crate::files::samples_file::Readings;
 use crate::text::{in_file_units, small};
 pub use client::{Client, Patience};
 use delta_cal::robot::ParameterKind;
-use delta_cal::{ArmIndex, Parameter, Real, Robot, Sample};
+use delta_cal::{ArmIndex, Parameter, Real, Robot, Sample, Tolerance};
 use delta_cal_protocol::{Begin, Estimator, Geometry, Wire};
 pub use link::{DeviceError, Link, Port, Transport};
 pub use session::{Finished, adopt, apply, calibrate, in_use};
@@ -37,23 +37,17 @@ const NAMED: usize = 3;
 /// session number is 0 until the session starts.
 pub fn begin<T: Number>(robot: &RobotFile, estimator: Estimator) -> Begin<T> {
     let rounded = T::from_f64;
+    let tolerance = robot.tolerance.as_ref();
     Begin {
         session: 0,
-        tolerance: robot.tolerance.map(|tolerance| {
-            (
-                rounded(tolerance.of(Parameter::Lb)),
-                rounded(tolerance.of(Parameter::Theta)),
-            )
+        tolerance: tolerance.map(|own| {
+            let [length, angle] = [Parameter::Lb, Parameter::Theta].map(|of| own.of(of));
+            (rounded(length), rounded(angle))
         }),
-        joint_zero: robot
-            .tolerance
-            .and_then(|own| own.joint_zero())
-            .map(rounded),
+        joint_zero: tolerance.and_then(Tolerance::joint_zero).map(rounded),
         noise: robot.noise.map(|noise| {
-            (
-                noise.position_by_axis().map(rounded),
-                rounded(noise.joint()),
-            )
+            let axes = noise.position_by_axis().map(rounded);
+            (axes, rounded(noise.joint()))
         }),
         estimator,
         gate: false,
@@ -63,12 +57,11 @@ pub fn begin<T: Number>(robot: &RobotFile, estimator: Estimator) -> Begin<T> {
 
 /// The samples of a file, rounded to the controller's number type.
 pub fn samples<T: Number>(file: &Readings) -> Vec<Sample<T>> {
-    file.samples()
-        .map(|row| Sample {
-            joints: row.value.joints.map(T::from_f64),
-            position: row.value.position.map(T::from_f64),
-        })
-        .collect()
+    let samples = file.samples().map(|row| Sample {
+        joints: row.value.joints.map(T::from_f64),
+        position: row.value.position.map(T::from_f64),
+    });
+    samples.collect()
 }
 
 /// The robot with this geometry, in another number type.
@@ -161,9 +154,9 @@ pub fn check_nominal<T: Number>(file: &RobotFile, nominal: &Geometry<T>) -> Resu
     if different.is_empty() {
         return Ok(());
     }
-    let more = match different.len().checked_sub(NAMED) {
-        Some(more) if more > 0 => format!("; and {more} more"),
-        _ => String::new(),
+    let more = match different.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        more => format!("; and {more} more"),
     };
     different.truncate(NAMED);
     let cause = format!(

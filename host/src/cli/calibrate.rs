@@ -4,18 +4,16 @@ use super::failure::Failure;
 use super::import::{StatedArguments, configuration, includes};
 use super::output::{self, deliver, now};
 use super::paths::{ColumnsArgument, read_samples_texts, refuse_same, robot_path};
-use super::progress::Waiting;
+use super::progress::Progress;
 use crate::files::document::Document;
 use crate::files::example;
 use crate::files::length::length;
 use crate::import::{Firmware, Imported};
 use crate::printer;
-use crate::report;
-use crate::report::calibration::{RefusalReport, comment};
+use crate::report::calibration::comment;
 use crate::report::printer::PrinterReport;
 use crate::{
-    CalibrateError, Frame, InputError, InputText, Method, Options, Readings, RobotFile, calibrate,
-    read_samples,
+    CalibrateError, Frame, InputText, Method, Options, Readings, RobotFile, calibrate, read_samples,
 };
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -87,22 +85,14 @@ pub(crate) struct CalibrateArguments {
     force: bool,
 }
 
-/// The inputs of a calibration and the files they come from.
-struct Inputs {
-    robot: RobotFile,
-    readings: Readings,
-    file: InputText,
-    samples: InputText,
-    /// The imported configuration, if the robot is a printer.
-    printer: Option<Imported>,
-}
+/// The inputs of a calibration, the files they come from, and the imported configuration if the robot is a printer.
+type Inputs = (RobotFile, Readings, [InputText; 2], Option<Imported>);
 
 pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     check_paths(arguments)?;
     let refused = |error: CalibrateError| {
-        let json = report::json(&RefusalReport::from(&error));
         if error.refused() {
-            output::refused(arguments.json.as_deref(), &json, error.into())
+            output::refused(arguments.json.as_deref(), &error.to_json(), error.into())
         } else {
             error.into()
         }
@@ -112,14 +102,8 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
         robust: arguments.robust,
         frame: arguments.frame,
     };
-    let Inputs {
-        robot,
-        readings,
-        file,
-        samples,
-        printer,
-    } = inputs(arguments, &options)?;
-    let waiting = Waiting::for_rows("calibrating from", readings.rows.len());
+    let (robot, readings, [file, samples], printer) = inputs(arguments, &options)?;
+    let waiting = Progress::spinner(format!("calibrating from {} rows", readings.rows.len()));
     let mut report = calibrate(&robot, &readings, &options).map_err(refused)?;
     drop(waiting);
     report.document = Some(Document::new(&robot, &file, &samples, now()?));
@@ -131,43 +115,28 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     }
     let toml = report.after.to_toml(&comment(&report, &readings));
     let acceptance = report.acceptance;
-    let wants_page = arguments.report.is_some();
-    let page = |page: &dyn Fn() -> String| wants_page.then(page).unwrap_or_default();
     let (text, json, page, lines) = match &printer {
-        None => (
-            report.to_text(),
-            report.to_json(),
-            page(&|| report.to_html()),
-            None,
-        ),
+        None => (report.to_text(), report.to_json(), report.to_html(), None),
         Some(printer) => {
             let report = PrinterReport::of(printer, report).map_err(refused)?;
-            let page = page(&|| report.to_html());
-            (
-                report.to_text(),
-                report.to_json(),
-                page,
-                report.printer.lines,
-            )
+            let (text, json, page) = (report.to_text(), report.to_json(), report.to_html());
+            (text, json, page, report.printer.lines)
         }
     };
-    let paste = arguments.paste.as_deref().zip(lines.as_deref());
+    let (paste, lines) = arguments.paste.as_deref().zip(lines.as_deref()).unzip();
     let outputs = [
         (arguments.output.as_deref(), toml.as_str()),
-        (
-            paste.map(|(path, _)| path),
-            lines.as_deref().unwrap_or_default(),
-        ),
+        (paste, lines.unwrap_or_default()),
         (arguments.json.as_deref(), json.as_str()),
         (arguments.report.as_deref(), page.as_str()),
     ];
     deliver(&outputs, text)?;
-    match acceptance {
-        Some(acceptance) if !acceptance.passed => Err(Failure::not_passed(format!(
-            "the expanded uncertainty exceeds {} mm",
-            acceptance.limit_mm
-        ))),
-        _ => Ok(()),
+    match acceptance.filter(|own| !own.passed) {
+        None => Ok(()),
+        Some(own) => {
+            let cause = format!("the expanded uncertainty exceeds {} mm", own.limit_mm);
+            Err(Failure::not_passed(cause))
+        }
     }
 }
 
@@ -199,53 +168,31 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, F
     let Some(path) = &arguments.robot else {
         no_printer(arguments)?;
         let (robot, readings) = example::load()?;
-        return Ok(Inputs {
-            file: InputText::new(&robot.name, example::ROBOT_TOML),
-            samples: InputText::new(&readings.name, example::SAMPLES_CSV),
-            robot,
-            readings,
-            printer: None,
-        });
+        let file = InputText::new(&robot.name, example::ROBOT_TOML);
+        let samples = InputText::new(&readings.name, example::SAMPLES_CSV);
+        return Ok((robot, readings, [file, samples], None));
     };
     let text = configuration(path)?;
-    let samples = || match &arguments.samples {
-        Some(samples) => {
-            let second = arguments.second.as_deref();
-            let text = read_samples_texts(samples, second, &arguments.columns)?;
-            Ok(Some(text))
-        }
-        None => Ok::<_, InputError>(None),
+    let samples = || {
+        let second = arguments.second.as_deref();
+        let read = |own: &PathBuf| read_samples_texts(own, second, &arguments.columns);
+        arguments.samples.as_ref().map(read).transpose()
     };
     if is_robot_file(path) || text.text().contains("[joints]") {
         no_printer(arguments)?;
         let robot = RobotFile::read(&text)?;
         let samples = samples()?.ok_or_else(|| without_samples(path))?;
-        return Ok(Inputs {
-            readings: read_samples(&samples, &robot, options)?,
-            robot,
-            file: text,
-            samples,
-            printer: None,
-        });
+        let readings = read_samples(&samples, &robot, options)?;
+        return Ok((robot, readings, [text, samples], None));
     }
     let stated = arguments.stated.stated()?;
     let firmware = Firmware::of(&text)?;
     let samples = samples()?;
-    let printer = printer::read(
-        firmware,
-        &text,
-        samples.as_ref(),
-        &stated,
-        &includes,
-        options,
-    )?;
-    Ok(Inputs {
-        robot: printer.robot.clone(),
-        readings: printer.readings.clone(),
-        samples: samples.unwrap_or_else(|| text.clone()),
-        file: text,
-        printer: Some(printer),
-    })
+    let own = samples.as_ref();
+    let printer = printer::read(firmware, &text, own, &stated, &includes, options)?;
+    let (robot, readings) = (printer.robot.clone(), printer.readings.clone());
+    let samples = samples.unwrap_or_else(|| text.clone());
+    Ok((robot, readings, [text, samples], Some(printer)))
 }
 
 fn is_robot_file(path: &Path) -> bool {

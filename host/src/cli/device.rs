@@ -54,24 +54,27 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = DEVICE_HELP)]
 pub(crate) struct DeviceArguments {
-    #[command(flatten)]
-    link: LinkArguments,
+    /// Where the controller is: a serial port (/dev/ttyACM0, COM3) or tcp:HOST:PORT
+    #[arg(
+        long,
+        global = true,
+        value_name = "PORT",
+        help_heading = "The controller"
+    )]
+    port: Option<Port>,
+    /// Bits per second on a serial port [default: 115200]
+    #[arg(
+        long,
+        global = true,
+        value_name = "RATE",
+        help_heading = "The controller"
+    )]
+    baud: Option<u32>,
     #[command(subcommand)]
     command: DeviceCommand,
     /// Write the report as JSON to this file, or with - to standard output
     #[arg(long, global = true, value_name = "REPORT.json")]
     json: Option<PathBuf>,
-}
-
-#[derive(Debug, Args)]
-#[command(next_help_heading = "The controller")]
-struct LinkArguments {
-    /// Where the controller is: a serial port (/dev/ttyACM0, COM3) or tcp:HOST:PORT
-    #[arg(long, global = true, value_name = "PORT")]
-    port: Option<Port>,
-    /// Bits per second on a serial port [default: 115200]
-    #[arg(long, global = true, value_name = "RATE")]
-    baud: Option<u32>,
 }
 
 #[derive(Debug, Subcommand)]

@@ -100,25 +100,22 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         ("the heights", arguments.bed.as_deref()),
     ];
     output::check(&inputs, &[("--output", output), ("--json", json_path)])?;
-    if arguments.limit.is_some() && arguments.target != "correction-table" {
-        return Err(Failure::usage(
-            format!("--limit cannot be used with --for {}", arguments.target),
-            "use it with --for correction-table",
-        ));
-    }
     let inches = arguments.unit == "inch";
-    if inches && arguments.target != "linuxcnc" {
-        return Err(Failure::usage(
-            format!("--unit inch cannot be used with --for {}", arguments.target),
-            "use it with --for linuxcnc",
-        ));
+    for (given, option, target) in [
+        (arguments.limit.is_some(), "--limit", "correction-table"),
+        (inches, "--unit inch", "linuxcnc"),
+    ] {
+        if given && arguments.target != target {
+            return Err(Failure::usage(
+                format!("{option} cannot be used with --for {}", arguments.target),
+                format!("use it with --for {target}"),
+            ));
+        }
     }
+    let robot_file = |path: &Path| RobotFile::read(&InputText::from_file(path)?);
     let input = InputText::from_file(&arguments.robot)?;
     let robot = RobotFile::read(&input)?;
-    let nominal = match &arguments.nominal {
-        Some(path) => Some(RobotFile::read(&InputText::from_file(path)?)?),
-        None => None,
-    };
+    let nominal = arguments.nominal.as_deref().map(robot_file).transpose()?;
     let drive = robot.robot.drive();
     if let Some(nominal) = nominal.as_ref().filter(|own| own.robot.drive() != drive) {
         let cause = format!("one of this robot and that of {} has towers", robot.name);
@@ -206,15 +203,13 @@ fn level(arguments: &ExportArguments, robot: &RobotFile) -> Result<Option<Frame>
     }
     let input = InputText::from_table(path)?;
     let samples = read_samples(&input, robot, &Options::default()).map_err(Failure::from)?;
-    let found = bed(&robot.robot, &samples);
-    if found.is_some() {
-        return Ok(found);
-    }
-    let cause = "the file does not hold three heights that are not on one line";
-    let fault = InputError::new(path.display().to_string(), cause);
-    Err(fault
-        .with_remedy("measure more heights, or leave out --bed")
-        .into())
+    let Some(found) = bed(&robot.robot, &samples) else {
+        let cause = "the file does not hold three heights that are not on one line";
+        let fault = InputError::new(path.display().to_string(), cause);
+        let remedy = "measure more heights, or leave out --bed";
+        return Err(fault.with_remedy(remedy).into());
+    };
+    Ok(Some(found))
 }
 
 /// The error, with the file at fault and the place in it.

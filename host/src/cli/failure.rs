@@ -1,6 +1,5 @@
 //! Why a command failed, and its exit code.
 
-use super::output::OutputError;
 use crate::device::DeviceError;
 use crate::{CalibrateError, InputError};
 use anstyle::{AnsiColor, Style};
@@ -105,11 +104,5 @@ impl From<InputError> for Failure {
 impl From<DeviceError> for Failure {
     fn from(error: DeviceError) -> Self {
         Self::device(error.to_string(), error.remedy())
-    }
-}
-
-impl From<OutputError> for Failure {
-    fn from(error: OutputError) -> Self {
-        Self::output(error.to_string())
     }
 }

@@ -20,7 +20,6 @@ Examples:
 Next:
   delta-cal plan robot.toml --count 12 --output poses.csv";
 
-/// What moves the elbows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Kind {
     /// Motors turn the upper arms

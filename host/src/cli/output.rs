@@ -2,7 +2,7 @@
 //! in place of the report.
 
 use super::failure::Failure;
-use super::paths::{is_stream, refuse_same};
+use super::paths::{folder_of, is_stream, refuse_same};
 use std::fmt::Write as _;
 use std::fs;
 use std::io::{self, Write};
@@ -78,39 +78,24 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// A file that could not be written.
-#[derive(Debug, thiserror::Error)]
-#[error("{}: cannot be written: {error}", path.display())]
-pub(super) struct OutputError {
-    path: PathBuf,
-    #[source]
-    error: io::Error,
-}
-
 /// Writes all files. Each is first written in full beside its destination; only when all are complete are they renamed.
 /// An existing file is replaced and keeps its permissions; a write-protected one is not replaced.
 ///
 /// # Errors
 /// The first file that could not be written; all files are then as they were.
-pub(super) fn write_all<C: AsRef<[u8]>>(files: &[(&Path, C)]) -> Result<(), OutputError> {
+pub(super) fn write_all<C: AsRef<[u8]>>(files: &[(&Path, C)]) -> Result<(), Failure> {
     let prepared = files.iter();
     let prepared = prepared.map(|(path, bytes)| Prepared::new(path, bytes.as_ref()));
     commit(prepared.collect::<Result<_, _>>()?)
 }
 
 /// Creates a folder if it does not exist.
-///
-/// # Errors
-/// It cannot be created, or its name is taken by something else.
-pub(super) fn make_folder(path: &Path) -> Result<(), OutputError> {
-    fs::create_dir_all(path).map_err(|error| failure(path, error))
+pub(super) fn make_folder(path: &Path) -> Result<(), Failure> {
+    fs::create_dir_all(path).map_err(|error| failure(path, &error))
 }
 
 /// Checks that a file could be written, before doing something that cannot be undone.
-///
-/// # Errors
-/// Same as [`write_all`].
-pub(super) fn check_writable(path: &Path) -> Result<(), OutputError> {
+pub(super) fn check_writable(path: &Path) -> Result<(), Failure> {
     Prepared::new(path, &[]).map(|_| ())
 }
 
@@ -126,16 +111,13 @@ struct Prepared {
 }
 
 impl Prepared {
-    fn new(path: &Path, bytes: &[u8]) -> Result<Self, OutputError> {
-        Self::write(path, bytes).map_err(|error| failure(path, error))
+    fn new(path: &Path, bytes: &[u8]) -> Result<Self, Failure> {
+        Self::write(path, bytes).map_err(|error| failure(path, &error))
     }
 
     fn write(path: &Path, bytes: &[u8]) -> io::Result<Self> {
         let existing = path.canonicalize().ok();
-        let replaced = match &existing {
-            Some(existing) => Some(replaceable(existing)?),
-            None => None,
-        };
+        let replaced = existing.as_deref().map(replaceable).transpose()?;
         let target = existing.unwrap_or_else(|| path.to_owned());
         let folder = folder_of(&target);
         if !folder.is_dir() {
@@ -182,11 +164,11 @@ impl Prepared {
 }
 
 /// Renames all files to their final names. If one fails, those already renamed are restored.
-fn commit(prepared: Vec<Prepared>) -> Result<(), OutputError> {
+fn commit(prepared: Vec<Prepared>) -> Result<(), Failure> {
     let mut kept = Vec::new();
     if prepared.len() > 1 {
         for own in &prepared {
-            kept.push(own.kept().map_err(|error| failure(&own.path, error))?);
+            kept.push(own.kept().map_err(|error| failure(&own.path, &error))?);
         }
     }
     let mut done = Vec::new();
@@ -202,7 +184,7 @@ fn commit(prepared: Vec<Prepared>) -> Result<(), OutputError> {
                     None => fs::remove_file(target),
                 };
             }
-            return Err(failure(&path, error.error));
+            return Err(failure(&path, &error.error));
         }
         done.push(target);
     }
@@ -230,18 +212,8 @@ fn hidden() -> Builder<'static, 'static> {
     builder
 }
 
-pub(super) fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    }
-}
-
-fn failure(path: &Path, error: io::Error) -> OutputError {
-    OutputError {
-        path: path.to_owned(),
-        error,
-    }
+fn failure(path: &Path, error: &io::Error) -> Failure {
+    Failure::output(format!("{}: cannot be written: {error}", path.display()))
 }
 
 /// The variable from the Reproducible Builds specification that replaces the clock's time.
@@ -279,7 +251,7 @@ mod tests {
         // Meanwhile a folder takes the name of the last file.
         fs::create_dir(&last).unwrap();
         let error = commit(prepared.into()).unwrap_err();
-        assert!(error.to_string().contains("last: "), "{error}");
+        assert!(format!("{error:?}").contains("last: "), "{error:?}");
         assert_eq!(fs::read_to_string(&old).unwrap(), "of yesterday");
         assert!(!new.exists());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);

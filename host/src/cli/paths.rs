@@ -1,7 +1,6 @@
 //! Paths on the command line: reading them, and finding out which are the same file.
 
 use super::failure::Failure;
-use super::output::folder_of;
 use crate::{ColumnMapping, InputError, InputText};
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
@@ -85,6 +84,14 @@ pub(crate) fn read_samples_texts(
     match second {
         None => Ok(first),
         Some(second) => Ok(read(second, columns)?.with_beside(first)),
+    }
+}
+
+/// The folder that a file is in.
+pub(crate) fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
     }
 }
 

@@ -4,7 +4,7 @@ use super::failure::Failure;
 use super::import::{configuration, includes};
 use super::output;
 use super::paths::{ColumnsArgument, is_stream, read, robot_path};
-use super::progress::Waiting;
+use super::progress::Progress;
 use crate::files::length::length;
 use crate::import::{Firmware, Stated};
 use crate::planning::{
@@ -121,7 +121,7 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
             "leave out --frame, or measure xyz or xy too",
         ));
     }
-    let waiting = Waiting::new("planning".to_owned());
+    let waiting = Progress::spinner("planning");
     let planned = match arguments.accuracy {
         Some(accuracy) => plan_for(&request, accuracy),
         None => plan(&request),
@@ -152,10 +152,8 @@ fn printer(arguments: &PlanArguments, text: &InputText) -> Result<(), Failure> {
     let firmware = Firmware::of(text)?;
     let imported = firmware.import(text, &Stated::default(), &includes)?;
     let (radius, places) = touches_of_bed(&imported, count);
-    let commands = places.iter().map(|place| firmware.touch(*place));
-    let commands: String = std::iter::once("G28\n".to_owned())
-        .chain(commands)
-        .collect();
+    let touches = places.iter().map(|place| firmware.touch(*place));
+    let commands = "G28\n".to_owned() + &touches.collect::<String>();
     let said = format!(
         "{} touches of the bed within {:.0} mm of the centre, in machine coordinates.\nRun the commands, save what the \
          console answers, and run delta-cal calibrate {} console.txt\n",
@@ -211,20 +209,15 @@ fn samples(arguments: &PlanArguments, robot: &RobotFile, path: &Path) -> Result<
         region: within(arguments, robot),
         absolute: arguments.absolute,
     };
-    let waiting = Waiting::new("looking for measurements to add".to_owned());
+    let waiting = Progress::spinner("looking for measurements to add");
     let determined = Determined::by(robot, &file, &unmeasured, &request);
     drop(waiting);
     let determined = determined.map_err(|error| failure(robot, error))?;
     let csv = report::csv(&determined.next, &determined.setup);
     let json = report::samples_json(&file.name, &determined, &unmeasured);
     let text = report::samples_text(&file.name, &determined, file.rows.len(), &unmeasured);
-    output::deliver(
-        &[
-            (arguments.output.as_deref(), &csv),
-            (arguments.json.as_deref(), &json),
-        ],
-        text,
-    )?;
+    let (output, to) = (arguments.output.as_deref(), arguments.json.as_deref());
+    output::deliver(&[(output, &csv), (to, &json)], text)?;
     if determined.worthwhile() {
         return Ok(());
     }

@@ -3,7 +3,7 @@
 use super::failure::Failure;
 use super::output::{self, deliver, print};
 use super::paths::is_stream;
-use super::progress::Bar;
+use super::progress::Progress;
 use crate::campaign::{self, CaseSummary, EXAMPLE, Plan, paper, summarize};
 use crate::report;
 use crate::{InputError, InputText};
@@ -97,7 +97,7 @@ pub(crate) fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
 }
 
 fn of_files(paths: &[PathBuf]) -> Result<Vec<CaseSummary>, Failure> {
-    let bar = Bar::new("files");
+    let bar = Progress::bar("files");
     let mut files = Vec::with_capacity(paths.len());
     for path in paths {
         bar.show(files.len() as u64, paths.len() as u64);
@@ -112,20 +112,22 @@ fn of_files(paths: &[PathBuf]) -> Result<Vec<CaseSummary>, Failure> {
 }
 
 fn with_bar<T>(work: impl FnOnce(&mut dyn FnMut(u64, u64)) -> T) -> T {
-    let bar = Bar::new("robots");
+    let bar = Progress::bar("robots");
     work(&mut |finished, robots| bar.show(finished, robots))
 }
 
 fn plan(campaign: Option<&Path>) -> Result<(Plan, &'static str), Failure> {
     let folder = campaign.and_then(Path::parent).unwrap_or(Path::new("."));
     let robot_file = |name: &str| InputText::from_file(&folder.join(name));
-    let Some(path) = campaign else {
-        let text = InputText::new("built-in campaign.toml", EXAMPLE);
-        let note = "The built-in campaign. For your own: delta-cal simulate --example > \
-                    campaign.toml, edit it,\nand delta-cal simulate campaign.toml\n\n";
-        return Ok((Plan::read(&text, &robot_file)?, note));
+    let (text, note) = match campaign {
+        Some(path) => (InputText::from_file(path)?, ""),
+        None => (
+            InputText::new("built-in campaign.toml", EXAMPLE),
+            "The built-in campaign. For your own: delta-cal simulate --example > campaign.toml, edit it,\n\
+             and delta-cal simulate campaign.toml\n\n",
+        ),
     };
-    Ok((Plan::read(&InputText::from_file(path)?, &robot_file)?, ""))
+    Ok((Plan::read(&text, &robot_file)?, note))
 }
 
 /// A campaign can take long: refuses to start one whose results could not be written or would overwrite its inputs.

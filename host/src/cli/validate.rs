@@ -7,7 +7,7 @@ use crate::files::document::Document;
 use crate::files::length::length;
 use crate::report::validation as report;
 use crate::validation::{Request, Verdict, check_independent, validate};
-use crate::{CalibrateError, Frame, InputText, Options, Readings, RobotFile, read_samples};
+use crate::{Frame, InputText, Options, RobotFile, read_samples};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -90,10 +90,14 @@ pub(crate) fn run(arguments: &ValidateArguments) -> Result<(), Failure> {
     )?;
     let document = Document::new(&robot, &robot_text, &samples_text, now()?);
     check_independent(&robot_text, &samples_text)?;
-    let samples = readings(arguments, &robot, &samples_text)?;
+    let options = Options {
+        frame: arguments.frame.frame(),
+        ..Options::default()
+    };
+    let samples = read_samples(&samples_text, &robot, &options)?;
     let request = Request {
         limit: arguments.limit,
-        frame: arguments.frame.frame(),
+        frame: options.frame,
         stored: matches!(arguments.frame, ValidatedFrame::Stored),
     };
     let found = validate(&robot, &samples, request)?;
@@ -113,16 +117,4 @@ pub(crate) fn run(arguments: &ValidateArguments) -> Result<(), Failure> {
             "the measurements do not decide whether the robot meets its limit",
         )),
     }
-}
-
-fn readings(
-    arguments: &ValidateArguments,
-    robot: &RobotFile,
-    text: &InputText,
-) -> Result<Readings, CalibrateError> {
-    let options = Options {
-        frame: arguments.frame.frame(),
-        ..Options::default()
-    };
-    read_samples(text, robot, &options)
 }

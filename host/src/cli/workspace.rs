@@ -3,7 +3,7 @@
 use super::failure::Failure;
 use super::output::{self, deliver};
 use super::paths::{is_stream, robot_path};
-use super::progress::Waiting;
+use super::progress::Progress;
 use crate::files::length::length;
 use crate::report::workspace;
 use crate::workspace::{Analysis, Options, WorkspaceError};
@@ -61,7 +61,7 @@ pub(crate) fn run(arguments: &WorkspaceArguments) -> Result<(), Failure> {
         tolerance: arguments.tolerance,
         spacing: arguments.spacing,
     };
-    let waiting = Waiting::new("computing the workspace".to_owned());
+    let waiting = Progress::spinner("computing the workspace");
     let analysis = Analysis::compute(&robot, &options, &mut |step| waiting.now(step))
         .map_err(|error| failure(&error, &robot.name))?;
     let mut files = vec![(

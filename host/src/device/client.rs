@@ -128,17 +128,17 @@ impl<L: Transport> Client<L> {
             self.transport.write(&frame)?;
             match self.receive(left.min(self.patience.timeout))? {
                 Received::Answer(Response::Fault(Fault::UnknownVersion { spoken })) => {
-                    return Err(DeviceError::OtherVersion { spoken });
+                    return Err(DeviceError::OtherVersion(spoken));
                 }
                 Received::Answer(answer) => return Ok(answer),
                 Received::Damaged => silent = 0,
                 Received::Nothing => silent += 1,
             }
             if silent >= self.patience.silent_attempts {
-                return Err(DeviceError::NoAnswer { attempts: silent });
+                return Err(DeviceError::NoAnswer(silent));
             }
         }
-        Err(DeviceError::Unusable { attempts })
+        Err(DeviceError::Unusable(attempts))
     }
 
     fn elapsed(&self, since: Instant) -> Duration {
@@ -158,7 +158,7 @@ impl<L: Transport> Client<L> {
                         return Ok(Received::Damaged);
                     }
                     Some(Err(FrameError::UnknownVersion { version, .. })) => {
-                        return Err(DeviceError::OtherVersion { spoken: version });
+                        return Err(DeviceError::OtherVersion(version));
                     }
                     Some(Ok(frame)) => {
                         let sequence = frame.sequence;

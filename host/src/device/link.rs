@@ -164,46 +164,29 @@ pub enum DeviceError {
     /// The link is gone.
     #[error("{}", broken(.0))]
     Link(#[from] io::Error),
-    /// Nothing arrives.
-    #[error("no answer to {attempts} requests")]
-    NoAnswer {
-        /// Number of attempts.
-        attempts: u32,
-    },
-    /// Answers arrive, but always damaged.
-    #[error("only damaged answers to {attempts} requests in a row")]
-    Unusable {
-        /// Number of attempts.
-        attempts: u32,
-    },
-    /// The controller speaks another protocol version.
-    #[error("the controller speaks version {spoken} of the protocol, delta-cal version {VERSION}")]
-    OtherVersion {
-        /// Its version.
-        spoken: u8,
-    },
+    /// Nothing arrives after this many requests.
+    #[error("no answer to {0} requests")]
+    NoAnswer(u32),
+    /// Answers arrive, but after this many requests always damaged.
+    #[error("only damaged answers to {0} requests in a row")]
+    Unusable(u32),
+    /// The controller speaks this other protocol version.
+    #[error("the controller speaks version {0} of the protocol, delta-cal version {VERSION}")]
+    OtherVersion(u8),
     /// An intact answer that is unknown or does not match the request.
     #[error("unexpected reply from the controller")]
     Unexpected,
     /// The controller refused the request.
     #[error("{}", fault_in_words(*.0))]
     Fault(Fault),
-    /// The controller rejected a sample.
-    #[error("the controller refuses sample {}: {error}", index + 1)]
-    Sample {
-        /// Its index, from 0.
-        index: u32,
-        /// The reason.
-        error: SampleError,
-    },
-    /// The controller keeps restarting, or another program is calibrating it.
+    /// The controller rejected the sample at this index, from 0.
+    #[error("the controller refuses sample {number}: {1}", number = .0 + 1)]
+    Sample(u32, SampleError),
+    /// The controller lost this many sessions: it keeps restarting, or another program is calibrating it.
     #[error(
-        "the controller lost the calibration {sessions} times: it restarts, or another program calibrates it"
+        "the controller lost the calibration {0} times: it restarts, or another program calibrates it"
     )]
-    SessionsLost {
-        /// Number of sessions started.
-        sessions: u32,
-    },
+    SessionsLost(u32),
     /// The solve does not finish.
     #[error("the controller does not finish solving")]
     SolveHangs,
@@ -225,7 +208,7 @@ impl DeviceError {
     /// The error if the failed request may have changed the parameters.
     pub(super) fn unconfirmed(self) -> Self {
         match self {
-            error @ (Self::Link(_) | Self::NoAnswer { .. } | Self::Unusable { .. }) => {
+            error @ (Self::Link(_) | Self::NoAnswer(_) | Self::Unusable(_)) => {
                 Self::Unconfirmed(Box::new(error))
             }
             error => error,
@@ -240,14 +223,14 @@ impl DeviceError {
                  does no harm"
             }
             Self::Link(_) => "check the cable and the supply, then repeat the command",
-            Self::NoAnswer { .. } => {
+            Self::NoAnswer(_) => {
                 "check that this is the controller's port, that its firmware runs, and --baud"
             }
-            Self::Unusable { .. } => "check the cable and --baud",
-            Self::OtherVersion { .. } | Self::Unexpected => {
+            Self::Unusable(_) => "check the cable and --baud",
+            Self::OtherVersion(_) | Self::Unexpected => {
                 "use the delta-cal that belongs to the controller's firmware"
             }
-            Self::SessionsLost { .. } => {
+            Self::SessionsLost(_) => {
                 "check its supply, and that nobody else talks to it; its parameters are unchanged"
             }
             Self::Fault(Fault::Store) => {

@@ -19,7 +19,6 @@ const ARM_LIMITED: u32 = 0x41;
 /// A report on the controller at a port: the header common to all reports, then `contents`.
 #[derive(Debug, Serialize)]
 pub struct Report<C> {
-    /// The port as given.
     port: String,
     device: Device,
     #[serde(flatten)]
@@ -62,15 +61,10 @@ impl<C: Serialize + Display> Report<C> {
 
     /// The report as text.
     pub fn text(&self) -> String {
-        let Device {
-            firmware,
-            scalar,
-            processor,
-            ..
-        } = &self.device;
+        let own = &self.device;
         format!(
-            "Controller on {}: {processor}, firmware {firmware}, computes in {scalar}\n{}",
-            self.port, self.contents
+            "Controller on {}: {}, firmware {}, computes in {}\n{}",
+            self.port, own.processor, own.firmware, own.scalar, self.contents
         )
     }
 }
@@ -132,16 +126,11 @@ fn rows<const N: usize>(title: &str, rows: [(&str, &dyn Display); N]) -> Section
 #[derive(Debug, Serialize)]
 pub struct ControlLoop {
     turns: u32,
-    /// Turns that started late or were skipped.
     late: u32,
-    /// Turns whose point was out of reach.
     unreachable: u32,
     longest_turn_us: Option<f64>,
-    /// Longest turn during a calibration.
     longest_turn_calibrating_us: Option<f64>,
-    /// How often the loop switched to other parameters.
     switches: u32,
-    /// Fingerprint of the parameters in use.
     fingerprint: String,
     /// The last point of the path, and its joint angles.
     point_mm: [f64; 3],
@@ -151,9 +140,8 @@ pub struct ControlLoop {
 impl ControlLoop {
     fn new<T: Number>(control: &protocol::ControlLoop<T>) -> Self {
         let ticks_a_second = control.ticks_a_second;
-        let time = |ticks| {
-            (ticks_a_second > 0).then(|| f64::from(ticks) * 1e6 / f64::from(ticks_a_second))
-        };
+        let known = ticks_a_second > 0;
+        let time = |ticks| known.then(|| f64::from(ticks) * 1e6 / f64::from(ticks_a_second));
         Self {
             turns: control.turns,
             late: control.late,
@@ -175,7 +163,6 @@ fn microseconds(time: Option<f64>) -> String {
 /// The controller's status.
 #[derive(Debug, Serialize)]
 pub struct Status {
-    /// The open session, or 0.
     session: u32,
     /// Phase and origin, in words.
     phase: String,
@@ -234,7 +221,7 @@ impl Status {
                 taken: gate.taken,
                 untested: gate.untested,
                 rejected: gate.rejected,
-                alarm: gate.alarm.map(|alarm| alarm.to_string()),
+                alarm: gate.alarm.as_ref().map(ToString::to_string),
             }),
             control_loop: ControlLoop::new(&status.control),
             link: *counters,
@@ -314,11 +301,8 @@ pub struct Calibration<'a> {
     difference_mm: f64,
     /// Fingerprint of the controller's result.
     fingerprint: String,
-    /// Whether the control loop uses the result.
     applied: bool,
-    /// The control loop during the calibration.
     control_loop: ControlLoop,
-    /// Requests repeated because of losses on the link.
     repeated_requests: u32,
 }
 
@@ -386,12 +370,10 @@ type Numbers = BTreeMap<&'static str, f64>;
 /// A geometry of the controller.
 #[derive(Debug, Serialize)]
 pub struct Parameters {
-    /// `current` or `nominal`.
     set: &'static str,
     /// The origin, in words.
     origin: &'static str,
     fingerprint: String,
-    /// The eight parameters of each arm, by symbol.
     arms: [Numbers; 3],
     /// The transmission errors (gear and encoder) of each joint; `null` if there are none.
     transmissions: Option<[Numbers; 3]>,
@@ -409,13 +391,14 @@ impl Parameters {
             named.collect()
         };
         let transmission = |[gain, harmonics @ ..]: [T; 5]| {
-            let harmonics = harmonics.map(|own| own.to_f64().to_degrees());
-            let named = ["cos_deg", "sin_deg", "cos2_deg", "sin2_deg"]
-                .into_iter()
-                .zip(harmonics);
-            std::iter::once(("gain", gain.to_f64()))
-                .chain(named)
-                .collect()
+            let [cos, sin, cos2, sin2] = harmonics.map(|own| own.to_f64().to_degrees());
+            Numbers::from([
+                ("gain", gain.to_f64()),
+                ("cos_deg", cos),
+                ("sin_deg", sin),
+                ("cos2_deg", cos2),
+                ("sin2_deg", sin2),
+            ])
         };
         let geometry = &parameters.geometry;
         Self {

@@ -36,10 +36,7 @@ impl<T: Number> Finished<T> {
     /// # Errors
     /// The controller refused the calibration.
     pub fn geometry(&self) -> Result<Geometry<T>, StreamRefusal> {
-        self.result
-            .as_ref()
-            .map(geometry)
-            .map_err(|refusal| *refusal)
+        self.result.as_ref().map(geometry).map_err(|own| *own)
     }
 
     /// The control loop during the calibration: counters start at the first sample, not at the controller's start.
@@ -56,10 +53,10 @@ impl<T: Number> Finished<T> {
 
 fn geometry<T: Number>(arms: &[ArmReport<T>; 3]) -> Geometry<T> {
     let transmissions = arms.map(|arm| arm.transmission);
-    let exact = transmissions.iter().all(Option::is_none);
+    let inexact = transmissions.iter().any(Option::is_some);
     Geometry {
         arms: arms.map(|arm| arm.parameters),
-        transmissions: (!exact).then(|| transmissions.map(|own| own.unwrap_or([T::ZERO; 5]))),
+        transmissions: inexact.then(|| transmissions.map(|own| own.unwrap_or([T::ZERO; 5]))),
     }
 }
 
@@ -84,7 +81,7 @@ pub fn calibrate<T: Number, L: Transport>(
             Err(error) => return Err(error),
         }
     }
-    Err(DeviceError::SessionsLost { sessions: SESSIONS })
+    Err(DeviceError::SessionsLost(SESSIONS))
 }
 
 fn session<T: Number, L: Transport>(
@@ -98,8 +95,8 @@ fn session<T: Number, L: Transport>(
     match client.ask(&Request::Begin(begin))? {
         Response::Taken {
             session: open,
-            next: 0,
-        } if open == session => {}
+            next,
+        } if (open, next) == (session, 0) => {}
         Response::Taken { .. } => return Err(LOST),
         other => return Err(unexpected(&other)),
     }
@@ -160,7 +157,9 @@ fn send<T: Number, L: Transport>(
             Response::Taken {
                 session: open,
                 next,
-            } if open == session && next == index.saturating_add(1) => *taken = next,
+            } if (open, next) == (session, index.saturating_add(1)) => {
+                *taken = next;
+            }
             Response::Fault(Fault::OutOfOrder { next }) if next < index && restarts < SESSIONS => {
                 restarts += 1;
                 *taken = next;
@@ -174,7 +173,7 @@ fn send<T: Number, L: Transport>(
                 std::thread::sleep(client.patience().pause);
             }
             Response::Fault(Fault::Sample(error)) => {
-                return Err(DeviceError::Sample { index, error });
+                return Err(DeviceError::Sample(index, error));
             }
             other => return Err(unexpected(&other)),
         }
@@ -267,7 +266,7 @@ pub fn apply<T: Number, L: Transport>(
         }
         session = again.session;
     }
-    Err(DeviceError::SessionsLost { sessions: SESSIONS })
+    Err(DeviceError::SessionsLost(SESSIONS))
 }
 
 /// Makes a controller use the geometry of a robot calibrated elsewhere, in place of the parameters of generation

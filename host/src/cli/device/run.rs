@@ -1,12 +1,10 @@
 //! Running `delta-cal device`.
 
-use super::{
-    CalibrateArguments, DeviceArguments, DeviceCommand, LinkArguments, ParametersArguments,
-};
+use super::{CalibrateArguments, DeviceArguments, DeviceCommand, ParametersArguments};
 use crate::cli::failure::Failure;
 use crate::cli::output::{self, deliver};
 use crate::cli::paths::{is_stream, read};
-use crate::cli::progress::Bar;
+use crate::cli::progress::Progress;
 use crate::device::report::{self, Report, hexadecimal, origin};
 use crate::device::{
     self, Client, DeviceError, Link, Number, Patience, Port, adopt, check_calibrated,
@@ -18,10 +16,11 @@ use crate::{
     CalibrateError, InputError, InputText, InstrumentFacts, Method, Options, Readings, RobotFile,
     calibrate, read_samples,
 };
-use delta_cal::kinematics::{JointLimits, JointLimitsError};
+use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Drive;
 use delta_cal_protocol::{Estimator, Identity, ParameterSet, Parameters, RevertTo, Scalar};
 use serde::Serialize;
+use std::f64::consts::FRAC_PI_2;
 use std::fmt::Display;
 use std::io;
 use std::path::Path;
@@ -62,12 +61,12 @@ pub(crate) fn run(arguments: &DeviceArguments) -> Result<(), Failure> {
         DeviceCommand::Revert { nominal: true } => Job::Revert(RevertTo::Nominal),
         DeviceCommand::Revert { nominal: false } => Job::Revert(RevertTo::Previous),
     };
-    let port = port(&arguments.link)?;
-    let link = port.open(arguments.link.baud.unwrap_or(BAUD));
+    let port = port(arguments)?;
+    let link = port.open(arguments.baud.unwrap_or(BAUD));
     let link = link.map_err(|error| closed(&port, &error))?;
-    let seed = getrandom::u64();
-    let cause = |error| format!("the system has no random numbers: {error}");
-    let seed = seed.map_err(|error| Failure::device(cause(error), ""))?;
+    let seed = getrandom::u64().map_err(|error| {
+        Failure::device(format!("the system has no random numbers: {error}"), "")
+    })?;
     let mut client = Client::new(link, Patience::default(), seed);
     let mut device = Device {
         identity: client.identity()?,
@@ -90,7 +89,7 @@ struct Device<'a> {
     json: Option<&'a Path>,
 }
 
-fn port(arguments: &LinkArguments) -> Result<Port, Failure> {
+fn port(arguments: &DeviceArguments) -> Result<Port, Failure> {
     match (&arguments.port, arguments.baud) {
         (None, _) => Err(Failure::usage(
             "which controller? --port is missing",
@@ -200,9 +199,10 @@ fn calibrate_there<T: Number>(
     };
     let begin = device::begin::<T>(robot, estimator);
     let rows = device::samples::<T>(samples);
-    let bar = Bar::new("samples");
-    let mut progress = |taken| bar.show(taken as u64, rows.len() as u64);
-    let finished = device::calibrate(client, &begin, &rows, &mut progress)?;
+    let bar = Progress::bar("samples");
+    let finished = device::calibrate(client, &begin, &rows, &mut |taken| {
+        bar.show(taken as u64, rows.len() as u64);
+    })?;
     drop(bar);
     let geometry = finished.geometry().map_err(|refusal| {
         Failure::refused(
@@ -226,13 +226,8 @@ fn calibrate_there<T: Number>(
     }
     let repetitions = client.repetitions();
     let there = finished.control_loop();
-    let calibration = report::Calibration::new(
-        &here,
-        differs,
-        (&geometry, &there),
-        arguments.apply,
-        repetitions,
-    );
+    let there = (&geometry, &there);
+    let calibration = report::Calibration::new(&here, differs, there, arguments.apply, repetitions);
     publish(device, calibration, None)
 }
 
@@ -315,15 +310,15 @@ fn robot_file<T: Number>(
             "\nThe controller does not know [joints]: correct the range below. State [tolerance] \
              and [noise] if you can.",
         );
-        let limits = any_limits().map_err(|_| DeviceError::ImpossibleGeometry)?;
-        RobotFile::of("", robot, limits)
+        // A range that fits every Delta, until the user states the right one.
+        let limits = JointLimits::new(-FRAC_PI_2, FRAC_PI_2);
+        RobotFile::of(
+            "",
+            robot,
+            limits.map_err(|_| DeviceError::ImpossibleGeometry)?,
+        )
     };
     Ok(file.to_toml(&comment))
-}
-
-/// A range that fits every Delta, until the user states the right one.
-fn any_limits() -> Result<JointLimits<f64>, JointLimitsError> {
-    JointLimits::new(-90_f64.to_radians(), 90_f64.to_radians())
 }
 
 fn revert<T: Number>(device: &mut Device<'_>, to: RevertTo) -> Result<(), Failure> {

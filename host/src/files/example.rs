@@ -1,5 +1,4 @@
 //! The built-in example: a simulated robot, to try the command without files.
-//! `cargo run -p delta-cal-host --example generate_example` regenerates both files.
 
 use super::input::{InputError, InputText};
 use super::robot_file::RobotFile;

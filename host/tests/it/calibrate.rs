@@ -1,21 +1,17 @@
 //! The command `calibrate`: its output and exit codes. Refusals are in `bad_input`.
 
 use crate::support::{
-    Folder, HEADER, NOISE, NOMINAL, TOLERANCE, arms_of, csv, exact, good_samples, noisy,
-    nominal_arms, number, robot_toml, true_arms,
+    Folder, HEADER, NOISE, NOMINAL, Point, TOLERANCE, arms_of, csv, exact, noisy, number, true_arms,
 };
 use serde_json::Value;
 use std::fmt::Write;
 
-fn folder(robot: &str, samples: &str) -> Folder {
+/// With a robot file that states tolerance and noise.
+fn folder(samples: &[(Point, Point)]) -> Folder {
     let folder = Folder::new();
-    folder.write("robot.toml", robot);
-    folder.write("samples.csv", samples);
+    folder.write("robot.toml", format!("{NOMINAL}{TOLERANCE}{NOISE}"));
+    folder.write("samples.csv", csv(samples));
     folder
-}
-
-fn stated() -> String {
-    format!("{NOMINAL}{TOLERANCE}{NOISE}")
 }
 
 fn json(folder: &Folder, files: &str) -> Value {
@@ -25,7 +21,7 @@ fn json(folder: &Folder, files: &str) -> Value {
 
 #[test]
 fn exact_samples_give_back_the_robot() {
-    let folder = folder(&stated(), &good_samples());
+    let folder = folder(&exact(&true_arms(), 20));
     folder
         .run("calibrate robot.toml samples.csv --output out.toml --json out.json")
         .ok();
@@ -48,7 +44,7 @@ fn exact_samples_give_back_the_robot() {
 
 #[test]
 fn the_report_has_the_same_parts_in_text_json_and_html() {
-    let folder = folder(&stated(), &csv(&noisy(&true_arms(), 30, 0.02)));
+    let folder = folder(&noisy(&true_arms(), 30, 0.02));
     let run = folder
         .run("calibrate robot.toml samples.csv --json report.json --report report.html")
         .ok();
@@ -73,7 +69,7 @@ fn the_report_has_the_same_parts_in_text_json_and_html() {
 
 #[test]
 fn the_schema_of_the_json_holds_every_key() {
-    let folder = folder(&stated(), &csv(&noisy(&true_arms(), 30, 0.02)));
+    let folder = folder(&noisy(&true_arms(), 30, 0.02));
     let printer = include_str!("../../examples/printer/printer.cfg");
     folder.write("printer.cfg", printer);
     let schema = include_str!("../../../docs/calibration.schema.json");
@@ -100,7 +96,11 @@ fn the_schema_of_the_json_holds_every_key() {
 
 #[test]
 fn without_tolerance_and_noise_five_samples_are_refused_and_thirty_are_not() {
-    let of = |count| folder(NOMINAL, &csv(&noisy(&true_arms(), count, 0.02)));
+    let of = |count| {
+        let folder = folder(&noisy(&true_arms(), count, 0.02));
+        folder.write("robot.toml", NOMINAL);
+        folder
+    };
     let few = of(5).run("calibrate robot.toml samples.csv");
     assert_eq!(few.code, 1, "{}", few.stdout);
     let json = json(&of(30), "robot.toml samples.csv");
@@ -113,7 +113,7 @@ fn without_tolerance_and_noise_five_samples_are_refused_and_thirty_are_not() {
 
 #[test]
 fn a_limit_that_is_not_met_has_its_exit_code_and_everything_is_written() {
-    let folder = folder(&stated(), &csv(&noisy(&true_arms(), 20, 0.02)));
+    let folder = folder(&noisy(&true_arms(), 20, 0.02));
     let run = |limit: &str| {
         folder.run(&format!(
             "calibrate robot.toml samples.csv --output out.toml --limit {limit}"
@@ -135,7 +135,7 @@ fn copies_count_once_and_repeats_show_the_repeatability() {
     let mut again = rows[1];
     again.1[0] += 0.015;
     rows.push(again);
-    let json = json(&folder(&stated(), &csv(&rows)), "robot.toml samples.csv");
+    let json = json(&folder(&rows), "robot.toml samples.csv");
     assert_eq!(json["sample_count"], 21);
     let of = |kind: &str| {
         let mut findings = json["findings"].as_array().unwrap().iter();
@@ -160,7 +160,9 @@ fn blanks_that_whole_groups_of_rows_have_are_meant() {
         };
         written.unwrap();
     }
-    let json = json(&folder(&stated(), &text), "robot.toml samples.csv");
+    let folder = folder(&[]);
+    folder.write("samples.csv", text);
+    let json = json(&folder, "robot.toml samples.csv");
     assert_eq!(json["method"], "fkm");
     assert_eq!(json["reading_count"], 60);
 }
@@ -171,7 +173,8 @@ fn a_refusal_on_standard_output_is_json() {
     for row in &mut rows {
         row.0.swap(0, 1);
     }
-    let folder = folder(&robot_toml(&nominal_arms()), &csv(&rows));
+    let folder = folder(&rows);
+    folder.write("robot.toml", format!("{NOMINAL}{TOLERANCE}"));
     let run = folder.run("calibrate robot.toml samples.csv --json -");
     assert_eq!(run.code, 1);
     let json = run.json();

@@ -90,12 +90,12 @@ fn folder() -> Folder {
     folder
 }
 
-fn run(folder: &Folder, port: &str, arguments: &str) -> Run {
+pub(crate) fn run(folder: &Folder, port: &str, arguments: &str) -> Run {
     folder.run(&format!("device --port {port} {arguments}"))
 }
 
 /// The JSON report on standard output.
-fn json(folder: &Folder, port: &str, arguments: &str) -> serde_json::Value {
+pub(crate) fn json(folder: &Folder, port: &str, arguments: &str) -> serde_json::Value {
     let run = run(folder, port, &format!("{arguments} --json -"));
     run.ok().json()
 }

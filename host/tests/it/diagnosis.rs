@@ -17,27 +17,14 @@ fn perturbed(robot: &Robot<f64>, length: f64, degrees: f64, rng: &mut Pcg32) -> 
 
 /// A robot file, measurements in mm and degrees, and the header under which they are written.
 struct Case {
-    file: Robot<f64>,
+    file: RobotFile,
     rows: Vec<([f64; 3], Vector3<f64>)>,
     angles: &'static str,
     lengths: &'static str,
     options: Options,
-    tolerance: bool,
-    /// The stated standard uncertainty of positions.
-    noise: Option<f64>,
 }
 
 impl Case {
-    fn robot_file(&self) -> RobotFile {
-        let tolerance = Tolerance::new(0.6, 0.2_f64.to_radians()).unwrap();
-        let noise = |sigma| Noise::new(sigma, 0.002_f64.to_radians()).unwrap();
-        RobotFile {
-            tolerance: self.tolerance.then_some(tolerance),
-            noise: self.noise.map(noise),
-            ..RobotFile::of("robot.toml", self.file, paper_limits())
-        }
-    }
-
     /// The diagnosis of the whole file, if there is one.
     fn diagnosis(&self) -> Option<String> {
         let (q, l) = (self.angles, self.lengths);
@@ -45,13 +32,12 @@ impl Case {
         for ([q1, q2, q3], x) in &self.rows {
             writeln!(text, "{q1},{q2},{q3},{},{},{}", x.x, x.y, x.z).unwrap();
         }
-        let robot = self.robot_file();
         let input = InputText::new("samples.csv", &text);
-        let readings = match read_samples(&input, &robot, &self.options) {
+        let readings = match read_samples(&input, &self.file, &self.options) {
             Ok(readings) => readings,
             Err(error) => return error.remedy(),
         };
-        let diagnosis = match calibrate(&robot, &readings, &self.options) {
+        let diagnosis = match calibrate(&self.file, &readings, &self.options) {
             Ok(report) => report.diagnosis,
             Err(error) => error.diagnosis().cloned(),
         };
@@ -62,8 +48,7 @@ impl Case {
 /// A case; successive robots run through all calibration settings.
 fn case(robot: u64, frame: Option<Frame>) -> (Case, Pcg32) {
     let mut rng = Pcg32::seed_from_u64(0xd1a6 ^ (robot << 20));
-    let file = paper_robot();
-    let truth = perturbed(&file, 1.0, 0.3, &mut rng);
+    let truth = perturbed(&paper_robot(), 1.0, 0.3, &mut rng);
     let noise = Noise::new(0.02, 0.002_f64.to_radians()).unwrap();
     let count = [8, 12, 20, 60][usize::try_from(robot % 4).unwrap()];
     let mut samples = measurements(&truth, count, Some(&noise), &mut rng);
@@ -80,20 +65,22 @@ fn case(robot: u64, frame: Option<Frame>) -> (Case, Pcg32) {
             sample.position = rotation * sample.position + Vector3::new(900.0, -400.0, 300.0);
         }
     }
+    let rows = samples.iter();
+    let rows = rows.map(|sample| (sample.joints.map(f64::to_degrees), sample.position));
+    let tolerance = Tolerance::new(0.6, 0.2_f64.to_radians()).unwrap();
     let case = Case {
-        file,
-        rows: samples
-            .iter()
-            .map(|sample| (sample.joints.map(f64::to_degrees), sample.position))
-            .collect(),
+        file: RobotFile {
+            tolerance: (way / 2).is_multiple_of(2).then_some(tolerance),
+            noise: (way / 3).is_multiple_of(2).then_some(noise),
+            ..RobotFile::of("robot.toml", paper_robot(), paper_limits())
+        },
+        rows: rows.collect(),
         angles: "deg",
         lengths: "mm",
         options: Options {
             frame,
             ..Options::default()
         },
-        tolerance: (way / 2).is_multiple_of(2),
-        noise: (way / 3).is_multiple_of(2).then_some(0.02),
     };
     (case, rng)
 }
@@ -170,7 +157,7 @@ fn spoil(case: &mut Case, fault: &str) {
                     parameters[7] += 15.0;
                 })
             };
-            case.file = longer(&case.file, 2);
+            case.file.robot = longer(&case.file.robot, 2);
             let (original, longer) = (paper_robot(), longer(&paper_robot(), 1));
             for (q, x) in &mut case.rows {
                 let q = q.map(f64::to_radians);
@@ -218,10 +205,10 @@ const OTHERS: &[(&str, Change)] = &[
         }
     }),
     ("robot 10 mm and 3° off", |case, rng| {
-        case.file = perturbed(&case.file, 10.0, 3.0, rng);
+        case.file.robot = perturbed(&case.file.robot, 10.0, 3.0, rng);
     }),
     ("forearm 2 60 mm too long", |case, _| {
-        case.file = changed(&case.file, 1, |parameters| parameters[7] += 60.0);
+        case.file.robot = changed(&case.file.robot, 1, |parameters| parameters[7] += 60.0);
     }),
     ("joint zeros off by up to 25°", |case, rng| {
         let by = [0; 3].map(|_| 25.0 * uniform(rng));

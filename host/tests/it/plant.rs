@@ -7,7 +7,7 @@ use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Arm;
 use delta_cal::simulate::{made_robot, random_pose, standard_normal};
 use delta_cal::{Robot, Tolerance};
-use delta_cal_host::{Frame, InputText, Options, Report, RobotFile, calibrate, read_samples};
+use delta_cal_host::{Frame, InputText, Options, RobotFile, calibrate, read_samples};
 use nalgebra::{Rotation3, Vector3};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
@@ -18,75 +18,45 @@ const JOINT_DEG: f64 = 0.001;
 const REFLECTOR: [f64; 3] = [12.0, 5.0, -25.0];
 
 /// The controller's conventions and the instruments' formats.
-#[allow(clippy::struct_excessive_bools)] // each by itself
 struct Plant {
-    up: bool,
-    z_down: bool,
+    /// `up`, `z down`, `inches`, and `datum` if points measured by the tracker define the base frame.
+    has: &'static str,
     /// Counts per degree; 0 for radians, `None` for degrees.
     counts: Option<[f64; 3]>,
-    inches: bool,
     /// If joints and positions are in two files, the column that joins them.
     files: Option<&'static str>,
-    /// Whether points measured by the tracker define the base frame.
-    datum: bool,
 }
 
-const USUAL: Plant = Plant {
-    up: false,
-    z_down: false,
-    counts: None,
-    inches: false,
-    files: None,
-    datum: false,
-};
-
-fn plants() -> Vec<Plant> {
-    vec![
-        USUAL,
-        Plant {
-            up: true,
-            z_down: true,
-            ..USUAL
-        },
-        Plant {
-            up: true,
-            z_down: true,
-            counts: Some([0.0; 3]),
-            inches: true,
-            datum: true,
-            ..USUAL
-        },
-        Plant {
-            z_down: true,
-            counts: Some([10_000.0, -10_000.0, 10_000.0]),
-            files: Some("Point"),
-            datum: true,
-            ..USUAL
-        },
-        Plant {
-            up: true,
-            files: Some("Time (s)"),
-            datum: true,
-            ..USUAL
-        },
-        Plant {
-            up: true,
-            z_down: true,
-            files: Some(""),
-            datum: true,
-            ..USUAL
-        },
-    ]
+const fn plant(has: &'static str, counts: Option<[f64; 3]>, files: Option<&'static str>) -> Plant {
+    Plant { has, counts, files }
 }
+
+const COUNTS: [f64; 3] = [10_000.0, -10_000.0, 10_000.0];
+const PLANTS: [Plant; 6] = [
+    plant("", None, None),
+    plant("up, z down", None, None),
+    plant("up, z down, inches, datum", Some([0.0; 3]), None),
+    plant("z down, datum", Some(COUNTS), Some("Point")),
+    plant("up, datum", None, Some("Time (s)")),
+    plant("up, z down, datum", None, Some("")),
+];
 
 impl Plant {
+    fn has(&self, what: &str) -> bool {
+        self.has.split(", ").any(|own| own == what)
+    }
+
     /// Converts our axes to the controller's.
     fn axes(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
-        if self.z_down { [x, -y, -z] } else { [x, y, z] }
+        if self.has("z down") {
+            [x, -y, -z]
+        } else {
+            [x, y, z]
+        }
     }
 
     fn joint(&self, index: usize, radians: f64) -> f64 {
-        let angle = if self.up { -radians } else { radians };
+        let angle = if self.has("up") { -radians } else { radians };
         match self.counts {
             None => angle.to_degrees(),
             Some([0.0, ..]) => angle,
@@ -95,29 +65,29 @@ impl Plant {
     }
 
     fn length(&self, mm: f64) -> f64 {
-        if self.inches { mm / 25.4 } else { mm }
+        if self.has("inches") { mm / 25.4 } else { mm }
     }
 
     /// The robot file: base radius 210, platform 55, upper arm 350, forearm 800; arm 1 along −y, the others clockwise
     /// as seen from above.
     fn robot_file(&self, datum: &[(Vector3<f64>, Vector3<f64>)]) -> String {
         // Clockwise from above is negative about z if z points upwards.
-        let azimuths = if self.z_down {
+        let azimuths = if self.has("z down") {
             "[90, 210, 330]"
         } else {
             "[-90, 150, 30]"
         };
-        let (low, high) = if self.up { (-80, 30) } else { (-30, 80) };
+        let (low, high) = if self.has("up") { (-80, 30) } else { (-30, 80) };
         let mut text = format!(
             "[nominal]\nbase_radius_mm = 210\nplatform_radius_mm = 55\nupper_arm_mm = 350\nforearm_mm = 800\n\
              azimuth_deg = {azimuths}\n[joints]\nmin_deg = {low}\nmax_deg = {high}\n\
              [tolerance]\nlength_mm = 0.4\nangle_deg = 0.15\n\
              [noise]\nposition_mm = {SIGMA}\njoint_deg = {JOINT_DEG}\n[convention]\n"
         );
-        if self.up {
+        if self.has("up") {
             text += "joint_positive = \"up\"\n";
         }
-        if self.z_down {
+        if self.has("z down") {
             text += "z_axis = \"down\"\n";
         }
         match self.counts {
@@ -127,12 +97,12 @@ impl Plant {
                 let _ = writeln!(text, "joint_unit = \"counts\"\ncounts_per_deg = {counts:?}");
             }
         }
-        if self.inches {
+        if self.has("inches") {
             text += "length_unit = \"inch\"\n";
         }
         let [x, y, z] = self.axes(REFLECTOR);
         let _ = writeln!(text, "[target]\nx_mm = {x}\ny_mm = {y}\nz_mm = {z}");
-        for (index, (place, seen)) in datum.iter().enumerate().filter(|_| self.datum) {
+        for (index, (place, seen)) in datum.iter().enumerate().filter(|_| self.has("datum")) {
             let [x, y, z] = self.axes((*place).into());
             let seen: [f64; 3] = (*seen).into();
             let _ = writeln!(
@@ -173,53 +143,44 @@ fn tables(plant: &Plant, samples: &[([f64; 3], Vector3<f64>)]) -> InputText {
         let cells = [0, 1, 2].map(|axis| plant.length(seen[axis]).to_string().replace('.', ","));
         cells.join(";")
     };
-    let unit = if plant.inches { "in" } else { "mm" };
+    let unit = if plant.has("inches") { "in" } else { "mm" };
     let joint_names = match plant.counts {
         Some(_) => "q1;q2;q3",
         None => "q1_deg;q2_deg;q3_deg",
     };
     let names = format!("X [{unit}];Y [{unit}];Z [{unit}]");
-    match plant.files {
-        None => {
-            let mut text = format!("{joint_names};{names}\n");
-            for sample in samples {
-                let _ = writeln!(
-                    text,
-                    "{};{}",
-                    joints(sample).replace('.', ","),
-                    position(sample)
-                );
-            }
-            InputText::new("samples.csv", &text)
-        }
-        Some(key) => {
-            // The PLC logs more than was measured; the tracker has its own order and lines above the header.
-            let by_order = key.is_empty();
-            let led = |cell: &str, rest: &str| {
-                let lead = if by_order { "" } else { &format!("{cell};") };
-                format!("{lead}{rest}\n")
-            };
-            let cell = |index: usize| match key {
-                "Point" => format!("P{}", 101 + index),
-                _ => format!("{}.000", 10 * index),
-            };
-            let expanded = plant.length(2.0 * SIGMA).to_string().replace('.', ",");
-            let last = samples.len() - 1;
-            let mut plc = led(key, joint_names);
-            let mut tracker = "Tracker report\nDate;2026-11-25\n\n".to_owned();
-            tracker += &led(key, &format!("{names};U (k=2) [{unit}]"));
-            for (index, sample) in samples.iter().enumerate() {
-                plc += &led(&cell(index), &joints(sample));
-                let other = if by_order { index } else { last - index };
-                let seen = format!("{};{expanded}", position(&samples[other]));
-                tracker += &led(&cell(other), &seen);
-            }
-            if !by_order {
-                plc += &led(&cell(last + 1), &joints(&samples[0]));
-            }
-            InputText::new("tracker.csv", &tracker).with_beside(InputText::new("plc.csv", &plc))
-        }
+    let Some(key) = plant.files else {
+        let rows = samples.iter().map(|sample| {
+            let joints = joints(sample).replace('.', ",");
+            format!("{joints};{}\n", position(sample))
+        });
+        let text = format!("{joint_names};{names}\n") + &rows.collect::<String>();
+        return InputText::new("samples.csv", &text);
+    };
+    let by_order = key.is_empty();
+    let led = |cell: &str, rest: &str| {
+        let lead = if by_order { "" } else { &format!("{cell};") };
+        format!("{lead}{rest}\n")
+    };
+    let cell = |index: usize| match key {
+        "Point" => format!("P{}", 101 + index),
+        _ => format!("{}.000", 10 * index),
+    };
+    let expanded = plant.length(2.0 * SIGMA).to_string().replace('.', ",");
+    let last = samples.len() - 1;
+    let mut plc = led(key, joint_names);
+    let mut tracker = "Tracker report\nDate;2026-11-25\n\n".to_owned();
+    tracker += &led(key, &format!("{names};U (k=2) [{unit}]"));
+    for (index, sample) in samples.iter().enumerate() {
+        plc += &led(&cell(index), &joints(sample));
+        let other = if by_order { index } else { last - index };
+        let seen = format!("{};{expanded}", position(&samples[other]));
+        tracker += &led(&cell(other), &seen);
     }
+    if !by_order {
+        plc += &led(&cell(last + 1), &joints(&samples[0]));
+    }
+    InputText::new("tracker.csv", &tracker).with_beside(InputText::new("plc.csv", &plc))
 }
 
 fn written(plant: &Plant, rows: usize, seed: u64) -> Written {
@@ -235,17 +196,12 @@ fn written(plant: &Plant, rows: usize, seed: u64) -> Written {
     };
     // Spread over the robot's whole reach.
     let datum = [
-        [500.0, 0.0, -500.0],
-        [-400.0, 450.0, -600.0],
-        [-300.0, -500.0, -400.0],
-        [0.0, 0.0, -1100.0],
+        Vector3::new(500.0, 0.0, -500.0),
+        Vector3::new(-400.0, 450.0, -600.0),
+        Vector3::new(-300.0, -500.0, -400.0),
+        Vector3::new(0.0, 0.0, -1100.0),
     ]
-    .map(|place| {
-        (
-            Vector3::from(place),
-            near(frame.apply(&Vector3::from(place))),
-        )
-    });
+    .map(|place| (place, near(frame.apply(&place))));
     let robot = RobotFile::read(&InputText::new("robot.toml", &plant.robot_file(&datum))).unwrap();
     let mut samples = Vec::new();
     let mut rng = Pcg32::seed_from_u64(seed + 1000);
@@ -268,28 +224,20 @@ fn written(plant: &Plant, rows: usize, seed: u64) -> Written {
     }
 }
 
-/// The report, or `None` if the calibration is refused.
-fn calibrated(plant: &Written) -> Option<Report> {
+/// Every plant is calibrated without converting a number by hand, and errors are as stated.
+#[test]
+fn a_plant_in_its_own_convention_is_calibrated() {
     let options = Options {
         frame: Frame::Sensor,
         ..Options::default()
     };
-    let readings = read_samples(&plant.input, &plant.robot, &options)
-        .unwrap_or_else(|error| panic!("{error}"));
-    calibrate(&plant.robot, &readings, &options)
-        .inspect_err(|error| println!("{error}"))
-        .ok()
-}
-
-/// Every plant is calibrated without converting a number by hand, and errors are as stated.
-#[test]
-fn a_plant_in_its_own_convention_is_calibrated() {
     let seeds = delta_cal_tests::size(6, 60);
     let (mut all, mut refused) = (Vec::new(), 0);
-    for (index, plant) in plants().iter().enumerate() {
+    for (index, plant) in PLANTS.iter().enumerate() {
         for seed in 0..seeds {
             let written = written(plant, 30, 17 * seed + index as u64);
-            let Some(report) = calibrated(&written) else {
+            let readings = read_samples(&written.input, &written.robot, &options).unwrap();
+            let Ok(report) = calibrate(&written.robot, &readings, &options) else {
                 refused += 1;
                 continue;
             };
@@ -299,7 +247,7 @@ fn a_plant_in_its_own_convention_is_calibrated() {
             let errors = position_errors(&reach, &poses, &report.after.robot, truth).map(f64::sqrt);
             let stated = [stated.absolute_rms_mm, stated.relative_rms_mm];
             all.push([errors[0] / stated[0], errors[1] / stated[1]]);
-            if plant.datum {
+            if plant.has("datum") {
                 assert!(errors[0] < 0.15, "plant {index}: {errors:?} mm");
                 assert!(stated[0] < 0.15, "plant {index}: stated {stated:?} mm");
             }
@@ -307,7 +255,7 @@ fn a_plant_in_its_own_convention_is_calibrated() {
             // The frame belongs to the platform point, not to the reflector.
             let found = Vector3::from(report.sensor_frame.unwrap().translation_mm);
             let off = (found - written.frame.translation).norm();
-            let most = if plant.datum { 0.3 } else { 12.0 };
+            let most = if plant.has("datum") { 0.3 } else { 12.0 };
             assert!(off < most, "plant {index}: the frame is {off:.1} mm off");
             // The output reads back as the same robot in the same convention.
             let again =

@@ -319,30 +319,23 @@ pub(crate) fn good_samples() -> String {
 }
 
 /// Runs on these two files and checks that nothing but one error came of it.
-pub(crate) fn assert_fails(robot: &[u8], samples: &[u8], code: i32, expected: &[&str]) {
+pub(crate) fn assert_fails(robot: impl AsRef<[u8]>, samples: impl AsRef<[u8]>, expected: &str) {
     let folder = Folder::new();
     folder.write("robot.toml", robot);
     folder.write("samples.csv", samples);
     folder.write("report.json", "of yesterday");
-    let run = folder.run(COMMAND);
-    assert_eq!(run.code, code, "{expected:?}: {}", run.stderr);
-    for part in expected {
-        assert!(run.stderr.contains(part), "{part:?}: {}", run.stderr);
-    }
-    let first = run.stderr.lines().next().unwrap();
-    assert!(first.contains(expected[0]), "{first}");
+    let stderr = refused(&folder, COMMAND, "3", expected);
+    let first = stderr.lines().next().unwrap();
+    let (part, _) = expected.split_once(" | ").unwrap_or((expected, ""));
+    assert!(first.contains(part), "{first}");
     // The line of the file, with the place marked, stands between two margins.
     let excerpt = |line: &&str| {
         line.trim_start_matches(|c: char| c == ' ' || c.is_ascii_digit())
             .starts_with('|')
     };
-    let diagnosed = |line: &&str| line.starts_with("diagnosis: ");
-    let lines = run.stderr.lines().filter(|line| !excerpt(line));
-    let (diagnosis, others): (Vec<_>, Vec<_>) = lines.partition(diagnosed);
-    assert!(diagnosis.len() <= 1, "{}", run.stderr);
-    assert_eq!(others.len(), 2, "error and help: {}", run.stderr);
-    assert_eq!(run.stdout, "");
-    assert_eq!(folder.names(), ["report.json", "robot.toml", "samples.csv"]);
+    let lines = stderr.lines().filter(|line| !excerpt(line));
+    let others = lines.filter(|line| !line.starts_with("diagnosis: "));
+    assert_eq!(others.count(), 2, "error and help: {stderr}");
     assert_eq!(folder.read("report.json"), "of yesterday");
 }
 
@@ -356,17 +349,23 @@ pub(crate) fn cases(table: &str) -> Vec<[String; 3]> {
     lines.map(case).collect()
 }
 
-/// Each line of a table: arguments of a command, its exit code, and what the error says. Nothing is printed or written.
-pub(crate) fn assert_refused(folder: &Folder, command: &str, table: &str) {
+/// What a command says that it refuses, which is to contain all parts of `expected`. Nothing is printed or written.
+fn refused(folder: &Folder, command: &str, code: &str, expected: &str) -> String {
     let names = folder.names();
+    let run = folder.run(command);
+    let shown = format!("{command}: {}{}", run.stderr, run.stdout);
+    assert_eq!(run.code.to_string(), code, "{shown}");
+    for part in expected.split(" | ") {
+        assert!(run.stderr.contains(part), "{part}: {shown}");
+    }
+    assert_eq!((run.stdout.as_str(), folder.names()), ("", names));
+    run.stderr
+}
+
+/// Each line of a table: arguments of a command, its exit code, and what the error says.
+pub(crate) fn assert_refused(folder: &Folder, command: &str, table: &str) {
     for [arguments, code, expected] in cases(table) {
-        let run = folder.run(&format!("{command} {arguments}"));
-        let shown = format!("{arguments}: {}{}", run.stderr, run.stdout);
-        assert_eq!(run.code.to_string(), code, "{shown}");
-        for part in expected.split(" | ") {
-            assert!(run.stderr.contains(part), "{part}: {shown}");
-        }
-        assert_eq!((run.stdout.as_str(), folder.names()), ("", names.clone()));
+        refused(folder, &format!("{command} {arguments}"), &code, &expected);
     }
 }
 

@@ -49,7 +49,7 @@ pub(crate) struct CalibrateArguments {
     /// Joint angles and what was measured there; - reads standard input
     #[arg(value_name = "SAMPLES.csv")]
     samples: Option<PathBuf>,
-    /// What was measured, if SAMPLES.csv has joints alone
+    /// The measurements, if SAMPLES.csv holds only joint angles
     #[arg(value_name = "POSITIONS.csv")]
     second: Option<PathBuf>,
     #[command(flatten)]
@@ -60,7 +60,7 @@ pub(crate) struct CalibrateArguments {
     /// Leave out and name samples that disagree (Tukey's loss)
     #[arg(long)]
     robust: bool,
-    /// The frame of x, y and z: base, or sensor, which is found with the parameters
+    /// The frame of x, y and z: base, or sensor, which is estimated too
     #[arg(long, value_enum, hide_possible_values = true, default_value_t = Frame::Base)]
     frame: Frame,
     /// Largest expanded uncertainty (rms)

@@ -54,7 +54,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = DEVICE_HELP)]
 pub(crate) struct DeviceArguments {
-    /// Where the controller is: a serial port (/dev/ttyACM0, COM3) or tcp:HOST:PORT
+    /// Address of the controller: a serial port (/dev/ttyACM0, COM3) or tcp:HOST:PORT
     #[arg(
         long,
         global = true,

@@ -45,11 +45,10 @@ pub(crate) struct ExportArguments {
     /// The calibrated robot
     #[arg(value_name = "CALIBRATED.toml", value_parser = robot_path())]
     robot: PathBuf,
-    /// What to export for; the targets are listed below
+    /// The target, one of those listed below
     #[arg(long = "for", value_name = "TARGET", value_parser = PossibleValuesParser::new(names()), hide_possible_values = true)]
     target: String,
-    /// The robot before its calibration, with which a correction table's controller computes [default: the nearest
-    /// symmetric robot]
+    /// For a correction table: the robot that the controller computes with [default: the nearest symmetric robot]
     #[arg(long, value_name = "ROBOT.toml", value_parser = robot_path())]
     nominal: Option<PathBuf>,
     /// Positions to fit at, x_mm,y_mm,z_mm in the robot's frame [default: all over the workspace]
@@ -70,7 +69,7 @@ pub(crate) struct ExportArguments {
     /// With towers: the samples file with the heights of the bed, which becomes z = 0
     #[arg(long, value_name = "SAMPLES.csv")]
     bed: Option<PathBuf>,
-    /// The height of the robot's origin above the controller's z = 0 [default: the least whole number
+    /// Height of the robot's origin above the controller's z = 0 [default: the smallest whole number
     /// of mm with no position below 0]
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     height: Option<f64>,
@@ -80,7 +79,7 @@ pub(crate) struct ExportArguments {
     /// The unit of a LinuxCNC machine
     #[arg(long, value_parser = ["mm", "inch"], default_value = "mm")]
     unit: String,
-    /// The largest error between the nodes of a correction table [default: nodes 25 mm apart]
+    /// Largest error between the nodes of a correction table [default: nodes 25 mm apart]
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     limit: Option<f64>,
     /// Write the lines to this file instead of standard output

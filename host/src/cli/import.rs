@@ -22,7 +22,7 @@ CONTROLLER is one of:
 A folder stands for the printer.cfg or config.g in it.
 
 The program writes robot.toml and, if the configuration holds measurements, samples.csv. It never changes the configuration, \
-keeps nothing of sections that the geometry does not need, and prints no line of it.
+copies nothing from sections that the geometry does not need, and prints none of its lines.
 
 Examples:
   delta-cal import klipper printer.cfg --rods 345mm --output mine
@@ -31,7 +31,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = HELP)]
 pub(crate) struct ImportArguments {
-    /// Whose configuration it is; the controllers are listed below
+    /// The firmware of the configuration, one of those listed below
     #[arg(value_name = "CONTROLLER", value_parser = PossibleValuesParser::new(Firmware::ALL.map(Firmware::name)), hide_possible_values = true)]
     controller: String,
     /// The configuration
@@ -56,10 +56,10 @@ pub(crate) struct StatedArguments {
     /// Its delta radius
     #[arg(long, value_name = "LENGTH", value_parser = measured)]
     radius: Option<Measured>,
-    /// A printed length and what it came out as, mm
+    /// A length as designed and as printed, mm
     #[arg(long, value_name = "100=98.5", value_parser = printed)]
     printed: Option<[f64; 2]>,
-    /// What prints shrink by: 0.3%
+    /// Shrinkage of prints: 0.3%
     #[arg(long, value_name = "PERCENT", value_parser = shrinkage)]
     shrinkage: Option<f64>,
 }

@@ -27,7 +27,7 @@ pub(crate) fn robot_path() -> impl TypedValueParser<Value = PathBuf> {
 /// What the columns of a table hold.
 #[derive(Debug, Args)]
 pub(crate) struct ColumnsArgument {
-    /// Columns of other names: before each = what the column holds, after it its name in the file
+    /// Other column names: the standard name before each =, the name in the file after it
     #[arg(long, value_name = "q1_deg=A1,x_mm=X,...")]
     columns: Option<ColumnMapping>,
 }

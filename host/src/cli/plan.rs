@@ -43,13 +43,13 @@ const ADDED: usize = 4;
     override_usage = "delta-cal plan [OPTIONS] --count <N> <ROBOT.toml>\n       delta-cal plan [OPTIONS] --accuracy <LENGTH> <ROBOT.toml>\n       delta-cal plan [OPTIONS] --samples <SAMPLES.csv> <ROBOT.toml>"
 )]
 pub(crate) struct PlanArguments {
-    /// The robot as it is known before the measurement
+    /// The robot as known before the measurement
     #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
     robot: PathBuf,
     /// The number of measurements, 4 to 500; with --samples the number to add
     #[arg(long, value_name = "N", value_parser = whole_number, allow_negative_numbers = true)]
     count: Option<usize>,
-    /// As few measurements as bring the expected error down to this
+    /// Plan the fewest measurements that bring the expected error down to this
     #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true, conflicts_with_all = ["count", "samples"])]
     accuracy: Option<f64>,
     /// Say what the rows of this file determine, and which to add
@@ -61,7 +61,7 @@ pub(crate) struct PlanArguments {
     /// several with commas, distance=8 for eight at most
     #[arg(long, value_name = "KINDS", default_value = "xyz")]
     measure: Wishes,
-    /// The frame of x, y and z: base, or sensor, which is found with the parameters
+    /// The frame of x, y and z: base, or sensor, which is estimated too
     #[arg(long, value_enum, hide_possible_values = true, default_value_t = Frame::Base)]
     frame: Frame,
     /// Only poses within this box or cylinder

@@ -40,7 +40,7 @@ pub(crate) struct ValidateArguments {
     /// The positions, if CHECK.csv holds the joints alone
     #[arg(value_name = "POSITIONS.csv")]
     second: Option<PathBuf>,
-    /// The rms position error that passes, as 0.1mm or 50um
+    /// Largest rms position error that passes, such as 0.1mm or 50um
     #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
     limit: f64,
     #[command(flatten)]

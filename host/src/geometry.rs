@@ -142,6 +142,10 @@ impl Reach {
             Err(fault) => fault,
         };
         self.within_forearms(robot, x, &out)?;
+        if robot.drive() == Drive::Linear {
+            // The other travel has its carriage below the platform.
+            return Err(fault);
+        }
         let within = |q: f64| q >= self.limits.minimum() && q <= self.limits.maximum();
         let mut elbows = [[None; 2]; 3];
         for (arm, (elbow, q)) in robot.arms().iter().zip(elbows.iter_mut().zip(out)) {
@@ -172,7 +176,9 @@ impl Reach {
     pub fn allows(&self, robot: &Robot<f64>, x: &Vector3<f64>, q: &[f64; 3]) -> Result<(), Limit> {
         self.within_joints(q)?;
         self.within_forearms(robot, x, q)?;
-        if hangs_below(robot, x, q) {
+        if !robot.has_carriages_above(x, q) {
+            Err(Limit::Serial(ArmIndex::First))
+        } else if hangs_below(robot, x, q) {
             Ok(())
         } else {
             Err(Limit::Parallel(ArmIndex::First))
@@ -248,15 +254,11 @@ impl Reach {
 /// [`Robot::forward`] treats the pose as singular.
 const LEAST_HEIGHT: f64 = 6e-8;
 
-/// The joint angle, radians, with the elbow on the other side of the line from motor to platform, for an arm whose
-/// forearm reaches `x` at joint angle `q`; with linear drives the travel, mm, with the carriage below the platform.
-pub fn other_elbow(arm: &Arm<f64>, x: &Vector3<f64>, q: f64) -> f64 {
-    let basis = arm.basis();
+/// The joint angle, radians, with the elbow on the other side of the line from motor to platform, for an arm of a rotary
+/// drive whose forearm reaches `x` at joint angle `q`.
+pub(crate) fn other_elbow(arm: &Arm<f64>, x: &Vector3<f64>, q: f64) -> f64 {
     let w = x - arm.d();
-    match arm.drive() {
-        Drive::Rotary => 2.0 * basis.v.dot(&w).atan2(basis.u.dot(&w)) - q,
-        Drive::Linear => 2.0 * basis.v.dot(&w) / basis.v.norm_squared() - q,
-    }
+    2.0 * arm.basis().v.dot(&w).atan2(arm.basis().u.dot(&w)) - q
 }
 
 /// Whether, at a pose (`x`, `q`) that satisfies the constraints, the platform is off the plane of the elbows, on the

@@ -173,6 +173,9 @@ fn apart(a: f64, b: f64) -> f64 {
 /// The joint angles at `x` on the branch nearest to `near`.
 pub(super) fn branch(robot: &Robot<f64>, x: &Vector3<f64>, near: &[f64; 3]) -> Option<[f64; 3]> {
     let mut q = robot.inverse(x).ok()?;
+    if robot.drive() == Drive::Linear {
+        return Some(q);
+    }
     for ((arm, q), near) in robot.arms().iter().zip(&mut q).zip(near) {
         let other = other_elbow(arm, x, *q);
         if apart(other, *near) < apart(*q, *near) {

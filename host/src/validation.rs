@@ -10,15 +10,15 @@ mod readings;
 use crate::accuracy::position_error::PositionError;
 use crate::calibration::diagnosis::diagnose;
 use crate::calibration::refusal::{CalibrateError, Refused};
+use crate::calibration::report::FrameReport;
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
 use crate::fit::datum::Datum;
 use crate::fit::{Frame, Options};
 use crate::text::count;
-use delta_cal::frame::RigidTransform;
 pub use interval::{Bounded, RmsError, Verdict};
-use interval::{Read, RowDeviation, largest, poses_to_decide};
+use interval::{Mean, Read, RowDeviation, largest};
 use nalgebra::Vector3;
 use readings::{Deviations, deviations};
 use serde::Serialize;
@@ -52,48 +52,41 @@ pub struct Deviation {
     pub deviation_mm: f64,
 }
 
-/// The result of validating a calibrated robot.
-#[derive(Debug, Clone, PartialEq)]
+/// The result of validating a calibrated robot. Lengths are in the units and axes of the robot file.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Validation {
-    /// The validated robot.
-    pub robot: RobotFile,
+    /// Name of the robot file.
+    pub robot_file: String,
     /// Name of the samples file.
     pub samples_file: String,
-    /// The kind of the readings if they are all of one kind.
-    pub kind: Option<Kind>,
-    /// The request.
-    pub request: Request,
-    /// Deviations in file order.
-    pub rows: Vec<Deviation>,
-    /// Number of distinct poses.
-    pub poses: usize,
-    /// Deviations over all rows, including the instrument's noise.
-    pub deviation: PositionError,
-    /// rms noise removed from the deviations, mm; `None` if none was removed.
-    pub noise: Option<f64>,
-    /// The rms position error without the noise.
-    pub error: RmsError,
-    /// Estimate and interval of the rms position error.
-    pub rms: Bounded,
-    /// The largest position error at the measured poses, without the noise.
-    pub largest: Bounded,
-    /// Measured region: smallest and largest x, y and z, mm.
-    pub region: [(f64, f64); 3],
-    /// Transform from the robot's frame to the sensor's, if fitted.
-    pub sensor_frame: Option<RigidTransform<f64>>,
+    /// The frame in which the positions were measured, or the base's if the sensor's is known.
+    pub frame: Frame,
     /// Whether the limit is met.
     pub verdict: Verdict,
-    /// Number of poses that would decide an undecided verdict, if any would.
-    pub poses_to_decide: Option<usize>,
+    /// Over the measured region, without the noise.
+    pub rms_error: RmsError,
+    /// The largest position error at the measured poses, without the noise.
+    pub largest_error: Bounded,
+    /// Deviations over all rows, including the instrument's noise.
+    pub deviation_mm: PositionError,
+    /// rms noise removed from the deviations; `None` if none was removed.
+    pub noise_mm: Option<f64>,
+    /// Number of rows.
+    pub row_count: usize,
+    /// Number of distinct poses.
+    pub pose_count: usize,
+    /// Measured region: smallest and largest x, y and z.
+    pub region_mm: [(f64, f64); 3],
+    /// The sensor's frame, if fitted.
+    pub sensor_frame: Option<FrameReport>,
     /// Warnings.
     pub warnings: Vec<String>,
-}
-
-impl Validation {
-    /// The confidence that the rms position error is below the limit, 0 to 1.
-    pub fn confidence(&self) -> f64 {
-        self.error.confidence_below(self.request.limit)
-    }
+    /// Deviations in file order.
+    #[serde(skip)]
+    pub rows: Vec<Deviation>,
+    /// The kind of the readings if they are all of one kind.
+    #[serde(skip)]
+    pub kind: Option<Kind>,
 }
 
 /// Checks that a robot was not calibrated from these samples: `calibrate` writes their SHA-256 to its file.
@@ -130,16 +123,7 @@ pub fn validate(
     };
     let poses = readings.distinct_poses();
     check_poses(robot, readings, poses, &options)?;
-    let Deviations {
-        rows,
-        frame,
-        taken_up,
-        coordinates,
-    } = deviations(robot, readings, request.frame)?;
-    let read = Read {
-        coordinates,
-        taken_up,
-    };
+    let Deviations { rows, frame, read } = deviations(robot, readings, request.frame)?;
     let deviation = PositionError::of(rows.iter().map(|row| (Some(row.length()), row.line)));
     if deviation.lies_elsewhere(&robot.robot) {
         return Err(elsewhere(robot, readings, &options, &deviation));
@@ -157,33 +141,24 @@ pub fn validate(
         None => rows,
     };
     let (squares, noise) = by_poses(&rows);
-    let error = RmsError::of(&squares, noise.unwrap_or(0.0), read);
-    let largest = largest(&rows).unwrap_or(Bounded {
-        value: f64::NAN,
-        interval: (0.0, None),
-    });
-    let rms = error.bounded();
-    let verdict = Verdict::of(&rms, request.limit);
-    let more = (verdict == Verdict::Undecided)
-        .then(|| poses_to_decide(&error, poses, request.limit))
-        .flatten();
+    let rms_error = Mean::of(&squares, noise.unwrap_or(0.0), read).against(request.limit);
+    let convention = &robot.convention;
     Ok(Validation {
-        robot: robot.clone(),
+        robot_file: robot.name.clone(),
         samples_file: readings.name.clone(),
-        kind: only_kind(readings),
-        request,
-        poses,
-        deviation,
-        noise: noise.map(f64::sqrt),
-        error,
-        rms,
-        largest,
-        region: robot.convention.ranges(region(&rows)),
-        rows: rows.iter().map(shown).collect(),
-        sensor_frame: frame,
-        verdict,
-        poses_to_decide: more,
+        frame: request.frame,
+        verdict: Verdict::of(&rms_error.error, request.limit),
+        rms_error,
+        largest_error: largest(&rows),
+        deviation_mm: deviation,
+        noise_mm: noise.map(f64::sqrt),
+        row_count: rows.len(),
+        pose_count: poses,
+        region_mm: convention.ranges(region(&rows)),
+        sensor_frame: frame.map(|own| FrameReport::of(&own, convention)),
         warnings,
+        rows: rows.iter().map(shown).collect(),
+        kind: only_kind(readings),
     })
 }
 

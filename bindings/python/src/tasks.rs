@@ -130,10 +130,10 @@ pub(crate) fn validate<'py>(
     };
     let dict = PyDict::new(py);
     dict.set_item("verdict", verdict)?;
-    dict.set_item("rms", found.rms.value)?;
-    dict.set_item("interval", found.rms.interval)?;
-    dict.set_item("largest", found.largest.value)?;
-    dict.set_item("confidence", found.confidence())?;
+    dict.set_item("rms", found.rms_error.error.value)?;
+    dict.set_item("interval", found.rms_error.error.interval)?;
+    dict.set_item("largest", found.largest_error.value)?;
+    dict.set_item("confidence", found.rms_error.confidence_below_limit)?;
     dict.set_item("deviations", PyArray1::<f64>::from_vec(py, deviations))?;
     dict.set_item(
         "warnings",

@@ -1,6 +1,4 @@
-//! Figures: axes with units, a legend, logarithmic axes.
-//!
-//! A [`Figure`] describes the content; [`Figure::to_svg`] draws it. The output is deterministic.
+//! Figures as SVG: axes with units, and a legend. The output is deterministic.
 //!
 //! ```
 //! use delta_cal_host::render::plot::{Axis, Colour, Figure, Shape};
@@ -14,7 +12,7 @@
 //! assert!(svg.contains("gain, %") && svg.ends_with("</svg>\n"));
 //! ```
 
-mod svg;
+use maud::{Markup, html};
 
 /// The colours of Okabe and Ito, which the colour-blind can distinguish, without the yellow, which is too pale on
 /// white; and two neutral colours.
@@ -55,11 +53,9 @@ impl Colour {
 /// axis, are omitted.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
-    /// Points (x, y) connected by a dashed line.
-    Dashed(Vec<(f64, f64)>),
-    /// A filled polygon.
-    Region(Vec<(f64, f64)>),
-    /// Rectangles given by two corners, all with this opacity, 0 to 1: one shade of a map.
+    /// A dashed line between (x, y) and (x, y).
+    Dashed([(f64, f64); 2]),
+    /// Rectangles given by two corners, all with this opacity, 0 to 1.
     Tiles(Vec<[(f64, f64); 2]>, f64),
     /// Separate lines between (x, y) and (x, y).
     Segments(Vec<[(f64, f64); 2]>),
@@ -127,13 +123,8 @@ impl Figure {
     }
 }
 
-/// Most decades of a logarithmic axis with lines in between.
-const DIVIDED_DECADES: f64 = 9.0;
-/// Most decades of a logarithmic axis with a label each.
-const LABELLED_DECADES: usize = 10;
-
-/// Position and text of a label.
-pub(super) type Tick = (f64, String);
+/// Most labels of a logarithmic axis.
+const DECADES: usize = 10;
 
 #[derive(Debug, Clone, PartialEq)]
 enum Scale {
@@ -145,7 +136,7 @@ enum Scale {
 /// An axis: label with unit, range and scale.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    pub(super) label: String,
+    label: String,
     low: f64,
     high: f64,
     scale: Scale,
@@ -162,7 +153,7 @@ impl Axis {
         }
     }
 
-    /// A logarithmic axis; both ends must be positive.
+    /// A logarithmic axis between two powers of ten.
     pub fn logarithmic(label: impl Into<String>, low: f64, high: f64) -> Self {
         Self {
             scale: Scale::Logarithmic,
@@ -172,7 +163,7 @@ impl Axis {
 
     /// A linear axis with names at 0, 1, 2…, the first at the far end.
     pub fn named(label: impl Into<String>, names: Vec<String>) -> Self {
-        let count = u32::try_from(names.len()).map_or(f64::INFINITY, f64::from);
+        let count = names.len() as f64;
         Self {
             scale: Scale::Named(names),
             ..Self::linear(label, count - 0.5, -0.5)
@@ -180,7 +171,7 @@ impl Axis {
     }
 
     /// Position of a value on the axis before scaling; `None` if it cannot be drawn.
-    pub(super) fn place(&self, value: f64) -> Option<f64> {
+    fn place(&self, value: f64) -> Option<f64> {
         let place = match self.scale {
             Scale::Logarithmic => value.log10(),
             Scale::Linear | Scale::Named(_) => value,
@@ -189,102 +180,323 @@ impl Axis {
     }
 
     /// The positions of both ends; 0 and 1 if the range is not finite, empty, or logarithmic and not positive.
-    pub(super) fn ends(&self) -> (f64, f64) {
+    fn ends(&self) -> (f64, f64) {
         match (self.place(self.low), self.place(self.high)) {
             (Some(low), Some(high)) if (high - low).abs() > 0.0 => (low, high),
             _ => (0.0, 1.0),
         }
     }
 
-    /// Labels between two positions; on a linear axis at most about `most`.
-    pub(super) fn ticks(&self, (low, high): (f64, f64), most: f64) -> Vec<Tick> {
+    /// Positions and texts of the labels between two positions; on a linear axis at most about `most`.
+    fn ticks(&self, (low, high): (f64, f64), most: f64) -> Vec<(f64, String)> {
         match &self.scale {
             Scale::Named(names) => (0..).map(f64::from).zip(names.iter().cloned()).collect(),
             Scale::Linear => steps(low.min(high), low.max(high), most),
             Scale::Logarithmic => decades(low, high),
         }
     }
-
-    /// Positions between the labels of a logarithmic axis: 2, 3… 9 times a power of ten.
-    pub(super) fn minor(&self, (low, high): (f64, f64)) -> Vec<f64> {
-        if self.scale != Scale::Logarithmic || high - low > DIVIDED_DECADES {
-            return Vec::new();
-        }
-        let multiples = (2..10).map(f64::from).map(f64::log10);
-        whole(low - 1.0, high)
-            .flat_map(|decade| multiples.clone().map(move |part| f64::from(decade) + part))
-            .filter(|place| (low..=high).contains(place))
-            .collect()
-    }
-}
-
-/// The integers between two positions.
-#[allow(clippy::cast_possible_truncation)] // exponents of f64, or some dozens of steps
-fn whole(low: f64, high: f64) -> std::ops::RangeInclusive<i32> {
-    low.ceil() as i32..=high.floor() as i32
 }
 
 /// Multiples of 1, 2 or 5 times a power of ten.
-fn steps(low: f64, high: f64, most: f64) -> Vec<Tick> {
+fn steps(low: f64, high: f64, most: f64) -> Vec<(f64, String)> {
     let least = (high - low) / most;
-    let mut exponent = least.log10().floor();
-    let factors = [1.0, 2.0, 5.0];
-    let factor = factors
-        .into_iter()
-        .find(|factor| factor * 10f64.powf(exponent) >= least);
-    let factor = factor.unwrap_or_else(|| {
-        exponent += 1.0;
-        1.0
-    });
-    let step = factor * 10f64.powf(exponent);
+    let power = 10f64.powf(least.log10().floor());
+    let factors = [1.0, 2.0, 5.0].into_iter();
+    let step = factors
+        .map(|factor| factor * power)
+        .find(|step| *step >= least)
+        .unwrap_or(10.0 * power);
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at most 308
-    let decimals = (-exponent).max(0.0) as usize;
+    let decimals = (-step.log10().floor()).max(0.0) as usize;
     let first = (low / step).ceil();
-    let places = (0..=100).map(|index| (first + f64::from(index)) * step);
+    let places = (0..=100).map(|index| (first + f64::from(index)) * step + 0.0);
     places
         .take_while(|place| *place <= high)
-        .map(|place| (place, number(place, decimals)))
+        .map(|place| (place, format!("{place:.decimals$}").replace('-', "−")))
         .collect()
 }
 
-fn decades(low: f64, high: f64) -> Vec<Tick> {
-    let every = (whole(low, high).count() / LABELLED_DECADES).max(1);
-    let decades: Vec<_> = whole(low, high)
-        .step_by(every)
-        .map(|decade| (f64::from(decade), power_of_ten(decade)))
-        .collect();
-    if decades.len() > 1 {
-        return decades;
-    }
-    // Less than two decades: 1, 2 and 5.
-    let parts = |decade: i32| [1.0, 2.0, 5.0].map(|part: f64| (decade, part));
-    whole(low - 1.0, high)
-        .flat_map(parts)
-        .map(|(decade, part)| {
-            let decimals = usize::try_from(-decade).unwrap_or(0);
-            let text = number(part * 10f64.powi(decade), decimals);
-            (f64::from(decade) + part.log10(), text)
-        })
-        .filter(|(place, _)| (low..=high).contains(place))
-        .collect()
-}
-
-/// 0.01, 1000, or 1e-7 if shorter.
-fn power_of_ten(decade: i32) -> String {
-    match decade {
-        -4..=5 => number(10f64.powi(decade), usize::try_from(-decade).unwrap_or(0)),
-        _ => format!("1e{decade}").replace('-', "\u{2212}"),
-    }
-}
-
-fn number(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    // −0 keeps its sign, as does a value rounded to it.
-    let zero = text.parse::<f64>().is_ok_and(|value| value.abs() <= 0.0);
-    let text = if zero {
-        text.trim_start_matches('-')
-    } else {
-        &text
+/// Powers of ten: 0.01, 1000, or 1e-7 if shorter.
+fn decades(low: f64, high: f64) -> Vec<(f64, String)> {
+    #[allow(clippy::cast_possible_truncation)] // exponents of f64
+    let all = low.round() as i32..=high.round() as i32;
+    let every = (all.clone().count() / DECADES).max(1);
+    let text = |decade: i32| match decade {
+        -4..=5 => 10f64.powi(decade).to_string(),
+        _ => format!("1e{decade}").replace('-', "−"),
     };
-    text.replace('-', "\u{2212}")
+    all.step_by(every)
+        .map(|decade| (f64::from(decade), text(decade)))
+        .collect()
+}
+
+/// Text size.
+const TEXT: f64 = 12.0;
+/// Width of a letter relative to the text size, for wide fonts.
+const LETTER: f64 = 0.62;
+/// Distance between the plot and the figure's edge.
+const MARGIN: f64 = 12.0;
+/// Minimum distance between labels along each axis.
+const BETWEEN_LABELS: (f64, f64) = (70.0, 40.0);
+/// Row height of the legend, which is placed above the plot so that it hides nothing.
+const ROW: f64 = 20.0;
+/// Width of a legend's swatch.
+const KEY: f64 = 22.0;
+/// Gap between the swatch and its name; twice that between entries.
+const GAP: f64 = 8.0;
+/// Discs are drawn smaller if there are more than this.
+const MANY: usize = 250;
+/// Line width.
+const LINE: f64 = 1.75;
+/// Ring radius.
+const RING: f64 = 6.0;
+/// Colour of grid lines.
+const GRID: &str = "#DDDDDD";
+
+type Place = (f64, f64);
+
+impl Figure {
+    /// The figure as SVG. Colours are attributes, so that a style sheet can change them for dark pages.
+    pub fn to_svg(&self) -> String {
+        let (width, height) = (f64::from(self.width), f64::from(self.height));
+        let (x, y) = (self.x.ends(), self.y.ends());
+        let y_ticks = self.y.ticks(y, most(height, BETWEEN_LABELS.1));
+        let widest = y_ticks.iter().map(|(_, text)| text_width(text));
+        let beside = if self.y.label.is_empty() { 14.0 } else { 34.0 };
+        let (left, below) = (widest.fold(0.0, f64::max) + beside, 46.0);
+        let (entries, above) = self.legend(left, width - MARGIN);
+        let top = MARGIN + above;
+        let size = (width - left - MARGIN - 8.0, height - top - below);
+        let (x, y) = if self.equal_scales {
+            equal(x, y, size)
+        } else {
+            (x, y)
+        };
+        let frame = Frame {
+            figure: self,
+            x,
+            y,
+            left,
+            top,
+            size,
+        };
+        let svg = html! {
+            svg width=(width) height=(height) viewBox={ "0 0 " (width) " " (height) }
+                xmlns="http://www.w3.org/2000/svg" font-family="sans-serif" font-size=(TEXT) {
+                @for (series, place) in entries { (series.entry(place)) }
+                (frame.axes())
+                @for series in &self.series { (frame.draw(series)) }
+            }
+        };
+        svg.into_string() + "\n"
+    }
+
+    /// The position of each named series in the legend, and the legend's height.
+    fn legend(&self, left: f64, right: f64) -> (Vec<(&Series, Place)>, f64) {
+        let (mut x, mut row) = (left, 0.0);
+        let mut entries = Vec::new();
+        for series in self.series.iter().filter(|series| !series.name.is_empty()) {
+            let width = KEY + GAP + text_width(&series.name);
+            if x > left && x + width > right {
+                (x, row) = (left, row + 1.0);
+            }
+            entries.push((series, (x, (row + 0.5) * ROW + 2.0)));
+            x += width + 2.0 * GAP;
+        }
+        let rows = if entries.is_empty() { 0.0 } else { row + 1.0 };
+        (entries, rows * ROW)
+    }
+}
+
+/// The position of the plot in its figure, and the ranges of its axes.
+struct Frame<'a> {
+    figure: &'a Figure,
+    x: (f64, f64),
+    y: (f64, f64),
+    left: f64,
+    top: f64,
+    size: (f64, f64),
+}
+
+impl Frame<'_> {
+    fn across(&self, place: f64) -> f64 {
+        self.left + self.size.0 * (place - self.x.0) / (self.x.1 - self.x.0)
+    }
+
+    fn down(&self, place: f64) -> f64 {
+        self.top + self.size.1 * (self.y.1 - place) / (self.y.1 - self.y.0)
+    }
+
+    /// Position of a point; `None` if it cannot be drawn.
+    fn at(&self, &(x, y): &Place) -> Option<Place> {
+        let (x, y) = (self.figure.x.place(x)?, self.figure.y.place(y)?);
+        Some((self.across(x), self.down(y)))
+    }
+
+    fn all(&self, points: &[Place]) -> Vec<Place> {
+        points.iter().filter_map(|point| self.at(point)).collect()
+    }
+
+    /// The same within the axes.
+    fn within(&self, point: &Place) -> Option<Place> {
+        // Half the resolution of the output, 0.01 pixels.
+        let inside =
+            |at: f64, from: f64, size: f64| at >= from - 0.005 && at <= from + size + 0.005;
+        self.at(point).filter(|(x, y)| {
+            inside(*x, self.left, self.size.0) && inside(*y, self.top, self.size.1)
+        })
+    }
+
+    fn axes(&self) -> Markup {
+        let Self {
+            figure,
+            left,
+            top,
+            size: (width, height),
+            ..
+        } = *self;
+        let (right, bottom) = (left + width, top + height);
+        let ticks = |axis: &Axis, ends, length, each| axis.ticks(ends, most(length, each));
+        let across = ticks(&figure.x, self.x, width, BETWEEN_LABELS.0);
+        let down = ticks(&figure.y, self.y, height, BETWEEN_LABELS.1);
+        let across = across.iter().map(|(at, text)| (self.across(*at), text));
+        let down = down.iter().map(|(at, text)| (self.down(*at), text));
+        let line = |points: &[Place], colour| line(points, colour, 1.0, None);
+        let (ink, middle) = (Colour::Ink.hex(), (left + width / 2.0, top + height / 2.0));
+        html! {
+            @for (x, label) in across {
+                (line(&[(x, top), (x, bottom)], GRID))
+                (line(&[(x, bottom), (x, bottom + 4.0)], ink))
+                (text((x, bottom + 13.0), "middle", Colour::Ink, label))
+            }
+            @for (y, label) in down {
+                (line(&[(left, y), (right, y)], GRID))
+                (line(&[(left - 4.0, y), (left, y)], ink))
+                (text((left - 7.0, y), "end", Colour::Ink, label))
+            }
+            (line(&[(left, top), (left, bottom), (right, bottom)], ink))
+            (text((middle.0, bottom + 34.0), "middle", Colour::Ink, &figure.x.label))
+            // Rotated about its middle to read upwards.
+            g transform={ "rotate(-90 12 " (middle.1) ")" } {
+                (text((12.0, middle.1), "middle", Colour::Ink, &figure.y.label))
+            }
+        }
+    }
+
+    fn draw(&self, series: &Series) -> Markup {
+        html! {
+            @match &series.shape {
+                Shape::Dashed(ends) => (series.line(&self.all(ends))),
+                Shape::Segments(segments) => {
+                    @for segment in segments { (series.line(&self.all(segment))) }
+                }
+                Shape::Tiles(tiles, opacity) => {
+                    @for &[(x1, y1), (x2, y2)] in tiles {
+                        (series.area(&self.all(&[(x1, y1), (x2, y1), (x2, y2), (x1, y2)]), *opacity))
+                    }
+                }
+                Shape::Points(points) | Shape::Rings(points) => {
+                    @for at in points.iter().filter_map(|point| self.within(point)) {
+                        (series.mark(at))
+                    }
+                }
+                Shape::Labels(labels) => {
+                    @for (at, label) in labels {
+                        @if let Some((x, y)) = self.within(at) {
+                            (text((x + 9.0, y), "start", series.colour, label))
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Series {
+    fn line(&self, points: &[Place]) -> Markup {
+        let dashes = matches!(self.shape, Shape::Dashed(_)).then_some("8 6");
+        line(points, self.colour.hex(), LINE, dashes)
+    }
+
+    fn area(&self, corners: &[Place], opacity: f64) -> Markup {
+        let (points, opacity) = (points(corners), rounded(opacity));
+        html! { polygon points=(points) fill=(self.colour.hex()) opacity=(opacity) {} }
+    }
+
+    /// A disc or a ring.
+    fn mark(&self, (x, y): Place) -> Markup {
+        let (x, y, hex) = (rounded(x), rounded(y), self.colour.hex());
+        match &self.shape {
+            Shape::Points(points) => {
+                let radius = if points.len() > MANY { 1.75 } else { 2.75 };
+                html! { circle cx=(x) cy=(y) r=(radius) fill=(hex) {} }
+            }
+            _ => {
+                html! { circle cx=(x) cy=(y) r=(RING) fill="none" stroke=(hex) stroke-width=(LINE) {} }
+            }
+        }
+    }
+
+    /// A legend entry: swatch and name, from this position to the right.
+    fn entry(&self, (x, y): Place) -> Markup {
+        let (low, high, right) = (y - 6.0, y + 6.0, x + KEY);
+        let corners = [(x, low), (right, low), (right, high), (x, high)];
+        html! {
+            @match &self.shape {
+                Shape::Segments(_) | Shape::Dashed(_) => (self.line(&[(x, y), (right, y)])),
+                Shape::Points(_) | Shape::Rings(_) => (self.mark((x + KEY / 2.0, y))),
+                Shape::Labels(_) => {},
+                Shape::Tiles(_, opacity) => (self.area(&corners, *opacity)),
+            }
+            (text((right + GAP, y), "start", Colour::Ink, &self.name))
+        }
+    }
+}
+
+fn line(places: &[Place], colour: &str, width: f64, dashes: Option<&str>) -> Markup {
+    html! {
+        @if !places.is_empty() {
+            polyline points=(points(places)) fill="none" stroke=(colour) stroke-width=(width)
+                stroke-dasharray=[dashes] {}
+        }
+    }
+}
+
+/// Text, centred vertically.
+fn text((x, y): Place, anchor: &str, colour: Colour, text: &str) -> Markup {
+    html! {
+        text x=(rounded(x)) y=(rounded(y)) dy="0.35em" text-anchor=(anchor) fill=(colour.hex()) { (text) }
+    }
+}
+
+fn points(places: &[Place]) -> String {
+    let places = places.iter();
+    let places = places.map(|(x, y)| format!("{},{}", rounded(*x), rounded(*y)));
+    places.collect::<Vec<_>>().join(" ")
+}
+
+/// Rounded to hundredths.
+fn rounded(value: f64) -> f64 {
+    (value * 100.0).round() / 100.0
+}
+
+/// Upper bound of a text's width.
+fn text_width(text: &str) -> f64 {
+    text.chars().map(|_| LETTER * TEXT).sum::<f64>().ceil()
+}
+
+/// Most labels on an axis of this length.
+fn most(length: f64, each: f64) -> f64 {
+    (length / each).floor().max(2.0)
+}
+
+/// Widens one range symmetrically so that both axes have the same scale.
+fn equal(x: Place, y: Place, (width, height): (f64, f64)) -> (Place, Place) {
+    let scale = ((x.1 - x.0).abs() / width).max((y.1 - y.0).abs() / height);
+    let grown = |(from, to): Place, length: f64| {
+        let middle = f64::midpoint(from, to);
+        let half = 0.5 * scale * length * (to - from).signum();
+        (middle - half, middle + half)
+    };
+    (grown(x, width), grown(y, height))
 }

@@ -1,7 +1,6 @@
 //! A [`Validation`] for the terminal, as a one-page certificate, and as JSON.
 
 use super::Versioned;
-use super::calibration::FrameReport;
 use crate::calibration::report::{MANY, shown};
 use crate::files::document::Document;
 use crate::files::samples_file::Kind;
@@ -9,8 +8,8 @@ use crate::fit::Frame;
 use crate::render::page::{self, figure};
 use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::render::{Part, Section, Table, terminal};
-use crate::text::{confidence, count, significant};
-use crate::validation::{Bounded, Deviation, Validation, Verdict};
+use crate::text::{capitalised, confidence, count, significant};
+use crate::validation::{Bounded, Deviation, RmsError, Validation, Verdict};
 use maud::{Markup, html};
 use serde::Serialize;
 
@@ -35,7 +34,7 @@ pub fn text(found: &Validation) -> String {
 /// The certificate as one HTML file.
 pub fn certificate(found: &Validation, document: &Document) -> String {
     let robot = document.record.name.as_deref();
-    let heading = format!("Validation of {}", robot.unwrap_or(&found.robot.name));
+    let heading = format!("Validation of {}", robot.unwrap_or(&found.robot_file));
     let class = match found.verdict {
         Verdict::Pass => "verdict good",
         Verdict::Undecided | Verdict::Fail => "verdict doubtful",
@@ -70,13 +69,13 @@ const CONTENTS: &str = "The rms position error is the root mean square distance 
 /// "calibrated.toml against 24 rows of check.csv".
 fn headline(found: &Validation) -> String {
     let rows = count(found.rows.len(), "row");
-    let frame = match found.request.frame {
+    let frame = match found.frame {
         Frame::Base => "",
         Frame::Sensor => ", in the sensor's frame: the rigid motion that fits best is removed",
     };
     format!(
         "{} against {rows} of {}{frame}",
-        found.robot.name, found.samples_file
+        found.robot_file, found.samples_file
     )
 }
 
@@ -95,8 +94,13 @@ const fn title(verdict: Verdict) -> &'static str {
 
 /// The reason for the verdict.
 fn reason(found: &Validation) -> String {
-    let (limit, below) = (found.request.limit, found.confidence());
-    match (found.verdict, found.poses_to_decide) {
+    let RmsError {
+        limit_mm: limit,
+        confidence_below_limit: below,
+        poses_to_decide,
+        ..
+    } = found.rms_error;
+    match (found.verdict, poses_to_decide) {
         (Verdict::Pass, _) => {
             let sure = confidence(below);
             let of = error_of(found);
@@ -108,10 +112,10 @@ fn reason(found: &Validation) -> String {
             format!("rms {of} above the limit of {limit} mm (confidence {sure}).")
         }
         (Verdict::Undecided, Some(poses)) => {
-            let more = count(poses.saturating_sub(found.poses), "more pose");
+            let more = count(poses.saturating_sub(found.pose_count), "more pose");
             format!("{limit} mm lies within the interval. Measure {more}, {poses} in all.")
         }
-        (Verdict::Undecided, None) if found.noise.is_none() => format!(
+        (Verdict::Undecided, None) if found.noise_mm.is_none() => format!(
             "{limit} mm lies within the interval. State the [noise] of the instrument, which is part of the figures."
         ),
         (Verdict::Undecided, None) => {
@@ -119,16 +123,6 @@ fn reason(found: &Validation) -> String {
                 "{limit} mm lies within the interval, too close to the error for more poses to decide."
             )
         }
-    }
-}
-
-/// Heading of the table.
-const fn what(found: &Validation) -> &'static str {
-    match found.kind {
-        Some(Kind::Position) => "Position error, mm",
-        Some(Kind::Height) => "Height error, mm",
-        Some(Kind::Distance) => "Distance error, mm",
-        None => "Error of the readings, mm",
     }
 }
 
@@ -144,19 +138,23 @@ const fn error_of(found: &Validation) -> &'static str {
 
 /// The figures with their intervals.
 fn figures(found: &Validation) -> Table {
+    let heading = format!("{}, mm", capitalised(error_of(found)));
     let rms = (
         "rms over the region",
-        &found.rms,
-        format!("{}", found.request.limit),
+        &found.rms_error.error,
+        format!("{}", found.rms_error.limit_mm),
     );
-    Table::of([rms, ("largest at the poses", &found.largest, String::new())])
-        .column(what(found), |(name, ..)| *name)
-        .column("estimate", |(_, figure, _)| {
-            format!("{:.*}", decimals(figure), figure.value)
-        })
-        .column("95 % interval", |(_, figure, _)| interval(figure))
-        .column("limit", |(.., limit)| limit.clone())
-        .table()
+    Table::of([
+        rms,
+        ("largest at the poses", &found.largest_error, String::new()),
+    ])
+    .column(heading, |(name, ..)| *name)
+    .column("estimate", |(_, figure, _)| {
+        format!("{:.*}", decimals(figure), figure.value)
+    })
+    .column("95 % interval", |(_, figure, _)| interval(figure))
+    .column("limit", |(.., limit)| limit.clone())
+    .table()
 }
 
 /// "0.019 to 0.052", "below 0.052".
@@ -188,10 +186,10 @@ fn decimals(figure: &Bounded) -> usize {
 
 /// What was measured, where, and the noise that was removed.
 fn measured(found: &Validation) -> String {
-    let deviation = &found.deviation;
+    let deviation = &found.deviation_mm;
     let line = deviation.max_at_line;
     let line = line.map_or_else(String::new, |line| format!(" (line {line})"));
-    let noise = match found.noise {
+    let noise = match found.noise_mm {
         Some(noise) => format!(
             "The stated noise of {} mm rms is removed above",
             significant(noise, 2)
@@ -199,14 +197,14 @@ fn measured(found: &Validation) -> String {
         None => "They include the instrument's noise".to_owned(),
     };
     let ranges = found
-        .region
+        .region_mm
         .map(|(low, high)| format!("{low:.0} to {high:.0}").replace('-', "−"));
     let [x, y, z] = ranges;
     format!(
         "Deviations as measured: {} mm rms, {} mm at most{line}. {noise}. {} within x {x}, y {y}, z {z} mm.",
         significant(deviation.rms, 3),
         significant(deviation.max, 3),
-        count(found.poses, "pose"),
+        count(found.pose_count, "pose"),
     )
 }
 
@@ -229,9 +227,9 @@ fn deviations(found: &Validation) -> Markup {
     let (left, right) = crate::geometry::range(points.iter().map(|point| point.0));
     let margin = 0.03 * (right - left) + 0.5;
     let (left, right) = (left - margin, right + margin);
-    let limit = found.request.limit;
+    let limit = found.rms_error.limit_mm;
     let highest = points.iter().map(|point| point.1).fold(limit, f64::max);
-    let level = |at: f64| Shape::Dashed(vec![(left, at), (right, at)]);
+    let level = |at: f64| Shape::Dashed([(left, at), (right, at)]);
     let drawn = Figure::new(
         Axis::linear("line in the samples file", left, right),
         Axis::linear("deviation, mm", 0.0, 1.1 * highest),
@@ -242,7 +240,7 @@ fn deviations(found: &Validation) -> Markup {
     .with(
         "rms of the deviations",
         Colour::Ink,
-        level(found.deviation.rms),
+        level(found.deviation_mm.rms),
     );
     figure(
         &drawn,
@@ -258,41 +256,16 @@ fn indices(found: &Validation, most: usize) -> Vec<usize> {
 
 /// The validation as JSON: lengths in millimetres, `null` if unknown.
 pub fn json(found: &Validation, document: &Document) -> String {
-    let (row_count, some) = (found.rows.len(), indices(found, MANY));
+    let some = indices(found, MANY);
     let contents = Contents {
-        robot_file: &found.robot.name,
-        samples_file: &found.samples_file,
-        frame: found.request.frame,
-        verdict: found.verdict,
+        found,
         passed: found.verdict == Verdict::Pass,
         text: verdict(found),
-        rms_error: RmsErrorJson {
-            error: found.rms,
-            degrees_of_freedom: found.error.degrees_of_freedom(),
-            limit_mm: found.request.limit,
-            confidence_below_limit: found.confidence(),
-            poses_to_decide: found.poses_to_decide,
-        },
-        largest_error: found.largest,
-        deviation_mm: DeviationJson {
-            rms: found.deviation.rms,
-            max: found.deviation.max,
-            max_at_line: found.deviation.max_at_line,
-        },
-        noise_mm: found.noise,
-        row_count,
-        pose_count: found.poses,
-        region_mm: found.region,
-        sensor_frame: found
-            .sensor_frame
-            .as_ref()
-            .map(|own| FrameReport::of(own, &found.robot.convention)),
-        sampled: (some.len() < row_count).then_some(SampledJson {
+        sampled: (some.len() < found.row_count).then_some(Sampled {
             shown: some.len(),
-            of: row_count,
+            of: found.row_count,
         }),
         rows: some.into_iter().map(|index| found.rows[index]).collect(),
-        warnings: &found.warnings,
         document,
     };
     super::json(&Versioned::new(SCHEMA_VERSION, contents))
@@ -300,56 +273,19 @@ pub fn json(found: &Validation, document: &Document) -> String {
 
 #[derive(Serialize)]
 struct Contents<'a> {
-    robot_file: &'a str,
-    samples_file: &'a str,
-    frame: Frame,
-    verdict: Verdict,
+    #[serde(flatten)]
+    found: &'a Validation,
     passed: bool,
     /// The verdict in one sentence.
     text: String,
-    /// Over the measured region, without the noise.
-    rms_error: RmsErrorJson,
-    /// At the measured poses, without the noise.
-    largest_error: Bounded,
-    /// As measured, with the noise.
-    deviation_mm: DeviationJson,
-    /// rms of the noise that was removed.
-    noise_mm: Option<f64>,
-    row_count: usize,
-    /// Number of distinct poses.
-    pose_count: usize,
-    /// Range of x, y and z in the robot's frame.
-    region_mm: [(f64, f64); 3],
-    /// `null` with `--frame base`.
-    sensor_frame: Option<FrameReport>,
     /// With more than 10,000 rows, the number in `rows`.
-    sampled: Option<SampledJson>,
+    sampled: Option<Sampled>,
     rows: Vec<Deviation>,
-    warnings: &'a [String],
     document: &'a Document,
 }
 
 #[derive(Serialize)]
-struct RmsErrorJson {
-    #[serde(flatten)]
-    error: Bounded,
-    /// Effective number, of the interval.
-    degrees_of_freedom: f64,
-    limit_mm: f64,
-    confidence_below_limit: f64,
-    /// Total number of poses that would decide an undecided verdict, if any would.
-    poses_to_decide: Option<usize>,
-}
-
-#[derive(Serialize)]
-struct DeviationJson {
-    rms: f64,
-    max: f64,
-    max_at_line: Option<u64>,
-}
-
-#[derive(Serialize)]
-struct SampledJson {
+struct Sampled {
     shown: usize,
     of: usize,
 }

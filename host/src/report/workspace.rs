@@ -243,8 +243,8 @@ fn section(analysis: &Analysis) -> Figure {
         let r = cylinder.diameter_mm / 2.0;
         let upright = (cylinder.bottom_mm, cylinder.top_mm);
         let [.., (low, high)] = analysis.convention.ranges([(-r, r), (-r, r), upright]);
-        let corners = vec![(-r, low), (r, low), (r, high), (-r, high)];
-        figure = figure.with("largest cylinder", Colour::Grey, Shape::Region(corners));
+        let shape = Shape::Tiles(vec![[(-r, low), (r, high)]], 0.2);
+        figure = figure.with("largest cylinder", Colour::Grey, shape);
     }
     for (name, (colour, segments)) in kinds {
         figure = figure.with(name, colour, Shape::Segments(segments));

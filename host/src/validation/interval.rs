@@ -49,39 +49,55 @@ pub struct Bounded {
 }
 
 /// The rms position error over the region sampled by the poses.
-///
-/// The squared deviations yₖ of n poses have the mean M = E² + σ², where E is the unknown error and σ² the mean square
-/// of the noise. M is distributed about its expectation as χ²(ν)/ν with ν = 2n/c, where c is the variance of y over its
-/// squared mean (Satterthwaite). The estimate of c from the poses is averaged with the prior one.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct RmsError {
+    /// The estimate with its 95 % limits.
+    #[serde(flatten)]
+    pub error: Bounded,
+    /// Effective number, of the interval.
+    pub degrees_of_freedom: f64,
+    /// The limit.
+    pub limit_mm: f64,
+    /// The confidence that the error is below the limit: that of the one-sided interval ending at it, 0 to 1.
+    pub confidence_below_limit: f64,
+    /// Total number of poses that would decide an undecided verdict, if any would.
+    pub poses_to_decide: Option<usize>,
+}
+
+/// The mean M = E² + σ² of the squared deviations yₖ of n poses, where E is the unknown error and σ² the mean square of
+/// the noise.
+///
+/// M is distributed about its expectation as χ²(ν)/ν with ν = 2n/c, where c is the variance of y over its squared mean
+/// (Satterthwaite). The estimate of c from the poses is averaged with the prior one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Mean {
     /// M, mm².
-    mean_square: f64,
+    square: f64,
     /// σ², mm².
     noise: f64,
     /// c.
     variation: f64,
+    /// n.
     poses: f64,
-    /// The readings.
     read: Read,
 }
 
-impl RmsError {
+impl Mean {
     /// From squared deviations, one per pose, and the mean square of the noise in them, mm².
     pub(super) fn of(squares: &[f64], noise: f64, read: Read) -> Self {
         let beforehand = if read.taken_up > 0.0 { FITTED } else { IN_BASE };
         let expected = beforehand.variation * 2.0 / read.coordinates;
-        let poses = squares.iter().fold(0.0, |count, _| count + 1.0);
-        let mean_square = squares.iter().sum::<f64>() / poses;
-        let scatter: f64 = squares.iter().map(|own| (own - mean_square).powi(2)).sum();
-        let measured = if mean_square > 0.0 {
-            scatter / mean_square.powi(2)
+        let poses = squares.len() as f64;
+        let square = squares.iter().sum::<f64>() / poses;
+        let scatter: f64 = squares.iter().map(|own| (own - square).powi(2)).sum();
+        let measured = if square > 0.0 {
+            scatter / square.powi(2)
         } else {
             0.0
         };
         let variation = (beforehand.poses * expected + measured) / (beforehand.poses + poses - 1.0);
         Self {
-            mean_square,
+            square,
             noise,
             variation,
             poses,
@@ -89,50 +105,66 @@ impl RmsError {
         }
     }
 
-    /// ν, reduced in proportion to the readings used up by the frame and the instruments.
-    pub fn degrees_of_freedom(&self) -> f64 {
-        self.freedom_of(self.poses)
+    /// The error, compared with a limit, mm.
+    pub(super) fn against(&self, limit: f64) -> RmsError {
+        let freedom = self.freedom_of(self.poses);
+        let ratio = self.at_least_noise() / (limit * limit + self.noise);
+        let confidence = ChiSquared::new(freedom).map(|own| own.sf(freedom * ratio));
+        RmsError {
+            error: self.bounded(self.poses),
+            degrees_of_freedom: freedom,
+            limit_mm: limit,
+            confidence_below_limit: confidence.unwrap_or(0.0),
+            poses_to_decide: self.poses_to_decide(limit),
+        }
     }
 
-    /// Degrees of freedom for a number of poses.
+    /// ν for a number of poses, reduced in proportion to the readings used up by the frame and the instruments.
     fn freedom_of(&self, poses: f64) -> f64 {
         2.0 * (poses - self.read.taken_up / self.read.coordinates) / self.variation
     }
 
-    /// The estimate with its 95 % limits.
-    pub fn bounded(&self) -> Bounded {
-        self.bounded_by(self.poses)
-    }
-
     /// The estimate with the limits that a number of poses would give.
-    pub(super) fn bounded_by(&self, poses: f64) -> Bounded {
+    fn bounded(&self, poses: f64) -> Bounded {
         let freedom = self.freedom_of(poses);
         let limit = |mean_square: f64, probability: f64| {
             let quantile = quantile(freedom, probability)?;
             Some(self.without_noise(freedom * mean_square / quantile))
         };
-        let lower = if self.noise > 0.0 {
-            limit(self.mean_square, 1.0 - TAIL)
-        } else {
-            None
-        };
+        let lower = (self.noise > 0.0).then(|| limit(self.square, 1.0 - TAIL));
         Bounded {
-            value: self.without_noise(self.mean_square),
-            interval: (lower.unwrap_or(0.0), limit(self.at_least_noise(), TAIL)),
+            value: self.without_noise(self.square),
+            interval: (
+                lower.flatten().unwrap_or(0.0),
+                limit(self.at_least_noise(), TAIL),
+            ),
         }
     }
 
-    /// The confidence that the error is below a limit (mm): that of the one-sided interval ending at the limit.
-    pub fn confidence_below(&self, limit: f64) -> f64 {
-        let freedom = self.degrees_of_freedom();
-        let ratio = self.at_least_noise() / (limit * limit + self.noise);
-        ChiSquared::new(freedom).map_or(0.0, |chi_square| chi_square.sf(freedom * ratio))
+    /// Number of poses that would decide an undecided error, assuming the same scatter; `None` if it is decided, if that
+    /// takes too many, or no number would.
+    fn poses_to_decide(&self, limit: f64) -> Option<usize> {
+        let decided = |poses: f64| Verdict::of(&self.bounded(poses), limit) != Verdict::Undecided;
+        let (mut too_few, mut enough) = (self.poses, MANY);
+        if decided(too_few) || too_few >= enough || !decided(enough) {
+            return None;
+        }
+        while enough - too_few > 1.0 {
+            let middle = f64::midpoint(too_few, enough).floor();
+            if decided(middle) {
+                enough = middle;
+            } else {
+                too_few = middle;
+            }
+        }
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at most 10,000
+        Some(enough as usize)
     }
 
     /// M, but at least σ²: deviations that are smaller than the noise by chance do not prove an error smaller than this
     /// many poses can show with this noise.
     const fn at_least_noise(&self) -> f64 {
-        self.mean_square.max(self.noise)
+        self.square.max(self.noise)
     }
 
     fn without_noise(&self, mean_square: f64) -> f64 {
@@ -140,46 +172,35 @@ impl RmsError {
     }
 }
 
-/// The largest position error at the measured poses; `None` without rows.
+/// The largest position error at the measured poses.
 ///
 /// A deviation d is the error e plus noise n, whose standard deviation along any direction is at most s. Along e the
 /// deviation is at least |e| + n·e/|e|, so |e| is below d + 1.96 s with 97.5 % probability; this holds for the row of
 /// the largest error, as for any single row. And |e| is above d − |n|, for all rows at once with 97.5 %.
-pub(super) fn largest(rows: &[RowDeviation]) -> Option<Bounded> {
-    let number = rows.iter().fold(0.0, |count, _| count + 1.0);
-    let worst = rows
-        .iter()
-        .max_by(|a, b| a.length().total_cmp(&b.length()))?;
-    let known: Option<Vec<_>> = rows.iter().map(|row| Some((row, row.noise?))).collect();
-    let Some(known) = known else {
-        return Some(Bounded {
-            value: worst.length(),
-            interval: (0.0, None),
-        });
-    };
+pub(super) fn largest(rows: &[RowDeviation]) -> Bounded {
     let along = Normal::standard().inverse_cdf(1.0 - TAIL);
-    let anywhere = ChiSquared::new(3.0)
-        .ok()?
-        .inverse_cdf(1.0 - TAIL / number)
-        .sqrt();
-    let over = |of: &dyn Fn(f64, f64) -> f64| {
-        let values = known
-            .iter()
-            .map(|(row, noise)| of(row.length(), noise.largest));
+    let tail = TAIL / rows.len() as f64;
+    let anywhere = ChiSquared::new(3.0).map(|own| own.inverse_cdf(1.0 - tail).sqrt());
+    let known: Option<Vec<_>> = rows.iter().map(|row| Some((row, row.noise?))).collect();
+    let (Some(known), Ok(anywhere)) = (known, anywhere) else {
+        return Bounded {
+            value: rows.iter().map(RowDeviation::length).fold(0.0, f64::max),
+            interval: (0.0, None),
+        };
+    };
+    let over = |of: &dyn Fn(&RowDeviation, &RowNoise) -> f64| {
+        let values = known.iter().map(|(row, noise)| of(row, noise));
         values.fold(0.0, f64::max)
     };
     // Not that of the largest deviation, which may be mere noise near a singularity.
-    let value = known
-        .iter()
-        .map(|(row, noise)| row.deviation.norm_squared() - noise.mean_square)
-        .fold(0.0, f64::max);
-    Some(Bounded {
-        value: value.sqrt(),
+    let square = over(&|row, noise| row.deviation.norm_squared() - noise.mean_square);
+    Bounded {
+        value: square.sqrt(),
         interval: (
-            over(&|length, sigma| length - anywhere * sigma),
-            Some(over(&|length, sigma| length + along * sigma)),
+            over(&|row, noise| row.length() - anywhere * noise.largest),
+            Some(over(&|row, noise| row.length() + along * noise.largest)),
         ),
-    })
+    }
 }
 
 /// Nobody measures more poses than this to decide a limit.
@@ -207,26 +228,6 @@ impl Verdict {
             Self::Undecided
         }
     }
-}
-
-/// Number of poses that would decide an undecided rms error, assuming the same scatter; `None` if that takes too many,
-/// or no number would.
-pub(super) fn poses_to_decide(error: &RmsError, measured: usize, limit: f64) -> Option<usize> {
-    let decided = |poses: f64| Verdict::of(&error.bounded_by(poses), limit) != Verdict::Undecided;
-    let (mut too_few, mut enough) = (measured as f64, MANY);
-    if too_few >= enough || !decided(enough) {
-        return None;
-    }
-    while enough - too_few > 1.0 {
-        let middle = f64::midpoint(too_few, enough).floor();
-        if decided(middle) {
-            enough = middle;
-        } else {
-            too_few = middle;
-        }
-    }
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at most 10,000
-    Some(enough as usize)
 }
 
 /// The instrument's and the joints' noise in a deviation.
@@ -277,7 +278,7 @@ impl RowDeviation {
 
 #[cfg(test)]
 mod tests {
-    use super::{Read, RmsError};
+    use super::{Mean, Read};
 
     /// Deviations smaller than the noise are chance: the upper limit is the same as for deviations equal to the noise.
     #[test]
@@ -287,14 +288,14 @@ mod tests {
             coordinates: 3.0,
             taken_up: 0.0,
         };
-        let of = |square: f64| RmsError::of(&[square; 20], noise, read);
+        let of = |square: f64| Mean::of(&[square; 20], noise, read).against(0.005);
         let (less, expected) = (of(0.25 * noise), of(noise));
-        let upper = less.bounded().interval.1;
+        let upper = less.error.interval.1;
         assert!(upper > Some(0.1 * f64::sqrt(noise)), "{upper:?}");
-        assert_eq!(upper, expected.bounded().interval.1);
-        assert!((less.bounded().interval.0, less.bounded().value) == (0.0, 0.0));
-        let confidence = |own: &RmsError| own.confidence_below(0.005).to_bits();
-        assert_eq!(confidence(&less), confidence(&expected));
-        assert!(of(2.0 * noise).bounded().interval.1 > upper);
+        assert_eq!(upper, expected.error.interval.1);
+        assert!((less.error.interval.0, less.error.value) == (0.0, 0.0));
+        let confidence = [less, expected].map(|own| own.confidence_below_limit.to_bits());
+        assert_eq!(confidence[0], confidence[1]);
+        assert!(of(2.0 * noise).error.interval.1 > upper);
     }
 }

@@ -1,7 +1,7 @@
 //! Deviations of readings of any kind. Unknown planes, points and frames are first fitted to the readings, with the
 //! robot held fixed.
 
-use super::interval::{RowDeviation, RowNoise};
+use super::interval::{Read, RowDeviation, RowNoise};
 use crate::accuracy::rigid_motion::{RigidMotions, degenerate};
 use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::files::input::InputError;
@@ -25,10 +25,7 @@ pub(super) struct Deviations {
     pub(super) rows: Vec<RowDeviation>,
     /// Transform from the robot's frame to the sensor's, if fitted.
     pub(super) frame: Option<RigidTransform<f64>>,
-    /// Number of readings used up by the unknowns of the instruments.
-    pub(super) taken_up: f64,
-    /// Average number of readings per row.
-    pub(super) coordinates: f64,
+    pub(super) read: Read,
 }
 
 /// Computes the deviations of readings of any kind, with a known or a fitted frame.
@@ -65,10 +62,12 @@ pub(super) fn deviations(
         }
     }
     Ok(Deviations {
-        coordinates: coordinates / (rows.len() as f64).max(1.0),
+        read: Read {
+            coordinates: coordinates / (rows.len() as f64).max(1.0),
+            taken_up,
+        },
         rows,
         frame: places.frame,
-        taken_up,
     })
 }
 
@@ -243,7 +242,6 @@ fn direction(
     place: usize,
     position: &Vector3<f64>,
 ) -> Option<Vector3<f64>> {
-    let from = |robot: &Robot<f64>, joints: &[f64; 3]| robot.forward(joints).ok();
     match Kind::of_place(place) {
         Kind::Position => Some(match &places.frame {
             Some(frame) => frame.rotation.row(place).transpose(),
@@ -253,7 +251,7 @@ fn direction(
         Kind::Distance => {
             let begin = match reading.distance?.0 {
                 ReadingFrom::Point(point) => places.points.get(point)?.place,
-                ReadingFrom::Pose(joints) => from(&robot.robot, &joints)?,
+                ReadingFrom::Pose(joints) => robot.robot.forward(&joints).ok()?,
             };
             Some((position - begin).normalize())
         }

@@ -30,18 +30,14 @@ pub(super) fn parameters(report: &Report) -> Option<(Figure, &'static str)> {
     let extent = sizes.fold(1.25, f64::max) * 1.05;
     let names = scaled.iter().map(|(_, name, ..)| name.clone());
     let (top, bottom) = (-0.5, scaled.len() as f64 - 0.5);
-    let one = [(-1.0, top), (1.0, top), (1.0, bottom), (-1.0, bottom)];
+    let one = vec![[(-1.0, top), (1.0, bottom)]];
     let mut figure = Figure::new(
         Axis::linear("change, tolerances", -extent, extent),
         Axis::named("", names.collect()),
     )
     .sized(800, 560)
-    .with("one tolerance", Colour::Grey, Shape::Region(one.into()))
-    .with(
-        "",
-        Colour::Ink,
-        Shape::Dashed(vec![(0.0, top), (0.0, bottom)]),
-    );
+    .with("one tolerance", Colour::Grey, Shape::Tiles(one, 0.2))
+    .with("", Colour::Ink, Shape::Dashed([(0.0, top), (0.0, bottom)]));
     for (arm, colour) in ARMS.into_iter().enumerate() {
         let rows = (0..).map(f64::from).zip(&scaled);
         let own = || rows.clone().filter(|(_, own)| own.0 == arm);

@@ -1,6 +1,5 @@
 //! Accuracy of positions and parameters.
 
-pub mod evaluation;
 pub(crate) mod improvement;
 pub mod information;
 pub mod position_error;

@@ -4,6 +4,7 @@
 //! campaign file ─→ Plan ─→ cases × robots ─→ rows ─→ CaseSummary
 //! ```
 
+mod evaluation;
 mod file;
 pub mod paper;
 mod plan;

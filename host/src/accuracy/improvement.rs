@@ -29,11 +29,9 @@
 //! effect. Its kernel contains the combinations of parameters that move the robot as a whole; u and C are projected
 //! onto the orthogonal complement.
 
-use super::evaluation::differences;
-use super::information::{prior_covariance, units};
+use super::information::{differences, prior_covariance, units};
 use super::quantiles::quantile;
-use super::rigid_motion::RigidMotions;
-use super::uncertainty::PositionUncertainty;
+use super::uncertainty::Sensitivities;
 use crate::fit::Solution;
 use delta_cal::{Robot, Sample, Tolerance};
 use nalgebra::{DMatrix, DVector, SMatrix};
@@ -308,27 +306,16 @@ impl WorkspaceComparison {
         inside: &[Sample<f64>],
     ) -> Option<Self> {
         let (after, covariance) = (&solution.robot, &solution.of_parameters());
-        let uncertainty = PositionUncertainty {
-            robot: after,
-            covariance,
-        };
-        let mut poses = 0;
-        let mut change_squared = 0.0;
-        let mut jacobians = Vec::new();
-        for pose in inside {
-            let Some(jacobian) = uncertainty.jacobian(&pose.position, &pose.joints) else {
-                continue;
-            };
-            jacobians.push((pose.position, jacobian));
-            if let Ok(from) = before.forward(&pose.joints) {
-                poses += 1;
-                change_squared += (pose.position - from).norm_squared();
-            }
-        }
-        if poses == 0 {
+        let there = Sensitivities::of(after, inside.iter().copied());
+        let moves = there.0.iter().filter_map(|(pose, _)| {
+            let from = before.forward(&pose.joints).ok()?;
+            Some((pose.position - from).norm_squared())
+        });
+        let (sum, poses) = moves.fold((0.0, 0.0), |(sum, poses), own| (sum + own, poses + 1.0));
+        if poses == 0.0 {
             return None;
         }
-        let absolute = mean_square(jacobians.iter().map(|(_, own)| own));
+        let absolute = there.mean_square();
         let units = units(before);
         let products = units * units.transpose();
         let dynamic =
@@ -347,20 +334,14 @@ impl WorkspaceComparison {
             }),
             degrees_of_freedom: solution.estimated_freedom(),
         };
-        let whole_change = (change_squared / f64::from(poses)).sqrt();
+        let whole_change = f64::sqrt(sum / poses);
         let whole_sigma = covariance.component_mul(&absolute).sum().sqrt();
         let (size, change) = if solution.is_absolute() {
             (whole_change, of(absolute))
         } else {
-            let motions = RigidMotions::of(jacobians.iter().map(|(position, _)| *position))?;
-            let explained = motions.explaining(jacobians.iter().copied());
-            for (position, jacobian) in &mut jacobians {
-                *jacobian -= motions.at(position) * explained;
-            }
             // Besides the six rigid motions, the unused places of a tower's parameters.
             let empty = 24 - 3 * before.drive().parameters().len();
-            let change =
-                of(mean_square(jacobians.iter().map(|(_, own)| own))).without_kernel(6 + empty);
+            let change = of(there.relative()?.mean_square()).without_kernel(6 + empty);
             (change.size(), change)
         };
         let judged = Moved {
@@ -400,18 +381,6 @@ impl WorkspaceComparison {
     pub fn unchanged(&self) -> bool {
         self.judged.change <= UNCHANGED * self.judged.scatter
     }
-}
-
-/// The mean of JᵀJ.
-pub(crate) fn mean_square<'a>(
-    jacobians: impl Iterator<Item = &'a SMatrix<f64, 3, 24>>,
-) -> SMatrix<f64, 24, 24> {
-    let (mut sum, mut count) = (SMatrix::<f64, 24, 24>::zeros(), 0.0);
-    for jacobian in jacobians {
-        sum.gemm_tr(1.0, jacobian, jacobian, 1.0);
-        count += 1.0;
-    }
-    sum / count
 }
 
 #[cfg(test)]

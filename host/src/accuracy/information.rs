@@ -4,8 +4,8 @@ use crate::files::robot_file::RobotFile;
 pub(crate) use crate::fit::solution::PARAMETERS;
 use crate::fit::solution::{RobotCovariance, WITH_TRANSMISSIONS};
 use delta_cal::robot::{Arm, Drive, ParameterKind, TransmissionTolerance};
-use delta_cal::{ArmIndex, Noise, Parameter, Robot, Sample, Tolerance};
-use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
+use delta_cal::{ArmIndex, Parameter, Robot, Tolerance};
+use nalgebra::{SMatrix, SVector, Vector2};
 
 /// Parameters per arm.
 pub const ARM: usize = 8;
@@ -73,17 +73,6 @@ fn common_radius(robot: &Robot<f64>, tolerance: &Tolerance<f64>) -> SVector<f64,
     common
 }
 
-/// σ of Σ wⱼ pⱼ for robots made to a tolerance, p in mm and radians.
-pub fn sigma_of_sum(
-    robot: &Robot<f64>,
-    tolerance: &Tolerance<f64>,
-    weights: &[f64; PARAMETERS],
-) -> f64 {
-    let weights = SVector::from(*weights);
-    let covariance = prior_covariance(robot, tolerance);
-    weights.dot(&(covariance * weights)).sqrt()
-}
-
 /// Prior covariance of a robot's parameters, and of its transmissions if they are unknown; `None` without a tolerance.
 pub(crate) fn prior(file: &RobotFile) -> Option<RobotCovariance> {
     let mut covariance = RobotCovariance::zeros();
@@ -112,27 +101,30 @@ pub fn units(robot: &Robot<f64>) -> SVector<f64, PARAMETERS> {
     units
 }
 
+/// All 24 parameter differences, a − truth: mm, with angles times the true upper arm's length.
+pub fn differences(a: &Robot<f64>, truth: &Robot<f64>) -> SVector<f64, PARAMETERS> {
+    let units = units(truth);
+    let truth_drive = truth.drive();
+    let mut differences = SVector::zeros();
+    for (arm, (a, truth)) in a.arms().iter().zip(truth.arms()).enumerate() {
+        for parameter in truth_drive.parameters().iter().copied() {
+            let mut difference = a.get(parameter) - truth.get(parameter);
+            if parameter == Parameter::Theta {
+                // 359° and −1° are the same azimuth.
+                let turn = std::f64::consts::TAU;
+                difference -= (difference / turn).round() * turn;
+            }
+            let index = 8 * arm + parameter.index();
+            differences[index] = difference * units[index];
+        }
+    }
+    differences
+}
+
 /// The factor of one parameter.
 pub fn unit(arm: &Arm<f64>, parameter: Parameter) -> f64 {
     match parameter.kind() {
         ParameterKind::Length => 1.0,
         ParameterKind::Angle | ParameterKind::Ratio => arm.upper_arm_length(),
     }
-}
-
-/// L⁻¹ of the position covariance L Lᵀ = σx² I + σq² J_q J_qᵀ at a pose of the robot. `None` at a singular pose.
-pub(crate) fn whitening(
-    robot: &Robot<f64>,
-    pose: &Sample<f64>,
-    noise: &Noise<f64>,
-) -> Option<Matrix3<f64>> {
-    let by_joints = robot
-        .platform_jacobian(&pose.position, &pose.joints)
-        .ok()?
-        .by_joints
-        * noise.joint();
-    let axes = Vector3::from(noise.position_by_axis());
-    let covariance =
-        Matrix3::from_diagonal(&axes.component_mul(&axes)) + by_joints * by_joints.transpose();
-    covariance.cholesky()?.l().try_inverse()
 }

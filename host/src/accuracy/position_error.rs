@@ -1,7 +1,7 @@
 //! The distance between measured positions and those that a geometry gives.
 
 use super::information::prior_covariance;
-use super::uncertainty::PositionUncertainty;
+use super::uncertainty::{jacobian, variance};
 use crate::files::robot_file::RobotFile;
 use delta_cal::Robot;
 use serde::Serialize;
@@ -36,14 +36,12 @@ pub(crate) fn sigma_by_tolerance(
     poses: impl Iterator<Item = [f64; 3]>,
 ) -> Option<f64> {
     let tolerance = file.tolerance.as_ref()?;
-    let uncertainty = PositionUncertainty {
-        robot: &file.robot,
-        covariance: &prior_covariance(&file.robot, tolerance),
-    };
+    let covariance = prior_covariance(&file.robot, tolerance);
     let mut coordinates: Vec<_> = poses
         .filter_map(|joints| {
             let position = file.robot.forward(&joints).ok()?;
-            Some(uncertainty.sigma(&position, &joints)? / 3.0_f64.sqrt())
+            let jacobian = jacobian(&file.robot, &position, &joints)?;
+            Some(variance(&covariance, &jacobian)?.sqrt() / 3.0_f64.sqrt())
         })
         .collect();
     coordinates.sort_by(f64::total_cmp);

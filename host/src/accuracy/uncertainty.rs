@@ -5,51 +5,11 @@ use crate::files::robot_file::RobotFile;
 use crate::fit::solution::{PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS, of_parameters};
 use crate::geometry::Reach;
 use delta_cal::{Robot, Sample};
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{SMatrix, Vector3};
 
-/// A robot and the covariance of its parameters.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PositionUncertainty<'a, const P: usize = 24> {
-    /// The robot.
-    pub robot: &'a Robot<f64>,
-    /// Covariance of all 24 parameters, arm by arm: mm, radians and their products. With P = 39 also of the
-    /// transmissions' numbers.
-    pub covariance: &'a SMatrix<f64, P, P>,
-}
-
-impl<const P: usize> PositionUncertainty<'_, P> {
-    /// Covariance of the position, mm², at a pose (`x`, `q`) of the robot: J C Jᵀ with J = ∂X/∂P
-    /// (3.18). `None` at a singular pose.
-    pub fn covariance(&self, x: &Vector3<f64>, q: &[f64; 3]) -> Option<Matrix3<f64>> {
-        let jacobian = self.jacobian(x, q)?;
-        Some(jacobian * (self.covariance * jacobian.transpose()))
-    }
-
-    /// J = ∂X/∂P (3.18): the arms side by side, then the transmissions. `None` at a singular pose.
-    pub(crate) fn jacobian(&self, x: &Vector3<f64>, q: &[f64; 3]) -> Option<SMatrix<f64, 3, P>> {
-        jacobian(self.robot, x, q)
-    }
-
-    /// σ of the position, mm: √tr(J C Jᵀ), the rms length of its error.
-    pub fn sigma(&self, x: &Vector3<f64>, q: &[f64; 3]) -> Option<f64> {
-        let variance = self.covariance(x, q)?.trace();
-        (variance >= 0.0).then(|| variance.sqrt())
-    }
-
-    /// rms of σ over many poses; poses where it is unknown are left out.
-    pub(crate) fn rms_over(&self, poses: &[Sample<f64>]) -> f64 {
-        let sigmas = poses
-            .iter()
-            .filter_map(|pose| self.sigma(&pose.position, &pose.joints));
-        let (squares, count) = sigmas.fold((0.0, 0.0), |(squares, count), sigma| {
-            (squares + sigma * sigma, count + 1.0)
-        });
-        f64::sqrt(squares / count)
-    }
-}
-
-/// See [`PositionUncertainty::jacobian`].
-pub(super) fn jacobian<const P: usize>(
+/// J = ∂X/∂P (3.18) at a pose (`x`, `q`) of the robot: all 24 parameters, arm by arm; with P = 39 also the transmissions'
+/// numbers. `None` at a singular pose.
+pub(crate) fn jacobian<const P: usize>(
     robot: &Robot<f64>,
     x: &Vector3<f64>,
     q: &[f64; 3],
@@ -68,6 +28,63 @@ pub(super) fn jacobian<const P: usize>(
     Some(jacobian)
 }
 
+/// tr(J C Jᵀ): the variance of a position, mm², for the covariance C of the parameters (mm, radians). `None` if it is not
+/// positive.
+pub(crate) fn variance<const P: usize>(
+    covariance: &SMatrix<f64, P, P>,
+    jacobian: &SMatrix<f64, 3, P>,
+) -> Option<f64> {
+    // Multiplying along the long columns of Jᵀ is three times as fast as three numbers at a time.
+    let transposed = jacobian.transpose();
+    let variance = (covariance * transposed).dot(&transposed);
+    (variance >= 0.0).then_some(variance)
+}
+
+/// Poses of a robot that are not singular, each with J = ∂X/∂P.
+pub(crate) struct Sensitivities<const P: usize>(pub(crate) Vec<(Sample<f64>, SMatrix<f64, 3, P>)>);
+
+impl<const P: usize> Sensitivities<P> {
+    pub(crate) fn of(robot: &Robot<f64>, poses: impl IntoIterator<Item = Sample<f64>>) -> Self {
+        let poses = poses.into_iter();
+        let known =
+            poses.filter_map(|pose| Some((pose, jacobian(robot, &pose.position, &pose.joints)?)));
+        Self(known.collect())
+    }
+
+    /// Removes from J at a position the rigid motions that explain most of all J. `None` if the positions do not determine
+    /// a rigid motion.
+    fn without_rigid_motion(
+        &self,
+    ) -> Option<impl Fn(&Vector3<f64>, &SMatrix<f64, 3, P>) -> SMatrix<f64, 3, P> + use<P>> {
+        let positions = self.0.iter().map(|(pose, _)| pose.position);
+        let motions = RigidMotions::of(positions.clone())?;
+        let jacobians = self.0.iter().map(|(_, jacobian)| *jacobian);
+        let explained = motions.explaining(positions.zip(jacobians));
+        Some(
+            move |position: &Vector3<f64>, jacobian: &SMatrix<f64, 3, P>| {
+                jacobian - motions.at(position) * explained
+            },
+        )
+    }
+
+    /// The same for relative positions: after the rigid motion that fits best.
+    pub(crate) fn relative(&self) -> Option<Self> {
+        let left = self.without_rigid_motion()?;
+        let all = self.0.iter();
+        let all = all.map(|(pose, jacobian)| (*pose, left(&pose.position, jacobian)));
+        Some(Self(all.collect()))
+    }
+
+    /// The mean W of JᵀJ: with the covariance C of the parameters, tr(W C) is the mean square of the position error.
+    pub(crate) fn mean_square(&self) -> SMatrix<f64, P, P> {
+        let mut sum = SMatrix::<f64, P, P>::zeros();
+        for (_, jacobian) in &self.0 {
+            sum.gemm_tr(1.0, jacobian, jacobian, 1.0);
+        }
+        sum / self.0.len() as f64
+    }
+}
+
 /// √ of the mean of tr(J C Jᵀ) over poses, mm.
 pub(crate) fn rms_over(
     robot: &Robot<f64>,
@@ -75,12 +92,21 @@ pub(crate) fn rms_over(
     poses: &[Sample<f64>],
 ) -> f64 {
     match without_transmissions(covariance) {
-        Some(covariance) => {
-            let covariance = &covariance;
-            PositionUncertainty { robot, covariance }.rms_over(poses)
-        }
-        None => PositionUncertainty { robot, covariance }.rms_over(poses),
+        Some(covariance) => rms(robot, &covariance, poses),
+        None => rms(robot, covariance, poses),
     }
+}
+
+fn rms<const P: usize>(
+    robot: &Robot<f64>,
+    covariance: &SMatrix<f64, P, P>,
+    poses: &[Sample<f64>],
+) -> f64 {
+    let known = poses
+        .iter()
+        .filter_map(|pose| variance(covariance, &jacobian(robot, &pose.position, &pose.joints)?));
+    let (sum, count) = known.fold((0.0, 0.0), |(sum, count), own| (sum + own, count + 1.0));
+    f64::sqrt(sum / count)
 }
 
 /// The covariance of the parameters, if the transmissions are exact: it gives the same bits in a third of the time.
@@ -271,71 +297,47 @@ impl ExpectedError {
         poses: &WorkspacePoses,
     ) -> Option<Self> {
         match without_transmissions(covariance) {
-            Some(covariance) => {
-                let covariance = &covariance;
-                Self::of(&PositionUncertainty { robot, covariance }, reach, poses)
-            }
-            None => Self::of(&PositionUncertainty { robot, covariance }, reach, poses),
+            Some(covariance) => Self::of(robot, &covariance, reach, poses),
+            None => Self::of(robot, covariance, reach, poses),
         }
     }
 
     /// Returns `None` if no pose is clear of singularities.
-    pub fn of<const P: usize>(
-        uncertainty: &PositionUncertainty<'_, P>,
+    fn of<const P: usize>(
+        robot: &Robot<f64>,
+        covariance: &SMatrix<f64, P, P>,
         reach: &Reach,
         poses: &WorkspacePoses,
     ) -> Option<Self> {
-        let points = poses.inside.iter().map(|pose| pose.position);
-        let motions = RigidMotions::of(points)?;
-        let known = |poses: &[Sample<f64>]| -> Vec<_> {
-            let poses = poses.iter();
-            let known = poses.filter_map(|pose| {
-                let jacobian = uncertainty.jacobian(&pose.position, &pose.joints)?;
-                Some((*pose, jacobian))
-            });
-            known.collect()
-        };
-        let (inside, edge) = (known(&poses.inside), known(&poses.edge));
-        let jacobians = inside.iter().map(|(pose, own)| (pose.position, *own));
-        let explained = motions.explaining(jacobians);
+        let [inside, edge] = [&poses.inside, &poses.edge]
+            .map(|poses| Sensitivities::<P>::of(robot, poses.iter().copied()));
+        let left = inside.without_rigid_motion()?;
         let over = |variance: &Variance<P>| {
             let search = Search {
-                robot: uncertainty.robot,
+                robot,
                 reach,
                 variance: &|pose| {
-                    let jacobian = uncertainty.jacobian(&pose.position, &pose.joints)?;
-                    variance(&pose.position, jacobian)
+                    variance(
+                        &pose.position,
+                        &jacobian(robot, &pose.position, &pose.joints)?,
+                    )
                 },
             };
             let of_pose = |(pose, jacobian): &(Sample<f64>, SMatrix<f64, 3, P>)| {
-                Some((variance(&pose.position, *jacobian)?, *pose))
+                Some((variance(&pose.position, jacobian)?, *pose))
             };
-            let inside = inside.iter().filter_map(of_pose).collect();
-            over(inside, edge.iter().filter_map(of_pose), &search)
+            let inside = inside.0.iter().filter_map(of_pose).collect();
+            over(inside, edge.0.iter().filter_map(of_pose), &search)
         };
-        let covariance = uncertainty.covariance;
         Some(Self {
-            absolute: over(&|_, jacobian| variance(covariance, &jacobian))?,
-            intrinsic: over(&|position, jacobian| {
-                variance(covariance, &(jacobian - motions.at(position) * explained))
-            })?,
+            absolute: over(&|_, jacobian| variance(covariance, jacobian))?,
+            intrinsic: over(&|position, jacobian| variance(covariance, &left(position, jacobian)))?,
         })
     }
 }
 
 /// At a position with this Jacobian.
-type Variance<'a, const P: usize> = dyn Fn(&Vector3<f64>, SMatrix<f64, 3, P>) -> Option<f64> + 'a;
-
-/// tr(J C Jᵀ).
-fn variance<const P: usize>(
-    covariance: &SMatrix<f64, P, P>,
-    jacobian: &SMatrix<f64, 3, P>,
-) -> Option<f64> {
-    // Multiplying along the long columns of Jᵀ is three times as fast as three numbers at a time.
-    let transposed = jacobian.transpose();
-    let variance = (covariance * transposed).dot(&transposed);
-    (variance >= 0.0).then_some(variance)
-}
+type Variance<'a, const P: usize> = dyn Fn(&Vector3<f64>, &SMatrix<f64, 3, P>) -> Option<f64> + 'a;
 
 /// Mean of a variance over the poses inside, and its maximum, searched by steps from the worst of all poses.
 fn over(

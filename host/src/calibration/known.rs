@@ -1,9 +1,8 @@
 //! What the readings determine, what stays at the tolerance, and which poses would help most.
 
 use super::credibility::in_tolerances;
-use crate::accuracy::improvement::mean_square;
 use crate::accuracy::information::parameter_at;
-use crate::accuracy::uncertainty::{ExpectedError, PositionUncertainty};
+use crate::accuracy::uncertainty::{ExpectedError, Sensitivities};
 use crate::files::robot_file::RobotFile;
 use crate::fit::Solution;
 use crate::fit::solution::PARAMETERS;
@@ -120,22 +119,10 @@ pub(crate) fn next_poses(
         return Vec::new();
     }
     let mut covariance = solution.of_parameters();
-    let uncertainty = PositionUncertainty {
-        robot: &solution.robot,
-        covariance: &covariance,
-    };
     let every = poses.len().div_ceil(CANDIDATES).max(1);
-    let candidates: Vec<_> = poses
-        .iter()
-        .step_by(every)
-        .filter_map(|pose| {
-            Some((
-                pose.joints,
-                uncertainty.jacobian(&pose.position, &pose.joints)?,
-            ))
-        })
-        .collect();
-    let sensitivity = mean_square(candidates.iter().map(|(_, jacobian)| jacobian));
+    let candidates = poses.iter().step_by(every).copied();
+    let candidates = Sensitivities::<PARAMETERS>::of(&solution.robot, candidates);
+    let sensitivity = candidates.mean_square();
     let axes = Vector3::from(solution.levels.position.position_by_axis());
     let noise = Matrix3::from_diagonal(&axes.component_mul(&axes));
     let mut found = Vec::new();
@@ -146,16 +133,16 @@ pub(crate) fn next_poses(
             let reduction = shared * inverse * shared.transpose();
             Some((sensitivity.component_mul(&reduction).sum(), reduction))
         };
-        let best = candidates
-            .iter()
-            .filter_map(|(joints, jacobian)| Some((joints, gain(jacobian)?)))
+        let all = candidates.0.iter();
+        let best = all
+            .filter_map(|(pose, jacobian)| Some((pose, gain(jacobian)?)))
             .max_by(|a, b| a.1.0.total_cmp(&b.1.0));
-        let Some((joints, (_, reduction))) = best else {
+        let Some((pose, (_, reduction))) = best else {
             break;
         };
         covariance -= reduction;
         found.push(NextPose {
-            joints: robot.convention.joints(joints),
+            joints: robot.convention.joints(&pose.joints),
             expected_error_mm: sensitivity.component_mul(&covariance).sum().max(0.0).sqrt(),
         });
     }

@@ -8,12 +8,12 @@ use crate::fit::Method;
 use crate::text::decimal_comma;
 use delta_cal::robot::Drive;
 use delta_cal::{Noise, Parameter, Tolerance};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 const KEYS: &str = "`delta-cal simulate --example` prints a campaign file with every key";
 const CASES_AT_MOST: usize = 100_000;
 
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct CampaignToml {
     robot: Option<String>,
@@ -45,7 +45,7 @@ fn yes() -> List<bool> {
     List(vec![true])
 }
 
-#[derive(Clone, Copy, PartialEq, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StartError {
     length_mm: Size,
@@ -56,7 +56,7 @@ struct StartError {
     radius_mm: Size,
 }
 
-#[derive(Clone, Copy, PartialEq, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct NoiseLevel {
     position_mm: Size,
@@ -65,7 +65,7 @@ struct NoiseLevel {
 }
 
 /// A whole number within bounds.
-#[derive(Clone, Copy, PartialEq, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "i64")]
 struct Whole<const LEAST: i64, const MOST: i64>(u64);
 
@@ -83,7 +83,7 @@ impl<const LEAST: i64, const MOST: i64> TryFrom<i64> for Whole<LEAST, MOST> {
 }
 
 /// A finite number, 0 or greater.
-#[derive(Clone, Copy, PartialEq, Default, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(try_from = "f64")]
 struct Size(f64);
 
@@ -101,7 +101,7 @@ impl TryFrom<f64> for Size {
 }
 
 /// A non-empty list without duplicates.
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 #[serde(
     try_from = "Vec<T>",
     bound(deserialize = "T: Deserialize<'de> + PartialEq")
@@ -302,54 +302,39 @@ impl OneCase<'_> {
     /// # Errors
     /// The section that the robot file lacks: `tolerance` or `noise`.
     pub fn to_toml(&self, file: &RobotFile) -> Result<String, &'static str> {
-        let (start, level) = assumed(file)?;
-        let (joint, zero) = match (level.joint_deg, level.joint_mm) {
-            (Some(own), _) => (
-                format!("joint_deg = {:?}", own.0),
-                format!("zero_deg = {:?}", start.zero_deg.0),
-            ),
-            (None, own) => (
-                format!("joint_mm = {:?}", own.unwrap_or_default().0),
-                format!("radius_mm = {:?}", start.radius_mm.0),
-            ),
-        };
-        let [spread, method] = [
-            serde_json::to_string(&self.spread),
-            serde_json::to_string(&self.method),
-        ]
-        .map(Result::unwrap_or_default);
-        let Self {
-            robot,
-            robots,
-            seed,
-            poses,
-            planned,
-            ..
-        } = self;
-        Ok(format!(
-            "robot = {robot:?}\nrobots = {robots}\nseed = {seed}\nspread = {spread}\n\
-             poses = [{poses}]\nstart_errors = [{{ length_mm = {:?}, angle_deg = {:?}, {zero} }}]\n\
-             noise_levels = [{{ position_mm = {:?}, {joint} }}]\nmethods = [{method}]\nplanned = [{planned}]\n",
-            start.length_mm.0, start.angle_deg.0, level.position_mm.0,
-        ))
+        // Numbers and words can always be written.
+        Ok(toml::to_string(&self.campaign(file)?).unwrap_or_default())
     }
 
     /// The campaign itself, without reading the file.
     ///
     /// # Errors
-    /// A robot file without tolerance or noise.
+    /// A robot file without tolerance or noise, or no poses.
     pub fn plan(&self, file: &RobotFile) -> Result<Plan, InputError> {
-        let fault = |(key, cause): Fault| InputError::new(self.robot, cause).at_key(key);
-        let missing = |key: &'static str| (key, "there is no such section".to_owned());
-        let (start, level) = assumed(file).map_err(|key| fault(missing(key)))?;
-        let poses = i64::try_from(self.poses).unwrap_or(i64::MAX);
-        let poses = Whole::try_from(poses).map_err(|cause| fault(("poses", cause)))?;
-        let toml = CampaignToml {
-            robot: None,
+        let campaign = self.campaign(file).map_err(|missing| {
+            InputError::new(self.robot, "there is no such section").at_key(missing)
+        })?;
+        let scenarios = match self.poses {
+            0 => Err(("poses", "0 poses are not enough".to_owned())),
+            _ => campaign.scenarios(file),
+        };
+        Ok(Plan {
+            robot: file.clone(),
+            robots: self.robots,
+            seed: self.seed,
+            scenarios: scenarios
+                .map_err(|(key, cause)| InputError::new(self.robot, cause).at_key(key))?,
+        })
+    }
+
+    fn campaign(&self, file: &RobotFile) -> Result<CampaignToml, &'static str> {
+        let (start, level) = assumed(file)?;
+        Ok(CampaignToml {
+            robot: Some(self.robot.to_owned()),
             robots: Whole(self.robots),
             seed: Whole(self.seed),
             spread: self.spread,
-            poses: List(vec![poses]),
+            poses: List(vec![Whole(self.poses)]),
             start_errors: List(vec![start]),
             noise_levels: List(vec![level]),
             methods: List(vec![self.method]),
@@ -357,12 +342,6 @@ impl OneCase<'_> {
             weights: yes(),
             prior: yes(),
             planned: List(vec![self.planned]),
-        };
-        Ok(Plan {
-            robot: file.clone(),
-            robots: self.robots,
-            seed: self.seed,
-            scenarios: toml.scenarios(file).map_err(fault)?,
         })
     }
 }

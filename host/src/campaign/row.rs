@@ -1,12 +1,14 @@
 //! The rows of a campaign: one robot calibrated with one set of settings.
 
+use super::evaluation::{bound, position_errors};
 use super::plan::{Case, Plan, Scenario};
 use super::simulated::{Planned, measured_at, simulate};
-use super::trial::{ACCEPTED, NO_ROBOT, bound, calibrate};
-use crate::accuracy::evaluation::{Evaluation, HeldOutError};
+use super::trial::{ACCEPTED, NO_ROBOT, calibrate};
+use crate::accuracy::information::differences;
 use crate::files::input::InputError;
 use crate::fit::Method;
 use csv::ReaderBuilder;
+use delta_cal::Robot;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -126,20 +128,19 @@ fn of_robot(plan: &Plan, scenario: &Scenario, planned: &Planned, robot: u64) -> 
         let cases = scenario.cases.iter();
         return cases.map(|case| (case.clone(), none.clone())).collect();
     };
-    let before = Evaluation {
-        truth: &simulated.truth,
-        before: nominal,
-        after: nominal,
+    let truth = &simulated.truth;
+    let errors = |robot: &Robot<f64>| {
+        let positions = position_errors(robot, truth, &simulated.held_out);
+        (differences(robot, truth).norm(), positions.map(Some))
     };
-    let [error_before_mm, relative_before_mm] =
-        errors(&before.position_error_before(&simulated.held_out));
+    let (before, [error_before_mm, relative_before_mm]) = errors(nominal);
     // Bounds do not depend on the solver or the weights.
     let mut bounds: Vec<(Method, bool, Option<f64>)> = Vec::new();
     let result = |case: &Case| {
         let mut row = RobotResult {
             robot,
             seed,
-            parameter_before_mm: Some(before.error_before()),
+            parameter_before_mm: Some(before),
             error_before_mm,
             relative_before_mm,
             ..RobotResult::default()
@@ -150,7 +151,11 @@ fn of_robot(plan: &Plan, scenario: &Scenario, planned: &Planned, robot: u64) -> 
         row.parameter_bound_mm = if let Some((.., bound)) = known {
             *bound
         } else {
-            let bound = bound(scenario, case, &simulated);
+            let tolerance = scenario.tolerance.as_ref().filter(|_| case.prior);
+            let bound = scenario
+                .noise
+                .as_ref()
+                .and_then(|noise| bound(case.method, truth, &simulated.measured, noise, tolerance));
             bounds.push((case.method, case.prior, bound));
             bound
         };
@@ -164,13 +169,7 @@ fn of_robot(plan: &Plan, scenario: &Scenario, planned: &Planned, robot: u64) -> 
                 return row;
             }
         };
-        let evaluation = Evaluation {
-            after: &calibrated.robot,
-            ..before
-        };
-        let error = evaluation.error_after();
-        let [error_after_mm, relative_after_mm] =
-            errors(&evaluation.position_error_after(&simulated.held_out));
+        let (error, [error_after_mm, relative_after_mm]) = errors(&calibrated.robot);
         let [parameter_stated_mm, error_stated_mm, relative_stated_mm] =
             calibrated.stated(&simulated.held_out);
         let largest = match scenario.noise {
@@ -181,7 +180,7 @@ fn of_robot(plan: &Plan, scenario: &Scenario, planned: &Planned, robot: u64) -> 
             status: ACCEPTED.to_owned(),
             returned: largest.map(|largest| error <= largest),
             from_nominal: Some(calibrated.from_nominal),
-            gain_percent: Some(evaluation.gain()),
+            gain_percent: Some(100.0 * ((before - error) / before)),
             parameter_after_mm: Some(error),
             parameter_stated_mm,
             error_after_mm,
@@ -193,12 +192,6 @@ fn of_robot(plan: &Plan, scenario: &Scenario, planned: &Planned, robot: u64) -> 
     };
     let results: Vec<_> = scenario.cases.iter().map(result).collect();
     scenario.cases.iter().cloned().zip(results).collect()
-}
-
-/// Absolute and relative position error; infinite for a robot that reaches none of the poses.
-fn errors(error: &HeldOutError) -> [Option<f64>; 2] {
-    let known = |value: f64| Some(if value.is_nan() { f64::INFINITY } else { value });
-    [known(error.rms), known(error.intrinsic_rms)]
 }
 
 /// Rows as a CSV file.

@@ -3,7 +3,7 @@
 use super::plan::{Plan, Scenario, Spread};
 use crate::files::input::InputError;
 use crate::files::robot_file::RobotFile;
-use crate::planning::{Kind, Order, PlanError, PlanRequest, Wishes, plan as planned};
+use crate::planning::{Kind, Order, PlanRequest, Wishes, plan as planned};
 use delta_cal::robot::{Arm, ParameterKind};
 use delta_cal::simulate::{random_pose, simulate_sample, standard_normal};
 use delta_cal::{Parameter, Robot, Sample};
@@ -16,13 +16,6 @@ pub(super) type Planned = Option<Vec<[f64; 3]>>;
 /// Plans poses as a user would: once, for the nominal robot and the scenario's noise, without a tolerance. All robots
 /// of a scenario are measured at them.
 pub(super) fn measured_at(plan: &Plan, scenario: &Scenario) -> Result<Planned, InputError> {
-    plan_of(plan, scenario).map_err(|error| {
-        InputError::new(&plan.robot.name, format!("planned = [true]: {error}"))
-            .with_remedy(error.remedy())
-    })
-}
-
-fn plan_of(plan: &Plan, scenario: &Scenario) -> Result<Planned, PlanError> {
     if !scenario.shared.planned {
         return Ok(None);
     }
@@ -37,8 +30,12 @@ fn plan_of(plan: &Plan, scenario: &Scenario) -> Result<Planned, PlanError> {
         order: Order::Shortest,
         ..PlanRequest::new(&robot, Wishes::only(Kind::XYZ), scenario.shared.poses)
     };
-    let found = planned(&request)?.measurements;
-    Ok(Some(found.iter().map(|own| own.pose.joints).collect()))
+    let found = planned(&request).map_err(|error| {
+        InputError::new(&robot.name, format!("planned = [true]: {error}"))
+            .with_remedy(error.remedy())
+    })?;
+    let poses = found.measurements.iter();
+    Ok(Some(poses.map(|own| own.pose.joints).collect()))
 }
 
 /// Number of poses over which the position error is evaluated; none of them is measured.

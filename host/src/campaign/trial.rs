@@ -1,11 +1,8 @@
 //! Calibrates one simulated robot with the settings of one case.
 
 use super::plan::{Case, Plan, Scenario};
-use super::simulated::SimulatedRobot;
-use crate::accuracy::evaluation::CramerRaoBound;
 use crate::accuracy::information::units;
-use crate::accuracy::rigid_motion::RigidMotions;
-use crate::accuracy::uncertainty::PositionUncertainty;
+use crate::accuracy::uncertainty::Sensitivities;
 use crate::fit::Method;
 use delta_cal::calibration::{ArmOutcome, JointCalibrator, JointOutcome, StartUsed};
 use delta_cal::observations::{
@@ -176,40 +173,23 @@ impl Calibrated {
             return [parameters, None, None];
         }
         let robot = &self.robot;
-        let uncertainty = PositionUncertainty { robot, covariance };
-        let jacobians: Vec<_> = held_out
-            .iter()
-            .filter_map(|joints| {
-                let position = robot.forward(joints).ok()?;
-                Some((position, uncertainty.jacobian(&position, joints)?))
+        let reached = held_out.iter().filter_map(|joints| {
+            let position = robot.forward(joints).ok()?;
+            Some(Sample {
+                joints: *joints,
+                position,
             })
-            .collect();
-        let rms = |rows: &mut dyn Iterator<Item = SMatrix<f64, 3, 24>>| {
-            let mut variance = 0.0;
-            let mut count = 0.0;
-            for row in rows {
-                variance += (row * covariance * row.transpose()).trace();
-                count += 1.0;
-            }
-            Some((variance / count).sqrt()).filter(|sigma: &f64| sigma.is_finite())
-        };
-        let motions = RigidMotions::of(jacobians.iter().map(|(position, _)| *position));
-        let relative = motions.and_then(|motions| {
-            let explained = motions.explaining(jacobians.iter().copied());
-            let left = jacobians.iter();
-            rms(&mut left.map(|(position, row)| row - motions.at(position) * explained))
         });
-        let absolute = rms(&mut jacobians.iter().map(|(_, row)| *row));
-        [parameters, absolute, relative]
+        let absolute = Sensitivities::of(robot, reached);
+        let rms = |own: &Sensitivities<24>| {
+            let rows = own.0.iter().map(|(_, row)| row);
+            let variances = rows.map(|row| (row * covariance * row.transpose()).trace());
+            let sigma = (variances.sum::<f64>() / own.0.len() as f64).sqrt();
+            sigma.is_finite().then_some(sigma)
+        };
+        let relative = absolute.relative();
+        [parameters, rms(&absolute), relative.as_ref().and_then(rms)]
     }
-}
-
-/// The Cramér–Rao bound on the rms parameter error of a case, mm.
-pub(super) fn bound(scenario: &Scenario, case: &Case, robot: &SimulatedRobot) -> Option<f64> {
-    let tolerance = scenario.tolerance.as_ref().filter(|_| case.prior);
-    let noise = scenario.noise.as_ref()?;
-    CramerRaoBound::new(case.method, &robot.truth, &robot.measured, noise, tolerance)
-        .map(|bound| bound.error())
 }
 
 /// Square root of the trace, with angles times the upper arm's length.

@@ -2,14 +2,13 @@
 
 use super::PlanError;
 use super::request::{Kind, Wishes, below};
-use super::selection::Selection;
+use super::selection::{Selection, drawn};
 use super::setup::{Planned, Setup};
+use crate::files::samples_file::Reading;
 use delta_cal::{Parameter, Robot, Sample};
 use nalgebra::Vector3;
 use rand_pcg::Pcg32;
 
-/// After this many draws without a usable measurement, the search gives up.
-const HOPELESS: usize = 20_000;
 /// Draws allowed per candidate, on average.
 const DRAWS: usize = 400;
 /// Poses sampled to find out how steep the workspace is.
@@ -61,16 +60,17 @@ impl<'a> Candidates<'a> {
         Ok(all)
     }
 
-    /// [`ANCHORS`] of each kind with each instrument.
+    /// Rows of [`ANCHORS`] of each kind with each instrument.
     pub(super) fn anchors(
         &self,
         kinds: &Wishes,
         rng: &mut Pcg32,
-    ) -> Result<Vec<Planned>, PlanError> {
+    ) -> Result<Vec<Reading>, PlanError> {
         let mut all = Vec::new();
         for wish in &kinds.0 {
             for instrument in 0..self.instruments_of(wish.kind) {
-                all.extend(self.of(wish.kind, Some(instrument), ANCHORS, rng)?);
+                let own = self.of(wish.kind, Some(instrument), ANCHORS, rng)?;
+                all.extend(own.iter().map(|own| self.setup.row(own)));
             }
         }
         Ok(all)
@@ -92,24 +92,19 @@ impl<'a> Candidates<'a> {
         count: usize,
         rng: &mut Pcg32,
     ) -> Result<Vec<Planned>, PlanError> {
-        let mut found = Vec::with_capacity(count);
-        let mut draws = 0;
-        while found.len() < count {
+        let found = drawn(count, DRAWS, || {
             let instrument = instrument.unwrap_or_else(|| below(self.instruments_of(kind), rng));
-            if let Some(pose) = self.selection.draw(rng) {
-                let other = self.selection.draw(rng);
-                let plane = self.setup.planes.get(instrument);
-                let block = below(plane.map_or(0, |plane| plane.blocks.len()), rng);
-                found.extend(self.placed(kind, pose, other, (instrument, block)));
-            }
-            draws += 1;
-            if draws >= HOPELESS + DRAWS * found.len() {
-                // If the region or the limits leave no pose at all, report that instead.
-                self.selection.draw_many(1, rng)?;
-                return Err(PlanError::NoMeasurement(kind));
-            }
+            let pose = self.selection.draw(rng)?;
+            let other = self.selection.draw(rng);
+            let plane = self.setup.planes.get(instrument);
+            let block = below(plane.map_or(0, |plane| plane.blocks.len()), rng);
+            self.placed(kind, pose, other, (instrument, block))
+        });
+        if found.is_none() {
+            // If the region or the limits leave no pose at all, report that instead.
+            self.selection.draw_many(1, rng)?;
         }
-        Ok(found)
+        found.ok_or(PlanError::NoMeasurement(kind))
     }
 
     /// A measurement near another; `spread` is one σ of the joint angles, radians. `None` if it is not allowed.
@@ -142,10 +137,10 @@ impl<'a> Candidates<'a> {
         match kind {
             Kind::Position(_) => {}
             Kind::Plane => {
-                let plane = self.setup.planes.get(at.0)?;
-                let (normal, block) = (plane.normal, plane.blocks.get(at.1)?);
+                let plane = self.setup.places.planes.get(at.0)?;
+                let block = self.setup.planes.get(at.0)?.blocks.get(at.1)?;
                 let mut above = pose.position;
-                above.z += (plane.offset + block - normal.dot(&above)) / normal.z;
+                above.z += (plane.offset + block - plane.normal.dot(&above)) / plane.normal.z;
                 planned.pose = self.selection.at(&above)?;
                 planned.plane = Some(at);
             }
@@ -154,10 +149,11 @@ impl<'a> Candidates<'a> {
                 planned.other = Some(far);
             }
             Kind::Point => {
-                let point = self.setup.points.get(at.0)?;
-                planned.pose = self.as_far(&point.place, &pose, point.lengths)?;
+                let place = self.setup.places.points.get(at.0)?.place;
+                let lengths = self.setup.points.get(at.0)?.lengths;
+                planned.pose = self.as_far(&place, &pose, lengths)?;
                 planned.point = Some(at.0);
-                if self.setup.on_table && planned.pose.position.z < point.place.z {
+                if self.setup.on_table && planned.pose.position.z < place.z {
                     return None;
                 }
             }

@@ -5,32 +5,24 @@
 //! C. J. Nachtsheim, "A comparison of algorithms for constructing exact D-optimal designs",
 //! Technometrics 22(3), 1980. The criterion is tr W C, with the covariance C of all unknowns.
 
-use nalgebra::{Const, DMatrix, Dyn, OMatrix, SMatrix};
+use nalgebra::{DMatrix, SMatrix, SVector};
 
 /// Most passes over the set; about ten are enough.
 const PASSES: usize = 40;
 /// An exchange must improve the criterion by at least this fraction.
 const WORTHWHILE: f64 = 1e-9;
-/// Candidates processed side by side, so that the compiler can vectorise.
-const LANES: usize = 8;
-
-/// A candidate's contribution to the information: `R` rows, transposed.
-pub(super) type Rows<const R: usize> = OMatrix<f64, Dyn, Const<R>>;
-/// A small matrix for each candidate of a group.
-type Each<const R: usize> = [SMatrix<f64, R, R>; LANES];
 
 /// The candidates, the information before any measurement, and the criterion's weights.
-pub(super) struct Pool<'a, const R: usize> {
-    rows: &'a [Rows<R>],
-    /// The same rows entry by entry for a group of candidates: `R` times the unknowns.
-    lanes: Vec<Vec<[f64; LANES]>>,
+pub(super) struct Pool<const R: usize> {
+    /// The contributions to the information: for each candidate its `R` rows, as one vector per unknown.
+    pub(super) rows: Vec<SVector<f64, R>>,
     /// The kind of each candidate.
-    kinds: &'a [usize],
-    /// Information before any measurement.
-    prior: &'a DMatrix<f64>,
-    weights: &'a DMatrix<f64>,
+    pub(super) kinds: Vec<usize>,
     /// How many of each kind a set may hold.
-    most: &'a [usize],
+    pub(super) most: Vec<usize>,
+    /// Information before any measurement.
+    pub(super) prior: DMatrix<f64>,
+    pub(super) weights: DMatrix<f64>,
 }
 
 /// A set of candidates, by index, and the covariance after measuring them.
@@ -57,60 +49,33 @@ struct Addition<const R: usize> {
     gain: f64,
 }
 
-/// A candidate of the set, rows U, that may be removed.
-struct Removal<const R: usize> {
-    /// C U.
-    spread: Rows<R>,
-    /// C W C U.
-    weighted_spread: Rows<R>,
-    /// Uᵀ C U.
-    within: SMatrix<f64, R, R>,
-    /// Uᵀ C W C U.
-    weighted: SMatrix<f64, R, R>,
-}
-
-impl<'a, const R: usize> Pool<'a, R> {
-    pub(super) fn new(
-        rows: &'a [Rows<R>],
-        kinds: &'a [usize],
-        most: &'a [usize],
-        (prior, weights): (&'a DMatrix<f64>, &'a DMatrix<f64>),
-    ) -> Self {
-        let unknowns = prior.nrows();
-        let lanes = rows.chunks(LANES).map(|group| {
-            let mut entries = vec![[0.0; LANES]; R * unknowns];
-            for (lane, rows) in group.iter().enumerate() {
-                for (entry, own) in entries.iter_mut().zip(rows.iter()) {
-                    entry[lane] = *own;
-                }
-            }
-            entries
-        });
-        Self {
-            lanes: lanes.collect(),
-            rows,
-            kinds,
-            prior,
-            weights,
-            most,
-        }
-    }
-
+impl<const R: usize> Pool<R> {
     /// The set of these candidates; `None` if its information is singular.
     pub(super) fn set(&self, chosen: Vec<usize>) -> Option<Set> {
         let mut information = self.prior.clone();
         for candidate in &chosen {
-            let rows = &self.rows[*candidate];
-            information += rows * rows.transpose();
+            let rows = self.rows_of(*candidate);
+            add_products(&mut information, rows, rows);
         }
         let covariance = information.cholesky()?.inverse();
-        let value = covariance.dot(self.weights);
+        let value = covariance.dot(&self.weights);
         value.is_finite().then(|| Set {
-            weighted: &covariance * self.weights * &covariance,
+            weighted: &covariance * &self.weights * &covariance,
             chosen,
             covariance,
             value,
         })
+    }
+
+    fn rows_of(&self, candidate: usize) -> &[SVector<f64, R>] {
+        let unknowns = self.prior.nrows();
+        &self.rows[unknowns * candidate..unknowns * (candidate + 1)]
+    }
+
+    /// Vᵀ S of each candidate.
+    fn times(&self, spread: &[SVector<f64, R>]) -> impl Iterator<Item = SMatrix<f64, R, R>> {
+        let candidates = self.rows.chunks_exact(self.prior.nrows());
+        candidates.map(|rows| times(rows, spread))
     }
 
     /// Exchanges until nothing improves.
@@ -157,7 +122,7 @@ impl<'a, const R: usize> Pool<'a, R> {
         for _ in 0..count {
             let additions = self.additions(&set);
             let counts = self.counts(&set);
-            let free = (0..self.rows.len()).filter(|candidate| {
+            let free = (0..self.kinds.len()).filter(|candidate| {
                 let kind = self.kinds[*candidate];
                 !taken[*candidate] && counts[kind] < self.most[kind]
             });
@@ -175,7 +140,7 @@ impl<'a, const R: usize> Pool<'a, R> {
     }
 
     fn taken(&self, set: &Set) -> Vec<bool> {
-        let mut taken = vec![false; self.rows.len()];
+        let mut taken = vec![false; self.kinds.len()];
         for candidate in &set.chosen {
             taken[*candidate] = true;
         }
@@ -192,15 +157,12 @@ impl<'a, const R: usize> Pool<'a, R> {
     }
 
     fn additions(&self, set: &Set) -> Vec<Addition<R>> {
-        let mut additions = Vec::with_capacity(LANES * self.lanes.len());
-        for lanes in &self.lanes {
-            let within = between::<R>(lanes, &set.covariance);
-            let weighted = between::<R>(lanes, &set.weighted);
-            let both = within.into_iter().zip(weighted);
-            additions.extend(both.map(|(within, weighted)| Addition::new(within, weighted)));
-        }
-        additions.truncate(self.rows.len());
-        additions
+        let candidates = self.rows.chunks_exact(self.prior.nrows());
+        let addition = |rows| {
+            let within = times(rows, &spread(&set.covariance, rows));
+            Addition::new(within, times(rows, &spread(&set.weighted, rows)))
+        };
+        candidates.map(addition).collect()
     }
 
     /// Updates the additions after one candidate was added to the set and another removed. `None` if rounding makes
@@ -219,24 +181,20 @@ impl<'a, const R: usize> Pool<'a, R> {
     ) -> Option<()> {
         let mut covariance = set.covariance.clone();
         for (candidate, sign) in [(added, 1.0), (removed, -1.0)] {
-            let rows = &self.rows[candidate];
-            let spread = &covariance * rows;
-            let changed = SMatrix::identity() + rows.transpose() * &spread * sign;
-            let z = inverse(changed)? * sign;
-            let weights_spread = self.weights * &spread;
-            let weighted_spread = &covariance * &weights_spread;
-            let inner = z * (spread.transpose() * weights_spread) * z;
-            for (lanes, additions) in self.lanes.iter().zip(additions.chunks_mut(LANES)) {
-                let one = times(lanes, &spread);
-                let other = times(lanes, &weighted_spread);
-                for ((one, other), addition) in one.iter().zip(&other).zip(additions) {
-                    let crossed = other * z * one.transpose();
-                    addition.within -= one * z * one.transpose();
-                    addition.weighted +=
-                        one * inner * one.transpose() - crossed - crossed.transpose();
-                }
+            let rows = self.rows_of(candidate);
+            let own = spread(&covariance, rows);
+            let z = inverse(SMatrix::identity() + times(rows, &own) * sign)? * sign;
+            let weights = spread(&self.weights, &own);
+            let inner = z * times(&own, &weights) * z;
+            let weighted_own = spread(&covariance, &weights);
+            let products = self.times(&own).zip(self.times(&weighted_own));
+            for (addition, (one, other)) in additions.iter_mut().zip(products) {
+                let crossed = other * z * one.transpose();
+                addition.within -= one * z * one.transpose();
+                addition.weighted += one * inner * one.transpose() - crossed - crossed.transpose();
             }
-            covariance -= &spread * z * spread.transpose();
+            let left: Vec<_> = own.iter().map(|own| -z * own).collect();
+            add_products(&mut covariance, &left, &own);
         }
         for addition in additions {
             *addition = Addition::new(addition.within, addition.weighted);
@@ -245,6 +203,9 @@ impl<'a, const R: usize> Pool<'a, R> {
     }
 
     /// The best replacement for the candidate at a place in the set, and the criterion after it.
+    ///
+    /// The replacement, rows V, is added before the leaving candidate, rows U, is removed: that keeps the information
+    /// regular in between.
     fn best(
         &self,
         set: &Set,
@@ -253,34 +214,29 @@ impl<'a, const R: usize> Pool<'a, R> {
         taken: &[bool],
     ) -> Option<(usize, f64)> {
         let leaving = set.chosen[place];
-        let rows = &self.rows[leaving];
-        let spread = &set.covariance * rows;
-        let weighted_spread = &set.weighted * rows;
-        let removal = Removal {
-            within: rows.transpose() * &spread,
-            weighted: rows.transpose() * &weighted_spread,
-            spread,
-            weighted_spread,
-        };
+        let rows = self.rows_of(leaving);
+        let [own, weighted_own] = [&set.covariance, &set.weighted].map(|own| spread(own, rows));
+        let (within, weighted) = (times(rows, &own), times(rows, &weighted_own));
         let counts = self.counts(set);
+        let products = self.times(&own).zip(self.times(&weighted_own));
         let mut best = None;
-        for (group, (lanes, additions)) in
-            self.lanes.iter().zip(additions.chunks(LANES)).enumerate()
+        for (candidate, (addition, (coupling, crossing))) in
+            additions.iter().zip(products).enumerate()
         {
-            let couplings = times(lanes, &removal.spread);
-            let crossings = times(lanes, &removal.weighted_spread);
-            for (lane, addition) in additions.iter().enumerate() {
-                let candidate = LANES * group + lane;
-                let kind = self.kinds[candidate];
-                let full = kind != self.kinds[leaving] && counts[kind] >= self.most[kind];
-                if taken[candidate] || full {
-                    continue;
-                }
-                let change = addition.less(&couplings[lane], &crossings[lane], &removal);
-                let value = change.map_or(f64::INFINITY, |change| set.value + change);
-                if best.is_none_or(|(_, least)| value < least) {
-                    best = Some((candidate, value));
-                }
+            let kind = self.kinds[candidate];
+            let full = kind != self.kinds[leaving] && counts[kind] >= self.most[kind];
+            if taken[candidate] || full {
+                continue;
+            }
+            let carried = addition.inverse * coupling;
+            let left = SMatrix::identity() - within + coupling.transpose() * carried;
+            let crossed = carried.transpose() * crossing;
+            let moved = weighted - crossed - crossed.transpose()
+                + carried.transpose() * addition.weighted * carried;
+            let change = inverse(left).map(|left| left.dot(&moved) - addition.gain);
+            let value = change.map_or(f64::INFINITY, |change| set.value + change);
+            if best.is_none_or(|(_, least)| value < least) {
+                best = Some((candidate, value));
             }
         }
         best
@@ -297,21 +253,44 @@ impl<const R: usize> Addition<R> {
             inverse,
         }
     }
+}
 
-    /// The change of the criterion if the candidate, rows V, is added and then another, rows U, removed, given Vᵀ C U
-    /// and Vᵀ C W C U. Adding first keeps the information regular in between. `None` if it is singular afterwards.
-    fn less(
-        &self,
-        coupling: &SMatrix<f64, R, R>,
-        crossing: &SMatrix<f64, R, R>,
-        removal: &Removal<R>,
-    ) -> Option<f64> {
-        let carried = self.inverse * coupling;
-        let left = SMatrix::identity() - removal.within + coupling.transpose() * carried;
-        let crossed = carried.transpose() * crossing;
-        let moved = removal.weighted - crossed - crossed.transpose()
-            + carried.transpose() * self.weighted * carried;
-        Some(inverse(left)?.dot(&moved) - self.gain)
+/// C V for a symmetric C.
+fn spread<const R: usize>(matrix: &DMatrix<f64>, rows: &[SVector<f64, R>]) -> Vec<SVector<f64, R>> {
+    let of = |(factor, row): (&f64, &SVector<f64, R>)| row * *factor;
+    let columns = matrix.column_iter();
+    columns
+        .map(|column| column.iter().zip(rows).map(of).sum())
+        .collect()
+}
+
+/// Vᵀ S.
+fn times<const R: usize>(
+    rows: &[SVector<f64, R>],
+    spread: &[SVector<f64, R>],
+) -> SMatrix<f64, R, R> {
+    let mut product = SMatrix::zeros();
+    for (row, own) in rows.iter().zip(spread) {
+        // Written out, because this takes most of the time of a plan.
+        for column in 0..R {
+            for index in 0..R {
+                product[(index, column)] += row[index] * own[column];
+            }
+        }
+    }
+    product
+}
+
+/// Adds V Sᵀ to a matrix.
+fn add_products<const R: usize>(
+    matrix: &mut DMatrix<f64>,
+    rows: &[SVector<f64, R>],
+    others: &[SVector<f64, R>],
+) {
+    for (mut column, other) in matrix.column_iter_mut().zip(others) {
+        for (entry, row) in column.iter_mut().zip(rows) {
+            *entry += row.dot(other);
+        }
     }
 }
 
@@ -320,48 +299,6 @@ fn inverse<const R: usize>(matrix: SMatrix<f64, R, R>) -> Option<SMatrix<f64, R,
     let inverse = matrix.try_inverse()?;
     let positive = (0..R).all(|index| inverse[(index, index)] > 0.0);
     positive.then_some(inverse)
-}
-
-/// Vᵀ S of each candidate of a group.
-fn times<const R: usize>(lanes: &[[f64; LANES]], matrix: &Rows<R>) -> Each<R> {
-    let mut products = [SMatrix::zeros(); LANES];
-    for (index, row) in lanes.chunks_exact(matrix.nrows()).enumerate() {
-        for (column, factors) in matrix.column_iter().enumerate() {
-            let sums = sum(row, factors.iter());
-            for (product, sum) in products.iter_mut().zip(sums) {
-                product[(index, column)] = sum;
-            }
-        }
-    }
-    products
-}
-
-/// Vᵀ C V of each candidate of a group, C symmetric.
-fn between<const R: usize>(lanes: &[[f64; LANES]], matrix: &DMatrix<f64>) -> Each<R> {
-    let unknowns = matrix.nrows();
-    let mut products = [SMatrix::<f64, R, R>::zeros(); LANES];
-    for (column, right) in lanes.chunks_exact(unknowns).enumerate() {
-        for (own, of_column) in matrix.column_iter().enumerate() {
-            // The entry of C V that belongs to this row of C.
-            let sums = sum(right, of_column.iter());
-            for (index, left) in lanes.chunks_exact(unknowns).enumerate() {
-                for lane in 0..LANES {
-                    products[lane][(index, column)] += left[own][lane] * sums[lane];
-                }
-            }
-        }
-    }
-    products
-}
-
-fn sum<'a>(row: &[[f64; LANES]], factors: impl Iterator<Item = &'a f64>) -> [f64; LANES] {
-    let mut sums = [0.0; LANES];
-    for (entries, factor) in row.iter().zip(factors) {
-        for (sum, entry) in sums.iter_mut().zip(entries) {
-            *sum += entry * factor;
-        }
-    }
-    sums
 }
 
 #[cfg(test)]
@@ -377,13 +314,13 @@ mod tests {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             f64::from(state) / f64::from(u32::MAX) - 0.5
         };
-        let rows: Vec<Rows<1>> = (0..40)
-            .map(|_| Rows::<1>::from_fn(5, |_, _| number()))
-            .collect();
-        let kinds: Vec<usize> = (0..40).map(|own| own % 2).collect();
-        let prior = DMatrix::identity(5, 5) * 0.01;
-        let weights = DMatrix::from_diagonal_element(5, 5, 2.0);
-        let pool = Pool::new(&rows, &kinds, &[usize::MAX, 3], (&prior, &weights));
+        let pool = Pool::<1> {
+            rows: (0..200).map(|_| SVector::from([number()])).collect(),
+            kinds: (0..40).map(|own| own % 2).collect(),
+            most: vec![usize::MAX, 3],
+            prior: DMatrix::identity(5, 5) * 0.01,
+            weights: DMatrix::from_diagonal_element(5, 5, 2.0),
+        };
         let found = pool.exchange(pool.set((0..6).collect()).unwrap());
         let of_one_kind = |chosen: &[usize]| chosen.iter().filter(|own| *own % 2 == 1).count();
         assert!(of_one_kind(&found.chosen) <= 3);

@@ -4,16 +4,16 @@
 use super::PlanError;
 use super::setup::Setup;
 use crate::accuracy::information::prior;
-use crate::accuracy::rigid_motion::RigidMotions;
-use crate::accuracy::uncertainty::{INSIDE, PositionUncertainty, first_inside};
+use crate::accuracy::uncertainty::{INSIDE, Sensitivities, first_inside};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::READINGS;
-use crate::fit::observations::{instruments, levels, tolerance};
+use crate::files::samples_file::{READINGS, Reading};
+use crate::fit::Unsolved;
+use crate::fit::observations::{instruments, levels, observation, tolerance};
 use crate::fit::solution::{
     COLUMNS, ENTRIES, MOST, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS,
 };
 use delta_cal::calibration::Problem;
-use delta_cal::observations::{Observation, ObservationProblem, ObservationRow};
+use delta_cal::observations::{ObservationProblem, ObservationRow};
 use delta_cal::simulate::made_robot;
 use delta_cal::{Sample, Settings};
 use nalgebra::{DMatrix, DVector};
@@ -115,8 +115,8 @@ impl Judge {
     pub(super) fn after(
         &self,
         setup: &Setup,
-        rows: &[Observation<f64>],
-        anchors: &[Observation<f64>],
+        rows: &[Reading],
+        anchors: &[Reading],
     ) -> Option<Precision> {
         self.mean(|robot| {
             let known = robot.after(setup, rows, anchors);
@@ -145,29 +145,15 @@ impl Judge {
 impl Place {
     fn new(file: RobotFile, poses: &[Sample<f64>]) -> Option<Self> {
         let reach = file.reach();
-        let uncertainty = PositionUncertainty {
-            robot: &file.robot,
-            covariance: &RobotCovariance::zeros(),
-        };
         let there = poses.iter().filter_map(|pose| {
             let position = reach.clear_position(&file.robot, &pose.joints).ok()?;
-            let jacobian = uncertainty.jacobian(&position, &pose.joints)?;
-            Some((position, jacobian))
+            Some(Sample { position, ..*pose })
         });
-        let there: Vec<_> = there.collect();
-        let motions = RigidMotions::of(there.iter().map(|(position, _)| *position))?;
-        let explained = motions.explaining(there.iter().copied());
-        let (mut relative, mut absolute) = (RobotCovariance::zeros(), RobotCovariance::zeros());
-        for (position, jacobian) in &there {
-            absolute += jacobian.transpose() * jacobian;
-            let left = jacobian - motions.at(position) * explained;
-            relative += left.transpose() * left;
-        }
-        let count = there.len() as f64;
+        let there = Sensitivities::of(&file.robot, there);
         Some(Self {
+            relative: there.relative()?.mean_square(),
+            absolute: there.mean_square(),
             file,
-            relative: relative / count,
-            absolute: absolute / count,
         })
     }
 
@@ -185,15 +171,15 @@ impl Place {
     fn after(
         &self,
         setup: &Setup,
-        rows: &[Observation<f64>],
-        anchors: &[Observation<f64>],
+        rows: &[Reading],
+        anchors: &[Reading],
     ) -> Option<RobotCovariance> {
-        let read = |rows: &[Observation<f64>]| -> Vec<_> {
+        let read = |rows: &[Reading]| -> Vec<_> {
             let robot = &self.file.robot;
             rows.iter().map(|row| setup.read(robot, row)).collect()
         };
         let found = Information::of(&self.file, setup, &read(rows), &read(anchors)).ok()?;
-        Some(found.of_robot(&found.covariance()?))
+        found.robot_covariance()
     }
 }
 
@@ -219,11 +205,11 @@ pub(super) struct Information {
     pub(super) rows: Vec<DMatrix<f64>>,
     /// Information before any measurement: the priors, and a weak one (no parameter is off by more than a forearm)
     /// that keeps the matrix regular.
-    pub(super) prior: DMatrix<f64>,
+    prior: DMatrix<f64>,
     /// The size of each unknown's unit, in mm or radians.
     pub(super) units: DVector<f64>,
     /// The number of unknowns that belong to the robot, including transmissions if they are estimated.
-    pub(super) of_robot: usize,
+    of_robot: usize,
 }
 
 impl Information {
@@ -232,19 +218,20 @@ impl Information {
     pub(super) fn of(
         file: &RobotFile,
         setup: &Setup,
-        rows: &[Observation<f64>],
-        anchors: &[Observation<f64>],
+        rows: &[Reading],
+        anchors: &[Reading],
     ) -> Result<Self, PlanError> {
         let (planes, points): (Vec<_>, Vec<_>) = (
             setup.planes.iter().map(|plane| plane.known).collect(),
             setup.points.iter().map(|point| point.known).collect(),
         );
-        let mut all: Vec<_> = rows.iter().map(|own| ObservationRow::new(*own)).collect();
-        all.extend(anchors.iter().map(|own| {
-            let mut row = ObservationRow::new(*own);
-            row.set_weight(0.0);
-            row
-        }));
+        let row = |own: &Reading| Ok(ObservationRow::new(observation(own)?));
+        let all = rows.iter().chain(anchors).map(row);
+        let all: Result<Vec<_>, Unsolved> = all.collect();
+        let mut all = all.map_err(|_| PlanError::TooManyInstruments)?;
+        for anchor in &mut all[rows.len()..] {
+            anchor.set_weight(0.0);
+        }
         let levels = levels(&setup.robot).ok_or(PlanError::Singular)?;
         let instruments = instruments(&setup.robot, setup.frame, &planes, &points, &levels)
             .map_err(|_| PlanError::Singular)?;
@@ -282,14 +269,21 @@ impl Information {
         })
     }
 
+    /// The information of the priors and all rows.
+    pub(super) fn matrix(&self) -> DMatrix<f64> {
+        let prior = self.prior.clone();
+        let rows = self.rows.iter();
+        rows.fold(prior, |sum, rows| sum + rows * rows.transpose())
+    }
+
     /// The covariance of all unknowns after these rows.
     pub(super) fn covariance(&self) -> Option<DMatrix<f64>> {
-        let prior = self.prior.clone();
-        let information = self
-            .rows
-            .iter()
-            .fold(prior, |sum, rows| sum + rows * rows.transpose());
-        Some(information.cholesky()?.inverse())
+        Some(self.matrix().cholesky()?.inverse())
+    }
+
+    /// The covariance of the robot after these rows.
+    pub(super) fn robot_covariance(&self) -> Option<RobotCovariance> {
+        Some(self.of_robot(&self.covariance()?))
     }
 
     /// The robot's own part of a covariance, in mm and radians.

@@ -1,7 +1,6 @@
 //! Chooses measurements and the order in which to take them.
 
 use super::PlanError;
-use super::candidates::Candidates;
 use super::judge::{Information, Judge, Precision};
 use super::request::{Kind, LEAST, MOST, Region, Wishes, below};
 use super::search::Search;
@@ -111,15 +110,29 @@ pub fn plan_for(request: &PlanRequest<'_>, accuracy: f64) -> Result<Plan, PlanEr
         };
         bench.plan(&request)
     };
-    let reaches = |plan: &Plan| plan.after.of(request.absolute) <= accuracy;
+    let error = |plan: &Plan| plan.after.of(request.absolute);
+    let reaches = |plan: &Plan| error(plan) <= accuracy;
+    // The error falls at most as 1/√n.
+    let needed = |plan: &Plan| -> Result<usize, PlanError> {
+        let count = plan.count as f64;
+        let needed = (count * (error(plan) / accuracy).powi(2)).ceil();
+        if !(needed <= MOST as f64) {
+            return Err(PlanError::TooAccurate {
+                wanted: accuracy,
+                reached: error(plan) * (count / MOST as f64).sqrt(),
+            });
+        }
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at most MOST
+        Ok((needed as usize).max(LEAST))
+    };
     let mut found = of(TRIED)?;
-    // Extrapolated from repeating the same measurements: close to the number needed.
-    let count = bench.times(&found, request.absolute, accuracy)?;
+    let count = needed(&found)?;
     if count != found.count {
         found = of(count)?;
     }
     while !reaches(&found) && found.count < MOST {
-        found = of((found.count + found.count.div_ceil(20)).min(MOST))?;
+        let more = found.count + found.count.div_ceil(20);
+        found = of(needed(&found)?.max(more).min(MOST))?;
     }
     while found.count > LEAST {
         match of(found.count - 1) {
@@ -133,7 +146,7 @@ pub fn plan_for(request: &PlanRequest<'_>, accuracy: f64) -> Result<Plan, PlanEr
     }
     Err(PlanError::TooAccurate {
         wanted: accuracy,
-        reached: found.after.of(request.absolute),
+        reached: error(&found),
     })
 }
 
@@ -163,17 +176,9 @@ impl<'a> Bench<'a> {
         }
         let setup = Setup::of(request);
         let mut rng = Pcg32::seed_from_u64(request.seed);
-        let candidates = Candidates::new(&setup, &self.selection, &mut rng)?;
-        let anchors = candidates.anchors(&request.kinds, &mut rng)?;
-        let anchors: Vec<_> = anchors.iter().map(|own| setup.row(own)).collect();
-        let search = Search {
-            setup: &setup,
-            kinds: &request.kinds,
-            candidates: &candidates,
-            anchors: &anchors,
-            prior: Information::of(&setup.robot, &setup, &[], &anchors)?.prior,
-            weights: self.judge.weights(request.absolute),
-        };
+        let weights = self.judge.weights(request.absolute);
+        let (kinds, selection) = (&request.kinds, &self.selection);
+        let search = Search::new(&setup, kinds, selection, &[], weights, &mut rng)?;
         let found = search.best(request.count, &mut rng)?;
         let count = found.len();
         if count < request.count {
@@ -181,9 +186,9 @@ impl<'a> Bench<'a> {
         }
         let measurements = ordered(&found, request.order, &mut rng);
         let rows: Vec<_> = measurements.iter().map(|own| setup.row(own)).collect();
-        let information = Information::of(&setup.robot, &setup, &rows, &anchors)?;
-        let covariance = information.covariance().ok_or(PlanError::Singular)?;
-        let covariance = information.of_robot(&covariance);
+        let information = Information::of(&setup.robot, &setup, &rows, &search.anchors)?;
+        let covariance = information.robot_covariance();
+        let covariance = covariance.ok_or(PlanError::Singular)?;
         if let Some((arm, parameter, sigma)) = unknown_parameter(&setup.robot.robot, &covariance) {
             return Err(PlanError::NotDetermined {
                 arm,
@@ -191,7 +196,7 @@ impl<'a> Bench<'a> {
                 sigma,
             });
         }
-        let after = self.judge.after(&setup, &rows, &anchors);
+        let after = self.judge.after(&setup, &rows, &search.anchors);
         Ok(Plan {
             before: self.judge.before(),
             after: after.ok_or(PlanError::Singular)?,
@@ -201,45 +206,6 @@ impl<'a> Bench<'a> {
             count,
             setup,
         })
-    }
-
-    /// How many measurements like those of a plan are needed for an accuracy.
-    fn times(&self, plan: &Plan, absolute: bool, accuracy: f64) -> Result<usize, PlanError> {
-        let rows: Vec<_> = plan
-            .measurements
-            .iter()
-            .map(|own| plan.setup.row(own))
-            .collect();
-        let found = Information::of(&plan.setup.robot, &plan.setup, &rows, &[])?;
-        let weights = found.weights(self.judge.weights(absolute));
-        // The ratio of the rms over all robots to the nominal robot's.
-        let of = |count: usize| -> Option<f64> {
-            let more = count as f64 / plan.count as f64;
-            let rows = found.rows.iter().map(|rows| rows * more.sqrt()).collect();
-            let information = Information {
-                rows,
-                ..found.clone()
-            };
-            Some(information.covariance()?.dot(&weights).sqrt())
-        };
-        let factor = plan.after.of(absolute) / of(plan.count).ok_or(PlanError::Singular)?;
-        let reached = |count: usize| of(count).map_or(f64::INFINITY, |own| factor * own);
-        if !(reached(MOST) <= accuracy) {
-            return Err(PlanError::TooAccurate {
-                wanted: accuracy,
-                reached: reached(MOST),
-            });
-        }
-        let (mut too_few, mut enough) = (LEAST - 1, MOST);
-        while enough - too_few > 1 {
-            let middle = usize::midpoint(too_few, enough);
-            if reached(middle) <= accuracy {
-                enough = middle;
-            } else {
-                too_few = middle;
-            }
-        }
-        Ok(enough)
     }
 }
 

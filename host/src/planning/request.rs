@@ -182,88 +182,65 @@ impl FromStr for Wishes {
 /// assert!("r=200".parse::<Region>().is_err());
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Region {
+pub struct Region {
     /// Smallest and largest x, y and z.
-    Box([(f64, f64); 3]),
-    /// About the z axis.
-    Cylinder {
-        /// Its radius.
-        radius: f64,
-        /// Smallest and largest z.
-        z: (f64, f64),
-    },
+    ranges: [(f64, f64); 3],
+    /// Of a cylinder.
+    radius: Option<f64>,
 }
 
 impl Region {
     /// Whether a position is inside or on the boundary.
     pub fn contains(&self, x: &Vector3<f64>) -> bool {
-        let within = |value: f64, (low, high): (f64, f64)| value >= low && value <= high;
-        match self {
-            Self::Box(ranges) => x.iter().zip(ranges).all(|(x, range)| within(*x, *range)),
-            Self::Cylinder { radius, z } => x.xy().norm() <= *radius && within(x.z, *z),
-        }
+        let mut coordinates = x.iter().zip(&self.ranges);
+        coordinates.all(|(x, (low, high))| x >= low && x <= high)
+            && self.radius.is_none_or(|radius| x.xy().norm() <= radius)
     }
 
     /// Converted to the axes of a convention, or back.
     #[must_use]
     pub fn turned(&self, convention: &Convention) -> Self {
-        match *self {
-            Self::Box(ranges) => Self::Box(convention.ranges(ranges)),
-            Self::Cylinder { radius, z } => Self::Cylinder {
-                radius,
-                z: convention.ranges([z; 3])[2],
-            },
+        Self {
+            ranges: convention.ranges(self.ranges),
+            ..*self
         }
     }
 
     /// The part within a box; `None` if there is none.
     pub(super) fn clipped(&self, to: &[(f64, f64); 3]) -> Option<Self> {
-        let common = |(low, high): (f64, f64), (least, most): (f64, f64)| {
-            let range = (low.max(least), high.min(most));
-            (range.0 <= range.1).then_some(range)
-        };
-        let [x, y, z] = *to;
-        match self {
-            Self::Box([own_x, own_y, own_z]) => Some(Self::Box([
-                common(*own_x, x)?,
-                common(*own_y, y)?,
-                common(*own_z, z)?,
-            ])),
-            Self::Cylinder { radius, z: own_z } => {
-                let furthest = |(low, high): (f64, f64)| low.abs().max(high.abs());
-                let corner = (furthest(x).squared() + furthest(y).squared()).square_root();
-                Some(Self::Cylinder {
-                    radius: radius.min(corner),
-                    z: common(*own_z, z)?,
-                })
+        let mut ranges = self.ranges;
+        for ((low, high), (least, most)) in ranges.iter_mut().zip(to) {
+            (*low, *high) = (low.max(*least), high.min(*most));
+            if *low > *high {
+                return None;
             }
         }
+        let furthest = |(low, high): (f64, f64)| low.abs().max(high.abs()).squared();
+        let corner = (furthest(to[0]) + furthest(to[1])).square_root();
+        let radius = self.radius.map(|radius| radius.min(corner));
+        Some(Self { ranges, radius })
     }
 
     /// A uniformly distributed position in it.
     pub(super) fn random<R: Rng + ?Sized>(&self, rng: &mut R) -> Vector3<f64> {
         let mut between = |(low, high): (f64, f64)| low + (high - low) * uniform(rng);
-        match self {
-            Self::Box(ranges) => Vector3::from(ranges.map(between)),
-            Self::Cylinder { radius, z } => {
-                let distance = radius * between((0.0, 1.0)).sqrt();
-                let (sine, cosine) = between((0.0, std::f64::consts::TAU)).sine_cosine();
-                Vector3::new(distance * cosine, distance * sine, between(*z))
-            }
-        }
+        let Some(radius) = self.radius else {
+            return Vector3::from(self.ranges.map(between));
+        };
+        let distance = radius * between((0.0, 1.0)).sqrt();
+        let (sine, cosine) = between((0.0, std::f64::consts::TAU)).sine_cosine();
+        Vector3::new(distance * cosine, distance * sine, between(self.ranges[2]))
     }
 }
 
 impl fmt::Display for Region {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Box([x, y, z]) => write!(
-                formatter,
-                "x={}..{},y={}..{},z={}..{}",
-                x.0, x.1, y.0, y.1, z.0, z.1
-            ),
-            Self::Cylinder { radius, z } => write!(formatter, "r={radius},z={}..{}", z.0, z.1),
+        let [x, y, z] = self.ranges;
+        match self.radius {
+            Some(radius) => write!(formatter, "r={radius}")?,
+            None => write!(formatter, "x={}..{},y={}..{}", x.0, x.1, y.0, y.1)?,
         }
+        write!(formatter, ",z={}..{}", z.0, z.1)
     }
 }
 
@@ -287,9 +264,13 @@ impl Region {
             let Some((name, value)) = part.split_once('=') else {
                 return Err(format!("'{}' has no =", part.trim()));
             };
-            let name = name.trim();
+            let (name, value) = (name.trim(), value.trim());
             let taken = if name == "r" {
-                radius.replace(positive(value)?).is_some()
+                let number = number(value)?;
+                if !(number > 0.0) {
+                    return Err(format!("the radius {value} must be greater than 0"));
+                }
+                radius.replace(number).is_some()
             } else {
                 let index = ["x", "y", "z"].iter().position(|axis| *axis == name);
                 let coordinate = index.and_then(|index| coordinates.get_mut(index));
@@ -302,41 +283,31 @@ impl Region {
                 return Err(format!("{name} is given twice"));
             }
         }
-        match (coordinates, radius) {
-            ([Some(x), Some(y), Some(z)], None) => Ok(Self::Box([x, y, z])),
-            ([None, None, Some(z)], Some(radius)) => Ok(Self::Cylinder { radius, z }),
-            (_, Some(_)) => Err("a cylinder has r and z and nothing else".to_owned()),
+        let ranges = match (coordinates, radius) {
+            ([Some(x), Some(y), Some(z)], None) => [x, y, z],
+            ([None, None, Some(z)], Some(radius)) => [(-radius, radius), (-radius, radius), z],
+            (_, Some(_)) => return Err("a cylinder has r and z and nothing else".to_owned()),
             (coordinates, None) => {
                 let missing = ["x", "y", "z"].into_iter().zip(coordinates);
-                let missing: Vec<_> = missing
-                    .filter_map(|(axis, range)| range.is_none().then_some(axis))
-                    .collect();
-                Err(format!("{} missing", missing.join(" and ")))
+                let missing = missing.filter_map(|(axis, range)| range.is_none().then_some(axis));
+                let missing: Vec<_> = missing.collect();
+                return Err(format!("{} missing", missing.join(" and ")));
             }
-        }
+        };
+        Ok(Self { ranges, radius })
     }
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    let value = number(text)?;
-    if value > 0.0 {
-        return Ok(value);
-    }
-    let cause = format!("the radius {} must be greater than 0", text.trim());
-    Err(cause)
 }
 
 fn range(name: &str, text: &str) -> Result<(f64, f64), String> {
-    let text = text.trim();
-    let fault = |cause: &str| format!("{name}={text} {cause}");
-    let (low, high) = text
-        .split_once("..")
-        .ok_or_else(|| fault("is not a range such as -100..100"))?;
+    let Some((low, high)) = text.split_once("..") else {
+        return Err(format!("{name}={text} is not a range such as -100..100"));
+    };
     let (low, high) = (number(low)?, number(high)?);
     if low < high {
         Ok((low, high))
     } else {
-        Err(fault("is empty: the smaller number comes first"))
+        let cause = "is empty: the smaller number comes first";
+        Err(format!("{name}={text} {cause}"))
     }
 }
 

@@ -8,19 +8,16 @@ use super::plan::unknown_parameter;
 use super::request::{Kind, Region, Wish, Wishes};
 use super::search::Search;
 use super::selection::Selection;
-use super::setup::{PlaneAt, Planned, PointAt, Setup, blocks_or_usual, place, with_noise};
+use super::setup::{Planned, Setup};
 use crate::accuracy::information::prior;
 use crate::accuracy::uncertainty::{ExpectedError, inside};
 use crate::calibration::known::Known;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind as ReadingKind, Readings};
-use crate::fit::observations::{observation, places};
+use crate::files::samples_file::{Kind as ReadingKind, Reading, ReadingFrom, Readings};
 use crate::fit::solution::{RobotCovariance, of_parameters};
 use crate::fit::{Frame, Options, solve};
-use delta_cal::frame::RigidTransform;
-use delta_cal::observations::{DistanceFrom, Observation};
+use crate::geometry::range;
 use delta_cal::{ArmIndex, Parameter};
-use nalgebra::Vector3;
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 
@@ -86,10 +83,10 @@ impl Determined {
         unmeasured: &[u64],
         request: &SamplesRequest,
     ) -> Result<Self, PlanError> {
-        let given = rows_of(file)?;
         let mut setup = setup_of(robot, file, unmeasured, request.frame);
         let robot = setup.robot.robot;
-        let rows: Vec<_> = given.iter().map(|row| setup.read(&robot, row)).collect();
+        let rows = file.rows.iter();
+        let rows: Vec<_> = rows.map(|row| setup.read(&robot, &row.value)).collect();
         instruments_as_used(&mut setup, &rows);
         let found = Information::of(&setup.robot, &setup, &rows, &[]).or_else(|_| {
             // An instrument with fewer readings than unknowns cannot be located by the rows alone.
@@ -129,7 +126,7 @@ impl Determined {
             setup,
         };
         if request.add > 0 {
-            match determined.additions(&rows, &found, request) {
+            match determined.additions(&rows, request) {
                 Ok(next) => determined.next = next,
                 Err(error) => determined.no_next = Some(error),
             }
@@ -139,8 +136,7 @@ impl Determined {
 
     fn additions(
         &mut self,
-        rows: &[Observation<f64>],
-        found: &Information,
+        rows: &[Reading],
         request: &SamplesRequest,
     ) -> Result<Vec<Planned>, PlanError> {
         let setup = &self.setup;
@@ -148,30 +144,16 @@ impl Determined {
         let kinds = kinds(setup, rows);
         let selection = Selection::new(&setup.robot, request.region.as_ref());
         let judge = Judge::new(&setup.robot, None, &mut rng)?;
-        let candidates = Candidates::new(setup, &selection, &mut rng)?;
-        let mut anchors = rows.to_vec();
-        let more = candidates.anchors(&kinds, &mut rng)?;
-        anchors.extend(more.iter().map(|own| setup.row(own)));
-        let prior = found.prior.clone();
-        let search = Search {
-            setup,
-            kinds: &kinds,
-            candidates: &candidates,
-            anchors: &anchors,
-            prior: found
-                .rows
-                .iter()
-                .fold(prior, |sum, rows| sum + rows * rows.transpose()),
-            weights: judge.weights(request.absolute),
-        };
+        let weights = judge.weights(request.absolute);
+        let search = Search::new(setup, &kinds, &selection, rows, weights, &mut rng)?;
         let next = search.added(request.add, &mut rng)?;
         let mut all = rows.to_vec();
         all.extend(next.iter().map(|own| setup.row(own)));
-        let with_next = Information::of(&setup.robot, setup, &all, &anchors)?;
-        let covariance = with_next.covariance().ok_or(PlanError::Singular)?;
+        let with_next = Information::of(&setup.robot, setup, &all, &search.anchors)?;
+        let covariance = with_next.robot_covariance();
+        let covariance = covariance.ok_or(PlanError::Singular)?;
         let robot = &setup.robot;
-        self.with_next =
-            ExpectedError::of_robot(robot, &robot.robot, &with_next.of_robot(&covariance));
+        self.with_next = ExpectedError::of_robot(robot, &robot.robot, &covariance);
         Ok(next)
     }
 
@@ -202,70 +184,36 @@ pub(crate) fn covariance_after(
         robot: robot.clone(),
         ..unplaced(robot, file, frame)
     };
-    let found = Information::of(robot, &setup, &rows_of(file).ok()?, &[]).ok()?;
-    Some(found.of_robot(&found.covariance()?))
+    let rows: Vec<_> = file.rows.iter().map(|row| row.value).collect();
+    let found = Information::of(robot, &setup, &rows, &[]).ok()?;
+    found.robot_covariance()
 }
 
-fn rows_of(file: &Readings) -> Result<Vec<Observation<f64>>, PlanError> {
-    let rows = file.rows.iter().map(|row| observation(&row.value));
-    rows.collect::<Result<_, _>>()
-        .map_err(|_| PlanError::TooManyInstruments)
-}
-
-fn reached(setup: &Setup, row: &Observation<f64>) -> bool {
+fn reached(setup: &Setup, row: &Reading) -> bool {
     let robot = &setup.robot.robot;
-    let mut poses = std::iter::once(&row.joints).chain(row.other_joints());
-    poses.all(|joints| robot.forward(joints).is_ok())
+    let other = match row.distance {
+        Some((ReadingFrom::Pose(joints), _)) => Some(joints),
+        _ => None,
+    };
+    let mut poses = std::iter::once(row.joints).chain(other);
+    poses.all(|joints| robot.forward(&joints).is_ok())
 }
 
 fn anchors(
     setup: &Setup,
-    rows: &[Observation<f64>],
+    rows: &[Reading],
     request: &SamplesRequest,
-) -> Result<Vec<Observation<f64>>, PlanError> {
+) -> Result<Vec<Reading>, PlanError> {
     let mut rng = Pcg32::seed_from_u64(SEED);
     let selection = Selection::new(&setup.robot, request.region.as_ref());
     let candidates = Candidates::new(setup, &selection, &mut rng)?;
-    let anchors = candidates.anchors(&kinds(setup, rows), &mut rng)?;
-    Ok(anchors.iter().map(|own| setup.row(own)).collect())
+    candidates.anchors(&kinds(setup, rows), &mut rng)
 }
 
 /// The instruments named in a file, and what the robot file says about them.
 fn unplaced(robot: &RobotFile, file: &Readings, frame: Frame) -> Setup {
-    let (planes, points) = places(robot, file);
-    let planes = file.planes.iter().zip(planes).map(|(name, known)| PlaneAt {
-        name: name.clone(),
-        normal: Vector3::z(),
-        offset: known.known.map_or(0.0, |(height, _)| height),
-        blocks: Vec::new(),
-        known,
-    });
-    let points = file.points.iter().zip(points).map(|(name, known)| PointAt {
-        name: name.clone(),
-        place: Vector3::zeros(),
-        lengths: (0.0, f64::INFINITY),
-        known,
-    });
-    let measured = [
-        file.holds(ReadingKind::Position),
-        file.holds(ReadingKind::Height),
-        file.holds(ReadingKind::Distance),
-    ];
-    let (with, noise_stated) = with_noise(robot, measured);
-    Setup {
-        robot: with,
-        planes: planes.collect(),
-        points: points.collect(),
-        on_table: robot
-            .instruments
-            .points
-            .iter()
-            .all(|own| own.place.is_none()),
-        lengths: (0.0, f64::INFINITY),
-        frame,
-        to_frame: RigidTransform::identity(),
-        noise_stated,
-    }
+    let measured = ReadingKind::ALL.map(|kind| file.holds(kind));
+    Setup::unplaced(robot, file, frame, measured)
 }
 
 /// The instruments where a calibration locates them, if every row is measured and the calibration succeeds. Otherwise
@@ -282,24 +230,12 @@ fn setup_of(robot: &RobotFile, file: &Readings, unmeasured: &[u64], frame: Frame
             },
         )
     {
-        let found = fit.places;
-        setup.to_frame = found.frame.unwrap_or_else(RigidTransform::identity);
-        for (own, found) in setup.planes.iter_mut().zip(&found.planes) {
-            (own.normal, own.offset) = (found.normal, found.offset);
-        }
-        for (own, found) in setup.points.iter_mut().zip(&found.points) {
-            own.place = found.place;
-        }
+        setup.places = fit.places;
         return setup;
     }
     let robot = setup.robot.robot;
-    for (index, plane) in setup.planes.iter_mut().enumerate() {
-        if plane.known.known.is_none() {
-            plane.offset = level(&robot, file, unmeasured, index);
-        }
-    }
     let poses = inside(&robot, &setup.robot.reach());
-    place(&mut setup.points, &poses);
+    setup.place(|index| level(&robot, file, unmeasured, index), &poses);
     setup
 }
 
@@ -325,59 +261,58 @@ fn level(robot: &delta_cal::Robot<f64>, file: &Readings, unmeasured: &[u64], pla
 }
 
 /// Takes gauge blocks and lengths from the rows where the robot file states none.
-fn instruments_as_used(setup: &mut Setup, rows: &[Observation<f64>]) {
-    let facts = setup.robot.instruments.clone();
+fn instruments_as_used(setup: &mut Setup, rows: &[Reading]) {
+    let facts = &setup.robot.instruments;
     for (index, plane) in setup.planes.iter_mut().enumerate() {
-        let stated = facts.planes.iter().find(|own| own.name == plane.name);
-        let stated = stated.map(|own| own.blocks.as_slice()).unwrap_or_default();
+        let mut stated = facts.planes.iter().filter(|own| own.name == plane.name);
+        if stated.any(|own| !own.blocks.is_empty()) {
+            continue;
+        }
         let heights = rows.iter().filter_map(|row| row.height);
-        let heights = heights.filter(|own| usize::from(own.plane) == index);
+        let heights = heights.filter(|(plane, _)| *plane == index);
         // Nominal heights of the blocks, to a tenth of a millimetre.
         let mut heights: Vec<_> = heights
-            .map(|own| (10.0 * own.height).round() / 10.0 + 0.0)
+            .map(|(_, height)| (10.0 * height).round() / 10.0 + 0.0)
             .collect();
         heights.sort_by(f64::total_cmp);
         heights.dedup_by(|one, other| (*one - *other).abs() < SAME);
-        plane.blocks = match (stated.is_empty(), heights.len()) {
-            (true, 1..=BLOCKS) => heights,
-            (true, _) => vec![0.0],
-            (false, _) => blocks_or_usual(stated),
+        plane.blocks = match heights.len() {
+            1..=BLOCKS => heights,
+            _ => vec![0.0],
         };
     }
-    let lengths = |from: &dyn Fn(&DistanceFrom<f64>) -> bool| {
+    let lengths = |is_own: &dyn Fn(&ReadingFrom) -> bool| {
         let distances = rows.iter().filter_map(|row| row.distance);
-        let own = distances
-            .filter(|own| from(&own.from))
-            .map(|own| own.distance);
-        let (shortest, longest) = own.fold((f64::INFINITY, 0.0), |(low, high), own| {
-            (f64::min(low, own), f64::max(high, own))
-        });
-        if longest - shortest < SAME && longest > 0.0 {
-            return (
-                f64::midpoint(shortest, longest),
-                f64::midpoint(shortest, longest),
-            );
+        let own = distances.filter(|(from, _)| is_own(from));
+        let (shortest, longest) = range(own.map(|(_, distance)| distance));
+        if longest > 0.0 && longest - shortest < SAME {
+            let middle = f64::midpoint(shortest, longest);
+            return (middle, middle);
         }
-        (shortest.min(longest), f64::INFINITY)
+        (shortest.min(longest.max(0.0)), f64::INFINITY)
     };
-    let between = lengths(&|from| matches!(from, DistanceFrom::Pose(_)));
-    setup.lengths = facts.lengths.unwrap_or(between);
+    if facts.lengths.is_none() {
+        setup.lengths = lengths(&|from| matches!(from, ReadingFrom::Pose(_)));
+    }
     for (index, point) in setup.points.iter_mut().enumerate() {
-        let stated = facts.points.iter().find(|own| own.name == point.name);
-        let own = |from: &DistanceFrom<f64>| matches!(from, DistanceFrom::Point(own) if usize::from(*own) == index);
-        point.lengths = stated
-            .and_then(|own| own.lengths)
-            .unwrap_or_else(|| lengths(&own));
+        let mut stated = facts.points.iter().filter(|own| own.name == point.name);
+        if stated.all(|own| own.lengths.is_none()) {
+            point.lengths = lengths(&|from| *from == ReadingFrom::Point(index));
+        }
     }
 }
 
 /// The kinds that can be added: those that the rows measure.
-fn kinds(setup: &Setup, rows: &[Observation<f64>]) -> Wishes {
-    let level = setup.planes.iter().all(|plane| plane.normal.z > STEEP);
+fn kinds(setup: &Setup, rows: &[Reading]) -> Wishes {
+    let mut planes = setup.places.planes.iter();
+    let level = planes.all(|plane| plane.normal.z > STEEP);
     let measured = |kind: &Kind| match kind {
         Kind::Plane => level && !setup.planes.is_empty(),
         Kind::Point => !setup.points.is_empty(),
-        Kind::Distance => rows.iter().any(|row| row.other_joints().is_some()),
+        Kind::Distance => {
+            let mut distances = rows.iter().filter_map(|row| row.distance);
+            distances.any(|(from, _)| matches!(from, ReadingFrom::Pose(_)))
+        }
         Kind::Position(read) => rows
             .iter()
             .any(|row| row.position.map(|own| own.is_some()) == *read),

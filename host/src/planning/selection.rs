@@ -3,7 +3,7 @@
 use super::PlanError;
 use super::request::{Region, uniform};
 use crate::files::robot_file::RobotFile;
-use crate::geometry::{Reach, forearm_angle};
+use crate::geometry::{Reach, forearm_angle, range};
 use delta_cal::kinematics::{JointLimits, SingularityDistance};
 use delta_cal::robot::Drive;
 use delta_cal::simulate::standard_normal;
@@ -11,7 +11,7 @@ use delta_cal::{ArmIndex, Parameter, Real, Robot, Sample};
 use nalgebra::{SVector, Vector3};
 use rand_core::Rng;
 
-/// After this many draws without a usable pose, the search gives up.
+/// After this many draws without any success, a search gives up.
 const HOPELESS: usize = 20_000;
 /// Draws allowed per candidate, on average.
 const DRAWS: usize = 200;
@@ -96,19 +96,11 @@ impl<'a> Selection<'a> {
         count: usize,
         rng: &mut R,
     ) -> Result<Vec<Sample<f64>>, PlanError> {
-        let mut found = Vec::with_capacity(count);
-        let mut draws = 0;
-        while found.len() < count {
-            found.extend(self.draw(rng));
-            draws += 1;
-            if draws >= HOPELESS + DRAWS * found.len() {
-                return Err(match self.region {
-                    Some(region) => self.outside(region, rng),
-                    None => PlanError::NoPose,
-                });
-            }
-        }
-        Ok(found)
+        let found = drawn(count, DRAWS, || self.draw(rng));
+        found.ok_or_else(|| match self.region {
+            Some(region) => self.outside(region, rng),
+            None => PlanError::NoPose,
+        })
     }
 
     /// The error for a region without poses, or for a robot without any.
@@ -117,15 +109,10 @@ impl<'a> Selection<'a> {
             Ok(poses) => poses,
             Err(error) => return error,
         };
-        let range = |of: &dyn Fn(&Vector3<f64>) -> f64| {
-            let values = anywhere.iter().map(|pose| of(&pose.position));
-            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-                (low.min(value), high.max(value))
-            })
-        };
+        let along = |axis: usize| range(anywhere.iter().map(|pose| pose.position[axis]));
         PlanError::OutsideWorkspace {
             region: *region,
-            reached: [range(&|x| x.x), range(&|x| x.y), range(&|x| x.z)],
+            reached: [0, 1, 2].map(along),
         }
     }
 
@@ -146,6 +133,24 @@ impl<'a> Selection<'a> {
             (q + spread * standard_normal::<f64, R>(rng)).clamp(limits.minimum(), limits.maximum())
         }))
     }
+}
+
+/// `count` successful draws; `None` if they take more than `each` draws on average.
+pub(super) fn drawn<T>(
+    count: usize,
+    each: usize,
+    mut draw: impl FnMut() -> Option<T>,
+) -> Option<Vec<T>> {
+    let mut found = Vec::with_capacity(count);
+    let mut draws = 0;
+    while found.len() < count {
+        found.extend(draw());
+        draws += 1;
+        if draws >= HOPELESS + each * found.len() {
+            return None;
+        }
+    }
+    Some(found)
 }
 
 /// The box within reach of all arms: each ends within an upper arm and a forearm of its motor axis. Smallest and largest

@@ -4,13 +4,15 @@ use super::PlanRequest;
 use super::request::Kind;
 use crate::accuracy::uncertainty::inside;
 use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::{Reading, ReadingFrom, Readings};
 use crate::fit::Frame;
-use delta_cal::frame::RigidTransform;
-use delta_cal::observations::{Distance, DistanceFrom, Height, Observation, Plane, Point};
+use crate::fit::observations::places;
+use crate::fit::solution::{Places, PlaneFound, PointFound};
+use delta_cal::observations::{Plane, Point};
 use delta_cal::{Noise, Real, Robot, Sample};
 use nalgebra::Vector3;
 
-/// The name of a plane that the robot file leaves unnamed.
+/// The name of the plane if the robot file states none.
 pub const PLANE: &str = "plane";
 /// Gauge blocks of a plane for which the robot file states none, mm.
 const BLOCKS: [f64; 3] = [0.0, 60.0, 120.0];
@@ -18,8 +20,8 @@ const BLOCKS: [f64; 3] = [0.0, 60.0, 120.0];
 const POINTS: [&str; 3] = ["A", "B", "C"];
 /// Their distance from the z axis, as a fraction of the positions' rms distance from it.
 const POINTS_OUT: f64 = 0.7;
-/// Shortest distance if none is stated, mm.
-const SHORTEST: f64 = 50.0;
+/// Shortest and longest distance if none are stated, mm.
+const LENGTHS: (f64, f64) = (50.0, f64::INFINITY);
 /// Typical σ of a laser tracker, a dial gauge, and a calliper or wire sensor, mm.
 const POSITION: f64 = 0.02;
 const HEIGHT: f64 = 0.02;
@@ -32,10 +34,6 @@ const JOINT_DEGREES: f64 = 0.002;
 pub struct PlaneAt {
     /// As the samples file names it.
     pub name: String,
-    /// Unit vector, pointing up.
-    pub normal: Vector3<f64>,
-    /// mm: a height above the plane is `normal · X − offset`.
-    pub offset: f64,
     /// Heights of the gauge blocks on it, mm; 0 is the bare plane.
     pub blocks: Vec<f64>,
     /// What a calibration knows about it.
@@ -47,8 +45,6 @@ pub struct PlaneAt {
 pub struct PointAt {
     /// As the samples file names it.
     pub name: String,
-    /// mm.
-    pub place: Vector3<f64>,
     /// The shortest and the longest distance that can be measured from it, mm.
     pub lengths: (f64, f64),
     /// What a calibration knows about it.
@@ -64,14 +60,14 @@ pub struct Setup {
     pub planes: Vec<PlaneAt>,
     /// The fixed points.
     pub points: Vec<PointAt>,
+    /// Where planes, points and frame are.
+    pub places: Places,
     /// Whether the points stand on a table, below the platform.
     pub(super) on_table: bool,
     /// The shortest and the longest distance between two poses, mm.
     pub lengths: (f64, f64),
     /// The frame of coordinates.
     pub frame: Frame,
-    /// From the robot's frame to that of the coordinates.
-    pub to_frame: RigidTransform<f64>,
     /// Whether the robot file states the noise of every kind that is measured.
     pub noise_stated: bool,
 }
@@ -96,121 +92,149 @@ impl Setup {
     pub fn of(request: &PlanRequest<'_>) -> Self {
         let facts = &request.robot.instruments;
         let kinds = &request.kinds;
-        let (heights, from_points) = (kinds.contain(Kind::Plane), kinds.contain(Kind::Point));
-        let distances = from_points || kinds.contain(Kind::Distance);
-        let poses = inside(&request.robot.robot, &request.robot.reach());
-        let mut planes = Vec::new();
-        if heights {
-            planes.extend(facts.planes.iter().map(|plane| PlaneAt {
-                name: plane.name.clone(),
-                normal: Vector3::z(),
-                offset: plane.height,
-                blocks: blocks_or_usual(&plane.blocks),
-                known: Plane {
-                    known: Some((plane.height, plane.sigma)),
-                    level: plane.tilt.map(f64::tan),
-                },
-            }));
-            if planes.is_empty() {
-                planes.push(PlaneAt {
-                    name: PLANE.to_owned(),
-                    normal: Vector3::z(),
-                    offset: broadest(&poses),
-                    blocks: BLOCKS.to_vec(),
-                    known: Plane::default(),
-                });
+        let mut named = Readings::of_name("");
+        if kinds.contain(Kind::Plane) {
+            named.planes = facts.planes.iter().map(|own| own.name.clone()).collect();
+            if named.planes.is_empty() {
+                named.planes.push(PLANE.to_owned());
             }
         }
-        let points = if from_points {
-            points(request.robot, &poses)
-        } else {
-            Vec::new()
-        };
+        if kinds.contain(Kind::Point) {
+            named.points = facts.points.iter().map(|own| own.name.clone()).collect();
+            if named.points.is_empty() {
+                named.points.extend(POINTS.map(str::to_owned));
+            }
+        }
+        let heights = !named.planes.is_empty();
+        let distances = !named.points.is_empty() || kinds.contain(Kind::Distance);
         let measured = [kinds.positions(), heights, distances];
-        let (robot, noise_stated) = with_noise(request.robot, measured);
+        let mut setup = Self::unplaced(request.robot, &named, request.frame, measured);
+        let poses = inside(&request.robot.robot, &request.robot.reach());
+        setup.place(|_| broadest(&poses), &poses);
+        setup
+    }
+
+    /// The planes and points that are named, as the robot file states them. `measured`: whether coordinates, heights and
+    /// distances are measured. What has no stated place is at the origin.
+    pub(super) fn unplaced(
+        robot: &RobotFile,
+        named: &Readings,
+        frame: Frame,
+        measured: [bool; 3],
+    ) -> Self {
+        let facts = &robot.instruments;
+        let (planes, points) = places(robot, named);
+        let places = Places {
+            frame: None,
+            planes: planes.iter().map(plane_of).collect(),
+            points: points.iter().map(point_of).collect(),
+        };
+        let planes = named.planes.iter().zip(planes).map(|(name, known)| {
+            let stated = facts.planes.iter().find(|own| own.name == *name);
+            let blocks = stated.map(|own| &own.blocks[..]).unwrap_or_default();
+            PlaneAt {
+                name: name.clone(),
+                blocks: match blocks {
+                    [] => BLOCKS.to_vec(),
+                    stated => stated.to_vec(),
+                },
+                known,
+            }
+        });
+        let points = named.points.iter().zip(points).map(|(name, known)| {
+            let stated = facts.points.iter().find(|own| own.name == *name);
+            PointAt {
+                name: name.clone(),
+                lengths: stated.and_then(|own| own.lengths).unwrap_or(LENGTHS),
+                known,
+            }
+        });
+        let (with, noise_stated) = with_noise(robot, measured);
         Self {
-            robot,
-            planes,
-            points,
+            robot: with,
+            planes: planes.collect(),
+            points: points.collect(),
+            places,
             on_table: facts.points.iter().all(|point| point.place.is_none()),
-            lengths: facts.lengths.unwrap_or((SHORTEST, f64::INFINITY)),
-            frame: request.frame,
-            to_frame: RigidTransform::identity(),
+            lengths: facts.lengths.unwrap_or(LENGTHS),
+            frame,
             noise_stated,
         }
     }
 
-    /// Whether there is only one unnamed plane, which a samples file need not name.
-    pub fn has_only_usual_plane(&self) -> bool {
-        self.planes.len() == 1 && self.planes.iter().all(|plane| plane.name == PLANE)
+    /// Places planes of unknown height at the height that is given for their index, and points at unknown places on a table,
+    /// evenly around the z axis.
+    pub(super) fn place(&mut self, height: impl Fn(usize) -> f64, poses: &[Sample<f64>]) {
+        for (index, (plane, at)) in self.planes.iter().zip(&mut self.places.planes).enumerate() {
+            if plane.known.known.is_none() {
+                at.offset = height(index);
+            }
+        }
+        let squares = poses.iter().map(|pose| pose.position.xy().norm_squared());
+        let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), own| (sum + own, count + 1.0));
+        let out = POINTS_OUT * (sum / f64::max(count, 1.0)).square_root();
+        let points = self.points.iter().zip(&mut self.places.points);
+        let unknown = points.filter(|(point, _)| point.known.known.is_none());
+        let unknown: Vec<_> = unknown.collect();
+        let number = unknown.len() as f64;
+        for (index, (_, at)) in unknown.into_iter().enumerate() {
+            let angle = std::f64::consts::TAU * index as f64 / number;
+            let (sine, cosine) = angle.sine_cosine();
+            let place = Vector3::new(out * cosine, out * sine, low(poses));
+            at.place = place.map(|c| (c / 10.0).round() * 10.0 + 0.0);
+        }
     }
 
     /// A measurement as a row of a samples file, with the nominal robot's readings.
-    pub fn row(&self, own: &Planned) -> Observation<f64> {
+    pub(super) fn row(&self, own: &Planned) -> Reading {
         let from = match (&own.other, own.point) {
-            (Some(other), _) => Some(DistanceFrom::Pose(other.joints)),
-            (None, Some(index)) => numbered(index).map(DistanceFrom::Point),
-            (None, None) => None,
+            (Some(other), _) => Some(ReadingFrom::Pose(other.joints)),
+            (None, point) => point.map(ReadingFrom::Point),
         };
-        let plane = own.plane.and_then(|(index, _)| numbered(index));
-        let asked = Observation {
-            joints: own.pose.joints,
+        let asked = Reading {
             position: own.kind.coordinates().map(|read| read.then_some(0.0)),
-            height: plane.map(|plane| Height { plane, height: 0.0 }),
-            distance: from.map(|from| Distance {
-                from,
-                distance: 1.0,
-            }),
+            height: own.plane.map(|(plane, _)| (plane, 0.0)),
+            distance: from.map(|from| (from, 1.0)),
+            ..Reading::at(own.pose.joints)
         };
         self.read(&self.robot.robot, &asked)
     }
 
     /// The same row with another robot's readings; unchanged if that robot does not reach it.
-    pub fn read(&self, robot: &Robot<f64>, row: &Observation<f64>) -> Observation<f64> {
+    pub(super) fn read(&self, robot: &Robot<f64>, row: &Reading) -> Reading {
+        let [x, y, z, height, distance] = self.places.expected(robot, row);
         let mut read = *row;
-        let Ok(there) = robot.forward(&row.joints) else {
-            return read;
-        };
-        let coordinates = self.to_frame.apply(&there);
-        for (cell, coordinate) in read.position.iter_mut().zip(&coordinates) {
-            *cell = cell.map(|_| *coordinate);
+        for (cell, coordinate) in read.position.iter_mut().zip([x, y, z]) {
+            *cell = coordinate.or(*cell);
         }
-        if let Some(height) = &mut read.height
-            && let Some(plane) = self.planes.get(usize::from(height.plane))
-        {
-            height.height = plane.normal.dot(&there) - plane.offset;
+        if let (Some((_, cell)), Some(height)) = (&mut read.height, height) {
+            *cell = height;
         }
-        if let Some(distance) = &mut read.distance {
-            let from = match distance.from {
-                DistanceFrom::Pose(joints) => robot.forward(&joints).ok(),
-                DistanceFrom::Point(index) => {
-                    let point = self.points.get(usize::from(index));
-                    point.map(|point| point.place)
-                }
-            };
-            if let Some(from) = from {
-                distance.distance = (there - from).norm().max(f64::EPSILON);
-            }
+        if let (Some((_, cell)), Some(distance)) = (&mut read.distance, distance) {
+            *cell = distance.max(f64::EPSILON);
         }
         read
     }
 }
 
-fn numbered(index: usize) -> Option<u8> {
-    u8::try_from(index).ok()
+/// A level plane at its known height.
+fn plane_of(known: &Plane<f64>) -> PlaneFound {
+    PlaneFound {
+        normal: Vector3::z(),
+        offset: known.known.map_or(0.0, |(height, _)| height),
+    }
 }
 
-pub(super) fn blocks_or_usual(stated: &[f64]) -> Vec<f64> {
-    if stated.is_empty() {
-        BLOCKS.to_vec()
-    } else {
-        stated.to_vec()
+fn point_of(known: &Point<f64>) -> PointFound {
+    PointFound {
+        place: known.known.map_or_else(Vector3::zeros, |(place, _)| place),
+        offset: 0.0,
     }
 }
 
 /// The robot with a noise of every kind, stated or typical, and whether the file states it for each kind that is measured:
 /// coordinates, heights, distances.
-pub(super) fn with_noise(robot: &RobotFile, measured: [bool; 3]) -> (RobotFile, bool) {
+fn with_noise(robot: &RobotFile, measured: [bool; 3]) -> (RobotFile, bool) {
     let facts = &robot.instruments;
     let stated = [
         robot.noise.is_some(),
@@ -249,48 +273,4 @@ fn low(poses: &[Sample<f64>]) -> f64 {
     heights.sort_by(f64::total_cmp);
     let height = heights.get(heights.len() / 10).copied().unwrap_or_default();
     10.0 * (height / 10.0).round()
-}
-
-/// The points of the robot file at their known places, or else on a table, evenly around the z axis.
-fn points(robot: &RobotFile, poses: &[Sample<f64>]) -> Vec<PointAt> {
-    let unnamed = |name: &str| PointAt {
-        name: name.to_owned(),
-        place: Vector3::zeros(),
-        lengths: (SHORTEST, f64::INFINITY),
-        known: Point::default(),
-    };
-    let named = robot.instruments.points.iter().map(|point| PointAt {
-        lengths: point.lengths.unwrap_or((SHORTEST, f64::INFINITY)),
-        known: Point {
-            known: point.place,
-            offset: point.offset_unknown,
-        },
-        ..unnamed(&point.name)
-    });
-    let mut points: Vec<_> = named.collect();
-    if points.is_empty() {
-        points.extend(POINTS.map(unnamed));
-    }
-    place(&mut points, poses);
-    points
-}
-
-/// Places points with unknown positions on a table, evenly around the z axis.
-pub(super) fn place(points: &mut [PointAt], poses: &[Sample<f64>]) {
-    let squares = poses.iter().map(|pose| pose.position.xy().norm_squared());
-    let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), own| (sum + own, count + 1.0));
-    let out = POINTS_OUT * (sum / f64::max(count, 1.0)).square_root();
-    let unknown = points.iter().filter(|point| point.known.known.is_none());
-    let unknown = unknown.count() as f64;
-    let mut index = 0.0;
-    for point in points {
-        if let Some((place, _)) = point.known.known {
-            point.place = place;
-            continue;
-        }
-        let (sine, cosine) = (std::f64::consts::TAU * index / unknown).sine_cosine();
-        let place = Vector3::new(out * cosine, out * sine, low(poses));
-        point.place = place.map(|c| (c / 10.0).round() * 10.0 + 0.0);
-        index += 1.0;
-    }
 }

@@ -1,7 +1,6 @@
 //! Where a printer prints, and how far off it is there.
 
-use crate::accuracy::rigid_motion::RigidMotions;
-use crate::accuracy::uncertainty::PositionUncertainty;
+use crate::accuracy::uncertainty::Sensitivities;
 use crate::files::robot_file::RobotFile;
 use crate::fit::solution::{RobotCovariance, WITH_TRANSMISSIONS};
 use delta_cal::frame::RigidTransform;
@@ -60,36 +59,29 @@ impl Area {
 
     /// W of the mean squares tr(W C), C being the covariance of the parameters.
     pub(super) fn uncertain(&self, file: &RobotFile) -> Option<Uncertain> {
-        let uncertainty = PositionUncertainty {
-            robot: &file.robot,
-            covariance: &RobotCovariance::zeros(),
-        };
-        let at = |pose: &Sample<f64>| {
-            let jacobian = uncertainty.jacobian(&pose.position, &pose.joints)?;
-            Some((pose.position, jacobian))
-        };
-        let all: Vec<_> = self.poses.iter().filter_map(at).collect();
-        let motions = RigidMotions::of(all.iter().map(|(position, _)| *position))?;
-        let explained = motions.explaining(all.iter().copied());
-        let bed = |(position, _): &&(Vector3<f64>, _)| position.z.abs() < ON_THE_BED;
-        let count = |number: usize| f64::from(u32::try_from(number).unwrap_or(u32::MAX));
-        let on_bed = count(all.iter().filter(bed).count());
-        let sum = all.iter().filter(bed).map(|(_, jacobian)| *jacobian);
-        let mean = sum.sum::<SMatrix<f64, 3, WITH_TRANSMISSIONS>>() / on_bed;
+        let all = Sensitivities::of(&file.robot, self.poses.iter().copied());
+        let on_bed: Vec<_> = all
+            .0
+            .iter()
+            .filter(|(pose, _)| pose.position.z.abs() < ON_THE_BED)
+            .map(|(_, jacobian)| jacobian)
+            .collect();
+        let count = on_bed.len() as f64;
+        let mean = on_bed
+            .iter()
+            .copied()
+            .sum::<SMatrix<f64, 3, WITH_TRANSMISSIONS>>()
+            / count;
         let mut found = Uncertain {
-            relative: RobotCovariance::zeros(),
+            relative: all.relative()?.mean_square(),
             height: RobotCovariance::zeros(),
             across: RobotCovariance::zeros(),
         };
-        for (position, jacobian) in &all {
-            let left = jacobian - motions.at(position) * explained;
-            found.relative += left.tr_mul(&left) / count(all.len());
-        }
-        for (_, jacobian) in all.iter().filter(bed) {
+        for jacobian in on_bed {
             let left = jacobian - mean;
             let (across, height) = (left.fixed_rows::<2>(0), left.fixed_rows::<1>(2));
-            found.height += height.tr_mul(&height) / on_bed;
-            found.across += across.tr_mul(&across) / on_bed;
+            found.height += height.tr_mul(&height) / count;
+            found.across += across.tr_mul(&across) / count;
         }
         Some(found)
     }

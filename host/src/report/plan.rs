@@ -6,33 +6,19 @@ use super::calibration::{ExpectedReport, expected_report};
 use crate::accuracy::uncertainty::{ExpectedError, PositionSigma};
 use crate::files::columns::Quantity;
 use crate::fit::Frame;
-use crate::planning::{Determined, Kind, Order, Plan, PlanRequest, Planned, Precision, Setup};
+use crate::geometry::range;
+use crate::planning::{
+    Determined, Kind, Order, PLANE, Plan, PlanRequest, Planned, Precision, Setup,
+};
 use crate::render::{Section, Table, terminal};
 use crate::text::{
     count, in_file_units, in_lines, in_words, joint, list, rounded, small, small_or,
 };
 use nalgebra::Vector3;
 use serde::Serialize;
-use std::fmt::Write;
 
 /// Incremented whenever a field is renamed, removed or changes its meaning.
 const SCHEMA_VERSION: u32 = 2;
-
-/// Lengths are in millimetres, angles in degrees; `null` if unknown.
-#[derive(Debug, Serialize)]
-struct Report<'a, T> {
-    robot_file: &'a str,
-    #[serde(flatten)]
-    contents: T,
-}
-
-fn in_json<T: Serialize>(robot_file: &str, contents: T) -> String {
-    let report = Report {
-        robot_file,
-        contents,
-    };
-    super::json(&Versioned::new(SCHEMA_VERSION, report))
-}
 
 /// A measurement to take.
 #[derive(Debug, Serialize)]
@@ -72,14 +58,16 @@ fn plane_of<'a>(own: &Planned, setup: &'a Setup) -> Option<(&'a str, f64)> {
 
 /// Name and position of the point.
 fn point_of<'a>(own: &Planned, setup: &'a Setup) -> Option<(&'a str, Vector3<f64>)> {
-    let point = setup.points.get(own.point?)?;
-    Some((&point.name, point.place))
+    let index = own.point?;
+    let place = setup.places.points.get(index)?.place;
+    Some((&setup.points.get(index)?.name, place))
 }
 
-/// A plan as JSON.
+/// A plan as JSON: lengths in millimetres, angles in degrees; `null` if unknown.
 pub fn json(request: &PlanRequest<'_>, plan: &Plan) -> String {
     #[derive(Serialize)]
     struct Contents<'a> {
+        robot_file: &'a str,
         measure: String,
         /// Number of different measurements; repetitions are in the list as well.
         count: usize,
@@ -99,8 +87,10 @@ pub fn json(request: &PlanRequest<'_>, plan: &Plan) -> String {
         expected_error: ExpectedReport,
     }
     let setup = &plan.setup;
-    let points = setup.points.iter();
+    let planes = setup.planes.iter().zip(&setup.places.planes);
+    let points = setup.points.iter().zip(&setup.places.points);
     let contents = Contents {
+        robot_file: &request.robot.name,
         measure: request.kinds.to_string(),
         count: plan.count,
         order: request.order,
@@ -110,14 +100,12 @@ pub fn json(request: &PlanRequest<'_>, plan: &Plan) -> String {
             .region
             .map(|own| own.turned(&request.robot.convention).to_string()),
         assumptions: noise_and_tolerance(setup, &plan.measurements),
-        planes: setup
-            .planes
-            .iter()
-            .map(|own| (own.name.as_str(), own.offset))
+        planes: planes
+            .map(|(own, at)| (own.name.as_str(), at.offset))
             .collect(),
         points: points
-            .map(|own| {
-                let place = setup.robot.convention.vector(&own.place);
+            .map(|(own, at)| {
+                let place = setup.robot.convention.vector(&at.place);
                 (own.name.as_str(), place.into())
             })
             .collect(),
@@ -126,7 +114,7 @@ pub fn json(request: &PlanRequest<'_>, plan: &Plan) -> String {
         planned: plan.after,
         expected_error: expected_report(&plan.expected, &setup.robot.convention),
     };
-    in_json(&request.robot.name, contents)
+    super::json(&Versioned::new(SCHEMA_VERSION, contents))
 }
 
 /// A plan for the terminal, without the measurements.
@@ -176,32 +164,19 @@ fn number_of_kinds(plan: &Plan) -> String {
 
 fn noise_and_tolerance(setup: &Setup, planned: &[Planned]) -> String {
     let facts = &setup.robot.instruments;
-    let any = |of: &dyn Fn(Kind) -> bool| planned.iter().any(|own| of(own.kind));
     let noise = setup.robot.noise;
-    let sigmas = [
-        (
-            "coordinates",
-            noise.map(|own| own.position()),
-            any(&Kind::is_position),
-        ),
-        (
-            "heights",
-            facts.height_noise,
-            any(&|kind| kind == Kind::Plane),
-        ),
-        (
-            "distances",
-            facts.distance_noise,
-            any(&|kind| matches!(kind, Kind::Point | Kind::Distance)),
-        ),
-    ];
+    let mut kinds = Vec::new();
+    let mut add = |kind: &str, sigma: Option<f64>, is_of: fn(Kind) -> bool| {
+        let sigma = sigma.filter(|_| planned.iter().any(|own| is_of(own.kind)));
+        kinds.extend(sigma.map(|sigma| format!("{kind} {sigma} mm")));
+    };
+    let position = noise.map(|own| own.position());
+    add("coordinates", position, Kind::is_position);
+    add("heights", facts.height_noise, |kind| kind == Kind::Plane);
+    add("distances", facts.distance_noise, |kind| {
+        matches!(kind, Kind::Point | Kind::Distance)
+    });
     let drive = setup.robot.robot.drive();
-    let mut kinds: Vec<_> = sigmas
-        .into_iter()
-        .filter_map(|(kind, sigma, measured)| {
-            Some(format!("{kind} {} mm", sigma.filter(|_| measured)?))
-        })
-        .collect();
     let joint = noise.map_or(0.0, |own| joint::in_file(drive, own.joint()));
     let (name, mark) = (joint::name(drive), joint::mark(drive));
     kinds.push(format!("{name}s {}{mark}", rounded(joint)));
@@ -222,27 +197,21 @@ fn noise_and_tolerance(setup: &Setup, planned: &[Planned]) -> String {
 fn places(plan: &Plan) -> Vec<String> {
     let setup = &plan.setup;
     let mut sentences = Vec::new();
-    for (index, plane) in setup.planes.iter().enumerate() {
-        let own = plan
-            .measurements
-            .iter()
-            .filter(|own| own.plane.is_some_and(|own| own.0 == index));
+    let planes = setup.planes.iter().zip(&setup.places.planes);
+    for (index, (plane, found)) in planes.enumerate() {
+        let own = plan.measurements.iter();
+        let own = own.filter(|own| own.plane.is_some_and(|own| own.0 == index));
         let at: Vec<_> = own.map(|own| own.pose.position).collect();
         let range = |axis: usize| {
-            let values = at.iter().map(|place| place[axis]);
-            let least = values.clone().fold(f64::INFINITY, f64::min);
-            format!(
-                "{:.0} to {:.0}",
-                least + 0.0,
-                values.fold(f64::NEG_INFINITY, f64::max) + 0.0
-            )
+            let (least, most) = range(at.iter().map(|place| place[axis]));
+            format!("{:.0} to {:.0}", least + 0.0, most + 0.0)
         };
         let blocks: Vec<_> = plane.blocks.iter().map(|block| rounded(*block)).collect();
         if !at.is_empty() {
             sentences.push(format!(
                 "Put {} at z = {} mm, to a centimetre; it is touched at x {} and y {} mm, on blocks of {} mm.",
                 plane.name,
-                rounded(plane.offset),
+                rounded(found.offset),
                 range(0),
                 range(1),
                 list(&blocks)
@@ -250,8 +219,9 @@ fn places(plan: &Plan) -> Vec<String> {
         }
     }
     if !setup.points.is_empty() {
-        let each = setup.points.iter().map(|own| {
-            let at = own.place;
+        let each = setup.points.iter().zip(&setup.places.points);
+        let each = each.map(|(own, found)| {
+            let at = found.place;
             format!(
                 "{} at ({}, {}, {}), {}",
                 own.name,
@@ -261,21 +231,13 @@ fn places(plan: &Plan) -> Vec<String> {
                 lengths(own.lengths)
             )
         });
-        let each: Vec<_> = each.collect();
-        sentences.push(format!(
-            "Put the points, to a centimetre or two: {}.",
-            each.join("; ")
-        ));
+        let each = each.collect::<Vec<_>>().join("; ");
+        sentences.push(format!("Put the points, to a centimetre or two: {each}."));
     }
-    if plan
-        .measurements
-        .iter()
-        .any(|own| own.kind == Kind::Distance)
-    {
-        sentences.push(format!(
-            "Distances between poses are {}.",
-            lengths(setup.lengths)
-        ));
+    let mut kinds = plan.measurements.iter().map(|own| own.kind);
+    if kinds.any(|kind| kind == Kind::Distance) {
+        let lengths = lengths(setup.lengths);
+        sentences.push(format!("Distances between poses are {lengths}."));
     }
     if setup.frame == Frame::Sensor {
         sentences.push("The frame of the coordinates is unknown (--frame sensor).".to_owned());
@@ -336,65 +298,70 @@ fn expected(request: &PlanRequest<'_>, plan: &Plan) -> Section {
 /// The samples file to fill in: joint angles, empty cells for the readings, and ignored columns with the nominal
 /// robot's readings.
 pub fn csv(planned: &[Planned], setup: &Setup) -> String {
-    type Cell<'a> = Box<dyn Fn(&Planned) -> Option<String> + 'a>;
     let has = |of: &dyn Fn(&Planned) -> bool| planned.iter().any(of);
     let convention = &setup.robot.convention;
-    let names = convention.joint_columns();
-    let joints: Vec<_> = names.iter().enumerate().collect();
+    let joints = convention.joint_columns();
+    let positions = convention.position_columns();
     let heights = has(&|own| own.kind == Kind::Plane);
-    let named = heights && (has(&|own| own.kind != Kind::Plane) || !setup.has_only_usual_plane());
+    let unnamed = matches!(&setup.planes[..], [plane] if plane.name == PLANE);
+    let named = heights && (has(&|own| own.kind != Kind::Plane) || !unnamed);
     let points = has(&|own| own.point.is_some());
     let poses = has(&|own| own.other.is_some());
-    let length = |own: &Planned| {
-        let other = own.other.map(|other| other.position);
-        let begin = other.or(point_of(own, setup).map(|(_, place)| place))?;
-        Some(format!("{:.3}", (own.pose.position - begin).norm()))
+    let mut lines = vec![Vec::new(); planned.len() + 1];
+    let mut column = |name: &str, cell: &dyn Fn(&Planned) -> Option<String>| {
+        let cells = planned.iter().map(|own| cell(own).unwrap_or_default());
+        for (line, cell) in lines
+            .iter_mut()
+            .zip([name.to_owned()].into_iter().chain(cells))
+        {
+            line.push(cell);
+        }
     };
-    let mut columns: Vec<(String, Cell<'_>)> = Vec::new();
-    let mut column = |shown: bool, name: String, cell| {
-        columns.extend(shown.then_some((name, cell)));
-    };
-    let empty = || Box::new(|_: &Planned| None);
-    for (joint, name) in joints.iter().copied() {
-        let own = move |own: &Planned| Some(rounded(convention.joints(&own.pose.joints)[joint]));
-        column(true, name.clone(), Box::new(own));
+    let empty = |_: &Planned| None;
+    for (joint, name) in joints.iter().enumerate() {
+        column(name, &|own| {
+            Some(rounded(convention.joints(&own.pose.joints)[joint]))
+        });
     }
-    for (axis, name) in convention.position_columns().into_iter().enumerate() {
-        let read = has(&|own| own.kind.coordinates()[axis]);
-        column(read, name, empty());
+    for (axis, name) in positions.iter().enumerate() {
+        if has(&|own| own.kind.coordinates()[axis]) {
+            column(name, &empty);
+        }
     }
-    column(heights, convention.column(Quantity::Height), empty());
-    let plane = |own: &Planned| Some(plane_of(own, setup)?.0.to_owned());
-    column(named, "plane".to_owned(), Box::new(plane));
-    column(
-        points || poses,
-        convention.column(Quantity::Distance),
-        empty(),
-    );
-    let point = |own: &Planned| Some(point_of(own, setup)?.0.to_owned());
-    column(points, "point".to_owned(), Box::new(point));
-    for (joint, name) in joints.iter().copied() {
-        let to = move |own: &Planned| Some(rounded(convention.joints(&own.other?.joints)[joint]));
-        column(poses, format!("to_{name}"), Box::new(to));
+    if heights {
+        column(&convention.column(Quantity::Height), &empty);
     }
-    for (axis, name) in convention.position_columns().into_iter().enumerate() {
-        let at = move |own: &Planned| Some(rounded(convention.position(&own.pose.position)[axis]));
-        column(true, format!("_nominal_{name}"), Box::new(at));
+    if named {
+        column("plane", &|own| Some(plane_of(own, setup)?.0.to_owned()));
     }
-    let block = |own: &Planned| Some(rounded(plane_of(own, setup)?.1));
-    column(heights, "_block_mm".to_owned(), Box::new(block));
-    let nominal = "_nominal_distance_mm".to_owned();
-    column(points || poses, nominal, Box::new(length));
-    let header: Vec<_> = columns.iter().map(|(name, _)| name.as_str()).collect();
-    let mut text = header.join(",") + "\n";
-    for own in planned {
-        let row: Vec<_> = columns
-            .iter()
-            .map(|(_, cell)| cell(own).unwrap_or_default())
-            .collect();
-        let _ = writeln!(text, "{}", row.join(","));
+    if points || poses {
+        column(&convention.column(Quantity::Distance), &empty);
     }
-    text
+    if points {
+        column("point", &|own| Some(point_of(own, setup)?.0.to_owned()));
+    }
+    for (joint, name) in joints.iter().enumerate().filter(|_| poses) {
+        column(&format!("to_{name}"), &|own| {
+            Some(rounded(convention.joints(&own.other?.joints)[joint]))
+        });
+    }
+    for (axis, name) in positions.iter().enumerate() {
+        column(&format!("_nominal_{name}"), &|own| {
+            Some(rounded(convention.position(&own.pose.position)[axis]))
+        });
+    }
+    if heights {
+        column("_block_mm", &|own| Some(rounded(plane_of(own, setup)?.1)));
+    }
+    if points || poses {
+        column("_nominal_distance_mm", &|own| {
+            let other = own.other.map(|other| other.position);
+            let begin = other.or(point_of(own, setup).map(|(_, place)| place))?;
+            Some(format!("{:.3}", (own.pose.position - begin).norm()))
+        });
+    }
+    let lines = lines.iter().map(|cells| cells.join(",") + "\n");
+    lines.collect()
 }
 
 /// What the rows of a file determine, for the terminal.
@@ -487,10 +454,11 @@ pub fn verdict(determined: &Determined) -> String {
     )
 }
 
-/// What the rows of a file determine, as JSON.
+/// What the rows of a file determine, as JSON: lengths in millimetres, angles in degrees; `null` if unknown.
 pub fn samples_json(name: &str, determined: &Determined, unmeasured: &[u64]) -> String {
     #[derive(Serialize)]
     struct Contents<'a> {
+        robot_file: &'a str,
         samples_file: &'a str,
         /// Whether no relative position depends on the tolerance; without a tolerance, whether every parameter is
         /// determined.
@@ -514,6 +482,7 @@ pub fn samples_json(name: &str, determined: &Determined, unmeasured: &[u64]) -> 
     let setup = &determined.setup;
     let expected = |own| expected_report(own, &setup.robot.convention);
     let contents = Contents {
+        robot_file: &setup.robot.name,
         samples_file: name,
         determined: determined.complete(),
         worthwhile: determined.worthwhile(),
@@ -528,5 +497,5 @@ pub fn samples_json(name: &str, determined: &Determined, unmeasured: &[u64]) -> 
         next: measurements(&determined.next, setup),
         no_next: determined.no_next.map(|obstacle| obstacle.to_string()),
     };
-    in_json(&setup.robot.name, contents)
+    super::json(&Versioned::new(SCHEMA_VERSION, contents))
 }

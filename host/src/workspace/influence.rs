@@ -2,9 +2,10 @@
 
 use super::Workspace;
 use super::surface::{Surface, Varied};
-use crate::accuracy::information::{parameters, sigma_of_sum};
+use crate::accuracy::information::{parameters, prior_covariance};
 use delta_cal::robot::ParameterKind;
 use delta_cal::{ArmIndex, Parameter, Tolerance};
+use nalgebra::SVector;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::{Serialize, Serializer};
 
@@ -113,7 +114,11 @@ impl Influence {
 
     /// The uncertainty of the boundary when the parameters are known to this tolerance.
     pub fn within(&self, workspace: &Workspace, tolerance: &Tolerance<f64>) -> ToleranceBand {
-        let sigma_of = |moved: &[f64; 24]| sigma_of_sum(&workspace.robot, tolerance, moved);
+        let covariance = prior_covariance(&workspace.robot, tolerance);
+        let sigma_of = |moved: &[f64; 24]| {
+            let moved = SVector::from(*moved);
+            moved.dot(&(covariance * moved)).sqrt()
+        };
         let (mut square, mut sum, mut largest, mut volume) = (0.0, 0.0, 0.0_f64, [0.0; 24]);
         for (area, moved) in self.by_area(workspace) {
             let sigma = sigma_of(moved);

@@ -37,9 +37,10 @@ pub(crate) use arm_samples::ArmSamples;
 pub(crate) use calibrator::Phase;
 pub(crate) use calibrator::estimators::Parts;
 pub use calibrator::{Calibrator, Estimator, Ikm, IkmCalibrator, Joint, JointCalibrator};
-pub use joint_problem::JointNormal;
+pub(crate) use joint_samples::{JointSamples, JointSolver};
+pub(crate) use minimizer::Minimizer;
+pub use minimizer::Progress;
 pub(crate) use minimizer::enough_samples;
-pub use minimizer::{Minimizer, Progress};
 pub use outcome::{ArmOutcome, Estimate, JointOutcome, RobotOutcome, StartUsed, Termination};
 pub(crate) use parts::Samples;
 #[cfg(test)]

@@ -168,16 +168,18 @@ const PAIRS: [(usize, usize); 6] = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 
 /// Jacobi's method converges quadratically; a 4 × 4 matrix needs about five sweeps.
 const SWEEPS: usize = 12;
 
+/// An entry, without a path to a panic at any optimisation level.
+fn entry<T: Real>(matrix: &Matrix4<T>, row: usize, column: usize) -> T {
+    matrix.get((row, column)).copied().unwrap_or(T::ZERO)
+}
+
 /// The two largest eigenvalues of a symmetric matrix and the eigenvector of the largest, by cyclic Jacobi rotations.
 fn two_largest<T: Real>(matrix: &Matrix4<T>) -> ([T; 2], Vector4<T>) {
     let mut matrix = *matrix;
     let mut vectors = Matrix4::<T>::identity();
     for _ in 0..SWEEPS {
         for (p, q) in PAIRS {
-            let at = |i: usize, j: usize| {
-                let entry: Option<&T> = matrix.get((i, j));
-                entry.copied().unwrap_or(T::ZERO)
-            };
+            let at = |i: usize, j: usize| entry(&matrix, i, j);
             let (diagonal_p, diagonal_q, off) = (at(p, p), at(q, q), at(p, q));
             if !(off.magnitude() > T::SMALLEST_SQUARE) {
                 continue;
@@ -193,20 +195,21 @@ fn two_largest<T: Real>(matrix: &Matrix4<T>) -> ([T; 2], Vector4<T>) {
             let cosine = T::ONE / (tangent.squared() + T::ONE).square_root();
             let sine = tangent * cosine;
             turn_columns(&mut matrix, p, q, cosine, sine);
-            matrix.transpose_mut();
+            matrix = Matrix4::from_fn(|row, column| entry(&matrix, column, row));
             turn_columns(&mut matrix, p, q, cosine, sine);
             turn_columns(&mut vectors, p, q, cosine, sine);
         }
     }
     let mut largest = [-T::INFINITY; 2];
     let mut vector = Vector4::new(T::ONE, T::ZERO, T::ZERO, T::ZERO);
-    for (value, column) in matrix.diagonal().iter().zip(vectors.column_iter()) {
+    for index in 0..4 {
+        let value = entry(&matrix, index, index);
         let [first, second] = largest;
-        if *value > first {
-            largest = [*value, first];
-            vector = column.into_owned();
-        } else if *value > second {
-            largest = [first, *value];
+        if value > first {
+            largest = [value, first];
+            vector = Vector4::from_fn(|row, _| entry(&vectors, row, index));
+        } else if value > second {
+            largest = [first, value];
         }
     }
     (largest, vector)

@@ -58,8 +58,8 @@
 //! | [`snapshot`] | a calibrator's state as bytes, to survive a power cut |
 //!
 //! Cargo features, all off by default: `simulate` adds random poses and simulated measurements (module `simulate`),
-//! `serde` adds `Serialize` and `Deserialize` for robots, samples, settings and outcomes, `defmt` adds `defmt::Format`,
-//! `linear` adds robots whose elbows are carriages on towers, and `transmission` adds imperfect gears and encoders.
+//! `defmt` adds `defmt::Format`, `linear` adds robots whose elbows are carriages on towers, and `transmission` adds
+//! imperfect gears and encoders.
 //!
 //! Vectors and matrices come from [`nalgebra`], which is re-exported so that your crate uses the same version.
 
@@ -74,13 +74,12 @@ pub mod calibration;
 #[cfg(feature = "defmt")]
 mod format;
 pub mod frame;
+mod kernels;
 pub mod kinematics;
 pub mod observations;
 mod real;
 pub mod robot;
 pub mod samples;
-#[cfg(feature = "serde")]
-mod serialization;
 #[cfg(feature = "simulate")]
 pub mod simulate;
 pub mod snapshot;

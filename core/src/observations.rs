@@ -25,10 +25,12 @@ mod start;
 
 pub use crate::calibration::Instrument;
 pub use calibrator::{FkmCalibrator, TouchCalibrator};
+pub(crate) use equation::{At, Equation};
 pub use instruments::{Instruments, ObservationNoise, Plane, Point, PositionFrame};
+pub(crate) use linearization::Pose;
+pub(crate) use observation::READINGS;
 pub use observation::{
     Distance, DistanceFrom, Height, Observation, ObservationError, ObservationRow,
 };
-pub use problem::{InstrumentsAt, ObservationProblem, PrepareError};
+pub use problem::{ObservationProblem, PrepareError};
 pub use solve::ObservationOutcome;
-pub use start::StartValues;

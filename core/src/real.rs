@@ -5,6 +5,7 @@
 
 mod single;
 
+use crate::kernels::Kernels;
 use core::fmt::{Debug, Display};
 use nalgebra::{Field, Scalar};
 
@@ -20,7 +21,7 @@ use nalgebra::{Field, Scalar};
 /// assert!((sine * sine + cosine * cosine - 1.0).abs() < 2.0 * f32::EPSILON);
 /// ```
 pub trait Real:
-    sealed::Sealed + Field + Scalar + Copy + PartialOrd + Debug + Display + Send + Sync
+    Kernels + Field + Scalar + Copy + PartialOrd + Debug + Display + Send + Sync
 {
     /// 0.
     const ZERO: Self;
@@ -81,12 +82,6 @@ pub trait Real:
     fn squared(self) -> Self {
         self * self
     }
-}
-
-mod sealed {
-    pub trait Sealed {}
-    impl Sealed for f32 {}
-    impl Sealed for f64 {}
 }
 
 #[cfg(not(target_arch = "wasm32"))]

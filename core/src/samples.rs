@@ -7,18 +7,17 @@ mod joint_factor;
 mod linear_displacement;
 mod nominal_arm;
 mod sample;
-mod triangle;
+pub(crate) mod triangle;
 mod whitened_sample;
 
 pub(crate) use displacement::{Displacement, corrected_arm, moved_arm, small_turn};
-pub use factor::{ArmFactor, MergeError};
-pub(crate) use factor::{BLOCK, Waiting};
+pub use factor::MergeError;
+pub(crate) use factor::{ArmFactor, BLOCK, Waiting};
 pub use forgetting::{Forgetting, ForgettingError};
 #[cfg(test)]
 pub(crate) use joint_factor::tests as joint_factor_tests;
 pub(crate) use joint_factor::{JOINT_COLUMNS, JointFactor, LeftOver};
-pub(crate) use nominal_arm::ArmSample;
-pub use nominal_arm::NominalArm;
+pub(crate) use nominal_arm::{ArmSample, NominalArm};
 pub(crate) use sample::check_joint;
 pub use sample::{AddError, Noise, NoiseError, Sample, SampleError};
 pub use triangle::Triangle;

@@ -175,9 +175,9 @@ fn an_accepted_calibration_never_fits_worse_than_before() {
                 continue;
             };
             accepted += 1;
-            for (factor, index) in calibrator.arms().iter().zip(ArmIndex::ALL) {
-                let before = factor.sum_of_squares(paper_robot().arm(index));
-                let after = factor.sum_of_squares(outcome.robot.arm(index));
+            let before = calibrator.sums_of_squares(&paper_robot());
+            let after = calibrator.sums_of_squares(&outcome.robot);
+            for (before, after) in before.iter().zip(after) {
                 assert!(
                     after <= before * (1.0 + 1e-9),
                     "seed {seed}: {after} after {before}"

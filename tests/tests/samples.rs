@@ -8,7 +8,7 @@ use delta_cal::{ArmIndex, IkmCalibrator, Noise, Parameter, Robot, Sample, Settin
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed,
 };
-use nalgebra::SVector;
+use nalgebra::{SVector, Vector3};
 use proptest::prelude::*;
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
@@ -111,7 +111,7 @@ proptest! {
                     .hypot(arm.constraint_by_joint(&sample.position, q) * 0.005 * DEGREE);
                 expected += (other.arm(index).constraint(&sample.position, q) / sigma).powi(2);
             }
-            let found = calibrator.arms()[index.index()].sum_of_squares(other.arm(index));
+            let found = calibrator.sums_of_squares(&other)[index.index()];
             // Terms of 1e5 σ that partly cancel, against 1e3 σ that remain.
             prop_assert!((found - expected).abs() < 1e-8 * expected, "{found} for {expected}");
         }
@@ -192,9 +192,9 @@ fn merged_factors_are_worth_the_sum_of_what_they_remember() {
     for lambda in [1.0, 1.5, f64::NAN] {
         first.forget(lambda).unwrap();
     }
-    for factor in first.arms() {
-        assert!((factor.effective_samples() - (5.0 + 3.0 + 17.0 / 4.0)).abs() < 1e-12);
-        assert_eq!(factor.samples(), 30);
+    for arm in &first.calibrate().unwrap().arms {
+        assert!((arm.degrees_of_freedom + 8.0 - (5.0 + 3.0 + 17.0 / 4.0)).abs() < 1e-12);
+        assert_eq!(arm.samples, 30);
     }
 }
 
@@ -217,12 +217,9 @@ fn waiting_samples_are_never_overlooked() {
         whole.add(sample).unwrap();
     }
     assert_eq!(whole.samples(), 21);
-    assert_eq!(whole.arms()[0].samples(), 20);
     let mut flushed = whole.clone();
     flushed.flush();
-    assert_eq!(flushed.arms()[0].samples(), 21);
     assert_eq!(whole.calibrate().unwrap(), flushed.calibrate().unwrap());
-    assert_eq!(whole.arms()[0].samples(), 21);
 
     // Merged and forgotten with what waits.
     let mut parts = [(); 2].map(|()| IkmCalibrator::new(&paper_robot(), &weighted()));
@@ -233,10 +230,10 @@ fn waiting_samples_are_never_overlooked() {
     merged.merge(&other).unwrap();
     assert_eq!(merged.samples(), 21);
     assert!(sigmas_apart(&merged, &whole) < SAME);
-    let mut half = IkmCalibrator::new(&paper_robot(), &weighted());
-    half.add(&samples[0]).unwrap();
-    half.forget(0.5).unwrap();
-    assert!((half.arms()[0].effective_samples() - 0.5).abs() < 1e-15);
+    whole.forget(0.5).unwrap();
+    whole.add(&samples[0]).unwrap();
+    let [arm, ..] = whole.calibrate().unwrap().arms;
+    assert!((arm.degrees_of_freedom + 8.0 - 11.5).abs() < 1e-12);
 }
 
 /// Forgetting by λ multiplies every earlier row by √λ: the factor equals one made from rows whose
@@ -249,18 +246,12 @@ fn forgetting_weighs_old_samples_down() {
     forgetful.forget(0.25).unwrap();
     forgetful.add_many(new).unwrap();
     assert_eq!(forgetful.samples(), 60);
-    for factor in forgetful.arms() {
-        assert!((factor.effective_samples() - 37.5).abs() < 1e-12);
-    }
-    let other = paper_robot::<f64>();
-    for index in ArmIndex::ALL {
-        let arm = other.arm(index);
-        let sum = |samples: &[Sample<f64>]| {
-            filled(samples, &weighted()).arms()[index.index()].sum_of_squares(arm)
-        };
-        let expected = 0.25 * sum(old) + sum(new);
-        let found = forgetful.arms()[index.index()].sum_of_squares(arm);
-        assert!((found - expected).abs() < 1e-10 * expected);
+    let sums = |of: &IkmCalibrator<f64>| Vector3::from(of.sums_of_squares(&paper_robot()));
+    let [old, new] = [old, new].map(|samples| sums(&filled(samples, &weighted())));
+    let expected = old * 0.25 + new;
+    assert!((sums(&forgetful) - expected).amax() < 1e-10 * expected.min());
+    for arm in &forgetful.calibrate().unwrap().arms {
+        assert!((arm.degrees_of_freedom + 8.0 - 37.5).abs() < 1e-12);
     }
 }
 

@@ -32,7 +32,7 @@ const PROGRAMS: [Program; 2] = [
         name: "arms",
         refusal: [74, 1],
         left: 10,
-        flash: 40_500,
+        flash: 38_912,
         memory: 16_384,
     },
 ];

@@ -21,7 +21,7 @@ fn spread<T: Real>(mean_square: T, mean: &Vector3<T>) -> T {
 
 impl<T: Real> ArmFactor<T> {
     /// Absorbs the weighted rows (∂f/∂P, f) at a correction into `normal`; returns Σ (f/σf)².
-    pub(crate) fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>) -> T {
+    pub(crate) fn linearized(&self, at: &Displacement<T>, normal: &mut Normal<T>) -> T {
         let (residual, sum) = self.residual(at);
         let jacobian = at.coefficient_jacobian();
         let mut block = [[T::ZERO; 12]; 9];
@@ -83,7 +83,7 @@ impl<T: Real> Problem<T, 8, 9, 45> for ArmFactor<T> {
 
     fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>, _: usize) -> Piece<T> {
         Piece {
-            sum_of_squares: Self::linearize(self, at, normal),
+            sum_of_squares: T::linearize_arm(self, at, normal),
             more: false,
         }
     }
@@ -96,7 +96,7 @@ impl<T: Real> Problem<T, 8, 9, 45> for ArmFactor<T> {
                 *entry = *value;
             }
         }
-        damped.absorb(&mut block);
+        T::absorb_twelve(damped, &mut block);
         false
     }
 

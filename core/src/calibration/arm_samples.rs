@@ -190,7 +190,7 @@ impl<T: Real> ArmSamples<T> {
     #[inline(never)]
     pub(crate) fn take_in_block(&mut self, arm: ArmIndex) {
         if let Some(factor) = self.arms.get_mut(arm.index()) {
-            factor.absorb_checked(self.waiting.block(arm));
+            T::absorb_block(factor, &self.waiting, arm);
         }
         self.waiting.take(arm);
     }

@@ -25,6 +25,8 @@ pub(crate) struct Identifiability<T: Real, const N: usize> {
 
 impl<T: Real, const N: usize> Identifiability<T, N> {
     /// Before the first piece.
+    #[allow(clippy::inline_always)] // in its place at every optimisation level: it is large
+    #[inline(always)]
     pub(crate) const fn unstarted() -> Self {
         Self {
             inflation: [T::ZERO; N],
@@ -70,8 +72,7 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
             self.inverted += (N - self.inverted - 1) % COLUMNS + 1;
             let mut columns = [[T::ZERO; COLUMNS]; N];
             let columns = columns.get_mut(..self.inverted).unwrap_or_default();
-            normal.inverse_columns(columns);
-            add_square(columns, covariance.as_mut_slice(), N);
+            normal.invert(columns, covariance.as_mut_slice());
             cost += self.inverted * self.inverted;
         }
         true
@@ -185,24 +186,6 @@ fn weakest_of_singular<T: Real, const N: usize, const M: usize, const E: usize>(
     weakest.0
 }
 
-/// Adds V Vᵀ to the lower half of a matrix with `rows` rows given by columns. V is given by rows, possibly fewer,
-/// padded with zeros.
-#[inline(never)]
-fn add_square<T: Real, const K: usize>(mut v: &[[T; K]], matrix: &mut [T], rows: usize) {
-    for (index, column) in matrix.chunks_exact_mut(rows).enumerate() {
-        let Some((own, below)) = v.split_first() else {
-            return;
-        };
-        let column = column.get_mut(index..).unwrap_or_default();
-        for (sum, other) in column.iter_mut().zip(v) {
-            for (a, b) in own.iter().zip(other) {
-                *sum += *a * *b;
-            }
-        }
-        v = below;
-    }
-}
-
 /// Adds a multiple of one vector to another.
 #[inline(never)]
 fn add_multiple<T: Real>(vector: &[T], factor: T, to: &mut [T]) {
@@ -215,8 +198,8 @@ fn add_multiple<T: Real>(vector: &[T], factor: T, to: &mut [T]) {
 mod tests {
     #![allow(clippy::cast_precision_loss, clippy::float_cmp, clippy::unwrap_used)]
 
-    use crate::calibration::JointNormal;
     use crate::calibration::arm_problem::Normal;
+    use crate::calibration::joint_problem::JointNormal;
     use crate::calibration::minimizer::determined_parameters;
     use nalgebra::{SMatrix, SVector};
     use rand_core::{Rng, SeedableRng};

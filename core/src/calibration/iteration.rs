@@ -58,6 +58,8 @@ struct Trial<T, A, const N: usize> {
 
 impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteration<T, A, N, M, E> {
     /// Before its [`restart`](Self::restart).
+    #[allow(clippy::inline_always)] // in its place at every optimisation level: it is large
+    #[inline(always)]
     pub(crate) const fn unstarted(solver: Solver, held: bool) -> Self {
         Self {
             control: StepControl::new(solver, held),

@@ -14,7 +14,7 @@ use crate::samples::{
 use core::iter::once;
 
 /// The triangular factor of the linearised problem: 24 columns ∂r/∂P and the residual r.
-pub type JointNormal<T> = Triangle<T, 25, 325>;
+pub(crate) type JointNormal<T> = Triangle<T, 25, 325>;
 
 const PARAMETERS: usize = 8;
 const FEATURES: usize = 12;

@@ -65,17 +65,7 @@ impl<T: Real> Samples<T> for JointSamples<T> {
     }
 
     fn push(&mut self, sample: &Sample<T>) {
-        if let Some(place) = self.waiting.get_mut(self.count) {
-            *place = self.factor.prepare(sample);
-            self.count += 1;
-        }
-        if self.begun {
-            self.finish_pair();
-        } else if self.completes_pair() {
-            let [pair @ .., _] = &self.waiting;
-            self.left = self.factor.absorb_first(pair);
-            self.begun = true;
-        }
+        T::push_joint(self, sample);
     }
 
     fn push_forgetting(&mut self, sample: &Sample<T>, forgetting: &Forgetting<T>) {
@@ -92,14 +82,7 @@ impl<T: Real> Samples<T> for JointSamples<T> {
     }
 
     fn flush(&mut self) {
-        if self.begun {
-            self.finish_pair();
-        }
-        let [first, ..] = &self.waiting;
-        if self.count > 0 {
-            self.factor.absorb_one(first);
-            self.count = 0;
-        }
+        T::flush_joint(self);
     }
 
     fn merge(&mut self, other: &Self) -> Result<(), MergeError> {
@@ -130,6 +113,33 @@ impl<T: Real> Samples<T> for JointSamples<T> {
 }
 
 impl<T: Real> JointSamples<T> {
+    /// Adds a checked sample, in bounded time.
+    pub(crate) fn take(&mut self, sample: &Sample<T>) {
+        if let Some(place) = self.waiting.get_mut(self.count) {
+            *place = self.factor.prepare(sample);
+            self.count += 1;
+        }
+        if self.begun {
+            self.finish_pair();
+        } else if self.completes_pair() {
+            let [pair @ .., _] = &self.waiting;
+            self.left = self.factor.absorb_first(pair);
+            self.begun = true;
+        }
+    }
+
+    /// Absorbs the samples that wait.
+    pub(crate) fn absorb_waiting(&mut self) {
+        if self.begun {
+            self.finish_pair();
+        }
+        let [first, ..] = &self.waiting;
+        if self.count > 0 {
+            self.factor.absorb_one(first);
+            self.count = 0;
+        }
+    }
+
     /// Whether a pair is waiting that is not yet in the factor at all.
     const fn completes_pair(&self) -> bool {
         self.count == 2
@@ -188,6 +198,13 @@ impl<T: Real> Solver<T, JointSamples<T>> for JointSolver<T> {
     }
 
     fn step(&mut self, samples: &JointSamples<T>) -> Result<Progress, Refusal> {
+        T::step_joint(self, samples)
+    }
+}
+
+impl<T: Real> JointSolver<T> {
+    /// One short step.
+    pub(crate) fn advance(&mut self, samples: &JointSamples<T>) -> Result<Progress, Refusal> {
         let factor = &samples.factor;
         if let (Some(minimizer), Some(outcome)) = (&mut self.minimizer, &mut self.outcome) {
             let progress = minimizer.step(factor, &mut outcome.estimate)?;
@@ -199,9 +216,7 @@ impl<T: Real> Solver<T, JointSamples<T>> for JointSolver<T> {
         self.start(samples);
         Ok(Progress::Working)
     }
-}
 
-impl<T: Real> JointSolver<T> {
     #[inline(never)]
     fn start(&mut self, samples: &JointSamples<T>) {
         let (factor, settings) = (&samples.factor, &samples.settings);

@@ -44,7 +44,9 @@ where
         problem: &P,
         place: &mut Estimate<T, N>,
     ) -> Result<(), Refusal> {
-        let covariance = place.covariance.get_or_insert_with(SMatrix::zeros);
+        let Some(covariance) = &mut place.covariance else {
+            return Err(Refusal::Unfinished);
+        };
         if !self.point.cost.finite() {
             return Err(Refusal::NonFinite {
                 arm: self.first_arm,

@@ -28,7 +28,7 @@ pub enum Progress {
 ///
 /// The calibrators own one for each problem.
 #[derive(Debug, Clone)]
-pub struct Minimizer<T: Real, A, R, const N: usize, const M: usize, const E: usize> {
+pub(crate) struct Minimizer<T: Real, A, R, const N: usize, const M: usize, const E: usize> {
     first_arm: ArmIndex,
     settings: Settings<T>,
     prior: R,
@@ -74,6 +74,8 @@ where
     R: Prior<T, N, M, E>,
 {
     /// Before [`begin`](Self::begin).
+    #[allow(clippy::inline_always)] // in its place at every optimisation level: it is large
+    #[inline(always)]
     pub(crate) fn unstarted(first_arm: ArmIndex, prior: R, settings: &Settings<T>) -> Self {
         Self {
             first_arm,
@@ -420,7 +422,8 @@ where
     }
 }
 
-/// Where the covariance is stored.
+/// Where the covariance is stored. Not inlined: its stack would add to that of every step.
+#[inline(never)]
 fn covariance_of<T: Real, const N: usize>(place: &mut Estimate<T, N>) -> &mut SMatrix<T, N, N> {
     place.covariance.get_or_insert_with(SMatrix::zeros)
 }

@@ -5,7 +5,6 @@ use nalgebra::{SMatrix, SVector};
 /// Why the iteration stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Termination {
     /// No step could reduce the sum of squares by more than rounding.
     GradientVanished,
@@ -16,7 +15,6 @@ pub enum Termination {
 /// The start that led to the result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum StartUsed {
     /// The nominal robot.
     Nominal,
@@ -77,7 +75,6 @@ impl<T: Real, const N: usize> Estimate<T, N> {
 
 /// One calibrated arm and its uncertainty.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ArmOutcome<T: Real> {
     /// The calibrated arm.
     pub arm: Arm<T>,
@@ -141,7 +138,6 @@ impl<T: Real> ArmOutcome<T> {
 
 /// A calibrated robot.
 #[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RobotOutcome<T: Real> {
     /// The calibrated robot.
     pub robot: Robot<T>,

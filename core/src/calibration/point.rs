@@ -17,6 +17,8 @@ pub(crate) struct Point<T: Real, const N: usize, const M: usize, const E: usize>
 }
 
 impl<T: Real, const N: usize, const M: usize, const E: usize> Point<T, N, M, E> {
+    #[allow(clippy::inline_always)] // in its place at every optimisation level: it is large
+    #[inline(always)]
     pub(super) const fn unstarted() -> Self {
         Self {
             correction: [T::ZERO; N],

@@ -3,11 +3,8 @@ use crate::Real;
 use crate::robot::Drive;
 use crate::samples::{Triangle, put_row};
 
-/// A problem for a [`Minimizer`](super::Minimizer): weighted residuals r of N parameters, with M = N + 1 and E = M (M +
-/// 1)/2, the entries of the triangle of a linearised problem. Corrections and residuals are in the problem's own units.
-///
-/// Implemented for one arm's samples ([`ArmFactor`](crate::samples::ArmFactor)), for the samples of all arms jointly,
-/// and for any other residuals of the 24 parameters.
+/// A least-squares problem: weighted residuals r of N parameters, with M = N + 1 and E = M (M + 1)/2, the entries of the
+/// triangle of a linearised problem. Corrections and residuals are in the problem's own units.
 pub trait Problem<T: Real, const N: usize, const M: usize, const E: usize> {
     /// Values computed once per correction.
     type At: Clone;

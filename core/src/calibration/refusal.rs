@@ -6,7 +6,6 @@ use core::fmt;
 /// The figures are for messages and are single precision for any scalar type.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Refusal {
     /// Fewer samples than unknowns.
@@ -234,7 +233,6 @@ impl core::error::Error for Refusal {}
 /// An instrument whose unknowns are estimated along with the parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Instrument {
     /// The frame in which coordinates were measured.
     Frame,

@@ -123,9 +123,16 @@ impl<T: Real> RobotSolver<T> {
 }
 
 impl<T: Real> Calibrator<T, Ikm> {
-    /// The factors of the three arms; they exclude samples waiting for [`flush`](Self::flush).
-    pub const fn arms(&self) -> &[ArmFactor<T>; 3] {
-        &self.samples.arms
+    /// Σ (f/σf)² of each arm of any robot over the samples; without a stated noise in units of the robot's size squared.
+    /// Excludes samples waiting for [`flush`](Self::flush).
+    pub fn sums_of_squares(&self, robot: &Robot<T>) -> [T; 3] {
+        let [first, second, third] = &self.samples.arms;
+        let [one, two, three] = robot.arms();
+        [
+            first.sum_of_squares(one),
+            second.sum_of_squares(two),
+            third.sum_of_squares(three),
+        ]
     }
 }
 

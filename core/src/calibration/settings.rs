@@ -8,7 +8,6 @@ use crate::snapshot::Fingerprint;
 /// How a step is computed from the linearised problem.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Solver {
     /// Always the full step of the linearised problem. It can diverge, and reports this.
     GaussNewton,
@@ -20,7 +19,6 @@ pub enum Solver {
 /// Where the iteration starts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Start {
     /// From the nominal robot. If the result fits worse than it should and there are 12 or more samples, the free start
     /// is tried as well.
@@ -47,18 +45,6 @@ pub enum Start {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(
-        default,
-        deny_unknown_fields,
-        bound(
-            serialize = "T: Real + serde::Serialize",
-            deserialize = "T: Real + serde::Deserialize<'de>"
-        )
-    )
-)]
 #[non_exhaustive]
 pub struct Settings<T> {
     /// Measurement noise: weights the samples and tests the residuals.

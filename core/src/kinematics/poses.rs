@@ -86,6 +86,10 @@ impl<T: Real> Robot<T> {
     /// # }
     /// ```
     pub fn forward(&self, q: &[T; 3]) -> Result<Vector3<T>, KinematicsError> {
+        T::forward(self, q)
+    }
+
+    pub(crate) fn point_at(&self, q: &[T; 3]) -> Result<Vector3<T>, KinematicsError> {
         let [arm1, arm2, arm3] = self.arms();
         let [q1, q2, q3] = *q;
         let elbows = [arm1.elbow(q1), arm2.elbow(q2), arm3.elbow(q3)];
@@ -267,6 +271,10 @@ impl<T: Real> Robot<T> {
     /// # }
     /// ```
     pub fn inverse(&self, x: &Vector3<T>) -> Result<[T; 3], KinematicsError> {
+        T::inverse(self, x)
+    }
+
+    pub(crate) fn joints_at(&self, x: &Vector3<T>) -> Result<[T; 3], KinematicsError> {
         let [first, second, third] = self.arms();
         let joint = |arm: &Arm<T>, index: ArmIndex| {
             arm.joint_at(x).map_err(|fault| match fault {

@@ -173,8 +173,7 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
         };
         if let Some(row) = rows.get_mut(self.weighed) {
             self.weighed += 1;
-            row.take_weights(&self.robot, &instruments, prepared.start());
-            prepared.count(&self.robot, row);
+            prepared.weigh(&self.robot, &instruments, row);
             return Ok(Progress::Working);
         }
         let problem = ObservationProblem {
@@ -191,12 +190,17 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
             minimizer.step(&problem, &mut outcome.estimate)?;
             return Ok(Progress::Working);
         }
-        self.outcome = Some(ObservationOutcome::vacant(&self.robot));
+        Self::vacate(&mut self.outcome, &self.robot);
         Self::begin(&mut self.minimizer, &problem, &self.settings)?;
         Ok(Progress::Working)
     }
 
     // Not inlined, so that consecutive stages share the stack.
+    #[inline(never)]
+    fn vacate(outcome: &mut Option<ObservationOutcome<T, N>>, robot: &Robot<T>) {
+        *outcome = Some(ObservationOutcome::vacant(robot));
+    }
+
     #[inline(never)]
     fn begin(
         minimizer: &mut Option<ObservationMinimizer<T, N, M, E>>,

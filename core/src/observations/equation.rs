@@ -4,11 +4,12 @@ use super::instruments::{Instruments, PositionFrame};
 use super::observation::{Distance, DistanceFrom, Height, Observation, READINGS};
 use crate::Real;
 use crate::frame::{RigidTransform, rotation_of};
+use crate::robot::Robot;
 use nalgebra::{Matrix3, Vector3, Vector4};
 
 /// The difference between a reading and its expected value, with derivatives.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Equation<T: Real> {
+pub(crate) struct Equation<T: Real> {
     /// Measured minus expected. Length.
     pub(super) residual: T,
     /// ∂h/∂X.
@@ -38,24 +39,32 @@ pub(super) fn frame_at<T: Real>(
     (half, turned, start.translation + Vector3::new(x, y, z))
 }
 
-/// The equations of an observation at given platform positions and values of the unknowns, indexed among all
-/// parameters.
-pub(super) fn equations<T: Real>(
-    observation: &Observation<T>,
-    instruments: &Instruments<'_, T>,
-    frame: &RigidTransform<T>,
-    unknowns: &[T],
-    position: &Vector3<T>,
-    other: Option<&Vector3<T>>,
-) -> [Option<Equation<T>>; READINGS] {
-    let [x, y, z] = coordinates(observation, instruments, frame, unknowns, position);
-    let height = observation
-        .height
-        .map(|height| of_height(&height, instruments, unknowns, position));
-    let distance = observation
-        .distance
-        .map(|distance| of_distance(&distance, instruments, unknowns, position, other));
-    [x, y, z, height, distance]
+/// What rows are compared with: a robot, its instruments, and values of the unknowns, indexed among all parameters.
+pub(crate) struct At<'a, T: Real> {
+    pub(super) robot: &'a Robot<T>,
+    pub(super) instruments: &'a Instruments<'a, T>,
+    pub(super) frame: &'a RigidTransform<T>,
+    pub(super) unknowns: &'a [T],
+}
+
+impl<T: Real> At<'_, T> {
+    /// The equations of an observation at given platform positions.
+    pub(crate) fn equations(
+        &self,
+        observation: &Observation<T>,
+        position: &Vector3<T>,
+        other: Option<&Vector3<T>>,
+    ) -> [Option<Equation<T>>; READINGS] {
+        let (instruments, unknowns) = (self.instruments, self.unknowns);
+        let [x, y, z] = coordinates(observation, instruments, self.frame, unknowns, position);
+        let height = observation
+            .height
+            .map(|height| of_height(&height, instruments, unknowns, position));
+        let distance = observation
+            .distance
+            .map(|distance| of_distance(&distance, instruments, unknowns, position, other));
+        [x, y, z, height, distance]
+    }
 }
 
 fn coordinates<T: Real>(

@@ -1,12 +1,11 @@
 //! Weights of the rows, their residuals and derivatives.
 
-use super::equation::{Equation, equations};
-use super::instruments::{Instruments, OF_ROBOT};
+use super::equation::{At, Equation};
+use super::instruments::OF_ROBOT;
 use super::observation::{LOWER, ObservationError, ObservationRow, READINGS, lower_rows};
-use super::start::StartValues;
 use crate::Real;
 use crate::robot::{Arm, ArmIndex, Robot, TRANSMISSION_NUMBERS};
-use crate::samples::put_row;
+use crate::samples::triangle::reduce;
 use nalgebra::Vector3;
 
 /// Rounding of a computed position, in ε times the robot's size.
@@ -16,7 +15,7 @@ const ARM: usize = 8;
 
 /// A robot at one set of joint angles.
 #[derive(Debug, Clone, Copy)]
-struct Pose<T: Real> {
+pub(crate) struct Pose<T: Real> {
     position: Vector3<T>,
     /// (∂f/∂X)⁻¹ by columns: the point moves by −cᵢ when the constraint of arm i grows by 1.
     columns: [Vector3<T>; 3],
@@ -24,10 +23,14 @@ struct Pose<T: Real> {
 
 impl<T: Real> Pose<T> {
     /// `None` if the robot has no such pose, or a singular one.
-    fn new(robot: &Robot<T>, joints: &[T; 3]) -> Option<Self> {
+    pub(crate) fn new(robot: &Robot<T>, joints: &[T; 3]) -> Option<Self> {
         let position = robot.forward(joints).ok()?;
         let columns = robot.inverse_by_position(&position, joints).ok()?;
         Some(Self { position, columns })
+    }
+
+    const fn position(&self) -> &Vector3<T> {
+        &self.position
     }
 
     /// The derivative of a reading by each arm's constraint.
@@ -60,18 +63,14 @@ impl<T: Real> ObservationRow<T> {
         Ok(())
     }
 
-    /// Computes the weights of the readings at a robot and values of the unknowns.
-    pub(super) fn take_weights<const N: usize>(
-        &mut self,
-        robot: &Robot<T>,
-        instruments: &Instruments<'_, T>,
-        start: &StartValues<T, N>,
-    ) {
+    /// Computes the weights of the readings.
+    pub(super) fn take_weights(&mut self, at: &At<'_, T>) {
+        let robot = at.robot;
         let Some((own, other)) = self.poses(robot) else {
             return;
         };
-        let equations = self.equations(instruments, start, start.unknowns(), &own, other.as_ref());
-        let sigma = instruments.noise.position().joint();
+        let equations = self.equations(at, &own.position, other.as_ref().map(Pose::position));
+        let sigma = at.instruments.noise.position().joint();
         let by_joints = |pose: &Pose<T>, joints: &[T; 3], direction: &Vector3<T>| {
             let mut parts = pose.by_constraints(direction);
             for ((part, arm), q) in parts.iter_mut().zip(robot.arms()).zip(joints) {
@@ -118,141 +117,142 @@ impl<T: Real> ObservationRow<T> {
     }
 
     fn poses(&self, robot: &Robot<T>) -> Option<(Pose<T>, Option<Pose<T>>)> {
-        let own = Pose::new(robot, &self.observation.joints)?;
+        let own = T::pose(robot, &self.observation.joints)?;
         let other = match self.observation.other_joints() {
-            Some(joints) => Some(Pose::new(robot, joints)?),
+            Some(joints) => Some(T::pose(robot, joints)?),
             None => None,
         };
         Some((own, other))
     }
 
-    fn equations<const N: usize>(
+    fn equations(
         &self,
-        instruments: &Instruments<'_, T>,
-        start: &StartValues<T, N>,
-        unknowns: &[T; N],
-        own: &Pose<T>,
-        other: Option<&Pose<T>>,
+        at: &At<'_, T>,
+        own: &Vector3<T>,
+        other: Option<&Vector3<T>>,
     ) -> [Option<Equation<T>>; READINGS] {
-        equations(
-            &self.observation,
-            instruments,
-            start.frame(),
-            unknowns,
-            &own.position,
-            other.map(|other| &other.position),
-        )
+        T::equations(&self.observation, at, own, other)
     }
 
     /// Readings minus expected values, in σ. `None` if the robot does not reach the joint angles.
-    pub(super) fn residuals<const N: usize>(
-        &self,
-        robot: &Robot<T>,
-        instruments: &Instruments<'_, T>,
-        start: &StartValues<T, N>,
-        unknowns: &[T; N],
-    ) -> Option<[T; READINGS]> {
+    pub(super) fn residuals(&self, at: &At<'_, T>) -> Option<[T; READINGS]> {
         if self.left_out {
             return Some([T::ZERO; READINGS]);
         }
-        let own = robot.forward(&self.observation.joints).ok()?;
+        let own = at.robot.forward(&self.observation.joints).ok()?;
         let other = match self.observation.other_joints() {
-            Some(joints) => Some(robot.forward(joints).ok()?),
+            Some(joints) => Some(at.robot.forward(joints).ok()?),
             None => None,
         };
-        let equations = equations(
-            &self.observation,
-            instruments,
-            start.frame(),
-            unknowns,
-            &own,
-            other.as_ref(),
-        );
+        let equations = self.equations(at, &own, other.as_ref());
         let mut residuals = equations.map(|equation| equation.map_or(T::ZERO, |own| own.residual));
-        self.whiten(&mut residuals);
+        self.whiten(core::slice::from_mut(&mut residuals));
         Some(residuals)
     }
 
     /// The rows (∂r/∂p, r), by columns, M = N + 1. `None` if the robot has no such pose.
     pub(super) fn linearized<const N: usize, const M: usize>(
         &self,
-        robot: &Robot<T>,
-        instruments: &Instruments<'_, T>,
-        start: &StartValues<T, N>,
-        unknowns: &[T; N],
+        at: &At<'_, T>,
         units: &[T; N],
     ) -> Option<[[T; READINGS]; M]> {
-        if self.left_out {
-            return Some([[T::ZERO; READINGS]; M]);
-        }
-        let (own, other) = self.poses(robot)?;
-        let equations = self.equations(instruments, start, unknowns, &own, other.as_ref());
         let mut columns = [[T::ZERO; READINGS]; M];
-        for (index, equation) in equations.iter().enumerate() {
+        (self.left_out || self.linearize(at, units, &mut columns)).then_some(columns)
+    }
+
+    /// Writes (∂r/∂p, r) into columns of zeros; `false` if the robot has no such pose.
+    fn linearize(&self, at: &At<'_, T>, units: &[T], columns: &mut [[T; READINGS]]) -> bool {
+        let observation = &self.observation;
+        let Some((own, other)) = self.poses(at.robot) else {
+            return false;
+        };
+        let equations = self.equations(at, &own.position, other.as_ref().map(Pose::position));
+        for (reading, equation) in equations.iter().enumerate() {
             let Some(equation) = equation else { continue };
-            let mut row = [T::ZERO; M];
             let mut add = |pose: &Pose<T>, joints: &[T; 3], by_position: &Vector3<T>| {
-                add_by_parameters(&mut row, robot, pose, joints, by_position);
-                if instruments.transmission.is_some() {
-                    add_by_transmissions(&mut row, robot, pose, joints, by_position);
+                add_by_parameters(columns, reading, at.robot, pose, joints, by_position);
+                if at.instruments.transmission.is_some() {
+                    add_by_transmissions(columns, reading, at.robot, pose, joints, by_position);
                 }
             };
-            add(&own, &self.observation.joints, &equation.by_position);
-            if let (true, Some(other), Some(joints)) = (
-                equation.between_poses,
-                &other,
-                self.observation.other_joints(),
-            ) {
+            add(&own, &observation.joints, &equation.by_position);
+            if let (true, Some(other), Some(joints)) =
+                (equation.between_poses, &other, observation.other_joints())
+            {
                 add(other, joints, &-equation.by_position);
             }
-            let from = row.get_mut(equation.column..).unwrap_or_default();
-            for (entry, derivative) in from.iter_mut().zip(equation.by_unknowns) {
-                *entry += derivative;
+            let from = columns.get_mut(equation.column..).unwrap_or_default();
+            add_products(from, reading, T::ONE, &equation.by_unknowns);
+            for (column, unit) in columns.iter_mut().zip(units) {
+                if let Some(entry) = column.get_mut(reading) {
+                    *entry *= -*unit;
+                }
             }
-            for (entry, unit) in row.iter_mut().zip(units) {
-                *entry *= -*unit;
-            }
-            if let Some(entry) = row.last_mut() {
+            if let Some(entry) = columns.last_mut().and_then(|last| last.get_mut(reading)) {
                 *entry = equation.residual;
             }
-            put_row(&mut columns, index, 0, &row);
         }
-        for column in &mut columns {
-            self.whiten(column);
+        self.whiten(columns);
+        true
+    }
+
+    /// Absorbs the rows (∂r/∂p, r) into a triangle by way of columns of zeros, and returns Σ r². `None` if the robot has
+    /// no such pose.
+    pub(crate) fn absorb(
+        &self,
+        at: &At<'_, T>,
+        units: &[T],
+        columns: &mut [[T; READINGS]],
+        entries: &mut [T],
+    ) -> Option<T> {
+        if self.left_out {
+            return Some(T::ZERO);
         }
-        Some(columns)
+        if !self.linearize(at, units, columns) {
+            return None;
+        }
+        let residuals = columns.last().map_or(T::ZERO, |own| squared_length(own));
+        let size = columns.len();
+        // Rows of zeros change nothing but cost time.
+        match self.read_alone(columns) {
+            Some(few) => reduce(entries, size, few, size),
+            None => reduce(entries, size, columns, size),
+        }
+        Some(residuals)
     }
 
     /// Compacts rows (in columns of five) with at most two readings to columns of two.
-    pub(super) fn read_alone<const M: usize>(
-        &self,
-        columns: &[[T; READINGS]; M],
-    ) -> Option<[[T; 2]; M]> {
-        let mut read = (0..READINGS).filter(|reading| self.observation.is_read(*reading));
-        let (first, second) = (read.next()?, read.next());
-        if read.next().is_some() {
-            return None;
+    fn read_alone<'a>(&self, columns: &'a mut [[T; READINGS]]) -> Option<&'a mut [[T; 2]]> {
+        let (mut read, mut count) = ([READINGS; READINGS], 0);
+        for reading in 0..READINGS {
+            if let (true, Some(place)) = (self.observation.is_read(reading), read.get_mut(count)) {
+                *place = reading;
+                count += 1;
+            }
         }
-        Some(columns.map(|column| {
+        let [first, second, READINGS, ..] = read else {
+            return None;
+        };
+        let size = columns.len();
+        for index in 0..size {
+            let column = columns.get(index).copied().unwrap_or([T::ZERO; READINGS]);
             let at = |reading: usize| column.get(reading).copied().unwrap_or(T::ZERO);
-            [at(first), second.map_or(T::ZERO, at)]
-        }))
+            let two = [at(first), at(second)];
+            if let Some(place) = columns.as_flattened_mut().as_chunks_mut().0.get_mut(index) {
+                *place = two;
+            }
+        }
+        columns.as_flattened_mut().as_chunks_mut().0.get_mut(..size)
     }
 
     /// L⁻¹ ∂h/∂X at the row's own pose and at the start of a distance. `None` if the robot has no such pose.
-    pub(super) fn by_positions<const N: usize>(
-        &self,
-        robot: &Robot<T>,
-        instruments: &Instruments<'_, T>,
-        start: &StartValues<T, N>,
-        unknowns: &[T; N],
-    ) -> Option<[[Vector3<T>; READINGS]; 2]> {
+    pub(super) fn by_positions(&self, at: &At<'_, T>) -> Option<[[Vector3<T>; READINGS]; 2]> {
         let mut by_positions = [[Vector3::zeros(); READINGS]; 2];
         if self.left_out {
             return Some(by_positions);
         }
-        let (own, other) = self.poses(robot)?;
-        let equations = self.equations(instruments, start, unknowns, &own, other.as_ref());
+        let (own, other) = self.poses(at.robot)?;
+        let equations = self.equations(at, &own.position, other.as_ref().map(Pose::position));
         let [by_own, by_other] = &mut by_positions;
         for axis in 0..3 {
             let component = |vector: &Vector3<T>| vector.get(axis).copied().unwrap_or(T::ZERO);
@@ -267,7 +267,7 @@ impl<T: Real> ObservationRow<T> {
             }
             for (vectors, column) in [(&mut *by_own, at_own), (&mut *by_other, at_other)] {
                 let mut column = column;
-                self.whiten(&mut column);
+                self.whiten(core::slice::from_mut(&mut column));
                 for (vector, value) in vectors.iter_mut().zip(column) {
                     if let Some(entry) = vector.get_mut(axis) {
                         *entry = value;
@@ -278,22 +278,28 @@ impl<T: Real> ObservationRow<T> {
         Some(by_positions)
     }
 
-    /// L⁻¹ times a column of readings, times √ of the row's weight.
-    fn whiten(&self, column: &mut [T; READINGS]) {
-        let mut whitened = [T::ZERO; READINGS];
-        for (index, (row, value)) in self.factor_rows().zip(column.iter()).enumerate() {
-            let Some((pivot, row)) = row.split_last() else {
+    /// L⁻¹ times columns of readings, times √ of the row's weight. Missing readings are 0.
+    fn whiten(&self, columns: &mut [[T; READINGS]]) {
+        for (index, row) in self.factor_rows().enumerate() {
+            let Some((pivot, row)) = row.split_last().filter(|_| self.observation.is_read(index))
+            else {
                 continue;
             };
-            let mut sum = *value;
-            for (entry, known) in row.iter().zip(whitened) {
-                sum -= *entry * known;
-            }
-            if let Some(target) = whitened.get_mut(index) {
-                *target = sum / *pivot;
+            for column in columns.iter_mut() {
+                let Some((known, [entry, ..])) = column.split_at_mut_checked(index) else {
+                    continue;
+                };
+                for (factor, known) in row.iter().zip(known) {
+                    *entry -= *factor * *known;
+                }
+                *entry /= *pivot;
             }
         }
-        *column = whitened.map(|value| value * self.root_weight);
+        if self.root_weight != T::ONE {
+            for entry in columns.as_flattened_mut() {
+                *entry *= self.root_weight;
+            }
+        }
     }
 
     /// Σ 1/Lₖₖ² times the squared size of the robot: the size of the terms from which the residuals are summed.
@@ -314,8 +320,10 @@ impl<T: Real> ObservationRow<T> {
 }
 
 /// Adds ∂h/∂P of a reading whose derivative by the pose's position is `by_position`.
+#[inline(never)]
 fn add_by_parameters<T: Real>(
-    row: &mut [T],
+    columns: &mut [[T; READINGS]],
+    reading: usize,
     robot: &Robot<T>,
     pose: &Pose<T>,
     joints: &[T; 3],
@@ -323,29 +331,29 @@ fn add_by_parameters<T: Real>(
 ) {
     let parts = pose.by_constraints(by_position);
     let of_arm = |index: ArmIndex| -> &Arm<T> { robot.arm(index) };
-    for (((own, part), q), index) in row
+    for (((own, part), q), index) in columns
         .chunks_exact_mut(ARM)
         .zip(parts)
         .zip(joints)
         .zip(ArmIndex::ALL)
     {
         let gradient = of_arm(index).constraint_by_parameters(&pose.position, *q);
-        for (entry, derivative) in own.iter_mut().zip(gradient.iter()) {
-            *entry += part * *derivative;
-        }
+        add_products(own, reading, part, gradient.as_slice());
     }
 }
 
 /// Adds the derivatives by the numbers of the transmissions, which follow the parameters.
+#[inline(never)]
 fn add_by_transmissions<T: Real>(
-    row: &mut [T],
+    columns: &mut [[T; READINGS]],
+    reading: usize,
     robot: &Robot<T>,
     pose: &Pose<T>,
     joints: &[T; 3],
     by_position: &Vector3<T>,
 ) {
     let parts = pose.by_constraints(by_position);
-    let numbers = row.get_mut(OF_ROBOT..).unwrap_or_default();
+    let numbers = columns.get_mut(OF_ROBOT..).unwrap_or_default();
     for (((own, part), q), arm) in numbers
         .chunks_exact_mut(TRANSMISSION_NUMBERS)
         .zip(parts)
@@ -353,10 +361,28 @@ fn add_by_transmissions<T: Real>(
         .zip(robot.arms())
     {
         let gradient = arm.constraint_by_transmission(&pose.position, *q);
-        for (entry, derivative) in own.iter_mut().zip(gradient) {
-            *entry += part * derivative;
+        add_products(own, reading, part, &gradient);
+    }
+}
+
+/// Adds multiples of a reading's derivatives to its entries of the columns.
+fn add_products<T: Real>(
+    columns: &mut [[T; READINGS]],
+    reading: usize,
+    factor: T,
+    derivatives: &[T],
+) {
+    for (column, derivative) in columns.iter_mut().zip(derivatives) {
+        if let Some(entry) = column.get_mut(reading) {
+            *entry += factor * *derivative;
         }
     }
+}
+
+pub(super) fn squared_length<T: Real>(residuals: &[T]) -> T {
+    residuals
+        .iter()
+        .fold(T::ZERO, |sum, residual| sum + residual.squared())
 }
 
 fn product<T: Real>(one: &[T], other: &[T]) -> T {
@@ -543,14 +569,14 @@ mod tests {
             assert!((row.terms_squared(&robot) / (squares * size) - 1.0).abs() < 1e-12);
             let mut twice = *row;
             twice.set_weight(2.0);
-            let start = problem.prepared.start();
+            let start = &problem.prepared.start;
             let residuals = |row: &ObservationRow<f64>| {
                 let built = Robot::from_parameters(robot.parameters().map(|mut arm| {
                     arm[5] += 0.3;
                     arm
                 }));
                 let built = built.unwrap();
-                row.residuals(&built, &instruments, start, start.unknowns())
+                row.residuals(&start.at(&built, &instruments, start.unknowns()))
             };
             let (once, doubled) = (residuals(row).unwrap(), residuals(&twice).unwrap());
             assert!(once.iter().any(|residual| residual.abs() > 0.1));

@@ -38,7 +38,6 @@ pub struct Distance<T> {
 
 /// Where a distance starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum DistanceFrom<T> {
     /// Index into [`Instruments::points`](super::Instruments::points).
     Point(u8),
@@ -48,7 +47,6 @@ pub enum DistanceFrom<T> {
 
 /// Why an observation is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ObservationError {
@@ -134,7 +132,7 @@ impl<T: Real> Observation<T> {
 }
 
 /// Most readings of an observation.
-pub(super) const READINGS: usize = 5;
+pub(crate) const READINGS: usize = 5;
 /// Entries of a lower triangle with as many rows.
 pub(super) const LOWER: usize = READINGS * (READINGS + 1) / 2;
 

@@ -1,6 +1,8 @@
 //! The least-squares problem of the observations.
 
+use super::equation::At;
 use super::instruments::{Instruments, OF_PLANE, OF_ROBOT, OF_TRANSMISSIONS, PositionFrame};
+use super::linearization::squared_length;
 use super::observation::{ObservationError, ObservationRow};
 use super::start::StartValues;
 use crate::Real;
@@ -135,8 +137,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         let mut prepared =
             Prepared::begun(robot, instruments, rows).map_err(PrepareError::Refused)?;
         for row in rows.iter_mut() {
-            row.take_weights(robot, instruments, prepared.start());
-            prepared.count(robot, row);
+            prepared.weigh(robot, instruments, row);
         }
         Ok(Self {
             robot,
@@ -183,9 +184,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
     /// Each reading of a row minus its expected value at a robot and its [unknowns](Instruments::unknowns_at), in σ and
     /// times the row's weights: x, y, z, height, distance; 0 for a missing reading.
     pub fn residuals_at(&self, robot: &Robot<T>, unknowns: &[T; N], row: usize) -> Option<[T; 5]> {
-        self.rows
-            .get(row)?
-            .residuals(robot, self.instruments, &self.prepared.start, unknowns)
+        self.rows.get(row)?.residuals(&self.at(robot, unknowns))
     }
 
     /// The derivatives of a row's readings by the parameters at the start, in σ and with the row's weights: ∂r/∂p by
@@ -195,13 +194,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
     /// A column holds x, y, z, height and distance; 0 for a missing reading. JᵀJ summed over all rows is the
     /// information from the measurements (prior information is in [`prior`](Self::prior)).
     pub fn linearized<const M: usize>(&self, row: usize) -> Option<[[T; 5]; M]> {
-        self.rows.get(row)?.linearized(
-            self.robot,
-            self.instruments,
-            &self.prepared.start,
-            self.prepared.start.unknowns(),
-            &self.prepared.units,
-        )
+        self.linearized_at(self.robot, self.start_unknowns(), row)
     }
 
     /// The same at another robot and other [unknowns](super::ObservationOutcome::unknowns).
@@ -211,13 +204,9 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         unknowns: &[T; N],
         row: usize,
     ) -> Option<[[T; 5]; M]> {
-        self.rows.get(row)?.linearized(
-            robot,
-            self.instruments,
-            &self.prepared.start,
-            unknowns,
-            &self.prepared.units,
-        )
+        self.rows
+            .get(row)?
+            .linearized(&self.at(robot, unknowns), &self.prepared.units)
     }
 
     /// The derivatives of a row's readings by the platform's position, ∂h/∂X in σ per length and with the row's
@@ -228,9 +217,11 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         unknowns: &[T; N],
         row: usize,
     ) -> Option<[[Vector3<T>; 5]; 2]> {
-        self.rows
-            .get(row)?
-            .by_positions(robot, self.instruments, &self.prepared.start, unknowns)
+        self.rows.get(row)?.by_positions(&self.at(robot, unknowns))
+    }
+
+    fn at<'b>(&'b self, robot: &'b Robot<T>, unknowns: &'b [T; N]) -> At<'b, T> {
+        self.prepared.start.at(robot, self.instruments, unknowns)
     }
 
     /// The start values of the unknowns, at their indices among all parameters.
@@ -313,10 +304,10 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
 
     /// Of a single row. Infinite if the robot does not reach it.
     fn sum_of_squares(&self, at: &InstrumentsAt<T, N>, piece: usize) -> Piece<T> {
-        let row = self.rows.get(piece).zip(at.robot.as_ref());
-        let residuals = row.and_then(|(row, robot)| {
-            row.residuals(robot, self.instruments, &self.prepared.start, &at.unknowns)
-        });
+        let residuals = at
+            .robot
+            .as_ref()
+            .and_then(|robot| self.residuals_at(robot, &at.unknowns, piece));
         Piece {
             sum_of_squares: residuals.map_or(T::INFINITY, |own| squared_length(&own)),
             more: residuals.is_some() && piece + 1 < self.rows.len(),
@@ -331,31 +322,16 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
         normal: &mut Triangle<T, M, E>,
         piece: usize,
     ) -> Piece<T> {
+        let mut columns = [[T::ZERO; 5]; M];
         let row = self.rows.get(piece).zip(at.robot.as_ref());
-        let columns = row.and_then(|(row, robot)| {
-            row.linearized::<N, M>(
-                robot,
-                self.instruments,
-                &self.prepared.start,
-                &at.unknowns,
-                &self.prepared.units,
-            )
+        let residuals = row.and_then(|(row, robot)| {
+            let at = self.at(robot, &at.unknowns);
+            let entries = normal.entries_mut();
+            T::absorb_row(row, &at, &self.prepared.units, &mut columns, entries)
         });
-        let Some((row, mut columns)) = row.map(|(row, _)| row).zip(columns) else {
-            return Piece {
-                sum_of_squares: T::INFINITY,
-                more: false,
-            };
-        };
-        let residuals = columns.last().map_or(T::ZERO, |own| squared_length(own));
-        // Rows of zeros change nothing but cost time.
-        match row.read_alone(&columns) {
-            Some(mut few) => normal.absorb(&mut few),
-            None => normal.absorb(&mut columns),
-        }
         Piece {
-            sum_of_squares: residuals,
-            more: piece + 1 < self.rows.len(),
+            sum_of_squares: residuals.unwrap_or(T::INFINITY),
+            more: residuals.is_some() && piece + 1 < self.rows.len(),
         }
     }
 
@@ -415,12 +391,6 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
     fn instrument_of(&self, parameter: usize) -> Option<Instrument> {
         self.instruments.instrument_of(parameter)
     }
-}
-
-fn squared_length<T: Real>(residuals: &[T]) -> T {
-    residuals
-        .iter()
-        .fold(T::ZERO, |sum, residual| sum + residual.squared())
 }
 
 /// The start of the unknowns, and the combined weights of the rows.
@@ -502,16 +472,23 @@ impl<T: Real, const N: usize> Prepared<T, N> {
         }
     }
 
+    /// Gives a row its weights, and counts it.
+    pub(super) fn weigh(
+        &mut self,
+        robot: &Robot<T>,
+        instruments: &Instruments<'_, T>,
+        row: &mut ObservationRow<T>,
+    ) {
+        let start = &self.start;
+        row.take_weights(&start.at(robot, instruments, start.unknowns()));
+        self.count(robot, row);
+    }
+
     /// Counts a row whose weights are known.
     pub(super) fn count(&mut self, robot: &Robot<T>, row: &ObservationRow<T>) {
         self.terms_squared += row.terms_squared(robot);
         self.readings += T::from_count(row.observation().readings() as u64) * row.weight();
         self.effective_rows += row.weight();
-    }
-
-    /// The start of the unknowns.
-    pub(super) const fn start(&self) -> &StartValues<T, N> {
-        &self.start
     }
 }
 

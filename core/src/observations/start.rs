@@ -1,11 +1,12 @@
 //! Start values for the instruments' unknowns: closed forms from the nominal robot's forward kinematics.
 
+use super::equation::At;
 use super::instruments::{Instruments, PositionFrame};
 use super::observation::{DistanceFrom, ObservationRow};
 use crate::Real;
 use crate::frame::RigidTransform;
 use crate::robot::Robot;
-use crate::samples::{Triangle, put_row};
+use crate::samples::Triangle;
 use nalgebra::{Matrix3, Vector3};
 
 /// Passes of the plane fit, each using the tilt found by the previous one.
@@ -15,7 +16,7 @@ const LINE: f64 = 1e-3;
 
 /// The start of the unknowns, at their indices among N parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct StartValues<T: Real, const N: usize> {
+pub(super) struct StartValues<T: Real, const N: usize> {
     frame: RigidTransform<T>,
     unknowns: [T; N],
     /// Which coordinates were measured at all.
@@ -67,6 +68,21 @@ impl<T: Real, const N: usize> StartValues<T, N> {
     fn put(&mut self, column: usize, values: &[T]) {
         for (entry, value) in self.unknowns.iter_mut().skip(column).zip(values) {
             *entry = *value;
+        }
+    }
+
+    /// A robot and values of the unknowns, relative to the frame at the start.
+    pub(super) const fn at<'a>(
+        &'a self,
+        robot: &'a Robot<T>,
+        instruments: &'a Instruments<'a, T>,
+        unknowns: &'a [T; N],
+    ) -> At<'a, T> {
+        At {
+            robot,
+            instruments,
+            frame: &self.frame,
+            unknowns,
         }
     }
 
@@ -217,9 +233,10 @@ fn point_with_offset<T: Real>(
 }
 
 fn absorb<T: Real, const M: usize, const E: usize>(triangle: &mut Triangle<T, M, E>, row: [T; M]) {
-    let mut block = [[T::ZERO; 1]; M];
-    put_row(&mut block, 0, 0, &row);
-    triangle.absorb(&mut block);
+    T::absorb_two(
+        triangle.entries_mut(),
+        &mut row.map(|entry| [entry, T::ZERO]),
+    );
 }
 
 /// The least-squares solution, if the rows determine it.

@@ -306,7 +306,8 @@ impl<T: Real> Arm<T> {
 
     /// B(q) = D + u cos q + v sin q, or D + s v with a linear drive: the elbow, shifted by the platform offset as D is.
     /// Length. With a [transmission](Self::transmission), q is the joint angle, and the equation uses the arm angle.
-    #[inline]
+    // In firmware three copies would cost more flash than the calls take time.
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub fn elbow(&self, q: T) -> Vector3<T> {
         match self.drive() {
             Drive::Rotary => self.turned(self.arm_angle(q).sine_cosine()),

@@ -3,7 +3,6 @@ use core::fmt;
 /// A geometric parameter of an arm: eight for a rotary drive (paper, equation (3.6)), seven for a carriage on a tower.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Parameter {
     /// x of the point on the motor axis, with the platform offset subtracted. Length.
     Dx,
@@ -118,7 +117,6 @@ impl fmt::Display for Parameter {
 /// One of the robot's three arms, numbered from 1 like the joints `q1`, `q2`, `q3`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ArmIndex {
     /// Arm 1, driven by `q1`.
     First,
@@ -226,7 +224,6 @@ impl DriveOf {
 /// Why parameters are not a valid arm, or three arms not a valid robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum GeometryError {
     /// A parameter is NaN or infinite.

@@ -174,7 +174,6 @@ impl<T: Real> Robot<T> {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SymmetricRobot<T> {
     /// Ra: base centre to motor axes. Length.
     pub base_radius: T,
@@ -253,7 +252,6 @@ impl SymmetricRobot<f64> {
 #[cfg(feature = "linear")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SymmetricLinearRobot<T> {
     /// Centre to the upper ends of the forearms, minus the platform radius ("delta radius"). Length.
     pub tower_radius: T,

@@ -26,7 +26,12 @@ pub struct Displacement<T: Real> {
 }
 
 impl<T: Real> Displacement<T> {
+    #[inline]
     pub(crate) fn new(nominal: &NominalArm<T>, correction: &[T; 8]) -> Self {
+        T::displaced(nominal, correction)
+    }
+
+    pub(crate) fn exactly(nominal: &NominalArm<T>, correction: &[T; 8]) -> Self {
         #[cfg(feature = "linear")]
         if nominal.arm().drive() == Drive::Linear {
             return Self::of_linear_drive(nominal, correction);

@@ -1,6 +1,8 @@
 use super::displacement::Displacement;
 use super::nominal_arm::{ArmSample, COLUMNS, NominalArm};
-use super::sample::{Sample, SampleError};
+use super::sample::Sample;
+#[cfg(test)]
+use super::sample::SampleError;
 use super::triangle::{Triangle, put_row};
 use crate::Real;
 use crate::robot::{Arm, ArmIndex};
@@ -23,25 +25,8 @@ pub(crate) const BLOCK: usize = 4;
 /// thousand samples added one by one, and for a million in blocks (as [`IkmCalibrator`](crate::IkmCalibrator) adds
 /// them). For longer streams, fill a second factor and [`merge`](Self::merge) it every thousand samples, or
 /// [`forget`](Self::forget).
-///
-/// ```
-/// use delta_cal::ArmIndex;
-/// use delta_cal::robot::Arm;
-/// use delta_cal::samples::{ArmFactor, NominalArm};
-/// use nalgebra::Vector3;
-/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
-/// let arm: Arm<f64> = Arm::new([164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0])?;
-/// let nominal = NominalArm::new(&arm, &Vector3::new(0.0, 0.0, -450.0), None);
-/// let mut factor = ArmFactor::new(nominal);
-/// factor.add(&Vector3::new(424.0, 0.0, -481.0), 0.0, ArmIndex::First)?;
-/// // The point is 481 below the elbow and the forearm is 480 long: f = 481² − 480², weighted by 1/(2 Lb).
-/// let expected = (481f64.powi(2) - 480f64.powi(2)) / 960.0;
-/// assert!((factor.sum_of_squares(&arm).sqrt() * nominal.scale() - expected).abs() < 1e-9);
-/// # Ok(())
-/// # }
-/// ```
 #[derive(Debug, Clone, PartialEq)]
-pub struct ArmFactor<T: Real> {
+pub(crate) struct ArmFactor<T: Real> {
     nominal: NominalArm<T>,
     triangle: Triangle<T, COLUMNS, 91>,
     count: SampleCount<T>,
@@ -75,7 +60,7 @@ impl core::error::Error for MergeError {}
 
 impl<T: Real> ArmFactor<T> {
     /// An empty factor.
-    pub const fn new(nominal: NominalArm<T>) -> Self {
+    pub(crate) const fn new(nominal: NominalArm<T>) -> Self {
         Self {
             nominal,
             triangle: Triangle::zero(),
@@ -84,32 +69,28 @@ impl<T: Real> ArmFactor<T> {
     }
 
     /// The nominal arm, relative to which samples are expressed.
-    pub const fn nominal(&self) -> &NominalArm<T> {
+    pub(crate) const fn nominal(&self) -> &NominalArm<T> {
         &self.nominal
     }
 
     /// Number of samples added, including forgotten ones.
-    pub const fn samples(&self) -> u64 {
+    pub(crate) const fn samples(&self) -> u64 {
         self.count.seen()
     }
 
     /// The effective number of samples: each counts λ for every time it was forgotten by λ.
-    pub fn effective_samples(&self) -> T {
+    pub(crate) fn effective_samples(&self) -> T {
         self.count.effective()
     }
 
-    /// Adds one sample: platform position `x` (length) at joint angle `q` (radians).
-    ///
-    /// # Errors
-    /// A non-finite or out-of-range number, attributed to `arm`; the factor is unchanged.
-    pub fn add(&mut self, x: &Vector3<T>, q: T, arm: ArmIndex) -> Result<(), SampleError> {
-        let sample = self.nominal.sample(x, q, arm)?;
-        self.absorb_block::<1>(&[sample]);
+    #[cfg(test)]
+    pub(crate) fn add(&mut self, x: &Vector3<T>, q: T, arm: ArmIndex) -> Result<(), SampleError> {
+        self.nominal.check(x, q, arm)?;
+        self.absorb_checked(core::iter::once((x, q)));
         Ok(())
     }
 
     /// Absorbs up to a block of samples that were checked on arrival.
-    #[inline(never)]
     pub(crate) fn absorb_checked<'a>(
         &mut self,
         samples: impl Iterator<Item = (&'a Vector3<T>, T)>,
@@ -172,7 +153,7 @@ impl<T: Real> ArmFactor<T> {
     ///
     /// # Errors
     /// [`MergeError::DifferentNominal`]; the factor is unchanged.
-    pub fn merge(&mut self, other: &Self) -> Result<(), MergeError> {
+    pub(crate) fn merge(&mut self, other: &Self) -> Result<(), MergeError> {
         if self.nominal != other.nominal {
             return Err(MergeError::DifferentNominal);
         }
@@ -183,7 +164,7 @@ impl<T: Real> ArmFactor<T> {
 
     /// Multiplies the weight of everything accumulated so far, and Σ f², by λ. λ is clamped to [0, 1]; NaN forgets
     /// nothing.
-    pub fn forget(&mut self, lambda: T) {
+    pub(crate) fn forget(&mut self, lambda: T) {
         if !(lambda < T::ONE) {
             return;
         }
@@ -199,7 +180,7 @@ impl<T: Real> ArmFactor<T> {
 
     /// Σ (f(P)/σf)² over all samples, for any parameters; without a stated noise σf = 2 Lb, and the sum is in units of
     /// [`NominalArm::scale`] squared.
-    pub fn sum_of_squares(&self, arm: &Arm<T>) -> T {
+    pub(crate) fn sum_of_squares(&self, arm: &Arm<T>) -> T {
         let correction = self.nominal.correction_to(arm);
         self.residual(&Displacement::new(&self.nominal, &correction))
             .1
@@ -207,23 +188,12 @@ impl<T: Real> ArmFactor<T> {
 
     /// R (δc, 1): its first twelve entries, and the sum of the squares of all thirteen.
     pub(crate) fn residual(&self, at: &Displacement<T>) -> ([T; 12], T) {
-        let mut residual = [T::ZERO; 12];
+        let residual = self.triangle.leading_residual(&at.coefficients);
         let mut sum = T::ZERO;
-        for (index, row) in self.triangle.rows().enumerate() {
-            let Some((right, coefficients)) = row.split_last() else {
-                continue;
-            };
-            let mut entry = *right;
-            let below = at.coefficients.get(index..).unwrap_or_default();
-            for (factor, coefficient) in coefficients.iter().zip(below) {
-                entry += *factor * *coefficient;
-            }
-            if let Some(target) = residual.get_mut(index) {
-                *target = entry;
-            }
-            sum += entry * entry;
+        for entry in residual {
+            sum += entry.squared();
         }
-        (residual, sum)
+        (residual, sum + self.least_sum_of_squares())
     }
 
     /// The least sum of squares over all coefficients, including those of no arm.
@@ -375,11 +345,11 @@ impl<T: Real> Waiting<T> {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::cast_possible_truncation, clippy::unwrap_used)]
 
-    use super::{CAPACITY, Waiting};
-    use crate::robot::ArmIndex;
-    use crate::samples::Sample;
-    use crate::samples::factor::BLOCK;
+    use super::{ArmFactor, BLOCK, CAPACITY, Waiting};
+    use crate::robot::{Arm, ArmIndex};
+    use crate::samples::{Noise, NominalArm, Sample};
     use nalgebra::Vector3;
 
     /// The nth sample, identifiable by its numbers.
@@ -442,6 +412,35 @@ mod tests {
         for arm in ArmIndex::ALL {
             assert_eq!(waiting.waiting_for(arm), CAPACITY);
             assert_eq!(waiting.block(arm).count(), BLOCK);
+        }
+    }
+
+    /// No stated noise claims more than the scalar can hold: half an ε of the position, and 4ε Lb² in f.
+    #[test]
+    fn rounding_is_a_noise_too() {
+        let arm = Arm::<f32>::new([164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0]).unwrap();
+        let noises = [
+            Noise::new(1e-12_f32, 0.0),
+            Noise::by_axis([1e-12_f32, 1e-12, 2e-12], 0.0),
+        ];
+        for (far, noise) in [0.0_f64, 4e4]
+            .into_iter()
+            .flat_map(|far| noises.map(|noise| (far, noise.ok())))
+        {
+            let mut moved = arm.parameters();
+            moved[1] += far as f32;
+            let arm = Arm::new(moved).unwrap();
+            let centre = Vector3::new(0.0, far as f32, -450.0);
+            let mut factor = ArmFactor::new(NominalArm::new(&arm, &centre, noise));
+            let x = Vector3::new(424.0, far as f32, -481.0);
+            factor.add(&x, 0.0, ArmIndex::First).unwrap();
+            let f = 481.0_f64.powi(2) - 480.0_f64.powi(2);
+            let epsilon = f64::from(f32::EPSILON);
+            let position = x.cast::<f64>().norm() * epsilon / 2.0 * 2.0 * 480.0;
+            let arithmetic = 4.0 * epsilon * 480.0 * 480.0;
+            let expected = f / position.hypot(arithmetic);
+            let found = f64::from(factor.sum_of_squares(&arm)).sqrt();
+            assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
         }
     }
 }

@@ -37,6 +37,7 @@ const DIRECTION: f64 = 0.01;
 /// c(P)    = ( −2D, |v|², 2v·D, 0, −2v, |D|² − Lb² )
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(unreachable_pub)] // part of a sealed trait; nameable by no other crate
 pub struct NominalArm<T: Real> {
     arm: Arm<T>,
     noise: Option<Noise<T>>,
@@ -91,7 +92,7 @@ impl<T: Real> NominalArm<T> {
     /// The unit is the largest power of two not above Lb, and the centre is rounded to sixteenths of it, so that
     /// neither rounds a sample.
     #[inline(never)]
-    pub fn new(arm: &Arm<T>, centre: &Vector3<T>, noise: Option<Noise<T>>) -> Self {
+    pub(crate) fn new(arm: &Arm<T>, centre: &Vector3<T>, noise: Option<Noise<T>>) -> Self {
         let scale = arm.lb().power_of_two_below();
         let inverse_scale = T::ONE / scale;
         let sixteenth = T::from_f64(16.0);
@@ -139,22 +140,22 @@ impl<T: Real> NominalArm<T> {
     }
 
     /// The uncalibrated arm.
-    pub const fn arm(&self) -> &Arm<T> {
+    pub(crate) const fn arm(&self) -> &Arm<T> {
         &self.arm
     }
 
     /// The stated noise, if any.
-    pub const fn noise(&self) -> Option<&Noise<T>> {
+    pub(crate) const fn noise(&self) -> Option<&Noise<T>> {
         self.noise.as_ref()
     }
 
     /// The internal unit of length.
-    pub const fn scale(&self) -> T {
+    pub(crate) const fn scale(&self) -> T {
         self.scale
     }
 
     /// The origin of internal positions.
-    pub const fn centre(&self) -> &Vector3<T> {
+    pub(crate) const fn centre(&self) -> &Vector3<T> {
         &self.centre
     }
 
@@ -259,17 +260,6 @@ impl<T: Real> NominalArm<T> {
             return Err(SampleError::JointTooLarge(arm));
         }
         Ok(())
-    }
-
-    /// Checks, centres, scales and weights one sample.
-    pub(crate) fn sample(
-        &self,
-        x: &Vector3<T>,
-        q: T,
-        arm: ArmIndex,
-    ) -> Result<ArmSample<T>, SampleError> {
-        self.check(x, q, arm)?;
-        Ok(self.prepare(x, q))
     }
 
     /// The correction, in units of the scale and radians, from the nominal arm to `arm`.

@@ -10,7 +10,6 @@ const LARGEST_JOINT_ANGLE_TURNS: f64 = 2.0;
 
 /// One measurement: the platform's position at known joint angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Sample<T: Real> {
     /// q₁, q₂, q₃ in radians, or the travels of a linear drive in the robot's unit of length.
     pub joints: [T; 3],
@@ -23,7 +22,6 @@ state!(Sample<T>: joints: [T; 3], position: Vector3<T>);
 /// Why a sample is refused. The factor or store that refused it is unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum SampleError {
     /// A coordinate is NaN, infinite, or too large to be squared.

@@ -29,6 +29,8 @@ impl<T: Real, const N: usize, const LENGTH: usize> State<T> for Triangle<T, N, L
 }
 
 impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
+    #[allow(clippy::inline_always)] // in its place at every optimisation level: it is large
+    #[inline(always)]
     pub(crate) const fn zero() -> Self {
         const { assert!(LENGTH == N * (N + 1) / 2) };
         Self {
@@ -73,7 +75,7 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         for (right, row) in solution.iter_mut().zip(self.rows()) {
             *right = row.last().copied().unwrap_or(T::ZERO);
         }
-        back_substitute(&self.entries, smallest, &mut solution).then_some(solution)
+        T::back_substitute(&self.entries, smallest, &mut solution).then_some(solution)
     }
 
     /// −(UᵀU)⁻¹ v and vᵀ (UᵀU)⁻¹ v by two substitutions, U without the last column: the step to the minimum where Jᵀr =
@@ -85,12 +87,13 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         for entry in v {
             gain += entry.squared();
         }
-        back_substitute(&self.entries, &[T::ZERO; N], &mut v).then_some((v, gain))
+        T::back_substitute(&self.entries, &[T::ZERO; N], &mut v).then_some((v, gain))
     }
 
-    /// The last columns of the inverse of the leading rows and columns, as many as `columns` is long.
-    pub(crate) fn inverse_columns<const K: usize>(&self, columns: &mut [[T; K]]) {
-        inverse_columns(&self.entries, N, columns);
+    /// Four of the last columns of the inverse of the leading rows and columns, as many as `columns` is long, and their
+    /// products added to the lower half of a matrix of N − 1 rows given by columns.
+    pub(crate) fn invert(&self, columns: &mut [[T; 4]], covariance: &mut [T]) {
+        T::invert(&self.entries, N, columns, covariance);
     }
 
     /// Uᵀ v, U without the last row and column.
@@ -105,7 +108,7 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
     pub(crate) fn leading_residual<const M: usize>(&self, x: &[T; M]) -> [T; M] {
         const { assert!(M + 1 == N) };
         let mut residual = [T::ZERO; M];
-        affine(&self.entries, x, &mut residual);
+        T::affine(&self.entries, x, &mut residual);
         residual
     }
 
@@ -169,6 +172,11 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         reduce(self.entries_from(size), size, columns, pivots);
     }
 
+    /// All entries, row by row.
+    pub(crate) fn entries_mut(&mut self) -> &mut [T] {
+        &mut self.entries
+    }
+
     /// The entries from the row of length `size` on.
     fn entries_from(&mut self, size: usize) -> &mut [T] {
         let start = LENGTH.saturating_sub(size * (size + 1) / 2);
@@ -217,7 +225,7 @@ pub(crate) fn put_row<T: Copy, const K: usize>(
 /// Householder reflections of the leading columns of a triangle of `size` columns with a block of rows.
 #[allow(clippy::inline_always)] // each caller's sizes are constants that unroll it
 #[inline(always)]
-fn reduce<T: Real, const K: usize>(
+pub(crate) fn reduce<T: Real, const K: usize>(
     entries: &mut [T],
     size: usize,
     mut columns: &mut [[T; K]],
@@ -306,8 +314,44 @@ fn packed_row<T>(entries: &[T], size: usize, row: usize) -> &[T] {
         .unwrap_or_default()
 }
 
-#[inline(never)]
-fn affine<T: Real>(entries: &[T], x: &[T], product: &mut [T]) {
+/// A value plus Σ aᵢ bᵢ, added in this order. In fours: in a program built for size the compiler unrolls no loop.
+#[inline]
+fn plus_products<T: Real>(value: T, a: &[T], b: &[T]) -> T {
+    let length = a.len().min(b.len());
+    let (a, last_a) = a.get(..length).unwrap_or_default().as_chunks::<4>();
+    let (b, last_b) = b.get(..length).unwrap_or_default().as_chunks::<4>();
+    let mut value = value;
+    for (a, b) in a.iter().zip(b) {
+        for (a, b) in a.iter().zip(b) {
+            value += *a * *b;
+        }
+    }
+    for (a, b) in last_a.iter().zip(last_b) {
+        value += *a * *b;
+    }
+    value
+}
+
+/// Adds a multiple of one vector to another, in fours as well.
+#[inline]
+fn add_multiple<T: Real>(to: &mut [T], factor: T, vector: &[T]) {
+    let length = to.len().min(vector.len());
+    let (to, last_to) = to
+        .get_mut(..length)
+        .unwrap_or_default()
+        .as_chunks_mut::<4>();
+    let (vector, last) = vector.get(..length).unwrap_or_default().as_chunks::<4>();
+    for (to, vector) in to.iter_mut().zip(vector) {
+        for (sum, entry) in to.iter_mut().zip(vector) {
+            *sum += *entry * factor;
+        }
+    }
+    for (sum, entry) in last_to.iter_mut().zip(last) {
+        *sum += *entry * factor;
+    }
+}
+
+pub(crate) fn affine<T: Real>(entries: &[T], x: &[T], product: &mut [T]) {
     let mut rest = entries;
     for (index, target) in product.iter_mut().enumerate() {
         let x = x.get(index..).unwrap_or_default();
@@ -315,11 +359,7 @@ fn affine<T: Real>(entries: &[T], x: &[T], product: &mut [T]) {
             return;
         };
         rest = below;
-        let mut value = *right;
-        for (factor, x) in row.iter().zip(x) {
-            value += *factor * *x;
-        }
-        *target = value;
+        *target = plus_products(*right, row, x);
     }
 }
 
@@ -330,9 +370,7 @@ fn transposed<T: Real>(entries: &[T], v: &[T], product: &mut [T]) {
         let Some((row, [_, below @ ..])) = rest.split_at_checked(product.len()) else {
             return;
         };
-        for (sum, factor) in product.iter_mut().zip(row) {
-            *sum += *factor * *part;
-        }
+        add_multiple(product, *part, row);
         let Some((_, others)) = product.split_first_mut() else {
             return;
         };
@@ -365,16 +403,13 @@ fn left_substitute<T: Real>(entries: &[T], size: usize, vector: &mut [T]) {
             return;
         };
         *target /= *pivot;
-        for (entry, factor) in later.iter_mut().zip(row) {
-            *entry -= *target * *factor;
-        }
+        add_multiple(later, -*target, row);
         (rows, rest) = (below, later);
     }
 }
 
 /// Solves U x = −v in place.
-#[inline(never)]
-fn back_substitute<T: Real>(entries: &[T], smallest: &[T], solution: &mut [T]) -> bool {
+pub(crate) fn back_substitute<T: Real>(entries: &[T], smallest: &[T], solution: &mut [T]) -> bool {
     // From the last row, which holds only the right-hand side's diagonal entry.
     let Some((_, mut rest)) = entries.split_last() else {
         return false;
@@ -393,22 +428,22 @@ fn back_substitute<T: Real>(entries: &[T], smallest: &[T], solution: &mut [T]) -
         else {
             return false;
         };
-        let mut value = -*target;
-        for (coefficient, known) in row.iter().zip(known.iter()) {
-            value -= *coefficient * *known;
-        }
+        let value = plus_products(*target, row, known);
         if !(pivot.magnitude() > *smallest) {
             return false;
         }
-        *target = value / *pivot;
+        *target = -value / *pivot;
     }
     true
 }
 
 /// Several columns at once: each entry of the triangle is loaded once for all of them.
-#[inline(never)]
-fn inverse_columns<T: Real, const K: usize>(entries: &[T], size: usize, columns: &mut [[T; K]]) {
-    let length = black_box(columns.len());
+pub(crate) fn inverse_columns<T: Real, const K: usize>(
+    entries: &[T],
+    size: usize,
+    columns: &mut [[T; K]],
+) {
+    let length = columns.len();
     let end = (length * size).saturating_sub(length.saturating_sub(1) * length / 2);
     let mut rest = entries.get(..end).unwrap_or_default();
     for row in (0..length).rev() {
@@ -433,6 +468,26 @@ fn inverse_columns<T: Real, const K: usize>(entries: &[T], size: usize, columns:
         }
         let inverse = T::ONE / *pivot;
         *target = values.map(|value| value * inverse);
+    }
+}
+
+/// Adds V Vᵀ to the lower half of a matrix with `rows` rows given by columns. V is given by rows, possibly fewer,
+/// padded with zeros.
+pub(crate) fn add_square<T: Real, const K: usize>(v: &[[T; K]], matrix: &mut [T], rows: usize) {
+    let mut rest = matrix;
+    for (index, own) in v.iter().enumerate() {
+        let Some((column, others)) = core::mem::take(&mut rest).split_at_mut_checked(rows) else {
+            return;
+        };
+        rest = others;
+        let (column, below) = (column.get_mut(index..).unwrap_or_default(), v.get(index..));
+        for (sum, other) in column.iter_mut().zip(below.unwrap_or_default()) {
+            let mut value = *sum;
+            for (a, b) in own.iter().zip(other) {
+                value += *a * *b;
+            }
+            *sum = value;
+        }
     }
 }
 
@@ -620,7 +675,7 @@ mod tests {
             // The inverse's last columns, two at a time, for every leading part.
             for length in 1..=5 {
                 let mut columns = [[0.0; 2]; 5];
-                triangle.inverse_columns(&mut columns[..length]);
+                super::inverse_columns(&triangle.entries, 5, &mut columns[..length]);
                 for place in 0..2_usize.min(length) {
                     let column = columns.map(|entries| entries[1 - place]);
                     let product = full(&triangle) * SVector::from(column);

@@ -9,6 +9,7 @@ use crate::robot::Robot;
 use crate::samples::{AddError, Sample};
 use crate::snapshot::{SnapshotError, kind, longest, read, write};
 use crate::state::{Reader, State, Writer};
+use core::mem::MaybeUninit;
 
 /// A [`Calibrator`] for a stream of samples, with a gate or forgetting. It runs the steps of all three in the right
 /// order. Controller and host run the same code, so both accept and reject the same samples and compute the same bits.
@@ -85,7 +86,22 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         stream
     }
 
+    /// The same in its place, with a smaller stack: the parts are made one after the other.
+    // Inlined, it would be made elsewhere and copied.
     #[inline(never)]
+    pub fn new_in<'a>(
+        place: &'a mut MaybeUninit<Self>,
+        robot: &Robot<T>,
+        settings: &Settings<T>,
+        selection: &Selection<T>,
+    ) -> &'a mut Self {
+        let stream = place.write(Self::open(robot, settings, selection));
+        stream.close_gate(robot, settings);
+        stream
+    }
+
+    #[allow(clippy::inline_always)] // in its place at every optimisation level: it is large
+    #[inline(always)]
     fn open(robot: &Robot<T>, settings: &Settings<T>, selection: &Selection<T>) -> Self {
         Self {
             calibrator: Calibrator::new(robot, settings),

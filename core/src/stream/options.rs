@@ -48,7 +48,6 @@ impl<T: Real> Selection<T> {
 /// The fate of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Added<T> {
     /// Added without a test.
     Taken,
@@ -69,7 +68,6 @@ impl<T: Real> Added<T> {
 /// Why a stream of samples does not calibrate the robot. Keep its current parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum StreamRefusal {
     /// The calibration was refused.

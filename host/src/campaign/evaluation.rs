@@ -4,7 +4,7 @@ use crate::accuracy::information::{ARM, PARAMETERS, is_empty, units};
 use crate::accuracy::rigid_motion::RigidMotions;
 use crate::accuracy::uncertainty::jacobian;
 use crate::fit::{Method, closure};
-use delta_cal::calibration::{JointNormal, Prior, TolerancePrior};
+use delta_cal::calibration::{Prior, TolerancePrior, Triangle};
 use delta_cal::{ArmIndex, Noise, Robot, Sample, Tolerance};
 use nalgebra::{DMatrix, Matrix3, SMatrix, SVector, Vector3};
 
@@ -86,7 +86,7 @@ type Row = SVector<f64, PARAMETERS>;
 fn rows_of_prior(truth: &Robot<f64>, tolerance: Option<&Tolerance<f64>>) -> Vec<Row> {
     let units = units(truth).map(f64::recip).into();
     let prior = TolerancePrior::new(truth.arms().each_ref(), &units, tolerance);
-    let triangle: JointNormal<f64> = prior.rows(1.0, &[0.0; PARAMETERS]);
+    let triangle: Triangle<f64, 25, 325> = prior.rows(1.0, &[0.0; PARAMETERS]);
     let rows = triangle.rows().take(PARAMETERS).enumerate();
     rows.map(|(first, row)| {
         let entry = |column: usize| row.get(column.checked_sub(first)?).copied();

@@ -159,18 +159,19 @@ fn not_worse<T: Bits>(calibrator: &mut IkmCalibrator<T>, outcome: &RobotOutcome<
     }
     calibrator.flush();
     let before = calibrator.robot();
-    let arms = before.arms().iter().zip(outcome.robot.arms());
-    for (factor, (before, after)) in calibrator.arms().iter().zip(arms) {
-        let (least, most) = (factor.sum_of_squares(after), factor.sum_of_squares(before));
+    let (sums, after) = (
+        calibrator.sums_of_squares(&before),
+        calibrator.sums_of_squares(&outcome.robot),
+    );
+    for (arm, (most, least)) in before.arms().iter().zip(sums.into_iter().zip(after)) {
         // Σ (f/σf)² as rounded in the factor's rows: each is a sum of terms as large as the unit of length, times a
         // weight.
-        let reference = factor.nominal();
-        let weight = match reference.noise() {
+        let weight = match calibrator.settings().noise {
             None => T::ONE,
-            Some(noise) => reference.scale() / noise.position(),
+            Some(noise) => arm.lb().power_of_two_below() / noise.position(),
         };
         let rounding = T::from_f64(1e3) * T::EPSILON * weight;
-        let samples = T::from_count(factor.samples());
+        let samples = T::from_count(calibrator.samples());
         let margin = rounding * (most * samples).square_root() + rounding.squared() * samples;
         assert!(
             least <= most * T::from_f64(1.001) + margin,

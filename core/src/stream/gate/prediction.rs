@@ -209,7 +209,7 @@ impl<T: Real> Prediction<T> {
     fn linearize(&mut self, factor: &ArmFactor<T>, prior: &TolerancePrior<T, 8>) {
         self.at = Displacement::new(factor.nominal(), &self.correction);
         self.normal = prior.rows(T::ONE, &self.correction);
-        factor.linearize(&self.at, &mut self.normal);
+        T::linearize_arm(factor, &self.at, &mut self.normal);
         self.beyond = ArmFactor::least_sum_of_squares(factor);
         self.samples = ArmFactor::effective_samples(factor);
         self.since = 0;

@@ -8,7 +8,6 @@ use core::fmt;
 /// A sample compared to the prediction for one arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Innovation<T> {
     /// The arm with the largest deviation.
@@ -34,7 +33,6 @@ impl<T: Real> Innovation<T> {
 /// Why a sample was not tested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Untested {
     /// There is neither a prior (a stated tolerance and a stated noise to weight it) nor a solved estimate: the stream
@@ -47,7 +45,6 @@ pub enum Untested {
 /// The gate's decision on a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Verdict<T> {
     /// It agrees, and was added.
     Taken(Innovation<T>),
@@ -71,7 +68,6 @@ impl<T: Real> Verdict<T> {
 /// Meaning of [`REJECTIONS_OF_A_CHANGE`](crate::calibration::limits::REJECTIONS_OF_A_CHANGE) consecutive rejections.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Alarm {
     /// The robot or its measuring frame has changed: enough consistent samples came before the run to determine an arm
@@ -116,7 +112,6 @@ impl fmt::Display for Alarm {
 /// The gate's statistics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct GateCounts {
     /// Samples added, including untested ones.

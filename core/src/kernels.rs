@@ -1,0 +1,143 @@
+//! The numeric kernels, compiled with this crate for `f32` and `f64`.
+//!
+//! All other code of this crate is generic: it is compiled with the crate that uses it, at that crate's optimisation
+//! level, which in firmware is often `s` or `z`. The functions here are not generic, so `opt-level = 3` for this package
+//! alone makes them fast. They are reached through [`Real`].
+
+#![allow(private_interfaces)] // no other crate can name the trait
+
+use crate::Real;
+use crate::calibration::{JointSamples, JointSolver, Normal, Progress, Refusal};
+use crate::kinematics::KinematicsError;
+use crate::observations::{At, Equation, Observation, ObservationRow, Pose, READINGS};
+use crate::robot::{ArmIndex, Robot};
+use crate::samples::{ArmFactor, Displacement, NominalArm, Sample, Waiting, triangle};
+use nalgebra::Vector3;
+
+/// Declares the functions once, and implements them for each scalar type.
+macro_rules! kernels {
+    ($scalars:tt $(
+        $(#[$doc:meta])*
+        fn $name:ident($($argument:ident: $kind:ty),* $(,)?) $(-> $result:ty)? $body:block
+    )*) => {
+        /// The kernels of a scalar type.
+        #[allow(unreachable_pub)]
+        pub trait Kernels: Sized {
+            $($(#[$doc])* fn $name($($argument: $kind),*) $(-> $result)? where Self: Real;)*
+        }
+        kernels! { @each $scalars { $(
+            // Elsewhere the caller's level is no worse.
+            #[cfg_attr(target_os = "none", inline(never))]
+            #[cfg_attr(not(target_os = "none"), inline)]
+            fn $name($($argument: $kind),*) $(-> $result)? $body
+        )* } }
+    };
+    (@each [$($scalar:ty),*] $functions:tt) => { $(kernels! { @one $scalar $functions })* };
+    (@one $scalar:ty { $($function:item)* }) => { impl Kernels for $scalar { $($function)* } };
+}
+
+kernels! { [f32, f64]
+    /// [`Robot::forward`].
+    fn forward(robot: &Robot<Self>, q: &[Self; 3]) -> Result<Vector3<Self>, KinematicsError> {
+        robot.point_at(q)
+    }
+
+    /// [`Robot::inverse`].
+    fn inverse(robot: &Robot<Self>, x: &Vector3<Self>) -> Result<[Self; 3], KinematicsError> {
+        robot.joints_at(x)
+    }
+
+    /// Absorbs an arm's block of waiting samples.
+    fn absorb_block(factor: &mut ArmFactor<Self>, waiting: &Waiting<Self>, arm: ArmIndex) {
+        factor.absorb_checked(waiting.block(arm));
+    }
+
+    /// [`ArmFactor::linearized`].
+    fn linearize_arm(
+        factor: &ArmFactor<Self>,
+        at: &Displacement<Self>,
+        normal: &mut Normal<Self>,
+    ) -> Self {
+        factor.linearized(at, normal)
+    }
+
+    /// Absorbs twelve rows into the triangle of a linearised arm.
+    fn absorb_twelve(normal: &mut Normal<Self>, block: &mut [[Self; 12]; 9]) {
+        normal.absorb(block);
+    }
+
+    /// [`Displacement::new`].
+    fn displaced(nominal: &NominalArm<Self>, correction: &[Self; 8]) -> Displacement<Self> {
+        Displacement::exactly(nominal, correction)
+    }
+
+    /// [`JointSamples::take`].
+    fn push_joint(samples: &mut JointSamples<Self>, sample: &Sample<Self>) {
+        samples.take(sample);
+    }
+
+    /// [`JointSamples::absorb_waiting`].
+    fn flush_joint(samples: &mut JointSamples<Self>) {
+        samples.absorb_waiting();
+    }
+
+    /// [`JointSolver::advance`].
+    fn step_joint(
+        solver: &mut JointSolver<Self>,
+        samples: &JointSamples<Self>,
+    ) -> Result<Progress, Refusal> {
+        solver.advance(samples)
+    }
+
+    /// [`Pose::new`].
+    fn pose(robot: &Robot<Self>, joints: &[Self; 3]) -> Option<Pose<Self>> {
+        Pose::new(robot, joints)
+    }
+
+    /// What an observation's readings should be at two positions.
+    fn equations(
+        observation: &Observation<Self>,
+        at: &At<'_, Self>,
+        own: &Vector3<Self>,
+        other: Option<&Vector3<Self>>,
+    ) -> [Option<Equation<Self>>; READINGS] {
+        at.equations(observation, own, other)
+    }
+
+    /// [`ObservationRow::absorb`].
+    fn absorb_row(
+        row: &ObservationRow<Self>,
+        at: &At<'_, Self>,
+        units: &[Self],
+        columns: &mut [[Self; READINGS]],
+        entries: &mut [Self],
+    ) -> Option<Self> {
+        row.absorb(at, units, columns, entries)
+    }
+
+    /// Absorbs two rows.
+    fn absorb_two(entries: &mut [Self], columns: &mut [[Self; 2]]) {
+        triangle::reduce(entries, columns.len(), columns, columns.len());
+    }
+
+    /// U x + c of a packed triangle.
+    fn affine(entries: &[Self], x: &[Self], product: &mut [Self]) {
+        triangle::affine(entries, x, product);
+    }
+
+    /// Solves U x = −v in place; `false` if a pivot does not exceed its smallest.
+    fn back_substitute(entries: &[Self], smallest: &[Self], solution: &mut [Self]) -> bool {
+        triangle::back_substitute(entries, smallest, solution)
+    }
+
+    /// Adds the products of the inverse's last columns to the covariance.
+    fn invert(
+        entries: &[Self],
+        size: usize,
+        columns: &mut [[Self; 4]],
+        covariance: &mut [Self],
+    ) {
+        triangle::inverse_columns(entries, size, columns);
+        triangle::add_square(columns, covariance, size.saturating_sub(1));
+    }
+}

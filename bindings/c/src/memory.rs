@@ -10,6 +10,7 @@ use crate::kind::{ALIGNMENT, Kind, Stored, Tag};
 use crate::status::{self, Status};
 use core::fmt;
 use core::marker::PhantomData;
+use core::mem::MaybeUninit;
 use core::ptr;
 
 /// Plain numbers, without invariants.
@@ -207,6 +208,25 @@ impl<K: Kind> New<K> {
         // that all kinds hold only numbers and can be copied bytewise. `value` is elsewhere: it is not C's.
         unsafe {
             ptr::copy_nonoverlapping(value, &raw mut (*stored).value, 1);
+            (&raw mut (*stored).tag).write(Tag::of::<K>());
+        }
+        Ok(())
+    }
+}
+
+impl<K: Kind> New<K> {
+    /// Creates a large object where it stays: on the stack it would take as much again. `make` fails before it writes.
+    #[inline]
+    pub(crate) fn make<E: From<Status>>(
+        &mut self,
+        size: usize,
+        make: impl FnOnce(&mut MaybeUninit<K>) -> Result<&mut K, E>,
+    ) -> Result<(), E> {
+        self.usable(size)?;
+        let stored = self.0.cast::<Stored<K>>();
+        // SAFETY: as in `put`, but for the contents, which `make` has written when it returns them.
+        unsafe {
+            make(&mut *(&raw mut (*stored).value).cast())?;
             (&raw mut (*stored).tag).write(Tag::of::<K>());
         }
         Ok(())

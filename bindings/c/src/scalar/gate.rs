@@ -10,7 +10,8 @@ use crate::plain::{
 };
 use crate::status::{self, Status};
 use delta_cal::stream::{
-    Added, Alarm, Forgetting, GateCounts as Counts, Innovation, Selection, Verdict as Tested,
+    Added, Alarm, Forgetting, GateCounts as Counts, GateError, Innovation, Selection,
+    Verdict as Tested,
 };
 use delta_cal::{Robot, RobotOutcome};
 
@@ -143,11 +144,18 @@ pub extern "C" fn init(
             None
         };
         let selection = Selection::Gated { forgetting };
-        let mut made = Own::new(robot.get()?, &settings.get()?.checked()?, &selection);
-        if stated(sigmas) {
-            made.set_sigmas(sigmas)?;
+        let (robot, settings) = (*robot.get()?, settings.get()?.checked()?);
+        let usable = sigmas > 0.0 && sigmas.is_finite();
+        if stated(sigmas) && !usable {
+            return Err(GateError::Sigmas.into());
         }
-        calibrator.put(size, &made)?;
+        calibrator.make(size, |place| {
+            let made = Own::new_in(place, &robot, &settings, &selection);
+            if usable {
+                made.set_sigmas(sigmas)?;
+            }
+            Ok::<_, Error>(made)
+        })?;
         Ok(status::OK)
     })
 }

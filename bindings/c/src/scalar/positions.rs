@@ -23,8 +23,10 @@ pub extern "C" fn init(
 ) -> Status {
     report(error, || {
         calibrator.usable(size)?;
-        let made = Own::new(robot.get()?, &settings.get()?.checked()?);
-        calibrator.put(size, &made)?;
+        let (robot, settings) = (*robot.get()?, settings.get()?.checked()?);
+        calibrator.make(size, |place| {
+            Ok::<_, Error>(place.write(Own::new(&robot, &settings)))
+        })?;
         Ok(status::OK)
     })
 }

@@ -176,7 +176,7 @@ pub fn linear_geometries() -> Vec<(&'static str, Robot<f64>, [f64; 2])> {
 }
 
 /// Number of poses over which a robot's accuracy is evaluated.
-pub const JUDGED: usize = 60;
+const JUDGED: usize = 60;
 
 /// Sensitivity of positions to the parameters; if `relative`, without what a common rigid motion explains.
 ///

@@ -90,41 +90,6 @@ fn a_memory_is_a_forgetting_factor() {
 }
 
 #[test]
-fn the_eighth_rejection_in_a_row_raises_the_alarm() {
-    let settings = Settings::default()
-        .with_noise(exact_joints())
-        .with_tolerance(Tolerance::new(0.3, 0.002).unwrap());
-    for (before, changed) in [(15, false), (16, true), (40, true)] {
-        let mut stream = Stream::new(&settings);
-        let mut all = measured(15, before + 30);
-        for sample in &mut all[before..] {
-            sample.position.z -= 20.0;
-        }
-        for (k, sample) in all.iter().enumerate() {
-            let verdict = stream.add(sample);
-            assert_eq!(matches!(verdict, Verdict::Rejected(_)), k >= before);
-            assert_eq!(stream.0.alarm().is_some(), k >= before + 7);
-        }
-        let first = before as u64;
-        let expected = if changed {
-            Alarm::RobotChanged { first }
-        } else {
-            Alarm::EarlySamplesWrong { first }
-        };
-        assert_eq!(stream.0.alarm(), Some(expected));
-        let counts = stream.counts();
-        assert_eq!((counts.taken, counts.rejected), (first, 30));
-        assert_eq!((counts.run, counts.longest_run), (30, 30));
-        assert!(
-            counts
-                .rejected_by_arm
-                .iter()
-                .all(|count| (25..=30).contains(count))
-        );
-    }
-}
-
-#[test]
 fn a_gate_has_a_width() {
     let settings = Settings::default()
         .with_noise(exact_joints())
@@ -167,7 +132,7 @@ fn slipped(sample: &Sample<f64>, rng: &mut Pcg32) -> Sample<f64> {
 fn gross_outliers_are_rejected_once_a_few_samples_are_in() {
     let settings = stated(0.5, 0.2 * DEGREE);
     for after in [0, 8, 12, 20] {
-        let (mut wrong, mut found, mut good, mut falsely) = (0, 0, 0, 0);
+        let (mut wrong, mut found, mut falsely) = (0, 0, 0);
         let (mut alarms, mut error, mut clean_error) = (0, 0.0, 0.0);
         for number in 0..400 {
             let mut rng = generator(910, number);
@@ -184,7 +149,6 @@ fn gross_outliers_are_rejected_once_a_few_samples_are_in() {
                     wrong += 1;
                     found += u32::from(matches!(verdict, Verdict::Rejected(_)));
                 } else {
-                    good += 1;
                     clean.add(sample).unwrap();
                     falsely += u32::from(matches!(stream.add(sample), Verdict::Rejected(_)));
                 }
@@ -200,10 +164,6 @@ fn gross_outliers_are_rejected_once_a_few_samples_are_in() {
                 clean_error += sum(&clean.calibrate().unwrap().robot);
             }
         }
-        println!(
-            "| {after} | {found} of {wrong} | {falsely} of {good} | {alarms} of 400 | {:.3} |",
-            (error / clean_error).sqrt(),
-        );
         // Before as many samples as there are parameters the prior alone may let one in.
         if after >= 8 {
             assert_eq!((found, alarms), (wrong, 0));

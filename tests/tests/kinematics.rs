@@ -12,46 +12,36 @@ fn degrees(q: [f64; 3]) -> [f64; 3] {
     q.map(f64::to_radians)
 }
 
+/// The Delta of the Trossen forum, mm, and Williams's FlexPicker, m, as far as their decimals go.
 #[test]
-fn trossen_forum_robot() {
+fn published_positions_are_reached() {
     let root3 = 3f64.sqrt();
-    let robot = SymmetricRobot {
-        base_radius: 457.3 / (2.0 * root3),
-        platform_radius: 115.0 / (2.0 * root3),
-        upper_arm: 112.0,
-        forearm: 232.0,
+    for ([base_radius, platform_radius, upper_arm, forearm], level, bent, close) in [
+        (
+            [457.3 / (2.0 * root3), 115.0 / (2.0 * root3), 112.0, 232.0],
+            [0.0, 0.0, -96.8590],
+            [10.1168, -16.3280, -148.1187],
+            1e-4,
+        ),
+        (
+            [0.567 * root3 / 6.0, 0.076 * root3 / 3.0, 0.524, 1.244],
+            [0.0, 0.0, -1.06445],
+            [0.10814, -0.18035, -1.24354],
+            1e-5,
+        ),
+    ] {
+        let robot = SymmetricRobot {
+            base_radius,
+            platform_radius,
+            upper_arm,
+            forearm,
+        };
+        let robot = robot.robot_from_azimuth(-90f64.to_radians()).unwrap();
+        for (joints, expected) in [([0.0; 3], level), ([10.0, 20.0, 30.0], bent)] {
+            let x = robot.forward(&degrees(joints)).unwrap();
+            assert!((x - Vector3::from(expected)).norm() < close, "{x}");
+        }
     }
-    .robot_from_azimuth(-90f64.to_radians())
-    .unwrap();
-    // Published to four decimals.
-    let x = robot.forward(&degrees([0.0, 0.0, 0.0])).unwrap();
-    assert!((x - Vector3::new(0.0, 0.0, -96.8590)).norm() < 1e-4, "{x}");
-    let x = robot.forward(&degrees([10.0, 20.0, 30.0])).unwrap();
-    assert!(
-        (x - Vector3::new(10.1168, -16.3280, -148.1187)).norm() < 1e-4,
-        "{x}"
-    );
-}
-
-#[test]
-fn williams_flexpicker() {
-    let root3 = 3f64.sqrt();
-    let robot = SymmetricRobot {
-        base_radius: 0.567 * root3 / 6.0,
-        platform_radius: 0.076 * root3 / 3.0,
-        upper_arm: 0.524,
-        forearm: 1.244,
-    }
-    .robot_from_azimuth(-90f64.to_radians())
-    .unwrap();
-    let x = robot.forward(&degrees([0.0, 0.0, 0.0])).unwrap();
-    // Published to five decimals.
-    assert!((x - Vector3::new(0.0, 0.0, -1.06445)).norm() < 1e-5, "{x}");
-    let x = robot.forward(&degrees([10.0, 20.0, 30.0])).unwrap();
-    assert!(
-        (x - Vector3::new(0.10814, -0.18035, -1.24354)).norm() < 1e-5,
-        "{x}"
-    );
 }
 
 fn any_robot() -> impl Strategy<Value = (Robot<f64>, [f64; 3])> {
@@ -248,30 +238,32 @@ fn invalid_geometry_cannot_be_constructed() {
             );
         }
     }
-    assert_eq!(
-        with(Parameter::Lb, 0.0),
-        Err(GeometryError::NotPositive(Parameter::Lb))
-    );
-    assert_eq!(
-        with(Parameter::Lb, -1.0),
-        Err(GeometryError::NotPositive(Parameter::Lb))
-    );
-    assert_eq!(
-        with(Parameter::LaX, 0.0),
-        Err(GeometryError::NotPositive(Parameter::LaX))
-    );
-    assert_eq!(
-        with(Parameter::Alpha, 1.6),
-        Err(GeometryError::TiltTooLarge)
-    );
-    assert_eq!(
-        with(Parameter::Theta, 7.0),
-        Err(GeometryError::AzimuthTooLarge)
-    );
-    assert_eq!(
-        with(Parameter::Dx, 1e200),
-        Err(GeometryError::NonFinite(Parameter::Dx))
-    );
+    for (parameter, value, error) in [
+        (
+            Parameter::Lb,
+            0.0,
+            GeometryError::NotPositive(Parameter::Lb),
+        ),
+        (
+            Parameter::Lb,
+            -1.0,
+            GeometryError::NotPositive(Parameter::Lb),
+        ),
+        (
+            Parameter::LaX,
+            0.0,
+            GeometryError::NotPositive(Parameter::LaX),
+        ),
+        (Parameter::Alpha, 1.6, GeometryError::TiltTooLarge),
+        (Parameter::Theta, 7.0, GeometryError::AzimuthTooLarge),
+        (
+            Parameter::Dx,
+            1e200,
+            GeometryError::NonFinite(Parameter::Dx),
+        ),
+    ] {
+        assert_eq!(with(parameter, value), Err(error));
+    }
 
     // Three arms whose planes' up directions cancel are no robot.
     let tilted = |theta: f64| Arm::new([0.0, 0.0, 0.0, theta, 1.57, 260.0, 0.0, 480.0]).unwrap();

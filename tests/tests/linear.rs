@@ -3,7 +3,7 @@
 //! than by a least-squares fit.
 
 use crate::joint::{PLACES, Ratios, joint, ratios};
-use delta_cal::calibration::{JointCalibrator, Start};
+use delta_cal::calibration::JointCalibrator;
 use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity};
 use delta_cal::observations::{
     Height, Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, Plane,
@@ -79,7 +79,7 @@ pub(crate) fn measurements(
 }
 
 /// The largest difference of any parameter, angles and scales times the forearm.
-fn largest_difference(a: &Robot<f64>, b: &Robot<f64>) -> f64 {
+pub(crate) fn largest_difference(a: &Robot<f64>, b: &Robot<f64>) -> f64 {
     let mut largest = 0.0_f64;
     for (a, b) in a.arms().iter().zip(b.arms()) {
         for parameter in a.drive().parameters() {
@@ -254,45 +254,6 @@ fn the_edge_of_a_towers_reach_is_singular_and_beyond_is_unreachable() {
     }
     assert!(robot.forward(&[0.0, 0.0, 1000.0]).is_err());
     assert!(robot.forward(&[f64::NAN, 0.0, 0.0]).is_err());
-}
-
-#[test]
-fn nine_poses_and_more_give_every_robot_back() {
-    for (index, (name, nominal, travel)) in (0..).zip(linear_geometries()) {
-        for poses in [9, 12, 20, 60] {
-            for robot in 0..10 {
-                let mut rng = generator(9110 + index, robot);
-                let truth = made(&nominal, 3.0, Spread::Uniform, &mut rng);
-                let samples = measurements(&truth, travel, poses, None, &mut rng);
-                let outcome = joint(&nominal, &samples, &Settings::default()).unwrap();
-                let off = largest_difference(&outcome.robot, &truth);
-                // The bound that holds for rotary drives.
-                assert!(off < 1e-6, "{name}, {poses} poses, robot {robot}: {off}");
-                let mut apart = IkmCalibrator::new(&nominal, &Settings::default());
-                apart.add_many(&samples).unwrap();
-                let off = largest_difference(&apart.calibrate().unwrap().robot, &truth);
-                assert!(
-                    off < 1e-6,
-                    "{name}, {poses} poses, robot {robot}, by arms: {off}"
-                );
-            }
-        }
-    }
-}
-
-#[test]
-fn no_guess_is_needed_from_twelve_poses_on() {
-    let settings = Settings::default().with_start(Start::Free);
-    for (index, (name, nominal, travel)) in (0..).zip(linear_geometries()) {
-        for robot in 0..10 {
-            let mut rng = generator(9120 + index, robot);
-            let truth = made(&nominal, 3.0, Spread::Uniform, &mut rng);
-            let samples = measurements(&truth, travel, 20, None, &mut rng);
-            let outcome = joint(&nominal, &samples, &settings).unwrap();
-            let off = largest_difference(&outcome.robot, &truth);
-            assert!(off < 1e-6, "{name}, robot {robot}: {off}");
-        }
-    }
 }
 
 /// In single precision as good as the rounding of the samples lets it be.

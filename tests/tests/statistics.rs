@@ -1,4 +1,4 @@
-//! Noisy measurements, each arm by itself: the covariance is right, the error is at the Cramér–Rao bound. Of all arms together: `joint::noisy`.
+//! Noisy measurements, each arm by itself: the covariance is right, the error is at the Cramér–Rao bound.
 
 use delta_cal::robot::ParameterKind;
 use delta_cal::{

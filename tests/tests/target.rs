@@ -32,12 +32,7 @@ fn same_bits_as_on_the_host() {
             "only {lines} lines of {scalar}: the fixture was cut short"
         );
     }
-    for board in [Board::M4, Board::M7] {
-        let output = emulate(board, Clock::Free, &target.join(PACKAGE)).expect("the run");
-        let lines = only("BITS ", &output);
-        assert_same_lines(&lines, &expected);
-        println!("{board:?}: the host's bits in {} lines", lines.len());
-    }
+    on_both_boards(&target.join(PACKAGE), "BITS ", &expected);
 }
 
 #[test]
@@ -73,12 +68,7 @@ fn same_bits_of_random_calibrations() {
     let target = build_for_target(&directory("firmware"), &PROGRAMS).expect("the build");
     let on_host = on_host(cases::write);
     let expected = only("CASE ", &on_host);
-    for board in [Board::M4, Board::M7] {
-        let output = emulate(board, Clock::Free, &target.join("cases")).expect("the run");
-        let cases = only("CASE ", &output);
-        assert_same_lines(&cases, &expected);
-        println!("{board:?}: the host's bits in {} calibrations", cases.len());
-    }
+    on_both_boards(&target.join("cases"), "CASE ", &expected);
 
     let results = results(&expected);
     for (scalar, number) in [("f32", 1000), ("f64", 100)] {
@@ -125,12 +115,7 @@ fn same_bits_of_linear_drives() {
             "only {joint} joint calibrations of {scalar}: the fixture was cut short"
         );
     }
-    for board in [Board::M4, Board::M7] {
-        let output = emulate(board, Clock::Free, &target.join("linear")).expect("the run");
-        let lines = only("BITS ", &output);
-        assert_same_lines(&lines, &expected);
-        println!("{board:?}: the host's bits in {} lines", lines.len());
-    }
+    on_both_boards(&target.join("linear"), "BITS ", &expected);
 }
 
 /// How often each result occurs, by scalar.
@@ -153,6 +138,15 @@ fn on_host(write: fn(&mut dyn Write) -> fmt::Result) -> String {
     let mut lines = String::new();
     write(&mut lines).expect("a string takes every line");
     lines
+}
+
+fn on_both_boards(program: &Path, prefix: &str, expected: &[&str]) {
+    for board in [Board::M4, Board::M7] {
+        let output = emulate(board, Clock::Free, program).expect("the run");
+        let lines = only(prefix, &output);
+        assert_same_lines(&lines, expected);
+        println!("{board:?}: the host's bits in {} lines", lines.len());
+    }
 }
 
 fn only<'a>(prefix: &str, output: &'a str) -> Vec<&'a str> {

@@ -1,12 +1,12 @@
 //! One run through the core. Host and target write the same lines, to the bit.
 
-mod joint;
+mod calibrations;
 
-use crate::measurements::{noise, nominal, samples};
+use crate::measurements::{nominal, samples};
 use core::fmt::{self, Write};
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::KinematicsError;
-use delta_cal::{ArmIndex, IkmCalibrator, Real, Refusal, RobotOutcome, Sample, Settings};
+use delta_cal::{ArmIndex, Real, Refusal, RobotOutcome};
 use nalgebra::{RealField, Vector3};
 
 /// Writes one line a result, `BITS <scalar> <what>: <bits> …`, in both precisions. A refusal is written in words.
@@ -22,8 +22,7 @@ fn run<T: Scalar + RealField>(out: &mut dyn Write) -> fmt::Result {
     functions::<T>(out)?;
     kinematics::<T>(out)?;
     frame::<T>(out)?;
-    built_in_data::<T>(out)?;
-    joint::run::<T>(out)?;
+    calibrations::run::<T>(out)?;
     crate::stream::run::<T>(out)
 }
 
@@ -134,64 +133,6 @@ fn frame<T: Scalar + RealField>(out: &mut dyn Write) -> fmt::Result {
                 transform.translation.as_slice(),
             )
         }
-    }
-}
-
-/// The built-in data: one by one, at once, in two halves, half forgotten.
-#[inline(never)]
-fn built_in_data<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
-    let samples = samples::<T>();
-    let settings = Settings::default().with_noise(noise());
-    let empty = IkmCalibrator::new(&nominal::<T>(), &settings);
-
-    let mut calibrator = empty.clone();
-    for sample in &samples {
-        if let Err(error) = calibrator.add(sample) {
-            record::<T>(out, format_args!("sample {error:?}"), &[])?;
-        }
-    }
-    solve(out, format_args!("one by one"), &mut calibrator)?;
-
-    calibrator = empty.clone();
-    add_at_once(out, &mut calibrator, &samples)?;
-    solve(out, format_args!("at once"), &mut calibrator)?;
-
-    let (left, right) = samples.split_at(samples.len() / 2);
-    calibrator = empty.clone();
-    add_at_once(out, &mut calibrator, left)?;
-    let mut other = empty.clone();
-    add_at_once(out, &mut other, right)?;
-    if let Err(error) = calibrator.merge(&other) {
-        record::<T>(out, format_args!("merge {error:?}"), &[])?;
-    }
-    solve(out, format_args!("merged"), &mut calibrator)?;
-
-    calibrator.forget(T::from_f64(0.9)).expect("at rest");
-    add_at_once(out, &mut calibrator, left)?;
-    solve(out, format_args!("after forgetting"), &mut calibrator)
-}
-
-#[inline(never)]
-fn add_at_once<T: Scalar>(
-    out: &mut dyn Write,
-    calibrator: &mut IkmCalibrator<T>,
-    samples: &[Sample<T>],
-) -> fmt::Result {
-    match calibrator.add_many(samples) {
-        Ok(()) => Ok(()),
-        Err((index, error)) => record::<T>(out, format_args!("sample {index} {error:?}"), &[]),
-    }
-}
-
-#[inline(never)]
-fn solve<T: Scalar>(
-    out: &mut dyn Write,
-    label: fmt::Arguments<'_>,
-    calibrator: &mut IkmCalibrator<T>,
-) -> fmt::Result {
-    match calibrator.calibrate() {
-        Ok(outcome) => accepted(out, label, &outcome),
-        Err(refusal) => refused::<T>(out, label, &refusal),
     }
 }
 

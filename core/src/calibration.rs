@@ -7,8 +7,6 @@
 mod arm_problem;
 mod arm_samples;
 mod calibrator;
-#[cfg(test)]
-mod curve;
 mod free_start;
 mod identifiability;
 mod iteration;
@@ -45,9 +43,9 @@ pub use outcome::{ArmOutcome, Estimate, JointOutcome, RobotOutcome, StartUsed, T
 pub(crate) use parts::Samples;
 #[cfg(test)]
 pub(crate) use problem::sum_of_squares;
-pub use problem::{Piece, Prior, Problem};
+pub use problem::{Extent, Piece, Problem};
 pub use refusal::{Instrument, Refusal};
-pub(crate) use robot_solver::prior_of_arm;
 pub use settings::{Settings, Solver, Start};
+pub(crate) use tolerance::positive;
 pub use tolerance::{Tolerance, ToleranceError};
 pub use tolerance_prior::TolerancePrior;

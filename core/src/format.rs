@@ -2,9 +2,7 @@
 
 use crate::Real;
 use crate::calibration::{ArmOutcome, Calibrator, Estimator, RobotOutcome};
-use crate::frame::RigidTransform;
-use crate::kinematics::PlatformJacobian;
-use crate::robot::{Arm, ArmBasis, Parameter, Robot};
+use crate::robot::{Arm, Parameter, Robot};
 use crate::samples::{ArmFactor, NominalArm, Sample};
 use defmt::{Format, Formatter, write};
 
@@ -14,40 +12,9 @@ impl<T: Real + Format> Format for Arm<T> {
     }
 }
 
-impl<T: Real + Format> Format for ArmBasis<T> {
-    fn format(&self, formatter: Formatter<'_>) {
-        write!(
-            formatter,
-            "ex {} ey {} ez {} u {} v {}",
-            self.ex.data.0, self.ey.data.0, self.ez.data.0, self.u.data.0, self.v.data.0
-        );
-    }
-}
-
 impl<T: Real + Format> Format for Robot<T> {
     fn format(&self, formatter: Formatter<'_>) {
         write!(formatter, "Robot {}", self.arms());
-    }
-}
-
-impl<T: Real + Format> Format for RigidTransform<T> {
-    fn format(&self, formatter: Formatter<'_>) {
-        write!(
-            formatter,
-            "rotation {} translation {}",
-            self.rotation.data.0, self.translation.data.0
-        );
-    }
-}
-
-impl<T: Real + Format> Format for PlatformJacobian<T> {
-    fn format(&self, formatter: Formatter<'_>) {
-        let [first, second, third] = &self.by_parameters;
-        write!(
-            formatter,
-            "by joints {} by parameters {} {} {}",
-            self.by_joints.data.0, first.data.0, second.data.0, third.data.0
-        );
     }
 }
 

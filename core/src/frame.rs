@@ -1,7 +1,6 @@
 //! Cartesian frames: a rigid transform, and the alignment of two point sets.
 
 use crate::Real;
-use core::fmt;
 use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 
 /// A change of Cartesian frame: `y = rotation · x + translation`.
@@ -14,29 +13,20 @@ pub struct RigidTransform<T: Real> {
 }
 
 /// Why two sets of points do not determine a rigid transform.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum AlignmentError {
     /// Fewer than three pairs of points.
+    #[error("a frame needs at least three points")]
     TooFewPoints,
     /// All points lie on one line.
+    #[error("all points lie on one line, which leaves the frame undetermined")]
     Collinear,
     /// A coordinate is NaN, infinite, or too large to be squared.
+    #[error("a coordinate is not a finite number")]
     NonFinite,
 }
-
-impl fmt::Display for AlignmentError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::TooFewPoints => "a frame needs at least three points",
-            Self::Collinear => "all points lie on one line, which leaves the frame undetermined",
-            Self::NonFinite => "a coordinate is not a finite number",
-        })
-    }
-}
-
-impl core::error::Error for AlignmentError {}
 
 impl<T: Real> Default for RigidTransform<T> {
     fn default() -> Self {
@@ -67,9 +57,7 @@ impl<T: Real> RigidTransform<T> {
             translation: -(rotation * self.translation),
         }
     }
-}
 
-impl<T: Real> RigidTransform<T> {
     /// The rotation and translation that map the first point of each pair to the second with the least sum of squared
     /// distances (Horn 1987, by unit quaternions).
     ///
@@ -143,24 +131,12 @@ fn horn_matrix<T: Real>(s: &Matrix3<T>) -> Matrix4<T> {
     let (xx, xy, xz) = (s.m11, s.m12, s.m13);
     let (yx, yy, yz) = (s.m21, s.m22, s.m23);
     let (zx, zy, zz) = (s.m31, s.m32, s.m33);
-    Matrix4::new(
-        xx + yy + zz,
-        yz - zy,
-        zx - xz,
-        xy - yx,
-        yz - zy,
-        xx - yy - zz,
-        xy + yx,
-        zx + xz,
-        zx - xz,
-        xy + yx,
-        yy - xx - zz,
-        yz + zy,
-        xy - yx,
-        zx + xz,
-        yz + zy,
-        zz - xx - yy,
-    )
+    Matrix4::from([
+        [xx + yy + zz, yz - zy, zx - xz, xy - yx],
+        [yz - zy, xx - yy - zz, xy + yx, zx + xz],
+        [zx - xz, xy + yx, yy - xx - zz, yz + zy],
+        [xy - yx, zx + xz, yz + zy, zz - xx - yy],
+    ])
 }
 
 /// Every pair of rows of a 4 × 4 matrix.

@@ -10,6 +10,6 @@
 mod constraint;
 mod poses;
 
+pub(crate) use constraint::constraint_gradient;
 pub use constraint::{PlatformJacobian, SingularityDistance};
-pub(crate) use constraint::{constraint_gradient, linear_gradient};
 pub use poses::{JointLimits, JointLimitsError, KinematicsError, Singularity};

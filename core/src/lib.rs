@@ -42,7 +42,7 @@
 //! | [`JointCalibrator`] | all 24 parameters together | complete positions | constant |
 //! | [`FkmCalibrator`] | the same, and instrument placement | touches, distances, single coordinates | rows |
 //!
-//! The examples are whole programs: `calibrate`, `stream` (with a gate against bad samples) and `firmware`.
+//! The repository's `firmware-example` is a whole controller, and two small ones.
 //!
 //! The modules follow the flow of data; each uses only those above it:
 //!
@@ -71,6 +71,8 @@
 )]
 
 pub mod calibration;
+#[cfg(test)]
+mod fixtures;
 #[cfg(feature = "defmt")]
 mod format;
 pub mod frame;

@@ -21,7 +21,7 @@ use nalgebra::{Field, Scalar};
 /// assert!((sine * sine + cosine * cosine - 1.0).abs() < 2.0 * f32::EPSILON);
 /// ```
 pub trait Real:
-    Kernels + Field + Scalar + Copy + PartialOrd + Debug + Display + Send + Sync
+    Kernels + Field + Scalar + Copy + PartialOrd + Debug + Display + Default + Send + Sync
 {
     /// 0.
     const ZERO: Self;

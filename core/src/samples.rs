@@ -14,12 +14,10 @@ pub(crate) use displacement::{Displacement, corrected_arm, moved_arm, small_turn
 pub use factor::MergeError;
 pub(crate) use factor::{ArmFactor, BLOCK, Waiting};
 pub use forgetting::{Forgetting, ForgettingError};
-#[cfg(test)]
-pub(crate) use joint_factor::tests as joint_factor_tests;
 pub(crate) use joint_factor::{JOINT_COLUMNS, JointFactor, LeftOver};
 pub(crate) use nominal_arm::{ArmSample, NominalArm};
 pub(crate) use sample::check_joint;
 pub use sample::{AddError, Noise, NoiseError, Sample, SampleError};
 pub use triangle::Triangle;
-pub(crate) use triangle::put_row;
+pub(crate) use triangle::{part, put_row, squares};
 pub(crate) use whitened_sample::{JointDisplacement, WhitenedSample};

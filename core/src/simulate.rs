@@ -5,22 +5,14 @@ use crate::calibration::Tolerance;
 use crate::kinematics::{JointLimits, KinematicsError};
 use crate::robot::{Drive, GeometryError, Parameter, Robot};
 use crate::samples::{Noise, Sample};
-use core::fmt;
 use nalgebra::Vector3;
 use rand_core::Rng;
 
 /// No pose was found: within its joint limits the robot has (almost) no reachable, well-conditioned pose.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[error("no usable pose within the joint limits in 10,000 draws")]
 pub struct PoseError;
-
-impl fmt::Display for PoseError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("no usable pose within the joint limits in 10,000 draws")
-    }
-}
-
-impl core::error::Error for PoseError {}
 
 /// A number from the standard normal distribution (Marsaglia's polar method).
 pub fn standard_normal<T: Real, R: Rng + ?Sized>(rng: &mut R) -> T {

@@ -14,7 +14,6 @@
 
 use crate::Real;
 use crate::state::{Reader, State, Writer};
-use core::fmt;
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
 
 /// Version of the format.
@@ -23,56 +22,31 @@ const HEADER: usize = 12;
 const CHECKSUM: usize = 4;
 
 /// Why a snapshot was not restored or not written. Nothing has changed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SnapshotError {
     /// The buffer is shorter than the snapshot: it needs `SNAPSHOT_BYTES`.
+    #[error("the buffer is shorter than the snapshot")]
     BufferTooShort,
     /// The bytes are not a complete snapshot: truncated, damaged, or never written.
+    #[error("the bytes are not a whole snapshot")]
     Damaged,
     /// The snapshot comes from another version of this crate, with a different format.
+    #[error("the snapshot is of the unknown version {version}")]
     OtherVersion {
         /// The version of the bytes.
         version: u8,
     },
     /// The snapshot comes from another kind of object, or one with another scalar type.
+    #[error("the snapshot is of another kind of object or of another type of numbers")]
     OtherKind,
     /// The snapshot has another robot, noise or options, or belongs to a calibrator in another state.
+    #[error("the snapshot is of another robot, of other settings or of another state")]
     OtherCalibration,
     /// A solve is in progress: until it finishes, samples and snapshots are refused.
+    #[error("a snapshot can be taken between two samples, not while solving")]
     Busy,
-}
-
-impl fmt::Display for SnapshotError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::BufferTooShort => formatter.write_str("the buffer is shorter than the snapshot"),
-            Self::Damaged => formatter.write_str("the bytes are not a whole snapshot"),
-            Self::OtherVersion { version } => {
-                write!(
-                    formatter,
-                    "the snapshot is of the unknown version {version}"
-                )
-            }
-            Self::OtherKind => formatter.write_str(
-                "the snapshot is of another kind of object or of another type of numbers",
-            ),
-            Self::OtherCalibration => formatter.write_str(
-                "the snapshot is of another robot, of other settings or of another state",
-            ),
-            Self::Busy => formatter
-                .write_str("a snapshot can be taken between two samples, not while solving"),
-        }
-    }
-}
-
-impl core::error::Error for SnapshotError {}
-
-/// Numbers that identify the kind of object in a snapshot. They never change.
-pub(crate) mod kind {
-    /// A stream: added to the number of its calibrator (1 for separate arms, 2 for joint).
-    pub(crate) const STREAM: u8 = 4;
 }
 
 /// The largest snapshot of a state, bytes.

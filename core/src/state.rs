@@ -100,18 +100,6 @@ impl<T: Real> State<T> for u64 {
     }
 }
 
-impl<T: Real> State<T> for u8 {
-    const BYTES: usize = 1;
-
-    fn save(&self, to: &mut Writer<'_>) {
-        to.put(&[*self]);
-    }
-
-    fn load(&mut self, from: &mut Reader<'_>) {
-        [*self] = from.take();
-    }
-}
-
 impl<T: Real> State<T> for () {
     const BYTES: usize = 0;
 

@@ -1,7 +1,7 @@
 use super::free_start::{Means, SPREAD_STARTS, free_start, spread_start};
-use super::problem::{Piece, Problem};
+use super::problem::{Extent, Piece, Problem};
 use crate::Real;
-use crate::robot::Drive;
+use crate::robot::Arm;
 use crate::samples::{ArmFactor, Displacement, Triangle};
 use nalgebra::Vector3;
 
@@ -133,20 +133,14 @@ impl<T: Real> Problem<T, 8, 9, 45> for ArmFactor<T> {
         sum
     }
 
-    fn samples(&self) -> u64 {
-        Self::samples(self)
-    }
-
-    fn effective_samples(&self) -> T {
-        Self::effective_samples(self)
-    }
-
-    fn noise_stated(&self) -> bool {
-        self.nominal().noise().is_some()
-    }
-
-    fn unit(&self) -> T {
-        self.nominal().scale()
+    fn extent(&self) -> Extent<T> {
+        let nominal = self.nominal();
+        Extent {
+            samples: self.samples(),
+            effective_samples: self.effective_samples(),
+            residuals: self.effective_samples(),
+            unit: nominal.noise().is_none().then(|| nominal.scale()),
+        }
     }
 
     fn unit_of(&self, parameter: usize) -> T {
@@ -154,12 +148,8 @@ impl<T: Real> Problem<T, 8, 9, 45> for ArmFactor<T> {
         units.get(parameter).copied().unwrap_or(T::ONE)
     }
 
-    fn upper_arm(&self, _: usize) -> T {
-        self.nominal().arm().upper_arm_length()
-    }
-
-    fn drive(&self) -> Drive {
-        self.nominal().arm().drive()
+    fn arm(&self, _: usize) -> &Arm<T> {
+        self.nominal().arm()
     }
 }
 

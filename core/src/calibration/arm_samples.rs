@@ -4,9 +4,7 @@ use super::parts::Samples;
 use super::settings::Settings;
 use crate::Real;
 use crate::robot::{ArmIndex, Drive, Robot};
-use crate::samples::{
-    ArmFactor, BLOCK, Forgetting, MergeError, NominalArm, Sample, SampleError, Waiting,
-};
+use crate::samples::{ArmFactor, BLOCK, Forgetting, MergeError, NominalArm, Sample, Waiting};
 use crate::state::state;
 use nalgebra::Vector3;
 
@@ -42,38 +40,18 @@ pub(super) fn workspace_centre<T: Real>(robot: &Robot<T>) -> Vector3<T> {
     (first.d() + second.d() + third.d() - robot.up() * first.lb()) / T::from_f64(3.0)
 }
 
-/// The nominal arms, relative to which the samples are expressed.
-struct NominalArms<'a, T: Real> {
-    robot: &'a Robot<T>,
-    centre: Vector3<T>,
-    settings: &'a Settings<T>,
-}
-
-impl<'a, T: Real> NominalArms<'a, T> {
-    fn new(robot: &'a Robot<T>, settings: &'a Settings<T>) -> Self {
-        Self {
-            robot,
-            centre: workspace_centre(robot),
-            settings,
-        }
-    }
-
-    fn of(&self, arm: ArmIndex) -> NominalArm<T> {
-        NominalArm::new(self.robot.arm(arm), &self.centre, self.settings.noise)
-    }
-}
-
 impl<T: Real> Samples<T> for ArmSamples<T> {
     #[inline]
     fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self {
-        let nominal_arms = NominalArms::new(robot, settings);
+        let centre = workspace_centre(robot);
+        let of = |arm| NominalArm::new(robot.arm(arm), &centre, settings.noise);
         // Not by `map`, which would build the three factors elsewhere and move them.
         Self {
             settings: *settings,
             arms: [
-                ArmFactor::new(nominal_arms.of(ArmIndex::First)),
-                ArmFactor::new(nominal_arms.of(ArmIndex::Second)),
-                ArmFactor::new(nominal_arms.of(ArmIndex::Third)),
+                ArmFactor::new(of(ArmIndex::First)),
+                ArmFactor::new(of(ArmIndex::Second)),
+                ArmFactor::new(of(ArmIndex::Third)),
             ],
             waiting: Waiting::none(),
         }
@@ -84,15 +62,6 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
             factor.clear();
         }
         self.waiting = Waiting::none();
-    }
-
-    fn check(&self, sample: &Sample<T>) -> Result<(), SampleError> {
-        sample.check(self.drive())?;
-        let joints = sample.joints.into_iter().zip(ArmIndex::ALL);
-        for (factor, (q, arm)) in self.arms.iter().zip(joints) {
-            factor.nominal().check(&sample.position, q, arm)?;
-        }
-        Ok(())
     }
 
     /// The sample waits for three others and is absorbed together with them.
@@ -156,10 +125,6 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
         first.samples() + self.waiting.waiting_for(ArmIndex::First) as u64
     }
 
-    fn robot(&self) -> Robot<T> {
-        Robot::of_valid(self.nominal_arms().map(|nominal| *nominal.arm()))
-    }
-
     fn settings(&self) -> &Settings<T> {
         &self.settings
     }
@@ -171,11 +136,6 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
 }
 
 impl<T: Real> ArmSamples<T> {
-    fn drive(&self) -> Drive {
-        let [first, ..] = &self.arms;
-        first.nominal().arm().drive()
-    }
-
     /// The factors of the three arms; they exclude waiting samples.
     pub(crate) const fn arms(&self) -> &[ArmFactor<T>; 3] {
         &self.arms
@@ -193,115 +153,5 @@ impl<T: Real> ArmSamples<T> {
             T::absorb_block(factor, &self.waiting, arm);
         }
         self.waiting.take(arm);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used)]
-
-    use crate::calibration::IkmCalibrator;
-    use crate::calibration::Settings;
-    use crate::robot::{Arm, Robot, SymmetricRobot};
-    use crate::samples::{Noise, Sample};
-    use nalgebra::{SMatrix, SVector, Vector3};
-    use rand_core::{Rng, SeedableRng};
-    use rand_pcg::Pcg32;
-
-    const COUNT: usize = 40;
-    const NOISE: (f64, f64) = (0.05, 2e-4);
-
-    fn samples(built: &Robot<f64>) -> [Sample<f64>; COUNT] {
-        let mut rng = Pcg32::seed_from_u64(5);
-        let mut uniform = || f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
-        [(); COUNT].map(|()| {
-            let joints = [0.3 + uniform(), 0.3 + uniform(), 0.3 + uniform()];
-            let off = Vector3::new(uniform(), uniform(), uniform()) * 0.1;
-            let position = built.forward(&joints).unwrap() + off;
-            Sample { joints, position }
-        })
-    }
-
-    /// Gauss–Newton iteration on all samples at once, by a singular value decomposition of a finite-difference
-    /// Jacobian: the arm, its covariance (JᵀJ)⁻¹ and Σ r².
-    fn fit(
-        nominal: &Arm<f64>,
-        samples: &[(Vector3<f64>, f64); COUNT],
-        sigma: impl Fn(&Vector3<f64>, f64) -> f64,
-    ) -> (SVector<f64, 8>, SMatrix<f64, 8, 8>, f64) {
-        let residuals = |parameters: &SVector<f64, 8>| {
-            let arm = Arm::new((*parameters).into()).unwrap();
-            let rows = samples.map(|(x, q)| arm.constraint(&x, q) / sigma(&x, q));
-            SVector::<f64, COUNT>::from(rows)
-        };
-        let mut parameters = SVector::from(nominal.parameters());
-        let mut covariance = SMatrix::zeros();
-        for _ in 0..12 {
-            let mut jacobian = SMatrix::<f64, COUNT, 8>::zeros();
-            for parameter in 0..8 {
-                let mut by = SVector::<f64, 8>::zeros();
-                by[parameter] = 1e-4;
-                let difference = residuals(&(parameters + by)) - residuals(&(parameters - by));
-                jacobian.set_column(parameter, &(difference / 2e-4));
-            }
-            let inverse = jacobian.svd(true, true).pseudo_inverse(0.0).unwrap();
-            parameters -= inverse * residuals(&parameters);
-            covariance = inverse * inverse.transpose();
-        }
-        (
-            parameters,
-            covariance,
-            residuals(&parameters).norm_squared(),
-        )
-    }
-
-    /// The factor of all samples gives the same parameters and covariance as a fit of the stored samples, with and
-    /// without a stated noise.
-    #[test]
-    fn a_calibration_is_the_least_squares_fit_of_all_samples() {
-        let drawn = SymmetricRobot::<f64>::PAPER;
-        let built = SymmetricRobot {
-            base_radius: drawn.base_radius + 0.4,
-            upper_arm: drawn.upper_arm - 0.3,
-            forearm: drawn.forearm + 0.5,
-            ..drawn
-        };
-        let (drawn, built) = (drawn.robot().unwrap(), built.robot().unwrap());
-        let samples = samples(&built);
-        let (position, joint) = NOISE;
-        for noise in [Some(Noise::new(position, joint).unwrap()), None] {
-            let settings = Settings::new().with_noise(noise);
-            let mut calibrator = IkmCalibrator::new(&drawn, &settings);
-            for sample in &samples {
-                calibrator.add(sample).unwrap();
-            }
-            let outcome = calibrator.calibrate().unwrap();
-            for (index, (nominal, found)) in drawn.arms().iter().zip(&outcome.arms).enumerate() {
-                let own = samples.map(|sample| (sample.position, sample.joints[index]));
-                let along = 2.0 * nominal.lb();
-                let (expected, mut covariance, squares) = fit(nominal, &own, |x, q| match noise {
-                    Some(_) => {
-                        libm::hypot(along * position, nominal.constraint_by_joint(x, q) * joint)
-                    }
-                    None => along,
-                });
-                if noise.is_none() {
-                    // Student's t with 32 degrees of freedom.
-                    covariance *= squares / 30.0;
-                }
-                let found_covariance = found.covariance.unwrap();
-                let sigma = covariance.diagonal().map(libm::sqrt);
-                for i in 0..8 {
-                    let off = found.arm.parameters()[i] - expected[i];
-                    assert!(off.abs() < 1e-5 * sigma[i], "{off:e} of {:e}", sigma[i]);
-                    for j in 0..8 {
-                        let off = found_covariance[(i, j)] - covariance[(i, j)];
-                        assert!(off.abs() < 1e-3 * sigma[i] * sigma[j], "{off:e}");
-                    }
-                }
-                let rms = libm::sqrt(squares / f64::from(u8::try_from(COUNT).unwrap()));
-                assert!((found.residual_rms / rms - 1.0).abs() < 1e-6);
-            }
-        }
     }
 }

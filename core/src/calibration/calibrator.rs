@@ -141,6 +141,53 @@ pub(crate) enum Phase {
     Refused(Refusal),
 }
 
+impl Phase {
+    /// Starts a solve unless one is in progress or finished.
+    pub(crate) fn start(
+        &mut self,
+        begin: impl FnOnce() -> Result<(), Refusal>,
+    ) -> Result<(), Refusal> {
+        match *self {
+            Self::Solving | Self::Finished => Ok(()),
+            Self::Refused(refusal) => Err(refusal),
+            Self::Collecting => {
+                let begun = begin();
+                *self = begun.map_or_else(Self::Refused, |()| Self::Solving);
+                begun
+            }
+        }
+    }
+
+    /// A step of a solve in progress.
+    pub(crate) fn step(&mut self, step: impl FnOnce() -> Result<Progress, Refusal>) -> Progress {
+        if self.solving() {
+            match step() {
+                Ok(Progress::Working) => return Progress::Working,
+                Ok(Progress::Finished) => *self = Self::Finished,
+                Err(refusal) => *self = Self::Refused(refusal),
+            }
+        }
+        Progress::Finished
+    }
+
+    /// The outcome of a finished solve.
+    pub(crate) fn outcome<O>(self, outcome: Option<&O>) -> Result<&O, Refusal> {
+        match self {
+            Self::Collecting | Self::Solving => Err(Refusal::Unfinished),
+            Self::Refused(refusal) => Err(refusal),
+            Self::Finished => outcome.ok_or(Refusal::Unfinished),
+        }
+    }
+
+    pub(crate) const fn solving(self) -> bool {
+        matches!(self, Self::Solving)
+    }
+
+    pub(crate) const fn finished(self) -> bool {
+        matches!(self, Self::Finished | Self::Refused(_))
+    }
+}
+
 impl<T: Real, E: Estimator> Calibrator<T, E> {
     /// A calibrator without samples; `robot` is the uncalibrated robot: the nominal values of the tolerance and the
     /// start of the iteration.
@@ -257,31 +304,15 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
     /// # Errors
     /// [`Refusal::TooFewSamples`], or the refusal already known for these samples.
     pub fn solve(&mut self) -> Result<(), Refusal> {
-        match self.phase {
-            Phase::Solving | Phase::Finished => Ok(()),
-            Phase::Refused(refusal) => Err(refusal),
-            Phase::Collecting => {
-                self.samples.flush();
-                let begun = self.solver.begin(&self.samples);
-                self.phase = match begun {
-                    Ok(()) => Phase::Solving,
-                    Err(refusal) => Phase::Refused(refusal),
-                };
-                begun
-            }
-        }
+        self.phase.start(|| {
+            self.samples.flush();
+            self.solver.begin(&self.samples)
+        })
     }
 
     /// One short step of the solve started by [`solve`](Self::solve); does nothing once finished.
     pub fn step(&mut self) -> Progress {
-        if self.solving() {
-            match self.solver.step(&self.samples) {
-                Ok(Progress::Working) => return Progress::Working,
-                Ok(Progress::Finished) => self.phase = Phase::Finished,
-                Err(refusal) => self.phase = Phase::Refused(refusal),
-            }
-        }
-        Progress::Finished
+        self.phase.step(|| self.solver.step(&self.samples))
     }
 
     /// The calibrated robot, or the reason for refusal.
@@ -289,11 +320,7 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
     /// # Errors
     /// A [`Refusal`]: keep the robot's current parameters. [`Refusal::Unfinished`] before the last step.
     pub fn outcome(&self) -> Result<&E::Outcome<T>, Refusal> {
-        match self.phase {
-            Phase::Collecting | Phase::Solving => Err(Refusal::Unfinished),
-            Phase::Refused(refusal) => Err(refusal),
-            Phase::Finished => E::outcome(&self.solver).ok_or(Refusal::Unfinished),
-        }
+        self.phase.outcome(E::outcome(&self.solver))
     }
 
     /// Runs the whole solve at once, if there is time for it.
@@ -319,12 +346,12 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
 
     /// Whether a solve is in progress, during which no sample is accepted.
     pub const fn solving(&self) -> bool {
-        matches!(self.phase, Phase::Solving)
+        self.phase.solving()
     }
 
     /// Whether a solve has finished and no sample was added since: there is an outcome or a refusal.
     pub const fn finished(&self) -> bool {
-        matches!(self.phase, Phase::Finished | Phase::Refused(_))
+        self.phase.finished()
     }
 
     /// Number of samples added.
@@ -395,22 +422,24 @@ mod tests {
     use crate::calibration::{
         Calibrator, Estimator, Ikm, IkmCalibrator, Joint, JointCalibrator, Progress, Settings,
     };
-    use crate::robot::{Robot, SymmetricRobot};
-    use crate::samples::{AddError, Forgetting, MergeError, Sample};
+    use crate::fixtures::{sample, with_forearms};
+    use crate::samples::{AddError, Forgetting, MergeError};
     use crate::snapshot::SnapshotError;
 
     /// Adding, forgetting, merging or restoring during a solve would mix two factors: each call is refused at every
     /// step, and the outcome is that of an undisturbed solve.
     fn nothing_changes_the_samples<E: Estimator>() {
-        let (drawn, forgetting) = (robot(480.0), Forgetting::new(19.0).unwrap());
+        let (drawn, forgetting) = (with_forearms(480.0), Forgetting::new(19.0).unwrap());
         let mut calibrator = Calibrator::<f64, E>::new(&drawn, &Settings::default());
         for count in 0..21 {
-            calibrator.add(&sample(&robot(480.3), count)).unwrap();
+            calibrator
+                .add(&sample(&with_forearms(480.3), count))
+                .unwrap();
         }
         let other = calibrator.clone();
         let mut bytes = [0; 8192];
         let stored = other.snapshot(&mut bytes).unwrap();
-        let another = sample(&robot(490.0), 30);
+        let another = sample(&with_forearms(490.0), 30);
         let expected = calibrator.clone().calibrate();
         calibrator.solve().unwrap();
         while calibrator.step() == Progress::Working {
@@ -437,33 +466,16 @@ mod tests {
         nothing_changes_the_samples::<Joint>();
     }
 
-    fn robot(forearm: f64) -> Robot<f64> {
-        let robot = SymmetricRobot {
-            base_radius: 194.0,
-            platform_radius: 30.0,
-            upper_arm: 260.0,
-            forearm,
-        };
-        robot.robot().unwrap()
-    }
-
-    fn sample(robot: &Robot<f64>, count: u32) -> Sample<f64> {
-        let t = f64::from(count);
-        let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
-        let position = robot.forward(&joints).unwrap();
-        Sample { joints, position }
-    }
-
     /// Both kinds of calibrator, sample by sample and with solves in between, after which nothing is waiting: the
     /// samples are worth Σ λᵏ = (1 − λⁿ)/(1 − λ), less at most one block that is still waiting or not yet forgotten.
     #[test]
     fn every_sample_fades_whatever_was_left_waiting() {
-        let robot = robot(480.0);
+        let robot = with_forearms(480.0);
         let forgetting = Forgetting::new(19.0_f64).unwrap();
-        for solve_every in [1, 3, u32::MAX] {
+        for solve_every in [1, 3, usize::MAX] {
             let mut joint = JointCalibrator::new(&robot, &Settings::default());
             let mut apart = IkmCalibrator::new(&robot, &Settings::default());
-            for count in 1..=150_u32 {
+            for count in 1..=150_usize {
                 let sample = sample(&robot, count);
                 joint.add_forgetting(&sample, &forgetting).unwrap();
                 apart.add_forgetting(&sample, &forgetting).unwrap();

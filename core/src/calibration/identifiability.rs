@@ -1,7 +1,7 @@
 //! Identifiability of the parameters from the triangular factor of the Jacobian.
 
 use crate::Real;
-use crate::samples::Triangle;
+use crate::samples::{Triangle, squares};
 use core::hint::black_box;
 use nalgebra::SMatrix;
 
@@ -143,10 +143,7 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
             for (column, part) in covariance.as_slice().chunks_exact(N).zip(direction) {
                 add_multiple(column, part, &mut product);
             }
-            let squared = product
-                .iter()
-                .fold(T::ZERO, |sum, part| sum + part.squared());
-            let length = squared.square_root();
+            let length = squares(&product).square_root();
             if !(length > T::ZERO && length.finite()) {
                 return [T::ZERO; N];
             }
@@ -200,42 +197,17 @@ mod tests {
 
     use crate::calibration::arm_problem::Normal;
     use crate::calibration::joint_problem::JointNormal;
-    use crate::calibration::minimizer::determined_parameters;
+    use crate::fixtures::linearized;
     use nalgebra::{SMatrix, SVector};
-    use rand_core::{Rng, SeedableRng};
-    use rand_pcg::Pcg32;
 
     type Identifiability = super::Identifiability<f64, 8>;
-
-    /// A Jacobian of twenty rows whose columns differ in length, and its triangle.
-    fn jacobian(seed: u64) -> (SMatrix<f64, 20, 8>, Normal<f64>) {
-        let mut rng = Pcg32::seed_from_u64(seed);
-        let mut uniform = || f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
-        let mut matrix = SMatrix::<f64, 20, 8>::zeros();
-        for (column, length) in [1.0, 3.0, 0.1, 2.0, 0.5, 7.0, 1.5, 0.2]
-            .into_iter()
-            .enumerate()
-        {
-            for entry in &mut matrix.column_mut(column) {
-                *entry = uniform() * length;
-            }
-        }
-        let mut normal = Normal::zero();
-        for row in matrix.row_iter() {
-            let mut block = [[0.0]; 9];
-            for (column, value) in block.iter_mut().zip(row.iter()) {
-                *column = [*value];
-            }
-            block[8] = [uniform()];
-            normal.absorb(&mut block);
-        }
-        (matrix, normal)
-    }
+    /// Row, column, value.
+    type Entry = (usize, usize, f64);
 
     #[test]
     fn covariance_and_condition_are_those_of_the_inverse() {
         for seed in 0..100 {
-            let (matrix, normal) = jacobian(seed);
+            let (matrix, _, normal) = linearized(seed);
             let (found, inverse) = Identifiability::of(&normal);
             let information = matrix.transpose() * matrix;
             let covariance = information.try_inverse().unwrap();
@@ -260,7 +232,7 @@ mod tests {
     fn the_weakest_direction_is_that_of_the_least_singular_value() {
         let mut decided = 0;
         for seed in 0..100 {
-            let (matrix, normal) = jacobian(seed);
+            let (matrix, _, normal) = linearized(seed);
             let information = matrix.transpose() * matrix;
             let eigen = information.symmetric_eigen();
             let least = eigen.eigenvalues.imin();
@@ -280,147 +252,56 @@ mod tests {
         assert!(decided > 30, "{decided}");
     }
 
-    #[test]
-    fn a_prior_takes_its_share_of_the_parameters() {
-        for seed in 0..20 {
-            let (matrix, mut normal) = jacobian(seed);
-            let prior = [0.3, 1.0, 0.5, 2.0, 0.0, 4.0, 0.1, 0.7];
-            let mut block = [[0.0; 8]; 9];
-            for (index, weight) in prior.into_iter().enumerate() {
-                block[index][index] = weight;
-            }
-            normal.absorb(&mut block);
-            let (_, inverse) = Identifiability::of(&normal);
-            let covariance = inverse.as_slice();
-            let found = determined_parameters::<_, _, 8, 9, 45>(&prior, &[0.0; 8], 1.0, covariance);
-            // The trace of the map from true to estimated parameters.
-            let information = matrix.transpose() * matrix;
-            let mut with_prior = information;
-            for (index, weight) in prior.into_iter().enumerate() {
-                with_prior[(index, index)] += weight * weight;
-            }
-            let expected = (with_prior.try_inverse().unwrap() * information).trace();
-            assert!((found - expected).abs() < 1e-11, "{found} {expected}");
-        }
-    }
-
-    #[test]
-    fn a_parameter_without_any_influence_makes_the_condition_infinite() {
-        let diagonal = |entry: f64| {
-            let mut values = [2.0; 8];
-            values[3] = entry;
-            Identifiability::of(&Normal::from_diagonal(&values, &[1.0; 8]))
-        };
-        // Orthogonal columns of any length.
-        let (orthogonal, _) = diagonal(0.5);
-        assert!((orthogonal.condition(0) - 1.0).abs() < 1e-15);
-        let (singular, inverse) = diagonal(0.0);
-        assert!(singular.condition(0).is_infinite());
-        assert_eq!(singular.weakest, 3);
-        let direction = singular.weakest_direction(&inverse);
-        assert!(direction.iter().all(|part| part.abs() < 1e-30));
-    }
-
-    /// The second column equals the first: exactly singular, although no column is zero. The second depends on the
-    /// first and is named, although the last column is the shortest.
-    #[test]
-    fn equal_columns_make_the_condition_infinite() {
+    /// The identity, with an entry (row, column) of another value where one is listed.
+    fn changed(entries: &[Entry]) -> (Identifiability, SMatrix<f64, 8, 8>) {
         let mut normal = Normal::<f64>::zero();
         for row in 0..8 {
             let mut block = [[0.0]; 9];
-            block[row] = [if row == 7 { 1e-3 } else { 1.0 }];
-            if row == 0 {
-                block[1] = [1.0];
+            block[row] = [1.0];
+            for (_, column, value) in entries.iter().filter(|(own, ..)| *own == row) {
+                block[*column] = [*value];
             }
-            if row != 1 {
-                normal.absorb(&mut block);
-            }
+            normal.absorb(&mut block);
         }
-        let (found, _) = Identifiability::of(&normal);
-        assert!(found.condition(0).is_infinite());
-        assert_eq!(found.weakest, 1);
+        Identifiability::of(&normal)
     }
 
-    /// Two columns are dependent, a ∂/∂p = b ∂/∂q with unit columns otherwise: (p, −q) changes no residual, and one of
-    /// these two parameters must be named, wherever they are.
+    /// Of dependent columns, the parameter with the largest share times the length of its column is named.
     #[test]
-    fn of_a_singular_problem_a_parameter_of_the_open_combination_is_the_weakest() {
+    fn of_a_singular_problem_the_longest_part_of_the_open_combination_is_named() {
+        // Orthogonal columns of any length.
+        let (orthogonal, _) = changed(&[(3, 3, 0.5)]);
+        assert!((orthogonal.condition(0) - 1.0).abs() < 1e-15);
+        let cases: [(&[Entry], usize); 6] = [
+            (&[(3, 3, 0.0)], 3),
+            // A pivot whose inverse overflows when squared counts as zero.
+            (&[(5, 5, 1e-160)], 5),
+            // Equal columns: the second depends on the first, although the last is the shortest.
+            (&[(0, 1, 1.0), (1, 1, 0.0), (7, 7, 1e-3)], 1),
+            // c₄ = c₂ + 3 c₃: the shares times the lengths are 1, 3 and √10.
+            (&[(2, 4, 1.0), (3, 4, 3.0), (4, 4, 0.0)], 4),
+            // c₅ = c₆ − c₁ with c₁ and c₆ nearly equal: lengths 0.1, 1.005 and 1.
+            (&[(1, 6, 1.0), (5, 5, 0.0), (6, 6, 0.1), (6, 5, 0.1)], 6),
+            // c₃ = c₂ − c₁: c₃'s pivot vanishes; 1, 1.008 and 0.125.
+            (&[(1, 2, 1.0), (2, 2, 0.125), (2, 3, 0.125), (3, 3, 0.0)], 2),
+        ];
+        for (entries, weakest) in cases {
+            let (found, _) = changed(entries);
+            // Infinite, but for rounding.
+            assert!(found.condition(0) > 1e12);
+            assert_eq!(found.weakest, weakest);
+        }
+        let (singular, inverse) = changed(&[(3, 3, 0.0)]);
+        let direction = singular.weakest_direction(&inverse);
+        assert!(direction.iter().all(|part| part.abs() < 1e-30));
+        // Two dependent columns, wherever they are.
         for first in 0..8 {
             for second in first + 1..8 {
-                let mut normal = Normal::<f64>::zero();
-                for row in (0..8).filter(|row| *row != second) {
-                    let mut block = [[0.0]; 9];
-                    block[row] = [1.0];
-                    if row == first {
-                        block[second] = [0.5];
-                    }
-                    normal.absorb(&mut block);
-                }
-                let (found, _) = Identifiability::of(&normal);
+                let (found, _) = changed(&[(first, second, 0.5), (second, second, 0.0)]);
                 assert!(found.condition(0).is_infinite());
-                let weakest = found.weakest;
-                assert!(
-                    [first, second].contains(&weakest),
-                    "{first} {second} {weakest}"
-                );
+                assert!([first, second].contains(&found.weakest));
             }
         }
-        // (1, 1, −3) with unit columns: the third has the largest share.
-        let mut normal = Normal::<f64>::zero();
-        for row in (0..8).filter(|row| *row != 4) {
-            let mut block = [[0.0]; 9];
-            block[row] = [1.0];
-            block[4] = [match row {
-                2 => 1.0,
-                3 => 3.0,
-                _ => 0.0,
-            }];
-            normal.absorb(&mut block);
-        }
-        // Column 4 is c₂ + 3 c₃, of length √10; the shares times the lengths are 1, 3 and √10.
-        assert_eq!(Identifiability::of(&normal).0.weakest, 4);
-        let mut normal = Normal::<f64>::zero();
-        for row in (0..8).filter(|row| *row != 5) {
-            let mut block = [[0.0]; 9];
-            block[row] = [1.0];
-            if row == 1 {
-                // Columns 1 and 6 are nearly equal; 5 is their difference and small.
-                block[6] = [1.0];
-            }
-            if row == 6 {
-                block[6] = [0.1];
-                block[5] = [0.1];
-            }
-            normal.absorb(&mut block);
-        }
-        // c₅ = c₆ − c₁: shares 1, 1 and −1, lengths 0.1, 1.005 and 1.
-        assert_eq!(Identifiability::of(&normal).0.weakest, 6);
-    }
-
-    /// c₃ = c₂ − c₁ with c₁ and c₂ nearly equal: c₃'s pivot vanishes, but the shares times the lengths of the columns
-    /// are 1, 1.008 and 0.125, and the largest is that of c₂.
-    #[test]
-    fn of_a_singular_problem_the_longest_part_is_named_and_not_the_column_that_vanishes() {
-        let mut normal = Normal::<f64>::zero();
-        for row in (0..8).filter(|row| *row != 3) {
-            let mut block = [[0.0]; 9];
-            block[row] = [if row == 2 { 0.125 } else { 1.0 }];
-            if row == 1 {
-                block[2] = [1.0];
-            }
-            if row == 2 {
-                block[3] = [0.125];
-            }
-            normal.absorb(&mut block);
-        }
-        let (found, _) = Identifiability::of(&normal);
-        assert!(found.condition(0).is_infinite());
-        assert_eq!(found.weakest, 2);
-        // A pivot whose inverse overflows when squared counts as zero.
-        let mut values = [2.0; 8];
-        values[5] = 1e-160;
-        let vanishing = Normal::from_diagonal(&values, &[1.0; 8]);
-        assert_eq!(Identifiability::of(&vanishing).0.weakest, 5);
     }
 
     /// If one of 24 parameters depends on another of its own arm, that parameter is the weakest, and its arm's

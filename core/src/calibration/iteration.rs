@@ -3,9 +3,10 @@
 use super::limits::LARGEST_TOLERANCES;
 use super::outcome::Termination;
 use super::point::{Point, Weighted};
-use super::problem::{Prior, Problem};
+use super::problem::Problem;
 use super::settings::Solver;
 use super::step_control::{self, LONGEST_STEP, Prospect, Refinement, StepControl, StepResult};
+use super::tolerance_prior::TolerancePrior;
 use crate::Real;
 use crate::samples::Triangle;
 
@@ -32,12 +33,8 @@ enum Work<T: Real, A, const N: usize, const M: usize, const E: usize> {
         piece: usize,
         then: StepResult,
     },
-    /// Summing the residuals at the trial correction; a chord step if nothing was judged.
-    Trying {
-        trial: Trial<T, A, N>,
-        piece: usize,
-        prospect: Option<Prospect<T>>,
-    },
+    /// Summing the residuals at the trial correction.
+    Trying(Trial<T, A, N>),
     /// A step was taken, and chord steps may follow before the next linearisation.
     Refining { at: A },
     /// Damping the step to be tried.
@@ -54,6 +51,10 @@ struct Trial<T, A, const N: usize> {
     correction: [T; N],
     at: A,
     sum_of_squares: T,
+    /// The piece to be summed next.
+    piece: usize,
+    /// `None` for a chord step, which nothing was judged of.
+    prospect: Option<Prospect<T>>,
 }
 
 impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteration<T, A, N, M, E> {
@@ -72,15 +73,12 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
     /// Restarts from a correction, where the first [`step`](Self::step) linearises. In place: copies of this state
     /// would fill a small stack.
     #[inline(never)]
-    pub(crate) fn restart<P, R>(
+    pub(crate) fn restart<P: Problem<T, N, M, E, At = A>>(
         &mut self,
         problem: &P,
-        prior: &Weighted<'_, T, R>,
+        prior: &Weighted<T, N>,
         correction: &[T; N],
-    ) where
-        P: Problem<T, N, M, E, At = A>,
-        R: Prior<T, N, M, E>,
-    {
+    ) {
         self.point.correction = *correction;
         self.control = self.control.renewed();
         self.iterations = 0;
@@ -97,12 +95,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
     }
 
     #[inline(never)]
-    fn linearize<R: Prior<T, N, M, E>>(
-        &mut self,
-        prior: &Weighted<'_, T, R>,
-        at: A,
-        then: StepResult,
-    ) {
+    fn linearize(&mut self, prior: &Weighted<T, N>, at: A, then: StepResult) {
         // The prior's rows are already a triangle; the samples' rows are absorbed into it.
         let Point {
             correction, normal, ..
@@ -113,11 +106,11 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         self.work = Work::Linearizing { at, piece: 0, then };
     }
 
-    fn finish_pieces<P, R>(&mut self, problem: &P, prior: &Weighted<'_, T, R>) -> StepResult
-    where
-        P: Problem<T, N, M, E, At = A>,
-        R: Prior<T, N, M, E>,
-    {
+    fn finish_pieces<P: Problem<T, N, M, E, At = A>>(
+        &mut self,
+        problem: &P,
+        prior: &Weighted<T, N>,
+    ) -> StepResult {
         loop {
             if let Some(result) = self.piece(problem, prior) {
                 return result;
@@ -128,15 +121,11 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
     /// A bounded amount of work for a problem in constant memory: a trial step, or a piece of a linearisation. `None`
     /// if the step is not finished.
     #[inline(never)]
-    pub(crate) fn step<P, R>(
+    pub(crate) fn step<P: Problem<T, N, M, E, At = A>>(
         &mut self,
         problem: &P,
-        prior: &Weighted<'_, T, R>,
-    ) -> Option<StepResult>
-    where
-        P: Problem<T, N, M, E, At = A>,
-        R: Prior<T, N, M, E>,
-    {
+        prior: &Weighted<T, N>,
+    ) -> Option<StepResult> {
         if P::PIECEWISE {
             self.piece(problem, prior)
         } else {
@@ -144,11 +133,11 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         }
     }
 
-    fn piece<P, R>(&mut self, problem: &P, prior: &Weighted<'_, T, R>) -> Option<StepResult>
-    where
-        P: Problem<T, N, M, E, At = A>,
-        R: Prior<T, N, M, E>,
-    {
+    fn piece<P: Problem<T, N, M, E, At = A>>(
+        &mut self,
+        problem: &P,
+        prior: &Weighted<T, N>,
+    ) -> Option<StepResult> {
         match &mut self.work {
             Work::Linearizing { at, piece, then } => {
                 let Point {
@@ -167,14 +156,10 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
                 self.point.cost = self.point.sum_of_squares + prior.cost(&self.point.correction);
                 Some(then)
             }
-            Work::Trying {
-                trial,
-                piece,
-                prospect,
-            } => {
-                let (trial, piece, prospect) = (trial.clone(), *piece, *prospect);
+            Work::Trying(trial) => {
+                let trial = trial.clone();
                 self.work = Work::None;
-                self.try_piece(problem, prior, trial, piece, prospect)
+                self.try_piece(problem, prior, trial)
             }
             Work::Refining { at } if P::CHORDS => {
                 let at = at.clone();
@@ -186,7 +171,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
                 piece,
                 prospect,
             } => {
-                let diagonal = damping_rows(&self.point.normal, self.control.damping());
+                let diagonal = damping_rows(&self.point.normal, self.control.damping);
                 if problem.damp(damped, &diagonal, *piece) {
                     *piece += 1;
                     return None;
@@ -201,11 +186,11 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
 
     /// Judges the step to be tried, and tries it unless it must be damped first.
     #[inline(never)]
-    fn propose<P, R>(&mut self, problem: &P, prior: &Weighted<'_, T, R>) -> Option<StepResult>
-    where
-        P: Problem<T, N, M, E, At = A>,
-        R: Prior<T, N, M, E>,
-    {
+    fn propose<P: Problem<T, N, M, E, At = A>>(
+        &mut self,
+        problem: &P,
+        prior: &Weighted<T, N>,
+    ) -> Option<StepResult> {
         // The whole gain predicted by the linearised problem: the part of |r|² within the range of J.
         let mut gain = T::ZERO;
         for row in self.point.normal.rows().take(N) {
@@ -218,7 +203,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
             return Some(StepResult::Failed);
         }
         let prospect = self.control.judge(gain, cost, problem.terms_squared());
-        if self.control.damping() > T::ZERO {
+        if self.control.damping > T::ZERO {
             self.work = Work::Damping {
                 damped: self.point.normal.clone(),
                 piece: 0,
@@ -232,54 +217,52 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
 
     /// Takes a step and starts a linearisation, if the step is good.
     #[inline(never)]
-    fn attempt<P, R>(
+    fn attempt<P: Problem<T, N, M, E, At = A>>(
         &mut self,
         problem: &P,
-        prior: &Weighted<'_, T, R>,
+        prior: &Weighted<T, N>,
         step: Option<[T; N]>,
         prospect: &Prospect<T>,
-    ) -> Option<StepResult>
-    where
-        P: Problem<T, N, M, E, At = A>,
-        R: Prior<T, N, M, E>,
-    {
+    ) -> Option<StepResult> {
         let Some(mut step) = step else {
             self.control.damp();
             return Some(self.reject(prospect));
         };
-        let part = self.control.part();
+        let part = self.control.part;
         if part < T::ONE {
             for delta in &mut step {
                 *delta *= part;
             }
         }
-        if !self.usable(prior.prior, &step) {
+        if !self.usable(&prior.prior, &step) {
             return Some(self.reject(prospect));
         }
-        let trial = prior.prior.advanced(&self.point.correction, &step);
-        let at = problem.displaced(&trial);
+        let correction = prior.prior.advanced(&self.point.correction, &step);
         let trial = Trial {
-            correction: trial,
-            at,
+            correction,
+            at: problem.displaced(&correction),
             sum_of_squares: T::ZERO,
+            piece: 0,
+            prospect: Some(*prospect),
         };
-        self.try_piece(problem, prior, trial, 0, Some(*prospect))
+        self.try_piece(problem, prior, trial)
     }
 
     /// Prepares a chord step, or the next linearisation if chord steps would gain little.
     #[inline(never)]
-    fn refine<P, R>(&mut self, problem: &P, prior: &Weighted<'_, T, R>, at: A) -> Option<StepResult>
-    where
-        P: Problem<T, N, M, E, At = A>,
-        R: Prior<T, N, M, E>,
-    {
+    fn refine<P: Problem<T, N, M, E, At = A>>(
+        &mut self,
+        problem: &P,
+        prior: &Weighted<T, N>,
+        at: A,
+    ) -> Option<StepResult> {
         let mut correction = self.point.correction;
         let mut gradient = problem.gradient(&at);
         prior.add_gradient(&correction, &mut gradient);
         let step = self.point.normal.step_against(gradient);
         self.work = Work::None;
         let refinement = match step {
-            Some((step, gain)) if self.usable(prior.prior, &step) => {
+            Some((step, gain)) if self.usable(&prior.prior, &step) => {
                 correction = prior.prior.advanced(&correction, &step);
                 self.control.refine(gain)
             }
@@ -288,16 +271,13 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         match refinement {
             Refinement::Linearize => self.linearize(prior, at, StepResult::Continue),
             Refinement::Chord => {
-                let trial = Trial {
+                self.work = Work::Trying(Trial {
                     correction,
                     at: problem.displaced(&correction),
                     sum_of_squares: T::ZERO,
-                };
-                self.work = Work::Trying {
-                    trial,
                     piece: 0,
                     prospect: None,
-                };
+                });
             }
             Refinement::Last => {
                 // Too small to show in the cost.
@@ -309,32 +289,25 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
     }
 
     /// A piece of the residuals at a trial; after the last piece the trial is accepted or rejected.
-    fn try_piece<P, R>(
+    fn try_piece<P: Problem<T, N, M, E, At = A>>(
         &mut self,
         problem: &P,
-        prior: &Weighted<'_, T, R>,
+        prior: &Weighted<T, N>,
         mut trial: Trial<T, A, N>,
-        piece: usize,
-        prospect: Option<Prospect<T>>,
-    ) -> Option<StepResult>
-    where
-        P: Problem<T, N, M, E, At = A>,
-        R: Prior<T, N, M, E>,
-    {
-        let done = problem.sum_of_squares(&trial.at, piece);
+    ) -> Option<StepResult> {
+        let done = problem.sum_of_squares(&trial.at, trial.piece);
         trial.sum_of_squares += done.sum_of_squares;
         if done.more {
-            self.work = Work::Trying {
-                trial,
-                piece: piece + 1,
-                prospect,
-            };
+            trial.piece += 1;
+            self.work = Work::Trying(trial);
             return None;
         }
         let Trial {
             correction,
             at,
             sum_of_squares,
+            prospect,
+            ..
         } = trial;
         let cost = sum_of_squares + prior.cost(&correction);
         let taken = match &prospect {
@@ -377,7 +350,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
 
     fn reject(&mut self, prospect: &Prospect<T>) -> StepResult {
         let result = self.control.rejected(prospect);
-        if result == StepResult::Continue && !(self.control.part() < T::ONE) {
+        if result == StepResult::Continue && !(self.control.part < T::ONE) {
             self.iterations = self.iterations.saturating_add(1);
         }
         result
@@ -385,10 +358,10 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
 
     /// Whether a step is short enough. It may be longer for a parameter whose prior allows an error that large, and for
     /// those that are not the robot's, which follow it.
-    fn usable<R: Prior<T, N, M, E>>(&self, prior: &R, step: &[T; N]) -> bool {
+    fn usable(&self, prior: &TolerancePrior<T, N>, step: &[T; N]) -> bool {
         let longest = T::from_f64(LONGEST_STEP);
         let most = T::from_f64(LARGEST_TOLERANCES);
-        match self.control.solver() {
+        match self.control.solver {
             Solver::GaussNewton => step.iter().all(|delta| delta.finite()),
             Solver::LevenbergMarquardt => {
                 let distances = prior.distances(step);
@@ -419,17 +392,15 @@ fn damping_rows<T: Real, const N: usize, const M: usize, const E: usize>(
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use super::{Work, damping_rows};
+    use super::{TolerancePrior, Work, damping_rows};
     use crate::calibration::arm_problem::Normal;
     use crate::calibration::point::Weighted;
     use crate::calibration::step_control::{StepControl, StepResult};
     use crate::calibration::{Problem, Solver};
+    use crate::fixtures::{changed, filled, linearized, noises, samples};
     use crate::robot::Arm;
-    use crate::samples::joint_factor_tests::{changed, empty, noises, samples};
     use crate::samples::{ArmFactor, Displacement, JointDisplacement, NominalArm};
-    use nalgebra::{SMatrix, SVector, Vector3};
-    use rand_core::{Rng, SeedableRng};
-    use rand_pcg::Pcg32;
+    use nalgebra::{SVector, Vector3};
 
     type Iteration = super::Iteration<f64, Displacement<f64>, 8, 9, 45>;
 
@@ -442,53 +413,36 @@ mod tests {
     /// The step that the iteration would try, with its current damping, if it is short enough.
     fn trial_step(iteration: &Iteration, problem: &ArmFactor<f64>) -> Option<[f64; 8]> {
         let mut damped = iteration.point.normal.clone();
-        let damping = iteration.control.damping();
+        let damping = iteration.control.damping;
         if damping > 0.0 {
             let rows = damping_rows(&iteration.point.normal, damping);
             assert!(!problem.damp(&mut damped, &rows, 0));
         }
         damped
             .minimiser(&[0.0; 9])
-            .filter(|step| iteration.usable(&[0.0; 8], step))
+            .filter(|step| iteration.usable(&TolerancePrior::of_weights([0.0; 8]), step))
     }
 
-    /// An iteration at a random linearised problem J δ + r of twenty rows.
-    fn iteration(seed: u64) -> (Iteration, SMatrix<f64, 20, 8>, SVector<f64, 20>) {
-        let mut rng = Pcg32::seed_from_u64(seed);
-        let mut uniform = || f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
-        let mut jacobian = SMatrix::<f64, 20, 8>::zeros();
-        for (column, length) in [1.0, 3.0, 0.1, 2.0, 0.5, 7.0, 1.5, 0.2]
-            .into_iter()
-            .enumerate()
-        {
-            for entry in &mut jacobian.column_mut(column) {
-                *entry = uniform() * length;
-            }
-        }
-        let residual = SVector::<f64, 20>::from([(); 20].map(|()| 0.01 * uniform()));
+    /// An iteration at a random linearised problem.
+    fn iteration(normal: Normal<f64>) -> Iteration {
         let mut iteration = Iteration::unstarted(Solver::LevenbergMarquardt, false);
-        for (row, right) in jacobian.row_iter().zip(&residual) {
-            let mut block = [[0.0]; 9];
-            for (column, value) in block.iter_mut().zip(row.iter().chain([right])) {
-                *column = [*value];
-            }
-            iteration.point.normal.absorb(&mut block);
-        }
-        (iteration, jacobian, residual)
+        iteration.point.normal = normal;
+        iteration
     }
 
     /// (JᵀJ + λ D²) δ = −Jᵀ r, D the lengths of the columns (Marquardt 1963).
     #[test]
     fn a_damped_step_is_marquardts() {
         for seed in 0..20 {
-            let (mut iteration, jacobian, residual) = iteration(seed);
+            let (jacobian, residual, normal) = linearized(seed);
+            let mut iteration = iteration(normal);
             let information = jacobian.transpose() * jacobian;
             let right = -(jacobian.transpose() * residual);
             let mut control = StepControl::new(Solver::LevenbergMarquardt, false);
             for _ in 0..5 {
                 let mut damped = information;
                 for k in 0..8 {
-                    damped[(k, k)] *= 1.0 + control.damping();
+                    damped[(k, k)] *= 1.0 + control.damping;
                 }
                 let expected = damped.try_inverse().unwrap() * right;
                 iteration.control = control;
@@ -518,49 +472,12 @@ mod tests {
         }
     }
 
-    /// |J δ|².
-    #[test]
-    fn the_length_of_a_displacement_is_what_it_adds_to_the_residuals() {
-        for seed in 0..20 {
-            let (iteration, jacobian, _) = iteration(seed);
-            let mut displacement = [0.0; 8];
-            let mut angle = 1.0;
-            for value in &mut displacement {
-                angle += 1.7;
-                *value = libm::sin(angle);
-            }
-            let expected = (jacobian * SVector::from(displacement)).norm_squared();
-            assert!((iteration.point.length_squared(&displacement) / expected - 1.0).abs() < 1e-12);
-        }
-    }
-
-    /// A rejected and damped step counts like a linearisation: the limit applies to both.
-    #[test]
-    fn rejected_steps_are_counted() {
-        let (mut iteration, _, _) = iteration(0);
-        let prospect = iteration.control.judge(0.5, 1.0, 1.0);
-        for count in 1..4 {
-            assert_eq!(iteration.reject(&prospect), StepResult::Continue);
-            assert_eq!(iteration.iterations, count);
-        }
-        iteration.control = StepControl::new(Solver::GaussNewton, false);
-        let prospect = iteration.control.judge(0.5, 1.0, 1.0);
-        assert_eq!(iteration.reject(&prospect), StepResult::Failed);
-        assert_eq!(iteration.iterations, 3);
-    }
-
     /// At the point of linearisation a chord step is the full step; one that is too long is not tried.
     #[test]
     fn a_chord_step_is_the_full_step_there() {
         type Joint = super::Iteration<f64, JointDisplacement<f64>, 24, 25, 325>;
-        let mut factor = empty(noises()[2]);
-        for sample in &samples::<30>(&changed(11), 12) {
-            factor.add(sample).unwrap();
-        }
-        let weighted = Weighted {
-            prior: &[500.0; 24],
-            sigma: 1.0,
-        };
+        let factor = filled(noises()[2], &samples::<30>(&changed(11), 12));
+        let weighted = Weighted::new(TolerancePrior::of_weights([500.0; 24]));
         for azimuth in [0.0, 0.01, 0.8] {
             let mut from = [0.0; 24];
             from[3] = azimuth;
@@ -574,7 +491,7 @@ mod tests {
             let at = Problem::displaced(&factor, &from);
             assert!(iteration.refine(&factor, &weighted, at).is_none());
             let tried = match &iteration.work {
-                Work::Trying { trial, .. } => Some(trial.correction),
+                Work::Trying(trial) => Some(trial.correction),
                 _ => None,
             };
             assert_eq!(tried.is_some(), longest <= 0.25, "{longest}");

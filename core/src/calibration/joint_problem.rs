@@ -3,13 +3,14 @@
 use super::arm_problem::product_of_columns;
 use super::free_start::Means;
 use super::free_start::correction_of;
-use super::problem::{Piece, Problem};
+use super::problem::{Extent, Piece, Problem};
 use super::refusal::Refusal;
 use super::robot_solver::check_side;
 use crate::Real;
-use crate::robot::{ArmIndex, Drive, Robot};
+use crate::robot::{Arm, ArmIndex, Robot};
 use crate::samples::{
-    JOINT_COLUMNS, JointDisplacement, JointFactor, NominalArm, Triangle, corrected_arm, put_row,
+    JOINT_COLUMNS, JointDisplacement, JointFactor, NominalArm, Triangle, corrected_arm, part,
+    put_row,
 };
 use core::iter::once;
 
@@ -126,20 +127,13 @@ impl<T: Real> Problem<T, 24, 25, 325> for JointFactor<T> {
         product_of_columns(self.triangle(), JOINT_COLUMNS - 1, JOINT_COLUMNS - 1)
     }
 
-    fn samples(&self) -> u64 {
-        self.samples()
-    }
-
-    fn effective_samples(&self) -> T {
-        self.effective_samples()
-    }
-
-    fn noise_stated(&self) -> bool {
-        self.noise().is_some()
-    }
-
-    fn unit(&self) -> T {
-        self.unit()
+    fn extent(&self) -> Extent<T> {
+        Extent {
+            samples: self.samples(),
+            effective_samples: self.effective_samples(),
+            residuals: self.effective_samples() * T::from_f64(3.0),
+            unit: self.noise().is_none().then(|| self.unit()),
+        }
     }
 
     fn unit_of(&self, parameter: usize) -> T {
@@ -148,14 +142,13 @@ impl<T: Real> Problem<T, 24, 25, 325> for JointFactor<T> {
         unit.unwrap_or(T::ONE)
     }
 
-    fn upper_arm(&self, parameter: usize) -> T {
-        let arm = self.nominal_arms().get(parameter / PARAMETERS);
-        arm.map_or(T::ONE, |arm| arm.arm().upper_arm_length())
-    }
-
-    fn drive(&self) -> Drive {
-        let [first, ..] = self.nominal_arms();
-        first.arm().drive()
+    fn arm(&self, parameter: usize) -> &Arm<T> {
+        let [first, second, third] = self.nominal_arms();
+        match parameter / PARAMETERS {
+            1 => second.arm(),
+            2 => third.arm(),
+            _ => first.arm(),
+        }
     }
 }
 
@@ -198,31 +191,17 @@ fn means<T: Real>(factor: &JointFactor<T>) -> [Means<T>; 3] {
 }
 
 fn by_arms<T: Real>(correction: &[T; 24]) -> [[T; 8]; 3] {
-    let mut arms = [[T::ZERO; 8]; 3];
-    for (arm, own) in arms.iter_mut().zip(correction.chunks_exact(8)) {
-        arm.copy_from_slice(own);
-    }
-    arms
+    [0, 8, 16].map(|first| part(correction, first))
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::cast_precision_loss, clippy::float_cmp, clippy::unwrap_used)]
 
-    use super::{JointNormal, by_arms};
+    use super::JointNormal;
     use crate::calibration::problem::Problem;
-    use crate::robot::Drive;
-    use crate::samples::joint_factor_tests::{changed, empty, noises, robot, samples};
-    use crate::samples::{JointFactor, Sample};
-    use nalgebra::{SMatrix, SVector};
-
-    fn filled(index: usize, samples: &[Sample<f64>]) -> JointFactor<f64> {
-        let mut factor = empty(noises()[index]);
-        for sample in samples {
-            factor.add(sample).unwrap();
-        }
-        factor
-    }
+    use crate::fixtures::{changed, filled, noises, samples};
+    use nalgebra::SMatrix;
 
     /// TᵀT.
     fn gram(normal: &JointNormal<f64>) -> SMatrix<f64, 25, 25> {
@@ -247,65 +226,10 @@ mod tests {
         }
     }
 
-    fn correction(to: u64, factor: &JointFactor<f64>) -> [f64; 24] {
-        let mut correction = [0.0; 24];
-        for ((own, nominal), arm) in correction
-            .chunks_exact_mut(8)
-            .zip(factor.nominal_arms())
-            .zip(changed(to).arms())
-        {
-            own.copy_from_slice(&nominal.correction_to(arm));
-        }
-        correction
-    }
-
-    /// Nine pieces against the Jacobian of every sample's three residuals, row by row.
-    #[test]
-    fn the_pieces_are_the_jacobian_row_by_row() {
-        for noise in 0..4 {
-            let measured = samples::<30>(&changed(11), 12);
-            let factor = filled(noise, &measured);
-            for at in [[0.0; 24], correction(11, &factor), correction(13, &factor)] {
-                let displaced = Problem::displaced(&factor, &at);
-                let mut normal = JointNormal::zero();
-                let (mut sum, mut piece) = (0.0, 0);
-                loop {
-                    let done = factor.linearize(&displaced, &mut normal, piece);
-                    sum += done.sum_of_squares;
-                    piece += 1;
-                    if !done.more {
-                        break;
-                    }
-                }
-                assert_eq!(piece, 9);
-                let mut expected = SMatrix::<f64, 25, 25>::zeros();
-                for sample in &measured {
-                    for row in factor.prepare(sample).linearized(&displaced) {
-                        let row = SVector::from(row);
-                        expected += row * row.transpose();
-                    }
-                }
-                let gradient = SVector::from(Problem::gradient(&factor, &displaced));
-                let scale = (sum * expected.trace()).sqrt();
-                assert!((gradient - expected.fixed_view::<24, 1>(0, 24)).norm() < 1e-10 * scale);
-                // The part that no coefficients explain is in the sum, but not in the rows.
-                let unexplained = factor.least_sum_of_squares();
-                assert!((sum / expected[(24, 24)] - 1.0).abs() < 1e-8);
-                assert!((sum / factor.residual_sum(&displaced) - 1.0).abs() < 1e-8);
-                expected[(24, 24)] -= unexplained;
-                let found = gram(&normal);
-                let explained = found[(24, 24)] + unexplained;
-                assert!((explained / sum - 1.0).abs() < 1e-8);
-                expected[(24, 24)] = found[(24, 24)];
-                assert_same(&found, &expected, 1e-8);
-            }
-        }
-    }
-
     #[test]
     fn damping_adds_the_squares_of_its_diagonal() {
         let measured = samples::<20>(&changed(11), 14);
-        let factor = filled(2, &measured);
+        let factor = filled(noises()[2], &measured);
         let mut normal = JointNormal::zero();
         let at = Problem::displaced(&factor, &[0.0; 24]);
         for piece in 0..9 {
@@ -325,86 +249,5 @@ mod tests {
         }
         assert_eq!(pieces, 6);
         assert_same(&gram(&normal), &expected, 1e-12);
-    }
-
-    /// Σ |W f(P₀)|², and Σ |W|².
-    #[test]
-    fn the_sizes_of_rows_and_terms_are_sums_over_the_samples() {
-        let measured = samples::<20>(&changed(11), 15);
-        let factor = filled(2, &measured);
-        let at = Problem::displaced(&factor, &[0.0; 24]);
-        let (mut terms, mut weights) = (0.0, 0.0);
-        for sample in &measured {
-            let prepared = factor.prepare(sample);
-            terms += prepared.residuals(&at).iter().map(|r| r * r).sum::<f64>();
-            weights += prepared
-                .rows()
-                .iter()
-                .flatten()
-                .map(|entry| entry * entry)
-                .sum::<f64>();
-        }
-        assert!((factor.terms_squared() / terms - 1.0).abs() < 1e-9);
-        assert!((factor.rows_squared() / (terms + weights) - 1.0).abs() < 1e-9);
-    }
-
-    /// From twelve exact samples, for any initial robot.
-    #[test]
-    fn the_start_without_a_guess_is_the_robot() {
-        let truth = changed(16);
-        let measured = samples::<14>(&truth, 17).map(|sample| Sample {
-            position: truth.forward(&sample.joints).unwrap(),
-            ..sample
-        });
-        for noise in 0..4 {
-            let found = filled(noise, &measured).free_start(0).unwrap();
-            let expected = correction(16, &filled(noise, &[]));
-            for (found, expected) in found.iter().zip(expected) {
-                // ε times the condition number of 36 coefficients from 14 samples, about 1e5.
-                assert!((found - expected).abs() < 1e-8, "{found} {expected}");
-            }
-            assert_eq!(filled(noise, &measured[..11]).free_start(0), None);
-        }
-    }
-
-    #[test]
-    fn corrections_are_given_to_the_arms_in_turn() {
-        let mut all = [0.0; 24];
-        for (index, value) in all.iter_mut().enumerate() {
-            *value = index as f64;
-        }
-        let [one, two, three] = by_arms(&all);
-        assert_eq!(
-            [one[0], one[7], two[0], two[7], three[0], three[7]],
-            [0.0, 7.0, 8.0, 15.0, 16.0, 23.0]
-        );
-        // Relative to itself, a robot needs no correction.
-        let factor = empty(None);
-        for (nominal, arm) in factor.nominal_arms().iter().zip(robot().arms()) {
-            assert_eq!(nominal.correction_to(arm), [0.0; 8]);
-        }
-    }
-
-    /// Each arm's own lengths, and the drive.
-    #[test]
-    fn a_parameter_belongs_to_its_own_arm() {
-        let factor = filled(0, &[]);
-        for (number, arm) in robot().arms().iter().enumerate() {
-            for place in 0..8 {
-                let index = 8 * number + place;
-                assert_eq!(Problem::upper_arm(&factor, index), arm.upper_arm_length());
-            }
-        }
-        assert_eq!(Problem::drive(&factor), Drive::Rotary);
-        #[cfg(feature = "linear")]
-        {
-            let towers = crate::robot::SymmetricLinearRobot {
-                tower_radius: 140.0,
-                forearm: 330.0,
-            };
-            let towers = towers.robot().unwrap();
-            let factor = JointFactor::new(&towers, &nalgebra::Vector3::zeros(), None);
-            assert_eq!(Problem::drive(&factor), Drive::Linear);
-        }
     }
 }

@@ -1,12 +1,13 @@
 //! Accumulated samples and solver of the joint calibration.
 
 use super::arm_samples::{ArmSamples, workspace_centre};
+use super::calibrator::Joint;
 use super::calibrator::estimators::Parts;
-use super::calibrator::{Calibrator, Joint};
 use super::joint_problem::corrected_robot;
 use super::minimizer::{Minimizer, Progress, enough_samples};
 use super::outcome::{Estimate, JointOutcome};
 use super::parts::{Samples, Solver};
+use super::problem::Problem;
 use super::refusal::Refusal;
 use super::settings::Settings;
 use super::tolerance_prior::TolerancePrior;
@@ -14,7 +15,7 @@ use crate::Real;
 use crate::robot::{ArmIndex, Robot};
 use crate::samples::{
     BLOCK, Forgetting, JointDisplacement, JointFactor, LeftOver, MergeError, NominalArm, Sample,
-    SampleError, WhitenedSample,
+    WhitenedSample,
 };
 use crate::state::state;
 
@@ -60,10 +61,6 @@ impl<T: Real> Samples<T> for JointSamples<T> {
         self.begun = false;
     }
 
-    fn check(&self, sample: &Sample<T>) -> Result<(), SampleError> {
-        self.factor.check(sample)
-    }
-
     fn push(&mut self, sample: &Sample<T>) {
         T::push_joint(self, sample);
     }
@@ -97,10 +94,6 @@ impl<T: Real> Samples<T> for JointSamples<T> {
 
     fn count(&self) -> u64 {
         self.factor.samples() + self.count as u64
-    }
-
-    fn robot(&self) -> Robot<T> {
-        Robot::of_valid(Samples::nominal_arms(self).map(|nominal| *nominal.arm()))
     }
 
     fn settings(&self) -> &Settings<T> {
@@ -166,14 +159,6 @@ impl<T: Real> JointSamples<T> {
     }
 }
 
-impl<T: Real> Calibrator<T, Joint> {
-    /// Σ r² of any robot over the samples, r their whitened residuals; without a stated noise in units of the robot's
-    /// size squared. Excludes samples waiting for [`flush`](Self::flush).
-    pub fn sum_of_squares(&self, robot: &Robot<T>) -> T {
-        self.samples.factor.sum_of_squares(robot)
-    }
-}
-
 /// Solves for all 24 parameters jointly: a linearisation takes nine steps, the covariance three.
 #[derive(Debug, Clone)]
 pub struct JointSolver<T: Real> {
@@ -182,7 +167,7 @@ pub struct JointSolver<T: Real> {
     outcome: Option<JointOutcome<T>>,
 }
 
-type JointMinimizer<T> = Minimizer<T, JointDisplacement<T>, TolerancePrior<T, 24>, 24, 25, 325>;
+type JointMinimizer<T> = Minimizer<T, JointDisplacement<T>, 24, 25, 325>;
 
 impl<T: Real> Solver<T, JointSamples<T>> for JointSolver<T> {
     fn vacant() -> Self {
@@ -194,7 +179,11 @@ impl<T: Real> Solver<T, JointSamples<T>> for JointSolver<T> {
 
     fn begin(&mut self, samples: &JointSamples<T>) -> Result<(), Refusal> {
         self.minimizer = None;
-        enough_samples(samples.factor(), ArmIndex::First, &samples.settings)
+        enough_samples(
+            &samples.factor().extent(),
+            ArmIndex::First,
+            &samples.settings,
+        )
     }
 
     fn step(&mut self, samples: &JointSamples<T>) -> Result<Progress, Refusal> {
@@ -275,9 +264,9 @@ pub(crate) fn tolerance_prior<T: Real>(
 mod tests {
     #![allow(clippy::cast_precision_loss, clippy::float_cmp, clippy::unwrap_used)]
 
-    use crate::calibration::{JointCalibrator, Progress, Refusal, Settings, Start, Tolerance};
+    use crate::calibration::{JointCalibrator, Refusal, Settings, Tolerance};
+    use crate::fixtures::{changed, robot, samples};
     use crate::robot::{ArmIndex, Parameter, Robot};
-    use crate::samples::joint_factor_tests::{changed, robot, samples};
     use crate::samples::{Noise, Sample};
     use rand_core::{Rng, SeedableRng};
     use rand_pcg::Pcg32;
@@ -340,123 +329,6 @@ mod tests {
             expected.add_many(&measured[..count]).unwrap();
             assert_same(&mut calibrator, &mut expected);
         }
-    }
-
-    /// Added singly, a pair is absorbed at the second and third sample.
-    #[test]
-    fn samples_that_wait_are_counted_and_are_not_in_the_factor() {
-        let measured = samples::<7>(&changed(1), 22);
-        let mut calibrator = JointCalibrator::new(&robot(), &settings());
-        for (index, (sample, in_factor)) in measured.iter().zip([0, 0, 2, 2, 4, 4, 6]).enumerate() {
-            // Absorption of a pair starts with its second sample; until it is complete, no other starts.
-            assert_eq!(calibrator.samples.begins_next(), index % 2 == 1, "{index}");
-            calibrator.add(sample).unwrap();
-            assert_eq!(calibrator.samples.factor().samples(), in_factor);
-            assert_eq!(calibrator.samples(), index as u64 + 1);
-        }
-        calibrator.flush();
-        assert_eq!(calibrator.samples.factor().samples(), 7);
-        let before = calibrator.samples.clone();
-        calibrator.flush();
-        assert_eq!(calibrator.samples, before);
-    }
-
-    #[test]
-    fn forgetting_concerns_the_samples_that_wait_as_well() {
-        let measured = samples::<15>(&changed(1), 23);
-        for count in 0..6 {
-            let mut calibrator = JointCalibrator::new(&robot(), &settings());
-            for sample in &measured[..count] {
-                calibrator.add(sample).unwrap();
-            }
-            calibrator.forget(0.5).unwrap();
-            let effective = calibrator.samples.factor().effective_samples();
-            assert!((effective - 0.5 * count as f64).abs() < 1e-12);
-        }
-    }
-
-    #[test]
-    fn a_faulty_sample_is_refused_and_changes_nothing() {
-        let measured = samples::<5>(&changed(1), 24);
-        let mut calibrator = JointCalibrator::new(&robot(), &settings());
-        for sample in &measured {
-            let before = calibrator.samples.clone();
-            let mut wrong = *sample;
-            wrong.position.x = f64::NAN;
-            assert!(calibrator.add(&wrong).is_err());
-            assert!(calibrator.check(&wrong).is_err());
-            assert_eq!(calibrator.samples, before);
-            calibrator.add(sample).unwrap();
-        }
-        let other = JointCalibrator::new(&changed(2), &settings());
-        assert!(calibrator.merge(&other).is_err());
-        assert_eq!(calibrator.samples(), 5);
-    }
-
-    /// Each start has its own linearisations: one at the nominal robot and one at the free start.
-    #[test]
-    fn an_iteration_limit_of_one_is_one_linearisation_a_start() {
-        let measured = samples::<20>(&changed(1), 25);
-        for (start, expected) in [(Start::Nominal, 2), (Start::Free, 1)] {
-            let limited = settings().with_start(start).with_iteration_limit(1);
-            let mut calibrator = JointCalibrator::new(&robot(), &limited);
-            calibrator.add_many(&measured).unwrap();
-            let refusal = calibrator.calibrate().unwrap_err();
-            assert!(
-                matches!(refusal, Refusal::NotConverged { iterations, .. } if iterations == expected),
-                "{refusal:?}"
-            );
-        }
-    }
-
-    /// The arm whose joint never moves, and all of its parameters.
-    #[test]
-    fn an_arm_that_does_not_move_is_named() {
-        for arm in ArmIndex::ALL {
-            let truth = changed(3);
-            let measured = samples::<30>(&truth, 26).map(|mut sample| {
-                sample.joints[arm.index()] = 0.2;
-                Sample {
-                    position: truth.forward(&sample.joints).unwrap(),
-                    ..sample
-                }
-            });
-            for limit in [1, 50] {
-                let limited = settings().with_iteration_limit(limit);
-                let mut calibrator = JointCalibrator::new(&robot(), &limited);
-                calibrator.add_many(&measured).unwrap();
-                let refusal = calibrator.calibrate().unwrap_err();
-                // The columns of a joint that never moves are dependent to within rounding.
-                assert!(
-                    matches!(refusal, Refusal::Undetermined { arm: named, condition, .. }
-                    if named == arm && condition > 1e9),
-                    "{arm:?}: {refusal:?}"
-                );
-            }
-        }
-    }
-
-    /// Stepping is equivalent to a full solve, and the outcome exists only at the end.
-    #[test]
-    fn the_solver_s_steps_end_with_the_outcome_of_solve() {
-        let measured = samples::<25>(&changed(4), 27);
-        let stated = settings().with_tolerance(Tolerance::new(0.5, 0.003).unwrap());
-        let mut calibrator = JointCalibrator::new(&robot(), &stated);
-        for sample in &measured {
-            calibrator.add(sample).unwrap();
-        }
-        let mut at_once = calibrator.clone();
-        calibrator.solve().unwrap();
-        let mut steps = 0;
-        while calibrator.step() == Progress::Working {
-            assert_eq!(calibrator.outcome(), Err(Refusal::Unfinished));
-            steps += 1;
-        }
-        assert!((14..200).contains(&steps), "{steps}");
-        let outcome = calibrator.outcome().cloned().unwrap();
-        assert_eq!(calibrator.step(), Progress::Finished);
-        assert_eq!(outcome.estimate.samples, 25);
-        assert_eq!(at_once.calibrate(), Ok(outcome));
     }
 
     /// The covariance's blocks of eight and the roots of its diagonal, by arm and parameter.

@@ -7,8 +7,9 @@ use super::limits::{
 };
 use super::outcome::{Estimate, StartUsed, Termination};
 use super::point::Point;
-use super::problem::{Prior, Problem};
+use super::problem::{Extent, Problem};
 use super::refusal::Refusal;
+use super::tolerance_prior::TolerancePrior;
 use crate::Real;
 use crate::robot::{ArmIndex, Parameter, ParameterKind};
 use nalgebra::SMatrix;
@@ -19,29 +20,25 @@ const PARAMETERS: usize = 8;
 const OF_ROBOT: usize = 24;
 
 /// An end point and the criteria for judging it.
-pub(super) struct Judgement<'a, T: Real, R, const N: usize, const M: usize, const E: usize> {
+pub(super) struct Judgement<'a, T: Real, const N: usize, const M: usize, const E: usize> {
     /// The arm of the first eight parameters.
     pub(super) first_arm: ArmIndex,
     pub(super) point: &'a Point<T, N, M, E>,
     pub(super) identifiability: &'a Identifiability<T, N>,
     /// How the iteration ended and where it started; `None` if it did not converge.
     pub(super) end: Option<(Termination, StartUsed)>,
-    pub(super) prior: &'a R,
+    pub(super) prior: &'a TolerancePrior<T, N>,
     /// σ of the residuals, which weights the prior against them.
     pub(super) residual_sigma: T,
     pub(super) iterations: u16,
 }
 
-impl<T, R, const N: usize, const M: usize, const E: usize> Judgement<'_, T, R, N, M, E>
-where
-    T: Real,
-    R: Prior<T, N, M, E>,
-{
+impl<T: Real, const N: usize, const M: usize, const E: usize> Judgement<'_, T, N, M, E> {
     /// Judges an estimate whose covariance is known in internal units, and converts it to the caller's units.
     #[inline(never)]
-    pub(super) fn complete<P: Problem<T, N, M, E>>(
+    pub(super) fn complete(
         &self,
-        problem: &P,
+        problem: &impl Problem<T, N, M, E>,
         place: &mut Estimate<T, N>,
     ) -> Result<(), Refusal> {
         let Some(covariance) = &mut place.covariance else {
@@ -57,7 +54,13 @@ where
         if !(self.identifiability.largest_condition() < largest_condition) {
             return Err(self.undetermined(problem));
         }
-        let stated = problem.noise_stated();
+        let Extent {
+            samples,
+            effective_samples,
+            residuals,
+            unit,
+        } = problem.extent();
+        let stated = unit.is_none();
         let Some((termination, start)) = self.end else {
             return Err(self.not_converged(problem, covariance));
         };
@@ -78,7 +81,6 @@ where
             }
             determined -= *share;
         }
-        let residuals = problem.residuals();
         let degrees_of_freedom = (residuals - determined).larger(T::ZERO);
         let sum = self.point.sum_of_squares;
         let sigma = if stated {
@@ -90,15 +92,15 @@ where
         if let Some(sigma) = sigma {
             self.check_sigmas(covariance, sigma, problem)?;
         }
-        let unit = if stated { T::ONE } else { problem.unit() };
+        let unit = unit.unwrap_or(T::ONE);
         place.correction.copy_from_slice(&self.point.correction);
         place.prior_share = prior_share;
         place.residual_rms = (sum / residuals).square_root() * unit;
         place.estimated_noise = (!stated && degrees_of_freedom >= T::HALF)
             .then(|| (sum / degrees_of_freedom).square_root() * unit);
         place.degrees_of_freedom = degrees_of_freedom;
-        place.effective_samples = problem.effective_samples();
-        place.samples = problem.samples();
+        place.effective_samples = effective_samples;
+        place.samples = samples;
         place.iterations = self.iterations;
         place.termination = termination;
         place.start = start;
@@ -113,16 +115,16 @@ where
     /// Why an iteration did not converge: in a flat valley, the poses or the stated noise leave no well-defined
     /// minimum.
     #[inline(never)]
-    fn not_converged<P: Problem<T, N, M, E>>(
+    fn not_converged(
         &self,
-        problem: &P,
+        problem: &impl Problem<T, N, M, E>,
         covariance: &SMatrix<T, N, N>,
     ) -> Refusal {
         let condition = self.identifiability.largest_condition();
         if !(condition < T::from_f64(CONDITION_OF_A_VALLEY)) {
             return self.undetermined(problem);
         }
-        if problem.noise_stated()
+        if problem.extent().unit.is_none()
             && let Err(uncertain) = self.check_sigmas(covariance, T::ONE, problem)
         {
             return uncertain;
@@ -134,7 +136,7 @@ where
     }
 
     /// The refusal of a problem whose Jacobian is singular, or nearly so.
-    fn undetermined<P: Problem<T, N, M, E>>(&self, problem: &P) -> Refusal {
+    fn undetermined(&self, problem: &impl Problem<T, N, M, E>) -> Refusal {
         let weakest = self.identifiability.weakest;
         if let Some(instrument) = problem.instrument_of(weakest) {
             return Refusal::UndeterminedInstrument(instrument);
@@ -148,9 +150,9 @@ where
     }
 
     /// The arm and parameter at an index.
-    fn place<P: Problem<T, N, M, E>>(&self, problem: &P, index: usize) -> (ArmIndex, Parameter) {
+    fn place(&self, problem: &impl Problem<T, N, M, E>, index: usize) -> (ArmIndex, Parameter) {
         let arm = ArmIndex::ALL.get(self.first_arm.index() + index / PARAMETERS);
-        let places = problem.drive().places();
+        let places = problem.arm(0).drive().places();
         let parameter = places.get(index % PARAMETERS).copied().flatten();
         (
             arm.copied().unwrap_or(self.first_arm),
@@ -160,8 +162,8 @@ where
 
     /// χ² test of the total cost. Each parameter combination that the prior does not hold takes one degree of freedom
     /// from the number of residuals.
-    fn check_residual<P: Problem<T, N, M, E>>(&self, problem: &P) -> Result<(), Refusal> {
-        let residuals = problem.residuals();
+    fn check_residual(&self, problem: &impl Problem<T, N, M, E>) -> Result<(), Refusal> {
+        let residuals = problem.extent().residuals;
         let unheld = T::from_count(self.prior.unheld() as u64);
         let freedom = (residuals - unheld).larger(T::ONE);
         let Point {
@@ -183,7 +185,7 @@ where
         })
     }
 
-    fn check_tolerances<P: Problem<T, N, M, E>>(&self, problem: &P) -> Result<(), Refusal> {
+    fn check_tolerances(&self, problem: &impl Problem<T, N, M, E>) -> Result<(), Refusal> {
         if self.farthest().1 <= T::from_f64(LARGEST_TOLERANCES) {
             Ok(())
         } else {
@@ -193,18 +195,18 @@ where
 
     /// Checks that no σ is too large; `sigma` is that of a residual of 1.
     #[inline(never)]
-    fn check_sigmas<P: Problem<T, N, M, E>>(
+    fn check_sigmas(
         &self,
         covariance: &SMatrix<T, N, N>,
         sigma: T,
-        problem: &P,
+        problem: &impl Problem<T, N, M, E>,
     ) -> Result<(), Refusal> {
         let variances = covariance.as_slice().iter().step_by(N + 1);
-        let places = problem.drive().places();
+        let places = problem.arm(0).drive().places();
         let mut upper_arm = T::ONE;
         for (index, variance) in variances.enumerate().take(OF_ROBOT) {
             if index % PARAMETERS == 0 {
-                upper_arm = problem.upper_arm(index);
+                upper_arm = problem.arm(index).upper_arm_length();
             }
             let parameter = places.get(index % PARAMETERS).copied().flatten();
             let unit = match parameter.map_or(ParameterKind::Length, Parameter::kind) {
@@ -239,7 +241,7 @@ where
         farthest
     }
 
-    fn far_from_nominal<P: Problem<T, N, M, E>>(&self, problem: &P) -> Refusal {
+    fn far_from_nominal(&self, problem: &impl Problem<T, N, M, E>) -> Refusal {
         let (index, tolerances) = self.farthest();
         let (arm, parameter) = self.place(problem, index);
         Refusal::FarFromNominal {
@@ -252,14 +254,11 @@ where
 
 /// Converts a covariance to the caller's units and multiplies it by σ².
 #[inline(never)]
-fn in_units<T, P, const N: usize, const M: usize, const E: usize>(
+fn in_units<T: Real, const N: usize, const M: usize, const E: usize>(
     covariance: &mut SMatrix<T, N, N>,
-    problem: &P,
+    problem: &impl Problem<T, N, M, E>,
     sigma: T,
-) where
-    T: Real,
-    P: Problem<T, N, M, E>,
-{
+) {
     let mut units = [T::ZERO; N];
     for (index, unit) in units.iter_mut().enumerate() {
         *unit = problem.unit_of(index) * sigma;
@@ -287,10 +286,10 @@ fn to_single<T: Real>(value: T) -> f32 {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use super::{Identifiability, Judgement, Point, Problem};
+    use super::{Identifiability, Judgement, Point, Problem, TolerancePrior};
     use crate::calibration::Refusal;
+    use crate::fixtures::{empty, robot};
     use crate::robot::{ArmIndex, Parameter, ParameterKind};
-    use crate::samples::joint_factor_tests::{empty, robot};
     use nalgebra::SMatrix;
 
     /// The limits are a tenth of the arm's own upper arm for the σ of a length, and a tenth of a radian for that of an
@@ -299,12 +298,12 @@ mod tests {
     fn every_parameter_is_judged_by_its_own_upper_arm() {
         let factor = empty(None);
         let (point, identifiability) = (Point::unstarted(), Identifiability::unstarted());
-        let judgement = Judgement::<f64, [f64; 24], 24, 25, 325> {
+        let judgement = Judgement::<f64, 24, 25, 325> {
             first_arm: ArmIndex::First,
             point: &point,
             identifiability: &identifiability,
             end: None,
-            prior: &[0.0; 24],
+            prior: &TolerancePrior::of_weights([0.0; 24]),
             residual_sigma: 1.0,
             iterations: 0,
         };

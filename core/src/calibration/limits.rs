@@ -48,22 +48,11 @@ pub const REJECTIONS_OF_A_CHANGE: u64 = 8;
 /// wrong, and the accepted samples are merely those that happen to agree.
 pub const MOST_REJECTED: u64 = 5;
 
-/// The quantile of χ² with ν degrees of freedom at [`LARGEST_DEVIATION`].
-pub fn chi_square_quantile<T: Real>(freedom: T) -> T {
-    chi_square_bound(freedom, T::from_f64(LARGEST_DEVIATION))
-}
-
-/// The quantile of χ² with ν degrees of freedom that is as improbable as z standard deviations of the normal
+/// The quantile of χ² with ν degrees of freedom at [`LARGEST_DEVIATION`], z standard deviations of the normal
 /// distribution, by Wilson and Hilferty (1931): ν (1 − 2/(9ν) + z √(2/(9ν)))³.
-///
-/// ```
-/// // 3.0902 is exceeded once in a thousand.
-/// let bound = delta_cal::calibration::limits::chi_square_bound(10.0, 3.0902_f64);
-/// assert!((bound - 29.588).abs() < 0.2);
-/// ```
-pub fn chi_square_bound<T: Real>(freedom: T, deviations: T) -> T {
+pub fn chi_square_quantile<T: Real>(freedom: T) -> T {
     let spread = T::from_f64(2.0 / 9.0) / freedom;
-    let root = T::ONE - spread + deviations * spread.square_root();
+    let root = T::ONE - spread + T::from_f64(LARGEST_DEVIATION) * spread.square_root();
     freedom * root * root * root
 }
 

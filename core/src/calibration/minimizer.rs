@@ -3,11 +3,12 @@ use super::iteration::Iteration;
 use super::judgement::Judgement;
 use super::outcome::{Estimate, StartUsed, Termination};
 use super::point::{EndPoint, Point, Weighted, rounding_of_cost};
-use super::problem::{Prior, Problem};
+use super::problem::{Extent, Problem};
 use super::refusal::Refusal;
 use super::settings::{Settings, Start};
 use super::starts::Starts;
 use super::step_control::StepResult;
+use super::tolerance_prior::TolerancePrior;
 use crate::Real;
 use crate::robot::{ArmIndex, Parameter};
 use nalgebra::SMatrix;
@@ -28,12 +29,10 @@ pub enum Progress {
 ///
 /// The calibrators own one for each problem.
 #[derive(Debug, Clone)]
-pub(crate) struct Minimizer<T: Real, A, R, const N: usize, const M: usize, const E: usize> {
+pub(crate) struct Minimizer<T: Real, A, const N: usize, const M: usize, const E: usize> {
     first_arm: ArmIndex,
     settings: Settings<T>,
-    prior: R,
-    /// The noise against which the tolerance is weighted.
-    balance: NoiseBalance<T>,
+    prior: Weighted<T, N>,
     phase: Phase,
     iteration: Iteration<T, A, N, M, E>,
     /// The cost at the first start, or at that of the last balance: a higher end does not count.
@@ -67,21 +66,19 @@ enum Phase {
     Done,
 }
 
-impl<T, A, R, const N: usize, const M: usize, const E: usize> Minimizer<T, A, R, N, M, E>
-where
-    T: Real,
-    A: Clone,
-    R: Prior<T, N, M, E>,
-{
+impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Minimizer<T, A, N, M, E> {
     /// Before [`begin`](Self::begin).
     #[allow(clippy::inline_always)] // in its place at every optimisation level: it is large
     #[inline(always)]
-    pub(crate) fn unstarted(first_arm: ArmIndex, prior: R, settings: &Settings<T>) -> Self {
+    pub(crate) fn unstarted(
+        first_arm: ArmIndex,
+        prior: TolerancePrior<T, N>,
+        settings: &Settings<T>,
+    ) -> Self {
         Self {
             first_arm,
             settings: *settings,
-            prior,
-            balance: NoiseBalance::none(),
+            prior: Weighted::new(prior),
             phase: Phase::Done,
             starting_cost: T::ZERO,
             awaits_cost: false,
@@ -102,29 +99,13 @@ where
         self
     }
 
-    /// Prepares the minimisation. `first_arm`: the arm of the first eight parameters.
-    ///
-    /// # Errors
-    /// [`Refusal::TooFewSamples`].
-    pub(crate) fn with_prior<P: Problem<T, N, M, E, At = A>>(
-        problem: &P,
-        first_arm: ArmIndex,
-        prior: R,
-        settings: &Settings<T>,
-    ) -> Result<Self, Refusal> {
-        enough_samples(problem, first_arm, settings)?;
-        let mut solver = Self::unstarted(first_arm, prior, settings);
-        solver.begin(problem);
-        Ok(solver)
-    }
-
     /// Starts if there are [`enough_samples`]. In place: on a small stack, a copy of a solver is a large object.
     #[inline(never)]
-    pub(crate) fn begin<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P) {
+    pub(crate) fn begin(&mut self, problem: &impl Problem<T, N, M, E, At = A>) {
         if let Some(tolerance) = &self.settings.tolerance
-            && !problem.noise_stated()
+            && let Some(unit) = problem.extent().unit
         {
-            self.balance.sigma = T::from_f64(0.01) * tolerance.of(Parameter::Lb) / problem.unit();
+            self.prior.sigma = T::from_f64(0.01) * tolerance.of(Parameter::Lb) / unit;
         }
         match self.settings.start {
             Start::Nominal => self.start(problem, StartUsed::Nominal, &[T::ZERO; N]),
@@ -134,7 +115,7 @@ where
 
     /// Finds the free start; without one, identifies what the samples leave undetermined.
     #[inline(never)]
-    fn find_free_start<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P) {
+    fn find_free_start(&mut self, problem: &impl Problem<T, N, M, E, At = A>) {
         if let Some(correction) = self.starts.next_free(problem) {
             self.iteration.point.correction = correction;
             self.phase = Phase::AtFreeStart;
@@ -144,9 +125,9 @@ where
         }
     }
 
-    fn start<P: Problem<T, N, M, E, At = A>>(
+    fn start(
         &mut self,
-        problem: &P,
+        problem: &impl Problem<T, N, M, E, At = A>,
         start: StartUsed,
         correction: &[T; N],
     ) {
@@ -155,12 +136,8 @@ where
         self.phase = Phase::From(start);
     }
 
-    fn restart<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P, correction: &[T; N]) {
-        let weighted = Weighted {
-            prior: &self.prior,
-            sigma: self.balance.sigma,
-        };
-        self.iteration.restart(problem, &weighted, correction);
+    fn restart(&mut self, problem: &impl Problem<T, N, M, E, At = A>, correction: &[T; N]) {
+        self.iteration.restart(problem, &self.prior, correction);
     }
 
     /// Whether the estimate is complete.
@@ -177,9 +154,9 @@ where
     ///
     /// # Errors
     /// From the last step: every [`Refusal`] that concerns the parameters. The estimate then has no meaning.
-    pub(crate) fn step<P: Problem<T, N, M, E, At = A>>(
+    pub(crate) fn step(
         &mut self,
-        problem: &P,
+        problem: &impl Problem<T, N, M, E, At = A>,
         place: &mut Estimate<T, N>,
     ) -> Result<Progress, Refusal> {
         match self.phase {
@@ -204,7 +181,7 @@ where
         })
     }
 
-    fn iterate<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P, start: StartUsed) {
+    fn iterate(&mut self, problem: &impl Problem<T, N, M, E, At = A>, start: StartUsed) {
         if self.awaits_cost && !self.iteration.is_linearizing() {
             self.awaits_cost = false;
             self.starting_cost = self.iteration.point.cost;
@@ -214,11 +191,7 @@ where
         let termination = if exhausted {
             None
         } else {
-            let weighted = Weighted {
-                prior: &self.prior,
-                sigma: self.balance.sigma,
-            };
-            match self.iteration.step(problem, &weighted) {
+            match self.iteration.step(problem, &self.prior) {
                 None | Some(StepResult::Continue) => return,
                 Some(StepResult::Failed) => None,
                 Some(StepResult::Finished(termination)) => Some(termination),
@@ -229,9 +202,9 @@ where
 
     /// An iteration has ended: keeps the better end, and decides what comes next.
     #[inline(never)]
-    fn settle<P: Problem<T, N, M, E, At = A>>(
+    fn settle(
         &mut self,
-        problem: &P,
+        problem: &impl Problem<T, N, M, E, At = A>,
         start: StartUsed,
         termination: Option<Termination>,
     ) {
@@ -239,7 +212,7 @@ where
             self.keep_better(problem, start, termination);
             self.starts.converged(start, &self.iteration.point, problem);
         }
-        if self.balance.is_first() && self.start_elsewhere(problem, start) {
+        if self.prior.rounds == 0 && self.start_elsewhere(problem, start) {
             return;
         }
         if self.end_alone {
@@ -252,9 +225,9 @@ where
 
     /// Keeps the end of the iteration if it is better than the best so far.
     #[inline(never)]
-    fn keep_better<P: Problem<T, N, M, E, At = A>>(
+    fn keep_better(
         &mut self,
-        problem: &P,
+        problem: &impl Problem<T, N, M, E, At = A>,
         start: StartUsed,
         termination: Termination,
     ) {
@@ -268,7 +241,7 @@ where
                 None => true,
                 Some(best) => best.is_improved_by(
                     point,
-                    self.balance.sigma,
+                    self.prior.sigma,
                     self.settings.tolerance.is_some(),
                     problem,
                 ),
@@ -278,7 +251,7 @@ where
                     point: point.clone(),
                     termination,
                     start,
-                    residual_sigma: self.balance.sigma,
+                    residual_sigma: self.prior.sigma,
                 });
             }
         }
@@ -286,9 +259,9 @@ where
 
     /// A piece of the covariance at the best end point; decides what comes next once it is complete.
     #[inline(never)]
-    fn identify<P: Problem<T, N, M, E, At = A>>(
+    fn identify(
         &mut self,
-        problem: &P,
+        problem: &impl Problem<T, N, M, E, At = A>,
         covariance: &mut SMatrix<T, N, N>,
     ) {
         let point = match &self.best {
@@ -298,7 +271,7 @@ where
         if self.identifiability.invert(&point.normal, covariance) {
             return;
         }
-        if self.balance.is_first() {
+        if self.prior.rounds == 0 {
             let own = &self.identifiability;
             self.starts
                 .search(problem, point, || own.weakest_direction(covariance));
@@ -312,17 +285,13 @@ where
         self.phase = Phase::Judging;
     }
 
-    fn look_for_free<P: Problem<T, N, M, E, At = A>>(
+    fn look_for_free(
         &mut self,
-        problem: &P,
+        problem: &impl Problem<T, N, M, E, At = A>,
         covariance: &mut SMatrix<T, N, N>,
     ) {
         if self.iteration.is_linearizing() {
-            let weighted = Weighted {
-                prior: &self.prior,
-                sigma: self.balance.sigma,
-            };
-            self.iteration.step(problem, &weighted);
+            self.iteration.step(problem, &self.prior);
         } else if !self
             .identifiability
             .invert(&self.iteration.point.normal, covariance)
@@ -333,9 +302,9 @@ where
 
     /// Starts again, and adds up the iterations so far.
     #[inline(never)]
-    fn start_again<P: Problem<T, N, M, E, At = A>>(
+    fn start_again(
         &mut self,
-        problem: &P,
+        problem: &impl Problem<T, N, M, E, At = A>,
         start: StartUsed,
         correction: &[T; N],
     ) {
@@ -345,9 +314,9 @@ where
     }
 
     /// Starts again if the samples allow a better fit, or if there may be another solution.
-    fn start_elsewhere<P: Problem<T, N, M, E, At = A>>(
+    fn start_elsewhere(
         &mut self,
-        problem: &P,
+        problem: &impl Problem<T, N, M, E, At = A>,
         ended: StartUsed,
     ) -> bool {
         if let Some(correction) = self.starts.better_free(problem, ended, self.best.as_ref()) {
@@ -357,7 +326,7 @@ where
         self.search_on(problem)
     }
 
-    fn search_on<P: Problem<T, N, M, E, At = A>>(&mut self, problem: &P) -> bool {
+    fn search_on(&mut self, problem: &impl Problem<T, N, M, E, At = A>) -> bool {
         let Some((start, correction)) = self.starts.next_searched(problem) else {
             return false;
         };
@@ -367,17 +336,15 @@ where
 
     /// If a tolerance but no noise is stated: solves again with the noise estimated from the residuals.
     #[inline(never)]
-    fn balance_tolerance<P: Problem<T, N, M, E, At = A>>(
+    fn balance_tolerance(
         &mut self,
-        problem: &P,
+        problem: &impl Problem<T, N, M, E, At = A>,
         covariance: &SMatrix<T, N, N>,
     ) -> bool {
         let best = self.best.as_ref();
         if self.settings.tolerance.is_none()
-            || problem.noise_stated()
-            || !self
-                .balance
-                .next(problem, &self.prior, best, covariance.as_slice())
+            || problem.extent().unit.is_none()
+            || !self.prior.balance(problem, best, covariance.as_slice())
         {
             return false;
         }
@@ -396,9 +363,9 @@ where
 
     /// Judges the best end point, and completes the estimate if it is good.
     #[inline(never)]
-    fn judge<P: Problem<T, N, M, E, At = A>>(
+    fn judge(
         &self,
-        problem: &P,
+        problem: &impl Problem<T, N, M, E, At = A>,
         place: &mut Estimate<T, N>,
     ) -> Result<(), Refusal> {
         let (point, end, residual_sigma): (&Point<T, N, M, E>, _, _) = match &self.best {
@@ -407,14 +374,14 @@ where
                 Some((best.termination, best.start)),
                 best.residual_sigma,
             ),
-            None => (&self.iteration.point, None, self.balance.sigma),
+            None => (&self.iteration.point, None, self.prior.sigma),
         };
         Judgement {
             first_arm: self.first_arm,
             point,
             identifiability: &self.identifiability,
             end,
-            prior: &self.prior,
+            prior: &self.prior.prior,
             residual_sigma,
             iterations: self.iterations(),
         }
@@ -429,17 +396,13 @@ fn covariance_of<T: Real, const N: usize>(place: &mut Estimate<T, N>) -> &mut SM
 }
 
 /// Checks that a calibration with these settings can start.
-pub(crate) fn enough_samples<T, P, const N: usize, const M: usize, const E: usize>(
-    problem: &P,
+pub(crate) fn enough_samples<T: Real>(
+    extent: &Extent<T>,
     arm: ArmIndex,
     settings: &Settings<T>,
-) -> Result<(), Refusal>
-where
-    T: Real,
-    P: Problem<T, N, M, E>,
-{
-    let forgotten = !(problem.effective_samples() > T::ZERO);
-    let samples = if forgotten { 0 } else { problem.samples() };
+) -> Result<(), Refusal> {
+    let forgotten = !(extent.effective_samples > T::ZERO);
+    let samples = if forgotten { 0 } else { extent.samples };
     let needed = settings.samples_needed();
     if samples < needed {
         return Err(Refusal::TooFewSamples {
@@ -449,161 +412,4 @@ where
         });
     }
     Ok(())
-}
-
-/// Rounds of noise estimation if a tolerance but no noise is stated.
-const ROUNDS: u8 = 20;
-
-/// The noise, estimated iteratively from the residuals so that samples and tolerance have the right weights (`MacKay`'s
-/// evidence iteration, σ² = Σr²/(n − γ) with γ the number of parameters determined by the samples).
-#[derive(Debug, Clone, Copy)]
-pub(super) struct NoiseBalance<T> {
-    /// σ of the weighted residual; 1 with a stated noise.
-    pub(super) sigma: T,
-    rounds: u8,
-}
-
-impl<T: Real> NoiseBalance<T> {
-    pub(super) const fn none() -> Self {
-        Self {
-            sigma: T::ONE,
-            rounds: 0,
-        }
-    }
-
-    /// Whether the noise has not been estimated yet.
-    pub(super) const fn is_first(&self) -> bool {
-        self.rounds == 0
-    }
-
-    /// Whether to solve once more, with the σ estimated here from the best end point and its covariance.
-    pub(super) fn next<P, R, const N: usize, const M: usize, const E: usize>(
-        &mut self,
-        problem: &P,
-        prior: &R,
-        best: Option<&EndPoint<T, N, M, E>>,
-        covariance: &[T],
-    ) -> bool
-    where
-        P: Problem<T, N, M, E>,
-        R: Prior<T, N, M, E>,
-    {
-        if self.rounds >= ROUNDS {
-            return false;
-        }
-        let Some(best) = best else {
-            // Too weak a tolerance leaves the problem without a well-defined minimum: start from a stronger one.
-            self.rounds += 1;
-            self.sigma *= T::from_f64(10.0);
-            return true;
-        };
-        let correction = &best.point.correction;
-        let determined = determined_parameters(prior, correction, best.residual_sigma, covariance);
-        let spare = problem.residuals() - determined;
-        if !(spare > T::from_f64(1e-3)) {
-            return false;
-        }
-        let least = T::from_f64(8.0) * T::EPSILON;
-        let sigma = (best.point.sum_of_squares / spare)
-            .square_root()
-            .larger(least);
-        let change = (sigma - best.residual_sigma).magnitude();
-        if best.residual_sigma != self.sigma || !(change > T::from_f64(0.01) * self.sigma) {
-            // Converged; or the last round failed, and the previous one stands.
-            return false;
-        }
-        self.rounds += 1;
-        self.sigma = sigma;
-        true
-    }
-}
-
-/// γ = N − Σ σ² (UᵀU C)ⱼⱼ: the number of parameters determined by the samples rather than the prior.
-pub(super) fn determined_parameters<T, R, const N: usize, const M: usize, const E: usize>(
-    prior: &R,
-    correction: &[T; N],
-    sigma: T,
-    covariance: &[T],
-) -> T
-where
-    T: Real,
-    R: Prior<T, N, M, E>,
-{
-    let mut determined = T::from_count(N as u64);
-    for share in prior.shares(correction, covariance) {
-        determined -= share * sigma.squared();
-    }
-    determined
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used)]
-
-    use super::{Minimizer, Progress};
-    use crate::calibration::curve::Curve;
-    use crate::calibration::outcome::Estimate;
-    use crate::calibration::settings::{Settings, Solver};
-    use crate::calibration::tolerance::Tolerance;
-    use crate::robot::ArmIndex;
-
-    /// The end of the iteration of a problem, by full steps from p = 0.
-    fn end(problem: &Curve) -> Option<[f64; 1]> {
-        let settings = Settings::new().with_solver(Solver::GaussNewton);
-        let mut solver =
-            Minimizer::<f64, f64, [f64; 1], 1, 2, 3>::unstarted(ArmIndex::First, [0.0], &settings);
-        solver.begin(problem);
-        while solver.step(problem, &mut Estimate::vacant()) == Ok(Progress::Working) {}
-        solver.end()
-    }
-
-    /// A full step can lead over a hill into another valley. Residuals of (1, 0) at p = 0 lead to p = 10, and the next
-    /// step to p = 11, the bottom of a valley. That counts as an end only if the residuals there are smaller than at
-    /// the start, however well the iteration has converged.
-    #[test]
-    fn an_end_that_is_worse_than_the_start_is_none() {
-        let lower = Curve {
-            residuals: |p| {
-                if p < 5.0 {
-                    [(1.0 - 0.1 * p, -0.1), (0.0, 0.0)]
-                } else {
-                    [(p - 11.0, 1.0), (0.9, 0.0)]
-                }
-            },
-            ..Curve::straight()
-        };
-        assert_eq!(end(&lower), Some([11.0]));
-        let higher = Curve {
-            residuals: |p| {
-                if p < 5.0 {
-                    [(1.0 - 0.1 * p, -0.1), (0.0, 0.0)]
-                } else {
-                    [(p - 11.0, 1.0), (1.1, 0.0)]
-                }
-            },
-            ..Curve::straight()
-        };
-        assert_eq!(end(&higher), None);
-    }
-
-    /// With a tolerance but no noise, the noise is estimated in rounds that solve the problem again. Only the first
-    /// round searches for other solutions: the residuals of (p, 1) exceed any noise in every round.
-    #[test]
-    fn other_solutions_are_looked_for_once_and_not_with_every_estimate_of_the_noise() {
-        let problem = Curve {
-            residuals: |p| [(p, 1.0), (1.0, 0.0)],
-            free_start: Some(7.0),
-            ..Curve::straight()
-        };
-        let settings = Settings::new().with_tolerance(Tolerance::new(0.5, 0.003).unwrap());
-        let mut solver =
-            Minimizer::<f64, f64, [f64; 1], 1, 2, 3>::unstarted(ArmIndex::First, [1.0], &settings);
-        solver.begin(&problem);
-        let mut place = Estimate::vacant();
-        while solver.step(&problem, &mut place) == Ok(Progress::Working) {}
-        // Two residuals of 0 and 1, out of 60, one degree of freedom taken by the parameter.
-        let sigma = libm::sqrt(1.0 / 59.0);
-        assert!((solver.balance.sigma / sigma - 1.0).abs() < 0.01);
-        assert_eq!(problem.asked.get(), 1);
-    }
 }

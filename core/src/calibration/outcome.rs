@@ -1,5 +1,6 @@
 use crate::Real;
 use crate::robot::{Arm, ArmIndex, Parameter, Robot};
+use crate::samples::part;
 use nalgebra::{SMatrix, SVector};
 
 /// Why the iteration stopped.
@@ -54,6 +55,30 @@ pub struct Estimate<T: Real, const N: usize> {
 }
 
 impl<T: Real, const N: usize> Estimate<T, N> {
+    /// K of the parameters, from one on, alone; the other figures are those of all.
+    pub(crate) fn part<const K: usize>(&self, first: usize) -> Estimate<T, K> {
+        let block = |all: &SMatrix<T, N, N>| {
+            SMatrix::<T, K, K>::from_fn(|row, column| {
+                let entry = all.get((first + row, first + column));
+                entry.copied().unwrap_or(T::ZERO)
+            })
+        };
+        Estimate {
+            correction: part(&self.correction, first),
+            covariance: self.covariance.as_ref().map(block),
+            prior_share: part(&self.prior_share, first),
+            residual_rms: self.residual_rms,
+            estimated_noise: self.estimated_noise,
+            degrees_of_freedom: self.degrees_of_freedom,
+            effective_samples: self.effective_samples,
+            samples: self.samples,
+            iterations: self.iterations,
+            termination: self.termination,
+            start: self.start,
+            conditions: self.conditions,
+        }
+    }
+
     /// A placeholder.
     pub(crate) const fn vacant() -> Self {
         Self {
@@ -128,12 +153,16 @@ impl<T: Real> ArmOutcome<T> {
 
     /// σ of a parameter: length or radians. `None` if the covariance is `None`.
     pub fn standard_deviation(&self, parameter: Parameter) -> Option<T> {
-        let index = parameter.index();
-        self.covariance
-            .as_ref()
-            .and_then(|covariance| covariance.get((index, index)))
-            .map(|variance| variance.square_root())
+        sigma(self.covariance.as_ref(), parameter.index())
     }
+}
+
+/// The root of a variance.
+fn sigma<T: Real, const N: usize>(
+    covariance: Option<&SMatrix<T, N, N>>,
+    index: usize,
+) -> Option<T> {
+    Some(covariance?.get((index, index))?.square_root())
 }
 
 /// A calibrated robot.
@@ -170,46 +199,22 @@ impl<T: Real> JointOutcome<T> {
     /// The result for one arm. Residual and noise are those of the robot; the degrees of freedom are the samples minus
     /// the arm's parameters.
     pub fn arm(&self, arm: ArmIndex) -> ArmOutcome<T> {
-        let first = 8 * arm.index();
-        let estimate = &self.estimate;
-        let block = |all: &SMatrix<T, 24, 24>| {
-            SMatrix::<T, 8, 8>::from_fn(|row, column| {
-                let entry = all.get((first + row, first + column));
-                entry.copied().unwrap_or(T::ZERO)
-            })
-        };
-        let mut prior_share = SVector::<T, 8>::zeros();
+        let own = self.estimate.part(8 * arm.index());
         let mut determined = T::from_f64(8.0);
-        for (own, share) in prior_share
-            .iter_mut()
-            .zip(estimate.prior_share.iter().skip(first))
-        {
-            *own = *share;
-            determined -= *share;
+        for share in own.prior_share {
+            determined -= share;
         }
-        let condition = estimate.conditions.get(arm.index());
+        let condition = own.conditions.get(arm.index());
         ArmOutcome {
-            arm: *self.robot.arm(arm),
-            covariance: estimate.covariance.as_ref().map(block),
-            residual_rms: estimate.residual_rms,
-            estimated_noise: estimate.estimated_noise,
-            degrees_of_freedom: (estimate.effective_samples - determined).larger(T::ZERO),
-            samples: estimate.samples,
-            iterations: estimate.iterations,
-            termination: estimate.termination,
-            start: estimate.start,
+            degrees_of_freedom: (own.effective_samples - determined).larger(T::ZERO),
             condition: condition.copied().unwrap_or(T::INFINITY),
-            prior_share,
+            ..ArmOutcome::of(*self.robot.arm(arm), &own)
         }
     }
 
     /// σ of a parameter: length or radians. `None` if the covariance is `None`.
     pub fn standard_deviation(&self, arm: ArmIndex, parameter: Parameter) -> Option<T> {
         let index = 8 * arm.index() + parameter.index();
-        self.estimate
-            .covariance
-            .as_ref()
-            .and_then(|covariance| covariance.get((index, index)))
-            .map(|variance| variance.square_root())
+        sigma(self.estimate.covariance.as_ref(), index)
     }
 }

@@ -4,7 +4,7 @@ use super::minimizer::Progress;
 use super::refusal::Refusal;
 use super::settings::Settings;
 use crate::Real;
-use crate::robot::Robot;
+use crate::robot::{ArmIndex, Robot};
 use crate::samples::{Forgetting, MergeError, NominalArm, Sample, SampleError};
 use crate::state::State;
 use core::fmt::Debug;
@@ -16,7 +16,16 @@ pub trait Samples<T: Real>: Clone + Debug + PartialEq + State<T> {
     /// Discards all samples.
     fn reset(&mut self);
     /// Checks that the numbers of a sample are usable.
-    fn check(&self, sample: &Sample<T>) -> Result<(), SampleError>;
+    fn check(&self, sample: &Sample<T>) -> Result<(), SampleError> {
+        let nominal_arms = self.nominal_arms();
+        let [first, ..] = nominal_arms;
+        sample.check(first.arm().drive())?;
+        let joints = sample.joints.into_iter().zip(ArmIndex::ALL);
+        for (nominal, (q, arm)) in nominal_arms.into_iter().zip(joints) {
+            nominal.check(&sample.position, q, arm)?;
+        }
+        Ok(())
+    }
     /// Adds a checked sample.
     fn push(&mut self, sample: &Sample<T>);
     /// Adds a checked sample, and lets earlier ones fade.
@@ -32,7 +41,9 @@ pub trait Samples<T: Real>: Clone + Debug + PartialEq + State<T> {
     /// Number of samples received.
     fn count(&self) -> u64;
     /// The uncalibrated robot.
-    fn robot(&self) -> Robot<T>;
+    fn robot(&self) -> Robot<T> {
+        Robot::of_valid(self.nominal_arms().map(|nominal| *nominal.arm()))
+    }
     /// What the calibration assumes.
     fn settings(&self) -> &Settings<T>;
     /// The nominal arms, relative to which samples are expressed.

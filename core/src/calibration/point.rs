@@ -2,9 +2,10 @@
 
 use super::limits::{INDISTINGUISHABLE, NEARER, SAME_POINT, TIE};
 use super::outcome::{StartUsed, Termination};
-use super::problem::{Prior, Problem};
+use super::problem::Problem;
+use super::tolerance_prior::TolerancePrior;
 use crate::Real;
-use crate::samples::Triangle;
+use crate::samples::{Triangle, squares};
 
 /// A correction, the problem linearised there, and its cost.
 #[derive(Debug, Clone)]
@@ -53,33 +54,78 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Point<T, N, M, E> 
     }
 }
 
-/// The weighted prior: its rows, and σ of the residuals.
-pub(crate) struct Weighted<'a, T, R> {
-    pub(crate) prior: &'a R,
+/// Rounds of noise estimation if a tolerance but no noise is stated.
+const ROUNDS: u8 = 20;
+
+/// The prior, and the noise against which it is weighted.
+///
+/// An unknown noise is estimated iteratively from the residuals so that samples and tolerance have the right weights
+/// (`MacKay`'s evidence iteration, σ² = Σr²/(n − γ) with γ the number of parameters determined by the samples).
+#[derive(Debug, Clone)]
+pub(crate) struct Weighted<T: Real, const N: usize> {
+    pub(crate) prior: TolerancePrior<T, N>,
+    /// σ of the weighted residual; 1 with a stated noise.
     pub(crate) sigma: T,
+    /// How often it was estimated.
+    pub(super) rounds: u8,
 }
 
-impl<T: Real, R> Weighted<'_, T, R> {
-    pub(super) fn cost<const N: usize, const M: usize, const E: usize>(
-        &self,
-        correction: &[T; N],
-    ) -> T
-    where
-        R: Prior<T, N, M, E>,
-    {
+impl<T: Real, const N: usize> Weighted<T, N> {
+    pub(super) const fn new(prior: TolerancePrior<T, N>) -> Self {
+        Self {
+            prior,
+            sigma: T::ONE,
+            rounds: 0,
+        }
+    }
+
+    pub(super) fn cost(&self, correction: &[T; N]) -> T {
         self.prior.cost(correction) * self.sigma.squared()
     }
 
-    pub(super) fn add_gradient<const N: usize, const M: usize, const E: usize>(
-        &self,
-        correction: &[T; N],
-        to: &mut [T; N],
-    ) where
-        R: Prior<T, N, M, E>,
-    {
+    pub(super) fn add_gradient(&self, correction: &[T; N], to: &mut [T; N]) {
         for (sum, part) in to.iter_mut().zip(self.prior.gradient(correction)) {
             *sum += part * self.sigma.squared();
         }
+    }
+
+    /// Whether to solve once more, with the σ estimated here from the best end point and its covariance.
+    pub(super) fn balance<const M: usize, const E: usize>(
+        &mut self,
+        problem: &impl Problem<T, N, M, E>,
+        best: Option<&EndPoint<T, N, M, E>>,
+        covariance: &[T],
+    ) -> bool {
+        if self.rounds >= ROUNDS {
+            return false;
+        }
+        let Some(best) = best else {
+            // Too weak a tolerance leaves the problem without a well-defined minimum: start from a stronger one.
+            self.rounds += 1;
+            self.sigma *= T::from_f64(10.0);
+            return true;
+        };
+        // γ = N − Σ σ² (UᵀU C)ⱼⱼ
+        let mut determined = T::from_count(N as u64);
+        for share in self.prior.shares(&best.point.correction, covariance) {
+            determined -= share * best.residual_sigma.squared();
+        }
+        let spare = problem.extent().residuals - determined;
+        if !(spare > T::from_f64(1e-3)) {
+            return false;
+        }
+        let least = T::from_f64(8.0) * T::EPSILON;
+        let sigma = (best.point.sum_of_squares / spare)
+            .square_root()
+            .larger(least);
+        let change = (sigma - best.residual_sigma).magnitude();
+        if best.residual_sigma != self.sigma || !(change > T::from_f64(0.01) * self.sigma) {
+            // Converged; or the last round failed, and the previous one stands.
+            return false;
+        }
+        self.rounds += 1;
+        self.sigma = sigma;
+        true
     }
 }
 
@@ -97,15 +143,15 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> EndPoint<T, N, M, 
     /// Whether another end point is preferable: a clearly smaller cost, or, if the samples cannot distinguish the two,
     /// the solution nearer to nominal. Eight samples have several exact solutions.
     #[inline(never)]
-    pub(super) fn is_improved_by<P: Problem<T, N, M, E>>(
+    pub(super) fn is_improved_by(
         &self,
         end: &Point<T, N, M, E>,
         residual_sigma: T,
         has_tolerance: bool,
-        problem: &P,
+        problem: &impl Problem<T, N, M, E>,
     ) -> bool {
         // With a tolerance, the cost itself prefers the nearer solution.
-        let tie = if problem.noise_stated() && !has_tolerance {
+        let tie = if problem.extent().unit.is_none() && !has_tolerance {
             T::from_f64(INDISTINGUISHABLE)
         } else {
             // If two starts reach the same point, the first is kept.
@@ -118,8 +164,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> EndPoint<T, N, M, 
         }
         let same_place = self.point.is_at(&end.correction, tie);
         if gained.magnitude() <= tie && !same_place {
-            squared_length(&end.correction)
-                < T::from_f64(NEARER) * squared_length(&self.point.correction)
+            squares(&end.correction) < T::from_f64(NEARER) * squares(&self.point.correction)
         } else {
             gained > T::ZERO
         }
@@ -127,23 +172,10 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> EndPoint<T, N, M, 
 }
 
 /// A sum of squares below this is rounding: (32ε)² times the rows that the residuals come from.
-pub(super) fn rounding_of_cost<
-    T: Real,
-    P: Problem<T, N, M, E>,
-    const N: usize,
-    const M: usize,
-    const E: usize,
->(
-    problem: &P,
+pub(super) fn rounding_of_cost<T: Real, const N: usize, const M: usize, const E: usize>(
+    problem: &impl Problem<T, N, M, E>,
 ) -> T {
     problem.rows_squared() * (T::from_f64(32.0) * T::EPSILON).squared()
-}
-
-#[inline(never)]
-fn squared_length<T: Real>(values: &[T]) -> T {
-    values
-        .iter()
-        .fold(T::ZERO, |sum, value| sum + value.squared())
 }
 
 #[cfg(test)]
@@ -151,45 +183,12 @@ mod tests {
     #![allow(clippy::cast_precision_loss)]
     #![allow(clippy::unwrap_used)]
 
-    use super::{EndPoint, Weighted};
+    use super::EndPoint;
     use crate::calibration::outcome::{StartUsed, Termination};
     use crate::calibration::point::Point;
-    use crate::calibration::problem::Prior;
     use crate::robot::Arm;
     use crate::samples::{ArmFactor, Noise, NominalArm, Triangle};
     use nalgebra::Vector3;
-
-    /// Half the derivative of the weighted cost: exact by central differences of any step, since the cost is quadratic.
-    #[test]
-    fn the_gradient_of_the_prior_is_that_of_its_weighted_cost() {
-        let prior: [f64; 8] = [3.0, 0.5, 0.0, 2.0, 1.0, 4.0, 0.2, 1.5];
-        let weighted = Weighted {
-            prior: &prior,
-            sigma: 0.4,
-        };
-        let cost = |correction: &[f64; 8]| {
-            let squares = prior.iter().zip(correction);
-            squares
-                .map(|(weight, delta)| (weight * delta * 0.4).powi(2))
-                .sum::<f64>()
-        };
-        let correction: [f64; 8] = core::array::from_fn(|index| 0.3 * index as f64 - 1.0);
-        assert!((weighted.cost::<8, 9, 45>(&correction) - cost(&correction)).abs() < 1e-14);
-        let before: [f64; 8] = core::array::from_fn(|index| 0.1 * index as f64 + 0.2);
-        let mut gradient = before;
-        weighted.add_gradient::<8, 9, 45>(&correction, &mut gradient);
-        for parameter in 0..8 {
-            let [above, below] = [0.5, -0.5].map(|by| {
-                let mut moved = correction;
-                moved[parameter] += by;
-                cost(&moved)
-            });
-            let expected = before[parameter] + (above - below) / 2.0;
-            assert!((gradient[parameter] - expected).abs() < 1e-14);
-        }
-        let unheld = Prior::<f64, 8, 9, 45>::unheld(&prior);
-        assert_eq!(unheld, 1);
-    }
 
     /// An end point at a distance from nominal where a step of 1 raises the cost by 10,000.
     fn end(distance: f64, cost: f64) -> Point<f64, 8, 9, 45> {

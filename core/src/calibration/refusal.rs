@@ -4,11 +4,12 @@ use core::fmt;
 /// Why a calibration is refused. The robot keeps its parameters.
 ///
 /// The figures are for messages and are single precision for any scalar type.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Refusal {
     /// Fewer samples than unknowns.
+    #[error("{arm} has {samples} samples and needs {needed}")]
     TooFewSamples {
         /// The arm.
         arm: ArmIndex,
@@ -18,6 +19,9 @@ pub enum Refusal {
         needed: u64,
     },
     /// The poses leave a combination of parameters (nearly) undetermined.
+    #[error(
+        "the poses do not determine {arm}, least of all {parameter} (condition {condition:.1e})"
+    )]
     Undetermined {
         /// The arm.
         arm: ArmIndex,
@@ -29,6 +33,7 @@ pub enum Refusal {
     },
     /// The poses determine the parameters, but the noise leaves one too uncertain: its σ exceeds a tenth of the upper
     /// arm, or of a radian.
+    #[error("the noise leaves {parameter} of {arm} unknown (sigma {sigma:.3e})")]
     Uncertain {
         /// The arm.
         arm: ArmIndex,
@@ -38,6 +43,7 @@ pub enum Refusal {
         sigma: f32,
     },
     /// The iteration did not converge within its limits.
+    #[error("the fit of {arm} did not converge in {iterations} iterations")]
     NotConverged {
         /// The arm.
         arm: ArmIndex,
@@ -45,6 +51,7 @@ pub enum Refusal {
         iterations: u16,
     },
     /// The residuals are too large for the stated noise.
+    #[error(fmt = contradiction)]
     ResidualContradictsNoise {
         /// The arm; `None` if the residuals of all arms are tested together.
         arm: Option<ArmIndex>,
@@ -52,6 +59,7 @@ pub enum Refusal {
         ratio: f32,
     },
     /// A parameter is further from nominal than the stated tolerance makes credible.
+    #[error("{parameter} of {arm} came out {tolerances:.1} tolerances from nominal")]
     FarFromNominal {
         /// The arm.
         arm: ArmIndex,
@@ -61,6 +69,7 @@ pub enum Refusal {
         tolerances: f32,
     },
     /// The solution is not the geometry of an arm.
+    #[error("the solution for {arm} is impossible: {error}")]
     ImpossibleGeometry {
         /// The arm.
         arm: ArmIndex,
@@ -68,12 +77,15 @@ pub enum Refusal {
         error: GeometryError,
     },
     /// The three arms are valid but do not form a robot.
+    #[error("the solution is not a robot: {0}")]
     ImpossibleRobot(GeometryError),
     /// The calibrated arms fit the samples, but the platform was measured above the plane of the elbows, where
     /// [`Robot::forward`](crate::Robot::forward) never puts it: relative to the robot's frame, the measuring frame is
     /// upside down or left-handed.
+    #[error("the platform was measured above its elbows: the frame is upside down or left-handed")]
     WrongSide,
     /// An instrument has fewer readings than unknowns.
+    #[error("{instrument} has {observations} readings and needs {needed}")]
     TooFewObservations {
         /// The instrument.
         instrument: Instrument,
@@ -83,20 +95,25 @@ pub enum Refusal {
         needed: u64,
     },
     /// The stated placement of an instrument is invalid: its numbers must be finite, and every σ greater than 0.
+    #[error("what is stated of {0} is not finite, or its sigma is not greater than 0")]
     UnusableInstrument(Instrument),
     /// The poses leave the placement of an instrument (nearly) undetermined.
+    #[error("the poses do not determine where {0} is")]
     UndeterminedInstrument(Instrument),
     /// The arithmetic overflowed.
+    #[error("the samples of {arm} overflow the arithmetic")]
     NonFinite {
         /// The arm.
         arm: ArmIndex,
     },
     /// The instruments have more unknowns than the solver has room for.
+    #[error("there is no room for {parameters} parameters")]
     TooManyUnknowns {
         /// Number of unknowns, including the robot's parameters.
         parameters: u64,
     },
     /// The result was requested before the solver finished.
+    #[error("the solver has not finished")]
     Unfinished,
 }
 
@@ -133,102 +150,26 @@ impl Refusal {
             | Self::ImpossibleGeometry { arm, .. }
             | Self::NonFinite { arm } => Some(*arm),
             Self::ResidualContradictsNoise { arm, .. } => *arm,
-            Self::ImpossibleRobot(_)
-            | Self::WrongSide
-            | Self::TooFewObservations { .. }
-            | Self::UnusableInstrument(_)
-            | Self::UndeterminedInstrument(_)
-            | Self::TooManyUnknowns { .. }
-            | Self::Unfinished => None,
+            _ => None,
         }
     }
 }
 
-impl fmt::Display for Refusal {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::TooFewSamples {
-                arm,
-                samples,
-                needed,
-            } => {
-                write!(formatter, "{arm} has {samples} samples and needs {needed}")
-            }
-            Self::Undetermined {
-                arm,
-                parameter,
-                condition,
-            } => write!(
-                formatter,
-                "the poses do not determine {arm}, least of all {parameter} (condition {condition:.1e})"
-            ),
-            Self::Uncertain {
-                arm,
-                parameter,
-                sigma,
-            } => write!(
-                formatter,
-                "the noise leaves {parameter} of {arm} unknown (sigma {sigma:.3e})"
-            ),
-            Self::NotConverged { arm, iterations } => write!(
-                formatter,
-                "the fit of {arm} did not converge in {iterations} iterations"
-            ),
-            Self::ResidualContradictsNoise {
-                arm: Some(arm),
-                ratio,
-            } => write!(
-                formatter,
-                "the residuals of {arm} are {ratio:.1} times what the stated noise allows"
-            ),
-            Self::ResidualContradictsNoise { arm: None, ratio } => write!(
-                formatter,
-                "the residuals are {ratio:.1} times what the stated noise allows"
-            ),
-            Self::FarFromNominal {
-                arm,
-                parameter,
-                tolerances,
-            } => write!(
-                formatter,
-                "{parameter} of {arm} came out {tolerances:.1} tolerances from nominal"
-            ),
-            Self::ImpossibleGeometry { arm, error } => {
-                write!(formatter, "the solution for {arm} is impossible: {error}")
-            }
-            Self::ImpossibleRobot(error) => {
-                write!(formatter, "the solution is not a robot: {error}")
-            }
-            Self::WrongSide => formatter.write_str(
-                "the platform was measured above its elbows: the frame is upside down or left-handed",
-            ),
-            Self::TooFewObservations {
-                instrument,
-                observations,
-                needed,
-            } => write!(
-                formatter,
-                "{instrument} has {observations} readings and needs {needed}"
-            ),
-            Self::UnusableInstrument(instrument) => write!(
-                formatter,
-                "what is stated of {instrument} is not finite, or its sigma is not greater than 0"
-            ),
-            Self::UndeterminedInstrument(instrument) => {
-                write!(formatter, "the poses do not determine where {instrument} is")
-            }
-            Self::NonFinite { arm } => {
-                write!(formatter, "the samples of {arm} overflow the arithmetic")
-            }
-            Self::TooManyUnknowns { parameters } => {
-                write!(formatter, "there is no room for {parameters} parameters")
-            }
-            Self::Unfinished => formatter.write_str("the solver has not finished"),
-        }
+#[allow(clippy::ref_option, clippy::trivially_copy_pass_by_ref)] // as thiserror calls it
+fn contradiction(
+    arm: &Option<ArmIndex>,
+    ratio: &f32,
+    formatter: &mut fmt::Formatter<'_>,
+) -> fmt::Result {
+    formatter.write_str("the residuals")?;
+    if let Some(arm) = arm {
+        write!(formatter, " of {arm}")?;
     }
+    write!(
+        formatter,
+        " are {ratio:.1} times what the stated noise allows"
+    )
 }
-
-impl core::error::Error for Refusal {}
 
 /// An instrument whose unknowns are estimated along with the parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,9 +7,9 @@ use super::free_start::Means;
 use super::minimizer::{Minimizer, Progress, enough_samples};
 use super::outcome::{ArmOutcome, Estimate, RobotOutcome};
 use super::parts::{Samples, Solver};
+use super::problem::Problem;
 use super::refusal::Refusal;
 use super::settings::Settings;
-use super::tolerance::Tolerance;
 use super::tolerance_prior::TolerancePrior;
 use crate::Real;
 use crate::robot::{ArmIndex, Drive, Robot};
@@ -28,7 +28,7 @@ pub struct RobotSolver<T: Real> {
 }
 
 /// The solver of one arm.
-type ArmSolver<T> = Minimizer<T, Displacement<T>, TolerancePrior<T, 8>, 8, 9, 45>;
+type ArmSolver<T> = Minimizer<T, Displacement<T>, 8, 9, 45>;
 
 impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
     fn vacant() -> Self {
@@ -50,7 +50,7 @@ impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
             robot: samples.robot(),
             arms: [vacant.clone(), vacant.clone(), vacant],
         });
-        enough_samples(first, ArmIndex::First, samples.settings())
+        enough_samples(&first.extent(), ArmIndex::First, samples.settings())
     }
 
     /// One step of the current arm; the last step stores its outcome and starts the next arm.
@@ -86,8 +86,10 @@ impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
 impl<T: Real> RobotSolver<T> {
     #[inline(never)]
     fn start(&mut self, problem: &ArmFactor<T>, settings: &Settings<T>) -> Result<(), Refusal> {
-        enough_samples(problem, self.arm, settings)?;
-        let prior = prior_of_arm(problem.nominal(), settings.tolerance.as_ref());
+        enough_samples(&problem.extent(), self.arm, settings)?;
+        let nominal = problem.nominal();
+        let tolerance = settings.tolerance.as_ref();
+        let prior = TolerancePrior::of_arm(nominal.arm(), &nominal.units(), tolerance);
         self.solver
             .insert(ArmSolver::unstarted(self.arm, prior, settings))
             .begin(problem);
@@ -189,69 +191,5 @@ pub(super) fn check_side<T: Real>(
         Ok(())
     } else {
         Err(Refusal::WrongSide)
-    }
-}
-
-/// The tolerance prior of a separate arm, in internal units.
-pub(crate) fn prior_of_arm<T: Real>(
-    nominal: &NominalArm<T>,
-    tolerance: Option<&Tolerance<T>>,
-) -> TolerancePrior<T, 8> {
-    TolerancePrior::of_arm(nominal.arm(), &nominal.units(), tolerance)
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::unwrap_used)]
-
-    use super::check_side;
-    use crate::calibration::free_start::Means;
-    use crate::calibration::refusal::Refusal;
-    use crate::robot::SymmetricRobot;
-    use crate::samples::NominalArm;
-    use nalgebra::{Matrix3, Vector3};
-
-    /// Arms bent unequally, so that the plane of their mean elbows is far from level. The limits on the height of the
-    /// mean sample follow from the elbow positions by trigonometry.
-    #[test]
-    fn the_mean_sample_must_lie_below_the_plane_of_the_mean_elbows() {
-        let robot = SymmetricRobot::<f64>::PAPER;
-        let (base, upper_arm) = (robot.base_radius - robot.platform_radius, robot.upper_arm);
-        let robot = robot.robot().unwrap();
-        let centre = Vector3::new(10.0, -20.0, -450.0);
-        let nominal = robot
-            .arms()
-            .each_ref()
-            .map(|arm| NominalArm::new(arm, &centre, None));
-        let [first, second, third] = &nominal;
-        // Means of cosines and sines, which need not be those of a single angle.
-        let bent = [[0.8, 0.6], [0.95, 0.28], [0.5, 0.8]];
-        let azimuths = [0.0, 1.0, 2.0].map(|third| third * core::f64::consts::TAU / 3.0);
-        let mut elbows = Matrix3::zeros();
-        for (index, ([cosine, sine], azimuth)) in bent.into_iter().zip(azimuths).enumerate() {
-            let out = base + upper_arm * cosine;
-            let elbow = [
-                out * libm::cos(azimuth),
-                out * libm::sin(azimuth),
-                -upper_arm * sine,
-            ];
-            elbows.set_row(index, &Vector3::from(elbow).transpose());
-        }
-        // z = c + a x + b y through all three.
-        let mut known = elbows;
-        known.set_column(2, &Vector3::repeat(1.0));
-        let [a, b, c] = (known.try_inverse().unwrap() * elbows.column(2)).into();
-        for (x, y) in [(0.0, 0.0), (150.0, 90.0), (-80.0, 200.0), (-120.0, -160.0)] {
-            for (above, expected) in [(-1.0, Ok(())), (1.0, Err(Refusal::WrongSide))] {
-                let point = Vector3::new(x, y, c + a * x + b * y + above);
-                let means = bent.map(|[cosine, sine]| Means {
-                    x: (point - third.centre()) / third.scale(),
-                    spread: 1.0,
-                    sine,
-                    cosine,
-                });
-                assert_eq!(check_side(&robot, [first, second, third], means), expected);
-            }
-        }
     }
 }

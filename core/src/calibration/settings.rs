@@ -131,26 +131,3 @@ impl<T: Real> Settings<T> {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::{Settings, Start};
-    use crate::calibration::tolerance::{Tolerance, ToleranceError};
-
-    #[test]
-    fn a_calibration_needs_eight_twelve_or_one_sample() -> Result<(), ToleranceError> {
-        let tolerance = Some(Tolerance::new(0.3, 0.002)?);
-        for (start, tolerance, needed) in [
-            (Start::Nominal, None, 8),
-            (Start::Nominal, tolerance, 1),
-            (Start::Free, None, 12),
-            (Start::Free, tolerance, 12),
-        ] {
-            let settings = Settings::<f64>::new()
-                .with_tolerance(tolerance)
-                .with_start(start);
-            assert_eq!(settings.samples_needed(), needed);
-        }
-        Ok(())
-    }
-}

@@ -4,7 +4,7 @@ use super::calibrator::estimators::Parts;
 use super::calibrator::{Calibrator, Estimator};
 use super::parts::Samples;
 use crate::Real;
-use crate::samples::{Noise, NominalArm};
+use crate::samples::Noise;
 use crate::snapshot::{Fingerprint, SnapshotError, longest, read, write};
 
 impl<T: Real, E: Estimator> Calibrator<T, E> {
@@ -65,21 +65,17 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
         Ok(())
     }
 
-    /// Everything a snapshot must agree with.
+    /// Everything a snapshot must agree with: what the factors depend on.
     pub(crate) fn marked(&self) -> Fingerprint {
-        mark(self.samples.nominal_arms())
+        let mut fingerprint = Fingerprint::new();
+        let arms = self.samples.nominal_arms();
+        for arm in arms {
+            arm.mark(&mut fingerprint);
+        }
+        let [first, ..] = arms;
+        let noise = first.noise();
+        fingerprint.optional(noise.map(Noise::position_by_axis));
+        fingerprint.optional(noise.map(|noise| [noise.joint()]));
+        fingerprint
     }
-}
-
-/// Everything the factors depend on.
-fn mark<T: Real>(arms: [&NominalArm<T>; 3]) -> Fingerprint {
-    let mut fingerprint = Fingerprint::new();
-    for arm in arms {
-        arm.mark(&mut fingerprint);
-    }
-    let [first, ..] = arms;
-    let noise = first.noise();
-    fingerprint.optional(noise.map(Noise::position_by_axis));
-    fingerprint.optional(noise.map(|noise| [noise.joint()]));
-    fingerprint
 }

@@ -2,7 +2,6 @@ use crate::Real;
 #[cfg(feature = "linear")]
 use crate::robot::Drive;
 use crate::robot::{Arm, Parameter, ParameterKind};
-use core::fmt;
 
 /// Manufacturing tolerance: σ of each parameter about its nominal value. As a prior it adds the eight rows (p −
 /// `p_nominal`)/tolerance to an arm's least-squares problem.
@@ -23,49 +22,41 @@ pub struct Tolerance<T> {
 }
 
 /// Why numbers are not a valid tolerance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ToleranceError {
     /// The tolerance of lengths must be a finite number greater than 0.
+    #[error("the tolerance of lengths must be a finite number greater than 0")]
     Length,
     /// The tolerance of angles must be a finite number greater than 0.
+    #[error("the tolerance of angles must be a finite number greater than 0")]
     Angle,
     /// The tolerance of the joint zeros must be a finite number greater than 0.
+    #[error("the tolerance of the joints' zeros must be a finite number greater than 0")]
     JointZero,
     /// The tolerance of the carriage zeros must be a finite number greater than 0.
+    #[error("the tolerance of the carriages' zero must be a finite number greater than 0")]
     Zero,
     /// The tolerance of scales must be a finite number greater than 0.
+    #[error("the tolerance of scales must be a finite number greater than 0")]
     Scale,
     /// The tolerance of the common tower radius must be a finite number, 0 or greater.
+    #[error("the tolerance of the towers' common radius must be a finite number, 0 or greater")]
     Radius,
     /// The tolerance of the common forearm length must be a finite number, 0 or greater.
+    #[error("the tolerance of the forearms' common length must be a finite number, 0 or greater")]
     Forearm,
 }
 
-impl fmt::Display for ToleranceError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::Length => "the tolerance of lengths must be a finite number greater than 0",
-            Self::Angle => "the tolerance of angles must be a finite number greater than 0",
-            Self::JointZero => {
-                "the tolerance of the joints' zeros must be a finite number greater than 0"
-            }
-            Self::Zero => {
-                "the tolerance of the carriages' zero must be a finite number greater than 0"
-            }
-            Self::Scale => "the tolerance of scales must be a finite number greater than 0",
-            Self::Radius => {
-                "the tolerance of the towers' common radius must be a finite number, 0 or greater"
-            }
-            Self::Forearm => {
-                "the tolerance of the forearms' common length must be a finite number, 0 or greater"
-            }
-        })
+/// Checks that a σ is a finite number greater than 0.
+pub(crate) fn positive<T: Real, E>(sigma: T, error: E) -> Result<(), E> {
+    if sigma > T::ZERO && sigma.finite() {
+        Ok(())
+    } else {
+        Err(error)
     }
 }
-
-impl core::error::Error for ToleranceError {}
 
 impl<T: Real> Tolerance<T> {
     /// σ of `Dx, Dy, Dz, La_x, La_y, Lb` (length) and of θ, α (radians). For linear drives, the first applies to `Dx,
@@ -74,12 +65,8 @@ impl<T: Real> Tolerance<T> {
     /// # Errors
     /// A number that is not finite or not positive.
     pub fn new(length: T, angle: T) -> Result<Self, ToleranceError> {
-        if !(length > T::ZERO && length.finite()) {
-            return Err(ToleranceError::Length);
-        }
-        if !(angle > T::ZERO && angle.finite()) {
-            return Err(ToleranceError::Angle);
-        }
+        positive(length, ToleranceError::Length)?;
+        positive(angle, ToleranceError::Angle)?;
         Ok(Self {
             length,
             angle,
@@ -104,18 +91,13 @@ impl<T: Real> Tolerance<T> {
     /// # Errors
     /// A number that is not finite or not positive.
     pub fn with_joint_zero(mut self, sigma: T) -> Result<Self, ToleranceError> {
-        if !(sigma > T::ZERO && sigma.finite()) {
-            return Err(ToleranceError::JointZero);
-        }
+        positive(sigma, ToleranceError::JointZero)?;
         self.joint_zero = Some(sigma);
         Ok(self)
     }
 
     /// σ of each rotary joint zero, if stated. Radians.
-    pub const fn joint_zero(&self) -> Option<T>
-    where
-        T: Copy,
-    {
+    pub const fn joint_zero(&self) -> Option<T> {
         self.joint_zero
     }
 
@@ -126,12 +108,8 @@ impl<T: Real> Tolerance<T> {
     /// A number that is not finite or not positive.
     #[cfg(feature = "linear")]
     pub fn with_linear(mut self, zero: T, scale: T) -> Result<Self, ToleranceError> {
-        if !(zero > T::ZERO && zero.finite()) {
-            return Err(ToleranceError::Zero);
-        }
-        if !(scale > T::ZERO && scale.finite()) {
-            return Err(ToleranceError::Scale);
-        }
+        positive(zero, ToleranceError::Zero)?;
+        positive(scale, ToleranceError::Scale)?;
         (self.zero, self.scale) = (zero, scale);
         Ok(self)
     }
@@ -152,10 +130,7 @@ impl<T: Real> Tolerance<T> {
 
     /// σ of the radius common to all towers. Length.
     #[cfg(feature = "linear")]
-    pub const fn radius(&self) -> T
-    where
-        T: Copy,
-    {
+    pub const fn radius(&self) -> T {
         self.radius
     }
 
@@ -175,10 +150,7 @@ impl<T: Real> Tolerance<T> {
 
     /// σ of the length common to all forearms of linear drives. Length.
     #[cfg(feature = "linear")]
-    pub const fn forearm(&self) -> T
-    where
-        T: Copy,
-    {
+    pub const fn forearm(&self) -> T {
         self.forearm
     }
 

@@ -1,11 +1,10 @@
 //! The prior of a robot with toleranced parameters.
 
-use super::problem::Prior;
 use super::tolerance::Tolerance;
 use super::upper_arm::UpperArm;
 use crate::Real;
 use crate::robot::{Arm, Drive, Parameter};
-use crate::samples::Triangle;
+use crate::samples::{Triangle, part};
 
 /// Parameters of an arm.
 const OF_ARM: usize = 8;
@@ -20,8 +19,8 @@ const LA_Y: usize = Parameter::LaY.index();
 ///
 /// Each parameter has its own σ. If the tolerance of the [joint zeros](Tolerance::with_joint_zero) is stated, upper
 /// arms instead have a σ of their direction and one of their length. This prior is not quadratic: its
-/// [rows](Prior::rows) are those of its linearisation. In figures per parameter, such as
-/// [`distances`](Prior::distances) and [`shares`](Prior::shares), the length takes the place of `La_x` and the
+/// [rows](Self::rows) are those of its linearisation. In figures per parameter, such as
+/// distances and shares, the length takes the place of `La_x` and the
 /// direction that of `La_y`.
 ///
 /// Towers also have a σ of their [common radius](Tolerance::radius) and one of their [common
@@ -126,6 +125,16 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
             UpperArm::new([x / *unit, y / *unit], weights)
         };
         self.upper_arms = Some([of(one, of_one), of(two, of_two), of(three, of_three)]);
+    }
+
+    #[cfg(test)]
+    pub(crate) const fn of_weights(weights: [T; N]) -> Self {
+        Self {
+            weights,
+            upper_arms: None,
+            #[cfg(feature = "linear")]
+            common: [None; 2],
+        }
     }
 
     /// 1/σ of each parameter with its own σ, in the problem's units. Excludes upper arms with known direction and
@@ -284,15 +293,6 @@ impl<T: Real> Common<T> {
     }
 }
 
-/// Two adjacent values.
-fn pair<T: Real>(values: &[T], first: usize) -> [T; 2] {
-    let mut pair = [T::ZERO; 2];
-    for (own, value) in pair.iter_mut().zip(values.iter().skip(first)) {
-        *own = *value;
-    }
-    pair
-}
-
 /// Writes (J, r) of an upper arm, times σ, into its two rows of a triangle: one rotation makes J triangular.
 fn put_upper_arm<T: Real, const M: usize, const E: usize>(
     rows: &mut Triangle<T, M, E>,
@@ -329,28 +329,49 @@ fn put_upper_arm<T: Real, const M: usize, const E: usize>(
     }
 }
 
-impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E>
-    for TolerancePrior<T, N>
-{
-    fn put_rows(&self, sigma: T, correction: &[T; N], rows: &mut Triangle<T, M, E>) {
-        self.weights.put_rows(sigma, correction, rows);
+impl<T: Real, const N: usize> TolerancePrior<T, N> {
+    /// Overwrites a triangle with the rows (σ U, σ r) at a correction; U = ∂r/∂δ.
+    pub(crate) fn put_rows<const M: usize, const E: usize>(
+        &self,
+        sigma: T,
+        correction: &[T; N],
+        rows: &mut Triangle<T, M, E>,
+    ) {
+        let weights = self.weights.map(|weight| weight * sigma);
+        let mut rights = [T::ZERO; N];
+        for ((right, weight), delta) in rights.iter_mut().zip(&weights).zip(correction) {
+            *right = *weight * *delta;
+        }
+        rows.set_diagonal(&weights, &rights);
         for (place, arm) in self.held_arms() {
-            put_upper_arm(rows, place, arm, pair(correction, place), sigma);
+            put_upper_arm(rows, place, arm, part(correction, place), sigma);
         }
         #[cfg(feature = "linear")]
         for common in self.common.iter().flatten() {
-            let weights = self.weights.map(|weight| weight * sigma);
             common.couple(rows, &weights, correction);
         }
     }
 
-    fn cost(&self, correction: &[T; N]) -> T {
-        let own = match &self.upper_arms {
-            None => Prior::<T, N, M, E>::cost(&self.weights, correction),
-            Some(_) => Prior::<T, N, M, E>::cost(&self.own_weights(), correction),
-        };
+    /// The same, as a new triangle; M = N + 1, E = M (M + 1)/2.
+    pub fn rows<const M: usize, const E: usize>(
+        &self,
+        sigma: T,
+        correction: &[T; N],
+    ) -> Triangle<T, M, E> {
+        let mut rows = Triangle::zero();
+        self.put_rows(sigma, correction, &mut rows);
+        rows
+    }
+
+    /// |r|².
+    #[inline(never)]
+    pub fn cost(&self, correction: &[T; N]) -> T {
+        let mut own = T::ZERO;
+        for (weight, delta) in self.own_weights().iter().zip(correction) {
+            own += (*weight * *delta).squared();
+        }
         let own = self.held_arms().fold(own, |own, (place, arm)| {
-            let [direction, length] = arm.residuals(pair(correction, place));
+            let [direction, length] = arm.residuals(part(correction, place));
             own + direction.squared() + length.squared()
         });
         #[cfg(feature = "linear")]
@@ -361,10 +382,14 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E>
         own
     }
 
-    fn gradient(&self, correction: &[T; N]) -> [T; N] {
-        let mut gradient = Prior::<T, N, M, E>::gradient(&self.weights, correction);
+    /// Uᵀr.
+    pub(crate) fn gradient(&self, correction: &[T; N]) -> [T; N] {
+        let mut gradient = self.weights;
+        for (weight, delta) in gradient.iter_mut().zip(correction) {
+            *weight = *weight * *weight * *delta;
+        }
         for (place, arm) in self.held_arms() {
-            let by = pair(correction, place);
+            let by = part(correction, place);
             let ([turn, stretch], [r, s]) = (arm.jacobian(by), arm.residuals(by));
             let entries = gradient.iter_mut().skip(place);
             for ((entry, turn), stretch) in entries.zip(turn).zip(stretch) {
@@ -381,10 +406,14 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E>
         gradient
     }
 
-    fn advanced(&self, correction: &[T; N], step: &[T; N]) -> [T; N] {
-        let mut advanced = Prior::<T, N, M, E>::advanced(&self.weights, correction, step);
+    /// The correction after a step; an upper arm of known direction follows its circle.
+    pub(crate) fn advanced(&self, correction: &[T; N], step: &[T; N]) -> [T; N] {
+        let mut advanced = *correction;
+        for (value, delta) in advanced.iter_mut().zip(step) {
+            *value += *delta;
+        }
         for (place, arm) in self.held_arms() {
-            let moved = arm.advanced(pair(correction, place), pair(step, place));
+            let moved = arm.advanced(part(correction, place), part(step, place));
             for (value, moved) in advanced.iter_mut().skip(place).zip(moved) {
                 *value = moved;
             }
@@ -392,14 +421,20 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E>
         advanced
     }
 
-    fn unheld(&self) -> usize {
-        Prior::<T, N, M, E>::unheld(&self.weights)
+    /// Number of parameter combinations it does not constrain.
+    pub(crate) fn unheld(&self) -> usize {
+        let weights = self.weights.iter();
+        weights.filter(|weight| **weight == T::ZERO).count()
     }
 
-    fn distances(&self, correction: &[T; N]) -> [T; N] {
-        let mut distances = Prior::<T, N, M, E>::distances(&self.weights, correction);
+    /// Each parameter's distance from nominal, in tolerances.
+    pub(crate) fn distances(&self, correction: &[T; N]) -> [T; N] {
+        let mut distances = self.weights;
+        for (weight, delta) in distances.iter_mut().zip(correction) {
+            *weight = (*weight * *delta).magnitude();
+        }
         for (place, arm) in self.held_arms() {
-            let [direction, length] = arm.residuals(pair(correction, place));
+            let [direction, length] = arm.residuals(part(correction, place));
             let places = distances.iter_mut().skip(place);
             for (distance, own) in places.zip([length, direction]) {
                 *distance = own.magnitude();
@@ -415,17 +450,21 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Prior<T, N, M, E>
         distances
     }
 
-    fn shares(&self, correction: &[T; N], covariance: &[T]) -> [T; N] {
-        let mut shares = Prior::<T, N, M, E>::shares(&self.weights, correction, covariance);
+    /// (UᵀU C)ⱼⱼ: the share of each parameter decided by the prior at a correction. `covariance`: C, by columns.
+    pub(crate) fn shares(&self, correction: &[T; N], covariance: &[T]) -> [T; N] {
+        let mut shares = self.weights;
+        for (weight, variance) in shares.iter_mut().zip(covariance.iter().step_by(N + 1)) {
+            *weight = weight.squared() * *variance;
+        }
         let columns = || covariance.chunks_exact(N.max(1));
         for (place, arm) in self.held_arms() {
-            let [turn, stretch] = arm.jacobian(pair(correction, place));
+            let [turn, stretch] = arm.jacobian(part(correction, place));
             let own = shares.iter_mut().skip(place);
             for (share, [x, y]) in own.zip([stretch, turn]) {
                 *share = T::ZERO;
-                for (column, part) in columns().skip(place).zip([x, y]) {
-                    let [by_x, by_y] = pair(column, place);
-                    *share += part * (x * by_x + y * by_y);
+                for (column, own) in columns().skip(place).zip([x, y]) {
+                    let [by_x, by_y] = part(column, place);
+                    *share += own * (x * by_x + y * by_y);
                 }
             }
         }
@@ -449,7 +488,6 @@ mod tests {
     #![allow(clippy::cast_precision_loss, clippy::float_cmp, clippy::unwrap_used)]
 
     use super::TolerancePrior;
-    use crate::calibration::problem::Prior;
     use crate::calibration::tolerance::Tolerance;
     use crate::robot::{Arm, Parameter, Robot, SymmetricRobot};
 
@@ -492,7 +530,7 @@ mod tests {
     }
 
     fn cost(correction: &[f64; 26]) -> f64 {
-        Prior::<f64, 26, 27, 378>::cost(&prior(Some(&tolerance())), correction)
+        prior(Some(&tolerance())).cost(correction)
     }
 
     /// Σ (p/σ)², but for an upper arm the squares of its rotation and its change of length.
@@ -524,8 +562,8 @@ mod tests {
     #[test]
     fn rows_and_gradient_are_derivatives_of_the_cost() {
         let (prior, at) = (prior(Some(&tolerance())), correction());
-        let rows = Prior::<f64, 26, 27, 378>::rows(&prior, 0.5, &at);
-        let gradient = Prior::<f64, 26, 27, 378>::gradient(&prior, &at);
+        let rows = prior.rows::<27, 378>(0.5, &at);
+        let gradient = prior.gradient(&at);
         let mut summed = [0.0; 26];
         let mut squares = 0.0;
         for (index, row) in rows.rows().enumerate() {
@@ -573,7 +611,7 @@ mod tests {
     #[test]
     fn the_share_is_of_length_and_direction() {
         let (prior, at) = (prior(Some(&tolerance())), correction());
-        let rows = Prior::<f64, 26, 27, 378>::rows(&prior, 1.0, &at);
+        let rows = prior.rows::<27, 378>(1.0, &at);
         let mut covariance = [[0.0; 26]; 26];
         for (index, column) in covariance.iter_mut().enumerate() {
             if prior.weights()[index] > 0.0 {
@@ -589,15 +627,13 @@ mod tests {
             covariance[first][first + 1] = -a * b / determinant;
             covariance[first + 1][first] = -a * b / determinant;
         }
-        let share = |covariance: &[f64], index| {
-            Prior::<f64, 26, 27, 378>::shares(&prior, &at, covariance)[index]
-        };
+        let share = |covariance: &[f64], index| prior.shares(&at, covariance)[index];
         for index in (0..26).filter(|index| *index != 24) {
             let found = share(covariance.as_flattened(), index);
             assert!((found - 1.0).abs() < 1e-10, "{index} {found}");
             assert_eq!(share(&[0.0; 676], index), 0.0);
         }
-        assert_eq!(Prior::<f64, 26, 27, 378>::unheld(&prior), 1);
+        assert_eq!(prior.unheld(), 1);
     }
 
     /// The length is at the place of `La_x`, the direction at that of `La_y`.
@@ -611,7 +647,7 @@ mod tests {
         at[6] = (la + longer) * libm::sin(turn) / 200.0;
         let prior = prior(Some(&tolerance()));
         for (index, expected) in [(5, 2.0), (6, 2.5), (4, 0.0), (13, 0.0)] {
-            let found = Prior::<f64, 26, 27, 378>::distances(&prior, &at)[index];
+            let found = prior.distances(&at)[index];
             assert!((found - expected).abs() < 1e-10, "{index} {found}");
         }
     }

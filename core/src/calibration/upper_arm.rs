@@ -109,39 +109,6 @@ mod tests {
         ]
     }
 
-    #[test]
-    fn residuals_are_the_turn_and_what_the_arm_is_longer() {
-        for (turn, longer) in [
-            (0.0, 0.0),
-            (0.3, 0.0),
-            (-1.2, 0.01),
-            (3.0, -0.2),
-            (1e-9, 1e-9),
-        ] {
-            let [direction, length] = ARM.residuals(polar(turn, longer));
-            assert!((direction - 9.0 * turn).abs() < 1e-14, "{turn} {direction}");
-            assert!((length - 400.0 * longer).abs() < 1e-12, "{longer} {length}");
-        }
-    }
-
-    #[test]
-    fn the_jacobian_is_the_derivative_of_the_residuals() {
-        for (turn, longer) in [(0.0, 0.0), (0.3, 0.02), (-1.2, 0.01)] {
-            let by = polar(turn, longer);
-            for (row, derivatives) in ARM.jacobian(by).into_iter().enumerate() {
-                for (column, derivative) in derivatives.into_iter().enumerate() {
-                    let [above, below] = [1e-6, -1e-6].map(|step| {
-                        let mut moved = by;
-                        moved[column] += step;
-                        ARM.residuals(moved)[row]
-                    });
-                    // A central difference has an error of 1e-12 times the third derivative.
-                    assert!((derivative - (above - below) / 2e-6).abs() < 1e-6);
-                }
-            }
-        }
-    }
-
     /// The part of a step across the arm rotates it without lengthening it; the part along it lengthens it.
     #[test]
     fn a_step_leads_along_the_circle() {

@@ -1,6 +1,8 @@
 use super::poses::{KinematicsError, Singularity};
 use crate::Real;
-use crate::robot::{Arm, ArmAt, ArmIndex, Drive, Robot, TRANSMISSION_NUMBERS, by_transmission};
+use crate::robot::{
+    Arm, ArmAt, ArmBasis, ArmIndex, Drive, Robot, TRANSMISSION_NUMBERS, by_transmission,
+};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 impl<T: Real> Arm<T> {
@@ -49,17 +51,10 @@ impl<T: Real> Arm<T> {
     }
 
     fn gradient(&self, x: &Vector3<T>, at: &ArmAt<T>) -> SVector<T, 8> {
-        let (basis, la, lb) = (self.basis(), self.la(), self.lb());
+        let ArmBasis { ex, ey, ez, .. } = self.basis();
         let forearm = x - at.elbow;
-        match self.drive() {
-            Drive::Rotary => {
-                constraint_gradient(&basis.ex, &basis.ey, &basis.ez, la, lb, &forearm, at.turn)
-            }
-            Drive::Linear => {
-                let (scale, travel) = (la.0, at.turn.0);
-                linear_gradient(&basis.ex, &basis.ey, &basis.ez, scale, lb, &forearm, travel)
-            }
-        }
+        let (la, lb) = (self.la(), self.lb());
+        constraint_gradient(self.drive(), [ex, ey, ez], la, lb, &forearm, at.turn)
     }
 }
 
@@ -75,21 +70,35 @@ impl<T: Real> ArmAt<T> {
 /// B = D + a ex + b ez, and ∂f/∂p = −2 w · ∂B/∂p, ∂f/∂Lb = −2 Lb. The derivatives of the
 /// directions are ∂ex/∂θ = t, ∂ez/∂θ = sin α · ex, ∂ez/∂α = −ey, with the tangent
 /// t = (−sin θ, cos θ, 0).
-#[allow(clippy::too_many_arguments)]
+///
+/// For a linear drive with travel s instead of (sin q, cos q): ∂B/∂D = 1, ∂B/∂lean = s · scale · ∂n/∂lean, ∂B/∂scale =
+/// s n.
 pub(crate) fn constraint_gradient<T: Real>(
-    ex: &Vector3<T>,
-    ey: &Vector3<T>,
-    ez: &Vector3<T>,
+    drive: Drive,
+    [ex, ey, ez]: [&Vector3<T>; 3],
     (la_x, la_y): (T, T),
     lb: T,
     forearm: &Vector3<T>,
     (sin_q, cos_q): (T, T),
 ) -> SVector<T, 8> {
+    let w = forearm * -T::TWO;
+    if drive == Drive::Linear {
+        let (travel, scaled) = (sin_q, sin_q * la_x);
+        return SVector::from([
+            w.x,
+            w.y,
+            w.z,
+            scaled * w.dot(ex),
+            scaled * w.dot(ey),
+            travel * w.dot(ez),
+            T::ZERO,
+            -(lb * T::TWO),
+        ]);
+    }
     let radial = la_x * cos_q + la_y * sin_q;
     let up = la_y * cos_q - la_x * sin_q;
     let tangent = Vector3::new(-ex.y, ex.x, T::ZERO);
     let sin_alpha = ey.z;
-    let w = forearm * -T::TWO;
     let (along_ex, along_ez) = (w.dot(ex), w.dot(ez));
     SVector::from([
         w.x,
@@ -99,30 +108,6 @@ pub(crate) fn constraint_gradient<T: Real>(
         -(up * w.dot(ey)),
         along_ex * cos_q - along_ez * sin_q,
         along_ex * sin_q + along_ez * cos_q,
-        -(lb * T::TWO),
-    ])
-}
-
-/// The same for a linear drive with travel s: ∂B/∂D = 1, ∂B/∂lean = s · scale · ∂n/∂lean, ∂B/∂scale = s n.
-pub(crate) fn linear_gradient<T: Real>(
-    by_lean_x: &Vector3<T>,
-    by_lean_y: &Vector3<T>,
-    direction: &Vector3<T>,
-    scale: T,
-    lb: T,
-    forearm: &Vector3<T>,
-    travel: T,
-) -> SVector<T, 8> {
-    let w = forearm * -T::TWO;
-    let scaled = travel * scale;
-    SVector::from([
-        w.x,
-        w.y,
-        w.z,
-        scaled * w.dot(by_lean_x),
-        scaled * w.dot(by_lean_y),
-        travel * w.dot(direction),
-        T::ZERO,
         -(lb * T::TWO),
     ])
 }

@@ -15,18 +15,35 @@ pub enum Singularity {
 }
 
 /// Why the kinematics have no solution.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum KinematicsError {
     /// The forearms do not meet (forward; names the arm that falls shortest), or the arm does not reach the point
     /// (inverse).
+    #[error("unreachable for {0}")]
     Unreachable(ArmIndex),
     /// The pose exists but is singular at the named arm. For [`Singularity::Parallel`] that is the arm whose forearm is
     /// nearest to the plane of the other two.
+    #[error(fmt = singular)]
     Singular(ArmIndex, Singularity),
     /// A joint angle or coordinate of this arm is NaN, infinite, or beyond the sine's range.
+    #[error("a number of {0} is not finite")]
     NonFinite(ArmIndex),
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)] // as thiserror calls it
+fn singular(arm: &ArmIndex, kind: &Singularity, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+    match kind {
+        Singularity::Serial => write!(
+            formatter,
+            "singular (type 1): upper arm and forearm of {arm} are in line"
+        ),
+        Singularity::Parallel => write!(
+            formatter,
+            "singular (type 2): the forearm of {arm} lies in the plane of the other two"
+        ),
+    }
 }
 
 impl KinematicsError {
@@ -37,25 +54,6 @@ impl KinematicsError {
         }
     }
 }
-
-impl fmt::Display for KinematicsError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Unreachable(arm) => write!(formatter, "unreachable for {arm}"),
-            Self::Singular(arm, Singularity::Serial) => write!(
-                formatter,
-                "singular (type 1): upper arm and forearm of {arm} are in line"
-            ),
-            Self::Singular(arm, Singularity::Parallel) => write!(
-                formatter,
-                "singular (type 2): the forearm of {arm} lies in the plane of the other two"
-            ),
-            Self::NonFinite(arm) => write!(formatter, "a number of {arm} is not finite"),
-        }
-    }
-}
-
-impl core::error::Error for KinematicsError {}
 
 impl<T: Real> Robot<T> {
     /// Forward kinematics in closed form: the platform point at the joint angles `q` (radians).
@@ -122,18 +120,14 @@ impl<T: Real> Robot<T> {
             return Err(KinematicsError::NonFinite(ArmIndex::First));
         }
         let centre = b1 + in_plane;
-        if !(height_squared.magnitude() > T::from_f64(16.0) * T::EPSILON * r1) {
-            return Err(KinematicsError::Singular(
-                farthest(&centre, &[b1, b2, b3], [r1, r2, r3]),
-                Singularity::Parallel,
-            ));
-        }
-        if !(height_squared > T::ZERO) {
-            return Err(KinematicsError::Unreachable(farthest(
-                &centre,
-                &[b1, b2, b3],
-                [r1, r2, r3],
-            )));
+        let least = T::from_f64(16.0) * T::EPSILON * r1;
+        if !(height_squared > least) {
+            let arm = farthest(&centre, &[b1, b2, b3], [r1, r2, r3]);
+            return Err(if height_squared.magnitude() > least {
+                KinematicsError::Unreachable(arm)
+            } else {
+                KinematicsError::Singular(arm, Singularity::Parallel)
+            });
         }
         let height = (height_squared / normal_squared).square_root();
         let below = if normal.dot(&self.up()) > T::ZERO {
@@ -164,22 +158,15 @@ fn farthest<T: Real>(centre: &Vector3<T>, elbows: &[Vector3<T>; 3], squared: [T;
     worst.0
 }
 
-/// Why an arm has no joint angle for a point.
-enum Fault {
-    Unreachable,
-    Serial,
-    NonFinite,
-}
-
 impl<T: Real> Arm<T> {
     /// The elbow-out joint angle at which the forearm reaches `x`; in (−π, π] if the transmission is exact.
     ///
     /// The constraint is A cos q + B sin q = C with A = u·w, B = v·w, w = X − D,
     /// C = (|w|² + La² − Lb²)/2, so q = atan2(B, A) − acos(C/√(A²+B²)); with
     /// S = √(A² + B² − C²) that is q = atan2(BC − AS, AC + BS), which needs a single function call.
-    fn joint_at(&self, x: &Vector3<T>) -> Result<T, Fault> {
+    fn joint_at(&self, x: &Vector3<T>, arm: ArmIndex) -> Result<T, KinematicsError> {
         if self.drive() == Drive::Linear {
-            return self.travel_at(x);
+            return self.travel_at(x, arm);
         }
         let w = x - self.d();
         let basis = self.basis();
@@ -190,15 +177,15 @@ impl<T: Real> Arm<T> {
         let reach_squared = a * a + b * b;
         let root_squared = reach_squared - c * c;
         if !(reach_squared.finite() && (c * c).finite()) {
-            return Err(Fault::NonFinite);
+            return Err(KinematicsError::NonFinite(arm));
         }
         // S/√(A²+B²) is the sine of the angle between the arm's two links, projected onto its plane; below 4√ε its
         // square is rounding, and the joint angle has lost half of its digits.
         if !(root_squared.magnitude() > T::from_f64(16.0) * T::EPSILON * reach_squared) {
-            return Err(Fault::Serial);
+            return Err(KinematicsError::Singular(arm, Singularity::Serial));
         }
         if !(root_squared > T::ZERO) {
-            return Err(Fault::Unreachable);
+            return Err(KinematicsError::Unreachable(arm));
         }
         let s = root_squared.square_root();
         Ok(self.joint_angle((b * c - a * s).angle_over(a * c + b * s)))
@@ -206,7 +193,7 @@ impl<T: Real> Arm<T> {
 
     /// The travel at which the forearm reaches `x` from above: |w − s v|² = Lb² with w = X − D gives s = (v·w +
     /// √((v·w)² − |v|² (|w|² − Lb²)))/|v|².
-    fn travel_at(&self, x: &Vector3<T>) -> Result<T, Fault> {
+    fn travel_at(&self, x: &Vector3<T>, arm: ArmIndex) -> Result<T, KinematicsError> {
         let w = x - self.d();
         let v = &self.basis().v;
         let (along, speed_squared) = (v.dot(&w), v.dot(v));
@@ -215,13 +202,13 @@ impl<T: Real> Arm<T> {
         let lb_squared = self.lb() * self.lb();
         let rise_squared = lb_squared - beside.dot(&beside);
         if !(rise_squared.finite() && along.finite()) {
-            return Err(Fault::NonFinite);
+            return Err(KinematicsError::NonFinite(arm));
         }
         if !(rise_squared.magnitude() > T::from_f64(16.0) * T::EPSILON * lb_squared) {
-            return Err(Fault::Serial);
+            return Err(KinematicsError::Singular(arm, Singularity::Serial));
         }
         if !(rise_squared > T::ZERO) {
-            return Err(Fault::Unreachable);
+            return Err(KinematicsError::Unreachable(arm));
         }
         Ok(along / speed_squared + (rise_squared / speed_squared).square_root())
     }
@@ -276,17 +263,10 @@ impl<T: Real> Robot<T> {
 
     pub(crate) fn joints_at(&self, x: &Vector3<T>) -> Result<[T; 3], KinematicsError> {
         let [first, second, third] = self.arms();
-        let joint = |arm: &Arm<T>, index: ArmIndex| {
-            arm.joint_at(x).map_err(|fault| match fault {
-                Fault::Unreachable => KinematicsError::Unreachable(index),
-                Fault::Serial => KinematicsError::Singular(index, Singularity::Serial),
-                Fault::NonFinite => KinematicsError::NonFinite(index),
-            })
-        };
         Ok([
-            joint(first, ArmIndex::First)?,
-            joint(second, ArmIndex::Second)?,
-            joint(third, ArmIndex::Third)?,
+            first.joint_at(x, ArmIndex::First)?,
+            second.joint_at(x, ArmIndex::Second)?,
+            third.joint_at(x, ArmIndex::Third)?,
         ])
     }
 }
@@ -301,29 +281,20 @@ pub struct JointLimits<T> {
 }
 
 /// Why two numbers are not a joint range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum JointLimitsError {
     /// An angle is NaN or infinite.
+    #[error("a joint limit is not a finite number")]
     NonFinite,
     /// The minimum is not below the maximum.
+    #[error("the smallest joint limit must be below the largest")]
     Empty,
     /// The range is wider than a full turn.
+    #[error("the joint limits span more than one turn")]
     TooWide,
 }
-
-impl fmt::Display for JointLimitsError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::NonFinite => "a joint limit is not a finite number",
-            Self::Empty => "the smallest joint limit must be below the largest",
-            Self::TooWide => "the joint limits span more than one turn",
-        })
-    }
-}
-
-impl core::error::Error for JointLimitsError {}
 
 impl<T: Real> JointLimits<T> {
     /// All joints range from `minimum` to `maximum`, in radians.
@@ -331,19 +302,24 @@ impl<T: Real> JointLimits<T> {
     /// # Errors
     /// Limits that are not finite, empty or wider than a full turn.
     pub fn new(minimum: T, maximum: T) -> Result<Self, JointLimitsError> {
+        let limits = Self::of(minimum, maximum, DriveOf::ROTARY)?;
+        if !(maximum - minimum <= T::TWO * T::PI) {
+            return Err(JointLimitsError::TooWide);
+        }
+        Ok(limits)
+    }
+
+    fn of(minimum: T, maximum: T, drive: DriveOf) -> Result<Self, JointLimitsError> {
         if !(minimum.finite() && maximum.finite()) {
             return Err(JointLimitsError::NonFinite);
         }
         if !(minimum < maximum) {
             return Err(JointLimitsError::Empty);
         }
-        if !(maximum - minimum <= T::TWO * T::PI) {
-            return Err(JointLimitsError::TooWide);
-        }
         Ok(Self {
             minimum,
             maximum,
-            drive: DriveOf::ROTARY,
+            drive,
         })
     }
 
@@ -353,17 +329,7 @@ impl<T: Real> JointLimits<T> {
     /// Limits that are not finite, or empty.
     #[cfg(feature = "linear")]
     pub fn travel(minimum: T, maximum: T) -> Result<Self, JointLimitsError> {
-        if !(minimum.finite() && maximum.finite()) {
-            return Err(JointLimitsError::NonFinite);
-        }
-        if !(minimum < maximum) {
-            return Err(JointLimitsError::Empty);
-        }
-        Ok(Self {
-            minimum,
-            maximum,
-            drive: DriveOf::LINEAR,
-        })
+        Self::of(minimum, maximum, DriveOf::LINEAR)
     }
 
     /// Whether the limits are angles or travels.

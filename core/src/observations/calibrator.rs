@@ -5,7 +5,7 @@ use super::observation::{Observation, ObservationError, ObservationRow};
 use super::problem::{ObservationProblem, Prepared};
 use super::solve::{ObservationMinimizer, ObservationOutcome};
 use crate::Real;
-use crate::calibration::{Minimizer, Phase, Progress, Refusal, Settings, enough_samples};
+use crate::calibration::{Minimizer, Phase, Problem, Progress, Refusal, Settings, enough_samples};
 use crate::robot::{ArmIndex, Robot};
 use core::mem::ManuallyDrop;
 use heapless::Vec;
@@ -126,41 +126,29 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
     /// # Errors
     /// [`Refusal::TooFewSamples`], or the refusal already known for these observations.
     pub fn solve(&mut self) -> Result<(), Refusal> {
-        match self.phase {
-            Phase::Solving | Phase::Finished => Ok(()),
-            Phase::Refused(refusal) => Err(refusal),
-            Phase::Collecting => {
-                let (samples, needed) = (self.samples(), self.settings.samples_needed());
-                if samples < needed {
-                    let arm = ArmIndex::First;
-                    let refusal = Refusal::TooFewSamples {
-                        arm,
-                        samples,
-                        needed,
-                    };
-                    self.phase = Phase::Refused(refusal);
-                    return Err(refusal);
-                }
-                self.prepared = None;
-                self.weighed = 0;
-                self.minimizer = None;
-                self.phase = Phase::Solving;
-                Ok(())
+        let (samples, needed) = (self.samples(), self.settings.samples_needed());
+        self.phase.start(|| {
+            self.prepared = None;
+            self.weighed = 0;
+            self.minimizer = None;
+            if samples < needed {
+                return Err(Refusal::TooFewSamples {
+                    arm: ArmIndex::First,
+                    samples,
+                    needed,
+                });
             }
-        }
+            Ok(())
+        })
     }
 
     /// One step of the solve started by [`solve`](Self::solve); does nothing once finished. The first step locates the
     /// instruments: its duration grows with the number of rows.
     pub fn step(&mut self) -> Progress {
-        if self.solving() {
-            match self.advance() {
-                Ok(Progress::Working) => return Progress::Working,
-                Ok(Progress::Finished) => self.phase = Phase::Finished,
-                Err(refusal) => self.phase = Phase::Refused(refusal),
-            }
-        }
-        Progress::Finished
+        let mut phase = self.phase;
+        let progress = phase.step(|| self.advance());
+        self.phase = phase;
+        progress
     }
 
     fn advance(&mut self) -> Result<Progress, Refusal> {
@@ -207,7 +195,8 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
         problem: &ObservationProblem<'_, T, N>,
         settings: &Settings<T>,
     ) -> Result<(), Refusal> {
-        enough_samples::<T, _, N, M, E>(problem, ArmIndex::First, settings)?;
+        let extent = Problem::<T, N, M, E>::extent(problem);
+        enough_samples(&extent, ArmIndex::First, settings)?;
         let prior = problem.prior(settings);
         minimizer
             .insert(Minimizer::unstarted(ArmIndex::First, prior, settings))
@@ -220,11 +209,7 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
     /// # Errors
     /// A [`Refusal`]: keep the robot's current parameters. [`Refusal::Unfinished`] before the last step.
     pub fn outcome(&self) -> Result<&ObservationOutcome<T, N>, Refusal> {
-        match self.phase {
-            Phase::Collecting | Phase::Solving => Err(Refusal::Unfinished),
-            Phase::Refused(refusal) => Err(refusal),
-            Phase::Finished => self.outcome.as_ref().ok_or(Refusal::Unfinished),
-        }
+        self.phase.outcome(self.outcome.as_ref())
     }
 
     /// Runs the whole solve at once, if there is time for it.
@@ -250,12 +235,12 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
 
     /// Whether a solve is in progress, during which no observation is accepted.
     pub const fn solving(&self) -> bool {
-        matches!(self.phase, Phase::Solving)
+        self.phase.solving()
     }
 
     /// Whether a solve has finished and nothing was added since: there is an outcome or a refusal.
     pub const fn finished(&self) -> bool {
-        matches!(self.phase, Phase::Finished | Phase::Refused(_))
+        self.phase.finished()
     }
 
     /// Number of observations added, including those the nominal robot does not reach.

@@ -66,19 +66,16 @@ impl<T: Real> Instruments<'_, T> {
     pub(super) fn unusable(&self) -> Option<Instrument> {
         let usable = |sigma: T| sigma > T::ZERO && sigma.finite();
         for (index, plane) in (0..).zip(self.planes) {
-            let known = plane.known;
-            if !known.is_none_or(|(place, sigma)| place.finite() && usable(sigma))
-                || !plane.level.is_none_or(usable)
-            {
+            let known = |(height, sigma): (T, T)| height.finite() && usable(sigma);
+            if !(plane.known.is_none_or(known) && plane.level.is_none_or(usable)) {
                 return Some(Instrument::Plane(index));
             }
         }
         for (index, point) in (0..).zip(self.points) {
-            let finite = |place: &Vector3<T>| place.iter().all(|number| number.finite());
-            if !point
-                .known
-                .is_none_or(|(place, sigma)| finite(&place) && usable(sigma))
-            {
+            let known = |(place, sigma): (Vector3<T>, T)| {
+                place.iter().all(|number| number.finite()) && usable(sigma)
+            };
+            if !point.known.is_none_or(known) {
                 return Some(Instrument::Point(index));
             }
         }
@@ -121,24 +118,14 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use crate::calibration::{Instrument, Refusal, Settings};
+    use crate::fixtures::{instruments, paper};
     use crate::observations::{
-        Distance, DistanceFrom, FkmCalibrator, Height, Instruments, Observation, ObservationError,
-        ObservationNoise, ObservationProblem, ObservationRow, Plane, Point, PositionFrame,
-        PrepareError,
+        Distance, DistanceFrom, FkmCalibrator, Height, Observation, ObservationError,
+        ObservationProblem, ObservationRow, Plane, Point, PrepareError,
     };
-    use crate::robot::{ArmIndex, Drive, SymmetricRobot};
-    use crate::samples::{Noise, SampleError};
+    use crate::robot::{ArmIndex, Drive};
+    use crate::samples::SampleError;
     use nalgebra::Vector3;
-
-    fn instruments<'a>(planes: &'a [Plane<f64>], points: &'a [Point<f64>]) -> Instruments<'a, f64> {
-        Instruments {
-            frame: PositionFrame::Base,
-            planes,
-            points,
-            noise: ObservationNoise::new(Noise::new(0.02, 0.0).unwrap(), 0.02, 0.05).unwrap(),
-            transmission: None,
-        }
-    }
 
     fn at(q: f64) -> Observation<f64> {
         Observation::at([0.1, q, 0.3])
@@ -160,16 +147,10 @@ mod tests {
 
     #[test]
     fn unusable_observations_are_refused_with_their_fault() {
-        let instruments = instruments(
-            &[Plane {
-                known: None,
-                level: None,
-            }; 2],
-            &[Point {
-                known: None,
-                offset: false,
-            }],
-        );
+        use ObservationError::{DistanceNotPositive, NoSuchPlane, NoSuchPoint, NonFinite, Nothing};
+
+        let (planes, points) = ([Plane::default(); 2], [Point::default()]);
+        let instruments = instruments(&planes, &points);
         let x = |x| Observation {
             position: [None, Some(x), None],
             ..at(0.2)
@@ -180,36 +161,18 @@ mod tests {
         let not_finite = ObservationError::Joints(SampleError::JointNonFinite(ArmIndex::Second));
         for (observation, expected) in [
             (x(12.0), Ok(())),
-            (x(f64::NAN), Err(ObservationError::NonFinite)),
-            (x(1e200), Err(ObservationError::NonFinite)),
-            (at(0.2), Err(ObservationError::Nothing)),
-            (
-                Observation {
-                    joints: [0.1, f64::NAN, 0.3],
-                    ..x(12.0)
-                },
-                Err(not_finite),
-            ),
+            (x(f64::NAN), Err(NonFinite)),
+            (x(1e200), Err(NonFinite)),
+            (at(0.2), Err(Nothing)),
+            (at(f64::NAN), Err(not_finite)),
             (height(1, -3.0), Ok(())),
-            (height(2, 3.0), Err(ObservationError::NoSuchPlane(2))),
-            (height(0, f64::INFINITY), Err(ObservationError::NonFinite)),
+            (height(2, 3.0), Err(NoSuchPlane(2))),
+            (height(0, f64::INFINITY), Err(NonFinite)),
             (distance(point(0), 100.0), Ok(())),
-            (
-                distance(point(1), 100.0),
-                Err(ObservationError::NoSuchPoint(1)),
-            ),
-            (
-                distance(point(0), 0.0),
-                Err(ObservationError::DistanceNotPositive),
-            ),
-            (
-                distance(point(0), -1.0),
-                Err(ObservationError::DistanceNotPositive),
-            ),
-            (
-                distance(point(0), f64::NAN),
-                Err(ObservationError::NonFinite),
-            ),
+            (distance(point(1), 100.0), Err(NoSuchPoint(1))),
+            (distance(point(0), 0.0), Err(DistanceNotPositive)),
+            (distance(point(0), -1.0), Err(DistanceNotPositive)),
+            (distance(point(0), f64::NAN), Err(NonFinite)),
             (distance(of(0.4), 100.0), Ok(())),
             (distance(of(13.0), 100.0), Err(too_large)),
         ] {
@@ -221,10 +184,7 @@ mod tests {
     /// replaces two or all but one of them.
     #[test]
     fn the_instrument_with_too_few_readings_is_named() {
-        let unknown = Plane {
-            known: None,
-            level: None,
-        };
+        let unknown = Plane::default();
         let known = Plane {
             known: Some((-560.0, 0.1)),
             ..unknown
@@ -233,50 +193,42 @@ mod tests {
             level: Some(0.01),
             ..unknown
         };
-        for (plane, needed) in [(unknown, 3), (known, 1), (level, 1)] {
-            let planes = [level, plane];
-            let instruments = instruments(&planes, &[]);
-            let rows = [0, 1, 1, 1].map(|plane| ObservationRow::new(height(plane, 1.0)));
-            for count in 0..=3_u8 {
-                let expected = (u64::from(count) < needed).then_some((
-                    Instrument::Plane(1),
-                    u64::from(count),
-                    needed,
-                ));
-                assert_eq!(instruments.lacking(&rows[..=usize::from(count)]), expected);
-            }
-            // An observation that the robot does not reach does not count.
-            let mut rows = rows;
-            for row in &mut rows[1..] {
-                row.left_out = true;
-            }
-            assert_eq!(
-                instruments.lacking(&rows),
-                Some((Instrument::Plane(1), 0, needed))
-            );
-        }
         let place = Some((Vector3::new(0.0, 0.0, -700.0), 1.0));
-        for (known, offset, needed) in [
+        let point = |known, offset| Point { known, offset };
+        let planes =
+            [(unknown, 3), (known, 1), (level, 1)].map(|own| (own, (point(place, false), 1)));
+        let points = [
             (None, false, 3),
             (None, true, 4),
             (place, false, 1),
             (place, true, 2),
-        ] {
-            let other = Point {
-                known: place,
-                offset: false,
+        ]
+        .map(|(known, offset, needed)| ((level, 1), (point(known, offset), needed)));
+        for ((plane, heights), (of_point, distances)) in planes.into_iter().chain(points) {
+            let (planes, points) = ([level, plane], [point(place, false), of_point]);
+            let instruments = instruments(&planes, &points);
+            // Readings of the first plane and point, and so many of the second.
+            let rows = |count: u64, of: &dyn Fn(u8) -> Observation<f64>| {
+                core::array::from_fn::<_, 5, _>(|index| {
+                    let mut row = ObservationRow::new(of(u8::from(index > 0)));
+                    row.left_out = index as u64 > count;
+                    row
+                })
             };
-            let points = [other, Point { known, offset }];
-            let instruments = instruments(&[], &points);
-            let rows = [0, 1, 1, 1, 1]
-                .map(|point| ObservationRow::new(distance(DistanceFrom::Point(point), 100.0)));
-            for count in 0..=4_u8 {
-                let expected = (u64::from(count) < needed).then_some((
-                    Instrument::Point(1),
-                    u64::from(count),
-                    needed,
-                ));
-                assert_eq!(instruments.lacking(&rows[..=usize::from(count)]), expected);
+            for count in 0..=4 {
+                let heights_alone = rows(count, &|plane| height(plane, 1.0));
+                let distances_alone =
+                    rows(count, &|point| distance(DistanceFrom::Point(point), 100.0));
+                let all = [rows(4, &|plane| height(plane, 1.0)), distances_alone].concat();
+                let few = (count < distances).then_some((Instrument::Point(1), count, distances));
+                assert_eq!(instruments.lacking(&all), few);
+                let all = [
+                    heights_alone,
+                    rows(4, &|point| distance(DistanceFrom::Point(point), 1.0)),
+                ]
+                .concat();
+                let few = (count < heights).then_some((Instrument::Plane(1), count, heights));
+                assert_eq!(instruments.lacking(&all), few);
             }
         }
     }
@@ -284,7 +236,7 @@ mod tests {
     /// A σ of 0 would be an infinite weight. Both ways of solving name the fault.
     #[test]
     fn known_places_without_a_sigma_are_refused() {
-        let robot = SymmetricRobot::PAPER.robot().unwrap();
+        let robot = paper();
         let settings = Settings::new();
         let refused = |planes: &[Plane<f64>], points: &[Point<f64>], expected| {
             let instruments = instruments(planes, points);
@@ -325,7 +277,7 @@ mod tests {
 
     #[test]
     fn a_row_whose_weight_is_no_number_is_refused() {
-        let robot = SymmetricRobot::PAPER.robot().unwrap();
+        let robot = paper();
         let planes = [Plane::default()];
         let instruments = instruments(&planes, &[]);
         for weight in [f64::INFINITY, f64::NAN, -1.0] {

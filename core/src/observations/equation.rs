@@ -5,6 +5,7 @@ use super::observation::{Distance, DistanceFrom, Height, Observation, READINGS};
 use crate::Real;
 use crate::frame::{RigidTransform, rotation_of};
 use crate::robot::Robot;
+use crate::samples::part;
 use nalgebra::{Matrix3, Vector3, Vector4};
 
 /// The difference between a reading and its expected value, with derivatives.
@@ -29,11 +30,7 @@ pub(super) fn frame_at<T: Real>(
     start: &RigidTransform<T>,
     unknowns: &[T],
 ) -> (Vector3<T>, Matrix3<T>, Vector3<T>) {
-    let mut values = [T::ZERO; 6];
-    for (value, unknown) in values.iter_mut().zip(unknowns) {
-        *value = *unknown;
-    }
-    let [x, y, z, a, b, c] = values;
+    let [x, y, z, a, b, c] = part(unknowns, 0);
     let half = Vector3::new(a, b, c) * T::HALF;
     let turned = rotation_of(&Vector4::new(T::ONE, half.x, half.y, half.z)) * start.rotation;
     (half, turned, start.translation + Vector3::new(x, y, z))
@@ -129,8 +126,8 @@ fn of_height<T: Real>(
     unknowns: &[T],
     position: &Vector3<T>,
 ) -> Equation<T> {
-    let column = instruments.plane_column(height.plane);
-    let [c, a, b] = leading(unknowns, column);
+    let column = instruments.first_of_plane(height.plane);
+    let [c, a, b] = part(unknowns, column);
     // h = (z − c − a x − b y)/√(1 + a² + b²).
     let squared = T::ONE + a.squared() + b.squared();
     let inverse = T::ONE / squared.square_root();
@@ -162,8 +159,8 @@ fn of_distance<T: Real>(
 ) -> Equation<T> {
     let (from, offset, point) = match distance.from {
         DistanceFrom::Point(point) => {
-            let column = instruments.point_column(point);
-            let [x, y, z, offset] = leading(unknowns, column);
+            let column = instruments.first_of_point(point);
+            let [x, y, z, offset] = part(unknowns, column);
             let has_offset = instruments
                 .points
                 .get(usize::from(point))
@@ -196,13 +193,4 @@ fn of_distance<T: Real>(
         by_unknowns,
         sigma: instruments.noise.distance(),
     }
-}
-
-/// The unknowns from an index on, padded with zeros.
-fn leading<T: Real, const K: usize>(unknowns: &[T], column: usize) -> [T; K] {
-    let mut values = [T::ZERO; K];
-    for (value, unknown) in values.iter_mut().zip(unknowns.iter().skip(column)) {
-        *value = *unknown;
-    }
-    values
 }

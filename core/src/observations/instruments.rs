@@ -1,7 +1,9 @@
 use crate::Real;
-use crate::calibration::Instrument;
+use crate::calibration::{Instrument, positive};
 use crate::robot::{ArmIndex, TRANSMISSION_NUMBERS, TransmissionTolerance};
 use crate::samples::{Noise, NoiseError};
+use core::mem::ManuallyDrop;
+use heapless::Vec;
 use nalgebra::Vector3;
 
 /// Unknowns of the frame, of a plane, and of a point without offset.
@@ -32,7 +34,7 @@ pub enum PositionFrame {
 }
 
 /// A plane z = c + a x + b y, with unknown c (length), a and b (slopes).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Plane<T> {
     /// c and its σ, if known. Length.
     pub known: Option<(T, T)>,
@@ -41,7 +43,7 @@ pub struct Plane<T> {
 }
 
 /// A fixed point with unknown position.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Point<T: Real> {
     /// The position and the σ of its coordinates, if known. Length.
     pub known: Option<(Vector3<T>, T)>,
@@ -67,46 +69,33 @@ pub struct Instruments<'a, T: Real> {
 /// Most planes, and most points, of a calibrator.
 pub(super) const PLACES: usize = 4;
 
-/// [`Instruments`] that own their planes and points.
+/// [`Instruments`] that own their planes and points. Never dropped, as they need no drop.
 #[derive(Debug, Clone)]
 pub(super) struct OwnInstruments<T: Real> {
     frame: PositionFrame,
-    planes: [Plane<T>; PLACES],
-    points: [Point<T>; PLACES],
-    counts: [usize; 2],
     noise: ObservationNoise<T>,
     transmission: Option<TransmissionTolerance<T>>,
+    planes: ManuallyDrop<Vec<Plane<T>, PLACES>>,
+    points: ManuallyDrop<Vec<Point<T>, PLACES>>,
 }
 
 impl<T: Real> OwnInstruments<T> {
     /// `None` if there are too many.
     pub(super) fn new(stated: &Instruments<'_, T>) -> Option<Self> {
-        let mut own = Self {
+        Some(Self {
             frame: stated.frame,
-            planes: [Plane::default(); PLACES],
-            points: [Point::default(); PLACES],
-            counts: [stated.planes.len(), stated.points.len()],
             noise: stated.noise,
             transmission: stated.transmission,
-        };
-        for (place, plane) in own.planes.iter_mut().zip(stated.planes) {
-            *place = *plane;
-        }
-        for (place, point) in own.points.iter_mut().zip(stated.points) {
-            *place = *point;
-        }
-        own.counts
-            .iter()
-            .all(|count| *count <= PLACES)
-            .then_some(own)
+            planes: ManuallyDrop::new(Vec::from_slice(stated.planes).ok()?),
+            points: ManuallyDrop::new(Vec::from_slice(stated.points).ok()?),
+        })
     }
 
     pub(super) fn view(&self) -> Instruments<'_, T> {
-        let [planes, points] = self.counts;
         Instruments {
+            planes: &self.planes,
+            points: &self.points,
             frame: self.frame,
-            planes: self.planes.get(..planes).unwrap_or_default(),
-            points: self.points.get(..points).unwrap_or_default(),
             noise: self.noise,
             transmission: self.transmission,
         }
@@ -119,13 +108,8 @@ impl<T: Real> ObservationNoise<T> {
     /// # Errors
     /// A σ of a height or distance that is not finite and greater than 0.
     pub fn new(position: Noise<T>, height: T, distance: T) -> Result<Self, NoiseError> {
-        let usable = |sigma: T| sigma > T::ZERO && sigma.finite();
-        if !usable(height) {
-            return Err(NoiseError::Height);
-        }
-        if !usable(distance) {
-            return Err(NoiseError::Distance);
-        }
+        positive(height, NoiseError::Height)?;
+        positive(distance, NoiseError::Distance)?;
         Ok(Self {
             position,
             height,
@@ -139,37 +123,13 @@ impl<T: Real> ObservationNoise<T> {
     }
 
     /// σ of a height. Length.
-    pub const fn height(&self) -> T
-    where
-        T: Copy,
-    {
+    pub const fn height(&self) -> T {
         self.height
     }
 
     /// σ of a distance. Length.
-    pub const fn distance(&self) -> T
-    where
-        T: Copy,
-    {
+    pub const fn distance(&self) -> T {
         self.distance
-    }
-}
-
-impl<T> Default for Plane<T> {
-    fn default() -> Self {
-        Self {
-            known: None,
-            level: None,
-        }
-    }
-}
-
-impl<T: Real> Default for Point<T> {
-    fn default() -> Self {
-        Self {
-            known: None,
-            offset: false,
-        }
     }
 }
 
@@ -213,49 +173,18 @@ impl<T: Real> Instruments<'_, T> {
 
     /// Index of a plane's first unknown among all parameters; the order is c, a, b.
     pub fn first_of_plane(&self, plane: u8) -> usize {
-        self.plane_column(plane)
+        self.frame_column() + self.frame_unknowns() + OF_PLANE * usize::from(plane)
     }
 
     /// Index of a point's first unknown among all parameters; the order is x, y, z, offset.
     pub fn first_of_point(&self, point: u8) -> usize {
-        self.point_column(point)
-    }
-
-    /// Index of a plane's first unknown among all parameters.
-    pub(super) fn plane_column(&self, plane: u8) -> usize {
-        self.frame_column() + self.frame_unknowns() + OF_PLANE * usize::from(plane)
-    }
-
-    /// Index of a point's first unknown among all parameters.
-    pub(super) fn point_column(&self, point: u8) -> usize {
         let before = self.points.iter().take(usize::from(point));
         let before: usize = before.map(Point::unknowns).sum();
         self.frame_column() + self.frame_unknowns() + OF_PLANE * self.planes.len() + before
     }
 
-    /// The unknowns at their indices among all parameters, with coordinates in the robot's own frame: c, a and b of
-    /// each plane, and x, y, z and offset of each point.
-    pub fn unknowns_at<const N: usize>(&self, planes: &[[T; 3]], points: &[[T; 4]]) -> [T; N] {
-        let mut unknowns = [T::ZERO; N];
-        let mut put = |column: usize, values: &[T]| {
-            for (entry, value) in unknowns.iter_mut().skip(column).zip(values) {
-                *entry = *value;
-            }
-        };
-        for ((index, values), _) in (0..).zip(planes).zip(self.planes) {
-            put(self.plane_column(index), values);
-        }
-        for ((index, values), point) in (0..).zip(points).zip(self.points) {
-            let column = self.point_column(index);
-            for (offset, value) in values.iter().take(point.unknowns()).enumerate() {
-                put(column + offset, &[*value]);
-            }
-        }
-        unknowns
-    }
-
     /// The instrument to which the parameter at an index belongs.
-    pub fn instrument_of(&self, parameter: usize) -> Option<Instrument> {
+    pub(super) fn instrument_of(&self, parameter: usize) -> Option<Instrument> {
         let unknown = parameter.checked_sub(OF_ROBOT)?;
         if unknown < self.transmission_unknowns() {
             let joint = ArmIndex::ALL.get(unknown / TRANSMISSION_NUMBERS)?;
@@ -265,11 +194,11 @@ impl<T: Real> Instruments<'_, T> {
             return Some(Instrument::Frame);
         }
         let planes = (0..).take(self.planes.len()).map(|plane| {
-            let first = self.plane_column(plane);
+            let first = self.first_of_plane(plane);
             (first..first + OF_PLANE, Instrument::Plane(plane))
         });
         let points = (0..).zip(self.points).map(|(index, point)| {
-            let first = self.point_column(index);
+            let first = self.first_of_point(index);
             (first..first + point.unknowns(), Instrument::Point(index))
         });
         planes
@@ -284,32 +213,33 @@ impl<T: Real> Instruments<'_, T> {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use super::{Instruments, ObservationNoise, Plane, Point, PositionFrame};
+    use super::{Instruments, Plane, Point, PositionFrame};
     use crate::calibration::Instrument;
+    use crate::fixtures;
     use crate::robot::{ArmIndex, TransmissionTolerance};
-    use crate::samples::Noise;
+
+    const PLANE: Plane<f64> = Plane {
+        known: None,
+        level: None,
+    };
+    const POINTS: [Point<f64>; 2] = [
+        Point {
+            known: None,
+            offset: true,
+        },
+        Point {
+            known: None,
+            offset: false,
+        },
+    ];
 
     /// Every kind of unknown: after the robot's 24 parameters, 15 for the transmissions, 6 for the frame, 3 for each of
     /// two planes, 4 for a point with offset, 3 for one without.
     fn instruments() -> Instruments<'static, f64> {
         Instruments {
             frame: PositionFrame::Sensor,
-            planes: &[Plane {
-                known: None,
-                level: None,
-            }; 2],
-            points: &[
-                Point {
-                    known: None,
-                    offset: true,
-                },
-                Point {
-                    known: None,
-                    offset: false,
-                },
-            ],
-            noise: ObservationNoise::new(Noise::new(0.02, 0.0).unwrap(), 0.02, 0.05).unwrap(),
             transmission: Some(TransmissionTolerance::new(1e-3).unwrap()),
+            ..fixtures::instruments(&[PLANE; 2], &POINTS)
         }
     }
 
@@ -346,21 +276,5 @@ mod tests {
         assert_eq!(few.instrument_of(23), None);
         assert_eq!(few.instrument_of(24), Some(Instrument::Plane(0)));
         assert_eq!(few.instrument_of(30), Some(Instrument::Point(0)));
-    }
-
-    #[test]
-    fn unknowns_are_put_where_they_belong() {
-        let found: [f64; 60] = instruments().unknowns_at(
-            &[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]],
-            &[[7.0, 8.0, 9.0, 10.0], [11.0, 12.0, 13.0, 14.0]],
-        );
-        let mut expected = [0.0; 60];
-        // A point without offset has three unknowns.
-        for (place, value) in (45..58).zip(1..) {
-            expected[place] = f64::from(value);
-        }
-        for (found, expected) in found.iter().zip(expected) {
-            assert!((found - expected).abs() < f64::MIN_POSITIVE);
-        }
     }
 }

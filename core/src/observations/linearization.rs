@@ -5,6 +5,7 @@ use super::instruments::OF_ROBOT;
 use super::observation::{LOWER, ObservationError, ObservationRow, READINGS, lower_rows};
 use crate::Real;
 use crate::robot::{Arm, ArmIndex, Robot, TRANSMISSION_NUMBERS};
+use crate::samples::squares;
 use crate::samples::triangle::reduce;
 use nalgebra::Vector3;
 
@@ -211,7 +212,7 @@ impl<T: Real> ObservationRow<T> {
         if !self.linearize(at, units, columns) {
             return None;
         }
-        let residuals = columns.last().map_or(T::ZERO, |own| squared_length(own));
+        let residuals = columns.last().map_or(T::ZERO, |own| squares(own));
         let size = columns.len();
         // Rows of zeros change nothing but cost time.
         match self.read_alone(columns) {
@@ -379,12 +380,6 @@ fn add_products<T: Real>(
     }
 }
 
-pub(super) fn squared_length<T: Real>(residuals: &[T]) -> T {
-    residuals
-        .iter()
-        .fold(T::ZERO, |sum, residual| sum + residual.squared())
-}
-
 fn product<T: Real>(one: &[T], other: &[T]) -> T {
     one.iter()
         .zip(other)
@@ -426,171 +421,20 @@ fn cholesky<T: Real>(covariance: &[[T; READINGS]; READINGS]) -> [T; LOWER] {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::cast_precision_loss, clippy::unwrap_used)]
+    #![allow(clippy::unwrap_used)]
 
+    use crate::fixtures::{instruments, joints, paper, with_forearms};
     use crate::observations::{
         Distance, DistanceFrom, Height, Instruments, Observation, ObservationError,
-        ObservationNoise, ObservationProblem, ObservationRow, Plane, Point, PositionFrame,
+        ObservationNoise, ObservationProblem, ObservationRow, Plane,
     };
-    use crate::robot::{Robot, SymmetricRobot};
     use crate::samples::Noise;
-    use nalgebra::{SMatrix, Vector3};
-
-    const PLANES: [Plane<f64>; 1] = [Plane {
-        known: Some((-560.0, 1.0)),
-        level: Some(1e-9),
-    }];
-    const POINTS: [Point<f64>; 1] = [Point {
-        known: Some((Vector3::new(50.0, -30.0, -700.0), 1.0)),
-        offset: false,
-    }];
-
-    fn robot() -> Robot<f64> {
-        SymmetricRobot::PAPER.robot().unwrap()
-    }
-
-    /// Too short for level upper arms: near these, the forearms are almost coplanar.
-    fn short_forearms() -> Robot<f64> {
-        let robot = SymmetricRobot {
-            forearm: 420.0,
-            ..SymmetricRobot::PAPER
-        };
-        robot.robot().unwrap()
-    }
-
-    fn instruments() -> Instruments<'static, f64> {
-        Instruments {
-            frame: PositionFrame::Base,
-            planes: &PLANES,
-            points: &POINTS,
-            noise: ObservationNoise::new(
-                Noise::by_axis([0.02, 0.03, 0.1], 1e-4).unwrap(),
-                0.05,
-                0.04,
-            )
-            .unwrap(),
-            transmission: None,
-        }
-    }
-
-    fn joints(index: usize) -> [f64; 3] {
-        let t = index as f64;
-        [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()]
-    }
-
-    /// Every kind of reading, in rows that hold all, some or one of them.
-    fn observation(index: usize) -> Observation<f64> {
-        let own = joints(index);
-        let from = if index.is_multiple_of(2) {
-            DistanceFrom::Pose(joints(index + 5))
-        } else {
-            DistanceFrom::Point(0)
-        };
-        let [x, y, z, height, distance] = readings(&own, &joints(index + 5), &from);
-        Observation {
-            position: [
-                (index % 3 != 1).then_some(x),
-                Some(y),
-                (index % 4 != 2).then_some(z),
-            ],
-            height: (index % 5 != 3).then_some(Height { plane: 0, height }),
-            distance: (index % 7 != 4).then_some(Distance { from, distance }),
-            ..Observation::at(own)
-        }
-    }
-
-    /// x, y, z, height and distance at joint angles.
-    fn readings(own: &[f64; 3], other: &[f64; 3], from: &DistanceFrom<f64>) -> [f64; 5] {
-        let x = robot().forward(own).unwrap();
-        let other = match from {
-            DistanceFrom::Pose(_) => robot().forward(other).unwrap(),
-            DistanceFrom::Point(_) => Vector3::new(50.0, -30.0, -700.0),
-        };
-        [x.x, x.y, x.z, x.z + 560.0, (x - other).norm()]
-    }
-
-    /// The noise of the reading itself, and of both poses' joint angles by central differences.
-    #[test]
-    fn a_row_is_weighed_by_the_covariance_of_its_readings() {
-        let (robot, instruments) = (robot(), instruments());
-        let mut rows: [ObservationRow<f64>; 24] =
-            core::array::from_fn(|index| ObservationRow::new(observation(index)));
-        let problem =
-            ObservationProblem::<f64, 30>::prepare(&robot, &instruments, &mut rows).unwrap();
-        for (index, row) in problem.rows().iter().enumerate() {
-            let observation = *row.observation();
-            let from = observation.distance.map(|distance| distance.from);
-            let between = matches!(from, Some(DistanceFrom::Pose(_)));
-            let from = from.unwrap_or(DistanceFrom::Point(0));
-            let mut by_joints = SMatrix::<f64, 5, 6>::zeros();
-            for joint in 0..6 {
-                let [above, below] = [1e-6, -1e-6].map(|by| {
-                    let mut both = [joints(index), joints(index + 5)];
-                    both.as_flattened_mut()[joint] += by;
-                    readings(&both[0], &both[1], &from)
-                });
-                for reading in 0..5 {
-                    if joint < 3 || (between && reading == 4) {
-                        by_joints[(reading, joint)] = (above[reading] - below[reading]) / 2e-6;
-                    }
-                }
-            }
-            let [x, y, z] = observation.position.map(|own| own.is_some());
-            let read = [
-                x,
-                y,
-                z,
-                observation.height.is_some(),
-                observation.distance.is_some(),
-            ];
-            let mut expected = by_joints * by_joints.transpose() * 1e-8;
-            for (reading, sigma) in [0.02, 0.03, 0.1, 0.05, 0.04].into_iter().enumerate() {
-                expected[(reading, reading)] += sigma * sigma;
-                if !read[reading] {
-                    expected.row_mut(reading).fill(0.0);
-                    expected.column_mut(reading).fill(0.0);
-                    expected[(reading, reading)] = 1.0;
-                }
-            }
-            let factor = SMatrix::<f64, 5, 5>::from_fn(|index, column| {
-                let own = row.factor_rows().nth(index).unwrap();
-                own.get(column).copied().unwrap_or(0.0)
-            });
-            let found = factor * factor.transpose();
-            // Differences over 1e-6 rad have eight correct digits.
-            assert!((found - expected).amax() < 1e-6 * expected.amax());
-
-            // Σ 1/Lₖₖ² times |X|² + Lb².
-            let size = robot.forward(&joints(index)).unwrap().norm_squared() + 480.0 * 480.0;
-            let pivots = (0..5).filter(|reading| read[*reading]);
-            let squares: f64 = pivots
-                .map(|k| 1.0 / (factor[(k, k)] * factor[(k, k)]))
-                .sum();
-            assert!((row.terms_squared(&robot) / (squares * size) - 1.0).abs() < 1e-12);
-            let mut twice = *row;
-            twice.set_weight(2.0);
-            let start = &problem.prepared.start;
-            let residuals = |row: &ObservationRow<f64>| {
-                let built = Robot::from_parameters(robot.parameters().map(|mut arm| {
-                    arm[5] += 0.3;
-                    arm
-                }));
-                let built = built.unwrap();
-                row.residuals(&start.at(&built, &instruments, start.unknowns()))
-            };
-            let (once, doubled) = (residuals(row).unwrap(), residuals(&twice).unwrap());
-            assert!(once.iter().any(|residual| residual.abs() > 0.1));
-            for (once, doubled) in once.into_iter().zip(doubled) {
-                assert!((doubled - libm::sqrt(2.0) * once).abs() <= 1e-14 * once.abs());
-            }
-            assert!((twice.terms_squared(&robot) / (2.0 * squares * size) - 1.0).abs() < 1e-12);
-        }
-    }
+    use nalgebra::Vector3;
 
     /// Two poses are the same place if they are closer than √ε times the distance from the base.
     #[test]
     fn a_distance_needs_two_places() {
-        let robot = robot();
+        let robot = paper();
         let own = joints(4);
         let x = robot.forward(&own).unwrap();
         for (part, same) in [(0.0, true), (0.5, true), (2.0, false), (1e6, false)] {
@@ -610,23 +454,23 @@ mod tests {
             };
             assert_eq!(row.look_whether_reached(&robot), expected, "{part}");
         }
-        // A pose out of reach is ignored.
+        // A pose out of reach is ignored: near level upper arms, these forearms are almost coplanar.
         let mut row = ObservationRow::new(Observation {
             position: [Some(1.0), None, None],
             ..Observation::at([0.0; 3])
         });
-        row.look_whether_reached(&short_forearms()).unwrap();
+        row.look_whether_reached(&with_forearms(420.0)).unwrap();
         assert!(row.is_left_out());
     }
 
     /// With a noise too small to represent, rounding remains: four ε of the robot's size.
     #[test]
     fn rounding_is_a_noise_too() {
-        let robot = robot();
+        let robot = paper();
+        let planes = [Plane::default()];
         let instruments = Instruments {
             noise: ObservationNoise::new(Noise::new(1.0, 0.0).unwrap(), 1e-15, 1.0).unwrap(),
-            points: &[],
-            ..instruments()
+            ..instruments(&planes, &[])
         };
         let mut rows: [ObservationRow<f64>; 4] = core::array::from_fn(|index| {
             ObservationRow::new(Observation {

@@ -2,7 +2,6 @@
 
 use crate::Real;
 use crate::samples::SampleError;
-use core::fmt;
 use nalgebra::Vector3;
 
 /// Readings taken at one set of joint angles: any of the coordinates, a height, a distance.
@@ -46,51 +45,41 @@ pub enum DistanceFrom<T> {
 }
 
 /// Why an observation is refused.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ObservationError {
     /// A joint angle is invalid.
+    #[error(transparent)]
     Joints(SampleError),
     /// The observation has no reading.
+    #[error("nothing was measured")]
     Nothing,
     /// A number is NaN, infinite, or too large to be squared.
+    #[error("a measured number is not finite")]
     NonFinite,
     /// The weight of the row is NaN, infinite or negative.
+    #[error("the weight is not a finite number, 0 or greater")]
     Weight,
     /// A distance is not greater than 0.
+    #[error("the distance is not greater than 0")]
     DistanceNotPositive,
     /// No plane has this index.
+    #[error("there is no plane {0}")]
     NoSuchPlane(u8),
     /// No point has this index.
+    #[error("there is no point {0}")]
     NoSuchPoint(u8),
     /// The nominal robot puts both poses of a distance in the same place.
+    #[error("the two poses of the distance are the same")]
     SamePlace,
     /// The calibrator has no room for more observations.
+    #[error("there is no room for another observation")]
     Full,
     /// A solve is in progress: first call `step` until it has finished.
+    #[error("the calibrator is solving: observations wait until it has finished")]
     Busy,
 }
-
-impl fmt::Display for ObservationError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Joints(error) => error.fmt(formatter),
-            Self::Nothing => formatter.write_str("nothing was measured"),
-            Self::NonFinite => formatter.write_str("a measured number is not finite"),
-            Self::Weight => formatter.write_str("the weight is not a finite number, 0 or greater"),
-            Self::DistanceNotPositive => formatter.write_str("the distance is not greater than 0"),
-            Self::NoSuchPlane(index) => write!(formatter, "there is no plane {index}"),
-            Self::NoSuchPoint(index) => write!(formatter, "there is no point {index}"),
-            Self::SamePlace => formatter.write_str("the two poses of the distance are the same"),
-            Self::Full => formatter.write_str("there is no room for another observation"),
-            Self::Busy => formatter
-                .write_str("the calibrator is solving: observations wait until it has finished"),
-        }
-    }
-}
-
-impl core::error::Error for ObservationError {}
 
 impl<T: Real> Observation<T> {
     /// An observation at joint angles (radians), without readings.

@@ -2,17 +2,16 @@
 
 use super::equation::At;
 use super::instruments::{Instruments, OF_PLANE, OF_ROBOT, OF_TRANSMISSIONS, PositionFrame};
-use super::linearization::squared_length;
 use super::observation::{ObservationError, ObservationRow};
 use super::start::StartValues;
 use crate::Real;
-use crate::calibration::{Instrument, Piece, Problem, Refusal};
+use crate::calibration::{Extent, Instrument, Piece, Problem, Refusal};
 use crate::frame::RigidTransform;
 use crate::robot::{
-    Arm, ArmIndex, Drive, GeometryError, Parameter, ParameterKind, Robot, TRANSMISSION_NUMBERS,
+    Arm, ArmIndex, GeometryError, Parameter, ParameterKind, Robot, TRANSMISSION_NUMBERS,
     Transmission,
 };
-use crate::samples::{Triangle, moved_arm};
+use crate::samples::{Triangle, moved_arm, part, squares};
 use nalgebra::Vector3;
 
 /// Parameters of an arm.
@@ -21,45 +20,7 @@ const ARM: usize = 8;
 /// The calibration from observations: the robot's 24 parameters, 15 transmission numbers if they are estimated, and the
 /// unknowns of the instruments; at most N parameters, M = N + 1, E = M (M + 1)/2. Unused places keep their values.
 ///
-/// ```
-/// use delta_cal::calibration::Settings;
-/// use delta_cal::observations::{
-///     Height, Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, Plane, PositionFrame,
-/// };
-/// use delta_cal::{Noise, SymmetricRobot, Tolerance};
-/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
-/// let drawn = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 };
-/// let built = SymmetricRobot { upper_arm: 260.7, forearm: 479.1, ..drawn }.robot()?;
-/// let drawn = drawn.robot()?;
-///
-/// // Gauge blocks of 0, 60 and 120 mm on a plate somewhere below the robot.
-/// let mut rows = Vec::new();
-/// for k in 0..45 {
-///     let t = f64::from(k);
-///     let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
-///     let height = built.forward(&joints)?.z + 560.0;
-///     let height = Some(Height { plane: 0, height });
-///     rows.push(ObservationRow::new(Observation { height, ..Observation::at(joints) }));
-/// }
-/// let instruments = Instruments {
-///     frame: PositionFrame::Base,
-///     planes: &[Plane::default()],
-///     points: &[],
-///     noise: ObservationNoise::new(Noise::new(0.02, 0.0)?, 0.02, 0.02)?,
-///     transmission: None,
-/// };
-/// let settings = Settings::new().with_tolerance(Tolerance::new(0.5, 0.0035)?);
-/// let problem = ObservationProblem::<f64, 27>::prepare(&drawn, &instruments, &mut rows)?;
-/// let outcome = problem.solve::<28, 406>(&settings)?;
-///
-/// let joints = [0.1, 0.2, 0.3];
-/// let before = (drawn.forward(&joints)? - built.forward(&joints)?).z;
-/// let [c, ..] = outcome.plane(&instruments, 0);
-/// let after = outcome.robot.forward(&joints)?.z - c - (built.forward(&joints)?.z + 560.0);
-/// assert!(before.abs() > 0.5 && after.abs() < 0.1);
-/// # Ok(())
-/// # }
-/// ```
+/// [`FkmCalibrator`](super::FkmCalibrator) solves it in bounded steps.
 #[derive(Debug, Clone, Copy)]
 pub struct ObservationProblem<'a, T: Real, const N: usize> {
     pub(super) robot: &'a Robot<T>,
@@ -77,38 +38,21 @@ pub struct InstrumentsAt<T: Real, const N: usize> {
 }
 
 /// Why observations cannot be solved.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PrepareError {
     /// A row is invalid.
+    #[error("observation {index}: {error}")]
     Row {
         /// Its index, from 0.
         index: usize,
         /// Its fault.
         error: ObservationError,
     },
-    /// An instrument has fewer readings than unknowns.
+    /// An instrument has fewer readings than unknowns or invalid stated values, or N is too small for the unknowns.
+    #[error(transparent)]
     Refused(Refusal),
-    /// N is too small for the unknowns of the instruments.
-    TooManyUnknowns {
-        /// Number of unknowns, including the robot's parameters.
-        parameters: usize,
-    },
 }
-
-impl core::fmt::Display for PrepareError {
-    fn fmt(&self, formatter: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Row { index, error } => write!(formatter, "observation {index}: {error}"),
-            Self::Refused(refusal) => refusal.fmt(formatter),
-            Self::TooManyUnknowns { parameters } => {
-                write!(formatter, "there is no room for {parameters} parameters")
-            }
-        }
-    }
-}
-
-impl core::error::Error for PrepareError {}
 
 impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
     /// Checks the rows, and computes the start of the unknowns and the weights of the readings from the nominal robot.
@@ -123,7 +67,10 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
     ) -> Result<Self, PrepareError> {
         let parameters = OF_ROBOT + instruments.unknowns();
         if parameters > N {
-            return Err(PrepareError::TooManyUnknowns { parameters });
+            let parameters = parameters as u64;
+            return Err(PrepareError::Refused(Refusal::TooManyUnknowns {
+                parameters,
+            }));
         }
         for (index, row) in rows.iter().enumerate() {
             row.check_weight()
@@ -181,23 +128,19 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         self.rows
     }
 
-    /// Each reading of a row minus its expected value at a robot and its [unknowns](Instruments::unknowns_at), in σ and
+    /// Each reading of a row minus its expected value at a robot and its [unknowns](super::ObservationOutcome::unknowns), in σ and
     /// times the row's weights: x, y, z, height, distance; 0 for a missing reading.
     pub fn residuals_at(&self, robot: &Robot<T>, unknowns: &[T; N], row: usize) -> Option<[T; 5]> {
         self.rows.get(row)?.residuals(&self.at(robot, unknowns))
     }
 
-    /// The derivatives of a row's readings by the parameters at the start, in σ and with the row's weights: ∂r/∂p by
-    /// columns, p in units of [`unit_of`](Problem::unit_of), and the residuals r as the last of the M = N + 1 columns.
-    /// `None` for a row that does not exist.
+    /// The derivatives of a row's readings by the parameters at a robot and its
+    /// [unknowns](super::ObservationOutcome::unknowns), in σ and with the row's weights: ∂r/∂p by columns, p in units of
+    /// [`unit_of`](Problem::unit_of), and the residuals r as the last of the M = N + 1 columns. `None` for a row that
+    /// does not exist.
     ///
     /// A column holds x, y, z, height and distance; 0 for a missing reading. JᵀJ summed over all rows is the
     /// information from the measurements (prior information is in [`prior`](Self::prior)).
-    pub fn linearized<const M: usize>(&self, row: usize) -> Option<[[T; 5]; M]> {
-        self.linearized_at(self.robot, self.start_unknowns(), row)
-    }
-
-    /// The same at another robot and other [unknowns](super::ObservationOutcome::unknowns).
     pub fn linearized_at<const M: usize>(
         &self,
         robot: &Robot<T>,
@@ -235,35 +178,25 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
     }
 
     pub(super) fn robot_at(&self, correction: &[T; N]) -> Result<Robot<T>, Refusal> {
-        let mut displacements = [[T::ZERO; ARM]; 3];
-        for ((value, unit), target) in correction
-            .iter()
-            .zip(self.prepared.units)
-            .zip(displacements.as_flattened_mut())
-        {
-            *target = *value * unit;
-        }
-        let [one, two, three] = displacements;
-        let arm = |index: ArmIndex, displacement: &[T; ARM]| {
-            self.moved(index, displacement, correction)
-                .map_err(|error| Refusal::ImpossibleGeometry { arm: index, error })
+        let arm = |arm: ArmIndex| {
+            self.moved(arm, correction)
+                .map_err(|error| Refusal::ImpossibleGeometry { arm, error })
         };
-        Robot::new([
-            arm(ArmIndex::First, &one)?,
-            arm(ArmIndex::Second, &two)?,
-            arm(ArmIndex::Third, &three)?,
-        ])
-        .map_err(Refusal::ImpossibleRobot)
+        let [first, second, third] = ArmIndex::ALL;
+        Robot::new([arm(first)?, arm(second)?, arm(third)?]).map_err(Refusal::ImpossibleRobot)
     }
 
-    /// An arm with its parameters displaced, and its transmission displaced by its part of the correction.
-    fn moved(
-        &self,
-        index: ArmIndex,
-        displacement: &[T; ARM],
-        correction: &[T; N],
-    ) -> Result<Arm<T>, GeometryError> {
-        let arm = moved_arm(self.robot.arm(index), displacement)?;
+    /// An arm with its parameters and transmission displaced by their parts of the correction.
+    fn moved(&self, index: ArmIndex, correction: &[T; N]) -> Result<Arm<T>, GeometryError> {
+        let first = ARM * index.index();
+        let mut displacement = part(correction, first);
+        for (value, unit) in displacement
+            .iter_mut()
+            .zip(self.prepared.units.iter().skip(first))
+        {
+            *value *= *unit;
+        }
+        let arm = moved_arm(self.robot.arm(index), &displacement)?;
         if self.instruments.transmission.is_none() {
             return Ok(arm);
         }
@@ -309,7 +242,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
             .as_ref()
             .and_then(|robot| self.residuals_at(robot, &at.unknowns, piece));
         Piece {
-            sum_of_squares: residuals.map_or(T::INFINITY, |own| squared_length(&own)),
+            sum_of_squares: residuals.map_or(T::INFINITY, |own| squares(&own)),
             more: residuals.is_some() && piece + 1 < self.rows.len(),
         }
     }
@@ -351,24 +284,13 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
         self.prepared.terms_squared
     }
 
-    fn samples(&self) -> u64 {
-        self.rows.len() as u64
-    }
-
-    fn effective_samples(&self) -> T {
-        self.prepared.effective_rows
-    }
-
-    fn residuals(&self) -> T {
-        self.prepared.readings
-    }
-
-    fn noise_stated(&self) -> bool {
-        true
-    }
-
-    fn unit(&self) -> T {
-        T::ONE
+    fn extent(&self) -> Extent<T> {
+        Extent {
+            samples: self.rows.len() as u64,
+            effective_samples: self.prepared.effective_rows,
+            residuals: self.prepared.readings,
+            unit: None,
+        }
     }
 
     fn unit_of(&self, parameter: usize) -> T {
@@ -379,13 +301,13 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
             .unwrap_or(T::ONE)
     }
 
-    fn upper_arm(&self, parameter: usize) -> T {
-        let arm = self.robot.arms().get(parameter / ARM);
-        arm.map_or(T::ONE, Arm::upper_arm_length)
-    }
-
-    fn drive(&self) -> Drive {
-        self.robot.drive()
+    fn arm(&self, parameter: usize) -> &Arm<T> {
+        let [first, second, third] = self.robot.arms();
+        match parameter / ARM {
+            1 => second,
+            2 => third,
+            _ => first,
+        }
     }
 
     fn instrument_of(&self, parameter: usize) -> Option<Instrument> {
@@ -461,7 +383,7 @@ impl<T: Real, const N: usize> Prepared<T, N> {
             angles(instruments.frame_column() + 3, 3);
         }
         for (index, _) in (0..).zip(instruments.planes) {
-            angles(instruments.plane_column(index) + 1, OF_PLANE - 1);
+            angles(instruments.first_of_plane(index) + 1, OF_PLANE - 1);
         }
         Self {
             start,

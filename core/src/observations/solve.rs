@@ -7,11 +7,12 @@ use super::instruments::{
 use super::problem::{InstrumentsAt, ObservationProblem};
 use crate::Real;
 use crate::calibration::{
-    Estimate, JointOutcome, Minimizer, Progress, Refusal, Settings, TolerancePrior,
+    Estimate, JointOutcome, Minimizer, Problem, Progress, Refusal, Settings, TolerancePrior,
+    enough_samples,
 };
 use crate::frame::RigidTransform;
 use crate::robot::{ArmIndex, Robot};
-use nalgebra::SMatrix;
+use crate::samples::part;
 
 impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
     /// Calibrates the robot.
@@ -43,7 +44,11 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
         &self,
         settings: &Settings<T>,
     ) -> Result<ObservationMinimizer<T, N, M, E>, Refusal> {
-        Minimizer::with_prior(self, ArmIndex::First, self.prior(settings), settings)
+        let extent = Problem::<T, N, M, E>::extent(self);
+        enough_samples(&extent, ArmIndex::First, settings)?;
+        let mut minimizer = Minimizer::unstarted(ArmIndex::First, self.prior(settings), settings);
+        minimizer.begin(self);
+        Ok(minimizer)
     }
 
     /// Converts an estimate to the robot and the unknowns.
@@ -92,11 +97,11 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
         }
         for (index, plane) in (0..).zip(self.instruments.planes) {
             if let Some((_, sigma)) = plane.known {
-                put(self.instruments.plane_column(index), 1, sigma);
+                put(self.instruments.first_of_plane(index), 1, sigma);
             }
             if let Some(sigma) = plane.level {
                 put(
-                    self.instruments.plane_column(index) + 1,
+                    self.instruments.first_of_plane(index) + 1,
                     OF_PLANE - 1,
                     sigma,
                 );
@@ -104,7 +109,7 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
         }
         for (index, point) in (0..).zip(self.instruments.points) {
             if let Some((_, sigma)) = point.known {
-                put(self.instruments.point_column(index), OF_POINT, sigma);
+                put(self.instruments.first_of_point(index), OF_POINT, sigma);
             }
         }
         let used = OF_ROBOT + self.instruments.unknowns();
@@ -124,7 +129,7 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
 }
 
 pub(super) type ObservationMinimizer<T, const N: usize, const M: usize, const E: usize> =
-    Minimizer<T, InstrumentsAt<T, N>, TolerancePrior<T, N>, N, M, E>;
+    Minimizer<T, InstrumentsAt<T, N>, N, M, E>;
 
 /// A robot calibrated from observations, and the unknowns of the instruments.
 #[derive(Debug, Clone, PartialEq)]
@@ -160,129 +165,23 @@ impl<T: Real, const N: usize> ObservationOutcome<T, N> {
 
     /// c (length), a and b of a plane z = c + a x + b y.
     pub fn plane(&self, instruments: &Instruments<'_, T>, plane: u8) -> [T; 3] {
-        self.from(instruments.plane_column(plane))
+        part(&self.unknowns, instruments.first_of_plane(plane))
     }
 
     /// x, y and z of a point and the offset of its sensor. Length.
     pub fn point(&self, instruments: &Instruments<'_, T>, point: u8) -> [T; 4] {
-        let [x, y, z, offset] = self.from(instruments.point_column(point));
+        let [x, y, z, offset] = part(&self.unknowns, instruments.first_of_point(point));
         let has_offset = instruments.points.get(usize::from(point));
         let has_offset = has_offset.is_some_and(|point| point.offset);
         [x, y, z, if has_offset { offset } else { T::ZERO }]
     }
 
-    fn from<const K: usize>(&self, column: usize) -> [T; K] {
-        let mut values = [T::ZERO; K];
-        for (value, unknown) in values.iter_mut().zip(self.unknowns.iter().skip(column)) {
-            *value = *unknown;
-        }
-        values
-    }
-
     /// The robot's 24 geometric parameters alone; their covariance accounts for all other unknowns. The robot includes
     /// the estimated transmissions.
     pub fn of_robot(&self) -> JointOutcome<T> {
-        let whole = &self.estimate;
-        let mut correction = [T::ZERO; OF_ROBOT];
-        let mut prior_share = [T::ZERO; OF_ROBOT];
-        for (own, value) in correction.iter_mut().zip(whole.correction) {
-            *own = value;
-        }
-        for (own, value) in prior_share.iter_mut().zip(whole.prior_share) {
-            *own = value;
-        }
-        let block = |all: &SMatrix<T, N, N>| {
-            SMatrix::<T, OF_ROBOT, OF_ROBOT>::from_fn(|row, column| {
-                all.get((row, column)).copied().unwrap_or(T::ZERO)
-            })
-        };
         JointOutcome {
             robot: self.robot,
-            estimate: Estimate {
-                correction,
-                covariance: whole.covariance.as_ref().map(block),
-                prior_share,
-                residual_rms: whole.residual_rms,
-                estimated_noise: whole.estimated_noise,
-                degrees_of_freedom: whole.degrees_of_freedom,
-                effective_samples: whole.effective_samples,
-                samples: whole.samples,
-                iterations: whole.iterations,
-                termination: whole.termination,
-                start: whole.start,
-                conditions: whole.conditions,
-            },
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    #![allow(clippy::cast_precision_loss, clippy::unwrap_used)]
-
-    use crate::calibration::{Settings, Tolerance};
-    use crate::observations::{
-        Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow,
-        PositionFrame,
-    };
-    use crate::robot::{Parameter, Robot, SymmetricRobot};
-    use crate::samples::Noise;
-    use rand_core::{Rng, SeedableRng};
-    use rand_pcg::Pcg32;
-
-    /// Robots made to 2 mm and 10 mrad whose forearms are short for level upper arms, measured where those are nearly
-    /// level: full steps lead to robots that do not reach the poses, or far beyond the minimum.
-    #[test]
-    fn poses_near_a_singularity_do_not_trap_the_iteration() {
-        let nominal = SymmetricRobot {
-            forearm: 420.0,
-            ..SymmetricRobot::PAPER
-        };
-        let nominal = nominal.robot().unwrap();
-        let instruments = Instruments {
-            frame: PositionFrame::Base,
-            planes: &[],
-            points: &[],
-            noise: ObservationNoise::new(Noise::new(0.02, 0.0).unwrap(), 0.02, 0.02).unwrap(),
-            transmission: None,
-        };
-        let tolerance = Tolerance::new(2.0, 0.01).unwrap();
-        let settings = Settings::new().with_tolerance(tolerance);
-        let middle = [0.9; 3];
-        for seed in 0..60 {
-            let mut rng = Pcg32::seed_from_u64(seed);
-            // Uniform in (−1, 1); times √3 the standard deviation is 1.
-            let mut uniform = move || f64::from(rng.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
-            let mut error = |sigma: f64| libm::sqrt(3.0) * sigma * uniform();
-            let truth = Robot::from_parameters(nominal.parameters().map(|mut arm| {
-                for (value, parameter) in arm.iter_mut().zip(Parameter::ROTARY) {
-                    *value += error(tolerance.of(parameter));
-                }
-                arm
-            }));
-            let truth = truth.unwrap();
-            let mut rows = [ObservationRow::new(Observation::at(middle)); 20];
-            for row in &mut rows {
-                let (joints, position) = loop {
-                    let joints = [(); 3].map(|()| 0.25 + error(0.29));
-                    if let (Ok(position), Ok(_)) =
-                        (truth.forward(&joints), nominal.forward(&joints))
-                    {
-                        break (joints, position);
-                    }
-                };
-                let position = position.map(|x| x + error(0.02));
-                *row = ObservationRow::new(Observation {
-                    position: [Some(position.x), Some(position.y), Some(position.z)],
-                    ..Observation::at(joints)
-                });
-            }
-            let problem = ObservationProblem::<f64, 24>::prepare(&nominal, &instruments, &mut rows);
-            let outcome = problem.unwrap().solve::<25, 325>(&settings).unwrap();
-            let off = |robot: &Robot<f64>| {
-                (robot.forward(&middle).unwrap() - truth.forward(&middle).unwrap()).norm()
-            };
-            assert!(off(&outcome.robot) < 0.3 * off(&nominal), "{seed}");
+            estimate: self.estimate.part(0),
         }
     }
 }

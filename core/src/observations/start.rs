@@ -48,17 +48,17 @@ impl<T: Real, const N: usize> StartValues<T, N> {
         for (index, plane) in (0..).zip(instruments.planes) {
             let [height, a, b] = self::plane(robot, rows, index, plane.level.is_none());
             let height = plane.known.map_or(height, |(height, _)| height);
-            start.put(instruments.plane_column(index), &[height, a, b]);
+            start.put(instruments.first_of_plane(index), &[height, a, b]);
         }
         for (index, point) in (0..).zip(instruments.points) {
-            let column = instruments.point_column(index);
+            let column = instruments.first_of_point(index);
             if let Some((place, _)) = point.known {
                 start.put(column, place.as_slice());
             } else if point.offset
-                && let Some([x, y, z, offset]) = point_with_offset(robot, rows, index)
+                && let Some([x, y, z, offset, _]) = self::point::<_, 5, 6, 21>(robot, rows, index)
             {
                 start.put(column, &[x, y, z, offset]);
-            } else if let Some([x, y, z]) = point_alone(robot, rows, index) {
+            } else if let Some([x, y, z, _]) = self::point::<_, 4, 5, 15>(robot, rows, index) {
                 start.put(column, &[x, y, z]);
             }
         }
@@ -189,47 +189,29 @@ fn distances<T: Real>(
     })
 }
 
-/// p of |X|² − d² = 2 X·p + k, with k eliminated.
-fn point_alone<T: Real>(robot: &Robot<T>, rows: &[ObservationRow<T>], point: u8) -> Option<[T; 3]> {
-    let [first, ..] = robot.arms();
-    let unit = first.lb();
-    let mut triangle = Triangle::<T, 5, 15>::zero();
-    for (x, d) in distances(rows, point, unit) {
-        let right = d.squared() - x.dot(&x);
-        absorb(
-            &mut triangle,
-            [T::TWO * x.x, T::TWO * x.y, T::TWO * x.z, T::ONE, right],
-        );
-    }
-    let [x, y, z, _] = solved(&triangle)?;
-    Some([x, y, z].map(|value| value * unit))
-}
-
-/// p and o of |X|² − d² = 2 X·p − 2 d o + k, with k eliminated.
-fn point_with_offset<T: Real>(
+/// p and, if it has one, the offset o of |X|² − d² = 2 X·p − 2 d o + k, with k eliminated.
+fn point<T: Real, const N: usize, const M: usize, const E: usize>(
     robot: &Robot<T>,
     rows: &[ObservationRow<T>],
     point: u8,
-) -> Option<[T; 4]> {
+) -> Option<[T; N]> {
     let [first, ..] = robot.arms();
     let unit = first.lb();
-    let mut triangle = Triangle::<T, 6, 21>::zero();
+    let mut triangle = Triangle::<T, M, E>::zero();
     for (x, d) in distances(rows, point, unit) {
         let right = d.squared() - x.dot(&x);
-        absorb(
-            &mut triangle,
-            [
-                T::TWO * x.x,
-                T::TWO * x.y,
-                T::TWO * x.z,
-                -(T::TWO * d),
-                T::ONE,
-                right,
-            ],
-        );
+        let terms = [T::TWO * x.x, T::TWO * x.y, T::TWO * x.z, -(T::TWO * d)];
+        let mut row = [T::ZERO; M];
+        for (entry, term) in row.iter_mut().zip(terms.into_iter().take(M - 2)) {
+            *entry = term;
+        }
+        if let [.., one, last] = &mut row[..] {
+            (*one, *last) = (T::ONE, right);
+        }
+        absorb(&mut triangle, row);
     }
-    let [x, y, z, offset, _] = solved(&triangle)?;
-    Some([x, y, z, offset].map(|value| value * unit))
+    let solution: [T; N] = solved(&triangle)?;
+    Some(solution.map(|value| value * unit))
 }
 
 fn absorb<T: Real, const M: usize, const E: usize>(triangle: &mut Triangle<T, M, E>, row: [T; M]) {
@@ -351,38 +333,12 @@ mod tests {
     extern crate alloc;
 
     use super::StartValues;
+    use crate::fixtures::{instruments, joints, paper};
     use crate::frame::RigidTransform;
-    use crate::observations::{
-        Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationRow,
-        Plane, Point, PositionFrame,
-    };
-    use crate::robot::{Robot, SymmetricRobot};
-    use crate::samples::Noise;
+    use crate::observations::{Instruments, Observation, ObservationRow, PositionFrame};
+    use crate::robot::Robot;
     use alloc::borrow::ToOwned;
     use nalgebra::{Rotation3, Vector3};
-
-    fn robot() -> Robot<f64> {
-        SymmetricRobot::PAPER.robot().unwrap()
-    }
-
-    fn joints(index: usize) -> [f64; 3] {
-        let t = index as f64;
-        [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()]
-    }
-
-    fn instruments<'a>(
-        frame: PositionFrame,
-        planes: &'a [Plane<f64>],
-        points: &'a [Point<f64>],
-    ) -> Instruments<'a, f64> {
-        Instruments {
-            frame,
-            planes,
-            points,
-            noise: ObservationNoise::new(Noise::new(0.02, 0.0).unwrap(), 0.02, 0.05).unwrap(),
-            transmission: None,
-        }
-    }
 
     /// From rows as a calibrator receives them.
     fn start_of<const N: usize>(
@@ -401,12 +357,15 @@ mod tests {
     /// the measured axes.
     #[test]
     fn the_frame_is_found_whatever_coordinates_were_measured() {
-        let robot = robot();
+        let robot = paper();
         let frame = RigidTransform {
             rotation: *Rotation3::new(Vector3::new(0.3, -0.5, 0.8)).matrix(),
             translation: Vector3::new(40.0, -70.0, 300.0),
         };
-        let instruments = instruments(PositionFrame::Sensor, &[], &[]);
+        let instruments = Instruments {
+            frame: PositionFrame::Sensor,
+            ..instruments(&[], &[])
+        };
         for pattern in [
             // All per pose; all, in turn; two of them.
             [[true; 3]; 2],
@@ -432,121 +391,6 @@ mod tests {
                 let expected = if seen { frame.translation[axis] } else { 0.0 };
                 assert!((start.frame().translation[axis] - expected).abs() < 1e-8);
             }
-        }
-    }
-
-    /// A shift is observable along a measured axis, a rotation about an axis if another one was measured.
-    #[test]
-    fn the_numbers_of_the_frame_that_nothing_was_measured_of_are_free() {
-        for pattern in 1..8 {
-            let seen = [1, 2, 4].map(|bit| pattern & bit != 0);
-            let rows = [ObservationRow::new(Observation {
-                position: seen.map(|seen| seen.then_some(1.0)),
-                ..Observation::at(joints(1))
-            })];
-            let start = start_of::<30>(
-                &robot(),
-                &instruments(PositionFrame::Sensor, &[], &[]),
-                &rows,
-            );
-            for axis in 0..3 {
-                assert_eq!(start.is_free(axis), !seen[axis]);
-                let others = (0..3).any(|other| other != axis && seen[other]);
-                assert_eq!(start.is_free(3 + axis), !others);
-            }
-            assert!(start.is_free(6));
-        }
-    }
-
-    /// Touches of the nominal robot 60 mm above a plane, along its normal, give the plane itself; or the level plane
-    /// through their mean if the tilt is known to be small, cannot be determined or exceeds 45°.
-    #[test]
-    fn the_plane_is_that_of_the_touches() {
-        let unknown = Plane {
-            known: None,
-            level: None,
-        };
-        let level = Plane {
-            level: Some(0.01),
-            ..unknown
-        };
-        for (plane, [a, b], [wide, narrow], tilted) in [
-            (unknown, [0.2, -0.3], [90.0, 80.0], true),
-            (unknown, [-0.1, 0.4], [30.0, 90.0], true),
-            (level, [0.02, -0.03], [90.0, 80.0], false),
-            // Nearly collinear: the variance across must be at least a thousandth of that along the line.
-            (unknown, [0.2, -0.3], [90.0, 4.5], true),
-            (unknown, [0.2, -0.3], [90.0, 1.8], false),
-            (unknown, [2.0, 0.0], [20.0, 20.0], false),
-        ] {
-            let robot = robot();
-            let mut mean = 0.0;
-            let rows: [ObservationRow<f64>; 30] = core::array::from_fn(|index| {
-                let turn = core::f64::consts::PI * index as f64 / 15.0;
-                let (sine, cosine) = libm::sincos(turn);
-                let (x, y) = (30.0 + wide * cosine, -20.0 + narrow * sine);
-                let z = -560.0 + a * x + b * y + 60.0 * libm::sqrt(1.0 + a * a + b * b);
-                mean += (z - 60.0) / 30.0;
-                let joints = robot.inverse(&Vector3::new(x, y, z)).unwrap();
-                ObservationRow::new(Observation {
-                    height: Some(Height {
-                        plane: 0,
-                        height: 60.0,
-                    }),
-                    ..Observation::at(joints)
-                })
-            });
-            let planes = [plane];
-            let of_plane = instruments(PositionFrame::Base, &planes, &[]);
-            let start = start_of::<27>(&robot, &of_plane, &rows);
-            let [.., c, found_a, found_b] = *start.unknowns();
-            let expected = if tilted {
-                [-560.0, a, b]
-            } else {
-                [mean, 0.0, 0.0]
-            };
-            // ε times lengths of some hundreds times a condition number of some thousands.
-            assert!(
-                (found_a - expected[1]).abs() < 1e-9,
-                "{found_a} {expected:?}"
-            );
-            assert!(
-                (found_b - expected[2]).abs() < 1e-9,
-                "{found_b} {expected:?}"
-            );
-            assert!((c - expected[0]).abs() < 1e-7, "{c} {expected:?}");
-        }
-    }
-
-    /// Exact distances from a point, with and without a sensor offset: both in closed form.
-    #[test]
-    fn the_point_is_that_of_the_distances() {
-        let robot = robot();
-        let place = Vector3::new(120.0, -80.0, -700.0);
-        for offset in [None, Some(7.0), Some(-4.0)] {
-            let rows: [ObservationRow<f64>; 30] = core::array::from_fn(|index| {
-                let joints = joints(index);
-                let x = robot.forward(&joints).unwrap();
-                let distance = (x - place).norm() + offset.unwrap_or(0.0);
-                let from = DistanceFrom::Point(0);
-                ObservationRow::new(Observation {
-                    distance: Some(Distance { from, distance }),
-                    ..Observation::at(joints)
-                })
-            });
-            let points = [Point {
-                known: None,
-                offset: offset.is_some(),
-            }];
-            let of_point = instruments(PositionFrame::Base, &[], &points);
-            let start = start_of::<28>(&robot, &of_point, &rows);
-            let [.., x, y, z, found] = *start.unknowns();
-            // ε times lengths of some hundreds times a condition number of some thousands.
-            assert!((Vector3::new(x, y, z) - place).norm() < 1e-8);
-            assert!((found - offset.unwrap_or(0.0)).abs() < 1e-8);
-            // Two poses do not determine a point.
-            let start = start_of::<28>(&robot, &of_point, &rows[..2]);
-            assert!(start.unknowns().iter().all(|value| *value == 0.0));
         }
     }
 }

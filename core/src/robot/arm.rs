@@ -182,16 +182,20 @@ impl<T: Real> Arm<T> {
     /// # Errors
     /// Same as [`new`](Self::new) or [`linear`](Self::linear).
     pub fn with_parameters(&self, parameters: [T; 8]) -> Result<Self, GeometryError> {
-        match self.drive() {
+        Ok(Self {
+            transmission: self.transmission,
+            ..Self::of_drive(self.drive(), parameters)?
+        })
+    }
+
+    fn of_drive(drive: Drive, parameters: [T; 8]) -> Result<Self, GeometryError> {
+        match drive {
             #[cfg(feature = "linear")]
             Drive::Linear => {
                 let [dx, dy, dz, lean_x, lean_y, scale, _, lb] = parameters;
                 Self::linear([dx, dy, dz, lean_x, lean_y, scale, lb])
             }
-            _ => Ok(Self {
-                transmission: self.transmission,
-                ..Self::new(parameters)?
-            }),
+            _ => Self::new(parameters),
         }
     }
 
@@ -357,21 +361,12 @@ impl<T: Real> Arm<T> {
     /// A [`GeometryError`] if a parameter overflows or vanishes in the narrower type.
     pub fn cast<U: Real>(&self) -> Result<Arm<U>, GeometryError> {
         let parameters = self.parameters.map(|value| U::from_f64(value.to_f64()));
-        match self.drive() {
-            #[cfg(feature = "linear")]
-            Drive::Linear => {
-                let [dx, dy, dz, lean_x, lean_y, scale, _, lb] = parameters;
-                Arm::linear([dx, dy, dz, lean_x, lean_y, scale, lb])
-            }
-            _ => {
-                let arm = Arm::new(parameters)?;
-                let Some(transmission) = &self.transmission else {
-                    return Ok(arm);
-                };
-                let numbers = transmission.numbers();
-                let numbers = numbers.map(|value| U::from_f64(value.to_f64()));
-                Ok(arm.driven_by(Transmission::new(numbers)?))
-            }
-        }
+        let arm = Arm::of_drive(self.drive(), parameters)?;
+        let Some(transmission) = &self.transmission else {
+            return Ok(arm);
+        };
+        let numbers = transmission.numbers();
+        let numbers = numbers.map(|value| U::from_f64(value.to_f64()));
+        Ok(arm.driven_by(Transmission::new(numbers)?))
     }
 }

@@ -169,26 +169,32 @@ impl Drive {
     /// The parameter at each place of an arm's vector of eight; a linear drive leaves the second-last place empty.
     pub const fn places(self) -> [Option<Parameter>; 8] {
         match self {
-            Self::Rotary => [
-                Some(Parameter::Dx),
-                Some(Parameter::Dy),
-                Some(Parameter::Dz),
-                Some(Parameter::Theta),
-                Some(Parameter::Alpha),
-                Some(Parameter::LaX),
-                Some(Parameter::LaY),
-                Some(Parameter::Lb),
-            ],
-            Self::Linear => [
-                Some(Parameter::Dx),
-                Some(Parameter::Dy),
-                Some(Parameter::Zero),
-                Some(Parameter::LeanX),
-                Some(Parameter::LeanY),
-                Some(Parameter::Scale),
-                None,
-                Some(Parameter::Lb),
-            ],
+            Self::Rotary => {
+                let [a, b, c, d, e, f, g, h] = Parameter::ROTARY;
+                [
+                    Some(a),
+                    Some(b),
+                    Some(c),
+                    Some(d),
+                    Some(e),
+                    Some(f),
+                    Some(g),
+                    Some(h),
+                ]
+            }
+            Self::Linear => {
+                let [a, b, c, d, e, f, lb] = Parameter::LINEAR;
+                [
+                    Some(a),
+                    Some(b),
+                    Some(c),
+                    Some(d),
+                    Some(e),
+                    Some(f),
+                    None,
+                    Some(lb),
+                ]
+            }
         }
     }
 }
@@ -222,55 +228,38 @@ impl DriveOf {
 }
 
 /// Why parameters are not a valid arm, or three arms not a valid robot.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum GeometryError {
     /// A parameter is NaN or infinite.
+    #[error("{0} is not a finite number")]
     NonFinite(Parameter),
     /// The length of the upper arm (La_x, La_y) or of the forearm Lb is not positive.
+    #[error("the length {0} must be greater than 0")]
     NotPositive(Parameter),
     /// |α| ≥ 90°: the arm plane's "up" would point down, or be undefined.
+    #[error("the tilt alpha must lie within ±90°")]
     TiltTooLarge,
     /// |θ| > 360°.
+    #[error("the azimuth theta must lie within ±360°")]
     AzimuthTooLarge,
     /// The base or the platform radius is negative or NaN.
+    #[error("the base and platform radii must not be negative")]
     RadiusInvalid,
     /// The arms' "up" directions cancel, so that "below the base" has no meaning.
+    #[error("the arms' up directions cancel: the robot has no below")]
     NoCommonUp,
     /// A tower must lean by less than 90°.
+    #[error("a tower must lean by less than 90°")]
     LeanTooLarge,
     /// Not all three arms have the same drive.
+    #[error("all three arms must be rotary, or all three linear")]
     MixedDrives,
     /// The transmission differs so much from an exact one that the joint angle may not be unique, or the arm's drive is
     /// linear.
+    #[error(
+        "the transmission of a rotary drive must be exact but for a tenth of a radian in a radian"
+    )]
     TransmissionTooLarge,
 }
-
-impl fmt::Display for GeometryError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NonFinite(parameter) => write!(formatter, "{parameter} is not a finite number"),
-            Self::NotPositive(parameter) => {
-                write!(formatter, "the length {parameter} must be greater than 0")
-            }
-            Self::TiltTooLarge => formatter.write_str("the tilt alpha must lie within ±90°"),
-            Self::AzimuthTooLarge => formatter.write_str("the azimuth theta must lie within ±360°"),
-            Self::LeanTooLarge => formatter.write_str("a tower must lean by less than 90°"),
-            Self::MixedDrives => {
-                formatter.write_str("all three arms must be rotary, or all three linear")
-            }
-            Self::TransmissionTooLarge => formatter.write_str(
-                "the transmission of a rotary drive must be exact but for a tenth of a radian in a radian",
-            ),
-            Self::RadiusInvalid => {
-                formatter.write_str("the base and platform radii must not be negative")
-            }
-            Self::NoCommonUp => {
-                formatter.write_str("the arms' up directions cancel: the robot has no below")
-            }
-        }
-    }
-}
-
-impl core::error::Error for GeometryError {}

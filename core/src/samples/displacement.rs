@@ -1,6 +1,6 @@
 use super::nominal_arm::{ArmSample, NominalArm};
 use crate::Real;
-use crate::kinematics::{constraint_gradient, linear_gradient};
+use crate::kinematics::constraint_gradient;
 use crate::robot::{Arm, Drive, DriveOf, GeometryError};
 use nalgebra::{SVector, Vector3};
 
@@ -108,27 +108,12 @@ impl<T: Real> Displacement<T> {
 
     /// One row of the Jacobian (3.21) and f, both divided by σf.
     pub(crate) fn constraint_row(&self, sample: &ArmSample<T>) -> (SVector<T, 8>, T) {
-        let forearm = self.forearm(sample);
-        if self.drive.get() == Drive::Linear {
-            let (scale, _) = self.la;
-            let gradient = linear_gradient(
-                &self.ex,
-                &self.ey,
-                &self.ez,
-                scale,
-                self.lb,
-                &forearm,
-                sample.sine,
-            );
-            return (gradient * sample.weight, self.weighted_constraint(sample));
-        }
         let gradient = constraint_gradient(
-            &self.ex,
-            &self.ey,
-            &self.ez,
+            self.drive.get(),
+            [&self.ex, &self.ey, &self.ez],
             self.la,
             self.lb,
-            &forearm,
+            &self.forearm(sample),
             (sample.sine, sample.cosine),
         );
         (gradient * sample.weight, self.weighted_constraint(sample))
@@ -273,9 +258,25 @@ pub(crate) fn moved_arm<T: Real>(
 mod tests {
     use super::*;
 
-    fn nominal() -> NominalArm<f64> {
-        let arm = Arm::new([150.0, 30.0, -5.0, 0.7, 0.2, 240.0, 35.0, 470.0]).unwrap();
-        NominalArm::new(&arm, &Vector3::new(10.0, -20.0, -430.0), None)
+    const CENTRE: Vector3<f64> = Vector3::new(10.0, -20.0, -430.0);
+    const CORRECTION: [f64; 8] = [0.02, -0.01, 0.03, 0.05, -0.04, 0.01, 0.0, -0.03];
+
+    /// An arm of each drive.
+    fn nominals() -> impl Iterator<Item = NominalArm<f64>> {
+        let rotary = Arm::new([150.0, 30.0, -5.0, 0.7, 0.2, 240.0, 35.0, 470.0]).unwrap();
+        let arms = [
+            Some(rotary),
+            #[cfg(feature = "linear")]
+            Arm::linear([120.0, 70.0, -5.0, 0.1, -0.2, 1.1, 330.0]).ok(),
+        ];
+        let nominal = |arm| NominalArm::new(&arm, &CENTRE, None);
+        arms.into_iter().flatten().map(nominal)
+    }
+
+    /// The places at which an arm has a parameter.
+    fn places(nominal: &NominalArm<f64>) -> impl Iterator<Item = usize> {
+        let places = nominal.arm().drive().places().into_iter().enumerate();
+        places.filter_map(|(place, parameter)| parameter.map(|_| place))
     }
 
     /// c(P) by definition, from the arm's own vectors.
@@ -283,76 +284,72 @@ mod tests {
         let arm = corrected_arm(nominal, correction).unwrap();
         let scale = nominal.scale();
         let d = (arm.d() - nominal.centre()) / scale;
-        let (u, v) = (arm.basis().u / scale, arm.basis().v / scale);
         let lb = arm.lb() / scale;
+        let (u, v, by_cosine, upper_arm) = match arm.drive() {
+            Drive::Rotary => {
+                let (u, v) = (arm.basis().u / scale, arm.basis().v / scale);
+                (u, v, 2.0 * u.dot(&d), u.dot(&u))
+            }
+            Drive::Linear => {
+                let v = arm.basis().v;
+                (Vector3::zeros(), v, v.dot(&v), 0.0)
+            }
+        };
+        let [[x, y, z], [ux, uy, uz], [vx, vy, vz]] = [d, u, v].map(|own| (own * -2.0).into());
+        let constant = d.dot(&d) + upper_arm - lb * lb;
+        let by_sine = 2.0 * v.dot(&d);
         [
-            -2.0 * d.x,
-            -2.0 * d.y,
-            -2.0 * d.z,
-            2.0 * u.dot(&d),
-            2.0 * v.dot(&d),
-            -2.0 * u.x,
-            -2.0 * u.y,
-            -2.0 * u.z,
-            -2.0 * v.x,
-            -2.0 * v.y,
-            -2.0 * v.z,
-            d.dot(&d) + u.dot(&u) - lb * lb,
+            x, y, z, by_cosine, by_sine, ux, uy, uz, vx, vy, vz, constant,
         ]
     }
 
-    const CORRECTION: [f64; 8] = [0.02, -0.01, 0.03, 0.05, -0.04, 0.01, 0.02, -0.03];
-
     #[test]
     fn coefficients_are_the_difference_of_their_definition() {
-        let nominal = nominal();
-        let at = Displacement::new(&nominal, &CORRECTION);
-        let before = coefficients(&nominal, &[0.0; 8]);
-        let after = coefficients(&nominal, &CORRECTION);
-        for ((found, before), after) in at.coefficients.iter().zip(before).zip(after) {
-            // Numbers of about 1, subtracted: a few ε.
-            assert!((found - (after - before)).abs() < 1e-14);
-        }
-    }
-
-    #[test]
-    fn coefficient_jacobian_equals_central_differences() {
-        let nominal = nominal();
-        let jacobian = Displacement::new(&nominal, &CORRECTION).coefficient_jacobian();
-        let step = 1e-6;
-        for parameter in 0..8 {
-            let at = |by: f64| {
-                let mut correction = CORRECTION;
-                correction[parameter] += by;
-                Displacement::new(&nominal, &correction).coefficients
-            };
-            for ((row, above), below) in jacobian.iter().zip(at(step)).zip(at(-step)) {
-                // step² · c‴/6 + ε/step ≈ 1e-10.
-                assert!((row[parameter] - (above - below) / (2.0 * step)).abs() < 1e-9);
+        for nominal in nominals() {
+            let at = Displacement::new(&nominal, &CORRECTION);
+            let before = coefficients(&nominal, &[0.0; 8]);
+            let after = coefficients(&nominal, &CORRECTION);
+            for ((found, before), after) in at.coefficients.iter().zip(before).zip(after) {
+                // Numbers of about 1, subtracted: a few ε.
+                assert!((found - (after - before)).abs() < 1e-14);
             }
         }
     }
 
-    /// Features times ∂c/∂P with the product written out, for arbitrary features.
+    /// The Jacobian, the product with arbitrary features, and the row of a single weighted sample.
     #[test]
-    fn gradient_of_features_is_their_product_with_the_coefficient_jacobian() {
-        let at = Displacement::new(&nominal(), &CORRECTION);
-        let jacobian = at.coefficient_jacobian();
-        for seed in 0..20 {
-            let mut angle = f64::from(seed);
-            let features = [(); 12].map(|()| {
-                angle += 1.7;
-                libm::sin(angle)
-            });
-            let found = at.gradient_of(&features);
-            for (parameter, found) in found.iter().enumerate() {
-                let expected: f64 = features
-                    .iter()
-                    .zip(&jacobian)
-                    .map(|(feature, row)| feature * row[parameter])
-                    .sum();
-                // Sums of a dozen products of about 1: a few ε.
-                assert!((found - expected).abs() < 1e-14, "{parameter}");
+    fn derivatives_equal_central_differences() {
+        let mut angle = 0.0;
+        let features = [(); 12].map(|()| {
+            angle += 1.7;
+            libm::sin(angle)
+        });
+        let step = 1e-6;
+        for nominal in nominals() {
+            let at = Displacement::new(&nominal, &CORRECTION);
+            let jacobian = at.coefficient_jacobian();
+            let gradient = at.gradient_of(&features);
+            let mut sample = nominal.prepare(&Vector3::new(30.0, -50.0, -380.0), 0.3);
+            sample.weight = 0.7;
+            let (constraints, _) = at.constraint_row(&sample);
+            for parameter in places(&nominal) {
+                let [above, below] = [step, -step].map(|by| {
+                    let mut correction = CORRECTION;
+                    correction[parameter] += by;
+                    Displacement::new(&nominal, &correction)
+                });
+                let mut product = 0.0;
+                let slopes = above.coefficients.iter().zip(below.coefficients);
+                for ((row, feature), (above, below)) in jacobian.iter().zip(features).zip(slopes) {
+                    let slope = (above - below) / (2.0 * step);
+                    // step² · c‴/6 + ε/step ≈ 1e-10.
+                    assert!((row[parameter] - slope).abs() < 1e-9);
+                    product += feature * slope;
+                }
+                assert!((gradient[parameter] - product).abs() < 1e-8);
+                let [above, below] = [above, below].map(|own| own.weighted_constraint(&sample));
+                let slope = (above - below) / (2.0 * step);
+                assert!((constraints[parameter] - slope).abs() < 1e-8);
             }
         }
     }
@@ -361,13 +358,9 @@ mod tests {
     /// accuracy although it is the last digit of the numbers it corrects.
     #[test]
     fn small_corrections_keep_their_digits_in_single_precision() {
-        let arm = nominal().arm().cast::<f32>().unwrap();
-        let single = NominalArm::new(&arm, &Vector3::new(10.0, -20.0, -430.0), None);
-        let double = NominalArm::new(
-            &arm.cast::<f64>().unwrap(),
-            &Vector3::new(10.0, -20.0, -430.0),
-            None,
-        );
+        let rounded = nominals().next().unwrap().arm().cast::<f32>().unwrap();
+        let single = NominalArm::new(&rounded, &Vector3::new(10.0, -20.0, -430.0), None);
+        let double = NominalArm::new(&rounded.cast::<f64>().unwrap(), &CENTRE, None);
         let correction = CORRECTION.map(|value| value * 1e-6);
         let expected = Displacement::new(&double, &correction).coefficients;
         let found = Displacement::new(&single, &correction.map(<f32 as crate::Real>::from_f64))

@@ -7,7 +7,6 @@ use super::triangle::{Triangle, put_row};
 use crate::Real;
 use crate::robot::{Arm, ArmIndex};
 use crate::state::state;
-use core::fmt;
 use nalgebra::Vector3;
 
 /// Rows reduced together when many samples are added at once.
@@ -35,28 +34,17 @@ pub(crate) struct ArmFactor<T: Real> {
 state!(ArmFactor<T>: triangle: Triangle<T, COLUMNS, 91>, count: SampleCount<T>);
 
 /// Why two factors cannot be merged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum MergeError {
     /// The calibrators have different robots or noises.
+    #[error("the calibrators are of different robots or noises")]
     DifferentNominal,
     /// A solve is in progress: the samples cannot change until it has finished.
+    #[error("the calibrator is solving: its samples do not change until it has finished")]
     Busy,
 }
-
-impl fmt::Display for MergeError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::DifferentNominal => "the calibrators are of different robots or noises",
-            Self::Busy => {
-                "the calibrator is solving: its samples do not change until it has finished"
-            }
-        })
-    }
-}
-
-impl core::error::Error for MergeError {}
 
 impl<T: Real> ArmFactor<T> {
     /// An empty factor.
@@ -347,73 +335,10 @@ impl<T: Real> Waiting<T> {
 mod tests {
     #![allow(clippy::cast_possible_truncation, clippy::unwrap_used)]
 
-    use super::{ArmFactor, BLOCK, CAPACITY, Waiting};
+    use super::ArmFactor;
     use crate::robot::{Arm, ArmIndex};
-    use crate::samples::{Noise, NominalArm, Sample};
+    use crate::samples::{Noise, NominalArm};
     use nalgebra::Vector3;
-
-    /// The nth sample, identifiable by its numbers.
-    fn sample(number: u16) -> Sample<f64> {
-        let number = f64::from(number);
-        Sample {
-            joints: [number, number + 0.25, number + 0.5],
-            position: Vector3::new(number, 0.0, 0.0),
-        }
-    }
-
-    /// In order, and no two arms at the same sample.
-    #[test]
-    fn every_arm_takes_every_sample_once() {
-        let mut waiting = Waiting::none();
-        let mut next = [0_u16; 3];
-        let mut take = |waiting: &mut Waiting<f64>, arm: ArmIndex| {
-            let mut count = 0;
-            for (position, q) in waiting.block(arm) {
-                let expected = sample(next[arm.index()]);
-                assert_eq!(*position, expected.position);
-                assert!((q - expected.joints[arm.index()]).abs() < 1e-12);
-                next[arm.index()] += 1;
-                count += 1;
-            }
-            waiting.take(arm);
-            count
-        };
-        for number in 0..103 {
-            waiting.push(&sample(number));
-            // Every fourth sample completes a block; the arms absorb it in turn, at the sample that completes it and
-            // the two after that.
-            let expected = match number {
-                0..3 => None,
-                _ => ArmIndex::ALL.get(usize::from(number + 1) % BLOCK).copied(),
-            };
-            let due = waiting.due();
-            assert_eq!(due, expected, "{number}");
-            if let Some(arm) = due {
-                assert_eq!(take(&mut waiting, arm), BLOCK);
-            }
-        }
-        // Whatever remains, in blocks.
-        for arm in ArmIndex::ALL {
-            while waiting.waiting_for(arm) > 0 {
-                assert!(take(&mut waiting, arm) > 0);
-            }
-        }
-        assert_eq!(next, [103; 3]);
-        // Nothing remains: it is in its initial state.
-        assert_eq!(waiting, Waiting::none());
-    }
-
-    #[test]
-    fn a_full_queue_takes_no_more() {
-        let mut waiting = Waiting::none();
-        for number in 0..20 {
-            waiting.push(&sample(number));
-        }
-        for arm in ArmIndex::ALL {
-            assert_eq!(waiting.waiting_for(arm), CAPACITY);
-            assert_eq!(waiting.block(arm).count(), BLOCK);
-        }
-    }
 
     /// No stated noise claims more than the scalar can hold: half an ε of the position, and 4ε Lb² in f.
     #[test]

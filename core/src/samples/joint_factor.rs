@@ -1,11 +1,11 @@
 use super::displacement::Displacement;
 use super::factor::{MergeError, SampleCount};
 use super::nominal_arm::NominalArm;
-use super::sample::{Noise, Sample, SampleError};
+use super::sample::{Noise, Sample};
 use super::triangle::Triangle;
 use super::whitened_sample::{FEATURES, JointDisplacement, MeanPose, WhitenedSample};
 use crate::Real;
-use crate::robot::{ArmIndex, Robot};
+use crate::robot::Robot;
 use crate::state::state;
 use nalgebra::Vector3;
 
@@ -94,20 +94,6 @@ impl<T: Real> JointFactor<T> {
     /// Samples since it last forgot.
     pub(crate) const fn recent(&self) -> u64 {
         self.count.recent()
-    }
-
-    /// Checks that a sample can be added.
-    ///
-    /// # Errors
-    /// A non-finite or out-of-range number.
-    pub(crate) fn check(&self, sample: &Sample<T>) -> Result<(), SampleError> {
-        let [first, ..] = &self.nominal_arms;
-        sample.check(first.arm().drive())?;
-        let joints = sample.joints.into_iter().zip(ArmIndex::ALL);
-        for (nominal, (q, arm)) in self.nominal_arms.iter().zip(joints) {
-            nominal.check(&sample.position, q, arm)?;
-        }
-        Ok(())
     }
 
     /// Absorbs many checked samples in blocks; a block costs less than its samples one by one.
@@ -236,19 +222,6 @@ impl<T: Real> JointFactor<T> {
         self.mean.weight *= lambda;
     }
 
-    /// Σ |W f(P)|² over all samples, for any parameters; without a stated noise in units of [`unit`](Self::unit)
-    /// squared.
-    pub(crate) fn sum_of_squares(&self, robot: &Robot<T>) -> T {
-        let [one, two, three] = robot.arms();
-        let [first, second, third] = &self.nominal_arms;
-        let at = self.displaced(&[
-            first.correction_to(one),
-            second.correction_to(two),
-            third.correction_to(three),
-        ]);
-        self.residual_sum(&at)
-    }
-
     #[inline(never)]
     pub(crate) fn displaced(&self, corrections: &[[T; 8]; 3]) -> JointDisplacement<T> {
         let [first, second, third] = &self.nominal_arms;
@@ -299,4 +272,4 @@ fn copy_rows<T: Copy, const K: usize, const L: usize>(from: &[[T; K]], to: &mut 
 }
 
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;

@@ -265,34 +265,25 @@ impl<T: Real> NominalArm<T> {
     /// The correction, in units of the scale and radians, from the nominal arm to `arm`.
     pub(crate) fn correction_to(&self, arm: &Arm<T>) -> [T; 8] {
         let mut difference = arm.parameters();
-        for (value, nominal) in difference.iter_mut().zip(self.arm.parameters()) {
+        let places = self.arm.drive().places().into_iter();
+        let nominal = self.arm.parameters().into_iter().zip(places);
+        for (value, (nominal, parameter)) in difference.iter_mut().zip(nominal) {
             *value -= nominal;
-        }
-        self.in_internal_units(difference)
-    }
-
-    /// From the caller's units to internal units: lengths are divided by the scale.
-    pub(crate) fn in_internal_units(&self, mut values: [T; 8]) -> [T; 8] {
-        for (value, parameter) in values.iter_mut().zip(self.arm.drive().places()) {
             if parameter.is_some_and(|parameter| parameter.kind() == ParameterKind::Length) {
                 *value *= self.inverse_scale;
             }
         }
-        values
+        difference
     }
 
-    /// The factor from internal units to the caller's for a parameter.
-    pub(crate) fn unit_of(&self, parameter: Parameter) -> T {
-        match parameter.kind() {
-            ParameterKind::Length => self.scale,
-            ParameterKind::Angle | ParameterKind::Ratio => T::ONE,
-        }
-    }
-
-    /// The same for each place; 0 at an empty one.
+    /// The factor from internal units to the caller's at each place; 0 at an empty one.
     pub(crate) fn units(&self) -> [T; 8] {
         let places = self.arm.drive().places();
-        places.map(|parameter| parameter.map_or(T::ZERO, |parameter| self.unit_of(parameter)))
+        places.map(|parameter| match parameter.map(Parameter::kind) {
+            Some(ParameterKind::Length) => self.scale,
+            Some(ParameterKind::Angle | ParameterKind::Ratio) => T::ONE,
+            None => T::ZERO,
+        })
     }
 }
 

@@ -1,15 +1,14 @@
 use crate::Real;
 use crate::robot::{ArmIndex, Drive};
 use crate::state::state;
-use core::fmt;
 use nalgebra::Vector3;
 
 /// Joint angles beyond ±4π are refused: no joint of a Delta makes two turns, and an angle in degrees mistaken for
 /// radians is caught here.
 const LARGEST_JOINT_ANGLE_TURNS: f64 = 2.0;
 
-/// One measurement: the platform's position at known joint angles.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// One measurement: the platform's position at known joint angles. By default all zeros, to initialise a buffer.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sample<T: Real> {
     /// q₁, q₂, q₃ in radians, or the travels of a linear drive in the robot's unit of length.
     pub joints: [T; 3],
@@ -20,78 +19,36 @@ pub struct Sample<T: Real> {
 state!(Sample<T>: joints: [T; 3], position: Vector3<T>);
 
 /// Why a sample is refused. The factor or store that refused it is unchanged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SampleError {
     /// A coordinate is NaN, infinite, or too large to be squared.
+    #[error("the position is not a finite point")]
     PositionNonFinite,
     /// The position is more than about 10,000 forearm lengths of this arm from the robot.
+    #[error("the position is thousands of forearms of {0} away from the robot")]
     PositionTooFar(ArmIndex),
     /// This arm's joint angle or travel is NaN, infinite, or too large to be squared.
+    #[error("the joint angle of {0} is not a finite number")]
     JointNonFinite(ArmIndex),
     /// This arm's joint angle is beyond ±4π rad, or its travel beyond about 10,000 forearm lengths.
+    #[error(
+        "the joint angle of {0} is beyond two turns (joint angles are in radians), or its travel thousands of forearms"
+    )]
     JointTooLarge(ArmIndex),
 }
 
-impl fmt::Display for SampleError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::PositionNonFinite => formatter.write_str("the position is not a finite point"),
-            Self::PositionTooFar(arm) => write!(
-                formatter,
-                "the position is thousands of forearms of {arm} away from the robot"
-            ),
-            Self::JointNonFinite(arm) => {
-                write!(formatter, "the joint angle of {arm} is not a finite number")
-            }
-            Self::JointTooLarge(arm) => write!(
-                formatter,
-                "the joint angle of {arm} is beyond two turns (joint angles are in radians), or its travel thousands of forearms"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for SampleError {}
-
 /// Why a calibrator refuses a sample. Nothing has changed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AddError {
     /// The sample is invalid.
-    Sample(SampleError),
+    #[error(transparent)]
+    Sample(#[from] SampleError),
     /// A solve is in progress: first call `step` until it has finished.
+    #[error("the calibrator is solving: samples wait until it has finished")]
     Busy,
-}
-
-impl fmt::Display for AddError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Sample(error) => error.fmt(formatter),
-            Self::Busy => {
-                formatter.write_str("the calibrator is solving: samples wait until it has finished")
-            }
-        }
-    }
-}
-
-impl core::error::Error for AddError {}
-
-impl From<SampleError> for AddError {
-    fn from(error: SampleError) -> Self {
-        Self::Sample(error)
-    }
-}
-
-/// All zeros, to initialise a buffer.
-impl<T: Real> Default for Sample<T> {
-    fn default() -> Self {
-        Self {
-            joints: [T::ZERO; 3],
-            position: Vector3::zeros(),
-        }
-    }
 }
 
 impl<T: Real> Sample<T> {
@@ -116,17 +73,11 @@ pub(super) fn check_position<T: Real>(x: &Vector3<T>) -> Result<(), SampleError>
 }
 
 pub(crate) fn check_joint<T: Real>(q: T, arm: ArmIndex, drive: Drive) -> Result<(), SampleError> {
-    if !q.finite() {
+    let linear = drive == Drive::Linear;
+    if !q.finite() || (linear && !q.squared().finite()) {
         return Err(SampleError::JointNonFinite(arm));
     }
-    if drive == Drive::Linear {
-        return if q.squared().finite() {
-            Ok(())
-        } else {
-            Err(SampleError::JointNonFinite(arm))
-        };
-    }
-    if !(q.magnitude() <= T::from_f64(LARGEST_JOINT_ANGLE_TURNS * 2.0) * T::PI) {
+    if !linear && !(q.magnitude() <= T::from_f64(LARGEST_JOINT_ANGLE_TURNS * 2.0) * T::PI) {
         return Err(SampleError::JointTooLarge(arm));
     }
     Ok(())
@@ -142,32 +93,23 @@ pub struct Noise<T> {
 }
 
 /// Why numbers are not a valid noise.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum NoiseError {
     /// The position noise must be a finite number greater than 0.
+    #[error("the position noise must be a finite number greater than 0")]
     Position,
     /// The joint noise must be a finite number, 0 or greater.
+    #[error("the joint noise must be a finite number, 0 or greater")]
     Joint,
     /// The noise of a height must be a finite number greater than 0.
+    #[error("the noise of a height must be a finite number greater than 0")]
     Height,
     /// The noise of a distance must be a finite number greater than 0.
+    #[error("the noise of a distance must be a finite number greater than 0")]
     Distance,
 }
-
-impl fmt::Display for NoiseError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::Position => "the position noise must be a finite number greater than 0",
-            Self::Joint => "the joint noise must be a finite number, 0 or greater",
-            Self::Height => "the noise of a height must be a finite number greater than 0",
-            Self::Distance => "the noise of a distance must be a finite number greater than 0",
-        })
-    }
-}
-
-impl core::error::Error for NoiseError {}
 
 impl<T: Real> Noise<T> {
     /// σx of each coordinate of the position (length), and σq of each joint angle (radians).

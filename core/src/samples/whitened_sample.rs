@@ -79,53 +79,6 @@ impl<T: Real> WhitenedSample<T> {
         put_row(columns, index, start, &[right]);
     }
 
-    /// W f at a displacement.
-    #[cfg(test)]
-    pub(crate) fn residuals(&self, at: &JointDisplacement<T>) -> [T; 3] {
-        let mut constraints = [T::ZERO; 3];
-        for ((constraint, sample), arm) in constraints.iter_mut().zip(&self.arms).zip(&at.arms) {
-            *constraint = arm.weighted_constraint(sample);
-        }
-        self.rows.map(|weights| {
-            let mut residual = T::ZERO;
-            for (weight, constraint) in weights.iter().zip(&constraints) {
-                residual += *weight * *constraint;
-            }
-            residual
-        })
-    }
-
-    /// W f and its derivatives by the 24 parameters: rows that begin at the parameters of the first, second and third
-    /// arm.
-    #[cfg(test)]
-    pub(crate) fn linearized(&self, at: &JointDisplacement<T>) -> [[T; 25]; 3] {
-        let residuals = self.residuals(at);
-        let mut rows = [[T::ZERO; 25]; 3];
-        for ((row, weights), residual) in rows.iter_mut().zip(&self.rows).zip(residuals) {
-            for (((own, sample), arm), weight) in row
-                .chunks_exact_mut(8)
-                .zip(&self.arms)
-                .zip(&at.arms)
-                .zip(weights)
-            {
-                let (gradient, _) = arm.constraint_row(sample);
-                for (entry, derivative) in own.iter_mut().zip(gradient.iter()) {
-                    *entry = *derivative * *weight;
-                }
-            }
-            if let Some(last) = row.last_mut() {
-                *last = residual;
-            }
-        }
-        rows
-    }
-
-    /// W.
-    #[cfg(test)]
-    pub(crate) const fn rows(&self) -> &[[T; 3]; 3] {
-        &self.rows
-    }
-
     pub(super) fn pose(&self) -> MeanPose<T> {
         let [.., third] = &self.arms;
         MeanPose {

@@ -7,9 +7,12 @@ use crate::calibration::limits::MOST_REJECTED;
 use crate::calibration::{Calibrator, Estimator, Parts, Progress, Refusal, Samples, Settings};
 use crate::robot::Robot;
 use crate::samples::{AddError, Sample};
-use crate::snapshot::{SnapshotError, kind, longest, read, write};
+use crate::snapshot::{SnapshotError, longest, read, write};
 use crate::state::{Reader, State, Writer};
 use core::mem::MaybeUninit;
+
+/// Identifies a stream's snapshots, with the number of its calibrator: 1 for separate arms, 2 for joint.
+const KIND: u8 = 4;
 
 /// A [`Calibrator`] for a stream of samples, with a gate or forgetting. It runs the steps of all three in the right
 /// order. Controller and host run the same code, so both accept and reject the same samples and compute the same bits.
@@ -199,7 +202,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     #[inline(never)]
     pub fn reset(&mut self) {
         self.calibrator.reset();
-        let width = self.gated.as_ref().map(|gated| gated.gate.sigmas());
+        let width = self.gated.as_ref().map(|gated| gated.gate.sigmas);
         let (robot, settings) = (self.calibrator.robot(), *self.calibrator.settings());
         self.close_gate(&robot, &settings);
         if let Some(sigmas) = width {
@@ -354,7 +357,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// The gate's statistics, if there is a gate.
     pub const fn gate_counts(&self) -> Option<&GateCounts> {
         match &self.gated {
-            Some(Gated { gate, .. }) => Some(gate.counts()),
+            Some(Gated { gate, .. }) => Some(&gate.counts),
             None => None,
         }
     }
@@ -362,7 +365,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// The meaning of a run of rejections, if there was one since the last [acknowledgement](Self::acknowledge).
     pub const fn alarm(&self) -> Option<Alarm> {
         match &self.gated {
-            Some(Gated { gate, .. }) => gate.alarm(),
+            Some(Gated { gate, .. }) => gate.alarm,
             None => None,
         }
     }
@@ -410,7 +413,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         if self.solving() {
             return Err(SnapshotError::Busy);
         }
-        write(kind::STREAM + E::NUMBER, self.fingerprint(), self, bytes)
+        write(KIND + E::NUMBER, self.fingerprint(), self, bytes)
     }
 
     /// Replaces the state of this stream by that of a [`snapshot`](Self::snapshot) of the same robot, noise and
@@ -420,7 +423,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// # Errors
     /// Damaged bytes, or a snapshot of something else; the stream is unchanged.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
-        read(kind::STREAM + E::NUMBER, self.fingerprint(), self, bytes)
+        read(KIND + E::NUMBER, self.fingerprint(), self, bytes)
     }
 
     fn fingerprint(&self) -> u32 {
@@ -439,30 +442,14 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use crate::calibration::{Ikm, Progress, Settings, Solver, Tolerance};
-    use crate::robot::{Robot, SymmetricRobot};
-    use crate::samples::{Noise, Sample};
+    use crate::fixtures::{sample, with_forearms};
+    use crate::robot::Robot;
+    use crate::samples::Noise;
     use crate::stream::{Added, Alarm, Selection, StreamRefusal, Verdict};
 
     type StreamCalibrator = super::StreamCalibrator<f64, Ikm>;
 
     const GATED: Selection<f64> = Selection::Gated { forgetting: None };
-
-    fn robot(forearm: f64) -> Robot<f64> {
-        let robot = SymmetricRobot {
-            base_radius: 194.0,
-            platform_radius: 30.0,
-            upper_arm: 260.0,
-            forearm,
-        };
-        robot.robot().unwrap()
-    }
-
-    fn sample(robot: &Robot<f64>, k: u32) -> Sample<f64> {
-        let t = f64::from(k);
-        let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
-        let position = robot.forward(&joints).unwrap();
-        Sample { joints, position }
-    }
 
     fn settings() -> Settings<f64> {
         Settings::default()
@@ -481,7 +468,11 @@ mod tests {
 
     #[test]
     fn an_alarm_is_answered_and_a_changed_robot_calibrated_again() {
-        let (nominal, truth, changed) = (robot(480.0), robot(480.4), robot(481.2));
+        let (nominal, truth, changed) = (
+            with_forearms(480.0),
+            with_forearms(480.4),
+            with_forearms(481.2),
+        );
         let mut stream = StreamCalibrator::new(&nominal, &settings(), &GATED);
         for k in 0..48 {
             let robot = if k < 40 { &truth } else { &changed };
@@ -523,7 +514,7 @@ mod tests {
     /// Without a tolerance, the gate needs an estimate at the twelfth sample.
     #[test]
     fn what_is_restored_was_not_asked_to_solve() {
-        let (nominal, truth) = (robot(480.0), robot(480.4));
+        let (nominal, truth) = (with_forearms(480.0), with_forearms(480.4));
         let settings = Settings::default();
         let mut stream = StreamCalibrator::new(&nominal, &settings, &GATED);
         let mut bytes = [0; StreamCalibrator::SNAPSHOT_BYTES];
@@ -543,7 +534,7 @@ mod tests {
     /// The stored samples depend only on robot and noise.
     #[test]
     fn samples_outlast_a_change_of_how_they_are_solved() {
-        let (nominal, truth) = (robot(480.0), robot(480.4));
+        let (nominal, truth) = (with_forearms(480.0), with_forearms(480.4));
         let all = Selection::default();
         let changed = [
             settings().with_iteration_limit(20),

@@ -16,7 +16,7 @@ mod verdict;
 
 use crate::Real;
 use crate::calibration::limits::{REJECTIONS_OF_A_CHANGE, SAMPLES_FOR_FREE_START, SUSPECTED};
-use crate::calibration::{ArmSamples, Samples, Settings, TolerancePrior, prior_of_arm};
+use crate::calibration::{ArmSamples, Samples, Settings, TolerancePrior};
 use crate::robot::{ArmIndex, Robot};
 use crate::samples::{ArmFactor, Forgetting, Sample};
 use crate::snapshot::Fingerprint;
@@ -31,10 +31,13 @@ pub use verdict::{Alarm, GateCounts, GateError, Innovation, Untested, Verdict};
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Gate<T: Real> {
     arms: [Prediction<T>; 3],
-    sigmas: T,
+    /// Its width, in σ.
+    pub(super) sigmas: T,
     estimated: bool,
-    counts: GateCounts,
-    alarm: Option<Alarm>,
+    /// The statistics so far.
+    pub(super) counts: GateCounts,
+    /// The meaning of the first run of rejections since the last [acknowledgement](Self::acknowledge), if any.
+    pub(super) alarm: Option<Alarm>,
 }
 
 impl<T: Real> Gate<T> {
@@ -54,11 +57,6 @@ impl<T: Real> Gate<T> {
             counts: GateCounts::default(),
             alarm: None,
         }
-    }
-
-    /// Its width, in σ.
-    pub(super) fn sigmas(&self) -> T {
-        self.sigmas
     }
 
     /// Sets its width, in σ.
@@ -155,7 +153,7 @@ impl<T: Real> Gate<T> {
                 .predict(row, stated)
                 .ok_or(Untested::NoEstimate)?;
             let nominal = factor.nominal();
-            target.distance = innovation * T::HALF / (row.weight() * nominal.lb) * nominal.scale();
+            target.distance = innovation * T::HALF / (row.weight * nominal.lb) * nominal.scale();
             target.normalized = normalized;
         }
         Ok(innovations)
@@ -244,21 +242,11 @@ impl<T: Real> Gate<T> {
         self.estimated = true;
     }
 
-    /// The statistics so far.
-    pub(super) const fn counts(&self) -> &GateCounts {
-        &self.counts
-    }
-
     /// Answers the alarm: the run was wrong, and earlier samples stay. The next run of rejections is another alarm. If
     /// the robot itself has changed, start again with a new calibrator and gate.
     pub(super) const fn acknowledge(&mut self) {
         self.alarm = None;
         self.counts.run = 0;
-    }
-
-    /// The meaning of the first run of rejections since the last [acknowledgement](Self::acknowledge), if any.
-    pub(super) const fn alarm(&self) -> Option<Alarm> {
-        self.alarm
     }
 }
 
@@ -268,7 +256,8 @@ const PARAMETERS: u64 = 8;
 /// In internal units. Without a stated noise, a tolerance cannot be weighted against the samples and is ignored.
 fn prior<T: Real>(factor: &ArmFactor<T>, settings: &Settings<T>) -> TolerancePrior<T, 8> {
     let tolerance = settings.tolerance.filter(|_| settings.noise.is_some());
-    prior_of_arm(factor.nominal(), tolerance.as_ref())
+    let nominal = factor.nominal();
+    TolerancePrior::of_arm(nominal.arm(), &nominal.units(), tolerance.as_ref())
 }
 
 state!(
@@ -302,7 +291,7 @@ mod tests {
 
     use super::{Gate, Untested};
     use crate::calibration::{IkmCalibrator, Samples, Settings};
-    use crate::samples::joint_factor_tests::{changed, robot, samples};
+    use crate::fixtures::{changed, robot, samples};
 
     /// Eleven samples leave three degrees of freedom, enough to estimate the noise; ten do not.
     #[test]

@@ -5,7 +5,6 @@ use crate::Real;
 use crate::calibration::Refusal;
 use crate::samples::Forgetting;
 use crate::snapshot::Fingerprint;
-use core::fmt;
 
 /// Which samples are added, and the weight of older ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,51 +54,25 @@ pub enum Added<T> {
     Tested(Verdict<T>),
 }
 
-impl<T: Real> Added<T> {
-    /// Converts to another scalar type.
-    pub fn cast<U: Real>(&self) -> Added<U> {
-        match self {
-            Self::Taken => Added::Taken,
-            Self::Tested(verdict) => Added::Tested(verdict.cast()),
-        }
-    }
-}
-
 /// Why a stream of samples does not calibrate the robot. Keep its current parameters.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum StreamRefusal {
     /// The calibration was refused.
-    Calibration(Refusal),
+    #[error(transparent)]
+    Calibration(#[from] Refusal),
     /// The gate rejected a run of samples.
+    #[error("{0}")]
     Alarm(Alarm),
     /// The gate rejected so many samples that it is unclear which are wrong.
+    #[error(
+        "the gate rejected {rejected} of {samples} samples: it is not known which of them are wrong"
+    )]
     TooManyRejected {
         /// Number rejected.
         rejected: u64,
         /// Number received.
         samples: u64,
     },
-}
-
-impl fmt::Display for StreamRefusal {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Calibration(refusal) => refusal.fmt(formatter),
-            Self::Alarm(alarm) => alarm.fmt(formatter),
-            Self::TooManyRejected { rejected, samples } => write!(
-                formatter,
-                "the gate rejected {rejected} of {samples} samples: it is not known which of them are wrong"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for StreamRefusal {}
-
-impl From<Refusal> for StreamRefusal {
-    fn from(refusal: Refusal) -> Self {
-        Self::Calibration(refusal)
-    }
 }

@@ -4,7 +4,7 @@ use crate::accuracy::information::{ARM, PARAMETERS, is_empty, units};
 use crate::accuracy::rigid_motion::RigidMotions;
 use crate::accuracy::uncertainty::jacobian;
 use crate::fit::{Method, closure};
-use delta_cal::calibration::{Prior, TolerancePrior, Triangle};
+use delta_cal::calibration::{TolerancePrior, Triangle};
 use delta_cal::{ArmIndex, Noise, Robot, Sample, Tolerance};
 use nalgebra::{DMatrix, Matrix3, SMatrix, SVector, Vector3};
 

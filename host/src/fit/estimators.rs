@@ -211,8 +211,7 @@ impl Task<'_> {
             *own = if *unit > 0.0 { moved / unit } else { 0.0 };
         }
         let prior = problem.prior(settings);
-        let triangle: Triangle<f64, M, E> =
-            delta_cal::calibration::Prior::rows(&prior, 1.0, &correction);
+        let triangle: Triangle<f64, M, E> = prior.rows(1.0, &correction);
         let mut prior = DMatrix::zeros(unknowns, unknowns);
         let mut right = DVector::zeros(unknowns);
         for (index, row) in triangle.rows().take(unknowns).enumerate() {

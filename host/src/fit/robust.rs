@@ -13,7 +13,7 @@
 use super::solution::{PARAMETERS, Unsolved};
 use delta_cal::Settings;
 use delta_cal::calibration::limits::SUSPECTED;
-use delta_cal::calibration::{Prior, Problem, TolerancePrior};
+use delta_cal::calibration::{Problem, TolerancePrior};
 use delta_cal::observations::{ObservationOutcome, ObservationProblem, ObservationRow};
 
 /// Least number of rows; half of the rows must determine the robot.
@@ -421,7 +421,7 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
             let Some(sum) = self.choose_nearest() else {
                 return;
             };
-            let sum = sum + Prior::<f64, N, M, E>::cost(&self.prior, &correction);
+            let sum = sum + self.prior.cost(&correction);
             let least = self.best.map_or(f64::INFINITY, |(least, _)| least);
             if sum < least {
                 self.best = Some((sum, correction));

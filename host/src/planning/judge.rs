@@ -246,7 +246,8 @@ impl Information {
         let [arm, ..] = file.robot.arms();
         let least = (arm.upper_arm_length() / arm.lb()).powi(2);
         let row = |index: usize| {
-            let columns = problem.linearized::<COLUMNS>(index);
+            let start = problem.start_unknowns();
+            let columns = problem.linearized_at::<COLUMNS>(&file.robot, start, index);
             let columns = columns.unwrap_or([[0.0; READINGS]; COLUMNS]);
             DMatrix::from_fn(unknowns, READINGS, |unknown, reading| {
                 columns[unknown][reading]

@@ -2,7 +2,7 @@
 
 use crate::Real;
 use crate::calibration::step_control::LONGEST_STEP;
-use crate::calibration::{Normal, Prior, TolerancePrior};
+use crate::calibration::{Normal, TolerancePrior};
 use crate::samples::{ArmFactor, ArmSample, Displacement};
 use crate::state::state;
 use nalgebra::SVector;
@@ -56,17 +56,13 @@ state!(
 pub(super) struct Row<T: Real> {
     derivatives: SVector<T, 8>,
     residual: T,
-    weight: T,
+    /// 1/σf, in squared lengths of the nominal arm's unit.
+    pub(super) weight: T,
 }
 
 impl<T: Real> Row<T> {
     fn entries(&self) -> impl Iterator<Item = &T> {
         self.derivatives.iter().chain([&self.residual])
-    }
-
-    /// 1/σf, in squared lengths of the nominal arm's unit.
-    pub(super) const fn weight(&self) -> T {
-        self.weight
     }
 }
 
@@ -188,7 +184,7 @@ impl<T: Real> Prediction<T> {
         if let Some(step) = step {
             let longest = T::from_f64(LONGEST_STEP);
             if step.iter().all(|delta| delta.magnitude() <= longest) {
-                self.correction = Prior::<T, 8, 9, 45>::advanced(prior, &self.correction, &step);
+                self.correction = prior.advanced(&self.correction, &step);
             }
         }
         self.linearize(factor, prior);

@@ -19,17 +19,6 @@ pub struct Innovation<T> {
     pub normalized: T,
 }
 
-impl<T: Real> Innovation<T> {
-    /// Converts to another scalar type.
-    pub fn cast<U: Real>(&self) -> Innovation<U> {
-        Innovation {
-            arm: self.arm,
-            distance: U::from_f64(self.distance.to_f64()),
-            normalized: U::from_f64(self.normalized.to_f64()),
-        }
-    }
-}
-
 /// Why a sample was not tested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -52,17 +41,6 @@ pub enum Verdict<T> {
     Untested(Untested),
     /// It disagrees, and was not added.
     Rejected(Innovation<T>),
-}
-
-impl<T: Real> Verdict<T> {
-    /// Converts to another scalar type.
-    pub fn cast<U: Real>(&self) -> Verdict<U> {
-        match self {
-            Self::Taken(innovation) => Verdict::Taken(innovation.cast()),
-            Self::Untested(untested) => Verdict::Untested(*untested),
-            Self::Rejected(innovation) => Verdict::Rejected(innovation.cast()),
-        }
-    }
 }
 
 /// Meaning of [`REJECTIONS_OF_A_CHANGE`](crate::calibration::limits::REJECTIONS_OF_A_CHANGE) consecutive rejections.
@@ -142,7 +120,7 @@ impl<T: Real> State<T> for Option<Alarm> {
     const BYTES: usize = 9;
 
     fn save(&self, to: &mut Writer<'_>) {
-        let kind: u8 = match self {
+        let kind: usize = match self {
             None => 0,
             Some(Alarm::RobotChanged { .. }) => 1,
             Some(Alarm::EarlySamplesWrong { .. }) => 2,
@@ -152,7 +130,7 @@ impl<T: Real> State<T> for Option<Alarm> {
     }
 
     fn load(&mut self, from: &mut Reader<'_>) {
-        let (mut kind, mut first) = (0_u8, 0_u64);
+        let (mut kind, mut first) = (0_usize, 0_u64);
         State::<T>::load(&mut kind, from);
         State::<T>::load(&mut first, from);
         *self = match kind {
@@ -164,18 +142,11 @@ impl<T: Real> State<T> for Option<Alarm> {
 }
 
 /// Why a number is not a valid gate width.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum GateError {
     /// The gate must be a finite number of σ greater than 0.
+    #[error("the gate must be a finite number of sigma greater than 0")]
     Sigmas,
 }
-
-impl fmt::Display for GateError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("the gate must be a finite number of sigma greater than 0")
-    }
-}
-
-impl core::error::Error for GateError {}

@@ -237,14 +237,12 @@ pub(crate) fn import_<'py>(
         }
     };
     let includes = |from: &str, wanted: &str| included(py, from, wanted);
-    let found = firmware.import(
-        &text,
-        &Stated {
-            rods,
-            ..Stated::default()
-        },
-        &includes,
-    );
+    let stated = Stated {
+        rods,
+        ..Stated::default()
+    };
+    let found = firmware.import(&text, &stated, &includes);
+    let found = found.and_then(|own| own.with_prints(&stated));
     let found = found.map_err(|error| input_error(&error, None))?;
     let robot = Robot::of_text(InputText::new(&found.robot.name, &found.robot_text()))?;
     let samples = match found.samples_text() {

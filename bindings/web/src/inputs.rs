@@ -145,7 +145,7 @@ impl Request {
         let shrinkage = given(&self.shrinkage).map(shrinkage).transpose();
         let stated = Stated {
             printed: printed.map_err(Fault::of_request)?,
-            shrinkage: shrinkage.map_err(Fault::of_request)?.unwrap_or_default(),
+            shrinkage: shrinkage.map_err(Fault::of_request)?,
             ..Stated::default()
         };
         let stated = stated

@@ -172,9 +172,12 @@ fn of_distance<T: Real>(
     };
     let difference = position - from;
     let length = difference.dot(&difference).square_root();
-    let direction = difference / length;
+    let mut direction = difference / length;
+    let mut residual = distance.distance - length - offset;
     let mut by_unknowns = [T::ZERO; 6];
-    if let Some((_, has_offset)) = point {
+    let mut column = instruments.frame_column();
+    if let Some((first, has_offset)) = point {
+        column = first;
         let offset = if has_offset { T::ONE } else { T::ZERO };
         by_unknowns = [
             -direction.x,
@@ -184,12 +187,18 @@ fn of_distance<T: Real>(
             T::ZERO,
             T::ZERO,
         ];
+    } else if let Some(last) = instruments.of_scale() {
+        let scale = unknowns.get(last).copied().unwrap_or(T::ZERO);
+        residual = distance.distance - length * (T::ONE + scale);
+        direction *= T::ONE + scale;
+        column = last;
+        by_unknowns = [length, T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO];
     }
     Equation {
-        residual: distance.distance - length - offset,
+        residual,
         by_position: direction,
         between_poses: point.is_none(),
-        column: point.map_or_else(|| instruments.frame_column(), |(column, _)| column),
+        column,
         by_unknowns,
         sigma: instruments.noise.distance(),
     }

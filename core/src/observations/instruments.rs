@@ -21,6 +21,8 @@ pub struct ObservationNoise<T> {
     position: Noise<T>,
     height: T,
     distance: T,
+    #[cfg(feature = "linear")]
+    scale: Option<T>,
 }
 
 /// The frame in which coordinates are measured.
@@ -114,7 +116,36 @@ impl<T: Real> ObservationNoise<T> {
             position,
             height,
             distance,
+            #[cfg(feature = "linear")]
+            scale: None,
         })
+    }
+
+    /// With σ of a relative error common to all distances between two poses, such as the shrinkage of a printed object:
+    /// one more unknown.
+    ///
+    /// # Errors
+    /// A σ that is not finite and greater than 0.
+    #[cfg(feature = "linear")]
+    pub fn with_scale(self, sigma: T) -> Result<Self, NoiseError> {
+        if !(sigma > T::ZERO && sigma.finite()) {
+            return Err(NoiseError::Distance);
+        }
+        Ok(Self {
+            scale: Some(sigma),
+            ..self
+        })
+    }
+
+    /// σ of the relative error common to all distances between two poses; `None` if there is none.
+    pub const fn scale(&self) -> Option<T>
+    where
+        T: Copy,
+    {
+        #[cfg(feature = "linear")]
+        return self.scale;
+        #[cfg(not(feature = "linear"))]
+        None
     }
 
     /// Noise of positions and of joint angles.
@@ -143,7 +174,14 @@ impl<T: Real> Point<T> {
 impl<T: Real> Instruments<'_, T> {
     /// Number of unknowns in addition to the robot's parameters.
     pub fn unknowns(&self) -> usize {
-        self.transmission_unknowns() + self.of_places()
+        let scale = usize::from(self.noise.scale().is_some());
+        self.transmission_unknowns() + self.of_places() + scale
+    }
+
+    /// Index of the distances' common relative error among all parameters, if it is unknown: the last.
+    pub fn of_scale(&self) -> Option<usize> {
+        let before = OF_ROBOT + self.transmission_unknowns() + self.of_places();
+        self.noise.scale().map(|_| before)
     }
 
     /// How many of them describe the placement of instruments.

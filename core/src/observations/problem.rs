@@ -385,6 +385,9 @@ impl<T: Real, const N: usize> Prepared<T, N> {
         for (index, _) in (0..).zip(instruments.planes) {
             angles(instruments.first_of_plane(index) + 1, OF_PLANE - 1);
         }
+        if let Some(scale) = instruments.of_scale() {
+            angles(scale, 1);
+        }
         Self {
             start,
             units,

@@ -112,6 +112,11 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
                 put(self.instruments.first_of_point(index), OF_POINT, sigma);
             }
         }
+        if let (Some(column), Some(sigma)) =
+            (self.instruments.of_scale(), self.instruments.noise.scale())
+        {
+            put(column, 1, sigma);
+        }
         let used = OF_ROBOT + self.instruments.unknowns();
         for weight in weights.iter_mut().skip(used) {
             *weight = T::ONE;

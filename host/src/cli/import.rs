@@ -68,7 +68,7 @@ impl StatedArguments {
     pub(crate) fn stated(&self) -> Result<Stated, Failure> {
         let stated = Stated {
             printed: self.printed,
-            shrinkage: self.shrinkage.unwrap_or_default(),
+            shrinkage: self.shrinkage,
             ..Stated::default()
         };
         let rods = self.rods.as_deref().unwrap_or_default();

@@ -355,6 +355,7 @@ fn places<const N: usize>(
         frame: (instruments.frame == PositionFrame::Sensor).then_some(frame),
         planes: planes.collect(),
         points: points.collect(),
+        distance_scale: instruments.of_scale().map_or(0.0, |place| unknowns[place]),
     }
 }
 

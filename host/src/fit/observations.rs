@@ -30,6 +30,10 @@ pub(crate) fn instruments<'a>(
     levels: &Levels,
 ) -> Result<Instruments<'a, f64>, Refusal> {
     let noise = ObservationNoise::new(levels.position, levels.height, levels.distance);
+    let noise = noise.and_then(|own| match robot.instruments.distance_scale {
+        Some(sigma) => own.with_scale(sigma),
+        None => Ok(own),
+    });
     Ok(Instruments {
         frame: match frame {
             Frame::Base => PositionFrame::Base,

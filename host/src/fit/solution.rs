@@ -109,7 +109,7 @@ pub struct PointFound {
 }
 
 /// The places of the instruments.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Places {
     /// Transformation from the robot's frame to that of the coordinates; `None` if they are the same.
     pub frame: Option<RigidTransform<f64>>,
@@ -117,6 +117,8 @@ pub struct Places {
     pub planes: Vec<PlaneFound>,
     /// The points in the order of the file.
     pub points: Vec<PointFound>,
+    /// The relative error common to all distances between two poses.
+    pub distance_scale: f64,
 }
 
 impl Places {
@@ -136,7 +138,10 @@ impl Places {
                 let point = self.points.get(point)?;
                 Some((position - point.place).norm() + point.offset)
             }
-            ReadingFrom::Pose(joints) => Some((position - robot.forward(&joints).ok()?).norm()),
+            ReadingFrom::Pose(joints) => {
+                let distance = (position - robot.forward(&joints).ok()?).norm();
+                Some(distance * (1.0 + self.distance_scale))
+            }
         });
         let [x, y, z] = [0, 1, 2].map(|axis| reading.position[axis].map(|_| seen[axis]));
         [x, y, z, height, distance]
@@ -183,7 +188,7 @@ pub struct Solution {
     /// The places of the instruments if the robot of the file is right.
     pub places_before: Places,
     /// Covariance of all unknowns: 24 parameters, 15 numbers of the transmissions if they are unknown, then the frame,
-    /// planes and points; mm, radians and their products. With an estimated noise it is that of Student's distribution.
+    /// planes, points and the distances' scale; mm, radians and their products. With an estimated noise it is that of Student's distribution.
     pub covariance: DMatrix<f64>,
     /// The part of it by which Student's variance, E[σ²], exceeds that of the expected noise, E[σ]².
     pub(crate) beyond_expected: DMatrix<f64>,

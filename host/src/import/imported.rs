@@ -21,10 +21,10 @@ const LOWEST_ARM: f64 = 90.0;
 const BED: f64 = 0.001;
 /// σ of an uncalibrated printer: tower position and rod in mm, lean in degrees, end stop in mm, scale.
 const TOWERS: (f64, f64, f64, f64) = (0.4, 0.1, 5.0, 0.0005);
-/// σ of the radius and of the rod length common to all towers, mm: owners seldom measure them. Printed distances
-/// determine them, but are all too short where prints shrink, so with distances σ is larger.
+/// σ of the radius and of the rod length common to all towers, mm: owners seldom measure them.
 const COMMON: f64 = 1.0;
-const WITH_DISTANCES: f64 = 2.0;
+/// σ of the shrinkage of prints, a fraction of the length: PLA shrinks by 0.2 to 0.3 %, ABS by more.
+pub(crate) const SHRINKAGE: f64 = 0.003;
 /// σ of rotary arms, mm and degrees.
 const ARMS: (f64, f64) = (0.5, 0.2);
 /// σ of the joint zeros of rotary arms, degrees, and of the shoulders' height above the bed, mm: as measured by tape.
@@ -183,12 +183,7 @@ impl Machine {
             [row.value.joints, from]
         });
         let (low, high) = range(measured.chain([home]).flatten());
-        let usual = if readings.holds(Kind::Distance) {
-            WITH_DISTANCES * COMMON
-        } else {
-            COMMON
-        };
-        let [radius_sigma, rods_sigma] = self.sigmas.map(|own| own.unwrap_or(usual));
+        let [radius_sigma, rods_sigma] = self.sigmas.map(|own| own.unwrap_or(COMMON));
         let drive = self.robot.drive();
         let (limits, tolerance) = match drive {
             Drive::Rotary => (
@@ -282,16 +277,20 @@ impl Imported {
         self
     }
 
-    /// With the printed length and the shrinkage that the owner states.
+    /// With the printed length and the shrinkage that the owner states. Without the latter it is unknown.
     ///
     /// # Errors
     /// A part that does not fit on the bed.
     pub fn with_prints(mut self, stated: &Stated) -> Result<Self, InputError> {
-        let shrinkage = stated.shrinkage;
+        let shrinkage = stated.shrinkage.unwrap_or_default();
         for row in &mut self.readings.rows {
             if let Some((ReadingFrom::Pose(_), distance)) = &mut row.value.distance {
                 *distance /= 1.0 - shrinkage;
             }
+        }
+        let printed = stated.printed.is_some() || self.readings.holds(Kind::Distance);
+        if printed && stated.shrinkage.is_none() {
+            self.robot.instruments.distance_scale = Some(SHRINKAGE);
         }
         let Some([wanted, came_out]) = stated.printed else {
             return Ok(self);
@@ -362,8 +361,8 @@ impl Imported {
             match self.robot.robot.drive() {
                 Drive::Linear => {
                     "The travel of a carriage is the height of its rod's upper end above z = 0.\n\
-                     Tolerance, one sigma: tower position and rod (2 mm if nobody ever measured the radius), lean of a \
-                     tower, end stops, belts."
+                     Tolerance, one sigma: tower position and rod, lean of a tower, end stops, belts, and \
+                     what all towers or rods have in common."
                 }
                 Drive::Rotary => {
                     "The joint angle is 0 with the upper arm level and positive downwards: Klipper's with the other \

@@ -17,7 +17,7 @@ pub struct Stated {
     /// The nominal and the measured length of a printed part.
     pub printed: Option<[f64; 2]>,
     /// The fraction by which prints shrink.
-    pub shrinkage: f64,
+    pub shrinkage: Option<f64>,
 }
 
 impl Stated {

@@ -125,9 +125,9 @@ impl Setup {
         let facts = &robot.instruments;
         let (planes, points) = places(robot, named);
         let places = Places {
-            frame: None,
             planes: planes.iter().map(plane_of).collect(),
             points: points.iter().map(point_of).collect(),
+            ..Places::default()
         };
         let planes = named.planes.iter().zip(planes).map(|(name, known)| {
             let stated = facts.planes.iter().find(|own| own.name == *name);

@@ -13,9 +13,8 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Kind;
 use crate::fit::Solution;
 use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT};
-use crate::import::{Firmware, Imported};
+use crate::import::{Firmware, Imported, SHRINKAGE};
 use delta_cal::Robot;
-use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -186,19 +185,15 @@ impl Printer {
             .ok_or(ExportError::TooFewPositions(0))?;
         let covariance = solution.expected_of_robot();
         let sigmas = [&uncertain.height, &uncertain.across].map(|own| own.dot(&covariance).sqrt());
-        let off = |controller: &Robot<f64>, frame: &RigidTransform<f64>| {
-            Off::of(&calibrated.robot, controller, frame, radius, sigmas)
+        let look = |controller: &Robot<f64>, frame: Frame| {
+            let (robot, frame) = (&calibrated.robot, frame.transform());
+            let off = Off::of(robot, controller, &frame, radius, sigmas)?;
+            Some((off, BedMap::of(robot, controller, &frame, radius)))
         };
-        let before = off(&imported.configured, &level.transform());
-        let map = |controller: &Robot<f64>, frame: &RigidTransform<f64>| {
-            BedMap::of(&calibrated.robot, controller, frame, radius)
-        };
-        let after = export.controller.as_ref().zip(export.frame);
-        let maps = [
-            before.map(|_| map(&imported.configured, &level.transform())),
-            after.map(|(controller, frame)| map(controller, &frame.transform())),
-        ];
-        let after = after.and_then(|(controller, frame)| off(controller, &frame.transform()));
+        let (before, as_configured) = look(&imported.configured, level).unzip();
+        let controller = export.controller.zip(export.frame);
+        let after = controller.and_then(|(own, frame)| look(&own, frame));
+        let (after, as_pasted) = after.unzip();
         let better = match (&before, &after) {
             (Some(before), Some(after)) => after.is_better_than(before),
             _ => true,
@@ -208,6 +203,9 @@ impl Printer {
         let mut as_measured = calibrated.clone();
         as_measured.instruments.height_noise = Some(solution.levels.height);
         as_measured.instruments.distance_noise = Some(solution.levels.distance);
+        if distances == 0 {
+            as_measured.instruments.distance_scale = Some(SHRINKAGE);
+        }
         Ok(Self {
             firmware: imported.firmware.name(),
             kinematics: match robot.robot.drive() {
@@ -226,7 +224,7 @@ impl Printer {
             fits_worst: Self::worst(imported, solution),
             before,
             after,
-            maps,
+            maps: [as_configured, as_pasted],
             touches: touches(imported, &calibrated.robot),
             changes,
             sigma_before_mm: prior(robot).map(|own| uncertain.relative.dot(&own).sqrt()),
@@ -237,7 +235,7 @@ impl Printer {
                 uncertain.relative.dot(&covariance).sqrt(),
             ),
             level,
-            controller: export.controller.zip(export.frame),
+            controller,
             loss: export.loss,
             not_calibrated: export.uncalibrated,
             lines: better.then(|| {

@@ -222,12 +222,19 @@ fn statements(report: &Report, printer: &Printer) -> Vec<String> {
             next.now
         ));
     }
-    if !scale {
-        lines
-            .push("The size of parts stays at the tolerance: it takes exact distances.".to_owned());
-    }
+    let (size, otherwise) = if scale {
+        (None, "nothing")
+    } else if report.after.instruments.distance_scale.is_some() {
+        let size = "The size of parts stays uncertain: how much prints shrink is unknown. State --shrinkage if you know it.";
+        let rods = "the rods between their joints with a calliper (--rods 345.2±0.1mm)";
+        (Some(size), rods)
+    } else {
+        let size = "The size of parts stays at the tolerance: it takes exact distances.";
+        (Some(size), "longer distances, more exactly")
+    };
+    lines.extend(size.map(str::to_owned));
     if let Some(next) = &printer.next {
-        lines.extend(proposals(scale, next));
+        lines.extend(proposals(otherwise, next));
     }
     lines.push(paste(printer));
     lines
@@ -285,8 +292,8 @@ fn noise(report: &Report, printer: &Printer) -> String {
     format!("Noise of {}{worst}.", list(&kinds))
 }
 
-/// What to measure next, the better proposal first.
-fn proposals(scale: bool, next: &Next) -> Vec<String> {
+/// What to measure next, the better proposal first; `otherwise` if neither is worthwhile.
+fn proposals(otherwise: &str, next: &Next) -> Vec<String> {
     let worthwhile = |error: &f64| *error < (1.0 - WORTH) * next.now;
     let mut proposals = Vec::new();
     if let Some(error) = next.with_object.filter(worthwhile) {
@@ -306,12 +313,8 @@ fn proposals(scale: bool, next: &Next) -> Vec<String> {
     }
     proposals.sort_by(|one, other| one.0.total_cmp(&other.0));
     if proposals.is_empty() {
-        let nothing = if scale {
-            "Measure next: nothing; heights and printed distances bring little more."
-        } else {
-            "Measure next: longer distances, more exactly; heights and printed distances bring little more."
-        };
-        return vec![nothing.to_owned()];
+        let more = "heights and printed distances bring little more";
+        return vec![format!("Measure next: {otherwise}; {more}.")];
     }
     let proposals = ["Measure next", "Or"].into_iter().zip(proposals);
     proposals

@@ -76,11 +76,7 @@ type Found = (Places, Vec<[f64; READINGS]>);
 
 /// For complete positions; the sensor's frame is the best rigid motion.
 fn of_positions(robot: &RobotFile, readings: &Readings, frame: Frame) -> Result<Found, Refused> {
-    let mut places = Places {
-        frame: None,
-        planes: Vec::new(),
-        points: Vec::new(),
-    };
+    let mut places = Places::default();
     let mut leverages = vec![[0.0; READINGS]; readings.rows.len()];
     if frame == Frame::Base {
         return Ok((places, leverages));

@@ -60,11 +60,20 @@ fn derivatives_by_transmissions_are_those_of_the_residuals() {
     check_derivatives::<55, 56, 1596>(&robot, Some(tolerance));
 }
 
+/// With a common scale of the distances between poses, the last unknown.
+#[cfg(feature = "linear")]
+#[test]
+fn derivatives_by_the_scale_are_those_of_the_residuals() {
+    let robot = crate::robot::SymmetricRobot::PAPER.robot().unwrap();
+    check_derivatives::<41, 42, 903>(&robot, None);
+}
+
 fn check_derivatives<const N: usize, const M: usize, const E: usize>(
     robot: &Robot<f64>,
     transmission: Option<TransmissionTolerance<f64>>,
 ) {
-    let instruments = Instruments {
+    #[allow(unused_mut)]
+    let mut instruments = Instruments {
         frame: PositionFrame::Sensor,
         planes: &[Plane::default()],
         points: &[
@@ -78,6 +87,10 @@ fn check_derivatives<const N: usize, const M: usize, const E: usize>(
             .unwrap(),
         transmission,
     };
+    #[cfg(feature = "linear")]
+    if 24 + instruments.unknowns() < N {
+        instruments.noise = instruments.noise.with_scale(0.003).unwrap();
+    }
     assert_eq!(24 + instruments.unknowns(), N);
     let mut rows = rows(robot);
     let problem = ObservationProblem::<f64, N>::prepare(robot, &instruments, &mut rows).unwrap();

@@ -369,7 +369,7 @@ fn noise(
 ) -> Result<Option<Noise<f64>>, InputError> {
     let Some(own) = file.section(
         "noise",
-        "position_mm height_mm distance_mm joint_deg joint_mm",
+        "position_mm height_mm distance_mm distance_scale joint_deg joint_mm",
     )?
     else {
         return Ok(None);
@@ -378,6 +378,7 @@ fn noise(
     let position = position.map(|OneOrThree(own)| own.map(|Positive(sigma)| sigma));
     facts.height_noise = own.optional_positive("height_mm")?;
     facts.distance_noise = own.optional_positive("distance_mm")?;
+    facts.distance_scale = own.optional_positive("distance_scale")?;
     let (degrees, travel) = (own.optional("joint_deg")?, own.optional("joint_mm")?);
     let joint = match (drive, degrees, travel) {
         (Drive::Rotary, Some(degrees), None) => f64::to_radians(degrees),

@@ -153,6 +153,7 @@ impl RobotFile {
         }
         file.optional("height_mm", facts.height_noise);
         file.optional("distance_mm", facts.distance_noise);
+        file.optional("distance_scale", facts.distance_scale);
         let joint = self.noise.map(|noise| noise.joint()).or(facts.joint_noise);
         let joint = joint.map(|own| joint::in_file(drive, own));
         file.optional(&joint::key("joint", drive), joint);

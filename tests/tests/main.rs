@@ -23,7 +23,6 @@ mod link_faults;
 mod observations;
 mod oracles;
 mod outcomes;
-mod printers;
 mod refusals;
 mod samples;
 mod single_precision;

@@ -40,12 +40,12 @@ fn a_common_scale_is_named_with_its_causes() {
     assert!(!run.stdout.contains("common scale"), "{}", run.stdout);
 }
 
-/// The length of one part decides the size of all.
+/// The length of one part decides the size of all, if it is known how much prints shrink.
 #[test]
 fn a_printed_length_is_a_measurement() {
     let own = printer("01");
     let folder = folder(&own.configuration());
-    let run = folder.run("calibrate printer.cfg --printed 100=99.5 --json -");
+    let run = folder.run("calibrate printer.cfg --printed 100=99.5 --shrinkage 0% --json -");
     let report = run.ok().json();
     let hundred = number(&report, "printer/before/hundred_mm_become_mm");
     assert!((99.4..99.7).contains(&hundred), "{hundred}");

@@ -20,6 +20,7 @@ mod step;
 mod wrong_rows;
 
 pub use calibrate::{calibrate, read_samples};
+pub(crate) use one_number::turned;
 pub use refusal::{CalibrateError, Refused};
 pub use report::Report;
 use serde::Serialize;

@@ -29,45 +29,37 @@ const LOOSE: f64 = 30.0;
 /// Files with more rows are not refitted.
 const MOST_ROWS: usize = 300;
 
-/// A number common to all arms.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// A number common to all arms, the easiest to measure first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Wrong {
+    Forearm,
+    /// Distance from the axis to the motors or towers.
+    Radius,
     /// All joint zeros, by the same angle.
     Zero,
     /// The gear ratio: degrees per turn, or steps per mm of travel.
     Gear,
-    /// Distance from the axis to the motors or towers.
-    Radius,
-    Forearm,
     /// All lengths.
     Size,
 }
 
-impl Wrong {
-    fn all(drive: Drive) -> &'static [Self] {
-        match drive {
-            Drive::Rotary => &[
-                Self::Zero,
-                Self::Forearm,
-                Self::Radius,
-                Self::Gear,
-                Self::Size,
-            ],
-            Drive::Linear => &[Self::Forearm, Self::Radius, Self::Gear, Self::Size],
-        }
-    }
+/// In the order of a message.
+const NUMBERS: [Wrong; 5] = [
+    Wrong::Zero,
+    Wrong::Forearm,
+    Wrong::Radius,
+    Wrong::Gear,
+    Wrong::Size,
+];
 
+impl Wrong {
     /// The robot with the number changed by an angle, or by a fraction of itself.
     fn changed(self, robot: &Robot<f64>, by: f64) -> Option<Robot<f64>> {
         let drive = robot.drive();
         let mut parameters = robot.parameters();
         for own in &mut parameters {
             match self {
-                Self::Zero => {
-                    let (sine, cosine) = by.sin_cos();
-                    let [x, y] = [own[5], own[6]];
-                    (own[5], own[6]) = (cosine * x - sine * y, sine * x + cosine * y);
-                }
+                Self::Zero => return turned(robot, by),
                 Self::Gear => {}
                 Self::Radius => (own[0], own[1]) = (own[0] * (1.0 + by), own[1] * (1.0 + by)),
                 Self::Forearm => own[7] *= 1.0 + by,
@@ -167,6 +159,17 @@ impl Wrong {
     }
 }
 
+/// The robot with all joint zeros changed by an angle.
+pub(crate) fn turned(robot: &Robot<f64>, by: f64) -> Option<Robot<f64>> {
+    let (sine, cosine) = by.sin_cos();
+    let mut parameters = robot.parameters();
+    for own in &mut parameters {
+        let [x, y] = [own[5], own[6]];
+        (own[5], own[6]) = (cosine * x - sine * y, sine * x + cosine * y);
+    }
+    robot.with_parameters(parameters).ok()
+}
+
 /// An explanation of the readings.
 struct Explanation {
     /// `None` for individual joint zeros.
@@ -182,10 +185,10 @@ pub(crate) fn explanation(case: &Case<'_>) -> Option<String> {
     if case.readings.rows.len() > MOST_ROWS {
         return None;
     }
-    let drive = case.robot.robot.drive();
-    let numbers = Wrong::all(drive)
-        .iter()
-        .filter_map(|wrong| tried(case, *wrong));
+    let turns = case.robot.robot.drive() == Drive::Rotary;
+    let numbers = NUMBERS.into_iter();
+    let numbers = numbers.filter(|own| turns || *own != Wrong::Zero);
+    let numbers = numbers.filter_map(|wrong| tried(case, wrong));
     let mut found: Vec<_> = zeros(case).into_iter().chain(numbers).collect();
     let best = found.iter().map(|own| own.cost).reduce(f64::min)?;
     found.retain(|own| own.cost < best + CLEARLY);
@@ -199,7 +202,8 @@ pub(crate) fn explanation(case: &Case<'_>) -> Option<String> {
         [one] => format!("This explains the readings: {}. {remedy}.", one.what),
         several => {
             let all: Vec<_> = several.iter().map(|own| own.what.as_str()).collect();
-            let [check, _] = cheapest(several).advice();
+            let numbers = several.iter().map(|own| own.wrong.unwrap_or(Wrong::Zero));
+            let [check, _] = numbers.min().unwrap_or(Wrong::Zero).advice();
             format!(
                 "Each of these explains the readings about equally well: {}. The cheapest measurement that decides is {check}. {remedy}.",
                 all.join("; or ")
@@ -251,22 +255,6 @@ fn agreeing(case: &Case<'_>) -> Option<Solution> {
     let mut noise = judged.noise.iter();
     let understated = noise.any(|test| test.verdict == NoiseVerdict::Understated);
     (!judged.tolerance.is_some_and(|own| own.widened) && !understated).then_some(judged.solution)
-}
-
-fn cheapest(found: &[Explanation]) -> Wrong {
-    let order = [
-        Wrong::Forearm,
-        Wrong::Radius,
-        Wrong::Zero,
-        Wrong::Gear,
-        Wrong::Size,
-    ];
-    let there = |wrong: &Wrong| {
-        found
-            .iter()
-            .any(|own| own.wrong.unwrap_or(Wrong::Zero) == *wrong)
-    };
-    order.into_iter().find(there).unwrap_or(Wrong::Zero)
 }
 
 /// The best correction of a number, if the calibration then agrees with what is stated.

@@ -133,36 +133,33 @@ impl BedMap {
         let step = 2.0 * radius / f64::from(ACROSS);
         let along = |index: i32| step * (f64::from(index) + 0.5) - radius;
         let places = (0..ACROSS).flat_map(|x| (0..ACROSS).map(move |y| [along(x), along(y)]));
-        let places: Vec<_> = places.filter(|[x, y]| x.hypot(*y) <= radius).collect();
-        let is = is_at(calibrated, controller, frame, &places);
-        let mean = is
-            .iter()
-            .map(|(wanted, is)| is - wanted)
-            .sum::<Vector3<f64>>();
-        let mean = mean / is.len().max(1) as f64;
+        let places = places.filter(|[x, y]| x.hypot(*y) <= radius);
         Self {
-            off: is
-                .into_iter()
-                .map(|(wanted, is)| ([wanted.x, wanted.y], is - wanted - mean))
-                .collect(),
+            off: off_at(calibrated, controller, frame, places),
             step,
         }
     }
 }
 
-/// Places on the bed, each with where the nozzle is in the controller's frame.
-fn is_at(
+/// Places on the bed, each with how far the nozzle is from there in the controller's frame, about the mean.
+fn off_at(
     calibrated: &Robot<f64>,
     controller: &Robot<f64>,
     frame: &RigidTransform<f64>,
-    places: &[[f64; 2]],
-) -> Vec<(Vector3<f64>, Vector3<f64>)> {
-    let at = |[x, y]: &[f64; 2]| {
-        let wanted = Vector3::new(*x, *y, 0.0);
+    places: impl Iterator<Item = [f64; 2]>,
+) -> Vec<([f64; 2], Vector3<f64>)> {
+    let off = |[x, y]: [f64; 2]| {
+        let wanted = Vector3::new(x, y, 0.0);
         let joints = controller.inverse(&wanted).ok()?;
-        Some((wanted, frame.apply(&calibrated.forward(&joints).ok()?)))
+        let is = frame.apply(&calibrated.forward(&joints).ok()?);
+        Some(([x, y], is - wanted))
     };
-    places.iter().filter_map(at).collect()
+    let mut all: Vec<_> = places.filter_map(off).collect();
+    let mean = all.iter().map(|(_, off)| off).sum::<Vector3<f64>>() / all.len().max(1) as f64;
+    for (_, off) in &mut all {
+        *off -= mean;
+    }
+    all
 }
 
 /// How far a nozzle is expected to be from where its controller believes, over the bed: what is known to be off, and
@@ -196,31 +193,23 @@ impl Off {
         radius: f64,
         sigmas: [f64; 2],
     ) -> Option<Self> {
-        let places = bed(radius, CIRCLES, ON_A_CIRCLE);
-        let pairs = is_at(calibrated, controller, frame, &places);
-        if pairs.len() < 3 {
+        let places = bed(radius, CIRCLES, ON_A_CIRCLE).into_iter();
+        let all = off_at(calibrated, controller, frame, places);
+        if all.len() < 3 {
             return None;
         }
-        let count = pairs.len() as f64;
-        let mean = pairs.iter().map(|(_, is)| is).sum::<Vector3<f64>>() / count;
-        let heights = || pairs.iter().map(|(_, is)| is.z - mean.z);
-        let worst = heights().fold(0.0, |worst: f64, own| worst.max(own.abs()));
-        let known = heights().map(|own| own * own).sum::<f64>() / count;
-        let across = pairs
-            .iter()
-            .map(|(wanted, is)| (is - mean - wanted).xy().norm_squared());
-        let across = across.sum::<f64>() / count;
-        let along = pairs
-            .iter()
-            .map(|(wanted, is)| wanted.xy().dot(&(is - mean).xy()));
-        let lengths = pairs.iter().map(|(wanted, _)| wanted.xy().norm_squared());
+        let sum = |of: fn(&([f64; 2], Vector3<f64>)) -> f64| all.iter().map(of).sum::<f64>();
+        let rms = |squares: f64| (squares / all.len() as f64).sqrt();
+        let along = sum(|([x, y], off)| x * off.x + y * off.y);
         let [height_sigma, across_sigma] = sigmas;
         Some(Self {
-            height: known.sqrt().hypot(height_sigma),
+            height: rms(sum(|(_, off)| off.z * off.z)).hypot(height_sigma),
             height_sigma,
-            worst_height: worst,
-            across: across.sqrt().hypot(across_sigma),
-            hundred: 100.0 * along.sum::<f64>() / lengths.sum::<f64>(),
+            worst_height: all
+                .iter()
+                .fold(0.0, |worst, (_, off)| off.z.abs().max(worst)),
+            across: rms(sum(|(_, off)| off.xy().norm_squared())).hypot(across_sigma),
+            hundred: 100.0 * (1.0 + along / sum(|([x, y], _)| x * x + y * y)),
         })
     }
 

@@ -2,6 +2,7 @@
 //! the end stops that may crash.
 
 use super::assess::Change;
+use crate::calibration::turned;
 use crate::files::samples_file::ReadingFrom;
 use crate::fit::Solution;
 use crate::import::Imported;
@@ -69,15 +70,7 @@ pub(crate) fn alike(imported: &Imported) -> Option<String> {
     if configured.drive() == Drive::Linear {
         return None;
     }
-    let turned = |degrees: f64| {
-        let (sine, cosine) = degrees.to_radians().sin_cos();
-        let mut parameters = configured.parameters();
-        for own in &mut parameters {
-            let [x, y] = [own[5], own[6]];
-            (own[5], own[6]) = (cosine * x - sine * y, sine * x + cosine * y);
-        }
-        configured.with_parameters(parameters).ok()
-    };
+    let turned = |degrees: f64| turned(configured, degrees.to_radians());
     let rows = &imported.readings.rows;
     // How far the bed is above z = 0, and how much the heights scatter about that, mm.
     let bed = |robot: &Robot<f64>| {

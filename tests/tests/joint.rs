@@ -1,4 +1,5 @@
-//! The joint calibration: the error of noisy data is at the Cramér–Rao bound of all 24 parameters, for robots of eight geometries.
+//! The joint calibration: the error of noisy data is at the Cramér–Rao bound of all 24 parameters, for robots of eight
+//! geometries.
 
 use delta_cal::calibration::{JointCalibrator, JointOutcome};
 use delta_cal::{Noise, Real, Refusal, Robot, Sample, Settings, Tolerance};

@@ -128,8 +128,9 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         self.rows
     }
 
-    /// Each reading of a row minus its expected value at a robot and its [unknowns](super::ObservationOutcome::unknowns), in σ and
-    /// times the row's weights: x, y, z, height, distance; 0 for a missing reading.
+    /// Each reading of a row minus its expected value at a robot and its
+    /// [unknowns](super::ObservationOutcome::unknowns), in σ and times the row's weights: x, y, z, height, distance; 0 for
+    /// a missing reading.
     pub fn residuals_at(&self, robot: &Robot<T>, unknowns: &[T; N], row: usize) -> Option<[T; 5]> {
         self.rows.get(row)?.residuals(&self.at(robot, unknowns))
     }

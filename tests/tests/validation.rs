@@ -31,17 +31,21 @@ struct Counts {
 
 impl Counts {
     fn add(&mut self, robot: &Made, frame: Frame, limit: f64, found: &Validation) {
-        let upper = found.rms.interval.1.unwrap();
+        let upper = found.rms_error.error.interval.1.unwrap();
         self.files += 1;
-        self.below += u32::from(limit < found.rms.interval.0);
+        self.below += u32::from(limit < found.rms_error.error.interval.0);
         self.above += u32::from(limit > upper);
-        self.within += u32::from((found.rms.interval.0..=upper).contains(&limit));
+        self.within += u32::from((found.rms_error.error.interval.0..=upper).contains(&limit));
         self.passed += u32::from(found.verdict == Verdict::Pass);
         self.failed += u32::from(found.verdict == Verdict::Fail);
         // Without an upper limit where the noise was taken to be stated too large.
         let worst = largest(robot, frame);
-        let holds = found.largest.interval.0 <= worst
-            && found.largest.interval.1.is_none_or(|upper| worst <= upper);
+        let holds = found.largest_error.interval.0 <= worst
+            && found
+                .largest_error
+                .interval
+                .1
+                .is_none_or(|upper| worst <= upper);
         self.largest += u32::from(holds);
     }
 
@@ -118,16 +122,16 @@ fn a_row_that_is_noise_is_not_called_wrong_nor_the_largest_error() {
         let doubts = |warning: &String| warning.contains("may be a wrong row");
         doubted += u32::from(found.warnings.iter().any(doubts));
         // Rounding of a sum.
-        let rms = found.rms.value * (1.0 - 1e-9);
+        let rms = found.rms_error.error.value * (1.0 - 1e-9);
         assert!(
-            found.largest.value >= rms,
+            found.largest_error.value >= rms,
             "{number}: {:?} {rms}",
-            found.largest
+            found.largest_error
         );
         assert!(
-            found.largest.value >= found.largest.interval.0,
+            found.largest_error.value >= found.largest_error.interval.0,
             "{number}: {:?}",
-            found.largest
+            found.largest_error
         );
     }
     let expected = f64::from(files) * 0.01;

@@ -22,41 +22,17 @@ use heapless::spsc::Producer;
 const CLOCK: u32 = 25_000_000;
 const BAUD: u32 = 115_200;
 
-/// The flash region of the parameters.
-pub(crate) type Flash = ParameterFlash;
-
-/// The parts of the board used here.
-pub(crate) struct Board {
-    flash: &'static mut Flash,
-    stream_flash: &'static mut StreamFlash,
-    link: Link,
-}
-
-impl Board {
-    /// Takes the board, once.
-    pub(crate) fn take() -> Option<Self> {
-        let mut core = cortex_m::Peripherals::take()?;
-        let timer = &mut core.SYST;
-        timer.set_clock_source(SystClkSource::Core);
-        timer.set_reload(SysTick::MASK);
-        timer.clear_current();
-        timer.enable_counter();
-        let Retained {
-            flash,
-            stream_flash,
-            ..
-        } = retained();
-        Some(Self {
-            flash,
-            stream_flash,
-            link: Link { nvic: core.NVIC },
-        })
-    }
-
-    /// Splits it into the flash for parameters, the flash for samples, and the serial link.
-    pub(crate) fn split(self) -> (&'static mut Flash, &'static mut StreamFlash, Link) {
-        (self.flash, self.stream_flash, self.link)
-    }
+/// Takes the board, once: the flash for parameters, the flash for samples, and the serial link.
+pub(crate) fn take() -> Option<(&'static mut ParameterFlash, &'static mut StreamFlash, Link)> {
+    let mut core = cortex_m::Peripherals::take()?;
+    let timer = &mut core.SYST;
+    timer.set_clock_source(SystClkSource::Core);
+    timer.set_reload(SysTick::MASK);
+    timer.clear_current();
+    timer.enable_counter();
+    let retained = retained();
+    let link = Link { nvic: core.NVIC };
+    Some((&mut retained.flash, &mut retained.stream_flash, link))
 }
 
 /// CPUID of the core, which distinguishes the two boards.
@@ -79,7 +55,7 @@ pub(crate) fn wait() {
 #[repr(C)] // the next firmware finds it in the same place
 struct Retained {
     mark: u32,
-    flash: Flash,
+    flash: ParameterFlash,
     stream_flash: StreamFlash,
 }
 
@@ -91,12 +67,12 @@ const MARK: u32 = 0x64_63_61_6c;
 static mut RETAINED: MaybeUninit<Retained> = MaybeUninit::uninit();
 
 fn retained() -> &'static mut Retained {
-    // SAFETY: called only by `Board::take`, which succeeds once. Any bits are a valid `Retained`.
+    // SAFETY: called only by `take`, which succeeds once. Any bits are a valid `Retained`.
     #[allow(unsafe_code)]
     let retained = unsafe { &mut *(&raw mut RETAINED).cast::<Retained>() };
     if retained.mark != MARK {
-        retained.flash.bytes_mut().fill(0xff);
-        retained.stream_flash.bytes_mut().fill(0xff);
+        retained.flash.bytes.fill(0xff);
+        retained.stream_flash.bytes.fill(0xff);
         retained.mark = MARK;
     }
     retained
@@ -115,16 +91,12 @@ impl Timer for SysTick {
     }
 }
 
-/// The registers of an Arm CMSDK peripheral, 32 bits each.
-struct Registers(usize);
-
-/// CMSDK UART.
-const UART: Registers = Registers(0x4000_4000);
-const UART_DATA: usize = 0x0;
-const UART_STATE: usize = 0x4;
-const UART_CONTROL: usize = 0x8;
-const UART_INTERRUPT: usize = 0xc;
-const UART_DIVIDER: usize = 0x10;
+/// Registers of the Arm CMSDK UART, 32 bits each.
+const UART_DATA: usize = 0x4000_4000;
+const UART_STATE: usize = 0x4000_4004;
+const UART_CONTROL: usize = 0x4000_4008;
+const UART_INTERRUPT: usize = 0x4000_400c;
+const UART_DIVIDER: usize = 0x4000_4010;
 const TRANSMIT_FULL: u32 = 1;
 const RECEIVE_FULL: u32 = 1 << 1;
 const RECEIVE_OVERRUN: u32 = 1 << 3;
@@ -133,30 +105,27 @@ const RECEIVE_ENABLE: u32 = 1 << 1;
 const RECEIVE_INTERRUPT_ENABLE: u32 = 1 << 3;
 const RECEIVE_INTERRUPT: u32 = 1 << 1;
 
-/// CMSDK timer.
-const TIMER: Registers = Registers(0x4000_0000);
-const TIMER_CONTROL: usize = 0x0;
-const TIMER_VALUE: usize = 0x4;
-const TIMER_RELOAD: usize = 0x8;
-const TIMER_INTERRUPT: usize = 0xc;
+/// Registers of the CMSDK timer.
+const TIMER_CONTROL: usize = 0x4000_0000;
+const TIMER_VALUE: usize = 0x4000_0004;
+const TIMER_RELOAD: usize = 0x4000_0008;
+const TIMER_INTERRUPT: usize = 0x4000_000c;
 const TIMER_ENABLE: u32 = 1;
 const TIMER_INTERRUPT_ENABLE: u32 = 1 << 3;
 
-impl Registers {
-    fn read(&self, offset: usize) -> u32 {
-        // SAFETY: the addresses are those of the board's peripherals, aligned, and not memory.
-        #[allow(unsafe_code)]
-        unsafe {
-            ptr::with_exposed_provenance::<u32>(self.0 + offset).read_volatile()
-        }
+fn read(register: usize) -> u32 {
+    // SAFETY: the addresses are those of the board's peripherals, aligned, and not memory.
+    #[allow(unsafe_code)]
+    unsafe {
+        ptr::with_exposed_provenance::<u32>(register).read_volatile()
     }
+}
 
-    fn write(&self, offset: usize, value: u32) {
-        // SAFETY: as for `read`.
-        #[allow(unsafe_code)]
-        unsafe {
-            ptr::with_exposed_provenance_mut::<u32>(self.0 + offset).write_volatile(value);
-        }
+fn write(register: usize, value: u32) {
+    // SAFETY: as for `read`.
+    #[allow(unsafe_code)]
+    unsafe {
+        ptr::with_exposed_provenance_mut::<u32>(register).write_volatile(value);
     }
 }
 
@@ -197,6 +166,13 @@ mod vectors {
 }
 
 /// Hands each interrupt its data once.
+fn taken<'a, T>(own: &'a mut Option<T>, handed: &Mutex<Cell<Option<T>>>) -> Option<&'a mut T> {
+    if own.is_none() {
+        *own = critical_section::with(|section| handed.borrow(section).take());
+    }
+    own.as_mut()
+}
+
 static CONTROL: Mutex<Cell<Option<Foreground<'static, Number>>>> = Mutex::new(Cell::new(None));
 static RECEIVED: Mutex<Cell<Option<Producer<'static, u8>>>> = Mutex::new(Cell::new(None));
 
@@ -232,14 +208,14 @@ impl Link {
             CONTROL.borrow(section).set(Some(control_loop));
             RECEIVED.borrow(section).set(Some(received));
         });
-        UART.write(UART_DIVIDER, CLOCK / BAUD);
-        UART.write(
+        write(UART_DIVIDER, CLOCK / BAUD);
+        write(
             UART_CONTROL,
             TRANSMIT_ENABLE | RECEIVE_ENABLE | RECEIVE_INTERRUPT_ENABLE,
         );
-        TIMER.write(TIMER_RELOAD, CLOCK / TURNS_A_SECOND - 1);
-        TIMER.write(TIMER_VALUE, CLOCK / TURNS_A_SECOND - 1);
-        TIMER.write(TIMER_CONTROL, TIMER_ENABLE | TIMER_INTERRUPT_ENABLE);
+        write(TIMER_RELOAD, CLOCK / TURNS_A_SECOND - 1);
+        write(TIMER_VALUE, CLOCK / TURNS_A_SECOND - 1);
+        write(TIMER_CONTROL, TIMER_ENABLE | TIMER_INTERRUPT_ENABLE);
         // SAFETY: everything the interrupts use is set up, and no critical section depends on their priorities.
         #[allow(unsafe_code)]
         unsafe {
@@ -254,8 +230,8 @@ impl Link {
     #[allow(clippy::unused_self)] // proof of being the only sender
     pub(crate) fn send(&mut self, bytes: &[u8]) {
         for byte in bytes {
-            while UART.read(UART_STATE) & TRANSMIT_FULL != 0 {}
-            UART.write(UART_DATA, u32::from(*byte));
+            while read(UART_STATE) & TRANSMIT_FULL != 0 {}
+            write(UART_DATA, u32::from(*byte));
         }
     }
 }
@@ -263,11 +239,8 @@ impl Link {
 #[cortex_m_rt::interrupt]
 fn TIMER0() {
     static mut CONTROL_LOOP: Option<Foreground<'static, Number>> = None;
-    TIMER.write(TIMER_INTERRUPT, 1);
-    if CONTROL_LOOP.is_none() {
-        *CONTROL_LOOP = critical_section::with(|section| CONTROL.borrow(section).take());
-    }
-    if let Some(control_loop) = CONTROL_LOOP {
+    write(TIMER_INTERRUPT, 1);
+    if let Some(control_loop) = taken(CONTROL_LOOP, &CONTROL) {
         control_loop.turn(&SysTick, drive);
     }
 }
@@ -275,21 +248,19 @@ fn TIMER0() {
 #[cortex_m_rt::interrupt]
 fn UART0_RX() {
     static mut QUEUE: Option<Producer<'static, u8>> = None;
-    if QUEUE.is_none() {
-        *QUEUE = critical_section::with(|section| RECEIVED.borrow(section).take());
-    }
-    UART.write(UART_INTERRUPT, RECEIVE_INTERRUPT);
+    let mut queue = taken(QUEUE, &RECEIVED);
+    write(UART_INTERRUPT, RECEIVE_INTERRUPT);
     let mut lost = 0;
-    while UART.read(UART_STATE) & RECEIVE_FULL != 0 {
-        let [byte, ..] = UART.read(UART_DATA).to_le_bytes();
-        if let Some(queue) = QUEUE
+    while read(UART_STATE) & RECEIVE_FULL != 0 {
+        let [byte, ..] = read(UART_DATA).to_le_bytes();
+        if let Some(queue) = &mut queue
             && queue.enqueue(byte).is_err()
         {
             lost += 1;
         }
     }
-    if UART.read(UART_STATE) & RECEIVE_OVERRUN != 0 {
-        UART.write(UART_STATE, RECEIVE_OVERRUN);
+    if read(UART_STATE) & RECEIVE_OVERRUN != 0 {
+        write(UART_STATE, RECEIVE_OVERRUN);
         lost += 1;
     }
     OVERRUN.fetch_add(lost, Ordering::Relaxed);

@@ -1,16 +1,61 @@
-use crate::path::{Circle, Path};
+//! What happens a thousand times a second: the next point of a path, and its joint angles.
+
 use delta_cal::{Real, Robot};
+use delta_cal_protocol::ControlLoop as State;
 use nalgebra::Vector3;
+
+/// Turns per revolution.
+const TURNS: f64 = 4000.0;
+const RADIUS: f64 = 100.0;
+const HEIGHT: f64 = -450.0;
+const RISE: f64 = 40.0;
+
+/// The platform's path: stands for your controller's motion planner.
+pub trait Path<T: Real> {
+    /// The point for the next turn, mm.
+    fn next_point(&mut self) -> Vector3<T>;
+}
+
+/// A circle with a radius of 100 mm, in four seconds; the height oscillates twice per revolution by 40 mm about its
+/// mean. Stands for the motion planner of a real controller.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Circle<T> {
+    /// An integer.
+    turn: T,
+}
+
+impl<T: Real> Default for Circle<T> {
+    fn default() -> Self {
+        Self { turn: T::ZERO }
+    }
+}
+
+impl<T: Real> Path<T> for Circle<T> {
+    fn next_point(&mut self) -> Vector3<T> {
+        let turns = T::from_f64(TURNS);
+        let (sine, cosine) = (T::TWO * T::PI * self.turn / turns).sine_cosine();
+        self.turn += T::ONE;
+        if self.turn >= turns {
+            self.turn = T::ZERO;
+        }
+        Vector3::new(
+            T::from_f64(RADIUS) * cosine,
+            T::from_f64(RADIUS) * sine,
+            T::from_f64(HEIGHT) + T::from_f64(2.0 * RISE) * sine * cosine,
+        )
+    }
+}
 
 /// Turns over which the joint targets blend from old to new parameters.
 pub const BLEND_TURNS: u32 = 500;
 
-/// New parameters being blended in.
-#[derive(Debug, Clone, Copy)]
-struct Blend<T: Real> {
-    robot: Robot<T>,
-    /// An integer.
-    turn: T,
+/// A complete set of parameters for the control loop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NewParameters<T: Real> {
+    /// The robot.
+    pub robot: Robot<T>,
+    /// The [`fingerprint`](delta_cal_protocol::Geometry::fingerprint) of its parameters.
+    pub fingerprint: u32,
 }
 
 /// The control loop: each turn computes the next point of the path and its joint angles.
@@ -18,48 +63,33 @@ struct Blend<T: Real> {
 /// It owns its parameters. New ones arrive as a whole, and the joint targets blend over smoothly.
 #[derive(Debug, Clone, Copy)]
 pub struct ControlLoop<T: Real, P = Circle<T>> {
-    path: P,
+    /// The path, to give it another target.
+    pub path: P,
     robot: Robot<T>,
-    blend: Option<Blend<T>>,
-    point: Vector3<T>,
-    joints: [T; 3],
-    turns: u32,
-    unreachable: u32,
-    switches: u32,
-}
-
-impl<T: Real> ControlLoop<T> {
-    /// At rest, with these parameters, on a circular path.
-    pub fn new(robot: &Robot<T>) -> Self {
-        Self::with_path(robot, Circle::default())
-    }
+    /// New parameters being blended in, and the turn of that, an integer.
+    blend: Option<(NewParameters<T>, T)>,
+    /// The last point and its joint targets, and counters.
+    pub state: State<T>,
 }
 
 impl<T: Real, P: Path<T>> ControlLoop<T, P> {
-    /// At rest, with these parameters, on a given path.
-    pub fn with_path(robot: &Robot<T>, path: P) -> Self {
+    /// At rest, with these parameters.
+    pub fn new(parameters: &NewParameters<T>, path: P) -> Self {
         Self {
             path,
-            robot: *robot,
+            robot: parameters.robot,
             blend: None,
-            point: Vector3::zeros(),
-            joints: [T::ZERO; 3],
-            turns: 0,
-            unreachable: 0,
-            switches: 0,
+            state: State::new(parameters.fingerprint),
         }
     }
 
     /// Blends over to other parameters within the next [`BLEND_TURNS`] turns; returns `false` without effect while a
     /// previous change is in progress.
-    pub fn switch_to(&mut self, robot: &Robot<T>) -> bool {
+    pub fn switch_to(&mut self, parameters: &NewParameters<T>) -> bool {
         if self.switching() {
             return false;
         }
-        self.blend = Some(Blend {
-            robot: *robot,
-            turn: T::ZERO,
-        });
+        self.blend = Some((*parameters, T::ZERO));
         true
     }
 
@@ -70,31 +100,33 @@ impl<T: Real, P: Path<T>> ControlLoop<T, P> {
 
     /// One turn. If a point is unreachable, the joints stay where they are.
     pub fn turn(&mut self) -> &[T; 3] {
-        self.turns = self.turns.wrapping_add(1);
-        if let Some(blend) = &mut self.blend {
-            blend.turn += T::ONE;
+        self.state.turns = self.state.turns.wrapping_add(1);
+        if let Some((_, turn)) = &mut self.blend {
+            *turn += T::ONE;
         }
-        self.point = self.path.next_point();
-        match self.targets() {
-            Some(joints) => self.joints = joints,
-            None => self.unreachable = self.unreachable.wrapping_add(1),
+        let point = self.path.next_point();
+        self.state.point = point.into();
+        match self.targets(&point) {
+            Some(joints) => self.state.joints = joints,
+            None => self.state.unreachable = self.state.unreachable.wrapping_add(1),
         }
-        if let Some(blend) = &self.blend
-            && blend.turn >= blend_turns()
+        if let Some((new, turn)) = &self.blend
+            && *turn >= blend_turns()
         {
-            self.robot = blend.robot;
+            self.robot = new.robot;
+            self.state.fingerprint = new.fingerprint;
+            self.state.switches = self.state.switches.wrapping_add(1);
             self.blend = None;
-            self.switches = self.switches.wrapping_add(1);
         }
-        &self.joints
+        &self.state.joints
     }
 
-    fn targets(&self) -> Option<[T; 3]> {
-        let mut joints = self.robot.inverse(&self.point).ok()?;
-        if let Some(blend) = &self.blend {
-            let other = blend.robot.inverse(&self.point).ok()?;
+    fn targets(&self, point: &Vector3<T>) -> Option<[T; 3]> {
+        let mut joints = self.robot.inverse(point).ok()?;
+        if let Some((new, turn)) = &self.blend {
+            let other = new.robot.inverse(point).ok()?;
             // s²(3 − 2s): neither the targets nor their speed jumps.
-            let s = blend.turn / blend_turns();
+            let s = *turn / blend_turns();
             let share = s * s * (T::from_f64(3.0) - T::TWO * s);
             for (joint, other) in joints.iter_mut().zip(other) {
                 *joint += (other - *joint) * share;
@@ -106,36 +138,6 @@ impl<T: Real, P: Path<T>> ControlLoop<T, P> {
     /// The parameters in use; while [`switching`](Self::switching), the previous ones.
     pub const fn robot(&self) -> &Robot<T> {
         &self.robot
-    }
-
-    /// The path, to give it another target.
-    pub const fn path_mut(&mut self) -> &mut P {
-        &mut self.path
-    }
-
-    /// The last point of the path, mm.
-    pub const fn point(&self) -> &Vector3<T> {
-        &self.point
-    }
-
-    /// The joint targets, radians.
-    pub const fn joints(&self) -> &[T; 3] {
-        &self.joints
-    }
-
-    /// Turns so far.
-    pub const fn turns(&self) -> u32 {
-        self.turns
-    }
-
-    /// Turns whose point was unreachable.
-    pub const fn unreachable(&self) -> u32 {
-        self.unreachable
-    }
-
-    /// Number of parameter changes.
-    pub const fn switches(&self) -> u32 {
-        self.switches
     }
 }
 

@@ -1,19 +1,20 @@
 //! Handles the bytes received by the controller.
 
+use crate::NewParameters;
+use crate::Number;
 use crate::geometry::Geometries;
-use crate::handover::NewParameters;
-use crate::reception::Reception;
 use crate::session::Session;
 use crate::stream_store::{StreamPace, StreamStore};
-use crate::{Number, TURNS_A_SECOND};
 use delta_cal::Robot;
 use delta_cal_protocol::{
-    Adopt, ControlLoop, Direction, Fault, FrameError, Identity, LARGEST_FRAME, ParameterSet, Phase,
-    Receiver, Request, Response, Status, UNKNOWN_SEQUENCE, VERSION, encode,
+    ControlLoop, Counters, Direction, Fault, FrameError, Geometry, Identity, LARGEST_FRAME,
+    ParameterSet, Receiver, Request, Response, Status, UNKNOWN_SEQUENCE, VERSION, encode,
 };
 use embedded_storage::nor_flash::NorFlash;
 use heapless::Vec;
 
+/// A larger gap in sequence numbers means another driver, not a loss.
+const LONGEST_GAP: u16 = 256;
 /// Size of the largest request, with margin: a geometry with transmissions in `f64` takes 330 bytes.
 const LARGEST_REQUEST: usize = 384;
 
@@ -37,8 +38,9 @@ const LARGEST_REQUEST: usize = 384;
 pub struct Controller<T: Number, F, S> {
     processor: u32,
     receiver: Receiver<LARGEST_REQUEST>,
-    reception: Reception,
-    overrun: u32,
+    counters: Counters,
+    /// Sequence number of the last request.
+    last: Option<u16>,
     session: Session<T>,
     geometries: Geometries<T, F>,
     streams: StreamStore<T, S>,
@@ -58,28 +60,17 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
             processor
         );
         let geometries = Geometries::load(nominal, flash);
-        let fingerprint = geometries.current().fingerprint;
+        let fingerprint = geometries.current.fingerprint;
         Self {
-            streams: StreamStore::new(stream_flash, geometries.nominal().fingerprint),
+            streams: StreamStore::new(stream_flash, geometries.nominal.fingerprint),
             processor,
             receiver: Receiver::new(Direction::Request),
-            reception: Reception::default(),
-            overrun: 0,
+            counters: Counters::default(),
+            last: None,
             session: Session::none(),
             geometries,
             switch: None,
-            control: ControlLoop {
-                turns: 0,
-                longest_ticks: 0,
-                longest_ticks_calibrating: 0,
-                ticks_a_second: TURNS_A_SECOND,
-                late: 0,
-                unreachable: 0,
-                switches: 0,
-                fingerprint,
-                point: [T::ZERO; 3],
-                joints: [T::ZERO; 3],
-            },
+            control: ControlLoop::new(fingerprint),
         }
     }
 
@@ -88,13 +79,13 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
     // Not inlined, here and elsewhere, so that consecutive stages share the stack.
     #[inline(never)]
     pub fn resume(&mut self) {
-        let nominal = &self.geometries.nominal().robot;
+        let nominal = &self.geometries.nominal.robot;
         self.streams.resume(nominal, &mut self.session);
     }
 
     /// Sets how often the samples of a session are stored.
     pub const fn set_stream_pace(&mut self, pace: StreamPace) {
-        self.streams.set_pace(pace);
+        self.streams.pace = pace;
     }
 
     /// Processes a byte from the link. If it completes a request, returns the answer, a complete frame.
@@ -109,20 +100,23 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
             Ok(frame) => {
                 let sequence = frame.sequence;
                 let request = frame.message::<Request<T>>();
-                self.reception.whole(sequence);
+                self.count(sequence);
                 (sequence, self.answer(request))
             }
             Err(error) => {
-                self.reception.faulty(error);
-                let (sequence, fault) = match error {
-                    FrameError::UnknownVersion { sequence, .. } => {
-                        (sequence, Fault::UnknownVersion { spoken: VERSION })
-                    }
-                    FrameError::Damaged | FrameError::TooLong => (UNKNOWN_SEQUENCE, Fault::Damaged),
-                    // Answering an echo would loop forever.
-                    FrameError::WrongDirection => return None,
-                };
-                (sequence, Response::Fault(fault))
+                let counters = &mut self.counters;
+                if let FrameError::UnknownVersion { sequence, .. } = error {
+                    increment(&mut counters.received);
+                    increment(&mut counters.unknown_version);
+                    let fault = Fault::UnknownVersion { spoken: VERSION };
+                    return Some((sequence, Response::Fault(fault)));
+                }
+                increment(&mut counters.damaged);
+                // Answering an echo would loop forever.
+                if error == FrameError::WrongDirection {
+                    return None;
+                }
+                (UNKNOWN_SEQUENCE, Response::Fault(Fault::Damaged))
             }
         })
     }
@@ -132,34 +126,35 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
         if self.session.step() {
             return true;
         }
-        self.store_samples();
+        self.streams.store(&self.session, self.control.turns);
         false
     }
 
-    /// Stores the samples when due.
-    fn store_samples(&mut self) {
-        let turn = self.control.turns;
-        if let Some((begin, stream)) = self.session.storable()
-            && self.streams.due(begin, stream, turn)
-        {
-            match self.streams.save(begin, stream, turn) {
-                Ok(()) => info!("session {=u32:08x} stored", begin.session),
-                Err(error) => warning!("session not stored: {}", error),
-            }
+    /// Counts a valid frame of this protocol version.
+    fn count(&mut self, sequence: u16) {
+        let counters = &mut self.counters;
+        increment(&mut counters.received);
+        if sequence == UNKNOWN_SEQUENCE {
+            return;
         }
+        match self.last.map(|last| steps(last, sequence)) {
+            Some(0) => increment(&mut counters.repeated),
+            Some(step) if step <= LONGEST_GAP => {
+                counters.lost = counters.lost.wrapping_add(u32::from(step) - 1);
+            }
+            _ => {}
+        }
+        self.last = Some(sequence);
     }
 
     /// Whether a calibration is active: samples are being added or solved.
     pub fn calibrating(&self) -> bool {
-        matches!(
-            self.session.phase(),
-            Phase::Collecting { .. } | Phase::Solving
-        )
+        self.session.calibrating()
     }
 
     /// The parameters in use.
-    pub fn current(&self) -> NewParameters<T> {
-        self.geometries.current()
+    pub const fn current(&self) -> NewParameters<T> {
+        self.geometries.current
     }
 
     /// New parameters for the control loop, returned once; call it when the loop can accept them.
@@ -180,21 +175,21 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
 
     /// Sets the number of bytes lost before they arrived here, for [`Request::Counters`].
     pub fn set_overrun(&mut self, overrun: u32) {
-        self.overrun = overrun;
+        self.counters.overrun = overrun;
     }
 
     /// Returns both flashes, to simulate switching the controller off.
     pub fn into_flash(self) -> (F, S) {
-        (self.geometries.into_flash(), self.streams.into_flash())
+        (self.geometries.store.flash, self.streams.halves.flash)
     }
 
     fn answer(&mut self, request: Option<Request<T>>) -> Response<T> {
         let Some(request) = request else {
-            self.reception.unknown_request();
+            increment(&mut self.counters.unknown_request);
             return Response::Fault(Fault::UnknownRequest);
         };
         self.handle(&request).unwrap_or_else(|fault| {
-            self.reception.refused();
+            increment(&mut self.counters.refused);
             Response::Fault(fault)
         })
     }
@@ -205,16 +200,11 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
                 firmware: FIRMWARE,
                 scalar: T::SCALAR,
                 processor: self.processor,
-                nominal: self.geometries.nominal().fingerprint,
+                nominal: self.geometries.nominal.fingerprint,
             }),
-            Request::Parameters(ParameterSet::Current) => {
-                Response::Parameters(self.geometries.current_message())
-            }
-            Request::Parameters(ParameterSet::Nominal) => {
-                Response::Parameters(self.geometries.nominal_message())
-            }
+            Request::Parameters(set) => Response::Parameters(self.geometries.message(*set)),
             Request::Begin(begin) => {
-                let nominal = &self.geometries.nominal().robot;
+                let nominal = &self.geometries.nominal.robot;
                 self.session.begin(nominal, begin)?;
                 self.taken()
             }
@@ -235,7 +225,8 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
                 fingerprint,
                 from,
             } => {
-                let (robot, there) = self.session.outcome(*session)?;
+                let robot = self.session.outcome(*session)?;
+                let there = Geometry::of(&robot).fingerprint();
                 if there != *fingerprint {
                     return Err(Fault::OtherParameters { there });
                 }
@@ -247,8 +238,8 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
                 let switched = self.geometries.revert(*from, *to)?;
                 self.switched(switched)
             }
-            Request::Counters => Response::Counters(self.reception.counters(self.overrun)),
-            Request::Adopt(Adopt { from, geometry }) => {
+            Request::Counters => Response::Counters(self.counters),
+            Request::Adopt { from, geometry } => {
                 let robot = geometry.robot().map_err(Fault::Geometry)?;
                 let switched = self.geometries.apply(*from, &robot)?;
                 self.switched(switched)
@@ -276,9 +267,22 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
     /// The answer to a request that changes parameters; the control loop receives them if they are new.
     fn switched(&mut self, new: bool) -> Response<T> {
         if new {
-            self.switch = Some(self.geometries.current());
+            self.switch = Some(self.geometries.current);
         }
-        Response::Parameters(self.geometries.current_message())
+        Response::Parameters(self.geometries.message(ParameterSet::Current))
+    }
+}
+
+fn increment(counter: &mut u32) {
+    *counter = counter.wrapping_add(1);
+}
+
+/// The distance from `from` to `to` on the circle 1, 2, … 65535, 1.
+const fn steps(from: u16, to: u16) -> u16 {
+    if to >= from {
+        to - from
+    } else {
+        u16::MAX - (from - to)
     }
 }
 

@@ -1,22 +1,30 @@
 //! Manages the parameters in use; every change goes to flash first.
 
-use crate::Number;
-use crate::halves::StoreError;
-use crate::handover::NewParameters;
-use crate::store::{Sets, Store};
+use crate::halves::{Halves, StoreError, mark};
+use crate::{NewParameters, Number};
 use delta_cal::Robot;
-use delta_cal_protocol::{Fault, Geometry, Origin, Parameters, RevertTo};
+use delta_cal_protocol::{
+    Fault, Geometry, Origin, ParameterSet, Parameters, Reader, RevertTo, Wire, Writer,
+};
 use embedded_storage::nor_flash::NorFlash;
+
+/// Version of the stored record.
+const VERSION: u8 = 5;
+/// Bytes of both sets in `f64`: 2 × 39 numbers, and a byte for each option, rounded up.
+const LARGEST: usize = 640;
+
+/// The parameters in use, and those before the last calibration was applied; `None` is the robot as designed.
+type Sets<T> = (Option<Geometry<T>>, Option<Geometry<T>>);
 
 /// The designed robot, the current and previous parameters, and their store.
 #[derive(Debug)]
 pub(crate) struct Geometries<T: Number, F> {
-    nominal: NewParameters<T>,
-    current: NewParameters<T>,
+    pub(crate) nominal: NewParameters<T>,
+    pub(crate) current: NewParameters<T>,
     sets: Sets<T>,
     /// Whether the store held unusable data, so that the parameters in use may not be the newest.
     damaged: bool,
-    store: Store<F>,
+    pub(crate) store: Halves<F>,
 }
 
 fn named<T: Number>(robot: Robot<T>) -> NewParameters<T> {
@@ -30,39 +38,54 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
     /// Reads the store.
     pub(crate) fn load(nominal: Robot<T>, flash: F) -> Self {
         let nominal = named(nominal);
+        // Another robot's parameters are useless.
+        let mark = mark::<T>(VERSION, nominal.fingerprint);
         let mut geometries = Self {
-            store: Store::new::<T>(flash, nominal.fingerprint),
+            store: Halves::new(flash, mark, LARGEST),
             nominal,
             current: nominal,
-            sets: Sets {
-                current: None,
-                previous: None,
-            },
+            sets: (None, None),
             damaged: false,
         };
-        match geometries.read() {
-            Ok(()) => {}
-            Err(error) => {
-                warning!("store damaged: {}", error);
-                geometries.damaged = true;
-            }
+        if let Err(error) = geometries.read() {
+            warning!("store damaged: {}", error);
+            geometries.damaged = true;
         }
         info!(
             "parameters {=u32:08x}, calibrated: {}, store damaged: {}",
             geometries.current.fingerprint,
-            geometries.sets.current.is_some(),
+            geometries.sets.0.is_some(),
             geometries.damaged
         );
         geometries
     }
 
+    /// Reads and validates the stored sets. Writes nothing.
     fn read(&mut self) -> Result<(), StoreError> {
-        if let Some(loaded) = self.store.load::<T>()? {
-            self.current = self.of(loaded.sets.current.as_ref())?;
-            self.sets = loaded.sets;
-            self.damaged = !loaded.complete;
-        }
+        let mut bytes = [0; LARGEST];
+        let Some(content) = self.store.load(&mut bytes)? else {
+            return Ok(());
+        };
+        let mut reader = Reader::new(content);
+        let (Some(sets), []) = (Sets::get(&mut reader), reader.rest()) else {
+            return Err(StoreError::Record);
+        };
+        self.of(sets.1.as_ref())?;
+        self.current = self.of(sets.0.as_ref())?;
+        self.sets = sets;
+        self.damaged = !self.store.complete();
         Ok(())
+    }
+
+    /// Stores sets and reads them back.
+    #[inline(never)]
+    fn save(&mut self, sets: &Sets<T>) -> Result<(), StoreError> {
+        let mut bytes = [0; LARGEST];
+        let mut writer = Writer::new(&mut bytes);
+        sets.put(&mut writer);
+        let length = writer.finish().ok_or(StoreError::Record)?;
+        self.store
+            .save(bytes.get(..length).ok_or(StoreError::Record)?)
     }
 
     fn of(&self, geometry: Option<&Geometry<T>>) -> Result<NewParameters<T>, StoreError> {
@@ -72,48 +95,30 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
         }
     }
 
-    pub(crate) const fn nominal(&self) -> &NewParameters<T> {
-        &self.nominal
-    }
-
-    pub(crate) const fn current(&self) -> NewParameters<T> {
-        self.current
-    }
-
-    pub(crate) fn into_flash(self) -> F {
-        self.store.into_flash()
-    }
-
-    pub(crate) fn current_message(&self) -> Parameters<T> {
+    pub(crate) fn message(&self, set: ParameterSet) -> Parameters<T> {
+        let (origin, parameters) = match (set, self.sets.0, self.damaged) {
+            (ParameterSet::Nominal, ..) => (Origin::Nominal, &self.nominal),
+            (_, Some(_), false) => (Origin::Calibration, &self.current),
+            (_, Some(_), true) => (Origin::CalibrationStoreDamaged, &self.current),
+            (_, None, false) => (Origin::Nominal, &self.current),
+            (_, None, true) => (Origin::NominalStoreDamaged, &self.current),
+        };
         Parameters {
-            origin: match (self.sets.current, self.damaged) {
-                (Some(_), false) => Origin::Calibration,
-                (Some(_), true) => Origin::CalibrationStoreDamaged,
-                (None, false) => Origin::Nominal,
-                (None, true) => Origin::NominalStoreDamaged,
-            },
+            origin,
             generation: self.store.generation(),
-            geometry: Geometry::of(&self.current.robot),
-        }
-    }
-
-    pub(crate) fn nominal_message(&self) -> Parameters<T> {
-        Parameters {
-            origin: Origin::Nominal,
-            generation: self.store.generation(),
-            geometry: Geometry::of(&self.nominal.robot),
+            geometry: Geometry::of(&parameters.robot),
         }
     }
 
     /// Makes a calibrated robot current, replacing the parameters of generation `from`; returns whether it was not
     /// already.
     pub(crate) fn apply(&mut self, from: u32, robot: &Robot<T>) -> Result<bool, Fault> {
-        self.change_to(from, Some(Geometry::of(robot)), self.sets.current)
+        self.change_to(from, Some(Geometry::of(robot)), self.sets.0)
     }
 
     /// Reverts the parameters of generation `from`; returns whether that changed anything.
     pub(crate) fn revert(&mut self, from: u32, to: RevertTo) -> Result<bool, Fault> {
-        let previous = self.sets.previous;
+        let (_, previous) = self.sets;
         let geometry = match to {
             RevertTo::Previous => previous,
             RevertTo::Nominal => None,
@@ -132,7 +137,7 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
     ) -> Result<bool, Fault> {
         let new = self.of(geometry.as_ref()).map_err(|_| Fault::Store)?;
         let there = self.current.fingerprint;
-        let same = new.fingerprint == there && geometry.is_some() == self.sets.current.is_some();
+        let same = new.fingerprint == there && geometry.is_some() == self.sets.0.is_some();
         if same && !self.damaged {
             return Ok(false);
         }
@@ -140,11 +145,8 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
             return Err(Fault::OtherParameters { there });
         }
         // Storing the same set again repairs the store and keeps the previous set.
-        let sets = Sets {
-            current: geometry,
-            previous: if same { self.sets.previous } else { previous },
-        };
-        if let Err(error) = self.store.save(&sets) {
+        let sets = (geometry, if same { self.sets.1 } else { previous });
+        if let Err(error) = self.save(&sets) {
             warning!("not stored: {}", error);
             return Err(Fault::Store);
         }

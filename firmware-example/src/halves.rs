@@ -1,7 +1,7 @@
 //! One record in flash, written entirely or not at all.
 
 use core::ops::Range;
-use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use embedded_storage::nor_flash::NorFlash;
 
 /// Bytes written together: a multiple of any flash's write unit.
@@ -22,10 +22,8 @@ pub enum StoreError {
     Region,
     /// The flash failed.
     Flash,
-    /// The stored record is damaged, or belongs to another version or robot.
+    /// The stored record is damaged, belongs to another version or robot, or does not read back as written.
     Record,
-    /// The record did not read back as written.
-    ReadBack,
 }
 
 /// A region of NOR flash in two halves, erased and written alternately.
@@ -35,7 +33,7 @@ pub enum StoreError {
 /// same half, where it could reappear if the newest is damaged.
 #[derive(Debug)]
 pub struct Halves<F> {
-    flash: F,
+    pub(crate) flash: F,
     /// The mark at the start of a record. A record with another mark is ignored.
     mark: u32,
     /// Maximum size of a content, bytes.
@@ -54,22 +52,10 @@ struct Found {
     checksum: u32,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Half {
-    Lower,
-    Upper,
-}
-
-impl Half {
-    const BOTH: [Self; 2] = [Self::Lower, Self::Upper];
-
-    const fn other(self) -> Self {
-        match self {
-            Self::Lower => Self::Upper,
-            Self::Upper => Self::Lower,
-        }
-    }
-}
+/// The lower half.
+const LOWER: usize = 0;
+/// The upper half.
+const UPPER: usize = 1;
 
 impl<F: NorFlash> Halves<F> {
     /// A store that owns its flash. `mark` starts every record of this program, version and robot; `largest` is the
@@ -87,11 +73,6 @@ impl<F: NorFlash> Halves<F> {
             largest,
             found: [Err(StoreError::Flash); 2],
         }
-    }
-
-    /// The flash.
-    pub fn into_flash(self) -> F {
-        self.flash
     }
 
     /// Number of the newest record, which counts every record; 0 if there is none.
@@ -113,14 +94,14 @@ impl<F: NorFlash> Halves<F> {
         }
     }
 
-    fn newest(&self) -> Option<(Half, Found)> {
+    fn newest(&self) -> Option<(usize, Found)> {
         match self.found.map(|half| half.ok().flatten()) {
             [None, None] => None,
-            [Some(lower), None] => Some((Half::Lower, lower)),
+            [Some(lower), None] => Some((LOWER, lower)),
             [Some(lower), Some(upper)] if follows(lower.generation, upper.generation) => {
-                Some((Half::Lower, lower))
+                Some((LOWER, lower))
             }
-            [_, Some(upper)] => Some((Half::Upper, upper)),
+            [_, Some(upper)] => Some((UPPER, upper)),
         }
     }
 
@@ -129,47 +110,21 @@ impl<F: NorFlash> Halves<F> {
     /// # Errors
     /// The stored record cannot be read.
     pub fn load<'a>(&mut self, content: &'a mut [u8]) -> Result<Option<&'a [u8]>, StoreError> {
-        let lower = self.look(Half::Lower);
-        let upper = self.look(Half::Upper);
+        for half in [LOWER, UPPER] {
+            let _ = self.look(half);
+        }
         while let Some((half, found)) = self.newest() {
-            match self.read_content(half, &found, content) {
-                Ok(()) => return Ok(content.get(..found.length)),
+            // Failing flash may return different bytes at the second reading.
+            match self.read(half, content) {
+                Ok(Some(again)) if again == found => return Ok(content.get(..found.length)),
                 // It can no longer be read: fall back to the previous record.
-                Err(error) => self.found[half as usize] = Err(error),
+                Ok(_) => self.found[half] = Err(StoreError::Record),
+                Err(error) => self.found[half] = Err(error),
             }
         }
         match self.found {
             [Err(error), _] | [_, Err(error)] => Err(error),
-            _ => lower.and(upper).map(|_| None),
-        }
-    }
-
-    fn read_content(
-        &mut self,
-        half: Half,
-        found: &Found,
-        content: &mut [u8],
-    ) -> Result<(), StoreError> {
-        let content = content.get_mut(..found.length).ok_or(StoreError::Record)?;
-        let start = self.range(half)?.start;
-        let mut places = content.iter_mut();
-        for offset in (0..self.room()).step_by(CHUNK) {
-            let mut bytes = [0; CHUNK];
-            self.flash
-                .read(start + offset, &mut bytes)
-                .map_err(|_| StoreError::Flash)?;
-            let before = if offset == 0 { HEADER } else { 0 };
-            for (byte, place) in bytes.iter().skip(before).zip(&mut places) {
-                *place = *byte;
-            }
-        }
-        // Failing flash may return different bytes at the second reading.
-        let mut digest = self.digest(found.generation, found.length);
-        digest.update(content);
-        if digest.finalize() == found.checksum {
-            Ok(())
-        } else {
-            Err(StoreError::Record)
+            _ => Ok(None),
         }
     }
 
@@ -183,15 +138,15 @@ impl<F: NorFlash> Halves<F> {
             return Err(StoreError::Record);
         }
         // An earlier read failure may have been temporary.
-        for half in Half::BOTH {
+        for half in [LOWER, UPPER] {
             if self.unread(half) {
                 let _ = self.look(half);
             }
         }
         let half = match self.newest() {
-            Some((newest, _)) => newest.other(),
-            None if !self.unread(Half::Lower) => Half::Lower,
-            None if !self.unread(Half::Upper) => Half::Upper,
+            Some((newest, _)) => UPPER - newest,
+            None if !self.unread(LOWER) => LOWER,
+            None if !self.unread(UPPER) => UPPER,
             // The half may hold a good record, even the newest.
             None => return Err(StoreError::Flash),
         };
@@ -203,21 +158,19 @@ impl<F: NorFlash> Halves<F> {
         stored
     }
 
-    fn unread(&self, half: Half) -> bool {
-        self.found[half as usize] == Err(StoreError::Flash)
+    fn unread(&self, half: usize) -> bool {
+        self.found[half] == Err(StoreError::Flash)
     }
 
     /// Replaces the record in a half.
-    fn replace(&mut self, half: Half, content: &[u8]) -> Result<(), StoreError> {
+    fn replace(&mut self, half: usize, content: &[u8]) -> Result<(), StoreError> {
         let generation = self.generation().wrapping_add(1);
         let written = self.write(half, content, generation)?;
-        match self.look(half) {
-            Ok(Some(found)) if found == written => {}
-            Ok(_) | Err(StoreError::Record) => return Err(StoreError::ReadBack),
-            Err(error) => return Err(error),
+        if self.look(half)? != Some(written) {
+            return Err(StoreError::Record);
         }
-        let other = half.other();
-        match self.found[other as usize] {
+        let other = UPPER - half;
+        match self.found[other] {
             Ok(_) => Ok(()),
             // The next start would take garbage for a lost record, and what it can read again may have a higher
             // generation.
@@ -227,100 +180,79 @@ impl<F: NorFlash> Halves<F> {
 
     /// Examines a half.
     #[inline(never)]
-    fn look(&mut self, half: Half) -> Result<Option<Found>, StoreError> {
-        let found = self.read(half);
-        self.found[half as usize] = found;
+    fn look(&mut self, half: usize) -> Result<Option<Found>, StoreError> {
+        let found = self.read(half, &mut []);
+        self.found[half] = found;
         found
     }
 
-    /// Chunk by chunk: a record may be larger than the stack.
-    fn read(&mut self, half: Half) -> Result<Option<Found>, StoreError> {
+    /// Reads a half, and the content of its record as far as there is room. Chunk by chunk: a record may be larger than
+    /// the stack.
+    fn read(&mut self, half: usize, content: &mut [u8]) -> Result<Option<Found>, StoreError> {
         let Range { start, .. } = self.range(half)?;
-        let (mut erased, mut header) = (true, None);
+        let mut content = content.iter_mut();
+        let (mut erased, mut header, mut stored, mut place) = (true, None, 0, 0);
         let mut digest = CRC.digest();
-        let (mut rest, mut checksum, mut computed) = (0, [0; CHECKSUM], 0);
-        let mut behind = 0;
         for offset in (0..self.room()).step_by(CHUNK) {
             let mut bytes = [0; CHUNK];
             self.flash
                 .read(start + offset, &mut bytes)
                 .map_err(|_| StoreError::Flash)?;
-            erased &= bytes.iter().all(|byte| *byte == ERASED);
-            let mut content = bytes.as_slice();
-            if header.is_none() {
-                let Some((first, others)) = bytes.split_first_chunk::<HEADER>() else {
-                    return Err(StoreError::Record);
-                };
-                let found = self.header(first);
-                if let Some(found) = &found {
-                    digest = self.digest(found.generation, found.length);
-                    rest = found.length;
-                }
-                header = Some(found);
-                content = others;
+            if offset == 0 {
+                header = self.header(&bytes);
             }
-            let (own, others) = content.split_at(rest.min(content.len()));
-            digest.update(own);
-            rest -= own.len();
-            if rest == 0 && !own.is_empty() {
-                computed = digest.clone().finalize();
-            }
-            if rest == 0 {
-                for byte in others {
-                    if let Some(place) = checksum.get_mut(behind) {
-                        *place = *byte;
-                        behind += 1;
+            for byte in bytes {
+                erased &= byte == ERASED;
+                let Some((_, length)) = header else { continue };
+                let end = HEADER + length;
+                if place < end {
+                    digest.update(&[byte]);
+                    if place >= HEADER
+                        && let Some(own) = content.next()
+                    {
+                        *own = byte;
                     }
+                } else if place < end + CHECKSUM {
+                    stored = stored >> 8 | u32::from(byte) << 24;
                 }
+                place += 1;
             }
         }
-        if erased {
-            return Ok(None);
-        }
-        let whole = u32::from_le_bytes(checksum) == computed && behind == CHECKSUM;
-        match header.flatten() {
-            Some(found) if whole => Ok(Some(Found {
-                checksum: computed,
-                ..found
+        let checksum = digest.finalize();
+        match header {
+            Some((generation, length)) if checksum == stored => Ok(Some(Found {
+                generation,
+                length,
+                checksum,
             })),
+            _ if erased => Ok(None),
             _ => Err(StoreError::Record),
         }
     }
 
-    /// `None` if it is not one of our headers.
-    fn header(&self, bytes: &[u8; HEADER]) -> Option<Found> {
-        let [a, b, c, d, e, f, g, h, i, j, k, l] = *bytes;
-        let length = usize::try_from(u32::from_le_bytes([i, j, k, l])).ok()?;
-        let ours = u32::from_le_bytes([a, b, c, d]) == self.mark;
-        (ours && length > 0 && length <= self.largest).then_some(Found {
-            generation: u32::from_le_bytes([e, f, g, h]),
-            length,
-            checksum: 0,
-        })
-    }
-
-    /// Digest of the header; the content follows.
-    fn digest(&self, generation: u32, length: usize) -> Digest<'static, u32, NoTable> {
-        let mut digest = CRC.digest();
-        digest.update(&self.header_bytes(generation, length));
-        digest
-    }
-
-    #[allow(clippy::cast_possible_truncation)] // some kilobytes
-    fn header_bytes(&self, generation: u32, length: usize) -> [u8; HEADER] {
-        let mut bytes = [0; HEADER];
-        let words = [self.mark, generation, length as u32];
-        for (place, word) in bytes.chunks_exact_mut(4).zip(words) {
-            place.copy_from_slice(&word.to_le_bytes());
-        }
-        bytes
+    /// The generation and length of a record; `None` if the bytes do not begin with one of our headers.
+    fn header(&self, bytes: &[u8; CHUNK]) -> Option<(u32, usize)> {
+        let [mark, generation, length, ..] = bytes.as_chunks::<4>().0 else {
+            return None;
+        };
+        let length = usize::try_from(u32::from_le_bytes(*length)).ok()?;
+        let ours = u32::from_le_bytes(*mark) == self.mark;
+        (ours && length > 0 && length <= self.largest)
+            .then_some((u32::from_le_bytes(*generation), length))
     }
 
     #[inline(never)]
-    fn write(&mut self, half: Half, content: &[u8], generation: u32) -> Result<Found, StoreError> {
-        let header = self.header_bytes(generation, content.len());
-        let mut digest = self.digest(generation, content.len());
-        digest.update(content);
+    fn write(&mut self, half: usize, content: &[u8], generation: u32) -> Result<Found, StoreError> {
+        let mut header = [0; HEADER];
+        #[allow(clippy::cast_possible_truncation)] // some kilobytes
+        let words = [self.mark, generation, content.len() as u32];
+        for (place, word) in header.as_chunks_mut().0.iter_mut().zip(words) {
+            *place = word.to_le_bytes();
+        }
+        let mut digest = CRC.digest();
+        for byte in header.iter().chain(content) {
+            digest.update(&[*byte]);
+        }
         let checksum = digest.finalize();
         let end = checksum.to_le_bytes();
         self.erase(half)?;
@@ -345,14 +277,14 @@ impl<F: NorFlash> Halves<F> {
         })
     }
 
-    fn erase(&mut self, half: Half) -> Result<(), StoreError> {
+    fn erase(&mut self, half: usize) -> Result<(), StoreError> {
         let Range { start, end } = self.range(half)?;
         // Until it has been examined again.
-        self.found[half as usize] = Err(StoreError::Flash);
+        self.found[half] = Err(StoreError::Flash);
         self.flash
             .erase(start, end)
             .map_err(|_| StoreError::Flash)?;
-        self.found[half as usize] = Ok(None);
+        self.found[half] = Ok(None);
         Ok(())
     }
 
@@ -362,16 +294,17 @@ impl<F: NorFlash> Halves<F> {
         ((HEADER + self.largest + CHECKSUM).div_ceil(CHUNK) * CHUNK) as u32
     }
 
-    fn range(&self, half: Half) -> Result<Range<u32>, StoreError> {
+    fn range(&self, half: usize) -> Result<Range<u32>, StoreError> {
         let capacity = u32::try_from(self.flash.capacity()).map_err(|_| StoreError::Region)?;
         let length = capacity / 2;
         let pages = (length as usize).is_multiple_of(F::ERASE_SIZE);
         if !pages || length < self.room() {
             return Err(StoreError::Region);
         }
-        Ok(match half {
-            Half::Lower => 0..length,
-            Half::Upper => length..2 * length,
+        Ok(if half == LOWER {
+            0..length
+        } else {
+            length..2 * length
         })
     }
 }
@@ -379,4 +312,10 @@ impl<F: NorFlash> Halves<F> {
 /// Whether one generation is newer than another: ahead of it by less than half of their range.
 const fn follows(generation: u32, other: u32) -> bool {
     generation.wrapping_sub(other).cast_signed() > 0
+}
+
+/// The mark of records with this version, scalar and nominal robot.
+#[allow(clippy::cast_possible_truncation)] // 4 or 8
+pub(crate) const fn mark<T>(version: u8, nominal: u32) -> u32 {
+    nominal.rotate_left(8) ^ u32::from_le_bytes([b'd', version, size_of::<T>() as u8, b'c'])
 }

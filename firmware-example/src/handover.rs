@@ -1,28 +1,18 @@
-//! Communication between the control loop's interrupt and the background.
+//! The control loop's interrupt, its timing, and its communication with the background.
 
-use crate::ControlLoop;
-use crate::pace::{Pace, Timer};
-use crate::path::{Circle, Path};
+use crate::{Circle, ControlLoop, Controller, NewParameters, Number, Path, TURNS_A_SECOND};
 use core::sync::atomic::{AtomicBool, Ordering};
-use delta_cal::{Real, Robot};
-use delta_cal_protocol as protocol;
+use delta_cal::Real;
+use delta_cal_protocol::ControlLoop as State;
+use embedded_storage::nor_flash::NorFlash;
 use heapless::spsc::{Consumer, Producer, Queue};
-
-/// A complete set of parameters for the control loop.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NewParameters<T: Real> {
-    /// The robot.
-    pub robot: Robot<T>,
-    /// The [`fingerprint`](delta_cal_protocol::Geometry::fingerprint) of its parameters.
-    pub fingerprint: u32,
-}
 
 /// Memory shared by the control loop and the background: parameters in, loop state out, each through a lock-free queue
 /// of whole values. Neither side ever waits for the other.
 #[derive(Debug)]
 pub struct Handover<T: Real> {
     parameters: Queue<NewParameters<T>, 2>,
-    state: Queue<protocol::ControlLoop<T>, 2>,
+    state: Queue<State<T>, 2>,
     calibrating: AtomicBool,
 }
 
@@ -42,16 +32,8 @@ impl<T: Real> Handover<T> {
         }
     }
 
-    /// Splits it into its two sides; the control loop starts with `parameters` and moves on a circle.
-    pub fn split(
-        &mut self,
-        parameters: &NewParameters<T>,
-    ) -> (Background<'_, T>, Foreground<'_, T>) {
-        self.split_with(parameters, Circle::default())
-    }
-
     /// Splits it into its two sides; the control loop starts with `parameters` and follows a path.
-    pub fn split_with<P: Path<T>>(
+    pub fn split<P: Path<T>>(
         &mut self,
         parameters: &NewParameters<T>,
         path: P,
@@ -65,10 +47,9 @@ impl<T: Real> Handover<T> {
                 calibrating: &self.calibrating,
             },
             Foreground {
-                control_loop: ControlLoop::with_path(&parameters.robot, path),
-                fingerprint: parameters.fingerprint,
-                next_fingerprint: parameters.fingerprint,
-                pace: Pace::default(),
+                control_loop: ControlLoop::new(parameters, path),
+                began: None,
+                late_by: 0,
                 parameters: parameters_out,
                 state: state_in,
                 calibrating: &self.calibrating,
@@ -81,14 +62,25 @@ impl<T: Real> Handover<T> {
 #[allow(missing_debug_implementations)] // the ends of a queue implement no `Debug`
 pub struct Background<'a, T: Real> {
     parameters: Producer<'a, NewParameters<T>>,
-    state: Consumer<'a, protocol::ControlLoop<T>>,
+    state: Consumer<'a, State<T>>,
     calibrating: &'a AtomicBool,
 }
 
-impl<T: Real> Background<'_, T> {
-    /// Whether there is room for new parameters.
-    pub fn ready(&self) -> bool {
-        self.parameters.ready()
+impl<T: Number> Background<'_, T> {
+    /// Gives the controller the loop's state, and the loop the controller's new parameters. Call it after each byte and
+    /// step of the controller.
+    pub fn exchange<F: NorFlash, S: NorFlash>(&mut self, controller: &mut Controller<T, F, S>) {
+        if let Some(state) = self.state() {
+            controller.set_control(state);
+        }
+        if self.parameters.ready()
+            && let Some(parameters) = controller.take_switch()
+        {
+            // There is room: nothing else fills the queue.
+            let _ = self.hand_over(parameters);
+        }
+        self.calibrating
+            .store(controller.calibrating(), Ordering::Relaxed);
     }
 
     /// Hands new parameters to the control loop.
@@ -100,76 +92,102 @@ impl<T: Real> Background<'_, T> {
     }
 
     /// The last state of the control loop, if it is new.
-    pub fn state(&mut self) -> Option<protocol::ControlLoop<T>> {
+    pub fn state(&mut self) -> Option<State<T>> {
         let mut last = None;
         while let Some(state) = self.state.dequeue() {
             last = Some(state);
         }
         last
     }
-
-    /// Sets whether a calibration is active, so that the loop can count its turns separately.
-    pub fn set_calibrating(&self, calibrating: bool) {
-        self.calibrating.store(calibrating, Ordering::Relaxed);
-    }
 }
 
-/// The side of the control loop's interrupt, including the loop.
+/// The side of the control loop's interrupt, including the loop. It measures the turns against a [`Timer`].
 #[allow(missing_debug_implementations)] // the ends of a queue implement no `Debug`
 pub struct Foreground<'a, T: Real, P = Circle<T>> {
     control_loop: ControlLoop<T, P>,
-    fingerprint: u32,
-    next_fingerprint: u32,
-    pace: Pace,
+    /// Start of the last turn, in ticks; `None` before the first.
+    began: Option<u32>,
+    /// How late it started, in fractions of a tick, of which a turn takes [`Timer::TICKS_A_SECOND`], so that its length
+    /// is exact.
+    late_by: i64,
     parameters: Consumer<'a, NewParameters<T>>,
-    state: Producer<'a, protocol::ControlLoop<T>>,
+    state: Producer<'a, State<T>>,
     calibrating: &'a AtomicBool,
 }
 
 impl<T: Real, P: Path<T>> Foreground<'_, T, P> {
     /// One turn, timed with `timer`; passes the joint targets to `drive`.
     pub fn turn<C: Timer>(&mut self, timer: &C, drive: impl FnOnce(&[T; 3])) {
-        self.pace.begin(timer);
-        if !self.control_loop.switching() {
-            self.fingerprint = self.next_fingerprint;
-            if let Some(new) = self.parameters.dequeue() {
-                self.control_loop.switch_to(&new.robot);
-                self.next_fingerprint = new.fingerprint;
-            }
+        const {
+            assert!(
+                C::TICKS_A_SECOND / 10 >= TURNS_A_SECOND,
+                "a timer needs ten ticks for each turn of the control loop"
+            );
+            assert!(
+                C::MASK / 2 >= C::TICKS_A_SECOND / TURNS_A_SECOND,
+                "the timer comes around within two turns of the control loop"
+            );
+        }
+        let now = timer.now();
+        if let Some(began) = self.began.replace(now) {
+            let ticks = now.wrapping_sub(began) & C::MASK;
+            self.due(
+                i64::from(ticks) * i64::from(TURNS_A_SECOND) + self.late_by,
+                C::TICKS_A_SECOND.into(),
+            );
+        }
+        if !self.control_loop.switching()
+            && let Some(new) = self.parameters.dequeue()
+        {
+            self.control_loop.switch_to(&new);
         }
         drive(self.control_loop.turn());
+        let state = &mut self.control_loop.state;
+        state.ticks_a_second = C::TICKS_A_SECOND;
         // A full queue holds a state not yet read; the next turn's will do.
         if self.state.ready() {
-            let state = self.said::<C>();
-            let _ = self.state.enqueue(state);
+            let _ = self.state.enqueue(*state);
         }
-        self.pace
-            .end(timer, self.calibrating.load(Ordering::Relaxed));
+        let took = timer.now().wrapping_sub(now) & C::MASK;
+        state.longest_ticks = state.longest_ticks.max(took);
+        if self.calibrating.load(Ordering::Relaxed) {
+            state.longest_ticks_calibrating = state.longest_ticks_calibrating.max(took);
+        }
+    }
+
+    /// Counts the turns that start late by more than a tenth of their period, or not at all. The last one was due `time`
+    /// ago; a turn takes `period`.
+    fn due(&mut self, time: i64, period: i64) {
+        let tenth = period / 10;
+        // Division is slow and usually unnecessary.
+        let turns = if time + tenth < 2 * period {
+            1
+        } else {
+            (time + tenth) / period
+        };
+        let late_by = time - turns * period;
+        let late = turns - 1 + i64::from(late_by > tenth);
+        let all = &mut self.control_loop.state.late;
+        *all = all.wrapping_add(u32::try_from(late).unwrap_or(u32::MAX));
+        // A thousandth is forgiven, so that the difference between the two clocks does not add up.
+        self.late_by = (late_by - period / 1000).max(0);
     }
 
     /// The control loop.
     pub const fn control_loop(&self) -> &ControlLoop<T, P> {
         &self.control_loop
     }
+}
 
-    fn said<C: Timer>(&self) -> protocol::ControlLoop<T> {
-        let control = &self.control_loop;
-        let [[x, y, z]] = control.point().data.0;
-        protocol::ControlLoop {
-            turns: control.turns(),
-            longest_ticks: self.pace.longest,
-            longest_ticks_calibrating: self.pace.longest_calibrating,
-            ticks_a_second: C::TICKS_A_SECOND,
-            late: self.pace.late,
-            unreachable: control.unreachable(),
-            switches: control.switches(),
-            fingerprint: if control.switching() {
-                self.fingerprint
-            } else {
-                self.next_fingerprint
-            },
-            point: [x, y, z],
-            joints: *control.joints(),
-        }
-    }
+/// A free-running timer of the board.
+///
+/// It only measures; a different clock may start the turns, and the two may differ by 200 ppm.
+pub trait Timer {
+    /// Ticks per second: at least ten per turn, to resolve a tenth of a turn.
+    const TICKS_A_SECOND: u32;
+    /// Mask of the bits that count; the others read 0. It must not wrap within two turns.
+    const MASK: u32;
+
+    /// Ticks so far, counting upwards.
+    fn now(&self) -> u32;
 }

@@ -1,5 +1,5 @@
 use embedded_storage::nor_flash::{
-    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
+    ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
 
 /// Erase size, bytes.
@@ -15,20 +15,12 @@ pub type StreamFlash = RamFlash<{ 16 * PAGE }>;
 
 const ERASED: u8 = 0xff;
 
-/// Memory that behaves like NOR flash: pages erase to ones, and writing only clears bits.
+/// Memory that behaves like NOR flash: pages erase to ones, and writing only clears bits. It refuses accesses that are
+/// not aligned to words or pages, or beyond its end.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RamFlash<const N: usize> {
-    bytes: [u8; N],
-}
-
-/// An access to a [`RamFlash`] that is not aligned to words or pages, or beyond its end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct FlashError(NorFlashErrorKind);
-
-impl NorFlashError for FlashError {
-    fn kind(&self) -> NorFlashErrorKind {
-        self.0
-    }
+    /// Its content, to look at and to damage.
+    pub bytes: [u8; N],
 }
 
 impl<const N: usize> Default for RamFlash<N> {
@@ -43,36 +35,23 @@ impl<const N: usize> RamFlash<N> {
         Self { bytes: [ERASED; N] }
     }
 
-    /// Its content.
-    pub const fn bytes(&self) -> &[u8; N] {
-        &self.bytes
-    }
-
-    /// Its content, mutable, to damage it.
-    pub const fn bytes_mut(&mut self) -> &mut [u8; N] {
-        &mut self.bytes
-    }
-
-    fn range(&mut self, offset: u32, length: usize, unit: usize) -> Result<&mut [u8], FlashError> {
-        let start = offset as usize;
-        if !(start.is_multiple_of(unit) && length.is_multiple_of(unit)) {
-            return Err(FlashError(NorFlashErrorKind::NotAligned));
-        }
-        self.bytes
-            .get_mut(start..start.saturating_add(length))
-            .ok_or(FlashError(NorFlashErrorKind::OutOfBounds))
+    fn from(&mut self, offset: u32) -> &mut [u8] {
+        self.bytes.get_mut(offset as usize..).unwrap_or_default()
     }
 }
 
 impl<const N: usize> ErrorType for RamFlash<N> {
-    type Error = FlashError;
+    type Error = NorFlashErrorKind;
 }
 
 impl<const N: usize> ReadNorFlash for RamFlash<N> {
     const READ_SIZE: usize = 1;
 
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
-        bytes.copy_from_slice(self.range(offset, bytes.len(), Self::READ_SIZE)?);
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        check_read(self, offset, bytes.len())?;
+        for (byte, place) in bytes.iter_mut().zip(self.from(offset)) {
+            *byte = *place;
+        }
         Ok(())
     }
 
@@ -85,16 +64,16 @@ impl<const N: usize> NorFlash for RamFlash<N> {
     const WRITE_SIZE: usize = WORD;
     const ERASE_SIZE: usize = PAGE;
 
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
-        let length = to
-            .checked_sub(from)
-            .ok_or(FlashError(NorFlashErrorKind::OutOfBounds))?;
-        self.range(from, length as usize, PAGE)?.fill(ERASED);
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        check_erase(self, from, to)?;
+        let bytes = self.bytes.get_mut(from as usize..to as usize);
+        bytes.unwrap_or_default().fill(ERASED);
         Ok(())
     }
 
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
-        for (place, byte) in self.range(offset, bytes.len(), WORD)?.iter_mut().zip(bytes) {
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        check_write(self, offset, bytes.len())?;
+        for (place, byte) in self.from(offset).iter_mut().zip(bytes) {
             *place &= byte;
         }
         Ok(())

@@ -1,12 +1,68 @@
 //! One calibration: adds samples, solves step by step, ends with an outcome or a refusal.
 
 use crate::Number;
-use crate::stream::Stream;
+use delta_cal::calibration::{ArmOutcome, Estimator, Ikm, Joint};
+use delta_cal::samples::AddError;
 use delta_cal::snapshot::SnapshotError;
-use delta_cal::stream::{AddError, Added, StreamRefusal};
-use delta_cal::{ArmIndex, Progress, Robot, Sample};
-use delta_cal_protocol::{ArmReport, Begin, Fault, GateStatus, Geometry, Phase, SampleMessage};
+use delta_cal::stream::{Added, StreamCalibrator, StreamRefusal};
+use delta_cal::{ArmIndex, Progress, Real, Robot, Sample};
+use delta_cal_protocol::{
+    ArmReport, Begin, Estimator as Chosen, Fault, GateStatus, Geometry, Phase, SampleMessage,
+};
 use nalgebra::Vector3;
+
+/// The calibrator of the estimator chosen at the start, as large as the joint calibrator. A firmware with a single
+/// estimator holds that calibrator directly.
+#[derive(Debug)]
+#[allow(clippy::large_enum_variant)] // in static memory either way
+enum Stream<T: Real> {
+    Arms(StreamCalibrator<T, Ikm>),
+    Joint(StreamCalibrator<T, Joint>),
+}
+
+macro_rules! either {
+    ($stream:expr, $own:ident => $body:expr) => {
+        match $stream {
+            Stream::Arms($own) => $body,
+            Stream::Joint($own) => $body,
+        }
+    };
+}
+
+impl<T: Real> Stream<T> {
+    // Separate for each estimator, or the stack would hold both calibrators at once.
+    #[inline(never)]
+    fn begin<E: Estimator>(
+        place: &mut Option<Self>,
+        variant: impl Fn(StreamCalibrator<T, E>) -> Self,
+        nominal: &Robot<T>,
+        begin: &Begin<T>,
+    ) -> Result<(), Fault> {
+        let (settings, selection) = begin.calibrator()?;
+        *place = Some(variant(StreamCalibrator::new(
+            nominal, &settings, &selection,
+        )));
+        Ok(())
+    }
+
+    const fn finished(&self) -> bool {
+        either!(self, own => own.finished())
+    }
+
+    /// The calibrated robot.
+    #[inline(never)]
+    fn robot(&self) -> Result<Robot<T>, StreamRefusal> {
+        either!(self, own => own.outcome().map(|outcome| outcome.robot))
+    }
+
+    #[inline(never)]
+    fn arm(&self, arm: ArmIndex) -> Result<ArmOutcome<T>, StreamRefusal> {
+        match self {
+            Self::Arms(own) => own.outcome().map(|outcome| Ikm::arm(outcome, arm)),
+            Self::Joint(own) => own.outcome().map(|outcome| outcome.arm(arm)),
+        }
+    }
+}
 
 /// The current calibration, if any. It is in static memory and takes up most of it.
 #[derive(Debug)]
@@ -14,8 +70,6 @@ pub(crate) struct Session<T: Number> {
     /// The request that started it.
     begun: Option<Begin<T>>,
     stream: Option<Stream<T>>,
-    /// The fingerprint of the calibrated robot, or the reason for refusal, once known.
-    result: Option<Result<u32, StreamRefusal>>,
 }
 
 impl<T: Number> Session<T> {
@@ -23,7 +77,6 @@ impl<T: Number> Session<T> {
         Self {
             begun: None,
             stream: None,
-            result: None,
         }
     }
 
@@ -37,7 +90,7 @@ impl<T: Number> Session<T> {
         self.begin(nominal, begin)
             .map_err(|_| SnapshotError::Damaged)?;
         let restored = match &mut self.stream {
-            Some(stream) => stream.restore(snapshot),
+            Some(stream) => either!(stream, own => own.restore(snapshot)),
             None => Err(SnapshotError::Damaged),
         };
         if restored.is_err() {
@@ -58,7 +111,7 @@ impl<T: Number> Session<T> {
     /// Number of samples received, including rejected ones.
     pub(crate) fn samples(&self) -> u32 {
         self.stream.as_ref().map_or(0, |stream| {
-            u32::try_from(stream.samples()).unwrap_or(u32::MAX)
+            u32::try_from(either!(stream, own => own.samples())).unwrap_or(u32::MAX)
         })
     }
 
@@ -67,9 +120,11 @@ impl<T: Number> Session<T> {
     #[inline(never)]
     pub(crate) fn begin(&mut self, nominal: &Robot<T>, begin: &Begin<T>) -> Result<(), Fault> {
         if self.begun.as_ref() != Some(begin) {
-            Stream::begin(&mut self.stream, nominal, begin)?;
+            match begin.estimator {
+                Chosen::Arms => Stream::begin(&mut self.stream, Stream::Arms, nominal, begin)?,
+                Chosen::Joint => Stream::begin(&mut self.stream, Stream::Joint, nominal, begin)?,
+            }
             self.begun = Some(*begin);
-            self.result = None;
             info!("session {=u32:08x} begun", begin.session);
         }
         Ok(())
@@ -93,14 +148,13 @@ impl<T: Number> Session<T> {
             joints: message.joints,
             position: Vector3::new(x, y, z),
         };
-        let added = stream.add(&sample).map_err(|error| match error {
+        let added = either!(stream, own => own.add(&sample)).map_err(|error| match error {
             AddError::Sample(error) => Fault::Sample(error),
             AddError::Busy => Fault::Busy,
         })?;
-        if let (Some(alarm), Added::Tested(_)) = (stream.alarm(), &added) {
+        if let (Some(alarm), Added::Tested(_)) = (either!(stream, own => own.alarm()), &added) {
             warning!("session {=u32:08x}: {}", message.session, alarm);
         }
-        self.result = None;
         Ok(())
     }
 
@@ -111,9 +165,10 @@ impl<T: Number> Session<T> {
         if samples != next {
             return Err(Fault::OutOfOrder { next });
         }
-        if let Some(stream) = &mut self.stream {
-            stream.solve();
-            self.note_result();
+        if let Some(stream) = &mut self.stream
+            && let Err(refusal) = either!(stream, own => own.solve())
+        {
+            warning!("session {=u32:08x}: refused, {}", session, refusal);
         }
         Ok(())
     }
@@ -124,83 +179,83 @@ impl<T: Number> Session<T> {
         let Some(stream) = &mut self.stream else {
             return false;
         };
-        if !stream.solving() {
+        if !either!(stream, own => own.solving()) {
             return false;
         }
-        if stream.step() == Progress::Working {
-            return true;
+        let working = either!(stream, own => own.step()) == Progress::Working;
+        if !working && stream.finished() {
+            match self.phase() {
+                Phase::Solved { fingerprint, .. } => info!(
+                    "session {=u32:08x}: solved, {=u32:08x}",
+                    self.number(),
+                    fingerprint
+                ),
+                Phase::CalibrationRefused { refusal, .. } => {
+                    warning!("session {=u32:08x}: refused, {}", self.number(), refusal);
+                }
+                _ => {}
+            }
         }
-        self.note_result();
-        false
+        working
     }
 
-    /// Stores the result of a solve, if one has finished.
+    /// Whether samples are being added or solved.
+    pub(crate) fn calibrating(&self) -> bool {
+        self.stream
+            .as_ref()
+            .is_some_and(|stream| !stream.finished())
+    }
+
+    /// What started the session, if it can be stored: it accepts samples and has no result.
+    pub(crate) fn storable(&self) -> Option<&Begin<T>> {
+        let stream = self.stream.as_ref()?;
+        let storable = !either!(stream, own => own.solving()) && !stream.finished();
+        self.begun.as_ref().filter(|_| storable)
+    }
+
+    /// Writes the samples; the number of bytes.
+    pub(crate) fn snapshot(&self, bytes: &mut [u8]) -> Option<usize> {
+        let written = either!(self.stream.as_ref()?, own => own.snapshot(bytes));
+        Some(written.ok()?.len())
+    }
+
     #[inline(never)]
-    fn note_result(&mut self) {
-        let finished = self.stream.as_ref().filter(|stream| stream.finished());
-        let Some(stream) = finished.filter(|_| self.result.is_none()) else {
-            return;
-        };
-        let result = stream
-            .robot()
-            .map(|robot| Geometry::of(&robot).fingerprint());
-        match result {
-            Ok(fingerprint) => info!(
-                "session {=u32:08x}: solved, {=u32:08x}",
-                self.number(),
-                fingerprint
-            ),
-            Err(refusal) => warning!("session {=u32:08x}: refused, {}", self.number(), refusal),
-        }
-        self.result = Some(result);
-    }
-
-    /// The session in a state that can be stored: accepting samples, without a result.
-    pub(crate) fn storable(&self) -> Option<(&Begin<T>, &Stream<T>)> {
-        let (stream, begin) = (self.stream.as_ref()?, self.begun.as_ref()?);
-        let storable = !stream.solving() && !stream.finished();
-        storable.then_some((begin, stream))
-    }
-
     pub(crate) fn phase(&self) -> Phase {
         let Some(stream) = &self.stream else {
             return Phase::Idle;
         };
         let samples = self.samples();
-        match self.result {
-            Some(Ok(fingerprint)) => Phase::Solved {
+        if either!(stream, own => own.solving()) {
+            return Phase::Solving;
+        }
+        if !stream.finished() {
+            return Phase::Collecting { samples };
+        }
+        match stream.robot() {
+            Ok(robot) => Phase::Solved {
                 samples,
-                fingerprint,
+                fingerprint: Geometry::of(&robot).fingerprint(),
             },
-            Some(Err(refusal)) => Phase::CalibrationRefused { samples, refusal },
-            _ if stream.solving() => Phase::Solving,
-            _ => Phase::Collecting { samples },
+            Err(refusal) => Phase::CalibrationRefused { samples, refusal },
         }
     }
 
     pub(crate) fn gate(&self) -> Option<GateStatus> {
         let stream = self.stream.as_ref()?;
-        Some(GateStatus::new(stream.gate_counts()?, stream.alarm()))
+        either!(stream, own => Some(GateStatus::new(own.gate_counts()?, own.alarm())))
     }
 
-    /// The calibrated robot and its fingerprint.
-    pub(crate) fn outcome(&self, session: u32) -> Result<(Robot<T>, u32), Fault> {
-        let (stream, fingerprint) = self.solved(session)?;
-        let robot = stream.robot().map_err(|_| Fault::NoOutcome)?;
-        Ok((robot, fingerprint))
-    }
-
-    fn solved(&self, session: u32) -> Result<(&Stream<T>, u32), Fault> {
+    /// The calibrated robot.
+    pub(crate) fn outcome(&self, session: u32) -> Result<Robot<T>, Fault> {
         self.check(session)?;
-        match (&self.stream, self.result) {
-            (Some(stream), Some(Ok(fingerprint))) => Ok((stream, fingerprint)),
-            _ => Err(Fault::NoOutcome),
-        }
+        let stream = self.stream.as_ref().ok_or(Fault::NoOutcome)?;
+        stream.robot().map_err(|_| Fault::NoOutcome)
     }
 
     #[inline(never)]
     pub(crate) fn report(&self, session: u32, index: ArmIndex) -> Result<ArmReport<T>, Fault> {
-        let (stream, _) = self.solved(session)?;
+        self.check(session)?;
+        let stream = self.stream.as_ref().ok_or(Fault::NoOutcome)?;
         let arm = stream.arm(index).map_err(|_| Fault::NoOutcome)?;
         Ok(ArmReport::new(index, &arm))
     }

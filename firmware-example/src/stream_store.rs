@@ -1,13 +1,44 @@
 //! A session's samples in flash, so that it can resume after a power cut.
 
-use crate::Number;
-use crate::halves::{Halves, StoreError};
+use crate::halves::{Halves, StoreError, mark};
 use crate::session::Session;
-use crate::store::mark;
-use crate::stream::Stream;
-use delta_cal::Robot;
-use delta_cal_protocol::{Begin, Reader, Wire, Writer};
+use core::fmt::Debug;
+use delta_cal::calibration::Joint;
+use delta_cal::stream::StreamCalibrator;
+use delta_cal::{Real, Robot};
+use delta_cal_protocol::{Begin, Reader, Scalar, Wire, Writer};
 use embedded_storage::nor_flash::NorFlash;
+
+/// The firmware's scalar type: `f32` or `f64`.
+pub trait Number: Real + Wire {
+    /// Its name on the wire.
+    const SCALAR: Scalar;
+    /// Buffer for a session's samples while they are read from or written to flash.
+    type StreamBytes: AsRef<[u8]> + AsMut<[u8]> + Debug;
+    /// All zeros.
+    const NO_STREAM_BYTES: Self::StreamBytes;
+}
+
+/// Record content that fits into 8 KiB and 16 KiB of flash with header and checksum, bytes.
+const SINGLE: usize = 8_128;
+const DOUBLE: usize = 16_320;
+
+/// Maximum size of the request that precedes the snapshot, bytes.
+const BEGIN: usize = 100;
+const _: () = assert!(StreamCalibrator::<f32, Joint>::SNAPSHOT_BYTES + BEGIN <= SINGLE);
+const _: () = assert!(StreamCalibrator::<f64, Joint>::SNAPSHOT_BYTES + BEGIN <= DOUBLE);
+
+impl Number for f32 {
+    const SCALAR: Scalar = Scalar::Single;
+    type StreamBytes = [u8; SINGLE];
+    const NO_STREAM_BYTES: Self::StreamBytes = [0; SINGLE];
+}
+
+impl Number for f64 {
+    const SCALAR: Scalar = Scalar::Double;
+    type StreamBytes = [u8; DOUBLE];
+    const NO_STREAM_BYTES: Self::StreamBytes = [0; DOUBLE];
+}
 
 /// Version of the stored record.
 const VERSION: u8 = 0x83;
@@ -39,10 +70,10 @@ impl Default for StreamPace {
 /// The store of one session.
 #[derive(Debug)]
 pub(crate) struct StreamStore<T: Number, F> {
-    halves: Halves<F>,
+    pub(crate) halves: Halves<F>,
     /// Buffer for the record being read or written.
     bytes: T::StreamBytes,
-    pace: StreamPace,
+    pub(crate) pace: StreamPace,
     /// The stored session and its number of samples.
     stored: Option<(Begin<T>, u32)>,
     /// The control-loop turn of the last record.
@@ -62,14 +93,6 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
         }
     }
 
-    pub(crate) const fn set_pace(&mut self, pace: StreamPace) {
-        self.pace = pace;
-    }
-
-    pub(crate) fn into_flash(self) -> F {
-        self.halves.into_flash()
-    }
-
     /// Resumes the stored session, if there is one and this robot can use it.
     #[inline(never)]
     pub(crate) fn resume(&mut self, nominal: &Robot<T>, session: &mut Session<T>) {
@@ -82,6 +105,7 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
             }
         };
         let mut reader = Reader::new(content);
+        // Of a session that was forgotten there is only a zero.
         let Some(begin) = Begin::get(&mut reader) else {
             return;
         };
@@ -97,16 +121,27 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
         );
     }
 
-    /// Whether the session should be stored now, at this turn of the control loop.
-    pub(crate) fn due(&self, begin: &Begin<T>, stream: &Stream<T>, turn: u32) -> bool {
+    /// Stores the session when that is due at this turn of the control loop.
+    pub(crate) fn store(&mut self, session: &Session<T>, turn: u32) {
+        if let Some(begin) = session.storable()
+            && self.due(begin, session.samples(), turn)
+        {
+            match self.save(begin, session, turn) {
+                Ok(()) => info!("session {=u32:08x} stored", begin.session),
+                Err(error) => warning!("session not stored: {}", error),
+            }
+        }
+    }
+
+    fn due(&self, begin: &Begin<T>, samples: u32, turn: u32) -> bool {
         let stored = match &self.stored {
             Some((session, stored)) if session == begin => *stored,
             _ => 0,
         };
-        let new = samples(stream).saturating_sub(stored);
+        let new = samples.saturating_sub(stored);
         let remembered = begin
             .forgetting
-            .map_or(f64::INFINITY, delta_cal::Real::to_f64)
+            .map_or(f64::INFINITY, Real::to_f64)
             .min(f64::from(stored));
         let enough = f64::from(new) * f64::from(self.pace.part) >= remembered;
         let never = self.pace.turns == u32::MAX;
@@ -123,12 +158,11 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
         }
     }
 
-    /// Stores a session that is not being solved, at this turn of the control loop.
     #[inline(never)]
-    pub(crate) fn save(
+    fn save(
         &mut self,
         begin: &Begin<T>,
-        stream: &Stream<T>,
+        session: &Session<T>,
         turn: u32,
     ) -> Result<(), StoreError> {
         // Also before a failure, so that failing flash is not retried at every turn.
@@ -138,14 +172,10 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
         begin.put(&mut writer);
         let used = writer.finish().ok_or(StoreError::Record)?;
         let rest = bytes.get_mut(used..).ok_or(StoreError::Record)?;
-        let length = stream.snapshot(rest).map_err(|_| StoreError::Record)?.len();
+        let length = session.snapshot(rest).ok_or(StoreError::Record)?;
         let content = bytes.get(..used + length).ok_or(StoreError::Record)?;
         self.halves.save(content)?;
-        self.stored = Some((*begin, samples(stream)));
+        self.stored = Some((*begin, session.samples()));
         Ok(())
     }
-}
-
-fn samples<T: Number>(stream: &Stream<T>) -> u32 {
-    u32::try_from(stream.samples()).unwrap_or(u32::MAX)
 }

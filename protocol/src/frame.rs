@@ -39,12 +39,9 @@ impl Direction {
     }
 }
 
-/// Why a message cannot be encoded.
+/// The message is larger than [`LARGEST_FRAME`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum EncodeError {
-    /// The message is larger than [`LARGEST_FRAME`].
-    TooLarge,
-}
+pub struct EncodeError;
 
 impl fmt::Display for EncodeError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -96,7 +93,7 @@ impl core::error::Error for FrameError {}
 /// Numbers are little-endian. The leading delimiter terminates any noise before the frame.
 ///
 /// # Errors
-/// [`EncodeError::TooLarge`] if it exceeds [`LARGEST_FRAME`].
+/// [`EncodeError`] if it exceeds [`LARGEST_FRAME`].
 ///
 /// ```
 /// use delta_cal_protocol::{Direction, LARGEST_FRAME, Receiver, Request, encode};
@@ -123,25 +120,23 @@ pub fn encode<M: Wire>(
     head.copy_from_slice(&[VERSION | direction.bit(), low, high]);
     let mut writer = Writer::new(body);
     message.put(&mut writer);
-    let length = HEAD + writer.finish().ok_or(EncodeError::TooLarge)?;
+    let length = HEAD + writer.finish().ok_or(EncodeError)?;
     let checksum = checksum(content.get(..length).unwrap_or_default()).to_le_bytes();
     content
         .get_mut(length..length + CHECKSUM)
-        .ok_or(EncodeError::TooLarge)?
+        .ok_or(EncodeError)?
         .copy_from_slice(&checksum);
-    let content = content
-        .get(..length + CHECKSUM)
-        .ok_or(EncodeError::TooLarge)?;
+    let content = content.get(..length + CHECKSUM).ok_or(EncodeError)?;
 
     let mut frame = Vec::new();
     frame
         .resize_default(LARGEST_FRAME)
-        .map_err(|_| EncodeError::TooLarge)?;
+        .map_err(|_| EncodeError)?;
     let stuffed = frame.get_mut(1..LARGEST_FRAME - 1).unwrap_or_default();
-    let length = try_encode(content, stuffed).map_err(|_| EncodeError::TooLarge)?;
+    let length = try_encode(content, stuffed).map_err(|_| EncodeError)?;
     frame.truncate(length + 2);
     // After a final block of 254 bytes the encoder has already started the next one.
-    *frame.last_mut().ok_or(EncodeError::TooLarge)? = 0;
+    *frame.last_mut().ok_or(EncodeError)? = 0;
     Ok(frame)
 }
 
@@ -154,15 +149,10 @@ fn checksum(bytes: &[u8]) -> u32 {
 pub struct Frame<'a> {
     /// The sequence number; a response has that of its request.
     pub sequence: u16,
-    body: &'a [u8],
+    pub(crate) body: &'a [u8],
 }
 
 impl Frame<'_> {
-    #[cfg(test)]
-    pub(crate) const fn body(&self) -> &[u8] {
-        self.body
-    }
-
     /// The message; `None` if it is not of this type or is followed by other bytes.
     pub fn message<M: Wire>(&self) -> Option<M> {
         let mut reader = Reader::new(self.body);

@@ -57,4 +57,4 @@ impl<T: Real> Geometry<T> {
     }
 }
 
-fields!(Geometry<T> { arms, transmissions });
+fields! { Geometry<T> { arms, transmissions } }

@@ -54,7 +54,7 @@ const REQUESTS: [(&str, &str); 11] = [
     ("counters", "Counters"),
     (
         "adopt",
-        "Adopt(Adopt { from: 3, geometry: Geometry { arms: ARMS, transmissions: Some(GEARS) } })",
+        "Adopt { from: 3, geometry: Geometry { arms: ARMS, transmissions: Some(GEARS) } }",
     ),
 ];
 
@@ -282,7 +282,7 @@ fn frames_of_every_length_are_received() {
             let mut whole = 0;
             for byte in frame {
                 if let Some(frame) = receiver.push(byte) {
-                    assert_eq!(frame.unwrap().body(), content);
+                    assert_eq!(frame.unwrap().body, content);
                     whole += 1;
                 }
             }

@@ -29,7 +29,6 @@
 #[cfg(test)]
 extern crate std;
 
-mod calibration;
 mod frame;
 mod geometry;
 #[cfg(test)]
@@ -43,7 +42,7 @@ pub use frame::{
 };
 pub use geometry::Geometry;
 pub use messages::{
-    Adopt, ArmReport, Begin, ControlLoop, Counters, Estimator, Fault, GateStatus, Identity, Origin,
+    ArmReport, Begin, ControlLoop, Counters, Estimator, Fault, GateStatus, Identity, Origin,
     ParameterSet, Parameters, Phase, Request, Response, RevertTo, SampleMessage, Scalar, Status,
 };
 pub use wire::{Reader, Wire, Writer};

@@ -2,11 +2,11 @@
 
 use crate::geometry::Geometry;
 use crate::wire::{fields, numbers};
-use delta_cal::ArmIndex;
-use delta_cal::calibration::{StartUsed, Termination};
-use delta_cal::robot::GeometryError;
+use delta_cal::calibration::{ArmOutcome, StartUsed, Termination};
+use delta_cal::robot::{GeometryError, Transmission};
 use delta_cal::samples::SampleError;
-use delta_cal::stream::{Alarm, GateCounts, StreamRefusal};
+use delta_cal::stream::{Alarm, Forgetting, GateCounts, Selection, StreamRefusal};
+use delta_cal::{ArmIndex, Noise, Real, Settings, Tolerance};
 
 /// Requests of the driver, with numbers of type `T` (`f32` or `f64`, see [`Identity::scalar`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,16 +59,12 @@ pub enum Request<T> {
     Counters,
     /// Stores a geometry calibrated elsewhere and switches the control loop to it. A geometry already in use is not
     /// stored again. Answer: [`Response::Parameters`].
-    Adopt(Adopt<T>),
-}
-
-/// A geometry calibrated elsewhere.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Adopt<T> {
-    /// The [generation](Parameters::generation) of the parameters to replace.
-    pub from: u32,
-    /// The geometry.
-    pub geometry: Geometry<T>,
+    Adopt {
+        /// The [generation](Parameters::generation) of the parameters to replace.
+        from: u32,
+        /// The geometry.
+        geometry: Geometry<T>,
+    },
 }
 
 /// One of the controller's geometries.
@@ -338,6 +334,24 @@ pub struct ControlLoop<T> {
     pub joints: [T; 3],
 }
 
+impl<T: Real> ControlLoop<T> {
+    /// Before the first cycle, with these parameters.
+    pub const fn new(fingerprint: u32) -> Self {
+        Self {
+            turns: 0,
+            longest_ticks: 0,
+            longest_ticks_calibrating: 0,
+            ticks_a_second: 1,
+            late: 0,
+            unreachable: 0,
+            switches: 0,
+            fingerprint,
+            point: [T::ZERO; 3],
+            joints: [T::ZERO; 3],
+        }
+    }
+}
+
 /// One arm's result; see [`delta_cal::calibration::ArmOutcome`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ArmReport<T> {
@@ -390,110 +404,159 @@ pub struct Counters {
     pub overrun: u32,
 }
 
-numbers!(Request<T> {
-    0: Identify,
-    1: Parameters(set),
-    2: Begin(begin),
-    3: Sample(sample),
-    4: Solve { session, samples },
-    5: Status,
-    6: Outcome { session, arm },
-    7: Apply { session, fingerprint, from },
-    8: Revert { from, to },
-    9: Counters,
-    10: Adopt(adopt),
-});
+impl<T: Real> Begin<T> {
+    /// The settings and selection of the session's [`StreamCalibrator`](delta_cal::stream::StreamCalibrator), which is
+    /// large and best constructed in place.
+    ///
+    /// # Errors
+    /// [`Fault::Settings`] if they are invalid.
+    pub fn calibrator(&self) -> Result<(Settings<T>, Selection<T>), Fault> {
+        if self.session == 0 {
+            return Err(Fault::Settings);
+        }
+        let tolerance = match (self.tolerance, self.joint_zero) {
+            (None, None) => None,
+            (Some((length, angle)), None) => Some(Tolerance::new(length, angle)),
+            (Some((length, angle)), Some(zero)) => {
+                Some(Tolerance::new(length, angle).and_then(|own| own.with_joint_zero(zero)))
+            }
+            (None, Some(_)) => return Err(Fault::Settings),
+        };
+        let tolerance = tolerance.transpose().map_err(|_| Fault::Settings)?;
+        let noise = self
+            .noise
+            .map(|(position, joint)| Noise::by_axis(position, joint));
+        let noise = noise.transpose().map_err(|_| Fault::Settings)?;
+        let forgetting = self.forgetting.map(Forgetting::new);
+        let forgetting = forgetting.transpose().map_err(|_| Fault::Settings)?;
+        let settings = Settings::default().with_noise(noise);
+        let selection = if self.gate {
+            Selection::Gated { forgetting }
+        } else {
+            Selection::All { forgetting }
+        };
+        Ok((settings.with_tolerance(tolerance), selection))
+    }
+}
 
-numbers!(Response<T> {
-    0: Fault(fault),
-    1: Identity(identity),
-    2: Parameters(parameters),
-    3: Taken { session, next },
-    4: Status(status),
-    5: Outcome(report),
-    6: Counters(counters),
-});
+impl<T: Real> ArmReport<T> {
+    /// The report of one arm's outcome.
+    pub fn new(arm: ArmIndex, outcome: &ArmOutcome<T>) -> Self {
+        let [prior_share] = outcome.prior_share.data.0;
+        let sigma = outcome.covariance.map(|covariance| {
+            let [variances] = covariance.diagonal().data.0;
+            variances.map(Real::square_root)
+        });
+        Self {
+            arm,
+            parameters: outcome.arm.parameters(),
+            transmission: outcome.arm.transmission().map(Transmission::numbers),
+            sigma,
+            residual_rms: outcome.residual_rms,
+            estimated_noise: outcome.estimated_noise,
+            degrees_of_freedom: outcome.degrees_of_freedom,
+            samples: outcome.samples,
+            iterations: outcome.iterations,
+            termination: outcome.termination,
+            start: outcome.start,
+            condition: outcome.condition,
+            prior_share,
+        }
+    }
+}
 
-numbers!(Fault {
-    0: Damaged,
-    1: UnknownVersion { spoken },
-    2: UnknownRequest,
-    3: NoSession,
-    4: OutOfOrder { next },
-    5: Sample(error),
-    6: Settings,
-    7: Busy,
-    8: NoOutcome,
-    9: OtherParameters { there },
-    10: Store,
-    11: Geometry(error),
-});
+numbers! {
+    Request<T> {
+        0: Identify,
+        1: Parameters(set),
+        2: Begin(begin),
+        3: Sample(sample),
+        4: Solve { session, samples },
+        5: Status,
+        6: Outcome { session, arm },
+        7: Apply { session, fingerprint, from },
+        8: Revert { from, to },
+        9: Counters,
+        10: Adopt { from, geometry },
+    }
 
-numbers!(ParameterSet {
-    0: Current,
-    1: Nominal,
-});
+    Response<T> {
+        0: Fault(fault),
+        1: Identity(identity),
+        2: Parameters(parameters),
+        3: Taken { session, next },
+        4: Status(status),
+        5: Outcome(report),
+        6: Counters(counters),
+    }
 
-numbers!(RevertTo {
-    0: Previous,
-    1: Nominal,
-});
+    Fault {
+        0: Damaged,
+        1: UnknownVersion { spoken },
+        2: UnknownRequest,
+        3: NoSession,
+        4: OutOfOrder { next },
+        5: Sample(error),
+        6: Settings,
+        7: Busy,
+        8: NoOutcome,
+        9: OtherParameters { there },
+        10: Store,
+        11: Geometry(error),
+    }
 
-numbers!(Scalar {
-    0: Single,
-    1: Double,
-});
+    ParameterSet {
+        0: Current,
+        1: Nominal,
+    }
 
-numbers!(Origin {
-    0: Nominal,
-    1: NominalStoreDamaged,
-    2: Calibration,
-    3: CalibrationStoreDamaged,
-});
+    RevertTo {
+        0: Previous,
+        1: Nominal,
+    }
 
-numbers!(Phase {
-    0: Idle,
-    1: Collecting { samples },
-    2: Solving,
-    3: Solved {
-        samples,
-        fingerprint
-    },
-    4: CalibrationRefused { samples, refusal },
-});
+    Scalar {
+        0: Single,
+        1: Double,
+    }
 
-fields!(Adopt<T> { from, geometry });
-numbers!(Estimator { 0: Arms, 1: Joint });
-fields!(Begin<T> { session, tolerance, joint_zero, noise, estimator, gate, forgetting });
-fields!(SampleMessage<T> { session, index, joints, position });
-fields!(Identity {
-    firmware,
-    scalar,
-    processor,
-    nominal
-});
-fields!(Parameters<T> { origin, generation, geometry });
-fields!(Status<T> { session, phase, gate, control });
-fields!(GateStatus {
-    taken,
-    untested,
-    rejected,
-    alarm
-});
-fields!(ControlLoop<T> {
-    turns, longest_ticks, longest_ticks_calibrating, ticks_a_second, late, unreachable, switches, fingerprint, point, joints,
-});
-fields!(ArmReport<T> {
-    arm, parameters, transmission, sigma, residual_rms, estimated_noise, degrees_of_freedom, samples, iterations, termination,
-    start, condition, prior_share,
-});
-fields!(Counters {
-    received,
-    damaged,
-    unknown_version,
-    unknown_request,
-    repeated,
-    lost,
-    refused,
-    overrun,
-});
+    Origin {
+        0: Nominal,
+        1: NominalStoreDamaged,
+        2: Calibration,
+        3: CalibrationStoreDamaged,
+    }
+
+    Phase {
+        0: Idle,
+        1: Collecting { samples },
+        2: Solving,
+        3: Solved { samples, fingerprint },
+        4: CalibrationRefused { samples, refusal },
+    }
+
+    Estimator {
+        0: Arms,
+        1: Joint,
+    }
+}
+
+fields! {
+    Begin<T> { session, tolerance, joint_zero, noise, estimator, gate, forgetting }
+    SampleMessage<T> { session, index, joints, position }
+    Identity { firmware, scalar, processor, nominal }
+    Parameters<T> { origin, generation, geometry }
+    Status<T> { session, phase, gate, control }
+    GateStatus { taken, untested, rejected, alarm }
+    ControlLoop<T> {
+        turns, longest_ticks, longest_ticks_calibrating, ticks_a_second, late, unreachable, switches, fingerprint, point,
+        joints,
+    }
+    ArmReport<T> {
+        arm, parameters, transmission, sigma, residual_rms, estimated_noise, degrees_of_freedom, samples, iterations,
+        termination, start, condition, prior_share,
+    }
+    Counters {
+        received, damaged, unknown_version, unknown_request, repeated, lost, refused, overrun,
+    }
+}

@@ -141,9 +141,9 @@ impl<A: Wire, B: Wire> Wire for (A, B) {
     }
 }
 
-/// A struct: its fields in the given order.
+/// Structs: their fields in the given order.
 macro_rules! fields {
-    ($name:ident $(<$scalar:ident>)? { $($field:ident),+ $(,)? }) => {
+    ($($name:ident $(<$scalar:ident>)? { $($field:ident),+ $(,)? })+) => {$(
         impl$(<$scalar: $crate::wire::Wire + Copy>)? $crate::wire::Wire for $name$(<$scalar>)? {
             fn put(&self, to: &mut $crate::wire::Writer<'_>) {
                 $(self.$field.put(to);)+
@@ -152,16 +152,16 @@ macro_rules! fields {
                 Some(Self { $($field: $crate::wire::Wire::get(from)?),+ })
             }
         }
-    };
+    )+};
 }
 pub(crate) use fields;
 
-/// An enum: the variant's number in one byte, then its fields. A variant without a number is written as [`NO_NUMBER`],
+/// Enums: the variant's number in one byte, then its fields. A variant without a number is written as [`NO_NUMBER`],
 /// which no reader accepts.
 macro_rules! numbers {
-    ($name:ident $(<$scalar:ident>)? {
-        $($number:literal: $variant:ident $(($content:ident))? $({ $($field:ident),+ $(,)? })?),+ $(,)?
-    }) => {
+    ($($name:ident $(<$scalar:ident>)? {
+        $($number:literal: $variant:ident $(($content:ident))? $({ $($field:ident),+ })?,)+
+    })+) => {$(
         impl$(<$scalar: $crate::wire::Wire + Copy>)? $crate::wire::Wire for $name$(<$scalar>)? {
             fn put(&self, to: &mut $crate::wire::Writer<'_>) {
                 match self {
@@ -184,94 +184,82 @@ macro_rules! numbers {
                 })
             }
         }
-    };
+    )+};
 }
 pub(crate) use numbers;
 
 /// The number of variants that this version does not number.
 pub(crate) const NO_NUMBER: u8 = 127;
 
-numbers!(ArmIndex {
-    0: First,
-    1: Second,
-    2: Third,
-});
+numbers! {
+    ArmIndex {
+        0: First,
+        1: Second,
+        2: Third,
+    }
 
-numbers!(Parameter {
-    0: Dx,
-    1: Dy,
-    2: Dz,
-    3: Theta,
-    4: Alpha,
-    5: LaX,
-    6: LaY,
-    7: Lb,
-});
+    Parameter {
+        0: Dx,
+        1: Dy,
+        2: Dz,
+        3: Theta,
+        4: Alpha,
+        5: LaX,
+        6: LaY,
+        7: Lb,
+    }
 
-numbers!(Termination {
-    0: GradientVanished,
-    1: RoundingReached,
-});
+    Termination {
+        0: GradientVanished,
+        1: RoundingReached,
+    }
 
-numbers!(StartUsed {
-    0: Nominal,
-    1: Free,
-    2: Search,
-});
+    StartUsed {
+        0: Nominal,
+        1: Free,
+        2: Search,
+    }
+}
 
 // The numbers below match the C library's status codes.
 
-numbers!(GeometryError {
-    30: NonFinite(parameter),
-    31: NotPositive(parameter),
-    32: TiltTooLarge,
-    33: AzimuthTooLarge,
-    34: RadiusInvalid,
-    35: NoCommonUp,
-    36: TransmissionTooLarge,
-});
+numbers! {
+    GeometryError {
+        30: NonFinite(parameter),
+        31: NotPositive(parameter),
+        32: TiltTooLarge,
+        33: AzimuthTooLarge,
+        34: RadiusInvalid,
+        35: NoCommonUp,
+        36: TransmissionTooLarge,
+    }
 
-numbers!(SampleError {
-    50: PositionNonFinite,
-    51: PositionTooFar(arm),
-    52: JointNonFinite(arm),
-    53: JointTooLarge(arm),
-});
+    SampleError {
+        50: PositionNonFinite,
+        51: PositionTooFar(arm),
+        52: JointNonFinite(arm),
+        53: JointTooLarge(arm),
+    }
 
-numbers!(Refusal {
-    70: TooFewSamples {
-        arm,
-        samples,
-        needed
-    },
-    71: Undetermined {
-        arm,
-        parameter,
-        condition
-    },
-    72: Uncertain {
-        arm,
-        parameter,
-        sigma
-    },
-    73: NotConverged { arm, iterations },
-    74: ResidualContradictsNoise { arm, ratio },
-    75: FarFromNominal {
-        arm,
-        parameter,
-        tolerances
-    },
-    76: ImpossibleGeometry { arm, error },
-    77: ImpossibleRobot(error),
-    78: WrongSide,
-    81: NonFinite { arm },
-    82: Unfinished,
-});
+    Refusal {
+        70: TooFewSamples { arm, samples, needed },
+        71: Undetermined { arm, parameter, condition },
+        72: Uncertain { arm, parameter, sigma },
+        73: NotConverged { arm, iterations },
+        74: ResidualContradictsNoise { arm, ratio },
+        75: FarFromNominal { arm, parameter, tolerances },
+        76: ImpossibleGeometry { arm, error },
+        77: ImpossibleRobot(error),
+        78: WrongSide,
+        81: NonFinite { arm },
+        82: Unfinished,
+    }
 
-numbers!(Alarm {
-    92: RobotChanged { first },
-    93: EarlySamplesWrong { first },
-});
+    Alarm {
+        92: RobotChanged { first },
+        93: EarlySamplesWrong { first },
+    }
+}
 
 /// Refusals of the calibration and of the gate share one list of numbers.
 impl Wire for StreamRefusal {

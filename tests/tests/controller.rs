@@ -1,9 +1,6 @@
 //! The controller of `firmware-example`, run in this process and driven with real frames: sessions,
 //! faults of the link, faults of the store, and the control loop beside it.
 
-#![forbid(unsafe_code)]
-// A test fails by panicking.
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 // Numbers that must be the same are compared as such.
 #![allow(clippy::float_cmp)]
 

@@ -5,15 +5,14 @@ mod stubborn;
 
 use delta_cal::Sample;
 use delta_cal_firmware_example::{
-    Background, Controller, Foreground, Handover, Number, ParameterFlash, StreamFlash, StreamPace,
-    Timer, nominal,
+    Background, Circle, Controller, Foreground, Handover, Number, ParameterFlash, StreamFlash,
+    StreamPace, Timer, nominal,
 };
 use delta_cal_host::device::{
     Client, DeviceError, Patience, Transport, apply, begin, calibrate, check_nominal, samples,
 };
 use delta_cal_host::files::example;
-use delta_cal_protocol::Estimator;
-use delta_cal_protocol::{Begin, Origin, ParameterSet, Phase, RevertTo};
+use delta_cal_protocol::{Begin, Estimator, Geometry, Origin, ParameterSet, Phase, RevertTo};
 use delta_cal_tests::{generator, size};
 use rand_core::Rng;
 use rand_pcg::Pcg32;
@@ -40,8 +39,8 @@ struct Outcome {
     arms: String,
     /// Fingerprint of the parameters that were applied.
     applied: u32,
-    /// What the control loop computed with after that.
-    in_loop: [[u64; 8]; 3],
+    /// Of those that the control loop computed with after that.
+    in_loop: u32,
     /// The parameters before: from these, the arms and the files follows all that the report says.
     before: String,
     /// Samples of the session.
@@ -68,7 +67,7 @@ fn session<T: Number>(
     let (begin, samples) = positions::<T>();
     let finished = calibrate(client, &begin, &samples, &mut |_| {})?;
     let applied = apply(client, &begin, &samples, &finished)?;
-    let in_loop = bench.borrow().device.in_loop();
+    let in_loop = bench.borrow().in_loop();
     let Phase::Solved { samples, .. } = finished.status_after.phase else {
         panic!("{:?}", finished.status_after.phase)
     };
@@ -86,46 +85,48 @@ fn session<T: Number>(
     })
 }
 
-/// A fresh controller and client.
+/// A session of a fresh client with this controller.
 fn run<T: Number>(
-    harms: Harms,
-    restart_at: Option<(usize, Cut)>,
+    bench: Bench<T>,
     seed: u64,
 ) -> (Result<Outcome, DeviceError>, Rc<RefCell<Bench<T>>>) {
-    run_on(Rc::new(RefCell::new(Bench::new(harms))), restart_at, seed)
-}
-
-fn run_on<T: Number>(
-    bench: Rc<RefCell<Bench<T>>>,
-    restart_at: Option<(usize, Cut)>,
-    seed: u64,
-) -> (Result<Outcome, DeviceError>, Rc<RefCell<Bench<T>>>) {
-    bench.borrow_mut().device.restart_at = restart_at;
+    let bench = Rc::new(RefCell::new(bench));
     let mut client = Client::new(Link::new(&bench), PATIENCE, seed);
     let outcome = session(&mut client, &bench);
     (outcome, bench)
 }
 
+/// A session that must come out as the undisturbed one did; the bytes harmed, and the requests answered.
+fn comes_out<T: Number>(bench: Bench<T>, seed: u64, expected: &Outcome, what: &str) -> [usize; 2] {
+    let (outcome, bench) = run(bench, seed);
+    let outcome = outcome.unwrap_or_else(|error| panic!("{what}: {error}"));
+    assert_eq!(outcome, *expected, "{what}");
+    assert_nothing_else_used(&bench, expected);
+    let bench = bench.borrow();
+    [bench.harmed, bench.answered]
+}
+
 /// The undisturbed session, the bytes that went each way, and the requests.
 fn undisturbed<T: Number>() -> (Outcome, [usize; 2], usize) {
-    let (outcome, bench) = run::<T>(Harms::None, None, 1);
+    let (outcome, bench) = run(Bench::<T>::new(Harms::None), 1);
     let outcome = outcome.unwrap();
     let bench = bench.borrow();
     assert_eq!(outcome.samples, 40);
     assert_eq!(
-        bench.device.used,
+        bench.used,
         [outcome.reverted.0, outcome.applied, outcome.reverted.0]
     );
     assert_eq!(outcome.reverted.1, Origin::Nominal);
     assert_ne!(outcome.applied, outcome.reverted.0);
-    (outcome, bench.sent, bench.device.answered)
+    assert_eq!(outcome.applied, outcome.in_loop);
+    (outcome, bench.sent, bench.answered)
 }
 
 /// Nothing but these two sets of parameters was ever in use.
 fn assert_nothing_else_used<T: Number>(bench: &Rc<RefCell<Bench<T>>>, expected: &Outcome) {
     let bench = bench.borrow();
     let known = [expected.applied, expected.reverted.0];
-    let used = &bench.device.used;
+    let used = &bench.used;
     assert!(used.iter().all(|set| known.contains(set)), "{used:?}");
 }
 
@@ -151,12 +152,10 @@ fn every_byte<T: Number>(harms: &[Harm], short: usize) {
         for harm in harms {
             let number = HARMS.iter().position(|other| other == harm).unwrap();
             for index in (number % ways..count).step_by(ways) {
-                let (outcome, bench) = run::<T>(Harms::One(way, index, *harm), None, 1);
+                let bench = Bench::<T>::new(Harms::One(way, index, *harm));
                 let what = format!("{harm:?}, byte {index} {way:?}");
-                assert_eq!(bench.borrow().harmed, 1, "{what}");
-                let outcome = outcome.unwrap_or_else(|error| panic!("{what}: {error}"));
-                assert_eq!(outcome, expected, "{what}");
-                assert_nothing_else_used(&bench, &expected);
+                let [harmed, _] = comes_out(bench, 1, &expected, &what);
+                assert_eq!(harmed, 1, "{what}");
                 faults += 1;
             }
         }
@@ -201,20 +200,15 @@ fn controller_restarts<T: Number>(pace: StreamPace) {
     let mut restarts = 0;
     for index in 0..requests {
         for cut in [Cut::BeforeTheAnswer, Cut::AfterTheAnswer] {
-            let bench = Rc::new(RefCell::new(Bench::new(Harms::None)));
-            bench.borrow_mut().device = Device::with(pace);
-            let (outcome, bench) = run_on::<T>(bench, Some((index, cut)), 1);
+            let bench = Bench::<T>::with(Harms::None, pace, Some((index, cut)));
+            let what = format!("restarted at request {index}, {cut:?}");
+            let [_, answered] = comes_out(bench, 1, &expected, &what);
             // Identity, nominal, beginning, status and current parameters come before the samples; the first is not stored
             // before it is answered.
             if pace == PACES[0] && (6..40).contains(&index) {
                 // No sample is sent again but the one that was not stored yet.
-                let answered = bench.borrow().device.answered;
                 assert!(answered <= requests + 4, "{answered} of {requests}");
             }
-            let what = format!("restarted at request {index}, {cut:?}");
-            let outcome = outcome.unwrap_or_else(|error| panic!("{what}: {error}"));
-            assert_eq!(outcome, expected, "{what}");
-            assert_nothing_else_used(&bench, &expected);
             restarts += 1;
         }
     }
@@ -270,13 +264,10 @@ fn random_faults_at_several_rates() {
     for parts_per_million in [300, 1000, 3000, 6000] {
         let mut faults = 0;
         for seed in 0..sessions {
-            let harms = Harms::random(parts_per_million, seed);
-            let (outcome, bench) = run::<f32>(harms, None, seed);
+            let bench = Bench::<f32>::new(Harms::random(parts_per_million, seed));
             let what = format!("{parts_per_million} in a million, seed {seed}");
-            let outcome = outcome.unwrap_or_else(|error| panic!("{what}: {error}"));
-            assert_eq!(outcome, expected, "{what}");
-            assert_nothing_else_used(&bench, &expected);
-            faults += bench.borrow().harmed;
+            let [harmed, _] = comes_out(bench, seed, &expected, &what);
+            faults += harmed;
         }
         println!(
             "{parts_per_million} faults in a million bytes: {sessions} sessions, {faults} faults; all \
@@ -330,7 +321,7 @@ impl<T: Number> On<T> {
         controller.resume();
         // Static memory on a controller; here a kilobyte that stays allocated after each start.
         let handover = Box::leak(Box::new(Handover::new()));
-        let (background, foreground) = handover.split(&controller.current());
+        let (background, foreground) = handover.split(&controller.current(), Circle::default());
         Self {
             controller,
             background,
@@ -341,108 +332,16 @@ impl<T: Number> On<T> {
 
 /// When a controller loses its supply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Cut {
+enum Cut {
     /// It has acted on the request, and its answer is lost.
     BeforeTheAnswer,
     /// The answer has left.
     AfterTheAnswer,
 }
 
-/// A controller with its control loop, which can be restarted.
-pub(crate) struct Device<T: Number> {
-    on: Option<On<T>>,
-    /// Whole frames that were answered so far.
-    pub(crate) answered: usize,
-    /// Restarts at the frame of this number.
-    pub(crate) restart_at: Option<(usize, Cut)>,
-    /// Fingerprints of all parameters that were ever in use, in their order.
-    pub(crate) used: Vec<u32>,
-    pace: StreamPace,
-}
-
-impl<T: Number> Device<T> {
-    pub(crate) fn new() -> Self {
-        Self::with(StreamPace::default())
-    }
-
-    /// Whose samples are stored as often as that.
-    pub(crate) fn with(pace: StreamPace) -> Self {
-        let on = On::<T>::start(ParameterFlash::new(), StreamFlash::new(), pace);
-        let used = vec![on.controller.current().fingerprint];
-        Self {
-            on: Some(on),
-            answered: 0,
-            restart_at: None,
-            used,
-            pace,
-        }
-    }
-
-    pub(crate) fn restart(&mut self) {
-        let (flash, stream_flash) = self.on.take().unwrap().controller.into_flash();
-        self.on = Some(On::start(flash, stream_flash, self.pace));
-    }
-
-    /// Takes in a byte; the bytes that it answers with.
-    pub(crate) fn receive(&mut self, byte: u8) -> Vec<u8> {
-        let Some(answer) = self.on.as_mut().unwrap().controller.receive(byte) else {
-            return Vec::new();
-        };
-        let answer = answer.to_vec();
-        let index = self.answered;
-        self.answered += 1;
-        let cut = match self.restart_at {
-            Some((at, cut)) if at == index => {
-                self.restart();
-                Some(cut)
-            }
-            _ => None,
-        };
-        self.look();
-        match cut {
-            Some(Cut::BeforeTheAnswer) => Vec::new(),
-            _ => answer,
-        }
-    }
-
-    /// Turns of the control loop, and one step in the background: what the firmware's idle loop
-    /// does.
-    pub(crate) fn run(&mut self) {
-        let on = self.on.as_mut().unwrap();
-        for _ in 0..TURNS {
-            on.foreground.turn(&Still, |_| {});
-            if let Some(state) = on.background.state() {
-                on.controller.set_control(state);
-            }
-            if on.background.ready()
-                && let Some(parameters) = on.controller.take_switch()
-            {
-                on.background.hand_over(parameters).unwrap();
-            }
-        }
-        on.controller.idle();
-        self.look();
-    }
-
-    /// The parameters that the control loop computes with.
-    pub(crate) fn in_loop(&self) -> [[u64; 8]; 3] {
-        let robot = *self.on.as_ref().unwrap().foreground.control_loop().robot();
-        robot
-            .arms()
-            .map(|arm| arm.parameters().map(|value| value.to_f64().to_bits()))
-    }
-
-    fn look(&mut self) {
-        let now = self.on.as_ref().unwrap().controller.current().fingerprint;
-        if self.used.last() != Some(&now) {
-            self.used.push(now);
-        }
-    }
-}
-
 /// What happens to a byte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Harm {
+enum Harm {
     Dropped,
     /// Exclusive or with this.
     Flipped(u8),
@@ -453,15 +352,15 @@ pub(crate) enum Harm {
 
 /// Which way a byte goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Way {
+enum Way {
     ToDevice,
     ToClient,
 }
 
-pub(crate) const WAYS: [Way; 2] = [Way::ToDevice, Way::ToClient];
+const WAYS: [Way; 2] = [Way::ToDevice, Way::ToClient];
 
 /// Which bytes are harmed.
-pub(crate) enum Harms {
+enum Harms {
     None,
     /// This byte of that direction, counted from 0.
     One(Way, usize, Harm),
@@ -470,7 +369,7 @@ pub(crate) enum Harms {
 }
 
 impl Harms {
-    pub(crate) fn random(parts_per_million: u32, seed: u64) -> Self {
+    fn random(parts_per_million: u32, seed: u64) -> Self {
         Self::Random(parts_per_million, Box::new(generator(301, seed)))
     }
 
@@ -493,25 +392,84 @@ impl Harms {
     }
 }
 
-/// A controller at the end of a cable.
-pub(crate) struct Bench<T: Number> {
-    pub(crate) device: Device<T>,
-    pub(crate) harms: Harms,
+/// A controller at the end of a cable, which can be restarted.
+struct Bench<T: Number> {
+    on: Option<On<T>>,
+    /// How often its samples are stored.
+    pace: StreamPace,
+    /// Whole frames that were answered so far.
+    answered: usize,
+    /// Restarts at the frame of this number.
+    restart_at: Option<(usize, Cut)>,
+    /// Fingerprints of all parameters that were ever in use, in their order.
+    used: Vec<u32>,
+    harms: Harms,
     /// Bytes that were sent so far, each way.
-    pub(crate) sent: [usize; 2],
+    sent: [usize; 2],
     /// How many of them were harmed.
-    pub(crate) harmed: usize,
+    harmed: usize,
     on_the_way: VecDeque<u8>,
 }
 
 impl<T: Number> Bench<T> {
-    pub(crate) fn new(harms: Harms) -> Self {
+    fn new(harms: Harms) -> Self {
+        Self::with(harms, StreamPace::default(), None)
+    }
+
+    fn with(harms: Harms, pace: StreamPace, restart_at: Option<(usize, Cut)>) -> Self {
+        let on = On::<T>::start(ParameterFlash::new(), StreamFlash::new(), pace);
         Self {
-            device: Device::new(),
+            used: vec![on.controller.current().fingerprint],
+            on: Some(on),
+            pace,
+            answered: 0,
+            restart_at,
             harms,
             sent: [0; 2],
             harmed: 0,
             on_the_way: VecDeque::new(),
+        }
+    }
+
+    /// Takes in a byte; the bytes that it answers with.
+    fn receive(&mut self, byte: u8) -> Vec<u8> {
+        let Some(answer) = self.on.as_mut().unwrap().controller.receive(byte) else {
+            return Vec::new();
+        };
+        let cut = self.restart_at.filter(|(at, _)| *at == self.answered);
+        self.answered += 1;
+        if cut.is_some() {
+            let (flash, stream_flash) = self.on.take().unwrap().controller.into_flash();
+            self.on = Some(On::start(flash, stream_flash, self.pace));
+        }
+        self.look();
+        match cut {
+            Some((_, Cut::BeforeTheAnswer)) => Vec::new(),
+            _ => answer.to_vec(),
+        }
+    }
+
+    /// Turns of the control loop, and one step in the background: what the firmware's idle loop does.
+    fn run(&mut self) {
+        let on = self.on.as_mut().unwrap();
+        for _ in 0..TURNS {
+            on.foreground.turn(&Still, |_| {});
+            on.background.exchange(&mut on.controller);
+        }
+        on.controller.idle();
+        self.look();
+    }
+
+    /// The parameters that the control loop computes with.
+    fn in_loop(&self) -> u32 {
+        let on = self.on.as_ref().unwrap();
+        Geometry::of(on.foreground.control_loop().robot()).fingerprint()
+    }
+
+    fn look(&mut self) {
+        let now = self.on.as_ref().unwrap().controller.current().fingerprint;
+        if self.used.last() != Some(&now) {
+            self.used.push(now);
         }
     }
 
@@ -533,7 +491,7 @@ impl<T: Number> Bench<T> {
 
     fn send(&mut self, byte: u8) {
         for arrived in self.carried(Way::ToDevice, byte) {
-            for answer in self.device.receive(arrived) {
+            for answer in self.receive(arrived) {
                 let arrived = self.carried(Way::ToClient, answer);
                 self.on_the_way.extend(arrived);
             }
@@ -542,15 +500,15 @@ impl<T: Number> Bench<T> {
 }
 
 /// The client's end. Waiting takes no time: what does not come at once never will.
-pub(crate) struct Link<T: Number> {
-    pub(crate) bench: Rc<RefCell<Bench<T>>>,
+struct Link<T: Number> {
+    bench: Rc<RefCell<Bench<T>>>,
     /// The client is ended in place of sending the request of this number.
-    pub(crate) ends_at: Option<usize>,
+    ends_at: Option<usize>,
     requests: usize,
 }
 
 impl<T: Number> Link<T> {
-    pub(crate) fn new(bench: &Rc<RefCell<Bench<T>>>) -> Self {
+    fn new(bench: &Rc<RefCell<Bench<T>>>) -> Self {
         Self {
             bench: Rc::clone(bench),
             ends_at: None,
@@ -574,7 +532,7 @@ impl<T: Number> Transport for Link<T> {
 
     fn read(&mut self, buffer: &mut [u8], _timeout: Duration) -> io::Result<usize> {
         let mut bench = self.bench.borrow_mut();
-        bench.device.run();
+        bench.run();
         let count = buffer.len().min(bench.on_the_way.len());
         for (place, byte) in buffer.iter_mut().zip(bench.on_the_way.drain(..count)) {
             *place = byte;

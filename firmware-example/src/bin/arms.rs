@@ -12,11 +12,7 @@ mod small;
 use delta_cal::{
     IkmCalibrator, Noise, Progress, Real, Refusal, Robot, Sample, Settings, Tolerance,
 };
-use delta_cal_firmware_example::nominal;
-use small::plant::Plant;
-use small::{
-    Store, fail, go, joints, load, restart, show_error, show_refusal, start, store, take_over, with,
-};
+use small::{Store, conclude, fail, go, joints, with};
 
 const SAMPLES: u8 = 40;
 /// Slip of the tracker's reflector at each attempt, mm: at the first attempt it is loose.
@@ -27,18 +23,7 @@ const SPEED: f32 = 400.0;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let mut store = store();
-    let Ok(drawn) = nominal() else {
-        fail("no robot")
-    };
-    let stored = load(&mut store);
-    start(stored.as_ref().unwrap_or(&drawn), Plant::new(&drawn));
-    if let Some(robot) = stored {
-        check(&drawn, &robot);
-        small::end();
-    }
-    attempt(&drawn, &mut store);
-    restart()
+    small::run(attempt, errors)
 }
 
 /// Calibrates until nothing slips. The calibrator is constructed in place on the stack.
@@ -51,10 +36,7 @@ fn attempt(drawn: &Robot<f32>, store: &mut Store) {
     for slip in SLIPS {
         with(|machine| machine.plant.slip = slip);
         calibrator.reset();
-        match calibrate(&mut calibrator) {
-            Ok(robot) => take_over(store, &robot),
-            Err(refusal) => show_refusal(refusal),
-        }
+        conclude(store, &calibrate(&mut calibrator));
     }
 }
 
@@ -96,18 +78,17 @@ fn calibrate(calibrator: &mut IkmCalibrator<f32>) -> Result<Robot<f32>, Refusal>
     Ok(calibrator.outcome()?.robot)
 }
 
-/// Displays the errors of the designed and the calibrated robot at positions not used for calibration.
+/// The largest error of each robot at positions not used for calibration.
 #[inline(never)]
-fn check(drawn: &Robot<f32>, calibrated: &Robot<f32>) {
+fn errors(robots: [&Robot<f32>; 2]) -> [f32; 2] {
     let mut worst = [0.0; 2];
     for pose in 100..100 + CHECKS {
         let Sample { joints, position } = measure(pose);
-        for (worst, robot) in worst.iter_mut().zip([drawn, calibrated]) {
+        for (worst, robot) in worst.iter_mut().zip(robots) {
             if let Ok(computed) = robot.forward(&joints) {
                 *worst = (computed - position).norm().max(*worst);
             }
         }
     }
-    show_error("micrometres off as drawn:", worst[0]);
-    show_error("micrometres off calibrated:", worst[1]);
+    worst
 }

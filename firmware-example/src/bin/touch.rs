@@ -13,33 +13,21 @@ use delta_cal::observations::{
     Height, Instruments, Observation, ObservationNoise, Plane, PositionFrame, TouchCalibrator,
 };
 use delta_cal::{Noise, Progress, Refusal, Robot, Settings, Tolerance};
-use delta_cal_firmware_example::nominal;
-use small::plant::Plant;
-use small::{
-    fail, go, load, probe, restart, show_error, show_refusal, start, store, take_over, with,
-};
+use small::{Store, conclude, fail, go, probe, with};
 use static_cell::StaticCell;
 
 /// The heights of the gauge blocks; the plate itself is the first. Millimetres.
 const BLOCKS: [f32; 3] = [0.0, 50.0, 100.0];
 /// Actual heights at the first attempt: a chip is under the second block.
 const WITH_CHIP: [f32; 3] = [0.0, 50.8, 100.0];
-/// Positions of the blocks, one after the other: x and y, mm.
-const PLACES: [[f32; 2]; 12] = [
-    [0.0, 0.0],
-    [60.0, 0.0],
-    [-50.0, 20.0],
-    [10.0, -70.0],
-    [120.0, 0.0],
-    [85.0, 85.0],
-    [0.0, 120.0],
-    [-85.0, 85.0],
-    [-120.0, 0.0],
-    [-85.0, -85.0],
-    [0.0, -120.0],
-    [85.0, -85.0],
+/// Positions of the blocks, one after the other, mm.
+const X: [f32; 12] = [
+    0.0, 60.0, -50.0, 10.0, 120.0, 85.0, 0.0, -85.0, -120.0, -85.0, 0.0, 85.0,
 ];
-const TOUCHES: usize = BLOCKS.len() * PLACES.len();
+const Y: [f32; 12] = [
+    0.0, 0.0, 20.0, -70.0, 0.0, 85.0, 120.0, 85.0, 0.0, -85.0, -120.0, -85.0,
+];
+const TOUCHES: usize = BLOCKS.len() * X.len();
 /// Other positions and another block, to check the result.
 const CHECKS: [[f32; 2]; 3] = [[70.0, 45.0], [-95.0, 20.0], [30.0, -100.0]];
 const CHECK_BLOCK: f32 = 75.0;
@@ -62,30 +50,22 @@ type Calibrator = TouchCalibrator<f32, TOUCHES>;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
+    small::run(attempt, errors)
+}
+
+/// Calibrates until no chip is in the way. Not inlined, here and below, so that consecutive stages share the stack.
+#[inline(never)]
+fn attempt(drawn: &Robot<f32>, store: &mut Store) {
     static CALIBRATOR: StaticCell<Calibrator> = StaticCell::new();
-    let mut store = store();
-    let Ok(drawn) = nominal() else {
-        fail("no robot")
-    };
-    let stored = load(&mut store);
-    start(stored.as_ref().unwrap_or(&drawn), Plant::new(&drawn));
-    if let Some(robot) = stored {
-        check(&drawn, &robot);
-        small::end();
-    }
-    let calibrator = prepare(&CALIBRATOR, &drawn);
+    let calibrator = prepare(&CALIBRATOR, drawn);
     for blocks in [WITH_CHIP, BLOCKS] {
         calibrator.reset();
         measure(calibrator, &blocks);
-        match calibrate(calibrator) {
-            Ok(robot) => take_over(&mut store, &robot),
-            Err(refusal) => show_refusal(refusal),
-        }
+        conclude(store, &calibrate(calibrator));
     }
-    restart()
 }
 
-/// In place. Not inlined, here and below, so that consecutive stages share the stack.
+/// In place.
 #[inline(never)]
 fn prepare(place: &'static StaticCell<Calibrator>, drawn: &Robot<f32>) -> &'static mut Calibrator {
     let Some((instruments, settings)) = known() else {
@@ -132,14 +112,14 @@ fn touch([x, y]: [f32; 2], block: f32) -> [f32; 3] {
 fn measure(calibrator: &mut Calibrator, standing: &[f32; 3]) {
     for (height, stands) in BLOCKS.iter().zip(standing) {
         with(|machine| machine.plant.block = *stands);
-        for place in PLACES {
+        for (x, y) in X.into_iter().zip(Y) {
             let height = Some(Height {
                 plane: 0,
                 height: *height,
             });
             let observation = Observation {
                 height,
-                ..Observation::at(touch(place, *stands))
+                ..Observation::at(touch([x, y], *stands))
             };
             if calibrator.add(&observation).is_err() {
                 fail("a touch is not usable");
@@ -156,21 +136,20 @@ fn calibrate(calibrator: &mut Calibrator) -> Result<Robot<f32>, Refusal> {
     Ok(calibrator.outcome()?.robot)
 }
 
-/// Displays the errors of the designed and the calibrated robot: the height of a block is known.
+/// The largest error of each robot: the height of a block is known.
 #[inline(never)]
-fn check(drawn: &Robot<f32>, calibrated: &Robot<f32>) {
+fn errors(robots: [&Robot<f32>; 2]) -> [f32; 2] {
     let mut worst = [0.0; 2];
     for place in CHECKS {
         let [low, high] = [0.0, CHECK_BLOCK].map(|block| {
             with(|machine| machine.plant.block = block);
             touch(place, block)
         });
-        for (worst, robot) in worst.iter_mut().zip([drawn, calibrated]) {
+        for (worst, robot) in worst.iter_mut().zip(robots) {
             if let (Ok(low), Ok(high)) = (robot.forward(&low), robot.forward(&high)) {
                 *worst = (high.z - low.z - CHECK_BLOCK).abs().max(*worst);
             }
         }
     }
-    show_error("micrometres off as drawn:", worst[0]);
-    show_error("micrometres off calibrated:", worst[1]);
+    worst
 }

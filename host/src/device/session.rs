@@ -6,8 +6,8 @@ use super::link::{DeviceError, Transport};
 use delta_cal::stream::StreamRefusal;
 use delta_cal::{ArmIndex, Robot, Sample};
 use delta_cal_protocol::{
-    Adopt, ArmReport, Begin, ControlLoop, Fault, Geometry, ParameterSet, Parameters, Phase,
-    Request, Response, SampleMessage, Status,
+    ArmReport, Begin, ControlLoop, Fault, Geometry, ParameterSet, Parameters, Phase, Request,
+    Response, SampleMessage, Status,
 };
 
 /// How often a calibration is started over if the controller loses it.
@@ -282,7 +282,7 @@ pub fn adopt<T: Number, L: Transport>(
 ) -> Result<Parameters<T>, DeviceError> {
     let robot = robot.cast::<T>();
     let geometry = Geometry::of(&robot.map_err(|_| DeviceError::ImpossibleGeometry)?);
-    match client.change(&Request::<T>::Adopt(Adopt { from, geometry }))? {
+    match client.change(&Request::<T>::Adopt { from, geometry })? {
         Response::Parameters(_) => in_use(client, geometry.fingerprint()),
         other => Err(unexpected(&other)),
     }

@@ -5,7 +5,7 @@ use crate::support::{
     number, robot_toml, true_arms,
 };
 use delta_cal_firmware_example::{
-    Controller, Handover, Number, ParameterFlash, StreamFlash, Timer, nominal,
+    Circle, Controller, Handover, Number, ParameterFlash, StreamFlash, Timer, nominal,
 };
 use delta_cal_tests::observed::{OBSERVED_ROBOT, observed_rows};
 use std::io::{ErrorKind, Read, Write};
@@ -32,7 +32,8 @@ pub(crate) fn controller<T: Number>(mut hangs_up: bool) -> String {
         let flash = ParameterFlash::new();
         let mut controller = Controller::new(robot, flash, StreamFlash::new(), 0x410f_c241);
         let mut handover = Handover::new();
-        let (mut background, mut foreground) = handover.split(&controller.current());
+        let (mut background, mut foreground) =
+            handover.split(&controller.current(), Circle::default());
         for stream in listener.incoming() {
             let mut stream = stream.unwrap();
             let timeout = Some(Duration::from_millis(1));
@@ -60,14 +61,7 @@ pub(crate) fn controller<T: Number>(mut hangs_up: bool) -> String {
                 }
                 for _ in 0..100 {
                     foreground.turn(&Still, |_| {});
-                    if let Some(state) = background.state() {
-                        controller.set_control(state);
-                    }
-                    if background.ready()
-                        && let Some(parameters) = controller.take_switch()
-                    {
-                        background.hand_over(parameters).unwrap();
-                    }
+                    background.exchange(&mut controller);
                     controller.idle();
                 }
             }

@@ -223,8 +223,8 @@ fn session<T: Bits>(source: &mut Source<'_>) {
                 let before = bench.controller.current();
                 let mut flash = bench.controller.into_flash();
                 if source.byte() & 1 == 0 {
-                    let place = source.below(flash.1.bytes().len());
-                    flash.1.bytes_mut()[place] ^= source.byte();
+                    let place = source.below(flash.1.bytes.len());
+                    flash.1.bytes[place] ^= source.byte();
                 }
                 bench = Bench::start_with(flash);
                 // The status counts the stored samples.

@@ -117,18 +117,7 @@ pub fn driver(data: &[u8]) {
 fn session<T: Bits>(source: Source<'_>) {
     let (robot_file, samples) = &*FILES;
     let bench = Bench::<T>::start(ParameterFlash::new());
-    let control = ControlLoop {
-        turns: 0,
-        longest_ticks: 0,
-        longest_ticks_calibrating: 0,
-        ticks_a_second: 1,
-        late: 0,
-        unreachable: 0,
-        switches: 0,
-        fingerprint: bench.controller.current().fingerprint,
-        point: [T::ZERO; 3],
-        joints: [T::ZERO; 3],
-    };
+    let control = ControlLoop::new(bench.controller.current().fingerprint);
     let link = Link {
         bench,
         control,

@@ -83,17 +83,17 @@ fn change<T: Bits>(flash: &mut ParameterFlash, source: &mut Source<'_>) {
     match source.byte() % 8 {
         0 | 1 => {
             let content = source.bytes();
-            for (byte, new) in flash.bytes_mut()[place..].iter_mut().zip(content) {
+            for (byte, new) in flash.bytes[place..].iter_mut().zip(content) {
                 *byte = *new;
             }
         }
         2 => {
             let (count, value) = (usize::from(source.word()), source.byte());
-            for byte in flash.bytes_mut()[place..].iter_mut().take(count) {
+            for byte in flash.bytes[place..].iter_mut().take(count) {
                 *byte = value;
             }
         }
-        3 => flash.bytes_mut()[place] ^= source.byte(),
+        3 => flash.bytes[place] ^= source.byte(),
         4 => {
             // Changes made by the controller itself.
             let mut bench = Bench::<T>::start(flash.clone());
@@ -146,7 +146,7 @@ fn record<T: Bits>(source: &mut Source<'_>) -> Vec<u8> {
 /// Writes a record where the firmware would, in either half.
 fn write<T: Bits>(flash: &mut ParameterFlash, source: &mut Source<'_>) {
     let start = usize::from(source.byte() & 1) * PAGE;
-    let half = &mut flash.bytes_mut()[start..start + PAGE];
+    let half = &mut flash.bytes[start..start + PAGE];
     let record = record::<T>(source);
     half.fill(0xff);
     half[..record.len()].copy_from_slice(&record);

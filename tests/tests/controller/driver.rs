@@ -1,14 +1,13 @@
 //! The other end of the link.
 
-use delta_cal::{IkmCalibrator, Noise, Robot, Sample, Settings, Tolerance};
+use delta_cal::{IkmCalibrator, Noise, Robot, Sample};
 pub(crate) use delta_cal_firmware_example::ParameterFlash as Flash;
 use delta_cal_firmware_example::{
-    Controller, FlashError, NewParameters, Number, PAGE, RamFlash, StreamFlash, WORD, nominal,
+    Controller, NewParameters, Number, PAGE, RamFlash, StreamFlash, WORD, nominal,
 };
-use delta_cal_protocol::Estimator;
 use delta_cal_protocol::{
-    Begin, Direction, Fault, Geometry, LARGEST_FRAME, ParameterSet, Parameters, Phase, Receiver,
-    Request, Response, RevertTo, SampleMessage, Status, encode,
+    Begin, Direction, Estimator, Fault, Geometry, LARGEST_FRAME, ParameterSet, Parameters, Phase,
+    Receiver, Request, Response, RevertTo, SampleMessage, Status, encode,
 };
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
 use embedded_storage::nor_flash::{
@@ -236,28 +235,12 @@ pub(crate) fn samples<T: Number>(robot: u64, count: usize) -> Vec<Sample<T>> {
 
 /// What the core makes of the same samples without a controller around it.
 pub(crate) fn on_the_host<T: Number>(samples: &[Sample<T>]) -> IkmCalibrator<T> {
-    let (length, angle) = TOLERANCE;
-    let (position, joint) = NOISE;
-    let settings = Settings::default()
-        .with_tolerance(Tolerance::new(T::from_f64(length), T::from_f64(angle)).unwrap())
-        .with_noise(Noise::new(T::from_f64(position), T::from_f64(joint)).unwrap());
+    let (settings, _) = begin(1).calibrator().unwrap();
     let mut calibrator = IkmCalibrator::new(&paper_robot::<T>(), &settings);
     for sample in samples {
         calibrator.add(sample).expect("a sample");
     }
     calibrator
-}
-
-/// CRC-32 (IEEE 802.3), bit by bit.
-pub(crate) fn crc_32(content: &[u8]) -> u32 {
-    let mut crc = u32::MAX;
-    for byte in content {
-        crc ^= u32::from(*byte);
-        for _ in 0..8 {
-            crc = (crc >> 1) ^ (0xedb8_8320 & 0_u32.wrapping_sub(crc & 1));
-        }
-    }
-    !crc
 }
 
 /// So many calibrations stored, one after the other; their fingerprints.
@@ -328,6 +311,8 @@ pub(crate) struct FailingFlash<const N: usize = PARAMETERS> {
     pub(crate) failing_reads: Range<u32>,
     /// Bytes that none of those reads may touch.
     pub(crate) unreadable: Range<u32>,
+    /// Bits of its first byte that such a read has wrong, in place of failing.
+    pub(crate) wrong: u8,
 }
 
 impl<const N: usize> FailingFlash<N> {
@@ -342,6 +327,7 @@ impl<const N: usize> FailingFlash<N> {
             reads: 0,
             failing_reads: 0..0,
             unreadable: 0..u32::MAX,
+            wrong: 0,
         }
     }
 
@@ -371,24 +357,26 @@ impl<const N: usize> FailingFlash<N> {
     }
 
     /// What is left to do of an operation on `length` bytes, in place of which it fails.
-    fn failing(&mut self, length: usize) -> Option<Vec<u8>> {
+    fn failing(&mut self, length: usize) -> Result<Option<Vec<u8>>, Failure> {
+        if self.dead {
+            return Err(Failure::NoPower);
+        }
         let at = self.operations;
         self.operations += 1;
-        let (_, cut) = self.cut.filter(|(cut, _)| *cut == at)?;
+        let Some((_, cut)) = self.cut.filter(|(cut, _)| *cut == at) else {
+            return Ok(None);
+        };
         self.dead = true;
         let mut rng = Pcg32::seed_from_u64(u64::from(at));
         let half = (length / 2).next_multiple_of(WORD);
-        Some(
-            (0..length)
-                .map(|index| match cut {
-                    Cut::Before => 0x00,
-                    Cut::FirstHalf => u8::from(index < half) * 0xff,
-                    Cut::LastHalf => u8::from(index >= half) * 0xff,
-                    Cut::SomeBits => rng.next_u32().to_le_bytes()[0],
-                    Cut::After => 0xff,
-                })
-                .collect(),
-        )
+        let masks = (0..length).map(|index| match cut {
+            Cut::Before => 0x00,
+            Cut::FirstHalf => u8::from(index < half) * 0xff,
+            Cut::LastHalf => u8::from(index >= half) * 0xff,
+            Cut::SomeBits => rng.next_u32().to_le_bytes()[0],
+            Cut::After => 0xff,
+        });
+        Ok(Some(masks.collect()))
     }
 }
 
@@ -396,7 +384,7 @@ impl<const N: usize> FailingFlash<N> {
 pub(crate) enum Failure {
     NoPower,
     Unreadable,
-    Access(FlashError),
+    Access(NorFlashErrorKind),
 }
 
 impl NorFlashError for Failure {
@@ -419,10 +407,13 @@ impl<const N: usize> ReadNorFlash for FailingFlash<N> {
         let (number, end) = (self.reads, offset + u32::try_from(bytes.len()).unwrap());
         self.reads += 1;
         let touched = offset < self.unreadable.end && self.unreadable.start < end;
-        if touched && self.failing_reads.contains(&number) {
+        let fails = touched && self.failing_reads.contains(&number);
+        if fails && self.wrong == 0 {
             return Err(Failure::Unreadable);
         }
-        self.flash.read(offset, bytes).map_err(Failure::Access)
+        self.flash.read(offset, bytes).map_err(Failure::Access)?;
+        bytes[0] ^= u8::from(fails) * self.wrong;
+        Ok(())
     }
 
     fn capacity(&self) -> usize {
@@ -435,13 +426,11 @@ impl<const N: usize> NorFlash for FailingFlash<N> {
     const ERASE_SIZE: usize = PAGE;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), Failure> {
-        if self.dead {
-            return Err(Failure::NoPower);
-        }
-        self.erasures += 1;
         let range = from as usize..to as usize;
-        if let Some(mask) = self.failing(range.len()) {
-            for (byte, set) in self.flash.bytes_mut()[range].iter_mut().zip(mask) {
+        let failing = self.failing(range.len())?;
+        self.erasures += 1;
+        if let Some(mask) = failing {
+            for (byte, set) in self.flash.bytes[range].iter_mut().zip(mask) {
                 *byte |= set;
             }
             return Err(Failure::NoPower);
@@ -450,18 +439,15 @@ impl<const N: usize> NorFlash for FailingFlash<N> {
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Failure> {
-        if self.dead {
-            return Err(Failure::NoPower);
-        }
         let start = offset as usize;
-        if let Some(mask) = self.failing(bytes.len()) {
-            let place = &mut self.flash.bytes_mut()[start..start + bytes.len()];
+        if let Some(mask) = self.failing(bytes.len())? {
+            let place = &mut self.flash.bytes[start..start + bytes.len()];
             for ((place, byte), clear) in place.iter_mut().zip(bytes).zip(mask) {
                 *place &= byte | !clear;
             }
             return Err(Failure::NoPower);
         }
-        for word in self.flash.bytes()[start..start + bytes.len()].chunks(WORD) {
+        for word in self.flash.bytes[start..start + bytes.len()].chunks(WORD) {
             self.rewritten += u32::from(word.iter().any(|byte| *byte != 0xff));
         }
         self.flash.write(offset, bytes).map_err(Failure::Access)

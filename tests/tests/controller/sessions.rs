@@ -1,22 +1,16 @@
 //! Frames that are none: answered, counted, and without any other effect.
 
-use crate::controller::driver::{
-    Driver, Flash, begin, crc_32, message, on_the_host, read_answer, samples, taken,
-};
-use core::convert::Infallible;
+use crate::controller::driver::{Driver, Flash, begin, message, on_the_host, samples, taken};
+use crc::{CRC_32_ISO_HDLC, Crc};
 use delta_cal::samples::SampleError;
 use delta_cal::stream::StreamRefusal;
 use delta_cal::{ArmIndex, Refusal};
 use delta_cal_firmware_example::Number;
 use delta_cal_protocol::{
-    Begin, Counters, Direction, Fault, Geometry, Phase, Reader, Request, Response, Scalar, Status,
-    UNKNOWN_SEQUENCE, VERSION, Wire, Writer, encode,
+    Begin, Counters, Direction, Fault, Geometry, Phase, Request, Response, Scalar,
+    UNKNOWN_SEQUENCE, VERSION, encode,
 };
 use delta_cal_tests::paper_robot;
-use embedded_io_async::{ErrorType, Read, ReadReady, Write};
-use std::collections::VecDeque;
-use std::pin::pin;
-use std::task::{Context, Poll, Waker};
 
 #[test]
 fn without_a_session_there_is_nothing_to_do() {
@@ -77,46 +71,19 @@ fn settings_that_are_none_leave_the_open_session() {
     let samples = samples::<f32>(2, 3);
     driver.begin(3);
     driver.sample(3, 0, &samples[0]);
-    let valid = begin::<f32>(4);
-    for wrong in [
-        Begin {
-            session: 0,
-            ..valid
-        },
-        Begin {
-            tolerance: Some((0.0, 0.1)),
-            ..valid
-        },
-        Begin {
-            tolerance: Some((f32::NAN, 0.1)),
-            ..valid
-        },
-        Begin {
-            joint_zero: Some(0.0),
-            ..valid
-        },
-        Begin {
-            tolerance: None,
-            joint_zero: Some(0.1),
-            ..valid
-        },
-        Begin {
-            noise: Some(([0.1, -1.0, 0.1], 0.1)),
-            ..valid
-        },
-        Begin {
-            noise: Some(([0.1; 3], f32::INFINITY)),
-            ..valid
-        },
-        Begin {
-            forgetting: Some(0.5),
-            ..valid
-        },
-        Begin {
-            forgetting: Some(f32::NAN),
-            ..valid
-        },
+    for change in [
+        (|begin| begin.session = 0) as fn(&mut Begin<f32>),
+        |begin| begin.tolerance = Some((0.0, 0.1)),
+        |begin| begin.tolerance = Some((f32::NAN, 0.1)),
+        |begin| begin.joint_zero = Some(0.0),
+        |begin| (begin.tolerance, begin.joint_zero) = (None, Some(0.1)),
+        |begin| begin.noise = Some(([0.1, -1.0, 0.1], 0.1)),
+        |begin| begin.noise = Some(([0.1; 3], f32::INFINITY)),
+        |begin| begin.forgetting = Some(0.5),
+        |begin| begin.forgetting = Some(f32::NAN),
     ] {
+        let mut wrong = begin(4);
+        change(&mut wrong);
         assert_eq!(driver.fault(&Request::Begin(wrong)), Fault::Settings);
         assert_eq!(driver.begin(3), 1);
     }
@@ -271,22 +238,6 @@ fn identify(sequence: u16) -> Vec<u8> {
         .to_vec()
 }
 
-/// A frame around any content: what `encode` makes of it.
-fn framed(sequence: u16, content: &[u8]) -> Vec<u8> {
-    struct Raw<'a>(&'a [u8]);
-    impl Wire for Raw<'_> {
-        fn put(&self, to: &mut Writer<'_>) {
-            to.bytes(self.0);
-        }
-        fn get(_: &mut Reader<'_>) -> Option<Self> {
-            None
-        }
-    }
-    encode(Direction::Request, sequence, &Raw(content))
-        .unwrap()
-        .to_vec()
-}
-
 #[test]
 fn lost_and_repeated_sequence_numbers_are_counted() {
     let mut driver = Driver::<f32, _>::start(Flash::new());
@@ -360,14 +311,12 @@ fn every_kind_of_wrong_frame_is_answered_and_counted() {
 
     for content in [&[200][..], &[], &[0, 0]] {
         assert_eq!(
-            driver.answer(&framed(7, content)),
+            driver.answer(&framed(VERSION, 7, content)),
             (7, Response::Fault(Fault::UnknownRequest))
         );
     }
     // The next protocol version, its checksum as it must be.
-    let mut content = identify_content();
-    content[0] = VERSION + 1;
-    let newer = with_checksum(&content);
+    let newer = framed(VERSION + 1, 9, &[0]);
     assert_eq!(
         driver.answer(&newer),
         (
@@ -398,14 +347,11 @@ fn every_kind_of_wrong_frame_is_answered_and_counted() {
     );
 }
 
-/// `Identify` with sequence number 9, unstuffed.
-fn identify_content() -> Vec<u8> {
-    vec![VERSION, 9, 0, 0]
-}
-
-/// The checksum, then COBS: as the protocol's documentation says.
-fn with_checksum(content: &[u8]) -> Vec<u8> {
-    let content = [content, &crc_32(content).to_le_bytes()].concat();
+/// A frame of any content, its checksum as it must be, then COBS: as the protocol's documentation says.
+fn framed(version: u8, sequence: u8, content: &[u8]) -> Vec<u8> {
+    let content = [&[version, sequence, 0], content].concat();
+    let checksum = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&content);
+    let content = [content, checksum.to_le_bytes().to_vec()].concat();
     let mut frame = vec![0];
     for run in content.split(|byte| *byte == 0) {
         assert!(run.len() < 254);
@@ -414,111 +360,4 @@ fn with_checksum(content: &[u8]) -> Vec<u8> {
     }
     frame.push(0);
     frame
-}
-
-/// Delivers requests, one after the other answer, a few bytes at a time and not always.
-struct Link {
-    requests: VecDeque<Vec<u8>>,
-    bytes: VecDeque<u8>,
-    looks: u32,
-    answers: Vec<Vec<u8>>,
-}
-
-impl ErrorType for Link {
-    type Error = Infallible;
-}
-
-impl ReadReady for Link {
-    fn read_ready(&mut self) -> Result<bool, Infallible> {
-        self.looks += 1;
-        // Between two bytes now and then nothing comes; at the end the link ends.
-        Ok(self.looks.is_multiple_of(3) || (self.bytes.is_empty() && self.requests.is_empty()))
-    }
-}
-
-impl Read for Link {
-    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
-        if self.bytes.is_empty() {
-            self.bytes
-                .extend(self.requests.pop_front().unwrap_or_default());
-        }
-        let count = buffer.len().min(self.bytes.len()).min(7);
-        for (place, byte) in buffer.iter_mut().zip(self.bytes.drain(..count)) {
-            *place = byte;
-        }
-        Ok(count)
-    }
-}
-
-impl Write for Link {
-    async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
-        self.answers.push(bytes.to_vec());
-        Ok(bytes.len())
-    }
-
-    async fn flush(&mut self) -> Result<(), Infallible> {
-        Ok(())
-    }
-}
-
-/// A session over the link ends with the result of the same session byte by byte.
-#[test]
-fn a_link_of_the_ecosystems_traits_is_served_to_its_end() {
-    let samples = samples::<f32>(4, 20);
-    let mut expected = Driver::<f32, _>::start(Flash::new());
-    let Phase::Solved { fingerprint, .. } = expected.calibrate(1, &samples) else {
-        panic!("not solved")
-    };
-
-    let mut requests = vec![Request::Begin(begin(1))];
-    requests.extend(
-        (0..)
-            .zip(&samples)
-            .map(|(index, sample)| message(1, index, sample)),
-    );
-    requests.push(Request::Solve {
-        session: 1,
-        samples: 20,
-    });
-    // Looks at the status while it solves.
-    requests.resize(requests.len() + 40, Request::Status);
-    let count = requests.len();
-    let frames = (1..).zip(&requests);
-    let frames = frames.map(|(sequence, request)| {
-        encode(Direction::Request, sequence, request)
-            .unwrap()
-            .to_vec()
-    });
-    let mut link = Link {
-        requests: frames.collect(),
-        bytes: VecDeque::new(),
-        looks: 0,
-        answers: Vec::new(),
-    };
-    let mut driver = Driver::<f32, _>::start(Flash::new());
-    let mut between = 0_u32;
-    {
-        let mut served = pin!(driver.controller.serve(&mut link, |_| between += 1));
-        let mut context = Context::from_waker(Waker::noop());
-        let mut polls = 0;
-        while served.as_mut().poll(&mut context) != Poll::Ready(Ok(())) {
-            polls += 1;
-            assert!(polls < 100_000, "it does not end");
-        }
-        // It lets other tasks run while it has nothing to read.
-        assert!(polls > 100);
-    }
-    assert!(between > 1000);
-    assert_eq!(link.answers.len(), count);
-    let (_, last) = read_answer::<f32>(link.answers.last().unwrap());
-    let Response::Status(Status { phase, .. }) = last else {
-        panic!("{last:?}")
-    };
-    assert_eq!(
-        phase,
-        Phase::Solved {
-            samples: 20,
-            fingerprint
-        }
-    );
 }

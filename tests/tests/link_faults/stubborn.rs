@@ -3,10 +3,9 @@
 use delta_cal::stream::StreamRefusal;
 use delta_cal::{Refusal, Sample};
 use delta_cal_host::device::{Client, DeviceError, Patience, Transport, calibrate};
-use delta_cal_protocol::Estimator;
 use delta_cal_protocol::{
-    Begin, ControlLoop, Direction, Fault, Geometry, LARGEST_FRAME, Origin, Parameters, Phase,
-    Receiver, Request, Response, Status, encode,
+    Begin, ControlLoop, Direction, Estimator, Fault, Geometry, LARGEST_FRAME, Origin, Parameters,
+    Phase, Receiver, Request, Response, Status, encode,
 };
 use delta_cal_tests::paper_robot;
 use nalgebra::Vector3;
@@ -18,9 +17,10 @@ use std::time::{Duration, Instant};
 /// More than any session here may take.
 const MOST: usize = 1_000_000;
 
-/// A port that says something else every half millisecond, and has its own time.
+/// A port that says something else again and again, and has its own time.
 struct Chatter {
     says: Vec<u8>,
+    waits: Duration,
     start: Instant,
     elapsed: Duration,
     reads: usize,
@@ -30,6 +30,7 @@ impl Chatter {
     fn new(says: &[u8]) -> Self {
         Self {
             says: says.to_vec(),
+            waits: Duration::from_micros(500),
             start: Instant::now(),
             elapsed: Duration::ZERO,
             reads: 0,
@@ -42,10 +43,10 @@ impl Transport for Chatter {
         Ok(())
     }
 
-    fn read(&mut self, buffer: &mut [u8], _timeout: Duration) -> io::Result<usize> {
+    fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> io::Result<usize> {
         self.reads += 1;
         assert!(self.reads < MOST, "it reads for ever");
-        self.elapsed += Duration::from_micros(500);
+        self.elapsed += self.waits.min(timeout);
         let count = buffer.len().min(self.says.len());
         buffer[..count].copy_from_slice(&self.says[..count]);
         Ok(count)
@@ -87,27 +88,16 @@ fn a_port_that_chatters_is_no_controller() {
 /// Damaged frames just before each attempt is over: too few of them to give up before the deadline.
 #[test]
 fn a_request_has_a_deadline() {
-    struct Slow(Chatter);
-    impl Transport for Slow {
-        fn write(&mut self, _bytes: &[u8]) -> io::Result<()> {
-            Ok(())
-        }
-        fn read(&mut self, buffer: &mut [u8], timeout: Duration) -> io::Result<usize> {
-            self.0.elapsed += timeout * 9 / 10;
-            self.0.read(buffer, timeout)
-        }
-        fn now(&self) -> Instant {
-            self.0.now()
-        }
-    }
     let patience = Patience {
         attempts: u32::MAX,
         ..Patience::default()
     };
-    let mut client = Client::new(Slow(Chatter::new(b"\x05damaged\0")), patience, 1);
+    let mut slow = Chatter::new(b"\x05damaged\0");
+    slow.waits = patience.timeout * 9 / 10;
+    let mut client = Client::new(slow, patience, 1);
     let error = client.status::<f32>().unwrap_err();
     assert!(matches!(error, DeviceError::Unusable(_)), "{error:?}");
-    let took = client.transport_mut().0.elapsed;
+    let took = client.transport_mut().elapsed;
     let late = patience.deadline + Duration::from_millis(1);
     assert!((patience.deadline..late).contains(&took), "{took:?}");
 }
@@ -185,15 +175,7 @@ fn status(session: u32, phase: Phase, turns: u32) -> Response<f32> {
         gate: None,
         control: ControlLoop {
             turns,
-            longest_ticks: 0,
-            longest_ticks_calibrating: 0,
-            ticks_a_second: 1000,
-            late: 0,
-            unreachable: 0,
-            switches: 0,
-            fingerprint: 0,
-            point: [0.0; 3],
-            joints: [0.0; 3],
+            ..ControlLoop::new(0)
         },
     })
 }
@@ -263,16 +245,14 @@ fn a_session_that_has_samples_already_is_another_clients() {
     let collides = Cell::new(true);
     let mut numbers = Vec::new();
     let mut client = Scripted::client(|request: &Request<f32>| match request {
-        Request::Begin(begin) if collides.replace(false) => {
-            numbers.push(begin.session);
-            Response::Taken {
-                session: begin.session,
-                next: 3,
+        Request::Begin(Begin { session, .. }) => {
+            numbers.push(*session);
+            match honest(request, &open) {
+                Response::Taken { session, .. } if collides.replace(false) => {
+                    Response::Taken { session, next: 3 }
+                }
+                response => response,
             }
-        }
-        Request::Begin(begin) => {
-            numbers.push(begin.session);
-            honest(request, &open)
         }
         Request::Sample(sample) => {
             assert_eq!(numbers.last(), Some(&sample.session));

@@ -17,10 +17,11 @@
 use core::cell::RefCell;
 use cortex_m_rt as _;
 use delta_cal_firmware_example::{
-    Controller, Foreground, Handover, TURNS_A_SECOND, Timer, nominal,
+    Circle, Controller, Foreground, Handover, TURNS_A_SECOND, Timer, nominal,
 };
 use embassy_embedded_hal::flash::partition::BlockingPartition;
 use embassy_executor::{InterruptExecutor, Spawner};
+use embassy_futures::yield_now;
 use embassy_rp::bind_interrupts;
 use embassy_rp::flash::{Blocking, ERASE_SIZE, Flash};
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
@@ -29,6 +30,7 @@ use embassy_rp::uart::{BufferedInterruptHandler, BufferedUart, Config};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_time::{Duration, Instant, Ticker};
+use embedded_io_async::{Read, ReadReady, Write};
 use panic_halt as _;
 use static_cell::{ConstStaticCell, StaticCell};
 
@@ -100,7 +102,7 @@ async fn main(_spawner: Spawner) {
         CONTROLLER.init_with(|| Controller::new(robot, parameters, samples, processor));
     controller.resume();
     let handover = HANDOVER.init(Handover::new());
-    let (mut background, foreground) = handover.split(&controller.current());
+    let (mut background, foreground) = handover.split(&controller.current(), Circle::default());
 
     // Above the loop is only the clock, which wakes it.
     interrupt::UART0_IRQ.set_priority(Priority::P3);
@@ -120,21 +122,24 @@ async fn main(_spawner: Spawner) {
         received,
         Config::default(),
     );
+    let mut buffer = [0; 64];
     loop {
         // An error of the line, such as a break, is over with the next byte.
-        let _ = controller
-            .serve(&mut uart, |controller| {
-                if let Some(state) = background.state() {
-                    controller.set_control(state);
-                }
-                if background.ready()
-                    && let Some(parameters) = controller.take_switch()
-                {
-                    let _ = background.hand_over(parameters);
-                }
-                background.set_calibrating(controller.calibrating());
-            })
-            .await;
+        let count = match uart.read_ready() {
+            Ok(true) => uart.read(&mut buffer).await.unwrap_or(0),
+            _ => 0,
+        };
+        for byte in &buffer[..count] {
+            if let Some(answer) = controller.receive(*byte) {
+                let _ = uart.write_all(&answer).await;
+            }
+            background.exchange(controller);
+        }
+        if count == 0 {
+            controller.idle();
+            background.exchange(controller);
+            yield_now().await;
+        }
     }
 }
 

@@ -4,17 +4,22 @@
 
 pub(crate) mod plant;
 
+#[path = "../../faults.rs"]
+mod faults;
+
 use core::cell::RefCell;
 use core::mem::MaybeUninit;
 use cortex_m::peripheral::SCB;
 use cortex_m::peripheral::syst::SystClkSource;
-use cortex_m_rt::{ExceptionFrame, exception};
+use cortex_m_rt::exception;
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 use cortex_m_semihosting::hio;
 use critical_section::Mutex;
 use delta_cal::nalgebra::Vector3;
 use delta_cal::{Refusal, Robot};
-use delta_cal_firmware_example::{ControlLoop, Halves, Path, RamFlash, TURNS_A_SECOND};
+use delta_cal_firmware_example::{
+    ControlLoop, Halves, NewParameters, ParameterFlash, Path, TURNS_A_SECOND, nominal,
+};
 use plant::Plant;
 
 /// Core clock. Hertz.
@@ -76,7 +81,7 @@ fn SysTick() {
         let joints = *machine.control_loop.turn();
         if machine.armed && machine.plant.touches(&joints) {
             machine.armed = false;
-            let line = machine.control_loop.path_mut();
+            let line = &mut machine.control_loop.path;
             line.target = line.point;
             machine.touched = Some((joints, line.point.z));
         }
@@ -93,8 +98,16 @@ pub(crate) fn with<R: Default>(work: impl FnOnce(&mut Machine) -> R) -> R {
     })
 }
 
+/// Nobody asks for the fingerprint.
+const fn new(robot: &Robot<f32>) -> NewParameters<f32> {
+    NewParameters {
+        robot: *robot,
+        fingerprint: 0,
+    }
+}
+
 /// Starts the control loop.
-pub(crate) fn start(robot: &Robot<f32>, plant: Plant) {
+fn start(robot: &Robot<f32>, plant: Plant) {
     let home = Vector3::new(0.0, 0.0, -350.0);
     let line = Line {
         point: home,
@@ -102,7 +115,7 @@ pub(crate) fn start(robot: &Robot<f32>, plant: Plant) {
         step: 0.0,
     };
     let machine = Machine {
-        control_loop: ControlLoop::with_path(robot, line),
+        control_loop: ControlLoop::new(&new(robot), line),
         plant,
         armed: false,
         touched: None,
@@ -123,12 +136,12 @@ pub(crate) fn start(robot: &Robot<f32>, plant: Plant) {
 /// Moves in a straight line at a speed (mm/s), and returns when the platform is there.
 pub(crate) fn go([x, y, z]: [f32; 3], speed: f32) {
     with(|machine| {
-        let line = machine.control_loop.path_mut();
+        let line = &mut machine.control_loop.path;
         line.target = Vector3::new(x, y, z);
         line.step = speed / 1000.0;
     });
     while !with(|machine| {
-        let line = machine.control_loop.path_mut();
+        let line = &mut machine.control_loop.path;
         line.point == line.target
     }) {
         cortex_m::asm::wfi();
@@ -150,37 +163,43 @@ pub(crate) fn probe(to: [f32; 3], speed: f32) -> Option<([f32; 3], f32)> {
 
 /// The joint angles at the current position.
 pub(crate) fn joints() -> [f32; 3] {
-    with(|machine| *machine.control_loop.joints())
+    with(|machine| machine.control_loop.state.joints)
 }
 
 /// Stores new parameters and hands them to the control loop, which blends over within half a second.
-pub(crate) fn take_over(store: &mut Store, robot: &Robot<f32>) {
-    if !save(store, robot) {
+fn take_over(store: &mut Store, robot: &Robot<f32>) {
+    let mut bytes = [0; size_of::<Parameters>()];
+    let parameters = robot.parameters();
+    let places = bytes.as_chunks_mut().0.iter_mut();
+    for (place, number) in places.zip(parameters.as_flattened()) {
+        *place = number.to_le_bytes();
+    }
+    if store.save(&bytes).is_err() {
         fail("not stored");
     }
     show("calibrated and stored", 0);
-    while !with(|machine| machine.control_loop.switch_to(robot)) {}
+    while !with(|machine| machine.control_loop.switch_to(&new(robot))) {}
     while with(|machine| machine.control_loop.switching()) {
         cortex_m::asm::wfi();
     }
 }
 
-/// Stands for two pages of flash: memory that survives a reset.
-pub(crate) type Store = Halves<&'static mut RamFlash<4096>>;
+pub(crate) type Store = Halves<&'static mut ParameterFlash>;
+type Parameters = [[f32; 8]; 3];
 
+/// Stands for two pages of flash: memory that survives a reset.
 #[repr(C)]
 struct Retained {
     mark: u32,
-    flash: RamFlash<4096>,
+    flash: ParameterFlash,
 }
 
 const MARK: u32 = 0x64_63_73_6d;
 /// Mark of a parameter record: program and version. Change it with the designed robot.
 const RECORD: u32 = 0x64_63_00_01;
-const NUMBERS: usize = 24;
 
 /// The store, once.
-pub(crate) fn store() -> Store {
+fn store() -> Store {
     #[allow(unsafe_code)] // the attribute that places it
     #[unsafe(link_section = ".storage")]
     static mut RETAINED: MaybeUninit<Retained> = MaybeUninit::uninit();
@@ -188,43 +207,26 @@ pub(crate) fn store() -> Store {
     #[allow(unsafe_code)]
     let retained = unsafe { &mut *(&raw mut RETAINED).cast::<Retained>() };
     if retained.mark != MARK {
-        retained.flash = RamFlash::new();
+        retained.flash = ParameterFlash::new();
         retained.mark = MARK;
     }
-    Halves::new(&mut retained.flash, RECORD, 4 * NUMBERS)
+    Halves::new(&mut retained.flash, RECORD, size_of::<Parameters>())
 }
 
 /// The stored parameters.
-pub(crate) fn load(store: &mut Store) -> Option<Robot<f32>> {
-    let mut bytes = [0; 4 * NUMBERS];
+fn load(store: &mut Store) -> Option<Robot<f32>> {
+    let mut bytes = [0; size_of::<Parameters>()];
     let content = store.load(&mut bytes).ok()??;
-    let mut parameters = [[0.0; 8]; 3];
-    for (number, bytes) in parameters
-        .as_flattened_mut()
-        .iter_mut()
-        .zip(content.as_chunks().0)
-    {
+    let mut parameters = Parameters::default();
+    let numbers = parameters.as_flattened_mut().iter_mut();
+    for (number, bytes) in numbers.zip(content.as_chunks().0) {
         *number = f32::from_le_bytes(*bytes);
     }
     Robot::from_parameters(parameters).ok()
 }
 
-/// Stores parameters; returns whether they are certainly stored.
-fn save(store: &mut Store, robot: &Robot<f32>) -> bool {
-    let mut bytes = [0; 4 * NUMBERS];
-    for (place, number) in bytes
-        .as_chunks_mut()
-        .0
-        .iter_mut()
-        .zip(robot.parameters().as_flattened())
-    {
-        *place = number.to_le_bytes();
-    }
-    store.save(&bytes).is_ok()
-}
-
 /// Displays a line: a text and a number. Replace by your display.
-pub(crate) fn show(text: &str, number: u32) {
+fn show(text: &str, number: u32) {
     let mut digits = [b'0'; 12];
     let (mut rest, mut first) = (number, digits.len() - 1);
     digits[first] = b'\n';
@@ -244,34 +246,25 @@ pub(crate) fn show(text: &str, number: u32) {
     }
 }
 
-/// Displays the error of a robot.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // far below a kilometre, not negative
-pub(crate) fn show_error(text: &str, millimetres: f32) {
-    show(text, (1000.0 * millimetres) as u32);
-}
-
-/// Displays why a calibration is refused, and the arm at fault: 1, 2, 3, or 0 for none.
-#[allow(clippy::cast_possible_truncation)] // 0, 1, 2
-pub(crate) fn show_refusal(refusal: Refusal) {
-    show("refused, status:", refusal.code().into());
-    show(
-        "arm:",
-        refusal.arm().map_or(0, |arm| arm.index() as u32 + 1),
-    );
-}
-
-/// Displays the longest turn of the control loop, and ends the emulation.
-pub(crate) fn end() -> ! {
-    show_longest_turn();
+/// A fault must not hang the run.
+pub(crate) fn fail(why: &str) -> ! {
+    show(why, 0);
     loop {
-        debug::exit(EXIT_SUCCESS);
+        debug::exit(EXIT_FAILURE);
     }
 }
 
-/// The same, then power-cycles.
-pub(crate) fn restart() -> ! {
-    show_longest_turn();
-    SCB::sys_reset()
+/// Takes over the result of a calibration, or displays why it is refused, with the arm at fault: 1, 2, 3, or 0 for none.
+#[allow(clippy::cast_possible_truncation)] // 0, 1, 2
+pub(crate) fn conclude(store: &mut Store, result: &Result<Robot<f32>, Refusal>) {
+    match result {
+        Ok(robot) => take_over(store, robot),
+        Err(refusal) => {
+            show("refused, status:", refusal.code().into());
+            let arm = refusal.arm().map_or(0, |arm| arm.index() as u32 + 1);
+            show("arm:", arm);
+        }
+    }
 }
 
 /// One of 25,000 ticks is missed.
@@ -280,21 +273,32 @@ fn show_longest_turn() {
     show("longest turn, ticks of 25000:", longest);
 }
 
-pub(crate) fn fail(why: &str) -> ! {
-    show(why, 0);
+/// Calibrates, and restarts as after a power cut; with stored parameters displays the largest error of the designed and
+/// of the calibrated robot, mm, and ends the emulation.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // far below a kilometre, not negative
+pub(crate) fn run(
+    calibrate: impl FnOnce(&Robot<f32>, &mut Store),
+    errors: impl FnOnce([&Robot<f32>; 2]) -> [f32; 2],
+) -> ! {
+    let mut store = store();
+    let Ok(drawn) = nominal() else {
+        fail("no robot")
+    };
+    let stored = load(&mut store);
+    start(stored.as_ref().unwrap_or(&drawn), Plant::new(&drawn));
+    let Some(calibrated) = stored else {
+        calibrate(&drawn, &mut store);
+        show_longest_turn();
+        SCB::sys_reset()
+    };
+    let [as_drawn, as_calibrated] = errors([&drawn, &calibrated]);
+    show("micrometres off as drawn:", (1000.0 * as_drawn) as u32);
+    show(
+        "micrometres off calibrated:",
+        (1000.0 * as_calibrated) as u32,
+    );
+    show_longest_turn();
     loop {
-        debug::exit(EXIT_FAILURE);
+        debug::exit(EXIT_SUCCESS);
     }
-}
-
-#[panic_handler]
-fn panicked(_: &core::panic::PanicInfo<'_>) -> ! {
-    fail("panic")
-}
-
-// `cortex-m-rt` requires these two to be `unsafe fn`; neither does anything unsafe.
-#[allow(unsafe_code)]
-#[exception]
-unsafe fn HardFault(_: &ExceptionFrame) -> ! {
-    fail("hard fault: the stack is full?")
 }

@@ -51,6 +51,20 @@ static void expect(dcal_status status, dcal_status expected, const char *call)
 
 #define OK(call) expect((call), DCAL_OK, #call)
 
+static void check(int holds, const char *what)
+{
+    if (!holds) {
+        failures++;
+        platform_write("FAILED ");
+        platform_write(what);
+        platform_write("\n");
+    }
+}
+
+#define CHECK(what) check((what), #what)
+#define GATE_SNAPSHOT_f32 DCAL_GATE_SNAPSHOT_F32_SIZE
+#define GATE_SNAPSHOT_f64 DCAL_GATE_SNAPSHOT_F64_SIZE
+
 static void write_error(const char *label, const dcal_error *error)
 {
     uint32_t figure;
@@ -76,6 +90,7 @@ static void write_error(const char *label, const dcal_error *error)
 #undef BITS
 #undef OF
 #undef NAME
+#undef WRITE_FOUND
 
 #define REAL double
 #define BITS uint64_t
@@ -86,35 +101,23 @@ static void write_error(const char *label, const dcal_error *error)
 /* What the library says that an object takes fits what the header gives it. */
 static void check_size(int32_t kind, size_t size)
 {
-    if (dcal_size(kind) == 0 || dcal_size(kind) > size) {
-        platform_write("FAILED the header is not the library's: the size of an object\n");
-        failures++;
-    }
+    check(dcal_size(kind) > 0 && dcal_size(kind) <= size, "the header is not the library's: the size of an object");
 }
 
 static void check_sizes(void)
 {
     check_size(DCAL_ROBOT_F32, sizeof(dcal_robot_f32));
     check_size(DCAL_IKM_F32, sizeof(dcal_ikm_f32));
-    check_size(DCAL_IKM_OUTCOME_F32, sizeof(dcal_ikm_outcome_f32));
     check_size(DCAL_JOINT_F32, sizeof(dcal_joint_f32));
-    check_size(DCAL_JOINT_OUTCOME_F32, sizeof(dcal_joint_outcome_f32));
     check_size(DCAL_GATE_F32, sizeof(dcal_gate_f32));
     check_size(DCAL_FKM_F32, sizeof(dcal_fkm_f32));
-    check_size(DCAL_FKM_OUTCOME_F32, sizeof(dcal_fkm_outcome_f32));
-    if (dcal_alignment() != 8) {
-        platform_write("FAILED the header is not the library's: the alignment of an object\n");
-        failures++;
-    }
+    check(dcal_alignment() == 8, "the header is not the library's: the alignment of an object");
 }
 
 int fixture_run(void)
 {
     check_sizes();
-    if (dcal_version() != DCAL_VERSION) {
-        platform_write("FAILED the library is not of the header's version\n");
-        failures++;
-    }
+    check(dcal_version() == DCAL_VERSION, "the library is not of the header's version");
     run_f32();
     run_f64();
     return failures;

@@ -2,19 +2,9 @@
 
 static OF(dcal_robot) OF(nominal);
 static OF(dcal_ikm) OF(calibrator);
-static OF(dcal_ikm_outcome) OF(outcome);
 static OF(dcal_joint) OF(joint_calibrator);
-static OF(dcal_joint_outcome) OF(joint_outcome);
 static OF(dcal_gate) OF(gate);
 static OF(dcal_fkm) OF(fkm);
-static OF(dcal_fkm_outcome) OF(fkm_outcome);
-
-static REAL OF(number)(uint64_t bits)
-{
-    double value;
-    memcpy(&value, &bits, sizeof value);
-    return (REAL)value;
-}
 
 static void OF(write)(const char *label, const REAL *values, size_t count)
 {
@@ -44,8 +34,8 @@ static OF(dcal_sample) OF(sample)(size_t index)
 {
     OF(dcal_sample) sample;
     for (size_t axis = 0; axis < 3; axis++) {
-        sample.joints[axis] = OF(number)(samples[index][axis]);
-        sample.position[axis] = OF(number)(samples[index][3 + axis]);
+        sample.joints[axis] = (REAL)samples[index][axis];
+        sample.position[axis] = (REAL)samples[index][3 + axis];
     }
     return sample;
 }
@@ -54,12 +44,12 @@ static OF(dcal_settings) OF(settings)(int with_tolerance)
 {
     OF(dcal_settings) settings = {0};
     for (size_t axis = 0; axis < 3; axis++) {
-        settings.position_noise[axis] = OF(number)(noise[0]);
+        settings.position_noise[axis] = (REAL)noise[0];
     }
-    settings.joint_noise = OF(number)(noise[1]);
+    settings.joint_noise = (REAL)noise[1];
     if (with_tolerance) {
-        settings.length_tolerance = OF(number)(tolerance[0]);
-        settings.angle_tolerance = OF(number)(tolerance[1]);
+        settings.length_tolerance = (REAL)tolerance[0];
+        settings.angle_tolerance = (REAL)tolerance[1];
     }
     return settings;
 }
@@ -89,6 +79,32 @@ static void OF(write_robot)(const OF(dcal_robot) *robot)
     OF(write)("parameters", parameters, 24);
 }
 
+/* What a calibrator has found. */
+#define WRITE_FOUND(family) \
+    static void OF(write_##family)(const OF(dcal_##family) *calibrator) \
+    { \
+        static REAL covariance[576]; \
+        OF(dcal_robot) robot; \
+        REAL deviations[24]; \
+        dcal_error error; \
+        OK(OF(dcal_##family##_finish)(calibrator, &robot, sizeof robot, &error)); \
+        OF(write_robot)(&robot); \
+        OK(OF(dcal_##family##_deviations)(calibrator, deviations)); \
+        OF(write)("deviations", deviations, 24); \
+        OK(OF(dcal_##family##_covariance)(calibrator, covariance)); \
+        OF(write)("covariance", covariance, 576); \
+        for (int32_t arm = 0; arm < 3; arm++) { \
+            OF(dcal_arm_summary) summary; \
+            OK(OF(dcal_##family##_arm)(calibrator, arm, &summary)); \
+            OF(write_summary)(&summary); \
+        } \
+    }
+
+WRITE_FOUND(ikm)
+WRITE_FOUND(joint)
+WRITE_FOUND(gate)
+WRITE_FOUND(fkm)
+
 static void OF(kinematics)(void)
 {
     const REAL joints[3] = {(REAL)0.25, (REAL)-0.125, (REAL)0.5};
@@ -116,6 +132,7 @@ static void OF(ikm)(const OF(dcal_settings) *settings)
     unsigned long adding = 0;
     unsigned long solving = 0;
     unsigned long longest = 0;
+    OF(dcal_robot) robot;
     dcal_status status;
     OK(OF(dcal_ikm_init)(&OF(calibrator), sizeof OF(calibrator), &OF(nominal), settings, &error));
     expect(OF(dcal_ikm_solve)(&OF(calibrator), &error),
@@ -128,7 +145,7 @@ static void OF(ikm)(const OF(dcal_settings) *settings)
         adding += platform_count() - start;
     }
     OK(OF(dcal_ikm_solve)(&OF(calibrator), &error));
-    expect(OF(dcal_ikm_finish)(&OF(calibrator), &OF(outcome), sizeof OF(outcome), &error),
+    expect(OF(dcal_ikm_finish)(&OF(calibrator), &robot, sizeof robot, &error),
         DCAL_UNFINISHED, "outcome before the last step");
     do {
         const unsigned long start = platform_count();
@@ -138,43 +155,10 @@ static void OF(ikm)(const OF(dcal_settings) *settings)
         longest = spent > longest ? spent : longest;
     } while (status == DCAL_WORKING);
     expect(status, DCAL_OK, "step");
-    OK(OF(dcal_ikm_finish)(&OF(calibrator), &OF(outcome), sizeof OF(outcome), &error));
     OF(cost)("add, mean", adding / SAMPLES);
     OF(cost)("all steps", solving);
     OF(cost)("longest step", longest);
-
-    OF(dcal_robot) robot;
-    REAL deviations[24];
-    OK(OF(dcal_ikm_outcome_robot)(&OF(outcome), &robot, sizeof robot));
-    OF(write_robot)(&robot);
-    OK(OF(dcal_ikm_outcome_deviations)(&OF(outcome), deviations));
-    OF(write)("deviations", deviations, 24);
-    for (int32_t arm = 0; arm < 3; arm++) {
-        OF(dcal_arm_summary) summary;
-        REAL covariance[64];
-        OK(OF(dcal_ikm_outcome_arm)(&OF(outcome), arm, &summary));
-        OF(write_summary)(&summary);
-        OK(OF(dcal_ikm_outcome_arm_covariance)(&OF(outcome), arm, covariance));
-        OF(write)("covariance", covariance, 64);
-    }
-}
-
-static void OF(write_joint)(const OF(dcal_joint_outcome) *outcome)
-{
-    static REAL covariance[576];
-    OF(dcal_robot) robot;
-    REAL deviations[24];
-    OK(OF(dcal_joint_outcome_robot)(outcome, &robot, sizeof robot));
-    OF(write_robot)(&robot);
-    OK(OF(dcal_joint_outcome_deviations)(outcome, deviations));
-    OF(write)("deviations", deviations, 24);
-    OK(OF(dcal_joint_outcome_covariance)(outcome, covariance));
-    OF(write)("covariance", covariance, 576);
-    for (int32_t arm = 0; arm < 3; arm++) {
-        OF(dcal_arm_summary) summary;
-        OK(OF(dcal_joint_outcome_arm)(outcome, arm, &summary));
-        OF(write_summary)(&summary);
-    }
+    OF(write_ikm)(&OF(calibrator));
 }
 
 static void OF(joint)(const OF(dcal_settings) *settings)
@@ -184,6 +168,7 @@ static void OF(joint)(const OF(dcal_settings) *settings)
     unsigned long solving = 0;
     unsigned long longest = 0;
     unsigned long begin;
+    OF(dcal_robot) robot;
     dcal_status status;
     OK(OF(dcal_joint_init)(
         &OF(joint_calibrator), sizeof OF(joint_calibrator), &OF(nominal), settings, &error));
@@ -206,13 +191,12 @@ static void OF(joint)(const OF(dcal_settings) *settings)
     } while (status == DCAL_WORKING);
     expect(status, DCAL_OK, "joint step");
     begin = platform_count();
-    OK(OF(dcal_joint_finish)(
-        &OF(joint_calibrator), &OF(joint_outcome), sizeof OF(joint_outcome), &error));
+    OK(OF(dcal_joint_finish)(&OF(joint_calibrator), &robot, sizeof robot, &error));
     OF(cost)("joint, end", platform_count() - begin);
     OF(cost)("joint, add, mean", adding / SAMPLES);
     OF(cost)("joint, all steps", solving);
     OF(cost)("joint, longest step", longest);
-    OF(write_joint)(&OF(joint_outcome));
+    OF(write_joint)(&OF(joint_calibrator));
 }
 
 /* Every eleventh sample is 5 mm off. */
@@ -221,7 +205,6 @@ static void OF(gated)(const OF(dcal_settings) *settings)
     dcal_error error;
     OF(dcal_gate_counts) counts;
     OF(dcal_verdict) verdict;
-    OF(dcal_robot) robot;
     OK(OF(dcal_gate_init)(&OF(gate), sizeof OF(gate), &OF(nominal), settings, 0, 0, &error));
     for (size_t index = 0; index < SAMPLES; index++) {
         OF(dcal_sample) sample = OF(sample)(index);
@@ -242,43 +225,115 @@ static void OF(gated)(const OF(dcal_settings) *settings)
     OK(OF(dcal_gate_solve)(&OF(gate), &error));
     while (OF(dcal_gate_step)(&OF(gate)) == DCAL_WORKING) {
     }
-    OK(OF(dcal_gate_finish)(&OF(gate), &OF(outcome), sizeof OF(outcome), &error));
-    OK(OF(dcal_ikm_outcome_robot)(&OF(outcome), &robot, sizeof robot));
-    OF(write_robot)(&robot);
+    OF(write_gate)(&OF(gate));
 }
 
-/* Heights above a plane, x and z alone, distances from a point, in turn. */
-static OF(dcal_observation) OF(observation)(size_t index)
+/* Adds some of the samples, so far off, to a new gate or to one that has samples; what became of the last. */
+static int32_t OF(gate_add)(size_t first, size_t end, REAL off)
+{
+    dcal_error error;
+    OF(dcal_verdict) verdict = {0};
+    for (size_t index = first; index < end; index++) {
+        OF(dcal_sample) sample = OF(sample)(index);
+        sample.position[0] += off;
+        OK(OF(dcal_gate_add)(&OF(gate), &sample, &verdict, &error));
+    }
+    return verdict.verdict;
+}
+
+static OF(dcal_gate_counts) OF(gate_counts)(void)
+{
+    OF(dcal_gate_counts) counts;
+    OK(OF(dcal_gate_state)(&OF(gate), &counts));
+    return counts;
+}
+
+static dcal_status OF(gate_solve)(dcal_error *error)
+{
+    OF(dcal_robot) robot;
+    const dcal_status status = OF(dcal_gate_solve)(&OF(gate), error);
+    if (status != DCAL_OK) {
+        return status;
+    }
+    while (OF(dcal_gate_step)(&OF(gate)) == DCAL_WORKING) {
+    }
+    return OF(dcal_gate_finish)(&OF(gate), &robot, sizeof robot, error);
+}
+
+/* An alarm is answered: the samples were wrong, or the robot has changed. Too many wrong samples are no calibration. */
+static void OF(alarm)(const OF(dcal_settings) *settings)
+{
+    dcal_error error;
+    OK(OF(dcal_gate_init)(&OF(gate), sizeof OF(gate), &OF(nominal), settings, 0, 0, &error));
+    CHECK(OF(gate_add)(0, 20, 0) == DCAL_TAKEN);
+    CHECK(OF(gate_add)(20, 28, 5) == DCAL_REJECTED);
+    CHECK(OF(gate_counts)().alarm == DCAL_ROBOT_CHANGED);
+    expect(OF(gate_solve)(&error), DCAL_ROBOT_HAS_CHANGED, "solve with an alarm");
+    CHECK(error.count == 20);
+    OK(OF(dcal_gate_acknowledge)(&OF(gate)));
+    CHECK(OF(gate_counts)().alarm == DCAL_NO_ALARM);
+    CHECK(OF(gate_add)(0, SAMPLES, 0) == DCAL_TAKEN);
+    OK(OF(gate_solve)(&error));
+    OK(OF(dcal_gate_reset)(&OF(gate)));
+    CHECK(OF(gate_counts)().taken == 0);
+    for (size_t index = 0; index < 20; index++) {
+        OF(gate_add)(index, index + 1, index % 3 == 2 ? 5 : 0);
+    }
+    expect(OF(gate_solve)(&error), DCAL_TOO_MANY_REJECTED, "solve with a third of the samples wrong");
+}
+
+/* What the gate has seen outlasts a power cut. */
+static void OF(power_cut)(const OF(dcal_settings) *settings)
+{
+    static unsigned char bytes[OF(GATE_SNAPSHOT)];
+    dcal_error error;
+    size_t length = 7;
+    OK(OF(dcal_gate_init)(&OF(gate), sizeof OF(gate), &OF(nominal), settings, 0, 0, &error));
+    CHECK(OF(gate_add)(0, 12, 0) == DCAL_TAKEN);
+    CHECK(OF(gate_add)(12, 13, 5) == DCAL_REJECTED);
+    const OF(dcal_sample) sample = OF(sample)(0);
+    expect(OF(dcal_gate_add)(&OF(gate), &sample, NULL, &error), DCAL_NULL_POINTER, "add without a verdict");
+    expect(OF(dcal_gate_snapshot)(&OF(gate), bytes, sizeof bytes - 1, &length),
+        DCAL_SNAPSHOT_BUFFER, "snapshot with too little room");
+    CHECK(length == 7);
+    OK(OF(dcal_gate_snapshot)(&OF(gate), bytes, sizeof bytes, &length));
+    OK(OF(dcal_gate_init)(&OF(gate), sizeof OF(gate), &OF(nominal), settings, 0, 0, &error));
+    OK(OF(dcal_gate_restore)(&OF(gate), bytes, length));
+    CHECK(OF(gate_counts)().taken == 12 && OF(gate_counts)().rejected == 1);
+    OK(OF(dcal_gate_solve)(&OF(gate), &error));
+    OF(dcal_verdict) verdict;
+    expect(OF(dcal_gate_add)(&OF(gate), &sample, &verdict, &error), DCAL_BUSY, "add while it solves");
+}
+
+/* What of a sample is read. */
+static OF(dcal_observation) OF(observation)(size_t index, uint32_t readings)
 {
     const OF(dcal_sample) sample = OF(sample)(index);
+    const OF(dcal_sample) other = OF(sample)((index + 1) % SAMPLES);
     OF(dcal_observation) observation = {0};
     memcpy(observation.joints, sample.joints, sizeof sample.joints);
     memcpy(observation.position, sample.position, sizeof sample.position);
+    memcpy(observation.other_joints, other.joints, sizeof other.joints);
     observation.height = sample.position[2] + 560;
-    observation.distance = OF(number)(distances[index]);
-    observation.readings = index % 3 == 0 ? (uint32_t)DCAL_READ_HEIGHT
-        : index % 3 == 1                  ? (uint32_t)(DCAL_READ_X | DCAL_READ_Z)
-                                          : (uint32_t)DCAL_READ_DISTANCE;
+    observation.distance = (REAL)((readings & DCAL_READ_DISTANCE) != 0 ? distances[index] : apart[index]);
+    observation.readings = readings;
     return observation;
 }
 
-static void OF(observe)(const OF(dcal_settings) *settings)
+static void OF(observe_with)(const OF(dcal_instruments) *instruments, const OF(dcal_settings) *settings,
+    const uint32_t *readings, size_t count)
 {
     dcal_error error;
-    OF(dcal_instruments) instruments = {0};
     REAL place[4];
     REAL rotation[9];
     unsigned long solving = 0;
     unsigned long longest = 0;
     unsigned long begin;
+    OF(dcal_robot) robot;
     dcal_status status;
-    instruments.plane_count = 1;
-    instruments.point_count = 1;
-    instruments.height_noise = settings->position_noise[0];
-    instruments.distance_noise = settings->position_noise[0];
-    OK(OF(dcal_fkm_init)(&OF(fkm), sizeof OF(fkm), &OF(nominal), &instruments, settings, &error));
+    OK(OF(dcal_fkm_init)(&OF(fkm), sizeof OF(fkm), &OF(nominal), instruments, settings, &error));
     for (size_t index = 0; index < SAMPLES; index++) {
-        const OF(dcal_observation) observation = OF(observation)(index);
+        const OF(dcal_observation) observation = OF(observation)(index, readings[index % count]);
         OK(OF(dcal_fkm_add)(&OF(fkm), &observation, &error));
     }
     OK(OF(dcal_fkm_solve)(&OF(fkm), &error));
@@ -291,18 +346,55 @@ static void OF(observe)(const OF(dcal_settings) *settings)
     } while (status == DCAL_WORKING);
     expect(status, DCAL_OK, "fkm step");
     begin = platform_count();
-    OK(OF(dcal_fkm_finish)(&OF(fkm), &OF(fkm_outcome), sizeof OF(fkm_outcome), &error));
+    OK(OF(dcal_fkm_finish)(&OF(fkm), &robot, sizeof robot, &error));
     OF(cost)("fkm, end", platform_count() - begin);
     OF(cost)("fkm, all steps", solving);
     OF(cost)("fkm, longest step", longest);
-    OK(OF(dcal_fkm_outcome_joint)(&OF(fkm_outcome), &OF(joint_outcome), sizeof OF(joint_outcome)));
-    OF(write_joint)(&OF(joint_outcome));
-    OK(OF(dcal_fkm_outcome_plane)(&OF(fkm_outcome), 0, place));
-    OF(write)("plane", place, 3);
-    OK(OF(dcal_fkm_outcome_point)(&OF(fkm_outcome), 0, place));
-    OF(write)("point", place, 4);
-    OK(OF(dcal_fkm_outcome_frame)(&OF(fkm_outcome), rotation, place));
+    OF(write_fkm)(&OF(fkm));
+    if (instruments->plane_count > 0) {
+        OK(OF(dcal_fkm_plane)(&OF(fkm), 0, place));
+        OF(write)("plane", place, 3);
+    }
+    if (instruments->point_count > 0) {
+        OK(OF(dcal_fkm_point)(&OF(fkm), 0, place));
+        OF(write)("point", place, 4);
+    }
+    OK(OF(dcal_fkm_frame)(&OF(fkm), rotation, place));
     OF(write)("frame", rotation, 9);
+    OF(write)("moved", place, 3);
+}
+
+/* Heights above a plane, x and z alone, distances from a point, in turn. */
+static void OF(observe)(const OF(dcal_settings) *settings)
+{
+    const uint32_t readings[3] = {DCAL_READ_HEIGHT, DCAL_READ_X | DCAL_READ_Z, DCAL_READ_DISTANCE};
+    OF(dcal_instruments) instruments = {0};
+    instruments.plane_count = 1;
+    instruments.point_count = 1;
+    instruments.height_noise = settings->position_noise[0];
+    instruments.distance_noise = settings->position_noise[0];
+    OF(observe_with)(&instruments, settings, readings, 3);
+}
+
+/* In a sensor's frame: with a point that has an offset, and with a plane that is known. */
+static void OF(observe_in_sensor)(const OF(dcal_settings) *settings)
+{
+    const uint32_t positions = DCAL_READ_X | DCAL_READ_Y | DCAL_READ_Z;
+    const uint32_t of_point[3] = {positions, DCAL_READ_DISTANCE, DCAL_READ_DISTANCE_BETWEEN | DCAL_READ_Z};
+    const uint32_t of_plane[2] = {positions, DCAL_READ_HEIGHT | DCAL_READ_Y};
+    OF(dcal_instruments) instruments = {0};
+    instruments.frame = DCAL_FRAME_SENSOR;
+    instruments.height_noise = settings->position_noise[0];
+    instruments.distance_noise = settings->position_noise[0];
+    instruments.point_count = 1;
+    instruments.points[0].has_offset = 1;
+    OF(observe_with)(&instruments, settings, of_point, 3);
+    instruments.point_count = 0;
+    instruments.plane_count = 1;
+    instruments.planes[0].known = -560;
+    instruments.planes[0].sigma = 1;
+    instruments.planes[0].level = (REAL)0.0078125;
+    OF(observe_with)(&instruments, settings, of_plane, 2);
 }
 
 /* What a part of the run takes of the stack, beside what it is called with. */
@@ -337,4 +429,7 @@ static void OF(run)(void)
     OF(stack_of)("ikm", OF(ikm), &noise_alone);
     OF(stack_of)("gate", OF(gated), &both);
     OF(stack_of)("fkm", OF(observe), &both);
+    OF(observe_in_sensor)(&both);
+    OF(alarm)(&both);
+    OF(power_cut)(&both);
 }

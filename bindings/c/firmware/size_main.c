@@ -32,22 +32,17 @@ static void part(void)
 #ifndef SIZE_NOTHING
 #ifdef SIZE_IKM
 #define OF(name) dcal_ikm##name##_f32
-#define OUTCOME(name) dcal_ikm_outcome##name##_f32
 #elif defined(SIZE_GATE)
 #define OF(name) dcal_gate##name##_f32
-#define OUTCOME(name) dcal_ikm_outcome##name##_f32
 #elif defined(SIZE_JOINT)
 #define OF(name) dcal_joint##name##_f32
-#define OUTCOME(name) dcal_joint_outcome##name##_f32
 #elif defined(SIZE_FKM)
 #define OF(name) dcal_fkm##name##_f32
-#define OUTCOME(name) dcal_fkm_outcome##name##_f32
 #endif
 #endif
 
 #ifdef OF
 static OF() calibrator;
-static OUTCOME() outcome;
 
 static void part(void)
 {
@@ -77,8 +72,7 @@ static void part(void)
     OF(_solve)(&calibrator, &error);
     while (OF(_step)(&calibrator) == DCAL_WORKING) {
     }
-    OF(_finish)(&calibrator, &outcome, sizeof outcome, &error);
-    OUTCOME(_robot)(&outcome, &robot, sizeof robot);
+    OF(_finish)(&calibrator, &robot, sizeof robot, &error);
 }
 #endif
 

@@ -43,29 +43,29 @@ extern "C" {
 /** The version of this header: major << 16 | minor << 8 | patch. */
 #define DCAL_VERSION UINT32_C(256)
 
-/** What a call came to. The numbers never change. */
+/** The result of a call. The numbers never change. */
 typedef int32_t dcal_status;
 
 enum {
-    /** The call did what it says. */
+    /** The call succeeded. */
     DCAL_OK = 0,
-    /** The solver has more steps to do. */
+    /** The solver has more steps to run. */
     DCAL_WORKING = 1,
     /** A pointer is NULL. */
     DCAL_NULL_POINTER = 10,
-    /** A pointer is not aligned as its type demands. */
+    /** A pointer is not aligned as its type requires. */
     DCAL_MISALIGNED = 11,
     /** The stated size is smaller than the object. */
     DCAL_WRONG_SIZE = 12,
-    /** The memory holds no object of this version of the library: it was never initialised, or overwritten. */
+    /** The memory holds no object of this version of the library: it was never initialised, or it was overwritten. */
     DCAL_NOT_INITIALIZED = 13,
     /** The memory holds an object of another kind. */
     DCAL_WRONG_KIND = 14,
     /** Two objects overlap. */
     DCAL_OVERLAP = 15,
-    /** There is no arm of this index: 0, 1 and 2 are the arms. */
+    /** There is no arm with this index: the arms are 0, 1 and 2. */
     DCAL_NO_SUCH_ARM = 16,
-    /** A number that chooses is none of those that the header names. */
+    /** A choice is not one of the constants in the header. */
     DCAL_NO_SUCH_CHOICE = 17,
     /** The calibrator is solving: step it to the end, or stop it, before its samples change. */
     DCAL_BUSY = 18,
@@ -83,29 +83,29 @@ enum {
     DCAL_TOLERANCE_OF_ANGLE = 25,
     /** The width of the gate must be a finite number greater than 0. */
     DCAL_WIDTH_OF_GATE = 26,
-    /** The factor of forgetting must lie between 0 and 1, the mean age of samples be a finite number greater than 0. */
+    /** The forgetting factor must lie between 0 and 1; the mean age of samples must be a finite number greater than 0. */
     DCAL_FORGETTING = 27,
-    /** What is known of an instrument's place must be finite, and its sigma not negative. */
+    /** The known position of an instrument must be finite, and its sigma must not be negative. */
     DCAL_KNOWN_PLACE = 28,
     /** The tolerance of the joints' zeros must be a finite number greater than 0. */
     DCAL_TOLERANCE_OF_JOINT_ZERO = 29,
     /** A parameter of the geometry is not a finite number. */
     DCAL_GEOMETRY_NOT_FINITE = 30,
-    /** The upper arm or the forearm is not longer than 0. */
+    /** The length of an upper arm or forearm is not greater than 0. */
     DCAL_GEOMETRY_NOT_POSITIVE = 31,
     /** The tilt alpha must lie within 90 degrees. */
     DCAL_GEOMETRY_TILT = 32,
     /** The azimuth theta must lie within 360 degrees. */
     DCAL_GEOMETRY_AZIMUTH = 33,
-    /** The radius of base or platform is negative. */
+    /** The radius of the base or platform is negative. */
     DCAL_GEOMETRY_RADIUS = 34,
     /** The arms have no common upward direction. */
     DCAL_GEOMETRY_NO_COMMON_UP = 35,
-    /** A transmission is not nearly exact: gain and harmonics together must be below a tenth. */
+    /** A transmission is too far from exact: gain and harmonics together must be below 0.1. */
     DCAL_GEOMETRY_TRANSMISSION = 36,
     /** The forearms do not meet at these joint angles, or an arm does not reach the position. */
     DCAL_UNREACHABLE = 40,
-    /** Upper arm and forearm are in line: the edge of the workspace. */
+    /** An upper arm and its forearm are in line: the edge of the workspace. */
     DCAL_SINGULAR_SERIAL = 41,
     /** The three forearms lie in one plane: the joints do not hold the platform. */
     DCAL_SINGULAR_PARALLEL = 42,
@@ -119,19 +119,19 @@ enum {
     DCAL_SAMPLE_JOINT_NOT_FINITE = 52,
     /** A joint angle of the sample is beyond two turns; joint angles are in radians. */
     DCAL_SAMPLE_JOINT_TOO_LARGE = 53,
-    /** The two calibrators are of different robots or noises. */
+    /** The two calibrators have different robots or noises. */
     DCAL_DIFFERENT_NOMINAL = 54,
-    /** The observation holds no reading. */
+    /** The observation has no reading. */
     DCAL_OBSERVATION_EMPTY = 60,
     /** A reading of the observation is not finite. */
     DCAL_OBSERVATION_NOT_FINITE = 61,
     /** A distance is not greater than 0. */
     DCAL_OBSERVATION_DISTANCE = 62,
-    /** There is no plane of this index. */
+    /** There is no plane with this index. */
     DCAL_NO_SUCH_PLANE = 63,
-    /** There is no point of this index. */
+    /** There is no point with this index. */
     DCAL_NO_SUCH_POINT = 64,
-    /** The distance is between two poses that the nominal robot has in the same place. */
+    /** The nominal robot is at the same position in both poses of a distance. */
     DCAL_OBSERVATION_SAME_PLACE = 65,
     /** The instruments have more unknowns than there is room for. */
     DCAL_TOO_MANY_UNKNOWNS = 66,
@@ -141,51 +141,51 @@ enum {
     DCAL_TOO_FEW_SAMPLES = 70,
     /** The poses do not determine the parameters. */
     DCAL_UNDETERMINED = 71,
-    /** The noise leaves a parameter unknown. */
+    /** The noise leaves a parameter undetermined. */
     DCAL_UNCERTAIN = 72,
-    /** The iteration did not settle within its limit. */
+    /** The iteration did not converge within its limit. */
     DCAL_NOT_CONVERGED = 73,
     /** The residuals are larger than the stated noise allows. */
     DCAL_RESIDUAL_CONTRADICTS_NOISE = 74,
-    /** A parameter is farther from nominal than the tolerance makes credible. */
+    /** A parameter is farther from nominal than the tolerance allows. */
     DCAL_FAR_FROM_NOMINAL = 75,
-    /** The solution is not the geometry of an arm. */
+    /** The solution is not a valid arm. */
     DCAL_IMPOSSIBLE_GEOMETRY = 76,
-    /** The solution's three arms are not a robot. */
+    /** The three arms of the solution do not form a robot. */
     DCAL_IMPOSSIBLE_ROBOT = 77,
     /** The platform was measured above its elbows: the measuring frame is upside down or left-handed. */
     DCAL_WRONG_SIDE = 78,
-    /** An instrument has fewer readings than its place has unknowns. */
+    /** An instrument has fewer readings than unknowns. */
     DCAL_TOO_FEW_OBSERVATIONS = 79,
-    /** The poses do not determine where an instrument is. */
+    /** The poses do not determine the position of an instrument. */
     DCAL_UNDETERMINED_INSTRUMENT = 80,
     /** The arithmetic overflowed. */
     DCAL_OVERFLOW = 81,
-    /** The solver was asked for its result before its last step. */
+    /** The result was requested before the last step. */
     DCAL_UNFINISHED = 82,
-    /** There is no covariance: the noise is not stated, and too few samples are left over to estimate it. */
+    /** There is no covariance: the noise is not stated, and there are too few redundant samples to estimate it. */
     DCAL_NO_COVARIANCE = 83,
-    /** The sample was not tested: there is no estimate to test it with. */
+    /** The sample was not tested: there is no estimate yet. */
     DCAL_NO_ESTIMATE = 90,
-    /** The sample was not tested: the noise is neither stated nor known. */
+    /** The sample was not tested: the noise is neither stated nor estimated. */
     DCAL_NO_NOISE = 91,
-    /** The gate rejected a run of samples: the robot has changed, or its measuring frame. */
+    /** The gate rejected a run of samples: the robot or its measuring frame has changed. */
     DCAL_ROBOT_HAS_CHANGED = 92,
-    /** The gate rejected a run of samples, and too few came before it to decide which are right. */
+    /** The gate rejected a run of samples, after too few earlier ones to decide which are right. */
     DCAL_EARLY_SAMPLES = 93,
-    /** The gate rejected so many of all samples that it is not known which are wrong. */
+    /** The gate rejected too many samples to tell which are wrong. */
     DCAL_TOO_MANY_REJECTED = 94,
     /** The memory for the snapshot is shorter than the header states. */
     DCAL_SNAPSHOT_BUFFER = 100,
-    /** The bytes are not a whole snapshot: cut off, damaged, or never written. */
+    /** The bytes are not a complete snapshot: truncated, damaged, or never written. */
     DCAL_SNAPSHOT_DAMAGED = 101,
     /** The snapshot is of another version of the library. */
     DCAL_SNAPSHOT_OTHER_VERSION = 102,
-    /** The snapshot is of another kind of object, or of one in the other precision. */
+    /** The snapshot is of another kind of object, or in the other precision. */
     DCAL_SNAPSHOT_OTHER_KIND = 103,
-    /** The snapshot is of another robot, of other settings, or belongs to a calibrator in another state. */
+    /** The snapshot is of another robot or other settings, or of a calibrator in another state. */
     DCAL_SNAPSHOT_OTHER_CALIBRATION = 104,
-    /** A refusal that this version of the library has no number for. */
+    /** A refusal that has no number in this version of the library. */
     DCAL_OTHER = 127
 };
 
@@ -282,20 +282,14 @@ enum {
 enum {
     DCAL_ROBOT_F32 = 1025,
     DCAL_IKM_F32 = 1026,
-    DCAL_IKM_OUTCOME_F32 = 1028,
     DCAL_JOINT_F32 = 1029,
-    DCAL_JOINT_OUTCOME_F32 = 1031,
     DCAL_GATE_F32 = 1032,
     DCAL_FKM_F32 = 1033,
-    DCAL_FKM_OUTCOME_F32 = 1034,
     DCAL_ROBOT_F64 = 2049,
     DCAL_IKM_F64 = 2050,
-    DCAL_IKM_OUTCOME_F64 = 2052,
     DCAL_JOINT_F64 = 2053,
-    DCAL_JOINT_OUTCOME_F64 = 2055,
     DCAL_GATE_F64 = 2056,
-    DCAL_FKM_F64 = 2057,
-    DCAL_FKM_OUTCOME_F64 = 2058
+    DCAL_FKM_F64 = 2057
 };
 
 /** Why a call failed. Every function that takes a pointer to one accepts NULL. */
@@ -324,6 +318,16 @@ typedef struct dcal_error {
     /** 0. */
     uint32_t reserved;
 } dcal_error;
+DCAL_ASSERT(sizeof(dcal_error) == sizeof(uint64_t)
+    + sizeof(uint64_t)
+    + sizeof(dcal_status)
+    + sizeof(int32_t)
+    + sizeof(int32_t)
+    + sizeof(dcal_status)
+    + sizeof(int32_t)
+    + sizeof(uint32_t)
+    + sizeof(float)
+    + sizeof(uint32_t), "no padding");
 
 /** The version of the library that is linked. Compare it with DCAL_VERSION, that of the header: before 1.0
  * both must agree in major and minor. */
@@ -355,26 +359,12 @@ typedef struct dcal_ikm_f32 {
 } dcal_ikm_f32;
 DCAL_OBJECT(dcal_ikm_f32, DCAL_IKM_F32_SIZE);
 
-/** A calibrated robot with the covariance of each arm. */
-#define DCAL_IKM_OUTCOME_F32_SIZE 1728
-typedef struct dcal_ikm_outcome_f32 {
-    DCAL_ALIGNED unsigned char memory[DCAL_IKM_OUTCOME_F32_SIZE];
-} dcal_ikm_outcome_f32;
-DCAL_OBJECT(dcal_ikm_outcome_f32, DCAL_IKM_OUTCOME_F32_SIZE);
-
 /** The joint calibrator: samples and solver, all 24 parameters together. */
 #define DCAL_JOINT_F32_SIZE 11904
 typedef struct dcal_joint_f32 {
     DCAL_ALIGNED unsigned char memory[DCAL_JOINT_F32_SIZE];
 } dcal_joint_f32;
 DCAL_OBJECT(dcal_joint_f32, DCAL_JOINT_F32_SIZE);
-
-/** A calibrated robot with the covariance of all 24 parameters. */
-#define DCAL_JOINT_OUTCOME_F32_SIZE 2944
-typedef struct dcal_joint_outcome_f32 {
-    DCAL_ALIGNED unsigned char memory[DCAL_JOINT_OUTCOME_F32_SIZE];
-} dcal_joint_outcome_f32;
-DCAL_OBJECT(dcal_joint_outcome_f32, DCAL_JOINT_OUTCOME_F32_SIZE);
 
 /** The per-arm calibrator behind a gate, which tests each sample before it is taken in. */
 #define DCAL_GATE_F32_SIZE 6528
@@ -389,13 +379,6 @@ typedef struct dcal_fkm_f32 {
     DCAL_ALIGNED unsigned char memory[DCAL_FKM_F32_SIZE];
 } dcal_fkm_f32;
 DCAL_OBJECT(dcal_fkm_f32, DCAL_FKM_F32_SIZE);
-
-/** A robot calibrated from any readings, and where the instruments are. */
-#define DCAL_FKM_OUTCOME_F32_SIZE 3200
-typedef struct dcal_fkm_outcome_f32 {
-    DCAL_ALIGNED unsigned char memory[DCAL_FKM_OUTCOME_F32_SIZE];
-} dcal_fkm_outcome_f32;
-DCAL_OBJECT(dcal_fkm_outcome_f32, DCAL_FKM_OUTCOME_F32_SIZE);
 
 /** The bytes of a snapshot. */
 #define DCAL_IKM_SNAPSHOT_F32_SIZE 1316
@@ -416,6 +399,11 @@ typedef struct dcal_dimensions_f32 {
     /** Direction of the first arm; the others are 120 and 240 degrees further. Radians. */
     float azimuth;
 } dcal_dimensions_f32;
+DCAL_ASSERT(sizeof(dcal_dimensions_f32) == sizeof(float)
+    + sizeof(float)
+    + sizeof(float)
+    + sizeof(float)
+    + sizeof(float), "no padding");
 
 /** One measurement: where the platform was at known joint angles. */
 typedef struct dcal_sample_f32 {
@@ -424,6 +412,8 @@ typedef struct dcal_sample_f32 {
     /** x, y, z. Length. */
     float position[3];
 } dcal_sample_f32;
+DCAL_ASSERT(sizeof(dcal_sample_f32) == 3 * sizeof(float)
+    + 3 * sizeof(float), "no padding");
 
 /** What a calibration assumes and how it is solved. All zeros are the defaults: noise and tolerance not
  * stated, Levenberg-Marquardt from the nominal robot. */
@@ -448,21 +438,30 @@ typedef struct dcal_settings_f32 {
     /** 0. */
     uint32_t reserved;
 } dcal_settings_f32;
+DCAL_ASSERT(sizeof(dcal_settings_f32) == 3 * sizeof(float)
+    + sizeof(float)
+    + sizeof(float)
+    + sizeof(float)
+    + sizeof(float)
+    + sizeof(int32_t)
+    + sizeof(int32_t)
+    + sizeof(uint32_t)
+    + sizeof(uint32_t), "no padding");
 
 /** How well one arm is known. */
 typedef struct dcal_arm_summary_f32 {
-    /** Samples taken in. */
+    /** Number of samples. */
     uint64_t samples;
     /** Linearisations of all starts together. */
     uint32_t iterations;
     /** DCAL_GRADIENT_VANISHED or DCAL_ROUNDING_REACHED. */
     int32_t termination;
-    /** Where the result comes from: DCAL_USED_NOMINAL and so on. */
+    /** The start that led to the result: DCAL_USED_NOMINAL and so on. */
     int32_t start;
-    /** 1 if there is a covariance, 0 if the noise is not stated and too few samples are left over to
+    /** 1 if there is a covariance, 0 if the noise is not stated and there are too few redundant samples to
      * estimate it. */
     int32_t has_covariance;
-    /** 1 if estimated_noise was estimated, 0 with a stated noise, or if no sample is left over. */
+    /** 1 if estimated_noise was estimated, 0 if the noise is stated or no sample is redundant. */
     int32_t has_estimated_noise;
     /** 0. */
     int32_t reserved;
@@ -470,59 +469,87 @@ typedef struct dcal_arm_summary_f32 {
     float residual_rms;
     /** One sigma of a residual, 0 if not estimated. Length. */
     float estimated_noise;
-    /** Samples less parameters, as far as the samples and not the tolerance determine them. */
+    /** Number of samples minus number of parameters, as far as the samples and not the tolerance determine
+     * them. */
     float degrees_of_freedom;
-    /** Condition number of the weighted Jacobian, its columns scaled to unit length; 1 is best. */
+    /** Condition number of the weighted Jacobian with columns scaled to unit length; 1 is best. */
     float condition;
-    /** For each parameter the share of the result that the tolerance decided and not the samples, 0 to 1. */
+    /** The share of each parameter that comes from the tolerance rather than the samples, 0 to 1. */
     float prior_share[8];
 } dcal_arm_summary_f32;
+DCAL_ASSERT(sizeof(dcal_arm_summary_f32) == sizeof(uint64_t)
+    + sizeof(uint32_t)
+    + sizeof(int32_t)
+    + sizeof(int32_t)
+    + sizeof(int32_t)
+    + sizeof(int32_t)
+    + sizeof(int32_t)
+    + sizeof(float)
+    + sizeof(float)
+    + sizeof(float)
+    + sizeof(float)
+    + 8 * sizeof(float), "no padding");
 
-/** What became of a sample. */
+/** What happened to a sample. */
 typedef struct dcal_verdict_f32 {
     /** DCAL_TAKEN, DCAL_UNTESTED or DCAL_REJECTED. */
     int32_t verdict;
-    /** Why it was not tested: DCAL_NO_ESTIMATE or DCAL_NO_NOISE; otherwise DCAL_OK. */
+    /** Why the sample was not tested: DCAL_NO_ESTIMATE or DCAL_NO_NOISE; otherwise DCAL_OK. */
     dcal_status reason;
-    /** The arm whose part of the sample is furthest off, 0, 1 or 2; DCAL_NO_ARM if not tested. */
+    /** The arm with the largest deviation, 0, 1 or 2; DCAL_NO_ARM if not tested. */
     int32_t arm;
     /** 0. */
     int32_t reserved;
-    /** By how much the sample is off along that arm's forearm. Length. */
+    /** The deviation along that arm's forearm. Length. */
     float distance;
-    /** The same over its sigma, which contains that of the prediction. */
+    /** The deviation divided by its sigma, which includes that of the prediction. */
     float normalized;
 } dcal_verdict_f32;
+DCAL_ASSERT(sizeof(dcal_verdict_f32) == sizeof(int32_t)
+    + sizeof(dcal_status)
+    + sizeof(int32_t)
+    + sizeof(int32_t)
+    + sizeof(float)
+    + sizeof(float), "no padding");
 
-/** How many samples came to what, and what that means. */
+/** Sample counts and the alarm. */
 typedef struct dcal_gate_counts_f32 {
-    /** Samples taken in, untested ones included. */
+    /** Samples accepted, including untested ones. */
     uint64_t taken;
-    /** Of them, those that could not be tested. */
+    /** Accepted samples that could not be tested. */
     uint64_t untested;
     /** Samples rejected. */
     uint64_t rejected;
-    /** By each arm; a sample that several reject counts for each. */
+    /** Rejected by each arm; a sample rejected by several counts for each. */
     uint64_t rejected_by_arm[3];
-    /** Rejected samples since the last that was taken. */
+    /** Rejected samples since the last accepted one. */
     uint64_t run;
     /** The longest such run. */
     uint64_t longest_run;
-    /** What the first long run of rejections means: DCAL_NO_ALARM, DCAL_ROBOT_CHANGED or
+    /** The cause of the first long run of rejections: DCAL_NO_ALARM, DCAL_ROBOT_CHANGED or
      * DCAL_EARLY_SAMPLES_WRONG. */
     int32_t alarm;
-    /** 1 while there is something to solve, which may be the gate's own estimate: call dcal_gate_step_f32
-     * until it returns DCAL_OK. */
+    /** 1 while there is something to solve, possibly the gate's own estimate: call gate_step until it
+     * returns DCAL_OK. */
     int32_t solving;
-    /** The first sample of that run, counted from 0 over all that came; 0 without an alarm. */
+    /** The first sample of that run, counted from 0 over all samples received; 0 without an alarm. */
     uint64_t alarm_sample;
 } dcal_gate_counts_f32;
+DCAL_ASSERT(sizeof(dcal_gate_counts_f32) == sizeof(uint64_t)
+    + sizeof(uint64_t)
+    + sizeof(uint64_t)
+    + 3 * sizeof(uint64_t)
+    + sizeof(uint64_t)
+    + sizeof(uint64_t)
+    + sizeof(int32_t)
+    + sizeof(int32_t)
+    + sizeof(uint64_t), "no padding");
 
 /** What was measured at one set of joint angles: any of the coordinates, a height, a distance. */
 typedef struct dcal_observation_f32 {
     /** q1, q2, q3. Radians. */
     float joints[3];
-    /** x, y, z, as far as they were measured. Length. */
+    /** x, y, z, where measured. Length. */
     float position[3];
     /** Height of the platform point above a plane, along the plane's upward normal. Length. */
     float height;
@@ -530,57 +557,81 @@ typedef struct dcal_observation_f32 {
     float distance;
     /** The joint angles at the other end of a distance. Radians. */
     float other_joints[3];
-    /** Which plane the height is above, from 0 on. */
+    /** Index of the plane below the height, from 0. */
     uint32_t plane;
-    /** Which point the distance is from, from 0 on. */
+    /** Index of the point that the distance is from, from 0. */
     uint32_t point;
     /** What was measured: bits DCAL_READ_..., at most one of the two kinds of distance. */
     uint32_t readings;
     /** 0. */
     uint32_t reserved;
 } dcal_observation_f32;
+DCAL_ASSERT(sizeof(dcal_observation_f32) == 3 * sizeof(float)
+    + 3 * sizeof(float)
+    + sizeof(float)
+    + sizeof(float)
+    + 3 * sizeof(float)
+    + sizeof(uint32_t)
+    + sizeof(uint32_t)
+    + sizeof(uint32_t)
+    + sizeof(uint32_t), "no padding");
 
-/** A plane z = c + a x + b y, whose c, a and b are unknown. */
+/** A plane z = c + a x + b y with unknown c, a and b. */
 typedef struct dcal_plane_f32 {
-    /** What is known of c. Length. */
+    /** The approximate c, if known. Length. */
     float known;
-    /** One sigma of that; 0: nothing is known. Length. */
+    /** One sigma of it; 0: unknown. Length. */
     float sigma;
-    /** One sigma of the slopes a and b of a plane that is nearly level; 0: nothing is known. No unit. */
+    /** One sigma of the slopes a and b of a nearly level plane; 0: unknown. No unit. */
     float level;
 } dcal_plane_f32;
+DCAL_ASSERT(sizeof(dcal_plane_f32) == sizeof(float)
+    + sizeof(float)
+    + sizeof(float), "no padding");
 
-/** A fixed point, whose place is unknown. */
+/** A fixed point at an unknown position. */
 typedef struct dcal_point_f32 {
-    /** What is known of the place: x, y, z. Length. */
+    /** The approximate x, y, z, if known. Length. */
     float known[3];
-    /** One sigma of each coordinate; 0: nothing is known. Length. */
+    /** One sigma of each coordinate; 0: unknown. Length. */
     float sigma;
-    /** 1 if the sensor there reads a constant too much that is unknown, too; otherwise 0. */
+    /** 1 if the sensor there has an unknown constant offset, otherwise 0. */
     uint32_t has_offset;
     /** 0. */
     uint32_t reserved;
 } dcal_point_f32;
+DCAL_ASSERT(sizeof(dcal_point_f32) == 3 * sizeof(float)
+    + sizeof(float)
+    + sizeof(uint32_t)
+    + sizeof(uint32_t), "no padding");
 
-/** What the readings refer to. All zeros: coordinates in the robot's own frame, no plane, no point. */
+/** What the readings refer to. All zeros: coordinates in the robot's own frame, no planes, no points. */
 typedef struct dcal_instruments_f32 {
     /** DCAL_FRAME_BASE or DCAL_FRAME_SENSOR. */
     int32_t frame;
-    /** How many planes there are. */
+    /** Number of planes. */
     uint32_t plane_count;
-    /** How many points there are. */
+    /** Number of points. */
     uint32_t point_count;
     /** 0. */
     uint32_t reserved;
-    /** One sigma of a height; 0 where none is measured. Length. */
+    /** One sigma of a height; 0 if none is measured. Length. */
     float height_noise;
-    /** One sigma of a distance; 0 where none is measured. Length. */
+    /** One sigma of a distance; 0 if none is measured. Length. */
     float distance_noise;
     /** The planes that heights are measured above. */
     dcal_plane_f32 planes[DCAL_PLANES];
     /** The points that distances are measured from. */
     dcal_point_f32 points[DCAL_POINTS];
 } dcal_instruments_f32;
+DCAL_ASSERT(sizeof(dcal_instruments_f32) == sizeof(int32_t)
+    + sizeof(uint32_t)
+    + sizeof(uint32_t)
+    + sizeof(uint32_t)
+    + sizeof(float)
+    + sizeof(float)
+    + DCAL_PLANES * sizeof(dcal_plane_f32)
+    + DCAL_POINTS * sizeof(dcal_point_f32), "no padding");
 
 /** Makes a robot from its dimensions, in size bytes of memory: write sizeof *robot.
  *
@@ -638,14 +689,8 @@ dcal_status dcal_robot_inverse_f32(
     float joints[3],
     dcal_error *error);
 
-/** Writes the covariance of all 24 parameters, eight an arm, row by row: length^2, length radian,
- * radian^2.
- *
- * Errors: DCAL_NO_COVARIANCE. */
-dcal_status dcal_joint_outcome_covariance_f32(const dcal_joint_outcome_f32 *outcome, float covariance[576]);
-
 /** Makes a calibrator without samples, in size bytes of memory: write sizeof *calibrator. robot is the
- * robot before calibration, the nominal of the tolerance and the start of the iteration; it is copied.
+ * uncalibrated robot, the nominal of the tolerance and the start of the iteration; it is copied.
  *
  * Errors: DCAL_NOISE_..., DCAL_TOLERANCE_..., DCAL_NO_SUCH_CHOICE. */
 dcal_status dcal_ikm_init_f32(
@@ -656,14 +701,14 @@ dcal_status dcal_ikm_init_f32(
     dcal_error *error);
 
 /** Adds one sample; memory and time are the same for any number of samples. The result of the last
- * dcal_ikm_solve_f32 is dropped.
+ * dcal_ikm_solve_f32 is discarded.
  *
  * Errors: DCAL_BUSY, and DCAL_SAMPLE_... with the arm; nothing is added. */
 dcal_status dcal_ikm_add_f32(dcal_ikm_f32 *calibrator, const dcal_sample_f32 *sample, dcal_error *error);
 
-/** Works in the samples that still wait: the calibrator works in several at once. dcal_ikm_solve_f32 does
- * it as well; call this one turn of the control loop earlier if that call takes too long. The result has
- * the same bits. */
+/** Processes waiting samples: the calibrator takes in several at once. dcal_ikm_solve_f32 does the same;
+ * call this one turn of the control loop earlier if dcal_ikm_solve_f32 takes too long. The result has the
+ * same bits. */
 dcal_status dcal_ikm_flush_f32(dcal_ikm_f32 *calibrator);
 
 /** Adds all samples of another calibrator of the same robot and noise.
@@ -679,82 +724,70 @@ dcal_status dcal_ikm_forget_f32(dcal_ikm_f32 *calibrator, float lambda);
 /** Writes the number of samples. */
 dcal_status dcal_ikm_samples_f32(const dcal_ikm_f32 *calibrator, uint64_t *samples);
 
-/** Begins to solve. Until the last dcal_ikm_step_f32, or dcal_ikm_stop_f32, every call that would change
- * the samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_ikm_step_f32, or until dcal_ikm_stop_f32, every call that would
+ * change the samples returns DCAL_BUSY.
  *
- * Errors: those of dcal_ikm_finish_f32 that are known already, as DCAL_TOO_FEW_SAMPLES, with the arm, how
- * many there are and how many are needed. */
+ * Errors: those of dcal_ikm_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with the arm,
+ * the number of samples and the number needed. */
 dcal_status dcal_ikm_solve_f32(dcal_ikm_f32 *calibrator, dcal_error *error);
 
-/** One short step, to be called between the turns of a control loop. Returns DCAL_WORKING as long as there
- * is more to do, and then DCAL_OK: dcal_ikm_finish_f32 has the outcome, or why there is none. */
+/** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
+ * is more to do, then DCAL_OK: dcal_ikm_finish_f32 has the result, or says why there is none. */
 dcal_status dcal_ikm_step_f32(dcal_ikm_f32 *calibrator);
 
-/** Gives up what dcal_ikm_solve_f32 has begun. The samples stay. */
+/** Abandons what dcal_ikm_solve_f32 started. The samples stay. */
 dcal_status dcal_ikm_stop_f32(dcal_ikm_f32 *calibrator);
 
-/** Drops all samples and what was solved from them: as after dcal_ikm_init_f32. */
+/** Discards all samples and what was solved from them: as after dcal_ikm_init_f32. */
 dcal_status dcal_ikm_reset_f32(dcal_ikm_f32 *calibrator);
 
-/** The calibrated robot, in size bytes of memory: write sizeof *outcome.
+/** Makes the calibrated robot, in size bytes of memory: write sizeof *robot. robot may be the robot in
+ * use, which is then replaced. The result stays in the calibrator until its samples change.
  *
- * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to
- * DCAL_OVERFLOW), with arm and cause; the robot keeps its parameters. */
+ * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to DCAL_OVERFLOW)
+ * with its arm and cause; the robot keeps its parameters. */
 dcal_status dcal_ikm_finish_f32(
     const dcal_ikm_f32 *calibrator,
-    dcal_ikm_outcome_f32 *outcome,
+    dcal_robot_f32 *robot,
     size_t size,
     dcal_error *error);
 
-/** Writes the samples into bytes, of which there are capacity: write the constant
- * DCAL_..._SNAPSHOT_..._SIZE. length is how many were written. They are the same on every target. Store
- * them where they outlast a power cut, and give them to dcal_ikm_restore_f32.
+/** Writes how well an arm is known; arm is 0, 1 or 2. If the arms were solved together, residual and noise
+ * are those of the whole robot.
  *
- * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. The gate: DCAL_BUSY. */
+ * Errors: DCAL_NO_SUCH_ARM, and those of dcal_ikm_finish_f32. */
+dcal_status dcal_ikm_arm_f32(const dcal_ikm_f32 *calibrator, int32_t arm, dcal_arm_summary_f32 *summary);
+
+/** Writes the standard uncertainty of each of the 24 parameters, eight per arm: length or radians.
+ *
+ * Errors: DCAL_NO_COVARIANCE, and those of dcal_ikm_finish_f32. */
+dcal_status dcal_ikm_deviations_f32(const dcal_ikm_f32 *calibrator, float sigma[24]);
+
+/** Writes the covariance of all 24 parameters, eight per arm, row by row: length^2, length radian,
+ * radian^2. Arms that were solved separately have none between them: 0.
+ *
+ * Errors: DCAL_NO_COVARIANCE, and those of dcal_ikm_finish_f32. */
+dcal_status dcal_ikm_covariance_f32(const dcal_ikm_f32 *calibrator, float covariance[576]);
+
+/** Writes the samples into bytes, of which there are capacity: write the constant
+ * DCAL_..._SNAPSHOT_..._SIZE. length receives the number written. They are the same on every target.
+ * Store them where they survive a power cut, and give them to dcal_ikm_restore_f32.
+ *
+ * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. Of a gate also DCAL_BUSY. */
 dcal_status dcal_ikm_snapshot_f32(
     const dcal_ikm_f32 *calibrator,
     uint8_t *bytes,
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must be of the same robot and noise. It
- * goes on to the same bits as the one that the snapshot is of.
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
+ * computes the same bits as the calibrator that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
 dcal_status dcal_ikm_restore_f32(dcal_ikm_f32 *calibrator, const uint8_t *bytes, size_t length);
 
-/** Makes the calibrated robot, in size bytes of memory: write sizeof *robot. robot may be the robot in
- * use, which is then replaced. */
-dcal_status dcal_ikm_outcome_robot_f32(
-    const dcal_ikm_outcome_f32 *outcome,
-    dcal_robot_f32 *robot,
-    size_t size);
-
-/** Writes how well an arm is known; arm is 0, 1 or 2. Solved together, residual and noise are the whole
- * robot's.
- *
- * Errors: DCAL_NO_SUCH_ARM. */
-dcal_status dcal_ikm_outcome_arm_f32(
-    const dcal_ikm_outcome_f32 *outcome,
-    int32_t arm,
-    dcal_arm_summary_f32 *summary);
-
-/** Writes the standard uncertainty of each of the 24 parameters, eight an arm: length or radians.
- *
- * Errors: DCAL_NO_COVARIANCE. */
-dcal_status dcal_ikm_outcome_deviations_f32(const dcal_ikm_outcome_f32 *outcome, float sigma[24]);
-
-/** Writes the covariance of an arm's eight parameters, row by row: length^2, length radian, radian^2. arm
- * is 0, 1 or 2.
- *
- * Errors: DCAL_NO_SUCH_ARM, DCAL_NO_COVARIANCE. */
-dcal_status dcal_ikm_outcome_arm_covariance_f32(
-    const dcal_ikm_outcome_f32 *outcome,
-    int32_t arm,
-    float covariance[64]);
-
 /** Makes a calibrator without samples, in size bytes of memory: write sizeof *calibrator. robot is the
- * robot before calibration, the nominal of the tolerance and the start of the iteration; it is copied.
+ * uncalibrated robot, the nominal of the tolerance and the start of the iteration; it is copied.
  *
  * Errors: DCAL_NOISE_..., DCAL_TOLERANCE_..., DCAL_NO_SUCH_CHOICE. */
 dcal_status dcal_joint_init_f32(
@@ -765,14 +798,14 @@ dcal_status dcal_joint_init_f32(
     dcal_error *error);
 
 /** Adds one sample; memory and time are the same for any number of samples. The result of the last
- * dcal_joint_solve_f32 is dropped.
+ * dcal_joint_solve_f32 is discarded.
  *
  * Errors: DCAL_BUSY, and DCAL_SAMPLE_... with the arm; nothing is added. */
 dcal_status dcal_joint_add_f32(dcal_joint_f32 *calibrator, const dcal_sample_f32 *sample, dcal_error *error);
 
-/** Works in the samples that still wait: the calibrator works in several at once. dcal_joint_solve_f32
- * does it as well; call this one turn of the control loop earlier if that call takes too long. The result
- * has the same bits. */
+/** Processes waiting samples: the calibrator takes in several at once. dcal_joint_solve_f32 does the same;
+ * call this one turn of the control loop earlier if dcal_joint_solve_f32 takes too long. The result has
+ * the same bits. */
 dcal_status dcal_joint_flush_f32(dcal_joint_f32 *calibrator);
 
 /** Adds all samples of another calibrator of the same robot and noise.
@@ -788,85 +821,73 @@ dcal_status dcal_joint_forget_f32(dcal_joint_f32 *calibrator, float lambda);
 /** Writes the number of samples. */
 dcal_status dcal_joint_samples_f32(const dcal_joint_f32 *calibrator, uint64_t *samples);
 
-/** Begins to solve. Until the last dcal_joint_step_f32, or dcal_joint_stop_f32, every call that would
+/** Starts solving. Until the last dcal_joint_step_f32, or until dcal_joint_stop_f32, every call that would
  * change the samples returns DCAL_BUSY.
  *
- * Errors: those of dcal_joint_finish_f32 that are known already, as DCAL_TOO_FEW_SAMPLES, with the arm,
- * how many there are and how many are needed. */
+ * Errors: those of dcal_joint_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with the
+ * arm, the number of samples and the number needed. */
 dcal_status dcal_joint_solve_f32(dcal_joint_f32 *calibrator, dcal_error *error);
 
-/** One short step, to be called between the turns of a control loop. Returns DCAL_WORKING as long as there
- * is more to do, and then DCAL_OK: dcal_joint_finish_f32 has the outcome, or why there is none. */
+/** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
+ * is more to do, then DCAL_OK: dcal_joint_finish_f32 has the result, or says why there is none. */
 dcal_status dcal_joint_step_f32(dcal_joint_f32 *calibrator);
 
-/** Gives up what dcal_joint_solve_f32 has begun. The samples stay. */
+/** Abandons what dcal_joint_solve_f32 started. The samples stay. */
 dcal_status dcal_joint_stop_f32(dcal_joint_f32 *calibrator);
 
-/** Drops all samples and what was solved from them: as after dcal_joint_init_f32. */
+/** Discards all samples and what was solved from them: as after dcal_joint_init_f32. */
 dcal_status dcal_joint_reset_f32(dcal_joint_f32 *calibrator);
 
-/** The calibrated robot, in size bytes of memory: write sizeof *outcome.
+/** Makes the calibrated robot, in size bytes of memory: write sizeof *robot. robot may be the robot in
+ * use, which is then replaced. The result stays in the calibrator until its samples change.
  *
- * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to
- * DCAL_OVERFLOW), with arm and cause; the robot keeps its parameters. */
+ * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to DCAL_OVERFLOW)
+ * with its arm and cause; the robot keeps its parameters. */
 dcal_status dcal_joint_finish_f32(
     const dcal_joint_f32 *calibrator,
-    dcal_joint_outcome_f32 *outcome,
+    dcal_robot_f32 *robot,
     size_t size,
     dcal_error *error);
 
-/** Writes the samples into bytes, of which there are capacity: write the constant
- * DCAL_..._SNAPSHOT_..._SIZE. length is how many were written. They are the same on every target. Store
- * them where they outlast a power cut, and give them to dcal_joint_restore_f32.
+/** Writes how well an arm is known; arm is 0, 1 or 2. If the arms were solved together, residual and noise
+ * are those of the whole robot.
  *
- * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. The gate: DCAL_BUSY. */
+ * Errors: DCAL_NO_SUCH_ARM, and those of dcal_joint_finish_f32. */
+dcal_status dcal_joint_arm_f32(const dcal_joint_f32 *calibrator, int32_t arm, dcal_arm_summary_f32 *summary);
+
+/** Writes the standard uncertainty of each of the 24 parameters, eight per arm: length or radians.
+ *
+ * Errors: DCAL_NO_COVARIANCE, and those of dcal_joint_finish_f32. */
+dcal_status dcal_joint_deviations_f32(const dcal_joint_f32 *calibrator, float sigma[24]);
+
+/** Writes the covariance of all 24 parameters, eight per arm, row by row: length^2, length radian,
+ * radian^2. Arms that were solved separately have none between them: 0.
+ *
+ * Errors: DCAL_NO_COVARIANCE, and those of dcal_joint_finish_f32. */
+dcal_status dcal_joint_covariance_f32(const dcal_joint_f32 *calibrator, float covariance[576]);
+
+/** Writes the samples into bytes, of which there are capacity: write the constant
+ * DCAL_..._SNAPSHOT_..._SIZE. length receives the number written. They are the same on every target.
+ * Store them where they survive a power cut, and give them to dcal_joint_restore_f32.
+ *
+ * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. Of a gate also DCAL_BUSY. */
 dcal_status dcal_joint_snapshot_f32(
     const dcal_joint_f32 *calibrator,
     uint8_t *bytes,
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must be of the same robot and noise. It
- * goes on to the same bits as the one that the snapshot is of.
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
+ * computes the same bits as the calibrator that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
 dcal_status dcal_joint_restore_f32(dcal_joint_f32 *calibrator, const uint8_t *bytes, size_t length);
 
-/** Makes the calibrated robot, in size bytes of memory: write sizeof *robot. robot may be the robot in
- * use, which is then replaced. */
-dcal_status dcal_joint_outcome_robot_f32(
-    const dcal_joint_outcome_f32 *outcome,
-    dcal_robot_f32 *robot,
-    size_t size);
-
-/** Writes how well an arm is known; arm is 0, 1 or 2. Solved together, residual and noise are the whole
- * robot's.
- *
- * Errors: DCAL_NO_SUCH_ARM. */
-dcal_status dcal_joint_outcome_arm_f32(
-    const dcal_joint_outcome_f32 *outcome,
-    int32_t arm,
-    dcal_arm_summary_f32 *summary);
-
-/** Writes the standard uncertainty of each of the 24 parameters, eight an arm: length or radians.
- *
- * Errors: DCAL_NO_COVARIANCE. */
-dcal_status dcal_joint_outcome_deviations_f32(const dcal_joint_outcome_f32 *outcome, float sigma[24]);
-
-/** Writes the covariance of an arm's eight parameters, row by row: length^2, length radian, radian^2. arm
- * is 0, 1 or 2.
- *
- * Errors: DCAL_NO_SUCH_ARM, DCAL_NO_COVARIANCE. */
-dcal_status dcal_joint_outcome_arm_covariance_f32(
-    const dcal_joint_outcome_f32 *outcome,
-    int32_t arm,
-    float covariance[64]);
-
-/** Makes a calibrator with a gate, without samples, in size bytes of memory: write sizeof *calibrator.
- * sigmas is the gate's width; 0 for the width that rejects three good samples in a million for each arm.
- * age is the mean age of the samples that count, for a robot that changes slowly; 0 if all count alike.
- * With a stated noise and tolerance the gate tests from the first sample on, otherwise from its first
- * estimate on.
+/** Makes a calibrator with a gate and without samples, in size bytes of memory: write sizeof *calibrator.
+ * sigmas is the width of the gate; 0 selects the width that rejects three good samples in a million for
+ * each arm. age is the mean age of the samples that count, for a robot that changes slowly; 0 if all
+ * count equally. If noise and tolerance are stated, the gate tests from the first sample, otherwise from
+ * its first estimate.
  *
  * Errors: DCAL_NOISE_..., DCAL_TOLERANCE_..., DCAL_NO_SUCH_CHOICE, DCAL_WIDTH_OF_GATE, DCAL_FORGETTING. */
 dcal_status dcal_gate_init_f32(
@@ -878,9 +899,9 @@ dcal_status dcal_gate_init_f32(
     float age,
     dcal_error *error);
 
-/** Tests one sample, and takes it in unless it disagrees. A sample that is rejected is no error: verdict
- * says so. Where the gate then wants an estimate of its own, call dcal_gate_step_f32 until it returns
- * DCAL_OK, before the next sample.
+/** Tests one sample, and adds it unless it is rejected. A rejected sample is not an error: verdict reports
+ * it. If the gate then needs an estimate of its own, call dcal_gate_step_f32 until it returns DCAL_OK,
+ * before the next sample.
  *
  * Errors: DCAL_BUSY, and DCAL_SAMPLE_... with the arm; nothing has changed. */
 dcal_status dcal_gate_add_f32(
@@ -889,64 +910,81 @@ dcal_status dcal_gate_add_f32(
     dcal_verdict_f32 *verdict,
     dcal_error *error);
 
-/** Writes how many samples came to what, and whether there is an alarm. */
-dcal_status dcal_gate_state_f32(const dcal_gate_f32 *calibrator, dcal_gate_counts_f32 *counts);
+/** Writes the sample counts and the alarm, if any. */
+dcal_status dcal_gate_state_f32(const dcal_gate_f32 *calibrator, dcal_gate_counts_f32 *state);
 
-/** Answers the alarm: the run of rejected samples was wrong, and what was taken in before stays. If the
- * robot has changed, call dcal_gate_reset_f32. */
+/** Answers the alarm: the rejected samples were wrong, and the samples before them stay. If the robot
+ * itself has changed, call dcal_gate_reset_f32. */
 dcal_status dcal_gate_acknowledge_f32(dcal_gate_f32 *calibrator);
 
 /** Writes the number of samples. */
 dcal_status dcal_gate_samples_f32(const dcal_gate_f32 *calibrator, uint64_t *samples);
 
-/** Begins to solve. Until the last dcal_gate_step_f32, or dcal_gate_stop_f32, every call that would change
- * the samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_gate_step_f32, or until dcal_gate_stop_f32, every call that would
+ * change the samples returns DCAL_BUSY.
  *
- * Errors: those of dcal_gate_finish_f32 that are known already, as DCAL_TOO_FEW_SAMPLES, with the arm,
- * how many there are and how many are needed. */
+ * Errors: those of dcal_gate_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with the
+ * arm, the number of samples and the number needed. */
 dcal_status dcal_gate_solve_f32(dcal_gate_f32 *calibrator, dcal_error *error);
 
-/** One short step, to be called between the turns of a control loop. Returns DCAL_WORKING as long as there
- * is more to do, and then DCAL_OK: dcal_gate_finish_f32 has the outcome, or why there is none. */
+/** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
+ * is more to do, then DCAL_OK: dcal_gate_finish_f32 has the result, or says why there is none. */
 dcal_status dcal_gate_step_f32(dcal_gate_f32 *calibrator);
 
-/** Gives up what dcal_gate_solve_f32 has begun. The samples stay. */
+/** Abandons what dcal_gate_solve_f32 started. The samples stay. */
 dcal_status dcal_gate_stop_f32(dcal_gate_f32 *calibrator);
 
-/** Drops all samples and what was solved from them: as after dcal_gate_init_f32. */
+/** Discards all samples and what was solved from them: as after dcal_gate_init_f32. */
 dcal_status dcal_gate_reset_f32(dcal_gate_f32 *calibrator);
 
-/** The calibrated robot, in size bytes of memory: write sizeof *outcome.
+/** Makes the calibrated robot, in size bytes of memory: write sizeof *robot. robot may be the robot in
+ * use, which is then replaced. The result stays in the calibrator until its samples change.
  *
- * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to
- * DCAL_OVERFLOW), with arm and cause; the robot keeps its parameters. */
+ * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to DCAL_OVERFLOW)
+ * with its arm and cause; the robot keeps its parameters. */
 dcal_status dcal_gate_finish_f32(
     const dcal_gate_f32 *calibrator,
-    dcal_ikm_outcome_f32 *outcome,
+    dcal_robot_f32 *robot,
     size_t size,
     dcal_error *error);
 
-/** Writes the samples into bytes, of which there are capacity: write the constant
- * DCAL_..._SNAPSHOT_..._SIZE. length is how many were written. They are the same on every target. Store
- * them where they outlast a power cut, and give them to dcal_gate_restore_f32.
+/** Writes how well an arm is known; arm is 0, 1 or 2. If the arms were solved together, residual and noise
+ * are those of the whole robot.
  *
- * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. The gate: DCAL_BUSY. */
+ * Errors: DCAL_NO_SUCH_ARM, and those of dcal_gate_finish_f32. */
+dcal_status dcal_gate_arm_f32(const dcal_gate_f32 *calibrator, int32_t arm, dcal_arm_summary_f32 *summary);
+
+/** Writes the standard uncertainty of each of the 24 parameters, eight per arm: length or radians.
+ *
+ * Errors: DCAL_NO_COVARIANCE, and those of dcal_gate_finish_f32. */
+dcal_status dcal_gate_deviations_f32(const dcal_gate_f32 *calibrator, float sigma[24]);
+
+/** Writes the covariance of all 24 parameters, eight per arm, row by row: length^2, length radian,
+ * radian^2. Arms that were solved separately have none between them: 0.
+ *
+ * Errors: DCAL_NO_COVARIANCE, and those of dcal_gate_finish_f32. */
+dcal_status dcal_gate_covariance_f32(const dcal_gate_f32 *calibrator, float covariance[576]);
+
+/** Writes the samples into bytes, of which there are capacity: write the constant
+ * DCAL_..._SNAPSHOT_..._SIZE. length receives the number written. They are the same on every target.
+ * Store them where they survive a power cut, and give them to dcal_gate_restore_f32.
+ *
+ * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. Of a gate also DCAL_BUSY. */
 dcal_status dcal_gate_snapshot_f32(
     const dcal_gate_f32 *calibrator,
     uint8_t *bytes,
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must be of the same robot and noise. It
- * goes on to the same bits as the one that the snapshot is of.
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
+ * computes the same bits as the calibrator that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
 dcal_status dcal_gate_restore_f32(dcal_gate_f32 *calibrator, const uint8_t *bytes, size_t length);
 
 /** Makes a calibrator without observations, in size bytes of memory: write sizeof *calibrator. robot is
- * the robot before calibration. settings must state the noise of positions and joint angles, and a
- * tolerance unless x, y and z are measured often enough; instruments states the noise of heights and
- * distances.
+ * the uncalibrated robot. settings must state the noise of positions and joint angles, and a tolerance
+ * unless x, y and z are measured often enough; instruments states the noise of heights and distances.
  *
  * Errors: DCAL_NOISE_..., DCAL_TOLERANCE_..., DCAL_NO_SUCH_CHOICE, DCAL_KNOWN_PLACE,
  * DCAL_TOO_MANY_UNKNOWNS. */
@@ -958,101 +996,78 @@ dcal_status dcal_fkm_init_f32(
     const dcal_settings_f32 *settings,
     dcal_error *error);
 
-/** Takes in one observation, of DCAL_FKM_ROWS at most.
+/** Adds one observation, at most DCAL_FKM_ROWS in all.
  *
  * Errors: DCAL_OBSERVATION_..., DCAL_SAMPLE_JOINT_..., DCAL_NO_SUCH_PLANE and ..._POINT, DCAL_NOISE_...
- * of a height or distance where it is not stated, DCAL_NO_SUCH_CHOICE, DCAL_BUSY; nothing is taken in. */
+ * of a height or distance if it is not stated, DCAL_NO_SUCH_CHOICE, DCAL_BUSY; nothing is added. */
 dcal_status dcal_fkm_add_f32(
     dcal_fkm_f32 *calibrator,
     const dcal_observation_f32 *observation,
     dcal_error *error);
 
-/** Makes the outcome of the robot's 24 parameters alone, in size bytes of memory: write sizeof *joint. Its
- * covariance takes the unknowns of the instruments into account. */
-dcal_status dcal_fkm_outcome_joint_f32(
-    const dcal_fkm_outcome_f32 *outcome,
-    dcal_joint_outcome_f32 *joint,
-    size_t size);
-
-/** Writes where a plane z = c + a x + b y lies: c (length), a, b.
+/** Writes c (length), a and b of a plane z = c + a x + b y.
  *
- * Errors: DCAL_NO_SUCH_PLANE. */
-dcal_status dcal_fkm_outcome_plane_f32(
-    const dcal_fkm_outcome_f32 *outcome,
-    uint32_t plane,
-    float coefficients[3]);
+ * Errors: DCAL_NO_SUCH_PLANE, and those of dcal_fkm_finish_f32. */
+dcal_status dcal_fkm_plane_f32(const dcal_fkm_f32 *calibrator, uint32_t plane, float coefficients[3]);
 
-/** Writes where a point is, and what the sensor there reads too much: x, y, z, offset. Length.
+/** Writes the position of a point and the offset of its sensor: x, y, z, offset. Length.
  *
- * Errors: DCAL_NO_SUCH_POINT. */
-dcal_status dcal_fkm_outcome_point_f32(const dcal_fkm_outcome_f32 *outcome, uint32_t point, float place[4]);
+ * Errors: DCAL_NO_SUCH_POINT, and those of dcal_fkm_finish_f32. */
+dcal_status dcal_fkm_point_f32(const dcal_fkm_f32 *calibrator, uint32_t point, float place[4]);
 
-/** Writes the frame in which coordinates were measured, from the robot's frame to it: the rotation row by
- * row, and the translation (length). The identity for DCAL_FRAME_BASE. */
-dcal_status dcal_fkm_outcome_frame_f32(
-    const dcal_fkm_outcome_f32 *outcome,
-    float rotation[9],
-    float translation[3]);
+/** Writes the transform from the robot's frame to that of the measured coordinates: the rotation row by
+ * row, and the translation (length). The identity for DCAL_FRAME_BASE.
+ *
+ * Errors: those of dcal_fkm_finish_f32. */
+dcal_status dcal_fkm_frame_f32(const dcal_fkm_f32 *calibrator, float rotation[9], float translation[3]);
 
 /** Writes the number of samples. */
 dcal_status dcal_fkm_samples_f32(const dcal_fkm_f32 *calibrator, uint64_t *samples);
 
-/** Begins to solve. Until the last dcal_fkm_step_f32, or dcal_fkm_stop_f32, every call that would change
- * the samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_fkm_step_f32, or until dcal_fkm_stop_f32, every call that would
+ * change the samples returns DCAL_BUSY.
  *
- * Errors: those of dcal_fkm_finish_f32 that are known already, as DCAL_TOO_FEW_SAMPLES, with the arm, how
- * many there are and how many are needed. */
+ * Errors: those of dcal_fkm_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with the arm,
+ * the number of samples and the number needed. */
 dcal_status dcal_fkm_solve_f32(dcal_fkm_f32 *calibrator, dcal_error *error);
 
-/** One short step, to be called between the turns of a control loop. Returns DCAL_WORKING as long as there
- * is more to do, and then DCAL_OK: dcal_fkm_finish_f32 has the outcome, or why there is none. */
+/** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
+ * is more to do, then DCAL_OK: dcal_fkm_finish_f32 has the result, or says why there is none. */
 dcal_status dcal_fkm_step_f32(dcal_fkm_f32 *calibrator);
 
-/** Gives up what dcal_fkm_solve_f32 has begun. The samples stay. */
+/** Abandons what dcal_fkm_solve_f32 started. The samples stay. */
 dcal_status dcal_fkm_stop_f32(dcal_fkm_f32 *calibrator);
 
-/** Drops all samples and what was solved from them: as after dcal_fkm_init_f32. */
+/** Discards all samples and what was solved from them: as after dcal_fkm_init_f32. */
 dcal_status dcal_fkm_reset_f32(dcal_fkm_f32 *calibrator);
 
-/** The calibrated robot, in size bytes of memory: write sizeof *outcome.
+/** Makes the calibrated robot, in size bytes of memory: write sizeof *robot. robot may be the robot in
+ * use, which is then replaced. The result stays in the calibrator until its samples change.
  *
- * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to
- * DCAL_OVERFLOW), with arm and cause; the robot keeps its parameters. */
+ * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to DCAL_OVERFLOW)
+ * with its arm and cause; the robot keeps its parameters. */
 dcal_status dcal_fkm_finish_f32(
     const dcal_fkm_f32 *calibrator,
-    dcal_fkm_outcome_f32 *outcome,
+    dcal_robot_f32 *robot,
     size_t size,
     dcal_error *error);
 
-/** Makes the calibrated robot, in size bytes of memory: write sizeof *robot. robot may be the robot in
- * use, which is then replaced. */
-dcal_status dcal_fkm_outcome_robot_f32(
-    const dcal_fkm_outcome_f32 *outcome,
-    dcal_robot_f32 *robot,
-    size_t size);
-
-/** Writes how well an arm is known; arm is 0, 1 or 2. Solved together, residual and noise are the whole
- * robot's.
+/** Writes how well an arm is known; arm is 0, 1 or 2. If the arms were solved together, residual and noise
+ * are those of the whole robot.
  *
- * Errors: DCAL_NO_SUCH_ARM. */
-dcal_status dcal_fkm_outcome_arm_f32(
-    const dcal_fkm_outcome_f32 *outcome,
-    int32_t arm,
-    dcal_arm_summary_f32 *summary);
+ * Errors: DCAL_NO_SUCH_ARM, and those of dcal_fkm_finish_f32. */
+dcal_status dcal_fkm_arm_f32(const dcal_fkm_f32 *calibrator, int32_t arm, dcal_arm_summary_f32 *summary);
 
-/** Writes the standard uncertainty of each of the 24 parameters, eight an arm: length or radians.
+/** Writes the standard uncertainty of each of the 24 parameters, eight per arm: length or radians.
  *
- * Errors: DCAL_NO_COVARIANCE. */
-dcal_status dcal_fkm_outcome_deviations_f32(const dcal_fkm_outcome_f32 *outcome, float sigma[24]);
+ * Errors: DCAL_NO_COVARIANCE, and those of dcal_fkm_finish_f32. */
+dcal_status dcal_fkm_deviations_f32(const dcal_fkm_f32 *calibrator, float sigma[24]);
 
-/** Writes the covariance of an arm's eight parameters, row by row: length^2, length radian, radian^2. arm
- * is 0, 1 or 2.
+/** Writes the covariance of all 24 parameters, eight per arm, row by row: length^2, length radian,
+ * radian^2. Arms that were solved separately have none between them: 0.
  *
- * Errors: DCAL_NO_SUCH_ARM, DCAL_NO_COVARIANCE. */
-dcal_status dcal_fkm_outcome_arm_covariance_f32(
-    const dcal_fkm_outcome_f32 *outcome,
-    int32_t arm,
-    float covariance[64]);
+ * Errors: DCAL_NO_COVARIANCE, and those of dcal_fkm_finish_f32. */
+dcal_status dcal_fkm_covariance_f32(const dcal_fkm_f32 *calibrator, float covariance[576]);
 
 /* ---- Double precision ---- */
 
@@ -1070,26 +1085,12 @@ typedef struct dcal_ikm_f64 {
 } dcal_ikm_f64;
 DCAL_OBJECT(dcal_ikm_f64, DCAL_IKM_F64_SIZE);
 
-/** A calibrated robot with the covariance of each arm. */
-#define DCAL_IKM_OUTCOME_F64_SIZE 3392
-typedef struct dcal_ikm_outcome_f64 {
-    DCAL_ALIGNED unsigned char memory[DCAL_IKM_OUTCOME_F64_SIZE];
-} dcal_ikm_outcome_f64;
-DCAL_OBJECT(dcal_ikm_outcome_f64, DCAL_IKM_OUTCOME_F64_SIZE);
-
 /** The joint calibrator: samples and solver, all 24 parameters together. */
 #define DCAL_JOINT_F64_SIZE 23680
 typedef struct dcal_joint_f64 {
     DCAL_ALIGNED unsigned char memory[DCAL_JOINT_F64_SIZE];
 } dcal_joint_f64;
 DCAL_OBJECT(dcal_joint_f64, DCAL_JOINT_F64_SIZE);
-
-/** A calibrated robot with the covariance of all 24 parameters. */
-#define DCAL_JOINT_OUTCOME_F64_SIZE 5824
-typedef struct dcal_joint_outcome_f64 {
-    DCAL_ALIGNED unsigned char memory[DCAL_JOINT_OUTCOME_F64_SIZE];
-} dcal_joint_outcome_f64;
-DCAL_OBJECT(dcal_joint_outcome_f64, DCAL_JOINT_OUTCOME_F64_SIZE);
 
 /** The per-arm calibrator behind a gate, which tests each sample before it is taken in. */
 #define DCAL_GATE_F64_SIZE 12544
@@ -1104,13 +1105,6 @@ typedef struct dcal_fkm_f64 {
     DCAL_ALIGNED unsigned char memory[DCAL_FKM_F64_SIZE];
 } dcal_fkm_f64;
 DCAL_OBJECT(dcal_fkm_f64, DCAL_FKM_F64_SIZE);
-
-/** A robot calibrated from any readings, and where the instruments are. */
-#define DCAL_FKM_OUTCOME_F64_SIZE 6272
-typedef struct dcal_fkm_outcome_f64 {
-    DCAL_ALIGNED unsigned char memory[DCAL_FKM_OUTCOME_F64_SIZE];
-} dcal_fkm_outcome_f64;
-DCAL_OBJECT(dcal_fkm_outcome_f64, DCAL_FKM_OUTCOME_F64_SIZE);
 
 /** The bytes of a snapshot. */
 #define DCAL_IKM_SNAPSHOT_F64_SIZE 2564
@@ -1131,6 +1125,11 @@ typedef struct dcal_dimensions_f64 {
     /** Direction of the first arm; the others are 120 and 240 degrees further. Radians. */
     double azimuth;
 } dcal_dimensions_f64;
+DCAL_ASSERT(sizeof(dcal_dimensions_f64) == sizeof(double)
+    + sizeof(double)
+    + sizeof(double)
+    + sizeof(double)
+    + sizeof(double), "no padding");
 
 /** One measurement: where the platform was at known joint angles. */
 typedef struct dcal_sample_f64 {
@@ -1139,6 +1138,8 @@ typedef struct dcal_sample_f64 {
     /** x, y, z. Length. */
     double position[3];
 } dcal_sample_f64;
+DCAL_ASSERT(sizeof(dcal_sample_f64) == 3 * sizeof(double)
+    + 3 * sizeof(double), "no padding");
 
 /** What a calibration assumes and how it is solved. All zeros are the defaults: noise and tolerance not
  * stated, Levenberg-Marquardt from the nominal robot. */
@@ -1163,21 +1164,30 @@ typedef struct dcal_settings_f64 {
     /** 0. */
     uint32_t reserved;
 } dcal_settings_f64;
+DCAL_ASSERT(sizeof(dcal_settings_f64) == 3 * sizeof(double)
+    + sizeof(double)
+    + sizeof(double)
+    + sizeof(double)
+    + sizeof(double)
+    + sizeof(int32_t)
+    + sizeof(int32_t)
+    + sizeof(uint32_t)
+    + sizeof(uint32_t), "no padding");
 
 /** How well one arm is known. */
 typedef struct dcal_arm_summary_f64 {
-    /** Samples taken in. */
+    /** Number of samples. */
     uint64_t samples;
     /** Linearisations of all starts together. */
     uint32_t iterations;
     /** DCAL_GRADIENT_VANISHED or DCAL_ROUNDING_REACHED. */
     int32_t termination;
-    /** Where the result comes from: DCAL_USED_NOMINAL and so on. */
+    /** The start that led to the result: DCAL_USED_NOMINAL and so on. */
     int32_t start;
-    /** 1 if there is a covariance, 0 if the noise is not stated and too few samples are left over to
+    /** 1 if there is a covariance, 0 if the noise is not stated and there are too few redundant samples to
      * estimate it. */
     int32_t has_covariance;
-    /** 1 if estimated_noise was estimated, 0 with a stated noise, or if no sample is left over. */
+    /** 1 if estimated_noise was estimated, 0 if the noise is stated or no sample is redundant. */
     int32_t has_estimated_noise;
     /** 0. */
     int32_t reserved;
@@ -1185,59 +1195,87 @@ typedef struct dcal_arm_summary_f64 {
     double residual_rms;
     /** One sigma of a residual, 0 if not estimated. Length. */
     double estimated_noise;
-    /** Samples less parameters, as far as the samples and not the tolerance determine them. */
+    /** Number of samples minus number of parameters, as far as the samples and not the tolerance determine
+     * them. */
     double degrees_of_freedom;
-    /** Condition number of the weighted Jacobian, its columns scaled to unit length; 1 is best. */
+    /** Condition number of the weighted Jacobian with columns scaled to unit length; 1 is best. */
     double condition;
-    /** For each parameter the share of the result that the tolerance decided and not the samples, 0 to 1. */
+    /** The share of each parameter that comes from the tolerance rather than the samples, 0 to 1. */
     double prior_share[8];
 } dcal_arm_summary_f64;
+DCAL_ASSERT(sizeof(dcal_arm_summary_f64) == sizeof(uint64_t)
+    + sizeof(uint32_t)
+    + sizeof(int32_t)
+    + sizeof(int32_t)
+    + sizeof(int32_t)
+    + sizeof(int32_t)
+    + sizeof(int32_t)
+    + sizeof(double)
+    + sizeof(double)
+    + sizeof(double)
+    + sizeof(double)
+    + 8 * sizeof(double), "no padding");
 
-/** What became of a sample. */
+/** What happened to a sample. */
 typedef struct dcal_verdict_f64 {
     /** DCAL_TAKEN, DCAL_UNTESTED or DCAL_REJECTED. */
     int32_t verdict;
-    /** Why it was not tested: DCAL_NO_ESTIMATE or DCAL_NO_NOISE; otherwise DCAL_OK. */
+    /** Why the sample was not tested: DCAL_NO_ESTIMATE or DCAL_NO_NOISE; otherwise DCAL_OK. */
     dcal_status reason;
-    /** The arm whose part of the sample is furthest off, 0, 1 or 2; DCAL_NO_ARM if not tested. */
+    /** The arm with the largest deviation, 0, 1 or 2; DCAL_NO_ARM if not tested. */
     int32_t arm;
     /** 0. */
     int32_t reserved;
-    /** By how much the sample is off along that arm's forearm. Length. */
+    /** The deviation along that arm's forearm. Length. */
     double distance;
-    /** The same over its sigma, which contains that of the prediction. */
+    /** The deviation divided by its sigma, which includes that of the prediction. */
     double normalized;
 } dcal_verdict_f64;
+DCAL_ASSERT(sizeof(dcal_verdict_f64) == sizeof(int32_t)
+    + sizeof(dcal_status)
+    + sizeof(int32_t)
+    + sizeof(int32_t)
+    + sizeof(double)
+    + sizeof(double), "no padding");
 
-/** How many samples came to what, and what that means. */
+/** Sample counts and the alarm. */
 typedef struct dcal_gate_counts_f64 {
-    /** Samples taken in, untested ones included. */
+    /** Samples accepted, including untested ones. */
     uint64_t taken;
-    /** Of them, those that could not be tested. */
+    /** Accepted samples that could not be tested. */
     uint64_t untested;
     /** Samples rejected. */
     uint64_t rejected;
-    /** By each arm; a sample that several reject counts for each. */
+    /** Rejected by each arm; a sample rejected by several counts for each. */
     uint64_t rejected_by_arm[3];
-    /** Rejected samples since the last that was taken. */
+    /** Rejected samples since the last accepted one. */
     uint64_t run;
     /** The longest such run. */
     uint64_t longest_run;
-    /** What the first long run of rejections means: DCAL_NO_ALARM, DCAL_ROBOT_CHANGED or
+    /** The cause of the first long run of rejections: DCAL_NO_ALARM, DCAL_ROBOT_CHANGED or
      * DCAL_EARLY_SAMPLES_WRONG. */
     int32_t alarm;
-    /** 1 while there is something to solve, which may be the gate's own estimate: call dcal_gate_step_f64
-     * until it returns DCAL_OK. */
+    /** 1 while there is something to solve, possibly the gate's own estimate: call gate_step until it
+     * returns DCAL_OK. */
     int32_t solving;
-    /** The first sample of that run, counted from 0 over all that came; 0 without an alarm. */
+    /** The first sample of that run, counted from 0 over all samples received; 0 without an alarm. */
     uint64_t alarm_sample;
 } dcal_gate_counts_f64;
+DCAL_ASSERT(sizeof(dcal_gate_counts_f64) == sizeof(uint64_t)
+    + sizeof(uint64_t)
+    + sizeof(uint64_t)
+    + 3 * sizeof(uint64_t)
+    + sizeof(uint64_t)
+    + sizeof(uint64_t)
+    + sizeof(int32_t)
+    + sizeof(int32_t)
+    + sizeof(uint64_t), "no padding");
 
 /** What was measured at one set of joint angles: any of the coordinates, a height, a distance. */
 typedef struct dcal_observation_f64 {
     /** q1, q2, q3. Radians. */
     double joints[3];
-    /** x, y, z, as far as they were measured. Length. */
+    /** x, y, z, where measured. Length. */
     double position[3];
     /** Height of the platform point above a plane, along the plane's upward normal. Length. */
     double height;
@@ -1245,57 +1283,81 @@ typedef struct dcal_observation_f64 {
     double distance;
     /** The joint angles at the other end of a distance. Radians. */
     double other_joints[3];
-    /** Which plane the height is above, from 0 on. */
+    /** Index of the plane below the height, from 0. */
     uint32_t plane;
-    /** Which point the distance is from, from 0 on. */
+    /** Index of the point that the distance is from, from 0. */
     uint32_t point;
     /** What was measured: bits DCAL_READ_..., at most one of the two kinds of distance. */
     uint32_t readings;
     /** 0. */
     uint32_t reserved;
 } dcal_observation_f64;
+DCAL_ASSERT(sizeof(dcal_observation_f64) == 3 * sizeof(double)
+    + 3 * sizeof(double)
+    + sizeof(double)
+    + sizeof(double)
+    + 3 * sizeof(double)
+    + sizeof(uint32_t)
+    + sizeof(uint32_t)
+    + sizeof(uint32_t)
+    + sizeof(uint32_t), "no padding");
 
-/** A plane z = c + a x + b y, whose c, a and b are unknown. */
+/** A plane z = c + a x + b y with unknown c, a and b. */
 typedef struct dcal_plane_f64 {
-    /** What is known of c. Length. */
+    /** The approximate c, if known. Length. */
     double known;
-    /** One sigma of that; 0: nothing is known. Length. */
+    /** One sigma of it; 0: unknown. Length. */
     double sigma;
-    /** One sigma of the slopes a and b of a plane that is nearly level; 0: nothing is known. No unit. */
+    /** One sigma of the slopes a and b of a nearly level plane; 0: unknown. No unit. */
     double level;
 } dcal_plane_f64;
+DCAL_ASSERT(sizeof(dcal_plane_f64) == sizeof(double)
+    + sizeof(double)
+    + sizeof(double), "no padding");
 
-/** A fixed point, whose place is unknown. */
+/** A fixed point at an unknown position. */
 typedef struct dcal_point_f64 {
-    /** What is known of the place: x, y, z. Length. */
+    /** The approximate x, y, z, if known. Length. */
     double known[3];
-    /** One sigma of each coordinate; 0: nothing is known. Length. */
+    /** One sigma of each coordinate; 0: unknown. Length. */
     double sigma;
-    /** 1 if the sensor there reads a constant too much that is unknown, too; otherwise 0. */
+    /** 1 if the sensor there has an unknown constant offset, otherwise 0. */
     uint32_t has_offset;
     /** 0. */
     uint32_t reserved;
 } dcal_point_f64;
+DCAL_ASSERT(sizeof(dcal_point_f64) == 3 * sizeof(double)
+    + sizeof(double)
+    + sizeof(uint32_t)
+    + sizeof(uint32_t), "no padding");
 
-/** What the readings refer to. All zeros: coordinates in the robot's own frame, no plane, no point. */
+/** What the readings refer to. All zeros: coordinates in the robot's own frame, no planes, no points. */
 typedef struct dcal_instruments_f64 {
     /** DCAL_FRAME_BASE or DCAL_FRAME_SENSOR. */
     int32_t frame;
-    /** How many planes there are. */
+    /** Number of planes. */
     uint32_t plane_count;
-    /** How many points there are. */
+    /** Number of points. */
     uint32_t point_count;
     /** 0. */
     uint32_t reserved;
-    /** One sigma of a height; 0 where none is measured. Length. */
+    /** One sigma of a height; 0 if none is measured. Length. */
     double height_noise;
-    /** One sigma of a distance; 0 where none is measured. Length. */
+    /** One sigma of a distance; 0 if none is measured. Length. */
     double distance_noise;
     /** The planes that heights are measured above. */
     dcal_plane_f64 planes[DCAL_PLANES];
     /** The points that distances are measured from. */
     dcal_point_f64 points[DCAL_POINTS];
 } dcal_instruments_f64;
+DCAL_ASSERT(sizeof(dcal_instruments_f64) == sizeof(int32_t)
+    + sizeof(uint32_t)
+    + sizeof(uint32_t)
+    + sizeof(uint32_t)
+    + sizeof(double)
+    + sizeof(double)
+    + DCAL_PLANES * sizeof(dcal_plane_f64)
+    + DCAL_POINTS * sizeof(dcal_point_f64), "no padding");
 
 /** Makes a robot from its dimensions, in size bytes of memory: write sizeof *robot.
  *
@@ -1353,14 +1415,8 @@ dcal_status dcal_robot_inverse_f64(
     double joints[3],
     dcal_error *error);
 
-/** Writes the covariance of all 24 parameters, eight an arm, row by row: length^2, length radian,
- * radian^2.
- *
- * Errors: DCAL_NO_COVARIANCE. */
-dcal_status dcal_joint_outcome_covariance_f64(const dcal_joint_outcome_f64 *outcome, double covariance[576]);
-
 /** Makes a calibrator without samples, in size bytes of memory: write sizeof *calibrator. robot is the
- * robot before calibration, the nominal of the tolerance and the start of the iteration; it is copied.
+ * uncalibrated robot, the nominal of the tolerance and the start of the iteration; it is copied.
  *
  * Errors: DCAL_NOISE_..., DCAL_TOLERANCE_..., DCAL_NO_SUCH_CHOICE. */
 dcal_status dcal_ikm_init_f64(
@@ -1371,14 +1427,14 @@ dcal_status dcal_ikm_init_f64(
     dcal_error *error);
 
 /** Adds one sample; memory and time are the same for any number of samples. The result of the last
- * dcal_ikm_solve_f64 is dropped.
+ * dcal_ikm_solve_f64 is discarded.
  *
  * Errors: DCAL_BUSY, and DCAL_SAMPLE_... with the arm; nothing is added. */
 dcal_status dcal_ikm_add_f64(dcal_ikm_f64 *calibrator, const dcal_sample_f64 *sample, dcal_error *error);
 
-/** Works in the samples that still wait: the calibrator works in several at once. dcal_ikm_solve_f64 does
- * it as well; call this one turn of the control loop earlier if that call takes too long. The result has
- * the same bits. */
+/** Processes waiting samples: the calibrator takes in several at once. dcal_ikm_solve_f64 does the same;
+ * call this one turn of the control loop earlier if dcal_ikm_solve_f64 takes too long. The result has the
+ * same bits. */
 dcal_status dcal_ikm_flush_f64(dcal_ikm_f64 *calibrator);
 
 /** Adds all samples of another calibrator of the same robot and noise.
@@ -1394,82 +1450,70 @@ dcal_status dcal_ikm_forget_f64(dcal_ikm_f64 *calibrator, double lambda);
 /** Writes the number of samples. */
 dcal_status dcal_ikm_samples_f64(const dcal_ikm_f64 *calibrator, uint64_t *samples);
 
-/** Begins to solve. Until the last dcal_ikm_step_f64, or dcal_ikm_stop_f64, every call that would change
- * the samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_ikm_step_f64, or until dcal_ikm_stop_f64, every call that would
+ * change the samples returns DCAL_BUSY.
  *
- * Errors: those of dcal_ikm_finish_f64 that are known already, as DCAL_TOO_FEW_SAMPLES, with the arm, how
- * many there are and how many are needed. */
+ * Errors: those of dcal_ikm_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with the arm,
+ * the number of samples and the number needed. */
 dcal_status dcal_ikm_solve_f64(dcal_ikm_f64 *calibrator, dcal_error *error);
 
-/** One short step, to be called between the turns of a control loop. Returns DCAL_WORKING as long as there
- * is more to do, and then DCAL_OK: dcal_ikm_finish_f64 has the outcome, or why there is none. */
+/** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
+ * is more to do, then DCAL_OK: dcal_ikm_finish_f64 has the result, or says why there is none. */
 dcal_status dcal_ikm_step_f64(dcal_ikm_f64 *calibrator);
 
-/** Gives up what dcal_ikm_solve_f64 has begun. The samples stay. */
+/** Abandons what dcal_ikm_solve_f64 started. The samples stay. */
 dcal_status dcal_ikm_stop_f64(dcal_ikm_f64 *calibrator);
 
-/** Drops all samples and what was solved from them: as after dcal_ikm_init_f64. */
+/** Discards all samples and what was solved from them: as after dcal_ikm_init_f64. */
 dcal_status dcal_ikm_reset_f64(dcal_ikm_f64 *calibrator);
 
-/** The calibrated robot, in size bytes of memory: write sizeof *outcome.
+/** Makes the calibrated robot, in size bytes of memory: write sizeof *robot. robot may be the robot in
+ * use, which is then replaced. The result stays in the calibrator until its samples change.
  *
- * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to
- * DCAL_OVERFLOW), with arm and cause; the robot keeps its parameters. */
+ * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to DCAL_OVERFLOW)
+ * with its arm and cause; the robot keeps its parameters. */
 dcal_status dcal_ikm_finish_f64(
     const dcal_ikm_f64 *calibrator,
-    dcal_ikm_outcome_f64 *outcome,
+    dcal_robot_f64 *robot,
     size_t size,
     dcal_error *error);
 
-/** Writes the samples into bytes, of which there are capacity: write the constant
- * DCAL_..._SNAPSHOT_..._SIZE. length is how many were written. They are the same on every target. Store
- * them where they outlast a power cut, and give them to dcal_ikm_restore_f64.
+/** Writes how well an arm is known; arm is 0, 1 or 2. If the arms were solved together, residual and noise
+ * are those of the whole robot.
  *
- * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. The gate: DCAL_BUSY. */
+ * Errors: DCAL_NO_SUCH_ARM, and those of dcal_ikm_finish_f64. */
+dcal_status dcal_ikm_arm_f64(const dcal_ikm_f64 *calibrator, int32_t arm, dcal_arm_summary_f64 *summary);
+
+/** Writes the standard uncertainty of each of the 24 parameters, eight per arm: length or radians.
+ *
+ * Errors: DCAL_NO_COVARIANCE, and those of dcal_ikm_finish_f64. */
+dcal_status dcal_ikm_deviations_f64(const dcal_ikm_f64 *calibrator, double sigma[24]);
+
+/** Writes the covariance of all 24 parameters, eight per arm, row by row: length^2, length radian,
+ * radian^2. Arms that were solved separately have none between them: 0.
+ *
+ * Errors: DCAL_NO_COVARIANCE, and those of dcal_ikm_finish_f64. */
+dcal_status dcal_ikm_covariance_f64(const dcal_ikm_f64 *calibrator, double covariance[576]);
+
+/** Writes the samples into bytes, of which there are capacity: write the constant
+ * DCAL_..._SNAPSHOT_..._SIZE. length receives the number written. They are the same on every target.
+ * Store them where they survive a power cut, and give them to dcal_ikm_restore_f64.
+ *
+ * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. Of a gate also DCAL_BUSY. */
 dcal_status dcal_ikm_snapshot_f64(
     const dcal_ikm_f64 *calibrator,
     uint8_t *bytes,
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must be of the same robot and noise. It
- * goes on to the same bits as the one that the snapshot is of.
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
+ * computes the same bits as the calibrator that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
 dcal_status dcal_ikm_restore_f64(dcal_ikm_f64 *calibrator, const uint8_t *bytes, size_t length);
 
-/** Makes the calibrated robot, in size bytes of memory: write sizeof *robot. robot may be the robot in
- * use, which is then replaced. */
-dcal_status dcal_ikm_outcome_robot_f64(
-    const dcal_ikm_outcome_f64 *outcome,
-    dcal_robot_f64 *robot,
-    size_t size);
-
-/** Writes how well an arm is known; arm is 0, 1 or 2. Solved together, residual and noise are the whole
- * robot's.
- *
- * Errors: DCAL_NO_SUCH_ARM. */
-dcal_status dcal_ikm_outcome_arm_f64(
-    const dcal_ikm_outcome_f64 *outcome,
-    int32_t arm,
-    dcal_arm_summary_f64 *summary);
-
-/** Writes the standard uncertainty of each of the 24 parameters, eight an arm: length or radians.
- *
- * Errors: DCAL_NO_COVARIANCE. */
-dcal_status dcal_ikm_outcome_deviations_f64(const dcal_ikm_outcome_f64 *outcome, double sigma[24]);
-
-/** Writes the covariance of an arm's eight parameters, row by row: length^2, length radian, radian^2. arm
- * is 0, 1 or 2.
- *
- * Errors: DCAL_NO_SUCH_ARM, DCAL_NO_COVARIANCE. */
-dcal_status dcal_ikm_outcome_arm_covariance_f64(
-    const dcal_ikm_outcome_f64 *outcome,
-    int32_t arm,
-    double covariance[64]);
-
 /** Makes a calibrator without samples, in size bytes of memory: write sizeof *calibrator. robot is the
- * robot before calibration, the nominal of the tolerance and the start of the iteration; it is copied.
+ * uncalibrated robot, the nominal of the tolerance and the start of the iteration; it is copied.
  *
  * Errors: DCAL_NOISE_..., DCAL_TOLERANCE_..., DCAL_NO_SUCH_CHOICE. */
 dcal_status dcal_joint_init_f64(
@@ -1480,14 +1524,14 @@ dcal_status dcal_joint_init_f64(
     dcal_error *error);
 
 /** Adds one sample; memory and time are the same for any number of samples. The result of the last
- * dcal_joint_solve_f64 is dropped.
+ * dcal_joint_solve_f64 is discarded.
  *
  * Errors: DCAL_BUSY, and DCAL_SAMPLE_... with the arm; nothing is added. */
 dcal_status dcal_joint_add_f64(dcal_joint_f64 *calibrator, const dcal_sample_f64 *sample, dcal_error *error);
 
-/** Works in the samples that still wait: the calibrator works in several at once. dcal_joint_solve_f64
- * does it as well; call this one turn of the control loop earlier if that call takes too long. The result
- * has the same bits. */
+/** Processes waiting samples: the calibrator takes in several at once. dcal_joint_solve_f64 does the same;
+ * call this one turn of the control loop earlier if dcal_joint_solve_f64 takes too long. The result has
+ * the same bits. */
 dcal_status dcal_joint_flush_f64(dcal_joint_f64 *calibrator);
 
 /** Adds all samples of another calibrator of the same robot and noise.
@@ -1503,85 +1547,73 @@ dcal_status dcal_joint_forget_f64(dcal_joint_f64 *calibrator, double lambda);
 /** Writes the number of samples. */
 dcal_status dcal_joint_samples_f64(const dcal_joint_f64 *calibrator, uint64_t *samples);
 
-/** Begins to solve. Until the last dcal_joint_step_f64, or dcal_joint_stop_f64, every call that would
+/** Starts solving. Until the last dcal_joint_step_f64, or until dcal_joint_stop_f64, every call that would
  * change the samples returns DCAL_BUSY.
  *
- * Errors: those of dcal_joint_finish_f64 that are known already, as DCAL_TOO_FEW_SAMPLES, with the arm,
- * how many there are and how many are needed. */
+ * Errors: those of dcal_joint_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with the
+ * arm, the number of samples and the number needed. */
 dcal_status dcal_joint_solve_f64(dcal_joint_f64 *calibrator, dcal_error *error);
 
-/** One short step, to be called between the turns of a control loop. Returns DCAL_WORKING as long as there
- * is more to do, and then DCAL_OK: dcal_joint_finish_f64 has the outcome, or why there is none. */
+/** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
+ * is more to do, then DCAL_OK: dcal_joint_finish_f64 has the result, or says why there is none. */
 dcal_status dcal_joint_step_f64(dcal_joint_f64 *calibrator);
 
-/** Gives up what dcal_joint_solve_f64 has begun. The samples stay. */
+/** Abandons what dcal_joint_solve_f64 started. The samples stay. */
 dcal_status dcal_joint_stop_f64(dcal_joint_f64 *calibrator);
 
-/** Drops all samples and what was solved from them: as after dcal_joint_init_f64. */
+/** Discards all samples and what was solved from them: as after dcal_joint_init_f64. */
 dcal_status dcal_joint_reset_f64(dcal_joint_f64 *calibrator);
 
-/** The calibrated robot, in size bytes of memory: write sizeof *outcome.
+/** Makes the calibrated robot, in size bytes of memory: write sizeof *robot. robot may be the robot in
+ * use, which is then replaced. The result stays in the calibrator until its samples change.
  *
- * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to
- * DCAL_OVERFLOW), with arm and cause; the robot keeps its parameters. */
+ * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to DCAL_OVERFLOW)
+ * with its arm and cause; the robot keeps its parameters. */
 dcal_status dcal_joint_finish_f64(
     const dcal_joint_f64 *calibrator,
-    dcal_joint_outcome_f64 *outcome,
+    dcal_robot_f64 *robot,
     size_t size,
     dcal_error *error);
 
-/** Writes the samples into bytes, of which there are capacity: write the constant
- * DCAL_..._SNAPSHOT_..._SIZE. length is how many were written. They are the same on every target. Store
- * them where they outlast a power cut, and give them to dcal_joint_restore_f64.
+/** Writes how well an arm is known; arm is 0, 1 or 2. If the arms were solved together, residual and noise
+ * are those of the whole robot.
  *
- * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. The gate: DCAL_BUSY. */
+ * Errors: DCAL_NO_SUCH_ARM, and those of dcal_joint_finish_f64. */
+dcal_status dcal_joint_arm_f64(const dcal_joint_f64 *calibrator, int32_t arm, dcal_arm_summary_f64 *summary);
+
+/** Writes the standard uncertainty of each of the 24 parameters, eight per arm: length or radians.
+ *
+ * Errors: DCAL_NO_COVARIANCE, and those of dcal_joint_finish_f64. */
+dcal_status dcal_joint_deviations_f64(const dcal_joint_f64 *calibrator, double sigma[24]);
+
+/** Writes the covariance of all 24 parameters, eight per arm, row by row: length^2, length radian,
+ * radian^2. Arms that were solved separately have none between them: 0.
+ *
+ * Errors: DCAL_NO_COVARIANCE, and those of dcal_joint_finish_f64. */
+dcal_status dcal_joint_covariance_f64(const dcal_joint_f64 *calibrator, double covariance[576]);
+
+/** Writes the samples into bytes, of which there are capacity: write the constant
+ * DCAL_..._SNAPSHOT_..._SIZE. length receives the number written. They are the same on every target.
+ * Store them where they survive a power cut, and give them to dcal_joint_restore_f64.
+ *
+ * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. Of a gate also DCAL_BUSY. */
 dcal_status dcal_joint_snapshot_f64(
     const dcal_joint_f64 *calibrator,
     uint8_t *bytes,
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must be of the same robot and noise. It
- * goes on to the same bits as the one that the snapshot is of.
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
+ * computes the same bits as the calibrator that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
 dcal_status dcal_joint_restore_f64(dcal_joint_f64 *calibrator, const uint8_t *bytes, size_t length);
 
-/** Makes the calibrated robot, in size bytes of memory: write sizeof *robot. robot may be the robot in
- * use, which is then replaced. */
-dcal_status dcal_joint_outcome_robot_f64(
-    const dcal_joint_outcome_f64 *outcome,
-    dcal_robot_f64 *robot,
-    size_t size);
-
-/** Writes how well an arm is known; arm is 0, 1 or 2. Solved together, residual and noise are the whole
- * robot's.
- *
- * Errors: DCAL_NO_SUCH_ARM. */
-dcal_status dcal_joint_outcome_arm_f64(
-    const dcal_joint_outcome_f64 *outcome,
-    int32_t arm,
-    dcal_arm_summary_f64 *summary);
-
-/** Writes the standard uncertainty of each of the 24 parameters, eight an arm: length or radians.
- *
- * Errors: DCAL_NO_COVARIANCE. */
-dcal_status dcal_joint_outcome_deviations_f64(const dcal_joint_outcome_f64 *outcome, double sigma[24]);
-
-/** Writes the covariance of an arm's eight parameters, row by row: length^2, length radian, radian^2. arm
- * is 0, 1 or 2.
- *
- * Errors: DCAL_NO_SUCH_ARM, DCAL_NO_COVARIANCE. */
-dcal_status dcal_joint_outcome_arm_covariance_f64(
-    const dcal_joint_outcome_f64 *outcome,
-    int32_t arm,
-    double covariance[64]);
-
-/** Makes a calibrator with a gate, without samples, in size bytes of memory: write sizeof *calibrator.
- * sigmas is the gate's width; 0 for the width that rejects three good samples in a million for each arm.
- * age is the mean age of the samples that count, for a robot that changes slowly; 0 if all count alike.
- * With a stated noise and tolerance the gate tests from the first sample on, otherwise from its first
- * estimate on.
+/** Makes a calibrator with a gate and without samples, in size bytes of memory: write sizeof *calibrator.
+ * sigmas is the width of the gate; 0 selects the width that rejects three good samples in a million for
+ * each arm. age is the mean age of the samples that count, for a robot that changes slowly; 0 if all
+ * count equally. If noise and tolerance are stated, the gate tests from the first sample, otherwise from
+ * its first estimate.
  *
  * Errors: DCAL_NOISE_..., DCAL_TOLERANCE_..., DCAL_NO_SUCH_CHOICE, DCAL_WIDTH_OF_GATE, DCAL_FORGETTING. */
 dcal_status dcal_gate_init_f64(
@@ -1593,9 +1625,9 @@ dcal_status dcal_gate_init_f64(
     double age,
     dcal_error *error);
 
-/** Tests one sample, and takes it in unless it disagrees. A sample that is rejected is no error: verdict
- * says so. Where the gate then wants an estimate of its own, call dcal_gate_step_f64 until it returns
- * DCAL_OK, before the next sample.
+/** Tests one sample, and adds it unless it is rejected. A rejected sample is not an error: verdict reports
+ * it. If the gate then needs an estimate of its own, call dcal_gate_step_f64 until it returns DCAL_OK,
+ * before the next sample.
  *
  * Errors: DCAL_BUSY, and DCAL_SAMPLE_... with the arm; nothing has changed. */
 dcal_status dcal_gate_add_f64(
@@ -1604,64 +1636,81 @@ dcal_status dcal_gate_add_f64(
     dcal_verdict_f64 *verdict,
     dcal_error *error);
 
-/** Writes how many samples came to what, and whether there is an alarm. */
-dcal_status dcal_gate_state_f64(const dcal_gate_f64 *calibrator, dcal_gate_counts_f64 *counts);
+/** Writes the sample counts and the alarm, if any. */
+dcal_status dcal_gate_state_f64(const dcal_gate_f64 *calibrator, dcal_gate_counts_f64 *state);
 
-/** Answers the alarm: the run of rejected samples was wrong, and what was taken in before stays. If the
- * robot has changed, call dcal_gate_reset_f64. */
+/** Answers the alarm: the rejected samples were wrong, and the samples before them stay. If the robot
+ * itself has changed, call dcal_gate_reset_f64. */
 dcal_status dcal_gate_acknowledge_f64(dcal_gate_f64 *calibrator);
 
 /** Writes the number of samples. */
 dcal_status dcal_gate_samples_f64(const dcal_gate_f64 *calibrator, uint64_t *samples);
 
-/** Begins to solve. Until the last dcal_gate_step_f64, or dcal_gate_stop_f64, every call that would change
- * the samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_gate_step_f64, or until dcal_gate_stop_f64, every call that would
+ * change the samples returns DCAL_BUSY.
  *
- * Errors: those of dcal_gate_finish_f64 that are known already, as DCAL_TOO_FEW_SAMPLES, with the arm,
- * how many there are and how many are needed. */
+ * Errors: those of dcal_gate_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with the
+ * arm, the number of samples and the number needed. */
 dcal_status dcal_gate_solve_f64(dcal_gate_f64 *calibrator, dcal_error *error);
 
-/** One short step, to be called between the turns of a control loop. Returns DCAL_WORKING as long as there
- * is more to do, and then DCAL_OK: dcal_gate_finish_f64 has the outcome, or why there is none. */
+/** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
+ * is more to do, then DCAL_OK: dcal_gate_finish_f64 has the result, or says why there is none. */
 dcal_status dcal_gate_step_f64(dcal_gate_f64 *calibrator);
 
-/** Gives up what dcal_gate_solve_f64 has begun. The samples stay. */
+/** Abandons what dcal_gate_solve_f64 started. The samples stay. */
 dcal_status dcal_gate_stop_f64(dcal_gate_f64 *calibrator);
 
-/** Drops all samples and what was solved from them: as after dcal_gate_init_f64. */
+/** Discards all samples and what was solved from them: as after dcal_gate_init_f64. */
 dcal_status dcal_gate_reset_f64(dcal_gate_f64 *calibrator);
 
-/** The calibrated robot, in size bytes of memory: write sizeof *outcome.
+/** Makes the calibrated robot, in size bytes of memory: write sizeof *robot. robot may be the robot in
+ * use, which is then replaced. The result stays in the calibrator until its samples change.
  *
- * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to
- * DCAL_OVERFLOW), with arm and cause; the robot keeps its parameters. */
+ * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to DCAL_OVERFLOW)
+ * with its arm and cause; the robot keeps its parameters. */
 dcal_status dcal_gate_finish_f64(
     const dcal_gate_f64 *calibrator,
-    dcal_ikm_outcome_f64 *outcome,
+    dcal_robot_f64 *robot,
     size_t size,
     dcal_error *error);
 
-/** Writes the samples into bytes, of which there are capacity: write the constant
- * DCAL_..._SNAPSHOT_..._SIZE. length is how many were written. They are the same on every target. Store
- * them where they outlast a power cut, and give them to dcal_gate_restore_f64.
+/** Writes how well an arm is known; arm is 0, 1 or 2. If the arms were solved together, residual and noise
+ * are those of the whole robot.
  *
- * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. The gate: DCAL_BUSY. */
+ * Errors: DCAL_NO_SUCH_ARM, and those of dcal_gate_finish_f64. */
+dcal_status dcal_gate_arm_f64(const dcal_gate_f64 *calibrator, int32_t arm, dcal_arm_summary_f64 *summary);
+
+/** Writes the standard uncertainty of each of the 24 parameters, eight per arm: length or radians.
+ *
+ * Errors: DCAL_NO_COVARIANCE, and those of dcal_gate_finish_f64. */
+dcal_status dcal_gate_deviations_f64(const dcal_gate_f64 *calibrator, double sigma[24]);
+
+/** Writes the covariance of all 24 parameters, eight per arm, row by row: length^2, length radian,
+ * radian^2. Arms that were solved separately have none between them: 0.
+ *
+ * Errors: DCAL_NO_COVARIANCE, and those of dcal_gate_finish_f64. */
+dcal_status dcal_gate_covariance_f64(const dcal_gate_f64 *calibrator, double covariance[576]);
+
+/** Writes the samples into bytes, of which there are capacity: write the constant
+ * DCAL_..._SNAPSHOT_..._SIZE. length receives the number written. They are the same on every target.
+ * Store them where they survive a power cut, and give them to dcal_gate_restore_f64.
+ *
+ * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. Of a gate also DCAL_BUSY. */
 dcal_status dcal_gate_snapshot_f64(
     const dcal_gate_f64 *calibrator,
     uint8_t *bytes,
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must be of the same robot and noise. It
- * goes on to the same bits as the one that the snapshot is of.
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
+ * computes the same bits as the calibrator that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
 dcal_status dcal_gate_restore_f64(dcal_gate_f64 *calibrator, const uint8_t *bytes, size_t length);
 
 /** Makes a calibrator without observations, in size bytes of memory: write sizeof *calibrator. robot is
- * the robot before calibration. settings must state the noise of positions and joint angles, and a
- * tolerance unless x, y and z are measured often enough; instruments states the noise of heights and
- * distances.
+ * the uncalibrated robot. settings must state the noise of positions and joint angles, and a tolerance
+ * unless x, y and z are measured often enough; instruments states the noise of heights and distances.
  *
  * Errors: DCAL_NOISE_..., DCAL_TOLERANCE_..., DCAL_NO_SUCH_CHOICE, DCAL_KNOWN_PLACE,
  * DCAL_TOO_MANY_UNKNOWNS. */
@@ -1673,125 +1722,78 @@ dcal_status dcal_fkm_init_f64(
     const dcal_settings_f64 *settings,
     dcal_error *error);
 
-/** Takes in one observation, of DCAL_FKM_ROWS at most.
+/** Adds one observation, at most DCAL_FKM_ROWS in all.
  *
  * Errors: DCAL_OBSERVATION_..., DCAL_SAMPLE_JOINT_..., DCAL_NO_SUCH_PLANE and ..._POINT, DCAL_NOISE_...
- * of a height or distance where it is not stated, DCAL_NO_SUCH_CHOICE, DCAL_BUSY; nothing is taken in. */
+ * of a height or distance if it is not stated, DCAL_NO_SUCH_CHOICE, DCAL_BUSY; nothing is added. */
 dcal_status dcal_fkm_add_f64(
     dcal_fkm_f64 *calibrator,
     const dcal_observation_f64 *observation,
     dcal_error *error);
 
-/** Makes the outcome of the robot's 24 parameters alone, in size bytes of memory: write sizeof *joint. Its
- * covariance takes the unknowns of the instruments into account. */
-dcal_status dcal_fkm_outcome_joint_f64(
-    const dcal_fkm_outcome_f64 *outcome,
-    dcal_joint_outcome_f64 *joint,
-    size_t size);
-
-/** Writes where a plane z = c + a x + b y lies: c (length), a, b.
+/** Writes c (length), a and b of a plane z = c + a x + b y.
  *
- * Errors: DCAL_NO_SUCH_PLANE. */
-dcal_status dcal_fkm_outcome_plane_f64(
-    const dcal_fkm_outcome_f64 *outcome,
-    uint32_t plane,
-    double coefficients[3]);
+ * Errors: DCAL_NO_SUCH_PLANE, and those of dcal_fkm_finish_f64. */
+dcal_status dcal_fkm_plane_f64(const dcal_fkm_f64 *calibrator, uint32_t plane, double coefficients[3]);
 
-/** Writes where a point is, and what the sensor there reads too much: x, y, z, offset. Length.
+/** Writes the position of a point and the offset of its sensor: x, y, z, offset. Length.
  *
- * Errors: DCAL_NO_SUCH_POINT. */
-dcal_status dcal_fkm_outcome_point_f64(const dcal_fkm_outcome_f64 *outcome, uint32_t point, double place[4]);
+ * Errors: DCAL_NO_SUCH_POINT, and those of dcal_fkm_finish_f64. */
+dcal_status dcal_fkm_point_f64(const dcal_fkm_f64 *calibrator, uint32_t point, double place[4]);
 
-/** Writes the frame in which coordinates were measured, from the robot's frame to it: the rotation row by
- * row, and the translation (length). The identity for DCAL_FRAME_BASE. */
-dcal_status dcal_fkm_outcome_frame_f64(
-    const dcal_fkm_outcome_f64 *outcome,
-    double rotation[9],
-    double translation[3]);
+/** Writes the transform from the robot's frame to that of the measured coordinates: the rotation row by
+ * row, and the translation (length). The identity for DCAL_FRAME_BASE.
+ *
+ * Errors: those of dcal_fkm_finish_f64. */
+dcal_status dcal_fkm_frame_f64(const dcal_fkm_f64 *calibrator, double rotation[9], double translation[3]);
 
 /** Writes the number of samples. */
 dcal_status dcal_fkm_samples_f64(const dcal_fkm_f64 *calibrator, uint64_t *samples);
 
-/** Begins to solve. Until the last dcal_fkm_step_f64, or dcal_fkm_stop_f64, every call that would change
- * the samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_fkm_step_f64, or until dcal_fkm_stop_f64, every call that would
+ * change the samples returns DCAL_BUSY.
  *
- * Errors: those of dcal_fkm_finish_f64 that are known already, as DCAL_TOO_FEW_SAMPLES, with the arm, how
- * many there are and how many are needed. */
+ * Errors: those of dcal_fkm_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with the arm,
+ * the number of samples and the number needed. */
 dcal_status dcal_fkm_solve_f64(dcal_fkm_f64 *calibrator, dcal_error *error);
 
-/** One short step, to be called between the turns of a control loop. Returns DCAL_WORKING as long as there
- * is more to do, and then DCAL_OK: dcal_fkm_finish_f64 has the outcome, or why there is none. */
+/** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
+ * is more to do, then DCAL_OK: dcal_fkm_finish_f64 has the result, or says why there is none. */
 dcal_status dcal_fkm_step_f64(dcal_fkm_f64 *calibrator);
 
-/** Gives up what dcal_fkm_solve_f64 has begun. The samples stay. */
+/** Abandons what dcal_fkm_solve_f64 started. The samples stay. */
 dcal_status dcal_fkm_stop_f64(dcal_fkm_f64 *calibrator);
 
-/** Drops all samples and what was solved from them: as after dcal_fkm_init_f64. */
+/** Discards all samples and what was solved from them: as after dcal_fkm_init_f64. */
 dcal_status dcal_fkm_reset_f64(dcal_fkm_f64 *calibrator);
 
-/** The calibrated robot, in size bytes of memory: write sizeof *outcome.
+/** Makes the calibrated robot, in size bytes of memory: write sizeof *robot. robot may be the robot in
+ * use, which is then replaced. The result stays in the calibrator until its samples change.
  *
- * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to
- * DCAL_OVERFLOW), with arm and cause; the robot keeps its parameters. */
+ * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to DCAL_OVERFLOW)
+ * with its arm and cause; the robot keeps its parameters. */
 dcal_status dcal_fkm_finish_f64(
     const dcal_fkm_f64 *calibrator,
-    dcal_fkm_outcome_f64 *outcome,
+    dcal_robot_f64 *robot,
     size_t size,
     dcal_error *error);
 
-/** Makes the calibrated robot, in size bytes of memory: write sizeof *robot. robot may be the robot in
- * use, which is then replaced. */
-dcal_status dcal_fkm_outcome_robot_f64(
-    const dcal_fkm_outcome_f64 *outcome,
-    dcal_robot_f64 *robot,
-    size_t size);
-
-/** Writes how well an arm is known; arm is 0, 1 or 2. Solved together, residual and noise are the whole
- * robot's.
+/** Writes how well an arm is known; arm is 0, 1 or 2. If the arms were solved together, residual and noise
+ * are those of the whole robot.
  *
- * Errors: DCAL_NO_SUCH_ARM. */
-dcal_status dcal_fkm_outcome_arm_f64(
-    const dcal_fkm_outcome_f64 *outcome,
-    int32_t arm,
-    dcal_arm_summary_f64 *summary);
+ * Errors: DCAL_NO_SUCH_ARM, and those of dcal_fkm_finish_f64. */
+dcal_status dcal_fkm_arm_f64(const dcal_fkm_f64 *calibrator, int32_t arm, dcal_arm_summary_f64 *summary);
 
-/** Writes the standard uncertainty of each of the 24 parameters, eight an arm: length or radians.
+/** Writes the standard uncertainty of each of the 24 parameters, eight per arm: length or radians.
  *
- * Errors: DCAL_NO_COVARIANCE. */
-dcal_status dcal_fkm_outcome_deviations_f64(const dcal_fkm_outcome_f64 *outcome, double sigma[24]);
+ * Errors: DCAL_NO_COVARIANCE, and those of dcal_fkm_finish_f64. */
+dcal_status dcal_fkm_deviations_f64(const dcal_fkm_f64 *calibrator, double sigma[24]);
 
-/** Writes the covariance of an arm's eight parameters, row by row: length^2, length radian, radian^2. arm
- * is 0, 1 or 2.
+/** Writes the covariance of all 24 parameters, eight per arm, row by row: length^2, length radian,
+ * radian^2. Arms that were solved separately have none between them: 0.
  *
- * Errors: DCAL_NO_SUCH_ARM, DCAL_NO_COVARIANCE. */
-dcal_status dcal_fkm_outcome_arm_covariance_f64(
-    const dcal_fkm_outcome_f64 *outcome,
-    int32_t arm,
-    double covariance[64]);
-
-/* ---- What this compiler makes of it ---- */
-
-DCAL_ASSERT(sizeof(dcal_arm_summary_f32) == 80, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_arm_summary_f64) == 128, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_dimensions_f32) == 20, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_dimensions_f64) == 40, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_error) == 48, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_gate_counts_f32) == 80, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_gate_counts_f64) == 80, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_instruments_f32) == 168, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_instruments_f64) == 288, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_observation_f32) == 60, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_observation_f64) == 104, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_plane_f32) == 12, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_plane_f64) == 24, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_point_f32) == 24, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_point_f64) == 40, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_sample_f32) == 24, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_sample_f64) == 48, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_settings_f32) == 44, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_settings_f64) == 72, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_verdict_f32) == 24, "the size of a structure");
-DCAL_ASSERT(sizeof(dcal_verdict_f64) == 32, "the size of a structure");
+ * Errors: DCAL_NO_COVARIANCE, and those of dcal_fkm_finish_f64. */
+dcal_status dcal_fkm_covariance_f64(const dcal_fkm_f64 *calibrator, double covariance[576]);
 
 #ifdef __cplusplus
 }

@@ -21,7 +21,6 @@ template <> struct Api<float> {
     using Sample = dcal_sample_f32;
     using Settings = dcal_settings_f32;
     using Calibrator = dcal_joint_f32;
-    using Outcome = dcal_joint_outcome_f32;
     static constexpr auto from_dimensions = dcal_robot_from_dimensions_f32;
     static constexpr auto from_parameters = dcal_robot_from_parameters_f32;
     static constexpr auto parameters = dcal_robot_parameters_f32;
@@ -37,9 +36,8 @@ template <> struct Api<float> {
     static constexpr auto stop = dcal_joint_stop_f32;
     static constexpr auto reset = dcal_joint_reset_f32;
     static constexpr auto finish = dcal_joint_finish_f32;
-    static constexpr auto robot = dcal_joint_outcome_robot_f32;
-    static constexpr auto deviations = dcal_joint_outcome_deviations_f32;
-    static constexpr auto covariance = dcal_joint_outcome_covariance_f32;
+    static constexpr auto deviations = dcal_joint_deviations_f32;
+    static constexpr auto covariance = dcal_joint_covariance_f32;
 };
 
 template <> struct Api<double> {
@@ -48,7 +46,6 @@ template <> struct Api<double> {
     using Sample = dcal_sample_f64;
     using Settings = dcal_settings_f64;
     using Calibrator = dcal_joint_f64;
-    using Outcome = dcal_joint_outcome_f64;
     static constexpr auto from_dimensions = dcal_robot_from_dimensions_f64;
     static constexpr auto from_parameters = dcal_robot_from_parameters_f64;
     static constexpr auto parameters = dcal_robot_parameters_f64;
@@ -64,9 +61,8 @@ template <> struct Api<double> {
     static constexpr auto stop = dcal_joint_stop_f64;
     static constexpr auto reset = dcal_joint_reset_f64;
     static constexpr auto finish = dcal_joint_finish_f64;
-    static constexpr auto robot = dcal_joint_outcome_robot_f64;
-    static constexpr auto deviations = dcal_joint_outcome_deviations_f64;
-    static constexpr auto covariance = dcal_joint_outcome_covariance_f64;
+    static constexpr auto deviations = dcal_joint_deviations_f64;
+    static constexpr auto covariance = dcal_joint_covariance_f64;
 };
 
 // A robot; before it is made, every function refuses it with DCAL_NOT_INITIALIZED.
@@ -99,19 +95,6 @@ private:
     typename C::Robot robot = {};
 };
 
-// A calibrated robot, with the covariance of its 24 parameters.
-template <typename Real> class Outcome {
-public:
-    using C = Api<Real>;
-    Status robot(Robot<Real> &robot) const { return C::robot(&outcome, robot.c(), sizeof *robot.c()); }
-    Status deviations(Real (&sigma)[24]) const { return C::deviations(&outcome, sigma); }
-    Status covariance(Real (&covariance)[576]) const { return C::covariance(&outcome, covariance); }
-    typename C::Outcome *c() { return &outcome; }
-
-private:
-    typename C::Outcome outcome = {};
-};
-
 // The joint calibrator.
 template <typename Real> class Calibrator {
 public:
@@ -128,9 +111,13 @@ public:
     Status step() { return C::step(&calibrator); }
     Status reset() { return C::reset(&calibrator); }
     Status stop() { return C::stop(&calibrator); }
-    Status finish(Outcome<Real> &outcome, Error *error = nullptr) const {
-        return C::finish(&calibrator, outcome.c(), sizeof *outcome.c(), error);
+    Status finish(Robot<Real> &robot, Error *error = nullptr) const {
+        return C::finish(&calibrator, robot.c(), sizeof *robot.c(), error);
     }
+    Status deviations(Real (&sigma)[24]) const { return C::deviations(&calibrator, sigma); }
+    Status covariance(Real (&covariance)[576]) const { return C::covariance(&calibrator, covariance); }
+    typename C::Calibrator *c() { return &calibrator; }
+    const typename C::Calibrator *c() const { return &calibrator; }
 
 private:
     typename C::Calibrator calibrator = {};

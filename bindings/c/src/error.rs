@@ -1,7 +1,7 @@
 //! Why a call failed, with all details from the core.
 
-use crate::memory::{Out, Plain};
-use crate::plain::{FRAME, NO_ARM, NO_INSTRUMENT, NO_PARAMETER, PLANE, POINT, TRANSMISSION};
+use crate::memory::{Out, plain};
+use crate::plain::{FRAME, NO_ARM, NO_PARAMETER, PLANE, POINT, TRANSMISSION};
 use crate::status::{self, Status};
 use delta_cal::calibration::{Instrument, ToleranceError};
 use delta_cal::kinematics::{KinematicsError, Singularity};
@@ -12,51 +12,41 @@ use delta_cal::snapshot::SnapshotError;
 use delta_cal::stream::{Alarm, ForgettingError, GateError, StreamRefusal, Untested};
 use delta_cal::{ArmIndex, Parameter, Refusal};
 
-/// Why a call failed. Every function that takes a pointer to one accepts NULL.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Error {
-    /// How many samples or readings there are, or the linearisations spent; 0 where that says nothing.
-    pub count: u64,
-    /// How many samples or readings are needed; 0 where that says nothing.
-    pub needed: u64,
-    /// The status that the call returned.
-    pub status: Status,
-    /// The arm at fault: 0, 1, 2, or `DCAL_NO_ARM`.
-    pub arm: i32,
-    /// The parameter at fault: `DCAL_DX` to `DCAL_LB`, or `DCAL_NO_PARAMETER`.
-    pub parameter: i32,
-    /// Why a solution is impossible (`DCAL_GEOMETRY_...`), otherwise `DCAL_OK`.
-    pub cause: Status,
-    /// The instrument at fault: `DCAL_NO_INSTRUMENT`, `DCAL_FRAME`, `DCAL_PLANE`, `DCAL_POINT` or
-    /// `DCAL_TRANSMISSION`.
-    pub instrument: i32,
-    /// Index of the plane or point at fault.
-    pub index: u32,
-    /// The figure of a refusal: condition number (undetermined), sigma in length or radians (uncertain), ratio of the
-    /// residuals to what the noise allows (residual contradicts noise), or tolerances (far from nominal); otherwise 0.
-    pub figure: f32,
-    /// 0.
-    pub reserved: u32,
+plain! {
+    /// Why a call failed. Every function that takes a pointer to one accepts NULL.
+    pub struct Error {
+        /// How many samples or readings there are, or the linearisations spent; 0 where that says nothing.
+        pub count: u64,
+        /// How many samples or readings are needed; 0 where that says nothing.
+        pub needed: u64,
+        /// The status that the call returned.
+        pub status: Status,
+        /// The arm at fault: 0, 1, 2, or `DCAL_NO_ARM`.
+        pub arm: i32,
+        /// The parameter at fault: `DCAL_DX` to `DCAL_LB`, or `DCAL_NO_PARAMETER`.
+        pub parameter: i32,
+        /// Why a solution is impossible (`DCAL_GEOMETRY_...`), otherwise `DCAL_OK`.
+        pub cause: Status,
+        /// The instrument at fault: `DCAL_NO_INSTRUMENT`, `DCAL_FRAME`, `DCAL_PLANE`, `DCAL_POINT` or
+        /// `DCAL_TRANSMISSION`.
+        pub instrument: i32,
+        /// Index of the plane or point at fault.
+        pub index: u32,
+        /// The figure of a refusal: condition number (undetermined), sigma in length or radians (uncertain), ratio of the
+        /// residuals to what the noise allows (residual contradicts noise), or tolerances (far from nominal); otherwise 0.
+        pub figure: f32,
+        /// 0.
+        pub reserved: u32,
+    }
 }
-
-// SAFETY: C layout, only numbers, no padding (checked by the header's test).
-#[allow(unsafe_code)]
-unsafe impl Plain for Error {}
 
 impl From<Status> for Error {
     fn from(status: Status) -> Self {
         Self {
-            count: 0,
-            needed: 0,
             status,
             arm: NO_ARM,
             parameter: NO_PARAMETER,
-            cause: status::OK,
-            instrument: NO_INSTRUMENT,
-            index: 0,
-            figure: 0.0,
-            reserved: 0,
+            ..Self::default()
         }
     }
 }
@@ -84,59 +74,31 @@ impl Error {
     }
 
     fn of_instrument(self, instrument: Instrument) -> Self {
-        let (instrument, index) = match instrument {
-            Instrument::Frame => (FRAME, 0),
-            Instrument::Plane(index) => (PLANE, index),
-            Instrument::Point(index) => (POINT, index),
-            Instrument::Transmission(arm) => {
-                return Self {
-                    instrument: TRANSMISSION,
-                    ..self
-                }
-                .of_arm(arm);
-            }
+        let (instrument, index, own) = match instrument {
+            Instrument::Frame => (FRAME, 0, self),
+            Instrument::Plane(index) => (PLANE, index, self),
+            Instrument::Point(index) => (POINT, index, self),
+            Instrument::Transmission(arm) => (TRANSMISSION, 0, self.of_arm(arm)),
         };
         Self {
             instrument,
             index: u32::from(index),
-            ..self
-        }
-    }
-
-    fn because(self, error: GeometryError) -> Self {
-        let cause = Self::from(error);
-        Self {
-            cause: cause.status,
-            parameter: cause.parameter,
-            ..self
+            ..own
         }
     }
 }
 
 /// The status of a call; also writes the reason if the caller wants it.
-pub(crate) fn report(
-    mut error: Out<Error>,
-    call: impl FnOnce() -> Result<Status, Error>,
-) -> Status {
-    let result = match error.usable_or_null() {
-        Ok(()) => call(),
-        Err(status) => return status,
-    };
-    match result {
-        Ok(status) => status,
-        Err(why) => {
-            error.put_if_there(why);
-            why.status
-        }
+pub(crate) fn report(mut error: Out<Error>, call: impl FnOnce() -> Result<(), Error>) -> Status {
+    if let Err(status) = error.usable_or_null() {
+        return status;
     }
+    status_of(|| call().inspect_err(|why| error.put_if_there(*why)))
 }
 
 /// The status of a call without further details.
-pub(crate) fn status_of(call: impl FnOnce() -> Result<Status, Error>) -> Status {
-    match call() {
-        Ok(status) => status,
-        Err(why) => why.status,
-    }
+pub(crate) fn status_of(call: impl FnOnce() -> Result<(), Error>) -> Status {
+    call().map_or_else(|why| why.status, |()| status::OK)
 }
 
 impl From<GeometryError> for Error {
@@ -202,13 +164,47 @@ impl From<AddError> for Error {
     }
 }
 
-impl From<MergeError> for Error {
-    fn from(error: MergeError) -> Self {
-        Self::from(match error {
-            MergeError::DifferentNominal => status::DIFFERENT_NOMINAL,
-            MergeError::Busy => status::BUSY,
-            _ => status::OTHER,
-        })
+/// Errors that say no more than their status.
+macro_rules! statuses {
+    ($($error:ident { $($variant:ident $({ $($fields:tt)* })? => $status:ident,)+ })+) => {$(
+        impl From<$error> for Error {
+            fn from(error: $error) -> Self {
+                Self::from(match error {
+                    $($error::$variant $({ $($fields)* })? => status::$status,)+
+                    _ => status::OTHER,
+                })
+            }
+        }
+    )+};
+}
+
+statuses! {
+    MergeError {
+        DifferentNominal => DIFFERENT_NOMINAL,
+        Busy => BUSY,
+    }
+    NoiseError {
+        Position => NOISE_OF_POSITION,
+        Joint => NOISE_OF_JOINT,
+        Height => NOISE_OF_HEIGHT,
+        Distance => NOISE_OF_DISTANCE,
+    }
+    ToleranceError {
+        Length => TOLERANCE_OF_LENGTH,
+        Angle => TOLERANCE_OF_ANGLE,
+        JointZero => TOLERANCE_OF_JOINT_ZERO,
+    }
+    SnapshotError {
+        BufferTooShort => SNAPSHOT_BUFFER,
+        Damaged => SNAPSHOT_DAMAGED,
+        OtherVersion { .. } => SNAPSHOT_OTHER_VERSION,
+        OtherKind => SNAPSHOT_OTHER_KIND,
+        OtherCalibration => SNAPSHOT_OTHER_CALIBRATION,
+        Busy => BUSY,
+    }
+    Untested {
+        NoEstimate => NO_ESTIMATE,
+        NoNoise => NO_NOISE,
     }
 }
 
@@ -218,56 +214,9 @@ impl From<ForgettingError> for Error {
     }
 }
 
-impl From<NoiseError> for Error {
-    fn from(error: NoiseError) -> Self {
-        Self::from(match error {
-            NoiseError::Position => status::NOISE_OF_POSITION,
-            NoiseError::Joint => status::NOISE_OF_JOINT,
-            NoiseError::Height => status::NOISE_OF_HEIGHT,
-            NoiseError::Distance => status::NOISE_OF_DISTANCE,
-            _ => status::OTHER,
-        })
-    }
-}
-
-impl From<ToleranceError> for Error {
-    fn from(error: ToleranceError) -> Self {
-        Self::from(match error {
-            ToleranceError::Length => status::TOLERANCE_OF_LENGTH,
-            ToleranceError::Angle => status::TOLERANCE_OF_ANGLE,
-            ToleranceError::JointZero => status::TOLERANCE_OF_JOINT_ZERO,
-            _ => status::OTHER,
-        })
-    }
-}
-
 impl From<GateError> for Error {
     fn from(_: GateError) -> Self {
         status::WIDTH_OF_GATE.into()
-    }
-}
-
-impl From<SnapshotError> for Error {
-    fn from(error: SnapshotError) -> Self {
-        Self::from(match error {
-            SnapshotError::BufferTooShort => status::SNAPSHOT_BUFFER,
-            SnapshotError::Damaged => status::SNAPSHOT_DAMAGED,
-            SnapshotError::OtherVersion { .. } => status::SNAPSHOT_OTHER_VERSION,
-            SnapshotError::OtherKind => status::SNAPSHOT_OTHER_KIND,
-            SnapshotError::OtherCalibration => status::SNAPSHOT_OTHER_CALIBRATION,
-            SnapshotError::Busy => status::BUSY,
-            _ => status::OTHER,
-        })
-    }
-}
-
-impl From<Untested> for Error {
-    fn from(why: Untested) -> Self {
-        Self::from(match why {
-            Untested::NoEstimate => status::NO_ESTIMATE,
-            Untested::NoNoise => status::NO_NOISE,
-            _ => status::OTHER,
-        })
     }
 }
 
@@ -310,15 +259,11 @@ impl From<StreamRefusal> for Error {
 
 impl From<Refusal> for Error {
     fn from(refusal: Refusal) -> Self {
-        let own = Self::from(Status::from(refusal.code()));
-        let error = match refusal {
+        let mut error = Self::from(Status::from(refusal.code()));
+        match refusal {
             Refusal::TooFewSamples {
                 samples, needed, ..
-            } => Self {
-                count: samples,
-                needed,
-                ..own
-            },
+            } => (error.count, error.needed) = (samples, needed),
             Refusal::Undetermined {
                 parameter,
                 condition: figure,
@@ -333,34 +278,30 @@ impl From<Refusal> for Error {
                 parameter,
                 tolerances: figure,
                 ..
-            } => Self {
-                figure,
-                ..own.of_parameter(parameter)
-            },
-            Refusal::NotConverged { iterations, .. } => Self {
-                count: u64::from(iterations),
-                ..own
-            },
-            Refusal::ResidualContradictsNoise { ratio, .. } => Self {
-                figure: ratio,
-                ..own
-            },
-            Refusal::ImpossibleGeometry { error, .. } | Refusal::ImpossibleRobot(error) => {
-                own.because(error)
+            } => {
+                error = error.of_parameter(parameter);
+                error.figure = figure;
+            }
+            Refusal::NotConverged { iterations, .. } => error.count = iterations.into(),
+            Refusal::ResidualContradictsNoise { ratio, .. } => error.figure = ratio,
+            Refusal::ImpossibleGeometry { error: cause, .. } | Refusal::ImpossibleRobot(cause) => {
+                let cause = Self::from(cause);
+                (error.cause, error.parameter) = (cause.status, cause.parameter);
             }
             Refusal::TooFewObservations {
                 instrument,
                 observations,
                 needed,
-            } => Self {
-                count: observations,
-                needed,
-                ..own.of_instrument(instrument)
-            },
+            } => {
+                error = error.of_instrument(instrument);
+                (error.count, error.needed) = (observations, needed);
+            }
             Refusal::UnusableInstrument(instrument)
-            | Refusal::UndeterminedInstrument(instrument) => own.of_instrument(instrument),
-            _ => own,
-        };
+            | Refusal::UndeterminedInstrument(instrument) => {
+                error = error.of_instrument(instrument);
+            }
+            _ => {}
+        }
         match refusal.arm() {
             Some(arm) => error.of_arm(arm),
             None => error,

@@ -4,11 +4,11 @@
 //! different alignment. Assertions check the Rust types against them whenever the library is built.
 #![allow(unsafe_code)] // guarantees about kinds
 
-use crate::plain::{FKM_ROWS, PLANES, POINTS, UNKNOWNS};
-use delta_cal::calibration::{Ikm as EachArm, IkmCalibrator, JointCalibrator, JointOutcome};
+use crate::plain::{FKM_ROWS, UNKNOWNS};
+use delta_cal::Robot;
+use delta_cal::calibration::{Ikm as EachArm, IkmCalibrator, JointCalibrator};
 use delta_cal::observations::FkmCalibrator;
 use delta_cal::stream::StreamCalibrator;
-use delta_cal::{Real, Robot, RobotOutcome};
 
 /// The version of this library: major, minor and patch, one byte each, like `DCAL_VERSION`.
 pub const VERSION: u32 = number(env!("CARGO_PKG_VERSION_MAJOR")) << 16
@@ -16,13 +16,10 @@ pub const VERSION: u32 = number(env!("CARGO_PKG_VERSION_MAJOR")) << 16
     | number(env!("CARGO_PKG_VERSION_PATCH"));
 
 const fn number(text: &str) -> u32 {
-    let mut digits = text.as_bytes();
-    let mut value = 0;
-    while let [digit, rest @ ..] = digits {
-        value = 10 * value + (*digit - b'0') as u32;
-        digits = rest;
+    match u32::from_str_radix(text, 10) {
+        Ok(number) => number,
+        Err(_) => u8::MAX as u32,
     }
-    value
 }
 
 /// The alignment of every object in C. Bytes.
@@ -82,7 +79,7 @@ pub type Gate<T> = StreamCalibrator<T, EachArm>;
 /// The calibrator from any readings, with all its parameters.
 pub type Fkm<T> = FkmCalibrator<T, FKM_ROWS, PARAMETERS, COLUMNS, ENTRIES>;
 
-pub(crate) const PARAMETERS: usize = 24 + UNKNOWNS;
+const PARAMETERS: usize = 24 + UNKNOWNS;
 const COLUMNS: usize = PARAMETERS + 1;
 const ENTRIES: usize = COLUMNS * (COLUMNS + 1) / 2;
 
@@ -143,39 +140,17 @@ macro_rules! kinds {
 kinds! {
     Robot "robot" = 1, 384, 752, "A robot: three arms of eight parameters.";
     Ikm "ikm" = 2, 5248, 10176, "The per-arm calibrator: samples and solver, each arm by itself.";
-    RobotOutcome "ikm_outcome" = 4, 1728, 3392, "A calibrated robot with the covariance of each arm.";
     Joint "joint" = 5, 11904, 23680, "The joint calibrator: samples and solver, all 24 parameters together.";
-    JointOutcome "joint_outcome" = 7, 2944, 5824, "A calibrated robot with the covariance of all 24 parameters.";
     Gate "gate" = 8, 6528, 12544, "The per-arm calibrator behind a gate, which tests each sample before it is taken in.";
     Fkm "fkm" = 9, 26240, 52352, "The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver.";
-    FkmOutcome "fkm_outcome" = 10, 3200, 6272, "A robot calibrated from any readings, and where the instruments are.";
 }
 
-/// The result of a calibration from any readings.
-#[derive(Debug, Clone)]
-pub struct FkmOutcome<T: Real> {
-    pub(crate) joint: JointOutcome<T>,
-    pub(crate) planes: [[T; 3]; PLANES],
-    pub(crate) points: [[T; 4]; POINTS],
-    pub(crate) frame: ([[T; 3]; 3], [T; 3]),
-    pub(crate) plane_count: usize,
-    pub(crate) point_count: usize,
-}
-
-/// Snapshot sizes in single and in double precision, by kind, in bytes.
+/// Snapshot sizes in single and in double precision, by kind. Bytes.
+#[rustfmt::skip]
 pub const SNAPSHOTS: [(&str, [usize; 2]); 3] = [
-    (
-        "ikm",
-        [Ikm::<f32>::SNAPSHOT_BYTES, Ikm::<f64>::SNAPSHOT_BYTES],
-    ),
-    (
-        "joint",
-        [Joint::<f32>::SNAPSHOT_BYTES, Joint::<f64>::SNAPSHOT_BYTES],
-    ),
-    (
-        "gate",
-        [Gate::<f32>::SNAPSHOT_BYTES, Gate::<f64>::SNAPSHOT_BYTES],
-    ),
+    ("ikm", [Ikm::<f32>::SNAPSHOT_BYTES, Ikm::<f64>::SNAPSHOT_BYTES]),
+    ("joint", [Joint::<f32>::SNAPSHOT_BYTES, Joint::<f64>::SNAPSHOT_BYTES]),
+    ("gate", [Gate::<f32>::SNAPSHOT_BYTES, Gate::<f64>::SNAPSHOT_BYTES]),
 ];
 
 /// Fails to compile if an object does not fit its memory in C.
@@ -188,17 +163,7 @@ const fn fits<K: Kind>() {
 }
 
 /// The size of an object of this kind on this target, bytes; 0 if there is no such kind.
-pub const fn size_of_kind(number: i32) -> usize {
-    let mut kinds = ALL;
-    while let [kind, rest @ ..] = kinds {
-        let [single, double] = kind.scalars;
-        if number == single.0 {
-            return single.2;
-        }
-        if number == double.0 {
-            return double.2;
-        }
-        kinds = rest;
-    }
-    0
+pub fn size_of_kind(number: i32) -> usize {
+    let mut kinds = ALL.iter().flat_map(|kind| kind.scalars);
+    kinds.find(|own| own.0 == number).map_or(0, |own| own.2)
 }

@@ -12,12 +12,17 @@ pub mod error;
 pub mod kind;
 pub mod library;
 mod memory;
-#[cfg(all(feature = "panic-handler", target_os = "none"))]
-mod panic;
 pub mod plain;
 pub mod status;
 
 pub mod double;
 pub mod single;
 
-pub use memory::{Held, HeldMut, In, Many, New, Out};
+pub use memory::{Held, HeldMut, In, New, Out};
+
+/// The panic handler Rust requires in an image without a standard library. It is unreachable, which its tests verify.
+#[cfg(all(feature = "panic-handler", target_os = "none"))]
+#[panic_handler]
+fn panicked(_: &core::panic::PanicInfo<'_>) -> ! {
+    loop {}
+}

@@ -19,7 +19,7 @@ use core::ptr;
 /// Every bit pattern of that size is valid, and there is no padding.
 pub unsafe trait Plain: Copy {}
 
-macro_rules! plain {
+macro_rules! numbers {
     ($($number:ty)+) => {
         $(
             // SAFETY: a number.
@@ -28,12 +28,34 @@ macro_rules! plain {
     };
 }
 
-plain! { f32 f64 i32 u8 u64 usize }
+numbers! { f32 f64 i32 u32 u8 u64 usize }
 // SAFETY: an array of such numbers.
 unsafe impl<T: Plain, const N: usize> Plain for [T; N] {}
 
-macro_rules! pointer {
-    ($(#[doc = $text:literal])+ $name:ident, $raw:ty) => {
+/// A structure of plain numbers with the layout of C.
+macro_rules! plain {
+    ($(#[$about:meta])* pub struct $name:ident {
+        $($(#[$of_field:meta])* pub $field:ident: $of:ty,)+
+    }) => {
+        $(#[$about])*
+        #[repr(C)]
+        #[derive(Debug, Clone, Copy, PartialEq, Default)]
+        pub struct $name {
+            $($(#[$of_field])* pub $field: $of,)+
+        }
+
+        // Padding would hold what was there before.
+        const _: () = assert!(size_of::<$name>() == 0 $(+ size_of::<$of>())+);
+
+        // SAFETY: C layout, only numbers, no padding.
+        #[allow(unsafe_code)]
+        unsafe impl $crate::memory::Plain for $name {}
+    };
+}
+pub(crate) use plain;
+
+macro_rules! pointers {
+    ($($(#[doc = $text:literal])+ $name:ident: $raw:ty,)+) => {$(
         $(#[doc = $text])+
         #[repr(transparent)]
         pub struct $name<T>($raw, PhantomData<T>);
@@ -53,39 +75,21 @@ macro_rules! pointer {
                 self.0.fmt(formatter)
             }
         }
-    };
+    )+};
 }
 
-pointer!(
+pointers! {
     /// An object that is only looked at.
-    Held,
-    *const u8
-);
-pointer!(
+    Held: *const u8,
     /// An object that changes.
-    HeldMut,
-    *mut u8
-);
-pointer!(
+    HeldMut: *mut u8,
     /// Memory that is to hold an object.
-    New,
-    *mut u8
-);
-pointer!(
-    /// A value that is read.
-    In,
-    *const u8
-);
-pointer!(
-    /// Values in a row that are read.
-    Many,
-    *const u8
-);
-pointer!(
+    New: *mut u8,
+    /// A value, or bytes in a row, that are read.
+    In: *const u8,
     /// Where a value is written.
-    Out,
-    *mut u8
-);
+    Out: *mut u8,
+}
 
 fn usable(pointer: *const u8, alignment: usize) -> Result<(), Status> {
     if pointer.is_null() {
@@ -113,10 +117,6 @@ fn object<K: Kind>(pointer: *const u8) -> Result<*const Stored<K>, Status> {
     }
 }
 
-fn apart<K: Kind, L: Kind>(one: *const u8, other: *const u8) -> Result<(), Status> {
-    no_overlap::<K>(one, other, size_of::<Stored<L>>())
-}
-
 /// Checks that an object and a range of bytes do not overlap.
 fn no_overlap<K: Kind>(object: *const u8, other: *const u8, size: usize) -> Result<(), Status> {
     let (object, other) = (object.addr(), other.addr());
@@ -137,9 +137,7 @@ impl<K: Kind> Held<K> {
         // library has changed it since, and nothing changes it during the reference's lifetime, which is this call.
         Ok(unsafe { &(*stored).value })
     }
-}
 
-impl<K: Kind> Held<K> {
     /// The object, and the bytes it needs from a separate buffer; they are written only if there are enough.
     pub(crate) fn beside_bytes<'a>(
         &'a self,
@@ -161,7 +159,7 @@ impl<K: Kind> HeldMut<K> {
     /// The object, and bytes in a separate buffer.
     pub(crate) fn beside_bytes<'a>(
         &'a mut self,
-        bytes: &'a Many<u8>,
+        bytes: &'a In<u8>,
         size: usize,
     ) -> Result<(&'a mut K, &'a [u8]), Status> {
         object::<K>(self.0)?;
@@ -183,7 +181,7 @@ impl<K: Kind> HeldMut<K> {
     ) -> Result<(&'a mut K, &'a L), Status> {
         object::<K>(self.0)?;
         object::<L>(other.0)?;
-        apart::<K, L>(self.0, other.0)?;
+        no_overlap::<K>(self.0, other.0, size_of::<Stored<L>>())?;
         Ok((self.get()?, other.get()?))
     }
 }
@@ -201,20 +199,14 @@ impl<K: Kind> New<K> {
     /// Creates the object from a reference, so that a large one is not copied on the stack first.
     #[inline]
     pub(crate) fn put(&mut self, size: usize, value: &K) -> Result<(), Status> {
-        self.usable(size)?;
-        let stored = self.0.cast::<Stored<K>>();
-        // SAFETY: not NULL, aligned, and by the interface's contract `size` bytes of memory; an assertion in `kind`
-        // limits the object to `K::SIZE`. Previous contents are not read and need no drop: the same assertion ensures
-        // that all kinds hold only numbers and can be copied bytewise. `value` is elsewhere: it is not C's.
-        unsafe {
-            ptr::copy_nonoverlapping(value, &raw mut (*stored).value, 1);
-            (&raw mut (*stored).tag).write(Tag::of::<K>());
-        }
-        Ok(())
+        // SAFETY: `value` is elsewhere, since it is not C's; an assertion in `kind` ensures that all kinds hold only numbers
+        // and can be copied bytewise.
+        self.make(size, |place| unsafe {
+            ptr::copy_nonoverlapping(value, place.as_mut_ptr(), 1);
+            Ok(place.assume_init_mut())
+        })
     }
-}
 
-impl<K: Kind> New<K> {
     /// Creates a large object where it stays: on the stack it would take as much again. `make` fails before it writes.
     #[inline]
     pub(crate) fn make<E: From<Status>>(
@@ -224,7 +216,9 @@ impl<K: Kind> New<K> {
     ) -> Result<(), E> {
         self.usable(size)?;
         let stored = self.0.cast::<Stored<K>>();
-        // SAFETY: as in `put`, but for the contents, which `make` has written when it returns them.
+        // SAFETY: not NULL, aligned, and by the interface's contract `size` bytes of memory; an assertion in `kind`
+        // limits the object to `K::SIZE`. Previous contents are not read and need no drop, as the same assertion ensures.
+        // `make` has written the new ones when it returns them.
         unsafe {
             make(&mut *(&raw mut (*stored).value).cast())?;
             (&raw mut (*stored).tag).write(Tag::of::<K>());
@@ -241,7 +235,7 @@ impl<T: Plain> In<T> {
     }
 }
 
-impl Many<u8> {
+impl In<u8> {
     /// The bytes in place.
     fn row(&self, count: usize) -> Result<&[u8], Status> {
         usable(self.0, 1)?;
@@ -282,15 +276,15 @@ impl<T: Plain> Out<T> {
         self.usable()
     }
 
+    /// Writes the value unless the pointer is NULL.
+    pub(crate) fn put_if_there(&mut self, value: T) {
+        let _ = self.put(value);
+    }
+
     pub(crate) fn put(&mut self, value: T) -> Result<(), Status> {
         self.usable()?;
         // SAFETY: not NULL, aligned, and by the interface's contract memory of such a value.
         unsafe { self.0.cast::<T>().write(value) };
         Ok(())
-    }
-
-    /// Writes the value unless the pointer is NULL.
-    pub(crate) fn put_if_there(&mut self, value: T) {
-        let _ = self.put(value);
     }
 }

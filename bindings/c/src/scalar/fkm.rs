@@ -1,144 +1,98 @@
 //! The calibrator from any readings: touches of planes, distances, single coordinates, in any mixture.
-#![allow(unsafe_code)] // naming symbols, and promises about plain numbers
+#![allow(unsafe_code)] // naming symbols
 
 use super::Real;
+use super::outcome::{ArmSummary, Found, deviations_of, index_of};
 use super::sample::Settings;
 use crate::error::{Error, report, status_of};
-use crate::kind::FkmOutcome;
-use crate::memory::{Held, HeldMut, In, New, Out, Plain};
+use crate::memory::{Held, HeldMut, In, New, Out, plain};
 use crate::plain::{
     FRAME_BASE, FRAME_SENSOR, PLANES, POINTS, READ_DISTANCE, READ_DISTANCE_BETWEEN, READ_HEIGHT,
     READ_X, READ_Y, READ_Z,
 };
 use crate::status::{self, Status};
-use delta_cal::calibration::{ArmOutcome, JointOutcome};
+use delta_cal::frame::RigidTransform;
 use delta_cal::nalgebra::Vector3;
 use delta_cal::observations::{Distance, DistanceFrom, Height, ObservationNoise, PositionFrame};
-use delta_cal::{ArmIndex, Robot};
+use delta_cal::{Progress, Robot};
 
-macro_rules! family {
-    ($name:literal) => {
-        concat!("dcal_fkm_", $name, suffix!())
-    };
-}
 /// The calibrator.
 pub type Own = crate::kind::Fkm<Real>;
-/// What it finds.
-pub type Outcome = FkmOutcome<Real>;
 
-fn robot_of(outcome: &Outcome) -> &Robot<Real> {
-    &outcome.joint.robot
-}
-
-fn arm_of(outcome: &Outcome, arm: ArmIndex) -> ArmOutcome<Real> {
-    outcome.joint.arm(arm)
-}
-
-fn found(own: &Own) -> Result<Outcome, Error> {
-    let whole = own.outcome()?;
-    let instruments = own.instruments();
-    let (mut planes, mut points) = ([[0.0; 3]; PLANES], [[0.0; 4]; POINTS]);
-    for (index, plane) in (0..).zip(&mut planes) {
-        *plane = whole.plane(&instruments, index);
-    }
-    for (index, point) in (0..).zip(&mut points) {
-        *point = whole.point(&instruments, index);
-    }
-    let frame = whole.frame();
-    Ok(Outcome {
-        joint: whole.of_robot(),
-        planes,
-        points,
-        frame: match instruments.frame {
-            PositionFrame::Base => (UNTURNED, [0.0; 3]),
-            PositionFrame::Sensor => (frame.rotation.transpose().into(), frame.translation.into()),
-        },
-        plane_count: instruments.planes.len(),
-        point_count: instruments.points.len(),
-    })
-}
-
-const UNTURNED: [[Real; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 /// Stands for a noise that is not stated: a reading of that kind is refused.
 const NOT_STATED: Real = Real::MAX;
 
-/// What was measured at one set of joint angles: any of the coordinates, a height, a distance.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Observation {
-    /// q1, q2, q3. Radians.
-    pub joints: [Real; 3],
-    /// x, y, z, as far as they were measured. Length.
-    pub position: [Real; 3],
-    /// Height of the platform point above a plane, along the plane's upward normal. Length.
-    pub height: Real,
-    /// Distance of the platform point from a point, or from where it is at `other_joints`. Length.
-    pub distance: Real,
-    /// The joint angles at the other end of a distance. Radians.
-    pub other_joints: [Real; 3],
-    /// Which plane the height is above, from 0 on.
-    pub plane: u32,
-    /// Which point the distance is from, from 0 on.
-    pub point: u32,
-    /// What was measured: bits `DCAL_READ_...`, at most one of the two kinds of distance.
-    pub readings: u32,
-    /// 0.
-    pub reserved: u32,
+plain! {
+    /// What was measured at one set of joint angles: any of the coordinates, a height, a distance.
+    pub struct Observation {
+        /// q1, q2, q3. Radians.
+        pub joints: [Real; 3],
+        /// x, y, z, where measured. Length.
+        pub position: [Real; 3],
+        /// Height of the platform point above a plane, along the plane's upward normal. Length.
+        pub height: Real,
+        /// Distance of the platform point from a point, or from where it is at `other_joints`. Length.
+        pub distance: Real,
+        /// The joint angles at the other end of a distance. Radians.
+        pub other_joints: [Real; 3],
+        /// Index of the plane below the height, from 0.
+        pub plane: u32,
+        /// Index of the point that the distance is from, from 0.
+        pub point: u32,
+        /// What was measured: bits `DCAL_READ_...`, at most one of the two kinds of distance.
+        pub readings: u32,
+        /// 0.
+        pub reserved: u32,
+    }
 }
 
-// SAFETY: C layout, only numbers, no padding (checked by the header's test).
-unsafe impl Plain for Observation {}
-
-/// A plane z = c + a x + b y, whose c, a and b are unknown.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Plane {
-    /// What is known of c. Length.
-    pub known: Real,
-    /// One sigma of that; 0: nothing is known. Length.
-    pub sigma: Real,
-    /// One sigma of the slopes a and b of a plane that is nearly level; 0: nothing is known. No unit.
-    pub level: Real,
+plain! {
+    /// A plane z = c + a x + b y with unknown c, a and b.
+    pub struct Plane {
+        /// The approximate c, if known. Length.
+        pub known: Real,
+        /// One sigma of it; 0: unknown. Length.
+        pub sigma: Real,
+        /// One sigma of the slopes a and b of a nearly level plane; 0: unknown. No unit.
+        pub level: Real,
+    }
 }
 
-/// A fixed point, whose place is unknown.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point {
-    /// What is known of the place: x, y, z. Length.
-    pub known: [Real; 3],
-    /// One sigma of each coordinate; 0: nothing is known. Length.
-    pub sigma: Real,
-    /// 1 if the sensor there reads a constant too much that is unknown, too; otherwise 0.
-    pub has_offset: u32,
-    /// 0.
-    pub reserved: u32,
+plain! {
+    /// A fixed point at an unknown position.
+    pub struct Point {
+        /// The approximate x, y, z, if known. Length.
+        pub known: [Real; 3],
+        /// One sigma of each coordinate; 0: unknown. Length.
+        pub sigma: Real,
+        /// 1 if the sensor there has an unknown constant offset, otherwise 0.
+        pub has_offset: u32,
+        /// 0.
+        pub reserved: u32,
+    }
 }
 
-/// What the readings refer to. All zeros: coordinates in the robot's own frame, no plane, no point.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Instruments {
-    /// `DCAL_FRAME_BASE` or `DCAL_FRAME_SENSOR`.
-    pub frame: i32,
-    /// How many planes there are.
-    pub plane_count: u32,
-    /// How many points there are.
-    pub point_count: u32,
-    /// 0.
-    pub reserved: u32,
-    /// One sigma of a height; 0 where none is measured. Length.
-    pub height_noise: Real,
-    /// One sigma of a distance; 0 where none is measured. Length.
-    pub distance_noise: Real,
-    /// The planes that heights are measured above.
-    pub planes: [Plane; PLANES],
-    /// The points that distances are measured from.
-    pub points: [Point; POINTS],
+plain! {
+    /// What the readings refer to. All zeros: coordinates in the robot's own frame, no planes, no points.
+    pub struct Instruments {
+        /// `DCAL_FRAME_BASE` or `DCAL_FRAME_SENSOR`.
+        pub frame: i32,
+        /// Number of planes.
+        pub plane_count: u32,
+        /// Number of points.
+        pub point_count: u32,
+        /// 0.
+        pub reserved: u32,
+        /// One sigma of a height; 0 if none is measured. Length.
+        pub height_noise: Real,
+        /// One sigma of a distance; 0 if none is measured. Length.
+        pub distance_noise: Real,
+        /// The planes that heights are measured above.
+        pub planes: [Plane; PLANES],
+        /// The points that distances are measured from.
+        pub points: [Point; POINTS],
+    }
 }
-
-// SAFETY: C layout, only numbers, no padding (checked by the header's test).
-unsafe impl Plain for Instruments {}
 
 impl Observation {
     fn reads(&self, bit: u32) -> bool {
@@ -199,12 +153,12 @@ fn known(numbers: &[Real], sigma: Real) -> Result<bool, Error> {
     Err(status::KNOWN_PLACE.into())
 }
 
-/// Makes a calibrator without observations, in `size` bytes of memory: write `sizeof *calibrator`. `robot` is the robot
-/// before calibration. `settings` must state the noise of positions and joint angles, and a tolerance unless x, y and z
+/// Makes a calibrator without observations, in `size` bytes of memory: write `sizeof *calibrator`. `robot` is the
+/// uncalibrated robot. `settings` must state the noise of positions and joint angles, and a tolerance unless x, y and z
 /// are measured often enough; `instruments` states the noise of heights and distances.
 ///
 /// Errors: `DCAL_NOISE_...`, `DCAL_TOLERANCE_...`, `DCAL_NO_SUCH_CHOICE`, `DCAL_KNOWN_PLACE`, `DCAL_TOO_MANY_UNKNOWNS`.
-#[unsafe(export_name = family!("init"))]
+#[unsafe(export_name = family!("fkm", "init"))]
 pub extern "C" fn init(
     mut calibrator: New<Own>,
     size: usize,
@@ -216,15 +170,8 @@ pub extern "C" fn init(
     report(error, || {
         calibrator.usable(size)?;
         let robot = robot.get()?;
-        let instruments = instruments.get()?;
-        make(
-            &mut calibrator,
-            size,
-            robot,
-            &instruments,
-            &settings.get()?.checked()?,
-        )?;
-        Ok(status::OK)
+        let (stated, settings) = (instruments.get()?, settings.get()?.checked()?);
+        make(&mut calibrator, size, robot, &stated, &settings)
     })
 }
 
@@ -283,11 +230,11 @@ fn make(
     }
 }
 
-/// Takes in one observation, of `DCAL_FKM_ROWS` at most.
+/// Adds one observation, at most `DCAL_FKM_ROWS` in all.
 ///
 /// Errors: `DCAL_OBSERVATION_...`, `DCAL_SAMPLE_JOINT_...`, `DCAL_NO_SUCH_PLANE` and `..._POINT`, `DCAL_NOISE_...` of a
-/// height or distance where it is not stated, `DCAL_NO_SUCH_CHOICE`, `DCAL_BUSY`; nothing is taken in.
-#[unsafe(export_name = family!("add"))]
+/// height or distance if it is not stated, `DCAL_NO_SUCH_CHOICE`, `DCAL_BUSY`; nothing is added.
+#[unsafe(export_name = family!("fkm", "add"))]
 pub extern "C" fn add(
     mut calibrator: HeldMut<Own>,
     observation: In<Observation>,
@@ -306,85 +253,67 @@ pub extern "C" fn add(
         if observation.distance.is_some() && not_stated(noise.distance()) {
             return Err(status::NOISE_OF_DISTANCE.into());
         }
-        own.add(&observation)?;
-        Ok(status::OK)
+        Ok(own.add(&observation)?)
     })
 }
 
-/// Makes the outcome of the robot's 24 parameters alone, in `size` bytes of memory: write `sizeof *joint`. Its covariance
-/// takes the unknowns of the instruments into account.
-#[unsafe(export_name = family!("outcome_joint"))]
-pub extern "C" fn outcome_joint(
-    outcome: Held<Outcome>,
-    mut joint: New<JointOutcome<Real>>,
-    size: usize,
-) -> Status {
-    status_of(|| {
-        // By value: the memory may be that of the outcome.
-        let found = outcome.get()?.joint.clone();
-        joint.put(size, &found)?;
-        Ok(status::OK)
-    })
-}
-
-/// Writes where a plane z = c + a x + b y lies: c (length), a, b.
+/// Writes c (length), a and b of a plane z = c + a x + b y.
 ///
-/// Errors: `DCAL_NO_SUCH_PLANE`.
-#[unsafe(export_name = family!("outcome_plane"))]
-pub extern "C" fn outcome_plane(
-    outcome: Held<Outcome>,
+/// Errors: `DCAL_NO_SUCH_PLANE`, and those of `finish`.
+#[unsafe(export_name = family!("fkm", "plane"))]
+pub extern "C" fn plane(
+    calibrator: Held<Own>,
     plane: u32,
     mut coefficients: Out<[Real; 3]>,
 ) -> Status {
     status_of(|| {
-        let outcome = outcome.get()?;
-        let mut planes = outcome.planes.iter().take(outcome.plane_count);
-        let found = *planes.nth(plane as usize).ok_or(status::NO_SUCH_PLANE)?;
-        coefficients.put(found)?;
-        Ok(status::OK)
+        let own = calibrator.get()?;
+        let (outcome, instruments) = (own.outcome()?, own.instruments());
+        let plane = place_of(plane, instruments.planes).ok_or(status::NO_SUCH_PLANE)?;
+        Ok(coefficients.put(outcome.plane(&instruments, plane))?)
     })
 }
 
-/// Writes where a point is, and what the sensor there reads too much: x, y, z, offset. Length.
+/// Writes the position of a point and the offset of its sensor: x, y, z, offset. Length.
 ///
-/// Errors: `DCAL_NO_SUCH_POINT`.
-#[unsafe(export_name = family!("outcome_point"))]
-pub extern "C" fn outcome_point(
-    outcome: Held<Outcome>,
-    point: u32,
-    mut place: Out<[Real; 4]>,
-) -> Status {
+/// Errors: `DCAL_NO_SUCH_POINT`, and those of `finish`.
+#[unsafe(export_name = family!("fkm", "point"))]
+pub extern "C" fn point(calibrator: Held<Own>, point: u32, mut place: Out<[Real; 4]>) -> Status {
     status_of(|| {
-        let outcome = outcome.get()?;
-        let mut points = outcome.points.iter().take(outcome.point_count);
-        let found = *points.nth(point as usize).ok_or(status::NO_SUCH_POINT)?;
-        place.put(found)?;
-        Ok(status::OK)
+        let own = calibrator.get()?;
+        let (outcome, instruments) = (own.outcome()?, own.instruments());
+        let point = place_of(point, instruments.points).ok_or(status::NO_SUCH_POINT)?;
+        Ok(place.put(outcome.point(&instruments, point))?)
     })
 }
 
-/// Writes the frame in which coordinates were measured, from the robot's frame to it: the rotation row by row, and the
+/// The number of a plane or point, if there is one.
+fn place_of<P>(number: u32, all: &[P]) -> Option<u8> {
+    let number = u8::try_from(number).ok()?;
+    (usize::from(number) < all.len()).then_some(number)
+}
+
+/// Writes the transform from the robot's frame to that of the measured coordinates: the rotation row by row, and the
 /// translation (length). The identity for `DCAL_FRAME_BASE`.
-#[unsafe(export_name = family!("outcome_frame"))]
-pub extern "C" fn outcome_frame(
-    outcome: Held<Outcome>,
+///
+/// Errors: those of `finish`.
+#[unsafe(export_name = family!("fkm", "frame"))]
+pub extern "C" fn frame(
+    calibrator: Held<Own>,
     mut rotation: Out<[[Real; 3]; 3]>,
     mut translation: Out<[Real; 3]>,
 ) -> Status {
     status_of(|| {
         rotation.usable()?;
         translation.usable()?;
-        let (turned, moved) = outcome.get()?.frame;
-        rotation.put(turned)?;
-        translation.put(moved)?;
-        Ok(status::OK)
+        let own = calibrator.get()?;
+        let frame = match (own.outcome()?, own.instruments().frame) {
+            (_, PositionFrame::Base) => RigidTransform::identity(),
+            (outcome, PositionFrame::Sensor) => outcome.frame(),
+        };
+        rotation.put(frame.rotation.transpose().into())?;
+        Ok(translation.put(frame.translation.into())?)
     })
 }
 
-#[path = "family.rs"]
-mod family;
-pub use family::*;
-
-#[path = "outcomes.rs"]
-mod outcomes;
-pub use outcomes::*;
+calibrator!("fkm");

@@ -1,47 +1,45 @@
 //! The result of a calibration.
-#![allow(unsafe_code)] // naming symbols, and promises about plain numbers
 
 use super::Real;
-use crate::error::{Error, status_of};
-use crate::memory::{Held, Out, Plain};
+use crate::error::Error;
+use crate::memory::plain;
 use crate::plain::{GRADIENT_VANISHED, ROUNDING_REACHED, USED_FREE, USED_NOMINAL, USED_SEARCH};
-use crate::status::{self, Status};
-use delta_cal::ArmIndex;
-use delta_cal::calibration::{ArmOutcome, JointOutcome, StartUsed, Termination};
-use delta_cal::nalgebra::SMatrix;
+use crate::status;
+use delta_cal::calibration::{
+    ArmOutcome, Estimator, Ikm, Joint, JointOutcome, StartUsed, Termination,
+};
+use delta_cal::observations::ObservationOutcome;
+use delta_cal::{ArmIndex, Parameter, Robot, RobotOutcome};
 
-/// How well one arm is known.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ArmSummary {
-    /// Samples taken in.
-    pub samples: u64,
-    /// Linearisations of all starts together.
-    pub iterations: u32,
-    /// `DCAL_GRADIENT_VANISHED` or `DCAL_ROUNDING_REACHED`.
-    pub termination: i32,
-    /// Where the result comes from: `DCAL_USED_NOMINAL` and so on.
-    pub start: i32,
-    /// 1 if there is a covariance, 0 if the noise is not stated and too few samples are left over to estimate it.
-    pub has_covariance: i32,
-    /// 1 if `estimated_noise` was estimated, 0 with a stated noise, or if no sample is left over.
-    pub has_estimated_noise: i32,
-    /// 0.
-    pub reserved: i32,
-    /// Root mean square of the residuals: in sigma with a stated noise, otherwise length.
-    pub residual_rms: Real,
-    /// One sigma of a residual, 0 if not estimated. Length.
-    pub estimated_noise: Real,
-    /// Samples less parameters, as far as the samples and not the tolerance determine them.
-    pub degrees_of_freedom: Real,
-    /// Condition number of the weighted Jacobian, its columns scaled to unit length; 1 is best.
-    pub condition: Real,
-    /// For each parameter the share of the result that the tolerance decided and not the samples, 0 to 1.
-    pub prior_share: [Real; 8],
+plain! {
+    /// How well one arm is known.
+    pub struct ArmSummary {
+        /// Number of samples.
+        pub samples: u64,
+        /// Linearisations of all starts together.
+        pub iterations: u32,
+        /// `DCAL_GRADIENT_VANISHED` or `DCAL_ROUNDING_REACHED`.
+        pub termination: i32,
+        /// The start that led to the result: `DCAL_USED_NOMINAL` and so on.
+        pub start: i32,
+        /// 1 if there is a covariance, 0 if the noise is not stated and there are too few redundant samples to estimate it.
+        pub has_covariance: i32,
+        /// 1 if `estimated_noise` was estimated, 0 if the noise is stated or no sample is redundant.
+        pub has_estimated_noise: i32,
+        /// 0.
+        pub reserved: i32,
+        /// Root mean square of the residuals: in sigma with a stated noise, otherwise length.
+        pub residual_rms: Real,
+        /// One sigma of a residual, 0 if not estimated. Length.
+        pub estimated_noise: Real,
+        /// Number of samples minus number of parameters, as far as the samples and not the tolerance determine them.
+        pub degrees_of_freedom: Real,
+        /// Condition number of the weighted Jacobian with columns scaled to unit length; 1 is best.
+        pub condition: Real,
+        /// The share of each parameter that comes from the tolerance rather than the samples, 0 to 1.
+        pub prior_share: [Real; 8],
+    }
 }
-
-// SAFETY: C layout, only numbers, no padding (checked by the header's test).
-unsafe impl Plain for ArmSummary {}
 
 impl From<&ArmOutcome<Real>> for ArmSummary {
     fn from(arm: &ArmOutcome<Real>) -> Self {
@@ -79,24 +77,78 @@ pub(crate) fn index_of(number: i32) -> Result<ArmIndex, Error> {
     }
 }
 
-/// Row by row, as C has a matrix.
-pub(crate) fn by_rows<const N: usize>(matrix: &SMatrix<Real, N, N>) -> [[Real; N]; N] {
-    matrix.transpose().into()
+/// What a calibrator has found.
+pub(crate) trait Found {
+    fn robot(&self) -> &Robot<Real>;
+
+    fn arm(&self, arm: ArmIndex) -> ArmOutcome<Real>;
+
+    /// Row by row, as C stores a matrix.
+    fn covariance(&self) -> Option<[[Real; 24]; 24]>;
 }
 
-/// Writes the covariance of all 24 parameters, eight an arm, row by row: length^2, length radian, radian^2.
-///
-/// Errors: `DCAL_NO_COVARIANCE`.
-#[unsafe(export_name = name!("joint_outcome_covariance"))]
-pub extern "C" fn joint_outcome_covariance(
-    outcome: Held<JointOutcome<Real>>,
-    mut covariance: Out<[[Real; 24]; 24]>,
-) -> Status {
-    status_of(|| {
-        let all = &outcome.get()?.estimate.covariance;
-        let found = all.as_ref().ok_or(Error::from(status::NO_COVARIANCE))?;
-        let found = by_rows(found);
-        covariance.put(found)?;
-        Ok(status::OK)
-    })
+impl Found for RobotOutcome<Real> {
+    fn robot(&self) -> &Robot<Real> {
+        &self.robot
+    }
+
+    fn arm(&self, arm: ArmIndex) -> ArmOutcome<Real> {
+        Ikm::arm(self, arm)
+    }
+
+    fn covariance(&self) -> Option<[[Real; 24]; 24]> {
+        let mut all = [[0.0; 24]; 24];
+        for ((rows, arm), first) in all.chunks_exact_mut(8).zip(&self.arms).zip([0, 8, 16]) {
+            let covariance = arm.covariance.as_ref()?;
+            for (row, own) in rows.iter_mut().zip(covariance.row_iter()) {
+                for (value, own) in row.iter_mut().skip(first).zip(&own) {
+                    *value = *own;
+                }
+            }
+        }
+        Some(all)
+    }
+}
+
+impl Found for JointOutcome<Real> {
+    fn robot(&self) -> &Robot<Real> {
+        &self.robot
+    }
+
+    fn arm(&self, arm: ArmIndex) -> ArmOutcome<Real> {
+        Joint::arm(self, arm)
+    }
+
+    fn covariance(&self) -> Option<[[Real; 24]; 24]> {
+        let covariance = self.estimate.covariance.as_ref()?;
+        Some(covariance.transpose().into())
+    }
+}
+
+impl<const N: usize> Found for ObservationOutcome<Real, N> {
+    fn robot(&self) -> &Robot<Real> {
+        &self.robot
+    }
+
+    fn arm(&self, arm: ArmIndex) -> ArmOutcome<Real> {
+        self.of_robot().arm(arm)
+    }
+
+    fn covariance(&self) -> Option<[[Real; 24]; 24]> {
+        self.of_robot().covariance()
+    }
+}
+
+/// The standard uncertainty of each parameter.
+pub(crate) fn deviations_of(outcome: &impl Found) -> Result<[[Real; 8]; 3], Error> {
+    let mut found = [[0.0; 8]; 3];
+    for (row, arm) in found.iter_mut().zip(ArmIndex::ALL) {
+        let arm = outcome.arm(arm);
+        for (sigma, parameter) in row.iter_mut().zip(Parameter::ROTARY) {
+            *sigma = arm
+                .standard_deviation(parameter)
+                .ok_or(status::NO_COVARIANCE)?;
+        }
+    }
+    Ok(found)
 }

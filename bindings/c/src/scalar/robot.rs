@@ -1,32 +1,29 @@
 //! Robots and their kinematics.
-#![allow(unsafe_code)] // naming symbols, and promises about plain numbers
+#![allow(unsafe_code)] // naming symbols
 
 use super::Real;
 use crate::error::{Error, report, status_of};
-use crate::memory::{Held, HeldMut, In, New, Out, Plain};
-use crate::status::{self, Status};
+use crate::memory::{Held, HeldMut, In, New, Out, plain};
+use crate::status::Status;
 use delta_cal::nalgebra::Vector3;
 use delta_cal::robot::Transmission;
 use delta_cal::{Robot, SymmetricRobot};
 
-/// The robot as a data sheet gives it: three equal arms 120 degrees apart, no tilt. Lengths in any one unit.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Dimensions {
-    /// From the base centre to the motor axes. Length.
-    pub base_radius: Real,
-    /// From the platform point to the forearms' ends. Length.
-    pub platform_radius: Real,
-    /// Upper arm. Length.
-    pub upper_arm: Real,
-    /// Forearm. Length.
-    pub forearm: Real,
-    /// Direction of the first arm; the others are 120 and 240 degrees further. Radians.
-    pub azimuth: Real,
+plain! {
+    /// The robot as a data sheet gives it: three equal arms 120 degrees apart, no tilt. Lengths in any one unit.
+    pub struct Dimensions {
+        /// From the base centre to the motor axes. Length.
+        pub base_radius: Real,
+        /// From the platform point to the forearms' ends. Length.
+        pub platform_radius: Real,
+        /// Upper arm. Length.
+        pub upper_arm: Real,
+        /// Forearm. Length.
+        pub forearm: Real,
+        /// Direction of the first arm; the others are 120 and 240 degrees further. Radians.
+        pub azimuth: Real,
+    }
 }
-
-// SAFETY: C layout, only numbers, no padding (checked by the header's test).
-unsafe impl Plain for Dimensions {}
 
 /// Makes a robot from its dimensions, in `size` bytes of memory: write `sizeof *robot`.
 ///
@@ -48,8 +45,7 @@ pub extern "C" fn robot_from_dimensions(
             forearm: from.forearm,
         }
         .robot_from_azimuth(from.azimuth)?;
-        robot.put(size, &made)?;
-        Ok(status::OK)
+        Ok(robot.put(size, &made)?)
     })
 }
 
@@ -67,8 +63,7 @@ pub extern "C" fn robot_from_parameters(
     report(error, || {
         robot.usable(size)?;
         let made = Robot::from_parameters(parameters.get()?)?;
-        robot.put(size, &made)?;
-        Ok(status::OK)
+        Ok(robot.put(size, &made)?)
     })
 }
 
@@ -80,8 +75,7 @@ pub extern "C" fn robot_parameters(
 ) -> Status {
     status_of(|| {
         let found = robot.get()?.parameters();
-        parameters.put(found)?;
-        Ok(status::OK)
+        Ok(parameters.put(found)?)
     })
 }
 
@@ -105,7 +99,7 @@ pub extern "C" fn robot_set_transmissions(
             Transmission::new(second)?,
             Transmission::new(third)?,
         ])?;
-        Ok(status::OK)
+        Ok(())
     })
 }
 
@@ -117,8 +111,7 @@ pub extern "C" fn robot_transmissions(
 ) -> Status {
     status_of(|| {
         let found = robot.get()?.transmissions();
-        transmissions.put(found.map(|own| own.numbers()))?;
-        Ok(status::OK)
+        Ok(transmissions.put(found.map(|own| own.numbers()))?)
     })
 }
 
@@ -135,8 +128,7 @@ pub extern "C" fn robot_forward(
 ) -> Status {
     report(error, || {
         let found = robot.get()?.forward(&joints.get()?)?;
-        position.put([found.x, found.y, found.z])?;
-        Ok(status::OK)
+        Ok(position.put([found.x, found.y, found.z])?)
     })
 }
 
@@ -153,7 +145,6 @@ pub extern "C" fn robot_inverse(
 ) -> Status {
     report(error, || {
         let found = robot.get()?.inverse(&Vector3::from(position.get()?))?;
-        joints.put(found)?;
-        Ok(status::OK)
+        Ok(joints.put(found)?)
     })
 }

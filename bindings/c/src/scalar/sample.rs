@@ -1,27 +1,23 @@
 //! Samples and settings.
-#![allow(unsafe_code)] // a promise about plain numbers
 
 use super::Real;
 use crate::error::Error;
-use crate::memory::Plain;
+use crate::memory::plain;
 use crate::plain::{GAUSS_NEWTON, LEVENBERG_MARQUARDT, START_FREE, START_NOMINAL};
 use crate::status;
 use delta_cal::calibration::{Solver, Start};
 use delta_cal::nalgebra::Vector3;
 use delta_cal::{Noise, Tolerance};
 
-/// One measurement: where the platform was at known joint angles.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
-    /// q1, q2, q3. Radians.
-    pub joints: [Real; 3],
-    /// x, y, z. Length.
-    pub position: [Real; 3],
+plain! {
+    /// One measurement: where the platform was at known joint angles.
+    pub struct Sample {
+        /// q1, q2, q3. Radians.
+        pub joints: [Real; 3],
+        /// x, y, z. Length.
+        pub position: [Real; 3],
+    }
 }
-
-// SAFETY: C layout, only numbers, no padding (checked by the header's test).
-unsafe impl Plain for Sample {}
 
 impl From<Sample> for delta_cal::Sample<Real> {
     fn from(sample: Sample) -> Self {
@@ -32,34 +28,31 @@ impl From<Sample> for delta_cal::Sample<Real> {
     }
 }
 
-/// What a calibration assumes and how it is solved. All zeros are the defaults: noise and tolerance not stated,
-/// Levenberg-Marquardt from the nominal robot.
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Settings {
-    /// One sigma of the measured x, y and z; all four noises 0: not stated. Length.
-    pub position_noise: [Real; 3],
-    /// One sigma of a joint angle. Radians.
-    pub joint_noise: Real,
-    /// Manufacturing tolerance, one sigma of every length; both tolerances 0: not stated. Length.
-    pub length_tolerance: Real,
-    /// Manufacturing tolerance, one sigma of theta and alpha. Radians.
-    pub angle_tolerance: Real,
-    /// One sigma of each rotary joint's zero, where it is uncertain by more than the tolerance of lengths says; 0: not
-    /// stated. Radians.
-    pub joint_zero_tolerance: Real,
-    /// `DCAL_LEVENBERG_MARQUARDT` or `DCAL_GAUSS_NEWTON`.
-    pub solver: i32,
-    /// `DCAL_START_NOMINAL` or `DCAL_START_FREE`.
-    pub start: i32,
-    /// Linearisations allowed for each start; 0: 50.
-    pub iteration_limit: u32,
-    /// 0.
-    pub reserved: u32,
+plain! {
+    /// What a calibration assumes and how it is solved. All zeros are the defaults: noise and tolerance not stated,
+    /// Levenberg-Marquardt from the nominal robot.
+    pub struct Settings {
+        /// One sigma of the measured x, y and z; all four noises 0: not stated. Length.
+        pub position_noise: [Real; 3],
+        /// One sigma of a joint angle. Radians.
+        pub joint_noise: Real,
+        /// Manufacturing tolerance, one sigma of every length; both tolerances 0: not stated. Length.
+        pub length_tolerance: Real,
+        /// Manufacturing tolerance, one sigma of theta and alpha. Radians.
+        pub angle_tolerance: Real,
+        /// One sigma of each rotary joint's zero, where it is uncertain by more than the tolerance of lengths says; 0: not
+        /// stated. Radians.
+        pub joint_zero_tolerance: Real,
+        /// `DCAL_LEVENBERG_MARQUARDT` or `DCAL_GAUSS_NEWTON`.
+        pub solver: i32,
+        /// `DCAL_START_NOMINAL` or `DCAL_START_FREE`.
+        pub start: i32,
+        /// Linearisations allowed for each start; 0: 50.
+        pub iteration_limit: u32,
+        /// 0.
+        pub reserved: u32,
+    }
 }
-
-// SAFETY: C layout, only numbers, no padding (checked by the header's test).
-unsafe impl Plain for Settings {}
 
 impl Settings {
     /// As the core states them.

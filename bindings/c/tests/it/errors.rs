@@ -4,29 +4,19 @@ use delta_cal::calibration::Instrument;
 use delta_cal::robot::GeometryError;
 use delta_cal::{ArmIndex, Parameter, Refusal};
 use delta_cal_c::error::Error;
+use delta_cal_c::status;
 
-/// Status, arm, parameter, cause, instrument, index; count, needed; figure.
-type Details = ([i32; 6], [u64; 2], f32);
-
-fn details(refusal: Refusal) -> Details {
+/// Status, arm, parameter, cause, instrument, index, count, needed; figure.
+fn details(refusal: Refusal) -> ([i64; 8], f32) {
     let error = Error::from(refusal);
-    let index = i32::try_from(error.index).unwrap();
-    (
-        [
-            error.status,
-            error.arm,
-            error.parameter,
-            error.cause,
-            error.instrument,
-            index,
-        ],
-        [error.count, error.needed],
-        error.figure,
-    )
-}
-
-fn details_of_an_arm(status: i32, arm: i32, parameter: i32, figure: f32) -> Details {
-    ([status, arm, parameter, 0, 0, 0], [0, 0], figure)
+    let [count, needed] = [error.count, error.needed].map(|count| i64::try_from(count).unwrap());
+    let [status, arm, parameter] = [error.status, error.arm, error.parameter].map(i64::from);
+    let (cause, instrument) = (error.cause.into(), error.instrument.into());
+    let index = error.index.into();
+    let all = [
+        status, arm, parameter, cause, instrument, index, count, needed,
+    ];
+    (all, error.figure)
 }
 
 #[test]
@@ -58,49 +48,43 @@ fn every_refusal_says_all_in_c() {
         tolerances,
     };
     let endless = |arm, iterations| Refusal::NotConverged { arm, iterations };
-    let contradiction = |arm, ratio| Refusal::ResidualContradictsNoise { arm, ratio };
+    let noisy = |arm, ratio| Refusal::ResidualContradictsNoise { arm, ratio };
     let no_arm = |arm, error| Refusal::ImpossibleGeometry { arm, error };
-    let (short, no_up) = (
-        GeometryError::NotPositive(Parameter::Lb),
-        GeometryError::NoCommonUp,
-    );
+    let short = GeometryError::NotPositive(Parameter::Lb);
+    let no_up = Refusal::ImpossibleRobot(GeometryError::NoCommonUp);
     let unknown = Refusal::UndeterminedInstrument;
-    let of_arm = details_of_an_arm;
-    for (refusal, expected) in [
-        (few(second, 3, 8), ([70, 1, -1, 0, 0, 0], [3, 8], 0.0)),
-        (
-            undetermined(first, Parameter::Dx, 1e9),
-            of_arm(71, 0, 0, 1e9),
-        ),
-        (
-            uncertain(third, Parameter::Lb, 40.5),
-            of_arm(72, 2, 7, 40.5),
-        ),
-        (endless(first, 50), ([73, 0, -1, 0, 0, 0], [50, 0], 0.0)),
-        (contradiction(Some(second), 3.5), of_arm(74, 1, -1, 3.5)),
-        (contradiction(None, 2.5), of_arm(74, -1, -1, 2.5)),
-        (far(third, Parameter::Theta, 9.0), of_arm(75, 2, 3, 9.0)),
-        (no_arm(first, short), ([76, 0, 7, 31, 0, 0], [0, 0], 0.0)),
-        (
-            Refusal::ImpossibleRobot(no_up),
-            ([77, -1, -1, 35, 0, 0], [0, 0], 0.0),
-        ),
-        (Refusal::WrongSide, of_arm(78, -1, -1, 0.0)),
-        (
-            few_of(Instrument::Plane(2), 1, 3),
-            ([79, -1, -1, 0, 2, 2], [1, 3], 0.0),
-        ),
-        (
-            unknown(Instrument::Frame),
-            ([80, -1, -1, 0, 1, 0], [0, 0], 0.0),
-        ),
-        (
-            unknown(Instrument::Point(1)),
-            ([80, -1, -1, 0, 3, 1], [0, 0], 0.0),
-        ),
-        (Refusal::NonFinite { arm: second }, of_arm(81, 1, -1, 0.0)),
-        (Refusal::Unfinished, of_arm(82, -1, -1, 0.0)),
+    let (plane, point) = (Instrument::Plane(2), Instrument::Point(1));
+    let infinite = Refusal::NonFinite { arm: second };
+    let (dx, theta, lb) = (Parameter::Dx, Parameter::Theta, Parameter::Lb);
+    for (refusal, expected, figure) in [
+        (few(second, 3, 8), [70, 1, -1, 0, 0, 0, 3, 8], 0.0),
+        (undetermined(first, dx, 1e9), [71, 0, 0, 0, 0, 0, 0, 0], 1e9),
+        (uncertain(third, lb, 40.5), [72, 2, 7, 0, 0, 0, 0, 0], 40.5),
+        (endless(first, 50), [73, 0, -1, 0, 0, 0, 50, 0], 0.0),
+        (noisy(Some(second), 3.5), [74, 1, -1, 0, 0, 0, 0, 0], 3.5),
+        (noisy(None, 2.5), [74, -1, -1, 0, 0, 0, 0, 0], 2.5),
+        (far(third, theta, 9.0), [75, 2, 3, 0, 0, 0, 0, 0], 9.0),
+        (no_arm(first, short), [76, 0, 7, 31, 0, 0, 0, 0], 0.0),
+        (no_up, [77, -1, -1, 35, 0, 0, 0, 0], 0.0),
+        (Refusal::WrongSide, [78, -1, -1, 0, 0, 0, 0, 0], 0.0),
+        (few_of(plane, 1, 3), [79, -1, -1, 0, 2, 2, 1, 3], 0.0),
+        (unknown(Instrument::Frame), [80, -1, -1, 0, 1, 0, 0, 0], 0.0),
+        (unknown(point), [80, -1, -1, 0, 3, 1, 0, 0], 0.0),
+        (infinite, [81, 1, -1, 0, 0, 0, 0, 0], 0.0),
+        (Refusal::Unfinished, [82, -1, -1, 0, 0, 0, 0, 0], 0.0),
     ] {
-        assert_eq!(details(refusal), expected, "{refusal:?}");
+        assert_eq!(details(refusal), (expected, figure), "{refusal:?}");
+    }
+}
+
+/// Also a number that is no status.
+#[test]
+fn every_status_has_a_sentence() {
+    let numbers = status::ALL.iter().map(|(_, number)| *number);
+    for number in numbers.chain([-1, 9999]) {
+        let text = delta_cal_c::library::status_text(number);
+        let text = unsafe { core::ffi::CStr::from_ptr(text) }.to_str().unwrap();
+        assert!(text.ends_with('.') && text.len() > 10, "{number}: {text}");
+        assert!(!text.starts_with(' '), "{number}: {text}");
     }
 }

@@ -1,115 +1,33 @@
-//! Observations of every kind: a sensor's frame, a plane that is known to a sigma, a point with an offset, distances
-//! between poses.
+//! Observations and instruments that mean nothing, and the room for them.
 
-use crate::place::{Place, bits, input, no_error, noise_and_tolerance, ok, output, robot};
-use delta_cal::nalgebra::Vector3;
-use delta_cal::observations::{
-    Distance, DistanceFrom, Height, ObservationNoise, ObservationOutcome, ObservationProblem,
-    ObservationRow, PositionFrame,
-};
+use crate::place::*;
 use delta_cal_c::double::fkm::*;
-use delta_cal_c::double::outcome::joint_outcome_covariance;
 use delta_cal_c::error::Error;
-use delta_cal_c::plain::{
-    FKM_ROWS, FRAME_SENSOR, READ_DISTANCE, READ_DISTANCE_BETWEEN, READ_HEIGHT, READ_X, READ_Y,
-    READ_Z,
-};
+use delta_cal_c::plain::*;
 use delta_cal_c::status;
-use delta_cal_target_tests::{noise, nominal, samples as measured, tolerance};
 
 const SIGMA: f64 = 0.02;
-/// One sigma of the plane's slopes.
-const LEVEL: f64 = 0.01;
-const PLACE: [f64; 3] = [10.0, -20.0, -700.0];
-
-/// The readings of each sample, in C and in the core.
-fn observed() -> Vec<(Observation, delta_cal::observations::Observation<f64>)> {
-    let samples = measured::<f64>();
-    let place = Vector3::from(PLACE);
-    let mut all = Vec::new();
-    for (index, sample) in samples.iter().enumerate() {
-        let other = &samples[(index + 1) % samples.len()];
-        let [x, y, z] = sample.position.into();
-        let mut in_c = Observation {
-            joints: sample.joints,
-            position: [x, y, z],
-            height: z + 560.0,
-            distance: 0.0,
-            other_joints: other.joints,
-            plane: 0,
-            point: 0,
-            readings: 0,
-            reserved: 0,
-        };
-        let mut of_core = delta_cal::observations::Observation::at(sample.joints);
-        let mut distance = |from, length| {
-            of_core.distance = Some(Distance {
-                from,
-                distance: length,
-            });
-            in_c.distance = length;
-        };
-        match index % 4 {
-            0 => {
-                distance(
-                    DistanceFrom::Point(0),
-                    (sample.position - place).norm() + 0.5,
-                );
-                in_c.readings = READ_DISTANCE;
-            }
-            1 => {
-                let apart = (sample.position - other.position).norm();
-                distance(DistanceFrom::Pose(other.joints), apart);
-                in_c.readings = READ_DISTANCE_BETWEEN | READ_Z;
-                of_core.position = [None, None, Some(z)];
-            }
-            2 => {
-                in_c.readings = READ_X | READ_Y | READ_Z;
-                of_core.position = [Some(x), Some(y), Some(z)];
-            }
-            _ => {
-                in_c.readings = READ_HEIGHT | READ_Y;
-                of_core.position = [None, Some(y), None];
-                of_core.height = Some(Height {
-                    plane: 0,
-                    height: z + 560.0,
-                });
-            }
-        }
-        all.push((in_c, of_core));
-    }
-    all
-}
 
 fn instruments() -> Instruments {
-    let plane = Plane {
-        known: 0.0,
-        sigma: 0.0,
-        level: 0.0,
-    };
-    let point = Point {
-        known: [0.0; 3],
-        sigma: 0.0,
-        has_offset: 0,
-        reserved: 0,
-    };
-    let mut all = Instruments {
-        frame: FRAME_SENSOR,
+    Instruments {
         plane_count: 1,
         point_count: 1,
-        reserved: 0,
         height_noise: SIGMA,
         distance_noise: SIGMA,
-        planes: [plane; 4],
-        points: [point; 4],
-    };
-    all.planes[0] = Plane {
-        known: -560.2,
-        sigma: 1.0,
-        level: LEVEL,
-    };
-    all.points[0].has_offset = 1;
-    all
+        ..Instruments::default()
+    }
+}
+
+/// With every reading.
+fn observation() -> Observation {
+    Observation {
+        joints: [0.1, 0.2, 0.3],
+        position: [10.0, 20.0, -500.0],
+        height: 60.0,
+        distance: 500.0,
+        readings: READ_X | READ_Y | READ_Z | READ_HEIGHT | READ_DISTANCE,
+        ..Observation::default()
+    }
 }
 
 /// A calibrator of these instruments, if they are usable.
@@ -126,126 +44,17 @@ fn made(instruments: &Instruments) -> Result<Place<Own>, Error> {
     Err(error)
 }
 
-/// In bounded steps; the outcome, or the error that the calls leave.
-fn solved(
-    observations: &[Observation],
-    instruments: &Instruments,
-) -> Result<Place<Outcome>, Error> {
-    let (mut calibrator, mut outcome) = (made(instruments)?, Place::new());
-    for observation in observations {
-        ok(add(calibrator.held_mut(), input(observation), no_error()));
-    }
-    let mut error = Error::from(status::OK);
-    if solve(calibrator.held_mut(), output(&mut error)) != status::OK {
-        return Err(error);
-    }
-    let (new, size) = (outcome.new_object(), outcome.size());
-    assert_eq!(step(calibrator.held_mut()), status::WORKING);
-    let busy = add(calibrator.held_mut(), input(&observations[0]), no_error());
-    let early = finish(calibrator.held(), new, size, no_error());
-    assert_eq!((busy, early), (status::BUSY, status::UNFINISHED));
-    while step(calibrator.held_mut()) == status::WORKING {}
-    let (new, size) = (outcome.new_object(), outcome.size());
-    match finish(calibrator.held(), new, size, output(&mut error)) {
-        status::OK => Ok(outcome),
-        _ => Err(error),
-    }
-}
-
-/// Readings of the kinds that are chosen, which the core and C solve alike; the outcome of both.
-fn solved_alike(
-    chosen: &[usize],
-    points: &[delta_cal::observations::Point<f64>],
-    has_plane: bool,
-) -> (Place<Outcome>, ObservationOutcome<f64, 36>) {
-    let kinds = observed().into_iter().enumerate();
-    let (in_c, of_core): (Vec<_>, Vec<_>) = kinds
-        .filter(|(index, _)| chosen.contains(&(index % 4)))
-        .map(|(_, pair)| pair)
-        .unzip();
-    let robot = nominal::<f64>();
-    let known = known(points, has_plane);
-    let assumed = delta_cal::Settings::new()
-        .with_noise(noise())
-        .with_tolerance(tolerance());
-    let mut rows: Vec<_> = of_core.into_iter().map(ObservationRow::new).collect();
-    let problem = ObservationProblem::<f64, 36>::prepare(&robot, &known, &mut rows).unwrap();
-    let expected = problem.solve::<37, 703>(&assumed).unwrap();
-
-    let mut stated = instruments();
-    stated.plane_count = u32::from(has_plane);
-    stated.point_count = u32::try_from(points.len()).unwrap();
-    (solved(&in_c, &stated).unwrap(), expected)
-}
-
-/// As [`instruments`], in the core.
-fn known(
-    points: &[delta_cal::observations::Point<f64>],
-    has_plane: bool,
-) -> delta_cal::observations::Instruments<'_, f64> {
-    const PLANE: &[delta_cal::observations::Plane<f64>] = &[delta_cal::observations::Plane {
-        known: Some((-560.2, 1.0)),
-        level: Some(LEVEL),
-    }];
-    delta_cal::observations::Instruments {
-        frame: PositionFrame::Sensor,
-        planes: if has_plane { PLANE } else { &[] },
-        points,
-        noise: ObservationNoise::new(noise(), SIGMA, SIGMA).unwrap(),
-        transmission: None,
-    }
-}
-
-#[test]
-fn observations_of_every_kind_are_the_cores() {
-    let points = [delta_cal::observations::Point {
-        known: None,
-        offset: true,
-    }];
-    // 24 + 6 + 3 + 4 parameters are one more than there is room for.
-    let refused = made(&instruments()).err().unwrap();
-    assert_eq!(refused.status, status::TOO_MANY_UNKNOWNS);
-
-    let (mut outcome, expected) = solved_alike(&[0, 1, 2], &points, false);
-    let mut place = [0.0; 4];
-    ok(outcome_point(outcome.held(), 0, output(&mut place)));
-    assert_eq!(
-        bits(&place),
-        bits(&expected.point(&known(&points, false), 0))
-    );
-    let (mut rotation, mut translation) = ([[0.0; 3]; 3], [0.0; 3]);
-    let (turned, moved) = (output(&mut rotation), output(&mut translation));
-    ok(outcome_frame(outcome.held(), turned, moved));
-    let frame = expected.frame();
-    let by_rows = frame.rotation.transpose();
-    assert_eq!(bits(rotation.as_flattened()), bits(by_rows.as_slice()));
-    assert_eq!(bits(&translation), bits(frame.translation.as_slice()));
-
-    let mut joint = Place::new();
-    let (new, size) = (joint.new_object(), joint.size());
-    ok(outcome_joint(outcome.held(), new, size));
-    let mut covariance = [[0.0; 24]; 24];
-    ok(joint_outcome_covariance(
-        joint.held(),
-        output(&mut covariance),
-    ));
-    let expected = expected.of_robot().estimate.covariance.unwrap().transpose();
-    assert_eq!(bits(covariance.as_flattened()), bits(expected.as_slice()));
-}
-
-#[test]
-fn a_plane_that_is_known_is_the_cores() {
-    let (mut outcome, expected) = solved_alike(&[2, 3], &[], true);
-    let mut plane = [0.0; 3];
-    ok(outcome_plane(outcome.held(), 0, output(&mut plane)));
-    assert_eq!(bits(&plane), bits(&expected.plane(&known(&[], true), 0)));
+fn added(calibrator: &mut Place<Own>, observation: &Observation) -> i32 {
+    add(calibrator.held_mut(), input(observation), no_error())
 }
 
 #[test]
 fn wrong_observations_and_instruments_are_refused() {
-    let good: Vec<Observation> = observed().into_iter().map(|(in_c, _)| in_c).collect();
-    let mut stated = instruments();
-    stated.frame = 0;
+    let (good, stated) = (observation(), instruments());
+    let mut many = stated;
+    (many.frame, many.points[0].has_offset) = (FRAME_SENSOR, 1);
+    let refused = made(&many).err().unwrap();
+    assert_eq!(refused.status, status::TOO_MANY_UNKNOWNS);
     for (expected, change) in [
         (
             status::OBSERVATION_EMPTY,
@@ -272,7 +81,7 @@ fn wrong_observations_and_instruments_are_refused() {
         }),
         (status::SAMPLE_JOINT_TOO_LARGE, &|o| o.joints[2] = 45.0),
     ] {
-        let (mut wrong, mut calibrator) = (good[5], made(&stated).unwrap());
+        let (mut wrong, mut calibrator) = (good, made(&stated).unwrap());
         change(&mut wrong);
         let mut error = Error::from(status::OK);
         let found = add(calibrator.held_mut(), input(&wrong), output(&mut error));
@@ -289,13 +98,10 @@ fn wrong_observations_and_instruments_are_refused() {
         let mut wrong = stated;
         (wrong.height_noise, wrong.distance_noise) = (height, distance);
         let found = match made(&wrong) {
-            Ok(mut calibrator) => good
-                .iter()
-                .map(|own| add(calibrator.held_mut(), input(own), no_error()))
-                .find(|found| *found != status::OK),
-            Err(error) => Some(error.status),
+            Ok(mut calibrator) => added(&mut calibrator, &good),
+            Err(error) => error.status,
         };
-        assert_eq!(found, Some(expected));
+        assert_eq!(found, expected);
     }
     for sigma in [-1.0, f64::NAN, f64::INFINITY] {
         let (mut known, mut level) = (stated, stated);
@@ -309,14 +115,11 @@ fn wrong_observations_and_instruments_are_refused() {
 
 #[test]
 fn there_is_room_for_so_many_observations() {
-    let mut stated = instruments();
-    stated.frame = 0;
-    let (mut calibrator, (own, _)) = (made(&stated).unwrap(), observed()[0]);
+    let (mut calibrator, own) = (made(&instruments()).unwrap(), observation());
     for _ in 0..FKM_ROWS {
-        ok(add(calibrator.held_mut(), input(&own), no_error()));
+        ok(added(&mut calibrator, &own));
     }
-    let found = add(calibrator.held_mut(), input(&own), no_error());
-    assert_eq!(found, status::OBSERVATIONS_FULL);
+    assert_eq!(added(&mut calibrator, &own), status::OBSERVATIONS_FULL);
     ok(reset(calibrator.held_mut()));
-    ok(add(calibrator.held_mut(), input(&own), no_error()));
+    ok(added(&mut calibrator, &own));
 }

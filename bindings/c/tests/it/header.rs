@@ -5,7 +5,6 @@
 //! ```
 
 use delta_cal_c::{kind, plain, status};
-use std::collections::BTreeMap;
 use std::fmt::Write;
 
 const HEADER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/include/delta_cal.h");
@@ -23,16 +22,17 @@ const END: &str = "
 #endif
 ";
 
-/// A structure, a function or a constant with what is said of it.
+/// A structure or a function with what is said of it.
 struct Item {
     name: String,
     about: Vec<String>,
-    /// Fields or arguments; of a constant none.
+    /// Fields or arguments.
     parts: Vec<Part>,
-    /// The type of a function's result, the value of a constant.
+    /// The type of a function's result.
     result: String,
 }
 
+/// A field or argument with its type, or a constant with its value.
 struct Part {
     name: String,
     of: String,
@@ -44,7 +44,7 @@ struct Part {
 struct Source {
     structures: Vec<Item>,
     functions: Vec<Item>,
-    constants: Vec<Item>,
+    constants: Vec<Part>,
 }
 
 impl Source {
@@ -55,32 +55,30 @@ impl Source {
     fn read(text: &str, file: &str) -> Self {
         let mut found = Self::default();
         let mut about = Vec::new();
-        let (mut exported, mut in_c) = (String::new(), false);
+        let mut exported = String::new();
         let mut lines = text.lines();
         while let Some(line) = lines.next() {
+            // Indented in the macros that several calibrators share.
+            let line = line.trim_start();
             if let Some(line) = line.strip_prefix("///") {
                 about.push(line.trim().to_owned());
             } else if let Some(name) = line.strip_prefix("#[unsafe(export_name = ") {
                 name.trim_end_matches(")]").clone_into(&mut exported);
             } else if line.starts_with("#[") {
-                in_c |= line == "#[repr(C)]";
             } else if let Some(rest) = line.strip_prefix("pub const ")
                 && let Some((name, value)) = rest.split_once(": ")
                 && let Some((_, value)) = value.split_once(" = ")
                 && !about.is_empty()
             {
-                found.constants.push(Item {
+                found.constants.push(Part {
                     name: name.to_owned(),
+                    of: value.trim_end_matches(';').to_owned(),
                     about: std::mem::take(&mut about),
-                    parts: Vec::new(),
-                    result: value.trim_end_matches(';').to_owned(),
                 });
             } else if let Some(name) = line.strip_prefix("pub struct ") {
                 let name = name.trim_end_matches(" {").to_owned();
-                assert!(in_c, "{file}: {name} has not C's layout");
-                in_c = false;
                 let (mut parts, mut of_field) = (Vec::new(), Vec::new());
-                for line in lines.by_ref().take_while(|line| *line != "}") {
+                for line in lines.by_ref().take_while(|line| line.trim() != "}") {
                     match line.trim().strip_prefix("///") {
                         Some(line) => of_field.push(line.trim().to_owned()),
                         None => parts.push(part(
@@ -102,8 +100,9 @@ impl Source {
                 }
                 let (name, rest) = signature.split_once('(').unwrap();
                 let (arguments, result) = rest.split_once(") -> ").unwrap();
+                let symbol = exported.rsplit('"').nth(1).unwrap();
                 assert!(
-                    exported.contains(&format!("{name}\"")),
+                    symbol.ends_with(name) || name.ends_with(symbol),
                     "{name}: {exported}"
                 );
                 found.functions.push(Item {
@@ -159,48 +158,45 @@ fn at_depth_0(text: &str) -> Vec<&str> {
     .collect()
 }
 
-/// Each calibrator: its prefix, what makes and fills it, and the object and outcome in Rust; then what several share.
-const CALIBRATORS: [(&str, &str, [&str; 2], &[&str]); 4] = [
-    (
-        "ikm",
-        "positions",
-        ["Ikm", "RobotOutcome"],
-        &["family", "stored", "outcomes"],
-    ),
-    (
-        "joint",
-        "positions",
-        ["Joint", "JointOutcome"],
-        &["family", "stored", "outcomes"],
-    ),
-    (
-        "gate",
-        "gate",
-        ["Gate", "RobotOutcome"],
-        &["family", "stored"],
-    ),
-    ("fkm", "fkm", ["Fkm", "FkmOutcome"], &["family", "outcomes"]),
+/// Each calibrator: its prefix, its type in Rust, and the files and macros with its functions.
+const CALIBRATORS: [(&str, &str, &[&str]); 4] = [
+    ("ikm", "Ikm", &["of_positions", "calibrator", "stored"]),
+    ("joint", "Joint", &["of_positions", "calibrator", "stored"]),
+    ("gate", "Gate", &["gate", "calibrator", "stored"]),
+    ("fkm", "Fkm", &["fkm", "calibrator"]),
 ];
 
-/// Everything of one scalar: what calibrators share once for each, with its names and types.
+/// Everything of one scalar: what calibrators share once for each, with its names and types. In the comments `@` stands
+/// for the scalar's suffix.
 fn of_scalar() -> Source {
     let mut all = Source::default();
     for file in ["robot", "sample", "outcome"] {
         all.append(Source::of_file(&format!("scalar/{file}")));
     }
-    for (prefix, first, [own, outcome], shared) in CALIBRATORS {
-        for file in [&[first], shared].concat() {
-            let mut text = text(&format!("scalar/{file}"))
+    let family = text("scalar/family");
+    let macros = family.split("macro_rules! ").skip(1);
+    let shared: Vec<_> = macros.filter_map(|own| own.split_once(" {")).collect();
+    for (prefix, own, places) in CALIBRATORS {
+        for place in places {
+            let shared = shared.iter().find(|(name, _)| name == place);
+            let text =
+                shared.map_or_else(|| text(&format!("scalar/{place}")), |own| own.1.to_owned());
+            let mut text = text
                 .replace("<Own>", &format!("<{own}>"))
-                .replace("<Outcome>", &format!("<{outcome}>"))
-                .replace("family!(\"", &format!("family!(\"{prefix}_"))
                 .replace("extern \"C\" fn ", &format!("extern \"C\" fn {prefix}_"));
             for name in [
                 "init", "solve", "step", "stop", "reset", "finish", "restore",
             ] {
                 text = text.replace(&format!("`{name}`"), &format!("`{prefix}_{name}`"));
             }
-            all.append(Source::read(&text, file));
+            all.append(Source::read(&text, place));
+        }
+    }
+    let names: Vec<String> = all.functions.iter().map(|own| own.name.clone()).collect();
+    let items = all.structures.iter_mut().chain(&mut all.functions);
+    for line in items.flat_map(|item| &mut item.about) {
+        for name in &names {
+            *line = line.replace(&format!("`{name}`"), &format!("dcal_{name}@"));
         }
     }
     all
@@ -221,24 +217,20 @@ impl Scalar {
         }
     }
 
-    /// A number in C, with its bytes; `None` if it is a structure.
-    fn number(self, of: &str) -> Option<(&'static str, usize)> {
-        Some(match (of, self) {
-            ("Real", Self::Double) => ("double", 8),
-            ("Real", Self::Single) | ("f32", _) => ("float", 4),
-            ("u8", _) => ("uint8_t", 1),
-            ("i32", _) => ("int32_t", 4),
-            ("u32", _) => ("uint32_t", 4),
-            ("u64", _) => ("uint64_t", 8),
-            ("usize", _) => ("size_t", size_of::<usize>()),
-            ("Status", _) => ("dcal_status", 4),
-            _ => return None,
-        })
-    }
-
+    /// A number or a structure in C.
     fn value(self, of: &str) -> String {
-        self.number(of)
-            .map_or_else(|| self.structure(of), |(name, _)| name.to_owned())
+        let number = match (of, self) {
+            ("Real", Self::Double) => "double",
+            ("Real", Self::Single) | ("f32", _) => "float",
+            ("u8", _) => "uint8_t",
+            ("i32", _) => "int32_t",
+            ("u32", _) => "uint32_t",
+            ("u64", _) => "uint64_t",
+            ("usize", _) => "size_t",
+            ("Status", _) => "dcal_status",
+            _ => return self.structure(of),
+        };
+        number.to_owned()
     }
 
     /// The type of an object of this kind.
@@ -274,7 +266,7 @@ impl Scalar {
         };
         let inner = inner.strip_suffix('>').unwrap();
         let constant = match outer {
-            "Held" | "In" | "Many" => "const ",
+            "Held" | "In" => "const ",
             _ => "",
         };
         match (outer, array(inner)) {
@@ -284,17 +276,16 @@ impl Scalar {
             ("Held" | "HeldMut" | "New", None) => {
                 format!("{constant}{} *{name}", self.object(inner))
             }
-            ("In" | "Many" | "Out", None) => format!("{constant}{} *{name}", self.value(inner)),
+            ("In" | "Out", None) => format!("{constant}{} *{name}", self.value(inner)),
             _ => panic!("{outer} is no type of the interface"),
         }
     }
 
-    /// The bytes of a field; `known` are those of the structures before.
-    fn bytes(self, of: &str, known: &BTreeMap<String, usize>) -> usize {
-        match (array(of), self.number(of)) {
-            (Some((element, _, number)), _) => number * self.bytes(element, known),
-            (None, Some((_, bytes))) => bytes,
-            (None, None) => known[&self.structure(of)],
+    /// The bytes of a field in C.
+    fn bytes(self, of: &str) -> String {
+        match array(of) {
+            Some((element, words, _)) => format!("{words} * sizeof({})", self.value(element)),
+            None => format!("sizeof({})", self.value(of)),
         }
     }
 }
@@ -311,52 +302,6 @@ fn array(of: &str) -> Option<(&str, String, usize)> {
         Some((element, _, inner)) => (element, (number * inner).to_string(), number * inner),
         None => (element, words, number),
     })
-}
-
-/// The structures of both scalars, with their sizes in Rust.
-fn sizes() -> BTreeMap<String, usize> {
-    use delta_cal_c::{double, single};
-    macro_rules! sizes {
-        ($($module:ident $structure:ident)+) => {
-            [$(
-                (Scalar::Single.structure(stringify!($structure)), size_of::<single::$module::$structure>()),
-                (Scalar::Double.structure(stringify!($structure)), size_of::<double::$module::$structure>())
-            ),+]
-        };
-    }
-    let error = size_of::<delta_cal_c::error::Error>();
-    sizes! {
-        robot Dimensions
-        sample Sample
-        sample Settings
-        outcome ArmSummary
-        gate Verdict
-        gate GateCounts
-        fkm Observation
-        fkm Plane
-        fkm Point
-        fkm Instruments
-    }
-    .into_iter()
-    .chain([("dcal_error".to_owned(), error)])
-    .collect()
-}
-
-/// Padding is not allowed: its bytes would hold what was there before.
-#[test]
-fn no_structure_has_padding() {
-    let (sizes, all) = (sizes(), of_scalar());
-    let error = &Source::of_file("error").structures[0];
-    let mut seen = 0;
-    for scalar in [Scalar::Single, Scalar::Double] {
-        for item in all.structures.iter().chain([error]) {
-            let fields = item.parts.iter().map(|part| scalar.bytes(&part.of, &sizes));
-            let name = scalar.structure(&item.name);
-            assert_eq!(fields.sum::<usize>(), sizes[&name], "{name}");
-            seen += usize::from(item.name != "Error");
-        }
-    }
-    assert_eq!(seen + 1, sizes.len());
 }
 
 #[test]
@@ -378,13 +323,6 @@ fn the_header_is_that_of_the_source() {
 fn header() -> String {
     let all = of_scalar();
     let mut text = String::from(BEGIN);
-    let page = Page {
-        names: all
-            .functions
-            .iter()
-            .map(|function| &*function.name)
-            .collect(),
-    };
     let version = kind::VERSION;
     writeln!(
         text,
@@ -393,22 +331,16 @@ fn header() -> String {
     )
     .unwrap();
 
-    text.push_str("\n/** What a call came to. The numbers never change. */\ntypedef int32_t dcal_status;\n\nenum {\n");
+    text.push_str("\n/** The result of a call. The numbers never change. */\ntypedef int32_t dcal_status;\n\nenum {\n");
     for (name, number) in status::ALL {
         let about = status::text(*number).to_str().unwrap().trim();
         writeln!(text, "    /** {about} */\n    DCAL_{name} = {number},").unwrap();
     }
     close(&mut text);
     text.push_str("\nenum {\n");
-    for Item {
-        name,
-        about,
-        result,
-        ..
-    } in &Source::of_file("plain").constants
-    {
-        page.comment(&mut text, "    ", about, Scalar::Single);
-        writeln!(text, "    DCAL_{name} = {result},").unwrap();
+    for Part { name, of, about } in &Source::of_file("plain").constants {
+        comment(&mut text, "    ", about, Scalar::Single);
+        writeln!(text, "    DCAL_{name} = {of},").unwrap();
     }
     close(&mut text);
     text.push_str(
@@ -422,13 +354,10 @@ fn header() -> String {
     }
     close(&mut text);
 
-    page.structure(
-        &mut text,
-        &Source::of_file("error").structures[0],
-        Scalar::Single,
-    );
-    for function in &Source::of_file("library").functions {
-        page.function(&mut text, function, Scalar::Single, "");
+    let error = &Source::of_file("error").structures[0];
+    structure(&mut text, error, Scalar::Single);
+    for item in &Source::of_file("library").functions {
+        function(&mut text, item, Scalar::Single, "");
     }
     for (index, scalar, words) in [
         (0, Scalar::Single, "Single precision"),
@@ -444,20 +373,12 @@ fn header() -> String {
             let name = format!("DCAL_{of}_SNAPSHOT{}_SIZE", scalar.suffix());
             writeln!(text, "#define {} {}", name.to_uppercase(), sizes[index]).unwrap();
         }
-        for structure in &all.structures {
-            page.structure(&mut text, structure, scalar);
+        for item in &all.structures {
+            structure(&mut text, item, scalar);
         }
-        for function in &all.functions {
-            page.function(&mut text, function, scalar, scalar.suffix());
+        for item in &all.functions {
+            function(&mut text, item, scalar, scalar.suffix());
         }
-    }
-    text.push_str("\n/* ---- What this compiler makes of it ---- */\n\n");
-    for (name, size) in sizes() {
-        writeln!(
-            text,
-            "DCAL_ASSERT(sizeof({name}) == {size}, \"the size of a structure\");"
-        )
-        .unwrap();
     }
     assert_eq!(plain::UNKNOWNS, 12, "the comment on it says so");
     text + END
@@ -480,80 +401,61 @@ fn close(text: &mut String) {
     text.push_str("\n};\n");
 }
 
-struct Page<'a> {
-    names: Vec<&'a str>,
+fn structure(text: &mut String, item: &Item, scalar: Scalar) {
+    let name = scalar.structure(&item.name);
+    text.push('\n');
+    comment(text, "", &item.about, scalar);
+    writeln!(text, "typedef struct {name} {{").unwrap();
+    for field in &item.parts {
+        comment(text, "    ", &field.about, scalar);
+        writeln!(text, "    {};", scalar.declared(field)).unwrap();
+    }
+    let fields = item.parts.iter().map(|field| scalar.bytes(&field.of));
+    let size = fields.collect::<Vec<_>>().join("\n    + ");
+    writeln!(
+        text,
+        "}} {name};\nDCAL_ASSERT(sizeof({name}) == {size}, \"no padding\");"
+    )
+    .unwrap();
 }
 
-impl Page<'_> {
-    fn structure(&self, text: &mut String, item: &Item, scalar: Scalar) {
-        let name = scalar.structure(&item.name);
-        text.push('\n');
-        self.comment(text, "", &item.about, scalar);
-        writeln!(text, "typedef struct {name} {{").unwrap();
-        for field in &item.parts {
-            self.comment(text, "    ", &field.about, scalar);
-            writeln!(text, "    {};", scalar.declared(field)).unwrap();
-        }
-        writeln!(text, "}} {name};").unwrap();
+fn function(text: &mut String, function: &Item, scalar: Scalar, suffix: &str) {
+    text.push('\n');
+    comment(text, "", &function.about, scalar);
+    let result = match &*function.result {
+        "*const c_char" => "const char *".to_owned(),
+        of => scalar.value(of) + " ",
+    };
+    let start = format!("{result}dcal_{}{suffix}(", function.name);
+    let declared = function.parts.iter().map(|part| scalar.declared(part));
+    let mut arguments = declared.collect::<Vec<_>>().join(", ");
+    if arguments.is_empty() {
+        "void".clone_into(&mut arguments);
     }
-
-    fn function(&self, text: &mut String, function: &Item, scalar: Scalar, suffix: &str) {
-        text.push('\n');
-        self.comment(text, "", &function.about, scalar);
-        let result = match &*function.result {
-            "*const c_char" => "const char *".to_owned(),
-            of => scalar.value(of) + " ",
-        };
-        let start = format!("{result}dcal_{}{suffix}(", function.name);
-        let declared = function.parts.iter().map(|part| scalar.declared(part));
-        let mut arguments = declared.collect::<Vec<_>>().join(", ");
-        if arguments.is_empty() {
-            "void".clone_into(&mut arguments);
-        }
-        if start.len() + arguments.len() + 2 <= WIDTH {
-            writeln!(text, "{start}{arguments});").unwrap();
-        } else {
-            let lines = arguments.replace(", ", ",\n    ");
-            writeln!(text, "{start}\n    {lines});").unwrap();
-        }
+    if start.len() + arguments.len() + 2 <= WIDTH {
+        writeln!(text, "{start}{arguments});").unwrap();
+    } else {
+        let lines = arguments.replace(", ", ",\n    ");
+        writeln!(text, "{start}\n    {lines});").unwrap();
     }
+}
 
-    fn comment(&self, text: &mut String, indent: &str, about: &[String], scalar: Scalar) {
-        let mut lines = Vec::new();
-        for paragraph in about.split(String::is_empty) {
-            if !lines.is_empty() {
-                lines.push(String::new());
+fn comment(text: &mut String, indent: &str, about: &[String], scalar: Scalar) {
+    let mut lines = vec![String::new()];
+    for paragraph in about.split(String::is_empty) {
+        for word in paragraph.iter().flat_map(|line| line.split(' ')) {
+            let word = word.replace('@', scalar.suffix()).replace('`', "");
+            let last = lines.last_mut().unwrap();
+            if !last.is_empty() && indent.len() + last.len() + word.len() + 7 > WIDTH {
+                lines.push(format!(" {word}"));
+            } else {
+                write!(last, " {word}").unwrap();
             }
-            let mut line = String::new();
-            for word in paragraph.iter().flat_map(|line| line.split(' ')) {
-                let word = self.word(word, scalar);
-                if !line.is_empty() && indent.len() + line.len() + word.len() + 8 > WIDTH {
-                    lines.push(std::mem::take(&mut line));
-                }
-                if !line.is_empty() {
-                    line.push(' ');
-                }
-                line.push_str(&word);
-            }
-            lines.push(line);
         }
-        let last = lines.len() - 1;
-        for (index, line) in lines.iter().enumerate() {
-            let begin = if index == 0 { "/**" } else { " *" };
-            let gap = if line.is_empty() { "" } else { " " };
-            let end = if index == last { " */" } else { "" };
-            writeln!(text, "{indent}{begin}{gap}{line}{end}").unwrap();
-        }
+        lines.extend([String::new(), String::new()]);
     }
-
-    /// A word without backticks; of a function its name in C.
-    fn word(&self, word: &str, scalar: Scalar) -> String {
-        let mut parts = word.split('`');
-        if let (Some(before), Some(name), Some(after)) = (parts.next(), parts.next(), parts.next())
-            && self.names.contains(&name)
-        {
-            return format!("{before}dcal_{name}{}{after}", scalar.suffix());
-        }
-        word.replace('`', "")
-    }
+    // The next paragraph that does not follow, and the empty line before it.
+    lines.truncate(lines.len() - 2);
+    let text_of_all = lines.join(&format!("\n{indent} *"));
+    writeln!(text, "{indent}/**{text_of_all} */").unwrap();
 }

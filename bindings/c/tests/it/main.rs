@@ -8,8 +8,6 @@ mod calibrations;
 mod errors;
 mod fixture;
 mod fkm;
-mod gate;
 mod header;
 mod misuse;
-mod numbers;
 mod place;

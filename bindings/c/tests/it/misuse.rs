@@ -5,7 +5,6 @@
 use crate::place::{Place, at, in_c, input, no_error, noise_alone, ok, output, robot};
 use core::ptr::null_mut;
 use delta_cal::Robot;
-use delta_cal_c::double::outcome::*;
 use delta_cal_c::double::robot::*;
 use delta_cal_c::double::sample::{Sample, Settings};
 use delta_cal_c::double::{fkm, gate, ikm, joint};
@@ -39,6 +38,9 @@ fn every_function(place: *mut u8) -> Vec<(String, i32)> {
                 stop(p!())
                 reset(p!())
                 finish(p!(), p!(), ROOM, no_error())
+                arm(p!(), 0, p!())
+                deviations(p!(), p!())
+                covariance(p!(), p!())
                 $($name($($argument),*))*
             }
         }};
@@ -53,10 +55,6 @@ fn every_function(place: *mut u8) -> Vec<(String, i32)> {
                 forget(p!(), 0.5)
                 snapshot(p!(), p!(), ROOM, p!())
                 restore(p!(), p!(), ROOM)
-                outcome_robot(p!(), p!(), ROOM)
-                outcome_arm(p!(), 0, p!())
-                outcome_deviations(p!(), p!())
-                outcome_arm_covariance(p!(), 0, p!())
             }
         };
     }
@@ -73,17 +71,11 @@ fn every_function(place: *mut u8) -> Vec<(String, i32)> {
     calibrator! { fkm "fkm_":
         init(p!(), ROOM, p!(), p!(), p!(), no_error())
         add(p!(), p!(), no_error())
-        outcome_robot(p!(), p!(), ROOM)
-        outcome_arm(p!(), 0, p!())
-        outcome_deviations(p!(), p!())
-        outcome_arm_covariance(p!(), 0, p!())
-        outcome_joint(p!(), p!(), ROOM)
-        outcome_plane(p!(), 0, p!())
-        outcome_point(p!(), 0, p!())
-        outcome_frame(p!(), p!(), p!())
+        plane(p!(), 0, p!())
+        point(p!(), 0, p!())
+        frame(p!(), p!(), p!())
     }
     tried! { "":
-        joint_outcome_covariance(p!(), p!())
         robot_parameters(p!(), p!())
         robot_set_transmissions(p!(), p!(), no_error())
         robot_transmissions(p!(), p!())

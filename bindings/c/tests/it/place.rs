@@ -1,11 +1,13 @@
 //! Memory as C provides it, and objects in it.
 
-use delta_cal::{Parameter, Robot};
-use delta_cal_c::double::robot::robot_from_parameters;
+use delta_cal::calibration::ArmOutcome;
+use delta_cal::nalgebra::SMatrix;
+use delta_cal::{Parameter, Real, Robot};
+use delta_cal_c::double::robot::{robot_from_parameters, robot_parameters};
 use delta_cal_c::double::sample::{Sample, Settings};
 use delta_cal_c::error::Error;
 use delta_cal_c::kind::Kind;
-use delta_cal_c::{Held, HeldMut, In, Many, New, Out, status};
+use delta_cal_c::{Held, HeldMut, In, New, Out, status};
 use delta_cal_target_tests::{noise, nominal, tolerance};
 use std::marker::PhantomData;
 use std::ptr::null_mut;
@@ -26,7 +28,7 @@ macro_rules! pointers {
     };
 }
 
-pointers! { Held HeldMut In Many New Out }
+pointers! { Held HeldMut In New Out }
 
 /// The tests are in the place of C: what they promise is that the memory is there.
 pub(crate) fn at<P: Pointer>(place: *mut u8) -> P {
@@ -85,7 +87,7 @@ pub(crate) fn output<T>(value: &mut T) -> Out<T> {
     at((&raw mut *value).cast())
 }
 
-pub(crate) fn row<T>(values: &[T]) -> Many<T> {
+pub(crate) fn row<T>(values: &[T]) -> In<T> {
     at(values.as_ptr().cast_mut().cast())
 }
 
@@ -138,4 +140,38 @@ pub(crate) fn noise_and_tolerance() -> Settings {
         angle_tolerance: tolerance.of(Parameter::Theta),
         ..noise_alone()
     }
+}
+
+pub(crate) fn parameters(robot: &mut Place<Robot<f64>>) -> Vec<u64> {
+    let mut found = [[0.0; 8]; 3];
+    ok(robot_parameters(robot.held(), output(&mut found)));
+    bits(found.as_flattened())
+}
+
+/// As `solved` of a calibrator, from the core's outcome: parameters, standard uncertainties, and the covariance row by row.
+pub(crate) fn found<T: Real>(
+    robot: &Robot<T>,
+    arms: &[ArmOutcome<T>; 3],
+    together: Option<&SMatrix<T, 24, 24>>,
+) -> [Vec<T>; 3] {
+    let sigma =
+        |arm: &ArmOutcome<T>| Parameter::ROTARY.map(|of| arm.standard_deviation(of).unwrap());
+    let mut apart = SMatrix::<T, 24, 24>::zeros();
+    for (arm, first) in arms.iter().zip([0, 8, 16]) {
+        let block = arm.covariance.as_ref().unwrap();
+        apart.fixed_view_mut::<8, 8>(first, first).copy_from(block);
+    }
+    [
+        robot.parameters().as_flattened().to_vec(),
+        arms.each_ref().map(sigma).as_flattened().to_vec(),
+        together.unwrap_or(&apart).transpose().as_slice().to_vec(),
+    ]
+}
+
+pub(crate) fn of_core(
+    robot: &Robot<f64>,
+    arms: &[ArmOutcome<f64>; 3],
+    together: Option<&SMatrix<f64, 24, 24>>,
+) -> Vec<u64> {
+    bits(&found(robot, arms, together).concat())
 }

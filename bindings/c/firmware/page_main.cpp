@@ -1,0 +1,35 @@
+// Calls the functions of the C++ example in docs/c.md: with too few samples, then with enough of a robot whose forearms are
+// shorter. The test puts it behind them.
+int main()
+{
+    dcal_error error;
+    delta_cal::Robot<float> built;
+    float parameters[24];
+    float position[3];
+    if (robot.forward({0, 0, 0}, position) != DCAL_NOT_INITIALIZED
+        || prepare(error) != DCAL_OK || calibrator.solve(&error) != DCAL_TOO_FEW_SAMPLES || error.needed != 8
+        || built.from_dimensions({194, 30, 260, 479, 0}) != DCAL_OK) {
+        return 1;
+    }
+    for (int pose = 0; pose < 20; pose++) {
+        dcal_sample_f32 sample = {};
+        for (int joint = 0; joint < 3; joint++) {
+            sample.joints[joint] = 0.0625f * float((pose * (2 * joint + 3)) % (11 + 2 * joint) - 5);
+        }
+        if (built.forward(sample.joints, sample.position) != DCAL_OK || calibrator.add(sample) != DCAL_OK) {
+            return 2;
+        }
+    }
+    if (calibrator.solve(&error) != DCAL_OK) {
+        return 3;
+    }
+    dcal_status status;
+    do {
+        status = idle(error);
+    } while (status == DCAL_WORKING);
+    if (status != DCAL_OK || robot.parameters(parameters) != DCAL_OK) {
+        return 4;
+    }
+    const float off = parameters[DCAL_LB] - 479;
+    return off * off < 0.01f ? 0 : 5;
+}

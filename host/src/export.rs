@@ -14,11 +14,18 @@ mod fit;
 pub mod geometry;
 pub mod positions;
 pub mod target;
-mod targets;
+mod targets {
+    pub(super) mod b_and_r;
+    pub(super) mod four_lengths;
+    pub(super) mod klipper;
+    pub(super) mod linuxcnc;
+    pub(super) mod marlin;
+    pub(super) mod reprapfirmware;
+}
 
 use crate::files::robot_file::RobotFile;
 use crate::text::degrees;
-pub use correction_table::{Node, Table};
+pub use correction_table::Table;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Robot, Tolerance};

@@ -155,15 +155,12 @@ impl Reach {
                 return Err(fault);
             }
         }
-        let [first, second, third] = elbows;
-        for q1 in first.into_iter().flatten() {
-            for q2 in second.into_iter().flatten() {
-                for q3 in third.into_iter().flatten() {
-                    let q = [q1, q2, q3];
-                    if hangs_below(robot, x, &q) {
-                        return Ok(q);
-                    }
-                }
+        for choice in 0..8_usize {
+            let q = [0, 1, 2].map(|arm| elbows[arm][choice >> (2 - arm) & 1]);
+            if let [Some(q1), Some(q2), Some(q3)] = q
+                && hangs_below(robot, x, &[q1, q2, q3])
+            {
+                return Ok([q1, q2, q3]);
             }
         }
         Err(fault)

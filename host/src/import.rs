@@ -18,7 +18,7 @@ use crate::files::input::{InputError, InputText};
 pub use configuration::Includes;
 pub use console::touches;
 pub use imported::Imported;
-pub(crate) use imported::SHRINKAGE;
+pub(crate) use imported::{SHRINKAGE, USUAL_TOWERS};
 pub use stated::{Stated, printed, shrinkage};
 use std::path::Path;
 

@@ -72,6 +72,6 @@ pub use files::columns::ColumnMapping;
 pub use files::input::{InputError, InputText};
 pub use files::robot_file::{InstrumentFacts, Record, RobotFile};
 pub use files::samples_file::{
-    Planned, PositionUnit, Reading, ReadingFrom, Readings, Row, read_joints, read_positions,
+    Planned, Reading, ReadingFrom, Readings, Row, read_joints, read_positions,
 };
 pub use fit::{Frame, Method, Options, Solution};

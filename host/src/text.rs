@@ -20,15 +20,6 @@ pub fn small_or(otherwise: &str, value: Option<f64>) -> String {
     value.map_or_else(|| otherwise.to_owned(), small)
 }
 
-/// A length, or "unknown" if it is not finite.
-pub fn millimetres(value: f64) -> String {
-    if value.is_finite() {
-        format!("{} mm", small(value))
-    } else {
-        "unknown".to_owned()
-    }
-}
-
 /// This many significant digits, without an exponent where that is readable.
 pub fn significant(value: f64, digits: u8) -> String {
     if value == 0.0 {
@@ -79,15 +70,6 @@ pub fn percent(value: f64) -> String {
         format!("{:.0}", value.round() + 0.0) // −0 is 0
     };
     text.replace('-', "−")
-}
-
-/// A share in percent, never rounded up to 100.
-pub fn share(value: f64) -> String {
-    if value > 99.0 && value < 100.0 {
-        format!("{:.1}", value.min(99.9))
-    } else {
-        format!("{value:.0}")
-    }
 }
 
 /// 9 decimals, without trailing zeros.

@@ -5,8 +5,9 @@
 mod evidence;
 mod fault;
 
+use crate::files::columns::Unit;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{PositionUnit, Readings};
+use crate::files::samples_file::Readings;
 use crate::fit::{Frame, Options};
 use crate::text::{list, significant};
 use evidence::{Evidence, Scored};
@@ -339,7 +340,7 @@ impl Evidence<'_> {
 
     fn length(&self, unit: &LengthUnit) -> [String; 2] {
         let (robot, samples) = (&self.robot.name, &self.readings.name);
-        let says = if self.readings.positions_in == PositionUnit::Millimetre {
+        let says = if self.readings.positions_in == Some(Unit::Millimetre) {
             "millimetres"
         } else {
             "metres"

@@ -40,28 +40,6 @@ const MOST_NODES: f64 = 2e5;
 /// The number of nodes along each axis that are used to extrapolate.
 const AROUND: usize = 2;
 
-/// A node of a table.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Node {
-    /// The computed correction, mm.
-    Computed(Vector3<f64>),
-    /// The correction, mm, extrapolated from the nodes around it: the robot does not reach this node, or only near a parallel
-    /// singularity, but reaches a neighbour. A position near the edge thus has all eight nodes of its cell.
-    Extrapolated(Vector3<f64>),
-    /// No correction: the robot reaches neither the node nor a neighbour.
-    Empty,
-}
-
-impl Node {
-    /// The correction, if there is one.
-    pub const fn correction(&self) -> Option<Vector3<f64>> {
-        match self {
-            Self::Computed(by) | Self::Extrapolated(by) => Some(*by),
-            Self::Empty => None,
-        }
-    }
-}
-
 /// Corrections on a grid of cubes. To reach x, the controller adds the interpolated correction at x.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
@@ -71,8 +49,12 @@ pub struct Table {
     pub spacing: f64,
     /// The number of nodes along x, y and z, at least two.
     pub counts: [usize; 3],
-    /// All nodes; z varies fastest, then y.
-    pub nodes: Vec<Node>,
+    /// The correction at each node, mm; z varies fastest, then y. `None` if the robot reaches neither the node nor a
+    /// neighbour.
+    pub corrections: Vec<Option<Vector3<f64>>>,
+    /// The nodes, in order, whose corrections are extrapolated from the nodes around them: the robot does not reach them, or
+    /// only near a parallel singularity. A position near the edge thus has all eight nodes of its cell.
+    pub extrapolated: Vec<usize>,
     /// Errors of the interpolation at the cells' centres, farthest from the nodes.
     pub centres: Loss,
 }
@@ -126,19 +108,23 @@ impl Table {
             spacing,
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 2 to 2e5
             counts: counts.map(|count| count as usize).into(),
-            nodes: Vec::new(),
+            corrections: Vec::new(),
+            extrapolated: Vec::new(),
             centres: Loss::default(),
         };
         let count = table.counts.iter().product();
         let computed: Vec<_> = (0..count)
             .map(|node| correction(&robot.robot, nominal, &table.position(node)))
             .collect();
-        let extrapolated = |node| table.extrapolated(&computed, node).map(Node::Extrapolated);
-        let nodes = computed.iter().enumerate().map(|(node, own)| {
-            let own = own.map(Node::Computed).or_else(|| extrapolated(node));
-            own.unwrap_or(Node::Empty)
-        });
-        table.nodes = nodes.collect();
+        table.corrections.clone_from(&computed);
+        for node in 0..count {
+            if computed[node].is_none()
+                && let Some(by) = table.extrapolate(&computed, node)
+            {
+                table.corrections[node] = Some(by);
+                table.extrapolated.push(node);
+            }
+        }
         let is = |at: &Vector3<f64>| {
             let commanded = at + table.interpolated(at)?;
             reached(&robot.robot, nominal, &commanded)
@@ -176,17 +162,17 @@ impl Table {
     /// The correction at a position; `None` outside the grid, or if a node of the cell has none.
     fn interpolated(&self, at: &Vector3<f64>) -> Option<Vector3<f64>> {
         let place = (at - self.origin) / self.spacing;
-        let mut low = [0; 3];
-        for (axis, index) in low.iter_mut().enumerate() {
-            if !(place[axis] >= 0.0) {
-                return None;
-            }
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // not negative
-            let cell = place[axis] as usize;
-            if cell + 1 >= self.counts[axis] {
-                return None;
-            }
-            *index = cell;
+        if !(place.min() >= 0.0) {
+            return None;
+        }
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // not negative
+        let low = <[f64; 3]>::from(place).map(|own| own as usize);
+        if low
+            .iter()
+            .zip(self.counts)
+            .any(|(low, count)| low + 1 >= count)
+        {
+            return None;
         }
         let part = place.map(f64::fract);
         let mut sum = Vector3::zeros();
@@ -197,14 +183,14 @@ impl Table {
                 _ => 1.0 - part[axis],
             });
             let node = self.node([0, 1, 2].map(|axis| low[axis] + up[axis]));
-            sum += weights.iter().product::<f64>() * self.nodes.get(node)?.correction()?;
+            sum += weights.iter().product::<f64>() * (*self.corrections.get(node)?)?;
         }
         Some(sum)
     }
 
     /// The correction at a node, extrapolated from the nodes around it by a least-squares plane with weights of the inverse
     /// squared distance. `None` if no direct neighbour has a correction.
-    fn extrapolated(&self, computed: &[Option<Vector3<f64>>], node: usize) -> Option<Vector3<f64>> {
+    fn extrapolate(&self, computed: &[Option<Vector3<f64>>], node: usize) -> Option<Vector3<f64>> {
         let at = self.indices(node);
         let mut normal = Matrix4::zeros();
         let mut right = SMatrix::<f64, 4, 3>::zeros();
@@ -242,23 +228,26 @@ impl Table {
     /// The table as CSV, a row for each node.
     pub(super) fn lines(&self) -> String {
         let mut lines = String::from("x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm,node\n");
-        for (node, index) in self.nodes.iter().zip(0..) {
+        for (index, by) in self.corrections.iter().enumerate() {
             let at = self.position(index).map(|value| value + 0.0);
             let _ = write!(lines, "{},{},{},", at.x, at.y, at.z);
-            let _ = match node {
-                Node::Computed(by) => writeln!(lines, "{},computed", cells(by)),
-                Node::Extrapolated(by) => writeln!(lines, "{},extrapolated", cells(by)),
-                Node::Empty => writeln!(lines, ",,,empty"),
+            let _ = match by {
+                None => writeln!(lines, ",,,empty"),
+                Some(by) => {
+                    // Avoids −0.
+                    let [x, y, z] = [by.x, by.y, by.z].map(|own| (own * 1e5).round() / 1e5 + 0.0);
+                    let extrapolated = self.extrapolated.binary_search(&index).is_ok();
+                    let kind = if extrapolated {
+                        "extrapolated"
+                    } else {
+                        "computed"
+                    };
+                    writeln!(lines, "{x:.5},{y:.5},{z:.5},{kind}")
+                }
             };
         }
         lines
     }
-}
-
-fn cells(by: &Vector3<f64>) -> String {
-    // Avoids −0.
-    let [x, y, z] = [by.x, by.y, by.z].map(|value| (value * 1e5).round() / 1e5 + 0.0);
-    format!("{x:.5},{y:.5},{z:.5}")
 }
 
 /// The correction at a position; `None` where there is no such pose, or so close to a parallel singularity that the

@@ -1,13 +1,12 @@
 //! An arm or a tower in the parameters that controllers use, and which of these a controller holds.
 
+use crate::import::USUAL_TOWERS;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::{Arm, Drive, GeometryError};
 use delta_cal::{Parameter, Robot, Tolerance};
 use nalgebra::{Rotation3, Vector2, Vector3};
 use std::f64::consts::TAU;
 
-/// Where the towers of a printer usually stand, degrees.
-pub(crate) const USUAL_TOWERS: [f64; 3] = [210.0, 330.0, 90.0];
 /// Towers this close to the usual azimuths are assumed to stand there in the nominal robot, radians.
 const USUAL: f64 = 0.1;
 
@@ -190,37 +189,45 @@ pub struct Holds {
     pub zeros: Each,
 }
 
-/// Every controller of a linear Delta holds one radius, and azimuth, rod and end stop of each tower.
-pub(crate) const TOWERS: Holds = Holds {
+/// The controllers that hold an upper arm, a forearm and a joint zero for each rotary arm.
+pub(crate) const ARMS: Holds = Holds {
     fixed_azimuths: None,
     radii: Each::Shared,
     heights: Each::Arm,
     from_base_plane: false,
-    upper: Each::Fixed,
+    upper: Each::Arm,
     lower: Each::Arm,
+    zeros: Each::Arm,
+};
+
+/// Every controller of a linear Delta holds one radius, and azimuth, rod and end stop of each tower.
+pub(crate) const TOWERS: Holds = Holds {
+    upper: Each::Fixed,
     zeros: Each::Fixed,
+    ..ARMS
 };
 
 impl Holds {
-    fn fields(&self) -> [(Field, Each); 6] {
-        let azimuths = if self.fixed_azimuths.is_none() {
-            Each::Arm
-        } else {
-            Each::Fixed
+    /// Azimuths, radii, heights, upper arms, forearms and joint zeros.
+    const fn each(&self) -> [Each; 6] {
+        let azimuths = match self.fixed_azimuths {
+            None => Each::Arm,
+            Some(_) => Each::Fixed,
         };
-        [
-            (Field::Azimuth, azimuths),
-            (Field::Radius, self.radii),
-            (Field::Height, self.heights),
-            (Field::Upper, self.upper),
-            (Field::Lower, self.lower),
-            (Field::Zero, self.zeros),
-        ]
+        let Self {
+            radii,
+            heights,
+            upper,
+            lower,
+            zeros,
+            ..
+        } = *self;
+        [azimuths, radii, heights, upper, lower, zeros]
     }
 
     /// The number of fitted parameters, without the frame.
     pub fn count(&self) -> usize {
-        let counts = self.fields().map(|(_, each)| match each {
+        let counts = self.each().map(|each| match each {
             Each::Arm => 3,
             Each::Shared => 1,
             Each::Fixed => 0,
@@ -228,6 +235,9 @@ impl Holds {
         counts.into_iter().sum()
     }
 }
+
+/// One parameter of an arm.
+type Field = fn(&mut Shape) -> &mut f64;
 
 /// A fitted parameter.
 #[derive(Debug, Clone, Copy)]
@@ -237,29 +247,6 @@ pub(super) struct Free {
     arm: Option<usize>,
     /// σ: mm or radians.
     sigma: f64,
-}
-
-#[derive(Debug, Clone, Copy)]
-enum Field {
-    Azimuth,
-    Radius,
-    Height,
-    Upper,
-    Lower,
-    Zero,
-}
-
-impl Field {
-    const fn of(self, arm: &mut Shape) -> &mut f64 {
-        match self {
-            Self::Azimuth => &mut arm.azimuth,
-            Self::Radius => &mut arm.radius,
-            Self::Height => &mut arm.height,
-            Self::Upper => &mut arm.upper,
-            Self::Lower => &mut arm.lower,
-            Self::Zero => &mut arm.zero,
-        }
-    }
 }
 
 /// The arms in a controller's parameters, in the order of the robot's joints.
@@ -343,19 +330,27 @@ impl Geometry {
     pub(super) fn free(&self, holds: &Holds, tolerance: &Tolerance<f64>) -> Vec<Free> {
         let length = tolerance.of(Parameter::Lb);
         let angle = tolerance.of(Parameter::Theta);
-        let radius = self.arms[0].radius;
+        let (azimuth, height) = match self.drive {
+            Drive::Rotary => (angle, length),
+            Drive::Linear => (
+                length / self.arms[0].radius.max(1.0),
+                tolerance.of(Parameter::Zero),
+            ),
+        };
+        let fields: [(Field, f64); 6] = [
+            (|arm| &mut arm.azimuth, azimuth),
+            (|arm| &mut arm.radius, length),
+            (|arm| &mut arm.height, height),
+            (|arm| &mut arm.upper, length),
+            (|arm| &mut arm.lower, length),
+            (|arm| &mut arm.zero, angle),
+        ];
         let mut free = Vec::new();
-        for (field, each) in holds.fields() {
+        for ((field, sigma), each) in fields.into_iter().zip(holds.each()) {
             let arms = match each {
                 Each::Arm => vec![Some(0), Some(1), Some(2)],
                 Each::Shared => vec![None],
                 Each::Fixed => Vec::new(),
-            };
-            let sigma = match (field, self.drive) {
-                (Field::Azimuth, Drive::Linear) => length / radius.max(1.0),
-                (Field::Height, Drive::Linear) => tolerance.of(Parameter::Zero),
-                (Field::Azimuth | Field::Zero, _) => angle,
-                _ => length,
             };
             free.extend(arms.into_iter().map(|arm| Free { field, arm, sigma }));
         }
@@ -367,7 +362,7 @@ impl Geometry {
         for (own, by) in free.iter().zip(by) {
             for (index, arm) in self.arms.iter_mut().enumerate() {
                 if own.arm.is_none_or(|only| only == index) {
-                    *own.field.of(arm) += by * own.sigma;
+                    *(own.field)(arm) += by * own.sigma;
                 }
             }
         }

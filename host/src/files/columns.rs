@@ -7,9 +7,10 @@ use std::str::FromStr;
 /// The quantity in a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Quantity {
-    Joint1,
-    Joint2,
-    Joint3,
+    /// A joint angle, or the travel of a linear drive: 0, 1 or 2.
+    Joint(Drive, usize),
+    /// The same for the pose at which a distance between two poses starts.
+    ToJoint(Drive, usize),
     X,
     Y,
     Z,
@@ -17,15 +18,6 @@ pub(crate) enum Quantity {
     Plane,
     Distance,
     Point,
-    ToJoint1,
-    ToJoint2,
-    ToJoint3,
-    Travel1,
-    Travel2,
-    Travel3,
-    ToTravel1,
-    ToTravel2,
-    ToTravel3,
     /// Standard uncertainty of the row's readings.
     Sigma,
     /// Expanded uncertainty of the row's readings, k = 2.
@@ -72,9 +64,9 @@ pub(crate) struct ColumnName {
 
 /// The usual name of each quantity comes first.
 const QUANTITIES: [(Quantity, &str, Kind); 23] = [
-    (Quantity::Joint1, "q1", Kind::Angle),
-    (Quantity::Joint2, "q2", Kind::Angle),
-    (Quantity::Joint3, "q3", Kind::Angle),
+    (Quantity::Joint(Drive::Rotary, 0), "q1", Kind::Angle),
+    (Quantity::Joint(Drive::Rotary, 1), "q2", Kind::Angle),
+    (Quantity::Joint(Drive::Rotary, 2), "q3", Kind::Angle),
     (Quantity::X, "x", Kind::Length),
     (Quantity::Y, "y", Kind::Length),
     (Quantity::Z, "z", Kind::Length),
@@ -82,15 +74,15 @@ const QUANTITIES: [(Quantity, &str, Kind); 23] = [
     (Quantity::Plane, "plane", Kind::Name),
     (Quantity::Distance, "distance", Kind::Length),
     (Quantity::Point, "point", Kind::Name),
-    (Quantity::ToJoint1, "to_q1", Kind::Angle),
-    (Quantity::ToJoint2, "to_q2", Kind::Angle),
-    (Quantity::ToJoint3, "to_q3", Kind::Angle),
-    (Quantity::Travel1, "s1", Kind::Length),
-    (Quantity::Travel2, "s2", Kind::Length),
-    (Quantity::Travel3, "s3", Kind::Length),
-    (Quantity::ToTravel1, "to_s1", Kind::Length),
-    (Quantity::ToTravel2, "to_s2", Kind::Length),
-    (Quantity::ToTravel3, "to_s3", Kind::Length),
+    (Quantity::ToJoint(Drive::Rotary, 0), "to_q1", Kind::Angle),
+    (Quantity::ToJoint(Drive::Rotary, 1), "to_q2", Kind::Angle),
+    (Quantity::ToJoint(Drive::Rotary, 2), "to_q3", Kind::Angle),
+    (Quantity::Joint(Drive::Linear, 0), "s1", Kind::Length),
+    (Quantity::Joint(Drive::Linear, 1), "s2", Kind::Length),
+    (Quantity::Joint(Drive::Linear, 2), "s3", Kind::Length),
+    (Quantity::ToJoint(Drive::Linear, 0), "to_s1", Kind::Length),
+    (Quantity::ToJoint(Drive::Linear, 1), "to_s2", Kind::Length),
+    (Quantity::ToJoint(Drive::Linear, 2), "to_s3", Kind::Length),
     (Quantity::Sigma, "sigma", Kind::Length),
     (Quantity::Sigma, "u", Kind::Length),
     (Quantity::Expanded, "u_k2", Kind::Length),
@@ -128,19 +120,13 @@ impl Quantity {
         [Self::X, Self::Y, Self::Z, Self::Height, Self::Distance];
 
     /// Joint angles, or travels of linear drives.
-    pub(crate) const fn joints(drive: Drive) -> [Self; 3] {
-        match drive {
-            Drive::Rotary => [Self::Joint1, Self::Joint2, Self::Joint3],
-            Drive::Linear => [Self::Travel1, Self::Travel2, Self::Travel3],
-        }
+    pub(crate) fn joints(drive: Drive) -> [Self; 3] {
+        [0, 1, 2].map(|joint| Self::Joint(drive, joint))
     }
 
     /// Joints of the pose at which a distance between two poses starts.
-    pub(crate) const fn to_joints(drive: Drive) -> [Self; 3] {
-        match drive {
-            Drive::Rotary => [Self::ToJoint1, Self::ToJoint2, Self::ToJoint3],
-            Drive::Linear => [Self::ToTravel1, Self::ToTravel2, Self::ToTravel3],
-        }
+    pub(crate) fn to_joints(drive: Drive) -> [Self; 3] {
+        [0, 1, 2].map(|joint| Self::ToJoint(drive, joint))
     }
 
     fn entry(self) -> (&'static str, Kind) {
@@ -163,10 +149,11 @@ impl Quantity {
     }
 
     /// The index of the joint.
-    pub(crate) fn joint(self) -> Option<usize> {
-        let of = |drive| [Self::joints(drive), Self::to_joints(drive)];
-        let mut all = [of(Drive::Rotary), of(Drive::Linear)].into_iter().flatten();
-        all.find_map(|joints| joints.iter().position(|own| *own == self))
+    pub(crate) const fn joint(self) -> Option<usize> {
+        match self {
+            Self::Joint(_, joint) | Self::ToJoint(_, joint) => Some(joint),
+            _ => None,
+        }
     }
 
     pub(crate) fn is_angle(self) -> bool {
@@ -273,7 +260,7 @@ fn words(name: &str) -> Vec<String> {
 
 /// The value of the option `--columns`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct ColumnMapping(Vec<Mapped>);
+pub struct ColumnMapping(pub(crate) Vec<Mapped>);
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Mapped {
@@ -287,14 +274,6 @@ const EXAMPLE: &str = "as q1_deg=A1,x_mm=X: before = what the column holds and i
                        column's name in the file";
 
 impl ColumnMapping {
-    pub(crate) fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
-    pub(crate) fn all(&self) -> &[Mapped] {
-        &self.0
-    }
-
     /// The quantity mapped to a column number (`place` counts from 0); `None` if one of the names is that number.
     pub(crate) fn of_place(&self, place: usize, names: &[String]) -> Option<ColumnName> {
         let number = (place + 1).to_string();
@@ -372,24 +351,28 @@ fn mapped(part: &str) -> Result<Mapped, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{ColumnMapping, ColumnName, Quantity, Unit};
+    use super::{ColumnMapping, ColumnName, Drive, Quantity, Unit};
 
     #[test]
     fn names_are_recognised_however_they_are_written() {
+        let (q, to) = (
+            Quantity::joints(Drive::Rotary),
+            Quantity::to_joints(Drive::Rotary),
+        );
         let known: [(&str, Quantity, Option<Unit>); 16] = [
-            ("q1_deg", Quantity::Joint1, Some(Unit::Degree)),
-            ("Q1", Quantity::Joint1, None),
-            ("q_2 (rad)", Quantity::Joint2, Some(Unit::Radian)),
-            ("q3 [°]", Quantity::Joint3, Some(Unit::Degree)),
-            ("Q3°", Quantity::Joint3, Some(Unit::Degree)),
+            ("q1_deg", q[0], Some(Unit::Degree)),
+            ("Q1", q[0], None),
+            ("q_2 (rad)", q[1], Some(Unit::Radian)),
+            ("q3 [°]", q[2], Some(Unit::Degree)),
+            ("Q3°", q[2], Some(Unit::Degree)),
             ("X [mm]", Quantity::X, Some(Unit::Millimetre)),
             ("y/cm", Quantity::Y, Some(Unit::Centimetre)),
             ("z_in", Quantity::Z, Some(Unit::Inch)),
             ("x_m", Quantity::X, Some(Unit::Metre)),
             ("x \u{b5}m", Quantity::X, Some(Unit::Micrometre)),
             ("x", Quantity::X, None),
-            ("To Q1 [deg]", Quantity::ToJoint1, Some(Unit::Degree)),
-            ("to_q2_rad", Quantity::ToJoint2, Some(Unit::Radian)),
+            ("To Q1 [deg]", to[0], Some(Unit::Degree)),
+            ("to_q2_rad", to[1], Some(Unit::Radian)),
             ("Height (mm)", Quantity::Height, Some(Unit::Millimetre)),
             ("Plane", Quantity::Plane, Some(Unit::Name)),
             ("distance", Quantity::Distance, None),

@@ -143,7 +143,7 @@ impl Convention {
 
     /// Converts joint angles (radians) or travels (mm) to the file's unit and direction.
     pub fn joints(&self, joints: &[f64; 3]) -> [f64; 3] {
-        let travel = self.unit_of(Quantity::Travel1);
+        let travel = self.unit_of(Quantity::X);
         let mut written = *joints;
         for (index, joint) in written.iter_mut().enumerate() {
             *joint = match (self.drive, self.joint_unit) {

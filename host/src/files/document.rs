@@ -3,7 +3,6 @@
 use crate::files::input::InputText;
 use crate::files::robot_file::{Record, RobotFile};
 use jiff::Timestamp;
-use jiff::tz::TimeZone;
 use serde::{Serialize, Serializer};
 use std::fmt::Write;
 
@@ -56,9 +55,7 @@ fn as_day<S: Serializer>(seconds: &u64, serializer: S) -> Result<S::Ok, S::Error
 fn day(seconds: u64) -> String {
     let seconds = i64::try_from(seconds).unwrap_or(i64::MAX);
     let written = Timestamp::from_second(seconds).unwrap_or(Timestamp::MAX);
-    let date = TimeZone::UTC.to_datetime(written);
-    let (year, month, day) = (date.year(), date.month(), date.day());
-    format!("{year:04}-{month:02}-{day:02}")
+    written.strftime("%F").to_string()
 }
 
 impl Document {

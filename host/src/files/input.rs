@@ -144,13 +144,12 @@ impl InputText {
         let letters = |from, to| text.get(from..to).map_or(0, |part| part.chars().count());
         let (left, width) = (letters(begin, span.start), letters(span.start, end).max(1));
         let margin = " ".repeat(line.to_string().len());
-        InputError::new(&self.name, cause)
-            .at_line(line)
-            .with_excerpt(format!(
-                "{margin} |\n{line} | {shown}\n{margin} | {:left$}{}",
-                "",
-                "^".repeat(width)
-            ))
+        let marks = format!("{:left$}{}", "", "^".repeat(width));
+        let excerpt = format!("{margin} |\n{line} | {shown}\n{margin} | {marks}");
+        InputError {
+            excerpt: Some(excerpt.into()),
+            ..InputError::new(&self.name, cause).at_line(line)
+        }
     }
 }
 
@@ -296,13 +295,6 @@ impl InputError {
     #[must_use]
     pub fn at_key(mut self, key: impl Into<String>) -> Self {
         self.place = Some(key.into().into());
-        self
-    }
-
-    /// Adds the faulty line as it stands in the file, with the place marked.
-    #[must_use]
-    pub(crate) fn with_excerpt(mut self, excerpt: String) -> Self {
-        self.excerpt = Some(excerpt.into());
         self
     }
 

@@ -221,17 +221,6 @@ pub struct Record {
 }
 
 impl Record {
-    /// All entries, each with its section and key in a robot file.
-    fn entries(&mut self) -> [(&'static str, &'static str, &mut Option<String>); 5] {
-        [
-            ("robot", "name", &mut self.name),
-            ("robot", "serial", &mut self.serial),
-            ("measurement", "operator", &mut self.operator),
-            ("measurement", "instrument", &mut self.instrument),
-            ("measurement", "date", &mut self.date),
-        ]
-    }
-
     /// The record without the measurement: that of a calibration does not apply to later measurements.
     #[must_use]
     pub fn of_the_robot(&self) -> Self {

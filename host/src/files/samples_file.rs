@@ -1,6 +1,5 @@
 //! The samples file: joint angles and the readings taken there, one row per pose.
 
-mod numbers;
 mod pairs;
 mod table;
 
@@ -102,8 +101,8 @@ pub struct Readings {
     pub joined: Option<Joined>,
     /// Whether the header states all three joint angles in degrees.
     pub in_degrees: bool,
-    /// The unit of all three coordinates in the header.
-    pub positions_in: PositionUnit,
+    /// The unit of all three coordinates in the header, if they have the same.
+    pub positions_in: Option<Unit>,
 }
 
 /// The readings at one pose.
@@ -128,17 +127,6 @@ pub enum ReadingFrom {
     Point(usize),
     /// The platform's position at these joint angles, radians.
     Pose([f64; 3]),
-}
-
-/// The unit of positions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum PositionUnit {
-    /// Millimetres.
-    Millimetre,
-    /// Metres.
-    Metre,
-    /// Centimetres, inches, micrometres, or different units.
-    Other,
 }
 
 impl Reading {
@@ -206,9 +194,9 @@ impl Readings {
         let table = Table::parse(input, &robot.convention, false)?;
         table.require(&Quantity::joints(robot.limits.drive()))?;
         table.require_readings()?;
-        let mut names = Names::default();
-        let rows = table.rows(|row| names.reading(row, row.joints(robot)?, robot))?;
-        Self::of_rows(&table, input, rows, names)
+        let mut file = Self::of_name(input.name());
+        let rows = table.rows(|row| file.reading(row, row.joints(robot)?, robot))?;
+        file.with_rows(&table, rows)
     }
 
     /// Reads complete positions in this convention, without checking joint limits.
@@ -223,25 +211,17 @@ impl Readings {
                 ..Reading::at(row.numbers(joints)?)
             })
         })?;
-        Self::of_rows(&table, input, rows, Names::default())
+        Self::of_name(input.name()).with_rows(&table, rows)
     }
 
-    fn of_rows(
-        table: &Table<'_>,
-        input: &InputText,
-        rows: Vec<Row<Reading>>,
-        names: Names,
-    ) -> Result<Self, InputError> {
-        check_blanks(input, table, &rows)?;
+    fn with_rows(self, table: &Table<'_>, rows: Vec<Row<Reading>>) -> Result<Self, InputError> {
+        check_blanks(table, &rows)?;
         let count = rows.len();
         let mut file = Self {
+            rows,
             in_degrees: table.unit_of(&Quantity::joints(Drive::Rotary)) == Some(Unit::Degree),
-            positions_in: match table.unit_of(&Quantity::COORDINATES) {
-                Some(Unit::Millimetre) => PositionUnit::Millimetre,
-                Some(Unit::Metre) => PositionUnit::Metre,
-                _ => PositionUnit::Other,
-            },
-            ..Self::named(input, rows, names)
+            positions_in: table.unit_of(&Quantity::COORDINATES),
+            ..self
         };
         file.keep_one_of_each();
         if let ([row], true) = (file.rows.as_slice(), count > 1) {
@@ -251,15 +231,6 @@ impl Readings {
                 .with_remedy("measure different poses, and write each into a row of its own"));
         }
         Ok(file)
-    }
-
-    fn named(input: &InputText, rows: Vec<Row<Reading>>, names: Names) -> Self {
-        Self {
-            rows,
-            planes: names.planes,
-            points: names.points,
-            ..Self::of_name(input.name())
-        }
     }
 
     /// An empty file, in millimetres and degrees.
@@ -272,7 +243,7 @@ impl Readings {
             copies: Vec::new(),
             joined: None,
             in_degrees: true,
-            positions_in: PositionUnit::Millimetre,
+            positions_in: Some(Unit::Millimetre),
         }
     }
 
@@ -405,21 +376,12 @@ impl Readings {
 }
 
 /// Refuses coordinates that are blank in only a few rows.
-fn check_blanks(
-    input: &InputText,
-    table: &Table<'_>,
-    rows: &[Row<Reading>],
-) -> Result<(), InputError> {
+fn check_blanks(table: &Table<'_>, rows: &[Row<Reading>]) -> Result<(), InputError> {
     let has = Quantity::COORDINATES.map(|quantity| table.has_any(&[quantity]));
-    let pattern = |row: &Row<Reading>| {
-        let blank = [0, 1, 2].map(|axis| has[axis] && row.value.position[axis].is_none());
-        let none = row.value.position.iter().all(Option::is_none);
-        let meant = !blank.contains(&true) || none;
-        (!meant).then_some(blank)
-    };
     let mut groups: BTreeMap<[bool; 3], (usize, u64)> = BTreeMap::new();
     for row in rows {
-        if let Some(blank) = pattern(row) {
+        let blank = [0, 1, 2].map(|axis| has[axis] && row.value.position[axis].is_none());
+        if blank.contains(&true) && blank != has {
             groups.entry(blank).or_insert((0, row.line)).0 += 1;
         }
     }
@@ -435,17 +397,10 @@ fn check_blanks(
         "fill it in or delete the row; blanks are meant where {LEAST_GROUP} rows and one in {ONE_IN} have the same \
          cells blank"
     );
-    Err(InputError::new(input.name(), cause)
+    Err(InputError::new(table.input.name(), cause)
         .at_line(*line)
         .at_column(column)
         .with_remedy(remedy))
-}
-
-/// Names of planes and points, in order of first use.
-#[derive(Default)]
-struct Names {
-    planes: Vec<String>,
-    points: Vec<String>,
 }
 
 /// The index of a name in a list, to which new names are added.
@@ -457,7 +412,7 @@ fn index_of(names: &mut Vec<String>, name: &str) -> usize {
     names.len() - 1
 }
 
-impl Names {
+impl Readings {
     /// The readings of a row with these joints.
     fn reading(
         &mut self,
@@ -500,42 +455,43 @@ impl Names {
         row: &TableRow<'_>,
         robot: &RobotFile,
     ) -> Result<Option<(ReadingFrom, f64)>, InputError> {
-        const REMEDY: &str = "a distance begins either at a point, whose name stands in the column point, or at \
-                              the pose of to_q1_deg,to_q2_deg,to_q3_deg";
+        const REMEDY: &str = "a distance begins either at a point, named in the column point, or at the pose of \
+                              to_q1_deg,to_q2_deg,to_q3_deg";
         let distance = row.optional(Quantity::Distance)?;
         let to_joints = Quantity::to_joints(robot.limits.drive());
         let point = row.text(Quantity::Point);
         let pose = to_joints.iter().any(|joint| row.text(*joint).is_some());
-        let (quantity, cause, remedy) = match (distance, point, pose) {
-            (None, None, false) => return Ok(None),
-            (Some(distance), Some(point), false) if distance > 0.0 => {
-                let point = index_of(&mut self.points, point);
-                return Ok(Some((ReadingFrom::Point(point), distance)));
+        let fault =
+            |quantity, cause: &str, remedy| Err(row.fault_of(quantity, cause).with_remedy(remedy));
+        let Some(distance) = distance else {
+            if point.is_none() && !pose {
+                return Ok(None);
             }
-            (Some(distance), None, true) if distance > 0.0 => {
-                let to = row.joints_in(to_joints, robot)?;
-                return Ok(Some((ReadingFrom::Pose(to), distance)));
-            }
-            (None, ..) => (
+            return fault(
                 Quantity::Distance,
-                "the row says where a distance begins and holds no distance".to_owned(),
+                "the row says where a distance begins and contains no distance",
                 "fill in distance_mm, or leave the cells of point and to_q1_deg… empty",
-            ),
-            (Some(distance), ..) if !(distance > 0.0) => (
+            );
+        };
+        if !(distance > 0.0) {
+            return fault(
                 Quantity::Distance,
-                format!("a distance of {distance} mm is not above 0"),
+                &format!("a distance of {distance} mm is not above 0"),
                 "check the number; a distance that was not measured has an empty cell",
-            ),
-            (_, Some(_), _) => {
+            );
+        }
+        let from = match (point, pose) {
+            (Some(point), false) => ReadingFrom::Point(index_of(&mut self.points, point)),
+            (None, true) => ReadingFrom::Pose(row.joints_in(to_joints, robot)?),
+            (Some(_), true) => {
                 let cause = "the distance begins both at a point and at a pose";
-                (Quantity::Point, cause.to_owned(), REMEDY)
+                return fault(Quantity::Point, cause, REMEDY);
             }
-            _ => {
-                let cause = "the distance begins nowhere";
-                (Quantity::Distance, cause.to_owned(), REMEDY)
+            (None, false) => {
+                return fault(Quantity::Distance, "the distance begins nowhere", REMEDY);
             }
         };
-        Err(row.fault_of(quantity, cause).with_remedy(remedy))
+        Ok(Some((from, distance)))
     }
 
     /// The kind of reading that an unmeasured row awaits: a distance if it states a start, a height if it names a
@@ -629,18 +585,18 @@ impl Planned {
         let table = Table::parse(input, &robot.convention, false)?;
         table.require(&Quantity::joints(robot.limits.drive()))?;
         table.require_units()?;
-        let mut names = Names::default();
+        let mut file = Readings::of_name(input.name());
         let mut unmeasured = Vec::new();
         let rows = table.rows(|row| {
             let mut readings = Quantity::READINGS.into_iter();
             if readings.any(|own| row.text(own).is_some()) {
-                return names.reading(row, row.joints(robot)?, robot);
+                return file.reading(row, row.joints(robot)?, robot);
             }
             unmeasured.push(row.line);
-            names.awaited(&table, row, robot)
+            file.awaited(&table, row, robot)
         })?;
         Ok(Self {
-            readings: Readings::named(input, rows, names),
+            readings: Readings { rows, ..file },
             unmeasured,
         })
     }

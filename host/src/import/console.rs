@@ -11,14 +11,16 @@ use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::{Reading, Readings, Row};
 use nalgebra::Vector3;
 
-/// The points of G33 with their directions from the centre, degrees: at the towers and opposite them.
-const TOWERS: [(&str, f64); 6] = [
-    ("x:", 210.0),
-    ("y:", 330.0),
-    ("z:", 90.0),
-    ("yz:", 30.0),
-    ("zx:", 150.0),
-    ("xy:", 270.0),
+/// The points of G33, with their directions, degrees, and distances from the centre relative to the radius: the centre,
+/// the towers, and the points opposite them.
+const POINTS: [(&str, f64, f64); 7] = [
+    ("c:", 0.0, 0.0),
+    ("x:", 210.0, 1.0),
+    ("y:", 330.0, 1.0),
+    ("z:", 90.0, 1.0),
+    ("yz:", 30.0, 1.0),
+    ("zx:", 150.0, 1.0),
+    ("xy:", 270.0, 1.0),
 ];
 /// Places closer than this are the same, mm.
 const SAME: f64 = 0.01;
@@ -95,8 +97,8 @@ fn all(imported: &Imported, text: &InputText) -> Result<Vec<Touch>, InputError> 
         } else if own.contains("Iteration") {
             // The following points were measured with other parameters.
             break;
-        } else if g33(own).is_some() {
-            of_g33.push((line, own));
+        } else if let Some(points) = g33(own) {
+            of_g33.extend(points.into_iter().map(|point| (line, point)));
         } else if let Some(at) = own.find("G1 ").or(own.find("G0 ")) {
             for word in own[at + 3..].split_whitespace() {
                 match word.split_at_checked(1) {
@@ -117,11 +119,9 @@ fn all(imported: &Imported, text: &InputText) -> Result<Vec<Touch>, InputError> 
             .at_line(*line)
             .with_remedy(remedy)
     })?;
-    for (line, own) in of_g33 {
-        for (direction, out, z) in g33(own).unwrap_or_default() {
-            let (sine, cosine) = f64::to_radians(direction).sin_cos();
-            touches.push((line, [out * radius * cosine, out * radius * sine, z]));
-        }
+    for (line, (direction, out, z)) in of_g33 {
+        let (sine, cosine) = f64::to_radians(direction).sin_cos();
+        touches.push((line, [out * radius * cosine, out * radius * sine, z]));
     }
     Ok(touches)
 }
@@ -142,18 +142,14 @@ fn klipper(text: &str) -> Option<[f64; 3]> {
 
 /// Direction, fraction of the radius, and height of each point in a line of G33's table.
 fn g33(line: &str) -> Option<Vec<(f64, f64, f64)>> {
-    let words = line.split('.').nth(1).map(|_| line.split_whitespace())?;
     let mut points = Vec::new();
-    for word in words {
+    for word in line.split_whitespace() {
         let word = word.trim_start_matches('.');
-        if let Some(z) = word.strip_prefix("c:") {
-            points.push((0.0, 0.0, first(z)?));
-        }
-        for (name, direction) in TOWERS {
+        for (name, direction, out) in POINTS {
             if let Some(z) = word.strip_prefix(name) {
-                points.push((direction, 1.0, first(z)?));
+                points.push((direction, out, first(z)?));
             }
         }
     }
-    (points.len() >= 3).then_some(points)
+    (points.len() >= 3 && line.contains('.')).then_some(points)
 }

@@ -45,8 +45,11 @@ struct Word {
     values: Vec<f64>,
 }
 
-/// The command of a line and its words, after any prefix that a controller or a terminal prints.
-fn command(line: &str) -> Option<(&'static str, Vec<&str>)> {
+/// A word of a command with its numbers; none if they cannot be read.
+type Assigned = ((&'static str, char), Vec<f64>);
+
+/// The words of M665 or M666 in a line, after any prefix that a controller or a terminal prints.
+fn command(line: &str) -> Option<Vec<Assigned>> {
     let own = line.split([';', '(']).next().unwrap_or_default();
     let mut words = own.split_whitespace();
     loop {
@@ -54,7 +57,15 @@ fn command(line: &str) -> Option<(&'static str, Vec<&str>)> {
         let bare = word.rsplit([':', '>']).next().unwrap_or_default();
         let mut known = [M665, M666].into_iter();
         if let Some(command) = known.find(|known| bare.eq_ignore_ascii_case(known)) {
-            return Some((command, words.collect()));
+            let assigned = words.map(|word| {
+                let letter = word.chars().next().unwrap_or_default();
+                let numbers = word.get(1..).unwrap_or_default().split(':');
+                let values: Option<Vec<f64>> = numbers.map(|own| own.parse().ok()).collect();
+                let values = values.filter(|_| letter.is_ascii_alphabetic());
+                let key = (command, letter.to_ascii_uppercase());
+                (key, values.unwrap_or_default())
+            });
+            return Some(assigned.collect());
         }
         let printed = word.ends_with([':', '>', ']', '<'])
             || word.starts_with(|own: char| own.is_ascii_digit());
@@ -64,8 +75,8 @@ fn command(line: &str) -> Option<(&'static str, Vec<&str>)> {
     }
 }
 
-/// Command, words and numbers of a constant in `Configuration.h`.
-fn constant(line: &str) -> Option<(&'static str, &'static str, Vec<f64>)> {
+/// The words that a constant of `Configuration.h` states.
+fn constant(line: &str) -> Option<Vec<Assigned>> {
     let own = line.trim_start().strip_prefix("#define ")?;
     let own = own.split("//").next().unwrap_or_default().trim();
     let (name, value) = own.split_once(char::is_whitespace)?;
@@ -73,58 +84,40 @@ fn constant(line: &str) -> Option<(&'static str, &'static str, Vec<f64>)> {
     let numbers = value.split(|own: char| "{}(), \t".contains(own));
     let numbers = numbers.filter(|own| !own.is_empty());
     let values: Option<Vec<f64>> = numbers.map(|own| own.parse().ok()).collect();
-    Some((command, letters, values.unwrap_or_default()))
+    let values = values.unwrap_or_default();
+    let assigned = letters.chars().enumerate().map(|(index, letter)| {
+        let own = match letters.len() {
+            1 => values.clone(),
+            _ => values.get(index).copied().into_iter().collect(),
+        };
+        ((command, letter), own)
+    });
+    Some(assigned.collect())
 }
 
 impl Words {
     fn read(name: &str, inputs: &[InputText]) -> Result<Self, InputError> {
-        let mut words = Self {
-            name: name.to_owned(),
-            values: BTreeMap::new(),
-        };
+        let mut all = BTreeMap::new();
         for input in inputs {
             for (line, own) in (1..).zip(input.text().lines()) {
-                if let Some((command, of_command)) = command(own) {
-                    for word in of_command {
-                        let letter = word.chars().next().unwrap_or_default();
-                        let numbers = word.get(1..).unwrap_or_default().split(':');
-                        let values: Option<Vec<f64>> =
-                            numbers.map(|own| own.parse().ok()).collect();
-                        let values = values.filter(|_| letter.is_ascii_alphabetic());
-                        let key = (command, letter.to_ascii_uppercase());
-                        words.insert(input, line, key, values.unwrap_or_default())?;
+                let assigned = command(own).or_else(|| constant(own));
+                for (key, values) in assigned.unwrap_or_default() {
+                    if values.is_empty() || !values.iter().all(|own| own.is_finite()) {
+                        let cause = "a word is not a letter with a finite number";
+                        return Err(InputError::new(input.name(), cause)
+                            .at_key(key.0)
+                            .at_line(line)
+                            .with_remedy(CORRECT));
                     }
-                } else if let Some((command, letters, values)) = constant(own) {
-                    for (index, letter) in letters.chars().enumerate() {
-                        let values = match letters.len() {
-                            1 => values.clone(),
-                            _ => values.get(index).copied().into_iter().collect(),
-                        };
-                        words.insert(input, line, (command, letter), values)?;
-                    }
+                    let file = input.name().to_owned();
+                    all.insert(key, Word { file, line, values });
                 }
             }
         }
-        Ok(words)
-    }
-
-    fn insert(
-        &mut self,
-        input: &InputText,
-        line: u64,
-        key: (&'static str, char),
-        values: Vec<f64>,
-    ) -> Result<(), InputError> {
-        if values.is_empty() || !values.iter().all(|own| own.is_finite()) {
-            let cause = "a word is not a letter with a finite number";
-            return Err(InputError::new(&self.name, cause)
-                .at_key(key.0)
-                .at_line(line)
-                .with_remedy(CORRECT));
-        }
-        let file = input.name().to_owned();
-        self.values.insert(key, Word { file, line, values });
-        Ok(())
+        Ok(Self {
+            name: name.to_owned(),
+            values: all,
+        })
     }
 
     /// A fault of a word of M665, with its line if it exists.

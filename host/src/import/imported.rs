@@ -14,7 +14,7 @@ use delta_cal::{Robot, Tolerance};
 use nalgebra::Vector3;
 
 /// Where the towers of a printer usually stand, degrees.
-pub(super) const USUAL_TOWERS: [f64; 3] = [210.0, 330.0, 90.0];
+pub(crate) const USUAL_TOWERS: [f64; 3] = [210.0, 330.0, 90.0];
 /// The assumed upper joint limit of rotary arms, degrees: Klipper states none.
 const LOWEST_ARM: f64 = 90.0;
 /// σ of the bed, which is level at z = 0: mm and degrees.
@@ -33,8 +33,8 @@ const SHOULDERS: f64 = 20.0;
 /// The plane of the probe's heights if others were measured by hand, and σ of the probe's offset, mm.
 pub(super) const PROBE: &str = "probe";
 const PROBE_OFFSET: f64 = 0.3;
-/// σ of a caliper on a printed part, mm, and the directions in which the part is taken to lie, degrees.
-const CALIPER: f64 = 0.1;
+/// σ of a calliper on a printed part, mm, and the directions in which the part is taken to lie, degrees.
+const CALLIPER: f64 = 0.1;
 const DIRECTIONS: [f64; 3] = [0.0, 60.0, 120.0];
 /// As-made rods have lengths that are multiples of this, mm.
 const ROUND: f64 = 0.1;
@@ -309,7 +309,7 @@ impl Imported {
                 value: Reading {
                     distance: Some((ReadingFrom::Pose(from), came_out / (1.0 - shrinkage))),
                     // One measurement is used for all directions.
-                    sigma: Some(CALIPER * (DIRECTIONS.len() as f64).sqrt()),
+                    sigma: Some(CALLIPER * (DIRECTIONS.len() as f64).sqrt()),
                     ..Reading::at(to)
                 },
             });

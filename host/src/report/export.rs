@@ -1,11 +1,11 @@
 //! The report of an export: the target's lines below a summary, and JSON.
 
+use crate::export::Export;
 use crate::export::geometry::Frame;
 use crate::export::positions::Loss;
 use crate::export::target::{Content, Entry};
-use crate::export::{Export, Node, Table};
 use crate::render::terminal::wrapped;
-use crate::text::millimetres;
+use crate::text::small;
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -104,9 +104,9 @@ fn verdict(export: &Export) -> String {
         format!("Loss: less than {NOTHING} mm.")
     } else {
         format!(
-            "Loss: {} rms, {} worst, at x = {:.1}, y = {:.1}, z = {:.1} mm.",
-            millimetres(loss.rms),
-            millimetres(loss.worst),
+            "Loss: {} mm rms, {} mm worst, at x = {:.1}, y = {:.1}, z = {:.1} mm.",
+            small(loss.rms),
+            small(loss.worst),
             loss.at.x,
             loss.at.y,
             loss.at.z
@@ -202,7 +202,7 @@ pub struct Report<'a> {
     robot: &'a str,
     nominal: Option<&'a str>,
     fitted_parameters: Option<usize>,
-    table: Option<TableReport>,
+    table: Option<TableReport<'a>>,
     parameters: &'a [Entry],
     frame: Option<Motion>,
     loss: Loss,
@@ -222,37 +222,15 @@ struct Motion {
 }
 
 #[derive(Debug, Serialize)]
-struct TableReport {
+struct TableReport<'a> {
     unit: &'static str,
     origin_mm: [f64; 3],
     spacing_mm: f64,
     nodes_along_xyz: [usize; 3],
     fastest: &'static str,
     corrections: Vec<Option<[f64; 3]>>,
-    extrapolated: Vec<usize>,
+    extrapolated: &'a [usize],
     at_cell_centres: Loss,
-}
-
-impl TableReport {
-    fn of(table: &Table) -> Self {
-        let nodes = table.nodes.iter();
-        let extrapolated = nodes
-            .clone()
-            .zip(0..)
-            .filter_map(|(node, index)| matches!(node, Node::Extrapolated(_)).then_some(index));
-        Self {
-            unit: "mm",
-            origin_mm: table.origin.into(),
-            spacing_mm: table.spacing,
-            nodes_along_xyz: table.counts,
-            fastest: "z",
-            extrapolated: extrapolated.collect(),
-            corrections: nodes
-                .map(|node| node.correction().map(Into::into))
-                .collect(),
-            at_cell_centres: table.centres,
-        }
-    }
 }
 
 impl<'a> Report<'a> {
@@ -268,7 +246,20 @@ impl<'a> Report<'a> {
                 Content::Fitted { holds, .. } => Some(holds.count()),
                 Content::Everything | Content::Corrections => None,
             },
-            table: export.table.as_ref().map(TableReport::of),
+            table: export.table.as_ref().map(|table| TableReport {
+                unit: "mm",
+                origin_mm: table.origin.into(),
+                spacing_mm: table.spacing,
+                nodes_along_xyz: table.counts,
+                fastest: "z",
+                corrections: table
+                    .corrections
+                    .iter()
+                    .map(|own| own.map(Into::into))
+                    .collect(),
+                extrapolated: &table.extrapolated,
+                at_cell_centres: table.centres,
+            }),
             parameters: &export.written.entries,
             frame: export.frame.map(|frame| Motion {
                 shift_mm: frame.shift.into(),

@@ -212,8 +212,8 @@ const RADII: &str = r#"
     [nominal] ⇒ [nominal]\nkind = "delta" ⇒ robot.toml:2: unknown variant `delta` | `linear`
     ⇒ [colour] ⇒ robot.toml:10: unknown field `colour`
     ⇒ [planes.table]\nz_mm = -560 ⇒ robot.toml:10: missing field `sigma_mm`
-    ⇒ [noise]\nposition_mm = 1 ⇒ robot.toml:10: this robot's joint noise is joint_deg
-    ⇒ [points.a]\nx_mm = 1 ⇒ robot.toml:10: a known place needs all of | sigma_mm
+    ⇒ [noise]\nposition_mm = 1 ⇒ robot.toml:10: missing field `joint_deg`
+    ⇒ [points.a]\nx_mm = 1 ⇒ robot.toml:10: missing field `y_mm`
     ⇒ [points.a]\noffset = "known" ⇒ robot.toml:11: unknown variant `known` | `unknown`
     ⇒ [robot]\nname = "" ⇒ robot.toml:11: expected one line of text
     = 480 ⇒ = "480" ⇒ robot.toml:5: invalid type: string "480", expected a number

@@ -1,6 +1,6 @@
 //! Faults of a samples file as a whole, and how to undo them.
 
-use crate::files::samples_file::PositionUnit;
+use crate::files::columns::Unit;
 use crate::fit::Frame;
 use delta_cal::{Robot, Sample};
 use nalgebra::Vector3;
@@ -114,7 +114,7 @@ fn axes() -> impl Iterator<Item = Fault> {
 
 /// Every fault tested, kind by kind. The sensor's frame is found anyway, so its rotations are no faults, nor are cyclic
 /// exchanges, which are rotations by a Delta's threefold symmetry.
-pub(super) fn faults(frame: Frame, positions_in: PositionUnit) -> Vec<Vec<Fault>> {
+pub(super) fn faults(frame: Frame, positions_in: Option<Unit>) -> Vec<Vec<Fault>> {
     let mut orders: Vec<_> = EXCHANGED.map(Fault::Order).to_vec();
     let reversed = subsets().map(Fault::Reversed).collect();
     let angles = [true, false].into_iter();
@@ -122,9 +122,9 @@ pub(super) fn faults(frame: Frame, positions_in: PositionUnit) -> Vec<Vec<Fault>
         .flat_map(|radians| subsets().map(move |columns| Fault::Angles(columns, radians)))
         .collect();
     let lengths = match positions_in {
-        PositionUnit::Millimetre => MILLIMETRES.map(Fault::Length).to_vec(),
-        PositionUnit::Metre => METRES.map(Fault::Length).to_vec(),
-        PositionUnit::Other => Vec::new(),
+        Some(Unit::Millimetre) => MILLIMETRES.map(Fault::Length).to_vec(),
+        Some(Unit::Metre) => METRES.map(Fault::Length).to_vec(),
+        _ => Vec::new(),
     };
     let arms = vec![Fault::Arms(0, 1), Fault::Arms(0, 2), Fault::Arms(1, 2)];
     let (axes, elsewhere) = match frame {

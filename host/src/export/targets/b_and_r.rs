@@ -1,7 +1,7 @@
 //! B&R mapp Motion.
 
 use crate::export::error::ExportError;
-use crate::export::geometry::{Each, Holds};
+use crate::export::geometry::{ARMS, Each, Holds};
 use crate::export::target::{AXES, Content, Entry, Fitted, Target, Written, decimals};
 use crate::files::convention::Vertical;
 use delta_cal::robot::Drive;
@@ -14,13 +14,9 @@ pub(crate) const B_AND_R: Target = Target {
     drive: Some(Drive::Rotary),
     content: Content::Fitted {
         holds: Holds {
-            fixed_azimuths: None,
             radii: Each::Arm,
-            heights: Each::Arm,
             from_base_plane: true,
-            upper: Each::Arm,
-            lower: Each::Arm,
-            zeros: Each::Arm,
+            ..ARMS
         },
         write,
     },

@@ -1,7 +1,7 @@
 //! Klipper.
 
 use crate::export::error::ExportError;
-use crate::export::geometry::{Each, Holds, Shape, TOWERS};
+use crate::export::geometry::{ARMS, Each, Holds, Shape, TOWERS};
 use crate::export::target::{Content, Entry, Fitted, Target, Written};
 use delta_cal::ArmIndex;
 use delta_cal::robot::Drive;
@@ -14,13 +14,8 @@ pub(crate) const ROTARY: Target = Target {
     drive: Some(Drive::Rotary),
     content: Content::Fitted {
         holds: Holds {
-            fixed_azimuths: None,
-            radii: Each::Shared,
             heights: Each::Shared,
-            from_base_plane: false,
-            upper: Each::Arm,
-            lower: Each::Arm,
-            zeros: Each::Arm,
+            ..ARMS
         },
         write: rotary,
     },

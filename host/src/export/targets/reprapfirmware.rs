@@ -1,7 +1,7 @@
 //! RepRapFirmware.
 
 use crate::export::error::ExportError;
-use crate::export::geometry::{Each, Holds, Shape, TOWERS, within_half_turn};
+use crate::export::geometry::{ARMS, Shape, TOWERS, within_half_turn};
 use crate::export::target::{AXES, Content, Entry, Fitted, Target, Written, decimals, words};
 use delta_cal::robot::Drive;
 use std::f64::consts::FRAC_PI_2;
@@ -12,15 +12,7 @@ pub(crate) const ROTARY: Target = Target {
     title: "RepRapFirmware M669 K10",
     drive: Some(Drive::Rotary),
     content: Content::Fitted {
-        holds: Holds {
-            fixed_azimuths: None,
-            radii: Each::Shared,
-            heights: Each::Arm,
-            from_base_plane: false,
-            upper: Each::Arm,
-            lower: Each::Arm,
-            zeros: Each::Arm,
-        },
+        holds: ARMS,
         write: rotary,
     },
     comment: ";",

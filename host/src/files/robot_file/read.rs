@@ -114,27 +114,23 @@ fn drive(nominal: Option<&Section<'_>>, arms: &[Section<'_>]) -> Result<Drive, I
 }
 
 fn convention(file: &Section<'_>, drive: Drive) -> Result<Convention, InputError> {
-    let of_motors @ [positive, unit, per_degree] =
-        ["joint_positive", "joint_unit", "counts_per_deg"];
     let usual = Convention::usual(drive);
-    let keys = "joint_positive z_axis joint_unit counts_per_deg length_unit";
+    let keys = match drive {
+        Drive::Rotary => "joint_positive z_axis joint_unit counts_per_deg length_unit",
+        Drive::Linear => "z_axis length_unit",
+    };
     let Some(own) = file.section("convention", keys)? else {
         return Ok(usual);
     };
-    if drive == Drive::Linear && of_motors.iter().any(|key| own.has(key)) {
-        let cause = "joint_positive, joint_unit and counts_per_deg are for motors that turn arms";
-        return Err(own.fault(cause));
-    }
-    let counts = own.optional(per_degree)?.map(|OneOrThree(own)| own);
+    let counts = own
+        .optional("counts_per_deg")?
+        .map(|OneOrThree(own): OneOrThree<f64>| own);
     if counts.is_some_and(|counts| counts.contains(&0.0)) {
         return Err(own.fault("counts_per_deg must not be 0"));
     }
-    let joint_unit = match (own.choice(unit, &JointUnit::WORDS)?, counts) {
+    let joint_unit = match (own.choice("joint_unit", &JointUnit::WORDS)?, counts) {
         (None | Some(JointUnit::Counts(_)), Some(counts)) => Some(JointUnit::Counts(counts)),
-        (Some(JointUnit::Counts(_)), None) => {
-            let cause = "joint_unit = \"counts\" needs counts_per_deg, one number or three";
-            return Err(own.fault(cause));
-        }
+        (Some(JointUnit::Counts(_)), None) => return Err(own.missing("counts_per_deg")),
         (Some(_), Some(_)) => {
             return Err(own.fault("counts_per_deg needs joint_unit = \"counts\""));
         }
@@ -143,7 +139,7 @@ fn convention(file: &Section<'_>, drive: Drive) -> Result<Convention, InputError
     let direction = |key, usual| Ok(own.choice(key, &Vertical::WORDS)?.unwrap_or(usual));
     Ok(Convention {
         drive,
-        joint_positive: direction(positive, usual.joint_positive)?,
+        joint_positive: direction("joint_positive", usual.joint_positive)?,
         z_axis: direction("z_axis", usual.z_axis)?,
         joint_unit,
         length_unit: own.choice("length_unit", &LENGTH_UNITS)?,
@@ -367,11 +363,9 @@ fn noise(
     drive: Drive,
     facts: &mut InstrumentFacts,
 ) -> Result<Option<Noise<f64>>, InputError> {
-    let Some(own) = file.section(
-        "noise",
-        "position_mm height_mm distance_mm distance_scale joint_deg joint_mm",
-    )?
-    else {
+    let key = joint::key("joint", drive);
+    let keys = format!("position_mm height_mm distance_mm distance_scale {key}");
+    let Some(own) = file.section("noise", &keys)? else {
         return Ok(None);
     };
     let position = own.optional("position_mm")?;
@@ -379,14 +373,10 @@ fn noise(
     facts.height_noise = own.optional_positive("height_mm")?;
     facts.distance_noise = own.optional_positive("distance_mm")?;
     facts.distance_scale = own.optional_positive("distance_scale")?;
-    let (degrees, travel) = (own.optional("joint_deg")?, own.optional("joint_mm")?);
-    let joint = match (drive, degrees, travel) {
-        (Drive::Rotary, Some(degrees), None) => f64::to_radians(degrees),
-        (Drive::Linear, None, Some(travel)) => travel,
-        (drive, ..) => {
-            let key = joint::key("joint", drive);
-            return Err(own.fault(format!("this robot's joint noise is {key}")));
-        }
+    let joint = own.number(&key)?;
+    let joint = match drive {
+        Drive::Rotary => joint.to_radians(),
+        Drive::Linear => joint,
     };
     // Joint noise is checked in either case.
     let noise = Noise::by_axis(position.unwrap_or([1.0; 3]), joint);
@@ -423,14 +413,10 @@ fn instruments(file: &Section<'_>, convention: &Convention) -> Result<Instrument
     }
     for (name, own) in file.named("points", "x_mm y_mm z_mm sigma_mm offset length_mm")? {
         let place = ["x_mm", "y_mm", "z_mm", "sigma_mm"];
-        let stated = place.iter().filter(|key| own.has(key)).count();
-        let place = match stated {
-            0 => None,
-            4 => Some((vector(&own, convention)?, own.positive("sigma_mm")?)),
-            _ => {
-                let cause = "a known place needs all of x_mm, y_mm, z_mm and sigma_mm";
-                return Err(own.fault(cause));
-            }
+        let place = if place.iter().any(|key| own.has(key)) {
+            Some((vector(&own, convention)?, own.positive("sigma_mm")?))
+        } else {
+            None
         };
         facts.points.push(NamedPoint {
             name,
@@ -495,15 +481,15 @@ fn sensor_frame(
 fn record(file: &Section<'_>) -> Result<Record, InputError> {
     let robot = file.section("robot", "name serial")?;
     let measurement = file.section("measurement", "operator instrument date")?;
-    let mut record = Record::default();
-    for (section, key, value) in record.entries() {
-        let own = match section {
-            "robot" => &robot,
-            _ => &measurement,
-        };
-        if let Some(own) = own {
-            *value = own.optional(key)?;
-        }
-    }
-    Ok(record)
+    let text = |section: &Option<Section<'_>>, key| match section {
+        Some(own) => own.optional(key),
+        None => Ok(None),
+    };
+    Ok(Record {
+        name: text(&robot, "name")?,
+        serial: text(&robot, "serial")?,
+        operator: text(&measurement, "operator")?,
+        instrument: text(&measurement, "instrument")?,
+        date: text(&measurement, "date")?,
+    })
 }

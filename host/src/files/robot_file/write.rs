@@ -17,20 +17,14 @@ impl RobotFile {
             // TOML forbids control characters in comments, but file names may contain any.
             let _ = writeln!(file.text, "# {}", line.replace(char::is_control, "?"));
         }
-        for section in ["robot", "measurement"] {
-            file.section(format!("[{section}]"));
-            for (_, key, value) in self
-                .record
-                .clone()
-                .entries()
-                .into_iter()
-                .filter(|own| own.0 == section)
-            {
-                if let Some(text) = value {
-                    file.verbatim(key, toml::Value::from(text.as_str()));
-                }
-            }
-        }
+        let own = &self.record;
+        file.section("[robot]");
+        file.text("name", own.name.as_ref());
+        file.text("serial", own.serial.as_ref());
+        file.section("[measurement]");
+        file.text("operator", own.operator.as_ref());
+        file.text("instrument", own.instrument.as_ref());
+        file.text("date", own.date.as_ref());
         self.write_convention(&mut file);
         self.write_arms(&mut file);
         file.section("[platform]");
@@ -67,25 +61,18 @@ impl RobotFile {
             "# The arms' parameters below are in the axes of the program: z up, positive joints down.\n[convention]",
         );
         if own.drive == Drive::Rotary {
-            file.entry(
-                "joint_positive",
-                word(&Vertical::WORDS, |way| *way == own.joint_positive),
-            );
+            file.entry("joint_positive", word(&Vertical::WORDS, own.joint_positive));
         }
-        file.entry("z_axis", word(&Vertical::WORDS, |way| *way == own.z_axis));
-        let same = |stated: JointUnit| {
-            move |unit: &JointUnit| std::mem::discriminant(unit) == std::mem::discriminant(&stated)
-        };
-        let unit = own
-            .joint_unit
-            .map(|stated| word(&JointUnit::WORDS, same(stated)));
+        file.entry("z_axis", word(&Vertical::WORDS, own.z_axis));
+        let unit = own.joint_unit.map(|unit| match unit {
+            JointUnit::Counts(_) => "counts",
+            unit => word(&JointUnit::WORDS, unit),
+        });
         file.optional("joint_unit", unit);
         if let Some(JointUnit::Counts(counts)) = own.joint_unit {
             file.entry("counts_per_deg", counts);
         }
-        let unit = own
-            .length_unit
-            .map(|stated| word(&LENGTH_UNITS, |unit| *unit == stated));
+        let unit = own.length_unit.map(|unit| word(&LENGTH_UNITS, unit));
         file.optional("length_unit", unit);
     }
 
@@ -194,10 +181,10 @@ impl RobotFile {
 }
 
 /// The word for one of several values in a robot file.
-fn word<T>(words: &[(&'static str, T)], own: impl Fn(&T) -> bool) -> &'static str {
+fn word<T: PartialEq + Copy>(words: &[(&'static str, T)], own: T) -> &'static str {
     let mut words = words.iter();
     words
-        .find(|(_, value)| own(value))
+        .find(|(_, value)| *value == own)
         .map_or("", |(word, _)| word)
 }
 
@@ -241,6 +228,12 @@ impl File {
     fn optional(&mut self, key: &str, value: Option<impl Debug>) {
         if let Some(value) = value {
             self.entry(key, value);
+        }
+    }
+
+    fn text(&mut self, key: &str, text: Option<&String>) {
+        if let Some(text) = text {
+            self.verbatim(key, toml::Value::from(text.as_str()));
         }
     }
 

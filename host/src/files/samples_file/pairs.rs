@@ -1,14 +1,13 @@
 //! Joints in one file and readings in another, as a controller and an instrument write them.
 
 use super::table::Table;
-use super::{Names, Readings, Row};
+use super::{Readings, Row};
 use crate::files::columns::{Quantity, Unit};
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
 use crate::text::count;
 use delta_cal::robot::Drive;
-use jiff::civil::{DateTime, Time};
-use jiff::tz::TimeZone;
+use jiff::civil::{DateTime, Time, date};
 use serde::Serialize;
 use std::collections::{HashMap, HashSet};
 
@@ -48,28 +47,27 @@ impl Readings {
         let joints_of = Quantity::joints(robot.limits.drive());
         let first = Table::parse(one, &robot.convention, true)?;
         let second = Table::parse(other, &robot.convention, true)?;
-        let mut mapped = one.columns().all().iter().map(|own| &own.column);
+        let mut mapped = one.columns().0.iter().map(|own| &own.column);
         if let Some(column) = mapped.find(|own| !(first.has_name(own) || second.has_name(own))) {
             let cause = "neither file has this column, which --columns names";
             return Err(InputError::new(other.name(), cause).at_column(column));
         }
-        let (joints, joints_text, measured, text) =
-            if first.has_any(&joints_of) || !second.has_any(&joints_of) {
-                (first, one, second, other)
-            } else {
-                (second, other, first, one)
-            };
+        let (joints, measured) = if first.has_any(&joints_of) || !second.has_any(&joints_of) {
+            (first, second)
+        } else {
+            (second, first)
+        };
         joints.require(&joints_of)?;
         measured.require_readings()?;
         let poses = joints.rows(|row| row.joints(robot))?;
-        let mut names = Names::default();
-        let mut rows = measured.rows(|row| names.reading(row, [0.0; 3], robot))?;
+        let mut file = Self::of_name(measured.input.name());
+        let mut rows = measured.rows(|row| file.reading(row, [0.0; 3], robot))?;
         let keys = keys(&joints, &measured)?;
         let by = chosen(&keys);
         let pairs = match by {
             Some(key) if key.is_time() => by_time(key),
-            Some(key) => by_name(key, &poses, joints_text)?,
-            None => by_order(&poses, &rows, joints_text, text)?,
+            Some(key) => by_name(key, &poses, &joints)?,
+            None => by_order(&poses, &rows, &joints, &measured)?,
         };
         let mut used = vec![false; poses.len()];
         for (row, pair) in rows.iter_mut().zip(pairs) {
@@ -77,8 +75,8 @@ impl Readings {
                 pair.and_then(|own| Some((poses.get(own)?, used.get_mut(own)?)))
             else {
                 let of = by.map_or("", |key| key.name.as_str());
-                let cause = format!("no row of {} has this {of}", joints_text.name());
-                return Err(InputError::new(text.name(), cause)
+                let cause = format!("no row of {} has this {of}", joints.input.name());
+                return Err(InputError::new(measured.input.name(), cause)
                     .at_line(row.line)
                     .with_remedy("add the joints of this pose, or delete the row"));
             };
@@ -86,14 +84,14 @@ impl Readings {
             row.value.joints = pose.value;
         }
         let joined = Joined {
-            joints_file: joints_text.name().to_owned(),
+            joints_file: joints.input.name().to_owned(),
             by: by.map(|key| key.name.clone()),
             unused: used.iter().filter(|used| !**used).count(),
         };
         Ok(Self {
             in_degrees: joints.unit_of(&Quantity::joints(Drive::Rotary)) == Some(Unit::Degree),
             joined: Some(joined),
-            ..Self::of_rows(&measured, text, rows, names)?
+            ..file.with_rows(&measured, rows)?
         })
     }
 }
@@ -158,22 +156,21 @@ fn seconds(cell: &str) -> Option<f64> {
     if let Ok(number) = cell.replace(',', ".").parse() {
         return Some(number);
     }
-    if let Ok(time) = cell.parse::<Time>() {
-        let whole = i32::from(time.hour()) * 3600
-            + i32::from(time.minute()) * 60
-            + i32::from(time.second());
-        return Some(f64::from(whole) + f64::from(time.subsec_nanosecond()) * 1e-9);
-    }
-    let date: DateTime = cell.parse().ok()?;
-    let at = TimeZone::UTC.to_timestamp(date).ok()?;
-    Some(at.as_duration().as_secs_f64())
+    let since = match cell.parse::<Time>() {
+        Ok(time) => time.duration_since(Time::midnight()),
+        Err(_) => cell
+            .parse::<DateTime>()
+            .ok()?
+            .duration_since(date(1970, 1, 1).at(0, 0, 0, 0)),
+    };
+    Some(since.as_secs_f64())
 }
 
 /// For each measured row, the row of joints with the same name.
 fn by_name(
     key: &Key,
     poses: &[Row<[f64; 3]>],
-    joints: &InputText,
+    joints: &Table<'_>,
 ) -> Result<Vec<Option<usize>>, InputError> {
     let mut places: HashMap<String, usize> = HashMap::new();
     for (index, (cell, row)) in key.joints.iter().zip(poses).enumerate() {
@@ -183,7 +180,7 @@ fn by_name(
         {
             let line = other.line;
             let cause = format!("{cell} is also in line {line}, with other joints");
-            return Err(InputError::new(joints.name(), cause)
+            return Err(InputError::new(joints.input.name(), cause)
                 .at_line(row.line)
                 .at_column(&key.name)
                 .with_remedy("give each pose a name of its own"));
@@ -220,8 +217,8 @@ fn by_time(key: &Key) -> Vec<Option<usize>> {
 fn by_order<T>(
     poses: &[Row<[f64; 3]>],
     rows: &[Row<T>],
-    joints: &InputText,
-    measured: &InputText,
+    joints: &Table<'_>,
+    measured: &Table<'_>,
 ) -> Result<Vec<Option<usize>>, InputError> {
     if poses.len() == rows.len() {
         return Ok((0..rows.len()).map(Some).collect());
@@ -230,9 +227,9 @@ fn by_order<T>(
         "{} and {} of {} cannot be joined by their order, and the files have no column in common",
         count(rows.len(), "row"),
         count(poses.len(), "row"),
-        joints.name()
+        joints.input.name()
     );
-    Err(InputError::new(measured.name(), cause).with_remedy(
+    Err(InputError::new(measured.input.name(), cause).with_remedy(
         "give both a column of the same name that says which rows belong together: a point's name, a number or a time",
     ))
 }

@@ -1,14 +1,15 @@
 //! A table of named columns with units and any separator: header, rows and numbers.
 
 use super::Row;
-use super::numbers::{Fault, Numbers, possible};
 use crate::files::columns::{ColumnName, Quantity, Unit};
 use crate::files::convention::Convention;
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
-use crate::text::{count, list};
+use crate::text::{count, decimal_comma, list};
 use csv::{ReaderBuilder, StringRecord};
 use std::borrow::Cow;
+use std::cell::RefCell;
+use std::f64::consts::TAU;
 
 const KNOWN: &str = "the columns are q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm (or _rad, and _cm, _m, \
                      _um, _in), or in place of the last three height_mm,plane or \
@@ -30,15 +31,6 @@ const LEAST_COLUMNS: usize = 3;
 /// Lines above the header that are searched.
 const MOST_ABOVE: usize = 100;
 
-/// The role of a column.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Use {
-    Read(Column),
-    Ignored,
-    /// A column without a name; its cells must be empty.
-    Unnamed,
-}
-
 /// A column to read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Column {
@@ -52,21 +44,22 @@ struct Column {
 
 /// A table with a parsed header.
 pub(super) struct Table<'a> {
-    input: &'a InputText,
+    pub(super) input: &'a InputText,
     convention: &'a Convention,
     /// The header's line.
     line: u64,
     separator: char,
     names: Vec<String>,
-    uses: Vec<Use>,
-    /// Whether unknown columns are allowed because they belong to another file.
-    lenient: bool,
+    /// The columns to read.
+    columns: Vec<Column>,
+    /// Whether unknown columns are allowed: `--columns` names those to read, or they belong to another file.
+    others: bool,
 }
 
 /// One row of a table.
 pub(super) struct TableRow<'a> {
     table: &'a Table<'a>,
-    numbers: &'a Numbers,
+    numbers: &'a RefCell<Numbers>,
     pub(super) line: u64,
     record: &'a [Cow<'a, str>],
 }
@@ -78,13 +71,11 @@ impl<'a> Table<'a> {
         convention: &'a Convention,
         lenient: bool,
     ) -> Result<Self, InputError> {
-        let Some((line, header)) = header(input) else {
-            return Err(
-                InputError::new(input.name(), "the file is empty: it has no header")
-                    .at_line(1)
-                    .with_remedy(KNOWN),
-            );
-        };
+        let (line, header) = header(input).ok_or_else(|| {
+            InputError::new(input.name(), "the file is empty: it has no header")
+                .at_line(1)
+                .with_remedy(KNOWN)
+        })?;
         let (separator, _) = separated(input, header);
         let mut table = Self {
             input,
@@ -92,29 +83,32 @@ impl<'a> Table<'a> {
             line,
             separator,
             names: names(header, separator),
-            uses: Vec::new(),
-            lenient,
+            columns: Vec::new(),
+            others: lenient || !input.columns().0.is_empty(),
         };
         if !lenient {
             table.check_motive()?;
             table.check_mapping()?;
         }
         for (place, name) in table.names.iter().enumerate() {
-            let used = table.use_of(place, name)?;
-            if let Use::Read(column) = used
-                && let Some(other) = table.column(column.quantity)
-            {
+            let Some(own) = table.recognise(place, name)? else {
+                continue;
+            };
+            if let Some(other) = table.column(own.quantity) {
                 let other = &table.names[other.place];
                 let cause = format!("the column repeats column {other} before it");
                 return Err(table.fault(cause).at_column(name));
             }
-            table.uses.push(used);
+            table.columns.push(Column {
+                place,
+                quantity: own.quantity,
+                unit: own.unit.unwrap_or(convention.unit_of(own.quantity)),
+                stated: own.unit.is_some() || convention.states_unit_of(own.quantity),
+            });
         }
         // Without distances, a column `point` names the poses.
-        if table.column(Quantity::Distance).is_none()
-            && let Some(column) = table.column(Quantity::Point)
-        {
-            table.uses[column.place] = Use::Ignored;
+        if table.column(Quantity::Distance).is_none() {
+            table.columns.retain(|own| own.quantity != Quantity::Point);
         }
         Ok(table)
     }
@@ -139,7 +133,7 @@ impl<'a> Table<'a> {
 
     /// Every column in `--columns` must occur exactly once.
     fn check_mapping(&self) -> Result<(), InputError> {
-        for mapped in self.input.columns().all() {
+        for mapped in &self.input.columns().0 {
             let named = self.names.iter().filter(|name| **name == mapped.column);
             let number = mapped.column.parse::<usize>();
             let cause = match named.count() {
@@ -162,41 +156,30 @@ impl<'a> Table<'a> {
         Ok(())
     }
 
-    fn use_of(&self, place: usize, name: &str) -> Result<Use, InputError> {
+    /// What the column of this name contains; `None` if it is not read.
+    fn recognise(&self, place: usize, name: &str) -> Result<Option<ColumnName>, InputError> {
         let mapping = self.input.columns();
-        let read = |name: ColumnName| {
-            Use::Read(Column {
-                place,
-                quantity: name.quantity,
-                unit: name.unit.unwrap_or(self.convention.unit_of(name.quantity)),
-                stated: name.unit.is_some() || self.convention.states_unit_of(name.quantity),
-            })
-        };
         let numbered = mapping.of_place(place, &self.names);
         if let Some(mapped) = mapping.of_column(name).or(numbered) {
-            return Ok(read(mapped));
+            return Ok(Some(mapped));
         }
-        let others = self.lenient || !mapping.is_empty();
-        if name.is_empty() {
-            return Ok(if others { Use::Ignored } else { Use::Unnamed });
-        }
-        if name.starts_with(IGNORED) {
-            return Ok(Use::Ignored);
+        if name.is_empty() || name.starts_with(IGNORED) {
+            return Ok(None);
         }
         let (cause, remedy) = match ColumnName::recognise(name) {
-            Some(own) if !mapping.has(own.quantity) => return Ok(read(own)),
+            Some(own) if !mapping.has(own.quantity) => return Ok(Some(own)),
             _ if name.replace(',', ".").parse::<f64>().is_ok() => {
                 return Err(self.without_header());
             }
-            _ if others => return Ok(Use::Ignored),
+            _ if self.others => return Ok(None),
             _ if name.starts_with('[') => (
                 "this looks like a robot file, and a table of samples is needed here",
                 "give the robot file first and the table after it",
             ),
             _ => (
                 "unknown column",
-                "if the program is to ignore the column, write _ before its name; if \
-                 not, --columns says what it holds",
+                "if the program is to ignore the column, write _ before its name; if not, say with --columns what it \
+                 contains",
             ),
         };
         let fault = self.fault(cause).at_column(name);
@@ -226,10 +209,8 @@ impl<'a> Table<'a> {
     }
 
     fn column(&self, quantity: Quantity) -> Option<Column> {
-        self.uses.iter().find_map(|used| match used {
-            Use::Read(column) if column.quantity == quantity => Some(*column),
-            _ => None,
-        })
+        let mut columns = self.columns.iter();
+        columns.find(|own| own.quantity == quantity).copied()
     }
 
     /// Whether one of these quantities has a column.
@@ -253,10 +234,11 @@ impl<'a> Table<'a> {
 
     /// The names of columns that are not read.
     pub(super) fn unread(&self) -> impl Iterator<Item = &String> {
-        let named = self.names.iter().zip(&self.uses);
-        let unread = named.filter(|(_, used)| **used == Use::Ignored);
-        let unread = unread.map(|(name, _)| name);
-        unread.filter(|name| !name.starts_with(IGNORED))
+        let read = |place| self.columns.iter().any(|own| own.place == place);
+        let names = self.names.iter().enumerate();
+        let unread = names.filter(move |(place, _)| !read(*place));
+        let unread = unread.map(|(_, name)| name);
+        unread.filter(|name| !(name.is_empty() || name.starts_with(IGNORED)))
     }
 
     /// The common unit of these quantities.
@@ -308,15 +290,13 @@ impl<'a> Table<'a> {
     }
 
     fn without_unit(&self, column: Column, cause: &str) -> InputError {
-        let with_units = self.names.iter().zip(&self.uses);
-        let with_units = with_units.map(|(name, used)| match used {
-            Use::Read(column) => column.quantity.column(column.unit),
-            Use::Ignored | Use::Unnamed => name.clone(),
-        });
-        let wanted = with_units.collect::<Vec<_>>();
+        let with_unit = |own: &Column| own.quantity.column(own.unit);
+        let mut wanted = self.names.clone();
+        for own in &self.columns {
+            wanted[own.place] = with_unit(own);
+        }
         let wanted = wanted.join(&self.separator.to_string());
-        let name = &self.names[column.place];
-        let usual = column.quantity.column(column.unit);
+        let (name, usual) = (&self.names[column.place], with_unit(&column));
         self.fault(cause).at_column(name).with_remedy(format!(
             "write the units into the header, {wanted} if these are the units, or state them with \
              --columns, as --columns {usual}={name}"
@@ -336,7 +316,7 @@ impl<'a> Table<'a> {
         mut read: impl FnMut(&TableRow<'_>) -> Result<T, InputError>,
     ) -> Result<Vec<Row<T>>, InputError> {
         let mut rows = Vec::new();
-        let numbers = Numbers::default();
+        let numbers = RefCell::new(Numbers::default());
         self.each(|line, record| {
             self.check_length(line, record)?;
             let value = read(&TableRow {
@@ -353,21 +333,17 @@ impl<'a> Table<'a> {
                 .fault("the file has a header and no rows")
                 .with_remedy("add one row for each measured pose below the header"));
         }
+        let numbers = numbers.into_inner();
         if let Some((line, column, cause)) = numbers.doubtful_comma(self.separator) {
             return Err(InputError::new(self.input.name(), cause)
                 .at_line(line)
                 .at_column(&self.names[column])
-                .with_remedy(
-                    "write all numbers with a decimal point and without a separator of thousands",
-                ));
+                .with_remedy(PLAIN));
         }
-        let unstated = self.uses.iter().find_map(|used| match used {
-            Use::Read(column) if column.quantity.is_angle() && !column.stated => Some(*column),
-            _ => None,
-        });
-        match unstated {
-            Some(column) if !numbers.must_be_degrees() => Err(self.without_unit(
-                column,
+        let mut columns = self.columns.iter();
+        match columns.find(|own| own.quantity.is_angle() && !own.stated) {
+            Some(column) if numbers.angle <= TAU => Err(self.without_unit(
+                *column,
                 "its unit is not stated, and no angle is so large that it must be in degrees",
             )),
             _ => Ok(rows),
@@ -413,8 +389,8 @@ impl<'a> Table<'a> {
     fn check_length(&self, line: u64, record: &[Cow<'_, str>]) -> Result<(), InputError> {
         let (found, expected) = (record.len(), self.names.len());
         let named = |place: usize| {
-            let used = self.uses.get(place);
-            used.is_some_and(|used| *used != Use::Unnamed)
+            let name = self.names.get(place);
+            name.is_some_and(|name| self.others || !name.is_empty())
         };
         let fault = |cause: String| InputError::new(self.input.name(), cause).at_line(line);
         let other_length = || {
@@ -451,10 +427,9 @@ impl<'a> Table<'a> {
     /// The separator that a row seems to use instead of the header's, if it is obvious.
     fn separated_otherwise(&self, record: &[Cow<'_, str>]) -> Option<String> {
         let [line] = record else { return None };
-        let is_own = |(separator, _): &&(char, &str)| *separator == self.separator;
-        let (_, header) = SEPARATORS.iter().find(is_own)?;
-        let mut others = SEPARATORS.iter().filter(|own| !is_own(own));
-        let (_, row) = others.find(|(separator, _)| line.contains(*separator))?;
+        let named = |is: &dyn Fn(char) -> bool| SEPARATORS.iter().find(|(own, _)| is(*own));
+        let (_, header) = named(&|own| own == self.separator)?;
+        let (_, row) = named(&|own| own != self.separator && line.contains(own))?;
         Some(format!(
             "the fields of this row are separated by {row}, those of the header by {header}"
         ))
@@ -485,18 +460,18 @@ fn separated(input: &InputText, header: &str) -> (char, usize) {
     let known = |name: &&String| {
         input.columns().of_column(name).is_some() || ColumnName::recognise(name).is_some()
     };
-    let found = |separator| names(header, separator).iter().filter(known).count();
     let mut best = (',', 0);
     for (separator, _) in SEPARATORS {
-        let found = found(separator);
+        let found = names(header, separator).iter().filter(known).count();
         if found > best.1 {
             best = (separator, found);
         }
     }
     if best.1 == 0 {
-        let mut likely = [';', '\t', ',', ' '].into_iter();
-        best.0 = likely
-            .find(|own| names(header, *own).len() > 1)
+        let separates = |own: &char| names(header, *own).len() > 1;
+        best.0 = [';', '\t', ',', ' ']
+            .into_iter()
+            .find(separates)
             .unwrap_or(',');
     }
     best
@@ -595,9 +570,10 @@ impl TableRow<'_> {
 
     fn in_column(&self, column: Column, field: &str) -> Result<f64, Fault> {
         let Column { quantity, unit, .. } = column;
-        let value = self.numbers.read(self.line, column.place, field)?;
+        let mut numbers = self.numbers.borrow_mut();
+        let value = numbers.read(self.line, column.place, field)?;
         if quantity.is_angle() && !column.stated {
-            self.numbers.angle_without_unit(value);
+            numbers.angle = numbers.angle.max(value.abs());
         }
         match self.table.convention.inwards(quantity, unit, value) {
             Some(value) => possible(field, value),
@@ -619,4 +595,97 @@ impl TableRow<'_> {
     pub(super) fn fault_of_row(&self, cause: impl Into<String>) -> InputError {
         InputError::new(self.table.input.name(), cause).at_line(self.line)
     }
+}
+
+/// Larger numbers, in mm or rad, indicate a wrong unit or exponent.
+const LARGEST: f64 = 1e9;
+
+/// The notation of a table's numbers so far.
+#[derive(Debug, Default)]
+struct Numbers {
+    /// The line of the first decimal point, or 0.
+    point: u64,
+    /// The first decimal comma: line, column and field.
+    comma: Option<(u64, usize, String)>,
+    /// Whether some comma cannot be a thousands separator.
+    no_thousands: bool,
+    /// The largest angle without a stated unit.
+    angle: f64,
+}
+
+/// Cause and remedy.
+type Fault = (String, &'static str);
+
+const PLAIN: &str = "write all numbers with a decimal point and without a separator of thousands";
+
+impl Numbers {
+    fn read(&mut self, line: u64, column: usize, field: &str) -> Result<f64, Fault> {
+        if let Ok(number) = field.parse() {
+            if self.point == 0 && field.contains('.') {
+                self.point = line;
+                self.check_marks(field)?;
+            }
+            return Ok(number);
+        }
+        if let Some(number) = decimal_comma(field) {
+            self.comma.get_or_insert((line, column, field.to_owned()));
+            self.check_marks(field)?;
+            self.no_thousands |= !thousands(field);
+            return Ok(number);
+        }
+        let cause = match field {
+            "" => "the field is empty".to_owned(),
+            field => format!("\"{field}\" is not a number"),
+        };
+        Err((
+            cause,
+            "write numbers like -12.5 or 3e-2, with a decimal point",
+        ))
+    }
+
+    /// Decimal points and decimal commas must not be mixed in a file.
+    fn check_marks(&self, field: &str) -> Result<(), Fault> {
+        let (Some((comma, ..)), point @ 1..) = (&self.comma, self.point) else {
+            return Ok(());
+        };
+        let cause = if field.contains('.') {
+            format!("\"{field}\" has a decimal point, and line {comma} has a decimal comma")
+        } else {
+            format!("\"{field}\" has a decimal comma, and line {point} has a decimal point")
+        };
+        Err((cause, PLAIN))
+    }
+
+    /// A comma that could be a thousands separator: line, column and cause. Programs that separate fields by semicolons
+    /// do so because the comma is their decimal mark.
+    fn doubtful_comma(&self, separator: char) -> Option<(u64, usize, String)> {
+        let (line, column, field) = self.comma.as_ref()?;
+        let (point, none) = (field.replace(',', "."), field.replace(',', ""));
+        let cause = format!("\"{field}\" may be {point} or {none}");
+        (separator != ';' && !self.no_thousands).then_some((*line, *column, cause))
+    }
+}
+
+/// Whether the comma of `-12,345` could be a thousands separator.
+fn thousands(field: &str) -> bool {
+    let digits = field.trim_start_matches(['-', '+']);
+    let (before, after) = digits.split_once(',').unwrap_or_default();
+    before.len() <= 3 && !before.starts_with('0') && after.len() == 3
+}
+
+/// Accepts a number in radians or millimetres if it is plausible.
+fn possible(field: &str, value: f64) -> Result<f64, Fault> {
+    if !value.is_finite() {
+        return Err((
+            format!("\"{field}\" is not a finite number"),
+            "leave out a row that was not measured, or measure it again",
+        ));
+    }
+    if value.abs() > LARGEST {
+        return Err((
+            format!("\"{field}\" is too large"),
+            "check the number and the unit in the header (_mm or _m)",
+        ));
+    }
+    Ok(value)
 }

@@ -2,8 +2,7 @@
 //! stops, and these steps from positions. Written from klippy/kinematics/delta.py, rotary_delta.py, mathutil.py and
 //! klippy/chelper/kin_rotary_delta.c.
 
-#![allow(dead_code)] // each test uses its part
-
+use crate::export::controllers::Arm;
 use crate::support::Point;
 use nalgebra::Vector3;
 
@@ -93,23 +92,19 @@ pub(crate) struct RotaryDelta {
 }
 
 impl RotaryDelta {
-    /// An arm's angle, up positive, radians: the line elbow_y = c1 − c2 elbow_x meets the circle of the upper arm.
+    /// An arm's angle, up positive, radians.
     fn angle(&self, arm: usize, at: Point) -> f64 {
-        let (sin, cos) = self.angles[arm].to_radians().sin_cos();
-        let across = at[1] * cos - at[0] * sin;
-        let dx = at[0] * cos + at[1] * sin - self.shoulder_radius;
-        let dy = at[2] - self.shoulder_height;
-        let upper2 = self.upper[arm].powi(2);
-        let lower2 = self.lower[arm].powi(2) - across * across;
-        let c1 = 0.5 * (dx * dx + dy * dy + upper2 - lower2) / dy;
-        let c2 = dx / dy;
-        let scale = c2 * c2 + 1.0;
-        let x = c1 * c2 + (scale * upper2 - c1 * c1).sqrt();
-        let y = c1 * scale - c2 * x;
-        y.atan2(x)
+        let own = Arm {
+            azimuth: self.angles[arm],
+            radius: self.shoulder_radius,
+            height: self.shoulder_height,
+            upper: self.upper[arm],
+            lower: self.lower[arm],
+        };
+        own.above_horizontal(at).to_radians()
     }
 
-    pub(crate) fn angles_at_endstops(&self) -> Point {
+    fn angles_at_endstops(&self) -> Point {
         [0, 1, 2].map(|arm| self.angle(arm, [0.0, 0.0, self.endstops[arm]]))
     }
 

@@ -1,6 +1,7 @@
 //! Robots to export, and positions where they are wanted.
 
 use crate::support::{Arm, Folder, KEYS, Point, nominal_arms, platform, robot_toml};
+use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -76,4 +77,13 @@ pub(crate) fn csv(positions: &[Point]) -> String {
         writeln!(text, "{x},{y},{z}").unwrap();
     }
     text
+}
+
+/// The lines and the report of an export of `calibrated.toml`.
+pub(crate) fn export(folder: &Folder, target: &str, options: &str) -> (String, Value) {
+    let command = format!(
+        "export calibrated.toml --nominal robot.toml --for {target} --output lines.txt --json report.json {options}"
+    );
+    folder.run(&command).ok();
+    (folder.read("lines.txt"), folder.json("report.json"))
 }

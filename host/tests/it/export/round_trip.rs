@@ -1,21 +1,14 @@
 //! What is lost, computed again from the lines to paste.
 
 use crate::export::controllers::{ALL, Inverse, kinematics};
-use crate::export::robots::{Sequence, csv, example, made, one_arm_longer, positions};
+use crate::export::robots::{Sequence, csv, example, export, made, one_arm_longer, positions};
 use crate::support::{
     Arm, Folder, NOMINAL, Point, TOLERANCE, arms_of, distance, number, platform, robot_toml,
 };
 use serde_json::Value;
 
-/// The lines to paste and the report of an export at the positions of `wanted.csv`.
-fn export(folder: &Folder, target: &str, options: &str) -> (String, Value) {
-    let command = format!(
-        "export calibrated.toml --nominal robot.toml --for {target} --positions wanted.csv \
-         --output lines.txt --json report.json {options}"
-    );
-    folder.run(&command).ok();
-    (folder.read("lines.txt"), folder.json("report.json"))
-}
+/// Options of an export at the positions of `wanted.csv`.
+const WANTED: &str = "--positions wanted.csv";
 
 fn three(value: &Value) -> Point {
     [0, 1, 2].map(|k| value[k].as_f64().unwrap())
@@ -61,7 +54,7 @@ fn round_trip(folder: &Folder, options: &str, home: Point) -> Vec<[f64; 2]> {
     folder.write("wanted.csv", csv(&wanted));
     let mut losses = Vec::new();
     for target in ALL {
-        let (lines, report) = export(folder, target, options);
+        let (lines, report) = export(folder, target, &format!("{WANTED} {options}"));
         let inverse = kinematics(target, &lines, home);
         let found = lost(&inverse, &report["frame"], &calibrated, &wanted);
         assert_eq!(report["loss"]["positions"], 200, "{target}");
@@ -124,7 +117,7 @@ fn positions_close_together_give_parameters_near_the_robots_own() {
         .map(|_| [coordinate(0.0), coordinate(0.0), coordinate(-400.0)])
         .collect();
     folder.write("wanted.csv", csv(&wanted));
-    let (_, report) = export(&folder, "b-and-r", "");
+    let (_, report) = export(&folder, "b-and-r", WANTED);
     let parameters = report["parameters"].as_array().unwrap();
     let arms = arms_of(&folder.read("calibrated.toml"));
     for (number, [dx, dy, ..]) in (1..).zip(arms) {
@@ -178,7 +171,7 @@ fn a_dozen_robots_lose_what_another_program_finds() {
         folder.write("calibrated.toml", robot_toml(&arms));
         folder.write("wanted.csv", csv(&wanted));
         for ((target, _), found) in expected.iter().zip(&mut losses) {
-            let (_, report) = export(&folder, target, "");
+            let (_, report) = export(&folder, target, WANTED);
             found.push(number(&report, "loss/rms_mm"));
             assert_sane(&report, &arms);
         }

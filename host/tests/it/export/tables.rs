@@ -1,7 +1,7 @@
 //! Correction tables: read again, interpolated here, and added to a nominal kinematics that is written here.
 
 use crate::export::controllers::Arm;
-use crate::export::robots::{Sequence, csv, example, one_arm_longer, positions};
+use crate::export::robots::{Sequence, csv, example, export, one_arm_longer, positions};
 use crate::support::{
     Arm as Parameters, Folder, Point, arms_of, cross, distance, dot, elbow, number, platform,
     robot_toml,
@@ -95,14 +95,8 @@ fn off_by(calibrated: &[Parameters; 3], at: Point, by: Point) -> f64 {
     distance(platform(calibrated, joints), at)
 }
 
-fn export(folder: &Folder, options: &str) -> (Table, String, Value) {
-    let command = format!(
-        "export calibrated.toml --nominal robot.toml --for correction-table --output table.csv --json report.json \
-         {options}"
-    );
-    folder.run(&command).ok();
-    let report = folder.json("report.json");
-    let text = folder.read("table.csv");
+fn table(folder: &Folder, options: &str) -> (Table, String, Value) {
+    let (text, report) = export(folder, "correction-table", options);
     let table = Table::read(&text, number(&report, "table/spacing_mm"));
     (table, text, report)
 }
@@ -115,7 +109,7 @@ fn the_table_takes_the_robot_where_it_is_wanted() {
         let calibrated = arms_of(&folder.read("calibrated.toml"));
         let wanted = positions(&calibrated, 200, &mut Sequence::new(3));
         folder.write("wanted.csv", csv(&wanted));
-        let (table, _, report) = export(&folder, "--positions wanted.csv");
+        let (table, _, report) = table(&folder, "--positions wanted.csv");
         assert_eq!(table.spacing.to_bits(), 25f64.to_bits());
         let off = wanted.iter();
         let off: Vec<_> = off
@@ -150,7 +144,7 @@ fn a_limit_with_a_unit_chooses_the_spacing() {
         };
         let wanted = low(4);
         folder.write("wanted.csv", csv(&wanted));
-        let (table, text, report) = export(&folder, "--positions wanted.csv --limit 50um");
+        let (table, text, report) = table(&folder, "--positions wanted.csv --limit 50um");
         let in_box = |at: &Point| {
             (0..3).all(|k| {
                 let least = wanted.iter().any(|own| own[k] <= at[k]);
@@ -229,7 +223,7 @@ fn no_correction_leads_to_another_place() {
         });
         folder.write("robot.toml", robot_toml(&nominal));
         folder.write("calibrated.toml", robot_toml(&calibrated));
-        let (table, _, report) = export(&folder, "");
+        let (table, _, report) = table(&folder, "");
         assert!(table.count("computed") > 1000);
         for (at, by) in table.computed() {
             let joints = inverse_of_nominal(geometry, sum(at, by));
@@ -248,7 +242,7 @@ fn nodes_out_of_reach_are_marked_and_serve_the_positions_beside_them() {
     let folder = Folder::new();
     example(&folder);
     let calibrated = arms_of(&folder.read("calibrated.toml"));
-    let (table, _, report) = export(&folder, "");
+    let (table, _, report) = table(&folder, "");
     // Every position of the workspace has corrections.
     assert_eq!(report["loss"]["positions"], 2000);
     assert_eq!(report["loss"]["unreached"], 0);

@@ -2,7 +2,7 @@
 
 use crate::export::controllers::words;
 use crate::export::klipper::Delta;
-use crate::export::robots::example;
+use crate::export::robots::{csv, example, export};
 use crate::support::{Folder, Point, assert_refused, distance, number};
 use delta_cal_host::InputText;
 use delta_cal_host::files::robot_file::RobotFile;
@@ -89,18 +89,11 @@ fn read(target: &str, lines: &str) -> Delta {
     }
 }
 
-fn export(folder: &Folder, target: &str) -> (Delta, Value) {
+fn exported(folder: &Folder, target: &str, options: &str) -> (Delta, Value) {
     let [a, b, c] = HOME;
-    folder
-        .run(&format!(
-            "export calibrated.toml --nominal robot.toml --for {target} --home {a},{b},{c} --positions wanted.csv \
-             --output lines.txt --json report.json"
-        ))
-        .ok();
-    (
-        read(target, &folder.read("lines.txt")),
-        folder.json("report.json"),
-    )
+    let options = format!("--home {a},{b},{c} --positions wanted.csv {options}");
+    let (lines, report) = export(folder, target, &options);
+    (read(target, &lines), report)
 }
 
 fn wanted() -> Vec<Point> {
@@ -122,11 +115,7 @@ fn prepared(arms: &[[f64; 7]; 3]) -> (Folder, RobotFile) {
     let even = upright().map(|[x, y, ..]| [x, y, 0.0, 0.0, 0.0, 1.0, 330.0]);
     folder.write("robot.toml", robot_toml(&even));
     folder.write("calibrated.toml", robot_toml(arms));
-    let mut text = String::from("x_mm,y_mm,z_mm\n");
-    for [x, y, z] in wanted() {
-        writeln!(text, "{x},{y},{z}").unwrap();
-    }
-    folder.write("wanted.csv", text);
+    folder.write("wanted.csv", csv(&wanted()));
     let robot = RobotFile::read(&InputText::new("calibrated.toml", &robot_toml(arms))).unwrap();
     (folder, robot)
 }
@@ -157,7 +146,7 @@ fn the_stated_loss_is_that_of_the_lines() {
     for arms in [upright(), leaning()] {
         let (folder, robot) = prepared(&arms);
         for target in ["klipper", "reprapfirmware", "marlin"] {
-            let (klipper, report) = export(&folder, target);
+            let (klipper, report) = exported(&folder, target, "");
             let found = lost(&robot, &klipper, &report["frame"]);
             for (key, found, rounding) in [
                 ("loss/rms_mm", found.0, ROUNDING),
@@ -199,17 +188,8 @@ fn the_bed_of_measured_heights_is_z_0() {
         writeln!(samples, "{a},{b},{c},{height}").unwrap();
     }
     folder.write("heights.csv", samples);
-    let [a, b, c] = HOME;
-    let home = format!("--home {a},{b},{c}");
-    folder
-        .run(&format!(
-            "export calibrated.toml --for klipper {home} --bed heights.csv --positions wanted.csv --output lines.txt \
-             --json report.json"
-        ))
-        .ok();
-    let report = folder.json("report.json");
+    let (klipper, report) = exported(&folder, "klipper", "--bed heights.csv");
     let worst = number(&report, "loss/worst_mm");
-    let klipper = read("klipper", &folder.read("lines.txt"));
     let mut off: f64 = 0.0;
     for [x, y, _] in wanted() {
         let steps = klipper.steps([0.7 * x, 0.7 * y, 0.0]);

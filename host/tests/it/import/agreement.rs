@@ -1,10 +1,9 @@
 //! What an import gives is what Klipper computes.
 
-use crate::import::fixtures::{Printer, Row, block, folder, printer, printers, rotary};
+use crate::import::fixtures::{Printer, Row, block, folder, measured, printer, printers, rotary};
 use crate::support::{Folder, Point, distance, rows_of};
 use delta_cal_host::InputText;
 use delta_cal_host::files::robot_file::RobotFile;
-use std::fmt::Write;
 
 /// What the numbers of a samples file may be off, which has nine decimals, and of positions computed from it: mm.
 const EXACT: f64 = 1e-6;
@@ -74,24 +73,18 @@ fn ten_printers_have_the_carriages_and_positions_that_klipper_computes() {
 #[test]
 fn a_robot_whose_motors_turn_its_arms_has_klippers_positions() {
     let (klipper, text) = rotary();
-    let mut saved = String::from("[delta_calibrate]\n");
-    let mut expected = Vec::new();
-    for (index, at) in [
+    let expected = [
         [0.0, 0.0, 5.0],
         [60.0, 0.0, 5.0],
         [-40.0, 70.0, 80.0],
         [10.0, -80.0, 40.0],
-    ]
-    .into_iter()
-    .enumerate()
-    {
+    ];
+    let rows = expected.map(|at| {
         let steps = klipper.steps(at);
         close(klipper.position(steps), at);
-        let steps = steps.map(|n| format!("{n:.9}")).join(",");
-        writeln!(saved, "height{index} = 1.5\nheight{index}_pos = {steps}").unwrap();
-        expected.push(at);
-    }
-    let folder = import(&format!("{text}\n{}", block(&saved)));
+        Row::Height(steps, 1.5)
+    });
+    let folder = import(&format!("{text}\n{}", block(&measured(&rows))));
     let robot = robot(&folder);
     let samples = folder.read("mine/samples.csv");
     assert!(

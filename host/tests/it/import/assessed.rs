@@ -1,9 +1,8 @@
 //! `delta-cal calibrate` of a printer's configuration.
 
-use crate::import::fixtures::{SECRETS, block, folder, printer, printers, rotary};
+use crate::import::fixtures::{Row, SECRETS, block, folder, measured, printer, printers, rotary};
 use crate::support::{Run, number};
 use serde_json::Value;
-use std::fmt::Write;
 
 fn statements(run: &Run) -> usize {
     let above = run.stdout.split("\n\n").next().unwrap();
@@ -114,18 +113,12 @@ fn a_robot_whose_motors_turn_its_arms_is_assessed_too() {
     let (told, text) = rotary();
     let (mut made, _) = rotary();
     made.endstops = [0, 1, 2].map(|k| told.endstops[k] + [0.7, -0.9, 0.2][k]);
-    let mut saved = String::from("[delta_calibrate]\n");
-    for index in 0..12 {
+    let row = |index: u8| {
         let (out, turn) = (90.0 * f64::from(index) / 11.0, 2.4 * f64::from(index));
         let steps = told.steps([out * turn.cos(), out * turn.sin(), 2.0]);
-        let height = made.position(steps)[2];
-        let steps = steps.map(|n| format!("{n:.6}")).join(",");
-        writeln!(
-            saved,
-            "height{index} = {height}\nheight{index}_pos = {steps}"
-        )
-        .unwrap();
-    }
+        Row::Height(steps, made.position(steps)[2])
+    };
+    let saved = measured(&(0..12).map(row).collect::<Vec<_>>());
     let folder = folder(&format!(
         "{text}[delta_calibrate]\nradius: 90\n{}",
         block(&saved)

@@ -94,32 +94,30 @@ fn read(file: &Path) -> Printer {
     }
 }
 
-impl Printer {
-    fn measured(&self) -> String {
-        let steps = |at: &Point| at.map(|n| format!("{n:.9}")).join(",");
-        let (mut text, mut heights, mut distances) = (String::new(), 0, 0);
-        for row in &self.rows {
-            match row {
-                Row::Height(at, height) => {
-                    let name = format!("height{heights}");
-                    writeln!(text, "{name} = {height}\n{name}_pos = {}", steps(at)).unwrap();
-                    heights += 1;
-                }
-                Row::Distance(at, to, distance) => {
-                    let name = format!("distance{distances}");
-                    let (at, to) = (steps(at), steps(to));
-                    writeln!(
-                        text,
-                        "{name} = {distance}\n{name}_pos1 = {at}\n{name}_pos2 = {to}"
-                    )
-                    .unwrap();
-                    distances += 1;
-                }
+/// The section of measurements as Klipper saves it.
+pub(crate) fn measured(rows: &[Row]) -> String {
+    let steps = |at: &Point| at.map(|n| format!("{n:.9}")).join(",");
+    let (mut text, mut heights, mut distances) = (String::from("[delta_calibrate]\n"), 0, 0);
+    for row in rows {
+        match row {
+            Row::Height(at, height) => {
+                let name = format!("height{heights}");
+                writeln!(text, "{name} = {height}\n{name}_pos = {}", steps(at)).unwrap();
+                heights += 1;
+            }
+            Row::Distance(at, to, distance) => {
+                let name = format!("distance{distances}");
+                let (at, to) = (steps(at), steps(to));
+                let lines = format!("{name} = {distance}\n{name}_pos1 = {at}\n{name}_pos2 = {to}");
+                writeln!(text, "{lines}").unwrap();
+                distances += 1;
             }
         }
-        text
     }
+    text
+}
 
+impl Printer {
     /// Everything that SAVE_CONFIG writes in its block.
     pub(crate) fn configuration(&self) -> String {
         let own = &self.klipper;
@@ -132,7 +130,7 @@ impl Printer {
             )
             .unwrap();
         }
-        writeln!(saved, "[delta_calibrate]\n{}", self.measured()).unwrap();
+        saved += &measured(&self.rows);
         format!("{}\n{}", self.by_hand(), block(&saved))
     }
 

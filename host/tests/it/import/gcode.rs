@@ -32,38 +32,7 @@ fn printer() -> Delta {
     }
 }
 
-#[test]
-fn the_lines_of_both_firmwares_are_the_printer_that_they_describe() {
-    for (controller, text) in [("reprapfirmware", REPRAPFIRMWARE), ("marlin", MARLIN)] {
-        let folder = Folder::new();
-        folder.write("config.g", text);
-        let run = folder
-            .run(&format!("import {controller} config.g --output mine"))
-            .ok();
-        assert_eq!(folder.names(), ["config.g", "mine"]);
-        assert!(!folder.path("mine/samples.csv").exists());
-        assert!(!run.stdout.contains("hunter2"));
-        let file = InputText::from_file(&folder.path("mine/robot.toml")).unwrap();
-        let robot = RobotFile::read(&file).unwrap();
-        let own = printer();
-        for at in [[0.0, 0.0, 0.0], [80.0, -20.0, 10.0], [-60.0, 90.0, 200.0]] {
-            let carriages: Point = robot.robot.inverse(&at.into()).unwrap();
-            assert!(
-                distance(carriages, own.carriages(at)) < 1e-6,
-                "{controller}"
-            );
-        }
-        let [a, b, c] = own.absolute_endstops();
-        let home = format!("--home {a:.6},{b:.6},{c:.6}");
-        assert!(run.stdout.contains(&home), "{}", run.stdout);
-        run_next(&folder, &run.stdout);
-    }
-}
-
-/// The same printer in Marlin's `Configuration.h`, behind OctoPrint's prefixes, and overridden by what `M501` loads.
-#[test]
-fn the_same_values_elsewhere_are_the_same_printer() {
-    let constants = "\
+const CONSTANTS: &str = "\
 //#define DELTA_HEIGHT 1
 #define DELTA_DIAGONAL_ROD 330.1 // mm
 #define DELTA_HEIGHT 411.8
@@ -73,32 +42,42 @@ fn the_same_values_elsewhere_are_the_same_printer() {
 #define DELTA_RADIUS_TRIM_TOWER { 0.0, 0.0, 0.0 }
 #define DELTA_DIAGONAL_ROD_TRIM_TOWER { 0.0, 0.3, -0.3 }
 ";
-    let bare = MARLIN.replace("echo:", "12:30:01 Recv: echo:");
+
+/// The same printer in both firmwares' lines, behind OctoPrint's prefixes, in Marlin's `Configuration.h`, and in the file
+/// that `M501` loads.
+#[test]
+fn lines_are_the_printer_that_they_describe() {
+    let logged = MARLIN.replace("echo:", "12:30:01 Recv: echo:");
+    let overridden = "M665 R100 L200 H9\nM501 ; load";
     for (firmware, name, text) in [
-        ("marlin", "Configuration.h", constants.to_owned()),
-        ("marlin", "log.txt", bare),
-        (
-            "reprapfirmware",
-            "config.g",
-            "M665 R100 L200 H9\nM501 ; load".to_owned(),
-        ),
+        ("reprapfirmware", "duet.g", REPRAPFIRMWARE),
+        ("reprapfirmware", "config.g", overridden),
+        ("marlin", "m503.txt", MARLIN),
+        ("marlin", "log.txt", &logged),
+        ("marlin", "Configuration.h", CONSTANTS),
     ] {
         let folder = Folder::new();
         folder.write(name, text);
         let command = format!("import {firmware} {name} --output mine");
-        if firmware == "reprapfirmware" {
-            let run = folder.run(&command);
-            assert!(
-                run.stderr.contains("copy config-override.g"),
-                "{}",
-                run.stderr
-            );
+        if text == overridden {
+            let missing = folder.run(&command).stderr;
+            assert!(missing.contains("copy config-override.g"), "{missing}");
             folder.write("config-override.g", REPRAPFIRMWARE);
         }
         let run = folder.run(&command).ok();
-        let [a, b, c] = printer().absolute_endstops();
+        assert!(!run.stdout.contains("hunter2"));
+        assert!(!folder.path("mine/samples.csv").exists());
+        let file = InputText::from_file(&folder.path("mine/robot.toml")).unwrap();
+        let robot = RobotFile::read(&file).unwrap();
+        let own = printer();
+        for at in [[0.0, 0.0, 0.0], [80.0, -20.0, 10.0], [-60.0, 90.0, 200.0]] {
+            let carriages: Point = robot.robot.inverse(&at.into()).unwrap();
+            assert!(distance(carriages, own.carriages(at)) < 1e-6, "{name}");
+        }
+        let [a, b, c] = own.absolute_endstops();
         let home = format!("--home {a:.6},{b:.6},{c:.6}");
         assert!(run.stdout.contains(&home), "{name}: {}", run.stdout);
+        run_next(&folder, &run.stdout);
     }
 }
 

@@ -188,7 +188,7 @@ fn of_distance<T: Real>(
             T::ZERO,
         ];
     } else if let Some(last) = instruments.of_scale() {
-        let scale = unknowns.get(last).copied().unwrap_or(T::ZERO);
+        let [scale] = part(unknowns, last);
         residual = distance.distance - length * (T::ONE + scale);
         direction *= T::ONE + scale;
         column = last;

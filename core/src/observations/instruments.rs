@@ -128,9 +128,7 @@ impl<T: Real> ObservationNoise<T> {
     /// A σ that is not finite and greater than 0.
     #[cfg(feature = "linear")]
     pub fn with_scale(self, sigma: T) -> Result<Self, NoiseError> {
-        if !(sigma > T::ZERO && sigma.finite()) {
-            return Err(NoiseError::Distance);
-        }
+        positive(sigma, NoiseError::Distance)?;
         Ok(Self {
             scale: Some(sigma),
             ..self
@@ -138,10 +136,7 @@ impl<T: Real> ObservationNoise<T> {
     }
 
     /// σ of the relative error common to all distances between two poses; `None` if there is none.
-    pub const fn scale(&self) -> Option<T>
-    where
-        T: Copy,
-    {
+    pub const fn scale(&self) -> Option<T> {
         #[cfg(feature = "linear")]
         return self.scale;
         #[cfg(not(feature = "linear"))]

@@ -11,8 +11,9 @@ use crate::files::input::InputText;
 use crate::fit::Options;
 use crate::import::{Firmware, Imported, Includes, Stated, touches};
 pub use area::{Area, BedMap, Off};
-pub use assess::{Change, Printer};
+pub use assess::Printer;
 pub use next::{Next, touches_of_bed};
+pub use notes::Change;
 pub(crate) use notes::{alike, common_scale};
 
 /// A printer's configuration with its measurements: those of a samples file, of a console's answers, or those that the

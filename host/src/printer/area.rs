@@ -3,6 +3,7 @@
 use crate::accuracy::uncertainty::Sensitivities;
 use crate::files::robot_file::RobotFile;
 use crate::fit::solution::{RobotCovariance, WITH_TRANSMISSIONS};
+use crate::import::Imported;
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Robot, Sample};
 use nalgebra::{SMatrix, Vector3};
@@ -19,6 +20,17 @@ const UP_TO: f64 = 0.6;
 pub(super) const ON_THE_BED: f64 = 0.5;
 /// Less than this part of an error is clearly better.
 const BETTER: f64 = 0.95;
+
+/// The printed area of a robot that states none, as a part of the upper arm's or tower's radius.
+const USUAL_AREA: f64 = 0.7;
+
+/// Of the printed area, mm.
+pub(super) fn radius_of(imported: &Imported) -> f64 {
+    let arms = imported.robot.robot.arms().iter();
+    let least = arms.map(|arm| arm.d().xy().norm());
+    let usual = USUAL_AREA * least.fold(f64::INFINITY, f64::min);
+    imported.bed_radius.unwrap_or(usual)
+}
 
 /// A grid of poses over the printed area.
 #[derive(Debug, Clone, PartialEq)]

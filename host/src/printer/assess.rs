@@ -1,8 +1,8 @@
 //! A printer assessed: what its configuration is off, what to paste instead, and what that leaves.
 
-use super::area::{Area, BedMap, ON_THE_BED, Off};
+use super::area::{Area, BedMap, ON_THE_BED, Off, radius_of};
 use super::next::{Next, next};
-use super::notes::notes;
+use super::notes::{Change, notes};
 use crate::accuracy::information::prior;
 use crate::export::error::ExportError;
 use crate::export::geometry::Frame;
@@ -19,23 +19,8 @@ use delta_cal::robot::Drive;
 use nalgebra::Vector3;
 use serde::Serialize;
 
-/// The printed area of a robot that states none, as a part of the upper arm's or tower's radius.
-const USUAL_AREA: f64 = 0.7;
 /// What is fitted on the bed counts so many times, for the first layer depends on it.
 const FIRST_LAYER: f64 = 50.0;
-
-/// A parameter of the controller.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Change {
-    /// As the controller calls it.
-    pub name: String,
-    /// In the configuration.
-    pub before: f64,
-    /// In the lines to paste.
-    pub after: f64,
-    /// `mm` or `deg`.
-    pub unit: &'static str,
-}
 
 /// What is known of a printer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -84,14 +69,6 @@ pub struct Printer {
     /// The robot whose inverse kinematics is that of the lines, and its frame.
     #[serde(skip)]
     pub controller: Option<(Robot<f64>, Frame)>,
-}
-
-/// Of the printed area, mm.
-pub(super) fn radius_of(imported: &Imported) -> f64 {
-    let arms = imported.robot.robot.arms().iter();
-    let least = arms.map(|arm| arm.d().xy().norm());
-    let usual = USUAL_AREA * least.fold(f64::INFINITY, f64::min);
-    imported.bed_radius.unwrap_or(usual)
 }
 
 /// What the configuration states, and the lines.

@@ -1,7 +1,6 @@
 //! What to measure next.
 
-use super::area::{Area, bed};
-use super::assess::radius_of;
+use super::area::{Area, bed, radius_of};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
 use crate::fit::Frame;

@@ -1,7 +1,6 @@
 //! What an owner must know of readings and lines beside the figures: an offset of the probe, a common scale, a move of
 //! the end stops that may crash.
 
-use super::assess::Change;
 use crate::calibration::turned;
 use crate::files::samples_file::ReadingFrom;
 use crate::fit::Solution;
@@ -9,6 +8,7 @@ use crate::import::Imported;
 use delta_cal::Robot;
 use delta_cal::robot::{Arm, Drive};
 use nalgebra::Vector3;
+use serde::Serialize;
 use std::f64::consts::TAU;
 
 /// An end stop that moves by more may drive the nozzle into the bed, mm.
@@ -20,6 +20,19 @@ const CLEAR: f64 = 5.0;
 const LEAST_DISTANCES: usize = 3;
 /// A probe is off if its heights are so far from those by hand, mm.
 const PROBE_OFF: f64 = 0.03;
+
+/// A parameter of the controller.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Change {
+    /// As the controller calls it.
+    pub name: String,
+    /// In the configuration.
+    pub before: f64,
+    /// In the lines to paste.
+    pub after: f64,
+    /// `mm` or `deg`.
+    pub unit: &'static str,
+}
 
 /// Of what was read, and of lines that are worth pasting.
 pub(super) fn notes(

@@ -130,3 +130,31 @@ pub(crate) fn linearized(
     }
     (jacobian, residual, normal)
 }
+
+/// RᵀR.
+pub(crate) fn gram<const N: usize, const E: usize>(r: &Triangle<f64, N, E>) -> SMatrix<f64, N, N> {
+    let mut gram = SMatrix::zeros();
+    for (index, row) in r.rows().enumerate() {
+        for (i, a) in row.iter().enumerate() {
+            for (j, b) in row.iter().enumerate() {
+                gram[(index + i, index + j)] += a * b;
+            }
+        }
+    }
+    gram
+}
+
+/// Checks that sums of products agree to a fraction `close` of the product of their columns' lengths.
+pub(crate) fn assert_close<const N: usize>(
+    a: &SMatrix<f64, N, N>,
+    b: &SMatrix<f64, N, N>,
+    close: f64,
+) {
+    for row in 0..N {
+        for column in 0..N {
+            let unit = (b[(row, row)] * b[(column, column)]).max(f64::MIN_POSITIVE);
+            let off = (a[(row, column)] - b[(row, column)]).abs();
+            assert!(off < close * libm::sqrt(unit), "{row} {column} {off:e}");
+        }
+    }
+}

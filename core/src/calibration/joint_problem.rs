@@ -196,35 +196,11 @@ fn by_arms<T: Real>(correction: &[T; 24]) -> [[T; 8]; 3] {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::cast_precision_loss, clippy::float_cmp, clippy::unwrap_used)]
+    #![allow(clippy::cast_precision_loss)]
 
     use super::JointNormal;
     use crate::calibration::problem::Problem;
-    use crate::fixtures::{changed, filled, noises, samples};
-    use nalgebra::SMatrix;
-
-    /// TᵀT.
-    fn gram(normal: &JointNormal<f64>) -> SMatrix<f64, 25, 25> {
-        let mut gram = SMatrix::<f64, 25, 25>::zeros();
-        for (index, row) in normal.rows().enumerate() {
-            for (i, a) in row.iter().enumerate() {
-                for (j, b) in row.iter().enumerate() {
-                    gram[(index + i, index + j)] += a * b;
-                }
-            }
-        }
-        gram
-    }
-
-    fn assert_same(found: &SMatrix<f64, 25, 25>, expected: &SMatrix<f64, 25, 25>, close: f64) {
-        for row in 0..25 {
-            for column in 0..25 {
-                let unit = libm::sqrt(expected[(row, row)] * expected[(column, column)]);
-                let off = (found[(row, column)] - expected[(row, column)]).abs();
-                assert!(off < close * unit, "{row} {column}: {off:e} of {unit:e}");
-            }
-        }
-    }
+    use crate::fixtures::{assert_close, changed, filled, gram, noises, samples};
 
     #[test]
     fn damping_adds_the_squares_of_its_diagonal() {
@@ -248,6 +224,6 @@ mod tests {
             pieces += 1;
         }
         assert_eq!(pieces, 6);
-        assert_same(&gram(&normal), &expected, 1e-12);
+        assert_close(&gram(&normal), &expected, 1e-12);
     }
 }

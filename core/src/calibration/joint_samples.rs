@@ -364,21 +364,13 @@ mod tests {
     /// after the second linearisation, chord steps do the rest.
     #[test]
     fn chord_steps_spare_the_last_linearisation() {
-        let near = Robot::from_parameters(robot().parameters().map(|arm| {
-            let [.., la_x, la_y, lb] = arm;
-            let [dx, dy, dz, theta, alpha, ..] = arm;
-            [
-                dx + 0.02,
-                dy,
-                dz,
-                theta + 1e-4,
-                alpha,
-                la_x - 0.03,
-                la_y,
-                lb + 0.02,
-            ]
-        }))
-        .unwrap();
+        let mut parameters = robot().parameters();
+        for arm in &mut parameters {
+            for (index, by) in [(0, 0.02), (3, 1e-4), (5, -0.03), (7, 0.02)] {
+                arm[index] += by;
+            }
+        }
+        let near = Robot::from_parameters(parameters).unwrap();
         let measured = samples::<30>(&near, 29).map(|sample| Sample {
             position: near.forward(&sample.joints).unwrap(),
             ..sample

@@ -180,8 +180,7 @@ pub(super) fn rounding_of_cost<T: Real, const N: usize, const M: usize, const E:
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::cast_precision_loss)]
-    #![allow(clippy::unwrap_used)]
+    #![allow(clippy::cast_precision_loss, clippy::unwrap_used)]
 
     use super::EndPoint;
     use crate::calibration::outcome::{StartUsed, Termination};

@@ -71,10 +71,7 @@ pub(crate) enum Refinement {
 
 /// The expected result of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[allow(
-    clippy::struct_excessive_bools,
-    reason = "each answers a question of its own"
-)]
+#[allow(clippy::struct_excessive_bools)] // each answers a question of its own
 pub(crate) struct Prospect<T> {
     /// Whether this step, if taken, is the last: the next would gain nothing, and this one is too short to change the
     /// Jacobian.

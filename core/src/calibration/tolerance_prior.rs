@@ -489,7 +489,8 @@ mod tests {
 
     use super::TolerancePrior;
     use crate::calibration::tolerance::Tolerance;
-    use crate::robot::{Arm, Parameter, Robot, SymmetricRobot};
+    use crate::fixtures::paper;
+    use crate::robot::{Arm, Parameter};
 
     const UNITS: [f64; 26] = {
         let mut units = [200.0; 26];
@@ -501,10 +502,6 @@ mod tests {
         units
     };
 
-    fn robot() -> Robot<f64> {
-        SymmetricRobot::PAPER.robot().unwrap()
-    }
-
     fn tolerance() -> Tolerance<f64> {
         let tolerance = Tolerance::new(0.5, 0.004).unwrap();
         tolerance.with_joint_zero(0.1).unwrap()
@@ -512,7 +509,7 @@ mod tests {
 
     /// A robot and two more unknowns, one of them known to 1/3.
     fn prior(tolerance: Option<&Tolerance<f64>>) -> TolerancePrior<f64, 26> {
-        let robot = robot();
+        let robot = paper();
         let mut prior = TolerancePrior::new(robot.arms().each_ref(), &UNITS, tolerance);
         prior.weights_mut()[25] = 3.0;
         prior
@@ -538,13 +535,11 @@ mod tests {
     fn upper_arms_cost_their_turn_and_length() {
         let at = correction();
         let mut expected = (3.0 * at[25]).powi(2);
-        let robot = robot();
+        let robot = paper();
         for (number, arm) in robot.arms().iter().enumerate() {
             let own = &at[8 * number..];
-            for (index, sigma) in [0.5, 0.5, 0.5, 0.004, 0.004, 0.0, 0.0, 0.5]
-                .into_iter()
-                .enumerate()
-            {
+            let sigmas = [0.5, 0.5, 0.5, 0.004, 0.004, 0.0, 0.0, 0.5];
+            for (index, sigma) in sigmas.into_iter().enumerate() {
                 if sigma > 0.0 {
                     expected += (own[index] * UNITS[index] / sigma).powi(2);
                 }
@@ -591,7 +586,7 @@ mod tests {
     /// At nominal, an arm calibrated separately has the same information.
     #[test]
     fn information_is_that_of_direction_and_length() {
-        let robot = robot();
+        let robot = paper();
         let prior = prior(Some(&tolerance()));
         let arm = &robot.arms()[1];
         let of_arm = TolerancePrior::of_arm(arm, UNITS.first_chunk().unwrap(), Some(&tolerance()));
@@ -639,7 +634,7 @@ mod tests {
     /// The length is at the place of `La_x`, the direction at that of `La_y`.
     #[test]
     fn the_distance_is_in_tolerances_of_length_and_direction() {
-        let robot = robot();
+        let robot = paper();
         let (la, _) = robot.arms()[0].la();
         let mut at = [0.0; 26];
         let (turn, longer) = (0.25, -1.0);

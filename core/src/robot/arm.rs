@@ -1,6 +1,4 @@
-use super::parameter::GeometryError;
-use super::parameter::Parameter;
-use super::parameter::{Drive, DriveOf};
+use super::parameter::{Drive, DriveOf, GeometryError, Parameter};
 use super::transmission::Transmission;
 use crate::Real;
 use nalgebra::Vector3;

@@ -192,7 +192,8 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use super::{Transmission, by_numbers};
-    use crate::robot::{GeometryError, SymmetricRobot};
+    use crate::fixtures::paper;
+    use crate::robot::GeometryError;
 
     const NUMBERS: [f64; 5] = [0.012, -0.02, 0.015, 0.006, -0.01];
 
@@ -247,6 +248,7 @@ mod tests {
         }
     }
 
+    /// And so is one of a linear drive.
     #[test]
     fn transmissions_that_are_not_nearly_exact_are_refused() {
         for numbers in [
@@ -259,18 +261,20 @@ mod tests {
             let refused = Transmission::new(numbers);
             assert_eq!(refused, Err(GeometryError::TransmissionTooLarge));
         }
+        #[cfg(feature = "linear")]
+        {
+            let arm = crate::robot::Arm::linear([140.0, 0.0, 0.0, 0.0, 0.0, 1.0, 330.0]).unwrap();
+            let refused = arm.with_transmission(Transmission::new(NUMBERS).unwrap());
+            assert_eq!(refused, Err(GeometryError::TransmissionTooLarge));
+        }
     }
 
     /// A robot with transmissions equals the robot without them at the arm angles, in every function.
     #[test]
     fn a_robot_is_at_the_angles_of_its_arms() {
-        let drawn = SymmetricRobot::PAPER.robot().unwrap();
-        let transmissions = [
-            NUMBERS,
-            NUMBERS.map(|own| -own),
-            NUMBERS.map(|own| 0.5 * own),
-        ];
-        let transmissions = transmissions.map(|numbers| Transmission::new(numbers).unwrap());
+        let drawn = paper();
+        let transmissions =
+            [1.0, -1.0, 0.5].map(|by| Transmission::new(NUMBERS.map(|own| by * own)).unwrap());
         let real = drawn.with_transmissions(transmissions).unwrap();
         assert_eq!(real.transmissions(), transmissions);
         let joints = [0.5, -0.1, 0.8];
@@ -286,9 +290,7 @@ mod tests {
         }
         let found = real.platform_jacobian(&position, &joints).unwrap();
         let expected = drawn.platform_jacobian(&position, &angles).unwrap();
-        for (own, other) in found.by_parameters.iter().zip(expected.by_parameters) {
-            assert_eq!(*own, other);
-        }
+        assert_eq!(found.by_parameters, expected.by_parameters);
         for (joint, slope) in slopes.iter().enumerate() {
             let expected = expected.by_joints.column(joint) * *slope;
             assert!((found.by_joints.column(joint) - expected).norm() < 1e-12);
@@ -298,8 +300,8 @@ mod tests {
     #[test]
     fn an_arm_keeps_its_transmission_when_it_is_moved_or_cast() {
         let transmission = Transmission::new(NUMBERS).unwrap();
-        let [arm, ..] = *SymmetricRobot::PAPER.robot().unwrap().arms();
-        let arm = arm.with_transmission(transmission).unwrap();
+        let [plain, ..] = *paper().arms();
+        let arm = plain.with_transmission(transmission).unwrap();
         let moved = arm
             .with_parameters([160.0, 1.0, 2.0, 0.1, 0.0, 261.0, 1.0, 479.0])
             .unwrap();
@@ -312,15 +314,6 @@ mod tests {
             Some(&Transmission::new(expected).unwrap())
         );
         // An exact transmission is stored as none: the arm is unchanged.
-        let [plain, ..] = *SymmetricRobot::PAPER.robot().unwrap().arms();
         assert_eq!(plain.with_transmission(Transmission::EXACT).unwrap(), plain);
-    }
-
-    #[cfg(feature = "linear")]
-    #[test]
-    fn a_linear_drive_has_no_transmission() {
-        let arm = crate::robot::Arm::linear([140.0, 0.0, 0.0, 0.0, 0.0, 1.0, 330.0]).unwrap();
-        let refused = arm.with_transmission(Transmission::new(NUMBERS).unwrap());
-        assert_eq!(refused, Err(GeometryError::TransmissionTooLarge));
     }
 }

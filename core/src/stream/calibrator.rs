@@ -468,11 +468,7 @@ mod tests {
 
     #[test]
     fn an_alarm_is_answered_and_a_changed_robot_calibrated_again() {
-        let (nominal, truth, changed) = (
-            with_forearms(480.0),
-            with_forearms(480.4),
-            with_forearms(481.2),
-        );
+        let [nominal, truth, changed] = [480.0, 480.4, 481.2].map(with_forearms);
         let mut stream = StreamCalibrator::new(&nominal, &settings(), &GATED);
         for k in 0..48 {
             let robot = if k < 40 { &truth } else { &changed };

@@ -46,6 +46,9 @@ fn rows(robot: &Robot<f64>) -> [ObservationRow<f64>; 12] {
 #[test]
 fn derivatives_are_those_of_the_residuals() {
     check_derivatives::<40, 41, 861>(&paper(), None);
+    // With a common scale of the distances between poses, the last unknown.
+    #[cfg(feature = "linear")]
+    check_derivatives::<41, 42, 903>(&paper(), None);
 }
 
 #[cfg(feature = "transmission")]
@@ -58,14 +61,6 @@ fn derivatives_by_transmissions_are_those_of_the_residuals() {
     let robot = paper().with_transmissions(transmissions).unwrap();
     let tolerance = TransmissionTolerance::new(1e-3).unwrap();
     check_derivatives::<55, 56, 1596>(&robot, Some(tolerance));
-}
-
-/// With a common scale of the distances between poses, the last unknown.
-#[cfg(feature = "linear")]
-#[test]
-fn derivatives_by_the_scale_are_those_of_the_residuals() {
-    let robot = crate::robot::SymmetricRobot::PAPER.robot().unwrap();
-    check_derivatives::<41, 42, 903>(&robot, None);
 }
 
 fn check_derivatives<const N: usize, const M: usize, const E: usize>(

@@ -1,15 +1,10 @@
-#![allow(
-    clippy::cast_precision_loss,
-    clippy::float_cmp,
-    clippy::large_stack_arrays,
-    clippy::unwrap_used
-)]
+#![allow(clippy::unwrap_used)]
 
 use super::JointFactor;
-use crate::fixtures::{changed, empty, filled, noises, robot, samples};
+use crate::fixtures::{assert_close, changed, empty, filled, gram, noises, robot, samples};
 use crate::robot::{ArmIndex, Robot};
 use crate::samples::{Noise, Sample};
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 /// f₁, f₂, f₃ of a robot, mm².
 fn closures(of: &Robot<f64>, sample: &Sample<f64>) -> Vector3<f64> {
@@ -50,29 +45,8 @@ fn sum_of_squares(factor: &JointFactor<f64>, robot: &Robot<f64>) -> f64 {
     factor.residual_sum(&factor.displaced(&corrections))
 }
 
-/// RᵀR.
-fn gram(factor: &JointFactor<f64>) -> SMatrix<f64, 37, 37> {
-    let mut gram = SMatrix::<f64, 37, 37>::zeros();
-    for (index, row) in factor.triangle.rows().enumerate() {
-        for (i, a) in row.iter().enumerate() {
-            for (j, b) in row.iter().enumerate() {
-                gram[(index + i, index + j)] += a * b;
-            }
-        }
-    }
-    gram
-}
-
-/// Checks that sums of products agree to a fraction `close` of the product of their columns' lengths.
 fn assert_same(a: &JointFactor<f64>, b: &JointFactor<f64>, close: f64) {
-    let (a, b) = (gram(a), gram(b));
-    for row in 0..37 {
-        for column in 0..37 {
-            let unit = (b[(row, row)] * b[(column, column)]).max(f64::MIN_POSITIVE);
-            let off = (a[(row, column)] - b[(row, column)]).abs();
-            assert!(off < close * libm::sqrt(unit), "{row} {column} {off:e}");
-        }
-    }
+    assert_close(&gram(&a.triangle), &gram(&b.triangle), close);
 }
 
 /// If the forearms are coplanar, the covariance of the closures of exact joints has no inverse.
@@ -134,7 +108,7 @@ fn blocks_of_one_two_and_four_agree() {
         // About a thousand roundings.
         assert_same(&fours, &singly, 1e-12);
         assert_same(&pairs, &singly, 1e-12);
-        for factor in [singly, fours, pairs] {
+        for factor in [&singly, &fours, &pairs] {
             assert_eq!(factor.samples(), 24);
             assert_eq!(factor.effective_samples().to_bits(), 24_f64.to_bits());
         }

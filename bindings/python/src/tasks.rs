@@ -47,7 +47,7 @@ pub(crate) fn plan<'py>(
     }
     let request = PlanRequest {
         frame: frame_of(frame)?,
-        region: region.map(|own| own.turned(&robot.file.convention)),
+        region,
         absolute,
         order: match order {
             "random" => Order::Random,

@@ -51,7 +51,7 @@ pub(crate) fn run(files: &Folder, request: &Request) -> Result<Planned, Fault> {
     }
     let wanted = PlanRequest {
         frame: request.of.frame(),
-        region: within.map(|own| own.turned(&robot.convention)),
+        region: within,
         absolute: request.absolute,
         order: if request.shortest {
             Order::Shortest

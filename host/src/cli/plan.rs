@@ -110,7 +110,7 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
     let count = arguments.count.unwrap_or(LEAST);
     let request = PlanRequest {
         frame: arguments.frame,
-        region: within(arguments, &robot),
+        region: arguments.within,
         absolute: arguments.absolute,
         order: arguments.order,
         ..PlanRequest::new(&robot, arguments.measure.clone(), count)
@@ -169,12 +169,6 @@ fn printer(arguments: &PlanArguments, text: &InputText) -> Result<(), Failure> {
     output::deliver(&[(output, &commands)], said)
 }
 
-/// The region in internal axes.
-fn within(arguments: &PlanArguments, robot: &RobotFile) -> Option<Region> {
-    let region = arguments.within?;
-    Some(region.turned(&robot.convention))
-}
-
 /// Users fill measurements into files of planned poses: refuses to overwrite one that contains any.
 fn keep_measurements(path: &Path, robot: &RobotFile) -> Result<(), Failure> {
     if is_stream(path) || !path.is_file() {
@@ -206,7 +200,7 @@ fn samples(arguments: &PlanArguments, robot: &RobotFile, path: &Path) -> Result<
     let request = SamplesRequest {
         frame: arguments.frame,
         add: arguments.count.unwrap_or(ADDED),
-        region: within(arguments, robot),
+        region: arguments.within,
         absolute: arguments.absolute,
     };
     let waiting = Progress::spinner("looking for measurements to add");

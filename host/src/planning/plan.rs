@@ -6,6 +6,7 @@ use super::request::{Kind, LEAST, MOST, Region, Wishes, below};
 use super::search::Search;
 use super::selection::Selection;
 use super::setup::{Planned, Setup};
+use crate::accuracy::information::parameters;
 use crate::accuracy::uncertainty::ExpectedError;
 use crate::files::robot_file::RobotFile;
 use crate::fit::Frame;
@@ -33,7 +34,7 @@ pub struct PlanRequest<'a> {
     pub count: usize,
     /// The frame of coordinates.
     pub frame: Frame,
-    /// Where the platform may be; anywhere if `None`.
+    /// Where the platform may be, in the axes of the robot file; anywhere if `None`.
     pub region: Option<Region>,
     /// Minimise the absolute position error instead of the relative one.
     pub absolute: bool,
@@ -110,44 +111,42 @@ pub fn plan_for(request: &PlanRequest<'_>, accuracy: f64) -> Result<Plan, PlanEr
         };
         bench.plan(&request)
     };
-    let error = |plan: &Plan| plan.after.of(request.absolute);
-    let reaches = |plan: &Plan| error(plan) <= accuracy;
-    // The error falls at most as 1/√n.
-    let needed = |plan: &Plan| -> Result<usize, PlanError> {
-        let count = plan.count as f64;
-        let needed = (count * (error(plan) / accuracy).powi(2)).ceil();
-        if !(needed <= MOST as f64) {
-            return Err(PlanError::TooAccurate {
-                wanted: accuracy,
-                reached: error(plan) * (count / MOST as f64).sqrt(),
-            });
+    let (mut too_few, mut enough) = (LEAST - 1, None::<Plan>);
+    let mut count = TRIED;
+    loop {
+        let mut next = count + 1;
+        match of(count) {
+            Err(PlanError::Singular | PlanError::NotDetermined { .. }) if enough.is_some() => {
+                too_few = count;
+            }
+            tried => {
+                let plan = tried?;
+                let error = plan.after.of(request.absolute);
+                next = needed(count, error / accuracy);
+                if error <= accuracy {
+                    enough = Some(plan);
+                } else if enough.is_none() && next.max(count + 1) > MOST {
+                    return Err(PlanError::TooAccurate {
+                        wanted: accuracy,
+                        reached: error * (count as f64 / MOST as f64).sqrt(),
+                    });
+                } else {
+                    too_few = count;
+                }
+            }
         }
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at most MOST
-        Ok((needed as usize).max(LEAST))
-    };
-    let mut found = of(TRIED)?;
-    let count = needed(&found)?;
-    if count != found.count {
-        found = of(count)?;
+        count = match enough {
+            Some(plan) if plan.count - too_few <= 1 => return Ok(plan),
+            Some(ref plan) => next.clamp(too_few + 1, plan.count - 1),
+            None => next.max(count + count.div_ceil(20)).min(MOST),
+        };
     }
-    while !reaches(&found) && found.count < MOST {
-        let more = found.count + found.count.div_ceil(20);
-        found = of(needed(&found)?.max(more).min(MOST))?;
-    }
-    while found.count > LEAST {
-        match of(found.count - 1) {
-            Ok(fewer) if reaches(&fewer) => found = fewer,
-            Ok(_) | Err(PlanError::Singular | PlanError::NotDetermined { .. }) => break,
-            Err(error) => return Err(error),
-        }
-    }
-    if reaches(&found) {
-        return Ok(found);
-    }
-    Err(PlanError::TooAccurate {
-        wanted: accuracy,
-        reached: error(&found),
-    })
+}
+
+/// The fewest measurements that can reduce the error of so many by a factor: it falls at most as 1/√n.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a large number saturates
+fn needed(count: usize, factor: f64) -> usize {
+    (count as f64 * factor.powi(2)).ceil() as usize
 }
 
 /// What plans with different counts share.
@@ -159,7 +158,7 @@ struct Bench<'a> {
 impl<'a> Bench<'a> {
     fn new(request: &'a PlanRequest<'_>) -> Result<Self, PlanError> {
         let mut rng = Pcg32::seed_from_u64(request.seed);
-        let selection = Selection::new(request.robot, request.region.as_ref());
+        let selection = Selection::new(request.robot, request.region);
         let within = match request.region {
             Some(_) => Some(selection.draw_many(REGION_POSES, &mut rng)?),
             None => None,
@@ -214,15 +213,7 @@ pub(super) fn unknown_parameter(
     robot: &Robot<f64>,
     covariance: &RobotCovariance,
 ) -> Option<(ArmIndex, Parameter, f64)> {
-    let arms = ArmIndex::ALL.into_iter();
-    let all = arms.flat_map(|arm| {
-        robot
-            .drive()
-            .parameters()
-            .iter()
-            .map(move |own| (arm, *own))
-    });
-    let parts = all.map(|(arm, parameter)| {
+    let parts = parameters(robot).map(|(arm, parameter)| {
         let index = 8 * arm.index() + parameter.index();
         let sigma = covariance[(index, index)].sqrt();
         let size = match parameter.kind() {

@@ -198,8 +198,7 @@ impl Region {
     }
 
     /// Converted to the axes of a convention, or back.
-    #[must_use]
-    pub fn turned(&self, convention: &Convention) -> Self {
+    pub(super) fn turned(&self, convention: &Convention) -> Self {
         Self {
             ranges: convention.ranges(self.ranges),
             ..*self

@@ -66,7 +66,7 @@ pub struct SamplesRequest {
     pub frame: Frame,
     /// The number of measurements to propose.
     pub add: usize,
-    /// Where the platform may be in the proposed measurements; anywhere if `None`.
+    /// Where the platform may be in the proposed measurements, in the axes of the robot file; anywhere if `None`.
     pub region: Option<Region>,
     /// Minimise the absolute position error instead of the relative one.
     pub absolute: bool,
@@ -142,7 +142,7 @@ impl Determined {
         let setup = &self.setup;
         let mut rng = Pcg32::seed_from_u64(SEED);
         let kinds = kinds(setup, rows);
-        let selection = Selection::new(&setup.robot, request.region.as_ref());
+        let selection = Selection::new(&setup.robot, request.region);
         let judge = Judge::new(&setup.robot, None, &mut rng)?;
         let weights = judge.weights(request.absolute);
         let search = Search::new(setup, &kinds, &selection, rows, weights, &mut rng)?;
@@ -205,7 +205,7 @@ fn anchors(
     request: &SamplesRequest,
 ) -> Result<Vec<Reading>, PlanError> {
     let mut rng = Pcg32::seed_from_u64(SEED);
-    let selection = Selection::new(&setup.robot, request.region.as_ref());
+    let selection = Selection::new(&setup.robot, request.region);
     let candidates = Candidates::new(setup, &selection, &mut rng)?;
     candidates.anchors(&kinds(setup, rows), &mut rng)
 }

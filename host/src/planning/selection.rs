@@ -2,6 +2,7 @@
 
 use super::PlanError;
 use super::request::{Region, uniform};
+use crate::files::convention::Convention;
 use crate::files::robot_file::RobotFile;
 use crate::geometry::{Reach, forearm_angle, range};
 use delta_cal::kinematics::{JointLimits, SingularityDistance};
@@ -26,17 +27,21 @@ const STEP_MM: f64 = 1e-6;
 #[derive(Debug, Clone)]
 pub(super) struct Selection<'a> {
     robot: &'a Robot<f64>,
+    convention: Convention,
     reach: Reach,
     clearance: Clearance,
-    region: Option<&'a Region>,
+    region: Option<Region>,
     /// The part of the region within the arms' reach, if any.
     drawn: Option<Region>,
 }
 
 impl<'a> Selection<'a> {
-    pub(super) fn new(file: &'a RobotFile, region: Option<&'a Region>) -> Self {
+    /// The region is in the axes of the robot file.
+    pub(super) fn new(file: &'a RobotFile, region: Option<Region>) -> Self {
+        let region = region.map(|own| own.turned(&file.convention));
         Self {
             robot: &file.robot,
+            convention: file.convention,
             reach: Reach {
                 limits: narrowed(&file.limits),
                 forearm_limit: file.forearm_limit,
@@ -98,7 +103,7 @@ impl<'a> Selection<'a> {
     ) -> Result<Vec<Sample<f64>>, PlanError> {
         let found = drawn(count, DRAWS, || self.draw(rng));
         found.ok_or_else(|| match self.region {
-            Some(region) => self.outside(region, rng),
+            Some(region) => self.outside(&region, rng),
             None => PlanError::NoPose,
         })
     }
@@ -111,8 +116,8 @@ impl<'a> Selection<'a> {
         };
         let along = |axis: usize| range(anywhere.iter().map(|pose| pose.position[axis]));
         PlanError::OutsideWorkspace {
-            region: *region,
-            reached: [0, 1, 2].map(along),
+            region: region.turned(&self.convention),
+            reached: self.convention.ranges([0, 1, 2].map(along)),
         }
     }
 

@@ -87,6 +87,7 @@ pub fn json(request: &PlanRequest<'_>, plan: &Plan) -> String {
         expected_error: ExpectedReport,
     }
     let setup = &plan.setup;
+    let convention = &setup.robot.convention;
     let planes = setup.planes.iter().zip(&setup.places.planes);
     let points = setup.points.iter().zip(&setup.places.points);
     let contents = Contents {
@@ -96,16 +97,19 @@ pub fn json(request: &PlanRequest<'_>, plan: &Plan) -> String {
         order: request.order,
         seed: request.seed,
         absolute: request.absolute,
-        within: request
-            .region
-            .map(|own| own.turned(&request.robot.convention).to_string()),
+        within: request.region.map(|own| own.to_string()),
         assumptions: noise_and_tolerance(setup, &plan.measurements),
         planes: planes
-            .map(|(own, at)| (own.name.as_str(), at.offset))
+            .map(|(own, at)| {
+                (
+                    own.name.as_str(),
+                    convention.vector(&(Vector3::z() * at.offset)).z,
+                )
+            })
             .collect(),
         points: points
             .map(|(own, at)| {
-                let place = setup.robot.convention.vector(&at.place);
+                let place = convention.vector(&at.place);
                 (own.name.as_str(), place.into())
             })
             .collect(),
@@ -128,10 +132,7 @@ pub fn text(request: &PlanRequest<'_>, plan: &Plan) -> String {
         ))
         .text(noise_and_tolerance(setup, &plan.measurements));
     let section = match &request.region {
-        Some(region) => {
-            let region = region.turned(&request.robot.convention);
-            section.text(format!("Within: {region} mm"))
-        }
+        Some(region) => section.text(format!("Within: {region} mm")),
         None => section,
     };
     let section = section.text(match request.order {
@@ -196,12 +197,15 @@ fn noise_and_tolerance(setup: &Setup, planned: &[Planned]) -> String {
 /// Where to put planes and points.
 fn places(plan: &Plan) -> Vec<String> {
     let setup = &plan.setup;
+    let convention = &setup.robot.convention;
     let mut sentences = Vec::new();
     let planes = setup.planes.iter().zip(&setup.places.planes);
     for (index, (plane, found)) in planes.enumerate() {
         let own = plan.measurements.iter();
         let own = own.filter(|own| own.plane.is_some_and(|own| own.0 == index));
-        let at: Vec<_> = own.map(|own| own.pose.position).collect();
+        let at: Vec<_> = own
+            .map(|own| convention.vector(&own.pose.position))
+            .collect();
         let range = |axis: usize| {
             let (least, most) = range(at.iter().map(|place| place[axis]));
             format!("{:.0} to {:.0}", least + 0.0, most + 0.0)
@@ -211,7 +215,7 @@ fn places(plan: &Plan) -> Vec<String> {
             sentences.push(format!(
                 "Put {} at z = {} mm, to a centimetre; it is touched at x {} and y {} mm, on blocks of {} mm.",
                 plane.name,
-                rounded(found.offset),
+                rounded(convention.vector(&(Vector3::z() * found.offset)).z),
                 range(0),
                 range(1),
                 list(&blocks)
@@ -221,7 +225,7 @@ fn places(plan: &Plan) -> Vec<String> {
     if !setup.points.is_empty() {
         let each = setup.points.iter().zip(&setup.places.points);
         let each = each.map(|(own, found)| {
-            let at = found.place;
+            let at = convention.vector(&found.place).map(|c| c + 0.0);
             format!(
                 "{} at ({}, {}, {}), {}",
                 own.name,

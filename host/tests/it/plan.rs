@@ -299,6 +299,25 @@ fn instruments_come_from_the_robot_file() {
     assert!((26..=28).contains(&all.len()), "{}", all.len());
 }
 
+/// z points downwards: the plane, the region and the positions are below the base at a positive z.
+#[test]
+fn a_plan_is_in_the_axes_of_its_robot_file() {
+    let folder = Folder::new();
+    // Seen along the reversed z, the arms are numbered the other way round.
+    let turned = TO_MEASURE.replace("forearm_mm", "azimuth_deg = [0, -120, -240]\nforearm_mm");
+    let table = "[planes.table]\nz_mm = 520\nsigma_mm = 5\nblocks_mm = [0]\n";
+    let convention = "[convention]\nz_axis = \"down\"\n";
+    folder.write("robot.toml", format!("{turned}{table}{convention}"));
+    let plan = "robot.toml --measure plane --count 12 --within";
+    let json = json(&folder, &format!("{plan} r=200,z=400..600"));
+    assert_eq!(json["planes"], serde_json::json!([["table", 520.0]]));
+    for own in json["measurements"].as_array().unwrap() {
+        assert!((number(own, "position_mm/2") - 520.0).abs() < 0.05, "{own}");
+    }
+    let table = "r=200,z=-600..-400 ⇒ 2 ⇒ within r=200,z=-600..-400 | z 1";
+    assert_refused(&folder, &format!("plan {plan}"), table);
+}
+
 /// In an unknown frame only the tolerance locates the robot: no measurement there halves the absolute error that it
 /// allows, 1.7 mm, while relative positions are known to hundredths.
 #[test]

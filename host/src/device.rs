@@ -101,7 +101,7 @@ pub fn difference(
 /// # Errors
 /// Positions so far off that they are another robot's.
 pub fn check_calibrated(file: &RobotFile, nominal: &Robot<f64>) -> Result<f64, InputError> {
-    let poses = WorkspacePoses::of(file);
+    let poses = WorkspacePoses::of(&file.robot, &file.reach());
     let joints = poses.inside.iter().map(|pose| pose.joints);
     let rms = difference(&file.robot, nominal, joints);
     let [arm, ..] = nominal.arms();

@@ -153,13 +153,8 @@ pub struct WorkspacePoses {
 }
 
 impl WorkspacePoses {
-    /// For the robot of a file.
-    pub fn of(file: &RobotFile) -> Self {
-        Self::within(&file.robot, &file.reach())
-    }
-
     /// For a robot.
-    pub fn within(robot: &Robot<f64>, reach: &Reach) -> Self {
+    pub fn of(robot: &Robot<f64>, reach: &Reach) -> Self {
         Self {
             inside: inside(robot, reach),
             edge: edge(robot, reach),
@@ -285,7 +280,7 @@ impl ExpectedError {
         covariance: &RobotCovariance,
     ) -> Option<Self> {
         let reach = file.reach();
-        let poses = WorkspacePoses::within(robot, &reach);
+        let poses = WorkspacePoses::of(robot, &reach);
         Self::at(robot, covariance, &reach, &poses)
     }
 

@@ -165,7 +165,7 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
         return Err(objection);
     }
     let reach = robot.reach();
-    let poses = WorkspacePoses::within(&solution.robot, &reach);
+    let poses = WorkspacePoses::of(&solution.robot, &reach);
     let subject = Subject {
         solution: &solution,
         readings: case.readings,

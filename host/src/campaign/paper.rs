@@ -34,14 +34,8 @@ const EXPERIMENTS: [(&str, &str); 7] = [
 /// The paper's results.
 const FIGURES: &str = include_str!("../../examples/paper/figures.csv");
 
-/// A simulation from the paper and its results here.
-#[derive(Debug, Clone)]
-pub struct Experiment {
-    /// Name, as in `results.csv`.
-    pub name: &'static str,
-    /// Results of its cases.
-    pub cases: Vec<CaseSummary>,
-}
+/// The name of a simulation from the paper, as in `results.csv`, and the results of its cases here.
+pub type Experiment = (&'static str, Vec<CaseSummary>);
 
 /// A result reported in the paper.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -89,8 +83,7 @@ pub fn simulate(
             progress(before + finished, total);
         })?;
         before += of(plan, robots);
-        let cases = summarize(&rows);
-        experiments.push(Experiment { name, cases });
+        experiments.push((*name, summarize(&rows)));
     }
     Ok(experiments)
 }
@@ -121,7 +114,7 @@ pub struct Comparison {
 pub fn comparisons(experiments: &[Experiment]) -> Result<Vec<Comparison>, csv::Error> {
     let figures = figures()?;
     let mut comparisons = Vec::new();
-    for Experiment { name, cases } in experiments {
+    for (name, cases) in experiments {
         for summary in cases {
             let case = &summary.case;
             let plain = !(case.weights || case.prior || case.planned);
@@ -185,7 +178,7 @@ pub fn results_csv(experiments: &[Experiment]) -> Result<String, csv::Error> {
     let figures = figures()?;
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(COLUMNS.split(','))?;
-    for Experiment { name, cases } in experiments {
+    for (name, cases) in experiments {
         for summary in cases {
             let case = &summary.case;
             let figure = figure_of(&figures, name, case);

@@ -101,11 +101,6 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Every case, in row order.
-    pub fn cases(&self) -> impl Iterator<Item = &Case> {
-        self.scenarios.iter().flat_map(|scenario| &scenario.cases)
-    }
-
     /// The seed of a robot. It depends on the geometry and the scenario's values, not on the scenario's position in the
     /// file: extending a list adds cases without changing the robots of the others, and robots of different geometries
     /// are unrelated.

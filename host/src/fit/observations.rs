@@ -71,7 +71,7 @@ pub(crate) fn levels(robot: &RobotFile) -> Option<Levels> {
 }
 
 /// Whether the robot file states σ of a kind of reading; if not, it is estimated.
-pub(super) fn is_stated(robot: &RobotFile, kind: Kind) -> bool {
+pub(crate) fn is_stated(robot: &RobotFile, kind: Kind) -> bool {
     let facts = &robot.instruments;
     match kind {
         Kind::Position => robot.noise.is_some(),

@@ -4,10 +4,11 @@ use super::PlanRequest;
 use super::request::Kind;
 use crate::accuracy::uncertainty::inside;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Reading, ReadingFrom, Readings};
+use crate::files::samples_file::{Kind as ReadingKind, Reading, ReadingFrom, Readings};
 use crate::fit::Frame;
-use crate::fit::observations::places;
+use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT, is_stated, places};
 use crate::fit::solution::{Places, PlaneFound, PointFound};
+use crate::geometry::range;
 use delta_cal::observations::{Plane, Point};
 use delta_cal::{Noise, Real, Robot, Sample};
 use nalgebra::Vector3;
@@ -22,10 +23,8 @@ const POINTS: [&str; 3] = ["A", "B", "C"];
 const POINTS_OUT: f64 = 0.7;
 /// Shortest and longest distance if none are stated, mm.
 const LENGTHS: (f64, f64) = (50.0, f64::INFINITY);
-/// Typical σ of a laser tracker, a dial gauge, and a calliper or wire sensor, mm.
+/// Typical σ of a laser tracker, mm.
 const POSITION: f64 = 0.02;
-const HEIGHT: f64 = 0.02;
-const DISTANCE: f64 = 0.05;
 /// Typical σ of an encoder on a geared joint, degrees.
 const JOINT_DEGREES: f64 = 0.002;
 
@@ -149,16 +148,16 @@ impl Setup {
                 known,
             }
         });
-        let (with, noise_stated) = with_noise(robot, measured);
+        let mut kinds = ReadingKind::ALL.into_iter().zip(measured);
         Self {
-            robot: with,
+            robot: with_noise(robot),
             planes: planes.collect(),
             points: points.collect(),
             places,
             on_table: facts.points.iter().all(|point| point.place.is_none()),
             lengths: facts.lengths.unwrap_or(LENGTHS),
             frame,
-            noise_stated,
+            noise_stated: kinds.all(|(kind, measured)| !measured || is_stated(robot, kind)),
         }
     }
 
@@ -232,33 +231,22 @@ fn point_of(known: &Point<f64>) -> PointFound {
     }
 }
 
-/// The robot with a noise of every kind, stated or typical, and whether the file states it for each kind that is measured:
-/// coordinates, heights, distances.
-fn with_noise(robot: &RobotFile, measured: [bool; 3]) -> (RobotFile, bool) {
+/// The robot with a noise of every kind, stated or typical.
+fn with_noise(robot: &RobotFile) -> RobotFile {
     let facts = &robot.instruments;
-    let stated = [
-        robot.noise.is_some(),
-        facts.height_noise.is_some(),
-        facts.distance_noise.is_some(),
-    ];
-    let all_stated = measured
-        .iter()
-        .zip(stated)
-        .all(|(measured, stated)| !measured || stated);
     let joint = facts.joint_noise.unwrap_or(JOINT_DEGREES.to_radians());
     let mut with = robot.clone();
     with.noise = robot.noise.or_else(|| Noise::new(POSITION, joint).ok());
-    with.instruments.height_noise = facts.height_noise.or(Some(HEIGHT));
-    with.instruments.distance_noise = facts.distance_noise.or(Some(DISTANCE));
-    (with, all_stated)
+    with.instruments.height_noise = facts.height_noise.or(Some(USUAL_HEIGHT));
+    with.instruments.distance_noise = facts.distance_noise.or(Some(USUAL_DISTANCE));
+    with
 }
 
 /// The height of the plane, such that most poses lie between it and the tallest gauge block.
 fn broadest(poses: &[Sample<f64>]) -> f64 {
     let [.., tallest] = BLOCKS;
     let heights = || poses.iter().map(|pose| pose.position.z);
-    let lowest = heights().fold(f64::INFINITY, f64::min);
-    let highest = heights().fold(f64::NEG_INFINITY, f64::max);
+    let (lowest, highest) = range(heights());
     let span = tallest.max(0.1 * (highest - lowest));
     let within = |low: f64| heights().filter(|z| (low..low + span).contains(z)).count();
     let steps = (0..100).map(|step| lowest + (highest - lowest) * f64::from(step) / 100.0);

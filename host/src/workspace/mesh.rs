@@ -68,14 +68,6 @@ impl Mesh {
         corners.map(|triangle| triangle.map(|corner| &workspace.points[corner]))
     }
 
-    /// The enclosed volume, mm³.
-    pub fn volume(&self, workspace: &Workspace) -> f64 {
-        let corners = self
-            .corners(workspace)
-            .map(|corners| corners.map(|corner| corner.position));
-        corners.map(|[a, b, c]| a.dot(&b.cross(&c)) / 6.0).sum()
-    }
-
     /// The mesh as binary STL, in mm.
     #[allow(clippy::cast_possible_truncation)] // the format's numbers are single precision
     pub fn to_stl(&self, workspace: &Workspace, convention: &Convention) -> Vec<u8> {

@@ -30,6 +30,12 @@ fn table(text: &str) -> Vec<Cells> {
     reader.deserialize().collect::<Result<_, _>>().unwrap()
 }
 
+/// The rows that a command writes to standard output.
+fn rows(folder: &Folder, command: &str) -> Vec<Cells> {
+    let run = folder.run(&format!("simulate {command} --output -"));
+    table(&run.ok().stdout)
+}
+
 fn number(row: &Cells, column: &str) -> f64 {
     let cell = &row[column];
     cell.parse().unwrap_or_else(|_| panic!("{column}: {cell}"))
@@ -71,10 +77,9 @@ fn the_built_in_campaign_is_the_example_and_leaves_no_file() {
 
     let example = folder.run("simulate --example").ok().stdout;
     folder.write("campaign.toml", &example);
-    let rows = |command: &str| folder.run(&format!("{command} --output -")).ok().stdout;
-    let built_in = rows("simulate --robots 0..5");
-    assert_eq!(built_in, rows("simulate campaign.toml --robots 0..5"));
-    assert_eq!(table(&built_in).len(), 5 * 8);
+    let built_in = rows(&folder, "--robots 0..5");
+    assert_eq!(built_in, rows(&folder, "campaign.toml --robots 0..5"));
+    assert_eq!(built_in.len(), 5 * 8);
 }
 
 /// Neither the split into ranges nor the number of threads matters.
@@ -122,10 +127,7 @@ fn robots_depend_on_the_seed_and_the_geometry_and_not_on_the_other_cases() {
     folder.write("paper.toml", NOMINAL);
     let rows = |text: String| {
         folder.write("own.toml", text);
-        let run = folder
-            .run("simulate own.toml --robots 0..9 --output -")
-            .ok();
-        table(&run.stdout)
+        self::rows(&folder, "own.toml --robots 0..9")
     };
     let gains = |rows: &[Cells], poses: &str| -> Vec<String> {
         let rows = rows.iter().filter(|row| row["poses"] == poses);
@@ -249,8 +251,7 @@ fn exact_measurements_have_no_bound_and_return_every_robot() {
          noise_levels = [{ position_mm = 0, joint_deg = 0 }]\nprior = [false]\n\
          methods = [\"ikm\", \"fkm\", \"joint\"]\nsolvers = [\"lm\", \"gn\"]\n",
     );
-    let rows = folder.run("simulate campaign.toml --output -").ok().stdout;
-    for row in table(&rows) {
+    for row in rows(&folder, "campaign.toml") {
         assert_eq!(row["status"], "accepted", "{row:?}");
         assert_eq!(
             (row["parameter_bound_mm"].as_str(), row["returned"].as_str()),
@@ -271,7 +272,7 @@ fn joint_zeros_are_off_by_degrees() {
          noise_levels = [{ position_mm = 0.02, joint_deg = 0.002 }]\n\
          methods = [\"ikm\", \"joint\"]\n",
     );
-    let rows = table(&folder.run("simulate campaign.toml --output -").ok().stdout);
+    let rows = rows(&folder, "campaign.toml");
     assert_eq!(rows.len(), 40);
     for row in &rows {
         assert_eq!(row["start_error_zero_deg"], "10.0");
@@ -290,7 +291,7 @@ fn towers_have_a_radius_in_common_and_travels_a_noise() {
          noise_levels = [{ position_mm = 0.02, joint_mm = 0.02 }]\nmethods = [\"joint\"]\n",
     );
     folder.write("robot.toml", TOWERS);
-    let rows = table(&folder.run("simulate campaign.toml --output -").ok().stdout);
+    let rows = rows(&folder, "campaign.toml");
     assert_eq!(rows.len(), 200);
     for poses in ["3", "20"] {
         let ratios = rows.iter().filter(|row| row["poses"] == poses).map(|row| {

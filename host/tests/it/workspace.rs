@@ -18,12 +18,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::{PI, TAU};
 
 struct Case {
-    name: String,
+    name: &'static str,
     robot: Robot<f64>,
     reach: Reach,
 }
 
 impl Case {
+    const fn new((name, robot, reach): (&'static str, Robot<f64>, Reach)) -> Self {
+        Self { name, robot, reach }
+    }
+
     /// The workspace from about this many lines across its longest side.
     fn workspace(&self, lines: f64) -> Workspace {
         let coarse = Options {
@@ -79,12 +83,7 @@ fn cases() -> Vec<Case> {
         let limits = reach(-90.0 + 40.0 * low, 90.0 + 60.0 * high, forearm);
         cases.push(("uneven", robot, limits));
     }
-    let cases = cases.into_iter().map(|(name, robot, reach)| Case {
-        name: name.to_owned(),
-        robot,
-        reach,
-    });
-    cases.collect()
+    cases.into_iter().map(Case::new).collect()
 }
 
 /// Realistic robots: five with arms, and some with towers, the last of which lean and cross above the robot.
@@ -109,12 +108,7 @@ fn built() -> Vec<Case> {
         };
         (name, robot, reach)
     });
-    let built = arms.chain(towers).map(|(name, robot, reach)| Case {
-        name: name.to_owned(),
-        robot,
-        reach,
-    });
-    built.collect()
+    arms.chain(towers).map(Case::new).collect()
 }
 
 /// Inside there are joint angles that lead to the position; outside there are none.
@@ -165,11 +159,7 @@ fn bisected(holds: impl Fn(f64) -> bool, mut a: f64, mut b: f64) -> f64 {
 #[test]
 fn every_position_of_the_forward_model_is_reachable_and_joints_lead_back_to_it() {
     let mut rng = Pcg32::seed_from_u64(1);
-    let beyond = Case {
-        name: "beyond a half turn".to_owned(),
-        robot: paper(),
-        reach: reach(90.0, 400.0, None),
-    };
+    let beyond = Case::new(("beyond a half turn", paper(), reach(90.0, 400.0, None)));
     let towers = built().into_iter().skip(5);
     for Case { name, robot, reach } in cases().into_iter().chain([beyond]).chain(towers) {
         let mut reached = 0;
@@ -220,11 +210,7 @@ fn the_volume_is_that_of_the_forward_sweep() {
             Some(45.0),
         ),
     ] {
-        let case = Case {
-            name: String::new(),
-            robot,
-            reach: reach(-50.0, 80.0, forearm),
-        };
+        let case = Case::new(("swept", robot, reach(-50.0, 80.0, forearm)));
         let volume = case.workspace(60.0).volume();
         let (expected, sigma) = swept(&case, size(150_000, 400_000), &mut rng);
         println!("{volume:?}, swept {expected:.3} ± {sigma:.3} l");

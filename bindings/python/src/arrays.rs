@@ -5,11 +5,11 @@ use delta_cal::robot::Drive;
 use delta_cal_host::files::convention::Convention;
 use delta_cal_host::{InputText, RobotFile};
 use nalgebra::Vector3;
-use numpy::{PyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::f64::consts::TAU;
 use std::fmt::{Display, Write};
@@ -187,25 +187,27 @@ pub(crate) fn each_row<'py, const WIDTH: usize, E: Display>(
     compute: impl Fn(&[f64; 3]) -> Result<[f64; WIDTH], E> + Sync,
 ) -> PyResult<Bound<'py, PyAny>> {
     let from = rows.get()?;
-    let or_nan = |row| compute(row).unwrap_or([f64::NAN; WIDTH]);
-    let values: Vec<[f64; WIDTH]> = if from.len() > CHUNK {
-        let rows = from.par_iter().with_min_len(CHUNK);
-        with_cores(py, || rows.map(or_nan).collect())?
-    } else {
-        py.detach(|| from.iter().map(or_nan).collect())
+    let mut shape = vec![from.len()];
+    shape.extend(each);
+    let array = PyArrayDyn::<f64>::zeros(py, &shape[usize::from(rows.single)..], false);
+    let mut values = array.readwrite();
+    let (into, _) = values.as_slice_mut()?.as_chunks_mut::<WIDTH>();
+    let fill = |(into, row): (&mut [f64; WIDTH], &[f64; 3])| {
+        *into = compute(row).unwrap_or([f64::NAN; WIDTH]);
     };
+    if from.len() > CHUNK {
+        let pairs = into.par_iter_mut().with_min_len(CHUNK).zip(from);
+        with_cores(py, || pairs.for_each(fill))?;
+    } else {
+        py.detach(|| into.iter_mut().zip(from).for_each(fill));
+    }
     let is_nan = |row: &[f64; WIDTH]| row.iter().any(|value| value.is_nan());
-    if raise && let Some(row) = values.iter().position(is_nan) {
+    if raise && let Some(row) = into.iter().position(is_nan) {
         compute(&from[row])
             .map_err(|error| value_error(argument, format!("row {row}: {error}")))?;
     }
-    let mut shape = vec![from.len()];
-    shape.extend(each);
-    array(
-        py,
-        values.into_flattened(),
-        &shape[usize::from(rows.single)..],
-    )
+    drop(values);
+    Ok(array.into_any())
 }
 
 /// Without the interpreter's lock, on threads of this process: those of a process that forked are not there in its

@@ -99,7 +99,6 @@ const SIDE_BY_SIDE: [&[Stage]; 2] = [
                 "cargo check --quiet --package delta-cal --target-dir target/features",
                 "cargo check --quiet --package delta-cal --target-dir target/features --features defmt",
                 "cargo check --quiet --package delta-cal --target-dir target/features --features linear",
-                "cargo check --quiet --package delta-cal --target-dir target/features --features serde",
                 "cargo check --quiet --package delta-cal --target-dir target/features --features simulate",
                 "cargo check --quiet --package delta-cal --target-dir target/features --features transmission",
                 "cargo check --quiet --package delta-cal --target-dir target/features --all-features",

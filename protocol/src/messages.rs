@@ -189,7 +189,7 @@ pub enum Fault {
     },
     /// The parameters could not be stored and are therefore not used.
     Store,
-    /// The numbers of an [`Adopt`] do not describe a valid robot.
+    /// The numbers of an [`Request::Adopt`] do not describe a valid robot.
     Geometry(GeometryError),
 }
 

@@ -51,7 +51,7 @@ impl Wanted {
         }
     }
 
-    /// These positions, of which at most [`FITTED`] are fitted.
+    /// These positions, of which at most 300, evenly spread, are fitted.
     pub fn of(positions: Vec<Vector3<f64>>) -> Self {
         let step = positions.len().div_ceil(FITTED).max(1);
         Self {

@@ -1,46 +1,29 @@
 //! The board: Arm's MPS2 with a Cortex-M4F (AN386) or a Cortex-M7 (AN500), under QEMU. All board-specific code is in
-//! this file; replace it for another board.
+//! this file and in `emulated.rs`; replace them for another board.
 //!
-//! A timer interrupts a thousand times a second for the control loop, with the highest priority. The UART's interrupt
-//! only moves bytes. SysTick runs freely for measurements.
+//! SysTick interrupts a thousand times a second for the control loop, with the highest priority. The UART's interrupt
+//! only moves bytes. A timer runs freely for measurements.
 
 use crate::Number;
+use crate::emulated::{self, CLOCK, Flash};
 use core::cell::Cell;
-use core::mem::MaybeUninit;
 use core::ptr;
 use core::sync::atomic::{AtomicU32, Ordering};
 use cortex_m::interrupt::InterruptNumber;
-use cortex_m::peripheral::syst::SystClkSource;
-use cortex_m::peripheral::{CPUID, NVIC, SYST};
+use cortex_m::peripheral::NVIC;
 use critical_section::Mutex;
 use defmt_semihosting as _;
 use delta_cal::Real;
-use delta_cal_firmware_example::{Foreground, ParameterFlash, StreamFlash, TURNS_A_SECOND, Timer};
+use delta_cal_firmware_example::{Foreground, Timer};
 use heapless::spsc::Producer;
 
-/// Clock frequency of the core, its timers and its UARTs.
-const CLOCK: u32 = 25_000_000;
 const BAUD: u32 = 115_200;
 
-/// Takes the board, once: the flash for parameters, the flash for samples, and the serial link.
-pub(crate) fn take() -> Option<(&'static mut ParameterFlash, &'static mut StreamFlash, Link)> {
-    let mut core = cortex_m::Peripherals::take()?;
-    let timer = &mut core.SYST;
-    timer.set_clock_source(SystClkSource::Core);
-    timer.set_reload(SysTick::MASK);
-    timer.clear_current();
-    timer.enable_counter();
-    let retained = retained();
-    let link = Link { nvic: core.NVIC };
-    Some((&mut retained.flash, &mut retained.stream_flash, link))
-}
-
-/// CPUID of the core, which distinguishes the two boards.
-pub(crate) fn processor() -> u32 {
-    // SAFETY: the register is read-only and reading it has no side effects.
-    #[allow(unsafe_code)]
-    let identification = unsafe { &*CPUID::PTR };
-    identification.base.read()
+/// Takes the board, once: the flash, the serial link, and CPUID of the core, which distinguishes the two boards.
+pub(crate) fn take() -> (&'static mut Flash, Link, u32) {
+    let (core, flash) = emulated::take();
+    let processor = core.CPUID.base.read();
+    (flash, Link { core }, processor)
 }
 
 /// Called when idle until the next interrupt.
@@ -51,43 +34,16 @@ pub(crate) fn wait() {
     cortex_m::asm::nop();
 }
 
-/// Stands for two regions of flash: memory that survives a reset.
-#[repr(C)] // the next firmware finds it in the same place
-struct Retained {
-    mark: u32,
-    flash: ParameterFlash,
-    stream_flash: StreamFlash,
-}
-
-/// Marks memory initialised since power-on.
-const MARK: u32 = 0x64_63_61_6c;
-
-#[allow(unsafe_code)] // attribute that places it
-#[unsafe(link_section = ".uninit.flash")]
-static mut RETAINED: MaybeUninit<Retained> = MaybeUninit::uninit();
-
-fn retained() -> &'static mut Retained {
-    // SAFETY: called only by `take`, which succeeds once. Any bits are a valid `Retained`.
-    #[allow(unsafe_code)]
-    let retained = unsafe { &mut *(&raw mut RETAINED).cast::<Retained>() };
-    if retained.mark != MARK {
-        retained.flash.bytes.fill(0xff);
-        retained.stream_flash.bytes.fill(0xff);
-        retained.mark = MARK;
-    }
-    retained
-}
-
 /// The free-running timer.
-pub(crate) struct SysTick;
+struct Ticks;
 
-impl Timer for SysTick {
+impl Timer for Ticks {
     const TICKS_A_SECOND: u32 = CLOCK;
-    const MASK: u32 = 0x00ff_ffff;
+    const MASK: u32 = u32::MAX;
 
     fn now(&self) -> u32 {
         // It counts down.
-        Self::MASK - SYST::get_current()
+        Self::MASK - read(TIMER_VALUE)
     }
 }
 
@@ -109,9 +65,7 @@ const RECEIVE_INTERRUPT: u32 = 1 << 1;
 const TIMER_CONTROL: usize = 0x4000_0000;
 const TIMER_VALUE: usize = 0x4000_0004;
 const TIMER_RELOAD: usize = 0x4000_0008;
-const TIMER_INTERRUPT: usize = 0x4000_000c;
 const TIMER_ENABLE: u32 = 1;
-const TIMER_INTERRUPT_ENABLE: u32 = 1 << 3;
 
 fn read(register: usize) -> u32 {
     // SAFETY: the addresses are those of the board's peripherals, aligned, and not memory.
@@ -129,49 +83,23 @@ fn write(register: usize, value: u32) {
     }
 }
 
-/// The interrupts used, with their numbers.
+/// The UART's interrupt, the only one of the board in use: number 0.
 #[derive(Clone, Copy)]
-#[allow(non_camel_case_types, clippy::upper_case_acronyms)] // as in the device manual
-pub(crate) enum Interrupt {
-    UART0_RX = 0,
-    TIMER0 = 8,
-}
-use Interrupt as interrupt;
+struct Received;
 
-// SAFETY: the numbers are the board's.
+// SAFETY: the number is the board's.
 #[allow(unsafe_code)]
-unsafe impl InterruptNumber for Interrupt {
+unsafe impl InterruptNumber for Received {
     fn number(self) -> u16 {
-        self as u16
+        0
     }
 }
 
-#[allow(unsafe_code, missing_docs)]
-mod vectors {
-    unsafe extern "C" {
-        fn UART0_RX();
-        fn TIMER0();
-        fn DefaultHandler();
-    }
-
-    /// The board's part of the vector table; `cortex-m-rt` puts its own before it.
-    #[unsafe(link_section = ".vector_table.interrupts")]
-    #[unsafe(no_mangle)]
-    pub(super) static __INTERRUPTS: [unsafe extern "C" fn(); 32] = {
-        let mut table: [unsafe extern "C" fn(); 32] = [DefaultHandler; 32];
-        table[super::Interrupt::UART0_RX as usize] = UART0_RX;
-        table[super::Interrupt::TIMER0 as usize] = TIMER0;
-        table
-    };
-}
-
-/// Hands each interrupt its data once.
-fn taken<'a, T>(own: &'a mut Option<T>, handed: &Mutex<Cell<Option<T>>>) -> Option<&'a mut T> {
-    if own.is_none() {
-        *own = critical_section::with(|section| handed.borrow(section).take());
-    }
-    own.as_mut()
-}
+/// The board's part of the vector table; `cortex-m-rt` puts the processor's before it.
+#[allow(unsafe_code)] // attributes that place it
+#[unsafe(link_section = ".vector_table.interrupts")]
+#[unsafe(no_mangle)]
+static __INTERRUPTS: [extern "C" fn(); 1] = [receive];
 
 static CONTROL: Mutex<Cell<Option<Foreground<'static, Number>>>> = Mutex::new(Cell::new(None));
 static RECEIVED: Mutex<Cell<Option<Producer<'static, u8>>>> = Mutex::new(Cell::new(None));
@@ -194,7 +122,7 @@ pub(crate) fn overrun() -> u32 {
 
 /// The serial link.
 pub(crate) struct Link {
-    nvic: NVIC,
+    core: cortex_m::Peripherals,
 }
 
 impl Link {
@@ -213,17 +141,17 @@ impl Link {
             UART_CONTROL,
             TRANSMIT_ENABLE | RECEIVE_ENABLE | RECEIVE_INTERRUPT_ENABLE,
         );
-        write(TIMER_RELOAD, CLOCK / TURNS_A_SECOND - 1);
-        write(TIMER_VALUE, CLOCK / TURNS_A_SECOND - 1);
-        write(TIMER_CONTROL, TIMER_ENABLE | TIMER_INTERRUPT_ENABLE);
-        // SAFETY: everything the interrupts use is set up, and no critical section depends on their priorities.
+        write(TIMER_RELOAD, u32::MAX);
+        write(TIMER_VALUE, u32::MAX);
+        write(TIMER_CONTROL, TIMER_ENABLE);
+        // SAFETY: everything the interrupt uses is set up, and no critical section depends on its priority, which is
+        // below that of the control loop.
         #[allow(unsafe_code)]
         unsafe {
-            self.nvic.set_priority(Interrupt::TIMER0, 0x00);
-            self.nvic.set_priority(Interrupt::UART0_RX, 0x40);
-            NVIC::unmask(Interrupt::UART0_RX);
-            NVIC::unmask(Interrupt::TIMER0);
+            self.core.NVIC.set_priority(Received, 0x40);
+            NVIC::unmask(Received);
         }
+        emulated::start_turns(&mut self.core.SYST);
     }
 
     /// Sends bytes, waiting for the UART; only the background waits here.
@@ -236,19 +164,20 @@ impl Link {
     }
 }
 
-#[cortex_m_rt::interrupt]
-fn TIMER0() {
+#[cortex_m_rt::exception]
+fn SysTick() {
     static mut CONTROL_LOOP: Option<Foreground<'static, Number>> = None;
-    write(TIMER_INTERRUPT, 1);
-    if let Some(control_loop) = taken(CONTROL_LOOP, &CONTROL) {
-        control_loop.turn(&SysTick, drive);
+    if CONTROL_LOOP.is_none() {
+        *CONTROL_LOOP = critical_section::with(|section| CONTROL.borrow(section).take());
+    }
+    if let Some(control_loop) = CONTROL_LOOP {
+        control_loop.turn(&Ticks, drive);
     }
 }
 
-#[cortex_m_rt::interrupt]
-fn UART0_RX() {
-    static mut QUEUE: Option<Producer<'static, u8>> = None;
-    let mut queue = taken(QUEUE, &RECEIVED);
+/// The UART's interrupt.
+extern "C" fn receive() {
+    let mut queue = critical_section::with(|section| RECEIVED.borrow(section).take());
     write(UART_INTERRUPT, RECEIVE_INTERRUPT);
     let mut lost = 0;
     while read(UART_STATE) & RECEIVE_FULL != 0 {
@@ -263,5 +192,6 @@ fn UART0_RX() {
         write(UART_STATE, RECEIVE_OVERRUN);
         lost += 1;
     }
+    critical_section::with(|section| RECEIVED.borrow(section).set(queue));
     OVERRUN.fetch_add(lost, Ordering::Relaxed);
 }

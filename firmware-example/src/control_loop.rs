@@ -65,7 +65,8 @@ pub struct NewParameters<T: Real> {
 pub struct ControlLoop<T: Real, P = Circle<T>> {
     /// The path, to give it another target.
     pub path: P,
-    robot: Robot<T>,
+    /// The parameters in use; while [`switching`](Self::switching), the previous ones.
+    pub robot: Robot<T>,
     /// New parameters being blended in, and the turn of that, an integer.
     blend: Option<(NewParameters<T>, T)>,
     /// The last point and its joint targets, and counters.
@@ -133,11 +134,6 @@ impl<T: Real, P: Path<T>> ControlLoop<T, P> {
             }
         }
         Some(joints)
-    }
-
-    /// The parameters in use; while [`switching`](Self::switching), the previous ones.
-    pub const fn robot(&self) -> &Robot<T> {
-        &self.robot
     }
 }
 

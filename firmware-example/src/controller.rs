@@ -38,10 +38,11 @@ const LARGEST_REQUEST: usize = 384;
 pub struct Controller<T: Number, F, S> {
     processor: u32,
     receiver: Receiver<LARGEST_REQUEST>,
-    counters: Counters,
+    /// Statistics of the link. Whoever moves the bytes sets `overrun`, the number lost before they arrived here.
+    pub counters: Counters,
     /// Sequence number of the last request.
     last: Option<u16>,
-    session: Session<T>,
+    pub(crate) session: Session<T>,
     geometries: Geometries<T, F>,
     streams: StreamStore<T, S>,
     /// Parameters not yet handed to the control loop.
@@ -53,7 +54,8 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
     /// Reads the parameters from `flash`; [`resume`](Self::resume) reads `stream_flash`. `processor` is the core's
     /// CPUID.
     pub fn new(nominal: Robot<T>, flash: F, stream_flash: S, processor: u32) -> Self {
-        info!(
+        log!(
+            info,
             "start: firmware {}, {} bytes a number, processor {=u32:08x}",
             FIRMWARE,
             size_of::<T>(),
@@ -147,11 +149,6 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
         self.last = Some(sequence);
     }
 
-    /// Whether a calibration is active: samples are being added or solved.
-    pub fn calibrating(&self) -> bool {
-        self.session.calibrating()
-    }
-
     /// The parameters in use.
     pub const fn current(&self) -> NewParameters<T> {
         self.geometries.current
@@ -165,17 +162,14 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
     /// Sets the control loop's last state, for [`Request::Status`].
     pub fn set_control(&mut self, control: ControlLoop<T>) {
         if control.switches != self.control.switches {
-            info!(
+            log!(
+                info,
                 "control loop switched to {=u32:08x} at turn {}",
-                control.fingerprint, control.turns
+                control.fingerprint,
+                control.turns
             );
         }
         self.control = control;
-    }
-
-    /// Sets the number of bytes lost before they arrived here, for [`Request::Counters`].
-    pub fn set_overrun(&mut self, overrun: u32) {
-        self.counters.overrun = overrun;
     }
 
     /// Returns both flashes, to simulate switching the controller off.

@@ -48,10 +48,11 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
             damaged: false,
         };
         if let Err(error) = geometries.read() {
-            warning!("store damaged: {}", error);
+            log!(warn, "store damaged: {}", error);
             geometries.damaged = true;
         }
-        info!(
+        log!(
+            info,
             "parameters {=u32:08x}, calibrated: {}, store damaged: {}",
             geometries.current.fingerprint,
             geometries.sets.0.is_some(),
@@ -147,12 +148,14 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
         // Storing the same set again repairs the store and keeps the previous set.
         let sets = (geometry, if same { self.sets.1 } else { previous });
         if let Err(error) = self.save(&sets) {
-            warning!("not stored: {}", error);
+            log!(warn, "not stored: {}", error);
             return Err(Fault::Store);
         }
-        info!(
+        log!(
+            info,
             "stored, and changed from {=u32:08x} to {=u32:08x}",
-            there, new.fingerprint
+            there,
+            new.fingerprint
         );
         self.current = new;
         self.sets = sets;

@@ -2,6 +2,7 @@
 
 use core::ops::Range;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use delta_cal_protocol::{Reader, Wire, Writer};
 use embedded_storage::nor_flash::NorFlash;
 
 /// Bytes written together: a multiple of any flash's write unit.
@@ -52,9 +53,8 @@ struct Found {
     checksum: u32,
 }
 
-/// The lower half.
+/// Indices of the halves.
 const LOWER: usize = 0;
-/// The upper half.
 const UPPER: usize = 1;
 
 impl<F: NorFlash> Halves<F> {
@@ -232,23 +232,17 @@ impl<F: NorFlash> Halves<F> {
 
     /// The generation and length of a record; `None` if the bytes do not begin with one of our headers.
     fn header(&self, bytes: &[u8; CHUNK]) -> Option<(u32, usize)> {
-        let [mark, generation, length, ..] = bytes.as_chunks::<4>().0 else {
-            return None;
-        };
-        let length = usize::try_from(u32::from_le_bytes(*length)).ok()?;
-        let ours = u32::from_le_bytes(*mark) == self.mark;
-        (ours && length > 0 && length <= self.largest)
-            .then_some((u32::from_le_bytes(*generation), length))
+        let [mark, generation, length]: [u32; 3] = Wire::get(&mut Reader::new(bytes))?;
+        let length = usize::try_from(length).ok()?;
+        let ours = mark == self.mark && length > 0 && length <= self.largest;
+        ours.then_some((generation, length))
     }
 
     #[inline(never)]
     fn write(&mut self, half: usize, content: &[u8], generation: u32) -> Result<Found, StoreError> {
         let mut header = [0; HEADER];
         #[allow(clippy::cast_possible_truncation)] // some kilobytes
-        let words = [self.mark, generation, content.len() as u32];
-        for (place, word) in header.as_chunks_mut().0.iter_mut().zip(words) {
-            *place = word.to_le_bytes();
-        }
+        [self.mark, generation, content.len() as u32].put(&mut Writer::new(&mut header));
         let mut digest = CRC.digest();
         for byte in header.iter().chain(content) {
             digest.update(&[*byte]);

@@ -9,29 +9,14 @@ use heapless::spsc::{Consumer, Producer, Queue};
 
 /// Memory shared by the control loop and the background: parameters in, loop state out, each through a lock-free queue
 /// of whole values. Neither side ever waits for the other.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Handover<T: Real> {
     parameters: Queue<NewParameters<T>, 2>,
     state: Queue<State<T>, 2>,
     calibrating: AtomicBool,
 }
 
-impl<T: Real> Default for Handover<T> {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl<T: Real> Handover<T> {
-    /// An empty handover.
-    pub const fn new() -> Self {
-        Self {
-            parameters: Queue::new(),
-            state: Queue::new(),
-            calibrating: AtomicBool::new(false),
-        }
-    }
-
     /// Splits it into its two sides; the control loop starts with `parameters` and follows a path.
     pub fn split<P: Path<T>>(
         &mut self,
@@ -80,7 +65,7 @@ impl<T: Number> Background<'_, T> {
             let _ = self.hand_over(parameters);
         }
         self.calibrating
-            .store(controller.calibrating(), Ordering::Relaxed);
+            .store(controller.session.calibrating(), Ordering::Relaxed);
     }
 
     /// Hands new parameters to the control loop.
@@ -91,20 +76,17 @@ impl<T: Number> Background<'_, T> {
         self.parameters.enqueue(parameters)
     }
 
-    /// The last state of the control loop, if it is new.
+    /// The last state of the control loop, if it is new: the queue holds one.
     pub fn state(&mut self) -> Option<State<T>> {
-        let mut last = None;
-        while let Some(state) = self.state.dequeue() {
-            last = Some(state);
-        }
-        last
+        self.state.dequeue()
     }
 }
 
 /// The side of the control loop's interrupt, including the loop. It measures the turns against a [`Timer`].
 #[allow(missing_debug_implementations)] // the ends of a queue implement no `Debug`
 pub struct Foreground<'a, T: Real, P = Circle<T>> {
-    control_loop: ControlLoop<T, P>,
+    /// The control loop.
+    pub control_loop: ControlLoop<T, P>,
     /// Start of the last turn, in ticks; `None` before the first.
     began: Option<u32>,
     /// How late it started, in fractions of a tick, of which a turn takes [`Timer::TICKS_A_SECOND`], so that its length
@@ -171,11 +153,6 @@ impl<T: Real, P: Path<T>> Foreground<'_, T, P> {
         *all = all.wrapping_add(u32::try_from(late).unwrap_or(u32::MAX));
         // A thousandth is forgiven, so that the difference between the two clocks does not add up.
         self.late_by = (late_by - period / 1000).max(0);
-    }
-
-    /// The control loop.
-    pub const fn control_loop(&self) -> &ControlLoop<T, P> {
-        &self.control_loop
     }
 }
 

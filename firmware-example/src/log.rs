@@ -1,20 +1,10 @@
-//! `defmt` on a target with that feature, otherwise no-ops.
+//! `defmt` on a target with that feature, otherwise a no-op.
 
-/// Like `defmt::info!`.
-macro_rules! info {
-    ($format:literal $(, $argument:expr)* $(,)?) => {{
+/// `log!(info, …)` is `defmt::info!(…)`; likewise for the other levels.
+macro_rules! log {
+    ($level:ident, $format:literal $(, $argument:expr)* $(,)?) => {{
         #[cfg(all(target_os = "none", feature = "defmt"))]
-        defmt::info!($format $(, $argument)*);
-        #[cfg(not(all(target_os = "none", feature = "defmt")))]
-        let _ = ($(&$argument,)*);
-    }};
-}
-
-/// Like `defmt::warn!`.
-macro_rules! warning {
-    ($format:literal $(, $argument:expr)* $(,)?) => {{
-        #[cfg(all(target_os = "none", feature = "defmt"))]
-        defmt::warn!($format $(, $argument)*);
+        defmt::$level!($format $(, $argument)*);
         #[cfg(not(all(target_os = "none", feature = "defmt")))]
         let _ = ($(&$argument,)*);
     }};

@@ -87,11 +87,10 @@ impl<T: Number> Session<T> {
         begin: &Begin<T>,
         snapshot: &[u8],
     ) -> Result<(), SnapshotError> {
-        self.begin(nominal, begin)
-            .map_err(|_| SnapshotError::Damaged)?;
+        let begun = self.begin(nominal, begin);
         let restored = match &mut self.stream {
-            Some(stream) => either!(stream, own => own.restore(snapshot)),
-            None => Err(SnapshotError::Damaged),
+            Some(stream) if begun.is_ok() => either!(stream, own => own.restore(snapshot)),
+            _ => Err(SnapshotError::Damaged),
         };
         if restored.is_err() {
             self.begun = None;
@@ -101,11 +100,8 @@ impl<T: Number> Session<T> {
     }
 
     /// The session's number; 0 if there is none.
-    pub(crate) const fn number(&self) -> u32 {
-        match &self.begun {
-            Some(begun) => begun.session,
-            None => 0,
-        }
+    pub(crate) fn number(&self) -> u32 {
+        self.begun.as_ref().map_or(0, |begun| begun.session)
     }
 
     /// Number of samples received, including rejected ones.
@@ -125,21 +121,18 @@ impl<T: Number> Session<T> {
                 Chosen::Joint => Stream::begin(&mut self.stream, Stream::Joint, nominal, begin)?,
             }
             self.begun = Some(*begin);
-            info!("session {=u32:08x} begun", begin.session);
+            log!(info, "session {=u32:08x} begun", begin.session);
         }
         Ok(())
     }
 
     /// Adds a sample exactly once.
     pub(crate) fn sample(&mut self, message: &SampleMessage<T>) -> Result<(), Fault> {
-        self.check(message.session)?;
         let next = self.samples();
+        let stream = self.of(message.session)?;
         if message.index > next {
             return Err(Fault::OutOfOrder { next });
         }
-        let Some(stream) = &mut self.stream else {
-            return Err(Fault::NoSession);
-        };
         if message.index < next {
             return Ok(());
         }
@@ -153,22 +146,20 @@ impl<T: Number> Session<T> {
             AddError::Busy => Fault::Busy,
         })?;
         if let (Some(alarm), Added::Tested(_)) = (either!(stream, own => own.alarm()), &added) {
-            warning!("session {=u32:08x}: {}", message.session, alarm);
+            log!(warn, "session {=u32:08x}: {}", message.session, alarm);
         }
         Ok(())
     }
 
     /// Starts solving if all samples have arrived and no solve is in progress or finished.
     pub(crate) fn solve(&mut self, session: u32, samples: u32) -> Result<(), Fault> {
-        self.check(session)?;
         let next = self.samples();
+        let stream = self.of(session)?;
         if samples != next {
             return Err(Fault::OutOfOrder { next });
         }
-        if let Some(stream) = &mut self.stream
-            && let Err(refusal) = either!(stream, own => own.solve())
-        {
-            warning!("session {=u32:08x}: refused, {}", session, refusal);
+        if let Err(refusal) = either!(stream, own => own.solve()) {
+            log!(warn, "session {=u32:08x}: refused, {}", session, refusal);
         }
         Ok(())
     }
@@ -185,13 +176,19 @@ impl<T: Number> Session<T> {
         let working = either!(stream, own => own.step()) == Progress::Working;
         if !working && stream.finished() {
             match self.phase() {
-                Phase::Solved { fingerprint, .. } => info!(
+                Phase::Solved { fingerprint, .. } => log!(
+                    info,
                     "session {=u32:08x}: solved, {=u32:08x}",
                     self.number(),
                     fingerprint
                 ),
                 Phase::CalibrationRefused { refusal, .. } => {
-                    warning!("session {=u32:08x}: refused, {}", self.number(), refusal);
+                    log!(
+                        warn,
+                        "session {=u32:08x}: refused, {}",
+                        self.number(),
+                        refusal
+                    );
                 }
                 _ => {}
             }
@@ -246,24 +243,22 @@ impl<T: Number> Session<T> {
     }
 
     /// The calibrated robot.
-    pub(crate) fn outcome(&self, session: u32) -> Result<Robot<T>, Fault> {
-        self.check(session)?;
-        let stream = self.stream.as_ref().ok_or(Fault::NoOutcome)?;
+    pub(crate) fn outcome(&mut self, session: u32) -> Result<Robot<T>, Fault> {
+        let stream = self.of(session)?;
         stream.robot().map_err(|_| Fault::NoOutcome)
     }
 
     #[inline(never)]
-    pub(crate) fn report(&self, session: u32, index: ArmIndex) -> Result<ArmReport<T>, Fault> {
-        self.check(session)?;
-        let stream = self.stream.as_ref().ok_or(Fault::NoOutcome)?;
+    pub(crate) fn report(&mut self, session: u32, index: ArmIndex) -> Result<ArmReport<T>, Fault> {
+        let stream = self.of(session)?;
         let arm = stream.arm(index).map_err(|_| Fault::NoOutcome)?;
         Ok(ArmReport::new(index, &arm))
     }
 
-    const fn check(&self, session: u32) -> Result<(), Fault> {
-        if session == 0 || session != self.number() {
-            return Err(Fault::NoSession);
-        }
-        Ok(())
+    /// The calibrator of the session with this number.
+    fn of(&mut self, session: u32) -> Result<&mut Stream<T>, Fault> {
+        let number = self.number();
+        let stream = self.stream.as_mut().filter(|_| session == number);
+        stream.ok_or(Fault::NoSession)
     }
 }

@@ -100,7 +100,7 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
             Ok(Some(content)) => content,
             Ok(None) => return,
             Err(error) => {
-                warning!("stored samples are damaged: {}", error);
+                log!(warn, "stored samples are damaged: {}", error);
                 return;
             }
         };
@@ -110,11 +110,12 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
             return;
         };
         if let Err(error) = session.resume(nominal, &begin, reader.rest()) {
-            warning!("stored samples are no use: {}", error);
+            log!(warn, "stored samples are no use: {}", error);
             return;
         }
         self.stored = Some((begin, session.samples()));
-        info!(
+        log!(
+            info,
             "session {=u32:08x} goes on after {} samples",
             begin.session,
             session.samples()
@@ -127,8 +128,8 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
             && self.due(begin, session.samples(), turn)
         {
             match self.save(begin, session, turn) {
-                Ok(()) => info!("session {=u32:08x} stored", begin.session),
-                Err(error) => warning!("session not stored: {}", error),
+                Ok(()) => log!(info, "session {=u32:08x} stored", begin.session),
+                Err(error) => log!(warn, "session not stored: {}", error),
             }
         }
     }
@@ -153,7 +154,7 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
         if self.stored.is_some() {
             match self.halves.save(&[0]) {
                 Ok(()) => self.stored = None,
-                Err(error) => warning!("stored samples not deleted: {}", error),
+                Err(error) => log!(warn, "stored samples not deleted: {}", error),
             }
         }
     }

@@ -320,7 +320,7 @@ impl<T: Number> On<T> {
         controller.set_stream_pace(pace);
         controller.resume();
         // Static memory on a controller; here a kilobyte that stays allocated after each start.
-        let handover = Box::leak(Box::new(Handover::new()));
+        let handover = Box::leak(Box::new(Handover::default()));
         let (background, foreground) = handover.split(&controller.current(), Circle::default());
         Self {
             controller,
@@ -463,7 +463,7 @@ impl<T: Number> Bench<T> {
     /// The parameters that the control loop computes with.
     fn in_loop(&self) -> u32 {
         let on = self.on.as_ref().unwrap();
-        Geometry::of(on.foreground.control_loop().robot()).fingerprint()
+        Geometry::of(&on.foreground.control_loop.robot).fingerprint()
     }
 
     fn look(&mut self) {

@@ -31,7 +31,7 @@ pub(crate) fn controller<T: Number>(mut hangs_up: bool) -> String {
         let robot = nominal::<T>().unwrap();
         let flash = ParameterFlash::new();
         let mut controller = Controller::new(robot, flash, StreamFlash::new(), 0x410f_c241);
-        let mut handover = Handover::new();
+        let mut handover = Handover::default();
         let (mut background, mut foreground) =
             handover.split(&controller.current(), Circle::default());
         for stream in listener.incoming() {

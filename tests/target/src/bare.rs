@@ -69,15 +69,6 @@ fn exit(status: debug::ExitStatus) -> ! {
     }
 }
 
-/// Ends the run with a failure, and says why.
-pub(crate) fn fail(why: &str) -> ! {
-    if let Ok(mut stream) = hio::hstderr() {
-        let _ = stream.write_all(b"\nFAILED ");
-        let _ = stream.write_all(why.as_bytes());
-    }
-    exit(EXIT_FAILURE)
-}
-
 /// At 64 ns an instruction (`-icount shift=6`) and 40 ns a tick of 25 MHz: eight ticks for five
 /// instructions.
 const TICKS: u32 = 8;

@@ -21,8 +21,6 @@ mod measurements;
 mod stream;
 
 #[cfg(target_os = "none")]
-use bare::fail;
-#[cfg(target_os = "none")]
 pub use bare::{Counter, Overflow, stack_of};
 pub use fixture::Scalar;
 pub use measurements::{SAMPLES, measurements_of, noise, nominal, robot_near, samples, tolerance};

@@ -110,7 +110,7 @@ fn an_unreachable_point_leaves_the_joints_where_they_are() {
 fn parameters_are_handed_over_whole() {
     const SWITCHES: u32 = 100;
     let sets: Vec<_> = (0..SWITCHES).map(|n| named(&robot(n.into()))).collect();
-    let mut handover = Handover::new();
+    let mut handover = Handover::default();
     let (mut background, mut foreground) =
         handover.split(&named(&paper_robot()), Circle::default());
     let done = AtomicBool::new(false);
@@ -122,10 +122,10 @@ fn parameters_are_handed_over_whole() {
                 foreground.turn(&clock, |joints| {
                     assert!(joints.iter().all(|q| q.is_finite()));
                 });
-                let control = foreground.control_loop();
+                let control = &foreground.control_loop;
                 if control.state.switches > seen {
                     seen = control.state.switches;
-                    assert_eq!(control.robot(), &sets[seen as usize - 1].robot);
+                    assert_eq!(control.robot, sets[seen as usize - 1].robot);
                 }
             }
             seen
@@ -170,14 +170,14 @@ const PERIOD: u32 = <Clock>::TICKS_A_SECOND / TURNS_A_SECOND;
 /// Late turns after turns that began at these ticks.
 fn late<const HERTZ: u32>(began: impl Iterator<Item = u64>) -> u32 {
     let clock = Clock::<HERTZ>::default();
-    let mut handover = Handover::new();
+    let mut handover = Handover::default();
     let (_, mut foreground) = handover.split(&named(&paper_robot()), Circle::default());
     for ticks in began {
         #[allow(clippy::cast_possible_truncation)]
         clock.0.set(ticks as u32);
         foreground.turn(&clock, |_| ());
     }
-    foreground.control_loop().state.late
+    foreground.control_loop.state.late
 }
 
 /// Whole ticks of a timer that counts `hertz` when a turn begins that is punctual.
@@ -216,12 +216,12 @@ fn turns_are_counted_right_with_clocks_that_differ() {
 #[test]
 fn late_and_left_out_turns_are_counted() {
     let clock = <Clock>::default();
-    let mut handover = Handover::new();
+    let mut handover = Handover::default();
     let (_, mut foreground) = handover.split(&named(&paper_robot()), Circle::default());
     let mut late_after = |at: u32| {
         clock.0.set(at);
         foreground.turn(&clock, |_| ());
-        foreground.control_loop().state.late
+        foreground.control_loop.state.late
     };
     // The timer comes around after 671 turns.
     let mut at = 0x00ff_0000;
@@ -254,7 +254,7 @@ fn late_and_left_out_turns_are_counted() {
 fn the_longest_turn_is_kept_apart_while_a_calibration_is_at_work() {
     let clock = <Clock>::default();
     let mut driver = Driver::<f32, _>::start(Flash::new());
-    let mut handover = Handover::new();
+    let mut handover = Handover::default();
     let current = driver.controller.current();
     let (mut background, mut foreground) = handover.split(&current, Circle::default());
     for (session, ticks, expected) in [
@@ -269,7 +269,7 @@ fn the_longest_turn_is_kept_apart_while_a_calibration_is_at_work() {
         background.exchange(&mut driver.controller);
         clock.0.set(clock.0.get() + PERIOD);
         foreground.turn(&clock, |_| clock.0.set(clock.0.get() + ticks));
-        let state = foreground.control_loop().state;
+        let state = foreground.control_loop.state;
         assert_eq!(
             (state.longest_ticks, state.longest_ticks_calibrating),
             expected

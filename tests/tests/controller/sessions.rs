@@ -330,7 +330,7 @@ fn every_kind_of_wrong_frame_is_answered_and_counted() {
     };
     driver.sequence = 9;
     assert_eq!(driver.fault(&solve), Fault::NoSession);
-    driver.controller.set_overrun(17);
+    driver.controller.counters.overrun = 17;
     let counted = driver.controller_counters();
     assert_eq!(
         counted,

@@ -97,11 +97,12 @@ async fn main(_spawner: Spawner) {
 
     // The robot of the example is one.
     let Ok(robot) = nominal() else { return };
-    let processor = cortex_m_cpuid();
+    // CPUID, which tells processors apart.
+    let processor = cortex_m::Peripherals::take().map_or(0, |core| core.CPUID.base.read());
     let controller =
         CONTROLLER.init_with(|| Controller::new(robot, parameters, samples, processor));
     controller.resume();
-    let handover = HANDOVER.init(Handover::new());
+    let handover = HANDOVER.init(Handover::default());
     let (mut background, foreground) = handover.split(&controller.current(), Circle::default());
 
     // Above the loop is only the clock, which wakes it.
@@ -141,11 +142,4 @@ async fn main(_spawner: Spawner) {
             yield_now().await;
         }
     }
-}
-
-/// CPUID, which tells processors apart.
-#[allow(unsafe_code)]
-fn cortex_m_cpuid() -> u32 {
-    // SAFETY: the register is read-only and reading it has no effect.
-    unsafe { (*cortex_m::peripheral::CPUID::PTR).base.read() }
 }

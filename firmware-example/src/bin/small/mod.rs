@@ -4,27 +4,27 @@
 
 pub(crate) mod plant;
 
+#[path = "../../emulated.rs"]
+mod emulated;
 #[path = "../../faults.rs"]
 mod faults;
 
+pub(crate) use faults::fail;
+
 use core::cell::RefCell;
-use core::mem::MaybeUninit;
-use cortex_m::peripheral::SCB;
-use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::exception;
-use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
+use cortex_m_semihosting::debug::{self, EXIT_SUCCESS};
 use cortex_m_semihosting::hio;
 use critical_section::Mutex;
 use delta_cal::nalgebra::Vector3;
 use delta_cal::{Refusal, Robot};
 use delta_cal_firmware_example::{
-    ControlLoop, Halves, NewParameters, ParameterFlash, Path, TURNS_A_SECOND, nominal,
+    ControlLoop, Halves, NewParameters, ParameterFlash, Path, nominal,
 };
+use delta_cal_protocol::{Reader, Wire, Writer};
+use emulated::TICKS_A_TURN;
 use plant::Plant;
-
-/// Core clock. Hertz.
-const CLOCK: u32 = 25_000_000;
-const TICKS_A_TURN: u32 = CLOCK / TURNS_A_SECOND;
 
 /// Straight to a target, at most `step` per turn. Replace by your motion planner.
 #[derive(Clone, Copy)]
@@ -85,7 +85,7 @@ fn SysTick() {
             line.target = line.point;
             machine.touched = Some((joints, line.point.z));
         }
-        let late = TICKS_A_TURN - 1 - cortex_m::peripheral::SYST::get_current();
+        let late = TICKS_A_TURN - 1 - SYST::get_current();
         machine.longest = machine.longest.max(late);
     });
 }
@@ -107,7 +107,7 @@ const fn new(robot: &Robot<f32>) -> NewParameters<f32> {
 }
 
 /// Starts the control loop.
-fn start(robot: &Robot<f32>, plant: Plant) {
+fn start(timer: &mut SYST, robot: &Robot<f32>, plant: Plant) {
     let home = Vector3::new(0.0, 0.0, -350.0);
     let line = Line {
         point: home,
@@ -122,15 +122,7 @@ fn start(robot: &Robot<f32>, plant: Plant) {
         longest: 0,
     };
     critical_section::with(|section| *MACHINE.borrow_ref_mut(section) = Slot::Running(machine));
-    let Some(core) = cortex_m::Peripherals::take() else {
-        fail("started twice")
-    };
-    let mut timer = core.SYST;
-    timer.set_clock_source(SystClkSource::Core);
-    timer.set_reload(TICKS_A_TURN - 1);
-    timer.clear_current();
-    timer.enable_counter();
-    timer.enable_interrupt();
+    emulated::start_turns(timer);
 }
 
 /// Moves in a straight line at a speed (mm/s), and returns when the platform is there.
@@ -169,11 +161,7 @@ pub(crate) fn joints() -> [f32; 3] {
 /// Stores new parameters and hands them to the control loop, which blends over within half a second.
 fn take_over(store: &mut Store, robot: &Robot<f32>) {
     let mut bytes = [0; size_of::<Parameters>()];
-    let parameters = robot.parameters();
-    let places = bytes.as_chunks_mut().0.iter_mut();
-    for (place, number) in places.zip(parameters.as_flattened()) {
-        *place = number.to_le_bytes();
-    }
+    robot.parameters().put(&mut Writer::new(&mut bytes));
     if store.save(&bytes).is_err() {
         fail("not stored");
     }
@@ -187,42 +175,14 @@ fn take_over(store: &mut Store, robot: &Robot<f32>) {
 pub(crate) type Store = Halves<&'static mut ParameterFlash>;
 type Parameters = [[f32; 8]; 3];
 
-/// Stands for two pages of flash: memory that survives a reset.
-#[repr(C)]
-struct Retained {
-    mark: u32,
-    flash: ParameterFlash,
-}
-
-const MARK: u32 = 0x64_63_73_6d;
 /// Mark of a parameter record: program and version. Change it with the designed robot.
 const RECORD: u32 = 0x64_63_00_01;
-
-/// The store, once.
-fn store() -> Store {
-    #[allow(unsafe_code)] // the attribute that places it
-    #[unsafe(link_section = ".storage")]
-    static mut RETAINED: MaybeUninit<Retained> = MaybeUninit::uninit();
-    // SAFETY: both programs call this once, before anything else. Any bits are a valid `Retained`.
-    #[allow(unsafe_code)]
-    let retained = unsafe { &mut *(&raw mut RETAINED).cast::<Retained>() };
-    if retained.mark != MARK {
-        retained.flash = ParameterFlash::new();
-        retained.mark = MARK;
-    }
-    Halves::new(&mut retained.flash, RECORD, size_of::<Parameters>())
-}
 
 /// The stored parameters.
 fn load(store: &mut Store) -> Option<Robot<f32>> {
     let mut bytes = [0; size_of::<Parameters>()];
     let content = store.load(&mut bytes).ok()??;
-    let mut parameters = Parameters::default();
-    let numbers = parameters.as_flattened_mut().iter_mut();
-    for (number, bytes) in numbers.zip(content.as_chunks().0) {
-        *number = f32::from_le_bytes(*bytes);
-    }
-    Robot::from_parameters(parameters).ok()
+    Robot::from_parameters(Parameters::get(&mut Reader::new(content))?).ok()
 }
 
 /// Displays a line: a text and a number. Replace by your display.
@@ -246,14 +206,6 @@ fn show(text: &str, number: u32) {
     }
 }
 
-/// A fault must not hang the run.
-pub(crate) fn fail(why: &str) -> ! {
-    show(why, 0);
-    loop {
-        debug::exit(EXIT_FAILURE);
-    }
-}
-
 /// Takes over the result of a calibration, or displays why it is refused, with the arm at fault: 1, 2, 3, or 0 for none.
 #[allow(clippy::cast_possible_truncation)] // 0, 1, 2
 pub(crate) fn conclude(store: &mut Store, result: &Result<Robot<f32>, Refusal>) {
@@ -267,12 +219,6 @@ pub(crate) fn conclude(store: &mut Store, result: &Result<Robot<f32>, Refusal>) 
     }
 }
 
-/// One of 25,000 ticks is missed.
-fn show_longest_turn() {
-    let longest = with(|machine| machine.longest);
-    show("longest turn, ticks of 25000:", longest);
-}
-
 /// Calibrates, and restarts as after a power cut; with stored parameters displays the largest error of the designed and
 /// of the calibrated robot, mm, and ends the emulation.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // far below a kilometre, not negative
@@ -280,24 +226,27 @@ pub(crate) fn run(
     calibrate: impl FnOnce(&Robot<f32>, &mut Store),
     errors: impl FnOnce([&Robot<f32>; 2]) -> [f32; 2],
 ) -> ! {
-    let mut store = store();
+    let (mut core, flash) = emulated::take();
+    let mut store = Halves::new(&mut flash.parameters, RECORD, size_of::<Parameters>());
     let Ok(drawn) = nominal() else {
         fail("no robot")
     };
     let stored = load(&mut store);
-    start(stored.as_ref().unwrap_or(&drawn), Plant::new(&drawn));
-    let Some(calibrated) = stored else {
-        calibrate(&drawn, &mut store);
-        show_longest_turn();
+    let robot = stored.as_ref().unwrap_or(&drawn);
+    start(&mut core.SYST, robot, Plant::new(&drawn));
+    match &stored {
+        None => calibrate(&drawn, &mut store),
+        Some(calibrated) => {
+            let [as_drawn, calibrated] = errors([&drawn, calibrated]);
+            show("micrometres off as drawn:", (1000.0 * as_drawn) as u32);
+            show("micrometres off calibrated:", (1000.0 * calibrated) as u32);
+        }
+    }
+    let longest = with(|machine| machine.longest);
+    show("longest turn, ticks of 25000:", longest);
+    if stored.is_none() {
         SCB::sys_reset()
-    };
-    let [as_drawn, as_calibrated] = errors([&drawn, &calibrated]);
-    show("micrometres off as drawn:", (1000.0 * as_drawn) as u32);
-    show(
-        "micrometres off calibrated:",
-        (1000.0 * as_calibrated) as u32,
-    );
-    show_longest_turn();
+    }
     loop {
         debug::exit(EXIT_SUCCESS);
     }

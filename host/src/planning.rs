@@ -2,17 +2,17 @@
 //! distances and coordinates; and what the rows of a file determine.
 //!
 //! ```text
-//! PlanRequest ─→ Setup ─→ Candidates ─→ Information of each (the core's) ─→ exchange ─→ Plan
+//! PlanRequest ─→ Setup ─→ candidates ─→ Information of each (the core's) ─→ exchange ─→ Plan
 //!                                                                             └→ Judge: expected error
 //! ```
 //!
 //! There is one criterion: the variance of the platform's position over the workspace, after the best rigid motion
 //! or absolute.
 
-mod candidates;
 mod exchange;
 mod judge;
 mod plan;
+mod region;
 mod request;
 mod samples;
 mod search;
@@ -22,10 +22,11 @@ mod setup;
 use crate::text::{in_file_units, small};
 use delta_cal::{ArmIndex, Parameter};
 pub use judge::Precision;
-pub use plan::{Order, Plan, PlanRequest, plan, plan_for};
-pub use request::{Kind, LEAST, MOST, Region, Wish, Wishes};
+pub use plan::{Plan, plan, plan_for};
+pub use region::Region;
+pub use request::{Kind, LEAST, MOST, Order, PlanRequest, Wish, Wishes};
+pub use samples::Determined;
 pub(crate) use samples::covariance_after;
-pub use samples::{Determined, SamplesRequest};
 pub use setup::{PLANE, PlaneAt, Planned, PointAt, Setup};
 
 /// Why there is no plan.

@@ -17,9 +17,8 @@ use crate::files::samples_file::{Kind, Readings};
 use crate::fit::datum::Datum;
 use crate::fit::{Frame, Options};
 use crate::text::count;
-pub use interval::{Bounded, RmsError, Verdict};
-use interval::{Mean, Read, RowDeviation, largest};
-use nalgebra::Vector3;
+pub use interval::{Bounded, Deviation, RmsError, Verdict};
+use interval::{Mean, Read, largest};
 use readings::{Deviations, deviations};
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -41,15 +40,6 @@ pub struct Request {
     pub frame: Frame,
     /// Whether to use the sensor's frame stored in the robot file rather than fit it.
     pub stored: bool,
-}
-
-/// The deviation of one row.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Deviation {
-    /// Line in the samples file.
-    pub line: u64,
-    /// Distance between measured and computed position, including the instrument's noise.
-    pub deviation_mm: f64,
 }
 
 /// The result of validating a calibrated robot. Lengths are in the units and axes of the robot file.
@@ -115,38 +105,40 @@ pub fn validate(
     readings: &Readings,
     request: Request,
 ) -> Result<Validation, CalibrateError> {
-    let (readings, request) = &in_known_frame(robot, readings, request)?;
-    let request = *request;
+    let (readings, frame) = &in_known_frame(robot, readings, request)?;
     let options = Options {
-        frame: request.frame,
+        frame: *frame,
         ..Options::default()
     };
     let poses = readings.distinct_poses();
     check_poses(robot, readings, poses, &options)?;
-    let Deviations { rows, frame, read } = deviations(robot, readings, request.frame)?;
-    let deviation = PositionError::of(rows.iter().map(|row| (Some(row.length()), row.line)));
+    let Deviations {
+        mut rows,
+        frame: fitted,
+        read,
+    } = deviations(robot, readings, *frame)?;
+    let lengths = rows.iter().map(|row| (Some(row.deviation_mm), row.line));
+    let deviation = PositionError::of(lengths);
     if deviation.lies_elsewhere(&robot.robot) {
         return Err(elsewhere(robot, readings, &options, &deviation));
     }
-    let largest_is_noise =
-        |row: &RowDeviation| Some(row.line) == deviation.max_at_line && row.is_noise(rows.len());
-    let outlier = outlier(&deviation).filter(|_| !rows.iter().any(largest_is_noise));
-    let mut warnings = warnings(robot, readings, request.frame, outlier, poses);
-    let rows = match overstated(&rows, read) {
-        Some(doubt) => {
-            warnings.insert(0, doubt);
-            let without = |row: RowDeviation| RowDeviation { noise: None, ..row };
-            rows.into_iter().map(without).collect()
+    let overstated = overstated(&rows, read);
+    let warnings = warnings(robot, readings, *frame, &rows, &deviation, overstated);
+    if overstated.is_some() {
+        for row in &mut rows {
+            row.noise = None;
         }
-        None => rows,
-    };
+    }
     let (squares, noise) = by_poses(&rows);
     let rms_error = Mean::of(&squares, noise.unwrap_or(0.0), read).against(request.limit);
     let convention = &robot.convention;
+    let along = |axis: usize| crate::geometry::range(rows.iter().map(|row| row.position[axis]));
+    let kinds = Kind::ALL.into_iter().filter(|kind| readings.holds(*kind));
+    let kinds: Vec<_> = kinds.collect();
     Ok(Validation {
         robot_file: robot.name.clone(),
         samples_file: readings.name.clone(),
-        frame: request.frame,
+        frame: *frame,
         verdict: Verdict::of(&rms_error.error, request.limit),
         rms_error,
         largest_error: largest(&rows),
@@ -154,35 +146,15 @@ pub fn validate(
         noise_mm: noise.map(f64::sqrt),
         row_count: rows.len(),
         pose_count: poses,
-        region_mm: convention.ranges(region(&rows)),
-        sensor_frame: frame.map(|own| FrameReport::of(&own, convention)),
+        region_mm: convention.ranges([0, 1, 2].map(along)),
+        sensor_frame: fitted.map(|own| FrameReport::of(&own, convention)),
         warnings,
-        rows: rows.iter().map(shown).collect(),
-        kind: only_kind(readings),
+        rows,
+        kind: match kinds[..] {
+            [kind] => Some(kind),
+            _ => None,
+        },
     })
-}
-
-fn shown(row: &RowDeviation) -> Deviation {
-    Deviation {
-        line: row.line,
-        deviation_mm: row.length(),
-    }
-}
-
-/// Identifies a pose by its joint angles; −0 and 0 are equal.
-fn pose_of(joints: &[f64; 3]) -> [u64; 3] {
-    joints.map(|q| (q + 0.0).to_bits())
-}
-
-fn only_kind(readings: &Readings) -> Option<Kind> {
-    let kinds: Vec<_> = Kind::ALL
-        .into_iter()
-        .filter(|kind| readings.holds(*kind))
-        .collect();
-    match kinds[..] {
-        [kind] => Some(kind),
-        _ => None,
-    }
 }
 
 /// Readings of the platform point, in the robot's frame if the sensor's is known: stored, or from datum points.
@@ -190,7 +162,7 @@ fn in_known_frame(
     robot: &RobotFile,
     readings: &Readings,
     request: Request,
-) -> Result<(Readings, Request), CalibrateError> {
+) -> Result<(Readings, Frame), CalibrateError> {
     let datum = Datum::of(robot, request.frame)?;
     let frame = match (request.stored, datum) {
         (true, _) => Some(robot.sensor_frame.ok_or_else(|| {
@@ -201,52 +173,36 @@ fn in_known_frame(
         (false, datum) => datum.map(|datum| datum.frame),
     };
     let target = robot.instruments.target.unwrap_or_default();
-    let Some(frame) = frame else {
+    let readings = match (frame, request.frame) {
+        (Some(frame), _) => readings.turned(&frame.inverse()).moved(&-target),
+        (None, Frame::Base) => readings.clone().moved(&-target),
         // A fitted frame's position absorbs the target offset.
-        let shift = if request.frame == Frame::Base {
-            -target
-        } else {
-            Vector3::zeros()
-        };
-        return Ok((readings.clone().moved(&shift), request));
+        (None, Frame::Sensor) => return Ok((readings.clone(), Frame::Sensor)),
     };
-    let request = Request {
-        frame: Frame::Base,
-        ..request
-    };
-    Ok((readings.turned(&frame.inverse()).moved(&-target), request))
+    Ok((readings, Frame::Base))
 }
 
 /// The mean squared deviation of each pose, and the mean square of the noise. All rows of a pose share the robot's
 /// error and count as one draw of it.
-fn by_poses(rows: &[RowDeviation]) -> (Vec<f64>, Option<f64>) {
-    let mut poses: BTreeMap<[u64; 3], (f64, Option<f64>, f64)> = BTreeMap::new();
+fn by_poses(rows: &[Deviation]) -> (Vec<f64>, Option<f64>) {
+    let mut poses: BTreeMap<_, Vec<&Deviation>> = BTreeMap::new();
     for row in rows {
-        let (square, noise, count) =
-            poses
-                .entry(pose_of(&row.measured.joints))
-                .or_insert((0.0, Some(0.0), 0.0));
-        *square += row.square();
-        *noise = noise.zip(row.noise).map(|(sum, own)| sum + own.mean_square);
-        *count += 1.0;
+        // −0 and 0 are equal.
+        let pose = row.joints.map(|q| (q + 0.0).to_bits());
+        poses.entry(pose).or_default().push(row);
     }
-    let squares: Vec<_> = poses
+    let mean = |rows: &Vec<&Deviation>, of: fn(&Deviation) -> Option<f64>| {
+        let sum: Option<f64> = rows.iter().map(|row| of(row)).sum();
+        sum.map(|sum| sum / rows.len() as f64)
+    };
+    let squares = poses
         .values()
-        .map(|(square, _, count)| square / count)
-        .collect();
-    let number = squares.iter().fold(0.0, |count, _| count + 1.0);
-    let noise: Option<f64> = poses
+        .filter_map(|rows| mean(rows, |row| Some(row.square())));
+    let noises = poses
         .values()
-        .map(|(_, noise, count)| noise.map(|sum| sum / count))
-        .sum();
-    (squares, noise.map(|sum| sum / number))
-}
-
-fn region(rows: &[RowDeviation]) -> [(f64, f64); 3] {
-    [0, 1, 2].map(|axis| {
-        let values = rows.iter().map(|row| row.measured.position[axis]);
-        crate::geometry::range(values)
-    })
+        .map(|rows| mean(rows, |row| Some(row.noise?.mean_square)));
+    let noise: Option<f64> = noises.sum();
+    (squares.collect(), noise.map(|sum| sum / poses.len() as f64))
 }
 
 fn check_poses(
@@ -273,15 +229,6 @@ fn check_poses(
         .into())
 }
 
-/// The sample that deviates far more than the others, if any.
-fn outlier(error: &PositionError) -> Option<String> {
-    let line = error.max_at_line.filter(|_| error.is_outlier(error.max))?;
-    Some(format!(
-        "line {line}: {:.3} mm off; half of the samples are within {:.3} mm",
-        error.max, error.median
-    ))
-}
-
 /// Half of the points are far off: the units, columns or frame are wrong.
 fn elsewhere(
     robot: &RobotFile,
@@ -304,30 +251,32 @@ fn elsewhere(
         .into()
 }
 
-/// Warns of deviations improbably small for the stated noise. That noise is not removed: if it is stated too large,
-/// removing it would hide errors.
-fn overstated(rows: &[RowDeviation], read: Read) -> Option<String> {
-    let noises: Vec<_> = rows.iter().filter_map(|row| row.noise).collect();
-    let count = noises.iter().fold(0.0, |count, _| count + 1.0);
-    let freedom = read.coordinates * count - read.taken_up;
-    let squares: f64 = noises.iter().map(|noise| noise.squares).sum();
+/// Deviations improbably small for the stated noise, as a fraction of it. That noise is not removed: if it is stated too
+/// large, removing it would hide errors.
+fn overstated(rows: &[Deviation], read: Read) -> Option<f64> {
+    let noises = rows.iter().filter_map(|row| row.noise);
+    let squares: Vec<_> = noises.map(|noise| noise.squares).collect();
+    let freedom = read.coordinates * squares.len() as f64 - read.taken_up;
+    let squares: f64 = squares.iter().sum();
     let chi_square = ChiSquared::new(freedom).ok()?;
-    (chi_square.cdf(squares) < IMPROBABLE).then(|| {
-        format!(
-            "deviations are only {:.2} × the stated [noise]: the noise is stated too large and was not removed",
-            (squares / freedom).sqrt()
-        )
-    })
+    let improbable = chi_square.cdf(squares) < IMPROBABLE;
+    improbable.then(|| (squares / freedom).sqrt())
 }
 
 fn warnings(
     robot: &RobotFile,
     readings: &Readings,
     frame: Frame,
-    outlier: Option<String>,
-    poses: usize,
+    rows: &[Deviation],
+    deviation: &PositionError,
+    overstated: Option<f64>,
 ) -> Vec<String> {
     let mut warnings = Vec::new();
+    if let Some(ratio) = overstated {
+        warnings.push(format!(
+            "deviations are only {ratio:.2} × the stated [noise]: the noise is stated too large and was not removed"
+        ));
+    }
     if robot.noise.is_none() {
         warnings.push(
             "no [noise] stated: every figure includes the instrument's noise, so a robot can pass but not fail"
@@ -340,11 +289,21 @@ fn warnings(
                 .to_owned(),
         );
     }
-    if let Some(outlier) = outlier {
+    let largest = |row: &&Deviation| Some(row.line) == deviation.max_at_line;
+    let largest_is_noise = rows
+        .iter()
+        .filter(largest)
+        .any(|row| row.is_noise(rows.len()));
+    if let Some(line) = deviation.max_at_line
+        && deviation.is_outlier(deviation.max)
+        && !largest_is_noise
+    {
         warnings.push(format!(
-            "{outlier}. This may be a wrong row: measure it again"
+            "line {line}: {:.3} mm off; half of the samples are within {:.3} mm. This may be a wrong row: measure it again",
+            deviation.max, deviation.median
         ));
     }
+    let poses = readings.distinct_poses();
     if poses < readings.rows.len() {
         warnings.push(format!(
             "{} at {}: rows of one pose share the robot's error and count as one",

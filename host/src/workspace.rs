@@ -20,7 +20,7 @@ mod mesh;
 mod surface;
 
 use crate::geometry::Reach;
-pub use analysis::{Analysis, Extent, LimitShare, Singularities, WorkspaceReport};
+pub use analysis::{Analysis, Extent, LimitShare, Singularities};
 pub use cylinder::{Cylinder, cylinders};
 use delta_cal::Robot;
 use grid::Intervals;
@@ -118,16 +118,12 @@ impl Workspace {
             let before = (low, high);
             for axis in 0..3 {
                 let length = workspace.grid.length(axis);
-                low[axis] -= if pieces(axis).any(|at| at.0 <= 0.0) {
-                    grow
-                } else {
-                    0.0
-                };
-                high[axis] += if pieces(axis).any(|at| at.1 >= length) {
-                    grow
-                } else {
-                    0.0
-                };
+                if pieces(axis).any(|at| at.0 <= 0.0) {
+                    low[axis] -= grow;
+                }
+                if pieces(axis).any(|at| at.1 >= length) {
+                    high[axis] += grow;
+                }
             }
             if (low, high) == before {
                 workspace.points = surface::points(&workspace);
@@ -141,10 +137,10 @@ impl Workspace {
         self.reach.any_joints(&self.robot, x).is_ok()
     }
 
-    /// Whether the node at these indices is inside, according to its line along `axis`.
-    fn has_node(&self, place: [usize; 3], axis: usize) -> bool {
-        let way = self.grid.way(place[axis]);
-        let pieces = &self.lines[axis][self.grid.line_of(place, axis)];
+    /// Whether the node at these indices is inside, according to its line along z.
+    fn has_node(&self, place @ [.., z]: [usize; 3]) -> bool {
+        let way = self.grid.way(z);
+        let pieces = &self.lines[2][self.grid.line_of(place, 2)];
         pieces.iter().any(|(from, to)| *from <= way && way <= *to)
     }
 }

@@ -75,17 +75,15 @@ pub(crate) fn plan<'py>(
     let rows = &found.measurements;
     let q = rows
         .iter()
-        .flat_map(|own| directions.joints(&own.pose.joints));
-    let x = rows
-        .iter()
-        .flat_map(|own| directions.position(&own.pose.position.into()));
-    let json = plan_report::json(&request, &found);
+        .flat_map(|own| directions.joints(&own.reading.joints));
+    let x = rows.iter().flat_map(|own| own.position_mm);
+    let json = plan_report::json(&found);
     let dict = PyDict::new(py);
     dict.set_item("q", array(py, q.collect(), &[rows.len(), 3])?)?;
     dict.set_item("x", array(py, x.collect(), &[rows.len(), 3])?)?;
-    dict.set_item("csv", plan_report::csv(rows, &found.setup))?;
+    dict.set_item("csv", plan_report::csv(rows, &robot.file.convention))?;
     dict.set_item("report", loads(py, &json)?)?;
-    dict.set_item("text", plain(&plan_report::text(&request, &found)))?;
+    dict.set_item("text", plain(&plan_report::text(&found)))?;
     Ok(dict)
 }
 

@@ -70,9 +70,9 @@ pub(crate) fn run(files: &Folder, request: &Request) -> Result<Planned, Fault> {
         .iter()
         .map(|at| robot.convention.vector(at).into());
     Ok(Planned {
-        text: report::text(&wanted, &planned),
-        csv: report::csv(&planned.measurements, &planned.setup),
-        json: report::json(&wanted, &planned),
+        text: report::text(&planned),
+        csv: report::csv(&planned.measurements, &robot.convention),
+        json: report::json(&planned),
         workspace: places.collect(),
     })
 }

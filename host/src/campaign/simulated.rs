@@ -35,7 +35,7 @@ pub(super) fn measured_at(plan: &Plan, scenario: &Scenario) -> Result<Planned, I
             .with_remedy(error.remedy())
     })?;
     let poses = found.measurements.iter();
-    Ok(Some(poses.map(|own| own.pose.joints).collect()))
+    Ok(Some(poses.map(|own| own.reading.joints).collect()))
 }
 
 /// Number of poses over which the position error is evaluated; none of them is measured.

@@ -8,8 +8,7 @@ use super::progress::Progress;
 use crate::files::length::length;
 use crate::import::{Firmware, Stated};
 use crate::planning::{
-    Determined, LEAST, MOST, Order, PlanError, PlanRequest, Region, SamplesRequest, Wishes, plan,
-    plan_for,
+    Determined, LEAST, MOST, Order, PlanError, PlanRequest, Region, Wishes, plan, plan_for,
 };
 use crate::printer::touches_of_bed;
 use crate::report::plan as report;
@@ -33,9 +32,6 @@ Examples:
       --output touches.csv
   delta-cal plan robot.toml --samples samples.csv
   delta-cal plan printer.cfg --count 16";
-
-/// The number of measurements to add to those of a file, by default.
-const ADDED: usize = 4;
 
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("what").args(["count", "accuracy", "samples"]).required(true).multiple(true))]
@@ -104,17 +100,20 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
     if let (Some(path), false) = (output, arguments.force) {
         keep_measurements(path, &robot)?;
     }
-    if let Some(path) = &arguments.samples {
-        return samples(arguments, &robot, path);
-    }
-    let count = arguments.count.unwrap_or(LEAST);
     let request = PlanRequest {
         frame: arguments.frame,
         region: arguments.within,
         absolute: arguments.absolute,
         order: arguments.order,
-        ..PlanRequest::new(&robot, arguments.measure.clone(), count)
+        ..PlanRequest::new(
+            &robot,
+            arguments.measure.clone(),
+            arguments.count.unwrap_or(LEAST),
+        )
     };
+    if let Some(path) = &arguments.samples {
+        return samples(arguments, &request, path);
+    }
     if request.frame == Frame::Sensor && !request.kinds.positions() {
         return Err(Failure::usage(
             "--frame sensor is for coordinates, and --measure asks for none",
@@ -128,14 +127,12 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
     };
     drop(waiting);
     let planned = planned.map_err(|error| failure(&robot, error))?;
-    let csv = report::csv(&planned.measurements, &planned.setup);
-    let text = report::text(&request, &planned);
-    let text = match output {
-        Some(_) => text,
-        None => format!("{text}\n{csv}"),
-    };
-    let report = report::json(&request, &planned);
-    output::deliver(&[(output, &csv), (json, &report)], text)
+    let csv = report::csv(&planned.measurements, &robot.convention);
+    let mut text = report::text(&planned);
+    if output.is_none() {
+        text = format!("{text}\n{csv}");
+    }
+    output::deliver(&[(output, &csv), (json, &report::json(&planned))], text)
 }
 
 /// Writes the commands that touch a printer's bed.
@@ -190,29 +187,24 @@ fn keep_measurements(path: &Path, robot: &RobotFile) -> Result<(), Failure> {
     ))
 }
 
-/// Shows what the rows of a file determine.
-fn samples(arguments: &PlanArguments, robot: &RobotFile, path: &Path) -> Result<(), Failure> {
+/// Shows what the rows of a file determine, and which to add: four, if no number is requested.
+fn samples(
+    arguments: &PlanArguments,
+    request: &PlanRequest<'_>,
+    path: &Path,
+) -> Result<(), Failure> {
     let text = read(path, &arguments.columns)?;
-    let Planned {
-        readings: file,
-        unmeasured,
-    } = Planned::read(&text, robot)?;
-    let request = SamplesRequest {
-        frame: arguments.frame,
-        add: arguments.count.unwrap_or(ADDED),
-        region: arguments.within,
-        absolute: arguments.absolute,
-    };
+    let file = Planned::read(&text, request.robot)?;
     let waiting = Progress::spinner("looking for measurements to add");
-    let determined = Determined::by(robot, &file, &unmeasured, &request);
+    let determined = Determined::by(request, &file.readings, &file.unmeasured);
     drop(waiting);
-    let determined = determined.map_err(|error| failure(robot, error))?;
-    let csv = report::csv(&determined.next, &determined.setup);
-    let json = report::samples_json(&file.name, &determined, &unmeasured);
-    let text = report::samples_text(&file.name, &determined, file.rows.len(), &unmeasured);
+    let determined = determined.map_err(|error| failure(request.robot, error))?;
+    let csv = report::csv(&determined.next, &request.robot.convention);
+    let json = report::samples_json(&determined);
     let (output, to) = (arguments.output.as_deref(), arguments.json.as_deref());
+    let text = report::samples_text(&determined);
     output::deliver(&[(output, &csv), (to, &json)], text)?;
-    if determined.worthwhile() {
+    if determined.worthwhile {
         return Ok(());
     }
     Err(Failure::refused(

@@ -66,7 +66,7 @@ pub(crate) fn run(arguments: &WorkspaceArguments) -> Result<(), Failure> {
         .map_err(|error| failure(&error, &robot.name))?;
     let mut files = vec![(
         arguments.json.clone(),
-        workspace::to_json(&analysis.report).into_bytes(),
+        workspace::to_json(&analysis).into_bytes(),
     )];
     if let Some(folder) = &arguments.output {
         waiting.now("files");
@@ -79,7 +79,7 @@ pub(crate) fn run(arguments: &WorkspaceArguments) -> Result<(), Failure> {
         .iter()
         .map(|(path, bytes)| (path.as_deref(), bytes))
         .collect();
-    deliver(&files, workspace::to_text(&analysis.report) + "\n")
+    deliver(&files, workspace::to_text(&analysis) + "\n")
 }
 
 fn check_paths(arguments: &WorkspaceArguments) -> Result<(), Failure> {

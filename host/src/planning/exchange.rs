@@ -5,17 +5,20 @@
 //! C. J. Nachtsheim, "A comparison of algorithms for constructing exact D-optimal designs",
 //! Technometrics 22(3), 1980. The criterion is tr W C, with the covariance C of all unknowns.
 
-use nalgebra::{DMatrix, SMatrix, SVector};
+use nalgebra::{Const, DMatrix, Dyn, OMatrix, SMatrix};
 
 /// Most passes over the set; about ten are enough.
 const PASSES: usize = 40;
 /// An exchange must improve the criterion by at least this fraction.
 const WORTHWHILE: f64 = 1e-9;
 
+/// A column for each of a candidate's readings, with an entry for each unknown.
+pub(super) type Rows<const R: usize> = OMatrix<f64, Dyn, Const<R>>;
+
 /// The candidates, the information before any measurement, and the criterion's weights.
 pub(super) struct Pool<const R: usize> {
-    /// The contributions to the information: for each candidate its `R` rows, as one vector per unknown.
-    pub(super) rows: Vec<SVector<f64, R>>,
+    /// The sensitivity of each candidate's readings, V: its information is V Vᵀ.
+    pub(super) rows: Vec<Rows<R>>,
     /// The kind of each candidate.
     pub(super) kinds: Vec<usize>,
     /// How many of each kind a set may hold.
@@ -54,8 +57,8 @@ impl<const R: usize> Pool<R> {
     pub(super) fn set(&self, chosen: Vec<usize>) -> Option<Set> {
         let mut information = self.prior.clone();
         for candidate in &chosen {
-            let rows = self.rows_of(*candidate);
-            add_products(&mut information, rows, rows);
+            let rows = &self.rows[*candidate];
+            information.gemm(1.0, rows, &rows.transpose(), 1.0);
         }
         let covariance = information.cholesky()?.inverse();
         let value = covariance.dot(&self.weights);
@@ -67,27 +70,15 @@ impl<const R: usize> Pool<R> {
         })
     }
 
-    fn rows_of(&self, candidate: usize) -> &[SVector<f64, R>] {
-        let unknowns = self.prior.nrows();
-        &self.rows[unknowns * candidate..unknowns * (candidate + 1)]
-    }
-
-    /// Vᵀ S of each candidate.
-    fn times(&self, spread: &[SVector<f64, R>]) -> impl Iterator<Item = SMatrix<f64, R, R>> {
-        let candidates = self.rows.chunks_exact(self.prior.nrows());
-        candidates.map(|rows| times(rows, spread))
-    }
-
     /// Exchanges until nothing improves.
     pub(super) fn exchange(&self, mut set: Set) -> Set {
-        let mut taken = self.taken(&set);
         for _ in 0..PASSES {
             // Recomputed in every pass: updates accumulate rounding errors.
             let mut additions = self.additions(&set);
             let mut bettered = false;
             for place in 0..set.chosen.len() {
                 let threshold = set.value * (1.0 - WORTHWHILE);
-                let best = self.best(&set, &additions, place, &taken);
+                let best = self.best(&set, &additions, place);
                 let Some((candidate, _)) = best.filter(|(_, value)| *value < threshold) else {
                     continue;
                 };
@@ -98,12 +89,8 @@ impl<const R: usize> Pool<R> {
                 let Some(exchanged) = exchanged.filter(|own| own.value < threshold) else {
                     continue;
                 };
-                taken[removed] = false;
-                taken[candidate] = true;
-                if self
-                    .update(&mut additions, &set, candidate, removed)
-                    .is_none()
-                {
+                let updated = self.update(&mut additions, &set, candidate, removed);
+                if updated.is_none() {
                     additions = self.additions(&exchanged);
                 }
                 set = exchanged;
@@ -118,19 +105,12 @@ impl<const R: usize> Pool<R> {
 
     /// Adds the candidates that improve a set most, one at a time.
     pub(super) fn add(&self, mut set: Set, count: usize) -> Set {
-        let mut taken = self.taken(&set);
         for _ in 0..count {
             let additions = self.additions(&set);
-            let counts = self.counts(&set);
-            let free = (0..self.kinds.len()).filter(|candidate| {
-                let kind = self.kinds[*candidate];
-                !taken[*candidate] && counts[kind] < self.most[kind]
-            });
+            let free = self.free(&set, None);
             let best = free.max_by(|a, b| additions[*a].gain.total_cmp(&additions[*b].gain));
-            let larger = best.and_then(|best| {
-                taken[best] = true;
-                self.set(set.chosen.iter().copied().chain([best]).collect())
-            });
+            let larger =
+                best.and_then(|best| self.set(set.chosen.iter().copied().chain([best]).collect()));
             match larger {
                 Some(larger) => set = larger,
                 None => break,
@@ -139,30 +119,28 @@ impl<const R: usize> Pool<R> {
         set
     }
 
-    fn taken(&self, set: &Set) -> Vec<bool> {
+    /// The candidates that may join a set, after one leaves it.
+    fn free(&self, set: &Set, leaving: Option<usize>) -> impl Iterator<Item = usize> {
         let mut taken = vec![false; self.kinds.len()];
+        let mut left = self.most.clone();
         for candidate in &set.chosen {
             taken[*candidate] = true;
+            left[self.kinds[*candidate]] -= 1;
         }
-        taken
-    }
-
-    /// How many of each kind a set holds.
-    fn counts(&self, set: &Set) -> Vec<usize> {
-        let mut counts = vec![0; self.most.len()];
-        for candidate in &set.chosen {
-            counts[self.kinds[*candidate]] += 1;
+        if let Some(leaving) = leaving {
+            left[self.kinds[leaving]] += 1;
         }
-        counts
+        let free = move |candidate: &usize| !taken[*candidate] && left[self.kinds[*candidate]] > 0;
+        (0..self.kinds.len()).filter(free)
     }
 
     fn additions(&self, set: &Set) -> Vec<Addition<R>> {
-        let candidates = self.rows.chunks_exact(self.prior.nrows());
-        let addition = |rows| {
-            let within = times(rows, &spread(&set.covariance, rows));
-            Addition::new(within, times(rows, &spread(&set.weighted, rows)))
+        let of = |rows: &Rows<R>| {
+            let [within, weighted] =
+                [&set.covariance, &set.weighted].map(|own| rows.tr_mul(&(own * rows)));
+            Addition::new(within, weighted)
         };
-        candidates.map(addition).collect()
+        self.rows.iter().map(of).collect()
     }
 
     /// Updates the additions after one candidate was added to the set and another removed. `None` if rounding makes
@@ -181,20 +159,19 @@ impl<const R: usize> Pool<R> {
     ) -> Option<()> {
         let mut covariance = set.covariance.clone();
         for (candidate, sign) in [(added, 1.0), (removed, -1.0)] {
-            let rows = self.rows_of(candidate);
-            let own = spread(&covariance, rows);
-            let z = inverse(SMatrix::identity() + times(rows, &own) * sign)? * sign;
-            let weights = spread(&self.weights, &own);
-            let inner = z * times(&own, &weights) * z;
-            let weighted_own = spread(&covariance, &weights);
-            let products = self.times(&own).zip(self.times(&weighted_own));
-            for (addition, (one, other)) in additions.iter_mut().zip(products) {
+            let rows = &self.rows[candidate];
+            let own = &covariance * rows;
+            let z = inverse(SMatrix::identity() + rows.tr_mul(&own) * sign)? * sign;
+            let weights = &self.weights * &own;
+            let inner = z * own.tr_mul(&weights) * z;
+            let weighted_own = &covariance * weights;
+            for (addition, rows) in additions.iter_mut().zip(&self.rows) {
+                let (one, other) = (rows.tr_mul(&own), rows.tr_mul(&weighted_own));
                 let crossed = other * z * one.transpose();
                 addition.within -= one * z * one.transpose();
                 addition.weighted += one * inner * one.transpose() - crossed - crossed.transpose();
             }
-            let left: Vec<_> = own.iter().map(|own| -z * own).collect();
-            add_products(&mut covariance, &left, &own);
+            covariance.gemm(-1.0, &(&own * z), &own.transpose(), 1.0);
         }
         for addition in additions {
             *addition = Addition::new(addition.within, addition.weighted);
@@ -206,40 +183,26 @@ impl<const R: usize> Pool<R> {
     ///
     /// The replacement, rows V, is added before the leaving candidate, rows U, is removed: that keeps the information
     /// regular in between.
-    fn best(
-        &self,
-        set: &Set,
-        additions: &[Addition<R>],
-        place: usize,
-        taken: &[bool],
-    ) -> Option<(usize, f64)> {
+    fn best(&self, set: &Set, additions: &[Addition<R>], place: usize) -> Option<(usize, f64)> {
         let leaving = set.chosen[place];
-        let rows = self.rows_of(leaving);
-        let [own, weighted_own] = [&set.covariance, &set.weighted].map(|own| spread(own, rows));
-        let (within, weighted) = (times(rows, &own), times(rows, &weighted_own));
-        let counts = self.counts(set);
-        let products = self.times(&own).zip(self.times(&weighted_own));
-        let mut best = None;
-        for (candidate, (addition, (coupling, crossing))) in
-            additions.iter().zip(products).enumerate()
-        {
-            let kind = self.kinds[candidate];
-            let full = kind != self.kinds[leaving] && counts[kind] >= self.most[kind];
-            if taken[candidate] || full {
-                continue;
-            }
+        let rows = &self.rows[leaving];
+        let [own, weighted_own] = [&set.covariance, &set.weighted].map(|own| own * rows);
+        let (within, weighted) = (rows.tr_mul(&own), rows.tr_mul(&weighted_own));
+        let replaced = self.free(set, Some(leaving)).map(|candidate| {
+            let (rows, addition) = (&self.rows[candidate], &additions[candidate]);
+            let (coupling, crossing) = (rows.tr_mul(&own), rows.tr_mul(&weighted_own));
             let carried = addition.inverse * coupling;
             let left = SMatrix::identity() - within + coupling.transpose() * carried;
             let crossed = carried.transpose() * crossing;
             let moved = weighted - crossed - crossed.transpose()
                 + carried.transpose() * addition.weighted * carried;
             let change = inverse(left).map(|left| left.dot(&moved) - addition.gain);
-            let value = change.map_or(f64::INFINITY, |change| set.value + change);
-            if best.is_none_or(|(_, least)| value < least) {
-                best = Some((candidate, value));
-            }
-        }
-        best
+            (
+                candidate,
+                change.map_or(f64::INFINITY, |change| set.value + change),
+            )
+        });
+        replaced.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 }
 
@@ -251,45 +214,6 @@ impl<const R: usize> Addition<R> {
             within,
             weighted,
             inverse,
-        }
-    }
-}
-
-/// C V for a symmetric C.
-fn spread<const R: usize>(matrix: &DMatrix<f64>, rows: &[SVector<f64, R>]) -> Vec<SVector<f64, R>> {
-    let of = |(factor, row): (&f64, &SVector<f64, R>)| row * *factor;
-    let columns = matrix.column_iter();
-    columns
-        .map(|column| column.iter().zip(rows).map(of).sum())
-        .collect()
-}
-
-/// Vᵀ S.
-fn times<const R: usize>(
-    rows: &[SVector<f64, R>],
-    spread: &[SVector<f64, R>],
-) -> SMatrix<f64, R, R> {
-    let mut product = SMatrix::zeros();
-    for (row, own) in rows.iter().zip(spread) {
-        // Written out, because this takes most of the time of a plan.
-        for column in 0..R {
-            for index in 0..R {
-                product[(index, column)] += row[index] * own[column];
-            }
-        }
-    }
-    product
-}
-
-/// Adds V Sᵀ to a matrix.
-fn add_products<const R: usize>(
-    matrix: &mut DMatrix<f64>,
-    rows: &[SVector<f64, R>],
-    others: &[SVector<f64, R>],
-) {
-    for (mut column, other) in matrix.column_iter_mut().zip(others) {
-        for (entry, row) in column.iter_mut().zip(rows) {
-            *entry += row.dot(other);
         }
     }
 }
@@ -315,7 +239,7 @@ mod tests {
             f64::from(state) / f64::from(u32::MAX) - 0.5
         };
         let pool = Pool::<1> {
-            rows: (0..200).map(|_| SVector::from([number()])).collect(),
+            rows: (0..40).map(|_| Rows::from_fn(5, |_, _| number())).collect(),
             kinds: (0..40).map(|own| own % 2).collect(),
             most: vec![usize::MAX, 3],
             prior: DMatrix::identity(5, 5) * 0.01,

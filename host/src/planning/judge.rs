@@ -4,7 +4,7 @@
 use super::PlanError;
 use super::setup::Setup;
 use crate::accuracy::information::prior;
-use crate::accuracy::uncertainty::{INSIDE, Sensitivities, first_inside};
+use crate::accuracy::uncertainty::{INSIDE, Sensitivities, first_inside, inside};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{READINGS, Reading};
 use crate::fit::Unsolved;
@@ -15,7 +15,7 @@ use crate::fit::solution::{
 use delta_cal::calibration::Problem;
 use delta_cal::observations::{ObservationProblem, ObservationRow};
 use delta_cal::simulate::made_robot;
-use delta_cal::{Sample, Settings};
+use delta_cal::{Robot, Sample, Settings};
 use nalgebra::{DMatrix, DVector};
 use rand_pcg::Pcg32;
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
@@ -98,51 +98,74 @@ impl Judge {
 
     /// W, for which tr W C is the mean square of the nominal robot's position error.
     pub(super) const fn weights(&self, absolute: bool) -> &RobotCovariance {
-        if absolute {
-            &self.nominal.absolute
-        } else {
-            &self.nominal.relative
-        }
+        self.nominal.weights(absolute)
     }
 
     /// Before any measurement; `None` without a tolerance.
     pub(super) fn before(&self) -> Option<Precision> {
-        prior(&self.nominal.file)?;
-        self.mean(|robot| robot.precision(&prior(&robot.file)?))
+        self.over_robots(|robot| prior(&robot.file))
     }
 
-    /// After measuring these rows: rms over all robots. A robot that they do not calibrate keeps its error.
+    /// After measuring these rows. A robot that they do not calibrate keeps its error.
     pub(super) fn after(
         &self,
         setup: &Setup,
         rows: &[Reading],
         anchors: &[Reading],
     ) -> Option<Precision> {
-        self.mean(|robot| {
-            let known = robot.after(setup, rows, anchors);
-            robot.precision(&known.or_else(|| prior(&robot.file))?)
-        })
+        let known = |robot: &Robot<f64>| {
+            let [rows, anchors] = [rows, anchors].map(|rows| {
+                let rows = rows.iter().map(|row| setup.read(robot, row));
+                rows.collect::<Vec<_>>()
+            });
+            let found = Information::of(robot, setup, &rows, &anchors).ok()?;
+            found.robot_covariance()
+        };
+        self.over_robots(|place| known(&place.file.robot).or_else(|| prior(&place.file)))
     }
 
-    /// The rms over all robots; `None` if it is unknown for one of them.
-    fn mean(&self, of: impl Fn(&Place) -> Option<Precision> + Sync) -> Option<Precision> {
-        if self.made.is_empty() {
-            return of(&self.nominal);
-        }
-        let made: Option<Vec<_>> = self.made.par_iter().map(&of).collect();
-        let made = made?;
-        let count = made.len() as f64;
-        let mean = |of: &dyn Fn(&Precision) -> f64| {
-            (made.iter().map(|own| of(own).powi(2)).sum::<f64>() / count).sqrt()
+    /// The rms over all robots, given what is known of each; `None` if that is nothing for one of them.
+    fn over_robots(
+        &self,
+        known: impl Fn(&Place) -> Option<RobotCovariance> + Sync,
+    ) -> Option<Precision> {
+        let robots = match &self.made[..] {
+            [] => std::slice::from_ref(&self.nominal),
+            made => made,
+        };
+        let squares = robots.par_iter().map(|place| {
+            let covariance = known(place)?;
+            let squares = [&place.relative, &place.absolute].map(|own| own.dot(&covariance));
+            squares.iter().all(|own| *own >= 0.0).then_some(squares)
+        });
+        let squares: Vec<[f64; 2]> = squares.collect::<Option<_>>()?;
+        let rms = |of: usize| {
+            let sum: f64 = squares.iter().map(|own| own[of]).sum();
+            (sum / squares.len() as f64).sqrt()
         };
         Some(Precision {
-            relative: mean(&|own| own.relative),
-            absolute: mean(&|own| own.absolute),
+            relative: rms(0),
+            absolute: rms(1),
         })
     }
 }
 
+/// [`Judge::weights`] over the whole workspace.
+pub(super) fn weights(file: &RobotFile, absolute: bool) -> Option<RobotCovariance> {
+    let poses = inside(&file.robot, &file.reach());
+    Some(*Place::new(file.clone(), &poses)?.weights(absolute))
+}
+
 impl Place {
+    const fn weights(&self, absolute: bool) -> &RobotCovariance {
+        if absolute {
+            &self.absolute
+        } else {
+            &self.relative
+        }
+    }
+
+    /// Only the poses that the robot reaches clear of singularities count.
     fn new(file: RobotFile, poses: &[Sample<f64>]) -> Option<Self> {
         let reach = file.reach();
         let there = poses.iter().filter_map(|pose| {
@@ -155,31 +178,6 @@ impl Place {
             absolute: there.mean_square(),
             file,
         })
-    }
-
-    fn precision(&self, covariance: &RobotCovariance) -> Option<Precision> {
-        let rms = |weights: &RobotCovariance| {
-            let variance = weights.dot(covariance);
-            (variance >= 0.0).then(|| variance.sqrt())
-        };
-        Some(Precision {
-            relative: rms(&self.relative)?,
-            absolute: rms(&self.absolute)?,
-        })
-    }
-
-    fn after(
-        &self,
-        setup: &Setup,
-        rows: &[Reading],
-        anchors: &[Reading],
-    ) -> Option<RobotCovariance> {
-        let read = |rows: &[Reading]| -> Vec<_> {
-            let robot = &self.file.robot;
-            rows.iter().map(|row| setup.read(robot, row)).collect()
-        };
-        let found = Information::of(&self.file, setup, &read(rows), &read(anchors)).ok()?;
-        found.robot_covariance()
     }
 }
 
@@ -213,10 +211,10 @@ pub(super) struct Information {
 }
 
 impl Information {
-    /// The information of rows. Their values matter only where they locate the instruments; `anchors` help to locate
+    /// The information of rows about a robot. Their values matter only where they locate the instruments; `anchors` help to locate
     /// the instruments and add no information.
     pub(super) fn of(
-        file: &RobotFile,
+        robot: &Robot<f64>,
         setup: &Setup,
         rows: &[Reading],
         anchors: &[Reading],
@@ -239,15 +237,15 @@ impl Information {
         if unknowns > MOST {
             return Err(PlanError::TooManyInstruments);
         }
-        let problem = ObservationProblem::<f64, MOST>::prepare(&file.robot, &instruments, &mut all)
+        let problem = ObservationProblem::<f64, MOST>::prepare(robot, &instruments, &mut all)
             .map_err(|_| PlanError::Singular)?;
-        let settings = Settings::new().with_tolerance(tolerance(file, setup.frame));
+        let settings = Settings::new().with_tolerance(tolerance(&setup.robot, setup.frame));
         let prior = problem.prior(&settings);
-        let [arm, ..] = file.robot.arms();
+        let [arm, ..] = robot.arms();
         let least = (arm.upper_arm_length() / arm.lb()).powi(2);
         let row = |index: usize| {
             let start = problem.start_unknowns();
-            let columns = problem.linearized_at::<COLUMNS>(&file.robot, start, index);
+            let columns = problem.linearized_at::<COLUMNS>(robot, start, index);
             let columns = columns.unwrap_or([[0.0; READINGS]; COLUMNS]);
             DMatrix::from_fn(unknowns, READINGS, |unknown, reading| {
                 columns[unknown][reading]
@@ -263,7 +261,7 @@ impl Information {
                 prior.information(row, column) + least
             }),
             units: DVector::from_fn(unknowns, unit),
-            of_robot: match file.transmission {
+            of_robot: match setup.robot.transmission {
                 Some(_) => WITH_TRANSMISSIONS,
                 None => PARAMETERS,
             },

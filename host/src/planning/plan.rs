@@ -2,18 +2,20 @@
 
 use super::PlanError;
 use super::judge::{Information, Judge, Precision};
-use super::request::{Kind, LEAST, MOST, Region, Wishes, below};
+use super::region::below;
+use super::request::{Kind, LEAST, MOST, Order, PlanRequest};
 use super::search::Search;
 use super::selection::Selection;
 use super::setup::{Planned, Setup};
 use crate::accuracy::information::parameters;
 use crate::accuracy::uncertainty::ExpectedError;
-use crate::files::robot_file::RobotFile;
-use crate::fit::Frame;
+use crate::calibration::report::{ExpectedReport, expected_report};
+use crate::files::samples_file::ReadingFrom;
 use crate::fit::solution::RobotCovariance;
 use delta_cal::calibration::limits::LARGEST_SIGMA;
 use delta_cal::robot::ParameterKind;
-use delta_cal::{ArmIndex, Parameter, Robot, Sample};
+use delta_cal::{ArmIndex, Parameter, Robot};
+use nalgebra::Vector3;
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 use serde::Serialize;
@@ -22,59 +24,45 @@ use serde::Serialize;
 const REGION_POSES: usize = 300;
 /// The number of measurements tried first for a required accuracy.
 const TRIED: usize = 20;
+/// Starting poses tried for a short path.
+const STARTS: usize = 24;
 
-/// A request for measurements.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PlanRequest<'a> {
-    /// The robot as it is known, with its instruments, their noise and its tolerance.
-    pub robot: &'a RobotFile,
-    /// The kinds to choose from.
-    pub kinds: Wishes,
-    /// The number of measurements.
-    pub count: usize,
-    /// The frame of coordinates.
-    pub frame: Frame,
-    /// Where the platform may be, in the axes of the robot file; anywhere if `None`.
-    pub region: Option<Region>,
-    /// Minimise the absolute position error instead of the relative one.
-    pub absolute: bool,
-    /// The order in which they are taken.
-    pub order: Order,
-    /// The same seed gives the same plan.
-    pub seed: u64,
-}
-
-impl<'a> PlanRequest<'a> {
-    /// `count` measurements of these kinds anywhere, minimising the relative error, in random order.
-    pub fn new(robot: &'a RobotFile, kinds: Wishes, count: usize) -> Self {
-        Self {
-            robot,
-            kinds,
-            count,
-            frame: Frame::Base,
-            region: None,
-            absolute: false,
-            order: Order::Random,
-            seed: 1,
-        }
-    }
-}
-
-/// Measurements to take, and the accuracy to expect from them.
-#[derive(Debug, Clone, PartialEq)]
+/// Measurements to take, and the accuracy to expect from them, in the units and axes of the robot file.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Plan {
-    /// In order, including repeats.
-    pub measurements: Vec<Planned>,
+    /// Name of the robot file.
+    pub robot_file: String,
+    /// The kinds to choose from, as in `--measure`.
+    pub measure: String,
     /// The number of different measurements.
     pub count: usize,
-    /// The instruments and noise assumed.
-    pub setup: Setup,
-    /// The expected error before any measurement; `None` without a tolerance.
+    /// As requested.
+    pub order: Order,
+    /// As requested.
+    pub seed: u64,
+    /// Whether the absolute position error is minimised.
+    pub absolute: bool,
+    /// The requested region.
+    pub within: Option<String>,
+    /// Noise and tolerance, in words.
+    pub assumptions: String,
+    /// The height of each plane, mm.
+    pub planes: Vec<(String, f64)>,
+    /// The position of each point, mm.
+    pub points: Vec<(String, [f64; 3])>,
+    /// In order, including repeats.
+    pub measurements: Vec<Planned>,
+    /// The expected error before any measurement, over the workspace or the region; `None` without a tolerance.
     pub before: Option<Precision>,
     /// The expected error after the measurements.
+    #[serde(rename = "planned")]
     pub after: Precision,
     /// The nominal robot's expected error over its whole workspace, with the worst places.
-    pub expected: ExpectedError,
+    #[serde(rename = "expected_error")]
+    pub expected: ExpectedReport,
+    /// The instruments and noise assumed.
+    #[serde(skip)]
+    pub setup: Setup,
 }
 
 /// Plans measurements.
@@ -94,7 +82,7 @@ pub struct Plan {
 /// # }
 /// ```
 pub fn plan(request: &PlanRequest<'_>) -> Result<Plan, PlanError> {
-    Bench::new(request)?.plan(request)
+    Bench::new(request)?.plan(request.count)
 }
 
 /// The fewest measurements expected to reduce the position error to `accuracy` (mm, rms). The request's count is
@@ -104,18 +92,11 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<Plan, PlanError> {
 /// As [`plan`], and an accuracy that no number of measurements reaches.
 pub fn plan_for(request: &PlanRequest<'_>, accuracy: f64) -> Result<Plan, PlanError> {
     let bench = Bench::new(request)?;
-    let of = |count: usize| {
-        let request = PlanRequest {
-            count,
-            ..request.clone()
-        };
-        bench.plan(&request)
-    };
     let (mut too_few, mut enough) = (LEAST - 1, None::<Plan>);
     let mut count = TRIED;
     loop {
         let mut next = count + 1;
-        match of(count) {
+        match bench.plan(count) {
             Err(PlanError::Singular | PlanError::NotDetermined { .. }) if enough.is_some() => {
                 too_few = count;
             }
@@ -151,6 +132,8 @@ fn needed(count: usize, factor: f64) -> usize {
 
 /// What plans with different counts share.
 struct Bench<'a> {
+    request: &'a PlanRequest<'a>,
+    setup: Setup,
     selection: Selection<'a>,
     judge: Judge,
 }
@@ -164,46 +147,66 @@ impl<'a> Bench<'a> {
             None => None,
         };
         Ok(Self {
+            request,
+            setup: Setup::of(request),
             selection,
             judge: Judge::new(request.robot, within.as_deref(), &mut rng)?,
         })
     }
 
-    fn plan(&self, request: &PlanRequest<'_>) -> Result<Plan, PlanError> {
-        if !(LEAST..=MOST).contains(&request.count) {
-            return Err(PlanError::Count(request.count));
+    fn plan(&self, count: usize) -> Result<Plan, PlanError> {
+        if !(LEAST..=MOST).contains(&count) {
+            return Err(PlanError::Count(count));
         }
-        let setup = Setup::of(request);
+        let (request, setup) = (self.request, &self.setup);
         let mut rng = Pcg32::seed_from_u64(request.seed);
         let weights = self.judge.weights(request.absolute);
-        let (kinds, selection) = (&request.kinds, &self.selection);
-        let search = Search::new(&setup, kinds, selection, &[], weights, &mut rng)?;
-        let found = search.best(request.count, &mut rng)?;
-        let count = found.len();
-        if count < request.count {
-            return Err(PlanError::TooFewOfAKind(count));
+        let kinds = &request.kinds;
+        let search = Search::new(setup, kinds, &self.selection, &[], weights, &mut rng)?;
+        let found = search.best(count, &mut rng)?;
+        if found.len() < count {
+            return Err(PlanError::TooFewOfAKind(found.len()));
         }
         let measurements = ordered(&found, request.order, &mut rng);
-        let rows: Vec<_> = measurements.iter().map(|own| setup.row(own)).collect();
-        let information = Information::of(&setup.robot, &setup, &rows, &search.anchors)?;
+        let rows: Vec<_> = measurements.iter().map(|own| own.reading).collect();
+        let robot = &setup.robot.robot;
+        let information = Information::of(robot, setup, &rows, &search.anchors)?;
         let covariance = information.robot_covariance();
         let covariance = covariance.ok_or(PlanError::Singular)?;
-        if let Some((arm, parameter, sigma)) = unknown_parameter(&setup.robot.robot, &covariance) {
+        if let Some((arm, parameter, sigma)) = unknown_parameter(robot, &covariance) {
             return Err(PlanError::NotDetermined {
                 arm,
                 parameter,
                 sigma,
             });
         }
-        let after = self.judge.after(&setup, &rows, &search.anchors);
+        let after = self.judge.after(setup, &rows, &search.anchors);
+        let expected = ExpectedError::of_robot(&setup.robot, robot, &covariance);
+        let convention = &setup.robot.convention;
+        let planes = setup.planes.iter().zip(&setup.places.planes);
+        let height = |offset: f64| convention.vector(&(Vector3::z() * offset)).z;
+        let points = setup.points.iter().zip(&setup.places.points);
+        let place = |at: &Vector3<f64>| convention.vector(at).into();
         Ok(Plan {
+            robot_file: request.robot.name.clone(),
+            measure: kinds.to_string(),
+            count,
+            order: request.order,
+            seed: request.seed,
+            absolute: request.absolute,
+            within: request.region.map(|own| own.to_string()),
+            assumptions: setup.assumptions(&measurements),
+            planes: planes
+                .map(|(own, at)| (own.name.clone(), height(at.offset)))
+                .collect(),
+            points: points
+                .map(|(own, at)| (own.name.clone(), place(&at.place)))
+                .collect(),
             before: self.judge.before(),
             after: after.ok_or(PlanError::Singular)?,
-            expected: ExpectedError::of_robot(&setup.robot, &setup.robot.robot, &covariance)
-                .ok_or(PlanError::NoPose)?,
+            expected: expected_report(&expected.ok_or(PlanError::NoPose)?, convention),
             measurements,
-            count,
-            setup,
+            setup: setup.clone(),
         })
     }
 }
@@ -223,101 +226,71 @@ pub(super) fn unknown_parameter(
         (sigma / (LARGEST_SIGMA * size), (arm, parameter, sigma))
     });
     let worst = parts.filter(|(part, _)| !(*part <= 1.0));
-    worst
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, found)| found)
-}
-
-/// Starting poses tried for a short path.
-const STARTS: usize = 24;
-
-/// The order of the measurements within each set-up: a gauge block, or a sensor at a point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
-#[serde(rename_all = "lowercase")]
-pub enum Order {
-    /// Random, with each instrument's first measurement repeated as its last. A drift then cannot be mistaken for an
-    /// error of the parameters, and shows in the repeated measurement.
-    #[default]
-    Random,
-    /// A short path of the joints.
-    Shortest,
-}
-
-/// The instrument that has to be set up for a measurement.
-fn instrument(own: &Planned) -> (usize, usize) {
-    match own.kind {
-        Kind::Position(_) => (0, 0),
-        Kind::Distance => (1, 0),
-        Kind::Plane => (2, own.plane.map_or(0, |(plane, _)| plane)),
-        Kind::Point => (3, own.point.unwrap_or(0)),
-    }
+    let worst = worst.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(worst.1)
 }
 
 /// Sorted by set-up, and within a set-up as requested.
-pub(super) fn ordered(measurements: &[Planned], order: Order, rng: &mut Pcg32) -> Vec<Planned> {
-    let block = |own: &Planned| own.plane.map_or(0, |(_, block)| block);
-    let mut groups: Vec<_> = measurements
-        .iter()
-        .map(|own| (instrument(own), block(own)))
-        .collect();
-    groups.sort_unstable();
-    groups.dedup();
-    let mut all: Vec<Planned> = Vec::with_capacity(measurements.len() + groups.len());
-    let mut first = 0;
-    for (index, group) in groups.iter().enumerate() {
-        let members = measurements.iter();
-        let members = members.filter(|own| (instrument(own), block(own)) == *group);
-        let mut members: Vec<_> = members.cloned().collect();
-        match order {
-            Order::Shortest => all.extend(short_way(&members)),
-            Order::Random => {
-                for place in (1..members.len()).rev() {
-                    members.swap(place, below(place + 1, rng));
-                }
-                all.extend(members);
-                let next = groups.get(index + 1);
-                if next.is_none_or(|(instrument, _)| *instrument != group.0) {
-                    all.extend(all.get(first).cloned());
-                    first = all.len();
+fn ordered(measurements: &[Planned], order: Order, rng: &mut Pcg32) -> Vec<Planned> {
+    // The instrument that has to be set up, and the gauge block, whose heights are not negative.
+    let set_up = |own: &Planned| {
+        let instrument = match own.kind {
+            Kind::Position(_) => (0, 0),
+            Kind::Distance => (1, 0),
+            Kind::Plane => (2, own.reading.height.map_or(0, |(plane, _)| plane)),
+            Kind::Point => match own.reading.distance {
+                Some((ReadingFrom::Point(point), _)) => (3, point),
+                _ => (3, 0),
+            },
+        };
+        (instrument, own.block_mm.map_or(0, f64::to_bits))
+    };
+    let mut sorted = measurements.to_vec();
+    sorted.sort_by_key(set_up);
+    let mut all: Vec<Planned> = Vec::with_capacity(sorted.len());
+    for instrument in sorted.chunk_by(|one, other| set_up(one).0 == set_up(other).0) {
+        let first = all.len();
+        for group in instrument.chunk_by(|one, other| set_up(one) == set_up(other)) {
+            let mut group = group.to_vec();
+            if order == Order::Shortest {
+                group = short_way(&group);
+            } else {
+                for place in (1..group.len()).rev() {
+                    group.swap(place, below(place + 1, rng));
                 }
             }
+            all.extend(group);
+        }
+        if order == Order::Random {
+            all.extend(all.get(first).cloned());
         }
     }
     all
 }
 
-/// The distance between two poses: the largest move of a joint, radians, since all joints move at the same time.
-fn apart(from: &Sample<f64>, to: &Sample<f64>) -> f64 {
-    let moves = from.joints.iter().zip(&to.joints);
-    moves
-        .map(|(from, to)| (to - from).abs())
-        .fold(0.0, f64::max)
+/// The time between two poses: the largest move of a joint, radians, since all joints move at the same time.
+fn apart(from: &Planned, to: &Planned) -> f64 {
+    let joints = from.reading.joints.iter().zip(&to.reading.joints);
+    let moves = joints.map(|(from, to)| (to - from).abs());
+    moves.fold(0.0, f64::max)
 }
 
 /// A short path: nearest neighbour from several starting poses, of which the shortest is kept.
 fn short_way(stops: &[Planned]) -> Vec<Planned> {
-    let length = |way: &[Planned]| -> f64 {
-        let steps = way.windows(2);
-        steps.map(|pair| apart(&pair[0].pose, &pair[1].pose)).sum()
+    let way_from = |first: usize| {
+        let mut way = stops.to_vec();
+        way.swap(0, first);
+        for place in 1..way.len() {
+            let distance = |stop: &usize| apart(&way[place - 1], &way[*stop]);
+            let stops = place..way.len();
+            let next = stops.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            way.swap(place, next.unwrap_or(place));
+        }
+        let length: f64 = way.windows(2).map(|pair| apart(&pair[0], &pair[1])).sum();
+        (way, length)
     };
     let stride = stops.len().div_ceil(STARTS).max(1);
-    let firsts = (0..stops.len()).step_by(stride);
-    let ways = firsts.map(|first| nearest_first(stops, first));
-    ways.min_by(|a, b| length(a).total_cmp(&length(b)))
-        .unwrap_or_default()
-}
-
-fn nearest_first(stops: &[Planned], first: usize) -> Vec<Planned> {
-    let mut left = stops.to_vec();
-    let mut here = left.swap_remove(first);
-    let mut way = vec![here.clone()];
-    let distance = |here: &Planned, to: &Planned| apart(&here.pose, &to.pose);
-    while let Some(next) = (0..left.len())
-        .min_by(|a, b| distance(&here, &left[*a]).total_cmp(&distance(&here, &left[*b])))
-    {
-        here = left.swap_remove(next);
-        way.push(here.clone());
-    }
-    way
+    let ways = (0..stops.len()).step_by(stride).map(way_from);
+    let shortest = ways.min_by(|a, b| a.1.total_cmp(&b.1));
+    shortest.map_or_else(Vec::new, |(way, _)| way)
 }

@@ -1,16 +1,19 @@
 //! Searches for the best set of measurements: exchange among candidates from the whole workspace, then among candidates
 //! ever closer to the chosen ones; from several random sets, of which the best result is kept.
+//!
+//! Candidates are allowed poses, read by the instruments where they stand.
 
 use super::PlanError;
-use super::candidates::Candidates;
-use super::exchange::{Pool, Set};
+use super::exchange::{Pool, Rows, Set};
 use super::judge::Information;
-use super::request::{Wishes, below};
-use super::selection::Selection;
+use super::region::below;
+use super::request::{Kind, Wishes};
+use super::selection::{Selection, drawn};
 use super::setup::{Planned, Setup};
-use crate::files::samples_file::Reading;
+use crate::files::samples_file::{Reading, ReadingFrom};
 use crate::fit::solution::RobotCovariance;
-use nalgebra::{DMatrix, SVector};
+use delta_cal::{Parameter, Sample};
+use nalgebra::{DMatrix, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
@@ -21,13 +24,24 @@ const CANDIDATES: usize = 1500;
 const NEAR: usize = 500;
 /// The distance of these from the chosen ones, one σ in degrees, round by round.
 const SPREADS: [f64; 4] = [8.0, 3.0, 1.0, 0.3];
+/// Draws allowed per candidate, on average.
+const DRAWS: usize = 400;
+/// Poses sampled to find out how steep the workspace is.
+const DRAWN: usize = 200;
+/// Where an error along a forearm moves the platform by more than this factor, the robot is far from linear. A
+/// calibration from such poses alone may not converge.
+const STEEP: f64 = 3.0;
+/// Measurements per kind and instrument that locate the instruments, whatever else is measured.
+const ANCHORS: usize = 40;
 
 /// Everything a search needs.
 pub(super) struct Search<'a> {
     setup: &'a Setup,
     kinds: &'a Wishes,
-    candidates: Candidates<'a>,
-    /// Rows that locate the instruments.
+    selection: &'a Selection<'a>,
+    /// [`STEEP`], or the median over the workspace if that is larger.
+    steep: f64,
+    /// Rows that locate the instruments: those given, and some of each kind with each instrument.
     pub(super) anchors: Vec<Reading>,
     /// The information of the rows that are given.
     prior: DMatrix<f64>,
@@ -45,35 +59,42 @@ impl<'a> Search<'a> {
         weights: &'a RobotCovariance,
         rng: &mut Pcg32,
     ) -> Result<Self, PlanError> {
-        let candidates = Candidates::new(setup, selection, rng)?;
-        let mut anchors = rows.to_vec();
-        anchors.extend(candidates.anchors(kinds, rng)?);
-        let prior = Information::of(&setup.robot, setup, rows, &anchors)?.matrix();
-        Ok(Self {
+        let mut search = Self {
             setup,
             kinds,
-            candidates,
-            anchors,
-            prior,
+            selection,
+            steep: STEEP,
+            anchors: rows.to_vec(),
+            prior: DMatrix::zeros(0, 0),
             weights,
-        })
+        };
+        let drawn = selection.draw_many(DRAWN, rng)?;
+        let mut steepness: Vec<_> = drawn.iter().map(|pose| search.steepness(pose)).collect();
+        steepness.sort_by(f64::total_cmp);
+        search.steep = STEEP.max(steepness[DRAWN / 2]);
+        for wish in &kinds.0 {
+            for instrument in 0..search.instruments_of(wish.kind) {
+                let own = search.of(wish.kind, Some(instrument), ANCHORS, rng)?;
+                search.anchors.extend(own.iter().map(|own| own.reading));
+            }
+        }
+        search.prior = Information::of(&setup.robot.robot, setup, rows, &search.anchors)?.matrix();
+        Ok(search)
     }
 
     /// The best set of `count` measurements found.
     pub(super) fn best(&self, count: usize, rng: &mut Pcg32) -> Result<Vec<Planned>, PlanError> {
-        if self.readings() == 1 {
-            self.best_of::<1>(count, rng)
-        } else {
-            self.best_of::<3>(count, rng)
+        match self.readings() {
+            1 => self.best_of::<1>(count, rng),
+            _ => self.best_of::<3>(count, rng),
         }
     }
 
     /// The measurements best added, one at a time.
     pub(super) fn added(&self, count: usize, rng: &mut Pcg32) -> Result<Vec<Planned>, PlanError> {
-        if self.readings() == 1 {
-            self.added_of::<1>(count, rng)
-        } else {
-            self.added_of::<3>(count, rng)
+        match self.readings() {
+            1 => self.added_of::<1>(count, rng),
+            _ => self.added_of::<3>(count, rng),
         }
     }
 
@@ -87,8 +108,7 @@ impl<'a> Search<'a> {
         count: usize,
         rng: &mut Pcg32,
     ) -> Result<Vec<Planned>, PlanError> {
-        let number = CANDIDATES.max(2 * count);
-        let drawn = self.candidates.of_kinds(self.kinds, number, rng)?;
+        let drawn = self.of_all(CANDIDATES.max(2 * count), rng)?;
         let pool = self.pool::<R>(&drawn)?;
         // Larger sets differ less, and need fewer starts.
         let starts = (240 / count.max(1)).clamp(4, 12);
@@ -122,7 +142,7 @@ impl<'a> Search<'a> {
             let mut near = chosen.clone();
             for member in &chosen {
                 let spread = spread.to_radians();
-                near.extend((0..each).filter_map(|_| self.candidates.near(member, spread, rng)));
+                near.extend((0..each).filter_map(|_| self.near(member, spread, rng)));
             }
             let pool = self.pool::<R>(&near).ok()?;
             let set = pool.exchange(pool.set((0..count).collect())?);
@@ -137,7 +157,7 @@ impl<'a> Search<'a> {
         count: usize,
         rng: &mut Pcg32,
     ) -> Result<Vec<Planned>, PlanError> {
-        let drawn = self.candidates.of_kinds(self.kinds, CANDIDATES, rng)?;
+        let drawn = self.of_all(CANDIDATES, rng)?;
         let pool = self.pool::<R>(&drawn)?;
         let start = pool.set(Vec::new()).ok_or(PlanError::Singular)?;
         Ok(members(&drawn, &pool.add(start, count)))
@@ -145,27 +165,170 @@ impl<'a> Search<'a> {
 
     fn pool<const R: usize>(&self, all: &[Planned]) -> Result<Pool<R>, PlanError> {
         let setup = self.setup;
-        let given: Vec<_> = all.iter().map(|own| setup.row(own)).collect();
-        let found = Information::of(&setup.robot, setup, &given, &self.anchors)?;
-        let rows = given.iter().zip(&found.rows).flat_map(|(own, row)| {
-            let read = own.read().into_iter().enumerate();
-            let mut places = read.filter_map(|(place, read)| read.is_some().then_some(place));
-            let places = [(); R].map(|()| places.next());
-            row.row_iter()
-                .map(move |entries| places.map(|place| place.map_or(0.0, |place| entries[place])))
+        let given: Vec<_> = all.iter().map(|own| own.reading).collect();
+        let found = Information::of(&setup.robot.robot, setup, &given, &self.anchors)?;
+        let rows = given.iter().zip(&found.rows).map(|(own, sensitivity)| {
+            let mut rows = Rows::zeros(sensitivity.nrows());
+            let read = own.read().into_iter().zip(sensitivity.column_iter());
+            let read = read.filter(|(reading, _)| reading.is_some());
+            for (mut row, (_, sensitivity)) in rows.column_iter_mut().zip(read) {
+                row.copy_from(&sensitivity);
+            }
+            rows
         });
-        let rows = rows.map(SVector::from).collect();
-        let kind = |own: &Planned| {
-            let mut wishes = self.kinds.0.iter();
-            wishes.position(|wish| wish.kind == own.kind).unwrap_or(0)
-        };
-        let most = self.kinds.0.iter();
+        let wishes = &self.kinds.0;
+        let kind = |own: &Planned| wishes.iter().position(|wish| wish.kind == own.kind);
+        let most = wishes.iter().map(|own| own.most.unwrap_or(usize::MAX));
         Ok(Pool {
-            rows,
-            kinds: all.iter().map(kind).collect(),
-            most: most.map(|own| own.most.unwrap_or(usize::MAX)).collect(),
+            rows: rows.collect(),
+            kinds: all.iter().map(|own| kind(own).unwrap_or(0)).collect(),
+            most: most.collect(),
             prior: self.prior.clone(),
             weights: found.weights(self.weights),
+        })
+    }
+
+    /// `count` candidates in all, divided evenly among the kinds.
+    fn of_all(&self, count: usize, rng: &mut Pcg32) -> Result<Vec<Planned>, PlanError> {
+        let each = count.div_ceil(self.kinds.0.len().max(1));
+        let mut all = Vec::with_capacity(count);
+        for wish in &self.kinds.0 {
+            all.extend(self.of(wish.kind, None, each, rng)?);
+        }
+        Ok(all)
+    }
+
+    fn instruments_of(&self, kind: Kind) -> usize {
+        match kind {
+            Kind::Plane => self.setup.planes.len(),
+            Kind::Point => self.setup.points.len(),
+            Kind::Distance | Kind::Position(_) => 1,
+        }
+    }
+
+    /// `count` of one kind, with one instrument or with any.
+    fn of(
+        &self,
+        kind: Kind,
+        instrument: Option<usize>,
+        count: usize,
+        rng: &mut Pcg32,
+    ) -> Result<Vec<Planned>, PlanError> {
+        let found = drawn(count, DRAWS, || {
+            let instrument = instrument.unwrap_or_else(|| below(self.instruments_of(kind), rng));
+            let pose = self.selection.draw(rng)?;
+            let other = self.selection.draw(rng);
+            let plane = self.setup.planes.get(instrument);
+            let blocks = plane.map_or(&[][..], |plane| &plane.blocks);
+            let block = blocks.get(below(blocks.len(), rng)).copied();
+            self.placed(kind, pose, other, instrument, block)
+        });
+        if found.is_none() {
+            // If the region or the limits leave no pose at all, report that instead.
+            self.selection.draw_many(1, rng)?;
+        }
+        found.ok_or(PlanError::NoMeasurement(kind))
+    }
+
+    /// A measurement near another; `spread` is one σ of the joint angles, radians. `None` if it is not allowed.
+    fn near(&self, own: &Planned, spread: f64, rng: &mut Pcg32) -> Option<Planned> {
+        let pose = self.selection.near(&own.reading.joints, spread, rng)?;
+        let (other, instrument) = match (own.reading.distance, own.reading.height) {
+            (Some((ReadingFrom::Pose(other), _)), _) => {
+                (Some(self.selection.near(&other, spread, rng)?), 0)
+            }
+            (Some((ReadingFrom::Point(point), _)), _) => (None, point),
+            (None, plane) => (None, plane.map_or(0, |(plane, _)| plane)),
+        };
+        self.placed(own.kind, pose, other, instrument, own.block_mm)
+    }
+
+    /// Moves poses to where they can be measured: onto a gauge block, or to a measurable distance from a point or from
+    /// the other pose.
+    fn placed(
+        &self,
+        kind: Kind,
+        mut pose: Sample<f64>,
+        mut other: Option<Sample<f64>>,
+        instrument: usize,
+        block: Option<f64>,
+    ) -> Option<Planned> {
+        let setup = self.setup;
+        let (mut plane, mut point) = (None, None);
+        match kind {
+            Kind::Position(_) => other = None,
+            Kind::Plane => {
+                let at = setup.places.planes.get(instrument)?;
+                let mut above = pose.position;
+                above.z += (at.offset + block? - at.normal.dot(&above)) / at.normal.z;
+                pose = self.selection.at(&above)?;
+                other = None;
+                plane = setup.planes.get(instrument);
+            }
+            Kind::Distance => {
+                other = Some(self.as_far(&pose.position, &other?, setup.lengths)?);
+            }
+            Kind::Point => {
+                let place = setup.places.points.get(instrument)?.place;
+                point = setup.points.get(instrument);
+                pose = self.as_far(&place, &pose, point?.lengths)?;
+                other = None;
+                if setup.on_table() && pose.position.z < place.z {
+                    return None;
+                }
+            }
+        }
+        // From complete positions a calibration converges anywhere.
+        let mut poses = std::iter::once(&pose).chain(&other);
+        if kind != Kind::XYZ && !poses.all(|pose| self.steepness(pose) <= self.steep) {
+            return None;
+        }
+        let from = other.map(|other| ReadingFrom::Pose(other.joints));
+        let from = from.or(point.map(|_| ReadingFrom::Point(instrument)));
+        let asked = Reading {
+            position: kind.coordinates().map(|read| read.then_some(0.0)),
+            height: plane.map(|_| (instrument, 0.0)),
+            distance: from.map(|from| (from, 1.0)),
+            ..Reading::at(pose.joints)
+        };
+        let convention = &setup.robot.convention;
+        Some(Planned {
+            kind,
+            joints: convention.joints(&pose.joints),
+            position_mm: convention.vector(&pose.position).into(),
+            to_joints: other.map(|other| convention.joints(&other.joints)),
+            plane: plane.map(|plane| plane.name.clone()),
+            block_mm: block.filter(|_| plane.is_some()),
+            point: point.map(|point| point.name.clone()),
+            reading: setup.read(&setup.robot.robot, &asked),
+        })
+    }
+
+    /// The pose on the line through a place and another pose whose distance from the place can be measured.
+    fn as_far(
+        &self,
+        from: &Vector3<f64>,
+        pose: &Sample<f64>,
+        (shortest, longest): (f64, f64),
+    ) -> Option<Sample<f64>> {
+        let apart = pose.position - from;
+        let distance = apart.norm();
+        let wanted = distance.clamp(shortest, longest);
+        if (wanted - distance).abs() < f64::EPSILON {
+            return Some(*pose);
+        }
+        (distance > 0.0).then_some(())?;
+        self.selection.at(&(from + apart * (wanted / distance)))
+    }
+
+    /// The largest factor by which an error along a forearm moves the platform.
+    fn steepness(&self, pose: &Sample<f64>) -> f64 {
+        let robot = &self.setup.robot.robot;
+        let jacobian = robot.platform_jacobian(&pose.position, &pose.joints);
+        jacobian.map_or(f64::INFINITY, |jacobian| {
+            let columns = jacobian.by_parameters.iter();
+            let lengths = columns.map(|arm| arm.column(Parameter::Lb.index()).norm());
+            lengths.fold(0.0, f64::max)
         })
     }
 }

@@ -1,8 +1,7 @@
 //! The allowed poses: within the limits with a margin, clear of singularities, and in the requested region.
 
 use super::PlanError;
-use super::request::{Region, uniform};
-use crate::files::convention::Convention;
+use super::region::{Region, uniform};
 use crate::files::robot_file::RobotFile;
 use crate::geometry::{Reach, forearm_angle, range};
 use delta_cal::kinematics::{JointLimits, SingularityDistance};
@@ -10,7 +9,7 @@ use delta_cal::robot::Drive;
 use delta_cal::simulate::standard_normal;
 use delta_cal::{ArmIndex, Parameter, Real, Robot, Sample};
 use nalgebra::{SVector, Vector3};
-use rand_core::Rng;
+use rand_pcg::Pcg32;
 
 /// After this many draws without any success, a search gives up.
 const HOPELESS: usize = 20_000;
@@ -26,8 +25,7 @@ const STEP_MM: f64 = 1e-6;
 /// Decides which poses are allowed.
 #[derive(Debug, Clone)]
 pub(super) struct Selection<'a> {
-    robot: &'a Robot<f64>,
-    convention: Convention,
+    file: &'a RobotFile,
     reach: Reach,
     clearance: Clearance,
     region: Option<Region>,
@@ -40,8 +38,7 @@ impl<'a> Selection<'a> {
     pub(super) fn new(file: &'a RobotFile, region: Option<Region>) -> Self {
         let region = region.map(|own| own.turned(&file.convention));
         Self {
-            robot: &file.robot,
-            convention: file.convention,
+            file,
             reach: Reach {
                 limits: narrowed(&file.limits),
                 forearm_limit: file.forearm_limit,
@@ -52,27 +49,19 @@ impl<'a> Selection<'a> {
         }
     }
 
-    /// The same without a region.
-    fn anywhere(&self) -> Self {
-        Self {
-            region: None,
-            ..self.clone()
-        }
-    }
-
     /// The pose at these joint angles (radians), rounded as it is written, if it is allowed.
     pub(super) fn pose(&self, joints: [f64; 3]) -> Option<Sample<f64>> {
         let joints = joints.map(|q| {
             // Dividing yields the double nearest to three decimals.
             let rounded = |q: f64| (q / STEP).round() / STEP.recip().round() + 0.0;
-            match self.robot.drive() {
+            match self.file.robot.drive() {
                 Drive::Rotary => rounded(q.to_degrees()).to_radians(),
                 Drive::Linear => rounded(q),
             }
         });
-        let position = self.reach.position(self.robot, &joints).ok()?;
+        let position = self.reach.position(&self.file.robot, &joints).ok()?;
         let inside = self.region.is_none_or(|region| region.contains(&position));
-        (inside && self.clearance.allows(self.robot, &position, &joints)).then(|| Sample {
+        (inside && self.clearance.allows(&self.file.robot, &position, &joints)).then(|| Sample {
             joints,
             position: position.map(|c| (c / STEP_MM).round() / STEP_MM.recip().round() + 0.0),
         })
@@ -80,15 +69,15 @@ impl<'a> Selection<'a> {
 
     /// The pose at a position, as near as rounding allows.
     pub(super) fn at(&self, position: &Vector3<f64>) -> Option<Sample<f64>> {
-        self.pose(self.reach.joints(self.robot, position).ok()?)
+        self.pose(self.reach.joints(&self.file.robot, position).ok()?)
     }
 
     /// A random pose: uniform in the region or, without one, in joint space.
-    pub(super) fn draw<R: Rng + ?Sized>(&self, rng: &mut R) -> Option<Sample<f64>> {
+    pub(super) fn draw(&self, rng: &mut Pcg32) -> Option<Sample<f64>> {
         let joints = match self.region {
             Some(_) => {
                 let x: Vector3<f64> = self.drawn?.random(rng);
-                self.reach.joints(self.robot, &x).ok()?
+                self.reach.joints(&self.file.robot, &x).ok()?
             }
             None => [(); 3].map(|()| self.reach.limits.at(uniform(rng))),
         };
@@ -96,46 +85,42 @@ impl<'a> Selection<'a> {
     }
 
     /// `count` random poses.
-    pub(super) fn draw_many<R: Rng + ?Sized>(
+    pub(super) fn draw_many(
         &self,
         count: usize,
-        rng: &mut R,
+        rng: &mut Pcg32,
     ) -> Result<Vec<Sample<f64>>, PlanError> {
         let found = drawn(count, DRAWS, || self.draw(rng));
-        found.ok_or_else(|| match self.region {
-            Some(region) => self.outside(&region, rng),
-            None => PlanError::NoPose,
-        })
-    }
-
-    /// The error for a region without poses, or for a robot without any.
-    fn outside<R: Rng + ?Sized>(&self, region: &Region, rng: &mut R) -> PlanError {
-        let anywhere = match self.anywhere().draw_many(ANYWHERE, rng) {
-            Ok(poses) => poses,
-            Err(error) => return error,
-        };
-        let along = |axis: usize| range(anywhere.iter().map(|pose| pose.position[axis]));
-        PlanError::OutsideWorkspace {
-            region: region.turned(&self.convention),
-            reached: self.convention.ranges([0, 1, 2].map(along)),
+        if let (None, Some(region)) = (&found, self.region) {
+            let anywhere = Self {
+                region: None,
+                ..self.clone()
+            };
+            let anywhere = anywhere.draw_many(ANYWHERE, rng)?;
+            let along = |axis: usize| range(anywhere.iter().map(|pose| pose.position[axis]));
+            return Err(PlanError::OutsideWorkspace {
+                region: region.turned(&self.file.convention),
+                reached: self.file.convention.ranges([0, 1, 2].map(along)),
+            });
         }
+        found.ok_or(PlanError::NoPose)
     }
 
-    /// A pose near another, clamped to the limits.
-    pub(super) fn near<R: Rng + ?Sized>(
+    /// A pose near joint angles, clamped to the limits.
+    pub(super) fn near(
         &self,
-        pose: &Sample<f64>,
+        joints: &[f64; 3],
         spread: f64,
-        rng: &mut R,
+        rng: &mut Pcg32,
     ) -> Option<Sample<f64>> {
         let limits = &self.reach.limits;
         // A travel of one forearm moves the platform about as far as a turn of 1 rad.
-        let spread = match self.robot.drive() {
+        let spread = match self.file.robot.drive() {
             Drive::Rotary => spread,
-            Drive::Linear => spread * self.robot.arm(ArmIndex::First).lb(),
+            Drive::Linear => spread * self.file.robot.arm(ArmIndex::First).lb(),
         };
-        self.pose(pose.joints.map(|q| {
-            (q + spread * standard_normal::<f64, R>(rng)).clamp(limits.minimum(), limits.maximum())
+        self.pose(joints.map(|q| {
+            (q + spread * standard_normal::<f64, _>(rng)).clamp(limits.minimum(), limits.maximum())
         }))
     }
 }

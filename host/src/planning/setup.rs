@@ -1,17 +1,18 @@
 //! Where the instruments stand, how accurate they are, and what they read at a pose.
 
-use super::PlanRequest;
-use super::request::Kind;
+use super::request::{Kind, PlanRequest};
 use crate::accuracy::uncertainty::inside;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind as ReadingKind, Reading, ReadingFrom, Readings};
-use crate::fit::Frame;
 use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT, is_stated, places};
 use crate::fit::solution::{Places, PlaneFound, PointFound};
+use crate::fit::{Frame, Options, solve};
 use crate::geometry::range;
+use crate::text::{in_words, joint, rounded};
 use delta_cal::observations::{Plane, Point};
 use delta_cal::{Noise, Real, Robot, Sample};
 use nalgebra::Vector3;
+use serde::Serialize;
 
 /// The name of the plane if the robot file states none.
 pub const PLANE: &str = "plane";
@@ -27,6 +28,10 @@ const LENGTHS: (f64, f64) = (50.0, f64::INFINITY);
 const POSITION: f64 = 0.02;
 /// Typical σ of an encoder on a geared joint, degrees.
 const JOINT_DEGREES: f64 = 0.002;
+/// Heights closer together than this belong to the same gauge block, and distances to the same bar, mm.
+const SAME: f64 = 1.0;
+/// A file with more different heights than this was not measured on gauge blocks.
+const MOST_BLOCKS: usize = 8;
 
 /// A plane that is touched.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,8 +66,6 @@ pub struct Setup {
     pub points: Vec<PointAt>,
     /// Where planes, points and frame are.
     pub places: Places,
-    /// Whether the points stand on a table, below the platform.
-    pub(super) on_table: bool,
     /// The shortest and the longest distance between two poses, mm.
     pub lengths: (f64, f64),
     /// The frame of coordinates.
@@ -71,19 +74,27 @@ pub struct Setup {
     pub noise_stated: bool,
 }
 
-/// A measurement to take.
-#[derive(Debug, Clone, PartialEq)]
+/// A measurement to take, in the units and axes of the robot file.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Planned {
-    /// The kind of reading.
+    /// What is read.
+    #[serde(rename = "measure")]
     pub kind: Kind,
-    /// Joint angles in whole thousandths of a degree, and the nominal robot's position there.
-    pub pose: Sample<f64>,
-    /// The other pose of a distance between two poses.
-    pub other: Option<Sample<f64>>,
-    /// Which of the planes ([`Setup::planes`]), and which of its gauge blocks.
-    pub plane: Option<(usize, usize)>,
-    /// Which of the points ([`Setup::points`]).
-    pub point: Option<usize>,
+    /// Whole thousandths of a degree or of a millimetre of travel.
+    pub joints: [f64; 3],
+    /// Position of the nominal robot.
+    pub position_mm: [f64; 3],
+    /// Joints of the pose from which a distance between poses is measured.
+    pub to_joints: Option<[f64; 3]>,
+    /// Name of the plane.
+    pub plane: Option<String>,
+    /// The gauge block on it.
+    pub block_mm: Option<f64>,
+    /// Name of the point.
+    pub point: Option<String>,
+    /// The row of a samples file, with the nominal robot's readings: radians and mm, in internal axes.
+    #[serde(skip)]
+    pub reading: Reading,
 }
 
 impl Setup {
@@ -91,35 +102,58 @@ impl Setup {
     pub fn of(request: &PlanRequest<'_>) -> Self {
         let facts = &request.robot.instruments;
         let kinds = &request.kinds;
-        let mut named = Readings::of_name("");
-        if kinds.contain(Kind::Plane) {
-            named.planes = facts.planes.iter().map(|own| own.name.clone()).collect();
-            if named.planes.is_empty() {
-                named.planes.push(PLANE.to_owned());
-            }
-        }
-        if kinds.contain(Kind::Point) {
-            named.points = facts.points.iter().map(|own| own.name.clone()).collect();
-            if named.points.is_empty() {
-                named.points.extend(POINTS.map(str::to_owned));
-            }
-        }
-        let heights = !named.planes.is_empty();
-        let distances = !named.points.is_empty() || kinds.contain(Kind::Distance);
-        let measured = [kinds.positions(), heights, distances];
+        let named = |stated: Vec<String>, wanted: Kind, usual: &[&str]| match stated {
+            _ if !kinds.contain(wanted) => Vec::new(),
+            stated if stated.is_empty() => usual.iter().map(|name| (*name).to_owned()).collect(),
+            stated => stated,
+        };
+        let planes = facts.planes.iter().map(|own| own.name.clone()).collect();
+        let points = facts.points.iter().map(|own| own.name.clone()).collect();
+        let named = Readings {
+            planes: named(planes, Kind::Plane, &[PLANE]),
+            points: named(points, Kind::Point, &POINTS),
+            ..Readings::of_name("")
+        };
+        let measured = |kind| kinds.read(kind);
         let mut setup = Self::unplaced(request.robot, &named, request.frame, measured);
         let poses = inside(&request.robot.robot, &request.robot.reach());
         setup.place(|_| broadest(&poses), &poses);
         setup
     }
 
-    /// The planes and points that are named, as the robot file states them. `measured`: whether coordinates, heights and
-    /// distances are measured. What has no stated place is at the origin.
+    /// The instruments where a calibration from the rows of a file locates them, if every row is measured and the
+    /// calibration succeeds. Otherwise planes are level, points are where a plan would put them, and the frame is the
+    /// robot's.
+    pub(super) fn of_rows(
+        robot: &RobotFile,
+        file: &Readings,
+        unmeasured: &[u64],
+        frame: Frame,
+    ) -> Self {
+        let mut setup = Self::unplaced(robot, file, frame, |kind| file.holds(kind));
+        let options = Options {
+            frame,
+            ..Options::default()
+        };
+        let fit = unmeasured
+            .is_empty()
+            .then(|| solve(&setup.robot, file, &options));
+        if let Some(Ok(fit)) = fit {
+            setup.places = fit.places;
+        } else {
+            let poses = inside(&robot.robot, &robot.reach());
+            setup.place(|index| level(&robot.robot, file, unmeasured, index), &poses);
+        }
+        setup
+    }
+
+    /// The planes and points that are named, as the robot file states them. `measured`: whether readings of a kind are.
+    /// What has no stated place is at the origin.
     pub(super) fn unplaced(
         robot: &RobotFile,
         named: &Readings,
         frame: Frame,
-        measured: [bool; 3],
+        measured: impl Fn(ReadingKind) -> bool,
     ) -> Self {
         let facts = &robot.instruments;
         let (planes, points) = places(robot, named);
@@ -130,13 +164,10 @@ impl Setup {
         };
         let planes = named.planes.iter().zip(planes).map(|(name, known)| {
             let stated = facts.planes.iter().find(|own| own.name == *name);
-            let blocks = stated.map(|own| &own.blocks[..]).unwrap_or_default();
+            let blocks = stated.map(|own| &own.blocks).filter(|own| !own.is_empty());
             PlaneAt {
                 name: name.clone(),
-                blocks: match blocks {
-                    [] => BLOCKS.to_vec(),
-                    stated => stated.to_vec(),
-                },
+                blocks: blocks.cloned().unwrap_or_else(|| BLOCKS.to_vec()),
                 known,
             }
         });
@@ -148,30 +179,29 @@ impl Setup {
                 known,
             }
         });
-        let mut kinds = ReadingKind::ALL.into_iter().zip(measured);
+        let mut kinds = ReadingKind::ALL.into_iter();
         Self {
             robot: with_noise(robot),
             planes: planes.collect(),
             points: points.collect(),
             places,
-            on_table: facts.points.iter().all(|point| point.place.is_none()),
             lengths: facts.lengths.unwrap_or(LENGTHS),
             frame,
-            noise_stated: kinds.all(|(kind, measured)| !measured || is_stated(robot, kind)),
+            noise_stated: kinds.all(|kind| !measured(kind) || is_stated(robot, kind)),
         }
     }
 
     /// Places planes of unknown height at the height that is given for their index, and points at unknown places on a table,
     /// evenly around the z axis.
-    pub(super) fn place(&mut self, height: impl Fn(usize) -> f64, poses: &[Sample<f64>]) {
+    fn place(&mut self, height: impl Fn(usize) -> f64, poses: &[Sample<f64>]) {
         for (index, (plane, at)) in self.planes.iter().zip(&mut self.places.planes).enumerate() {
             if plane.known.known.is_none() {
                 at.offset = height(index);
             }
         }
         let squares = poses.iter().map(|pose| pose.position.xy().norm_squared());
-        let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), own| (sum + own, count + 1.0));
-        let out = POINTS_OUT * (sum / f64::max(count, 1.0)).square_root();
+        let count = f64::max(poses.len() as f64, 1.0);
+        let out = POINTS_OUT * (squares.fold(0.0, |sum, own| sum + own) / count).square_root();
         let points = self.points.iter().zip(&mut self.places.points);
         let unknown = points.filter(|(point, _)| point.known.known.is_none());
         let unknown: Vec<_> = unknown.collect();
@@ -184,22 +214,12 @@ impl Setup {
         }
     }
 
-    /// A measurement as a row of a samples file, with the nominal robot's readings.
-    pub(super) fn row(&self, own: &Planned) -> Reading {
-        let from = match (&own.other, own.point) {
-            (Some(other), _) => Some(ReadingFrom::Pose(other.joints)),
-            (None, point) => point.map(ReadingFrom::Point),
-        };
-        let asked = Reading {
-            position: own.kind.coordinates().map(|read| read.then_some(0.0)),
-            height: own.plane.map(|(plane, _)| (plane, 0.0)),
-            distance: from.map(|from| (from, 1.0)),
-            ..Reading::at(own.pose.joints)
-        };
-        self.read(&self.robot.robot, &asked)
+    /// Whether the points stand on a table, below the platform.
+    pub(super) fn on_table(&self) -> bool {
+        self.points.iter().all(|own| own.known.known.is_none())
     }
 
-    /// The same row with another robot's readings; unchanged if that robot does not reach it.
+    /// A row with a robot's readings in place of its own; unchanged if that robot does not reach it.
     pub(super) fn read(&self, robot: &Robot<f64>, row: &Reading) -> Reading {
         let [x, y, z, height, distance] = self.places.expected(robot, row);
         let mut read = *row;
@@ -213,6 +233,80 @@ impl Setup {
             *cell = distance.max(f64::EPSILON);
         }
         read
+    }
+
+    /// Takes gauge blocks and lengths from the rows of a file where the robot file states none.
+    pub(super) fn as_used(&mut self, rows: &[Reading]) {
+        let facts = &self.robot.instruments;
+        for (index, plane) in self.planes.iter_mut().enumerate() {
+            let mut stated = facts.planes.iter().filter(|own| own.name == plane.name);
+            if stated.any(|own| !own.blocks.is_empty()) {
+                continue;
+            }
+            let heights = rows.iter().filter_map(|row| row.height);
+            let heights = heights.filter(|(plane, _)| *plane == index);
+            // Nominal heights of the blocks, to a tenth of a millimetre.
+            let mut heights: Vec<_> = heights
+                .map(|(_, height)| (10.0 * height).round() / 10.0 + 0.0)
+                .collect();
+            heights.sort_by(f64::total_cmp);
+            heights.dedup_by(|one, other| (*one - *other).abs() < SAME);
+            plane.blocks = match heights.len() {
+                1..=MOST_BLOCKS => heights,
+                _ => vec![0.0],
+            };
+        }
+        let lengths = |is_own: &dyn Fn(&ReadingFrom) -> bool| {
+            let distances = rows.iter().filter_map(|row| row.distance);
+            let own = distances.filter(|(from, _)| is_own(from));
+            let (shortest, longest) = range(own.map(|(_, distance)| distance));
+            if longest > 0.0 && longest - shortest < SAME {
+                let middle = f64::midpoint(shortest, longest);
+                return (middle, middle);
+            }
+            (shortest.min(longest.max(0.0)), f64::INFINITY)
+        };
+        if facts.lengths.is_none() {
+            self.lengths = lengths(&|from| matches!(from, ReadingFrom::Pose(_)));
+        }
+        for (index, point) in self.points.iter_mut().enumerate() {
+            let mut stated = facts.points.iter().filter(|own| own.name == point.name);
+            if stated.all(|own| own.lengths.is_none()) {
+                point.lengths = lengths(&|from| *from == ReadingFrom::Point(index));
+            }
+        }
+    }
+
+    /// The noise of what is measured, and the tolerance, in words.
+    pub(super) fn assumptions(&self, planned: &[Planned]) -> String {
+        let facts = &self.robot.instruments;
+        let noise = self.robot.noise;
+        let sigma = |kind| match kind {
+            ReadingKind::Position => noise.map(|own| own.position()),
+            ReadingKind::Height => facts.height_noise,
+            ReadingKind::Distance => facts.distance_noise,
+        };
+        let mut kinds = Vec::new();
+        for kind in ReadingKind::ALL {
+            if planned.iter().any(|own| own.kind.reads() == kind) {
+                kinds.extend(sigma(kind).map(|sigma| format!("{} {sigma} mm", kind.plural())));
+            }
+        }
+        let drive = self.robot.robot.drive();
+        let joint = noise.map_or(0.0, |own| joint::in_file(drive, own.joint()));
+        let (name, mark) = (joint::name(drive), joint::mark(drive));
+        kinds.push(format!("{name}s {}{mark}", rounded(joint)));
+        let stated = if self.noise_stated {
+            ""
+        } else {
+            " (assumed where not stated)"
+        };
+        let tolerance = self.robot.tolerance.as_ref();
+        let tolerance = tolerance.map_or("none stated".to_owned(), |own| in_words(drive, own));
+        format!(
+            "Noise: {}{stated}. Tolerance: {tolerance}.",
+            kinds.join(", ")
+        )
     }
 }
 
@@ -261,4 +355,25 @@ fn low(poses: &[Sample<f64>]) -> f64 {
     heights.sort_by(f64::total_cmp);
     let height = heights.get(heights.len() / 10).copied().unwrap_or_default();
     10.0 * (height / 10.0).round()
+}
+
+/// The height of a plane according to the nominal robot's touches; without measurements, that of its lowest pose.
+fn level(robot: &Robot<f64>, file: &Readings, unmeasured: &[u64], plane: usize) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    let mut lowest = f64::INFINITY;
+    for row in &file.rows {
+        let height = row.value.height.filter(|(own, _)| *own == plane);
+        if let (Some((_, height)), Ok(there)) = (height, robot.forward(&row.value.joints)) {
+            lowest = lowest.min(there.z);
+            if unmeasured.binary_search(&row.line).is_err() {
+                sum += there.z - height;
+                count += 1.0;
+            }
+        }
+    }
+    match (count > 0.0, lowest.is_finite()) {
+        (true, _) => sum / count,
+        (false, true) => lowest,
+        (false, false) => 0.0,
+    }
 }

@@ -8,8 +8,7 @@ use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::render::{Section, Table, terminal};
 use crate::text::count;
 use crate::workspace::{
-    Analysis, BoundaryPoint, Cylinder, Extent, LimitShare, ParameterInfluence, ToleranceBand,
-    WorkspaceReport, unit,
+    Analysis, BoundaryPoint, Cylinder, Extent, LimitShare, ParameterInfluence, ToleranceBand, unit,
 };
 use delta_cal::{ArmIndex, Parameter};
 use std::collections::BTreeMap;
@@ -28,15 +27,10 @@ pub const NAMES: [&str; 4] = [
 
 /// Names and contents of the files of an output folder.
 pub fn files(analysis: &Analysis) -> Vec<(&'static str, Vec<u8>)> {
-    let Analysis {
-        mesh,
-        workspace,
-        convention,
-        ..
-    } = analysis;
+    let stl = (analysis.mesh).to_stl(&analysis.workspace, &analysis.convention);
     let contents = [
         boundary_csv(analysis).into_bytes(),
-        mesh.to_stl(workspace, convention),
+        stl,
         influence_csv(analysis).into_bytes(),
         section(analysis).to_svg().into_bytes(),
     ];
@@ -44,7 +38,7 @@ pub fn files(analysis: &Analysis) -> Vec<(&'static str, Vec<u8>)> {
 }
 
 /// The report as JSON.
-pub fn to_json(report: &WorkspaceReport) -> String {
+pub fn to_json(report: &Analysis) -> String {
     super::json(&Versioned::new(SCHEMA_VERSION, report))
 }
 
@@ -67,7 +61,7 @@ fn influence_csv(analysis: &Analysis) -> String {
     }
     csv.push('\n');
     let points = analysis.workspace.points.iter();
-    for (point, moved) in points.zip(&analysis.influence.displacements) {
+    for (point, moved) in points.zip(&analysis.displacements.0) {
         let [x, y, z] = analysis.convention.vector(&point.outward).into();
         let place = place(point, &analysis.convention);
         let _ = write!(csv, "{place},{x:.6},{y:.6},{z:.6}");
@@ -89,8 +83,8 @@ fn place(point: &BoundaryPoint, convention: &Convention) -> String {
 }
 
 /// The report for the terminal.
-pub fn to_text(report: &WorkspaceReport) -> String {
-    let WorkspaceReport {
+pub fn to_text(report: &Analysis) -> String {
+    let Analysis {
         volume,
         extent_mm: extent,
         conditioning,
@@ -145,7 +139,7 @@ fn limits(limits: &[LimitShare]) -> Table {
 const CYLINDERS: usize = 8;
 
 /// The largest cylinder and an even selection of the others.
-fn cylinders(report: &WorkspaceReport) -> Section {
+fn cylinders(report: &Analysis) -> Section {
     let section = Section::new("Upright cylinders about the z axis");
     let Some(largest) = &report.largest_cylinder else {
         return section.text("None: the z axis is not in the workspace.");
@@ -230,7 +224,7 @@ fn section(analysis: &Analysis) -> Figure {
         Axis::linear(label, from - margin, to + margin)
     };
     // The internal axes: upright whichever way z points.
-    let Extent { x, y, z } = analysis.report.extent_mm;
+    let Extent { x, y, z } = analysis.extent_mm;
     let [x, _, z] = analysis.convention.ranges([x, y, z]);
     let label = match analysis.convention.z_axis {
         Vertical::Up => "z, mm",
@@ -239,7 +233,7 @@ fn section(analysis: &Analysis) -> Figure {
     let mut figure = Figure::new(axis("x, mm", x), axis(label, z))
         .sized(460, 460)
         .with_equal_scales();
-    if let Some(cylinder) = &analysis.report.largest_cylinder {
+    if let Some(cylinder) = &analysis.largest_cylinder {
         let r = cylinder.diameter_mm / 2.0;
         let upright = (cylinder.bottom_mm, cylinder.top_mm);
         let [.., (low, high)] = analysis.convention.ranges([(-r, r), (-r, r), upright]);

@@ -1,35 +1,23 @@
 //! The rms and the largest position error with confidence intervals, and whether they meet a limit.
 
 use crate::accuracy::quantiles::quantile;
-use delta_cal::Sample;
 use nalgebra::Vector3;
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 /// Probability outside either end of an interval: 5 % in total.
 const TAIL: f64 = 0.025;
-/// Prior knowledge of the variation (the variance of a squared deviation over its squared mean), and its weight as a
-/// number of poses. The variance of a few poses alone is too often too small, which makes the interval too short.
-/// Determined by the simulation in docs/validate.md.
-struct Beforehand {
-    /// Relative to that of independent normal numbers, 2 / (numbers per pose).
-    variation: f64,
-    poses: f64,
-}
-
-const IN_BASE: Beforehand = Beforehand {
-    variation: 1.0,
-    poses: 15.0,
-};
-
+/// Prior knowledge of the variation (the variance of a squared deviation over its squared mean), relative to that of
+/// independent normal numbers, 2 / (numbers per pose), and its weight as a number of poses. The variance of a few poses
+/// alone is too often too small, which makes the interval too short. Determined by the simulation in docs/validate.md.
+const VARIATION: f64 = 1.0;
+const POSES: f64 = 15.0;
 /// The error left after fitting a rigid motion or a plane is small mid-region and large at the edge.
-const FITTED: Beforehand = Beforehand {
-    variation: 2.0,
-    poses: 30.0,
-};
+const VARIATION_FITTED: f64 = 2.0;
+const POSES_FITTED: f64 = 30.0;
 
 /// Number of readings.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Read {
     /// Numbers per pose: 3 for a position, 1 for a height.
     pub(super) coordinates: f64,
@@ -85,8 +73,11 @@ pub(super) struct Mean {
 impl Mean {
     /// From squared deviations, one per pose, and the mean square of the noise in them, mm².
     pub(super) fn of(squares: &[f64], noise: f64, read: Read) -> Self {
-        let beforehand = if read.taken_up > 0.0 { FITTED } else { IN_BASE };
-        let expected = beforehand.variation * 2.0 / read.coordinates;
+        let (expected, weight) = if read.taken_up > 0.0 {
+            (VARIATION_FITTED * 2.0 / read.coordinates, POSES_FITTED)
+        } else {
+            (VARIATION * 2.0 / read.coordinates, POSES)
+        };
         let poses = squares.len() as f64;
         let square = squares.iter().sum::<f64>() / poses;
         let scatter: f64 = squares.iter().map(|own| (own - square).powi(2)).sum();
@@ -95,7 +86,7 @@ impl Mean {
         } else {
             0.0
         };
-        let variation = (beforehand.poses * expected + measured) / (beforehand.poses + poses - 1.0);
+        let variation = (weight * expected + measured) / (weight + poses - 1.0);
         Self {
             square,
             noise,
@@ -145,17 +136,18 @@ impl Mean {
     /// takes too many, or no number would.
     fn poses_to_decide(&self, limit: f64) -> Option<usize> {
         let decided = |poses: f64| Verdict::of(&self.bounded(poses), limit) != Verdict::Undecided;
-        let (mut too_few, mut enough) = (self.poses, MANY);
-        if decided(too_few) || too_few >= enough || !decided(enough) {
+        if decided(self.poses) || !decided(MANY) {
             return None;
         }
+        let (mut too_few, mut enough) = (self.poses, MANY);
         while enough - too_few > 1.0 {
             let middle = f64::midpoint(too_few, enough).floor();
-            if decided(middle) {
-                enough = middle;
+            let end = if decided(middle) {
+                &mut enough
             } else {
-                too_few = middle;
-            }
+                &mut too_few
+            };
+            *end = middle;
         }
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at most 10,000
         Some(enough as usize)
@@ -177,28 +169,27 @@ impl Mean {
 /// A deviation d is the error e plus noise n, whose standard deviation along any direction is at most s. Along e the
 /// deviation is at least |e| + n·e/|e|, so |e| is below d + 1.96 s with 97.5 % probability; this holds for the row of
 /// the largest error, as for any single row. And |e| is above d − |n|, for all rows at once with 97.5 %.
-pub(super) fn largest(rows: &[RowDeviation]) -> Bounded {
+pub(super) fn largest(rows: &[Deviation]) -> Bounded {
     let along = Normal::standard().inverse_cdf(1.0 - TAIL);
-    let tail = TAIL / rows.len() as f64;
-    let anywhere = ChiSquared::new(3.0).map(|own| own.inverse_cdf(1.0 - tail).sqrt());
+    let anywhere = quantile(3.0, 1.0 - TAIL / rows.len() as f64).map(f64::sqrt);
     let known: Option<Vec<_>> = rows.iter().map(|row| Some((row, row.noise?))).collect();
-    let (Some(known), Ok(anywhere)) = (known, anywhere) else {
+    let (Some(known), Some(anywhere)) = (known, anywhere) else {
         return Bounded {
-            value: rows.iter().map(RowDeviation::length).fold(0.0, f64::max),
+            value: rows.iter().map(|row| row.deviation_mm).fold(0.0, f64::max),
             interval: (0.0, None),
         };
     };
-    let over = |of: &dyn Fn(&RowDeviation, &RowNoise) -> f64| {
-        let values = known.iter().map(|(row, noise)| of(row, noise));
+    let over = |of: &dyn Fn(f64, &RowNoise) -> f64| {
+        let values = known.iter().map(|(row, noise)| of(row.deviation_mm, noise));
         values.fold(0.0, f64::max)
     };
     // Not that of the largest deviation, which may be mere noise near a singularity.
-    let square = over(&|row, noise| row.deviation.norm_squared() - noise.mean_square);
+    let square = over(&|deviation, noise| deviation.powi(2) - noise.mean_square);
     Bounded {
         value: square.sqrt(),
         interval: (
-            over(&|row, noise| row.length() - anywhere * noise.largest),
-            Some(over(&|row, noise| row.length() + along * noise.largest)),
+            over(&|deviation, noise| deviation - anywhere * noise.largest),
+            Some(over(&|deviation, noise| deviation + along * noise.largest)),
         ),
     }
 }
@@ -241,38 +232,39 @@ pub(super) struct RowNoise {
     pub(super) squares: f64,
 }
 
-/// The deviation of a row.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct RowDeviation {
-    pub(super) line: u64,
-    /// The sample, in the robot's frame.
-    pub(super) measured: Sample<f64>,
-    /// Measured less computed, mm.
-    pub(super) deviation: Vector3<f64>,
+/// The deviation of one row.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Deviation {
+    /// Line in the samples file.
+    pub line: u64,
+    /// Distance between measured and computed position, including the instrument's noise.
+    pub deviation_mm: f64,
+    /// Radians, or mm of travel.
+    #[serde(skip)]
+    pub(super) joints: [f64; 3],
+    /// In the robot's frame, mm.
+    #[serde(skip)]
+    pub(super) position: Vector3<f64>,
     /// Fraction of the row's own deviation absorbed by fitting a frame, 0 to 1.
+    #[serde(skip)]
     pub(super) leverage: f64,
     /// `None` if no noise is stated.
+    #[serde(skip)]
     pub(super) noise: Option<RowNoise>,
 }
 
-impl RowDeviation {
-    pub(super) fn length(&self) -> f64 {
-        self.deviation.norm()
-    }
-
+impl Deviation {
     /// Whether the stated noise explains the deviation: with no error of the robot, only one file in a hundred has a
     /// row that deviates more.
     pub(super) fn is_noise(&self, rows: usize) -> bool {
-        let tail = 0.01 / rows as f64;
-        let limit = ChiSquared::new(3.0).map(|chi_squared| chi_squared.inverse_cdf(1.0 - tail));
-        self.noise
-            .zip(limit.ok())
-            .is_some_and(|(noise, limit)| noise.squares < limit)
+        let limit = quantile(3.0, 1.0 - 0.01 / rows as f64);
+        let noise = self.noise.zip(limit);
+        noise.is_some_and(|(noise, limit)| noise.squares < limit)
     }
 
     /// The squared deviation that the row would have without the fitted frame, mm².
     pub(super) fn square(&self) -> f64 {
-        self.deviation.norm_squared() / (1.0 - self.leverage).max(f64::EPSILON)
+        self.deviation_mm.powi(2) / (1.0 - self.leverage).max(f64::EPSILON)
     }
 }
 

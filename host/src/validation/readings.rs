@@ -1,28 +1,28 @@
 //! Deviations of readings of any kind. Unknown planes, points and frames are first fitted to the readings, with the
 //! robot held fixed.
 
-use super::interval::{Read, RowDeviation, RowNoise};
+use super::interval::{Deviation, Read, RowNoise};
 use crate::accuracy::rigid_motion::{RigidMotions, degenerate};
 use crate::calibration::refusal::{CalibrateError, Refused};
-use crate::files::input::InputError;
 use crate::files::robot_file::{KnownPlane, RobotFile};
-use crate::files::samples_file::{Kind, READINGS, Reading, ReadingFrom, Readings};
+use crate::files::samples_file::{Kind, READINGS, Reading, Readings};
 use crate::fit::solution::Places;
 use crate::fit::{Frame, Options, Unsolved, solve};
+use delta_cal::Tolerance;
 use delta_cal::frame::RigidTransform;
-use delta_cal::{Robot, Sample, Tolerance};
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector};
 
 /// Tolerance that holds the robot fixed while the instruments are fitted: as a fraction of the forearm, and in radians.
 const HELD: f64 = 1e-8;
-
 /// Prior of an unknown plane: its distance (σ) in forearm lengths, and its tilt in radians.
 const ANYWHERE: f64 = 10.0;
 const TILT: f64 = 0.1;
+/// Step of a joint for derivatives, radians or mm.
+const STEP: f64 = 1e-6;
 
 /// The deviations of all readings.
 pub(super) struct Deviations {
-    pub(super) rows: Vec<RowDeviation>,
+    pub(super) rows: Vec<Deviation>,
     /// Transform from the robot's frame to the sensor's, if fitted.
     pub(super) frame: Option<RigidTransform<f64>>,
     pub(super) read: Read,
@@ -40,34 +40,39 @@ pub(super) fn deviations(
     let (places, leverages) = if readings.is_complete() {
         of_positions(robot, readings, frame)?
     } else {
-        of_instruments(robot, readings, frame).map_err(|why| {
-            if let Unsolved::Row(index, error) = why {
-                return readings.fault(index, error.to_string()).into();
-            }
-            let cause = "the readings do not determine where planes, points or the frame are";
-            CalibrateError::from(unknown_frame(readings, cause))
-        })?
+        of_instruments(robot, readings, frame)?
     };
-    let (mut rows, mut taken_up, mut coordinates) = (Vec::new(), 0.0, 0.0);
+    let mut rows = Vec::new();
+    let mut read = Read::default();
     for (index, (row, leverage)) in readings.rows.iter().zip(&leverages).enumerate() {
         for kind in Kind::ALL {
-            let of = deviation(robot, &places, &row.value, kind, leverage);
-            let (own, used, count) = of.ok_or_else(|| unreachable(robot, readings, index))?;
-            rows.extend(own.map(|own| RowDeviation {
-                line: row.line,
-                ..own
-            }));
-            taken_up += used;
-            coordinates += count;
+            let cells = row.value.read().into_iter().enumerate();
+            let own =
+                cells.filter(|(place, cell)| cell.is_some() && Kind::of_place(*place) == kind);
+            let own: Vec<_> = own.map(|(place, _)| place).collect();
+            if own.is_empty() {
+                continue;
+            }
+            let found = deviation(robot, &places, row.line, &row.value, &own);
+            let found = found.ok_or_else(|| {
+                let cause = "does not reach these joint angles";
+                readings.fault(index, format!("the robot of {} {cause}", robot.name))
+            })?;
+            let used: f64 = own.iter().map(|place| leverage[*place]).sum();
+            let count = own.len() as f64;
+            rows.push(Deviation {
+                leverage: used / count,
+                ..found
+            });
+            read.taken_up += used;
+            read.coordinates += count;
         }
     }
+    read.coordinates /= (rows.len() as f64).max(1.0);
     Ok(Deviations {
-        read: Read {
-            coordinates: coordinates / (rows.len() as f64).max(1.0),
-            taken_up,
-        },
         rows,
         frame: places.frame,
+        read,
     })
 }
 
@@ -103,7 +108,11 @@ fn of_positions(robot: &RobotFile, readings: &Readings, frame: Frame) -> Result<
     Ok((places, leverages))
 }
 
-fn of_instruments(robot: &RobotFile, readings: &Readings, frame: Frame) -> Result<Found, Unsolved> {
+fn of_instruments(
+    robot: &RobotFile,
+    readings: &Readings,
+    frame: Frame,
+) -> Result<Found, CalibrateError> {
     let [arm, ..] = robot.robot.arms();
     let mut held = robot.clone();
     held.tolerance = Tolerance::new(HELD * arm.lb(), HELD).ok();
@@ -130,7 +139,13 @@ fn of_instruments(robot: &RobotFile, readings: &Readings, frame: Frame) -> Resul
         frame,
         ..Options::default()
     };
-    let solution = solve(&held, readings, &options)?;
+    let solution = solve(&held, readings, &options).map_err(|why| {
+        if let Unsolved::Row(index, error) = why {
+            return CalibrateError::from(readings.fault(index, error.to_string()));
+        }
+        let cause = "the readings do not determine where planes, points or the frame are";
+        unknown_frame(readings, cause).into()
+    })?;
     let leverages = solution.rows.iter().map(|row| row.leverage).collect();
     Ok((solution.places, leverages))
 }
@@ -140,116 +155,67 @@ fn unknown_frame(readings: &Readings, cause: &str) -> Refused {
     Refused::new(format!("{}: {cause}", readings.name), remedy)
 }
 
-fn unreachable(robot: &RobotFile, readings: &Readings, index: usize) -> InputError {
-    let cause = format!(
-        "the robot of {} does not reach these joint angles",
-        robot.name
-    );
-    readings.fault(index, cause)
-}
-
-/// The deviation of a row's readings of one kind, how many of them the fit used up, and their number. `None` if
-/// the robot does not reach the row.
+/// The deviation of a row's readings of one kind, at these indices. `None` if the robot does not reach the row.
 fn deviation(
     robot: &RobotFile,
     places: &Places,
-    reading: &Reading,
-    kind: Kind,
-    leverage: &[f64; READINGS],
-) -> Option<(Option<RowDeviation>, f64, f64)> {
-    let position = robot.robot.forward(&reading.joints).ok()?;
-    let expected = places.expected(&robot.robot, reading);
-    let (mut off, mut used) = (Vector3::zeros(), 0.0);
-    let mut noises = Vec::with_capacity(READINGS);
-    for (place, read) in reading.read().into_iter().enumerate() {
-        let (Some(read), true) = (read, Kind::of_place(place) == kind) else {
-            continue;
-        };
-        let axis = if kind == Kind::Position { place } else { 2 };
-        off[axis] = read - expected[place]?;
-        used += leverage[place];
-        let along = direction(robot, places, reading, place, &position)?;
-        noises.push((axis, along, noise(robot, kind, axis)));
-    }
-    let count = noises.len() as f64;
-    if noises.is_empty() {
-        return Some((None, 0.0, 0.0));
-    }
-    let own = RowDeviation {
-        line: 0,
-        measured: Sample {
-            joints: reading.joints,
-            position,
-        },
-        deviation: off,
-        leverage: used / count,
-        noise: row_noise(&robot.robot, &reading.joints, &position, &off, &noises),
-    };
-    Some((Some(own), used, count))
-}
-
-/// Axis of a reading's deviation, ∂h/∂X, and σ of the reading and of the joints.
-type ReadingNoise = (usize, Vector3<f64>, Option<(f64, f64)>);
-
-/// `None` if the noise of a reading is not stated, or the pose is singular.
-fn row_noise(
-    robot: &Robot<f64>,
-    joints: &[f64; 3],
-    position: &Vector3<f64>,
-    off: &Vector3<f64>,
-    noises: &[ReadingNoise],
-) -> Option<RowNoise> {
-    let by_joints = robot.platform_jacobian(position, joints).ok()?.by_joints;
-    let count = noises.len();
-    let mut by_joint = DMatrix::zeros(count, 3);
-    let mut covariance = DMatrix::zeros(count, count);
-    for (index, (_, along, noise)) in noises.iter().enumerate() {
-        let (sigma, joint) = (*noise)?;
-        by_joint.set_row(index, &(along.transpose() * by_joints * joint));
-        covariance[(index, index)] = sigma * sigma;
-    }
-    covariance += &by_joint * by_joint.transpose();
-    let deviation = DVector::from_iterator(count, noises.iter().map(|own| off[own.0]));
-    let weighed = covariance.clone().cholesky()?.solve(&deviation);
-    Some(RowNoise {
-        mean_square: covariance.trace(),
-        largest: covariance.symmetric_eigenvalues().max().max(0.0).sqrt(),
-        squares: deviation.dot(&weighed),
+    line: u64,
+    row: &Reading,
+    own: &[usize],
+) -> Option<Deviation> {
+    let (read, expected) = (row.read(), places.expected(&robot.robot, row));
+    let off = own
+        .iter()
+        .map(|place| Some(read[*place]? - expected[*place]?));
+    let off = DVector::from(off.collect::<Option<Vec<_>>>()?);
+    Some(Deviation {
+        line,
+        deviation_mm: off.norm(),
+        joints: row.joints,
+        position: robot.robot.forward(&row.joints).ok()?,
+        leverage: 0.0,
+        noise: noise(robot, places, row, own, &off),
     })
 }
 
-/// σ of a reading and of the joints, if stated.
-fn noise(robot: &RobotFile, kind: Kind, axis: usize) -> Option<(f64, f64)> {
-    let facts = &robot.instruments;
-    let joint = robot.noise.map(|own| own.joint()).or(facts.joint_noise);
-    let sigma = match kind {
-        Kind::Position => robot.noise.map(|own| own.position_by_axis()[axis]),
-        Kind::Height => facts.height_noise,
-        Kind::Distance => facts.distance_noise,
-    };
-    Some((sigma?, joint.unwrap_or_default()))
-}
-
-/// ∂h/∂X of a reading.
-fn direction(
+/// `None` if the noise of a reading is not stated, or the pose is singular.
+fn noise(
     robot: &RobotFile,
     places: &Places,
-    reading: &Reading,
-    place: usize,
-    position: &Vector3<f64>,
-) -> Option<Vector3<f64>> {
-    match Kind::of_place(place) {
-        Kind::Position => Some(match &places.frame {
-            Some(frame) => frame.rotation.row(place).transpose(),
-            None => Vector3::ith(place, 1.0),
-        }),
-        Kind::Height => Some(places.planes.get(reading.height?.0)?.normal),
-        Kind::Distance => {
-            let begin = match reading.distance?.0 {
-                ReadingFrom::Point(point) => places.points.get(point)?.place,
-                ReadingFrom::Pose(joints) => robot.robot.forward(&joints).ok()?,
-            };
-            Some((position - begin).normalize())
+    row: &Reading,
+    own: &[usize],
+    off: &DVector<f64>,
+) -> Option<RowNoise> {
+    let facts = &robot.instruments;
+    let joint = robot.noise.map(|own| own.joint()).or(facts.joint_noise);
+    let joint = joint.unwrap_or_default();
+    let variance = |place: &usize| {
+        let sigma = match Kind::of_place(*place) {
+            Kind::Position => robot.noise.map(|own| own.position_by_axis()[*place]),
+            Kind::Height => facts.height_noise,
+            Kind::Distance => facts.distance_noise,
+        };
+        sigma.map(|sigma| sigma * sigma)
+    };
+    let variances = own.iter().map(variance).collect::<Option<Vec<_>>>()?;
+    let mut by_joints = DMatrix::zeros(own.len(), 3);
+    for index in 0..3 {
+        let [ahead, back] = [STEP, -STEP].map(|step| {
+            let mut moved = *row;
+            moved.joints[index] += step;
+            places.expected(&robot.robot, &moved)
+        });
+        for (reading, place) in own.iter().enumerate() {
+            let change = ahead[*place]? - back[*place]?;
+            by_joints[(reading, index)] = joint * change / (2.0 * STEP);
         }
     }
+    let of_joints = &by_joints * by_joints.transpose();
+    let covariance = DMatrix::from_diagonal(&DVector::from(variances)) + of_joints;
+    let weighed = covariance.clone().cholesky()?.solve(off);
+    Some(RowNoise {
+        mean_square: covariance.trace(),
+        largest: covariance.symmetric_eigenvalues().max().max(0.0).sqrt(),
+        squares: off.dot(&weighed),
+    })
 }

@@ -17,9 +17,9 @@ use std::f64::consts::TAU;
 /// Most positions at which the distance from singularities is evaluated.
 const POSITIONS: usize = 20_000;
 
-/// Results of a workspace analysis, in the robot file's convention.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct WorkspaceReport {
+/// A workspace with its analysis. What is serialised is in the robot file's convention.
+#[derive(Debug, Clone, Serialize)]
+pub struct Analysis {
     /// The robot file's name.
     pub robot_file: String,
     /// Every boundary point is within this distance of the boundary.
@@ -44,6 +44,18 @@ pub struct WorkspaceReport {
     pub tolerance_band: Option<ToleranceBand>,
     /// Distance from singularities inside the workspace.
     pub conditioning: Singularities,
+    /// The robot file's convention; only `report` uses it.
+    #[serde(skip)]
+    pub convention: Convention,
+    /// The boundary.
+    #[serde(skip)]
+    pub workspace: Workspace,
+    /// The boundary as a mesh.
+    #[serde(skip)]
+    pub mesh: Mesh,
+    /// How the boundary moves with the parameters.
+    #[serde(skip)]
+    pub displacements: Influence,
 }
 
 /// Range along each axis.
@@ -91,21 +103,6 @@ impl Singularities {
     }
 }
 
-/// A workspace with its analysis.
-#[derive(Debug, Clone)]
-pub struct Analysis {
-    /// The robot file's convention; only `report` uses it.
-    pub convention: Convention,
-    /// The boundary.
-    pub workspace: Workspace,
-    /// The boundary as a mesh.
-    pub mesh: Mesh,
-    /// How the boundary moves with the parameters.
-    pub influence: Influence,
-    /// The results.
-    pub report: WorkspaceReport,
-}
-
 impl Analysis {
     /// Runs the analysis. `progress` receives the name of each step.
     ///
@@ -118,8 +115,6 @@ impl Analysis {
     ) -> Result<Self, WorkspaceError> {
         progress("boundary");
         let workspace = Workspace::compute(&robot.robot, &robot.reach(), options)?;
-        progress("mesh");
-        let mesh = Mesh::of(&workspace);
         progress("cylinders");
         let convention = robot.convention;
         let mut cylinders = cylinders(&workspace).into_iter().map(|own| {
@@ -133,19 +128,19 @@ impl Analysis {
         });
         let largest_cylinder = cylinders.next();
         progress("influence of the parameters");
-        let influence = Influence::of(&workspace);
+        let displacements = Influence::of(&workspace);
         let tolerance = robot.tolerance.as_ref();
         let volume = workspace.volume();
         progress("singularities");
         let conditioning = singularities(&workspace, volume.litres);
-        let axis = |axis| {
-            (
-                furthest(&workspace, axis, -1.0),
-                furthest(&workspace, axis, 1.0),
-            )
+        progress("mesh");
+        let mesh = Mesh::of(&workspace);
+        let along = |axis| {
+            let end = |sign| furthest(&workspace, axis, sign);
+            (end(-1.0), end(1.0))
         };
-        let [x, y, z] = convention.ranges([axis(0), axis(1), axis(2)]);
-        let report = WorkspaceReport {
+        let [x, y, z] = convention.ranges([along(0), along(1), along(2)]);
+        Ok(Self {
             robot_file: robot.name.clone(),
             tolerance_mm: workspace.tolerance,
             spacing_mm: workspace.grid.spacing,
@@ -155,16 +150,13 @@ impl Analysis {
             limits: limits(&workspace, &convention),
             largest_cylinder,
             cylinders: cylinders.collect(),
-            influence: influence.of_parameters(&workspace),
-            tolerance_band: tolerance.map(|tolerance| influence.within(&workspace, tolerance)),
+            influence: displacements.of_parameters(&workspace),
+            tolerance_band: tolerance.map(|own| displacements.within(&workspace, own)),
             conditioning,
-        };
-        Ok(Self {
             convention,
-            workspace,
             mesh,
-            influence,
-            report,
+            workspace,
+            displacements,
         })
     }
 }
@@ -211,20 +203,12 @@ fn limits(workspace: &Workspace, convention: &Convention) -> Vec<LimitShare> {
     shares
 }
 
-impl Workspace {
-    /// The distance of a position from singularities, 0 if singular; `None` if unreachable.
-    pub fn conditioning(&self, x: &Vector3<f64>) -> Option<SingularityDistance<f64>> {
-        let q = self.reach.any_joints(&self.robot, x).ok()?;
-        Some(self.robot.singularity_distance(x, &q))
-    }
-}
-
 /// Evaluated at grid nodes, with a stride if there are more than [`POSITIONS`].
 fn singularities(workspace: &Workspace, litres: f64) -> Singularities {
     let inside = |stride: usize| {
         let places = workspace.grid.places(stride);
         places
-            .filter(|place| workspace.has_node(*place, 2))
+            .filter(|place| workspace.has_node(*place))
             .collect::<Vec<_>>()
     };
     let strided = (1..=workspace.grid.counts.into_iter().max().unwrap_or(1))
@@ -232,7 +216,11 @@ fn singularities(workspace: &Workspace, litres: f64) -> Singularities {
         .find(|places| places.len() <= POSITIONS);
     let places = strided.unwrap_or_default().into_par_iter();
     let found: Vec<SingularityDistance<f64>> = places
-        .filter_map(|place| workspace.conditioning(&workspace.grid.node(place)))
+        .filter_map(|place| {
+            let x = workspace.grid.node(place);
+            let q = workspace.reach.any_joints(&workspace.robot, &x).ok()?;
+            Some(workspace.robot.singularity_distance(&x, &q))
+        })
         .collect();
     let least_serial = found.iter().flat_map(|at| at.serial).fold(1.0, f64::min);
     let least_parallel = found.iter().map(|at| at.parallel).fold(1.0, f64::min);

@@ -49,13 +49,10 @@ pub struct ToleranceBand {
     pub volume_sigma_litres: f64,
 }
 
-/// How the boundary moves with each parameter.
+/// How the boundary moves with each parameter: the displacement of each boundary point along its outward normal, ordered by
+/// arm, mm per mm or mm per radian. `None` where the surface has no normal.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Influence {
-    /// Displacement of each boundary point along its outward normal for each parameter, ordered by arm: mm per mm or mm
-    /// per radian. `None` where the surface has no normal.
-    pub displacements: Vec<Option<[f64; 24]>>,
-}
+pub struct Influence(pub Vec<Option<[f64; 24]>>);
 
 impl Influence {
     /// Computes the influence of the robot's parameters on its workspace's boundary.
@@ -67,9 +64,7 @@ impl Influence {
             let surface = Surface::new(robot, reach, point.limit, point.q);
             surface.displacement(&varied, &point.position)
         });
-        Self {
-            displacements: displacements.collect(),
-        }
+        Self(displacements.collect())
     }
 
     /// Areas (mm²) and displacements of the points.
@@ -77,7 +72,7 @@ impl Influence {
         &'a self,
         workspace: &'a Workspace,
     ) -> impl Iterator<Item = (f64, &'a [f64; 24])> {
-        let points = workspace.points.iter().zip(&self.displacements);
+        let points = workspace.points.iter().zip(&self.0);
         points.filter_map(|(point, moved)| Some((point.area, moved.as_ref()?)))
     }
 

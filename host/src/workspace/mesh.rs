@@ -7,6 +7,7 @@
 use super::{BoundaryPoint, Workspace};
 use crate::files::convention::Convention;
 use mcubes::{MarchingCubes, MeshSide};
+use std::collections::HashMap;
 
 /// Triangles as indices into [`Workspace::points`], counter-clockwise as seen from outside.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -22,13 +23,7 @@ impl Mesh {
         let grid = &workspace.grid;
         let [nx, ny, nz] = grid.counts;
         let nodes = grid.places(1);
-        let values = nodes.map(|place| {
-            if workspace.has_node(place, 2) {
-                1.0
-            } else {
-                -1.0
-            }
-        });
+        let values = nodes.map(|place| if workspace.has_node(place) { 1.0 } else { -1.0 });
         let one = (1.0, 1.0, 1.0);
         let cubes = MarchingCubes::new(
             (nx, ny, nz),
@@ -41,18 +36,21 @@ impl Mesh {
         let Ok(cubes) = cubes else {
             return Self::default();
         };
-        let ends = Ends::of(workspace);
+        let mut at_edges = HashMap::new();
+        for (index, point) in workspace.points.iter().enumerate() {
+            at_edges.entry(point.edge).or_insert(index);
+        }
         let corners = cubes.generate(MeshSide::InsideOnly).vertices;
-        let corner = |triangle: &[mcubes::Vertex], index: usize| {
-            let at = &triangle[index].posit;
-            ends.nearest([at.x, at.y, at.z])
+        // In half spacings: the middle of an edge has one odd coordinate.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // some hundreds
+        let corner = |corner: &mcubes::Vertex| {
+            let at = &corner.posit;
+            let edge = [at.x, at.y, at.z].map(|at| (2.0 * at) as usize);
+            at_edges.get(&edge).copied()
         };
-        let triangles = corners.chunks_exact(3).filter_map(|triangle| {
-            let triangle = [
-                corner(triangle, 0)?,
-                corner(triangle, 1)?,
-                corner(triangle, 2)?,
-            ];
+        let triangles = corners.chunks_exact(3).filter_map(|corners| {
+            let [a, b, c] = [&corners[0], &corners[1], &corners[2]].map(corner);
+            let triangle = [a?, b?, c?];
             let [a, b, c] = triangle;
             (a != b && b != c && c != a).then_some(triangle)
         });
@@ -89,44 +87,5 @@ impl Mesh {
             stl.extend_from_slice(&[0, 0]);
         }
         stl
-    }
-}
-
-/// Index of the boundary points by line.
-struct Ends<'a> {
-    workspace: &'a Workspace,
-    /// Index of each line's first point.
-    first: [Vec<usize>; 3],
-}
-
-impl<'a> Ends<'a> {
-    fn of(workspace: &'a Workspace) -> Self {
-        let mut next = 0;
-        let first = workspace.lines.each_ref().map(|lines| {
-            let first = |pieces: &Vec<(f64, f64)>| {
-                let first = next;
-                next += 2 * pieces.len();
-                first
-            };
-            lines.iter().map(first).collect()
-        });
-        Self { workspace, first }
-    }
-
-    /// The boundary point on the grid edge with this midpoint, in node units.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // some hundreds
-    fn nearest(&self, middle: [f32; 3]) -> Option<usize> {
-        let grid = &self.workspace.grid;
-        let axis = middle.iter().position(|at| at.fract() > 0.0)?;
-        let place = middle.map(|at| at.floor() as usize);
-        let line = grid.line_of(place, axis);
-        let pieces = &self.workspace.lines[axis][line];
-        let (low, high) = (grid.way(place[axis]), grid.way(place[axis] + 1));
-        let holds = |way: f64| move |piece: &(f64, f64)| piece.0 <= way && way <= piece.1;
-        let end = match pieces.iter().position(holds(low)) {
-            Some(piece) => 2 * piece + 1,
-            None => 2 * pieces.iter().position(holds(high))?,
-        };
-        Some(self.first[axis][line] + end)
     }
 }

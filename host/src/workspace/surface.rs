@@ -228,20 +228,19 @@ pub struct BoundaryPoint {
     pub area: f64,
     /// Joint angles, radians.
     pub q: [f64; 3],
+    /// The middle of the edge of the grid that it is on, in half spacings from the first node.
+    pub(super) edge: [usize; 3],
 }
 
 /// Both ends of each reachable interval of each line along x, y and z, in this order.
 pub(super) fn points(workspace: &Workspace) -> Vec<BoundaryPoint> {
     let along = |axis: usize| {
         let of_line = move |(line, pieces): (usize, &Vec<(f64, f64)>)| {
-            let origin = workspace.grid.node(workspace.grid.beginning(line, axis));
+            let first = workspace.grid.beginning(line, axis);
             let ends = pieces
                 .iter()
                 .flat_map(|(from, to)| [(*from, -1.0), (*to, 1.0)]);
-            let point = |(way, sign)| {
-                let way = Vector3::ith(axis, way);
-                point(workspace, origin + way, axis, sign)
-            };
+            let point = |(way, sign)| point(workspace, first, axis, way, sign);
             ends.map(point).collect::<Vec<_>>()
         };
         let lines = workspace.lines[axis].par_iter().enumerate();
@@ -250,9 +249,19 @@ pub(super) fn points(workspace: &Workspace) -> Vec<BoundaryPoint> {
     [0, 1, 2].into_iter().flat_map(along).collect()
 }
 
-/// The boundary point at the last reachable position along an axis, in the direction of `sign`.
-fn point(workspace: &Workspace, position: Vector3<f64>, axis: usize, sign: f64) -> BoundaryPoint {
-    let Workspace { robot, reach, .. } = workspace;
+/// The boundary point at the last reachable position, `way` from the first node of a line along an axis, in the direction of
+/// `sign`.
+fn point(
+    workspace: &Workspace,
+    first: [usize; 3],
+    axis: usize,
+    way: f64,
+    sign: f64,
+) -> BoundaryPoint {
+    let Workspace {
+        robot, reach, grid, ..
+    } = workspace;
+    let position = grid.node(first) + Vector3::ith(axis, way);
     let joints = reach.any_joints(robot, &position);
     let q = joints.unwrap_or([reach.limits.at(0.5); 3]);
     let direction = Vector3::ith(axis, sign);
@@ -261,12 +270,19 @@ fn point(workspace: &Workspace, position: Vector3<f64>, axis: usize, sign: f64) 
     let limit = what_stops(workspace, &q, &outside);
     let normal = Surface::new(robot, reach, limit, q).normal(robot, &position);
     let outward = normal.unwrap_or(direction);
+    // From the last node inside to the next one.
+    let inside = sign * (sign * way / grid.spacing).floor();
+    let mut edge = first.map(|node| 2 * node);
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // some hundreds
+    let middle = (2.0 * inside + sign) as usize;
+    edge[axis] = middle;
     BoundaryPoint {
         position,
         limit,
         outward,
-        area: workspace.grid.spacing.powi(2) * outward[axis].abs(),
+        area: grid.spacing.powi(2) * outward[axis].abs(),
         q,
+        edge,
     }
 }
 

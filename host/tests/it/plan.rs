@@ -6,6 +6,7 @@ use crate::support::{
     true_arms,
 };
 use delta_cal::simulate::made_robot;
+use delta_cal_host::ReadingFrom;
 use delta_cal_host::planning::{Kind, PlanRequest, plan};
 use delta_cal_tests::generator;
 use serde_json::Value;
@@ -460,8 +461,11 @@ fn robots_made_to_the_tolerance_reach_every_planned_pose() {
             let reach = file.reach();
             for own in &plan.measurements {
                 assert!(matches!(own.kind, Kind::Position(_) | Kind::Distance));
-                let poses = std::iter::once(own.pose.joints).chain(own.other.map(|own| own.joints));
-                for joints in poses {
+                let other = match own.reading.distance {
+                    Some((ReadingFrom::Pose(other), _)) => Some(other),
+                    _ => None,
+                };
+                for joints in std::iter::once(own.reading.joints).chain(other) {
                     assert!(
                         reach.clear_position(&built, &joints).is_ok(),
                         "{index} {robot}"

@@ -287,7 +287,7 @@ fn note_errors(case: &Case, all: &mut BTreeMap<String, Vec<f64>>) {
     let places = case.robot.drive().places();
     let stride = (workspace.points.len() / 60).max(1);
     let (mut tried, mut at_an_edge) = (0, 0);
-    let points = workspace.points.iter().zip(&influence.displacements);
+    let points = workspace.points.iter().zip(&influence.0);
     for (point, predicted) in points.step_by(stride) {
         let predicted = predicted.unwrap();
         for index in 0..24 {

@@ -6,7 +6,7 @@
 
 mod client;
 mod link;
-pub mod report;
+pub(crate) mod report;
 mod session;
 
 use crate::accuracy::uncertainty::WorkspacePoses;

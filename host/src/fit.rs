@@ -13,13 +13,13 @@ mod robust;
 pub mod solution;
 pub(crate) mod solve;
 
-pub(crate) use estimators::closure;
+pub(crate) use estimators::{by_arms, closure};
 use serde::{Deserialize, Serialize};
 pub use solution::{Solution, Unsolved};
 pub use solve::solve;
 
 /// The estimator.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Method {

@@ -1,13 +1,13 @@
 //! The campaign file.
 
-use super::plan::{CampaignSolver, Case, Plan, Scenario, Spread, fingerprint};
+use super::plan::{CampaignSolver, Case, Plan, Spread, fingerprint};
 use crate::files::example;
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
 use crate::fit::Method;
 use crate::text::decimal_comma;
+use delta_cal::Parameter;
 use delta_cal::robot::Drive;
-use delta_cal::{Noise, Parameter, Tolerance};
 use serde::{Deserialize, Serialize};
 
 const KEYS: &str = "`delta-cal simulate --example` prints a campaign file with every key";
@@ -140,25 +140,16 @@ impl Plan {
         robot_file: &dyn Fn(&str) -> Result<InputText, InputError>,
     ) -> Result<Self, InputError> {
         let toml: CampaignToml = toml::from_str(input.text()).map_err(|e| syntax(input, &e))?;
-        let fault = |key: &str, cause: String| {
-            InputError::new(input.name(), cause)
-                .at_key(key)
-                .with_remedy(KEYS)
-        };
         let robot = match &toml.robot {
             None => InputText::new("built-in robot.toml", example::ROBOT_TOML),
-            Some(name) => robot_file(name).map_err(|error| fault("robot", error.to_string()))?,
+            Some(name) => robot_file(name).map_err(|error| {
+                InputError::new(input.name(), error.to_string())
+                    .at_key("robot")
+                    .with_remedy(KEYS)
+            })?,
         };
-        let robot = RobotFile::read(&robot)?;
-        let scenarios = toml
-            .scenarios(&robot)
-            .map_err(|(key, cause)| fault(key, cause))?;
-        Ok(Self {
-            robot,
-            robots: toml.robots.0,
-            seed: toml.seed.0,
-            scenarios,
-        })
+        toml.plan(input.name(), RobotFile::read(&robot)?)
+            .map_err(|error| error.with_remedy(KEYS))
     }
 }
 
@@ -166,8 +157,19 @@ impl Plan {
 type Fault = (&'static str, String);
 
 impl CampaignToml {
-    /// Poses × start errors × noise levels × random or planned.
-    fn scenarios(&self, file: &RobotFile) -> Result<Vec<Scenario>, Fault> {
+    fn plan(&self, name: &str, robot: RobotFile) -> Result<Plan, InputError> {
+        let scenarios = self.scenarios(&robot);
+        Ok(Plan {
+            scenarios: scenarios
+                .map_err(|(key, cause)| InputError::new(name, cause).at_key(key))?,
+            robot,
+            robots: self.robots.0,
+            seed: self.seed.0,
+        })
+    }
+
+    /// Poses × start errors × noise levels × random or planned, each with methods × solvers × weights × prior.
+    fn scenarios(&self, file: &RobotFile) -> Result<Vec<Vec<Case>>, Fault> {
         let drive = file.robot.drive();
         if file.transmission.is_some() {
             let cause = "positions do not determine transmissions: delete transmission_deg in the robot file";
@@ -176,38 +178,43 @@ impl CampaignToml {
         for start in &self.start_errors.0 {
             self.check_start_error(drive, start)?;
         }
-        let mut scenarios = Vec::new();
-        for poses in &self.poses.0 {
-            for start in &self.start_errors.0 {
-                for level in &self.noise_levels.0 {
-                    let [joint_deg, joint_mm] = level.joints(drive)?;
-                    for &planned in &self.planned.0 {
-                        scenarios.push(self.scenario(Case {
-                            geometry: fingerprint(file),
-                            spread: self.spread,
-                            poses: usize::try_from(poses.0).unwrap_or(usize::MAX),
-                            planned,
-                            start_error_mm: start.length_mm.0,
-                            start_error_deg: start.angle_deg.0,
-                            start_error_zero_deg: start.zero_deg.0,
-                            start_error_radius_mm: start.radius_mm.0,
-                            noise_position_mm: level.position_mm.0,
-                            noise_joint_deg: joint_deg,
-                            noise_joint_mm: joint_mm,
-                            ..Case::default()
-                        })?);
-                    }
-                }
-            }
+        for level in &self.noise_levels.0 {
+            level.check(drive)?;
         }
-        let cases: usize = scenarios.iter().map(|own| own.cases.len()).sum();
-        if cases > CASES_AT_MOST {
-            return Err((
+        let shared = vec![Case {
+            geometry: fingerprint(file),
+            spread: self.spread,
+            ..Case::default()
+        }];
+        let shared = varied(&shared, &self.poses, |case, own| {
+            case.poses = usize::try_from(own.0).unwrap_or(usize::MAX);
+        });
+        let shared = varied(&shared, &self.start_errors, |case, own| {
+            case.start_error_mm = own.length_mm.0;
+            case.start_error_deg = own.angle_deg.0;
+            case.start_error_zero_deg = own.zero_deg.0;
+            case.start_error_radius_mm = own.radius_mm.0;
+        });
+        let shared = varied(&shared, &self.noise_levels, |case, own| {
+            case.noise_position_mm = own.position_mm.0;
+            case.noise_joint_deg = own.joint_deg.unwrap_or_default().0;
+            case.noise_joint_mm = own.joint_mm.unwrap_or_default().0;
+        });
+        let shared = varied(&shared, &self.planned, |case, own| case.planned = own);
+        let calibrated = |shared: Case| {
+            let cases = varied(&[shared], &self.methods, |case, own| case.method = own);
+            let cases = varied(&cases, &self.solvers, |case, own| case.solver = own);
+            let cases = varied(&cases, &self.weights, |case, own| case.weights = own);
+            varied(&cases, &self.prior, |case, own| case.prior = own)
+        };
+        let scenarios: Vec<_> = shared.into_iter().map(calibrated).collect();
+        match scenarios.iter().map(Vec::len).sum() {
+            0..=CASES_AT_MOST => Ok(scenarios),
+            cases => Err((
                 "poses",
                 format!("{cases} cases; at most {CASES_AT_MOST} are allowed"),
-            ));
+            )),
         }
-        Ok(scenarios)
     }
 
     fn check_start_error(&self, drive: Drive, start: &StartError) -> Result<(), Fault> {
@@ -227,54 +234,19 @@ impl CampaignToml {
         };
         Err(("start_errors", cause.to_owned()))
     }
+}
 
-    /// Methods × solvers × weights × prior.
-    fn scenario(&self, shared: Case) -> Result<Scenario, Fault> {
-        let mut cases = Vec::new();
-        for &method in &self.methods.0 {
-            for &solver in &self.solvers.0 {
-                for &weights in &self.weights.0 {
-                    cases.extend(self.prior.0.iter().map(|&prior| Case {
-                        method,
-                        solver,
-                        weights,
-                        prior,
-                        ..shared.clone()
-                    }));
-                }
-            }
+/// Each case with each value of a list.
+fn varied<T: Copy>(cases: &[Case], values: &List<T>, set: impl Fn(&mut Case, T)) -> Vec<Case> {
+    let mut all = Vec::with_capacity(cases.len() * values.0.len());
+    for case in cases {
+        for value in &values.0 {
+            let mut case = case.clone();
+            set(&mut case, *value);
+            all.push(case);
         }
-        // A drive is either rotary or linear: one of the two is 0.
-        let joint = shared.noise_joint_deg.to_radians() + shared.noise_joint_mm;
-        let position = shared.noise_position_mm;
-        let noise = if position == 0.0 && joint == 0.0 {
-            None
-        } else {
-            let noise = Noise::new(position, joint).map_err(|_| {
-                let cause = "position_mm is 0 and the joint noise is not; 0 in both is exact";
-                ("noise_levels", cause.to_owned())
-            })?;
-            Some(noise)
-        };
-        let angle = shared.start_error_deg.to_radians();
-        let zero = shared.start_error_zero_deg.to_radians();
-        let tolerance = Tolerance::new(shared.start_error_mm, angle)
-            .and_then(|own| own.with_radius(shared.start_error_radius_mm))
-            .and_then(|own| {
-                if zero > 0.0 {
-                    own.with_joint_zero(zero)
-                } else {
-                    Ok(own)
-                }
-            })
-            .ok();
-        Ok(Scenario {
-            shared,
-            cases,
-            noise,
-            tolerance,
-        })
     }
+    all
 }
 
 /// A campaign of one case, with the tolerance and the noise of a robot file.
@@ -311,24 +283,32 @@ impl OneCase<'_> {
     /// # Errors
     /// A robot file without tolerance or noise, or no poses.
     pub fn plan(&self, file: &RobotFile) -> Result<Plan, InputError> {
-        let campaign = self.campaign(file).map_err(|missing| {
-            InputError::new(self.robot, "there is no such section").at_key(missing)
-        })?;
-        let scenarios = match self.poses {
-            0 => Err(("poses", "0 poses are not enough".to_owned())),
-            _ => campaign.scenarios(file),
-        };
-        Ok(Plan {
-            robot: file.clone(),
-            robots: self.robots,
-            seed: self.seed,
-            scenarios: scenarios
-                .map_err(|(key, cause)| InputError::new(self.robot, cause).at_key(key))?,
-        })
+        let fault = |key: &str, cause| InputError::new(self.robot, cause).at_key(key);
+        if self.poses == 0 {
+            return Err(fault("poses", "0 poses are not enough"));
+        }
+        let campaign = self.campaign(file);
+        let campaign = campaign.map_err(|missing| fault(missing, "there is no such section"))?;
+        campaign.plan(self.robot, file.clone())
     }
 
+    /// With the start error and the noise that the robot file states, or the section that it lacks.
     fn campaign(&self, file: &RobotFile) -> Result<CampaignToml, &'static str> {
-        let (start, level) = assumed(file)?;
+        let tolerance = file.tolerance.ok_or("tolerance")?;
+        let noise = file.noise.ok_or("noise")?;
+        let rotary = file.robot.drive() == Drive::Rotary;
+        let zero = tolerance.joint_zero().filter(|_| rotary);
+        let start = StartError {
+            length_mm: Size(tolerance.of(Parameter::Lb)),
+            angle_deg: Size(tolerance.of(Parameter::Theta).to_degrees()),
+            zero_deg: Size(zero.unwrap_or_default().to_degrees()),
+            radius_mm: Size(if rotary { 0.0 } else { tolerance.radius() }),
+        };
+        let level = NoiseLevel {
+            position_mm: Size(noise.position()),
+            joint_deg: rotary.then(|| Size(noise.joint().to_degrees())),
+            joint_mm: (!rotary).then(|| Size(noise.joint())),
+        };
         Ok(CampaignToml {
             robot: Some(self.robot.to_owned()),
             robots: Whole(self.robots),
@@ -346,40 +326,21 @@ impl OneCase<'_> {
     }
 }
 
-/// The start error and the noise level that a robot file states, or which of both it does not.
-fn assumed(file: &RobotFile) -> Result<(StartError, NoiseLevel), &'static str> {
-    let tolerance = file.tolerance.ok_or("tolerance")?;
-    let noise = file.noise.ok_or("noise")?;
-    let rotary = file.robot.drive() == Drive::Rotary;
-    let zero = tolerance.joint_zero().filter(|_| rotary);
-    let start = StartError {
-        length_mm: Size(tolerance.of(Parameter::Lb)),
-        angle_deg: Size(tolerance.of(Parameter::Theta).to_degrees()),
-        zero_deg: Size(zero.unwrap_or_default().to_degrees()),
-        radius_mm: Size(if rotary { 0.0 } else { tolerance.radius() }),
-    };
-    let level = NoiseLevel {
-        position_mm: Size(noise.position()),
-        joint_deg: rotary.then(|| Size(noise.joint().to_degrees())),
-        joint_mm: (!rotary).then(|| Size(noise.joint())),
-    };
-    Ok((start, level))
-}
-
 impl NoiseLevel {
-    /// Joint noise as `[degrees, mm]`: degrees for rotary drives, mm for linear ones.
-    fn joints(&self, drive: Drive) -> Result<[f64; 2], Fault> {
-        match (drive, self.joint_deg, self.joint_mm) {
-            (Drive::Rotary, Some(own), None) => Ok([own.0, 0.0]),
-            (Drive::Linear, None, Some(own)) => Ok([0.0, own.0]),
-            _ => {
-                let key = match drive {
-                    Drive::Rotary => "joint_deg",
-                    Drive::Linear => "joint_mm",
-                };
-                Err(("noise_levels", format!("this robot's joint noise is {key}")))
+    /// Joint noise is in degrees for rotary drives, in mm for linear ones.
+    fn check(&self, drive: Drive) -> Result<(), Fault> {
+        let (key, given, other) = match drive {
+            Drive::Rotary => ("joint_deg", self.joint_deg, self.joint_mm),
+            Drive::Linear => ("joint_mm", self.joint_mm, self.joint_deg),
+        };
+        let cause = match (given, other) {
+            (Some(joint), None) if joint.0 == 0.0 || self.position_mm.0 > 0.0 => return Ok(()),
+            (Some(_), None) => {
+                "position_mm is 0 and the joint noise is not; 0 in both is exact".to_owned()
             }
-        }
+            _ => format!("this robot's joint noise is {key}"),
+        };
+        Err(("noise_levels", cause))
     }
 }
 

@@ -75,17 +75,27 @@ pub struct Case {
     pub prior: bool,
 }
 
-/// Simulated robots and their measurements, shared by all its cases.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Scenario {
-    /// Settings common to all cases.
-    pub(super) shared: Case,
-    /// One case per combination of method, solver, weights and prior.
-    pub(super) cases: Vec<Case>,
-    /// `None` for exact measurements.
-    pub(super) noise: Option<Noise<f64>>,
+impl Case {
+    /// The noise of the measurements; `None` for exact ones.
+    pub(super) fn noise(&self) -> Option<Noise<f64>> {
+        // A drive is either rotary or linear: one of the two is 0.
+        let joint = self.noise_joint_deg.to_radians() + self.noise_joint_mm;
+        Noise::new(self.noise_position_mm, joint).ok()
+    }
+
     /// The tolerance that a calibration with a prior assumes: the start error.
-    pub(super) tolerance: Option<Tolerance<f64>>,
+    pub(super) fn tolerance(&self) -> Option<Tolerance<f64>> {
+        let angle = self.start_error_deg.to_radians();
+        let tolerance = Tolerance::new(self.start_error_mm, angle)
+            .and_then(|own| own.with_radius(self.start_error_radius_mm))
+            .ok()?;
+        let zero = self.start_error_zero_deg.to_radians();
+        if zero > 0.0 {
+            tolerance.with_joint_zero(zero).ok()
+        } else {
+            Some(tolerance)
+        }
+    }
 }
 
 /// A campaign read from a file and checked.
@@ -97,15 +107,15 @@ pub struct Plan {
     pub robots: u64,
     /// Seed of all random robots.
     pub seed: u64,
-    pub(super) scenarios: Vec<Scenario>,
+    /// Cases that share their robots and measurements, and differ in the calibration. The first one stands for all.
+    pub(super) scenarios: Vec<Vec<Case>>,
 }
 
 impl Plan {
-    /// The seed of a robot. It depends on the geometry and the scenario's values, not on the scenario's position in the
-    /// file: extending a list adds cases without changing the robots of the others, and robots of different geometries
-    /// are unrelated.
-    pub(super) fn seed_of(&self, scenario: &Scenario, robot: u64) -> u64 {
-        let case = &scenario.shared;
+    /// The seed of a robot. It depends on the geometry and the case's values, not on its position in the file:
+    /// extending a list adds cases without changing the robots of the others, and robots of different geometries are
+    /// unrelated.
+    pub(super) fn seed_of(&self, case: &Case, robot: u64) -> u64 {
         let values = [
             case.poses as u64,
             u64::from(case.planned),

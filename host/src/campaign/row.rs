@@ -1,16 +1,16 @@
 //! The rows of a campaign: one robot calibrated with one set of settings.
 
 use super::evaluation::{bound, position_errors};
-use super::plan::{Case, Plan, Scenario};
+use super::plan::{Case, Plan};
 use super::simulated::{Planned, measured_at, simulate};
 use super::trial::{ACCEPTED, NO_ROBOT, calibrate};
 use crate::accuracy::information::differences;
 use crate::files::input::InputError;
-use crate::fit::Method;
 use csv::ReaderBuilder;
 use delta_cal::Robot;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
 use std::ops::Range;
 use std::time::Instant;
 
@@ -96,14 +96,14 @@ pub fn run(
     let mut rows = Vec::new();
     let mut finished = 0;
     progress(finished, total);
-    for scenario in &plan.scenarios {
-        let planned = measured_at(plan, scenario)?;
+    for cases in &plan.scenarios {
+        let planned = measured_at(plan, &cases[0])?;
         let mut first = robots.start;
         while first < robots.end {
             let next = robots.end.min(first + batch);
             let found: Vec<_> = (first..next)
                 .into_par_iter()
-                .map(|robot| of_robot(plan, scenario, &planned, robot))
+                .map(|robot| of_robot(plan, cases, &planned, robot))
                 .collect();
             rows.extend(found.into_iter().flatten());
             finished += next - first;
@@ -114,18 +114,18 @@ pub fn run(
     Ok(rows)
 }
 
-/// One row per case of a scenario.
-fn of_robot(plan: &Plan, scenario: &Scenario, planned: &Planned, robot: u64) -> Vec<Row> {
-    let seed = plan.seed_of(scenario, robot);
+/// One row for each of the cases that share their robots.
+fn of_robot(plan: &Plan, cases: &[Case], planned: &Planned, robot: u64) -> Vec<Row> {
+    let seed = plan.seed_of(&cases[0], robot);
     let nominal = &plan.robot.robot;
-    let Some(simulated) = simulate(plan, scenario, planned, seed) else {
-        let none = RobotResult {
-            robot,
-            seed,
-            status: NO_ROBOT.to_owned(),
-            ..RobotResult::default()
-        };
-        let cases = scenario.cases.iter();
+    let none = RobotResult {
+        robot,
+        seed,
+        status: NO_ROBOT.to_owned(),
+        ..RobotResult::default()
+    };
+    let Some(simulated) = simulate(plan, &cases[0], planned, seed) else {
+        let cases = cases.iter();
         return cases.map(|case| (case.clone(), none.clone())).collect();
     };
     let truth = &simulated.truth;
@@ -135,46 +135,43 @@ fn of_robot(plan: &Plan, scenario: &Scenario, planned: &Planned, robot: u64) -> 
     };
     let (before, [error_before_mm, relative_before_mm]) = errors(nominal);
     // Bounds do not depend on the solver or the weights.
-    let mut bounds: Vec<(Method, bool, Option<f64>)> = Vec::new();
+    let mut bounds = HashMap::new();
     let result = |case: &Case| {
-        let mut row = RobotResult {
-            robot,
-            seed,
+        let known = bounds.entry((case.method, case.prior));
+        let parameter_bound_mm = *known.or_insert_with(|| {
+            let tolerance = case.tolerance().filter(|_| case.prior);
+            let measured = &simulated.measured;
+            bound(
+                case.method,
+                truth,
+                measured,
+                &case.noise()?,
+                tolerance.as_ref(),
+            )
+        });
+        let begin = (!cfg!(target_family = "wasm")).then(Instant::now);
+        let calibrated = calibrate(nominal, case, &simulated.samples);
+        let row = RobotResult {
+            seconds: begin.map(|begin| begin.elapsed().as_secs_f64()),
             parameter_before_mm: Some(before),
+            parameter_bound_mm,
             error_before_mm,
             relative_before_mm,
-            ..RobotResult::default()
+            ..none.clone()
         };
-        let known = bounds
-            .iter()
-            .find(|(method, prior, _)| (*method, *prior) == (case.method, case.prior));
-        row.parameter_bound_mm = if let Some((.., bound)) = known {
-            *bound
-        } else {
-            let tolerance = scenario.tolerance.as_ref().filter(|_| case.prior);
-            let bound = scenario
-                .noise
-                .as_ref()
-                .and_then(|noise| bound(case.method, truth, &simulated.measured, noise, tolerance));
-            bounds.push((case.method, case.prior, bound));
-            bound
-        };
-        let begin = (!cfg!(target_family = "wasm")).then(Instant::now);
-        let calibrated = calibrate(plan, scenario, case, &simulated.samples);
-        row.seconds = begin.map(|begin| begin.elapsed().as_secs_f64());
         let calibrated = match calibrated {
             Ok(calibrated) => calibrated,
             Err(status) => {
-                status.clone_into(&mut row.status);
-                return row;
+                let status = status.to_owned();
+                return RobotResult { status, ..row };
             }
         };
         let (error, [error_after_mm, relative_after_mm]) = errors(&calibrated.robot);
         let [parameter_stated_mm, error_stated_mm, relative_stated_mm] =
             calibrated.stated(&simulated.held_out);
-        let largest = match scenario.noise {
+        let largest = match case.noise() {
             None => Some(EXACT),
-            Some(_) => row.parameter_bound_mm.map(|bound| RETURNED * bound),
+            Some(_) => parameter_bound_mm.map(|bound| RETURNED * bound),
         };
         RobotResult {
             status: ACCEPTED.to_owned(),
@@ -190,8 +187,8 @@ fn of_robot(plan: &Plan, scenario: &Scenario, planned: &Planned, robot: u64) -> 
             ..row
         }
     };
-    let results: Vec<_> = scenario.cases.iter().map(result).collect();
-    scenario.cases.iter().cloned().zip(results).collect()
+    let results: Vec<_> = cases.iter().map(result).collect();
+    cases.iter().cloned().zip(results).collect()
 }
 
 /// Rows as a CSV file.

@@ -1,6 +1,6 @@
 //! Simulated robots: true geometry, measured poses and held-out poses.
 
-use super::plan::{Plan, Scenario, Spread};
+use super::plan::{Case, Plan, Spread};
 use crate::files::input::InputError;
 use crate::files::robot_file::RobotFile;
 use crate::planning::{Kind, Order, PlanRequest, Wishes, plan as planned};
@@ -13,14 +13,14 @@ use rand_pcg::Pcg32;
 /// Joint angles of planned poses, radians; `None` for random poses, different for each robot.
 pub(super) type Planned = Option<Vec<[f64; 3]>>;
 
-/// Plans poses as a user would: once, for the nominal robot and the scenario's noise, without a tolerance. All robots
-/// of a scenario are measured at them.
-pub(super) fn measured_at(plan: &Plan, scenario: &Scenario) -> Result<Planned, InputError> {
-    if !scenario.shared.planned {
+/// Plans poses as a user would: once, for the nominal robot and the case's noise, without a tolerance. All robots of
+/// the case are measured at them.
+pub(super) fn measured_at(plan: &Plan, case: &Case) -> Result<Planned, InputError> {
+    if !case.planned {
         return Ok(None);
     }
     let robot = RobotFile {
-        noise: scenario.noise,
+        noise: case.noise(),
         tolerance: None,
         ..plan.robot.clone()
     };
@@ -28,7 +28,7 @@ pub(super) fn measured_at(plan: &Plan, scenario: &Scenario) -> Result<Planned, I
         seed: plan.seed,
         absolute: true,
         order: Order::Shortest,
-        ..PlanRequest::new(&robot, Wishes::only(Kind::XYZ), scenario.shared.poses)
+        ..PlanRequest::new(&robot, Wishes::only(Kind::XYZ), case.poses)
     };
     let found = planned(&request).map_err(|error| {
         InputError::new(&robot.name, format!("planned = [true]: {error}"))
@@ -57,13 +57,14 @@ pub(super) struct SimulatedRobot {
 /// within the joint limits, or a robot that does not reach the planned poses.
 pub(super) fn simulate(
     plan: &Plan,
-    scenario: &Scenario,
+    case: &Case,
     planned: &Planned,
     seed: u64,
 ) -> Option<SimulatedRobot> {
     let mut rng = Pcg32::seed_from_u64(seed);
-    let truth = true_robot(plan, scenario, &mut rng)?;
-    let count = scenario.shared.poses;
+    let truth = true_robot(plan, case, &mut rng)?;
+    let count = case.poses;
+    let noise = case.noise();
     let mut samples = Vec::with_capacity(count);
     let mut measured = Vec::with_capacity(count);
     for index in 0..count {
@@ -72,7 +73,7 @@ pub(super) fn simulate(
             None => random_pose(&truth, &plan.robot.limits, &mut rng).ok()?,
         };
         measured.push(pose.joints);
-        samples.push(match &scenario.noise {
+        samples.push(match &noise {
             None => pose,
             noise => simulate_sample(&truth, &pose.joints, noise.as_ref(), &mut rng).ok()?,
         });
@@ -89,8 +90,7 @@ pub(super) fn simulate(
     })
 }
 
-fn true_robot(plan: &Plan, scenario: &Scenario, rng: &mut Pcg32) -> Option<Robot<f64>> {
-    let case = &scenario.shared;
+fn true_robot(plan: &Plan, case: &Case, rng: &mut Pcg32) -> Option<Robot<f64>> {
     let [first, second, third] = plan.robot.robot.arms();
     let common = match case.start_error_radius_mm {
         radius if radius > 0.0 => radius * scatter(case.spread, rng),

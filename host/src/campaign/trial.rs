@@ -1,10 +1,10 @@
 //! Calibrates one simulated robot with the settings of one case.
 
-use super::plan::{Case, Plan, Scenario};
+use super::plan::Case;
 use crate::accuracy::information::units;
 use crate::accuracy::uncertainty::Sensitivities;
-use crate::fit::Method;
-use delta_cal::calibration::{ArmOutcome, JointCalibrator, JointOutcome, StartUsed};
+use crate::fit::{Method, by_arms};
+use delta_cal::calibration::{JointCalibrator, JointOutcome, StartUsed};
 use delta_cal::observations::{
     Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, PositionFrame,
     PrepareError,
@@ -44,24 +44,20 @@ pub(super) struct Calibrated {
 }
 
 pub(super) fn calibrate(
-    plan: &Plan,
-    scenario: &Scenario,
+    nominal: &Robot<f64>,
     case: &Case,
     samples: &[Sample<f64>],
 ) -> Result<Calibrated, Status> {
-    let nominal = &plan.robot.robot;
     let settings = Settings::default()
-        .with_noise(scenario.noise.filter(|_| case.weights))
-        .with_tolerance(scenario.tolerance.filter(|_| case.prior))
+        .with_noise(case.noise().filter(|_| case.weights))
+        .with_tolerance(case.tolerance().filter(|_| case.prior))
         .with_solver(case.solver.into());
     let outcome = match case.method {
         Method::Ikm => {
             let mut calibrator = IkmCalibrator::new(nominal, &settings);
             calibrator.add_many(samples).map_err(|_| FAULTY_SAMPLE)?;
-            return match calibrator.calibrate() {
-                Ok(outcome) => Ok(of_arms(&outcome, None)),
-                Err(refusal) => Err(status(&refusal)),
-            };
+            let outcome = calibrator.calibrate().map_err(|own| status(&own))?;
+            return Ok(of_arms(&outcome, None));
         }
         Method::Joint => {
             let mut calibrator = JointCalibrator::new(nominal, &settings);
@@ -70,13 +66,9 @@ pub(super) fn calibrate(
         }
         Method::Fkm => fkm(nominal, samples, &settings),
     };
-    match outcome {
-        Ok(outcome) => {
-            let arms = RobotOutcome::from(&outcome);
-            Ok(of_arms(&arms, outcome.estimate.covariance.as_ref()))
-        }
-        Err(refusal) => Err(status(&refusal)),
-    }
+    let outcome = outcome.map_err(|own| status(&own))?;
+    let covariance = outcome.estimate.covariance;
+    Ok(of_arms(&RobotOutcome::from(&outcome), covariance))
 }
 
 /// The paper's FKM method: the core's observation problem, where each row reads all three coordinates in the robot's
@@ -139,25 +131,14 @@ fn fkm(
 }
 
 /// Takes `covariance` of all parameters if given, otherwise the arms' own.
-fn of_arms(outcome: &RobotOutcome<f64>, covariance: Option<&Covariance>) -> Calibrated {
+fn of_arms(outcome: &RobotOutcome<f64>, covariance: Option<Covariance>) -> Calibrated {
     let mut arms = outcome.arms.iter();
     Calibrated {
         robot: outcome.robot,
-        covariance: covariance.copied().or_else(|| by_arms(&outcome.arms)),
+        covariance: covariance.or_else(|| by_arms(&outcome.arms)),
         whole: covariance.is_some(),
         from_nominal: arms.all(|arm| arm.start == StartUsed::Nominal),
     }
-}
-
-fn by_arms(arms: &[ArmOutcome<f64>; 3]) -> Option<Covariance> {
-    let mut whole = Covariance::zeros();
-    for (arm, outcome) in arms.iter().enumerate() {
-        let own = outcome.covariance.as_ref()?;
-        whole
-            .fixed_view_mut::<8, 8>(8 * arm, 8 * arm)
-            .copy_from(own);
-    }
-    Some(whole)
 }
 
 impl Calibrated {

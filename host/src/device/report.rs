@@ -2,15 +2,15 @@
 
 use super::Number;
 use crate::calibration::Report as Calibrated;
-use crate::render::{Section, Table};
+use crate::render::{Section, Table, terminal};
 use crate::report::Versioned;
 use crate::text::{in_unit, small};
 use delta_cal::{Parameter, Real};
 use delta_cal_protocol as protocol;
-use delta_cal_protocol::{Geometry, Identity, Origin, Phase, Scalar};
+use delta_cal_protocol::{Identity, Origin, Phase, Scalar};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::fmt::{self, Display, Write};
+use std::fmt::Display;
 
 /// Version of the JSON schema.
 const SCHEMA_VERSION: u32 = 2;
@@ -18,16 +18,16 @@ const ARM_LIMITED: u32 = 0x41;
 
 /// A report on the controller at a port: the header common to all reports, then `contents`.
 #[derive(Debug, Serialize)]
-pub struct Report<C> {
-    port: String,
-    device: Device,
+pub(crate) struct Report<C> {
+    pub(crate) port: String,
+    pub(crate) device: Device,
     #[serde(flatten)]
-    contents: C,
+    pub(crate) contents: C,
 }
 
 /// The controller's identity.
 #[derive(Debug, Serialize)]
-struct Device {
+pub(crate) struct Device {
     firmware: String,
     scalar: &'static str,
     /// Its name, or its CPUID.
@@ -35,36 +35,33 @@ struct Device {
     nominal_fingerprint: String,
 }
 
-impl<C: Serialize + Display> Report<C> {
-    /// A report on a controller.
-    pub fn new(port: &impl Display, identity: &Identity, contents: C) -> Self {
+impl Device {
+    pub(crate) fn new(identity: &Identity) -> Self {
         let [major, minor, patch] = identity.firmware;
         Self {
-            port: port.to_string(),
-            device: Device {
-                firmware: format!("{major}.{minor}.{patch}"),
-                scalar: match identity.scalar {
-                    Scalar::Single => "f32",
-                    Scalar::Double => "f64",
-                },
-                processor: processor(identity.processor),
-                nominal_fingerprint: hexadecimal(identity.nominal),
+            firmware: format!("{major}.{minor}.{patch}"),
+            scalar: match identity.scalar {
+                Scalar::Single => "f32",
+                Scalar::Double => "f64",
             },
-            contents,
+            processor: processor(identity.processor),
+            nominal_fingerprint: hexadecimal(identity.nominal),
         }
     }
+}
 
+impl<C: Serialize> Report<C> {
     /// The report as JSON.
-    pub fn json(&self) -> String {
+    pub(crate) fn json(&self) -> String {
         crate::report::json(&Versioned::new(SCHEMA_VERSION, self))
     }
 
-    /// The report as text.
-    pub fn text(&self) -> String {
+    /// The first line of every report.
+    pub(crate) fn heading(&self) -> String {
         let own = &self.device;
         format!(
-            "Controller on {}: {}, firmware {}, computes in {}\n{}",
-            self.port, own.processor, own.firmware, own.scalar, self.contents
+            "Controller on {}: {}, firmware {}, computes in {}\n",
+            self.port, own.processor, own.firmware, own.scalar
         )
     }
 }
@@ -86,12 +83,12 @@ fn processor(cpuid: u32) -> String {
 }
 
 /// A fingerprint in hexadecimal.
-pub fn hexadecimal(fingerprint: u32) -> String {
+pub(crate) fn hexadecimal(fingerprint: u32) -> String {
     format!("{fingerprint:08x}")
 }
 
 /// The origin of parameters, in words.
-pub const fn origin(origin: Origin) -> &'static str {
+pub(crate) const fn origin(origin: Origin) -> &'static str {
     match origin {
         Origin::Nominal => "nominal",
         Origin::NominalStoreDamaged => "nominal: the stored parameters are damaged",
@@ -124,7 +121,7 @@ fn rows<const N: usize>(title: &str, rows: [(&str, &dyn Display); N]) -> Section
 
 /// The control loop since the controller started; in a calibration's report, the first three count from its start.
 #[derive(Debug, Serialize)]
-pub struct ControlLoop {
+pub(crate) struct ControlLoop {
     turns: u32,
     late: u32,
     unreachable: u32,
@@ -138,7 +135,7 @@ pub struct ControlLoop {
 }
 
 impl ControlLoop {
-    fn new<T: Number>(control: &protocol::ControlLoop<T>) -> Self {
+    pub(crate) fn new<T: Number>(control: &protocol::ControlLoop<T>) -> Self {
         let ticks_a_second = control.ticks_a_second;
         let known = ticks_a_second > 0;
         let time = |ticks| known.then(|| f64::from(ticks) * 1e6 / f64::from(ticks_a_second));
@@ -162,7 +159,7 @@ fn microseconds(time: Option<f64>) -> String {
 
 /// The controller's status.
 #[derive(Debug, Serialize)]
-pub struct Status {
+pub(crate) struct Status {
     session: u32,
     /// Phase and origin, in words.
     phase: String,
@@ -202,7 +199,7 @@ struct Counters {
 
 impl Status {
     /// The status as received from the controller.
-    pub fn new<T: Number>(
+    pub(crate) fn new<T: Number>(
         status: &protocol::Status<T>,
         parameters: &protocol::Parameters<T>,
         counters: &protocol::Counters,
@@ -227,34 +224,33 @@ impl Status {
             link: *counters,
         }
     }
-}
 
-impl Display for Status {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+    pub(crate) fn text(&self) -> String {
         let (control, link) = (&self.control_loop, &self.link);
-        writeln!(
-            formatter,
-            "Parameters in use: {} (fingerprint {})",
-            self.origin, control.fingerprint
-        )?;
         let result = match self.result_in_use {
             None => "",
             Some(true) => "; the result is in use",
             Some(false) => "; the result is not in use",
         };
-        writeln!(formatter, "Calibration: {}{result}", self.phase)?;
+        let mut state = Section::new("")
+            .text(format!(
+                "Parameters in use: {} (fingerprint {})",
+                self.origin, control.fingerprint
+            ))
+            .text(format!("Calibration: {}{result}", self.phase));
         if let Some(gate) = &self.gate {
-            writeln!(
-                formatter,
-                "Gate: {} samples taken ({} untested), {} rejected",
-                gate.taken, gate.untested, gate.rejected
-            )?;
-            if let Some(alarm) = &gate.alarm {
-                writeln!(formatter, "Alarm: {alarm}")?;
-            }
+            let [taken, untested, rejected] = [gate.taken, gate.untested, gate.rejected];
+            state = state.text(format!(
+                "Gate: {taken} samples taken ({untested} untested), {rejected} rejected"
+            ));
+            state = gate
+                .alarm
+                .iter()
+                .fold(state, |state, alarm| state.text(format!("Alarm: {alarm}")));
         }
         let [x, y, z] = control.point_mm;
         let [q1, q2, q3] = control.joints_deg;
+        let calibrating = microseconds(control.longest_turn_calibrating_us);
         let turns = rows(
             "Control loop since the start",
             [
@@ -262,10 +258,7 @@ impl Display for Status {
                 ("late or left out", &control.late),
                 ("point out of reach", &control.unreachable),
                 ("longest turn", &microseconds(control.longest_turn_us)),
-                (
-                    "longest turn while calibrating",
-                    &microseconds(control.longest_turn_calibrating_us),
-                ),
+                ("longest turn while calibrating", &calibrating),
                 ("switches to other parameters", &control.switches),
             ],
         )
@@ -284,7 +277,7 @@ impl Display for Status {
                 ("bytes lost in the UART", &link.overrun),
             ],
         );
-        write!(formatter, "\n{turns}\n{frames}")
+        terminal::text([state, turns, frames])
     }
 }
 
@@ -294,41 +287,21 @@ impl Display for Status {
     clippy::struct_field_names,
     reason = "the names are the keys of the JSON"
 )]
-pub struct Calibration<'a> {
+pub(crate) struct Calibration<'a> {
     /// The report of `delta-cal calibrate` on the same files.
-    calibration: &'a Calibrated,
+    pub(crate) calibration: &'a Calibrated,
     /// Rms difference between the positions of the controller's result and of this computer's, at the samples.
-    difference_mm: f64,
+    pub(crate) difference_mm: f64,
     /// Fingerprint of the controller's result.
-    fingerprint: String,
-    applied: bool,
-    control_loop: ControlLoop,
-    repeated_requests: u32,
+    pub(crate) fingerprint: String,
+    pub(crate) applied: bool,
+    /// During the calibration.
+    pub(crate) control_loop: ControlLoop,
+    pub(crate) repeated_requests: u32,
 }
 
-impl<'a> Calibration<'a> {
-    /// `here`: this computer's calibration from the same samples. `there`: the controller's result, and its control
-    /// loop during the calibration.
-    pub fn new<T: Number>(
-        here: &'a Calibrated,
-        difference_mm: f64,
-        (geometry, control): (&Geometry<T>, &protocol::ControlLoop<T>),
-        applied: bool,
-        repeated_requests: u32,
-    ) -> Self {
-        Self {
-            calibration: here,
-            difference_mm,
-            fingerprint: hexadecimal(geometry.fingerprint()),
-            applied,
-            control_loop: ControlLoop::new(control),
-            repeated_requests,
-        }
-    }
-}
-
-impl Display for Calibration<'_> {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl Calibration<'_> {
+    pub(crate) fn text(&self) -> String {
         let control = &self.control_loop;
         let turns = rows(
             "Control loop while the controller calibrated",
@@ -342,25 +315,22 @@ impl Display for Calibration<'_> {
                 ("requests lost and repeated", &self.repeated_requests),
             ],
         );
-        write!(formatter, "\n{}\n{turns}", self.calibration.to_text())?;
-        writeln!(
-            formatter,
-            "\nThe controller's positions differ by {} mm rms from those of the report above.",
-            small(self.difference_mm)
-        )?;
         let fingerprint = &self.fingerprint;
-        if self.applied {
-            writeln!(
-                formatter,
+        let applied = if self.applied {
+            format!(
                 "Applied: the control loop uses the new parameters (fingerprint {fingerprint}).\n\
-                 Undo: delta-cal device --port PORT revert"
+                 Undo: delta-cal device --port PORT revert\n"
             )
         } else {
-            writeln!(
-                formatter,
-                "Not applied (fingerprint {fingerprint}). Apply: the same command with --apply"
+            format!(
+                "Not applied (fingerprint {fingerprint}). Apply: the same command with --apply\n"
             )
-        }
+        };
+        format!(
+            "\n{}\n{turns}\nThe controller's positions differ by {} mm rms from those of the report above.\n{applied}",
+            self.calibration.to_text(),
+            small(self.difference_mm)
+        )
     }
 }
 
@@ -369,7 +339,7 @@ type Numbers = BTreeMap<&'static str, f64>;
 
 /// A geometry of the controller.
 #[derive(Debug, Serialize)]
-pub struct Parameters {
+pub(crate) struct Parameters {
     set: &'static str,
     /// The origin, in words.
     origin: &'static str,
@@ -377,14 +347,11 @@ pub struct Parameters {
     arms: [Numbers; 3],
     /// The transmission errors (gear and encoder) of each joint; `null` if there are none.
     transmissions: Option<[Numbers; 3]>,
-    /// The change, in words.
-    #[serde(skip)]
-    change: String,
 }
 
 impl Parameters {
     /// The parameters as received from the controller.
-    pub fn new<T: Number>(set: &'static str, parameters: &protocol::Parameters<T>) -> Self {
+    pub(crate) fn new<T: Number>(set: &'static str, parameters: &protocol::Parameters<T>) -> Self {
         let arm = |values: [T; 8]| {
             let named = Parameter::ROTARY.into_iter().zip(values);
             let named = named.map(|(own, value)| (own.symbol(), in_unit(own, value.to_f64())));
@@ -407,35 +374,17 @@ impl Parameters {
             fingerprint: hexadecimal(geometry.fingerprint()),
             arms: geometry.arms.map(arm),
             transmissions: geometry.transmissions.map(|all| all.map(transmission)),
-            change: String::new(),
         }
     }
 
-    /// The current parameters, compared with those in use before.
-    pub fn changed<T: Number>(
-        before: &protocol::Parameters<T>,
-        after: &protocol::Parameters<T>,
-    ) -> Self {
-        let [before, mut after] = [before, after].map(|own| Self::new("current", own));
-        let [from, to] = [&before, &after]
-            .map(|own| format!("{} (fingerprint {})", own.origin, own.fingerprint));
-        after.change = if from == to {
+    /// The change from the parameters in use before.
+    pub(crate) fn changed_from(&self, before: &Self) -> String {
+        let [from, to] =
+            [before, self].map(|own| format!("{} (fingerprint {})", own.origin, own.fingerprint));
+        if from == to {
             format!("Parameters in use: {to}, unchanged\n")
         } else {
             format!("Parameters before: {from}\nParameters in use: {to}\n")
-        };
-        after
-    }
-
-    /// Adds a remark on the change.
-    pub fn note(mut self, note: impl Display) -> Self {
-        let _ = writeln!(self.change, "{note}");
-        self
-    }
-}
-
-impl Display for Parameters {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(&self.change)
+        }
     }
 }

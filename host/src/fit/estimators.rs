@@ -9,7 +9,7 @@ use super::solution::{
 use super::{Frame, Method};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Readings};
-use delta_cal::calibration::{Estimate, Problem, StartUsed};
+use delta_cal::calibration::{ArmOutcome, Estimate, Problem, StartUsed};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{
     Instruments, ObservationError, ObservationProblem, ObservationRow, PositionFrame,
@@ -149,22 +149,15 @@ impl Task<'_> {
             .add_many(&samples)
             .map_err(|(index, error)| unusable(index, error))?;
         let outcome = calibrator.calibrate()?;
-        let mut covariance = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
-        let mut prior_share = [0.0; PARAMETERS];
-        for (place, arm) in outcome.arms.iter().enumerate() {
-            let own = arm.covariance.ok_or(Unsolved::NoRedundancy)?;
-            covariance
-                .fixed_view_mut::<8, 8>(8 * place, 8 * place)
-                .copy_from(&own);
-            prior_share[8 * place..8 * place + 8].copy_from_slice(arm.prior_share.as_slice());
-        }
+        let covariance = by_arms(&outcome.arms).ok_or(Unsolved::NoRedundancy)?;
+        let shares = outcome.arms.each_ref().map(|arm| arm.prior_share);
         let [one, ..] = &outcome.arms;
         let covariance = between_arms(&outcome.robot, &samples, noise, &covariance);
         Ok(Found {
             covariance: dynamic(&covariance),
             robot: outcome.robot,
             moved: self.moved(&outcome.robot),
-            prior_share,
+            prior_share: std::array::from_fn(|place| shares[place / 8][place % 8]),
             conditions: outcome.arms.each_ref().map(|arm| arm.condition),
             start: one.start,
         })
@@ -404,6 +397,17 @@ fn looked_at<const N: usize, const M: usize>(
     });
     let (fits, kept): (Vec<_>, Vec<_>) = looked.unzip();
     (fits, kept.into_iter().flatten().collect())
+}
+
+/// The covariance of arms that were fitted separately; `None` without redundant readings.
+pub(crate) fn by_arms(arms: &[ArmOutcome<f64>; 3]) -> Option<SMatrix<f64, PARAMETERS, PARAMETERS>> {
+    let mut whole = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
+    for (arm, outcome) in arms.iter().enumerate() {
+        whole
+            .fixed_view_mut::<8, 8>(8 * arm, 8 * arm)
+            .copy_from(outcome.covariance.as_ref()?);
+    }
+    Some(whole)
 }
 
 /// Completes the covariance of a fit that treats the arms' closure errors as independent, as the IKM method does. They

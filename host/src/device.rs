@@ -19,7 +19,7 @@ use delta_cal::robot::ParameterKind;
 use delta_cal::{ArmIndex, Parameter, Real, Robot, Sample, Tolerance};
 use delta_cal_protocol::{Begin, Estimator, Geometry, Wire};
 pub use link::{DeviceError, Link, Port, Transport};
-pub use session::{Finished, adopt, apply, calibrate, in_use};
+pub use session::{Finished, Outcome, adopt, apply, calibrate, in_use};
 
 /// A number on the wire: `f32` or `f64`.
 pub trait Number: Real + Wire {}

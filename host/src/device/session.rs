@@ -1,7 +1,7 @@
 //! The dialogue of a calibration: send samples, solve, read the outcome, apply it.
 
 use super::Number;
-use super::client::{Client, unexpected};
+use super::client::{Client, Patience, unexpected};
 use super::link::{DeviceError, Transport};
 use delta_cal::stream::StreamRefusal;
 use delta_cal::{ArmIndex, Robot, Sample};
@@ -10,10 +10,13 @@ use delta_cal_protocol::{
     Response, SampleMessage, Status,
 };
 
-/// How often a calibration is started over if the controller loses it.
+/// How often a calibration is started over if the controller loses it, and goes on after a restart.
 const SESSIONS: u32 = 5;
 /// Polls for the control loop to switch.
 const LOOKS_AT_SWITCH: u32 = 50;
+
+/// The result for each arm, or the refusal.
+pub type Outcome<T> = Result<[ArmReport<T>; 3], StreamRefusal>;
 
 /// A calibration that the controller has finished, accepted or refused.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,7 +24,7 @@ pub struct Finished<T> {
     /// Its session number.
     pub session: u32,
     /// The result for each arm, or the refusal.
-    pub result: Result<[ArmReport<T>; 3], StreamRefusal>,
+    pub result: Outcome<T>,
     /// The parameters in use before the first sample, which the result is to replace.
     pub parameters_before: Parameters<T>,
     /// The controller's status before the first sample.
@@ -106,125 +109,115 @@ fn session<T: Number, L: Transport>(
         return Err(LOST);
     }
     let parameters_before = client.parameters(ParameterSet::Current)?;
-    let mut taken = 0;
-    // Each round ends with a restart of the controller, which keeps some of the samples.
-    for _ in 0..SESSIONS {
-        send(client, session, samples, &mut taken, progress)?;
-        let Some(status_after) = solve(client, session, &mut taken)? else {
-            continue;
-        };
-        let result = match status_after.phase {
-            Phase::CalibrationRefused { refusal, .. } => Err(refusal),
-            Phase::Solved { fingerprint, .. } => match outcome(client, session) {
-                Ok(arms) if geometry(&arms).fingerprint() == fingerprint => Ok(arms),
-                Ok(_) => return Err(DeviceError::OutcomeChanged),
-                Err(DeviceError::Fault(Fault::NoOutcome)) => continue,
-                Err(broken) => return Err(broken),
+    let (result, status_after) = solved(client, session, samples, progress)?;
+    Ok(Finished {
+        session,
+        result,
+        parameters_before,
+        status_before,
+        status_after,
+    })
+}
+
+/// Sends the samples, starts the solve and waits for its result. A controller that has restarted keeps some of the
+/// samples and no result: it gets those that it lost again, and solves again.
+fn solved<T: Number, L: Transport>(
+    client: &mut Client<L>,
+    session: u32,
+    samples: &[Sample<T>],
+    progress: &mut dyn FnMut(usize),
+) -> Result<(Outcome<T>, Status<T>), DeviceError> {
+    let Patience {
+        looks: most, pause, ..
+    } = *client.patience();
+    let (mut taken, mut solving) = (0, false);
+    let (mut restarts, mut looks) = (0, 0);
+    while restarts <= SESSIONS {
+        progress(taken as usize);
+        let sample = samples.get(taken as usize);
+        let request = match sample {
+            Some(sample) => Request::Sample(SampleMessage {
+                session,
+                index: taken,
+                joints: sample.joints,
+                position: sample.position.data.0[0],
+            }),
+            None if solving => Request::Status,
+            None => Request::Solve {
+                session,
+                samples: taken,
             },
-            _ => return Err(LOST),
         };
-        return Ok(Finished {
-            session,
-            result,
-            parameters_before,
-            status_before,
-            status_after,
-        });
+        match (sample, client.ask(&request)?) {
+            (
+                Some(_),
+                Response::Taken {
+                    session: open,
+                    next,
+                },
+            ) if (open, next) == (session, taken.saturating_add(1)) => {
+                (taken, looks) = (next, 0);
+            }
+            (_, Response::Fault(Fault::OutOfOrder { next })) if next < taken => {
+                restarts += 1;
+                (taken, solving) = (next, false);
+            }
+            // The gate's estimate is solved first.
+            (Some(_), Response::Fault(Fault::Busy)) if looks < most => {
+                looks += 1;
+                std::thread::sleep(pause);
+            }
+            (Some(_), Response::Fault(Fault::Sample(error))) => {
+                return Err(DeviceError::Sample(taken, error));
+            }
+            (None, Response::Status(status)) if status.session == session => match status.phase {
+                Phase::Solving if looks >= most => return Err(DeviceError::SolveHangs),
+                Phase::Solving => {
+                    looks += 1;
+                    solving = true;
+                    std::thread::sleep(pause);
+                }
+                Phase::CalibrationRefused { refusal, .. } => return Ok((Err(refusal), status)),
+                Phase::Solved { fingerprint, .. } => {
+                    if let Some(arms) = outcome(client, session, fingerprint)? {
+                        return Ok((Ok(arms), status));
+                    }
+                    restarts += 1;
+                    solving = false;
+                }
+                Phase::Collecting { .. } => {
+                    restarts += 1;
+                    solving = false;
+                }
+                _ => return Err(LOST),
+            },
+            (Some(_), Response::Taken { .. })
+            | (_, Response::Fault(Fault::OutOfOrder { .. }))
+            | (None, Response::Status(_)) => return Err(LOST),
+            (_, other) => return Err(unexpected(&other)),
+        }
     }
     Err(LOST)
 }
 
-/// Sends the samples that the controller still lacks; it has the first `taken`. After a restart, sends those that it
-/// lost again.
-fn send<T: Number, L: Transport>(
-    client: &mut Client<L>,
-    session: u32,
-    samples: &[Sample<T>],
-    taken: &mut u32,
-    progress: &mut dyn FnMut(usize),
-) -> Result<(), DeviceError> {
-    let (mut restarts, mut looks) = (0, 0);
-    while let Some(sample) = samples.get(*taken as usize) {
-        progress(*taken as usize);
-        let index = *taken;
-        let request = Request::Sample(SampleMessage {
-            session,
-            index,
-            joints: sample.joints,
-            position: sample.position.data.0[0],
-        });
-        match client.ask(&request)? {
-            Response::Taken {
-                session: open,
-                next,
-            } if (open, next) == (session, index.saturating_add(1)) => {
-                *taken = next;
-            }
-            Response::Fault(Fault::OutOfOrder { next }) if next < index && restarts < SESSIONS => {
-                restarts += 1;
-                *taken = next;
-            }
-            Response::Taken { .. } | Response::Fault(Fault::OutOfOrder { .. }) => {
-                return Err(LOST);
-            }
-            // The gate's estimate is solved first.
-            Response::Fault(Fault::Busy) if looks < client.patience().looks => {
-                looks += 1;
-                std::thread::sleep(client.patience().pause);
-            }
-            Response::Fault(Fault::Sample(error)) => {
-                return Err(DeviceError::Sample(index, error));
-            }
-            other => return Err(unexpected(&other)),
-        }
-    }
-    progress(samples.len());
-    Ok(())
-}
-
-/// Starts the solve and waits for it; `None` if the controller restarted and lacks samples or the result.
-fn solve<T: Number, L: Transport>(
-    client: &mut Client<L>,
-    session: u32,
-    taken: &mut u32,
-) -> Result<Option<Status<T>>, DeviceError> {
-    let samples = *taken;
-    let mut request = Request::Solve { session, samples };
-    for _ in 0..client.patience().looks {
-        let status = match client.ask(&request)? {
-            Response::Status(status) => status,
-            Response::Fault(Fault::OutOfOrder { next }) if next < samples => {
-                *taken = next;
-                return Ok(None);
-            }
-            Response::Fault(Fault::OutOfOrder { .. }) => return Err(LOST),
-            other => return Err(unexpected(&other)),
-        };
-        if status.session != session {
-            return Err(LOST);
-        }
-        match status.phase {
-            Phase::Solved { .. } | Phase::CalibrationRefused { .. } => return Ok(Some(status)),
-            Phase::Solving => {}
-            Phase::Collecting { .. } => return Ok(None),
-            _ => return Err(LOST),
-        }
-        std::thread::sleep(client.patience().pause);
-        request = Request::Status;
-    }
-    Err(DeviceError::SolveHangs)
-}
-
+/// The results of the three arms; `None` if the controller no longer has them.
 fn outcome<T: Number, L: Transport>(
     client: &mut Client<L>,
     session: u32,
-) -> Result<[ArmReport<T>; 3], DeviceError> {
-    let mut of = |arm| match client.ask(&Request::Outcome { session, arm })? {
-        Response::Outcome(report) if report.arm == arm => Ok(report),
-        other => Err(unexpected(&other)),
-    };
-    let [first, second, third] = ArmIndex::ALL;
-    Ok([of(first)?, of(second)?, of(third)?])
+    fingerprint: u32,
+) -> Result<Option<[ArmReport<T>; 3]>, DeviceError> {
+    let mut arms = Vec::with_capacity(3);
+    for arm in ArmIndex::ALL {
+        match client.ask(&Request::Outcome { session, arm })? {
+            Response::Outcome(report) if report.arm == arm => arms.push(report),
+            Response::Fault(Fault::NoOutcome) => return Ok(None),
+            other => return Err(unexpected(&other)),
+        }
+    }
+    match <[ArmReport<T>; 3]>::try_from(arms) {
+        Ok(arms) if geometry(&arms).fingerprint() == fingerprint => Ok(Some(arms)),
+        _ => Err(DeviceError::OutcomeChanged),
+    }
 }
 
 /// Applies a result and confirms that the control loop uses it. If the controller has restarted meanwhile, calibrates

@@ -64,20 +64,14 @@ pub fn samples<T: Number>(file: &Readings) -> Vec<Sample<T>> {
     samples.collect()
 }
 
-/// The robot with this geometry, in another number type.
+/// The robot with this geometry.
 ///
 /// # Errors
 /// The numbers are not a robot's geometry.
-pub fn robot<T: Real, U: Real>(geometry: &Geometry<T>) -> Result<Robot<U>, DeviceError> {
-    let number = |value: T| U::from_f64(value.to_f64());
-    let transmissions = geometry.transmissions.as_ref();
-    let converted = Geometry {
-        arms: geometry.arms.map(|arm| arm.map(number)),
-        transmissions: transmissions.map(|all| all.map(|own| own.map(number))),
-    };
-    converted
-        .robot()
-        .map_err(|_| DeviceError::ImpossibleGeometry)
+pub fn robot<T: Real>(geometry: &Geometry<T>) -> Result<Robot<f64>, DeviceError> {
+    let robot = geometry.robot().ok();
+    let robot = robot.and_then(|own| own.cast().ok());
+    robot.ok_or(DeviceError::ImpossibleGeometry)
 }
 
 /// The rms difference, mm, between the positions of two robots at these joint angles, without those that one of them

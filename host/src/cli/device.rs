@@ -19,8 +19,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Drive;
-use delta_cal_protocol::{Estimator, Identity, ParameterSet, Parameters, RevertTo, Scalar};
-use serde::Serialize;
+use delta_cal_protocol::{Estimator, ParameterSet, Parameters, RevertTo, Scalar};
 use std::f64::consts::FRAC_PI_2;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -198,25 +197,24 @@ pub(crate) fn run(arguments: &DeviceArguments) -> Result<(), Failure> {
         Failure::device(format!("the system has no random numbers: {error}"), "")
     })?;
     let mut client = Client::new(link, Patience::default(), seed);
-    let mut device = Device {
-        identity: client.identity()?,
-        client,
-        port,
-        json: arguments.json.as_deref(),
+    let identity = client.identity()?;
+    let report = match identity.scalar {
+        Scalar::Single => job.run::<f32>(&mut client, &port),
+        Scalar::Double => job.run::<f64>(&mut client, &port),
     };
-    match device.identity.scalar {
-        Scalar::Single => job.run::<f32>(&mut device),
-        Scalar::Double => job.run::<f64>(&mut device),
-    }
-}
-
-/// A controller that has identified itself.
-struct Device<'a> {
-    client: Client<Link>,
-    identity: Identity,
-    port: Port,
-    /// Where the JSON report goes.
-    json: Option<&'a Path>,
+    let report = report?.of(&port, &identity);
+    let output = match &arguments.command {
+        DeviceCommand::Parameters(own) => match own.output.as_deref() {
+            // The robot file is itself the report.
+            None if !json.1.is_some_and(is_stream) => Some(Path::new("-")),
+            output => output,
+        },
+        _ => None,
+    };
+    deliver(
+        &[(output, &report.robot_file), (json.1, &report.json())],
+        report.text.as_str(),
+    )
 }
 
 fn port(arguments: &DeviceArguments) -> Result<Port, Failure> {
@@ -246,15 +244,15 @@ fn closed(port: &Port, error: &io::Error) -> Failure {
 }
 
 impl Job<'_> {
-    fn run<T: Number>(self, device: &mut Device<'_>) -> Result<(), Failure> {
+    fn run<T: Number>(self, client: &mut Client<Link>, port: &Port) -> Result<Report, Failure> {
         match self {
             Self::Calibrate(own, robot, samples) => {
-                calibrate_there::<T>(device, own, &robot, &samples)
+                calibrate_there::<T>(client, own, &robot, &samples)
             }
-            Self::Apply(robot) => apply::<T>(device, &robot),
-            Self::Status => status::<T>(device),
-            Self::Parameters(own, template) => parameters::<T>(device, own, template),
-            Self::Revert(to) => revert::<T>(device, to),
+            Self::Apply(robot) => apply::<T>(client, &robot),
+            Self::Status => status::<T>(client),
+            Self::Parameters(own, template) => parameters::<T>(client, own, template, port),
+            Self::Revert(to) => revert::<T>(client, to),
         }
     }
 }
@@ -294,45 +292,12 @@ fn rotary(path: &Path) -> Result<RobotFile, InputError> {
     Err(InputError::new(&robot.name, cause).with_remedy(remedy))
 }
 
-impl Device<'_> {
-    /// Writes the files and the JSON report, and prints the text unless something else goes to standard output.
-    fn publish(
-        &self,
-        contents: impl Serialize,
-        text: &str,
-        file: Option<(&Path, &str)>,
-    ) -> Result<(), Failure> {
-        let report = Report {
-            port: self.port.to_string(),
-            device: report::Device::new(&self.identity),
-            contents,
-        };
-        let (path, toml) = file.unzip();
-        let outputs = [
-            (path, toml.unwrap_or_default()),
-            (self.json, &report.json()),
-        ];
-        deliver(&outputs, report.heading() + text)
-    }
-
-    /// Shows the parameters in use, compared with those before.
-    fn publish_change<T: Number>(
-        &self,
-        [before, after]: [&Parameters<T>; 2],
-        note: &str,
-    ) -> Result<(), Failure> {
-        let [before, after] = [before, after].map(|own| report::Parameters::new("current", own));
-        self.publish(&after, &(after.changed_from(&before) + note), None)
-    }
-}
-
 fn calibrate_there<T: Number>(
-    device: &mut Device<'_>,
+    client: &mut Client<Link>,
     arguments: &CalibrateArguments,
     robot: &RobotFile,
     samples: &Readings,
-) -> Result<(), Failure> {
-    let client = &mut device.client;
+) -> Result<Report, Failure> {
     let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
     check_nominal(robot, &nominal.geometry)?;
     let options = Options {
@@ -372,14 +337,14 @@ fn calibrate_there<T: Number>(
         device::apply(client, &begin, &rows, &finished)?;
     }
     let calibration = report::Calibration {
-        calibration: &here,
+        here: &here,
         difference_mm: differs,
-        fingerprint: hexadecimal(geometry.fingerprint()),
+        fingerprint: geometry.fingerprint(),
         applied: arguments.apply,
-        control_loop: report::ControlLoop::new(&finished.control_loop()),
+        control: finished.control_loop(),
         repeated_requests: client.repetitions(),
     };
-    device.publish(&calibration, &calibration.text(), None)
+    Ok(calibration.report())
 }
 
 /// Accepted difference of a controller's result, mm: the samples' scatter, or single-precision rounding if larger.
@@ -389,49 +354,43 @@ fn tolerated(here: &crate::Report) -> f64 {
     residuals.max(1e-5 * arm.lb())
 }
 
-fn apply<T: Number>(device: &mut Device<'_>, robot: &RobotFile) -> Result<(), Failure> {
-    let client = &mut device.client;
+fn apply<T: Number>(client: &mut Client<Link>, robot: &RobotFile) -> Result<Report, Failure> {
     let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
     let moved = check_calibrated(robot, &robot_of(&nominal.geometry)?)?;
     let before = client.parameters::<T>(ParameterSet::Current)?;
     let after = adopt::<T, _>(client, &robot.robot, before.generation)?;
-    let note = format!(
+    let mut report = report::changed(&before, &after);
+    report.text += &format!(
         "Applied: the control loop uses {}, {} mm rms from the nominal robot.\n",
         robot.name,
         small(moved)
     );
-    device.publish_change([&before, &after], &note)
+    Ok(report)
 }
 
-fn status<T: Number>(device: &mut Device<'_>) -> Result<(), Failure> {
-    let client = &mut device.client;
+fn status<T: Number>(client: &mut Client<Link>) -> Result<Report, Failure> {
     let status = client.status::<T>()?;
     let parameters = client.parameters(ParameterSet::Current)?;
     let counters = client.counters::<T>()?;
-    let status = report::Status::new(&status, &parameters, &counters);
-    device.publish(&status, &status.text(), None)
+    Ok(report::status(&status, &parameters, &counters))
 }
 
 fn parameters<T: Number>(
-    device: &mut Device<'_>,
+    client: &mut Client<Link>,
     arguments: &ParametersArguments,
     template: Option<RobotFile>,
-) -> Result<(), Failure> {
+    port: &Port,
+) -> Result<Report, Failure> {
     let (set, name) = if arguments.nominal {
         (ParameterSet::Nominal, "nominal")
     } else {
         (ParameterSet::Current, "current")
     };
-    let parameters = device.client.parameters::<T>(set)?;
-    let toml = robot_file(template, name, &parameters, device)?;
-    let output = match arguments.output.as_deref() {
-        // The robot file is itself the report.
-        None if !device.json.is_some_and(is_stream) => Some(Path::new("-")),
-        output => output,
-    };
-    let contents = report::Parameters::new(name, &parameters);
-    let file = output.map(|path| (path, toml.as_str()));
-    device.publish(contents, "", file)
+    let parameters = client.parameters::<T>(set)?;
+    Ok(Report {
+        robot_file: robot_file(template, name, &parameters, port)?,
+        ..report::parameters(name, &parameters)
+    })
 }
 
 /// The geometry as a robot file.
@@ -439,11 +398,11 @@ fn robot_file<T: Number>(
     template: Option<RobotFile>,
     set: &str,
     parameters: &Parameters<T>,
-    device: &Device<'_>,
+    port: &Port,
 ) -> Result<String, Failure> {
     let mut comment = format!(
         "The {set} geometry of the controller on {}, {}, fingerprint {}.",
-        device.port,
+        port,
         origin(parameters.origin),
         hexadecimal(parameters.geometry.fingerprint())
     );
@@ -473,10 +432,9 @@ fn robot_file<T: Number>(
     Ok(file.to_toml(&comment))
 }
 
-fn revert<T: Number>(device: &mut Device<'_>, to: RevertTo) -> Result<(), Failure> {
-    let client = &mut device.client;
+fn revert<T: Number>(client: &mut Client<Link>, to: RevertTo) -> Result<Report, Failure> {
     let before = client.parameters::<T>(ParameterSet::Current)?;
     let after = client.revert::<T>(before.generation, to)?;
     let after = in_use::<T, _>(client, after.geometry.fingerprint())?;
-    device.publish_change([&before, &after], "")
+    Ok(report::changed(&before, &after))
 }

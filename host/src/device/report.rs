@@ -5,64 +5,58 @@ use crate::calibration::Report as Calibrated;
 use crate::render::{Section, Table, terminal};
 use crate::report::Versioned;
 use crate::text::{in_unit, small};
-use delta_cal::{Parameter, Real};
-use delta_cal_protocol as protocol;
-use delta_cal_protocol::{Identity, Origin, Phase, Scalar};
-use serde::Serialize;
-use std::collections::BTreeMap;
+use delta_cal::Parameter;
+use delta_cal_protocol::{
+    ControlLoop, Counters, Identity, Origin, Parameters, Phase, Scalar, Status,
+};
+use serde_json::{Map, Value, json};
 use std::fmt::Display;
 
 /// Version of the JSON schema.
 const SCHEMA_VERSION: u32 = 2;
 const ARM_LIMITED: u32 = 0x41;
 
-/// A report on the controller at a port: the header common to all reports, then `contents`.
-#[derive(Debug, Serialize)]
-pub(crate) struct Report<C> {
-    pub(crate) port: String,
-    pub(crate) device: Device,
-    #[serde(flatten)]
-    pub(crate) contents: C,
+/// What is reported of a controller.
+#[derive(Debug, Default)]
+pub(crate) struct Report {
+    /// Of the JSON report.
+    pub(crate) keys: Value,
+    pub(crate) text: String,
+    /// The geometry as a robot file, if it was asked for.
+    pub(crate) robot_file: String,
 }
 
-/// The controller's identity.
-#[derive(Debug, Serialize)]
-pub(crate) struct Device {
-    firmware: String,
-    scalar: &'static str,
-    /// Its name, or its CPUID.
-    processor: String,
-    nominal_fingerprint: String,
-}
-
-impl Device {
-    pub(crate) fn new(identity: &Identity) -> Self {
+impl Report {
+    /// With the header that all reports have in common.
+    pub(crate) fn of(mut self, port: &impl Display, identity: &Identity) -> Self {
         let [major, minor, patch] = identity.firmware;
-        Self {
-            firmware: format!("{major}.{minor}.{patch}"),
-            scalar: match identity.scalar {
-                Scalar::Single => "f32",
-                Scalar::Double => "f64",
+        let firmware = format!("{major}.{minor}.{patch}");
+        let processor = processor(identity.processor);
+        let scalar = match identity.scalar {
+            Scalar::Single => "f32",
+            Scalar::Double => "f64",
+        };
+        let text = format!(
+            "Controller on {port}: {processor}, firmware {firmware}, computes in {scalar}\n{}",
+            self.text
+        );
+        let mut keys = json!({
+            "port": port.to_string(),
+            "device": {
+                "firmware": firmware,
+                "scalar": scalar,
+                "processor": processor,
+                "nominal_fingerprint": hexadecimal(identity.nominal),
             },
-            processor: processor(identity.processor),
-            nominal_fingerprint: hexadecimal(identity.nominal),
+        });
+        if let (Some(keys), Value::Object(own)) = (keys.as_object_mut(), self.keys.take()) {
+            keys.extend(own);
         }
+        Self { keys, text, ..self }
     }
-}
 
-impl<C: Serialize> Report<C> {
-    /// The report as JSON.
     pub(crate) fn json(&self) -> String {
-        crate::report::json(&Versioned::new(SCHEMA_VERSION, self))
-    }
-
-    /// The first line of every report.
-    pub(crate) fn heading(&self) -> String {
-        let own = &self.device;
-        format!(
-            "Controller on {}: {}, firmware {}, computes in {}\n",
-            self.port, own.processor, own.firmware, own.scalar
-        )
+        crate::report::json(&Versioned::new(SCHEMA_VERSION, &self.keys))
     }
 }
 
@@ -119,203 +113,157 @@ fn rows<const N: usize>(title: &str, rows: [(&str, &dyn Display); N]) -> Section
     Section::new(title).table(Table::facts(facts))
 }
 
-/// The control loop since the controller started; in a calibration's report, the first three count from its start.
-#[derive(Debug, Serialize)]
-pub(crate) struct ControlLoop {
-    turns: u32,
-    late: u32,
-    unreachable: u32,
-    longest_turn_us: Option<f64>,
-    longest_turn_calibrating_us: Option<f64>,
-    switches: u32,
-    fingerprint: String,
-    /// The last point of the path, and its joint angles.
-    point_mm: [f64; 3],
-    joints_deg: [f64; 3],
-}
-
-impl ControlLoop {
-    pub(crate) fn new<T: Number>(control: &protocol::ControlLoop<T>) -> Self {
-        let ticks_a_second = control.ticks_a_second;
-        let known = ticks_a_second > 0;
-        let time = |ticks| known.then(|| f64::from(ticks) * 1e6 / f64::from(ticks_a_second));
-        Self {
-            turns: control.turns,
-            late: control.late,
-            unreachable: control.unreachable,
-            longest_turn_us: time(control.longest_ticks),
-            longest_turn_calibrating_us: time(control.longest_ticks_calibrating),
-            switches: control.switches,
-            fingerprint: hexadecimal(control.fingerprint),
-            point_mm: control.point.map(Real::to_f64),
-            joints_deg: control.joints.map(|q| q.to_f64().to_degrees()),
-        }
-    }
+/// The duration of a turn, µs; `None` if the controller does not know how fast its timer is.
+fn duration<T>(control: &ControlLoop<T>, ticks: u32) -> Option<f64> {
+    let ticks_a_second = control.ticks_a_second;
+    (ticks_a_second > 0).then(|| f64::from(ticks) * 1e6 / f64::from(ticks_a_second))
 }
 
 fn microseconds(time: Option<f64>) -> String {
     time.map_or_else(|| "unknown".to_owned(), |time| format!("{time:.1} µs"))
 }
 
-/// The controller's status.
-#[derive(Debug, Serialize)]
-pub(crate) struct Status {
-    session: u32,
-    /// Phase and origin, in words.
-    phase: String,
-    origin: &'static str,
-    /// Whether the result of the last calibration is in use; `null` without a result.
-    result_in_use: Option<bool>,
-    /// The gate's statistics; `null` without a gate.
-    gate: Option<Gate>,
-    control_loop: ControlLoop,
-    #[serde(with = "Counters")]
-    link: protocol::Counters,
+/// The last point of the path, mm, and its joint angles, degrees.
+fn pose<T: Number>(control: &ControlLoop<T>) -> [[f64; 3]; 2] {
+    let joints = control.joints.map(|q| q.to_f64().to_degrees());
+    [control.point.map(T::to_f64), joints]
 }
 
-#[derive(Debug, Serialize)]
-struct Gate {
-    taken: u64,
-    /// Those of the taken samples that could not be tested.
-    untested: u64,
-    rejected: u64,
-    /// The alarm in words, or `null`.
-    alarm: Option<String>,
+/// The control loop since the controller started; in a calibration's report, the first three count from its start.
+fn control_loop<T: Number>(control: &ControlLoop<T>) -> Value {
+    let [point, joints] = pose(control);
+    json!({
+        "turns": control.turns,
+        "late": control.late,
+        "unreachable": control.unreachable,
+        "longest_turn_us": duration(control, control.longest_ticks),
+        "longest_turn_calibrating_us": duration(control, control.longest_ticks_calibrating),
+        "switches": control.switches,
+        "fingerprint": hexadecimal(control.fingerprint),
+        "point_mm": point,
+        "joints_deg": joints,
+    })
 }
 
-/// Counters of what the controller has received since it started.
-#[derive(Serialize)]
-#[serde(remote = "protocol::Counters")]
-struct Counters {
-    received: u32,
-    damaged: u32,
-    unknown_version: u32,
-    unknown_request: u32,
-    repeated: u32,
-    lost: u32,
-    refused: u32,
-    overrun: u32,
-}
-
-impl Status {
-    /// The status as received from the controller.
-    pub(crate) fn new<T: Number>(
-        status: &protocol::Status<T>,
-        parameters: &protocol::Parameters<T>,
-        counters: &protocol::Counters,
-    ) -> Self {
-        Self {
-            session: status.session,
-            phase: phase(&status.phase),
-            origin: origin(parameters.origin),
-            result_in_use: match &status.phase {
-                Phase::Solved { fingerprint, .. } => {
-                    Some(*fingerprint == parameters.geometry.fingerprint())
-                }
-                _ => None,
-            },
-            gate: status.gate.map(|gate| Gate {
-                taken: gate.taken,
-                untested: gate.untested,
-                rejected: gate.rejected,
-                alarm: gate.alarm.as_ref().map(ToString::to_string),
-            }),
-            control_loop: ControlLoop::new(&status.control),
-            link: *counters,
+/// The controller's status. `result_in_use` is null without a result, `gate` without a gate.
+pub(crate) fn status<T: Number>(
+    status: &Status<T>,
+    parameters: &Parameters<T>,
+    link: &Counters,
+) -> Report {
+    let control = &status.control;
+    let (phase, origin) = (phase(&status.phase), origin(parameters.origin));
+    let in_use = match &status.phase {
+        Phase::Solved { fingerprint, .. } => {
+            Some(*fingerprint == parameters.geometry.fingerprint())
         }
+        _ => None,
+    };
+    let result = match in_use {
+        None => "",
+        Some(true) => "; the result is in use",
+        Some(false) => "; the result is not in use",
+    };
+    let fingerprint = hexadecimal(control.fingerprint);
+    let mut state = Section::new("")
+        .text(format!(
+            "Parameters in use: {origin} (fingerprint {fingerprint})"
+        ))
+        .text(format!("Calibration: {phase}{result}"));
+    let mut counts = Value::Null;
+    if let Some(gate) = status.gate {
+        let alarm = gate.alarm.map(|own| own.to_string());
+        state = state.text(format!(
+            "Gate: {} samples taken ({} untested), {} rejected",
+            gate.taken, gate.untested, gate.rejected
+        ));
+        if let Some(alarm) = &alarm {
+            state = state.text(format!("Alarm: {alarm}"));
+        }
+        counts = json!({
+            "taken": gate.taken,
+            "untested": gate.untested,
+            "rejected": gate.rejected,
+            "alarm": alarm,
+        });
     }
-
-    pub(crate) fn text(&self) -> String {
-        let (control, link) = (&self.control_loop, &self.link);
-        let result = match self.result_in_use {
-            None => "",
-            Some(true) => "; the result is in use",
-            Some(false) => "; the result is not in use",
-        };
-        let mut state = Section::new("")
-            .text(format!(
-                "Parameters in use: {} (fingerprint {})",
-                self.origin, control.fingerprint
-            ))
-            .text(format!("Calibration: {}{result}", self.phase));
-        if let Some(gate) = &self.gate {
-            let [taken, untested, rejected] = [gate.taken, gate.untested, gate.rejected];
-            state = state.text(format!(
-                "Gate: {taken} samples taken ({untested} untested), {rejected} rejected"
-            ));
-            state = gate
-                .alarm
-                .iter()
-                .fold(state, |state, alarm| state.text(format!("Alarm: {alarm}")));
-        }
-        let [x, y, z] = control.point_mm;
-        let [q1, q2, q3] = control.joints_deg;
-        let calibrating = microseconds(control.longest_turn_calibrating_us);
-        let turns = rows(
-            "Control loop since the start",
-            [
-                ("turns", &control.turns),
-                ("late or left out", &control.late),
-                ("point out of reach", &control.unreachable),
-                ("longest turn", &microseconds(control.longest_turn_us)),
-                ("longest turn while calibrating", &calibrating),
-                ("switches to other parameters", &control.switches),
-            ],
-        )
-        .text(format!("platform at {x:.3}, {y:.3}, {z:.3} mm"))
-        .text(format!("joints at {q1:.3}, {q2:.3}, {q3:.3} deg"));
-        let frames = rows(
-            "Link since the start",
-            [
-                ("frames received", &link.received),
-                ("damaged", &link.damaged),
-                ("repeated", &link.repeated),
-                ("lost", &link.lost),
-                ("of an unknown version", &link.unknown_version),
-                ("unknown requests", &link.unknown_request),
-                ("refused requests", &link.refused),
-                ("bytes lost in the UART", &link.overrun),
-            ],
-        );
-        terminal::text([state, turns, frames])
+    let longest = [control.longest_ticks, control.longest_ticks_calibrating];
+    let [longest, calibrating] = longest.map(|own| microseconds(duration(control, own)));
+    let [[x, y, z], [q1, q2, q3]] = pose(control);
+    let turns = rows(
+        "Control loop since the start",
+        [
+            ("turns", &control.turns),
+            ("late or left out", &control.late),
+            ("point out of reach", &control.unreachable),
+            ("longest turn", &longest),
+            ("longest turn while calibrating", &calibrating),
+            ("switches to other parameters", &control.switches),
+        ],
+    )
+    .text(format!("platform at {x:.3}, {y:.3}, {z:.3} mm"))
+    .text(format!("joints at {q1:.3}, {q2:.3}, {q3:.3} deg"));
+    let frames = [
+        ("received", "frames received", link.received),
+        ("damaged", "damaged", link.damaged),
+        (
+            "unknown_version",
+            "of an unknown version",
+            link.unknown_version,
+        ),
+        ("unknown_request", "unknown requests", link.unknown_request),
+        ("repeated", "repeated", link.repeated),
+        ("lost", "lost", link.lost),
+        ("refused", "refused requests", link.refused),
+        ("overrun", "bytes lost in the UART", link.overrun),
+    ];
+    let link = frames.map(|(key, _, count)| (key.to_owned(), Value::from(count)));
+    let frames = frames.map(|(_, name, count)| (name, count.to_string()));
+    let frames = Section::new("Link since the start").table(Table::facts(frames));
+    Report {
+        keys: json!({
+            "session": status.session,
+            "phase": phase,
+            "origin": origin,
+            "result_in_use": in_use,
+            "gate": counts,
+            "control_loop": control_loop(control),
+            "link": Map::from_iter(link),
+        }),
+        text: terminal::text([state, turns, frames]),
+        ..Report::default()
     }
 }
 
 /// A calibration done by the controller.
-#[derive(Debug, Serialize)]
-#[expect(
-    clippy::struct_field_names,
-    reason = "the names are the keys of the JSON"
-)]
-pub(crate) struct Calibration<'a> {
+#[derive(Debug)]
+pub(crate) struct Calibration<'a, T> {
     /// The report of `delta-cal calibrate` on the same files.
-    pub(crate) calibration: &'a Calibrated,
+    pub(crate) here: &'a Calibrated,
     /// Rms difference between the positions of the controller's result and of this computer's, at the samples.
     pub(crate) difference_mm: f64,
     /// Fingerprint of the controller's result.
-    pub(crate) fingerprint: String,
+    pub(crate) fingerprint: u32,
     pub(crate) applied: bool,
     /// During the calibration.
-    pub(crate) control_loop: ControlLoop,
+    pub(crate) control: ControlLoop<T>,
     pub(crate) repeated_requests: u32,
 }
 
-impl Calibration<'_> {
-    pub(crate) fn text(&self) -> String {
-        let control = &self.control_loop;
+impl<T: Number> Calibration<'_, T> {
+    pub(crate) fn report(&self) -> Report {
+        let control = &self.control;
+        let longest = duration(control, control.longest_ticks_calibrating);
         let turns = rows(
             "Control loop while the controller calibrated",
             [
                 ("turns", &control.turns),
                 ("late or left out", &control.late),
-                (
-                    "longest turn",
-                    &microseconds(control.longest_turn_calibrating_us),
-                ),
+                ("longest turn", &microseconds(longest)),
                 ("requests lost and repeated", &self.repeated_requests),
             ],
         );
-        let fingerprint = &self.fingerprint;
+        let fingerprint = hexadecimal(self.fingerprint);
         let applied = if self.applied {
             format!(
                 "Applied: the control loop uses the new parameters (fingerprint {fingerprint}).\n\
@@ -326,65 +274,72 @@ impl Calibration<'_> {
                 "Not applied (fingerprint {fingerprint}). Apply: the same command with --apply\n"
             )
         };
-        format!(
-            "\n{}\n{turns}\nThe controller's positions differ by {} mm rms from those of the report above.\n{applied}",
-            self.calibration.to_text(),
-            small(self.difference_mm)
-        )
+        Report {
+            text: format!(
+                "\n{}\n{turns}\nThe controller's positions differ by {} mm rms from those of the report above.\n{applied}",
+                self.here.to_text(),
+                small(self.difference_mm)
+            ),
+            keys: json!({
+                "calibration": self.here,
+                "difference_mm": self.difference_mm,
+                "fingerprint": fingerprint,
+                "applied": self.applied,
+                "control_loop": control_loop(control),
+                "repeated_requests": self.repeated_requests,
+            }),
+            ..Report::default()
+        }
     }
 }
 
-/// Numbers by name.
-type Numbers = BTreeMap<&'static str, f64>;
-
-/// A geometry of the controller.
-#[derive(Debug, Serialize)]
-pub(crate) struct Parameters {
-    set: &'static str,
-    /// The origin, in words.
-    origin: &'static str,
-    fingerprint: String,
-    arms: [Numbers; 3],
-    /// The transmission errors (gear and encoder) of each joint; `null` if there are none.
-    transmissions: Option<[Numbers; 3]>,
+/// A geometry of the controller: `current` or `nominal`. `transmissions`, the errors of each joint's gear and encoder, is
+/// null if there are none.
+pub(crate) fn parameters<T: Number>(set: &str, parameters: &Parameters<T>) -> Report {
+    let arm = |values: [T; 8]| -> Map<String, Value> {
+        let named = Parameter::ROTARY.into_iter().zip(values);
+        let named = named.map(|(own, value)| {
+            let value = in_unit(own, value.to_f64());
+            (own.symbol().to_owned(), value.into())
+        });
+        named.collect()
+    };
+    let transmission = |[gain, harmonics @ ..]: [T; 5]| {
+        let [cos, sin, cos2, sin2] = harmonics.map(|own| own.to_f64().to_degrees());
+        json!({
+            "gain": gain.to_f64(),
+            "cos_deg": cos,
+            "sin_deg": sin,
+            "cos2_deg": cos2,
+            "sin2_deg": sin2,
+        })
+    };
+    let geometry = &parameters.geometry;
+    Report {
+        keys: json!({
+            "set": set,
+            "origin": origin(parameters.origin),
+            "fingerprint": hexadecimal(geometry.fingerprint()),
+            "arms": geometry.arms.map(arm),
+            "transmissions": geometry.transmissions.map(|all| all.map(transmission)),
+        }),
+        ..Report::default()
+    }
 }
 
-impl Parameters {
-    /// The parameters as received from the controller.
-    pub(crate) fn new<T: Number>(set: &'static str, parameters: &protocol::Parameters<T>) -> Self {
-        let arm = |values: [T; 8]| {
-            let named = Parameter::ROTARY.into_iter().zip(values);
-            let named = named.map(|(own, value)| (own.symbol(), in_unit(own, value.to_f64())));
-            named.collect()
-        };
-        let transmission = |[gain, harmonics @ ..]: [T; 5]| {
-            let [cos, sin, cos2, sin2] = harmonics.map(|own| own.to_f64().to_degrees());
-            Numbers::from([
-                ("gain", gain.to_f64()),
-                ("cos_deg", cos),
-                ("sin_deg", sin),
-                ("cos2_deg", cos2),
-                ("sin2_deg", sin2),
-            ])
-        };
-        let geometry = &parameters.geometry;
-        Self {
-            set,
-            origin: origin(parameters.origin),
-            fingerprint: hexadecimal(geometry.fingerprint()),
-            arms: geometry.arms.map(arm),
-            transmissions: geometry.transmissions.map(|all| all.map(transmission)),
-        }
-    }
-
-    /// The change from the parameters in use before.
-    pub(crate) fn changed_from(&self, before: &Self) -> String {
-        let [from, to] =
-            [before, self].map(|own| format!("{} (fingerprint {})", own.origin, own.fingerprint));
-        if from == to {
-            format!("Parameters in use: {to}, unchanged\n")
-        } else {
-            format!("Parameters before: {from}\nParameters in use: {to}\n")
-        }
+/// The parameters in use, compared with those before.
+pub(crate) fn changed<T: Number>(before: &Parameters<T>, after: &Parameters<T>) -> Report {
+    let [from, to] = [before, after].map(|own| {
+        let fingerprint = hexadecimal(own.geometry.fingerprint());
+        format!("{} (fingerprint {fingerprint})", origin(own.origin))
+    });
+    let text = if from == to {
+        format!("Parameters in use: {to}, unchanged\n")
+    } else {
+        format!("Parameters before: {from}\nParameters in use: {to}\n")
+    };
+    Report {
+        text,
+        ..parameters("current", after)
     }
 }

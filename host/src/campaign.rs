@@ -5,7 +5,6 @@
 //! ```
 
 mod evaluation;
-mod file;
 pub mod paper;
 mod plan;
 mod row;
@@ -13,8 +12,7 @@ mod simulated;
 mod summary;
 mod trial;
 
-pub use file::OneCase;
-pub use plan::{CampaignSolver, Case, Plan, Spread};
+pub use plan::{CampaignSolver, Case, OneCase, Plan, Spread};
 pub use row::{RobotResult, Row, read_rows, rows_csv, run};
 pub use simulated::HELD_OUT_POSES;
 pub use summary::{CaseSummary, Distribution, Ratios, join, summarize};

@@ -215,31 +215,53 @@ fn the_summary_follows_from_the_rows() {
     assert!(shown.contains("Refused in row"), "{shown}");
 }
 
-/// For normally distributed robots the prior is correct, so errors match the bound and the stated σ.
+/// Campaigns of normally distributed robots, for which the prior is correct, and how far a ratio of their errors may be
+/// off 1: with 200 robots and some six directions in which they err, σ is 0.02. Joint zeros are off by ten degrees;
+/// towers have an error of their radius in common, and noisy travels.
+const SOUND: [(&str, f64); 3] = [
+    (
+        "robots = 200\nposes = [20]\nstart_errors = [{ length_mm = 0.5, angle_deg = 0.2 }]\n\
+         noise_levels = [{ position_mm = 0.02, joint_deg = 0.005 }]\nmethods = [\"ikm\", \"joint\", \"fkm\"]\n",
+        0.1,
+    ),
+    (
+        "robots = 40\nposes = [20]\nstart_errors = [{ length_mm = 0.5, angle_deg = 0.2, zero_deg = 10 }]\n\
+         noise_levels = [{ position_mm = 0.02, joint_deg = 0.002 }]\nmethods = [\"ikm\", \"joint\"]\n",
+        0.2,
+    ),
+    (
+        "robots = 100\nposes = [3, 20]\nrobot = \"towers.toml\"\n\
+         start_errors = [{ length_mm = 0.5, angle_deg = 0.1, radius_mm = 3 }]\n\
+         noise_levels = [{ position_mm = 0.02, joint_mm = 0.02 }]\nmethods = [\"joint\"]\n",
+        0.15,
+    ),
+];
+
 #[test]
 fn errors_are_those_of_the_bound_and_of_the_stated_sigma() {
-    let folder = with_campaign(
-        "robots = 200\nspread = \"normal\"\nposes = [20]\n\
-         start_errors = [{ length_mm = 0.5, angle_deg = 0.2 }]\n\
-         noise_levels = [{ position_mm = 0.02, joint_deg = 0.005 }]\n\
-         methods = [\"ikm\", \"joint\", \"fkm\"]\n",
-    );
-    let (_, summary) = run_and_summarize(&folder);
-    for case in summary {
-        let mut ratios = vec!["error_to_bound", "parameters_to_stated"];
-        if case["method"] == "ikm" {
-            assert_eq!(case["ratios"]["error_to_stated"], Value::Null);
-        } else {
-            ratios.extend(["error_to_stated", "relative_to_stated"]);
+    for (campaign, off) in SOUND {
+        let folder = with_campaign(&format!("spread = \"normal\"\n{campaign}"));
+        folder.write("towers.toml", TOWERS);
+        let (rows, summary) = run_and_summarize(&folder);
+        for row in rows {
+            assert_eq!(row["status"], "accepted", "{row:?}");
+            // Without calibration, wrong joint zeros move the platform by centimetres.
+            let zeros = number(&row, "start_error_zero_deg") > 0.0;
+            let [before, after] =
+                ["error_before_mm", "error_after_mm"].map(|own| number(&row, own));
+            assert!(!zeros || before > 3.0 && after < 0.3, "{row:?}");
         }
-        for ratio in ratios {
-            // 200 robots with some six effective error directions: σ is 0.02.
-            let found = case["ratios"][ratio].as_f64().unwrap();
-            assert!(
-                (0.9..1.1).contains(&found),
-                "{} {ratio}: {found}",
-                case["method"]
-            );
+        for case in summary {
+            let mut ratios = vec!["error_to_bound", "parameters_to_stated"];
+            if case["method"] == "ikm" {
+                assert_eq!(case["ratios"]["error_to_stated"], Value::Null);
+            } else {
+                ratios.extend(["error_to_stated", "relative_to_stated"]);
+            }
+            for ratio in ratios {
+                let found = case["ratios"][ratio].as_f64().unwrap();
+                assert!((found - 1.0).abs() < off, "{case} {ratio}: {found}");
+            }
         }
     }
 }
@@ -260,47 +282,6 @@ fn exact_measurements_have_no_bound_and_return_every_robot() {
         // The README's limit on the largest parameter error is 1e-6 mm; this is the norm of 24 errors.
         let error = number(&row, "parameter_after_mm");
         assert!(error < 1e-6 * 24f64.sqrt(), "{row:?}");
-    }
-}
-
-/// Joint zeros that are off by ten degrees are found by every method that is told of them.
-#[test]
-fn joint_zeros_are_off_by_degrees() {
-    let folder = with_campaign(
-        "robots = 20\nspread = \"normal\"\nposes = [20]\n\
-         start_errors = [{ length_mm = 0.5, angle_deg = 0.2, zero_deg = 10 }]\n\
-         noise_levels = [{ position_mm = 0.02, joint_deg = 0.002 }]\n\
-         methods = [\"ikm\", \"joint\"]\n",
-    );
-    let rows = rows(&folder, "campaign.toml");
-    assert_eq!(rows.len(), 40);
-    for row in &rows {
-        assert_eq!(row["start_error_zero_deg"], "10.0");
-        assert_eq!(row["status"], "accepted");
-        let [before, after] = ["error_before_mm", "error_after_mm"].map(|key| number(row, key));
-        assert!(before > 3.0 && after < 0.3, "{before} {after}");
-    }
-}
-
-/// Towers with a common radius error, and noisy travels.
-#[test]
-fn towers_have_a_radius_in_common_and_travels_a_noise() {
-    let folder = with_campaign(
-        "robot = \"robot.toml\"\nrobots = 100\nspread = \"normal\"\nposes = [3, 20]\n\
-         start_errors = [{ length_mm = 0.5, angle_deg = 0.1, radius_mm = 3 }]\n\
-         noise_levels = [{ position_mm = 0.02, joint_mm = 0.02 }]\nmethods = [\"joint\"]\n",
-    );
-    folder.write("robot.toml", TOWERS);
-    let rows = rows(&folder, "campaign.toml");
-    assert_eq!(rows.len(), 200);
-    for poses in ["3", "20"] {
-        let ratios = rows.iter().filter(|row| row["poses"] == poses).map(|row| {
-            assert_eq!(row["noise_joint_mm"], "0.02");
-            assert_eq!(row["start_error_radius_mm"], "3.0");
-            number(row, "parameter_after_mm") / number(row, "parameter_bound_mm")
-        });
-        let mean_square = ratios.map(|ratio| ratio * ratio).sum::<f64>() / 100.0;
-        assert!((mean_square.sqrt() - 1.0).abs() < 0.15, "{mean_square}");
     }
 }
 

@@ -1,6 +1,6 @@
 //! Progress of long commands.
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressFinish, ProgressStyle};
 use std::borrow::Cow;
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ impl Progress {
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style.progress_chars("=> "));
         }
-        Self(bar)
+        Self(bar.with_finish(ProgressFinish::AndClear))
     }
 
     /// A bar; `what` is being counted, such as `robots`.
@@ -40,11 +40,5 @@ impl Progress {
     /// Shows what is being computed now.
     pub(super) fn now(&self, what: &'static str) {
         self.0.set_message(what);
-    }
-}
-
-impl Drop for Progress {
-    fn drop(&mut self) {
-        self.0.finish_and_clear();
     }
 }

@@ -15,6 +15,7 @@ use delta_cal::Settings;
 use delta_cal::calibration::limits::SUSPECTED;
 use delta_cal::calibration::{Problem, TolerancePrior};
 use delta_cal::observations::{ObservationOutcome, ObservationProblem, ObservationRow};
+use statrs::statistics::{Data, OrderStatistics};
 
 /// Least number of rows; half of the rows must determine the robot.
 const LEAST_ROWS: usize = 16;
@@ -39,7 +40,7 @@ const DECIDED_WITH_TOLERANCE: usize = 14;
 /// (Holland and Welsch 1977).
 fn weight_of(r: f64) -> f64 {
     if r.abs() < SUSPECTED {
-        square(1.0 - square(r / SUSPECTED))
+        (1.0 - (r / SUSPECTED).powi(2)).powi(2)
     } else {
         0.0
     }
@@ -48,7 +49,7 @@ fn weight_of(r: f64) -> f64 {
 /// ψ′(r): the derivative of the residual's influence.
 fn slope_of(r: f64) -> f64 {
     if r.abs() < SUSPECTED {
-        let part = square(r / SUSPECTED);
+        let part = (r / SUSPECTED).powi(2);
         (1.0 - part) * (1.0 - 5.0 * part)
     } else {
         0.0
@@ -81,8 +82,8 @@ fn normalization(residuals: impl Iterator<Item = (f64, f64, f64)>) -> (f64, f64)
         if weight > 0.0 {
             count += 1.0;
             weights += weight;
-            influences += square(weight * size) / readings;
-            moments += weight * square(size) / readings;
+            influences += (weight * size).powi(2) / readings;
+            moments += weight * size.powi(2) / readings;
             slopes += ((readings - 1.0) * weight + slope_of(size / stretch)) / readings;
         }
     }
@@ -200,18 +201,6 @@ struct Search<'a, const N: usize, const M: usize, const E: usize> {
     best: Option<(f64, [f64; N])>,
 }
 
-/// Median; infinity for an empty list.
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_unstable_by(f64::total_cmp);
-    let count = values.len();
-    let of_rank = |rank: usize| values.get(rank).copied().unwrap_or(f64::INFINITY);
-    if count % 2 == 1 {
-        of_rank(count / 2)
-    } else {
-        (of_rank((count / 2).saturating_sub(1)) + of_rank(count / 2)) * 0.5
-    }
-}
-
 /// Number of random subsets. With 30 % wrong rows, 4 % of subsets of nine contain none; with 40 %, 1 %.
 const SUBSETS: usize = 150;
 /// Number of rows at which a change is assumed to begin.
@@ -267,7 +256,7 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
             .collect();
         let count = typical.len() as f64;
         let fitted = (count / (count - 1.5 * self.parameters as f64)).sqrt();
-        f64::max(1.0, median(typical) * fitted)
+        f64::max(1.0, Data::new(typical).median() * fitted)
     }
 
     /// Weights every row by its distance; returns the largest change of a weight, and the effective number of rows. In
@@ -455,7 +444,7 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
         self.choose(|_, own| {
             let near = own.starting && own.distance <= farthest;
             if near {
-                sum += square(own.distance);
+                sum += own.distance.powi(2);
             }
             near
         });
@@ -475,10 +464,6 @@ impl Random {
         let scaled = (u64::from(self.0) * bound as u64) >> 32;
         usize::try_from(scaled).unwrap_or(0)
     }
-}
-
-fn square(value: f64) -> f64 {
-    value * value
 }
 
 #[cfg(test)]

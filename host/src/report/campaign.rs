@@ -26,15 +26,14 @@ const SETTINGS: [Setting; 9] = [
 ];
 
 fn start_error(case: &Case) -> String {
-    let own = format!("{}/{}", case.start_error_mm, case.start_error_deg);
-    let own = match case.start_error_zero_deg {
-        zero if zero > 0.0 => format!("{own}, zeros {zero}"),
-        _ => own,
-    };
-    match case.start_error_radius_mm {
-        radius if radius > 0.0 => format!("{own} and {radius} mm"),
-        _ => own,
+    let mut text = format!("{}/{}", case.start_error_mm, case.start_error_deg);
+    if case.start_error_zero_deg > 0.0 {
+        text += &format!(", zeros {}", case.start_error_zero_deg);
     }
+    if case.start_error_radius_mm > 0.0 {
+        text += &format!(" and {} mm", case.start_error_radius_mm);
+    }
+    text
 }
 
 fn noise(case: &Case) -> String {
@@ -65,13 +64,13 @@ pub fn render(summaries: &[CaseSummary]) -> String {
         let cells: Vec<_> = summaries.iter().map(|summary| of(&summary.case)).collect();
         cells.windows(2).all(|pair| pair[0] == pair[1])
     });
+    let word = |case: &Case, (heading, of): &Setting| {
+        let heading = heading.replace("\nmm/°", " (mm/°)");
+        format!("{heading} {}", of(case))
+    };
     let mut parts = Vec::new();
-    if let Some(first) = summaries.first() {
-        let words = common.iter().map(|(heading, of)| {
-            let heading = heading.replace("\nmm/°", " (mm/°)");
-            format!("{heading} {}", of(&first.case))
-        });
-        let words: Vec<_> = words.collect();
+    if let Some(CaseSummary { case, .. }) = summaries.first() {
+        let words: Vec<_> = common.iter().map(|own| word(case, own)).collect();
         parts.push(Section::new("").text(format!("All cases: {}.", words.join(", "))));
     }
     parts.push(Section::new("").table(table(&different, summaries)));
@@ -116,24 +115,17 @@ fn table(settings: &[Setting], summaries: &[CaseSummary]) -> Table {
 /// Reasons for refusals, one line per case.
 fn refusals(summaries: &[CaseSummary]) -> Vec<String> {
     let mut lines = Vec::new();
-    for (index, summary) in summaries.iter().enumerate() {
-        let mut reasons: Vec<_> = summary
-            .refused
-            .iter()
-            .map(|(reason, count)| format!("{} {count}", reason.replace('_', " ")))
-            .collect();
-        if summary.no_robot > 0 {
-            reasons.push(format!(
-                "not simulated (no usable robot) {}",
-                summary.no_robot
-            ));
-        }
+    for (row, summary) in (1..).zip(summaries) {
+        let refused = summary.refused.iter();
+        let refused =
+            refused.map(|(reason, count)| format!("{} {count}", reason.replace('_', " ")));
+        let none = match summary.no_robot {
+            0 => None,
+            count => Some(format!("not simulated (no usable robot) {count}")),
+        };
+        let reasons: Vec<_> = refused.chain(none).collect();
         if !reasons.is_empty() {
-            lines.push(format!(
-                "Refused in row {}: {}",
-                index + 1,
-                reasons.join(", ")
-            ));
+            lines.push(format!("Refused in row {row}: {}", reasons.join(", ")));
         }
     }
     let others = lines.len().saturating_sub(REFUSALS_SHOWN);

@@ -3,6 +3,7 @@
 
 pub(crate) mod simulated;
 
+use nalgebra::{Matrix3, Vector3};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -144,27 +145,18 @@ pub(crate) fn elbow(arm: &Arm, q_deg: f64) -> Point {
 
 /// The platform point, by Newton's method from far below.
 pub(crate) fn platform(arms: &[Arm; 3], q_deg: Point) -> Point {
-    let mut x = [0.0, 0.0, -600.0];
+    let elbows = [0, 1, 2].map(|k| Vector3::from(elbow(&arms[k], q_deg[k])));
+    let mut x = Vector3::new(0.0, 0.0, -600.0);
     for _ in 0..100 {
-        let mut rows = [[0.0; 3]; 3];
-        let mut f = [0.0; 3];
-        for k in 0..3 {
-            let b = elbow(&arms[k], q_deg[k]);
-            let w = [x[0] - b[0], x[1] - b[1], x[2] - b[2]];
-            rows[k] = w.map(|c| 2.0 * c);
-            f[k] = dot(w, w) - arms[k][7].powi(2);
-        }
-        let [r1, r2, r3] = rows;
-        let determinant = dot(r1, cross(r2, r3));
-        let (c1, c2, c3) = (cross(r2, r3), cross(r3, r1), cross(r1, r2));
-        for k in 0..3 {
-            x[k] -= (c1[k] * f[0] + c2[k] * f[1] + c3[k] * f[2]) / determinant;
-        }
+        let away = elbows.map(|elbow| (x - elbow).transpose());
+        let off = Vector3::from_fn(|k, _| away[k].norm_squared() - arms[k][7].powi(2));
+        let by_position = Matrix3::from_rows(&away) * 2.0;
+        x -= by_position.lu().solve(&off).unwrap();
     }
-    for (arm, q) in arms.iter().zip(q_deg) {
-        assert!((distance(x, elbow(arm, q)) - arm[7]).abs() < 1e-9);
+    for (arm, elbow) in arms.iter().zip(elbows) {
+        assert!(((x - elbow).norm() - arm[7]).abs() < 1e-9);
     }
-    x
+    x.into()
 }
 
 /// `count` poses that fill the joints' range −35° to 65° evenly.

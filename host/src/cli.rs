@@ -15,7 +15,7 @@ mod simulate;
 mod validate;
 mod workspace;
 
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::{Shell, generate};
 use failure::Failure;
 use std::process::ExitCode;
@@ -60,8 +60,24 @@ struct Arguments {
 /// Runs the command given on this process's command line.
 pub fn run() -> ExitCode {
     let command = Arguments::command().mut_subcommands(with_exit_codes);
-    let parsed = Arguments::from_arg_matches(&command.get_matches());
-    let result = match parsed.unwrap_or_else(|error| error.exit()).command {
+    let matches = command.get_matches();
+    let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    match run_command(arguments.command, innermost(&matches)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}
+
+/// The arguments of a command, or of the command below it.
+fn innermost(matches: &ArgMatches) -> &ArgMatches {
+    matches
+        .subcommand()
+        .map_or(matches, |(_, own)| innermost(own))
+}
+
+fn run_command(command: Command, arguments: &ArgMatches) -> Result<(), Failure> {
+    paths::check_arguments(arguments)?;
+    match command {
         Command::Init(own) => init::run(&own),
         Command::Calibrate(own) => calibrate::run(&own),
         Command::Validate(own) => validate::run(&own),
@@ -74,10 +90,6 @@ pub fn run() -> ExitCode {
         Command::Import(own) => import::run(&own),
         Command::Device(own) => device::run(&own),
         Command::Completions { shell } => complete(shell),
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => failure.report(),
     }
 }
 

@@ -9,6 +9,7 @@ mod link;
 pub(crate) mod report;
 mod session;
 
+use crate::accuracy::position_error::position_errors;
 use crate::accuracy::uncertainty::WorkspacePoses;
 use crate::files::input::InputError;
 use crate::files::robot_file::RobotFile;
@@ -74,21 +75,6 @@ pub fn robot<T: Real>(geometry: &Geometry<T>) -> Result<Robot<f64>, DeviceError>
     robot.ok_or(DeviceError::ImpossibleGeometry)
 }
 
-/// The rms difference, mm, between the positions of two robots at these joint angles, without those that one of them
-/// cannot reach.
-pub fn difference(
-    one: &Robot<f64>,
-    other: &Robot<f64>,
-    joints: impl Iterator<Item = [f64; 3]>,
-) -> f64 {
-    let squares = joints.filter_map(|joints| {
-        let distance = one.forward(&joints).ok()? - other.forward(&joints).ok()?;
-        Some(distance.norm_squared())
-    });
-    let (count, sum) = squares.fold((0.0, 0.0), |(count, sum), own| (count + 1.0, sum + own));
-    f64::sqrt(sum / count)
-}
-
 /// Checks that a calibrated robot is the controller's: its positions are near the nominal ones. Returns the difference
 /// over the workspace, rms, mm.
 ///
@@ -97,7 +83,7 @@ pub fn difference(
 pub fn check_calibrated(file: &RobotFile, nominal: &Robot<f64>) -> Result<f64, InputError> {
     let poses = WorkspacePoses::of(&file.robot, &file.reach());
     let joints = poses.inside.iter().map(|pose| pose.joints);
-    let rms = difference(&file.robot, nominal, joints);
+    let [rms, _] = position_errors(&file.robot, nominal, joints);
     let [arm, ..] = nominal.arms();
     if rms <= ANOTHER_ROBOT * arm.lb() {
         return Ok(rms);

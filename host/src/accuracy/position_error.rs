@@ -1,9 +1,11 @@
 //! The distance between measured positions and those that a geometry gives.
 
 use super::information::prior_covariance;
+use super::rigid_motion::RigidMotions;
 use super::uncertainty::{jacobian, variance};
 use crate::files::robot_file::RobotFile;
 use delta_cal::Robot;
+use nalgebra::Vector3;
 use serde::Serialize;
 
 /// A sample further off than this many times the median is an outlier.
@@ -46,6 +48,32 @@ pub(crate) fn sigma_by_tolerance(
         .collect();
     coordinates.sort_by(f64::total_cmp);
     coordinates.get(coordinates.len() / 2).copied()
+}
+
+/// rms errors of the positions that a robot's geometry gives at these joint angles (radians), mm: absolute, and after the
+/// rigid motion that fits best. Infinite if the geometry reaches too few of them.
+pub(crate) fn position_errors(
+    robot: &Robot<f64>,
+    truth: &Robot<f64>,
+    joints: impl Iterator<Item = [f64; 3]>,
+) -> [f64; 2] {
+    let errors: Vec<_> = joints
+        .filter_map(|q| {
+            let is = truth.forward(&q).ok()?;
+            Some((is, robot.forward(&q).ok()? - is))
+        })
+        .collect();
+    let lengths = errors.iter().map(|(_, error)| error.norm());
+    let absolute = lengths.map(|length| length * length).sum();
+    let motions = RigidMotions::of(errors.iter().map(|(point, _)| *point));
+    let relative = motions.map_or(f64::NAN, |motions| {
+        let left = motions.removed(&errors);
+        left.iter().map(Vector3::norm_squared).sum()
+    });
+    [absolute, relative].map(|squares: f64| {
+        let rms = (squares / errors.len() as f64).sqrt();
+        if rms.is_nan() { f64::INFINITY } else { rms }
+    })
 }
 
 impl PositionError {

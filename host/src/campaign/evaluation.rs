@@ -1,39 +1,11 @@
-//! How good a calibration is where the true robot is known, and how good it can be.
+//! How good a calibration can be where the true robot is known.
 
 use crate::accuracy::information::{ARM, PARAMETERS, is_empty, units};
-use crate::accuracy::rigid_motion::RigidMotions;
 use crate::accuracy::uncertainty::jacobian;
 use crate::fit::{Method, closure};
 use delta_cal::calibration::{TolerancePrior, Triangle};
 use delta_cal::{ArmIndex, Noise, Robot, Sample, Tolerance};
 use nalgebra::{DMatrix, Matrix3, SMatrix, SVector, Vector3};
-
-/// rms errors of the positions that a robot's geometry gives at these joint angles (radians), mm: absolute, and after the
-/// rigid motion that fits best. Infinite if the geometry reaches too few of them.
-pub(super) fn position_errors(
-    robot: &Robot<f64>,
-    truth: &Robot<f64>,
-    joints: &[[f64; 3]],
-) -> [f64; 2] {
-    let errors: Vec<_> = joints
-        .iter()
-        .filter_map(|q| {
-            let is = truth.forward(q).ok()?;
-            Some((is, robot.forward(q).ok()? - is))
-        })
-        .collect();
-    let lengths = errors.iter().map(|(_, error)| error.norm());
-    let absolute = lengths.map(|length| length * length).sum();
-    let motions = RigidMotions::of(errors.iter().map(|(point, _)| *point));
-    let relative = motions.map_or(f64::NAN, |motions| {
-        let left = motions.removed(&errors);
-        left.iter().map(Vector3::norm_squared).sum()
-    });
-    [absolute, relative].map(|squares: f64| {
-        let rms = (squares / errors.len() as f64).sqrt();
-        if rms.is_nan() { f64::INFINITY } else { rms }
-    })
-}
 
 /// The Cramér–Rao bound on the rms parameter error, mm, with angles times the upper arm's length: √ of the trace of the
 /// inverse information at the true robot, measured by a method at these joint angles (radians).

@@ -5,7 +5,6 @@ use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
 use crate::fit::Method;
 use crate::text::decimal_comma;
-use delta_cal::calibration::Solver;
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::{Noise, Parameter, Tolerance};
 use serde::{Deserialize, Serialize};
@@ -22,15 +21,6 @@ pub enum CampaignSolver {
     Lm,
     /// Gauss–Newton.
     Gn,
-}
-
-impl From<CampaignSolver> for Solver {
-    fn from(solver: CampaignSolver) -> Self {
-        match solver {
-            CampaignSolver::Lm => Self::LevenbergMarquardt,
-            CampaignSolver::Gn => Self::GaussNewton,
-        }
-    }
 }
 
 /// Distribution of the true robots about the nominal one.

@@ -1,10 +1,11 @@
 //! The rows of a campaign: one robot calibrated with one set of settings.
 
-use super::evaluation::{bound, position_errors};
+use super::evaluation::bound;
 use super::plan::{Case, Plan};
 use super::simulated::{Planned, measured_at, simulate};
 use super::trial::{ACCEPTED, NO_ROBOT, calibrate};
 use crate::accuracy::information::differences;
+use crate::accuracy::position_error::position_errors;
 use crate::files::input::InputError;
 use csv::ReaderBuilder;
 use delta_cal::Robot;
@@ -130,7 +131,7 @@ fn of_robot(plan: &Plan, cases: &[Case], planned: &Planned, robot: u64) -> Vec<R
     };
     let truth = &simulated.truth;
     let errors = |robot: &Robot<f64>| {
-        let positions = position_errors(robot, truth, &simulated.held_out);
+        let positions = position_errors(robot, truth, simulated.held_out.iter().copied());
         (differences(robot, truth).norm(), positions.map(Some))
     };
     let (before, [error_before_mm, relative_before_mm]) = errors(nominal);

@@ -1,10 +1,10 @@
 //! Calibrates one simulated robot with the settings of one case.
 
-use super::plan::Case;
+use super::plan::{CampaignSolver, Case};
 use crate::accuracy::information::units;
 use crate::accuracy::uncertainty::Sensitivities;
 use crate::fit::{Method, by_arms};
-use delta_cal::calibration::{JointCalibrator, JointOutcome, StartUsed};
+use delta_cal::calibration::{JointCalibrator, JointOutcome, Solver, StartUsed};
 use delta_cal::observations::{
     Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, PositionFrame,
     PrepareError,
@@ -51,7 +51,10 @@ pub(super) fn calibrate(
     let settings = Settings::default()
         .with_noise(case.noise().filter(|_| case.weights))
         .with_tolerance(case.tolerance().filter(|_| case.prior))
-        .with_solver(case.solver.into());
+        .with_solver(match case.solver {
+            CampaignSolver::Lm => Solver::LevenbergMarquardt,
+            CampaignSolver::Gn => Solver::GaussNewton,
+        });
     let outcome = match case.method {
         Method::Ikm => {
             let mut calibrator = IkmCalibrator::new(nominal, &settings);

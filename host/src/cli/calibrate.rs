@@ -3,7 +3,7 @@
 use super::failure::Failure;
 use super::import::{StatedArguments, configuration, includes};
 use super::output::{self, deliver, now};
-use super::paths::{ColumnsArgument, read_samples_texts, refuse_same, robot_path};
+use super::paths::{ColumnsArgument, read_samples_texts, robot_path};
 use super::progress::Progress;
 use crate::files::document::Document;
 use crate::files::example;
@@ -81,15 +81,19 @@ pub(crate) struct CalibrateArguments {
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
     /// Let --output replace ROBOT.toml itself
-    #[arg(long)]
-    force: bool,
+    #[arg(long = "force")]
+    replace_robot: bool,
 }
 
 /// The inputs of a calibration, the files they come from, and the imported configuration if the robot is a printer.
 type Inputs = (RobotFile, Readings, [InputText; 2], Option<Imported>);
 
 pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
-    check_paths(arguments)?;
+    if let (Some(path), None) = (&arguments.robot, &arguments.samples)
+        && is_robot_file(path)
+    {
+        return Err(without_samples(path));
+    }
     let refused = |error: CalibrateError| {
         if error.refused() {
             output::refused(arguments.json.as_deref(), &error.to_json(), error.into())
@@ -138,30 +142,6 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
             Err(Failure::not_passed(cause))
         }
     }
-}
-
-fn check_paths(arguments: &CalibrateArguments) -> Result<(), Failure> {
-    if let (Some(path), None) = (&arguments.robot, &arguments.samples)
-        && is_robot_file(path)
-    {
-        return Err(without_samples(path));
-    }
-    let robot = ("the robot file", arguments.robot.as_deref());
-    let samples = ("the samples file", arguments.samples.as_deref());
-    let second = ("the positions file", arguments.second.as_deref());
-    let output = ("--output", arguments.output.as_deref());
-    if !arguments.force {
-        let remedy = "give the output another name, or --force to replace the robot file";
-        refuse_same(output.0, output.1, robot, remedy)?;
-    }
-    let others = [
-        ("--paste", arguments.paste.as_deref()),
-        ("--json", arguments.json.as_deref()),
-        ("--report", arguments.report.as_deref()),
-    ];
-    output::check(&[robot], &others)?;
-    let [paste, json, report] = others;
-    output::check(&[samples, second], &[output, paste, json, report])
 }
 
 fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, Failure> {

@@ -1,13 +1,14 @@
 //! `delta-cal device`.
 
 use super::failure::Failure;
-use super::output::{self, deliver};
+use super::output::deliver;
 use super::paths::{ColumnsArgument, is_stream, read, robot_path};
 use super::progress::Progress;
+use crate::accuracy::position_error::position_errors;
 use crate::device::report::{self, Report, hexadecimal, origin};
 use crate::device::{
     self, Client, DeviceError, Link, Number, Patience, Port, adopt, check_calibrated,
-    check_nominal, difference, in_use, robot as robot_of,
+    check_nominal, in_use, robot as robot_of,
 };
 use crate::files::example;
 use crate::text::small;
@@ -167,24 +168,14 @@ enum Job<'a> {
 }
 
 pub(crate) fn run(arguments: &DeviceArguments) -> Result<(), Failure> {
-    let json = ("--json", arguments.json.as_deref());
     let job = match &arguments.command {
         DeviceCommand::Calibrate(own) => {
-            let robot = ("the robot file", own.robot.as_deref());
-            let samples = ("the samples file", own.samples.as_deref());
-            output::check(&[robot, samples], &[json])?;
             let (robot, samples) = inputs(own)?;
             Job::Calibrate(own, robot, samples)
         }
-        DeviceCommand::Apply { robot } => {
-            output::check(&[("the robot file", Some(robot))], &[json])?;
-            Job::Apply(rotary(robot)?)
-        }
+        DeviceCommand::Apply { robot } => Job::Apply(rotary(robot)?),
         DeviceCommand::Status => Job::Status,
         DeviceCommand::Parameters(own) => {
-            let robot = ("the robot file", own.robot.as_deref());
-            let output = ("--output", own.output.as_deref());
-            output::check(&[robot], &[output, json])?;
             Job::Parameters(own, own.robot.as_deref().map(rotary).transpose()?)
         }
         DeviceCommand::Revert { nominal: true } => Job::Revert(RevertTo::Nominal),
@@ -203,16 +194,17 @@ pub(crate) fn run(arguments: &DeviceArguments) -> Result<(), Failure> {
         Scalar::Double => job.run::<f64>(&mut client, &port),
     };
     let report = report?.of(&port, &identity);
+    let json = arguments.json.as_deref();
     let output = match &arguments.command {
         DeviceCommand::Parameters(own) => match own.output.as_deref() {
             // The robot file is itself the report.
-            None if !json.1.is_some_and(is_stream) => Some(Path::new("-")),
+            None if !json.is_some_and(is_stream) => Some(Path::new("-")),
             output => output,
         },
         _ => None,
     };
     deliver(
-        &[(output, &report.robot_file), (json.1, &report.json())],
+        &[(output, &report.robot_file), (json, &report.json())],
         report.text.as_str(),
     )
 }
@@ -323,7 +315,7 @@ fn calibrate_there<T: Number>(
         )
     })?;
     let joints = samples.rows.iter().map(|row| row.value.joints);
-    let differs = difference(&robot_of(&geometry)?, &here.after.robot, joints);
+    let [differs, _] = position_errors(&robot_of(&geometry)?, &here.after.robot, joints);
     if !(differs <= tolerated(&here)) {
         return Err(Failure::device(
             format!(

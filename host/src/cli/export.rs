@@ -1,7 +1,7 @@
 //! `delta-cal export`.
 
 use super::failure::Failure;
-use super::output::{self, deliver};
+use super::output::deliver;
 use super::paths::{ColumnsArgument, is_stream, read, robot_path};
 use crate::export::error::ExportError;
 use crate::export::geometry::Frame;
@@ -92,13 +92,6 @@ pub(crate) struct ExportArguments {
 
 pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let (output, json_path) = (arguments.output.as_deref(), arguments.json.as_deref());
-    let inputs = [
-        ("the robot file", Some(arguments.robot.as_path())),
-        ("the nominal robot", arguments.nominal.as_deref()),
-        ("the positions", arguments.positions.as_deref()),
-        ("the heights", arguments.bed.as_deref()),
-    ];
-    output::check(&inputs, &[("--output", output), ("--json", json_path)])?;
     let inches = arguments.unit == "inch";
     for (given, option, target) in [
         (arguments.limit.is_some(), "--limit", "correction-table"),

@@ -38,8 +38,8 @@ pub(crate) struct ImportArguments {
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// The folder to write to; the program makes it if it does not exist
-    #[arg(long, value_name = "FOLDER")]
-    output: PathBuf,
+    #[arg(long = "output", value_name = "FOLDER")]
+    folder: PathBuf,
     #[command(flatten)]
     stated: StatedArguments,
     /// Replace files that exist
@@ -126,7 +126,7 @@ pub(crate) fn includes(from: &str, wanted: &str) -> Result<Vec<InputText>, Input
 }
 
 pub(crate) fn run(arguments: &ImportArguments) -> Result<(), Failure> {
-    if is_stream(&arguments.file) || is_stream(&arguments.output) {
+    if is_stream(&arguments.file) || is_stream(&arguments.folder) {
         return Err(Failure::usage(
             "the configuration and the folder need names",
             "write for example delta-cal import klipper printer.cfg --output mine",
@@ -139,7 +139,7 @@ pub(crate) fn run(arguments: &ImportArguments) -> Result<(), Failure> {
     let input = configuration(&arguments.file)?;
     let imported = firmware.import(&input, &stated, &includes)?;
     let imported = imported.with_prints(&stated)?;
-    let folder = arguments.output.as_path();
+    let folder = arguments.folder.as_path();
     let (robot, samples) = (folder.join("robot.toml"), folder.join("samples.csv"));
     let samples_text = imported.samples_text();
     let files = [

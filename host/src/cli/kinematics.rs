@@ -1,7 +1,7 @@
 //! `delta-cal forward` and `delta-cal inverse`.
 
 use super::failure::Failure;
-use super::output::{self, deliver};
+use super::output::deliver;
 use super::paths::{ColumnsArgument, read, robot_path};
 use crate::files::kinematics;
 use crate::{InputError, InputText, RobotFile};
@@ -53,10 +53,6 @@ pub(crate) fn inverse(arguments: &KinematicsArguments) -> Result<(), Failure> {
 fn run(arguments: &KinematicsArguments, solve: Solve) -> Result<(), Failure> {
     let output = arguments.output.as_deref();
     let input = arguments.file.as_deref().unwrap_or(Path::new("-"));
-    let robot = ("the robot file", Some(arguments.robot.as_path()));
-    let inputs = [robot, ("the input file", Some(input))];
-    output::check(&inputs, &[("--output", output)])?;
-
     let robot = RobotFile::read(&InputText::from_file(&arguments.robot)?)?;
     let csv = kinematics::to_csv(
         &robot.convention,

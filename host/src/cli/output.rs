@@ -2,38 +2,13 @@
 //! in place of the report.
 
 use super::failure::Failure;
-use super::paths::{folder_of, is_stream, refuse_same};
+use super::paths::{folder_of, is_stream};
 use std::fmt::Write as _;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 use tempfile::{Builder, NamedTempFile, TempPath};
-
-/// An option, or a name for its value, and the path given.
-pub(crate) type Place<'a> = (&'static str, Option<&'a Path>);
-
-/// Checks that no output is an input or another output, and that at most one goes to standard output.
-pub(crate) fn check(inputs: &[Place<'_>], outputs: &[Place<'_>]) -> Result<(), Failure> {
-    let mut taken = inputs.to_vec();
-    for (option, path) in outputs {
-        for other in &taken {
-            refuse_same(option, *path, *other, "give the output another name")?;
-        }
-        taken.push((option, *path));
-    }
-    let streams = outputs
-        .iter()
-        .filter(|(_, path)| path.is_some_and(is_stream));
-    let streams: Vec<&str> = streams.map(|(option, _)| *option).collect();
-    if let [first, second, ..] = streams.as_slice() {
-        return Err(Failure::usage(
-            format!("{first} - and {second} - both write to standard output"),
-            "give one of them the name of a file",
-        ));
-    }
-    Ok(())
-}
 
 /// Writes the files, then prints either the output meant for standard output, or the report and the names of the files.
 pub(crate) fn deliver<C: AsRef<[u8]>>(
@@ -94,9 +69,12 @@ pub(super) fn make_folder(path: &Path) -> Result<(), Failure> {
     fs::create_dir_all(path).map_err(|error| failure(path, &error))
 }
 
-/// Checks that a file could be written, before doing something that cannot be undone.
+/// Checks that an output could be written, before doing something that takes long or cannot be undone.
 pub(super) fn check_writable(path: &Path) -> Result<(), Failure> {
-    Prepared::new(path, &[]).map(|_| ())
+    if !is_stream(path) {
+        Prepared::new(path, &[])?;
+    }
+    Ok(())
 }
 
 /// A file that is written but does not have its final name yet.

@@ -2,8 +2,8 @@
 
 use super::failure::Failure;
 use crate::{ColumnMapping, InputError, InputText};
-use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
+use clap::{ArgMatches, Args};
 use std::fs::File;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -106,22 +106,83 @@ fn identity(path: &Path) -> PathBuf {
     }
 }
 
-/// Refuses an output file that is one of the command's other files.
-pub(crate) fn refuse_same(
-    option: &str,
-    output: Option<&Path>,
-    (what, other): (&str, Option<&Path>),
-    remedy: &str,
+/// A name for a file, or the option that gives it, and its path.
+pub(crate) type Place<'a> = (&'static str, &'a Path);
+
+const ROBOT: &str = "the robot file";
+/// The arguments for files that commands read, and names for these files.
+const INPUTS: [(&str, &str); 9] = [
+    ("robot", ROBOT),
+    ("samples", "the samples file"),
+    ("second", "the positions file"),
+    ("nominal", "the nominal robot"),
+    ("positions", "the positions"),
+    ("bed", "the heights"),
+    ("file", "the input file"),
+    ("campaign", "the campaign file"),
+    ("summary", "a file of rows"),
+];
+/// The options for files that commands write.
+const OUTPUTS: [(&str, &str); 4] = [
+    ("output", "--output"),
+    ("paste", "--paste"),
+    ("json", "--json"),
+    ("report", "--report"),
+];
+
+/// [Checks](check) the files of a command.
+pub(crate) fn check_arguments(arguments: &ArgMatches) -> Result<(), Failure> {
+    let places = |of: &[(&str, &'static str)]| -> Vec<Place<'_>> {
+        let given = of.iter().flat_map(|(id, what)| {
+            let paths = arguments.try_get_many::<PathBuf>(id).ok().flatten();
+            let paths = paths.into_iter().flatten();
+            paths.map(|path| (*what, path.as_path()))
+        });
+        given.collect()
+    };
+    let replaces_robot = arguments
+        .try_get_one::<bool>("replace_robot")
+        .ok()
+        .flatten();
+    check(&places(&INPUTS), &places(&OUTPUTS), replaces_robot.copied())
+}
+
+/// Checks that no output is an input or another output, and that at most one goes to standard output. `replaces_robot`:
+/// whether --output may be the robot file, if the command has an option for that.
+pub(crate) fn check(
+    inputs: &[Place<'_>],
+    outputs: &[Place<'_>],
+    replaces_robot: Option<bool>,
 ) -> Result<(), Failure> {
-    match (output, other) {
-        (Some(output), Some(other))
-            if !is_stream(output) && identity(output) == identity(other) =>
-        {
-            Err(Failure::usage(
-                format!("{option} {} is the same file as {what}", output.display()),
-                remedy,
-            ))
+    let mut files = inputs.to_vec();
+    let mut streams = Vec::new();
+    for (option, path) in outputs {
+        if is_stream(path) {
+            streams.push(option);
+            continue;
         }
+        for (what, other) in &files {
+            let remedy = match replaces_robot {
+                Some(replaces) if (*option, *what) == ("--output", ROBOT) => {
+                    if replaces {
+                        continue;
+                    }
+                    "give the output another name, or --force to replace the robot file"
+                }
+                _ => "give the output another name",
+            };
+            if identity(path) == identity(other) {
+                let cause = format!("{option} {} is the same file as {what}", path.display());
+                return Err(Failure::usage(cause, remedy));
+            }
+        }
+        files.push((option, path));
+    }
+    match streams.as_slice() {
+        [first, second, ..] => Err(Failure::usage(
+            format!("{first} - and {second} - both write to standard output"),
+            "give one of them the name of a file",
+        )),
         _ => Ok(()),
     }
 }

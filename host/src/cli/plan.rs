@@ -86,12 +86,7 @@ fn whole_number(text: &str) -> Result<usize, String> {
 }
 
 pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
-    let inputs = [
-        ("the robot file", Some(arguments.robot.as_path())),
-        ("the samples file", arguments.samples.as_deref()),
-    ];
     let (output, json) = (arguments.output.as_deref(), arguments.json.as_deref());
-    output::check(&inputs, &[("--output", output), ("--json", json)])?;
     let text = configuration(&arguments.robot)?;
     if Firmware::wrote(&text).is_some() {
         return printer(arguments, &text);

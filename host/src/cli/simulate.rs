@@ -2,7 +2,6 @@
 
 use super::failure::Failure;
 use super::output::{self, deliver, print};
-use super::paths::is_stream;
 use super::progress::Progress;
 use crate::campaign::{self, CaseSummary, EXAMPLE, Plan, paper, summarize};
 use crate::report;
@@ -69,7 +68,10 @@ pub(crate) fn run(arguments: &SimulateArguments) -> Result<(), Failure> {
     if arguments.example {
         return print(EXAMPLE);
     }
-    check_outputs(arguments)?;
+    // A campaign can take long: its results must not be lost in the end.
+    for path in [&arguments.output, &arguments.json].into_iter().flatten() {
+        output::check_writable(path)?;
+    }
     if !arguments.summary.is_empty() {
         let summaries = of_files(&arguments.summary)?;
         let text = report::campaign::render(&summaries);
@@ -128,22 +130,6 @@ fn plan(campaign: Option<&Path>) -> Result<(Plan, &'static str), Failure> {
         ),
     };
     Ok((Plan::read(&text, &robot_file)?, note))
-}
-
-/// A campaign can take long: refuses to start one whose results could not be written or would overwrite its inputs.
-fn check_outputs(arguments: &SimulateArguments) -> Result<(), Failure> {
-    let rows = arguments.summary.iter();
-    let rows = rows.map(|path| ("a file of rows", Some(path.as_path())));
-    let campaign = [("the campaign file", arguments.campaign.as_deref())];
-    let inputs: Vec<_> = rows.chain(campaign).collect();
-    let paths = [arguments.output.as_deref(), arguments.json.as_deref()];
-    let [output, json] = paths;
-    output::check(&inputs, &[("--output", output), ("--json", json)])?;
-    let files = paths.into_iter().flatten().filter(|path| !is_stream(path));
-    for path in files {
-        output::check_writable(path)?;
-    }
-    Ok(())
 }
 
 /// Writes all files or none, and prints the table or, in its place, the output meant for standard output.

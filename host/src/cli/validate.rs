@@ -1,7 +1,7 @@
 //! `delta-cal validate`.
 
 use super::failure::Failure;
-use super::output::{self, deliver, now};
+use super::output::{deliver, now};
 use super::paths::{ColumnsArgument, read_samples_texts, robot_path};
 use crate::files::document::Document;
 use crate::files::length::length;
@@ -73,14 +73,7 @@ impl ValidatedFrame {
 }
 
 pub(crate) fn run(arguments: &ValidateArguments) -> Result<(), Failure> {
-    let robot = ("the robot file", Some(arguments.robot.as_path()));
-    let samples = ("the samples file", Some(arguments.samples.as_path()));
-    let second = ("the positions file", arguments.second.as_deref());
     let (json_file, report_file) = (arguments.json.as_deref(), arguments.report.as_deref());
-    output::check(
-        &[robot, samples, second],
-        &[("--json", json_file), ("--report", report_file)],
-    )?;
     let robot_text = InputText::from_file(&arguments.robot)?;
     let robot = RobotFile::read(&robot_text)?;
     let samples_text = read_samples_texts(

@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::output::{self, deliver};
-use super::paths::{is_stream, robot_path};
+use super::paths::{check, is_stream, robot_path};
 use super::progress::Progress;
 use crate::files::length::length;
 use crate::report::workspace;
@@ -40,8 +40,8 @@ pub(crate) struct WorkspaceArguments {
     #[arg(value_name = "ROBOT.toml", value_parser = robot_path())]
     robot: PathBuf,
     /// Write boundary, mesh, influence and section to this folder, replacing files of these names
-    #[arg(long, value_name = "DIR")]
-    output: Option<PathBuf>,
+    #[arg(long = "output", value_name = "DIR")]
+    folder: Option<PathBuf>,
     /// Write the report as JSON to this file; - prints it in place of the text
     #[arg(long, value_name = "FILE.json")]
     json: Option<PathBuf>,
@@ -68,7 +68,7 @@ pub(crate) fn run(arguments: &WorkspaceArguments) -> Result<(), Failure> {
         arguments.json.clone(),
         workspace::to_json(&analysis).into_bytes(),
     )];
-    if let Some(folder) = &arguments.output {
+    if let Some(folder) = &arguments.folder {
         waiting.now("files");
         let contents = workspace::files(&analysis).into_iter();
         files.extend(contents.map(|(name, bytes)| (Some(folder.join(name)), bytes)));
@@ -83,21 +83,21 @@ pub(crate) fn run(arguments: &WorkspaceArguments) -> Result<(), Failure> {
 }
 
 fn check_paths(arguments: &WorkspaceArguments) -> Result<(), Failure> {
-    let (json, output) = (arguments.json.as_deref(), arguments.output.as_deref());
-    let input = ("the robot file", Some(arguments.robot.as_path()));
-    if output.is_some_and(is_stream) {
+    let folder = arguments.folder.as_deref();
+    if folder.is_some_and(is_stream) {
         return Err(Failure::usage(
             "--output needs the name of a folder",
             "use --json - to write to standard output",
         ));
     }
-    let files = output
+    let files = folder.map(|folder| workspace::NAMES.map(|name| folder.join(name)));
+    let files = files
         .iter()
-        .flat_map(|folder| workspace::NAMES.map(|name| folder.join(name)));
-    let files: Vec<_> = files.collect();
-    let files = files.iter().map(|path| ("--output", Some(path.as_path())));
-    let outputs: Vec<_> = files.chain([("--json", json)]).collect();
-    output::check(&[input], &outputs)
+        .flatten()
+        .map(|path| ("--output", path.as_path()));
+    let json = arguments.json.as_deref().map(|path| ("--json", path));
+    let outputs: Vec<_> = files.chain(json).collect();
+    check(&[("the robot file", &arguments.robot)], &outputs, None)
 }
 
 fn failure(error: &WorkspaceError, robot: &str) -> Failure {

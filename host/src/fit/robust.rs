@@ -107,7 +107,7 @@ pub(super) fn fit<const N: usize, const M: usize, const E: usize>(
     problem: &ObservationProblem<'_, f64, N>,
     settings: &Settings<f64>,
 ) -> Result<RobustFit<N>, Unsolved> {
-    let states: Vec<_> = problem.rows().iter().map(State::new).collect();
+    let states: Vec<_> = problem.rows().iter().map(State::of).collect();
     let counted = states.iter().filter(|own| own.readings > 0).count();
     if counted < LEAST_ROWS {
         return Err(Unsolved::TooFewForRobust(counted, LEAST_ROWS));
@@ -133,12 +133,10 @@ pub(super) fn fit<const N: usize, const M: usize, const E: usize>(
         settings,
         prior: problem.prior(&settings),
         states,
-        subset,
         parameters,
-        kept: 0,
         best: None,
     };
-    let effective = search.reweighted();
+    let effective = search.reweighted(subset);
     let suspected: Vec<_> = search.states.iter().map(|own| own.suspected).collect();
     let number = suspected.iter().filter(|own| **own).count();
     if number as f64 > LARGEST_SUSPECTED * counted as f64 {
@@ -162,22 +160,20 @@ struct State {
     /// Number of readings; rows without any are skipped.
     readings: usize,
     suspected: bool,
-    /// Whether the row takes part in the start.
-    starting: bool,
 }
 
 impl State {
-    fn new(row: &ObservationRow<f64>) -> Self {
+    fn of(row: &ObservationRow<f64>) -> Self {
+        let counts = !row.is_left_out();
         Self {
             weight: 1.0,
             distance: 0.0,
-            readings: if row.is_left_out() {
-                0
-            } else {
+            readings: if counts {
                 row.observation().readings()
+            } else {
+                0
             },
             suspected: false,
-            starting: true,
         }
     }
 }
@@ -191,14 +187,16 @@ struct Search<'a, const N: usize, const M: usize, const E: usize> {
     settings: Settings<f64>,
     prior: TolerancePrior<f64, N>,
     states: Vec<State>,
-    /// Number of rows that determine the robot, starting from nominal parameters if the settings do.
-    subset: usize,
     /// Number of rows that the parameters use up.
     parameters: usize,
-    /// Number of rows that the start keeps.
-    kept: usize,
     /// The least sum of a start so far, and its correction of all parameters, in internal units.
     best: Option<(f64, [f64; N])>,
+}
+
+/// The rows that take part in the start, by index, and how many of them it keeps.
+struct Starting {
+    rows: Vec<usize>,
+    kept: usize,
 }
 
 /// Number of random subsets. With 30 % wrong rows, 4 % of subsets of nine contain none; with 40 %, 1 %.
@@ -285,10 +283,11 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
         (largest, effective)
     }
 
-    /// Reweights the rows until their weights converge; returns the effective number of rows.
-    fn reweighted(&mut self) -> f64 {
+    /// Reweights the rows until their weights converge; returns the effective number of rows. `subset` rows determine the
+    /// robot, starting from nominal parameters if the settings do.
+    fn reweighted(&mut self, subset: usize) -> f64 {
         let mut effective = self.counted().count() as f64;
-        let Some(correction) = self.least_trimmed() else {
+        let Some(correction) = self.least_trimmed(subset) else {
             return effective;
         };
         self.measure(&correction);
@@ -326,129 +325,107 @@ impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
     /// from a subset with some of them to the right fit. The random subsets are therefore as small as the problem
     /// allows, and numerous; and because such a change begins at some row, all rows before and after each of many rows
     /// are tried as well.
-    fn least_trimmed(&mut self) -> Option<[f64; N]> {
+    fn least_trimmed(&mut self, subset: usize) -> Option<[f64; N]> {
         let stride = self.states.len() / MOST + 1;
-        let mut starting = 0;
-        for (index, own) in self.states.iter_mut().enumerate() {
-            own.starting = index % stride == 0 && own.readings > 0;
-            starting += usize::from(own.starting);
-        }
+        let starting = (0..self.states.len()).step_by(stride);
+        let rows: Vec<_> = starting
+            .filter(|row| self.states[*row].readings > 0)
+            .collect();
+        let count = rows.len();
         // The h with the highest breakdown point: (n + p + 1)/2.
-        self.kept = usize::midpoint(starting, self.parameters + 1).min(starting);
-        self.choose(|_, own| own.starting);
-        self.concentrate(FIRST_STEPS);
+        let kept = usize::midpoint(count, self.parameters + 1).min(count);
+        let starting = Starting { rows, kept };
+        self.concentrate(&starting, starting.rows.clone(), FIRST_STEPS);
         // The rows closest to the robot before calibration.
-        self.concentrate_about(&[0.0; N], FIRST_STEPS);
-        self.try_changes(starting);
-        self.try_subsets(starting);
+        self.measure(&[0.0; N]);
+        self.concentrate(&starting, self.nearest(&starting).0, FIRST_STEPS);
+
+        let places = PLACES.min(count);
+        let boundaries = (1..places).map(|place| self.states.len() * place / places);
+        let sides = boundaries.flat_map(|boundary| [(boundary, true), (boundary, false)]);
+        let changes = sides.map(|(boundary, before)| {
+            let rows = starting.rows.iter().copied();
+            rows.filter(|row| (*row < boundary) == before).collect()
+        });
+        let changes: Vec<Vec<_>> = changes
+            .filter(|rows: &Vec<_>| rows.len() >= subset)
+            .collect();
+        let mut random = Random(0x9e37_79b9);
+        let subsets = (0..SUBSETS).map(|_| {
+            let (mut wanted, mut left) = (subset.min(kept), count);
+            let mut rows = starting.rows.clone();
+            // Knuth's algorithm S: selects the wanted number, every choice equally likely.
+            rows.retain(|_| {
+                let chosen = random.below(left) < wanted;
+                left -= 1;
+                wanted -= usize::from(chosen);
+                chosen
+            });
+            rows
+        });
+        for rows in changes.into_iter().chain(subsets) {
+            if self.is_good(&starting) {
+                break;
+            }
+            self.concentrate(&starting, rows, FIRST_STEPS);
+        }
         let (_, correction) = self.best?;
-        self.concentrate_about(&correction, LAST_STEPS);
+        self.measure(&correction);
+        self.concentrate(&starting, self.nearest(&starting).0, LAST_STEPS);
         self.best.map(|(_, correction)| correction)
     }
 
     /// Whether noise alone explains the kept rows.
-    fn is_good(&self) -> bool {
-        let starting = || self.states.iter().filter(|own| own.starting);
-        let readings: f64 = starting().map(|own| own.readings as f64).sum();
-        let expected = GOOD * (readings / starting().count() as f64) * self.kept as f64;
+    fn is_good(&self, starting: &Starting) -> bool {
+        let rows = starting.rows.iter();
+        let readings: f64 = rows.map(|row| self.states[*row].readings as f64).sum();
+        let expected = GOOD * (readings / starting.rows.len() as f64) * starting.kept as f64;
         self.best.is_some_and(|(sum, _)| sum < expected)
     }
 
-    /// Tries subsets that assume a change at each of many rows.
-    fn try_changes(&mut self, starting: usize) {
-        let places = PLACES.min(starting);
-        for place in 1..places {
-            let boundary = self.states.len() * place / places;
-            for before in [true, false] {
-                if self.is_good() {
-                    return;
-                }
-                let chosen = self.choose(|index, own| own.starting && (index < boundary) == before);
-                if chosen >= self.subset {
-                    self.concentrate(FIRST_STEPS);
-                }
-            }
-        }
-    }
-
-    fn try_subsets(&mut self, starting: usize) {
-        let mut random = Random(0x9e37_79b9);
-        for _ in 0..SUBSETS {
-            if self.is_good() {
-                return;
-            }
-            let (mut wanted, mut left) = (self.subset.min(self.kept), starting);
-            self.choose(|_, own| {
-                // Knuth's algorithm S: selects the wanted number, every choice equally likely.
-                let chosen = own.starting && random.below(left) < wanted;
-                left = left.saturating_sub(usize::from(own.starting));
-                wanted = wanted.saturating_sub(usize::from(chosen));
-                chosen
-            });
-            self.concentrate(FIRST_STEPS);
-        }
-    }
-
-    /// Concentrates from the rows closest to a correction.
-    fn concentrate_about(&mut self, correction: &[f64; N], steps: usize) {
-        self.measure(correction);
-        self.choose_nearest();
-        self.concentrate(steps);
-    }
-
-    /// Fits the chosen rows, then those closest to that fit, and so on. The sum includes the prior: with hardly more
-    /// rows than parameters, a robot far from its tolerance explains many wrong rows.
-    fn concentrate(&mut self, steps: usize) {
-        let mut last: Option<f64> = None;
+    /// Fits these rows, then those closest to that fit, and so on. The sum includes the prior: with hardly more rows than
+    /// parameters, a robot far from its tolerance explains many wrong rows.
+    fn concentrate(&mut self, starting: &Starting, mut chosen: Vec<usize>, steps: usize) {
+        let mut last = f64::INFINITY;
         for _ in 0..=steps {
-            let chosen = self.rows.iter().filter(|row| row.weight() > 0.0).count();
+            for row in &mut self.rows {
+                row.set_weight(0.0);
+            }
+            for row in &chosen {
+                self.rows[*row].set_weight(1.0);
+            }
             let most = self.settings.iteration_limit.min(ITERATIONS);
-            let Some(correction) = self.fit(most, chosen as f64) else {
+            let Some(correction) = self.fit(most, chosen.len() as f64) else {
                 return;
             };
             self.measure(&correction);
-            let Some(sum) = self.choose_nearest() else {
+            let sum;
+            (chosen, sum) = self.nearest(starting);
+            if !sum.is_finite() {
                 return;
-            };
+            }
             let sum = sum + self.prior.cost(&correction);
             let least = self.best.map_or(f64::INFINITY, |(least, _)| least);
             if sum < least {
                 self.best = Some((sum, correction));
             }
-            let gains = last.is_none_or(|last| sum < last * PROGRESS);
-            if sum > HOPELESS * least || !gains {
+            if sum > HOPELESS * least || !(sum < last * PROGRESS) {
                 return;
             }
-            last = Some(sum);
+            last = sum;
         }
     }
 
-    /// Gives the chosen rows weight 1 and all others 0; returns how many are chosen.
-    fn choose(&mut self, mut chosen: impl FnMut(usize, &State) -> bool) -> usize {
-        let mut count = 0;
-        for (index, (row, own)) in self.rows.iter_mut().zip(&self.states).enumerate() {
-            let counts = chosen(index, own);
-            row.set_weight(if counts { 1.0 } else { 0.0 });
-            count += usize::from(counts);
-        }
-        count
-    }
-
-    /// Chooses the closest rows, as many as are kept, and sums their squared distances.
-    fn choose_nearest(&mut self) -> Option<f64> {
-        let starting = self.states.iter().filter(|own| own.starting);
-        let mut distances: Vec<_> = starting.map(|own| own.distance).collect();
+    /// The closest rows, as many as are kept, and the sum of their squared distances.
+    fn nearest(&self, starting: &Starting) -> (Vec<usize>, f64) {
+        let distance = |row: &usize| self.states[*row].distance;
+        let mut distances: Vec<_> = starting.rows.iter().map(distance).collect();
         distances.sort_unstable_by(f64::total_cmp);
-        let farthest = *distances.get(self.kept.saturating_sub(1))?;
-        let mut sum = 0.0;
-        self.choose(|_, own| {
-            let near = own.starting && own.distance <= farthest;
-            if near {
-                sum += own.distance.powi(2);
-            }
-            near
-        });
-        f64::is_finite(sum).then_some(sum)
+        let farthest = distances.get(starting.kept.saturating_sub(1));
+        let near = |row: &usize| farthest.is_some_and(|farthest| distance(row) <= *farthest);
+        let rows: Vec<_> = starting.rows.iter().copied().filter(near).collect();
+        let sum = rows.iter().map(|row| distance(row).powi(2)).sum();
+        (rows, sum)
     }
 }
 

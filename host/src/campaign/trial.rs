@@ -70,7 +70,7 @@ pub(super) fn calibrate(
         Method::Fkm => fkm(nominal, samples, &settings),
     };
     let outcome = outcome.map_err(|own| status(&own))?;
-    let covariance = outcome.estimate.covariance;
+    let covariance = outcome.estimate.covariance.as_ref();
     Ok(of_arms(&RobotOutcome::from(&outcome), covariance))
 }
 
@@ -134,11 +134,11 @@ fn fkm(
 }
 
 /// Takes `covariance` of all parameters if given, otherwise the arms' own.
-fn of_arms(outcome: &RobotOutcome<f64>, covariance: Option<Covariance>) -> Calibrated {
+fn of_arms(outcome: &RobotOutcome<f64>, covariance: Option<&Covariance>) -> Calibrated {
     let mut arms = outcome.arms.iter();
     Calibrated {
         robot: outcome.robot,
-        covariance: covariance.or_else(|| by_arms(&outcome.arms)),
+        covariance: covariance.copied().or_else(|| by_arms(&outcome.arms)),
         whole: covariance.is_some(),
         from_nominal: arms.all(|arm| arm.start == StartUsed::Nominal),
     }

@@ -22,6 +22,7 @@ use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Drive;
 use delta_cal_protocol::{Estimator, ParameterSet, Parameters, RevertTo, Scalar};
 use std::f64::consts::FRAC_PI_2;
+use std::fmt::Write;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -352,8 +353,9 @@ fn apply<T: Number>(client: &mut Client<Link>, robot: &RobotFile) -> Result<Repo
     let before = client.parameters::<T>(ParameterSet::Current)?;
     let after = adopt::<T, _>(client, &robot.robot, before.generation)?;
     let mut report = report::changed(&before, &after);
-    report.text += &format!(
-        "Applied: the control loop uses {}, {} mm rms from the nominal robot.\n",
+    let _ = writeln!(
+        report.text,
+        "Applied: the control loop uses {}, {} mm rms from the nominal robot.",
         robot.name,
         small(moved)
     );

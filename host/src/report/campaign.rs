@@ -5,6 +5,7 @@ use crate::campaign::{Case, CaseSummary, Distribution, HELD_OUT_POSES};
 use crate::render::{Section, Table, terminal};
 use crate::text::{percent, small};
 use serde::Serialize;
+use std::fmt::Write;
 
 /// Most cases whose refusals are listed.
 const REFUSALS_SHOWN: usize = 12;
@@ -28,10 +29,10 @@ const SETTINGS: [Setting; 9] = [
 fn start_error(case: &Case) -> String {
     let mut text = format!("{}/{}", case.start_error_mm, case.start_error_deg);
     if case.start_error_zero_deg > 0.0 {
-        text += &format!(", zeros {}", case.start_error_zero_deg);
+        let _ = write!(text, ", zeros {}", case.start_error_zero_deg);
     }
     if case.start_error_radius_mm > 0.0 {
-        text += &format!(" and {} mm", case.start_error_radius_mm);
+        let _ = write!(text, " and {} mm", case.start_error_radius_mm);
     }
     text
 }

@@ -56,17 +56,14 @@ impl Datum {
         let pairs = points.iter().map(|point| (point.place, point.seen));
         let on_a_line = "the datum points lie on a line, so they do not fix a frame";
         let frame = RigidTransform::align(pairs).map_err(|_| fault(on_a_line.to_owned()))?;
-        let residuals: Vec<_> = points
-            .iter()
-            .map(|point| {
-                let off = (point.seen - frame.apply(&point.place)).norm();
-                (point.name.clone(), off)
-            })
-            .collect();
+        let residuals = points.iter().map(|point| {
+            let off = (point.seen - frame.apply(&point.place)).norm();
+            (point.name.clone(), off)
+        });
         let datum = Self {
             frame,
             places: points.iter().map(|point| point.place).collect(),
-            residuals,
+            residuals: residuals.collect(),
         };
         let rms = datum.rms();
         let worst = datum.residuals.iter().max_by(|a, b| a.1.total_cmp(&b.1));
@@ -83,8 +80,7 @@ impl Datum {
     /// Residual of the points, mm rms of a coordinate, over the remaining degrees of freedom.
     pub(crate) fn rms(&self) -> f64 {
         let squares: f64 = self.residuals.iter().map(|(_, off)| off * off).sum();
-        let coordinates = self.residuals.iter().fold(-6.0, |count, _| count + 3.0);
-        (squares / coordinates).sqrt()
+        (squares / (3.0 * self.residuals.len() as f64 - 6.0)).sqrt()
     }
 
     /// The sensor's readings, transformed into the robot's base frame.

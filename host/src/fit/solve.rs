@@ -140,19 +140,13 @@ fn with_joints_part(task: &Task<'_>, even: Solution) -> Solution {
     if !(open && few) {
         return even;
     }
-    let (mut squares, mut count) = (0.0, 0.0);
-    for row in &task.readings.rows {
-        let joints = &row.value.joints;
-        let Ok(position) = even.robot.forward(joints) else {
-            continue;
-        };
-        let Ok(jacobian) = even.robot.platform_jacobian(&position, joints) else {
-            continue;
-        };
-        squares += jacobian.by_joints.norm_squared();
-        count += 3.0;
-    }
-    let by_joint = f64::sqrt(squares / count);
+    let squares = task.readings.rows.iter().filter_map(|row| {
+        let position = even.robot.forward(&row.value.joints).ok()?;
+        let jacobian = even.robot.platform_jacobian(&position, &row.value.joints);
+        Some(jacobian.ok()?.by_joints.norm_squared())
+    });
+    let squares: Vec<_> = squares.collect();
+    let by_joint = (squares.iter().sum::<f64>() / (3.0 * squares.len() as f64)).sqrt();
     let sigma = own.sigma;
     let mut best = likelihood(&even).map_or(f64::INFINITY, |own| own + SHOWN);
     let mut chosen = even;

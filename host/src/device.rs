@@ -16,7 +16,7 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
 use crate::text::{in_file_units, small};
 pub use client::{Client, Patience};
-use delta_cal::robot::ParameterKind;
+use delta_cal::robot::{ParameterKind, Transmission};
 use delta_cal::{ArmIndex, Parameter, Real, Robot, Sample, Tolerance};
 use delta_cal_protocol::{Begin, Estimator, Geometry, Wire};
 pub use link::{DeviceError, Link, Port, Transport};
@@ -104,10 +104,13 @@ pub fn check_calibrated(file: &RobotFile, nominal: &Robot<f64>) -> Result<f64, I
 /// Parameters that differ.
 pub fn check_nominal<T: Number>(file: &RobotFile, nominal: &Geometry<T>) -> Result<(), InputError> {
     let mut different = Vec::new();
-    let arms = ArmIndex::ALL.into_iter().zip(file.robot.parameters());
-    for ((index, own), device) in arms.zip(nominal.arms) {
+    let transmissions = nominal.transmissions.unwrap_or([[T::ZERO; 5]; 3]);
+    let controllers = nominal.arms.into_iter().zip(transmissions);
+    for (index, (parameters, transmission)) in ArmIndex::ALL.into_iter().zip(controllers) {
+        let arm = file.robot.arm(index);
+        let own = arm.parameters();
         let longest = own.into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-        for ((parameter, own), device) in Parameter::ROTARY.into_iter().zip(own).zip(device) {
+        for ((parameter, own), device) in Parameter::ROTARY.into_iter().zip(own).zip(parameters) {
             let size = match parameter.kind() {
                 ParameterKind::Length => longest,
                 ParameterKind::Angle | ParameterKind::Ratio => std::f64::consts::TAU,
@@ -121,13 +124,8 @@ pub fn check_nominal<T: Number>(file: &RobotFile, nominal: &Geometry<T>) -> Resu
                 ));
             }
         }
-    }
-    let exact = [[T::ZERO; 5]; 3];
-    let transmissions = file.robot.transmissions().map(|own| own.numbers());
-    let transmissions = transmissions.map(|numbers| numbers.map(T::from_f64));
-    let arms = ArmIndex::ALL.into_iter().zip(transmissions);
-    for ((index, own), device) in arms.zip(nominal.transmissions.unwrap_or(exact)) {
-        if own != device {
+        let own = arm.transmission().unwrap_or(&Transmission::EXACT).numbers();
+        if own.map(T::from_f64) != transmission {
             different.push(format!("the transmission of {index} differs"));
         }
     }

@@ -184,28 +184,10 @@ fn applies_a_robot_that_was_calibrated_here_and_works_with_its_own_robot_file() 
     assert_eq!(printed, folder.read("nominal.toml"));
 }
 
-const APPLY: &str = "calibrate robot.toml samples.csv --apply";
-
 /// The result is in use although the interrupted command did not learn it, and the next command does no harm.
-fn find_out(folder: &Folder, port: &str) {
-    let status = run(folder, port, "status").ok().stdout;
-    let solved = "solved from 40 samples; the result is in use";
-    assert!(status.contains(solved), "{status}");
-    let applied = json(folder, port, APPLY);
-    let status = json(folder, port, "status");
-    assert_eq!(status["result_in_use"], true);
-    assert_eq!(status["control_loop"]["switches"], 1, "applied twice");
-    assert_eq!(
-        status["control_loop"]["fingerprint"],
-        applied["fingerprint"]
-    );
-    run(folder, port, "revert").ok();
-    let status = run(folder, port, "status").ok().stdout;
-    assert!(status.contains("the result is not in use"), "{status}");
-}
-
 #[test]
 fn a_link_that_breaks_leaves_open_whether_the_result_is_in_use() {
+    const APPLY: &str = "calibrate robot.toml samples.csv --apply";
     let folder = folder();
     let port = controller::<f32>(true);
     let broken = run(&folder, &port, APPLY);
@@ -213,7 +195,19 @@ fn a_link_that_breaks_leaves_open_whether_the_result_is_in_use() {
     for part in ["may use the new parameters", "help: ", "status"] {
         assert!(broken.stderr.contains(part), "{part}: {}", broken.stderr);
     }
-    find_out(&folder, &port);
+    let says = |part: &str| {
+        let status = run(&folder, &port, "status").ok().stdout;
+        assert!(status.contains(part), "{status}");
+    };
+    says("solved from 40 samples; the result is in use");
+    let applied = json(&folder, &port, APPLY);
+    let status = json(&folder, &port, "status");
+    assert_eq!(status["result_in_use"], true);
+    let control = &status["control_loop"];
+    assert_eq!(control["switches"], 1, "applied twice");
+    assert_eq!(control["fingerprint"], applied["fingerprint"]);
+    run(&folder, &port, "revert").ok();
+    says("the result is not in use");
 }
 
 #[test]

@@ -2,16 +2,14 @@
 
 use crate::support::{Folder, KEYS, NOMINAL, TOLERANCE, TOWERS};
 use delta_cal_host::{InputText, RobotFile};
-use std::process::Command;
 
 fn help(command: &str, columns: usize) -> String {
-    let run = Command::new(env!("CARGO_BIN_EXE_delta-cal"))
-        .args(command.split_whitespace())
-        .arg("--help")
-        .env("COLUMNS", columns.to_string())
-        .output()
-        .unwrap();
-    String::from_utf8(run.stdout).unwrap()
+    let variables = [("COLUMNS", columns.to_string())];
+    let variables = variables
+        .each_ref()
+        .map(|(name, value)| (*name, value.as_str()));
+    let run = Folder::new().run_where(&format!("{command} --help"), "", &variables);
+    run.ok().stdout
 }
 
 /// The commands listed in the help of `above`, with their full names.

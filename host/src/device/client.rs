@@ -151,32 +151,25 @@ impl<L: Transport> Client<L> {
         let mut buffer = [0; 256];
         loop {
             while let Some(byte) = self.pending.pop_front() {
-                match self.receiver.push(byte) {
+                let frame = match self.receiver.push(byte) {
+                    Some(Ok(frame)) => frame,
                     // An echo, or the rest of a frame for another client.
-                    None | Some(Err(FrameError::WrongDirection)) => {}
+                    None | Some(Err(FrameError::WrongDirection)) => continue,
                     Some(Err(FrameError::Damaged | FrameError::TooLong)) => {
                         return Ok(Received::Damaged);
                     }
                     Some(Err(FrameError::UnknownVersion { version, .. })) => {
                         return Err(DeviceError::OtherVersion(version));
                     }
-                    Some(Ok(frame)) => {
-                        let sequence = frame.sequence;
-                        match frame.message::<Response<T>>() {
-                            Some(Response::Fault(Fault::Damaged))
-                                if sequence == UNKNOWN_SEQUENCE =>
-                            {
-                                return Ok(Received::Damaged);
-                            }
-                            Some(answer) if sequence == self.sequence => {
-                                return Ok(Received::Answer(answer));
-                            }
-                            None if sequence == self.sequence => {
-                                return Err(DeviceError::Unexpected);
-                            }
-                            _ => {}
-                        }
+                };
+                let (sequence, answer) = (frame.sequence, frame.message::<Response<T>>());
+                match answer {
+                    Some(Response::Fault(Fault::Damaged)) if sequence == UNKNOWN_SEQUENCE => {
+                        return Ok(Received::Damaged);
                     }
+                    _ if sequence != self.sequence => {}
+                    Some(answer) => return Ok(Received::Answer(answer)),
+                    None => return Err(DeviceError::Unexpected),
                 }
             }
             let left = timeout.saturating_sub(self.elapsed(start));

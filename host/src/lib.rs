@@ -1,28 +1,6 @@
 //! Calibrates Delta robots from files: robots, measurements, calibrations, plans, campaigns and workspaces. The
 //! mathematics is the core's, `delta-cal`; this crate reads, judges, compares and shows.
 //!
-//! Each folder uses only those above it in this list:
-//!
-//! ```text
-//! text         numbers and lists in sentences
-//! geometry     where a robot may be: limits, the sweep of the forward model
-//! files        robot file, samples file, their faults, what identifies a document
-//! import       configurations of other controllers, read into a robot and samples
-//! fit          readings to parameters, by any of three estimators; no judgement
-//! accuracy     how well positions and parameters are known
-//! calibration  a solution judged: noise, tolerance, causes, expected error, chance of harm; findings, refusals
-//! validation   a calibrated robot against independent measurements and a limit
-//! planning     what to measure, and whether what was measured suffices
-//! campaign     many simulated robots, calibrated in every way that a file asks for
-//! workspace    where the robot gets, and what limits it
-//! export       what another controller can hold of a robot, and what that loses
-//! printer      a printer's configuration: what is wrong, what to measure, what to paste
-//! render       figures, pages, the terminal
-//! report       results for people and for programs
-//! device       a controller that calibrates itself, over its link
-//! cli          the command `delta-cal`: arguments, help, exit codes, progress
-//! ```
-//!
 //! Lengths are millimetres and angles radians; only the files and reports are in degrees.
 //!
 //! ```

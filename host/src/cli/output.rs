@@ -84,8 +84,8 @@ struct Prepared {
     /// The destination: a symbolic link is kept and its target replaced.
     target: PathBuf,
     file: NamedTempFile,
-    /// Whether it replaces an existing file.
-    replaces: bool,
+    /// The file to be replaced, under another name.
+    kept: Option<TempPath>,
 }
 
 impl Prepared {
@@ -114,57 +114,46 @@ impl Prepared {
         let named = |error: io::Error| io::Error::from(error.kind());
         let mut file = builder.tempfile_in(folder).map_err(named)?;
         file.write_all(bytes)?;
-        let replaces = replaced.is_some();
+        let mut kept = None;
         if let Some(permissions) = replaced {
             file.as_file().set_permissions(permissions)?;
+            // Not every file system supports hard links.
+            let keep = |name: &Path| {
+                fs::hard_link(&target, name).or_else(|_| fs::copy(&target, name).map(|_| ()))
+            };
+            kept = Some(hidden().make_in(folder, keep)?.into_temp_path());
         }
         file.as_file().sync_all()?;
         Ok(Self {
             path: path.to_owned(),
             target,
             file,
-            replaces,
+            kept,
         })
-    }
-
-    /// Keeps the file to be replaced, under another name.
-    fn kept(&self) -> io::Result<Option<TempPath>> {
-        if !self.replaces {
-            return Ok(None);
-        }
-        let other_name = |name: &Path| {
-            // Not every file system supports hard links.
-            fs::hard_link(&self.target, name).or_else(|_| fs::copy(&self.target, name).map(|_| ()))
-        };
-        let kept = hidden().make_in(folder_of(&self.target), other_name)?;
-        Ok(Some(kept.into_temp_path()))
     }
 }
 
 /// Renames all files to their final names. If one fails, those already renamed are restored.
 fn commit(prepared: Vec<Prepared>) -> Result<(), Failure> {
-    let mut kept = Vec::new();
-    if prepared.len() > 1 {
-        for own in &prepared {
-            kept.push(own.kept().map_err(|error| failure(&own.path, &error))?);
-        }
-    }
     let mut done = Vec::new();
     for Prepared {
-        path, target, file, ..
+        path,
+        target,
+        file,
+        kept,
     } in prepared
     {
         if let Err(error) = file.persist(&target) {
-            for (target, kept) in done.iter().zip(kept) {
+            for (target, kept) in done {
                 // Report the original failure even if restoring fails, too.
                 let _ = match kept {
-                    Some(kept) => kept.persist(target).map_err(|error| error.error),
+                    Some(kept) => TempPath::persist(kept, target).map_err(|error| error.error),
                     None => fs::remove_file(target),
                 };
             }
             return Err(failure(&path, &error.error));
         }
-        done.push(target);
+        done.push((target, kept));
     }
     Ok(())
 }

@@ -141,7 +141,6 @@ enum Command {
     },
 }
 
-/// Prints the completion script.
 fn complete(shell: Shell) -> Result<(), Failure> {
     let mut text = Vec::new();
     generate(shell, &mut Arguments::command(), "delta-cal", &mut text);

@@ -224,7 +224,6 @@ fn port(arguments: &DeviceArguments) -> Result<Port, Failure> {
     }
 }
 
-/// The error for a port that cannot be opened.
 fn closed(port: &Port, error: &io::Error) -> Failure {
     let remedy = match (port, error.kind()) {
         (Port::Serial(_), io::ErrorKind::PermissionDenied) => {
@@ -387,7 +386,6 @@ fn parameters<T: Number>(
     })
 }
 
-/// The geometry as a robot file.
 fn robot_file<T: Number>(
     template: Option<RobotFile>,
     set: &str,

@@ -64,7 +64,6 @@ pub(super) fn write_all<C: AsRef<[u8]>>(files: &[(&Path, C)]) -> Result<(), Fail
     commit(prepared.collect::<Result<_, _>>()?)
 }
 
-/// Creates a folder if it does not exist.
 pub(super) fn make_folder(path: &Path) -> Result<(), Failure> {
     fs::create_dir_all(path).map_err(|error| failure(path, &error))
 }
@@ -79,7 +78,6 @@ pub(super) fn check_writable(path: &Path) -> Result<(), Failure> {
 
 /// A file that is written but does not have its final name yet.
 struct Prepared {
-    /// The path as given.
     path: PathBuf,
     /// The destination: a symbolic link is kept and its target replaced.
     target: PathBuf,

@@ -57,7 +57,6 @@ pub struct Client<L> {
     repetitions: u32,
 }
 
-/// The outcome of one transmission.
 enum Received<T> {
     Answer(Response<T>),
     /// A frame was damaged, in either direction.
@@ -145,7 +144,6 @@ impl<L: Transport> Client<L> {
         self.transport.now().saturating_duration_since(since)
     }
 
-    /// Waits for the answer to the last request.
     fn receive<T: Number>(&mut self, timeout: Duration) -> Result<Received<T>, DeviceError> {
         let start = self.transport.now();
         let mut buffer = [0; 256];
@@ -184,7 +182,6 @@ impl<L: Transport> Client<L> {
         }
     }
 
-    /// Sends a request that changes the parameters.
     pub(super) fn change<T: Number>(
         &mut self,
         request: &Request<T>,

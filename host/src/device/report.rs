@@ -12,7 +12,6 @@ use delta_cal_protocol::{
 use serde_json::{Map, Value, json};
 use std::fmt::Display;
 
-/// Version of the JSON schema.
 const SCHEMA_VERSION: u32 = 2;
 const ARM_LIMITED: u32 = 0x41;
 
@@ -76,12 +75,10 @@ fn processor(cpuid: u32) -> String {
     format!("{core} r{}p{}", (cpuid >> 20) & 0xf, cpuid & 0xf)
 }
 
-/// A fingerprint in hexadecimal.
 pub(crate) fn hexadecimal(fingerprint: u32) -> String {
     format!("{fingerprint:08x}")
 }
 
-/// The origin of parameters, in words.
 pub(crate) const fn origin(origin: Origin) -> &'static str {
     match origin {
         Origin::Nominal => "nominal",
@@ -242,7 +239,6 @@ pub(crate) struct Calibration<'a, T> {
     pub(crate) here: &'a Calibrated,
     /// Rms difference between the positions of the controller's result and of this computer's, at the samples.
     pub(crate) difference_mm: f64,
-    /// Fingerprint of the controller's result.
     pub(crate) fingerprint: u32,
     pub(crate) applied: bool,
     /// During the calibration.

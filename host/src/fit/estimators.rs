@@ -41,7 +41,6 @@ pub(super) struct Task<'a> {
     pub(super) tolerance: Option<Tolerance<f64>>,
 }
 
-/// A robot found by an estimator.
 struct Found {
     robot: Robot<f64>,
     /// Displacement of the parameters.
@@ -248,7 +247,6 @@ impl Task<'_> {
         })
     }
 
-    /// Noise statistics of each kind of reading.
     fn noise_of(&self, rows: &[RowFit], levels: &Levels) -> Vec<KindNoise> {
         let of = |kind: Kind| {
             let mut own = KindNoise {

@@ -166,7 +166,6 @@ pub struct RowFit {
 /// Derivatives of a row's readings, in σ.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Sensitivity {
-    /// Index of the row.
     pub(crate) row: usize,
     /// ∂h/∂u for all unknowns u, per mm, radian or unit.
     pub(crate) by_unknowns: SMatrix<f64, READINGS, MOST>,
@@ -298,7 +297,6 @@ pub(crate) const ENTRIES: usize = COLUMNS * (COLUMNS + 1) / 2;
 /// known numbers.
 pub type RobotCovariance = SMatrix<f64, WITH_TRANSMISSIONS, WITH_TRANSMISSIONS>;
 
-/// The part for the parameters alone.
 pub(crate) fn of_parameters(covariance: &RobotCovariance) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
     covariance
         .fixed_view::<PARAMETERS, PARAMETERS>(0, 0)

@@ -13,7 +13,6 @@ const REFUSALS_SHOWN: usize = 12;
 /// A heading, and the function that formats a case's setting.
 type Setting = (&'static str, fn(&Case) -> String);
 
-/// The settings of a campaign.
 const SETTINGS: [Setting; 9] = [
     ("geometry", |case| case.geometry.chars().take(6).collect()),
     ("poses", |case| case.poses.to_string()),
@@ -54,7 +53,6 @@ fn word(value: impl Serialize) -> String {
     value.as_str().unwrap_or_default().to_owned()
 }
 
-/// The formatted value, or a dash.
 fn or_dash(value: Option<f64>, format: impl Fn(f64) -> String) -> String {
     value.map_or_else(|| "–".to_owned(), format)
 }

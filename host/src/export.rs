@@ -8,20 +8,13 @@
 //! A controller's kinematics is that of a robot with some parameters zero or equal, so the core's inverse kinematics of that
 //! robot is the controller's own.
 
+mod component;
 mod correction_table;
 pub mod error;
 mod fit;
 pub mod geometry;
 pub mod positions;
 pub mod target;
-mod targets {
-    pub(super) mod b_and_r;
-    pub(super) mod four_lengths;
-    pub(super) mod klipper;
-    pub(super) mod linuxcnc;
-    pub(super) mod marlin;
-    pub(super) mod reprapfirmware;
-}
 
 use crate::files::robot_file::RobotFile;
 use crate::text::degrees;
@@ -32,9 +25,10 @@ use delta_cal::{ArmIndex, Robot, Tolerance};
 use error::ExportError;
 use fit::{LEAST_POSITIONS, fit};
 use geometry::{Frame, Geometry, Holds, Shape, even_azimuths, nearest_symmetric, within_half_turn};
-use positions::{Loss, Wanted};
+use positions::{Loss, Place, Wanted};
+use serde::Serialize;
 use target::{Content, Fitted, Target, Written};
-use targets::{b_and_r, four_lengths, klipper, linuxcnc, marlin, reprapfirmware};
+pub use target::{names, target, targets};
 
 /// The largest error of an angle that no controller holds, degrees.
 const LARGEST_ANGLE: f64 = 10.0;
@@ -43,49 +37,8 @@ const LARGEST_PART: f64 = 0.1;
 /// The tolerance of a robot whose file states none: mm and degrees; with towers end stops in mm, and scale.
 const TOLERANCE: (f64, f64) = (0.5, 0.2);
 const TOWERS: (f64, f64) = (5.0, 0.001);
-
-/// The platform radius if none is stated, mm.
-const USUAL_PLATFORM: f64 = 25.0;
-
-/// All targets.
-pub const TARGETS: [&Target; 15] = [
-    &klipper::ROTARY,
-    &klipper::LINEAR,
-    &reprapfirmware::ROTARY,
-    &reprapfirmware::LINEAR,
-    &marlin::MARLIN,
-    &b_and_r::B_AND_R,
-    &linuxcnc::LINUXCNC,
-    &linuxcnc::COMPONENT,
-    &four_lengths::SMOOTHIEWARE,
-    &four_lengths::FLUIDNC,
-    &four_lengths::GRBLHAL,
-    &four_lengths::UCNC,
-    &four_lengths::DELTA_X,
-    &four_lengths::CODESYS,
-    &correction_table::CORRECTION_TABLE,
-];
-
-/// The target of this name that supports these drives.
-///
-/// # Errors
-/// There is no such target.
-pub fn target(name: &str, drive: Drive) -> Result<&'static Target, ExportError> {
-    let takes = |target: &&Target| target.drive.is_none_or(|own| own == drive);
-    let taking = || TARGETS.into_iter().filter(takes);
-    let found = taking().find(|target| target.name == name);
-    found.ok_or_else(|| ExportError::OtherDrive {
-        drive,
-        others: taking().map(|target| target.name.to_owned()).collect(),
-    })
-}
-
-/// The targets' names on the command line.
-pub fn names() -> Vec<&'static str> {
-    let mut names = TARGETS.map(|target| target.name).to_vec();
-    names.dedup();
-    names
-}
+/// Below this error, mm, the robot equals its nominal one, and nothing was gained.
+const NO_GAIN: f64 = 1e-3;
 
 /// Values that the user states beside the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -113,44 +66,47 @@ pub struct Case<'a> {
     /// The calibrated robot.
     pub robot: &'a RobotFile,
     /// The robot before its calibration, if a file states it; otherwise the nearest symmetric robot is assumed.
-    pub nominal: Option<&'a Robot<f64>>,
+    pub nominal: Option<&'a RobotFile>,
     /// The wanted positions.
     pub wanted: &'a Wanted,
     /// Values that the user states.
     pub settings: Settings,
 }
 
-/// The result of an export.
-#[derive(Debug, Clone)]
+/// The result of an export, as its JSON report has it.
+#[derive(Debug, Clone, Serialize)]
 pub struct Export {
     /// The target.
+    #[serde(flatten)]
     pub target: &'static Target,
+    /// The file of the calibrated robot.
+    pub robot: String,
+    /// That of the robot before its calibration, if there is one.
+    pub nominal: Option<String>,
+    /// How many parameters of the target were fitted, without the frame.
+    pub fitted_parameters: Option<usize>,
+    /// The corrections, if the target is a table.
+    pub table: Option<Table>,
     /// The parameters and the lines.
+    #[serde(flatten)]
     pub written: Written,
     /// The rigid motion from the robot's frame to the controller's, if it was fitted.
     pub frame: Option<Frame>,
-    /// The robot whose inverse kinematics is the target's, if it was fitted.
-    pub controller: Option<Robot<f64>>,
-    /// The corrections, if the target is a table.
-    pub table: Option<Table>,
     /// The errors with the target's parameters.
     pub loss: Loss,
     /// The errors of a controller with the nominal robot.
-    pub uncalibrated: Loss,
+    pub not_calibrated: Loss,
     /// The same after the best rigid motion.
-    pub uncalibrated_moved: Loss,
-    /// The largest distance of the positions from the z axis, mm, if the workspace was limited to it.
-    pub within: Option<f64>,
-}
-
-impl Export {
-    /// The fraction of the calibration's gain, after the best rigid motion, that the target keeps: 1 is everything, 0 or less
-    /// nothing.
-    pub fn kept(&self) -> Option<f64> {
-        let before = self.uncalibrated_moved.rms;
-        // Below this the robot equals its nominal one, and nothing was gained.
-        (before > 1e-3).then(|| 1.0 - self.loss.rms / before)
-    }
+    pub not_calibrated_after_rigid_motion: Loss,
+    /// The fraction of the calibration's gain, after the best rigid motion, that the target keeps: 1 is everything, 0 or
+    /// less nothing.
+    pub kept: Option<f64>,
+    /// The robot whose inverse kinematics is the target's, if it was fitted.
+    #[serde(skip)]
+    pub controller: Option<Robot<f64>>,
+    /// Where the errors are compared.
+    #[serde(skip)]
+    pub place: Place,
 }
 
 impl Case<'_> {
@@ -167,34 +123,40 @@ impl Case<'_> {
         let level = self.settings.level.unwrap_or_default();
         let shapes = Shape::all(robot, &self.middle()?, &RigidTransform::identity());
         let nominal = match self.nominal {
-            Some(nominal) => *nominal,
+            Some(nominal) => nominal.robot,
             None => {
                 nearest_symmetric(&shapes, robot.drive()).map_err(|_| ExportError::Unreached)?
             }
         };
+        let before = Loss::after_rigid_motion(robot, &nominal, wanted);
         let mut export = Export {
             target,
+            robot: self.robot.name.clone(),
+            nominal: self.nominal.map(|own| own.name.clone()),
+            fitted_parameters: None,
+            table: None,
             written: Written::default(),
             frame: None,
-            controller: None,
-            table: None,
             loss: Loss::default(),
-            uncalibrated: Loss::of_controller(robot, &nominal, &level.transform(), wanted),
-            uncalibrated_moved: Loss::after_rigid_motion(robot, &nominal, wanted),
-            within: wanted.within,
+            not_calibrated: Loss::of_controller(robot, &nominal, &level.transform(), wanted),
+            not_calibrated_after_rigid_motion: before,
+            kept: None,
+            controller: None,
+            place: wanted.place.clone(),
         };
-        match &target.content {
-            Content::Fitted { holds, write } => {
-                let (fitted, frame) = self.fitted(holds)?;
+        match target.content {
+            Content::Fitted => {
+                let (fitted, frame) = self.fitted(&target.holds)?;
                 let controller = fitted.geometry.robot();
                 let controller = controller.map_err(|_| ExportError::Unreached)?;
-                export.written = write(&fitted)?;
+                export.written = target.write(&fitted)?;
                 export.loss = Loss::of_controller(robot, &controller, &frame.transform(), wanted);
+                export.fitted_parameters = Some(target.holds.count());
                 export.controller = Some(controller);
                 export.frame = Some(frame);
             }
             Content::Everything => {
-                let (written, held) = linuxcnc::write_component(self.robot, self.settings.home)?;
+                let (written, held) = component::write(self.robot, self.settings.home)?;
                 export.written = written;
                 let same = RigidTransform::identity();
                 export.loss = Loss::of_controller(robot, &held, &same, wanted);
@@ -207,15 +169,14 @@ impl Case<'_> {
                 }
                 export.written.lines = table.lines();
                 if self.nominal.is_none() {
-                    export
-                        .written
-                        .warnings
-                        .push(assumed(&shapes, robot.drive()));
+                    let warning = assumed(&shapes, robot.drive());
+                    export.written.warnings.push(warning);
                 }
                 export.loss = loss;
                 export.table = Some(table);
             }
         }
+        export.kept = (before.rms > NO_GAIN).then(|| 1.0 - export.loss.rms / before.rms);
         Ok(export)
     }
 
@@ -231,9 +192,9 @@ impl Case<'_> {
         }
     }
 
-    fn fitted(&self, holds: &Holds) -> Result<(Fitted, Frame), ExportError> {
-        let Settings { home, level, .. } = self.settings;
-        let (robot, limits) = (&self.robot.robot, self.robot.limits);
+    fn fitted(&self, holds: &Holds) -> Result<(Fitted<'_>, Frame), ExportError> {
+        let level = self.settings.level;
+        let robot = &self.robot.robot;
         let drive = robot.drive();
         let mut frame = level.unwrap_or_default();
         let shapes = Shape::all(robot, &self.middle()?, &frame.transform());
@@ -271,21 +232,14 @@ impl Case<'_> {
         );
         let (geometry, frame) = found.ok_or(ExportError::Unreached)?;
         let usual = || match drive {
-            Drive::Linear => [limits.maximum(); 3],
+            Drive::Linear => [self.robot.limits.maximum(); 3],
             Drive::Rotary => [highest(self.robot); 3],
         };
         let fitted = Fitted {
+            robot: self.robot,
+            settings: &self.settings,
             geometry,
-            home: home.unwrap_or_else(usual),
-            home_stated: home.is_some(),
-            level: self.settings.level.is_some(),
-            limits: [limits.minimum(), limits.maximum()],
-            platform_radius: (self.settings.platform_radius)
-                .or(self.robot.platform_radius)
-                .unwrap_or(USUAL_PLATFORM),
-            convention: self.robot.convention,
-            target: self.robot.instruments.target,
-            inches: self.settings.inches,
+            home: self.settings.home.unwrap_or_else(usual),
             reach: self.wanted.reach(),
         };
         Ok((fitted, frame))
@@ -296,23 +250,15 @@ impl Case<'_> {
 pub(crate) fn held(
     robot: &RobotFile,
     home: [f64; 3],
-    target: &'static Target,
+    target: &Target,
 ) -> Result<Written, ExportError> {
-    let Content::Fitted { holds, write } = &target.content else {
-        return Ok(Written::default());
-    };
     let drive = robot.robot.drive();
     let shapes = Shape::all(&robot.robot, &home, &RigidTransform::identity());
-    write(&Fitted {
-        geometry: Geometry::start(drive, &shapes, holds, 0.0),
+    target.write(&Fitted {
+        robot,
+        settings: &Settings::default(),
+        geometry: Geometry::start(drive, &shapes, &target.holds, 0.0),
         home,
-        home_stated: true,
-        level: true,
-        limits: [robot.limits.minimum(), robot.limits.maximum()],
-        platform_radius: 0.0,
-        convention: robot.convention,
-        target: None,
-        inches: false,
         reach: 0.0,
     })
 }
@@ -320,37 +266,36 @@ pub(crate) fn held(
 /// Refuses a robot with large errors that the target does not hold: its fitted parameters would be meaningless.
 fn check(arms: &[Shape; 3], holds: &Holds) -> Result<(), ExportError> {
     for ((arm, even), index) in arms.iter().zip(even_azimuths(arms)).zip(ArmIndex::ALL) {
-        let refuse = |key, cause| {
-            Err(ExportError::CannotHold {
-                arm: index,
-                key,
-                cause,
-            })
-        };
         let tilt = degrees(arm.tilt);
-        if tilt.abs() > LARGEST_ANGLE {
+        let off = within_half_turn(arm.azimuth - even).to_degrees();
+        let fault = if tilt.abs() > LARGEST_ANGLE {
             let cause = format!(
                 "its motor axis is tilted by {tilt:.3}°; no controller holds a tilt, and a fit compensates at most \
                  {LARGEST_ANGLE}°"
             );
-            return refuse("alpha_deg", cause);
-        }
-        if arm.side.abs() > LARGEST_PART * arm.upper {
+            ("alpha_deg", cause)
+        } else if arm.side.abs() > LARGEST_PART * arm.upper {
             let cause = format!(
                 "its plane is {:.3} mm from the z axis; no controller holds that, and a fit compensates at most a tenth of \
                  the upper arm",
                 arm.side.abs()
             );
-            return refuse("theta_deg", cause);
-        }
-        let off = within_half_turn(arm.azimuth - even).to_degrees();
-        if holds.fixed_azimuths.is_some() && off.abs() > LARGEST_ANGLE {
+            ("theta_deg", cause)
+        } else if holds.azimuths_deg.is_some() && off.abs() > LARGEST_ANGLE {
             let cause = format!(
                 "its azimuth is {off:.3}° off arms 120° apart, which this target assumes; a fit compensates at most \
                  {LARGEST_ANGLE}°"
             );
-            return refuse("theta_deg", cause);
-        }
+            ("theta_deg", cause)
+        } else {
+            continue;
+        };
+        let (key, cause) = fault;
+        return Err(ExportError::CannotHold {
+            arm: index,
+            key,
+            cause,
+        });
     }
     Ok(())
 }
@@ -374,17 +319,16 @@ fn highest(robot: &RobotFile) -> f64 {
 
 /// The warning about a controller's robot that the user did not state.
 fn assumed(arms: &[Shape; 3], drive: Drive) -> String {
-    let mean = |value: fn(&Shape) -> f64| arms.iter().map(value).sum::<f64>() / 3.0;
-    let radius = mean(|arm| arm.radius);
-    let lower = mean(|arm| arm.lower);
+    let mean = Shape::mean(arms);
+    let (radius, lower) = (mean.radius, mean.lower);
     let robot = match drive {
         Drive::Rotary => format!(
             "base minus platform radius {radius:.4}, height {:.4}, upper arm {:.4}, forearm {lower:.4} mm, first arm at \
              {:.4}°, upper arm level at {:.4}°",
-            mean(|arm| arm.height),
-            mean(|arm| arm.upper),
+            mean.height,
+            mean.upper,
             degrees(even_azimuths(arms)[0]),
-            degrees(mean(|arm| arm.zero))
+            degrees(mean.zero)
         ),
         Drive::Linear => format!("radius {radius:.4} mm, rods {lower:.4} mm"),
     };

@@ -12,7 +12,7 @@ use delta_cal_host::import::{Firmware, Stated};
 use delta_cal_host::planning::{
     self, LEAST, MOST, Order, PlanError, PlanRequest, Region, Wishes, plan_for,
 };
-use delta_cal_host::report::{self, export as export_report, plan as plan_report, validation};
+use delta_cal_host::report::{plan as plan_report, validation};
 use delta_cal_host::validation::{Request, Verdict, check_independent};
 use delta_cal_host::{Frame, InputError, InputText, Options};
 use numpy::PyArray1;
@@ -184,12 +184,12 @@ pub(crate) fn export<'py>(
     };
     let found = with_cores(py, move || {
         let wanted = match positions {
-            Some(positions) => Wanted::of(positions),
+            Some(positions) => Wanted::of("x", positions),
             None => Wanted::in_workspace(&robot.file),
         };
         let case = Case {
             robot: &robot.file,
-            nominal: nominal.map(|own| &own.file.robot),
+            nominal: nominal.map(|own| &own.file),
             wanted: &wanted,
             settings,
         };
@@ -197,19 +197,13 @@ pub(crate) fn export<'py>(
     })?;
     let found = found
         .map_err(|error| value_error("robot", in_python(format!("{error}\n{}", error.remedy()))))?;
-    let files = export_report::Files {
-        robot: &robot.file.name,
-        nominal: nominal.map(|own| own.file.name.as_str()),
-        positions: x.map(|_| "x"),
-    };
-    let json = report::json(&export_report::Report::of(&found, &files));
     let dict = PyDict::new(py);
     dict.set_item("lines", &found.written.lines)?;
-    dict.set_item("text", export_report::text(&found, &files))?;
-    dict.set_item("kept", found.kept())?;
+    dict.set_item("text", found.to_text())?;
+    dict.set_item("kept", found.kept)?;
     let warnings = found.written.warnings.iter().map(in_python);
     dict.set_item("warnings", warnings.collect::<Vec<_>>())?;
-    dict.set_item("report", loads(py, &json)?)?;
+    dict.set_item("report", loads(py, &found.to_json())?)?;
     Ok(dict)
 }
 

@@ -4,10 +4,9 @@ use crate::fault::Fault;
 use crate::folder::Folder;
 use delta_cal::robot::Drive;
 use delta_cal_host::export::positions::{Wanted, bed};
-use delta_cal_host::export::{Case, Settings, TARGETS, target};
+use delta_cal_host::export::{Case, Settings, target, targets as all_targets};
 use delta_cal_host::files::kinematics;
-use delta_cal_host::report::export::{Files, Report, summary, text};
-use delta_cal_host::{InputError, Options, RobotFile, read_samples, report};
+use delta_cal_host::{InputError, Options, RobotFile, read_samples};
 use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Default, Deserialize)]
@@ -49,11 +48,11 @@ fn robot(files: &Folder, name: &str) -> Result<RobotFile, Fault> {
 /// Those that take a robot.
 pub(crate) fn targets(files: &Folder, name: &str) -> Result<Vec<Named>, Fault> {
     let drive = robot(files, name)?.robot.drive();
-    let taking = TARGETS.into_iter();
+    let taking = all_targets().iter();
     let taking = taking.filter(|own| own.drive.is_none_or(|own| own == drive));
     let named = taking.map(|own| Named {
-        name: own.name,
-        title: own.title,
+        name: &own.name,
+        title: &own.title,
     });
     Ok(named.collect())
 }
@@ -99,26 +98,21 @@ pub(crate) fn run(files: &Folder, request: &Request) -> Result<Exported, Fault> 
     let wanted = match request.positions.as_deref() {
         Some(name) => {
             let poses = kinematics::inverse(&robot, &files.table(name)?)?;
-            Wanted::of(poses.into_iter().map(|pose| pose.position).collect())
+            Wanted::of(name, poses.into_iter().map(|pose| pose.position).collect())
         }
         None => Wanted::in_workspace(&robot),
     };
     let case = Case {
         robot: &robot,
-        nominal: nominal.as_ref().map(|own| &own.robot),
+        nominal: nominal.as_ref(),
         wanted: &wanted,
         settings,
     };
     let export = target(&request.target, drive).and_then(|own| case.export(own));
     let export = export.map_err(|error| Fault::new(error.to_string(), error.remedy()))?;
-    let files = Files {
-        robot: &robot.name,
-        nominal: nominal.as_ref().map(|own| own.name.as_str()),
-        positions: request.positions.as_deref(),
-    };
     Ok(Exported {
-        text: text(&export, &files),
-        summary: summary(&export, &files),
-        json: report::json(&Report::of(&export, &files)),
+        text: export.to_text(),
+        summary: export.summary(),
+        json: export.to_json(),
     })
 }

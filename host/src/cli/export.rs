@@ -9,8 +9,7 @@ use crate::export::positions::{Wanted, bed};
 use crate::export::{Case, Settings, names, target};
 use crate::files::kinematics;
 use crate::files::length::length;
-use crate::report::export::{Files, Report, summary, text};
-use crate::{InputError, InputText, Options, RobotFile, read_samples, report};
+use crate::{InputError, InputText, Options, RobotFile, read_samples};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use delta_cal::robot::Drive;
@@ -126,35 +125,28 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     let wanted = match &arguments.positions {
         Some(path) => {
             let poses = kinematics::inverse(&robot, &read(path, &arguments.columns)?)?;
-            Wanted::of(poses.into_iter().map(|pose| pose.position).collect())
+            let positions = poses.into_iter().map(|pose| pose.position);
+            Wanted::of(path.display().to_string(), positions.collect())
         }
         None => Wanted::in_workspace(&robot),
     };
     let case = Case {
         robot: &robot,
-        nominal: nominal.as_ref().map(|nominal| &nominal.robot),
+        nominal: nominal.as_ref(),
         wanted: &wanted,
         settings,
     };
     let found = target(&arguments.target, drive);
     let export = found.and_then(|target| case.export(target));
     let export = export.map_err(|error| failure(&input, arguments.positions.as_deref(), &error))?;
-    let positions = arguments.positions.as_ref();
-    let positions = positions.map(|path| path.display().to_string());
-    let files = Files {
-        robot: &robot.name,
-        nominal: nominal.as_ref().map(|robot| robot.name.as_str()),
-        positions: positions.as_deref(),
-    };
-    let json = report::json(&Report::of(&export, &files));
     let output = match output {
         // The exported lines are themselves the report.
         None if !json_path.is_some_and(is_stream) => Some(Path::new("-")),
         output => output,
     };
     deliver(
-        &[(output, &text(&export, &files)), (json_path, &json)],
-        summary(&export, &files) + "\n",
+        &[(output, &export.to_text()), (json_path, &export.to_json())],
+        export.summary() + "\n",
     )
 }
 

@@ -1,32 +1,15 @@
 //! Corrections of the commanded position at the nodes of a grid, for any controller.
 
 use super::error::ExportError;
-use super::positions::{Loss, Wanted, controller_reaches, reached};
-use super::target::{Content, Target};
+use super::geometry::coordinates;
+use super::positions::{Loss, Place, Wanted, controller_reaches, reached};
 use crate::files::robot_file::RobotFile;
 use crate::geometry::hangs_below;
 use delta_cal::Robot;
 use delta_cal::kinematics::SingularityDistance;
 use nalgebra::{Matrix4, RowVector3, SMatrix, Vector3, Vector4};
+use serde::Serialize;
 use std::fmt::Write;
-
-/// Corrections for a controller that uses the nominal robot's kinematics.
-pub(super) const CORRECTION_TABLE: Target = Target {
-    name: "correction-table",
-    title: "correction table",
-    drive: None,
-    content: Content::Corrections,
-    comment: "#",
-    conventions: &[
-        "positions in the calibrated robot's frame, mm",
-        "to be at (x, y, z), command (x + dx, y + dy, z + dz) to a controller whose kinematics is that of the robot \
-         before calibration; interpolate linearly along x, y and z between nodes",
-        "node: computed; extrapolated from the nodes beside it, where the robot does not reach this one or is near a \
-         parallel singularity; empty, where there is no correction",
-    ],
-    source: "computed",
-    alternative: "a smaller --limit, or --positions with a file of where the robot works",
-};
 
 /// Distance of the nodes, mm, if no limit is stated.
 const SPACING: f64 = 25.0;
@@ -41,21 +24,28 @@ const MOST_NODES: f64 = 2e5;
 const AROUND: usize = 2;
 
 /// Corrections on a grid of cubes. To reach x, the controller adds the interpolated correction at x.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Table {
+    /// Of all lengths.
+    pub unit: &'static str,
     /// The node with the smallest coordinates, mm. All coordinates are multiples of the spacing.
+    #[serde(rename = "origin_mm", serialize_with = "coordinates")]
     pub origin: Vector3<f64>,
     /// The distance of the nodes, mm.
+    #[serde(rename = "spacing_mm")]
     pub spacing: f64,
     /// The number of nodes along x, y and z, at least two.
+    #[serde(rename = "nodes_along_xyz")]
     pub counts: [usize; 3],
-    /// The correction at each node, mm; z varies fastest, then y. `None` if the robot reaches neither the node nor a
-    /// neighbour.
-    pub corrections: Vec<Option<Vector3<f64>>>,
+    /// The axis along which nodes follow each other; then come y and x.
+    pub fastest: &'static str,
+    /// The correction at each node, mm. `None` if the robot reaches neither the node nor a neighbour.
+    pub corrections: Vec<Option<[f64; 3]>>,
     /// The nodes, in order, whose corrections are extrapolated from the nodes around them: the robot does not reach them, or
     /// only near a parallel singularity. A position near the edge thus has all eight nodes of its cell.
     pub extrapolated: Vec<usize>,
     /// Errors of the interpolation at the cells' centres, farthest from the nodes.
+    #[serde(rename = "at_cell_centres")]
     pub centres: Loss,
 }
 
@@ -104,10 +94,12 @@ impl Table {
             return None;
         }
         let mut table = Self {
+            unit: "mm",
             origin,
             spacing,
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // 2 to 2e5
             counts: counts.map(|count| count as usize).into(),
+            fastest: "z",
             corrections: Vec::new(),
             extrapolated: Vec::new(),
             centres: Loss::default(),
@@ -116,14 +108,13 @@ impl Table {
         let computed: Vec<_> = (0..count)
             .map(|node| correction(&robot.robot, nominal, &table.position(node)))
             .collect();
-        table.corrections.clone_from(&computed);
-        for node in 0..count {
-            if computed[node].is_none()
-                && let Some(by) = table.extrapolate(&computed, node)
-            {
-                table.corrections[node] = Some(by);
+        for (node, own) in computed.iter().enumerate() {
+            let extrapolated = own.is_none().then(|| table.extrapolate(&computed, node));
+            let extrapolated = extrapolated.flatten();
+            if extrapolated.is_some() {
                 table.extrapolated.push(node);
             }
+            table.corrections.push(own.or(extrapolated).map(Into::into));
         }
         let is = |at: &Vector3<f64>| {
             let commanded = at + table.interpolated(at)?;
@@ -131,7 +122,7 @@ impl Table {
         };
         let inside = |at: &Vector3<f64>| {
             let in_box = (0..3).all(|axis| (low[axis]..=high[axis]).contains(&at[axis]));
-            let out = wanted.within.is_some_and(|within| at.xy().norm() > within);
+            let out = matches!(wanted.place, Place::Within(within) if at.xy().norm() > within);
             in_box && !out && controller_reaches(robot, at)
         };
         let half = Vector3::repeat(spacing / 2.0);
@@ -183,7 +174,7 @@ impl Table {
                 _ => 1.0 - part[axis],
             });
             let node = self.node([0, 1, 2].map(|axis| low[axis] + up[axis]));
-            sum += weights.iter().product::<f64>() * (*self.corrections.get(node)?)?;
+            sum += weights.iter().product::<f64>() * Vector3::from((*self.corrections.get(node)?)?);
         }
         Some(sum)
     }
@@ -235,7 +226,7 @@ impl Table {
                 None => writeln!(lines, ",,,empty"),
                 Some(by) => {
                     // Avoids −0.
-                    let [x, y, z] = [by.x, by.y, by.z].map(|own| (own * 1e5).round() / 1e5 + 0.0);
+                    let [x, y, z] = by.map(|own| (own * 1e5).round() / 1e5 + 0.0);
                     let extrapolated = self.extrapolated.binary_search(&index).is_ok();
                     let kind = if extrapolated {
                         "extrapolated"

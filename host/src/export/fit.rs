@@ -143,7 +143,7 @@ pub(super) fn fit(
     let free = start.free(holds, tolerance);
     // The heights of the arms hold that of the frame, azimuths of their own its turn about z.
     let height = holds.heights == Each::Fixed;
-    let turn = holds.fixed_azimuths.is_some();
+    let turn = holds.azimuths_deg.is_some();
     let transform = frame.transform();
     let controller = start.robot().ok()?;
     let commanded = wanted.fitted.iter();

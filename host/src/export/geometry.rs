@@ -5,6 +5,7 @@ use delta_cal::frame::RigidTransform;
 use delta_cal::robot::{Arm, Drive, GeometryError};
 use delta_cal::{Parameter, Robot, Tolerance};
 use nalgebra::{Rotation3, Vector2, Vector3};
+use serde::{Deserialize, Serialize, Serializer};
 use std::f64::consts::TAU;
 
 /// Towers this close to the usual azimuths are assumed to stand there in the nominal robot, radians.
@@ -74,6 +75,28 @@ impl Shape {
         })
     }
 
+    /// What controllers hold, as [`Holds::each`].
+    fn held(&mut self) -> [&mut f64; 6] {
+        [
+            &mut self.azimuth,
+            &mut self.radius,
+            &mut self.height,
+            &mut self.upper,
+            &mut self.lower,
+            &mut self.zero,
+        ]
+    }
+
+    /// The mean of what controllers hold.
+    pub(super) fn mean(arms: &[Self; 3]) -> Self {
+        let mut mean = Self::default();
+        for (index, value) in mean.held().into_iter().enumerate() {
+            let own = arms.map(|mut arm| *arm.held()[index]);
+            *value = own.iter().sum::<f64>() / 3.0;
+        }
+        mean
+    }
+
     fn arm(&self, drive: Drive) -> Result<Arm<f64>, GeometryError> {
         let (sin, cos) = self.azimuth.sin_cos();
         let x = self.radius * cos - self.side * sin;
@@ -91,10 +114,6 @@ impl Shape {
 /// The robot with these arms.
 fn robot([a, b, c]: &[Shape; 3], drive: Drive) -> Result<Robot<f64>, GeometryError> {
     Robot::new([a.arm(drive)?, b.arm(drive)?, c.arm(drive)?])
-}
-
-fn mean(arms: &[Shape; 3], value: fn(&Shape) -> f64) -> f64 {
-    arms.iter().map(value).sum::<f64>() / 3.0
 }
 
 /// The centre of the circle through three points; their mean if they are collinear.
@@ -147,34 +166,29 @@ pub fn nearest_symmetric(arms: &[Shape; 3], drive: Drive) -> Result<Robot<f64>, 
     } else {
         even_azimuths(arms)
     };
-    let even = azimuths.map(|azimuth| Shape {
-        azimuth,
-        radius: mean(arms, |arm| arm.radius),
-        height: mean(arms, |arm| arm.height),
-        upper: mean(arms, |arm| arm.upper),
-        zero: mean(arms, |arm| arm.zero),
-        lower: mean(arms, |arm| arm.lower),
-        ..Shape::default()
-    });
-    robot(&even, drive)
+    let mean = Shape::mean(arms);
+    robot(&azimuths.map(|azimuth| Shape { azimuth, ..mean }), drive)
 }
 
 /// How a controller holds one kind of parameter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Each {
     /// One value for each arm.
     Arm,
     /// One value for all arms.
     Shared,
     /// No value: it is zero, or fixed in the controller's source.
+    #[default]
     Fixed,
 }
 
 /// The parameters that a controller holds. No controller holds offset, tilt or scale.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct Holds {
     /// The azimuths of the motors in degrees, if the controller's source fixes them; otherwise it holds one for each arm.
-    pub fixed_azimuths: Option<[f64; 3]>,
+    pub azimuths_deg: Option<[f64; 3]>,
     /// Radii of the motor axes or towers minus that of the platform.
     pub radii: Each,
     /// Heights of the motor axes, or zeros of the carriages' travels.
@@ -189,40 +203,21 @@ pub struct Holds {
     pub zeros: Each,
 }
 
-/// The controllers that hold an upper arm, a forearm and a joint zero for each rotary arm.
-pub(crate) const ARMS: Holds = Holds {
-    fixed_azimuths: None,
-    radii: Each::Shared,
-    heights: Each::Arm,
-    from_base_plane: false,
-    upper: Each::Arm,
-    lower: Each::Arm,
-    zeros: Each::Arm,
-};
-
-/// Every controller of a linear Delta holds one radius, and azimuth, rod and end stop of each tower.
-pub(crate) const TOWERS: Holds = Holds {
-    upper: Each::Fixed,
-    zeros: Each::Fixed,
-    ..ARMS
-};
-
 impl Holds {
     /// Azimuths, radii, heights, upper arms, forearms and joint zeros.
     const fn each(&self) -> [Each; 6] {
-        let azimuths = match self.fixed_azimuths {
+        let azimuths = match self.azimuths_deg {
             None => Each::Arm,
             Some(_) => Each::Fixed,
         };
-        let Self {
-            radii,
-            heights,
-            upper,
-            lower,
-            zeros,
-            ..
-        } = *self;
-        [azimuths, radii, heights, upper, lower, zeros]
+        [
+            azimuths,
+            self.radii,
+            self.heights,
+            self.upper,
+            self.lower,
+            self.zeros,
+        ]
     }
 
     /// The number of fitted parameters, without the frame.
@@ -236,13 +231,11 @@ impl Holds {
     }
 }
 
-/// One parameter of an arm.
-type Field = fn(&mut Shape) -> &mut f64;
-
 /// A fitted parameter.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Free {
-    field: Field,
+    /// Its place in [`Shape::held`].
+    index: usize,
     /// `None` for all arms.
     arm: Option<usize>,
     /// σ: mm or radians.
@@ -269,7 +262,7 @@ impl Geometry {
         let mut own = *arms;
         let mut motors = [0, 1, 2];
         let mut turn = 0.0;
-        if let Some(fixed) = holds.fixed_azimuths {
+        if let Some(fixed) = holds.azimuths_deg {
             let fixed = fixed.map(f64::to_radians);
             if within_half_turn(fixed[1] - fixed[0]).signum() != spacing(arms).signum() {
                 motors = [0, 2, 1];
@@ -279,22 +272,21 @@ impl Geometry {
                 own[arm].azimuth = azimuth;
             }
         }
-        let held = |each: Each, own: f64, value: fn(&Shape) -> f64| match each {
-            Each::Arm => own,
-            Each::Shared => mean(arms, value),
-            Each::Fixed => 0.0,
-        };
+        let mut mean = Shape::mean(arms);
         for arm in &mut own {
-            arm.side = 0.0;
-            arm.tilt = 0.0;
-            arm.radius = held(holds.radii, arm.radius, |arm| arm.radius);
-            arm.height = match holds.heights {
-                Each::Fixed => 0.0,
-                each => height + held(each, arm.height, |arm| arm.height),
-            };
-            arm.upper = held(holds.upper, arm.upper, |arm| arm.upper);
-            arm.lower = held(holds.lower, arm.lower, |arm| arm.lower);
-            arm.zero = held(holds.zeros, arm.zero, |arm| arm.zero);
+            (arm.side, arm.tilt) = (0.0, 0.0);
+            let held = arm.held().into_iter().zip(mean.held()).zip(holds.each());
+            // The azimuths are as above.
+            for ((own, mean), each) in held.skip(1) {
+                match each {
+                    Each::Arm => {}
+                    Each::Shared => *own = *mean,
+                    Each::Fixed => *own = 0.0,
+                }
+            }
+            if holds.heights != Each::Fixed {
+                arm.height += height;
+            }
         }
         Self {
             drive,
@@ -317,8 +309,8 @@ impl Geometry {
         self.motors.map(|arm| &self.arms[arm])
     }
 
-    /// The differences of the towers' azimuths from 210°, 330° and 90°, radians.
-    pub(super) fn tower_corrections(&self) -> [f64; 3] {
+    /// The differences of the azimuths from 210°, 330° and 90°, radians.
+    pub(super) fn corrections(&self) -> [f64; 3] {
         let mut corrections = self.arms.map(|arm| arm.azimuth);
         for (own, usual) in corrections.iter_mut().zip(USUAL_TOWERS) {
             *own = within_half_turn(*own - usual.to_radians());
@@ -337,22 +329,15 @@ impl Geometry {
                 tolerance.of(Parameter::Zero),
             ),
         };
-        let fields: [(Field, f64); 6] = [
-            (|arm| &mut arm.azimuth, azimuth),
-            (|arm| &mut arm.radius, length),
-            (|arm| &mut arm.height, height),
-            (|arm| &mut arm.upper, length),
-            (|arm| &mut arm.lower, length),
-            (|arm| &mut arm.zero, angle),
-        ];
+        let sigmas = [azimuth, length, height, length, length, angle];
         let mut free = Vec::new();
-        for ((field, sigma), each) in fields.into_iter().zip(holds.each()) {
+        for (index, (sigma, each)) in sigmas.into_iter().zip(holds.each()).enumerate() {
             let arms = match each {
                 Each::Arm => vec![Some(0), Some(1), Some(2)],
                 Each::Shared => vec![None],
                 Each::Fixed => Vec::new(),
             };
-            free.extend(arms.into_iter().map(|arm| Free { field, arm, sigma }));
+            free.extend(arms.into_iter().map(|arm| Free { index, arm, sigma }));
         }
         free
     }
@@ -362,7 +347,7 @@ impl Geometry {
         for (own, by) in free.iter().zip(by) {
             for (index, arm) in self.arms.iter_mut().enumerate() {
                 if own.arm.is_none_or(|only| only == index) {
-                    *(own.field)(arm) += by * own.sigma;
+                    *arm.held()[own.index] += by * own.sigma;
                 }
             }
         }
@@ -372,15 +357,13 @@ impl Geometry {
     /// The geometry as it is written: lengths to 0.0001 mm, angles to 0.0001°.
     pub(super) fn rounded(mut self) -> Self {
         for arm in &mut self.arms {
-            *arm = Shape {
-                azimuth: rounded(arm.azimuth),
-                radius: to_decimals(arm.radius),
-                height: to_decimals(arm.height),
-                upper: to_decimals(arm.upper),
-                zero: rounded(arm.zero),
-                lower: to_decimals(arm.lower),
-                ..*arm
-            };
+            let [azimuth, lengths @ .., zero] = arm.held();
+            for angle in [azimuth, zero] {
+                *angle = rounded(*angle);
+            }
+            for length in lengths {
+                *length = to_decimals(*length);
+            }
         }
         self
     }
@@ -398,12 +381,25 @@ pub(super) fn to_decimals(value: f64) -> f64 {
 
 /// A rigid motion: a position x in the calibrated robot's frame is at R x + (x, y, z) in the controller's, with
 /// R = Rz Ry Rx.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Frame {
     /// The shift, mm.
+    #[serde(rename = "shift_mm", serialize_with = "coordinates")]
     pub shift: Vector3<f64>,
     /// The turns about x, y and z, radians.
+    #[serde(rename = "turn_deg", serialize_with = "in_degrees")]
     pub turns: Vector3<f64>,
+}
+
+pub(super) fn coordinates<S: Serializer>(
+    own: &Vector3<f64>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    [own.x, own.y, own.z].serialize(serializer)
+}
+
+fn in_degrees<S: Serializer>(turns: &Vector3<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    coordinates(&turns.map(f64::to_degrees), serializer)
 }
 
 impl Frame {

@@ -1,6 +1,6 @@
 //! The positions of an export, and the position errors there.
 
-use super::geometry::Frame;
+use super::geometry::{Frame, coordinates};
 use crate::accuracy::uncertainty::inside;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
@@ -8,7 +8,7 @@ use delta_cal::Robot;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
 use nalgebra::{DMatrix, DVector, Vector3};
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 /// The largest number of fitted positions.
 const FITTED: usize = 300;
@@ -17,6 +17,17 @@ const BETWEEN_TOWERS: f64 = 0.85;
 /// Fewer heights determine no plane.
 const LEAST_HEIGHTS: usize = 3;
 
+/// Where positions are.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Place {
+    /// All over the workspace.
+    Workspace,
+    /// Only so far from the z axis, mm.
+    Within(f64),
+    /// Where this file states.
+    Of(String),
+}
+
 /// Wanted positions in the calibrated robot's frame, mm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wanted {
@@ -24,8 +35,8 @@ pub struct Wanted {
     pub fitted: Vec<(Vector3<f64>, f64)>,
     /// The positions of the stated loss, including the fitted ones.
     pub evaluated: Vec<Vector3<f64>>,
-    /// The largest distance from the z axis, mm, if the workspace was limited to it.
-    pub within: Option<f64>,
+    /// Where they are.
+    pub place: Place,
 }
 
 impl Wanted {
@@ -38,30 +49,29 @@ impl Wanted {
         let mut positions: Vec<_> = positions
             .filter(|at| controller_reaches(robot, at))
             .collect();
-        let mut within = None;
+        let mut place = Place::Workspace;
         if robot.robot.drive() == Drive::Linear {
             let towers = robot.robot.arms().iter().map(|arm| arm.d().xy().norm());
             let out = (BETWEEN_TOWERS * towers.fold(f64::INFINITY, f64::min)).round();
             positions.retain(|at| at.xy().norm() <= out);
-            within = Some(out);
+            place = Place::Within(out);
         }
-        Self {
-            within,
-            ..Self::of(positions)
-        }
+        Self::at(place, positions)
     }
 
-    /// These positions, of which at most 300, evenly spread, are fitted.
-    pub fn of(positions: Vec<Vector3<f64>>) -> Self {
+    /// The positions of a file.
+    pub fn of(file: impl Into<String>, positions: Vec<Vector3<f64>>) -> Self {
+        Self::at(Place::Of(file.into()), positions)
+    }
+
+    /// Of these positions at most 300, evenly spread, are fitted.
+    fn at(place: Place, positions: Vec<Vector3<f64>>) -> Self {
         let step = positions.len().div_ceil(FITTED).max(1);
+        let fitted = positions.iter().step_by(step);
         Self {
-            fitted: positions
-                .iter()
-                .step_by(step)
-                .map(|at| (*at, 1.0))
-                .collect(),
+            fitted: fitted.map(|at| (*at, 1.0)).collect(),
             evaluated: positions,
-            within: None,
+            place,
         }
     }
 
@@ -120,10 +130,6 @@ pub struct Loss {
     pub positions: usize,
     /// The number of positions that the controller's kinematics does not reach.
     pub unreached: usize,
-}
-
-fn coordinates<S: Serializer>(at: &Vector3<f64>, serializer: S) -> Result<S::Ok, S::Error> {
-    [at.x, at.y, at.z].serialize(serializer)
 }
 
 impl Loss {

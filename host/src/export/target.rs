@@ -1,11 +1,171 @@
-//! A target: the parameters that it holds, its conventions, and the lines that it reads.
+//! The controllers to export for: what each holds of a robot and the lines that it reads, as `targets.toml` states them.
 
+use super::Settings;
 use super::error::ExportError;
-use super::geometry::{Geometry, Holds, to_decimals};
-use crate::files::convention::Convention;
+use super::geometry::{Geometry, Holds, Shape, to_decimals};
+use crate::files::convention::Vertical;
+use crate::files::robot_file::RobotFile;
+use delta_cal::ArmIndex;
 use delta_cal::robot::Drive;
-use nalgebra::Vector3;
-use serde::Serialize;
+use serde::de::value::Error as Malformed;
+use serde::de::{Error, IntoDeserializer};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::f64::consts::FRAC_PI_2;
+use std::sync::LazyLock;
+
+/// The platform radius if none is stated, mm.
+const USUAL_PLATFORM: f64 = 25.0;
+/// If upper arms differ by more than this, mm, RepRapFirmware's forward and inverse kinematics differ.
+const EQUAL: f64 = 0.001;
+
+/// A controller to export for.
+#[derive(Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Target {
+    /// The name on the command line.
+    #[serde(rename(serialize = "target"))]
+    pub name: String,
+    /// The name in reports.
+    #[serde(skip_serializing)]
+    pub title: String,
+    /// The drives that it supports; `None` for all.
+    #[serde(default, deserialize_with = "drive", skip_serializing)]
+    pub drive: Option<Drive>,
+    /// What it receives.
+    #[serde(default, skip_serializing)]
+    pub content: Content,
+    /// The parameters that it holds, if these are fitted.
+    #[serde(default, skip_serializing)]
+    pub holds: Holds,
+    #[serde(default, skip_serializing)]
+    lines: Template,
+    #[serde(default = "four", skip_serializing)]
+    decimals: usize,
+    /// Whether the lines depend on where the end stops are.
+    #[serde(default, skip_serializing)]
+    end_stops: bool,
+    #[serde(default, skip_serializing)]
+    warnings: Vec<Warning>,
+    /// The start of a comment in its configuration.
+    #[serde(skip_serializing)]
+    pub comment: String,
+    /// Its conventions: signs, zero angles, order of arms.
+    pub conventions: Vec<String>,
+    /// The source of the conventions.
+    pub source: String,
+    /// The alternative if it keeps too little of the calibration.
+    #[serde(skip_serializing)]
+    pub alternative: String,
+}
+
+/// What a target receives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Content {
+    /// Fitted parameters of its own kinematics.
+    #[default]
+    Fitted,
+    /// All 24 parameters.
+    Everything,
+    /// Corrections of the positions commanded to a controller with the nominal robot.
+    Corrections,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Warning {
+    when: Option<Condition>,
+    /// For each longer parameter; # is its name.
+    longer_than_mm: Option<f64>,
+    text: Template,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Condition {
+    AxesNotAboveZero,
+    UpperArmsDiffer,
+    BeyondQuarterTurn,
+}
+
+/// Text with values in it.
+#[derive(Debug, Default, Deserialize)]
+#[serde(try_from = "String")]
+struct Template(Vec<Piece>);
+
+#[derive(Debug)]
+enum Piece {
+    Text(String),
+    /// A parameter, or a value that is none if the name is empty.
+    Value {
+        name: String,
+        quantity: Quantity,
+        motor: usize,
+    },
+}
+
+/// A value in the lines: of the arm or tower that a motor drives, or of all.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Quantity {
+    /// From 0° to 360°.
+    Azimuth,
+    /// From 210°, 330° or 90° to the azimuth.
+    Correction,
+    /// Of the motor axis or tower minus that of the platform.
+    Radius,
+    /// The same, only above 0.
+    ShoulderRadius,
+    /// Of the motor axis.
+    Height,
+    Upper,
+    /// The forearm or rod.
+    Lower,
+    /// The joint angle with the upper arm level, reversed.
+    MinusZero,
+    /// The same as the joints count.
+    ZeroAsCounted,
+    CountDirection,
+    /// The joint angle at the end stop, counted from where the upper arm is level.
+    HomeOffset,
+    /// The height of the nozzle at x = y = 0 with the arm at its end stop.
+    PositionEndstop,
+    /// Angles above level: the limits, and each end stop's from the highest.
+    LowestAngle,
+    HighestAngle,
+    AngleTrim,
+    /// The height of the platform with the upper arms level.
+    HeightWithArmsLevel,
+    /// The height of the nozzle at x = y = 0 with the carriage at its end stop.
+    TowerEndstop,
+    MeanEndstop,
+    AboveMeanEndstop,
+    LowestEndstop,
+    /// From the end stop to the lowest one.
+    BelowEndstop,
+    MeanRod,
+    AboveMeanRod,
+    /// The base radius, and the side of the triangle around that circle.
+    Base,
+    BaseTriangle,
+    Platform,
+    PlatformTriangle,
+    FlangeX,
+    FlangeY,
+    FlangeZ,
+    /// A length that is 0.
+    Nothing,
+    /// The largest distance of a wanted position from the z axis.
+    Reach,
+    /// The number of the arm.
+    Arm,
+}
+
+enum Value {
+    Length(f64),
+    Degrees(f64),
+    Text(String),
+}
 
 /// A parameter of a target.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -18,38 +178,11 @@ pub struct Entry {
     pub unit: &'static str,
 }
 
-impl Entry {
-    fn new(name: impl Into<String>, value: f64, unit: &'static str) -> Self {
-        Self {
-            name: name.into(),
-            value,
-            unit,
-        }
-    }
-
-    pub(super) fn length(name: impl Into<String>, value: f64) -> Self {
-        Self::new(name, value, "mm")
-    }
-
-    /// A length in mm, stated in inches.
-    pub(super) fn inches(name: impl Into<String>, value: f64) -> Self {
-        Self::new(name, value / 25.4, "in")
-    }
-
-    pub(super) fn degrees(name: impl Into<String>, radians: f64) -> Self {
-        Self::new(name, radians.to_degrees(), "deg")
-    }
-
-    /// An angle from 0° to 360°.
-    pub(super) fn azimuth(name: impl Into<String>, radians: f64) -> Self {
-        Self::new(name, radians.to_degrees().rem_euclid(360.0), "deg")
-    }
-}
-
 /// The parameters of a target, and the lines to paste.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Written {
     /// All parameters.
+    #[serde(rename = "parameters")]
     pub entries: Vec<Entry>,
     /// The lines to paste.
     pub lines: String,
@@ -58,33 +191,249 @@ pub struct Written {
 }
 
 /// The values from which lines are written.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fitted {
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Fitted<'a> {
+    pub(super) robot: &'a RobotFile,
+    pub(super) settings: &'a Settings,
     /// The fitted geometry, rounded.
-    pub geometry: Geometry,
+    pub(super) geometry: Geometry,
     /// The joint of each arm at its end stop: radians, or mm of travel.
-    pub home: [f64; 3],
-    /// Whether the user stated `home`.
-    pub home_stated: bool,
-    /// With towers: whether z = 0 is the measured bed.
-    pub level: bool,
-    /// The range of the joints: radians, or mm of travel.
-    pub limits: [f64; 2],
-    /// The radius of the platform, mm.
-    pub platform_radius: f64,
-    /// The robot file's convention.
-    pub convention: Convention,
-    /// The vector from the platform point to the tool, mm.
-    pub target: Option<Vector3<f64>>,
-    /// Whether the target's lengths are in inches.
-    pub inches: bool,
+    pub(super) home: [f64; 3],
     /// The largest distance of a wanted position from the z axis, mm.
-    pub reach: f64,
+    pub(super) reach: f64,
 }
 
-impl Fitted {
+/// All targets.
+pub fn targets() -> &'static [Target] {
+    #[derive(Default, Deserialize)]
+    struct File {
+        target: Vec<Target>,
+    }
+    // A test reads the same text.
+    static FILE: LazyLock<File> =
+        LazyLock::new(|| toml::from_str(include_str!("targets.toml")).unwrap_or_default());
+    &FILE.target
+}
+
+/// The target of this name that supports these drives.
+///
+/// # Errors
+/// There is no such target.
+pub fn target(name: &str, drive: Drive) -> Result<&'static Target, ExportError> {
+    let all = targets().iter();
+    let supporting = all.filter(|own| own.drive.is_none_or(|own| own == drive));
+    let found = supporting.clone().find(|own| own.name == name);
+    found.ok_or_else(|| ExportError::OtherDrive {
+        drive,
+        others: supporting.map(|own| own.name.clone()).collect(),
+    })
+}
+
+/// The targets' names on the command line.
+pub fn names() -> Vec<&'static str> {
+    let mut names: Vec<_> = targets().iter().map(|own| own.name.as_str()).collect();
+    names.dedup();
+    names
+}
+
+const fn four() -> usize {
+    4
+}
+
+fn drive<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Drive>, D::Error> {
+    match String::deserialize(deserializer)?.as_str() {
+        "rotary" => Ok(Some(Drive::Rotary)),
+        "linear" => Ok(Some(Drive::Linear)),
+        other => Err(D::Error::unknown_variant(other, &["rotary", "linear"])),
+    }
+}
+
+impl TryFrom<String> for Template {
+    type Error = Malformed;
+
+    fn try_from(text: String) -> Result<Self, Malformed> {
+        let mut pieces = Vec::new();
+        let mut rest = text.as_str();
+        while let Some((before, after)) = rest.split_once('{') {
+            let braces = after.split_once('}').and_then(|(own, after)| {
+                let (name, value) = own.split_once('=')?;
+                Some((name.trim(), value.trim(), after))
+            });
+            let (name, value, after) = braces.ok_or_else(|| Malformed::missing_field("= or }"))?;
+            let (quantity, motor) = value.split_once(' ').unwrap_or((value, "1"));
+            let motor: usize = motor.parse().map_err(Malformed::custom)?;
+            pieces.push(Piece::Text(before.to_owned()));
+            pieces.push(Piece::Value {
+                name: name.to_owned(),
+                quantity: Quantity::deserialize(quantity.into_deserializer())?,
+                motor: motor.clamp(1, 3) - 1,
+            });
+            rest = after;
+        }
+        pieces.push(Piece::Text(rest.to_owned()));
+        Ok(Self(pieces))
+    }
+}
+
+/// With so many decimals, without −0.
+pub(super) fn decimals(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    let zero = text.trim_start_matches(['-', '0', '.']).is_empty();
+    text.trim_start_matches(|sign| zero && sign == '-')
+        .to_owned()
+}
+
+impl Target {
+    /// The lines and what to know of them.
+    pub(super) fn write(&self, fitted: &Fitted<'_>) -> Result<Written, ExportError> {
+        let (entries, lines) = self.fill(&self.lines, fitted)?;
+        let mut warnings = Vec::new();
+        if self.end_stops {
+            warnings.extend(fitted.assumptions());
+        }
+        for warning in &self.warnings {
+            let (_, text) = self.fill(&warning.text, fitted)?;
+            if let Some(limit) = warning.longer_than_mm {
+                let long = entries.iter().filter(|entry| entry.value > limit);
+                warnings.extend(long.map(|entry| text.replace('#', &entry.name)));
+            } else if warning.when.is_none_or(|own| fitted.is(own)) {
+                warnings.push(text);
+            }
+        }
+        Ok(Written {
+            entries,
+            lines,
+            warnings,
+        })
+    }
+
+    fn fill(
+        &self,
+        template: &Template,
+        fitted: &Fitted<'_>,
+    ) -> Result<(Vec<Entry>, String), ExportError> {
+        let (mut entries, mut lines) = (Vec::new(), String::new());
+        for piece in &template.0 {
+            let (name, quantity, motor) = match piece {
+                Piece::Text(text) => {
+                    lines.push_str(text);
+                    continue;
+                }
+                Piece::Value {
+                    name,
+                    quantity,
+                    motor,
+                } => (name, *quantity, *motor),
+            };
+            let (value, unit, digits) = match fitted.value(quantity, motor)? {
+                Value::Text(text) => {
+                    lines.push_str(&text);
+                    continue;
+                }
+                Value::Degrees(degrees) => (degrees, "deg", self.decimals),
+                // Inches need more digits.
+                Value::Length(length) if fitted.settings.inches => (length / 25.4, "in", 6),
+                Value::Length(length) => (length, "mm", self.decimals),
+            };
+            lines.push_str(&decimals(value, digits));
+            if !name.is_empty() {
+                entries.push(Entry {
+                    name: name.clone(),
+                    value,
+                    unit,
+                });
+            }
+        }
+        Ok((entries, lines))
+    }
+}
+
+impl Fitted<'_> {
+    fn value(&self, quantity: Quantity, motor: usize) -> Result<Value, ExportError> {
+        let arms = &self.geometry.arms;
+        let arm = self.geometry.motors[motor];
+        let (own, home) = (&arms[arm], self.home[arm]);
+        let endstops = self.tower_endstops();
+        let mean_endstop = endstops.iter().sum::<f64>() / 3.0;
+        // No carriage moves up from its end stop.
+        let lowest_endstop = endstops.into_iter().fold(f64::INFINITY, f64::min);
+        let mean_rod = to_decimals(arms.iter().map(|tower| tower.lower).sum::<f64>() / 3.0);
+        // Angles are positive upwards: the upper limit is at the smallest joint angle.
+        let top = -self.home.into_iter().fold(f64::INFINITY, f64::min);
+        let platform = (self.settings.platform_radius)
+            .or(self.robot.platform_radius)
+            .unwrap_or(USUAL_PLATFORM);
+        let triangle = 2.0 * 3f64.sqrt();
+        let flange = self.robot.instruments.target.unwrap_or_default();
+        let up = self.robot.convention.joint_positive == Vertical::Up;
+        let degrees = |radians: f64| Value::Degrees(radians.to_degrees());
+        let mm = Value::Length;
+        Ok(match quantity {
+            Quantity::Azimuth => Value::Degrees(own.azimuth.to_degrees().rem_euclid(360.0)),
+            Quantity::Correction => degrees(self.geometry.corrections()[arm]),
+            Quantity::Radius => mm(own.radius),
+            Quantity::ShoulderRadius => mm(shoulder_radius(own)?),
+            Quantity::Height => mm(own.height),
+            Quantity::Upper => mm(own.upper),
+            Quantity::Lower => mm(own.lower),
+            Quantity::MinusZero => degrees(-own.zero),
+            Quantity::ZeroAsCounted => degrees(if up { -own.zero } else { own.zero }),
+            Quantity::CountDirection => {
+                Value::Text(if up { "Inverse" } else { "Standard" }.to_owned())
+            }
+            Quantity::HomeOffset => degrees(home - own.zero),
+            Quantity::PositionEndstop => {
+                let endstop = height_on_the_axis(own, own.zero - home);
+                mm(endstop.ok_or(ExportError::Home {
+                    arm: ArmIndex::ALL[arm],
+                    degrees: home.to_degrees(),
+                })?)
+            }
+            Quantity::LowestAngle => degrees(f64::min(-self.robot.limits.maximum(), top)),
+            Quantity::HighestAngle => degrees(top),
+            Quantity::AngleTrim => degrees(own.zero - home - top),
+            Quantity::HeightWithArmsLevel => {
+                let out = own.radius + own.upper;
+                let below = (own.lower * own.lower - out * out).max(0.0).sqrt();
+                mm(own.height - below)
+            }
+            Quantity::TowerEndstop => mm(endstops[arm]),
+            Quantity::MeanEndstop => mm(mean_endstop),
+            Quantity::AboveMeanEndstop => mm(endstops[arm] - mean_endstop),
+            Quantity::LowestEndstop => mm(lowest_endstop),
+            Quantity::BelowEndstop => mm(lowest_endstop - endstops[arm]),
+            Quantity::MeanRod => mm(mean_rod),
+            Quantity::AboveMeanRod => mm(own.lower - mean_rod),
+            Quantity::Base => mm(own.radius + platform),
+            Quantity::BaseTriangle => mm(triangle * (own.radius + platform)),
+            Quantity::Platform => mm(platform),
+            Quantity::PlatformTriangle => mm(triangle * platform),
+            Quantity::FlangeX => mm(flange.x),
+            Quantity::FlangeY => mm(flange.y),
+            Quantity::FlangeZ => mm(flange.z),
+            Quantity::Nothing => mm(0.0),
+            Quantity::Reach => Value::Text(format!("{:.1}", self.reach.ceil())),
+            Quantity::Arm => Value::Text((arm + 1).to_string()),
+        })
+    }
+
+    fn is(&self, condition: Condition) -> bool {
+        let [first, ..] = &self.geometry.arms;
+        let limits = self.robot.limits;
+        match condition {
+            Condition::AxesNotAboveZero => !(first.height > 0.0),
+            Condition::UpperArmsDiffer => {
+                let mut arms = self.geometry.arms.iter();
+                arms.any(|arm| (arm.upper - first.upper).abs() > EQUAL)
+            }
+            Condition::BeyondQuarterTurn => {
+                limits.minimum().abs() > FRAC_PI_2 || limits.maximum().abs() > FRAC_PI_2
+            }
+        }
+    }
+
     /// With towers: the height of the nozzle at x = y = 0 with each carriage at its end stop, mm.
-    pub(super) fn tower_endstops(&self) -> [f64; 3] {
+    fn tower_endstops(&self) -> [f64; 3] {
         let mut endstops = self.home;
         for (endstop, tower) in endstops.iter_mut().zip(&self.geometry.arms) {
             let square = tower.lower * tower.lower - tower.radius * tower.radius;
@@ -94,11 +443,11 @@ impl Fitted {
     }
 
     /// Warnings about end stops and a bed that the user did not state.
-    pub(super) fn assumptions(&self) -> Vec<String> {
+    fn assumptions(&self) -> Vec<String> {
         let [home, ..] = self.home;
         let linear = self.geometry.drive == Drive::Linear;
         let mut warnings = Vec::new();
-        if !self.home_stated {
+        if self.settings.home.is_none() {
             let place = if linear {
                 format!("a travel of {home:.3} mm, the largest of [joints]")
             } else {
@@ -108,7 +457,7 @@ impl Fitted {
                 "The end stops are assumed at {place}. If they are elsewhere the lines are wrong: state them with --home."
             ));
         }
-        if linear && !self.level {
+        if linear && self.settings.level.is_none() {
             warnings.push(
                 "z = 0 and level are the robot file's. After a calibration from heights the bed is elsewhere: give the \
                  file of the heights with --bed."
@@ -119,56 +468,40 @@ impl Fitted {
     }
 }
 
-/// The form in which a target receives a robot.
-#[derive(Debug)]
-pub enum Content {
-    /// Fitted parameters of its own kinematics.
-    Fitted {
-        /// The parameters that it holds.
-        holds: Holds,
-        /// Writes the lines.
-        write: fn(&Fitted) -> Result<Written, ExportError>,
-    },
-    /// All 24 parameters.
-    Everything,
-    /// Corrections of the positions commanded to a controller with the nominal robot.
-    Corrections,
+fn shoulder_radius(arm: &Shape) -> Result<f64, ExportError> {
+    if arm.radius > 0.0 {
+        return Ok(arm.radius);
+    }
+    Err(ExportError::CannotHold {
+        arm: ArmIndex::First,
+        key: "dx_mm",
+        cause: format!(
+            "its base radius minus the platform radius is {:.3} mm; Klipper accepts only a shoulder_radius above 0",
+            arm.radius
+        ),
+    })
 }
 
-/// A target.
-#[derive(Debug)]
-pub struct Target {
-    /// The name on the command line.
-    pub name: &'static str,
-    /// The name in reports.
-    pub title: &'static str,
-    /// The drives that it supports; `None` for all.
-    pub drive: Option<Drive>,
-    /// The form in which it receives a robot.
-    pub content: Content,
-    /// The start of a comment in its configuration.
-    pub comment: &'static str,
-    /// Its conventions: signs, zero angles, order of arms.
-    pub conventions: &'static [&'static str],
-    /// The source of the conventions.
-    pub source: &'static str,
-    /// The alternative if it keeps too little of the calibration.
-    pub alternative: &'static str,
+/// The height of the platform on the z axis with the upper arm at an angle above level, mm. `None` if there is none, or if
+/// Klipper, which assumes the outer elbow, would find another arm angle.
+fn height_on_the_axis(arm: &Shape, angle: f64) -> Option<f64> {
+    let (sin, cos) = angle.sin_cos();
+    let out = arm.radius + arm.upper * cos;
+    let square = arm.lower * arm.lower - out * out;
+    if !(square > 0.0) {
+        return None;
+    }
+    let below = arm.upper * sin - square.sqrt();
+    let towards = f64::atan2(below, -arm.radius);
+    (cos > (2.0 * towards - angle).cos()).then_some(arm.height + below)
 }
 
-/// 4 decimals, without −0.
-pub(super) fn decimals(value: f64) -> String {
-    format!("{:.4}", to_decimals(value))
-}
+#[cfg(test)]
+mod tests {
+    use super::targets;
 
-/// The letters of the towers in G-code.
-pub(super) const AXES: [&str; 3] = ["X", "Y", "Z"];
-
-/// Entries named `M665 X` as words of a line, `X0.1000`.
-pub(super) fn words(entries: &[Entry]) -> String {
-    let word = |entry: &Entry| {
-        let letter = entry.name.rsplit(' ').next().unwrap_or_default();
-        format!("{letter}{}", decimals(entry.value))
-    };
-    entries.iter().map(word).collect::<Vec<_>>().join(" ")
+    #[test]
+    fn the_file_of_targets_is_read() {
+        assert_eq!(targets().len(), 15);
+    }
 }

@@ -6,8 +6,8 @@ use super::notes::{Change, notes};
 use crate::accuracy::information::prior;
 use crate::export::error::ExportError;
 use crate::export::geometry::Frame;
-use crate::export::positions::{Loss, Wanted};
-use crate::export::target::{Entry, Target};
+use crate::export::positions::{Loss, Place, Wanted};
+use crate::export::target::Entry;
 use crate::export::{Case, Export, Settings, held, target};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Kind;
@@ -73,15 +73,11 @@ pub struct Printer {
 
 /// What the configuration states, and the lines.
 fn changes(
-    imported: &Imported,
-    target: &'static Target,
+    configured: &RobotFile,
+    home: [f64; 3],
     export: &Export,
 ) -> Result<Vec<Change>, ExportError> {
-    let configured = RobotFile {
-        robot: imported.configured,
-        ..imported.robot.clone()
-    };
-    let held = held(&configured, imported.home, target)?.entries;
+    let held = held(configured, home, export.target)?.entries;
     let pairs = held.into_iter().zip(&export.written.entries);
     let changes = pairs.map(|(Entry { name, value, unit }, after)| Change {
         name,
@@ -134,7 +130,7 @@ impl Printer {
             }
         };
         let wanted = Wanted {
-            within: Some(radius),
+            place: Place::Within(radius),
             fitted: positions.iter().map(|at| (*at, times(at))).collect(),
             evaluated: positions,
         };
@@ -143,10 +139,14 @@ impl Printer {
         let level = plane.map_or_else(Frame::default, |own| {
             Frame::on_plane(&own.normal, own.offset)
         });
+        let configured = RobotFile {
+            robot: imported.configured,
+            ..robot.clone()
+        };
         let target = target(imported.firmware.name(), robot.robot.drive())?;
         let export = Case {
             robot: calibrated,
-            nominal: Some(&imported.configured),
+            nominal: Some(&configured),
             wanted: &wanted,
             settings: Settings {
                 home: Some(imported.home),
@@ -156,7 +156,7 @@ impl Printer {
             },
         }
         .export(target)?;
-        let changes = changes(imported, target, &export)?;
+        let changes = changes(&configured, imported.home, &export)?;
         let uncertain = area
             .uncertain(calibrated)
             .ok_or(ExportError::TooFewPositions(0))?;
@@ -214,7 +214,7 @@ impl Printer {
             level,
             controller,
             loss: export.loss,
-            not_calibrated: export.uncalibrated,
+            not_calibrated: export.not_calibrated,
             lines: better.then(|| {
                 let how = how_to_paste(imported.firmware);
                 format!("{} {how}\n{}", export.target.comment, export.written.lines)

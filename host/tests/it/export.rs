@@ -7,4 +7,3 @@ mod refusals;
 mod robots;
 mod round_trip;
 mod tables;
-mod towers;

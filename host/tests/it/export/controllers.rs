@@ -1,10 +1,11 @@
 //! The kinematics of each controller, from its equations in its own conventions, with the parameters read from
 //! the lines to paste.
 
+use crate::export::klipper::{Delta, RotaryDelta};
 use crate::support::Point;
 use std::collections::BTreeMap;
 
-/// From a position in the controller's frame (mm) to the robot's joint angles (degrees).
+/// From a position in the controller's frame (mm) to the robot's joints (degrees, or mm of travel).
 pub(crate) type Inverse = Box<dyn Fn(Point) -> Point>;
 
 /// One arm as a controller computes it: degrees and mm.
@@ -41,44 +42,27 @@ fn number(text: &str) -> f64 {
     text.trim().parse().unwrap_or_else(|_| panic!("{text}"))
 }
 
-/// The lines that are no comments.
-fn content<'a>(lines: &'a str, comment: &'a str) -> impl Iterator<Item = &'a str> {
-    lines
-        .lines()
-        .filter(move |line| !line.starts_with(comment) && !line.is_empty())
+/// The numbers of the lines that begin with a name and a separator.
+pub(crate) fn all_named(lines: &str, name: &str, separator: &str) -> Vec<f64> {
+    let own = |line: &str| {
+        let value = line
+            .trim_start()
+            .strip_prefix(name)?
+            .strip_prefix(separator)?;
+        let first = value.split_whitespace().next().unwrap();
+        Some(number(first.trim_end_matches(';')))
+    };
+    lines.lines().filter_map(own).collect()
 }
 
-/// Klipper: `position_endstop` is a height, steps count from there, angles are positive upwards.
-fn klipper(lines: &str, home: Point) -> Inverse {
-    let mut section = String::new();
-    let mut values = BTreeMap::new();
-    for line in content(lines, "#") {
-        if let Some(name) = line.strip_prefix('[') {
-            name.trim_end_matches(']').clone_into(&mut section);
-        } else {
-            let (key, value) = line.split_once(':').unwrap();
-            values.insert(format!("{section} {key}"), value.trim().to_owned());
-        }
-    }
-    assert_eq!(values["printer kinematics"], "rotary_delta");
-    let arms = ["a", "b", "c"].map(|letter| {
-        let of = |key: &str| number(&values[&format!("stepper_{letter} {key}")]);
-        let arm = Arm {
-            azimuth: of("angle"),
-            radius: number(&values["printer shoulder_radius"]),
-            height: number(&values["printer shoulder_height"]),
-            upper: of("upper_arm_length"),
-            lower: of("lower_arm_length"),
-        };
-        assert!(arm.height > 0.0 && arm.radius > 0.0, "Klipper refuses this");
-        let at_endstop = arm.above_horizontal([0.0, 0.0, of("position_endstop")]);
-        (arm, at_endstop)
-    });
-    Box::new(move |at| [0, 1, 2].map(|k| home[k] - (arms[k].0.above_horizontal(at) - arms[k].1)))
+fn named(lines: &str, name: &str, separator: &str) -> f64 {
+    let found = all_named(lines, name, separator);
+    assert_eq!(found.len(), 1, "{name}");
+    found[0]
 }
 
 /// The words of a line of G-code, each a letter with its numbers.
-pub(crate) fn words(lines: &str, command: &str) -> BTreeMap<char, Vec<f64>> {
+fn words(lines: &str, command: &str) -> BTreeMap<char, Vec<f64>> {
     let line = lines.lines().find(|line| line.starts_with(command));
     let words = line.unwrap().split_whitespace().skip(1);
     let word = |word: &str| {
@@ -88,111 +72,165 @@ pub(crate) fn words(lines: &str, command: &str) -> BTreeMap<char, Vec<f64>> {
     words.map(word).collect()
 }
 
-/// RepRapFirmware: the arm is at the upper limit of A, corrected by M666, at its end stop.
-fn reprapfirmware(lines: &str, home: Point) -> Inverse {
-    let (m669, m666) = (words(lines, "M669"), words(lines, "M666"));
-    assert_eq!(m669[&'K'], [10.0]);
-    let nominal = [-150.0, -30.0, 90.0];
-    let arms = [('X', 0), ('Y', 1), ('Z', 2)].map(|(axis, k)| {
-        let arm = Arm {
-            azimuth: nominal[k] + m669[&axis][0],
-            radius: m669[&'R'][0],
-            height: m669[&'H'][k],
-            upper: m669[&'U'][k],
-            lower: m669[&'L'][k],
-        };
-        (arm, m669[&'A'][1] + m666[&axis][0])
-    });
-    Box::new(move |at| [0, 1, 2].map(|k| home[k] - (arms[k].0.above_horizontal(at) - arms[k].1)))
-}
-
-/// B&R: everything for each arm but side and tilt; the joint angle is positive downwards.
-fn b_and_r(lines: &str) -> Inverse {
-    let values: BTreeMap<_, _> = content(lines, "#")
-        .filter(|line| !line.starts_with("CountDirections"))
-        .map(|line| {
-            let (name, value) = line.split_once('=').unwrap();
-            (
-                name.trim(),
-                number(value.split_whitespace().next().unwrap()),
-            )
-        })
-        .collect();
-    let arms = [1, 2, 3].map(|k| {
-        let of = |key: &str| values[key.replace('#', &k.to_string()).as_str()];
-        let arm = Arm {
-            azimuth: of("BasePlatform.Arm#LinkPoint.Angle"),
-            radius: of("BasePlatform.Arm#LinkPoint.Radius")
-                - of("EndEffectorPlatform.Arm#LinkPoint.Radius"),
-            height: of("BasePlatform.Arm#LinkPoint.Z"),
-            upper: of("Arms.Arm#.UpperArmLength"),
-            lower: of("Arms.Arm#.LowerArmLength"),
-        };
-        (arm, of("Offsets.JointAxis[#]"))
-    });
-    Box::new(move |at| [0, 1, 2].map(|k| arms[k].1 - arms[k].0.above_horizontal(at)))
-}
-
-/// LinuxCNC: joint 0 at −y, joint 1 at −x, joint 2 at +x; the knee is positive downwards.
-fn linuxcnc(lines: &str, home: Point) -> Inverse {
-    let pin = |name: &str| {
-        let start = format!("setp rotarydeltakins.{name} ");
-        number(lines.lines().find_map(|l| l.strip_prefix(&start)).unwrap())
+/// With towers: the printer that a controller takes its lines for.
+pub(crate) fn towers(target: &str, lines: &str) -> Delta {
+    let step_lengths = [1.0; 3];
+    if target == "klipper" {
+        return Delta::pasted(lines, step_lengths);
+    }
+    let (m665, m666) = (words(lines, "M665"), words(lines, "M666"));
+    let height = m665[&'H'][0];
+    let axes = ['X', 'Y', 'Z'];
+    let stops = axes.map(|axis| m666[&axis][0]);
+    let (arms, endstops) = if target == "reprapfirmware" {
+        // Each end stop is higher by M666.
+        assert!((stops.iter().sum::<f64>()).abs() < 2e-4);
+        let arms = [0, 1, 2].map(|k| m665[&'L'][k]);
+        (arms, stops.map(|by| height + by))
+    } else {
+        // Marlin moves each carriage by M666 after its end stop, never upwards, and is then at H.
+        assert!(stops.iter().all(|by| *by <= 0.0) && !m665.contains_key(&'S'));
+        let arms = ['A', 'B', 'C'].map(|rod| m665[&'L'][0] + m665[&rod][0]);
+        (arms, stops.map(|by| height - by))
     };
-    let offsets: Vec<_> = lines
-        .lines()
-        .filter_map(|line| line.strip_prefix("HOME_OFFSET ="))
-        .map(number)
-        .collect();
-    let arms = [-90.0, 150.0, 30.0].map(|azimuth| Arm {
-        azimuth,
-        radius: pin("platformradius") - pin("footradius"),
-        height: 0.0,
-        upper: pin("thighlength"),
-        lower: pin("shinlength"),
-    });
-    // Counter-clockwise, joint 0 is followed by joint 2.
-    let joint_of_arm = [0, 2, 1];
-    Box::new(move |at| {
-        [0, 1, 2].map(|arm| {
-            let joint = joint_of_arm[arm];
-            home[arm] + (-arms[joint].above_horizontal(at) - offsets[joint])
-        })
-    })
+    Delta {
+        radius: m665[&'R'][0],
+        angles: [0, 1, 2].map(|k| [210.0, 330.0, 90.0][k] + m665[&axes[k]][0]),
+        arms,
+        endstops,
+        step_lengths,
+    }
 }
 
-/// f, e, rf, re: triangles with these sides; the angle is positive downwards.
-fn four([f, e, upper, lower]: [f64; 4], height: f64, zeros: Point) -> Inverse {
-    let arms = [-90.0, 30.0, 150.0].map(|azimuth| Arm {
-        azimuth,
-        radius: (f - e) * 30f64.to_radians().tan() / 2.0,
-        height,
-        upper,
-        lower,
-    });
-    Box::new(move |at| [0, 1, 2].map(|k| -arms[k].above_horizontal(at) - zeros[k]))
+/// The separator and the names of f, e, rf and re. CODESYS has radii in place of sides.
+fn four_lengths(target: &str) -> (&'static str, [&'static str; 4]) {
+    match target {
+        "fluidnc" => (
+            ": ",
+            [
+                "base_triangle_mm",
+                "end_effector_triangle_mm",
+                "crank_mm",
+                "linkage_mm",
+            ],
+        ),
+        "grblhal" => (
+            " = ",
+            [
+                "Base radius",
+                "End effector radius",
+                "Bicep length",
+                "Forearm length",
+            ],
+        ),
+        "ucnc" => (
+            " = ",
+            [
+                "delta_base_radius",
+                "delta_effector_radius",
+                "delta_bicep_length",
+                "delta_forearm_length",
+            ],
+        ),
+        "delta-x" => (
+            " ",
+            [
+                "#define DEFAULT_RD_F",
+                "#define DEFAULT_RD_E",
+                "#define DEFAULT_RD_RF",
+                "#define DEFAULT_RD_RE",
+            ],
+        ),
+        "smoothieware" => (" ", ["delta_f", "delta_e", "delta_rf", "delta_re"]),
+        _ => (
+            " := ",
+            [
+                "dArm1Radius",
+                "dStewartRadius",
+                "dArmLength1",
+                "dArmLength2",
+            ],
+        ),
+    }
 }
 
-/// The number that the separator separates from a name.
-fn named(lines: &str, name: &str, separator: &str) -> f64 {
-    let own = |line: &str| Some(line.strip_prefix(name)?.strip_prefix(separator)?.to_owned());
-    let mut lines = lines.lines().map(str::trim_start);
-    let value = lines.find_map(own).unwrap_or_else(|| panic!("{name}"));
-    number(value.trim_end_matches("; // mm"))
+/// The arms, and the robot's joint angle with each upper arm horizontal.
+fn arms(target: &str, lines: &str, home: Point) -> ([Arm; 3], Point) {
+    match target {
+        // The arm is at the upper limit of A, corrected by M666, at its end stop; angles are positive upwards.
+        "reprapfirmware" => {
+            let (m669, m666) = (words(lines, "M669"), words(lines, "M666"));
+            assert_eq!(m669[&'K'], [10.0]);
+            let axes = [('X', -150.0), ('Y', -30.0), ('Z', 90.0)];
+            let arms = [0, 1, 2].map(|k| Arm {
+                azimuth: axes[k].1 + m669[&axes[k].0][0],
+                radius: m669[&'R'][0],
+                height: m669[&'H'][k],
+                upper: m669[&'U'][k],
+                lower: m669[&'L'][k],
+            });
+            let high = axes.map(|(axis, _)| m669[&'A'][1] + m666[&axis][0]);
+            (arms, [0, 1, 2].map(|k| home[k] + high[k]))
+        }
+        // Everything for each arm but side and tilt.
+        "b-and-r" => {
+            let of = |key: &str, arm: usize| {
+                let key = key.replace('#', &arm.to_string());
+                named(lines, &key, " = ")
+            };
+            let arms = [1, 2, 3].map(|k| Arm {
+                azimuth: of("BasePlatform.Arm#LinkPoint.Angle", k),
+                radius: of("BasePlatform.Arm#LinkPoint.Radius", k)
+                    - of("EndEffectorPlatform.Arm#LinkPoint.Radius", k),
+                height: of("BasePlatform.Arm#LinkPoint.Z", k),
+                upper: of("Arms.Arm#.UpperArmLength", k),
+                lower: of("Arms.Arm#.LowerArmLength", k),
+            });
+            (arms, [1, 2, 3].map(|k| of("Offsets.JointAxis[#]", k)))
+        }
+        // Joint 0 at −y, joint 1 at −x, joint 2 at +x: counter-clockwise, joint 0 is followed by joint 2.
+        "linuxcnc" => {
+            let pin = |name: &str| named(lines, &format!("setp rotarydeltakins.{name}"), " ");
+            let offsets = all_named(lines, "HOME_OFFSET", " = ");
+            let joints = [(0, -90.0), (2, 30.0), (1, 150.0)];
+            let arms = joints.map(|(_, azimuth)| Arm {
+                azimuth,
+                radius: pin("platformradius") - pin("footradius"),
+                height: 0.0,
+                upper: pin("thighlength"),
+                lower: pin("shinlength"),
+            });
+            (arms, [0, 1, 2].map(|k| home[k] - offsets[joints[k].0]))
+        }
+        _ => {
+            let (separator, names) = four_lengths(target);
+            let [f, e, upper, lower] = names.map(|name| named(lines, name, separator));
+            // The circle in a triangle of these sides.
+            let part = match target {
+                "codesys" => 1.0,
+                _ => 30f64.to_radians().tan() / 2.0,
+            };
+            let (mut height, mut zeros) = (0.0, [0.0; 3]);
+            if target == "smoothieware" {
+                let value = |name: &str| named(lines, name, separator);
+                height = value("delta_z_offset") - value("tool_offset") - value("delta_ee_offs");
+                let m206 = words(lines, "M206");
+                zeros = ['X', 'Y', 'Z'].map(|axis| -m206[&axis][0]);
+            }
+            let arms = [-90.0, 30.0, 150.0].map(|azimuth| Arm {
+                azimuth,
+                radius: (f - e) * part,
+                height,
+                upper,
+                lower,
+            });
+            (arms, zeros)
+        }
+    }
 }
 
-fn smoothieware(lines: &str) -> Inverse {
-    let value = |name: &str| named(lines, name, " ");
-    let command = lines.lines().find(|line| line.starts_with("M206")).unwrap();
-    let words: Vec<_> = command.split_whitespace().skip(1).collect();
-    let zeros = [0, 1, 2].map(|k| number(&words[k][1..]));
-    let height = value("delta_z_offset") - value("tool_offset") - value("delta_ee_offs");
-    let lengths = ["delta_f", "delta_e", "delta_rf", "delta_re"].map(value);
-    four(lengths, height, zeros)
-}
-
-/// Every controller.
-pub(crate) const ALL: [&str; 10] = [
+/// The controllers of robots with rotary arms, and those of robots with towers.
+pub(crate) const ROTARY: [&str; 10] = [
     "klipper",
     "reprapfirmware",
     "b-and-r",
@@ -204,41 +242,25 @@ pub(crate) const ALL: [&str; 10] = [
     "delta-x",
     "codesys",
 ];
+pub(crate) const LINEAR: [&str; 3] = ["klipper", "reprapfirmware", "marlin"];
 
-/// The kinematics of the lines to paste and of the end stops' joint angles.
+/// The kinematics of the lines to paste and of the joints at the end stops.
 pub(crate) fn kinematics(target: &str, lines: &str, home: Point) -> Inverse {
-    let (separator, names) = match target {
-        "klipper" => return klipper(lines, home),
-        "reprapfirmware" => return reprapfirmware(lines, home),
-        "b-and-r" => return b_and_r(lines),
-        "linuxcnc" => return linuxcnc(lines, home),
-        "smoothieware" => return smoothieware(lines),
-        "fluidnc" => (
-            ": ",
-            "base_triangle_mm,end_effector_triangle_mm,crank_mm,linkage_mm",
-        ),
-        "grblhal" => (
-            " = ",
-            "Base radius,End effector radius,Bicep length,Forearm length",
-        ),
-        "ucnc" => (
-            " = ",
-            "delta_base_radius,delta_effector_radius,delta_bicep_length,delta_forearm_length",
-        ),
-        "delta-x" => (
-            " ",
-            "#define DEFAULT_RD_F,#define DEFAULT_RD_E,#define DEFAULT_RD_RF,#define DEFAULT_RD_RE",
-        ),
-        _ => (" := ", "dArm1Radius,dStewartRadius,dArmLength1,dArmLength2"),
-    };
-    let mut lengths = [0.0; 4];
-    for (length, name) in lengths.iter_mut().zip(names.split(',')) {
-        *length = named(lines, name, separator);
+    if lines.contains("rotary_delta") && target == "klipper" {
+        let klipper = RotaryDelta::pasted(lines);
+        // Steps are degrees down from the end stops, as the robot counts.
+        return Box::new(move |at| {
+            let steps = klipper.steps(at);
+            [0, 1, 2].map(|k| home[k] + steps[k])
+        });
     }
-    if target == "codesys" {
-        // Radii of the circles in the triangles.
-        lengths[0] *= 2.0 * 3f64.sqrt();
-        lengths[1] *= 2.0 * 3f64.sqrt();
+    if LINEAR.contains(&target) && !lines.contains("M669") {
+        let printer = towers(target, lines);
+        return Box::new(move |at| {
+            let steps = printer.steps(at);
+            [0, 1, 2].map(|k| home[k] - steps[k])
+        });
     }
-    four(lengths, 0.0, [0.0; 3])
+    let (arms, horizontal) = arms(target, lines, home);
+    Box::new(move |at| [0, 1, 2].map(|k| horizontal[k] - arms[k].above_horizontal(at)))
 }

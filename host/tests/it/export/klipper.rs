@@ -2,7 +2,7 @@
 //! stops, and these steps from positions. Written from klippy/kinematics/delta.py, rotary_delta.py, mathutil.py and
 //! klippy/chelper/kin_rotary_delta.c.
 
-use crate::export::controllers::Arm;
+use crate::export::controllers::{Arm, all_named};
 use crate::support::Point;
 use nalgebra::Vector3;
 
@@ -19,16 +19,9 @@ pub(crate) struct Delta {
 impl Delta {
     /// Of the options in lines to paste.
     pub(crate) fn pasted(lines: &str, step_lengths: Point) -> Self {
-        let of = |key: &str| -> Vec<f64> {
-            let values = lines.lines().filter_map(|line| {
-                let value = line.strip_prefix(key)?.strip_prefix(": ")?;
-                value.parse().ok()
-            });
-            values.collect()
-        };
-        let three = |key: &str| Point::try_from(of(key)).unwrap();
+        let three = |key: &str| Point::try_from(all_named(lines, key, ": ")).unwrap();
         Self {
-            radius: of("delta_radius")[0],
+            radius: all_named(lines, "delta_radius", ": ")[0],
             angles: three("angle"),
             arms: three("arm_length"),
             endstops: three("position_endstop"),
@@ -92,20 +85,45 @@ pub(crate) struct RotaryDelta {
 }
 
 impl RotaryDelta {
-    /// An arm's angle, up positive, radians.
-    fn angle(&self, arm: usize, at: Point) -> f64 {
-        let own = Arm {
-            azimuth: self.angles[arm],
+    /// Of the options in lines to paste, with steps of a degree.
+    pub(crate) fn pasted(lines: &str) -> Self {
+        let sections = lines.lines().filter(|line| line.starts_with('['));
+        let steppers = ["[printer]", "[stepper_a]", "[stepper_b]", "[stepper_c]"];
+        assert!(sections.eq(steppers) && lines.contains("kinematics: rotary_delta"));
+        let three = |key: &str| Point::try_from(all_named(lines, key, ": ")).unwrap();
+        let [shoulder_radius, shoulder_height] =
+            ["shoulder_radius", "shoulder_height"].map(|key| all_named(lines, key, ": ")[0]);
+        // Klipper refuses others.
+        assert!(shoulder_radius > 0.0 && shoulder_height > 0.0);
+        Self {
+            shoulder_radius,
+            shoulder_height,
+            angles: three("angle"),
+            upper: three("upper_arm_length"),
+            lower: three("lower_arm_length"),
+            endstops: three("position_endstop"),
+            step_lengths: [1f64.to_radians(); 3],
+        }
+    }
+
+    fn arms(&self) -> [Arm; 3] {
+        [0, 1, 2].map(|k| Arm {
+            azimuth: self.angles[k],
             radius: self.shoulder_radius,
             height: self.shoulder_height,
-            upper: self.upper[arm],
-            lower: self.lower[arm],
-        };
-        own.above_horizontal(at).to_radians()
+            upper: self.upper[k],
+            lower: self.lower[k],
+        })
+    }
+
+    /// The arms' angles, up positive, radians.
+    fn angles_at(&self, each: impl Fn(usize) -> Point) -> Point {
+        let arms = self.arms();
+        [0, 1, 2].map(|k| arms[k].above_horizontal(each(k)).to_radians())
     }
 
     fn angles_at_endstops(&self) -> Point {
-        [0, 1, 2].map(|arm| self.angle(arm, [0.0, 0.0, self.endstops[arm]]))
+        self.angles_at(|arm| [0.0, 0.0, self.endstops[arm]])
     }
 
     pub(crate) fn position(&self, steps: Point) -> Point {
@@ -121,8 +139,8 @@ impl RotaryDelta {
     }
 
     pub(crate) fn steps(&self, at: Point) -> Point {
-        let high = self.angles_at_endstops();
-        [0, 1, 2].map(|arm| (high[arm] - self.angle(arm, at)) / self.step_lengths[arm])
+        let (high, own) = (self.angles_at_endstops(), self.angles_at(|_| at));
+        [0, 1, 2].map(|arm| (high[arm] - own[arm]) / self.step_lengths[arm])
     }
 }
 

@@ -1,5 +1,6 @@
 //! What is refused, and what is written then: nothing.
 
+use crate::export::robots::{example, leaning, upright, with_towers};
 use crate::support::{Folder, NOMINAL, assert_refused, nominal_arms, robot_toml};
 
 #[test]
@@ -75,4 +76,43 @@ fn klipper_takes_no_platform_that_is_wider_than_the_base() {
     folder.write("wide.toml", wide);
     let cause = "wide.toml --for klipper --output wide.cfg ⇒ 3 ⇒ its base radius minus the platform radius is -36.000 mm";
     assert_refused(&folder, "export", cause);
+}
+
+#[test]
+fn targets_refuse_the_other_drives_and_name_those_that_do_not() {
+    let folder = Folder::new();
+    with_towers(&folder, &upright());
+    let others = "3 ⇒ this robot has towers: it can be exported for klipper, reprapfirmware, marlin and correction-table";
+    for target in ["b-and-r", "linuxcnc", "smoothieware", "codesys"] {
+        let case = format!("calibrated.toml --for {target} ⇒ {others}");
+        assert_refused(&folder, "export", &case);
+    }
+    folder
+        .run("export calibrated.toml --for correction-table --positions wanted.csv")
+        .ok();
+    let no_heights = "calibrated.toml --for klipper --bed wanted.csv ⇒ 3 ⇒ wanted.csv";
+    assert_refused(&folder, "export", no_heights);
+    let rotary = Folder::new();
+    example(&rotary);
+    let table = "
+        --for marlin ⇒ 3 ⇒ this robot has rotary arms: | klipper, reprapfirmware, b-and-r, linuxcnc
+        --for klipper --bed samples.csv ⇒ 2 ⇒ only be used with towers
+        ";
+    assert_refused(&rotary, "export calibrated.toml", table);
+}
+
+/// Without --home, --bed and --positions the command says what it assumes.
+#[test]
+fn assumptions_are_stated() {
+    let folder = Folder::new();
+    with_towers(&folder, &leaning());
+    let run = folder.run("export calibrated.toml --for marlin").ok();
+    for part in [
+        "assumed at a travel of 715.000 mm",
+        "with --bed",
+        "within 119 mm of the",
+        "M665 L",
+    ] {
+        assert!(run.stdout.contains(part), "{part}: {}", run.stdout);
+    }
 }

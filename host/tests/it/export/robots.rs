@@ -1,6 +1,8 @@
 //! Robots to export, and positions where they are wanted.
 
-use crate::support::{Arm, Folder, KEYS, Point, nominal_arms, platform, robot_toml};
+use crate::support::{Arm, Folder, KEYS, Point, arms_of, nominal_arms, platform, robot_toml};
+use delta_cal_host::InputText;
+use delta_cal_host::files::robot_file::RobotFile;
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
@@ -22,6 +24,76 @@ pub(crate) fn one_arm_longer(folder: &Folder) {
     folder.write("robot.toml", robot_toml(&arms));
     arms[1][5] += 1.0;
     folder.write("calibrated.toml", robot_toml(&arms));
+}
+
+/// A robot with towers: for each x, y, zero, leans (degrees), scale and rod.
+pub(crate) type Towers = [[f64; 7]; 3];
+
+/// What every controller holds.
+pub(crate) fn upright() -> Towers {
+    let rods = [330.2, 329.7, 330.5];
+    let azimuths = [210.4, 329.7, 90.2];
+    let zeros = [0.8, -1.1, 0.4];
+    [0, 1, 2].map(|k| {
+        let (sin, cos) = f64::to_radians(azimuths[k]).sin_cos();
+        [140.6 * cos, 140.6 * sin, zeros[k], 0.0, 0.0, 1.0, rods[k]]
+    })
+}
+
+/// What none does.
+pub(crate) fn leaning() -> Towers {
+    let mut arms = upright();
+    let off = [
+        [0.1, -0.05, 1.0006],
+        [-0.07, 0.12, 0.9996],
+        [0.05, 0.03, 1.0002],
+    ];
+    for (arm, off) in arms.iter_mut().zip(off) {
+        arm[3..6].copy_from_slice(&off);
+        arm[0] += 0.3;
+    }
+    arms
+}
+
+/// One of these, and the symmetric robot before its calibration.
+pub(crate) fn with_towers(folder: &Folder, towers: &Towers) {
+    let even = upright().map(|[x, y, ..]| [x, y, 0.0, 0.0, 0.0, 1.0, 330.0]);
+    let keys = "dx_mm dy_mm dz_mm lean_x_deg lean_y_deg scale lb_mm";
+    for (name, towers) in [("robot.toml", &even), ("calibrated.toml", towers)] {
+        let mut text = String::new();
+        for tower in towers {
+            text += "[[arm]]\n";
+            for (key, value) in keys.split(' ').zip(tower) {
+                writeln!(text, "{key} = {value:?}").unwrap();
+            }
+        }
+        text += "[joints]\nmin_mm = 150\nmax_mm = 715\n";
+        text += "[tolerance]\nlength_mm = 0.5\nangle_deg = 0.17\nzero_mm = 5\nscale = 0.001\n";
+        folder.write(name, text);
+    }
+    folder.write("wanted.csv", csv(&printed()));
+}
+
+/// Positions in the printed volume.
+pub(crate) fn printed() -> Vec<Point> {
+    let position = |index: i32| {
+        let index = f64::from(index);
+        let (out, turn) = (120.0 * (index / 120.0).sqrt(), 2.4 * index);
+        let height = 250.0 * (0.618 * index).fract();
+        [out * turn.cos(), out * turn.sin(), height]
+    };
+    (0..120).map(position).collect()
+}
+
+/// Where the calibrated robot is at its joints: degrees, or mm of travel.
+pub(crate) fn forward(folder: &Folder) -> Box<dyn Fn(Point) -> Point> {
+    let text = folder.read("calibrated.toml");
+    if text.contains("theta_deg") {
+        let arms = arms_of(&text);
+        return Box::new(move |joints| platform(&arms, joints));
+    }
+    let robot = RobotFile::read(&InputText::new("calibrated.toml", &text)).unwrap();
+    Box::new(move |joints| robot.robot.forward(&joints).unwrap().into())
 }
 
 /// Numbers in [0, 1) from a fixed sequence.

@@ -1,9 +1,9 @@
 //! A target's parameters and a frame, fitted so that the robot is where it is wanted.
 
-use super::geometry::{Each, Frame, Free, Geometry, Holds};
+use super::geometry::{Each, Frame, Geometry, Holds};
 use super::positions::{Wanted, reached};
 use delta_cal::robot::Drive;
-use delta_cal::{Robot, Tolerance};
+use delta_cal::{Parameter, Robot, Tolerance};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 /// A parameter that is one σ off its start weighs as much as this rms distance over all positions, mm.
@@ -25,14 +25,21 @@ const CONVERGED: f64 = 1e-10;
 /// Tries with more damping before the fit ends.
 const DAMPED: u32 = 12;
 
+/// What an unknown of the fit changes.
+#[derive(Clone, Copy)]
+enum Of {
+    /// A place in [`Shape::held`](super::geometry::Shape::held) of an arm, or of all.
+    Arms(usize, Option<usize>),
+    Shift(usize),
+    Turn(usize),
+}
+
 struct Problem<'a> {
     calibrated: &'a Robot<f64>,
-    start: Geometry,
-    free: Vec<Free>,
-    /// Where the fit of the frame starts.
-    frame: Frame,
-    /// Which of its shifts and turns are fitted.
-    frame_free: [bool; 6],
+    /// Where the fit starts.
+    start: (Geometry, Frame),
+    /// The unknowns, those of the arms first, and the change by each per unit: σ of a parameter, mm or radians.
+    free: Vec<(Of, f64)>,
     /// By what an error along z counts more than one along x or y.
     height_weight: f64,
     /// In the controller's frame, with how many times each counts.
@@ -40,29 +47,71 @@ struct Problem<'a> {
     prior: f64,
 }
 
+/// The unknowns of a target's parameters and of the frame.
+fn unknowns(
+    start: &Geometry,
+    holds: &Holds,
+    tolerance: &Tolerance<f64>,
+    level: bool,
+) -> Vec<(Of, f64)> {
+    let length = tolerance.of(Parameter::Lb);
+    let angle = tolerance.of(Parameter::Theta);
+    let (azimuth, height) = match start.drive {
+        Drive::Rotary => (angle, length),
+        Drive::Linear => (
+            length / start.arms[0].radius.max(1.0),
+            tolerance.of(Parameter::Zero),
+        ),
+    };
+    let sigmas = [azimuth, length, height, length, length, angle];
+    let mut free = Vec::new();
+    for (index, (sigma, each)) in sigmas.into_iter().zip(holds.each()).enumerate() {
+        let arms = match each {
+            Each::Arm => vec![Some(0), Some(1), Some(2)],
+            Each::Shared => vec![None],
+            Each::Fixed => Vec::new(),
+        };
+        free.extend(arms.into_iter().map(|arm| (Of::Arms(index, arm), sigma)));
+    }
+    // The heights of the arms hold that of the frame, azimuths of their own its turn about z.
+    let height = holds.heights == Each::Fixed;
+    let turn = holds.azimuths_deg.is_some();
+    let shifts = [true, true, height].into_iter().enumerate();
+    let turns = [!level, !level, turn].into_iter().enumerate();
+    free.extend(
+        shifts
+            .filter(|own| own.1)
+            .map(|own| (Of::Shift(own.0), 1.0)),
+    );
+    free.extend(turns.filter(|own| own.1).map(|own| (Of::Turn(own.0), TURN)));
+    free
+}
+
 impl Problem<'_> {
-    fn frame(&self, unknowns: &[f64]) -> Frame {
-        let mut frame = self.frame;
-        let mut others = unknowns.iter().skip(self.free.len());
-        for (index, free) in self.frame_free.into_iter().enumerate() {
-            if !free {
-                continue;
-            }
-            let by = others.next().copied().unwrap_or(0.0);
-            if index < 3 {
-                frame.shift[index] += by;
-            } else {
-                frame.turns[index - 3] += by * TURN;
+    fn changed(&self, unknowns: &[f64]) -> (Geometry, Frame) {
+        let (mut geometry, mut frame) = self.start;
+        for ((of, unit), unknown) in self.free.iter().zip(unknowns) {
+            let by = unknown * unit;
+            match *of {
+                Of::Shift(axis) => frame.shift[axis] += by,
+                Of::Turn(axis) => frame.turns[axis] += by,
+                Of::Arms(index, Some(arm)) => *geometry.arms[arm].held()[index] += by,
+                Of::Arms(index, None) => {
+                    for arm in &mut geometry.arms {
+                        *arm.held()[index] += by;
+                    }
+                }
             }
         }
-        frame
+        (geometry, frame)
     }
 
     /// Three a position, and one a parameter. `None` where a position is out of reach.
     fn residuals(&self, unknowns: &[f64]) -> Option<DVector<f64>> {
-        let parameters = self.free.len();
-        let controller = self.start.changed(&self.free, unknowns).robot().ok()?;
-        let transform = self.frame(unknowns).transform();
+        let (geometry, frame) = self.changed(unknowns);
+        let (controller, transform) = (geometry.robot().ok()?, frame.transform());
+        let of_arms = |(of, _): &&(Of, f64)| matches!(of, Of::Arms(..));
+        let parameters = self.free.iter().filter(of_arms).count();
         let positions = 3 * self.commanded.len();
         let mut residuals = DVector::zeros(positions + parameters);
         for (index, (at, times)) in self.commanded.iter().enumerate() {
@@ -93,8 +142,7 @@ impl Problem<'_> {
 
     /// Levenberg and Marquardt's method.
     fn solve(&self) -> Option<Vec<f64>> {
-        let of_frame = self.frame_free.iter().filter(|free| **free).count();
-        let unknowns = self.free.len() + of_frame;
+        let unknowns = self.free.len();
         let mut at = vec![0.0; unknowns];
         let mut residuals = self.residuals(&at)?;
         let mut damping = 1e-6;
@@ -140,10 +188,6 @@ pub(super) fn fit(
     (frame, level): (Frame, bool),
     wanted: &Wanted,
 ) -> Option<(Geometry, Frame)> {
-    let free = start.free(holds, tolerance);
-    // The heights of the arms hold that of the frame, azimuths of their own its turn about z.
-    let height = holds.heights == Each::Fixed;
-    let turn = holds.azimuths_deg.is_some();
     let transform = frame.transform();
     let controller = start.robot().ok()?;
     let commanded = wanted.fitted.iter();
@@ -155,21 +199,17 @@ pub(super) fn fit(
         return None;
     }
     let all = commanded.iter().map(|(_, times)| times).sum::<f64>();
-    let prior = PRIOR * all.sqrt();
     let problem = Problem {
         calibrated,
-        start,
-        free,
-        frame,
-        frame_free: [true, true, height, !level, !level, turn],
+        start: (start, frame),
+        free: unknowns(&start, holds, tolerance, level),
         height_weight: match start.drive {
             Drive::Linear => FIRST_LAYER,
             Drive::Rotary => 1.0,
         },
         commanded,
-        prior,
+        prior: PRIOR * all.sqrt(),
     };
-    let solution = problem.solve()?;
-    let geometry = start.changed(&problem.free, &solution);
-    Some((geometry.rounded(), problem.frame(&solution).rounded()))
+    let (geometry, frame) = problem.changed(&problem.solve()?);
+    Some((geometry.rounded(), frame.rounded()))
 }

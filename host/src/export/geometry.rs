@@ -1,9 +1,9 @@
 //! An arm or a tower in the parameters that controllers use, and which of these a controller holds.
 
 use crate::import::USUAL_TOWERS;
+use delta_cal::Robot;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::{Arm, Drive, GeometryError};
-use delta_cal::{Parameter, Robot, Tolerance};
 use nalgebra::{Rotation3, Vector2, Vector3};
 use serde::{Deserialize, Serialize, Serializer};
 use std::f64::consts::TAU;
@@ -75,8 +75,13 @@ impl Shape {
         })
     }
 
+    /// The azimuth counted from another one in degrees, radians.
+    pub(super) fn azimuth_beyond(&self, degrees: f64) -> f64 {
+        within_half_turn(self.azimuth - degrees.to_radians())
+    }
+
     /// What controllers hold, as [`Holds::each`].
-    fn held(&mut self) -> [&mut f64; 6] {
+    pub(super) fn held(&mut self) -> [&mut f64; 6] {
         [
             &mut self.azimuth,
             &mut self.radius,
@@ -205,7 +210,7 @@ pub struct Holds {
 
 impl Holds {
     /// Azimuths, radii, heights, upper arms, forearms and joint zeros.
-    const fn each(&self) -> [Each; 6] {
+    pub(super) const fn each(&self) -> [Each; 6] {
         let azimuths = match self.azimuths_deg {
             None => Each::Arm,
             Some(_) => Each::Fixed,
@@ -229,17 +234,6 @@ impl Holds {
         });
         counts.into_iter().sum()
     }
-}
-
-/// A fitted parameter.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Free {
-    /// Its place in [`Shape::held`].
-    index: usize,
-    /// `None` for all arms.
-    arm: Option<usize>,
-    /// σ: mm or radians.
-    sigma: f64,
 }
 
 /// The arms in a controller's parameters, in the order of the robot's joints.
@@ -302,56 +296,6 @@ impl Geometry {
     /// The parameters are not a valid robot.
     pub fn robot(&self) -> Result<Robot<f64>, GeometryError> {
         robot(&self.arms, self.drive)
-    }
-
-    /// The arms in the order of the controller's motors.
-    pub fn by_motor(&self) -> [&Shape; 3] {
-        self.motors.map(|arm| &self.arms[arm])
-    }
-
-    /// The differences of the azimuths from 210°, 330° and 90°, radians.
-    pub(super) fn corrections(&self) -> [f64; 3] {
-        let mut corrections = self.arms.map(|arm| arm.azimuth);
-        for (own, usual) in corrections.iter_mut().zip(USUAL_TOWERS) {
-            *own = within_half_turn(*own - usual.to_radians());
-        }
-        corrections
-    }
-
-    /// The fitted parameters.
-    pub(super) fn free(&self, holds: &Holds, tolerance: &Tolerance<f64>) -> Vec<Free> {
-        let length = tolerance.of(Parameter::Lb);
-        let angle = tolerance.of(Parameter::Theta);
-        let (azimuth, height) = match self.drive {
-            Drive::Rotary => (angle, length),
-            Drive::Linear => (
-                length / self.arms[0].radius.max(1.0),
-                tolerance.of(Parameter::Zero),
-            ),
-        };
-        let sigmas = [azimuth, length, height, length, length, angle];
-        let mut free = Vec::new();
-        for (index, (sigma, each)) in sigmas.into_iter().zip(holds.each()).enumerate() {
-            let arms = match each {
-                Each::Arm => vec![Some(0), Some(1), Some(2)],
-                Each::Shared => vec![None],
-                Each::Fixed => Vec::new(),
-            };
-            free.extend(arms.into_iter().map(|arm| Free { index, arm, sigma }));
-        }
-        free
-    }
-
-    /// The geometry with these changes, in σ.
-    pub(super) fn changed(mut self, free: &[Free], by: &[f64]) -> Self {
-        for (own, by) in free.iter().zip(by) {
-            for (index, arm) in self.arms.iter_mut().enumerate() {
-                if own.arm.is_none_or(|only| only == index) {
-                    *arm.held()[own.index] += by * own.sigma;
-                }
-            }
-        }
-        self
     }
 
     /// The geometry as it is written: lengths to 0.0001 mm, angles to 0.0001°.

@@ -105,7 +105,7 @@ pub(super) fn controller_reaches(robot: &RobotFile, at: &Vector3<f64>) -> bool {
 }
 
 /// The calibrated robot's position at the joint angles that a controller computes for a commanded position.
-pub(super) fn reached(
+pub(crate) fn reached(
     calibrated: &Robot<f64>,
     controller: &Robot<f64>,
     commanded: &Vector3<f64>,

@@ -5,16 +5,20 @@ use super::error::ExportError;
 use super::geometry::{Geometry, Holds, Shape, to_decimals};
 use crate::files::convention::Vertical;
 use crate::files::robot_file::RobotFile;
+use crate::import::USUAL_TOWERS;
 use delta_cal::ArmIndex;
 use delta_cal::robot::Drive;
+use nalgebra::Vector3;
+use serde::de::Error;
 use serde::de::value::Error as Malformed;
-use serde::de::{Error, IntoDeserializer};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::LazyLock;
 
 /// The platform radius if none is stated, mm.
 const USUAL_PLATFORM: f64 = 25.0;
+/// The side of the equilateral triangle around a circle of radius 1.
+const TRIANGLE: f64 = 2.0 * 1.732_050_807_568_877_2;
 /// If upper arms differ by more than this, mm, RepRapFirmware's forward and inverse kinematics differ.
 const EQUAL: f64 = 0.001;
 
@@ -46,6 +50,9 @@ pub struct Target {
     end_stops: bool,
     #[serde(default, skip_serializing)]
     warnings: Vec<Warning>,
+    /// How to put the lines in place of a printer's.
+    #[serde(default, skip_serializing)]
+    pub paste: String,
     /// The start of a comment in its configuration.
     #[serde(skip_serializing)]
     pub comment: String,
@@ -96,75 +103,93 @@ struct Template(Vec<Piece>);
 #[derive(Debug)]
 enum Piece {
     Text(String),
-    /// A parameter, or a value that is none if the name is empty.
+    /// A parameter, or a value that is none if the name is empty; of the arm or tower that this motor drives.
     Value {
         name: String,
-        quantity: Quantity,
+        value: Value,
         motor: usize,
     },
 }
 
-/// A value in the lines: of the arm or tower that a motor drives, or of all.
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum Quantity {
-    /// From 0° to 360°.
-    Azimuth,
-    /// From 210°, 330° or 90° to the azimuth.
-    Correction,
-    /// Of the motor axis or tower minus that of the platform.
-    Radius,
-    /// The same, only above 0.
-    ShoulderRadius,
-    /// Of the motor axis.
-    Height,
-    Upper,
-    /// The forearm or rod.
-    Lower,
-    /// The joint angle with the upper arm level, reversed.
-    MinusZero,
-    /// The same as the joints count.
-    ZeroAsCounted,
-    CountDirection,
-    /// The joint angle at the end stop, counted from where the upper arm is level.
-    HomeOffset,
-    /// The height of the nozzle at x = y = 0 with the arm at its end stop.
-    PositionEndstop,
-    /// Angles above level: the limits, and each end stop's from the highest.
-    LowestAngle,
-    HighestAngle,
-    AngleTrim,
-    /// The height of the platform with the upper arms level.
-    HeightWithArmsLevel,
-    /// The height of the nozzle at x = y = 0 with the carriage at its end stop.
-    TowerEndstop,
-    MeanEndstop,
-    AboveMeanEndstop,
-    LowestEndstop,
-    /// From the end stop to the lowest one.
-    BelowEndstop,
-    MeanRod,
-    AboveMeanRod,
-    /// The base radius, and the side of the triangle around that circle.
-    Base,
-    BaseTriangle,
-    Platform,
-    PlatformTriangle,
-    FlangeX,
-    FlangeY,
-    FlangeZ,
-    /// A length that is 0.
-    Nothing,
-    /// The largest distance of a wanted position from the z axis.
-    Reach,
-    /// The number of the arm.
-    Arm,
+/// How a value follows from what was fitted, for a motor.
+#[derive(Debug, Clone, Copy)]
+enum Value {
+    /// Millimetres.
+    Length(fn(&Fitted<'_>, usize) -> f64),
+    /// The same, if the controller can state it.
+    Possible(fn(&Fitted<'_>, usize) -> Result<f64, ExportError>),
+    Degrees(fn(&Fitted<'_>, usize) -> f64),
+    Text(fn(&Fitted<'_>, usize) -> String),
 }
 
-enum Value {
-    Length(f64),
-    Degrees(f64),
-    Text(String),
+/// The quantities of `targets.toml`.
+fn quantity(name: &str) -> Option<Value> {
+    use Value::{Degrees, Length, Possible, Text};
+    Some(match name {
+        // The number of the arm.
+        "arm" => Text(|own, k| (own.geometry.motors[k] + 1).to_string()),
+        // From 0° to 360°, and from 210°, 330° or 90°.
+        "azimuth" => Degrees(|own, k| own.arm(k).azimuth.to_degrees().rem_euclid(360.0)),
+        "correction" => Degrees(|own, k| own.arm(k).azimuth_beyond(USUAL_TOWERS[k]).to_degrees()),
+        // Of the motor axis or tower minus that of the platform.
+        "radius" => Length(|own, k| own.arm(k).radius),
+        "shoulder_radius" => Possible(|own, k| shoulder_radius(own.arm(k))),
+        // Radii of base and platform, and the sides of the triangles around these circles.
+        "base" => Length(|own, k| own.arm(k).radius + own.platform()),
+        "base_triangle" => Length(|own, k| TRIANGLE * (own.arm(k).radius + own.platform())),
+        "platform" => Length(|own, _| own.platform()),
+        "platform_triangle" => Length(|own, _| TRIANGLE * own.platform()),
+        "flange_x" => Length(|own, _| own.flange().x),
+        "flange_y" => Length(|own, _| own.flange().y),
+        "flange_z" => Length(|own, _| own.flange().z),
+        "nothing" => Length(|_, _| 0.0),
+        // Of the motor axis, and of the platform with the upper arms level.
+        "height" => Length(|own, k| own.arm(k).height),
+        "height_with_arms_level" => Length(|own, k| height_with_arms_level(own.arm(k))),
+        "upper" => Length(|own, k| own.arm(k).upper),
+        // The forearm or rod.
+        "lower" => Length(|own, k| own.arm(k).lower),
+        "mean_rod" => Length(|own, _| own.mean_rod()),
+        "above_mean_rod" => Length(|own, k| own.arm(k).lower - own.mean_rod()),
+        // The joint angle with the upper arm level, reversed; the same as the joints count.
+        "minus_zero" => Degrees(|own, k| -own.arm(k).zero.to_degrees()),
+        "zero_as_counted" => Degrees(|own, k| {
+            let zero = own.arm(k).zero.to_degrees();
+            if own.counts_up() { -zero } else { zero }
+        }),
+        "count_direction" => Text(|own, _| {
+            let up = own.counts_up();
+            if up { "Inverse" } else { "Standard" }.to_owned()
+        }),
+        // The joint angle at the end stop, counted from where the upper arm is level.
+        "home_offset" => Degrees(|own, k| (own.home(k) - own.arm(k).zero).to_degrees()),
+        // The height of the nozzle at x = y = 0 with the arm at its end stop.
+        "position_endstop" => Possible(|own, k| {
+            let (arm, home) = (own.arm(k), own.home(k));
+            height_on_the_axis(arm, arm.zero - home).ok_or_else(|| ExportError::Home {
+                arm: ArmIndex::ALL[k],
+                degrees: home.to_degrees(),
+            })
+        }),
+        // Above level: the limits, and each end stop from the highest.
+        "lowest_angle" => {
+            Degrees(|own, _| f64::min(-own.robot.limits.maximum(), own.highest()).to_degrees())
+        }
+        "highest_angle" => Degrees(|own, _| own.highest().to_degrees()),
+        "angle_trim" => {
+            Degrees(|own, k| (own.arm(k).zero - own.home(k) - own.highest()).to_degrees())
+        }
+        // The height of the nozzle at x = y = 0 with the carriage at its end stop.
+        "tower_endstop" => Length(|own, k| own.endstops()[k]),
+        "mean_endstop" => Length(|own, _| own.mean_endstop()),
+        "above_mean_endstop" => Length(|own, k| own.endstops()[k] - own.mean_endstop()),
+        // No carriage moves up from its end stop.
+        "lowest_endstop" => Length(|own, _| own.lowest_endstop()),
+        "below_endstop" => Length(|own, k| own.lowest_endstop() - own.endstops()[k]),
+        // The largest distance of a wanted position from the z axis.
+        "reach" => Text(|own, _| format!("{:.1}", own.reach.ceil())),
+        _ => return None,
+    })
 }
 
 /// A parameter of a target.
@@ -261,11 +286,12 @@ impl TryFrom<String> for Template {
             });
             let (name, value, after) = braces.ok_or_else(|| Malformed::missing_field("= or }"))?;
             let (quantity, motor) = value.split_once(' ').unwrap_or((value, "1"));
+            let found = self::quantity(quantity);
             let motor: usize = motor.parse().map_err(Malformed::custom)?;
             pieces.push(Piece::Text(before.to_owned()));
             pieces.push(Piece::Value {
                 name: name.to_owned(),
-                quantity: Quantity::deserialize(quantity.into_deserializer())?,
+                value: found.ok_or_else(|| Malformed::unknown_variant(quantity, &[]))?,
                 motor: motor.clamp(1, 3) - 1,
             });
             rest = after;
@@ -314,26 +340,27 @@ impl Target {
     ) -> Result<(Vec<Entry>, String), ExportError> {
         let (mut entries, mut lines) = (Vec::new(), String::new());
         for piece in &template.0 {
-            let (name, quantity, motor) = match piece {
+            let (name, value, motor) = match piece {
                 Piece::Text(text) => {
                     lines.push_str(text);
                     continue;
                 }
-                Piece::Value {
-                    name,
-                    quantity,
-                    motor,
-                } => (name, *quantity, *motor),
+                Piece::Value { name, value, motor } => (name, value, *motor),
             };
-            let (value, unit, digits) = match fitted.value(quantity, motor)? {
+            let (value, unit) = match value {
                 Value::Text(text) => {
-                    lines.push_str(&text);
+                    lines.push_str(&text(fitted, motor));
                     continue;
                 }
-                Value::Degrees(degrees) => (degrees, "deg", self.decimals),
+                Value::Degrees(angle) => (angle(fitted, motor), "deg"),
+                Value::Length(length) => (length(fitted, motor), "mm"),
+                Value::Possible(length) => (length(fitted, motor)?, "mm"),
+            };
+            let (value, unit, digits) = if unit == "mm" && fitted.settings.inches {
                 // Inches need more digits.
-                Value::Length(length) if fitted.settings.inches => (length / 25.4, "in", 6),
-                Value::Length(length) => (length, "mm", self.decimals),
+                (value / 25.4, "in", 6)
+            } else {
+                (value, unit, self.decimals)
             };
             lines.push_str(&decimals(value, digits));
             if !name.is_empty() {
@@ -349,72 +376,44 @@ impl Target {
 }
 
 impl Fitted<'_> {
-    fn value(&self, quantity: Quantity, motor: usize) -> Result<Value, ExportError> {
-        let arms = &self.geometry.arms;
-        let arm = self.geometry.motors[motor];
-        let (own, home) = (&arms[arm], self.home[arm]);
-        let endstops = self.tower_endstops();
-        let mean_endstop = endstops.iter().sum::<f64>() / 3.0;
-        // No carriage moves up from its end stop.
-        let lowest_endstop = endstops.into_iter().fold(f64::INFINITY, f64::min);
-        let mean_rod = to_decimals(arms.iter().map(|tower| tower.lower).sum::<f64>() / 3.0);
-        // Angles are positive upwards: the upper limit is at the smallest joint angle.
-        let top = -self.home.into_iter().fold(f64::INFINITY, f64::min);
-        let platform = (self.settings.platform_radius)
+    fn arm(&self, motor: usize) -> &Shape {
+        &self.geometry.arms[self.geometry.motors[motor]]
+    }
+
+    fn home(&self, motor: usize) -> f64 {
+        self.home[self.geometry.motors[motor]]
+    }
+
+    fn platform(&self) -> f64 {
+        let stated = self.settings.platform_radius;
+        stated
             .or(self.robot.platform_radius)
-            .unwrap_or(USUAL_PLATFORM);
-        let triangle = 2.0 * 3f64.sqrt();
-        let flange = self.robot.instruments.target.unwrap_or_default();
-        let up = self.robot.convention.joint_positive == Vertical::Up;
-        let degrees = |radians: f64| Value::Degrees(radians.to_degrees());
-        let mm = Value::Length;
-        Ok(match quantity {
-            Quantity::Azimuth => Value::Degrees(own.azimuth.to_degrees().rem_euclid(360.0)),
-            Quantity::Correction => degrees(self.geometry.corrections()[arm]),
-            Quantity::Radius => mm(own.radius),
-            Quantity::ShoulderRadius => mm(shoulder_radius(own)?),
-            Quantity::Height => mm(own.height),
-            Quantity::Upper => mm(own.upper),
-            Quantity::Lower => mm(own.lower),
-            Quantity::MinusZero => degrees(-own.zero),
-            Quantity::ZeroAsCounted => degrees(if up { -own.zero } else { own.zero }),
-            Quantity::CountDirection => {
-                Value::Text(if up { "Inverse" } else { "Standard" }.to_owned())
-            }
-            Quantity::HomeOffset => degrees(home - own.zero),
-            Quantity::PositionEndstop => {
-                let endstop = height_on_the_axis(own, own.zero - home);
-                mm(endstop.ok_or(ExportError::Home {
-                    arm: ArmIndex::ALL[arm],
-                    degrees: home.to_degrees(),
-                })?)
-            }
-            Quantity::LowestAngle => degrees(f64::min(-self.robot.limits.maximum(), top)),
-            Quantity::HighestAngle => degrees(top),
-            Quantity::AngleTrim => degrees(own.zero - home - top),
-            Quantity::HeightWithArmsLevel => {
-                let out = own.radius + own.upper;
-                let below = (own.lower * own.lower - out * out).max(0.0).sqrt();
-                mm(own.height - below)
-            }
-            Quantity::TowerEndstop => mm(endstops[arm]),
-            Quantity::MeanEndstop => mm(mean_endstop),
-            Quantity::AboveMeanEndstop => mm(endstops[arm] - mean_endstop),
-            Quantity::LowestEndstop => mm(lowest_endstop),
-            Quantity::BelowEndstop => mm(lowest_endstop - endstops[arm]),
-            Quantity::MeanRod => mm(mean_rod),
-            Quantity::AboveMeanRod => mm(own.lower - mean_rod),
-            Quantity::Base => mm(own.radius + platform),
-            Quantity::BaseTriangle => mm(triangle * (own.radius + platform)),
-            Quantity::Platform => mm(platform),
-            Quantity::PlatformTriangle => mm(triangle * platform),
-            Quantity::FlangeX => mm(flange.x),
-            Quantity::FlangeY => mm(flange.y),
-            Quantity::FlangeZ => mm(flange.z),
-            Quantity::Nothing => mm(0.0),
-            Quantity::Reach => Value::Text(format!("{:.1}", self.reach.ceil())),
-            Quantity::Arm => Value::Text((arm + 1).to_string()),
-        })
+            .unwrap_or(USUAL_PLATFORM)
+    }
+
+    fn flange(&self) -> Vector3<f64> {
+        self.robot.instruments.target.unwrap_or_default()
+    }
+
+    fn counts_up(&self) -> bool {
+        self.robot.convention.joint_positive == Vertical::Up
+    }
+
+    fn mean_rod(&self) -> f64 {
+        to_decimals(Shape::mean(&self.geometry.arms).lower)
+    }
+
+    /// The upper limit above level is at the smallest joint angle.
+    fn highest(&self) -> f64 {
+        -self.home.into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    fn mean_endstop(&self) -> f64 {
+        self.endstops().iter().sum::<f64>() / 3.0
+    }
+
+    fn lowest_endstop(&self) -> f64 {
+        self.endstops().into_iter().fold(f64::INFINITY, f64::min)
     }
 
     fn is(&self, condition: Condition) -> bool {
@@ -433,7 +432,7 @@ impl Fitted<'_> {
     }
 
     /// With towers: the height of the nozzle at x = y = 0 with each carriage at its end stop, mm.
-    fn tower_endstops(&self) -> [f64; 3] {
+    fn endstops(&self) -> [f64; 3] {
         let mut endstops = self.home;
         for (endstop, tower) in endstops.iter_mut().zip(&self.geometry.arms) {
             let square = tower.lower * tower.lower - tower.radius * tower.radius;
@@ -466,6 +465,11 @@ impl Fitted<'_> {
         }
         warnings
     }
+}
+
+fn height_with_arms_level(arm: &Shape) -> f64 {
+    let out = arm.radius + arm.upper;
+    arm.height - (arm.lower * arm.lower - out * out).max(0.0).sqrt()
 }
 
 fn shoulder_radius(arm: &Shape) -> Result<f64, ExportError> {

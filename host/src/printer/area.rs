@@ -1,10 +1,11 @@
 //! Where a printer prints, and how far off it is there.
 
 use crate::accuracy::uncertainty::Sensitivities;
+use crate::export::geometry::Frame;
+use crate::export::positions::reached;
 use crate::files::robot_file::RobotFile;
 use crate::fit::solution::{RobotCovariance, WITH_TRANSMISSIONS};
 use crate::import::Imported;
-use delta_cal::frame::RigidTransform;
 use delta_cal::{Robot, Sample};
 use nalgebra::{SMatrix, Vector3};
 use serde::Serialize;
@@ -64,11 +65,6 @@ impl Area {
         Self { radius, poses }
     }
 
-    /// The positions.
-    pub fn positions(&self) -> Vec<Vector3<f64>> {
-        self.poses.iter().map(|pose| pose.position).collect()
-    }
-
     /// W of the mean squares tr(W C), C being the covariance of the parameters.
     pub(super) fn uncertain(&self, file: &RobotFile) -> Option<Uncertain> {
         let all = Sensitivities::of(&file.robot, self.poses.iter().copied());
@@ -122,61 +118,15 @@ pub(super) fn bed(radius: f64, circles: u32, on_a_circle: u32) -> Vec<[f64; 2]> 
     places
 }
 
-/// Where the nozzle is over the bed, as far as is known.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct BedMap {
-    /// Where it is sent on the bed, and how far it is from there: from the mean height, and along x and y, mm.
-    pub off: Vec<([f64; 2], Vector3<f64>)>,
-    /// The distance between neighbours, mm.
-    pub step: f64,
-}
-
 /// Places along the diameter of a map.
-const ACROSS: i32 = 40;
+pub const ACROSS: i32 = 40;
 
-impl BedMap {
-    /// Of a controller, as [`Off::of`].
-    pub(super) fn of(
-        calibrated: &Robot<f64>,
-        controller: &Robot<f64>,
-        frame: &RigidTransform<f64>,
-        radius: f64,
-    ) -> Self {
-        let step = 2.0 * radius / f64::from(ACROSS);
-        let along = |index: i32| step * (f64::from(index) + 0.5) - radius;
-        let places = (0..ACROSS).flat_map(|x| (0..ACROSS).map(move |y| [along(x), along(y)]));
-        let places = places.filter(|[x, y]| x.hypot(*y) <= radius);
-        Self {
-            off: off_at(calibrated, controller, frame, places),
-            step,
-        }
-    }
-}
-
-/// Places on the bed, each with how far the nozzle is from there in the controller's frame, about the mean.
-fn off_at(
-    calibrated: &Robot<f64>,
-    controller: &Robot<f64>,
-    frame: &RigidTransform<f64>,
-    places: impl Iterator<Item = [f64; 2]>,
-) -> Vec<([f64; 2], Vector3<f64>)> {
-    let off = |[x, y]: [f64; 2]| {
-        let wanted = Vector3::new(x, y, 0.0);
-        let joints = controller.inverse(&wanted).ok()?;
-        let is = frame.apply(&calibrated.forward(&joints).ok()?);
-        Some(([x, y], is - wanted))
-    };
-    let mut all: Vec<_> = places.filter_map(off).collect();
-    let mean = all.iter().map(|(_, off)| off).sum::<Vector3<f64>>() / all.len().max(1) as f64;
-    for (_, off) in &mut all {
-        *off -= mean;
-    }
-    all
-}
+/// Places on the bed, each with how far the nozzle is from there in the controller's frame, about the mean, mm.
+pub type Map = Vec<([f64; 2], Vector3<f64>)>;
 
 /// How far a nozzle is expected to be from where its controller believes, over the bed: what is known to be off, and
 /// what is not known.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Off {
     /// Of its height about the mean, rms, mm.
     #[serde(rename = "height_rms_mm")]
@@ -193,6 +143,9 @@ pub struct Off {
     /// What 100 mm on the bed become, mm.
     #[serde(rename = "hundred_mm_become_mm")]
     pub hundred: f64,
+    /// What is known, at places [`ACROSS`] the bed.
+    #[serde(skip)]
+    pub map: Map,
 }
 
 impl Off {
@@ -200,16 +153,33 @@ impl Off {
     /// of x and y.
     pub(super) fn of(
         calibrated: &Robot<f64>,
-        controller: &Robot<f64>,
-        frame: &RigidTransform<f64>,
+        (controller, frame): (&Robot<f64>, Frame),
         radius: f64,
         sigmas: [f64; 2],
     ) -> Option<Self> {
-        let places = bed(radius, CIRCLES, ON_A_CIRCLE).into_iter();
-        let all = off_at(calibrated, controller, frame, places);
+        let frame = frame.transform();
+        let off = |[x, y]: [f64; 2]| {
+            let wanted = Vector3::new(x, y, 0.0);
+            let is = reached(calibrated, controller, &wanted)?;
+            Some(([x, y], frame.apply(&is) - wanted))
+        };
+        let about_mean = |places: Vec<[f64; 2]>| {
+            let mut all: Map = places.into_iter().filter_map(off).collect();
+            let mean =
+                all.iter().map(|(_, off)| off).sum::<Vector3<f64>>() / all.len().max(1) as f64;
+            for (_, off) in &mut all {
+                *off -= mean;
+            }
+            all
+        };
+        let all = about_mean(bed(radius, CIRCLES, ON_A_CIRCLE));
         if all.len() < 3 {
             return None;
         }
+        let step = 2.0 * radius / f64::from(ACROSS);
+        let along = |index: i32| step * (f64::from(index) + 0.5) - radius;
+        let grid = (0..ACROSS).flat_map(|x| (0..ACROSS).map(move |y| [along(x), along(y)]));
+        let grid = grid.filter(|[x, y]| x.hypot(*y) <= radius);
         let sum = |of: fn(&([f64; 2], Vector3<f64>)) -> f64| all.iter().map(of).sum::<f64>();
         let rms = |squares: f64| (squares / all.len() as f64).sqrt();
         let along = sum(|([x, y], off)| x * off.x + y * off.y);
@@ -222,6 +192,7 @@ impl Off {
                 .fold(0.0, |worst, (_, off)| off.z.abs().max(worst)),
             across: rms(sum(|(_, off)| off.xy().norm_squared())).hypot(across_sigma),
             hundred: 100.0 * (1.0 + along / sum(|([x, y], _)| x * x + y * y)),
+            map: about_mean(grid.collect()),
         })
     }
 

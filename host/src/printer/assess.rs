@@ -1,19 +1,19 @@
 //! A printer assessed: what its configuration is off, what to paste instead, and what that leaves.
 
-use super::area::{Area, BedMap, ON_THE_BED, Off, radius_of};
+use super::area::{Area, ON_THE_BED, Off, radius_of};
 use super::next::{Next, next};
 use super::notes::{Change, notes};
 use crate::accuracy::information::prior;
 use crate::export::error::ExportError;
 use crate::export::geometry::Frame;
 use crate::export::positions::{Loss, Place, Wanted};
-use crate::export::target::Entry;
-use crate::export::{Case, Export, Settings, held, target};
+use crate::export::target::{Entry, Target, Written};
+use crate::export::{Case, Settings, held, target};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Kind;
 use crate::fit::Solution;
 use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT};
-use crate::import::{Firmware, Imported, SHRINKAGE};
+use crate::import::{Imported, SHRINKAGE};
 use delta_cal::Robot;
 use delta_cal::robot::Drive;
 use nalgebra::Vector3;
@@ -45,9 +45,6 @@ pub struct Printer {
     pub before: Option<Off>,
     /// What the lines to paste are off.
     pub after: Option<Off>,
-    /// The bed as configured, and with the lines to paste.
-    #[serde(skip)]
-    pub maps: [Option<BedMap>; 2],
     /// Where the bed was touched.
     #[serde(skip)]
     pub touches: Vec<[f64; 2]>,
@@ -72,20 +69,15 @@ pub struct Printer {
 }
 
 /// What the configuration states, and the lines.
-fn changes(
-    configured: &RobotFile,
-    home: [f64; 3],
-    export: &Export,
-) -> Result<Vec<Change>, ExportError> {
-    let held = held(configured, home, export.target)?.entries;
-    let pairs = held.into_iter().zip(&export.written.entries);
+fn changes(held: Written, pasted: &Written) -> Vec<Change> {
+    let pairs = held.entries.into_iter().zip(&pasted.entries);
     let changes = pairs.map(|(Entry { name, value, unit }, after)| Change {
         name,
         before: value,
         after: after.value,
         unit,
     });
-    Ok(changes.collect())
+    changes.collect()
 }
 
 /// Where the bed was touched, mm.
@@ -94,18 +86,6 @@ fn touches(imported: &Imported, robot: &Robot<f64>) -> Vec<[f64; 2]> {
     let touched = rows.filter(|row| row.value.height.is_some());
     let at = touched.filter_map(|row| robot.forward(&row.value.joints).ok());
     at.map(|at| [at.x, at.y]).collect()
-}
-
-const fn how_to_paste(firmware: Firmware) -> &'static str {
-    match firmware {
-        Firmware::Klipper => {
-            "Paste above the block of SAVE_CONFIG, never inside it, in place of the same options; delete them in the block."
-        }
-        Firmware::RepRapFirmware => {
-            "In place of M665 and M666 in config.g, and in config-override.g if there is one."
-        }
-        Firmware::Marlin => "Send these lines, then M500.",
-    }
 }
 
 impl Printer {
@@ -121,18 +101,15 @@ impl Printer {
         let robot = &imported.robot;
         let radius = radius_of(imported);
         let area = Area::of(calibrated, radius);
-        let positions = area.positions();
         let times = |at: &Vector3<f64>| {
-            if at.z.abs() < ON_THE_BED {
-                FIRST_LAYER
-            } else {
-                1.0
-            }
+            let on_the_bed = at.z.abs() < ON_THE_BED;
+            if on_the_bed { FIRST_LAYER } else { 1.0 }
         };
+        let positions = || area.poses.iter().map(|pose| pose.position);
         let wanted = Wanted {
             place: Place::Within(radius),
-            fitted: positions.iter().map(|at| (*at, times(at))).collect(),
-            evaluated: positions,
+            fitted: positions().map(|at| (at, times(&at))).collect(),
+            evaluated: positions().collect(),
         };
         // The first plane is the bed.
         let plane = solution.places.planes.first();
@@ -156,21 +133,21 @@ impl Printer {
             },
         }
         .export(target)?;
-        let changes = changes(&configured, imported.home, &export)?;
+        let held = held(&configured, imported.home, target)?;
+        let changes = changes(held, &export.written);
         let uncertain = area
             .uncertain(calibrated)
             .ok_or(ExportError::TooFewPositions(0))?;
         let covariance = solution.expected_of_robot();
         let sigmas = [&uncertain.height, &uncertain.across].map(|own| own.dot(&covariance).sqrt());
-        let look = |controller: &Robot<f64>, frame: Frame| {
-            let (robot, frame) = (&calibrated.robot, frame.transform());
-            let off = Off::of(robot, controller, &frame, radius, sigmas)?;
-            Some((off, BedMap::of(robot, controller, &frame, radius)))
+        let look = |(controller, frame): (&Robot<f64>, Frame)| {
+            Off::of(&calibrated.robot, (controller, frame), radius, sigmas)
         };
-        let (before, as_configured) = look(&imported.configured, level).unzip();
+        let before = look((&configured.robot, level));
         let controller = export.controller.zip(export.frame);
-        let after = controller.and_then(|(own, frame)| look(&own, frame));
-        let (after, as_pasted) = after.unzip();
+        let after = controller
+            .as_ref()
+            .and_then(|(own, frame)| look((own, *frame)));
         let better = match (&before, &after) {
             (Some(before), Some(after)) => after.is_better_than(before),
             _ => true,
@@ -201,7 +178,6 @@ impl Printer {
             fits_worst: Self::worst(imported, solution),
             before,
             after,
-            maps: [as_configured, as_pasted],
             touches: touches(imported, &calibrated.robot),
             changes,
             sigma_before_mm: prior(robot).map(|own| uncertain.relative.dot(&own).sqrt()),
@@ -216,8 +192,8 @@ impl Printer {
             loss: export.loss,
             not_calibrated: export.not_calibrated,
             lines: better.then(|| {
-                let how = how_to_paste(imported.firmware);
-                format!("{} {how}\n{}", export.target.comment, export.written.lines)
+                let Target { comment, paste, .. } = target;
+                format!("{comment} {paste}\n{}", export.written.lines)
             }),
         })
     }

@@ -55,33 +55,29 @@ pub(super) fn next(
     let scale = now / leaves(file)?;
     let leaves = |file: &Readings| Some(scale * leaves(file)?);
     let places = bed(OUT * radius, CIRCLES, ON_A_CIRCLE);
-    let rows = chosen(robot, file, places, HEIGHTS, leaves);
-    let mut with = file.clone();
-    with.rows.extend(rows.iter().map(|(_, row)| *row));
-    let with_heights = (!rows.is_empty()).then(|| leaves(&with)).flatten();
-    let heights = rows.into_iter().map(|(place, _)| place).collect();
-    let object = object(robot);
-    let with_object = object.and_then(|rows| {
+    let (heights, with_heights) = chosen(robot, file, places, HEIGHTS, leaves);
+    let with_object = object(robot).and_then(|rows| {
         let mut more = file.clone();
         more.rows.extend(rows);
         leaves(&more)
     });
     Some(Next {
         now,
+        with_heights: leaves(&with_heights).filter(|_| !heights.is_empty()),
         heights,
-        with_heights,
         with_object,
     })
 }
 
-/// So many touches of the bed, each at another place, each as good as possible after those before it.
+/// So many touches of the bed, each at another place, each as good as possible after those before it; and the readings with
+/// these.
 fn chosen(
     robot: &RobotFile,
     file: &Readings,
     places: Vec<[f64; 2]>,
     count: usize,
     leaves: impl Fn(&Readings) -> Option<f64>,
-) -> Vec<([f64; 2], Row<Reading>)> {
+) -> (Vec<[f64; 2]>, Readings) {
     let mut with = file.clone();
     let mut places: Vec<_> = places
         .into_iter()
@@ -101,9 +97,9 @@ fn chosen(
         };
         let (place, row) = places.swap_remove(index);
         with.rows.push(row);
-        chosen.push((place, row));
+        chosen.push(place);
     }
-    chosen
+    (chosen, with)
 }
 
 fn row(reading: Reading) -> Row<Reading> {
@@ -140,8 +136,8 @@ pub fn touches_of_bed(imported: &Imported, count: usize) -> (f64, Vec<[f64; 2]>)
     let on_a_circle = usize::try_from(ON_A_CIRCLE).unwrap_or(1);
     let circles = u32::try_from(count / on_a_circle).unwrap_or(0) + CIRCLES;
     let places = bed(OUT * radius, circles, ON_A_CIRCLE);
-    let rows = chosen(robot, &imported.readings, places, count, leaves);
-    (radius, rows.into_iter().map(|(place, _)| place).collect())
+    let (places, _) = chosen(robot, &imported.readings, places, count, leaves);
+    (radius, places)
 }
 
 /// The distances of `DELTA_ANALYZE`: six from the centre to the pillars, six between the pillars.
@@ -154,18 +150,13 @@ fn object(robot: &RobotFile) -> Option<Vec<Row<Reading>>> {
     for (index, direction) in DIRECTIONS.into_iter().enumerate() {
         let across = DIRECTIONS[(index + 2) % DIRECTIONS.len()];
         let pillar = towards(direction, OUTER);
-        for (from, to) in [
-            (towards(direction, RIDGE), towards(direction, OUTER + RIDGE)),
-            (
-                pillar + towards(across, RIDGE),
-                pillar + towards(across, OUTER + RIDGE),
-            ),
-        ] {
-            let joints = robot.robot.inverse(&to).ok()?;
+        for (middle, along) in [(Vector3::zeros(), direction), (pillar, across)] {
+            let from = middle + towards(along, RIDGE);
+            let to = middle + towards(along, OUTER + RIDGE);
             let from_joints = robot.robot.inverse(&from).ok()?;
             rows.push(row(Reading {
                 distance: Some((ReadingFrom::Pose(from_joints), (to - from).norm())),
-                ..Reading::at(joints)
+                ..Reading::at(robot.robot.inverse(&to).ok()?)
             }));
         }
     }

@@ -5,7 +5,7 @@ use crate::calibration::Level;
 use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::files::input::InputError;
 use crate::import::Imported;
-use crate::printer::{BedMap, Change, Next, Printer, alike, common_scale};
+use crate::printer::{ACROSS, Change, Map, Next, Printer, alike, common_scale};
 use crate::render::page::figure;
 use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::render::terminal::wrapped;
@@ -66,7 +66,7 @@ impl PrinterReport {
         let printer = printer.map_err(|error| {
             InputError::new(&imported.robot.name, error.to_string()).with_remedy(error.remedy())
         })?;
-        let sigma = printer.after.map_or(0.0, |own| own.height_sigma);
+        let sigma = printer.after.as_ref().map_or(0.0, |own| own.height_sigma);
         if sigma > UNCERTAIN {
             let [heights, distances] = imported.counts();
             let cause = format!(
@@ -111,9 +111,10 @@ impl PrinterReport {
 /// The bed as configured and with the lines pasted, in the same shades.
 fn maps(printer: &Printer) -> Vec<(Figure, &'static str)> {
     let captions = ["The bed as configured.", "The bed with the lines pasted."];
-    let shown = if printer.lines.is_some() { 2 } else { 1 };
-    let maps: Vec<_> = printer.maps.iter().take(shown).flatten().collect();
-    let all = || maps.iter().flat_map(|map| &map.off);
+    let pasted = printer.after.as_ref().filter(|_| printer.lines.is_some());
+    let shown = printer.before.iter().chain(pasted);
+    let maps: Vec<_> = shown.map(|off| &off.map).collect();
+    let all = || maps.iter().copied().flatten();
     let highest = all().map(|(_, off)| off.z.abs()).fold(0.0, f64::max);
     let widest = all().map(|(_, off)| off.xy().norm()).fold(0.0, f64::max);
     let shade = (highest / f64::from(SHADES)).max(LEAST_SHADE);
@@ -128,18 +129,18 @@ fn maps(printer: &Printer) -> Vec<(Figure, &'static str)> {
 }
 
 /// Heights about their mean as shades, x and y as lines, and the touches.
-fn map_of(printer: &Printer, map: &BedMap, shade: f64, times: f64) -> Figure {
+fn map_of(printer: &Printer, map: &Map, shade: f64, times: f64) -> Figure {
     let end = 1.05 * printer.bed_radius_mm;
     let axis = |label| Axis::linear(label, -end, end);
     let mut figure = Figure::new(axis("x, mm"), axis("y, mm")).sized(560, 520);
-    let half = 0.5 * map.step;
+    let half = printer.bed_radius_mm / f64::from(ACROSS);
     for (word, colour, sign) in [
         ("low", Colour::Blue, -1.0),
         ("high", Colour::Vermilion, 1.0),
     ] {
         for class in 0..SHADES {
             let (from, to) = (shade * f64::from(class), shade * f64::from(class + 1));
-            let tiles = map.off.iter().filter(|(_, off)| {
+            let tiles = map.iter().filter(|(_, off)| {
                 let own = sign * off.z;
                 own >= from && (own < to || class + 1 == SHADES)
             });
@@ -152,7 +153,7 @@ fn map_of(printer: &Printer, map: &BedMap, shade: f64, times: f64) -> Figure {
             }
         }
     }
-    let lines = map.off.iter().step_by(EVERY);
+    let lines = map.iter().step_by(EVERY);
     let lines = lines.map(|([x, y], off)| [(*x, *y), (x + times * off.x, y + times * off.y)]);
     let touches = printer.touches.iter().map(|[x, y]| (*x, *y)).collect();
     figure

@@ -102,57 +102,15 @@ pub(crate) fn towers(target: &str, lines: &str) -> Delta {
     }
 }
 
-/// The separator and the names of f, e, rf and re. CODESYS has radii in place of sides.
-fn four_lengths(target: &str) -> (&'static str, [&'static str; 4]) {
-    match target {
-        "fluidnc" => (
-            ": ",
-            [
-                "base_triangle_mm",
-                "end_effector_triangle_mm",
-                "crank_mm",
-                "linkage_mm",
-            ],
-        ),
-        "grblhal" => (
-            " = ",
-            [
-                "Base radius",
-                "End effector radius",
-                "Bicep length",
-                "Forearm length",
-            ],
-        ),
-        "ucnc" => (
-            " = ",
-            [
-                "delta_base_radius",
-                "delta_effector_radius",
-                "delta_bicep_length",
-                "delta_forearm_length",
-            ],
-        ),
-        "delta-x" => (
-            " ",
-            [
-                "#define DEFAULT_RD_F",
-                "#define DEFAULT_RD_E",
-                "#define DEFAULT_RD_RF",
-                "#define DEFAULT_RD_RE",
-            ],
-        ),
-        "smoothieware" => (" ", ["delta_f", "delta_e", "delta_rf", "delta_re"]),
-        _ => (
-            " := ",
-            [
-                "dArm1Radius",
-                "dStewartRadius",
-                "dArmLength1",
-                "dArmLength2",
-            ],
-        ),
-    }
-}
+/// The separator and the names of f, e, rf and re; CODESYS has radii in place of sides.
+const FOUR_LENGTHS: &str = "
+    smoothieware ⇒ _   ⇒ delta_f ⇒ delta_e ⇒ delta_rf ⇒ delta_re
+    fluidnc      ⇒ :_  ⇒ base_triangle_mm ⇒ end_effector_triangle_mm ⇒ crank_mm ⇒ linkage_mm
+    grblhal      ⇒ _=_ ⇒ Base radius ⇒ End effector radius ⇒ Bicep length ⇒ Forearm length
+    ucnc         ⇒ _=_ ⇒ delta_base_radius ⇒ delta_effector_radius ⇒ delta_bicep_length ⇒ delta_forearm_length
+    delta-x      ⇒ _   ⇒ #define DEFAULT_RD_F ⇒ #define DEFAULT_RD_E ⇒ #define DEFAULT_RD_RF ⇒ #define DEFAULT_RD_RE
+    codesys      ⇒ _:=_ ⇒ dArm1Radius ⇒ dStewartRadius ⇒ dArmLength1 ⇒ dArmLength2
+    ";
 
 /// The arms, and the robot's joint angle with each upper arm horizontal.
 fn arms(target: &str, lines: &str, home: Point) -> ([Arm; 3], Point) {
@@ -203,8 +161,11 @@ fn arms(target: &str, lines: &str, home: Point) -> ([Arm; 3], Point) {
             (arms, [0, 1, 2].map(|k| home[k] - offsets[joints[k].0]))
         }
         _ => {
-            let (separator, names) = four_lengths(target);
-            let [f, e, upper, lower] = names.map(|name| named(lines, name, separator));
+            let mut table = FOUR_LENGTHS.lines().map(str::trim);
+            let row = table.find(|row| row.starts_with(target)).unwrap();
+            let cells: Vec<_> = row.split('⇒').skip(1).map(str::trim).collect();
+            let separator = &cells[0].replace('_', " ");
+            let [f, e, upper, lower] = [1, 2, 3, 4].map(|k| named(lines, cells[k], separator));
             // The circle in a triangle of these sides.
             let part = match target {
                 "codesys" => 1.0,

@@ -8,7 +8,6 @@
 //! A controller's kinematics is that of a robot with some parameters zero or equal, so the core's inverse kinematics of that
 //! robot is the controller's own.
 
-mod component;
 mod correction_table;
 pub mod error;
 mod fit;
@@ -156,10 +155,9 @@ impl Case<'_> {
                 export.frame = Some(frame);
             }
             Content::Everything => {
-                let (written, held) = component::write(self.robot, self.settings.home)?;
-                export.written = written;
                 let same = RigidTransform::identity();
-                export.loss = Loss::of_controller(robot, &held, &same, wanted);
+                export.written = held(self.robot, &self.settings, [0.0; 3], target)?;
+                export.loss = Loss::of_controller(robot, robot, &same, wanted);
             }
             Content::Corrections => {
                 let limit = self.settings.limit;
@@ -249,6 +247,7 @@ impl Case<'_> {
 /// The lines of a target that describe a robot which the target holds exactly.
 pub(crate) fn held(
     robot: &RobotFile,
+    settings: &Settings,
     home: [f64; 3],
     target: &Target,
 ) -> Result<Written, ExportError> {
@@ -256,7 +255,7 @@ pub(crate) fn held(
     let shapes = Shape::all(&robot.robot, &home, &RigidTransform::identity());
     target.write(&Fitted {
         robot,
-        settings: &Settings::default(),
+        settings,
         geometry: Geometry::start(drive, &shapes, &target.holds, 0.0),
         home,
         reach: 0.0,

@@ -39,12 +39,11 @@ function samples(all) {
 }
 
 /** Heights above the bed as colours. */
-function bedFigure({ radius, before, after }) {
+function bedFigure({ radius, step, before, after }) {
   const largest = Math.max(...before.map(([, , height]) => Math.abs(height)), 1e-6);
   const told = element("output", {}, `Colour: up to ${largest.toFixed(2)} mm too high (orange) or too low (blue).`);
   const map = (nodes, name) => {
     const drawing = shape("svg", { viewBox: "-110 -110 220 220", class: "picture", role: "img", "aria-label": `height of the nozzle over the bed, ${name}` });
-    const step = (2 * radius) / 24;
     for (const [x, y, height] of nodes) {
       const part = Math.min(1, Math.abs(height) / largest);
       const cell = shape("rect", {

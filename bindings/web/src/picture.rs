@@ -3,9 +3,7 @@
 use delta_cal::Robot;
 use delta_cal::robot::Drive;
 use delta_cal_host::RobotFile;
-use delta_cal_host::export::geometry::Frame;
-use delta_cal_host::printer::Printer;
-use nalgebra::Vector3;
+use delta_cal_host::printer::{ACROSS, Off, Printer};
 use serde::Serialize;
 
 /// A calibration that can be drawn.
@@ -13,15 +11,7 @@ use serde::Serialize;
 pub(crate) struct Pictured {
     before: RobotFile,
     after: RobotFile,
-    bed: Option<Pasted>,
-}
-
-/// A printer's bed, and what its controller is to be told.
-#[derive(Debug)]
-struct Pasted {
-    radius: f64,
-    level: Frame,
-    controller: Option<(Robot<f64>, Frame)>,
+    bed: Option<Bed>,
 }
 
 /// Three arms: shoulder and elbow of each, and the platform; mm.
@@ -39,26 +29,32 @@ pub(crate) struct Skeleton {
     after: Arms,
 }
 
-/// Places of the bed and the height of the nozzle there about its mean, mm: x, y, height.
+/// Where the nozzle is when its controller believes that it touches the bed: x, y and the height about its mean at places so
+/// far apart, mm.
 #[derive(Debug, Serialize)]
 pub(crate) struct Bed {
     radius: f64,
+    step: f64,
     before: Vec<[f64; 3]>,
     after: Option<Vec<[f64; 3]>>,
 }
-
-/// Nodes from the middle of the bed to its edge.
-const NODES: i32 = 12;
 
 impl Pictured {
     pub(crate) fn new(before: RobotFile, after: RobotFile, printer: Option<&Printer>) -> Self {
         Self {
             before,
             after,
-            bed: printer.map(|own| Pasted {
-                radius: own.bed_radius_mm,
-                level: own.level,
-                controller: own.controller,
+            bed: printer.and_then(|own| {
+                let heights = |off: &Off| {
+                    let places = off.map.iter();
+                    places.map(|([x, y], off)| [*x, *y, off.z]).collect()
+                };
+                Some(Bed {
+                    radius: own.bed_radius_mm,
+                    step: 2.0 * own.bed_radius_mm / f64::from(ACROSS),
+                    before: heights(own.before.as_ref()?),
+                    after: own.after.as_ref().map(heights),
+                })
             }),
         }
     }
@@ -76,35 +72,8 @@ impl Pictured {
         })
     }
 
-    /// Where the nozzle is when its controller believes that it touches the bed.
-    pub(crate) fn bed(&self) -> Option<Bed> {
-        let own = self.bed.as_ref()?;
-        let nodes = |controller: &Robot<f64>, frame: &Frame| {
-            let at = |step: i32| f64::from(step) / f64::from(NODES) * own.radius;
-            let rows = (-NODES..=NODES).map(at);
-            let places =
-                rows.flat_map(|y| (-NODES..=NODES).map(move |step| Vector3::new(at(step), y, 0.0)));
-            let places = places.filter(|place| place.xy().norm() <= own.radius);
-            let found = places.filter_map(|place| {
-                let joints = controller.inverse(&place).ok()?;
-                let there = self.after.robot.forward(&joints).ok()?;
-                Some([place.x, place.y, frame.transform().apply(&there).z])
-            });
-            let mut found: Vec<_> = found.collect();
-            let count = u32::try_from(found.len()).map_or(1.0, f64::from);
-            let mean = found.iter().map(|[_, _, z]| z).sum::<f64>() / count;
-            for [_, _, z] in &mut found {
-                *z -= mean;
-            }
-            found
-        };
-        Some(Bed {
-            radius: own.radius,
-            before: nodes(&self.before.robot, &own.level),
-            after: own
-                .controller
-                .map(|(controller, frame)| nodes(&controller, &frame)),
-        })
+    pub(crate) const fn bed(&self) -> Option<&Bed> {
+        self.bed.as_ref()
     }
 }
 

@@ -138,7 +138,7 @@ impl Loss {
         pairs: impl Iterator<Item = (&'a Vector3<f64>, Option<Vector3<f64>>)>,
     ) -> Self {
         let mut loss = Self::default();
-        let (mut sum, mut count) = (0.0, 0.0);
+        let mut sum = 0.0;
         for (at, is) in pairs {
             let Some(is) = is else {
                 loss.unreached += 1;
@@ -146,15 +146,12 @@ impl Loss {
             };
             let distance = (is - at).norm();
             loss.positions += 1;
-            count += 1.0;
             sum += distance * distance;
             if distance >= loss.worst {
                 (loss.worst, loss.at) = (distance, *at);
             }
         }
-        if loss.positions > 0 {
-            loss.rms = f64::sqrt(sum / count);
-        }
+        loss.rms = f64::sqrt(sum / loss.positions.max(1) as f64);
         loss
     }
 
@@ -177,13 +174,12 @@ impl Loss {
         wanted: &Wanted,
     ) -> Self {
         let each = wanted.evaluated.iter();
-        let found: Vec<_> = each
-            .map(|at| (at, reached(calibrated, controller, at)))
-            .collect();
+        let found = each.map(|at| (at, reached(calibrated, controller, at)));
+        let found: Vec<_> = found.collect();
         let pairs = found.iter().filter_map(|(at, is)| Some(((*is)?, **at)));
         let motion = RigidTransform::align(pairs).unwrap_or_default();
-        let moved = |is: Option<Vector3<f64>>| is.map(|is| motion.apply(&is));
-        Self::of(found.into_iter().map(|(at, is)| (at, moved(is))))
+        let moved = |(at, is): (_, Option<_>)| (at, is.map(|is| motion.apply(&is)));
+        Self::of(found.into_iter().map(moved))
     }
 }
 
@@ -204,21 +200,15 @@ pub fn bed(robot: &Robot<f64>, samples: &Readings) -> Option<Frame> {
     });
     let normal = design.tr_mul(&design).cholesky()?;
     // z + a x + b y − c is the height times the length of (a, b, 1), found by iteration.
-    let mut solution = Vector3::zeros();
+    let mut solution = DVector::zeros(3);
     for _ in 0..20 {
-        let length = Vector3::new(solution.x, solution.y, 1.0).norm();
+        let length = Vector3::new(solution[0], solution[1], 1.0).norm();
         let off = rows.iter().map(|(at, height)| height * length - at.z);
-        let right = design.tr_mul(&DVector::from_iterator(rows.len(), off));
-        let next = Vector3::from_iterator(normal.solve(&right).iter().copied());
-        let change = (next - solution).amax();
-        solution = next;
-        if change < 1e-13 {
-            break;
-        }
+        solution = normal.solve(&design.tr_mul(&DVector::from_iterator(rows.len(), off)));
     }
-    let plane = Vector3::new(solution.x, solution.y, 1.0);
+    let plane = Vector3::new(solution[0], solution[1], 1.0);
     Some(Frame::on_plane(
         &plane.normalize(),
-        -solution.z / plane.norm(),
+        -solution[2] / plane.norm(),
     ))
 }

@@ -93,6 +93,7 @@ enum Condition {
     AxesNotAboveZero,
     UpperArmsDiffer,
     BeyondQuarterTurn,
+    WithTransmissions,
 }
 
 /// Text with values in it.
@@ -188,6 +189,30 @@ fn quantity(name: &str) -> Option<Value> {
         "below_endstop" => Length(|own, k| own.lowest_endstop() - own.endstops()[k]),
         // The largest distance of a wanted position from the z axis.
         "reach" => Text(|own, _| format!("{:.1}", own.reach.ceil())),
+        // The robot's own parameters, their number, and the joints' limits.
+        "dx" => Length(|own, k| own.parameters()[k][0]),
+        "dy" => Length(|own, k| own.parameters()[k][1]),
+        "dz" => Length(|own, k| own.parameters()[k][2]),
+        "theta" => Degrees(|own, k| own.parameters()[k][3].to_degrees()),
+        "alpha" => Degrees(|own, k| own.parameters()[k][4].to_degrees()),
+        "la_x" => Length(|own, k| own.parameters()[k][5]),
+        "la_y" => Length(|own, k| own.parameters()[k][6]),
+        "lb" => Length(|own, k| own.parameters()[k][7]),
+        "revision" => Text(|own, _| {
+            let (arms, transmissions) = (own.parameters(), None);
+            let geometry = delta_cal_protocol::Geometry {
+                arms,
+                transmissions,
+            };
+            geometry.fingerprint().max(1).to_string()
+        }),
+        "least_joint" => Text(|own, _| decimals(own.robot.limits.minimum().to_degrees(), 4)),
+        "largest_joint" => Text(|own, _| decimals(own.robot.limits.maximum().to_degrees(), 4)),
+        "stated_home_offset" => Text(|own, k| {
+            let offset = |home: [f64; 3]| decimals(home[k].to_degrees(), 4);
+            let line = |home| format!("# HOME_OFFSET = {}\n", offset(home));
+            own.settings.home.map_or_else(String::new, line)
+        }),
         _ => return None,
     })
 }
@@ -395,6 +420,10 @@ impl Fitted<'_> {
         self.robot.instruments.target.unwrap_or_default()
     }
 
+    fn parameters(&self) -> [[f64; 8]; 3] {
+        self.robot.robot.parameters()
+    }
+
     fn counts_up(&self) -> bool {
         self.robot.convention.joint_positive == Vertical::Up
     }
@@ -424,6 +453,10 @@ impl Fitted<'_> {
             Condition::UpperArmsDiffer => {
                 let mut arms = self.geometry.arms.iter();
                 arms.any(|arm| (arm.upper - first.upper).abs() > EQUAL)
+            }
+            Condition::WithTransmissions => {
+                let mut arms = self.robot.robot.arms().iter();
+                arms.any(|arm| arm.transmission().is_some())
             }
             Condition::BeyondQuarterTurn => {
                 limits.minimum().abs() > FRAC_PI_2 || limits.maximum().abs() > FRAC_PI_2

@@ -60,12 +60,6 @@ pub struct Printer {
     pub not_calibrated: Loss,
     /// The lines to paste; `None` if the printer prints as well with its configuration.
     pub lines: Option<String>,
-    /// From the calibrated robot's frame to the bed.
-    #[serde(skip)]
-    pub level: Frame,
-    /// The robot whose inverse kinematics is that of the lines, and its frame.
-    #[serde(skip)]
-    pub controller: Option<(Robot<f64>, Frame)>,
 }
 
 /// What the configuration states, and the lines.
@@ -120,20 +114,21 @@ impl Printer {
             robot: imported.configured,
             ..robot.clone()
         };
+        let settings = Settings {
+            home: Some(imported.home),
+            level: Some(level),
+            height: Some(0.0),
+            ..Settings::default()
+        };
         let target = target(imported.firmware.name(), robot.robot.drive())?;
         let export = Case {
             robot: calibrated,
             nominal: Some(&configured),
             wanted: &wanted,
-            settings: Settings {
-                home: Some(imported.home),
-                level: Some(level),
-                height: Some(0.0),
-                ..Settings::default()
-            },
+            settings,
         }
         .export(target)?;
-        let held = held(&configured, imported.home, target)?;
+        let held = held(&configured, &settings, imported.home, target)?;
         let changes = changes(held, &export.written);
         let uncertain = area
             .uncertain(calibrated)
@@ -144,10 +139,8 @@ impl Printer {
             Off::of(&calibrated.robot, (controller, frame), radius, sigmas)
         };
         let before = look((&configured.robot, level));
-        let controller = export.controller.zip(export.frame);
-        let after = controller
-            .as_ref()
-            .and_then(|(own, frame)| look((own, *frame)));
+        let pasted = export.controller.as_ref().zip(export.frame);
+        let after = pasted.and_then(look);
         let better = match (&before, &after) {
             (Some(before), Some(after)) => after.is_better_than(before),
             _ => true,
@@ -187,8 +180,6 @@ impl Printer {
                 (radius, &uncertain.relative),
                 uncertain.relative.dot(&covariance).sqrt(),
             ),
-            level,
-            controller,
             loss: export.loss,
             not_calibrated: export.not_calibrated,
             lines: better.then(|| {

@@ -88,7 +88,22 @@ impl PrinterReport {
 
     /// For a terminal: numbered statements, warnings, what to paste.
     pub fn to_text(&self) -> String {
-        text(&self.calibration, &self.printer)
+        let (report, printer) = (&self.calibration, &self.printer);
+        let mut text = String::new();
+        for (number, statement) in (1..).zip(statements(report, printer)) {
+            let _ = writeln!(text, "{number:>2}. {}", wrapped(&statement, "    "));
+        }
+        let warnings = report.findings.iter();
+        for own in warnings.filter(|own| own.level == Level::Warning) {
+            let _ = write!(text, "\nWarning: {}\n", wrapped(&own.text, ""));
+        }
+        if let Some(lines) = &printer.lines {
+            let _ = write!(text, "\n{lines}");
+        }
+        for note in &printer.notes {
+            let _ = write!(text, "\n{}\n", wrapped(note, ""));
+        }
+        text
     }
 
     /// For programs.
@@ -112,19 +127,17 @@ impl PrinterReport {
 fn maps(printer: &Printer) -> Vec<(Figure, &'static str)> {
     let captions = ["The bed as configured.", "The bed with the lines pasted."];
     let pasted = printer.after.as_ref().filter(|_| printer.lines.is_some());
-    let shown = printer.before.iter().chain(pasted);
-    let maps: Vec<_> = shown.map(|off| &off.map).collect();
-    let all = || maps.iter().copied().flatten();
+    let maps: Vec<_> = printer.before.iter().chain(pasted).collect();
+    let all = || maps.iter().flat_map(|off| &off.map);
     let highest = all().map(|(_, off)| off.z.abs()).fold(0.0, f64::max);
     let widest = all().map(|(_, off)| off.xy().norm()).fold(0.0, f64::max);
     let shade = (highest / f64::from(SHADES)).max(LEAST_SHADE);
     // Arrows as long as a tenth of the bed.
-    let times = 10f64.powf(
-        (0.1 * printer.bed_radius_mm / widest.max(1e-6))
-            .log10()
-            .floor(),
-    );
-    let drawn = maps.iter().map(|map| map_of(printer, map, shade, times));
+    let largest = 0.1 * printer.bed_radius_mm / widest.max(1e-6);
+    let times = 10f64.powf(largest.log10().floor());
+    let drawn = maps
+        .iter()
+        .map(|off| map_of(printer, &off.map, shade, times));
     drawn.zip(captions).collect()
 }
 
@@ -134,10 +147,11 @@ fn map_of(printer: &Printer, map: &Map, shade: f64, times: f64) -> Figure {
     let axis = |label| Axis::linear(label, -end, end);
     let mut figure = Figure::new(axis("x, mm"), axis("y, mm")).sized(560, 520);
     let half = printer.bed_radius_mm / f64::from(ACROSS);
-    for (word, colour, sign) in [
+    let sides = [
         ("low", Colour::Blue, -1.0),
         ("high", Colour::Vermilion, 1.0),
-    ] {
+    ];
+    for (word, colour, sign) in sides {
         for class in 0..SHADES {
             let (from, to) = (shade * f64::from(class), shade * f64::from(class + 1));
             let tiles = map.iter().filter(|(_, off)| {
@@ -155,33 +169,12 @@ fn map_of(printer: &Printer, map: &Map, shade: f64, times: f64) -> Figure {
     }
     let lines = map.iter().step_by(EVERY);
     let lines = lines.map(|([x, y], off)| [(*x, *y), (x + times * off.x, y + times * off.y)]);
-    let touches = printer.touches.iter().map(|[x, y]| (*x, *y)).collect();
+    let lines = Shape::Segments(lines.collect());
+    let touches = printer.touches.iter().map(|[x, y]| (*x, *y));
     figure
-        .with(
-            format!("x and y, {times} times"),
-            Colour::Grey,
-            Shape::Segments(lines.collect()),
-        )
-        .with("touches", Colour::Ink, Shape::Points(touches))
+        .with(format!("x and y, {times} times"), Colour::Grey, lines)
+        .with("touches", Colour::Ink, Shape::Points(touches.collect()))
         .with_equal_scales()
-}
-
-fn text(report: &Report, printer: &Printer) -> String {
-    let mut text = String::new();
-    for (number, statement) in (1..).zip(statements(report, printer)) {
-        let _ = writeln!(text, "{number:>2}. {}", wrapped(&statement, "    "));
-    }
-    let warnings = report.findings.iter();
-    for own in warnings.filter(|own| own.level == Level::Warning) {
-        let _ = write!(text, "\nWarning: {}\n", wrapped(&own.text, ""));
-    }
-    if let Some(lines) = &printer.lines {
-        let _ = write!(text, "\n{lines}");
-    }
-    for note in &printer.notes {
-        let _ = write!(text, "\n{}\n", wrapped(note, ""));
-    }
-    text
 }
 
 /// What is wrong, how sure that is, what to measure next, what the lines to paste do.
@@ -189,22 +182,21 @@ fn statements(report: &Report, printer: &Printer) -> Vec<String> {
     let mut lines = vec![measured(report, printer)];
     let scale = report.determined.scale;
     if let Some(off) = &printer.before {
-        // Nothing is said of a size that was not measured.
-        let size = if scale {
-            format!("; 100 mm come out as {:.2} mm", off.hundred)
-        } else {
-            String::new()
-        };
+        let mut line = format!("Bed error now: {:.2} mm rms", off.height);
         // What is not known may be more than the worst that is.
-        let worst = if off.worst_height > off.height {
-            format!(" ({:.2} mm worst)", off.worst_height)
-        } else {
-            String::new()
-        };
-        lines.push(format!(
-            "Bed error now: {:.2} mm rms{worst} within {:.0} mm of the centre{size}.",
-            off.height, printer.bed_radius_mm
-        ));
+        if off.worst_height > off.height {
+            let _ = write!(line, " ({:.2} mm worst)", off.worst_height);
+        }
+        let _ = write!(
+            line,
+            " within {:.0} mm of the centre",
+            printer.bed_radius_mm
+        );
+        // Nothing is said of a size that was not measured.
+        if scale {
+            let _ = write!(line, "; 100 mm come out as {:.2} mm", off.hundred);
+        }
+        lines.push(line + ".");
     }
     if printer.lines.is_some() {
         lines.extend(changes(&printer.changes));
@@ -223,17 +215,16 @@ fn statements(report: &Report, printer: &Printer) -> Vec<String> {
             next.now
         ));
     }
-    let (size, otherwise) = if scale {
-        (None, "nothing")
-    } else if report.after.instruments.distance_scale.is_some() {
+    let mut otherwise = "nothing";
+    if !scale && report.after.instruments.distance_scale.is_some() {
         let size = "The size of parts stays uncertain: how much prints shrink is unknown. State --shrinkage if you know it.";
-        let rods = "the rods between their joints with a calliper (--rods 345.2±0.1mm)";
-        (Some(size), rods)
-    } else {
+        lines.push(size.to_owned());
+        otherwise = "the rods between their joints with a calliper (--rods 345.2±0.1mm)";
+    } else if !scale {
         let size = "The size of parts stays at the tolerance: it takes exact distances.";
-        (Some(size), "longer distances, more exactly")
-    };
-    lines.extend(size.map(str::to_owned));
+        lines.push(size.to_owned());
+        otherwise = "longer distances, more exactly";
+    }
     if let Some(next) = &printer.next {
         lines.extend(proposals(otherwise, next));
     }
@@ -259,18 +250,12 @@ fn measured(report: &Report, printer: &Printer) -> String {
 
 /// The three largest changes of what the controller is told.
 fn changes(changes: &[Change]) -> Option<String> {
-    let size = |change: &Change| (change.after - change.before).abs();
-    let mut changes: Vec<_> = changes.iter().filter(|own| size(own) >= CHANGED).collect();
-    changes.sort_by(|one, other| size(other).total_cmp(&size(one)));
-    changes.truncate(3);
-    let largest = changes.iter().map(
-        |Change {
-             name,
-             before,
-             after,
-             unit,
-         }| { format!("{name} {:+.2} {unit}", after - before) },
-    );
+    let by = |change: &Change| change.after - change.before;
+    let changed = changes.iter().filter(|own| by(own).abs() >= CHANGED);
+    let mut changed: Vec<_> = changed.collect();
+    changed.sort_by(|one, other| by(other).abs().total_cmp(&by(one).abs()));
+    let largest = changed.iter().take(3);
+    let largest = largest.map(|own| format!("{} {:+.2} {}", own.name, by(own), own.unit));
     let largest: Vec<_> = largest.collect();
     (!largest.is_empty()).then(|| format!("Largest changes: {}.", list(&largest)))
 }
@@ -279,11 +264,8 @@ fn changes(changes: &[Change]) -> Option<String> {
 fn noise(report: &Report, printer: &Printer) -> String {
     let kinds = report.solution.noise.iter().map(|own| {
         let from = if own.stated { "stated" } else { "estimated" };
-        format!(
-            "{} {} mm ({from})",
-            own.kind.plural(),
-            significant(own.sigma, 2)
-        )
+        let sigma = significant(own.sigma, 2);
+        format!("{} {sigma} mm ({from})", own.kind.plural())
     });
     let kinds: Vec<_> = kinds.collect();
     let worst = match &printer.fits_worst {
@@ -295,29 +277,29 @@ fn noise(report: &Report, printer: &Printer) -> String {
 
 /// What to measure next, the better proposal first; `otherwise` if neither is worthwhile.
 fn proposals(otherwise: &str, next: &Next) -> Vec<String> {
-    let worthwhile = |error: &f64| *error < (1.0 - WORTH) * next.now;
-    let mut proposals = Vec::new();
-    if let Some(error) = next.with_object.filter(worthwhile) {
-        let proposal = "print Klipper's docs/prints/calibrate_size.stl and measure its twelve distances (DELTA_ANALYZE)";
-        proposals.push((error, proposal.to_owned()));
-    }
-    if let Some(error) = next.with_heights.filter(worthwhile) {
-        let places = next.heights.iter();
-        let places: Vec<_> = places
-            .map(|[x, y]| format!("({}, {})", x.round() + 0.0, y.round() + 0.0))
-            .collect();
-        let proposal = format!(
-            "nozzle on a sheet of paper at x, y = {} (DELTA_ANALYZE MANUAL_HEIGHT=0.1 at each)",
-            places.join(" ")
-        );
-        proposals.push((error, proposal));
-    }
-    proposals.sort_by(|one, other| one.0.total_cmp(&other.0));
-    if proposals.is_empty() {
+    let places = next.heights.iter();
+    let places = places.map(|[x, y]| format!("({}, {})", x.round() + 0.0, y.round() + 0.0));
+    let print = "print Klipper's docs/prints/calibrate_size.stl and measure its twelve distances (DELTA_ANALYZE)";
+    let touch = format!(
+        "nozzle on a sheet of paper at x, y = {} (DELTA_ANALYZE MANUAL_HEIGHT=0.1 at each)",
+        places.collect::<Vec<_>>().join(" ")
+    );
+    let both = [
+        (next.with_object, print.to_owned()),
+        (next.with_heights, touch),
+    ];
+    let both = both
+        .into_iter()
+        .filter_map(|(error, proposal)| Some((error?, proposal)));
+    let mut worthwhile: Vec<_> = both
+        .filter(|(error, _)| *error < (1.0 - WORTH) * next.now)
+        .collect();
+    worthwhile.sort_by(|one, other| one.0.total_cmp(&other.0));
+    if worthwhile.is_empty() {
         let more = "heights and printed distances bring little more";
         return vec![format!("Measure next: {otherwise}; {more}.")];
     }
-    let proposals = ["Measure next", "Or"].into_iter().zip(proposals);
+    let proposals = ["Measure next", "Or"].into_iter().zip(worthwhile);
     proposals
         .map(|(words, (error, proposal))| format!("{words}: {proposal}; leaves {error:.2} mm."))
         .collect()

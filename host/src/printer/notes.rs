@@ -70,8 +70,8 @@ fn is_endstop(name: &str) -> bool {
     name.ends_with("position_endstop") || name == "M665 H" || name.starts_with("M666")
 }
 
-/// The largest error of the end stops of arms that motors turn, and its steps, degrees.
-const LARGEST_ZERO: f64 = 25.0;
+/// Errors of the end stops of arms that motors turn are sought in so many steps to each side, degrees.
+const ZERO_STEPS: i32 = 2500;
 const ZERO_STEP: f64 = 0.01;
 /// Heights that are explained scatter by less, mm.
 const EXPLAINED: f64 = 1.0;
@@ -96,18 +96,15 @@ pub(crate) fn alike(imported: &Imported) -> Option<String> {
         let scatter = off.iter().map(|own| (own - mean).abs()).fold(0.0, f64::max);
         Some((mean, scatter))
     };
-    let mut best = (EXPLAINED, 0.0, 0.0);
-    let mut degrees = -LARGEST_ZERO;
-    while degrees <= LARGEST_ZERO {
-        if let Some((mean, scatter)) = turned(degrees).and_then(|robot| bed(&robot))
-            && scatter < best.0
-        {
-            best = (scatter, degrees, mean);
-        }
-        degrees += ZERO_STEP;
-    }
-    let (scatter, degrees, mean) = best;
-    if !(scatter < EXPLAINED) || rows.len() < LEAST_DISTANCES {
+    let steps = -ZERO_STEPS..=ZERO_STEPS;
+    let tried = steps.filter_map(|step| {
+        let degrees = ZERO_STEP * f64::from(step);
+        let (mean, scatter) = bed(&turned(degrees)?)?;
+        Some((scatter, degrees, mean))
+    });
+    let best = tried.min_by(|(one, ..), (other, ..)| one.total_cmp(other));
+    let (_, degrees, mean) = best.filter(|(scatter, ..)| *scatter < EXPLAINED)?;
+    if rows.len() < LEAST_DISTANCES {
         return None;
     }
     let home = turned(degrees)?.forward(&imported.home).ok()?.z - mean;
@@ -122,17 +119,15 @@ pub(crate) fn alike(imported: &Imported) -> Option<String> {
 /// Distances that all are too long or too short by the same part, and what could do that.
 pub(crate) fn common_scale(imported: &Imported) -> Option<String> {
     let robot = &imported.configured;
-    let mut parts = Vec::new();
-    for row in &imported.readings.rows {
+    let parts = imported.readings.rows.iter().filter_map(|row| {
         let Some((ReadingFrom::Pose(from), distance)) = row.value.distance else {
-            continue;
+            return None;
         };
-        let ends = [row.value.joints, from].map(|joints| robot.forward(&joints).ok());
-        let [Some(to), Some(from)] = ends else {
-            continue;
-        };
-        parts.push(distance / (to - from).norm());
-    }
+        let from = robot.forward(&from).ok()?;
+        let to = robot.forward(&row.value.joints).ok()?;
+        Some(distance / (to - from).norm())
+    });
+    let parts: Vec<_> = parts.collect();
     if parts.len() < LEAST_DISTANCES || robot.drive() != Drive::Linear {
         return None;
     }
@@ -144,32 +139,23 @@ pub(crate) fn common_scale(imported: &Imported) -> Option<String> {
     if off < SCALE || off < CLEAR * scatter / count.sqrt() || off < 2.0 * scatter {
         return None;
     }
-    let causes = match lengths_for(robot, imported.bed_radius, mean) {
-        Some([rods, radius]) => format!(
-            "rods of {rods:.1} mm with a radius of {radius:.1} mm, a belt or steps per mm that are {:.1} % off",
-            100.0 * off
-        ),
-        None => format!(
-            "other rods, a belt or steps per mm that are {:.1} % off",
-            100.0 * off
-        ),
-    };
+    let percent = 100.0 * off;
+    let lengths = lengths_for(robot, imported.bed_radius, mean);
+    let lengths = lengths.map_or_else(
+        || "other rods".to_owned(),
+        |[rods, radius]| format!("rods of {rods:.1} mm with a radius of {radius:.1} mm"),
+    );
     let (word, shrink) = if mean < 1.0 {
-        (
-            "short",
-            format!(
-                ", or prints that shrink by {:.1} % (--shrinkage)",
-                100.0 * off
-            ),
-        )
+        let shrink = format!(", or prints that shrink by {percent:.1} % (--shrinkage)");
+        ("short", shrink)
     } else {
         ("long", String::new())
     };
     Some(format!(
-        "All {} distances are {:.1} % (±{:.2} %) too {word}: a common scale. It is {causes}{shrink}. Measure the rods \
-         between their joints with a calliper and state them, as --rods 345±0.1mm.",
+        "All {} distances are {percent:.1} % (±{:.2} %) too {word}: a common scale. It is {lengths}, a belt or steps per mm \
+         that are {percent:.1} % off{shrink}. Measure the rods between their joints with a calliper and state them, as \
+         --rods 345±0.1mm.",
         parts.len(),
-        100.0 * off,
         100.0 * scatter / count.sqrt(),
     ))
 }

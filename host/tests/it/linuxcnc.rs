@@ -35,27 +35,25 @@ fn private() -> Command {
     command
 }
 
-/// Why LinuxCNC cannot be run here.
-fn missing() -> Option<String> {
-    let found = |program: &str| {
-        let run = Command::new(program).arg("-h").output();
-        run.is_ok()
+/// Whether LinuxCNC cannot be run here; says why.
+fn skipped() -> bool {
+    let found = |program: &str| Command::new(program).arg("-h").output().is_ok();
+    let why = if found("halcompile") && found("linuxcnc") {
+        // Tries to become another user inside, as private.sh does.
+        let inside = "unshare --user --map-user=1000 true";
+        match private().args(inside.split_ascii_whitespace()).output() {
+            Ok(output) if output.status.success() => return false,
+            Ok(output) => format!(
+                "this system allows no private mounts: {}",
+                text(&output).trim()
+            ),
+            Err(error) => format!("unshare: {error}"),
+        }
+    } else {
+        "the Debian package linuxcnc-uspace-dev is not installed".to_owned()
     };
-    if !found("halcompile") || !found("linuxcnc") {
-        return Some("the Debian package linuxcnc-uspace-dev is not installed".to_owned());
-    }
-    // Tries to become another user inside, as private.sh does.
-    let tried = private()
-        .args("unshare --user --map-user=1000 true".split_ascii_whitespace())
-        .output();
-    match tried {
-        Ok(output) if output.status.success() => None,
-        Ok(output) => Some(format!(
-            "this system allows no private mounts: {}",
-            String::from_utf8_lossy(&output.stderr).trim()
-        )),
-        Err(error) => Some(format!("unshare: {error}")),
-    }
+    println!("skipped: {why}");
+    true
 }
 
 fn text(output: &Output) -> String {
@@ -122,14 +120,6 @@ fn drive(folder: &Folder, display: &str, change: impl Fn(String) -> String) -> D
 const JOINTS: f64 = 1e-9;
 /// Tolerance of positions, mm.
 const POSITION: f64 = 1e-6;
-
-fn skipped() -> bool {
-    let why = missing();
-    if let Some(why) = &why {
-        println!("skipped: {why}");
-    }
-    why.is_some()
-}
 
 /// Large errors of the kinds that no other controller can represent: tilt, and arm planes off the z axis.
 fn far_off() -> [Arm; 3] {

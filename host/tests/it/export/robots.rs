@@ -1,8 +1,11 @@
 //! Robots to export, and positions where they are wanted.
 
 use crate::support::{Arm, Folder, KEYS, Point, arms_of, nominal_arms, platform, robot_toml};
+use delta_cal::simulate::standard_normal;
 use delta_cal_host::InputText;
 use delta_cal_host::files::robot_file::RobotFile;
+use delta_cal_tests::uniform;
+use rand_pcg::Pcg32;
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
@@ -96,45 +99,23 @@ pub(crate) fn forward(folder: &Folder) -> Box<dyn Fn(Point) -> Point> {
     Box::new(move |joints| robot.robot.forward(&joints).unwrap().into())
 }
 
-/// Numbers in [0, 1) from a fixed sequence.
-pub(crate) struct Sequence(u64);
-
-impl Sequence {
-    pub(crate) fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    pub(crate) fn uniform(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        f64::from(u32::try_from(self.0 >> 32).unwrap()) / 4_294_967_296.0
-    }
-
-    fn normal(&mut self) -> f64 {
-        let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
-        radius * (std::f64::consts::TAU * self.uniform()).cos()
-    }
-}
-
 /// A robot made to 0.5 mm and 0.2°, one σ.
-pub(crate) fn made(sequence: &mut Sequence) -> [Arm; 3] {
+pub(crate) fn made(rng: &mut Pcg32) -> [Arm; 3] {
     let mut arms = nominal_arms();
     for arm in &mut arms {
         for (key, value) in KEYS.iter().zip(arm) {
             let sigma = if key.ends_with("deg") { 0.2 } else { 0.5 };
-            *value += sigma * sequence.normal();
+            *value += sigma * standard_normal::<f64, _>(rng);
         }
     }
     arms
 }
 
 /// Positions of a robot within 250 mm of its axis, in mm.
-pub(crate) fn positions(arms: &[Arm; 3], count: usize, sequence: &mut Sequence) -> Vec<Point> {
+pub(crate) fn positions(arms: &[Arm; 3], count: usize, rng: &mut Pcg32) -> Vec<Point> {
     let mut found = Vec::new();
     while found.len() < count {
-        let q = [(); 3].map(|()| -35.0 + 100.0 * sequence.uniform());
+        let q = [(); 3].map(|()| 15.0 + 50.0 * uniform(rng));
         let at = platform(arms, q);
         if at[0].hypot(at[1]) < 250.0 {
             found.push(at);

@@ -2,14 +2,15 @@
 
 use crate::export::controllers::{Inverse, LINEAR, ROTARY, kinematics, towers};
 use crate::export::robots::{
-    Sequence, csv, example, export, forward, leaning, made, one_arm_longer, positions, printed,
-    upright, with_towers,
+    csv, example, export, forward, leaning, made, one_arm_longer, positions, printed, upright,
+    with_towers,
 };
 use crate::support::{
     Arm, Folder, NOMINAL, Point, TOLERANCE, arms_of, distance, number, platform, robot_toml,
 };
 use delta_cal_host::InputText;
 use delta_cal_host::files::robot_file::RobotFile;
+use delta_cal_tests::{generator, uniform};
 use serde_json::Value;
 use std::fmt::Write;
 
@@ -87,7 +88,7 @@ fn losses(folder: &Folder, home: Point, options: &str) -> Vec<[f64; 2]> {
     let wanted = positions(
         &arms_of(&folder.read("calibrated.toml")),
         200,
-        &mut Sequence::new(7),
+        &mut generator(7, 7),
     );
     folder.write("wanted.csv", csv(&wanted));
     let allowed = |stated: [f64; 2]| stated.map(|own| f64::max(0.02 * own, ROUNDING));
@@ -193,8 +194,8 @@ fn the_bed_of_measured_heights_is_z_0() {
 fn positions_close_together_give_parameters_near_the_robots_own() {
     let folder = Folder::new();
     example(&folder);
-    let mut sequence = Sequence::new(5);
-    let mut coordinate = |middle: f64| middle - 10.0 + 20.0 * sequence.uniform();
+    let mut rng = generator(7, 5);
+    let mut coordinate = |middle: f64| middle + 10.0 * uniform(&mut rng);
     let wanted: Vec<Point> = (0..100)
         .map(|_| [coordinate(0.0), coordinate(0.0), coordinate(-400.0)])
         .collect();
@@ -245,11 +246,11 @@ fn a_dozen_robots_lose_what_another_program_finds() {
         ("linuxcnc", 0.328),
         ("fluidnc", 0.470),
     ];
-    let mut sequence = Sequence::new(1);
+    let mut rng = generator(7, 1);
     let mut losses = vec![Vec::new(); expected.len()];
     for _ in 0..12 {
-        let arms = made(&mut sequence);
-        let wanted = positions(&arms, 150, &mut sequence);
+        let arms = made(&mut rng);
+        let wanted = positions(&arms, 150, &mut rng);
         folder.write("calibrated.toml", robot_toml(&arms));
         folder.write("wanted.csv", csv(&wanted));
         for ((target, _), found) in expected.iter().zip(&mut losses) {

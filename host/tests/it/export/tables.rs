@@ -1,11 +1,12 @@
 //! Correction tables: read again, interpolated here, and added to a nominal kinematics that is written here.
 
 use crate::export::controllers::Arm;
-use crate::export::robots::{Sequence, csv, example, export, one_arm_longer, positions};
+use crate::export::robots::{csv, example, export, one_arm_longer, positions};
 use crate::support::{
-    Arm as Parameters, Folder, Point, arms_of, cross, distance, dot, elbow, number, platform,
-    robot_toml,
+    Arm as Parameters, Folder, Point, arms_of, distance, elbow, number, platform, robot_toml,
 };
+use delta_cal_tests::generator;
+use nalgebra::Vector3;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
@@ -17,25 +18,23 @@ struct Table {
 
 impl Table {
     fn read(text: &str, spacing: f64) -> Self {
-        let mut lines = text.lines().filter(|line| !line.starts_with('#'));
-        assert_eq!(lines.next(), Some("x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm,node"));
+        let mut reader = csv::ReaderBuilder::new();
+        let mut reader = reader.comment(Some(b'#')).from_reader(text.as_bytes());
+        let names = ["x_mm", "y_mm", "z_mm", "dx_mm", "dy_mm", "dz_mm", "node"];
+        assert_eq!(reader.headers().unwrap(), &names[..]);
         let mut nodes = BTreeMap::new();
-        for line in lines {
-            let fields: Vec<_> = line.split(',').collect();
-            let [x, y, z, first, second, third, kind] = fields[..] else {
-                panic!("{line}");
-            };
-            let index = [x, y, z].map(|c| {
-                let place = c.parse::<f64>().unwrap() / spacing;
-                assert!((place - place.round()).abs() < 1e-9, "{line}");
+        for row in reader.deserialize() {
+            let (at, by, kind): (Point, [Option<f64>; 3], String) = row.unwrap();
+            let index = at.map(|c| {
+                let place = c / spacing;
+                assert!((place - place.round()).abs() < 1e-9, "{at:?}");
                 #[allow(clippy::cast_possible_truncation)] // some thousand
                 let place = place.round() as i64;
                 place
             });
-            let by =
-                (!first.is_empty()).then(|| [first, second, third].map(|c| c.parse().unwrap()));
-            assert_eq!(by.is_none(), kind == "empty", "{line}");
-            assert!(nodes.insert(index, (by, kind.to_owned())).is_none());
+            assert_eq!(by[0].is_none(), kind == "empty");
+            let by = (kind != "empty").then(|| by.map(Option::unwrap));
+            assert!(nodes.insert(index, (by, kind)).is_none());
         }
         Self { spacing, nodes }
     }
@@ -111,7 +110,7 @@ fn a_limit_with_a_unit_chooses_the_spacing() {
         let calibrated = arms_of(&folder.read("calibrated.toml"));
         // Away from the edge of the workspace.
         let low = |seed: u64| {
-            let mut all = positions(&calibrated, 2000, &mut Sequence::new(seed));
+            let mut all = positions(&calibrated, 2000, &mut generator(8, seed));
             all.retain(|at| at[2] < -400.0);
             all
         };
@@ -173,20 +172,15 @@ fn a_limit_that_no_table_keeps_is_refused_and_a_robot_that_is_assumed_is_stated(
     assert!(!folder.names().contains(&"table.csv".to_owned()));
 }
 
-fn difference(a: Point, b: Point) -> Point {
-    [0, 1, 2].map(|k| a[k] - b[k])
-}
-
 /// How far the forearms are from meeting at a point, mm; `None` if they meet at its mirror image in the plane of the elbows,
 /// for that is lower.
 fn off_the_lower(arms: &[Parameters; 3], q_deg: Point, at: Point) -> Option<f64> {
-    let elbows = [0, 1, 2].map(|k| elbow(&arms[k], q_deg[k]));
+    let elbows = [0, 1, 2].map(|k| Vector3::from(elbow(&arms[k], q_deg[k])));
     let [first, second, third] = elbows;
-    let normal = cross(difference(second, first), difference(third, first));
-    let fall = 2.0 * dot(difference(at, first), normal) * normal[2];
+    let (at, normal) = (Vector3::from(at), (second - first).cross(&(third - first)));
     let each = elbows.iter().zip(arms);
-    let off = each.map(|(elbow, arm)| (distance(at, *elbow) - arm[7]).abs());
-    (fall < 0.0).then(|| off.fold(0.0, f64::max))
+    let off = each.map(|(elbow, arm)| ((at - elbow).norm() - arm[7]).abs());
+    ((at - first).dot(&normal) * normal.z < 0.0).then(|| off.fold(0.0, f64::max))
 }
 
 /// Of a platform larger than the base, and of forearms hardly longer than the upper arms: at some nodes the joint angles

@@ -303,17 +303,16 @@ fn check(arms: &[Shape; 3], holds: &Holds) -> Result<(), ExportError> {
 /// radians.
 fn highest(robot: &RobotFile) -> f64 {
     let (reach, limits) = (robot.reach(), robot.limits);
-    let mut angle = limits.minimum().to_degrees().ceil();
-    while angle <= limits.maximum().to_degrees() {
-        let q = angle.to_radians();
-        let at = reach.clear_position(&robot.robot, &[q; 3]).ok();
+    let first = limits.minimum().to_degrees().ceil();
+    let angles = (0..360).map(|step| first + f64::from(step));
+    let angles = angles.take_while(|angle| *angle <= limits.maximum().to_degrees());
+    let goes_back = |q: &f64| {
+        let at = reach.clear_position(&robot.robot, &[*q; 3]).ok();
         let back = at.and_then(|at| robot.robot.inverse(&at).ok());
-        if back.is_some_and(|back| back.iter().all(|own| (own - q).abs() < 1e-6)) {
-            return q;
-        }
-        angle += 1.0;
-    }
-    limits.minimum()
+        back.is_some_and(|back| back.iter().all(|own| (own - q).abs() < 1e-6))
+    };
+    let highest = angles.map(f64::to_radians).find(goes_back);
+    highest.unwrap_or_else(|| limits.minimum())
 }
 
 /// The warning about a controller's robot that the user did not state.

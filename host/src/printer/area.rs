@@ -33,66 +33,25 @@ pub(super) fn radius_of(imported: &Imported) -> f64 {
     imported.bed_radius.unwrap_or(usual)
 }
 
-/// A grid of poses over the printed area.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Area {
-    /// Of the bed, mm.
-    pub radius: f64,
-    /// On the bed, and above it.
-    pub poses: Vec<Sample<f64>>,
-}
-
-impl Area {
-    /// What a robot reaches of the cylinder above its bed.
-    pub fn of(file: &RobotFile, radius: f64) -> Self {
-        let robot = &file.robot;
-        let highest = robot.forward(&[file.limits.maximum(); 3]);
-        let top = highest.map_or(0.0, |at| at.z.max(0.0));
-        let mut poses = Vec::new();
-        for layer in 0..LAYERS {
-            let z = UP_TO * top * f64::from(layer) / f64::from(LAYERS);
-            for at in bed(radius, CIRCLES, ON_A_CIRCLE) {
-                let position = Vector3::new(at[0], at[1], z);
-                if let Ok(joints) = robot.inverse(&position)
-                    && joints.iter().all(|joint| {
-                        (file.limits.minimum()..=file.limits.maximum()).contains(joint)
-                    })
-                {
-                    poses.push(Sample { joints, position });
-                }
+/// A grid of poses that a robot reaches over the printed area, on the bed and above it.
+pub(super) fn poses(file: &RobotFile, radius: f64) -> Vec<Sample<f64>> {
+    let robot = &file.robot;
+    let highest = robot.forward(&[file.limits.maximum(); 3]);
+    let top = highest.map_or(0.0, |at| at.z.max(0.0));
+    let travel = file.limits.minimum()..=file.limits.maximum();
+    let mut poses = Vec::new();
+    for layer in 0..LAYERS {
+        let z = UP_TO * top * f64::from(layer) / f64::from(LAYERS);
+        for at in bed(radius, CIRCLES, ON_A_CIRCLE) {
+            let position = Vector3::new(at[0], at[1], z);
+            if let Ok(joints) = robot.inverse(&position)
+                && joints.iter().all(|joint| travel.contains(joint))
+            {
+                poses.push(Sample { joints, position });
             }
         }
-        Self { radius, poses }
     }
-
-    /// W of the mean squares tr(W C), C being the covariance of the parameters.
-    pub(super) fn uncertain(&self, file: &RobotFile) -> Option<Uncertain> {
-        let all = Sensitivities::of(&file.robot, self.poses.iter().copied());
-        let on_bed: Vec<_> = all
-            .0
-            .iter()
-            .filter(|(pose, _)| pose.position.z.abs() < ON_THE_BED)
-            .map(|(_, jacobian)| jacobian)
-            .collect();
-        let count = on_bed.len() as f64;
-        let mean = on_bed
-            .iter()
-            .copied()
-            .sum::<SMatrix<f64, 3, WITH_TRANSMISSIONS>>()
-            / count;
-        let mut found = Uncertain {
-            relative: all.relative()?.mean_square(),
-            height: RobotCovariance::zeros(),
-            across: RobotCovariance::zeros(),
-        };
-        for jacobian in on_bed {
-            let left = jacobian - mean;
-            let (across, height) = (left.fixed_rows::<2>(0), left.fixed_rows::<1>(2));
-            found.height += height.tr_mul(&height) / count;
-            found.across += across.tr_mul(&across) / count;
-        }
-        Some(found)
-    }
+    poses
 }
 
 /// W of mean squares tr(W C), C being the covariance of the parameters.
@@ -103,6 +62,30 @@ pub(super) struct Uncertain {
     pub(super) height: RobotCovariance,
     /// Of x and y on the bed about their mean.
     pub(super) across: RobotCovariance,
+}
+
+impl Uncertain {
+    /// Over poses of the printed area.
+    pub(super) fn of(file: &RobotFile, poses: &[Sample<f64>]) -> Option<Self> {
+        let all = Sensitivities::of(&file.robot, poses.iter().copied());
+        let on_bed = all.0.iter();
+        let on_bed = on_bed.filter(|(pose, _)| pose.position.z.abs() < ON_THE_BED);
+        let on_bed: Vec<_> = on_bed.map(|(_, jacobian)| jacobian).collect();
+        let count = on_bed.len() as f64;
+        let sum: SMatrix<f64, 3, WITH_TRANSMISSIONS> = on_bed.iter().copied().sum();
+        let mut found = Self {
+            relative: all.relative()?.mean_square(),
+            height: RobotCovariance::zeros(),
+            across: RobotCovariance::zeros(),
+        };
+        for jacobian in on_bed {
+            let left = jacobian - sum / count;
+            let (across, height) = (left.fixed_rows::<2>(0), left.fixed_rows::<1>(2));
+            found.height += height.tr_mul(&height) / count;
+            found.across += across.tr_mul(&across) / count;
+        }
+        Some(found)
+    }
 }
 
 /// The centre and circles around it, the largest of this radius.

@@ -1,6 +1,6 @@
 //! A printer assessed: what its configuration is off, what to paste instead, and what that leaves.
 
-use super::area::{Area, ON_THE_BED, Off, radius_of};
+use super::area::{ON_THE_BED, Off, Uncertain, poses, radius_of};
 use super::next::{Next, next};
 use super::notes::{Change, notes};
 use crate::accuracy::information::prior;
@@ -94,12 +94,12 @@ impl Printer {
     ) -> Result<Self, ExportError> {
         let robot = &imported.robot;
         let radius = radius_of(imported);
-        let area = Area::of(calibrated, radius);
+        let poses = poses(calibrated, radius);
         let times = |at: &Vector3<f64>| {
             let on_the_bed = at.z.abs() < ON_THE_BED;
             if on_the_bed { FIRST_LAYER } else { 1.0 }
         };
-        let positions = || area.poses.iter().map(|pose| pose.position);
+        let positions = || poses.iter().map(|pose| pose.position);
         let wanted = Wanted {
             place: Place::Within(radius),
             fitted: positions().map(|at| (at, times(&at))).collect(),
@@ -130,9 +130,7 @@ impl Printer {
         .export(target)?;
         let held = held(&configured, &settings, imported.home, target)?;
         let changes = changes(held, &export.written);
-        let uncertain = area
-            .uncertain(calibrated)
-            .ok_or(ExportError::TooFewPositions(0))?;
+        let uncertain = Uncertain::of(calibrated, &poses).ok_or(ExportError::TooFewPositions(0))?;
         let covariance = solution.expected_of_robot();
         let sigmas = [&uncertain.height, &uncertain.across].map(|own| own.dot(&covariance).sqrt());
         let look = |(controller, frame): (&Robot<f64>, Frame)| {

@@ -1,6 +1,6 @@
 //! What to measure next.
 
-use super::area::{Area, bed, radius_of};
+use super::area::{Uncertain, bed, poses, radius_of};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
 use crate::fit::Frame;
@@ -126,7 +126,7 @@ pub fn touches_of_bed(imported: &Imported, count: usize) -> (f64, Vec<[f64; 2]>)
     nothing.planes = vec!["plane".to_owned()];
     let imported = imported.clone().with_readings(nothing);
     let robot = &imported.robot;
-    let Some(weights) = Area::of(robot, radius).uncertain(robot) else {
+    let Some(weights) = Uncertain::of(robot, &poses(robot, radius)) else {
         return (radius, Vec::new());
     };
     let leaves = |file: &Readings| {

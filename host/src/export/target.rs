@@ -8,17 +8,13 @@ use crate::files::robot_file::RobotFile;
 use crate::import::USUAL_TOWERS;
 use delta_cal::ArmIndex;
 use delta_cal::robot::Drive;
-use nalgebra::Vector3;
 use serde::de::Error;
-use serde::de::value::Error as Malformed;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::LazyLock;
 
 /// The platform radius if none is stated, mm.
 const USUAL_PLATFORM: f64 = 25.0;
-/// The side of the equilateral triangle around a circle of radius 1.
-const TRIANGLE: f64 = 2.0 * 1.732_050_807_568_877_2;
 /// If upper arms differ by more than this, mm, RepRapFirmware's forward and inverse kinematics differ.
 const EQUAL: f64 = 0.001;
 
@@ -42,7 +38,7 @@ pub struct Target {
     #[serde(default, skip_serializing)]
     pub holds: Holds,
     #[serde(default, skip_serializing)]
-    lines: Template,
+    lines: String,
     #[serde(default = "four", skip_serializing)]
     decimals: usize,
     /// Whether the lines depend on where the end stops are.
@@ -84,7 +80,7 @@ struct Warning {
     when: Option<Condition>,
     /// For each longer parameter; # is its name.
     longer_than_mm: Option<f64>,
-    text: Template,
+    text: String,
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
@@ -96,125 +92,11 @@ enum Condition {
     WithTransmissions,
 }
 
-/// Text with values in it.
-#[derive(Debug, Default, Deserialize)]
-#[serde(try_from = "String")]
-struct Template(Vec<Piece>);
-
-#[derive(Debug)]
-enum Piece {
-    Text(String),
-    /// A parameter, or a value that is none if the name is empty; of the arm or tower that this motor drives.
-    Value {
-        name: String,
-        value: Value,
-        motor: usize,
-    },
-}
-
-/// How a value follows from what was fitted, for a motor.
-#[derive(Debug, Clone, Copy)]
+/// A value in the lines: mm, degrees, or text.
 enum Value {
-    /// Millimetres.
-    Length(fn(&Fitted<'_>, usize) -> f64),
-    /// The same, if the controller can state it.
-    Possible(fn(&Fitted<'_>, usize) -> Result<f64, ExportError>),
-    Degrees(fn(&Fitted<'_>, usize) -> f64),
-    Text(fn(&Fitted<'_>, usize) -> String),
-}
-
-/// The quantities of `targets.toml`.
-fn quantity(name: &str) -> Option<Value> {
-    use Value::{Degrees, Length, Possible, Text};
-    Some(match name {
-        // The number of the arm.
-        "arm" => Text(|own, k| (own.geometry.motors[k] + 1).to_string()),
-        // From 0° to 360°, and from 210°, 330° or 90°.
-        "azimuth" => Degrees(|own, k| own.arm(k).azimuth.to_degrees().rem_euclid(360.0)),
-        "correction" => Degrees(|own, k| own.arm(k).azimuth_beyond(USUAL_TOWERS[k]).to_degrees()),
-        // Of the motor axis or tower minus that of the platform.
-        "radius" => Length(|own, k| own.arm(k).radius),
-        "shoulder_radius" => Possible(|own, k| shoulder_radius(own.arm(k))),
-        // Radii of base and platform, and the sides of the triangles around these circles.
-        "base" => Length(|own, k| own.arm(k).radius + own.platform()),
-        "base_triangle" => Length(|own, k| TRIANGLE * (own.arm(k).radius + own.platform())),
-        "platform" => Length(|own, _| own.platform()),
-        "platform_triangle" => Length(|own, _| TRIANGLE * own.platform()),
-        "flange_x" => Length(|own, _| own.flange().x),
-        "flange_y" => Length(|own, _| own.flange().y),
-        "flange_z" => Length(|own, _| own.flange().z),
-        "nothing" => Length(|_, _| 0.0),
-        // Of the motor axis, and of the platform with the upper arms level.
-        "height" => Length(|own, k| own.arm(k).height),
-        "height_with_arms_level" => Length(|own, k| height_with_arms_level(own.arm(k))),
-        "upper" => Length(|own, k| own.arm(k).upper),
-        // The forearm or rod.
-        "lower" => Length(|own, k| own.arm(k).lower),
-        "mean_rod" => Length(|own, _| own.mean_rod()),
-        "above_mean_rod" => Length(|own, k| own.arm(k).lower - own.mean_rod()),
-        // The joint angle with the upper arm level, reversed; the same as the joints count.
-        "minus_zero" => Degrees(|own, k| -own.arm(k).zero.to_degrees()),
-        "zero_as_counted" => Degrees(|own, k| {
-            let zero = own.arm(k).zero.to_degrees();
-            if own.counts_up() { -zero } else { zero }
-        }),
-        "count_direction" => Text(|own, _| {
-            let up = own.counts_up();
-            if up { "Inverse" } else { "Standard" }.to_owned()
-        }),
-        // The joint angle at the end stop, counted from where the upper arm is level.
-        "home_offset" => Degrees(|own, k| (own.home(k) - own.arm(k).zero).to_degrees()),
-        // The height of the nozzle at x = y = 0 with the arm at its end stop.
-        "position_endstop" => Possible(|own, k| {
-            let (arm, home) = (own.arm(k), own.home(k));
-            height_on_the_axis(arm, arm.zero - home).ok_or_else(|| ExportError::Home {
-                arm: ArmIndex::ALL[k],
-                degrees: home.to_degrees(),
-            })
-        }),
-        // Above level: the limits, and each end stop from the highest.
-        "lowest_angle" => {
-            Degrees(|own, _| f64::min(-own.robot.limits.maximum(), own.highest()).to_degrees())
-        }
-        "highest_angle" => Degrees(|own, _| own.highest().to_degrees()),
-        "angle_trim" => {
-            Degrees(|own, k| (own.arm(k).zero - own.home(k) - own.highest()).to_degrees())
-        }
-        // The height of the nozzle at x = y = 0 with the carriage at its end stop.
-        "tower_endstop" => Length(|own, k| own.endstops()[k]),
-        "mean_endstop" => Length(|own, _| own.mean_endstop()),
-        "above_mean_endstop" => Length(|own, k| own.endstops()[k] - own.mean_endstop()),
-        // No carriage moves up from its end stop.
-        "lowest_endstop" => Length(|own, _| own.lowest_endstop()),
-        "below_endstop" => Length(|own, k| own.lowest_endstop() - own.endstops()[k]),
-        // The largest distance of a wanted position from the z axis.
-        "reach" => Text(|own, _| format!("{:.1}", own.reach.ceil())),
-        // The robot's own parameters, their number, and the joints' limits.
-        "dx" => Length(|own, k| own.parameters()[k][0]),
-        "dy" => Length(|own, k| own.parameters()[k][1]),
-        "dz" => Length(|own, k| own.parameters()[k][2]),
-        "theta" => Degrees(|own, k| own.parameters()[k][3].to_degrees()),
-        "alpha" => Degrees(|own, k| own.parameters()[k][4].to_degrees()),
-        "la_x" => Length(|own, k| own.parameters()[k][5]),
-        "la_y" => Length(|own, k| own.parameters()[k][6]),
-        "lb" => Length(|own, k| own.parameters()[k][7]),
-        "revision" => Text(|own, _| {
-            let (arms, transmissions) = (own.parameters(), None);
-            let geometry = delta_cal_protocol::Geometry {
-                arms,
-                transmissions,
-            };
-            geometry.fingerprint().max(1).to_string()
-        }),
-        "least_joint" => Text(|own, _| decimals(own.robot.limits.minimum().to_degrees(), 4)),
-        "largest_joint" => Text(|own, _| decimals(own.robot.limits.maximum().to_degrees(), 4)),
-        "stated_home_offset" => Text(|own, k| {
-            let offset = |home: [f64; 3]| decimals(home[k].to_degrees(), 4);
-            let line = |home| format!("# HOME_OFFSET = {}\n", offset(home));
-            own.settings.home.map_or_else(String::new, line)
-        }),
-        _ => return None,
-    })
+    Length(f64),
+    Degrees(f64),
+    Text(String),
 }
 
 /// A parameter of a target.
@@ -298,34 +180,6 @@ fn drive<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Drive>, D:
     }
 }
 
-impl TryFrom<String> for Template {
-    type Error = Malformed;
-
-    fn try_from(text: String) -> Result<Self, Malformed> {
-        let mut pieces = Vec::new();
-        let mut rest = text.as_str();
-        while let Some((before, after)) = rest.split_once('{') {
-            let braces = after.split_once('}').and_then(|(own, after)| {
-                let (name, value) = own.split_once('=')?;
-                Some((name.trim(), value.trim(), after))
-            });
-            let (name, value, after) = braces.ok_or_else(|| Malformed::missing_field("= or }"))?;
-            let (quantity, motor) = value.split_once(' ').unwrap_or((value, "1"));
-            let found = self::quantity(quantity);
-            let motor: usize = motor.parse().map_err(Malformed::custom)?;
-            pieces.push(Piece::Text(before.to_owned()));
-            pieces.push(Piece::Value {
-                name: name.to_owned(),
-                value: found.ok_or_else(|| Malformed::unknown_variant(quantity, &[]))?,
-                motor: motor.clamp(1, 3) - 1,
-            });
-            rest = after;
-        }
-        pieces.push(Piece::Text(rest.to_owned()));
-        Ok(Self(pieces))
-    }
-}
-
 /// With so many decimals, without −0.
 pub(super) fn decimals(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
@@ -358,39 +212,39 @@ impl Target {
         })
     }
 
+    /// A template with its values, and the parameters among these.
     fn fill(
         &self,
-        template: &Template,
+        template: &str,
         fitted: &Fitted<'_>,
     ) -> Result<(Vec<Entry>, String), ExportError> {
         let (mut entries, mut lines) = (Vec::new(), String::new());
-        for piece in &template.0 {
-            let (name, value, motor) = match piece {
-                Piece::Text(text) => {
-                    lines.push_str(text);
-                    continue;
-                }
-                Piece::Value { name, value, motor } => (name, value, *motor),
+        for part in template.split_inclusive('}') {
+            let braces = part.strip_suffix('}').and_then(|part| {
+                let (before, own) = part.split_once('{')?;
+                Some((before, own.split_once('=')?))
+            });
+            let Some((before, (name, value))) = braces else {
+                lines.push_str(part);
+                continue;
             };
-            let (value, unit) = match value {
+            lines.push_str(before);
+            let (quantity, motor) = value.trim().split_once(' ').unwrap_or((value.trim(), "1"));
+            let motor: usize = motor.parse().unwrap_or(1);
+            let (value, unit, digits) = match fitted.value(quantity, motor.clamp(1, 3) - 1)? {
                 Value::Text(text) => {
-                    lines.push_str(&text(fitted, motor));
+                    lines.push_str(&text);
                     continue;
                 }
-                Value::Degrees(angle) => (angle(fitted, motor), "deg"),
-                Value::Length(length) => (length(fitted, motor), "mm"),
-                Value::Possible(length) => (length(fitted, motor)?, "mm"),
-            };
-            let (value, unit, digits) = if unit == "mm" && fitted.settings.inches {
+                Value::Degrees(degrees) => (degrees, "deg", self.decimals),
                 // Inches need more digits.
-                (value / 25.4, "in", 6)
-            } else {
-                (value, unit, self.decimals)
+                Value::Length(length) if fitted.settings.inches => (length / 25.4, "in", 6),
+                Value::Length(length) => (length, "mm", self.decimals),
             };
             lines.push_str(&decimals(value, digits));
             if !name.is_empty() {
                 entries.push(Entry {
-                    name: name.clone(),
+                    name: name.trim().to_owned(),
                     value,
                     unit,
                 });
@@ -401,48 +255,108 @@ impl Target {
 }
 
 impl Fitted<'_> {
-    fn arm(&self, motor: usize) -> &Shape {
-        &self.geometry.arms[self.geometry.motors[motor]]
-    }
-
-    fn home(&self, motor: usize) -> f64 {
-        self.home[self.geometry.motors[motor]]
-    }
-
-    fn platform(&self) -> f64 {
-        let stated = self.settings.platform_radius;
-        stated
-            .or(self.robot.platform_radius)
-            .unwrap_or(USUAL_PLATFORM)
-    }
-
-    fn flange(&self) -> Vector3<f64> {
-        self.robot.instruments.target.unwrap_or_default()
-    }
-
-    fn parameters(&self) -> [[f64; 8]; 3] {
-        self.robot.robot.parameters()
-    }
-
-    fn counts_up(&self) -> bool {
-        self.robot.convention.joint_positive == Vertical::Up
-    }
-
-    fn mean_rod(&self) -> f64 {
-        to_decimals(Shape::mean(&self.geometry.arms).lower)
-    }
-
-    /// The upper limit above level is at the smallest joint angle.
-    fn highest(&self) -> f64 {
-        -self.home.into_iter().fold(f64::INFINITY, f64::min)
-    }
-
-    fn mean_endstop(&self) -> f64 {
-        self.endstops().iter().sum::<f64>() / 3.0
-    }
-
-    fn lowest_endstop(&self) -> f64 {
-        self.endstops().into_iter().fold(f64::INFINITY, f64::min)
+    /// A quantity of `targets.toml`: of the arm or tower that a motor drives, or of all. An unknown one stands in the lines
+    /// as it is.
+    fn value(&self, quantity: &str, motor: usize) -> Result<Value, ExportError> {
+        let arms = &self.geometry.arms;
+        let arm = self.geometry.motors[motor];
+        let (own, home) = (&arms[arm], self.home[arm]);
+        let [dx, dy, dz, theta, alpha, la_x, la_y, lb] = self.robot.robot.parameters()[motor];
+        let (limits, instruments) = (self.robot.limits, &self.robot.instruments);
+        let flange = instruments.target.unwrap_or_default();
+        let stated = self.settings.platform_radius.or(self.robot.platform_radius);
+        let platform = stated.unwrap_or(USUAL_PLATFORM);
+        let triangle = 2.0 * 3f64.sqrt();
+        let up = self.robot.convention.joint_positive == Vertical::Up;
+        // Above level the upper limit is at the smallest joint angle.
+        let highest = -self.home.into_iter().fold(f64::INFINITY, f64::min);
+        let endstops = self.endstops();
+        let mean_endstop = endstops.iter().sum::<f64>() / 3.0;
+        let lowest_endstop = endstops.into_iter().fold(f64::INFINITY, f64::min);
+        let mean_rod = to_decimals(Shape::mean(arms).lower);
+        let degrees = |radians: f64| Value::Degrees(radians.to_degrees());
+        let rounded = |radians: f64| Value::Text(decimals(radians.to_degrees(), 4));
+        let (mm, text) = (Value::Length, Value::Text);
+        Ok(match quantity {
+            // The number of the arm.
+            "arm" => text((arm + 1).to_string()),
+            // From 0° to 360°, and from 210°, 330° or 90°.
+            "azimuth" => Value::Degrees(own.azimuth.to_degrees().rem_euclid(360.0)),
+            "correction" => degrees(own.azimuth_beyond(USUAL_TOWERS[arm])),
+            // Of the motor axis or tower minus that of the platform.
+            "radius" => mm(own.radius),
+            "shoulder_radius" => mm(shoulder_radius(own)?),
+            // Radii of base and platform, and the sides of the triangles around these circles.
+            "base" => mm(own.radius + platform),
+            "base_triangle" => mm(triangle * (own.radius + platform)),
+            "platform" => mm(platform),
+            "platform_triangle" => mm(triangle * platform),
+            "flange_x" => mm(flange.x),
+            "flange_y" => mm(flange.y),
+            "flange_z" => mm(flange.z),
+            "nothing" => mm(0.0),
+            // Of the motor axis, and of the platform with the upper arms level.
+            "height" => mm(own.height),
+            "height_with_arms_level" => {
+                let out = own.radius + own.upper;
+                mm(own.height - (own.lower * own.lower - out * out).max(0.0).sqrt())
+            }
+            "upper" => mm(own.upper),
+            // The forearm or rod.
+            "lower" => mm(own.lower),
+            "mean_rod" => mm(mean_rod),
+            "above_mean_rod" => mm(own.lower - mean_rod),
+            // The joint angle with the upper arm level, reversed; the same as the joints count.
+            "minus_zero" => degrees(-own.zero),
+            "zero_as_counted" => degrees(if up { -own.zero } else { own.zero }),
+            "count_direction" => text(if up { "Inverse" } else { "Standard" }.to_owned()),
+            // The joint angle at the end stop, counted from where the upper arm is level.
+            "home_offset" => degrees(home - own.zero),
+            // The height of the nozzle at x = y = 0 with the arm at its end stop.
+            "position_endstop" => {
+                let endstop = height_on_the_axis(own, own.zero - home);
+                mm(endstop.ok_or(ExportError::Home {
+                    arm: ArmIndex::ALL[arm],
+                    degrees: home.to_degrees(),
+                })?)
+            }
+            // Above level: the limits, and each end stop from the highest.
+            "lowest_angle" => degrees(f64::min(-limits.maximum(), highest)),
+            "highest_angle" => degrees(highest),
+            "angle_trim" => degrees(own.zero - home - highest),
+            // The height of the nozzle at x = y = 0 with the carriage at its end stop.
+            "tower_endstop" => mm(endstops[arm]),
+            "mean_endstop" => mm(mean_endstop),
+            "above_mean_endstop" => mm(endstops[arm] - mean_endstop),
+            // No carriage moves up from its end stop.
+            "lowest_endstop" => mm(lowest_endstop),
+            "below_endstop" => mm(lowest_endstop - endstops[arm]),
+            // The largest distance of a wanted position from the z axis.
+            "reach" => text(format!("{:.1}", self.reach.ceil())),
+            // The robot's own parameters, their number, and the range of the joints.
+            "dx" => mm(dx),
+            "dy" => mm(dy),
+            "dz" => mm(dz),
+            "theta" => degrees(theta),
+            "alpha" => degrees(alpha),
+            "la_x" => mm(la_x),
+            "la_y" => mm(la_y),
+            "lb" => mm(lb),
+            "revision" => {
+                let geometry = delta_cal_protocol::Geometry {
+                    arms: self.robot.robot.parameters(),
+                    transmissions: None,
+                };
+                text(geometry.fingerprint().max(1).to_string())
+            }
+            "least_joint" => rounded(limits.minimum()),
+            "largest_joint" => rounded(limits.maximum()),
+            "stated_home_offset" => text(self.settings.home.map_or_else(String::new, |home| {
+                let offset = decimals(home[motor].to_degrees(), 4);
+                format!("# HOME_OFFSET = {offset}\n")
+            })),
+            unknown => text(format!("{{{unknown}}}")),
+        })
     }
 
     fn is(&self, condition: Condition) -> bool {
@@ -500,11 +414,6 @@ impl Fitted<'_> {
     }
 }
 
-fn height_with_arms_level(arm: &Shape) -> f64 {
-    let out = arm.radius + arm.upper;
-    arm.height - (arm.lower * arm.lower - out * out).max(0.0).sqrt()
-}
-
 fn shoulder_radius(arm: &Shape) -> Result<f64, ExportError> {
     if arm.radius > 0.0 {
         return Ok(arm.radius);
@@ -535,10 +444,38 @@ fn height_on_the_axis(arm: &Shape, angle: f64) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::targets;
+    use super::{Fitted, Value, targets};
+    use crate::export::Settings;
+    use crate::export::geometry::{Geometry, Holds, Shape};
+    use crate::files::example::ROBOT_TOML;
+    use crate::{InputText, RobotFile};
+    use delta_cal::frame::RigidTransform;
 
     #[test]
-    fn the_file_of_targets_is_read() {
+    fn the_file_of_targets_is_read_and_its_quantities_are_known() {
         assert_eq!(targets().len(), 15);
+        let robot = RobotFile::read(&InputText::new("robot.toml", ROBOT_TOML)).unwrap();
+        let shapes = Shape::all(&robot.robot, &[0.0; 3], &RigidTransform::identity());
+        let drive = robot.robot.drive();
+        let fitted = Fitted {
+            robot: &robot,
+            settings: &Settings::default(),
+            geometry: Geometry::start(drive, &shapes, &Holds::default(), 500.0),
+            home: [-0.5; 3],
+            reach: 200.0,
+        };
+        for own in targets() {
+            let warnings = own.warnings.iter().map(|warning| &warning.text);
+            for part in warnings
+                .chain([&own.lines])
+                .flat_map(|text| text.split('{').skip(1))
+            {
+                let (_, value) = part.split_once('}').unwrap().0.split_once('=').unwrap();
+                let quantity = value.split_whitespace().next().unwrap();
+                if let Ok(Value::Text(text)) = fitted.value(quantity, 0) {
+                    assert!(!text.contains('{'), "{quantity}");
+                }
+            }
+        }
     }
 }

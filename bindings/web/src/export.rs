@@ -6,7 +6,7 @@ use delta_cal::robot::Drive;
 use delta_cal_host::export::positions::{Wanted, bed};
 use delta_cal_host::export::{Case, Settings, target, targets as all_targets};
 use delta_cal_host::files::kinematics;
-use delta_cal_host::{InputError, Options, RobotFile, read_samples};
+use delta_cal_host::{Options, RobotFile, read_samples};
 use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Default, Deserialize)]
@@ -76,11 +76,7 @@ pub(crate) fn run(files: &Folder, request: &Request) -> Result<Exported, Fault> 
     let level = match request.bed.as_deref() {
         Some(name) if drive == Drive::Linear => {
             let samples = read_samples(&files.table(name)?, &robot, &Options::default())?;
-            let found = bed(&robot.robot, &samples);
-            Some(found.ok_or_else(|| {
-                let cause = "the file does not hold three heights that are not on one line";
-                InputError::new(name, cause).with_remedy("measure more heights")
-            })?)
+            Some(bed(&robot.robot, &samples)?)
         }
         _ => None,
     };

@@ -187,13 +187,7 @@ fn level(arguments: &ExportArguments, robot: &RobotFile) -> Result<Option<Frame>
     }
     let input = InputText::from_table(path)?;
     let samples = read_samples(&input, robot, &Options::default()).map_err(Failure::from)?;
-    let Some(found) = bed(&robot.robot, &samples) else {
-        let cause = "the file does not hold three heights that are not on one line";
-        let fault = InputError::new(path.display().to_string(), cause);
-        let remedy = "measure more heights, or leave out --bed";
-        return Err(fault.with_remedy(remedy).into());
-    };
-    Ok(Some(found))
+    Ok(Some(bed(&robot.robot, &samples)?))
 }
 
 /// The error, with the file at fault and the place in it.

@@ -2,6 +2,7 @@
 
 use super::geometry::{Frame, coordinates};
 use crate::accuracy::uncertainty::inside;
+use crate::files::input::InputError;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
 use delta_cal::Robot;
@@ -184,8 +185,19 @@ impl Loss {
 }
 
 /// The motion after which z is the height above the measured bed: by least squares over the heights,
-/// `n · x − o = height` with a unit vector n. `None` if they are too few or on one line.
-pub fn bed(robot: &Robot<f64>, samples: &Readings) -> Option<Frame> {
+/// `n · x − o = height` with a unit vector n.
+///
+/// # Errors
+/// The heights are too few, or on one line.
+pub fn bed(robot: &Robot<f64>, samples: &Readings) -> Result<Frame, InputError> {
+    plane(robot, samples).ok_or_else(|| {
+        let cause = "the file does not hold three heights that are not on one line";
+        let error = InputError::new(&samples.name, cause);
+        error.with_remedy("measure more heights, or export without them")
+    })
+}
+
+fn plane(robot: &Robot<f64>, samples: &Readings) -> Option<Frame> {
     let mut rows = Vec::new();
     for row in &samples.rows {
         if let (Some((_, height)), Ok(at)) = (row.value.height, robot.forward(&row.value.joints)) {

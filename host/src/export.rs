@@ -198,7 +198,7 @@ impl Case<'_> {
         let shapes = Shape::all(robot, &self.middle()?, &frame.transform());
         let mut height = 0.0;
         if drive == Drive::Rotary {
-            check(&shapes, holds)?;
+            check(robot, &shapes, holds)?;
             let usual = if holds.from_base_plane {
                 0.0
             } else {
@@ -263,21 +263,24 @@ pub(crate) fn held(
 }
 
 /// Refuses a robot with large errors that the target does not hold: its fitted parameters would be meaningless.
-fn check(arms: &[Shape; 3], holds: &Holds) -> Result<(), ExportError> {
-    for ((arm, even), index) in arms.iter().zip(even_azimuths(arms)).zip(ArmIndex::ALL) {
-        let tilt = degrees(arm.tilt);
-        let off = within_half_turn(arm.azimuth - even).to_degrees();
+fn check(robot: &Robot<f64>, shapes: &[Shape; 3], holds: &Holds) -> Result<(), ExportError> {
+    let even = even_azimuths(shapes);
+    for index in ArmIndex::ALL {
+        let shape = &shapes[index.index()];
+        let [dx, dy, _, theta, alpha, ..] = robot.arm(index).parameters();
+        let (tilt, side) = (degrees(alpha), dy * theta.cos() - dx * theta.sin());
+        let off = within_half_turn(shape.azimuth - even[index.index()]).to_degrees();
         let fault = if tilt.abs() > LARGEST_ANGLE {
             let cause = format!(
                 "its motor axis is tilted by {tilt:.3}°; no controller holds a tilt, and a fit compensates at most \
                  {LARGEST_ANGLE}°"
             );
             ("alpha_deg", cause)
-        } else if arm.side.abs() > LARGEST_PART * arm.upper {
+        } else if side.abs() > LARGEST_PART * shape.upper {
             let cause = format!(
                 "its plane is {:.3} mm from the z axis; no controller holds that, and a fit compensates at most a tenth of \
                  the upper arm",
-                arm.side.abs()
+                side.abs()
             );
             ("theta_deg", cause)
         } else if holds.azimuths_deg.is_some() && off.abs() > LARGEST_ANGLE {

@@ -11,45 +11,38 @@ use std::f64::consts::TAU;
 /// Towers this close to the usual azimuths are assumed to stand there in the nominal robot, radians.
 const USUAL: f64 = 0.1;
 
-/// An arm in cylindrical coordinates: lengths in mm, angles in radians.
+/// What controllers hold of an arm, in cylindrical coordinates: lengths in mm, angles in radians.
 ///
-/// The motor axis is at (r, t) along and across the azimuth. The elbow is at radius r + U cos(q − φ), offset t and height
-/// h − U sin(q − φ), all tilted by α. An upright tower has only r, h and L: the rod's upper end is at radius r and height
-/// h + s.
+/// The motor axis is at radius r. The elbow is at radius r + U cos(q − φ) and height h − U sin(q − φ). An upright tower has
+/// only r, h and L: the rod's upper end is at radius r and height h + s.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Shape {
     /// θ: the azimuth of the arm's plane or of the tower.
     pub azimuth: f64,
     /// r: the distance of the motor axis or tower from the z axis, minus the platform radius.
     pub radius: f64,
-    /// t: the offset of the motor axis across the azimuth.
-    pub side: f64,
     /// h: the height of the motor axis, or of the rod's upper end at travel 0.
     pub height: f64,
-    /// α: the tilt of the motor axis.
-    pub tilt: f64,
     /// U: the upper arm.
     pub upper: f64,
-    /// φ: the joint angle at which the upper arm is level.
-    pub zero: f64,
     /// L: the forearm or rod.
     pub lower: f64,
+    /// φ: the joint angle at which the upper arm is level.
+    pub zero: f64,
 }
 
 impl Shape {
-    /// The shape of a rotary arm.
+    /// Of a rotary arm, without its tilt and the distance of its plane from the z axis.
     fn of_arm(arm: &Arm<f64>) -> Self {
-        let [dx, dy, height, azimuth, tilt, la_x, la_y, lower] = arm.parameters();
+        let [dx, dy, height, azimuth, _, la_x, la_y, lower] = arm.parameters();
         let (sin, cos) = azimuth.sin_cos();
         Self {
             azimuth,
             radius: dx * cos + dy * sin,
-            side: dy * cos - dx * sin,
             height,
-            tilt,
             upper: la_x.hypot(la_y),
-            zero: la_y.atan2(la_x),
             lower,
+            zero: la_y.atan2(la_x),
         }
     }
 
@@ -104,14 +97,12 @@ impl Shape {
 
     fn arm(&self, drive: Drive) -> Result<Arm<f64>, GeometryError> {
         let (sin, cos) = self.azimuth.sin_cos();
-        let x = self.radius * cos - self.side * sin;
-        let y = self.radius * sin + self.side * cos;
-        let (height, lower) = (self.height, self.lower);
-        let (la_y, la_x) = self.zero.sin_cos();
-        let (la_x, la_y) = (self.upper * la_x, self.upper * la_y);
+        let [x, y, z] = [self.radius * cos, self.radius * sin, self.height];
+        let (sin, cos) = self.zero.sin_cos();
+        let (la_x, la_y) = (self.upper * cos, self.upper * sin);
         match drive {
-            Drive::Linear => Arm::linear([x, y, height, 0.0, 0.0, 1.0, lower]),
-            Drive::Rotary => Arm::new([x, y, height, self.azimuth, self.tilt, la_x, la_y, lower]),
+            Drive::Linear => Arm::linear([x, y, z, 0.0, 0.0, 1.0, self.lower]),
+            Drive::Rotary => Arm::new([x, y, z, self.azimuth, 0.0, la_x, la_y, self.lower]),
         }
     }
 }
@@ -241,7 +232,7 @@ impl Holds {
 pub struct Geometry {
     /// The type of drive.
     pub drive: Drive,
-    /// Side and tilt are zero.
+    /// What the controller holds of each.
     pub arms: [Shape; 3],
     /// `motors[k]` is the index of the arm that the controller's motor k drives.
     pub motors: [usize; 3],
@@ -268,7 +259,6 @@ impl Geometry {
         }
         let mut mean = Shape::mean(arms);
         for arm in &mut own {
-            (arm.side, arm.tilt) = (0.0, 0.0);
             let held = arm.held().into_iter().zip(mean.held()).zip(holds.each());
             // The azimuths are as above.
             for ((own, mean), each) in held.skip(1) {

@@ -13,12 +13,10 @@ use std::sync::{Mutex, PoisonError};
 /// Only one LinuxCNC can run on a machine.
 static ALONE: Mutex<()> = Mutex::new(());
 
-fn manifest(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
-}
+const HOST: &str = env!("CARGO_MANIFEST_DIR");
 
 fn component() -> PathBuf {
-    manifest("../bindings/c/linuxcnc")
+    Path::new(HOST).join("../bindings/c/linuxcnc")
 }
 
 /// Runs with private mounts, shared memory and processes; without root, in a namespace in which the user is root.
@@ -94,7 +92,7 @@ fn drive(folder: &Folder, display: &str, change: impl Fn(String) -> String) -> D
 
     let run = private()
         .arg("sh")
-        .arg(manifest("tests/it/linuxcnc/private.sh"))
+        .arg(Path::new(HOST).join("tests/it/linuxcnc/private.sh"))
         .args([component(), build, folder.path("")])
         .output()
         .unwrap();

@@ -1,7 +1,7 @@
 //! The kinematics of each controller, from its equations in its own conventions, with the parameters read from
 //! the lines to paste.
 
-use crate::export::klipper::{Delta, RotaryDelta};
+use crate::export::klipper::Delta;
 use crate::support::Point;
 use std::collections::BTreeMap;
 
@@ -113,8 +113,29 @@ const FOUR_LENGTHS: &str = "
     ";
 
 /// The arms, and the robot's joint angle with each upper arm horizontal.
-fn arms(target: &str, lines: &str, home: Point) -> ([Arm; 3], Point) {
+pub(crate) fn arms(target: &str, lines: &str, home: Point) -> ([Arm; 3], Point) {
     match target {
+        // The height of an arm's end stop on the z axis; steps count from there, angles are positive upwards.
+        "klipper" => {
+            let sections = lines.lines().filter(|line| line.starts_with('['));
+            assert!(sections.eq(["[printer]", "[stepper_a]", "[stepper_b]", "[stepper_c]"]));
+            assert!(lines.contains("kinematics: rotary_delta"));
+            let of = |key: &str| all_named(lines, key, ": ");
+            let arms = [0, 1, 2].map(|k| Arm {
+                azimuth: of("angle")[k],
+                radius: of("shoulder_radius")[0],
+                height: of("shoulder_height")[0],
+                upper: of("upper_arm_length")[k],
+                lower: of("lower_arm_length")[k],
+            });
+            let refused = arms
+                .iter()
+                .any(|arm| arm.height <= 0.0 || arm.radius <= 0.0);
+            assert!(!refused, "Klipper refuses this");
+            let endstop = |k: usize| [0.0, 0.0, of("position_endstop")[k]];
+            let high = [0, 1, 2].map(|k| arms[k].above_horizontal(endstop(k)));
+            (arms, [0, 1, 2].map(|k| home[k] + high[k]))
+        }
         // The arm is at the upper limit of A, corrected by M666, at its end stop; angles are positive upwards.
         "reprapfirmware" => {
             let (m669, m666) = (words(lines, "M669"), words(lines, "M666"));
@@ -207,15 +228,7 @@ pub(crate) const LINEAR: [&str; 3] = ["klipper", "reprapfirmware", "marlin"];
 
 /// The kinematics of the lines to paste and of the joints at the end stops.
 pub(crate) fn kinematics(target: &str, lines: &str, home: Point) -> Inverse {
-    if lines.contains("rotary_delta") && target == "klipper" {
-        let klipper = RotaryDelta::pasted(lines);
-        // Steps are degrees down from the end stops, as the robot counts.
-        return Box::new(move |at| {
-            let steps = klipper.steps(at);
-            [0, 1, 2].map(|k| home[k] + steps[k])
-        });
-    }
-    if LINEAR.contains(&target) && !lines.contains("M669") {
+    if lines.contains("delta_radius") || lines.contains("M665") {
         let printer = towers(target, lines);
         return Box::new(move |at| {
             let steps = printer.steps(at);

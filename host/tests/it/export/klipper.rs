@@ -85,45 +85,20 @@ pub(crate) struct RotaryDelta {
 }
 
 impl RotaryDelta {
-    /// Of the options in lines to paste, with steps of a degree.
-    pub(crate) fn pasted(lines: &str) -> Self {
-        let sections = lines.lines().filter(|line| line.starts_with('['));
-        let steppers = ["[printer]", "[stepper_a]", "[stepper_b]", "[stepper_c]"];
-        assert!(sections.eq(steppers) && lines.contains("kinematics: rotary_delta"));
-        let three = |key: &str| Point::try_from(all_named(lines, key, ": ")).unwrap();
-        let [shoulder_radius, shoulder_height] =
-            ["shoulder_radius", "shoulder_height"].map(|key| all_named(lines, key, ": ")[0]);
-        // Klipper refuses others.
-        assert!(shoulder_radius > 0.0 && shoulder_height > 0.0);
-        Self {
-            shoulder_radius,
-            shoulder_height,
-            angles: three("angle"),
-            upper: three("upper_arm_length"),
-            lower: three("lower_arm_length"),
-            endstops: three("position_endstop"),
-            step_lengths: [1f64.to_radians(); 3],
-        }
-    }
-
-    fn arms(&self) -> [Arm; 3] {
-        [0, 1, 2].map(|k| Arm {
-            azimuth: self.angles[k],
+    /// An arm's angle, up positive, radians.
+    fn angle(&self, arm: usize, at: Point) -> f64 {
+        let own = Arm {
+            azimuth: self.angles[arm],
             radius: self.shoulder_radius,
             height: self.shoulder_height,
-            upper: self.upper[k],
-            lower: self.lower[k],
-        })
-    }
-
-    /// The arms' angles, up positive, radians.
-    fn angles_at(&self, each: impl Fn(usize) -> Point) -> Point {
-        let arms = self.arms();
-        [0, 1, 2].map(|k| arms[k].above_horizontal(each(k)).to_radians())
+            upper: self.upper[arm],
+            lower: self.lower[arm],
+        };
+        own.above_horizontal(at).to_radians()
     }
 
     fn angles_at_endstops(&self) -> Point {
-        self.angles_at(|arm| [0.0, 0.0, self.endstops[arm]])
+        [0, 1, 2].map(|arm| self.angle(arm, [0.0, 0.0, self.endstops[arm]]))
     }
 
     pub(crate) fn position(&self, steps: Point) -> Point {
@@ -139,8 +114,8 @@ impl RotaryDelta {
     }
 
     pub(crate) fn steps(&self, at: Point) -> Point {
-        let (high, own) = (self.angles_at_endstops(), self.angles_at(|_| at));
-        [0, 1, 2].map(|arm| (high[arm] - own[arm]) / self.step_lengths[arm])
+        let high = self.angles_at_endstops();
+        [0, 1, 2].map(|arm| (high[arm] - self.angle(arm, at)) / self.step_lengths[arm])
     }
 }
 

@@ -1,6 +1,6 @@
 //! What is lost, computed again from the lines to paste.
 
-use crate::export::controllers::{Inverse, LINEAR, ROTARY, kinematics, towers};
+use crate::export::controllers::{Inverse, LINEAR, ROTARY, arms, kinematics, towers};
 use crate::export::robots::{
     csv, example, export, forward, leaning, made, one_arm_longer, positions, printed, upright,
     with_towers,
@@ -200,35 +200,11 @@ fn positions_close_together_give_parameters_near_the_robots_own() {
         .map(|_| [coordinate(0.0), coordinate(0.0), coordinate(-400.0)])
         .collect();
     folder.write("wanted.csv", csv(&wanted));
-    let (_, report) = export(&folder, "b-and-r", WANTED);
-    let parameters = report["parameters"].as_array().unwrap();
-    let arms = arms_of(&folder.read("calibrated.toml"));
-    for (number, [dx, dy, ..]) in (1..).zip(arms) {
-        let name = format!("BasePlatform.Arm{number}LinkPoint.Radius");
-        let own = parameters.iter().find(|own| own["name"] == name.as_str());
-        let radius = own.unwrap()["value"].as_f64().unwrap() - 30.0;
-        assert!((radius - dx.hypot(dy)).abs() < 0.5, "{name}: {radius}");
-    }
-}
-
-/// No forearm is further than six tolerances off one of the robot's own: errors that a controller does not hold
-/// go into the others, and the prior keeps these near what they mean.
-fn assert_sane(report: &Value, arms: &[Arm; 3]) {
-    let names = [
-        "lower_arm",
-        "M669 L",
-        "LowerArm",
-        "shinlength",
-        "delta_re",
-        "linkage",
-    ];
-    for parameter in report["parameters"].as_array().unwrap() {
-        let name = parameter["name"].as_str().unwrap();
-        if names.iter().any(|part| name.contains(part)) {
-            let value = parameter["value"].as_f64().unwrap();
-            let off = arms.iter().map(|arm| (arm[7] - value).abs());
-            assert!(off.fold(f64::INFINITY, f64::min) < 3.0, "{name} {value}");
-        }
+    let (lines, _) = export(&folder, "b-and-r", WANTED);
+    let (fitted, _) = arms("b-and-r", &lines, HOME);
+    for (fitted, [dx, dy, ..]) in fitted.iter().zip(arms_of(&folder.read("calibrated.toml"))) {
+        let off = fitted.radius - dx.hypot(dy);
+        assert!(off.abs() < 0.5, "{off}");
     }
 }
 
@@ -249,14 +225,19 @@ fn a_dozen_robots_lose_what_another_program_finds() {
     let mut rng = generator(7, 2);
     let mut losses = vec![Vec::new(); expected.len()];
     for _ in 0..12 {
-        let arms = made(&mut rng);
-        let wanted = positions(&arms, 150, &mut rng);
-        folder.write("calibrated.toml", robot_toml(&arms));
+        let robot = made(&mut rng);
+        let wanted = positions(&robot, 150, &mut rng);
+        folder.write("calibrated.toml", robot_toml(&robot));
         folder.write("wanted.csv", csv(&wanted));
         for ((target, _), found) in expected.iter().zip(&mut losses) {
-            let (_, report) = export(&folder, target, WANTED);
+            let (lines, report) = export(&folder, target, &format!("{WANTED} --home -40"));
             found.push(number(&report, "loss/rms_mm"));
-            assert_sane(&report, &arms);
+            // Errors that a controller does not hold go into its parameters, and the prior keeps these near what they mean:
+            // no forearm is further than six tolerances off one of the robot's own.
+            for fitted in arms(target, &lines, HOME).0 {
+                let mut off = robot.iter().map(|own| (own[7] - fitted.lower).abs());
+                assert!(off.any(|off| off < 3.0), "{target}: {}", fitted.lower);
+            }
         }
     }
     for ((target, expected), mut found) in expected.into_iter().zip(losses) {

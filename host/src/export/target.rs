@@ -141,7 +141,7 @@ pub fn targets() -> &'static [Target] {
     struct File {
         target: Vec<Target>,
     }
-    // A test reads the same text.
+    // The text is part of the program, and a test shows that it can be read.
     static FILE: LazyLock<File> =
         LazyLock::new(|| toml::from_str(include_str!("targets.toml")).unwrap_or_default());
     &FILE.target
@@ -181,7 +181,7 @@ fn drive<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Drive>, D:
 }
 
 /// With so many decimals, without −0.
-pub(super) fn decimals(value: f64, decimals: usize) -> String {
+fn decimals(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     let zero = text.trim_start_matches(['-', '0', '.']).is_empty();
     text.trim_start_matches(|sign| zero && sign == '-')

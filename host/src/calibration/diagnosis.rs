@@ -2,50 +2,44 @@
 //! undone and the samples compared with the robot of the file; the faults without which they agree clearly better are
 //! named. Nothing is ever corrected.
 
-mod evidence;
 mod fault;
 
-use crate::files::columns::Unit;
+use super::judge::{Case, attempt};
+use crate::accuracy::rigid_motion::degenerate;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
 use crate::fit::{Frame, Options};
-use crate::text::{list, significant};
-use evidence::{Evidence, Scored};
-use fault::{EXCHANGED, Fault, LengthUnit, UNCHANGED, handedness};
+use crate::geometry::outside_limits;
+use crate::text::significant;
+use delta_cal::Sample;
+use delta_cal::frame::RigidTransform;
+use fault::{Fault, Files};
+use nalgebra::Vector3;
 use serde::Serialize;
 use std::fmt;
 
-/// No robot has shorter forearms, mm: the file's lengths are then in a larger unit.
-const LEAST_FOREARM: f64 = 10.0;
-
-/// Diagnoses the samples, whether or not a calibration accepts them; `None` if the file as a whole is right, or no
-/// fault explains it.
-pub(crate) fn diagnose(
-    robot: &RobotFile,
-    readings: &Readings,
-    options: &Options,
-) -> Option<Diagnosis> {
-    let evidence = Evidence::new(robot, readings, options)?;
-    let as_they_are = evidence.median(&[]);
-    let found = evidence.explanations(as_they_are);
-    if found.is_empty() {
-        return None;
-    }
-    Some(Diagnosis {
-        as_they_are,
-        explanations: found.iter().map(|own| evidence.explanation(own)).collect(),
-    })
-}
-
-/// Millimetres per unit of the robot file's lengths, if their unit is the fault.
-fn of_robot(faults: &[Fault]) -> f64 {
-    let lengths = faults.iter().filter_map(|fault| match fault {
-        Fault::Length(unit) if unit.robot.is_some() => Some(1.0 / unit.factor),
-        _ => None,
-    });
-    lengths.product()
-}
-
+/// Factor by which an explanation must bring the samples nearer to the robot of the file.
+const CLEARLY: f64 = 4.0;
+/// Explanations within this factor of the best are equally good.
+const ALIKE: f64 = 2.0;
+/// Explanations within this factor of the best are identical.
+const SAME: f64 = 1.01;
+/// With an explanation, half of the samples are within this fraction of the forearm of the robot of the file.
+const NEAR: f64 = 0.1;
+/// Samples nearer than this fraction of the forearm need no explanation.
+const RIGHT: f64 = 1e-3;
+/// A frame at an unknown place has six unknowns and explains a little of everything, so stricter limits apply.
+const FRAME_CLEARLY: f64 = 8.0;
+const FRAME_NEAR: f64 = 0.02;
+const FRAME_FAR: f64 = 0.1;
+/// Least number of samples; fewer agree with almost any fault.
+const SAMPLES_NEEDED: usize = 4;
+/// The same if the frame is unknown.
+const SAMPLES_FOR_A_FRAME: usize = 8;
+/// Most samples compared, evenly spread over the file.
+const COMPARED: usize = 64;
+/// One sample in this many may be outside the joint limits: a mistyped digit.
+const ONE_OUTSIDE_IN: usize = 8;
 /// Most explanations named; others that are as good are only counted.
 const NAMED: usize = 4;
 
@@ -88,21 +82,16 @@ impl fmt::Display for Diagnosis {
             write!(formatter, " ({calibrated} mm after calibration)")?;
         }
         if self.as_they_are.is_finite() {
-            write!(
-                formatter,
-                "; as they are, {} mm. ",
-                significant(self.as_they_are, 3)
-            )?;
-        } else {
-            formatter.write_str(". ")?;
+            let as_they_are = significant(self.as_they_are, 3);
+            write!(formatter, "; as they are, {as_they_are} mm")?;
         }
         for other in others.iter().take(NAMED - 1) {
-            write!(formatter, "Equally likely: {}. ", other.cause)?;
+            write!(formatter, ". Equally likely: {}", other.cause)?;
         }
         if let Some(more) = others.len().checked_sub(NAMED - 1).filter(|more| *more > 0) {
-            write!(formatter, "{more} more are as likely. ")?;
+            write!(formatter, ". {more} more are as likely")?;
         }
-        formatter.write_str("Nothing was corrected")
+        formatter.write_str(". Nothing was corrected")
     }
 }
 
@@ -119,283 +108,218 @@ impl Diagnosis {
     }
 }
 
-const COORDINATES: [&str; 3] = ["x", "y", "z"];
-
-impl Evidence<'_> {
-    fn explanation(&self, scored: &Scored) -> Explanation {
-        let faults = &scored.faults;
-        // Distances are in the robot file's unit of length: this converts them to mm.
-        let unit = if self.is_in_metres() {
-            of_robot(faults)
-        } else {
-            1.0
-        };
-        let [cause, remedy] = self.upwards(faults).unwrap_or_else(|| {
-            let frame = if faults.contains(&Fault::Elsewhere) {
-                Frame::Sensor
-            } else {
-                self.options.frame
-            };
-            let each: Vec<_> = faults.iter().map(|own| self.words(own, frame)).collect();
-            joined(&each, [" and ", ", and "])
-        });
-        Explanation {
-            cause,
-            remedy,
-            without: unit * scored.median,
-            calibrated: self.calibrated(faults).map(|median| unit * median),
-        }
+/// Diagnoses the samples, whether or not a calibration accepts them; `None` if the file as a whole is right, or no
+/// fault explains it.
+pub(crate) fn diagnose(
+    robot: &RobotFile,
+    readings: &Readings,
+    options: &Options,
+) -> Option<Diagnosis> {
+    let samples: Vec<_> = readings.samples().map(|row| row.value).collect();
+    let needed = match options.frame {
+        Frame::Base => SAMPLES_NEEDED,
+        Frame::Sensor => SAMPLES_FOR_A_FRAME,
+    };
+    if samples.len() < needed {
+        return None;
     }
-
-    /// Whether the robot is too small for its lengths to be millimetres.
-    fn is_in_metres(&self) -> bool {
-        self.forearm < LEAST_FOREARM
-    }
-
-    /// The fault, "the columns q2_deg and q3_deg are exchanged", and the remedy.
-    fn words(&self, fault: &Fault, frame: Frame) -> [String; 2] {
-        let (robot, samples) = (&self.robot.name, &self.readings.name);
-        match fault {
-            Fault::Order(order) => self.order(*order, frame),
-            Fault::Reversed(reversed) => {
-                let joints = self.joints(*reversed);
-                let (cause, or) = if *reversed == [true; 3] {
-                    (
-                        "all joint angles have the wrong sign".to_owned(),
-                        ", or state [convention] joint_positive = \"up\" and the limits in the same sense",
-                    )
-                } else {
-                    (
-                        format!("the sign of the joint angles in {joints} is wrong"),
-                        "",
-                    )
-                };
-                let remedy = format!(
-                    "change the sign of {joints} in {samples} (a positive angle swings the arm towards the \
-                     platform){or}"
-                );
-                [cause, remedy]
-            }
-            Fault::Angles(columns, radians) => self.angles(*columns, *radians),
-            Fault::Axes { order, signs } => self.axes(*order, *signs, frame),
-            Fault::Length(unit) => self.length(unit),
-            Fault::Arms(first, second) => [
-                format!(
-                    "in {robot} the upper arms and forearms of arm {} and arm {} are exchanged",
-                    first + 1,
-                    second + 1
-                ),
-                format!("exchange la_x_mm, la_y_mm and lb_mm of the two in {robot}"),
-            ],
-            Fault::Limits => [
-                format!("[joints] of {robot} has the other sign"),
-                format!(
-                    "change the signs of min_deg and max_deg in {robot} (0 is level, a positive angle swings the arm \
-                     towards the platform)"
-                ),
-            ],
-            Fault::Shifted { below } => {
-                let (stands, write) = if *below {
-                    ("below", "higher")
-                } else {
-                    ("above", "lower")
-                };
-                [
-                    format!("each position stands one row {stands} the joints that it belongs to"),
-                    format!(
-                        "write each position of {samples} one row {write}, and delete what then stands alone"
-                    ),
-                ]
-            }
-            Fault::Elsewhere => [
-                "the positions are in another frame than the robot's".to_owned(),
-                "use --frame sensor".to_owned(),
-            ],
-        }
-    }
-
-    /// For joints that count upwards in both files.
-    fn upwards(&self, faults: &[Fault]) -> Option<[String; 2]> {
-        let (robot, samples) = (&self.robot.name, &self.readings.name);
-        let both = faults.contains(&Fault::Limits) && faults.contains(&Fault::Reversed([true; 3]));
-        both.then(|| {
-            [
-                format!("all joints count upwards in {samples} and in [joints] of {robot}"),
-                format!("state joint_positive = \"up\" in [convention] of {robot}"),
-            ]
-        })
-    }
-
-    fn order(&self, order: [usize; 3], frame: Frame) -> [String; 2] {
-        let (robot, samples) = (&self.robot.name, &self.readings.name);
-        let column = |joint: usize| format!("q{}{}", joint + 1, self.angle_unit());
-        let clockwise = frame == Frame::Sensor && order == EXCHANGED[0];
-        let moved: Vec<_> = (0..3).filter(|joint| order[*joint] != *joint).collect();
-        let cause = if let [first, second] = moved[..] {
-            format!(
-                "{}, or arm {} and arm {}, are exchanged{}",
-                list(&[column(first), column(second)]),
-                first + 1,
-                second + 1,
-                if clockwise {
-                    ", as where the arms are numbered clockwise seen from above"
-                } else {
-                    ""
-                }
-            )
-        } else {
-            format!(
-                "the joint columns are exchanged in turn (joints 1, 2, 3 are in {}), or the frame is turned \
-                 by 120° about z",
-                list(&order.map(column))
-            )
-        };
-        if clockwise {
-            let remedy = format!(
-                "state azimuth_deg = [0, 240, 120] in [nominal] of {robot}, or exchange the names of q2 and q3 in {samples}"
-            );
-            return [cause, remedy];
-        }
-        let mut joints = [0; 3];
-        for (joint, column) in order.iter().enumerate() {
-            joints[*column] = joint;
-        }
-        let remedy = format!(
-            "change {} in the header of {samples} to {}, or number the arms of {robot} as the columns are",
-            [0, 1, 2].map(column).join(","),
-            joints.map(column).join(",")
-        );
-        [cause, remedy]
-    }
-
-    fn angles(&self, columns: [bool; 3], radians: bool) -> [String; 2] {
-        let samples = &self.readings.name;
-        let (are, says, named) = if radians {
-            ("radians", "degrees", "q1_rad,q2_rad,q3_rad")
-        } else {
-            ("degrees", "radians", "q1_deg,q2_deg,q3_deg")
-        };
-        let header = if self.readings.in_degrees == radians {
-            format!(", and the header says {says}")
-        } else {
-            String::new()
-        };
-        let cause = format!(
-            "the joint angles in {} are {are}{header}",
-            self.joints(columns)
-        );
-        let remedy = if columns == [true; 3] {
-            format!("name the columns of {samples} {named}")
-        } else {
-            format!("correct the unit (_deg or _rad) in the header of {samples}")
-        };
-        [cause, remedy]
-    }
-
-    fn axes(&self, order: [usize; 3], signs: [f64; 3], frame: Frame) -> [String; 2] {
-        let samples = &self.readings.name;
-        if frame == Frame::Sensor {
-            return [
-                "the sensor's frame is mirrored (left-handed), as if a coordinate had the wrong sign or two were \
-                 exchanged, if the arms are numbered counter-clockwise"
-                    .to_owned(),
-                format!("export {samples} in a right-handed frame"),
-            ];
-        }
-        let mirrored = handedness(order, signs) < 0.0;
-        let hand = if mirrored {
-            "the frame is mirrored (left-handed)"
-        } else {
-            "the frame is turned"
-        };
-        let of_sign = |wrong: bool| {
-            let named = COORDINATES.iter().zip(signs);
-            let named = named.filter(move |(_, sign)| (*sign < 0.0) == wrong);
-            named
-                .map(|(name, _)| (*name).to_owned())
-                .collect::<Vec<_>>()
-        };
-        let (wrong, right) = (list(&of_sign(true)), of_sign(false));
-        let cause = if order != UNCHANGED {
-            format!(
-                "the robot's x, y, z are {} of the positions, so {hand}",
-                signed(order, signs)
-            )
-        } else if mirrored {
-            let has = if right.len() == 2 { "has" } else { "have" };
-            format!("{wrong} {has} the wrong sign, so {hand}")
-        } else {
-            let about = list(&right);
-            let how = if about == "z" { "" } else { ", upside down" };
-            format!(
-                "{wrong} have the wrong sign, so the frame is turned by half a turn about {about}{how}"
-            )
-        };
-        let remedy = format!(
-            "state the positions of {samples} in the robot's frame: x, y, z are its {}",
-            signed(order, signs)
-        );
-        [cause, remedy]
-    }
-
-    fn length(&self, unit: &LengthUnit) -> [String; 2] {
-        let (robot, samples) = (&self.robot.name, &self.readings.name);
-        let says = if self.readings.positions_in == Some(Unit::Millimetre) {
-            "millimetres"
-        } else {
-            "metres"
-        };
-        let positions = unit.positions.map(|name| {
-            let remedy = match name {
-                "metres" => format!("name the columns of {samples} x_m,y_m,z_m"),
-                "millimetres" => format!("name the columns of {samples} x_mm,y_mm,z_mm"),
-                _ => format!("convert the positions of {samples} to millimetres"),
-            };
-            let cause = format!("the positions are {name}, and the header says {says}");
-            [cause, remedy]
-        });
-        let lengths = unit.robot.map(|name| {
-            [
-                format!("the lengths in {robot} are {name} and not millimetres"),
-                format!("convert the lengths in {robot} to millimetres"),
-            ]
-        });
-        let mut both = [positions, lengths];
-        if self.is_in_metres() {
-            both.reverse();
-        }
-        let both: Vec<_> = both.into_iter().flatten().collect();
-        joined(&both, [", or "; 2])
-    }
-
-    fn angle_unit(&self) -> &'static str {
-        if self.readings.in_degrees { "_deg" } else { "" }
-    }
-
-    /// Names of the columns: "q2_deg and q3_deg".
-    fn joints(&self, columns: [bool; 3]) -> String {
-        let names: Vec<_> = (1..)
-            .zip(columns)
-            .filter(|(_, named)| *named)
-            .map(|(joint, _)| format!("q{joint}{}", self.angle_unit()))
-            .collect();
-        list(&names)
-    }
-}
-
-/// Causes, and remedies, as one each.
-fn joined(words: &[[String; 2]], between: [&str; 2]) -> [String; 2] {
-    [0, 1].map(|place| {
-        let all: Vec<_> = words.iter().map(|own| own[place].as_str()).collect();
-        all.join(between[place])
+    let [arm, ..] = robot.robot.arms();
+    let evidence = Evidence {
+        files: Files { robot, readings },
+        options,
+        samples,
+        forearm: arm.lb(),
+    };
+    let nothing = Fault::none(options.frame);
+    let as_they_are = evidence.median(&nothing, &evidence.compared(&nothing));
+    let found = evidence.explanations(as_they_are);
+    let explanations = found.into_iter().map(|own| Explanation {
+        without: own.fault.unit * own.median,
+        calibrated: evidence.calibrated(&own.fault),
+        cause: own.fault.cause,
+        remedy: own.fault.remedy,
+    });
+    let explanations: Vec<_> = explanations.collect();
+    (!explanations.is_empty()).then_some(Diagnosis {
+        as_they_are,
+        explanations,
     })
 }
 
-/// Signed axes: "−y, x, z".
-fn signed(order: [usize; 3], signs: [f64; 3]) -> String {
-    let named = order.iter().zip(signs).map(|(axis, sign)| {
-        let minus = if sign < 0.0 { "−" } else { "" };
-        format!("{minus}{}", COORDINATES[*axis])
-    });
-    named.collect::<Vec<_>>().join(", ")
+/// A fault that may explain the samples.
+struct Scored {
+    fault: Fault,
+    /// Median distance between the measured points and the robot of the file without the fault, mm.
+    median: f64,
+}
+
+/// The data for comparing hypotheses.
+struct Evidence<'a> {
+    files: Files<'a>,
+    options: &'a Options,
+    samples: Vec<Sample<f64>>,
+    forearm: f64,
+}
+
+impl Evidence<'_> {
+    /// An even selection of the samples, without the fault.
+    fn compared(&self, fault: &Fault) -> Vec<Sample<f64>> {
+        let step = self.samples.len().div_ceil(COMPARED).max(1);
+        fault.undone(&self.samples).step_by(step).collect()
+    }
+
+    /// Median distance of the compared points from the robot of the file without this fault, mm. Infinite if the robot
+    /// reaches less than half.
+    fn median(&self, fault: &Fault, samples: &[Sample<f64>]) -> f64 {
+        let Some(robot) = fault.robot(&self.files.robot.robot) else {
+            return f64::INFINITY;
+        };
+        let expected = samples.iter();
+        let expected: Vec<_> = expected
+            .map(|sample| robot.forward(&sample.joints).ok())
+            .collect();
+        let transform = match fault.frame {
+            Frame::Base => Some(RigidTransform::identity()),
+            Frame::Sensor => self.aligned(&expected, samples),
+        };
+        let Some(transform) = transform else {
+            return f64::INFINITY;
+        };
+        let distances = expected.iter().zip(samples).map(|(expected, sample)| {
+            expected.map_or(f64::INFINITY, |point| {
+                (sample.position - transform.apply(&point)).norm()
+            })
+        });
+        let mut distances: Vec<_> = distances.collect();
+        distances.sort_by(f64::total_cmp);
+        let middle = distances.get(distances.len() / 2);
+        middle.copied().unwrap_or(f64::INFINITY)
+    }
+
+    /// The sensor's frame. Points that another unit shrinks to a spot fit everywhere, so they have none.
+    fn aligned(
+        &self,
+        expected: &[Option<Vector3<f64>>],
+        samples: &[Sample<f64>],
+    ) -> Option<RigidTransform<f64>> {
+        let reached: Vec<_> = expected.iter().flatten().copied().collect();
+        let measured: Vec<_> = samples.iter().map(|sample| sample.position).collect();
+        let spot =
+            |points: &Vec<Vector3<f64>>| degenerate(points.iter().copied(), self.forearm).is_some();
+        if samples.len() < SAMPLES_FOR_A_FRAME || [reached, measured].iter().any(spot) {
+            return None;
+        }
+        let pairs = expected.iter().zip(samples);
+        let known = pairs.filter_map(|(expected, sample)| Some(((*expected)?, sample.position)));
+        RigidTransform::align(known).ok()
+    }
+
+    /// The fault and its median, which is infinite if the joint limits exclude the samples.
+    fn scored(&self, fault: Fault) -> Scored {
+        let samples = self.compared(&fault);
+        let is_outside = fault.limits(&self.files.robot.limits).is_none_or(|limits| {
+            let outside = samples
+                .iter()
+                .filter(|sample| sample.joints.iter().any(|q| outside_limits(*q, &limits)));
+            outside.count() * ONE_OUTSIDE_IN > samples.len()
+        });
+        let median = if is_outside {
+            f64::INFINITY
+        } else {
+            self.median(&fault, &samples)
+        };
+        Scored { fault, median }
+    }
+
+    /// The explanations of the samples, best first; empty if they need none. Pairs of faults are considered only where
+    /// no single fault is enough.
+    fn explanations(&self, as_they_are: f64) -> Vec<Scored> {
+        if !(as_they_are > RIGHT * self.forearm) {
+            return Vec::new();
+        }
+        let kinds = self.files.faults(self.options.frame);
+        let elsewhere = (self.options.frame == Frame::Base).then(Files::elsewhere);
+        let single = kinds.iter().flatten().chain(&elsewhere).cloned();
+        let found = self.select(as_they_are, single);
+        // Calibration can correct errors smaller than that.
+        if !found.is_empty() || !(as_they_are > NEAR * self.forearm) {
+            return found;
+        }
+        let pairs = kinds.iter().enumerate().flat_map(|(index, firsts)| {
+            let others = kinds.iter().skip(index + 1).flatten();
+            others.flat_map(|second| {
+                let firsts = firsts.iter();
+                firsts.map(|first| self.files.both(first, second))
+            })
+        });
+        // A frame at an unknown place includes rotations.
+        let moved = elsewhere.iter().flat_map(|elsewhere| {
+            let in_frame = self.files.faults(Frame::Sensor).into_iter().flatten();
+            in_frame.map(|fault| fault.and(elsewhere))
+        });
+        self.select(as_they_are, pairs.chain(moved))
+    }
+
+    fn select(&self, as_they_are: f64, all: impl Iterator<Item = Fault>) -> Vec<Scored> {
+        let elsewhere = |scored: &Scored| scored.fault.frame != self.options.frame;
+        let explains = |scored: &Scored| {
+            let (clearly, near, far) = if elsewhere(scored) {
+                (FRAME_CLEARLY, FRAME_NEAR, FRAME_FAR)
+            } else {
+                (CLEARLY, NEAR, 0.0)
+            };
+            scored.median * clearly <= as_they_are
+                && scored.median <= near * self.forearm
+                && as_they_are >= far * self.forearm
+        };
+        let explaining = all.map(|fault| self.scored(fault)).filter(explains);
+        let (frames, exact): (Vec<_>, Vec<_>) = explaining.partition(elsewhere);
+        let (frames, exact) = (alike(frames), alike(exact));
+        match (frames.first(), exact.first()) {
+            (Some(frame), Some(best))
+                if frame.median * CLEARLY < best.median
+                    && best.median > FRAME_NEAR * self.forearm =>
+            {
+                frames
+            }
+            (Some(_), None) => frames,
+            _ => exact,
+        }
+    }
+
+    /// The median error of a calibration of the files without the fault, mm.
+    fn calibrated(&self, fault: &Fault) -> Option<f64> {
+        let values: Vec<_> = fault.undone(&self.samples).collect();
+        let robot = RobotFile {
+            robot: fault.robot(&self.files.robot.robot)?,
+            ..self.files.robot.clone()
+        };
+        let mut readings = self.files.readings.clone();
+        if fault.rows_below != 0 {
+            readings.rows.truncate(values.len());
+        }
+        let rows = readings.rows.iter_mut();
+        let complete = rows.filter(|row| row.value.sample().is_some());
+        for (row, value) in complete.zip(values) {
+            row.value.joints = value.joints;
+            row.value.position = value.position.data.0[0].map(Some);
+        }
+        let options = Options {
+            frame: fault.frame,
+            ..*self.options
+        };
+        let judged = attempt(&Case::new(&robot, &readings, options)).ok()?;
+        Some(fault.unit * judged.error_after?.median)
+    }
+}
+
+/// The best explanation and those equally good. Where only rounding separates them, the likelier comes first, in the
+/// order of [`Files::faults`].
+fn alike(mut all: Vec<Scored>) -> Vec<Scored> {
+    let medians = all.iter().map(|scored| scored.median);
+    let best = medians.reduce(f64::min).unwrap_or_default();
+    all.retain(|scored| scored.median <= ALIKE * best);
+    let rank = |scored: &Scored| scored.median.max(SAME * best);
+    all.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
+    all
 }

@@ -1,79 +1,73 @@
-//! Faults of a samples file as a whole, and how to undo them.
+//! The table of faults of a samples file as a whole: what undoes each, and its words.
 
 use crate::files::columns::Unit;
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::Readings;
 use crate::fit::Frame;
+use crate::text::list;
+use delta_cal::kinematics::JointLimits;
 use delta_cal::{Robot, Sample};
-use nalgebra::Vector3;
+use nalgebra::Matrix3;
 use std::f64::consts::PI;
 
-/// A fault of a whole file. Columns, joints, arms and axes are counted from 0.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Fault {
-    /// Joint k's angle is in column `order[k]`. Equivalent to arms in another order.
-    Order([usize; 3]),
-    /// Columns of joint angles with the wrong sign.
-    Reversed([bool; 3]),
-    /// Columns of joint angles in another unit: in radians where the header says degrees, if true, or the other way.
-    Angles([bool; 3], bool),
-    /// Coordinate k of the robot's frame is `signs[k]` times the file's coordinate `order[k]`.
-    Axes {
-        /// The file's coordinates.
-        order: [usize; 3],
-        /// 1 or −1.
-        signs: [f64; 3],
-    },
-    /// The positions are in another unit.
-    Length(LengthUnit),
-    /// The robot file has the upper arms and forearms of these two arms exchanged.
-    Arms(usize, usize),
-    /// The joint limits have the wrong sign.
-    Limits,
-    /// Each position is one row below, or above, the joints that it belongs to.
-    Shifted {
-        /// Below rather than above.
-        below: bool,
-    },
-    /// The positions are in a frame at an unknown place.
-    Elsewhere,
-}
+/// No robot has shorter forearms, mm: the file's lengths are then in a larger unit.
+const LEAST_FOREARM: f64 = 10.0;
 
-/// Unit of the positions, or of the robot's lengths.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct LengthUnit {
-    /// Factor for the positions.
-    pub(super) factor: f64,
-    /// The positions' unit under this hypothesis; `None` if the robot file is wrong.
-    pub(super) positions: Option<&'static str>,
-    /// The unit of the robot file's lengths under this hypothesis.
-    pub(super) robot: Option<&'static str>,
+/// A fault of a whole file, or two together, and what undoes it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Fault {
+    /// From the file's columns to the joint angles.
+    joints: Matrix3<f64>,
+    /// From the file's positions to those of the robot's frame.
+    positions: Matrix3<f64>,
+    /// Rows by which each position stands below the joints that it belongs to.
+    pub(super) rows_below: isize,
+    /// Two arms whose upper arms and forearms are exchanged in the robot file.
+    arms: Option<[usize; 2]>,
+    /// Whether the joint limits have the wrong sign.
+    limits: bool,
+    /// The frame in which the positions are then.
+    pub(super) frame: Frame,
+    /// Millimetres per unit of the robot file's lengths, if these are not in millimetres.
+    pub(super) unit: f64,
+    /// The fault in words.
+    pub(super) cause: String,
+    /// The remedy.
+    pub(super) remedy: String,
 }
 
 /// Exchanges of two arms; clockwise numbering first.
-pub(super) const EXCHANGED: [[usize; 3]; 3] = [[0, 2, 1], [1, 0, 2], [2, 1, 0]];
+const EXCHANGED: [[usize; 3]; 3] = [[0, 2, 1], [1, 0, 2], [2, 1, 0]];
 const CYCLIC: [[usize; 3]; 2] = [[1, 2, 0], [2, 0, 1]];
-pub(super) const UNCHANGED: [usize; 3] = [0, 1, 2];
-/// In a frame at an unknown place, all mirrored axes are equivalent.
-pub(super) const MIRRORED: Fault = Fault::Axes {
-    order: UNCHANGED,
-    signs: [1.0, -1.0, 1.0],
-};
+const UNCHANGED: [usize; 3] = [0, 1, 2];
+const COORDINATES: [&str; 3] = ["x", "y", "z"];
+
+/// Unit of the positions, or of the robot's lengths.
+struct LengthUnit {
+    /// Factor for the positions.
+    factor: f64,
+    /// The positions' unit under this hypothesis; `None` if the robot file is wrong.
+    positions: Option<&'static str>,
+    /// The unit of the robot file's lengths under this hypothesis.
+    robot: Option<&'static str>,
+}
 
 /// For positions whose header says millimetres, or for a robot file that does.
 const MILLIMETRES: [LengthUnit; 5] = [
-    unit(1e3, Some("metres"), None),
-    unit(25.4, Some("inches"), None),
-    unit(10.0, Some("centimetres"), None),
-    unit(1e-3, Some("micrometres"), Some("metres")),
-    unit(1.0 / 25.4, None, Some("inches")),
+    length_unit(1e3, Some("metres"), None),
+    length_unit(25.4, Some("inches"), None),
+    length_unit(10.0, Some("centimetres"), None),
+    length_unit(1e-3, Some("micrometres"), Some("metres")),
+    length_unit(1.0 / 25.4, None, Some("inches")),
 ];
 /// For positions whose header says metres.
 const METRES: [LengthUnit; 3] = [
-    unit(1e-3, Some("millimetres"), Some("metres")),
-    unit(0.0254, Some("inches"), None),
-    unit(0.01, Some("centimetres"), None),
+    length_unit(1e-3, Some("millimetres"), Some("metres")),
+    length_unit(0.0254, Some("inches"), None),
+    length_unit(0.01, Some("centimetres"), None),
 ];
 
-const fn unit(
+const fn length_unit(
     factor: f64,
     positions: Option<&'static str>,
     robot: Option<&'static str>,
@@ -90,138 +84,416 @@ fn subsets() -> impl Iterator<Item = [bool; 3]> {
     (1_usize..8).map(|bits| [bits & 1 != 0, bits & 2 != 0, bits & 4 != 0])
 }
 
-/// 1 for a rotation, −1 for a mirrored frame.
-pub(super) fn handedness(order: [usize; 3], signs: [f64; 3]) -> f64 {
-    let parity = if EXCHANGED.contains(&order) {
-        -1.0
-    } else {
-        1.0
-    };
-    parity * signs.iter().product::<f64>()
+/// Multiplies the chosen columns by a factor.
+fn scaled(columns: [bool; 3], factor: f64) -> Matrix3<f64> {
+    Matrix3::from_diagonal(&columns.map(|own| if own { factor } else { 1.0 }).into())
 }
 
-fn axes() -> impl Iterator<Item = Fault> {
+/// Takes each number from the column in this order, times its sign.
+fn reordered(order: [usize; 3], signs: [f64; 3]) -> Matrix3<f64> {
+    Matrix3::from_fn(|row, column| {
+        if order[row] == column {
+            signs[row]
+        } else {
+            0.0
+        }
+    })
+}
+
+impl Fault {
+    /// No fault.
+    pub(super) fn none(frame: Frame) -> Self {
+        Self {
+            joints: Matrix3::identity(),
+            positions: Matrix3::identity(),
+            rows_below: 0,
+            arms: None,
+            limits: false,
+            frame,
+            unit: 1.0,
+            cause: String::new(),
+            remedy: String::new(),
+        }
+    }
+
+    /// Signs and units of `other` refer to the file's columns, before these are reordered by this fault.
+    pub(super) fn and(&self, other: &Self) -> Self {
+        Self {
+            joints: self.joints * other.joints,
+            positions: self.positions * other.positions,
+            rows_below: self.rows_below + other.rows_below,
+            arms: self.arms.or(other.arms),
+            limits: self.limits || other.limits,
+            frame: other.frame,
+            unit: self.unit * other.unit,
+            cause: format!("{} and {}", self.cause, other.cause),
+            remedy: format!("{}, and {}", self.remedy, other.remedy),
+        }
+    }
+
+    /// The samples without the fault.
+    pub(super) fn undone(&self, samples: &[Sample<f64>]) -> impl Iterator<Item = Sample<f64>> {
+        let from = |rows: isize| {
+            let first = usize::try_from(rows).unwrap_or(0);
+            samples.get(first..).unwrap_or_default().iter()
+        };
+        let rows = from(-self.rows_below).zip(from(self.rows_below));
+        rows.map(|(joints, position)| Sample {
+            joints: (self.joints * nalgebra::Vector3::from(joints.joints)).into(),
+            position: self.positions * position.position,
+        })
+    }
+
+    /// The robot without the fault: La_x, La_y and Lb (scale and Lb of linear drives) of two arms are exchanged; D, θ
+    /// and α belong to the base and stay.
+    pub(super) fn robot(&self, robot: &Robot<f64>) -> Option<Robot<f64>> {
+        let mut parameters = robot.parameters();
+        if let Some(arms) = self.arms {
+            let [one, other] = parameters.get_disjoint_mut(arms).ok()?;
+            one[5..].swap_with_slice(&mut other[5..]);
+        }
+        robot.with_parameters(parameters).ok()
+    }
+
+    /// The joint limits without the fault.
+    pub(super) fn limits(&self, limits: &JointLimits<f64>) -> Option<JointLimits<f64>> {
+        if self.limits {
+            JointLimits::new(-limits.maximum(), -limits.minimum()).ok()
+        } else {
+            Some(*limits)
+        }
+    }
+}
+
+/// The files that the words name.
+pub(super) struct Files<'a> {
+    pub(super) robot: &'a RobotFile,
+    pub(super) readings: &'a Readings,
+}
+
+impl Files<'_> {
+    /// Every fault tested, kind by kind. In the sensor's frame, which is found anyway, rotations are no faults, nor are
+    /// cyclic exchanges, which are rotations by a Delta's threefold symmetry; all mirrored axes are equivalent.
+    pub(super) fn faults(&self, frame: Frame) -> Vec<Vec<Fault>> {
+        let fault = |[cause, remedy]: [String; 2]| Fault {
+            cause,
+            remedy,
+            ..Fault::none(frame)
+        };
+        let mut orders = EXCHANGED.to_vec();
+        let mut axes = vec![(UNCHANGED, [1.0, -1.0, 1.0])];
+        if frame == Frame::Base {
+            orders.extend(CYCLIC);
+            axes = every_axes();
+        }
+        let orders = orders.into_iter().map(|order| Fault {
+            joints: reordered(order, [1.0; 3]),
+            ..fault(self.order(order, frame))
+        });
+        let reversed = subsets().map(|columns| Fault {
+            joints: scaled(columns, -1.0),
+            ..fault(self.reversed(columns))
+        });
+        let radians = [(true, 180.0 / PI), (false, PI / 180.0)].into_iter();
+        let angles = radians.flat_map(|(radians, factor)| {
+            subsets().map(move |columns| Fault {
+                joints: scaled(columns, factor),
+                ..fault(self.angles(columns, radians))
+            })
+        });
+        let axes = axes.into_iter().map(|(order, signs)| Fault {
+            positions: reordered(order, signs),
+            ..fault(self.axes(order, signs, frame))
+        });
+        let lengths: &[_] = match self.readings.positions_in {
+            Some(Unit::Millimetre) => &MILLIMETRES,
+            Some(Unit::Metre) => &METRES,
+            _ => &[],
+        };
+        let lengths = lengths.iter().map(|unit| Fault {
+            positions: Matrix3::from_diagonal_element(unit.factor),
+            unit: match unit.robot {
+                Some(_) if self.is_in_metres() => 1.0 / unit.factor,
+                _ => 1.0,
+            },
+            ..fault(self.length(unit))
+        });
+        let arms = [[0, 1], [0, 2], [1, 2]].map(|arms| Fault {
+            arms: Some(arms),
+            ..fault(self.arms(arms))
+        });
+        let shifted = [(1, "below", "higher"), (-1, "above", "lower")];
+        let shifted = shifted.map(|(rows_below, stands, write)| Fault {
+            rows_below,
+            ..fault([
+                format!("each position stands one row {stands} the joints that it belongs to"),
+                format!(
+                    "write each position of {} one row {write}, and delete what then stands alone",
+                    self.readings.name
+                ),
+            ])
+        });
+        let limits = Fault {
+            limits: true,
+            ..fault(self.limits())
+        };
+        vec![
+            orders.collect(),
+            reversed.collect(),
+            angles.collect(),
+            axes.collect(),
+            lengths.collect(),
+            arms.to_vec(),
+            shifted.to_vec(),
+            vec![limits],
+        ]
+    }
+
+    /// Two faults of different kinds.
+    pub(super) fn both(&self, first: &Fault, second: &Fault) -> Fault {
+        let both = first.and(second);
+        if !(both.limits && both.joints == -Matrix3::identity()) {
+            return both;
+        }
+        let (robot, samples) = (&self.robot.name, &self.readings.name);
+        Fault {
+            cause: format!("all joints count upwards in {samples} and in [joints] of {robot}"),
+            remedy: format!("state joint_positive = \"up\" in [convention] of {robot}"),
+            ..both
+        }
+    }
+
+    /// The positions are in a frame at an unknown place.
+    pub(super) fn elsewhere() -> Fault {
+        Fault {
+            cause: "the positions are in another frame than the robot's".to_owned(),
+            remedy: "use --frame sensor".to_owned(),
+            ..Fault::none(Frame::Sensor)
+        }
+    }
+
+    /// Joint k's angle is in column `order[k]`, or the arms are in another order.
+    fn order(&self, order: [usize; 3], frame: Frame) -> [String; 2] {
+        let (robot, samples) = (&self.robot.name, &self.readings.name);
+        let column = |joint: usize| format!("q{}{}", joint + 1, self.angle_unit());
+        let clockwise = frame == Frame::Sensor && order == EXCHANGED[0];
+        let moved: Vec<_> = (0..3).filter(|joint| order[*joint] != *joint).collect();
+        let cause = if let [first, second] = moved[..] {
+            format!(
+                "{}, or arm {} and arm {}, are exchanged{}",
+                list(&[column(first), column(second)]),
+                first + 1,
+                second + 1,
+                if clockwise {
+                    ", as where the arms are numbered clockwise seen from above"
+                } else {
+                    ""
+                }
+            )
+        } else {
+            format!(
+                "the joint columns are exchanged in turn (joints 1, 2, 3 are in {}), or the frame is turned by 120° \
+                 about z",
+                list(&order.map(column))
+            )
+        };
+        if clockwise {
+            let remedy = format!(
+                "state azimuth_deg = [0, 240, 120] in [nominal] of {robot}, or exchange the names of q2 and q3 in {samples}"
+            );
+            return [cause, remedy];
+        }
+        let mut joints = [0; 3];
+        for (joint, column) in order.iter().enumerate() {
+            joints[*column] = joint;
+        }
+        let remedy = format!(
+            "change {} in the header of {samples} to {}, or number the arms of {robot} as the columns are",
+            UNCHANGED.map(column).join(","),
+            joints.map(column).join(",")
+        );
+        [cause, remedy]
+    }
+
+    /// Columns of joint angles with the wrong sign.
+    fn reversed(&self, columns: [bool; 3]) -> [String; 2] {
+        let joints = self.joints(columns);
+        let (cause, or) = if columns == [true; 3] {
+            (
+                "all joint angles have the wrong sign".to_owned(),
+                ", or state [convention] joint_positive = \"up\" and the limits in the same sense",
+            )
+        } else {
+            (
+                format!("the sign of the joint angles in {joints} is wrong"),
+                "",
+            )
+        };
+        let remedy = format!(
+            "change the sign of {joints} in {} (a positive angle swings the arm towards the platform){or}",
+            self.readings.name
+        );
+        [cause, remedy]
+    }
+
+    /// Columns of joint angles in radians, or in degrees, and not in the unit of the header.
+    fn angles(&self, columns: [bool; 3], radians: bool) -> [String; 2] {
+        let samples = &self.readings.name;
+        let (are, says, named) = if radians {
+            ("radians", "degrees", "q1_rad,q2_rad,q3_rad")
+        } else {
+            ("degrees", "radians", "q1_deg,q2_deg,q3_deg")
+        };
+        let header = if self.readings.in_degrees == radians {
+            format!(", and the header says {says}")
+        } else {
+            String::new()
+        };
+        let remedy = if columns == [true; 3] {
+            format!("name the columns of {samples} {named}")
+        } else {
+            format!("correct the unit (_deg or _rad) in the header of {samples}")
+        };
+        let joints = self.joints(columns);
+        [
+            format!("the joint angles in {joints} are {are}{header}"),
+            remedy,
+        ]
+    }
+
+    /// Coordinate k of the robot's frame is `signs[k]` times the file's coordinate `order[k]`.
+    fn axes(&self, order: [usize; 3], signs: [f64; 3], frame: Frame) -> [String; 2] {
+        let samples = &self.readings.name;
+        if frame == Frame::Sensor {
+            return [
+                "the sensor's frame is mirrored (left-handed), as if a coordinate had the wrong sign or two were \
+                 exchanged, if the arms are numbered counter-clockwise"
+                    .to_owned(),
+                format!("export {samples} in a right-handed frame"),
+            ];
+        }
+        let mirrored = reordered(order, signs).determinant() < 0.0;
+        let hand = if mirrored {
+            "the frame is mirrored (left-handed)"
+        } else {
+            "the frame is turned"
+        };
+        let of_sign = |wrong: bool| -> Vec<String> {
+            let named = COORDINATES.iter().zip(signs);
+            let named = named.filter(|(_, sign)| (*sign < 0.0) == wrong);
+            named.map(|(name, _)| (*name).to_owned()).collect()
+        };
+        let (wrong, right) = (list(&of_sign(true)), of_sign(false));
+        let signed = order.iter().zip(signs).map(|(axis, sign)| {
+            let minus = if sign < 0.0 { "−" } else { "" };
+            format!("{minus}{}", COORDINATES[*axis])
+        });
+        let signed = signed.collect::<Vec<_>>().join(", ");
+        let cause = if order != UNCHANGED {
+            format!("the robot's x, y, z are {signed} of the positions, so {hand}")
+        } else if mirrored {
+            let has = if right.len() == 2 { "has" } else { "have" };
+            format!("{wrong} {has} the wrong sign, so {hand}")
+        } else {
+            let about = list(&right);
+            let how = if about == "z" { "" } else { ", upside down" };
+            format!(
+                "{wrong} have the wrong sign, so the frame is turned by half a turn about {about}{how}"
+            )
+        };
+        let remedy = format!(
+            "state the positions of {samples} in the robot's frame: x, y, z are its {signed}"
+        );
+        [cause, remedy]
+    }
+
+    fn length(&self, unit: &LengthUnit) -> [String; 2] {
+        let (robot, samples) = (&self.robot.name, &self.readings.name);
+        let says = if self.readings.positions_in == Some(Unit::Millimetre) {
+            "millimetres"
+        } else {
+            "metres"
+        };
+        let positions = unit.positions.map(|name| {
+            let remedy = match name {
+                "metres" => format!("name the columns of {samples} x_m,y_m,z_m"),
+                "millimetres" => format!("name the columns of {samples} x_mm,y_mm,z_mm"),
+                _ => format!("convert the positions of {samples} to millimetres"),
+            };
+            let cause = format!("the positions are {name}, and the header says {says}");
+            [cause, remedy]
+        });
+        let lengths = unit.robot.map(|name| {
+            [
+                format!("the lengths in {robot} are {name} and not millimetres"),
+                format!("convert the lengths in {robot} to millimetres"),
+            ]
+        });
+        let mut both = [positions, lengths];
+        if self.is_in_metres() {
+            both.reverse();
+        }
+        let both = both.into_iter().flatten();
+        both.reduce(|[cause, remedy], [or, remedy_or]| {
+            [
+                format!("{cause}, or {or}"),
+                format!("{remedy}, or {remedy_or}"),
+            ]
+        })
+        .unwrap_or_default()
+    }
+
+    fn arms(&self, [first, second]: [usize; 2]) -> [String; 2] {
+        let robot = &self.robot.name;
+        [
+            format!(
+                "in {robot} the upper arms and forearms of arm {} and arm {} are exchanged",
+                first + 1,
+                second + 1
+            ),
+            format!("exchange la_x_mm, la_y_mm and lb_mm of the two in {robot}"),
+        ]
+    }
+
+    fn limits(&self) -> [String; 2] {
+        let robot = &self.robot.name;
+        [
+            format!("[joints] of {robot} has the other sign"),
+            format!(
+                "change the signs of min_deg and max_deg in {robot} (0 is level, a positive angle swings the arm \
+                 towards the platform)"
+            ),
+        ]
+    }
+
+    /// Whether the robot is too small for its lengths to be millimetres.
+    fn is_in_metres(&self) -> bool {
+        let [arm, ..] = self.robot.robot.arms();
+        arm.lb() < LEAST_FOREARM
+    }
+
+    fn angle_unit(&self) -> &'static str {
+        if self.readings.in_degrees { "_deg" } else { "" }
+    }
+
+    /// Names of the columns: "q2_deg and q3_deg".
+    fn joints(&self, columns: [bool; 3]) -> String {
+        let names: Vec<_> = (1..)
+            .zip(columns)
+            .filter(|(_, named)| *named)
+            .map(|(joint, _)| format!("q{joint}{}", self.angle_unit()))
+            .collect();
+        list(&names)
+    }
+}
+
+/// Every order and all signs of the axes but the right ones.
+fn every_axes() -> Vec<([usize; 3], [f64; 3])> {
     let orders = [UNCHANGED].into_iter().chain(EXCHANGED).chain(CYCLIC);
     let all = orders.flat_map(|order| {
         let signs = [[false; 3]].into_iter().chain(subsets());
         let signs = signs.map(|reversed| reversed.map(|own| if own { -1.0 } else { 1.0 }));
         signs.map(move |signs| (order, signs))
     });
-    // The first is no change.
-    all.skip(1)
-        .map(|(order, signs)| Fault::Axes { order, signs })
-}
-
-/// Every fault tested, kind by kind. The sensor's frame is found anyway, so its rotations are no faults, nor are cyclic
-/// exchanges, which are rotations by a Delta's threefold symmetry.
-pub(super) fn faults(frame: Frame, positions_in: Option<Unit>) -> Vec<Vec<Fault>> {
-    let mut orders: Vec<_> = EXCHANGED.map(Fault::Order).to_vec();
-    let reversed = subsets().map(Fault::Reversed).collect();
-    let angles = [true, false].into_iter();
-    let angles = angles
-        .flat_map(|radians| subsets().map(move |columns| Fault::Angles(columns, radians)))
-        .collect();
-    let lengths = match positions_in {
-        Some(Unit::Millimetre) => MILLIMETRES.map(Fault::Length).to_vec(),
-        Some(Unit::Metre) => METRES.map(Fault::Length).to_vec(),
-        _ => Vec::new(),
-    };
-    let arms = vec![Fault::Arms(0, 1), Fault::Arms(0, 2), Fault::Arms(1, 2)];
-    let (axes, elsewhere) = match frame {
-        Frame::Base => {
-            orders.extend(CYCLIC.map(Fault::Order));
-            (axes().collect(), vec![Fault::Elsewhere])
-        }
-        Frame::Sensor => (vec![MIRRORED], Vec::new()),
-    };
-    let shifted = [true, false].map(|below| Fault::Shifted { below }).to_vec();
-    let limits = vec![Fault::Limits];
-    vec![
-        orders, reversed, angles, axes, lengths, arms, shifted, limits, elsewhere,
-    ]
-}
-
-/// Whether two faults are more than the second alone: a frame at an unknown place includes rotations, and a cyclic
-/// exchange of the joints is one.
-pub(super) fn are_two(first: &Fault, second: &Fault) -> bool {
-    *second != Fault::Elsewhere
-        || match first {
-            Fault::Axes { .. } => *first == MIRRORED,
-            Fault::Order(order) => EXCHANGED.contains(order),
-            _ => true,
-        }
-}
-
-/// The samples, with positions moved to the joints that they belong to.
-pub(super) fn shifted(
-    samples: &[Sample<f64>],
-    faults: &[Fault],
-) -> impl Iterator<Item = Sample<f64>> {
-    let shifted = |below| faults.contains(&Fault::Shifted { below });
-    let from = |shifted: bool| samples.get(usize::from(shifted)..).unwrap_or_default();
-    let (joints, positions) = (from(shifted(false)), from(shifted(true)));
-    joints.iter().zip(positions).map(|(one, other)| Sample {
-        joints: one.joints,
-        position: other.position,
-    })
-}
-
-/// The samples and the robot with these faults undone.
-pub(super) fn undone(
-    faults: &[Fault],
-    robot: &Robot<f64>,
-    samples: &[Sample<f64>],
-) -> Option<(Robot<f64>, Vec<Sample<f64>>)> {
-    let mut robot = *robot;
-    for fault in faults {
-        if let Fault::Arms(first, second) = fault {
-            robot = with_arms_exchanged(&robot, *first, *second)?;
-        }
-    }
-    let undo = |sample: &Sample<f64>| {
-        let mut sample = *sample;
-        // Signs and units refer to the file's columns, before these are reordered.
-        for in_order in [false, true] {
-            for fault in faults {
-                if matches!(fault, Fault::Order(_)) == in_order {
-                    fault.undo(&mut sample);
-                }
-            }
-        }
-        sample
-    };
-    Some((robot, samples.iter().map(undo).collect()))
-}
-
-impl Fault {
-    fn undo(&self, sample: &mut Sample<f64>) {
-        let file = *sample;
-        let scaled = |columns: &[bool; 3], factor: f64| {
-            let factors = columns.map(|own| if own { factor } else { 1.0 });
-            std::array::from_fn(|joint| factors[joint] * file.joints[joint])
-        };
-        match self {
-            Self::Order(order) => sample.joints = order.map(|column| file.joints[column]),
-            Self::Reversed(reversed) => sample.joints = scaled(reversed, -1.0),
-            Self::Angles(columns, radians) => {
-                let factor = if *radians { 180.0 / PI } else { PI / 180.0 };
-                sample.joints = scaled(columns, factor);
-            }
-            Self::Axes { order, signs } => {
-                sample.position =
-                    Vector3::from_fn(|axis, _| signs[axis] * file.position[order[axis]]);
-            }
-            Self::Length(unit) => sample.position *= unit.factor,
-            Self::Arms(..) | Self::Limits | Self::Shifted { .. } | Self::Elsewhere => {}
-        }
-    }
-}
-
-/// Exchanges La_x, La_y and Lb (scale and Lb of linear drives); D, θ and α belong to the base and stay.
-fn with_arms_exchanged(robot: &Robot<f64>, first: usize, second: usize) -> Option<Robot<f64>> {
-    let arms = robot.arms();
-    let mut parameters = arms.map(|arm| arm.parameters());
-    let [one, other] = parameters.get_disjoint_mut([first, second]).ok()?;
-    one[5..].swap_with_slice(&mut other[5..]);
-    robot.with_parameters(parameters).ok()
+    all.skip(1).collect()
 }

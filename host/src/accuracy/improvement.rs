@@ -1,33 +1,16 @@
 //! The probability that a calibration makes a robot worse because its parameters are noisy.
 //!
-//! The calibrated parameters differ by u from those before. With δ the robot's true difference and C the covariance of
-//! the estimate, u = δ + ε, ε ~ N(0, C). With M the mean of JᵀJ over the workspace, the mean squared position error
-//! falls by
-//!
-//! ```text
-//! |δ|² − |ε|² = 2 uᵀM δ − uᵀM u        (norms with M)
-//! ```
-//!
-//! u alone does not determine δ: robots with a large u tend to have a large ε as well. The data themselves show how
-//! large δ may be: with all parameters in mm (angles times the upper arm's length), or in tolerances where these are
-//! stated, δ ~ N(0, τ² I), and the well-determined combinations of parameters reveal τ. Let d be the samples' own
-//! estimate along the eigenvectors of C:
+//! docs/accuracy.md derives it. The calibrated parameters differ by u = δ + ε from those before: δ is the robot's true
+//! difference, ε ~ N(0, C). With M the mean of JᵀJ over the workspace, the mean squared position error falls by
+//! 2 uᵀM δ − uᵀM u. The samples' own estimates d along the eigenvectors of C reveal the size τ of δ:
 //!
 //! ```text
 //! dᵢ ~ N(0, τ² + λᵢ),   δᵢ | dᵢ ~ N(τ² dᵢ/(τ² + λᵢ), τ² λᵢ/(τ² + λᵢ))
 //! ```
 //!
-//! τ is integrated out with a prior that is uniform in log τ: an empirical Bayes estimate (Efron and Morris 1973,
-//! MacKay 1992).
-//!
 //! Without a tolerance, d = u and λ are the eigenvalues of C. A tolerance with covariance P has drawn u towards the
 //! robot before calibration: with c the eigenvalues of C in tolerances, d = u/(1 − c) and λ = c/(1 − c), because C⁻¹ =
-//! A + P⁻¹ with A the samples' information. δ is not assumed to be as large as the tolerance: a robot that was
-//! calibrated before is closer than a file that states manufacturing tolerances suggests.
-//!
-//! For relative accuracy, M is computed from the positions less the rigid motion that best fits each parameter's
-//! effect. Its kernel contains the combinations of parameters that move the robot as a whole; u and C are projected
-//! onto the orthogonal complement.
+//! A + P⁻¹ with A the samples' information.
 
 use super::information::{differences, prior_covariance, units};
 use super::quantiles::quantile;
@@ -260,16 +243,13 @@ const DOUBTFUL: f64 = 0.005;
 const HARMFUL: f64 = 0.05;
 
 /// How far positions over the workspace move with a calibration.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moved {
     /// rms distance, mm.
-    #[serde(rename = "change_mm")]
     pub change: f64,
     /// rms standard deviation after the calibration, mm.
-    #[serde(rename = "sigma_mm")]
     pub sigma: f64,
     /// rms standard deviation of the change due to the samples' noise alone, mm.
-    #[serde(skip)]
     pub scatter: f64,
 }
 

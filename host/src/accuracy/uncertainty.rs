@@ -2,7 +2,7 @@
 
 use super::rigid_motion::RigidMotions;
 use crate::files::robot_file::RobotFile;
-use crate::fit::solution::{PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS, of_parameters};
+use crate::fit::solution::{PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
 use crate::geometry::Reach;
 use delta_cal::{Robot, Sample};
 use nalgebra::{SMatrix, Vector3};
@@ -91,33 +91,11 @@ pub(crate) fn rms_over(
     covariance: &RobotCovariance,
     poses: &[Sample<f64>],
 ) -> f64 {
-    match without_transmissions(covariance) {
-        Some(covariance) => rms(robot, &covariance, poses),
-        None => rms(robot, covariance, poses),
-    }
-}
-
-fn rms<const P: usize>(
-    robot: &Robot<f64>,
-    covariance: &SMatrix<f64, P, P>,
-    poses: &[Sample<f64>],
-) -> f64 {
     let known = poses
         .iter()
         .filter_map(|pose| variance(covariance, &jacobian(robot, &pose.position, &pose.joints)?));
     let (sum, count) = known.fold((0.0, 0.0), |(sum, count), own| (sum + own, count + 1.0));
     f64::sqrt(sum / count)
-}
-
-/// The covariance of the parameters, if the transmissions are exact: it gives the same bits in a third of the time.
-fn without_transmissions(
-    covariance: &RobotCovariance,
-) -> Option<SMatrix<f64, PARAMETERS, PARAMETERS>> {
-    let exact = covariance
-        .columns(PARAMETERS, WITH_TRANSMISSIONS - PARAMETERS)
-        .iter()
-        .all(|own| own.abs() <= 0.0);
-    exact.then(|| of_parameters(covariance))
 }
 
 /// σ of the position over many poses, mm.
@@ -284,45 +262,40 @@ impl ExpectedError {
         Self::at(robot, covariance, &reach, &poses)
     }
 
-    /// At poses of the robot that are known already.
+    /// At poses of the robot that are known already; `None` if no pose is clear of singularities.
     pub(crate) fn at(
         robot: &Robot<f64>,
         covariance: &RobotCovariance,
         reach: &Reach,
         poses: &WorkspacePoses,
     ) -> Option<Self> {
-        match without_transmissions(covariance) {
-            Some(covariance) => Self::of(robot, &covariance, reach, poses),
-            None => Self::of(robot, covariance, reach, poses),
-        }
-    }
-
-    /// Returns `None` if no pose is clear of singularities.
-    fn of<const P: usize>(
-        robot: &Robot<f64>,
-        covariance: &SMatrix<f64, P, P>,
-        reach: &Reach,
-        poses: &WorkspacePoses,
-    ) -> Option<Self> {
         let [inside, edge] = [&poses.inside, &poses.edge]
-            .map(|poses| Sensitivities::<P>::of(robot, poses.iter().copied()));
+            .map(|poses| Sensitivities::of(robot, poses.iter().copied()));
         let left = inside.without_rigid_motion()?;
-        let over = |variance: &Variance<P>| {
-            let search = Search {
-                robot,
-                reach,
-                variance: &|pose| {
-                    variance(
-                        &pose.position,
-                        &jacobian(robot, &pose.position, &pose.joints)?,
-                    )
-                },
+        let over = |variance: &Variance<'_>| {
+            let at = |pose: Sample<f64>| {
+                let jacobian = jacobian(robot, &pose.position, &pose.joints)?;
+                Some((variance(&pose.position, &jacobian)?, pose))
             };
-            let of_pose = |(pose, jacobian): &(Sample<f64>, SMatrix<f64, 3, P>)| {
+            let of_pose = |(pose, jacobian): &(Sample<f64>, _)| {
                 Some((variance(&pose.position, jacobian)?, *pose))
             };
-            let inside = inside.0.iter().filter_map(of_pose).collect();
-            over(inside, edge.0.iter().filter_map(of_pose), &search)
+            let mut found: Vec<_> = inside.0.iter().filter_map(of_pose).collect();
+            let count = found.iter().fold(0.0, |count, _| count + 1.0);
+            let sum: f64 = found.iter().map(|(variance, _)| variance).sum();
+            found.extend(edge.0.iter().filter_map(of_pose));
+            found.sort_by(|a, b| b.0.total_cmp(&a.0));
+            let starts = found.into_iter().take(STARTS);
+            let (largest, worst) = starts
+                .map(|start| {
+                    worst_from(start, reach, |joints| at(clear_pose(robot, reach, joints)?))
+                })
+                .max_by(|a, b| a.0.total_cmp(&b.0))?;
+            Some(PositionSigma {
+                rms: f64::sqrt(sum / count),
+                max: largest.sqrt(),
+                max_at: worst.position,
+            })
         };
         Some(Self {
             absolute: over(&|_, jacobian| variance(covariance, jacobian))?,
@@ -332,71 +305,35 @@ impl ExpectedError {
 }
 
 /// At a position with this Jacobian.
-type Variance<'a, const P: usize> = dyn Fn(&Vector3<f64>, &SMatrix<f64, 3, P>) -> Option<f64> + 'a;
+type Variance<'a> = dyn Fn(&Vector3<f64>, &SMatrix<f64, 3, WITH_TRANSMISSIONS>) -> Option<f64> + 'a;
 
-/// Mean of a variance over the poses inside, and its maximum, searched by steps from the worst of all poses.
-fn over(
-    inside: Vec<(f64, Sample<f64>)>,
-    edge: impl Iterator<Item = (f64, Sample<f64>)>,
-    search: &Search<'_>,
-) -> Option<PositionSigma> {
-    let (mut sum, mut count) = (0.0, 0_u32);
-    for (variance, _) in &inside {
-        sum += variance;
-        count += 1;
-    }
-    let mut found = inside;
-    found.extend(edge);
-    found.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let (largest, at) = found
-        .into_iter()
-        .take(STARTS)
-        .map(|start| search.worst_from(start))
-        .max_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some(PositionSigma {
-        rms: (sum / f64::from(count)).sqrt(),
-        max: largest.sqrt(),
-        max_at: at.position,
-    })
-}
-
-/// The variance as a function of the pose, over the poses in reach.
-struct Search<'a> {
-    robot: &'a Robot<f64>,
-    reach: &'a Reach,
-    variance: &'a dyn Fn(&Sample<f64>) -> Option<f64>,
-}
-
-impl Search<'_> {
-    /// Steps the joints towards larger variances; halves the step when none is larger.
-    fn worst_from(&self, start: (f64, Sample<f64>)) -> (f64, Sample<f64>) {
-        let (mut largest, mut at) = start;
-        let limits = &self.reach.limits;
-        let range = limits.maximum() - limits.minimum();
-        let mut step = COARSEST * range;
-        while step > FINEST * range {
-            // At a limit several directions lead to one place.
-            let mut tried = vec![at.joints];
-            let next = directions().find_map(|direction| {
-                let joints = [0, 1, 2].map(|joint| {
-                    (at.joints[joint] + step * direction[joint])
-                        .clamp(limits.minimum(), limits.maximum())
-                });
-                if tried.contains(&joints) {
-                    return None;
-                }
-                tried.push(joints);
-                let pose = clear_pose(self.robot, self.reach, joints)?;
-                let found = (self.variance)(&pose)?;
-                (found > largest).then_some((found, pose))
-            });
-            match next {
-                Some((found, pose)) => (largest, at) = (found, pose),
-                None => step *= 0.5,
+/// Steps the joints from a pose towards larger variances; halves the step when none is larger.
+fn worst_from(
+    start: (f64, Sample<f64>),
+    reach: &Reach,
+    at: impl Fn([f64; 3]) -> Option<(f64, Sample<f64>)>,
+) -> (f64, Sample<f64>) {
+    let (mut largest, mut pose) = start;
+    let (low, high) = (reach.limits.minimum(), reach.limits.maximum());
+    let mut step = COARSEST * (high - low);
+    while step > FINEST * (high - low) {
+        // At a limit several directions lead to one place.
+        let mut tried = vec![pose.joints];
+        let next = directions().find_map(|direction| {
+            let joints = [0, 1, 2]
+                .map(|joint| (pose.joints[joint] + step * direction[joint]).clamp(low, high));
+            if tried.contains(&joints) {
+                return None;
             }
+            tried.push(joints);
+            at(joints).filter(|(found, _)| *found > largest)
+        });
+        match next {
+            Some(found) => (largest, pose) = found,
+            None => step *= 0.5,
         }
-        (largest, at)
     }
+    (largest, pose)
 }
 
 /// The 26 non-zero combinations of −1, 0 and 1.

@@ -96,10 +96,11 @@ pub(crate) fn explained_by(
 ) -> Vec<Option<(f64, Vec<f64>)>> {
     let columns = groups.iter().map(Vec::len).sum();
     let regression = subject.with_columns(columns, moves);
-    let gains = regression.gains(&[], groups);
-    let each = groups.iter().zip(gains).map(|(group, gain)| {
-        let fit = regression.solve(group)?;
-        Some((gain?, fit.of_candidates(group.len()).to_vec()))
+    let without = regression.solve(&[]);
+    let each = groups.iter().map(|group| {
+        let with = regression.solve(group)?;
+        let gain = with.gain(without.as_ref()?);
+        Some((gain, with.of_candidates(group.len()).to_vec()))
     });
     each.collect()
 }
@@ -184,44 +185,32 @@ impl Search<'_> {
         (fit.freedom >= LEAST_FREEDOM).then_some(fit)
     }
 
-    fn gain(&self, chosen: &[usize], next: usize) -> f64 {
-        let group = self.hypotheses[next].columns();
-        let gains = self.regression.gains(&self.columns(chosen), &[group]);
-        gains.first().copied().flatten().unwrap_or(0.0)
+    /// The fit with one more hypothesis, and its gain.
+    fn beside(&self, chosen: &[usize], without: &Fit, next: usize) -> Option<(Fit, f64)> {
+        let all: Vec<_> = chosen.iter().copied().chain([next]).collect();
+        let with = self.regression.solve(&self.columns(&all))?;
+        let gain = with.gain(without);
+        Some((with, gain))
     }
 
-    /// Rank of each hypothesis beside the chosen ones: its gain in units of the variance that `fit` leaves, less the
-    /// penalty for its columns.
-    fn ranks(&self, chosen: &[usize], fit: &Fit) -> Vec<Option<f64>> {
-        let groups: Vec<_> = self.hypotheses.iter().map(Hypothesis::columns).collect();
-        let gains = self.regression.gains(&self.columns(chosen), &groups);
-        let unit = self.unit(fit.variance());
-        let ranked = gains.into_iter().zip(&self.hypotheses).enumerate();
-        ranked
-            .map(|(index, (gain, hypothesis))| {
-                let rank = gain? / unit - PER_COLUMN * hypothesis.number();
-                (!chosen.contains(&index)).then_some(rank)
-            })
-            .collect()
+    /// A gain in units of this variance, less the penalty for the hypothesis's columns.
+    fn rank(&self, hypothesis: usize, gain: f64, variance: f64) -> f64 {
+        gain / self.unit(variance) - PER_COLUMN * self.hypotheses[hypothesis].number()
     }
 
     /// The significant hypothesis that explains most beside the chosen ones. A rare one must explain clearly more than
     /// the others.
     fn next(&self, chosen: &[usize]) -> Option<usize> {
         let without = self.solve(chosen)?;
-        let ranks = self.ranks(chosen, &without);
-        let ranked = ranks.iter().enumerate().filter_map(|(index, rank)| {
-            let mut with = chosen.to_vec();
-            with.push(index);
-            let gain = self.gain(chosen, index);
-            let with = self.solve(&with)?;
-            let probability = self.probability(gain, index, &with);
-            if without.squares - with.squares < IN_RESIDUALS * gain {
-                return None;
-            }
+        let others = (0..self.hypotheses.len()).filter(|index| !chosen.contains(index));
+        let ranked = others.filter_map(|index| {
+            let (with, gain) = self.beside(chosen, &without, index)?;
+            let is_cause = with.freedom >= LEAST_FREEDOM
+                && without.squares - with.squares >= IN_RESIDUALS * gain
+                && self.probability(gain, index, &with) < self.level;
             let rare = self.hypotheses[index].kind.is_rare();
-            let rank = (*rank)? - if rare { CLEARLY } else { 0.0 };
-            (probability < self.level).then_some((index, rank))
+            let rank = self.rank(index, gain, without.variance());
+            is_cause.then_some((index, if rare { rank - CLEARLY } else { rank }))
         });
         ranked
             .max_by(|a, b| a.1.total_cmp(&b.1))
@@ -232,18 +221,25 @@ impl Search<'_> {
     fn alternatives(&self, chosen: &[usize], place: usize, fit: &Fit) -> Vec<&Hypothesis> {
         let mut others = chosen.to_vec();
         let own = others.remove(place);
-        let ranks = self.ranks(&others, fit);
-        let best = ranks[own].unwrap_or(f64::INFINITY);
+        let Some(without) = self.regression.solve(&self.columns(&others)) else {
+            return Vec::new();
+        };
+        let rank = |index| {
+            let (_, gain) = self.beside(&others, &without, index)?;
+            Some(self.rank(index, gain, fit.variance()))
+        };
+        let best = rank(own).unwrap_or(f64::INFINITY);
         let least = |kind| match kind {
             // A detectable scale is large, and its gain here is that of the first step only.
             CauseKind::Scale => (best - 2.0 * CLEARLY).max(0.5 * best),
             _ => best - CLEARLY,
         };
-        let all = self.hypotheses.iter().zip(ranks).enumerate();
-        all.filter(|(index, _)| !chosen.contains(index))
-            .filter(|(_, (own, rank))| rank.is_some_and(|rank| rank > least(own.kind)))
-            .map(|(_, (own, _))| own)
-            .collect()
+        let all = self.hypotheses.iter().enumerate();
+        all.filter(|(index, own)| {
+            !chosen.contains(index) && rank(*index).is_some_and(|rank| rank > least(own.kind))
+        })
+        .map(|(_, own)| own)
+        .collect()
     }
 
     /// The probability of such a gain by chance: against the stated noise (χ²), or against the residuals left by the
@@ -290,7 +286,9 @@ impl Search<'_> {
     fn beside_others(&self, chosen: &[usize], place: usize, fit: &Fit) -> f64 {
         let mut others = chosen.to_vec();
         let own = others.remove(place);
-        self.probability(self.gain(&others, own), own, fit)
+        let without = self.regression.solve(&self.columns(&others));
+        let gain = without.map_or(0.0, |without| fit.gain(&without));
+        self.probability(gain, own, fit)
     }
 
     /// Root mean square of the chosen hypotheses' effect, in σ.

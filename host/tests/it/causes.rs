@@ -1,17 +1,10 @@
 //! Errors that the model cannot represent: detection rate, correct naming, and false alarms.
 
-use crate::support::simulated::somewhere;
-use delta_cal::frame::RigidTransform;
-use delta_cal::simulate::{random_pose, standard_normal};
-use delta_cal::{ArmIndex, Noise, Robot, Sample, Tolerance};
+use crate::support::simulated::{Instrument, file_of, measured};
+use delta_cal::ArmIndex;
 use delta_cal_host::calibration::causes::Cause;
 use delta_cal_host::{Frame, Options, Readings, Report, RobotFile, calibrate};
 use delta_cal_tests::geometries::geometries;
-use delta_cal_tests::{Spread, generator, paper_limits, perturbed};
-use nalgebra::Vector3;
-
-/// Standard uncertainty of each coordinate, mm, and of each joint angle, degrees.
-const NOISE: (f64, f64) = (0.02, 0.002);
 
 /// A robot's fault; joint errors concern one joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,36 +23,6 @@ enum Fault {
     Drift(f64),
 }
 
-/// A robot and the effect of its fault on reported joint angles.
-struct Faulty {
-    truth: Robot<f64>,
-    fault: Fault,
-    joint: usize,
-    phase: f64,
-    size: f64,
-}
-
-impl Faulty {
-    /// The position at reported joint angles; `None` if out of reach.
-    fn position(&self, reported: &[f64; 3], directions: &[f64; 3]) -> Option<Vector3<f64>> {
-        let mut joints = *reported;
-        let q = joints[self.joint];
-        joints[self.joint] += match self.fault {
-            Fault::Eccentricity(amplitude) => amplitude.to_radians() * (q + self.phase).cos(),
-            Fault::TwiceATurn(amplitude) => amplitude.to_radians() * (2.0 * q + self.phase).cos(),
-            Fault::Gear(ratio) => ratio * q,
-            Fault::Backlash(half) => half.to_radians() * directions[self.joint],
-            Fault::Nothing | Fault::Sag(_) | Fault::Drift(_) => 0.0,
-        };
-        let mut position = self.truth.forward(&joints).ok()?;
-        if let Fault::Sag(sag) = self.fault {
-            let radius = position.xy().norm() / (300.0 / 260.0 * self.size);
-            position.z -= sag * radius * radius;
-        }
-        Some(position)
-    }
-}
-
 /// A robot file, its readings, and how to calibrate from them.
 struct Simulated {
     robot: RobotFile,
@@ -75,65 +38,50 @@ impl Simulated {
     }
 }
 
-/// A robot drawn from a tolerance of 0.5 mm and 0.2°, measured at random poses in random order; the first six
-/// [`geometries`] have three identical arms.
-fn simulate(
-    (geometry, count): (usize, usize),
-    in_frame: Frame,
-    fault: Fault,
-    (campaign, seed): (u64, u64),
-) -> Simulated {
-    let mut rng = generator(campaign, seed);
+/// A robot drawn from its tolerance, measured at random poses in random order; the first six [`geometries`] have three
+/// identical arms.
+fn simulate((geometry, count): (usize, usize), frame: Frame, fault: Fault, seed: u64) -> Simulated {
     let (_, nominal) = geometries()[geometry];
-    let (length, angle) = (0.5, 0.2_f64.to_radians());
-    let truth = perturbed(&nominal, length, angle, Spread::Normal, &mut rng);
-    let limits = paper_limits();
-    let faulty = Faulty {
-        truth,
-        fault,
-        joint: usize::try_from(seed % 3).unwrap(),
-        phase: std::f64::consts::PI * standard_normal::<f64, _>(&mut rng),
-        size: nominal.arm(ArmIndex::First).upper_arm_length(),
+    let robot = file_of(&nominal, [-60.0, 90.0].map(f64::to_radians), true);
+    let instrument = match frame {
+        Frame::Base => Instrument::Positions,
+        Frame::Sensor => Instrument::Tracker,
     };
-    let frame = match in_frame {
-        Frame::Sensor => somewhere(1.0, 500.0, &mut rng),
-        Frame::Base => RigidTransform::identity(),
-    };
-    let mut before: Option<[f64; 3]> = None;
-    let mut rows = Vec::new();
-    while rows.len() < count {
-        let joints = random_pose(&truth, &limits, &mut rng).unwrap().joints;
-        let from = before.unwrap_or(joints);
-        let directions = std::array::from_fn(|arm| (joints[arm] - from[arm]).signum());
-        let Some(mut position) = faulty.position(&joints, &directions) else {
+    let (_, mut readings) = measured(&robot, instrument, count, seed);
+    let joint = usize::try_from(seed % 3).unwrap();
+    let radius = 300.0 / 260.0 * nominal.arm(ArmIndex::First).upper_arm_length();
+    let mut before = None;
+    let mut part = 0.0;
+    for row in &mut readings.rows {
+        let q = &mut row.value.joints[joint];
+        let forwards = *q >= before.replace(*q).unwrap_or(*q);
+        // The joint turns this much farther than it reports.
+        *q -= match fault {
+            Fault::Eccentricity(amplitude) => amplitude.to_radians() * (*q + 1.0).cos(),
+            Fault::TwiceATurn(amplitude) => amplitude.to_radians() * (2.0 * *q + 1.0).cos(),
+            Fault::Gear(ratio) => ratio * *q,
+            Fault::Backlash(half) if forwards => half.to_radians(),
+            Fault::Backlash(half) => -half.to_radians(),
+            Fault::Nothing | Fault::Sag(_) | Fault::Drift(_) => 0.0,
+        };
+        let [Some(x), Some(y), Some(z)] = &mut row.value.position else {
             continue;
         };
-        if let Fault::Drift(drift) = fault {
-            let number = |rows: usize| f64::from(u32::try_from(rows).unwrap());
-            position.x += drift * number(rows.len()) / number(count - 1);
+        match fault {
+            Fault::Sag(sag) => *z -= sag * x.hypot(*y).powi(2) / radius.powi(2),
+            Fault::Drift(drift) => *x += drift * part,
+            _ => {}
         }
-        let measured = position.map(|c| c + NOISE.0 * standard_normal::<f64, _>(&mut rng));
-        let noise = NOISE.1.to_radians();
-        rows.push(Sample {
-            joints: joints.map(|q| q + noise * standard_normal::<f64, _>(&mut rng)),
-            position: frame.apply(&measured),
-        });
-        before = Some(joints);
+        part += 1.0 / count as f64;
     }
-    let tolerance = Tolerance::new(length, angle).unwrap();
-    let noise = Noise::new(NOISE.0, NOISE.1.to_radians()).unwrap();
     Simulated {
-        robot: RobotFile {
-            tolerance: Some(tolerance),
-            noise: Some(noise),
-            ..RobotFile::of("robot.toml", nominal, limits)
-        },
-        readings: Readings::of_samples("samples.csv", &rows),
+        robot,
+        readings,
         options: Options {
-            frame: in_frame,
+            frame,
             ..Options::default()
         },
-        joint: faulty.joint,
+        joint,
     }
 }
 
@@ -147,7 +95,7 @@ fn files_without_a_cause_have_none_found() {
             let frame = if bit(2) { Frame::Sensor } else { Frame::Base };
             let seed = (cell + 100 * geometry) as u64;
             let of = (geometry, 14 + 7 * cell % 47);
-            let mut simulated = simulate(of, frame, Fault::Nothing, (300, seed));
+            let mut simulated = simulate(of, frame, Fault::Nothing, seed);
             simulated.robot.noise.take_if(|_| !bit(0));
             simulated.robot.tolerance.take_if(|_| !bit(1));
             let Some(report) = simulated.calibrated() else {
@@ -176,12 +124,13 @@ fn faults_are_named_with_their_arm() {
     for (fault, name, of_a_joint) in faults {
         let mut named = 0;
         for seed in 0..8 {
-            let frame = if seed % 4 == 3 {
-                Frame::Sensor
-            } else {
-                Frame::Base
+            let frame = match fault {
+                // A sag is along the axis of the robot.
+                Fault::Sag(_) => Frame::Base,
+                _ if seed % 4 == 3 => Frame::Sensor,
+                _ => Frame::Base,
             };
-            let simulated = simulate((seed % 2, 40), frame, fault, (301, seed as u64));
+            let simulated = simulate((seed % 2, 40), frame, fault, seed as u64);
             // Refusing because the residuals contradict the noise is also correct.
             let Some(report) = simulated.calibrated() else {
                 named += 1;
@@ -207,8 +156,8 @@ fn faults_are_named_with_their_arm() {
 fn a_wrong_length_of_the_file_is_no_cause() {
     let mut accepted = 0;
     for geometry in 0..6 {
-        let of = (302, geometry as u64);
-        let mut simulated = simulate((geometry, 40), Frame::Base, Fault::Nothing, of);
+        let seed = geometry as u64;
+        let mut simulated = simulate((geometry, 40), Frame::Base, Fault::Nothing, seed);
         let mut parameters = simulated.robot.robot.parameters();
         for arm in &mut parameters {
             arm[7] *= 1.012;

@@ -243,7 +243,7 @@ impl Hypothesis {
     pub(super) fn moves(
         &self,
         at: &At,
-        ranges: &[[f64; 2]; 3],
+        ranges: &[(f64, f64); 3],
         place: &Place,
     ) -> Vec<Vector3<f64>> {
         let Some(arm) = self.arm.map(ArmIndex::index) else {
@@ -253,7 +253,7 @@ impl Hypothesis {
                 _ => vec![at.position * place.scaled],
             };
         };
-        let (q, [low, high]) = (at.joints[arm], ranges[arm]);
+        let (q, (low, high)) = (at.joints[arm], ranges[arm]);
         let of_joint = match self.kind {
             CauseKind::GearRatio => vec![q],
             CauseKind::Eccentricity => vec![q.cos(), q.sin()],

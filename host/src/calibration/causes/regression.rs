@@ -25,6 +25,8 @@ pub(super) struct Fit {
     pub(super) covariance: DMatrix<f64>,
     /// Σ r² of the measured rows.
     pub(super) squares: f64,
+    /// Σ r² of all rows, those of the prior included.
+    cost: f64,
     /// Measured rows less the number of coefficients that they, and not the prior, determine.
     pub(super) freedom: f64,
 }
@@ -33,6 +35,11 @@ impl Fit {
     /// Variance of a measured residual.
     pub(super) fn variance(&self) -> f64 {
         self.squares / self.freedom
+    }
+
+    /// The decrease of the whole sum of squares since a fit with fewer candidates.
+    pub(super) fn gain(&self, without: &Self) -> f64 {
+        without.cost - self.cost
     }
 
     /// The coefficients of the candidates alone.
@@ -66,23 +73,25 @@ impl Regression {
         }
     }
 
-    fn part(&self, chosen: &[usize]) -> DMatrix<f64> {
-        let columns: Vec<_> = (0..self.always)
-            .chain(chosen.iter().map(|column| self.always + column))
-            .collect();
-        self.triangle.select_columns(&columns)
-    }
-
     /// The fit with these candidates; `None` if the rows do not distinguish the columns.
     pub(super) fn solve(&self, chosen: &[usize]) -> Option<Fit> {
-        let part = self.part(chosen);
+        let always = self.always;
+        let columns = (0..always).chain(chosen.iter().map(|column| always + column));
+        let part = self.triangle.select_columns(&columns.collect::<Vec<_>>());
         let columns = part.ncols();
         let lengths: Vec<_> = part.column_iter().map(|column| column.norm()).collect();
         let qr = part.qr();
         let upper = qr.r();
         let diagonal = upper.diagonal();
-        let distinct = |(own, length): (&f64, &f64)| own.abs() > f64::EPSILON * length;
-        if !diagonal.iter().zip(&lengths).all(distinct) {
+        let mut distinct = diagonal.iter().zip(&lengths).enumerate();
+        if !distinct.all(|(column, (own, length))| {
+            let least = if column < always {
+                f64::EPSILON
+            } else {
+                INDISTINCT
+            };
+            own.abs() > least * length
+        }) {
             return None;
         }
         let mut turned = self.triangle.column(self.triangle.ncols() - 1).into_owned();
@@ -90,9 +99,8 @@ impl Regression {
         let inverse = upper.solve_upper_triangular(&DMatrix::identity(columns, columns))?;
         let coefficients = &inverse * turned.rows(0, columns);
         let covariance = &inverse * inverse.transpose();
-        let mut squares = turned.rows_range(columns..).norm_squared();
-        let mut by_prior = 0.0;
-        let always = self.always;
+        let cost = turned.rows_range(columns..).norm_squared();
+        let (mut squares, mut by_prior) = (cost, 0.0);
         let of_always = covariance.view((0, 0), (always, always));
         for row in &self.prior {
             let (own, residual) = (row.rows(0, always), row[row.len() - 1]);
@@ -104,36 +112,9 @@ impl Regression {
             coefficients,
             covariance,
             squares: squares.max(0.0),
+            cost,
             freedom: self.worth - number + by_prior,
         })
-    }
-
-    /// For each group of candidates, the decrease of the sum of squares if it joins the chosen ones; `None` for a group
-    /// that the rows do not distinguish from the columns that take part.
-    pub(super) fn gains(&self, chosen: &[usize], groups: &[Vec<usize>]) -> Vec<Option<f64>> {
-        let part = self.part(chosen);
-        let columns = part.ncols();
-        let mut turned = self.triangle.clone();
-        part.qr().q_tr_mul(&mut turned);
-        let width = turned.ncols();
-        let left = turned.rows_range(columns..).into_owned();
-        let residual = left.column(width - 1).into_owned();
-        let gain = |group: &Vec<usize>| {
-            let group: Vec<_> = group.iter().map(|column| self.always + column).collect();
-            let own = left.select_columns(&group);
-            let qr = own.qr();
-            let lengths = group.iter().map(|column| turned.column(*column).norm());
-            let diagonal = qr.r().diagonal();
-            let distinct = |(own, length): (&f64, f64)| own.abs() > INDISTINCT * length;
-            let mut projected = residual.clone();
-            qr.q_tr_mul(&mut projected);
-            diagonal
-                .iter()
-                .zip(lengths)
-                .all(distinct)
-                .then(|| projected.rows(0, group.len()).norm_squared())
-        };
-        groups.iter().map(gain).collect()
     }
 
     /// Σ over all measured rows of the squared contribution of these candidates.

@@ -2,10 +2,12 @@
 
 use super::cause::{At, Cause, CauseKind, Hypothesis, Place};
 use super::regression::Regression;
-use crate::files::samples_file::{READINGS, ReadingFrom, Readings};
+use crate::accuracy::uncertainty::jacobian;
+use crate::files::samples_file::{READINGS, Reading, ReadingFrom, Readings, Row};
 use crate::fit::Solution;
+use crate::fit::solution::PARAMETERS;
 use crate::fit::solution::Sensitivity;
-use crate::geometry::Directions;
+use crate::geometry::{Directions, range};
 use delta_cal::Sample;
 use nalgebra::{DVector, SVector, Vector3};
 
@@ -25,7 +27,6 @@ struct Counted<'a> {
     at: At,
     /// Start of a distance between two poses.
     other: Option<At>,
-    place: Place,
     sensitivity: &'a Sensitivity,
     residuals: SVector<f64, READINGS>,
 }
@@ -34,42 +35,39 @@ impl<'a> Subject<'a> {
     /// The rows that take part; an even selection if there are many.
     fn counted(&self) -> Vec<Counted<'a>> {
         let robot = &self.solution.robot;
-        let mut moves = Directions::default();
-        let rows = &self.readings.rows;
-        let directions: Vec<_> = rows
-            .iter()
-            .map(|row| moves.next(&row.value.joints))
-            .collect();
-        let largest = self.radius_squared();
-        let last = rows.iter().skip(1).fold(0.0, |count, _| count + 1.0);
-        let part_of = |part: f64, all: f64| (all > 0.0).then(|| part / all);
         let counted = |sensitivity: &'a Sensitivity| {
-            let index = sensitivity.row;
-            let reading = &rows.get(index)?.value;
-            let at = At::new(robot, &reading.joints)?;
-            let other = match reading.distance {
-                Some((ReadingFrom::Pose(joints), _)) => Some(At::new(robot, &joints)?),
-                _ => None,
-            };
-            let squared = at.position.xy().norm_squared();
+            let reading = &self.readings.rows.get(sensitivity.row)?.value;
             Some(Counted {
-                at,
-                other,
-                place: Place {
-                    directions: directions[index],
-                    part: part_of(index as f64, last).map_or(0.0, |part| part - 0.5),
-                    radius_squared: part_of(squared, largest).unwrap_or(0.0),
-                    scaled: if reading.height.is_none() { 1.0 } else { 0.0 },
+                at: At::new(robot, &reading.joints)?,
+                other: match reading.distance {
+                    Some((ReadingFrom::Pose(joints), _)) => Some(At::new(robot, &joints)?),
+                    _ => None,
                 },
                 sensitivity,
-                residuals: SVector::from(self.solution.rows[index].whitened),
+                residuals: SVector::from(self.solution.rows[sensitivity.row].whitened),
             })
         };
-        self.solution
-            .sensitivities
-            .iter()
-            .filter_map(counted)
-            .collect()
+        let sensitivities = self.solution.sensitivities.iter();
+        sensitivities.filter_map(counted).collect()
+    }
+
+    /// Every row's place in the file.
+    fn places(&self) -> Vec<Place> {
+        let rows = &self.readings.rows;
+        let mut moves = Directions::default();
+        let largest = self.radius_squared();
+        let last = rows.len().saturating_sub(1) as f64;
+        let place = |(index, row): (usize, &Row<Reading>)| {
+            let position = self.solution.robot.forward(&row.value.joints).ok();
+            let squared = position.map_or(0.0, |own| own.xy().norm_squared());
+            Place {
+                directions: moves.next(&row.value.joints),
+                part: share(index as f64, last) - 0.5,
+                radius_squared: share(squared, largest),
+                scaled: if row.value.height.is_none() { 1.0 } else { 0.0 },
+            }
+        };
+        rows.iter().enumerate().map(place).collect()
     }
 
     /// Largest squared distance from the robot's axis, mm².
@@ -77,27 +75,25 @@ impl<'a> Subject<'a> {
         let robot = &self.solution.robot;
         let rows = self.readings.rows.iter();
         let positions = rows.filter_map(|row| robot.forward(&row.value.joints).ok());
-        positions.fold(0.0, |most: f64, own| most.max(own.xy().norm_squared()))
+        positions
+            .map(|own| own.xy().norm_squared())
+            .fold(0.0, f64::max)
     }
 
     /// Lowest and highest angle or travel of each joint.
-    fn ranges(&self) -> [[f64; 2]; 3] {
-        std::array::from_fn(|joint| {
-            let all = self.readings.rows.iter().map(|row| row.value.joints[joint]);
-            all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], q| {
-                [low.min(q), high.max(q)]
-            })
-        })
+    fn ranges(&self) -> [(f64, f64); 3] {
+        let rows = &self.readings.rows;
+        [0, 1, 2].map(|joint| range(rows.iter().map(|row| row.value.joints[joint])))
     }
 
     /// The regression of all rows, with the hypotheses as candidates.
     pub(super) fn regression(&self, hypotheses: &[Hypothesis]) -> Regression {
-        let (counted, ranges) = (self.counted(), self.ranges());
+        let (counted, places, ranges) = (self.counted(), self.places(), self.ranges());
         let largest = LARGEST_RESIDUAL * scale(&counted);
         let columns = hypotheses.iter().map(|own| own.columns().len()).sum();
         self.rows(&counted, columns, largest, |row, at| {
             let all = hypotheses.iter();
-            all.flat_map(|own| own.moves(at, &ranges, &row.place))
+            all.flat_map(|own| own.moves(at, &ranges, &places[row]))
                 .collect()
         })
     }
@@ -109,9 +105,7 @@ impl<'a> Subject<'a> {
         columns: usize,
         moves: impl Fn(usize, &At) -> Vec<Vector3<f64>>,
     ) -> Regression {
-        self.rows(&self.counted(), columns, f64::INFINITY, |row, at| {
-            moves(row.sensitivity.row, at)
-        })
+        self.rows(&self.counted(), columns, f64::INFINITY, moves)
     }
 
     /// The regression, with residuals clipped to `largest`.
@@ -120,12 +114,13 @@ impl<'a> Subject<'a> {
         counted: &[Counted<'_>],
         columns: usize,
         largest: f64,
-        moves: impl Fn(&Counted<'_>, &At) -> Vec<Vector3<f64>>,
+        moves: impl Fn(usize, &At) -> Vec<Vector3<f64>>,
     ) -> Regression {
         let unknowns = self.solution.covariance.nrows();
         let mut measured = Vec::new();
         for c in counted {
-            let (own, other) = (moves(c, &c.at), c.other.as_ref().map(|at| moves(c, at)));
+            let moves = |at| moves(c.sensitivity.row, at);
+            let (own, other) = (moves(&c.at), c.other.as_ref().map(moves));
             for reading in 0..READINGS {
                 let [by_own, by_other] = c.sensitivity.by_positions.map(|all| all[reading]);
                 let read = c.sensitivity.by_unknowns.row(reading);
@@ -182,32 +177,21 @@ impl<'a> Subject<'a> {
     ) -> f64 {
         let robot = &self.solution.robot;
         let (largest, ranges) = (self.radius_squared(), self.ranges());
+        let parameters = coefficients.fixed_rows::<PARAMETERS>(0);
         let squared = |pose: &Sample<f64>| {
             let at = At::new(robot, &pose.joints)?;
-            let blocks = robot
-                .platform_jacobian(&at.position, &at.joints)
-                .ok()?
-                .by_parameters;
-            let mut error = Vector3::zeros();
-            for (arm, block) in blocks.iter().enumerate() {
-                error += block * coefficients.fixed_rows::<8>(8 * arm);
-            }
+            let jacobian = jacobian::<PARAMETERS>(robot, &at.position, &at.joints)?;
             let place = Place {
                 directions: [1.0; 3],
                 part: 0.0,
-                radius_squared: if largest > 0.0 {
-                    at.position.xy().norm_squared() / largest
-                } else {
-                    0.0
-                },
+                radius_squared: share(at.position.xy().norm_squared(), largest),
                 scaled: 0.0,
             };
-            let mut either_way = 0.0;
+            let (mut error, mut either_way) = (jacobian * parameters, 0.0);
             for cause in found {
                 let moves = cause.hypothesis.moves(&at, &ranges, &place);
                 let terms = moves.iter().zip(&cause.coefficients);
-                let own: Vector3<f64> =
-                    terms.map(|(moved, coefficient)| moved * *coefficient).sum();
+                let own: Vector3<f64> = terms.map(|(moved, by)| moved * *by).sum();
                 if cause.kind == CauseKind::Backlash {
                     either_way += own.norm_squared();
                 } else {
@@ -216,18 +200,14 @@ impl<'a> Subject<'a> {
             }
             Some(error.norm_squared() + either_way)
         };
-        let (sum, count) = poses
-            .iter()
-            .filter_map(squared)
-            .fold((0.0, 0.0), |(sum, count), squared| {
-                (sum + squared, count + 1.0)
-            });
-        if count > 0.0 {
-            f64::sqrt(sum / count)
-        } else {
-            0.0
-        }
+        let squares: Vec<f64> = poses.iter().filter_map(squared).collect();
+        share(squares.iter().sum(), squares.len() as f64).sqrt()
     }
+}
+
+/// 0 of nothing.
+fn share(part: f64, all: f64) -> f64 {
+    if all > 0.0 { part / all } else { 0.0 }
 }
 
 /// Scale of the residuals, insensitive to a few wrong readings; at least the noise.

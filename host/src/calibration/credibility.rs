@@ -1,6 +1,6 @@
 //! Tests of each kind of reading's noise: χ² against a stated noise, and an estimate.
 
-use crate::accuracy::information::{is_empty, prior_covariance};
+use crate::accuracy::information::{is_empty, parameters, prior_covariance};
 use crate::accuracy::quantiles::quantile;
 use crate::files::samples_file::Kind;
 use crate::fit::Solution;
@@ -11,6 +11,7 @@ use delta_cal::{ArmIndex, Parameter, Real, Robot, Tolerance};
 use nalgebra::{DMatrix, DVector, SMatrix};
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
+use std::f64::consts::TAU;
 
 /// A stated noise or tolerance is contradicted below this probability: 3 σ of a normal distribution, two-sided.
 const IMPROBABLE: f64 = 0.0027;
@@ -67,11 +68,20 @@ impl NoiseTest {
         if !(freedom >= 1.0) {
             return None;
         }
-        let (ratio, probability, verdict) = if noise.stated {
-            against(noise.ratio(), freedom)?
-        } else {
-            (1.0, 1.0, NoiseVerdict::Estimated)
-        };
+        let (mut ratio, mut probability, mut verdict) = (1.0, 1.0, NoiseVerdict::Estimated);
+        if noise.stated {
+            ratio = noise.ratio();
+            let squares = ratio * ratio * freedom;
+            let chi_square = ChiSquared::new(freedom).ok()?;
+            let tail = chi_square.cdf(squares).min(chi_square.sf(squares));
+            probability = (2.0 * tail).min(1.0);
+            verdict = match ratio {
+                _ if probability >= IMPROBABLE => NoiseVerdict::Agrees,
+                ratio if ratio > EXCEEDED => NoiseVerdict::Understated,
+                ratio if ratio < SMALL => NoiseVerdict::Overstated,
+                _ => NoiseVerdict::Agrees,
+            };
+        }
         let sigma = ratio * noise.sigma;
         let limit = |probability| Some(sigma * (freedom / quantile(freedom, probability)?).sqrt());
         Some(Self {
@@ -95,23 +105,6 @@ impl NoiseTest {
             1.0
         }
     }
-}
-
-fn against(ratio: f64, freedom: f64) -> Option<(f64, f64, NoiseVerdict)> {
-    let chi_square = ChiSquared::new(freedom).ok()?;
-    let squares = ratio * ratio * freedom;
-    let (below, above) = (chi_square.cdf(squares), chi_square.sf(squares));
-    let probability = (2.0 * below.min(above)).min(1.0);
-    let verdict = if probability >= IMPROBABLE {
-        NoiseVerdict::Agrees
-    } else if ratio > EXCEEDED {
-        NoiseVerdict::Understated
-    } else if ratio < SMALL {
-        NoiseVerdict::Overstated
-    } else {
-        NoiseVerdict::Agrees
-    };
-    Some((ratio, probability, verdict))
 }
 
 /// Λ above which a combination counts as determined: the samples' σ is half of the tolerance.
@@ -290,30 +283,27 @@ struct Change {
 
 /// Changes of all parameters, largest first.
 fn changes(before: &Robot<f64>, after: &Robot<f64>) -> Vec<Change> {
-    let mut changes = Vec::with_capacity(24);
-    for arm in ArmIndex::ALL {
+    let change = |(arm, parameter): (ArmIndex, Parameter)| {
         let (from, to) = (before.arm(arm), after.arm(arm));
-        for parameter in from.drive().parameters().iter().copied() {
-            let (mut before, after) = (from.get(parameter), to.get(parameter));
-            if parameter == Parameter::Theta {
-                // 359° and −1° are the same azimuth.
-                before +=
-                    ((after - before) / std::f64::consts::TAU).round() * std::f64::consts::TAU;
-            }
-            let change = (after - before).abs();
-            changes.push(Change {
-                arm,
-                parameter,
-                before,
-                after,
-                size: match parameter.kind() {
-                    ParameterKind::Length => 100.0 * change / from.lb(),
-                    ParameterKind::Angle => change.to_degrees(),
-                    ParameterKind::Ratio => 100.0 * change,
-                },
-            });
+        let (mut before, after) = (from.get(parameter), to.get(parameter));
+        if parameter == Parameter::Theta {
+            // 359° and −1° are the same azimuth.
+            before += ((after - before) / TAU).round() * TAU;
         }
-    }
+        let change = (after - before).abs();
+        Change {
+            arm,
+            parameter,
+            before,
+            after,
+            size: match parameter.kind() {
+                ParameterKind::Length => 100.0 * change / from.lb(),
+                ParameterKind::Angle => change.to_degrees(),
+                ParameterKind::Ratio => 100.0 * change,
+            },
+        }
+    };
+    let mut changes: Vec<_> = parameters(before).map(change).collect();
     changes.sort_by(|a, b| b.size.total_cmp(&a.size));
     changes
 }

@@ -16,6 +16,7 @@ use super::information::{differences, prior_covariance, units};
 use super::quantiles::quantile;
 use super::uncertainty::Sensitivities;
 use crate::fit::Solution;
+use delta_cal::robot::Arm;
 use delta_cal::{Robot, Sample, Tolerance};
 use nalgebra::{DMatrix, DVector, SMatrix};
 use serde::Serialize;
@@ -52,11 +53,7 @@ impl Change {
         let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
         order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
         order.truncate(order.len().saturating_sub(dimensions));
-        let columns: Vec<_> = order
-            .iter()
-            .map(|index| eigen.eigenvectors.column(*index))
-            .collect();
-        let kept = DMatrix::from_columns(&columns);
+        let kept = eigen.eigenvectors.select_columns(&order);
         let projected = |matrix: &DMatrix<f64>| kept.tr_mul(matrix) * &kept;
         Self {
             difference: kept.tr_mul(&self.difference),
@@ -108,9 +105,10 @@ impl Change {
         let (combinations, squared) = self.combinations();
         let largest = match &self.prior {
             Some(_) => LARGEST_TOLERANCE,
-            None => combinations
-                .iter()
-                .fold(0.0, |most: f64, own| most.max(own.said.abs())),
+            None => {
+                let said = combinations.iter().map(|own| own.said.abs());
+                said.fold(0.0, f64::max)
+            }
         };
         let (mut total, mut harmed) = (0.0, 0.0);
         let mut best = f64::NEG_INFINITY;
@@ -119,13 +117,9 @@ impl Change {
                 let part = f64::from(size) / f64::from(SIZES - 1);
                 let own = (largest * SMALLEST.powf(part)).powi(2);
                 let (mut logarithm, mut gain, mut variance) = (0.0, -squared, 0.0);
-                for &Combination {
-                    said,
-                    variance: noise,
-                    weight,
-                } in &combinations
-                {
-                    let noise = level * noise;
+                for combination in &combinations {
+                    let (said, weight) = (combination.said, combination.weight);
+                    let noise = level * combination.variance;
                     let sum = own + noise;
                     logarithm -= 0.5 * (sum.ln() + said * said / sum);
                     gain += 2.0 * weight * own / sum * said;
@@ -205,11 +199,8 @@ fn roots(matrix: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
     let eigen = matrix.clone().symmetric_eigen();
     let least = f64::EPSILON * eigen.eigenvalues.amax();
     let (mut root, mut inverse) = (Vec::new(), Vec::new());
-    for (value, vector) in eigen
-        .eigenvalues
-        .iter()
-        .zip(eigen.eigenvectors.column_iter())
-    {
+    let vectors = eigen.eigenvectors.column_iter();
+    for (value, vector) in eigen.eigenvalues.iter().zip(vectors) {
         if *value > least {
             root.push(vector * value.sqrt());
             inverse.push(vector / value.sqrt());
@@ -333,11 +324,7 @@ impl WorkspaceComparison {
             change: whole_change,
             sigma: whole_sigma,
             judged,
-            negligible: NEGLIGIBLE
-                * after
-                    .arms()
-                    .iter()
-                    .fold(0.0, |most: f64, arm| most.max(arm.lb())),
+            negligible: NEGLIGIBLE * after.arms().iter().map(Arm::lb).fold(0.0, f64::max),
             chance_of_harm: change.chance_of_harm(),
         })
     }
@@ -380,15 +367,15 @@ mod tests {
         let noise = DVector::from_fn(24, |index, _| sigma[index] * normal());
         let squares = sigma.component_mul(&sigma);
         let prior = DVector::from_element(24, 0.7 * 0.7);
-        let (difference, variances) = if stated {
-            let part = prior.zip_map(&squares, |prior, own| prior / (prior + own));
-            (
-                (&own + &noise).component_mul(&part),
-                squares.component_mul(&part),
-            )
-        } else {
-            (&own + &noise, squares)
-        };
+        // The share of the samples' estimate that a tolerance leaves.
+        let part = prior.zip_map(
+            &squares,
+            |prior, own| {
+                if stated { prior / (prior + own) } else { 1.0 }
+            },
+        );
+        let difference = (&own + &noise).component_mul(&part);
+        let variances = squares.component_mul(&part);
         let harmed = (&difference - &own).norm() > own.norm();
         let change = Change {
             difference,
@@ -444,45 +431,35 @@ mod tests {
         assert!((change.scatter() - f64::sqrt(expected)).abs() < 1e-12);
     }
 
+    /// The change along other axes.
+    fn along(axes: &DMatrix<f64>, change: &Change) -> Change {
+        let turned = |matrix: &DMatrix<f64>| axes * matrix * axes.transpose();
+        Change {
+            difference: axes * &change.difference,
+            covariance: turned(&change.covariance),
+            sensitivity: turned(&change.sensitivity),
+            prior: change.prior.as_ref().map(turned),
+            degrees_of_freedom: None,
+        }
+    }
+
     /// Six of 24 combinations move the robot as a whole: the probability is that of the other 18 alone, along any axes.
     #[test]
     fn motions_of_the_whole_robot_do_not_count() {
         let mut rng = Pcg32::seed_from_u64(2);
         for number in 0..100 {
-            let (change, _) = made(0.5, 2.0, number % 2 == 0, &mut rng);
-            let weight = |index: usize| {
-                if index < 18 {
-                    1.0 + f64::from(number % 3)
-                } else {
-                    0.0
-                }
-            };
-            let sensitivity =
-                DMatrix::from_diagonal(&DVector::from_fn(24, |index, _| weight(index)));
-            let first = |matrix: &DMatrix<f64>| matrix.view((0, 0), (18, 18)).into_owned();
-            let alone = Change {
-                difference: change.difference.rows(0, 18).into_owned(),
-                covariance: first(&change.covariance),
-                sensitivity: first(&sensitivity),
-                prior: change.prior.as_ref().map(first),
-                degrees_of_freedom: None,
-            };
+            let (mut change, _) = made(0.5, 2.0, number % 2 == 0, &mut rng);
+            change.sensitivity *= 1.0 + f64::from(number % 3);
+            change.sensitivity.view_mut((18, 18), (6, 6)).fill(0.0);
             let mut normal = || standard_normal::<f64, _>(&mut rng);
             let axes = DMatrix::from_fn(24, 24, |_, _| normal()).qr().q();
-            let turned = |matrix: &DMatrix<f64>| &axes * matrix * axes.transpose();
-            let whole = Change {
-                difference: &axes * &change.difference,
-                covariance: turned(&change.covariance),
-                sensitivity: turned(&sensitivity),
-                prior: change.prior.as_ref().map(turned),
-                degrees_of_freedom: None,
-            };
+            let found = along(&axes, &change).without_kernel(6);
+            let expected = along(&DMatrix::identity(18, 24), &change);
             let figures = |own: &Change| {
                 let chance = own.chance_of_harm().unwrap_or(f64::NAN);
                 [chance, own.size(), own.sigma()]
             };
-            let found = figures(&whole.without_kernel(6));
-            for (found, expected) in found.iter().zip(figures(&alone)) {
+            for (found, expected) in figures(&found).iter().zip(figures(&expected)) {
                 // Rounding of numbers up to 1e3, squared.
                 assert!((found - expected).abs() < 1e-8, "{found} {expected}");
             }

@@ -6,6 +6,7 @@ use crate::fit::solution::{RobotCovariance, WITH_TRANSMISSIONS};
 use delta_cal::robot::{Arm, Drive, ParameterKind, TransmissionTolerance};
 use delta_cal::{ArmIndex, Parameter, Robot, Tolerance};
 use nalgebra::{SMatrix, SVector, Vector2};
+use std::f64::consts::TAU;
 
 /// Parameters per arm.
 pub const ARM: usize = 8;
@@ -38,7 +39,11 @@ pub(crate) fn prior_covariance(
     let own = SVector::<f64, PARAMETERS>::from_fn(|index, _| {
         places[index % ARM].map_or(0.0, |parameter| tolerance.of(parameter).powi(2))
     });
-    let radius = common_radius(robot, tolerance);
+    // All towers move outwards by one σ of their common radius.
+    let radius = SVector::<f64, PARAMETERS>::from_fn(|index, _| {
+        let outwards = tolerance.outwards(&robot.arms()[index / ARM]);
+        outwards.get(index % ARM).copied().unwrap_or(0.0)
+    });
     let forearm = SVector::<f64, PARAMETERS>::from_fn(|index, _| match places[index % ARM] {
         Some(Parameter::Lb) => tolerance.forearm(),
         _ => 0.0,
@@ -63,16 +68,6 @@ pub(crate) fn prior_covariance(
     covariance
 }
 
-/// The change of the parameters when all towers move outwards by one σ of their common radius: mm.
-fn common_radius(robot: &Robot<f64>, tolerance: &Tolerance<f64>) -> SVector<f64, PARAMETERS> {
-    let mut common = SVector::zeros();
-    for (arm, geometry) in robot.arms().iter().enumerate() {
-        let [x, y] = tolerance.outwards(geometry);
-        (common[ARM * arm], common[ARM * arm + 1]) = (x, y);
-    }
-    common
-}
-
 /// Prior covariance of a robot's parameters, and of its transmissions if they are unknown; `None` without a tolerance.
 pub(crate) fn prior(file: &RobotFile) -> Option<RobotCovariance> {
     let mut covariance = RobotCovariance::zeros();
@@ -93,30 +88,24 @@ pub(crate) fn prior(file: &RobotFile) -> Option<RobotCovariance> {
 /// Factor for each parameter: 1, or the upper arm's length (with linear drives, the forearm's) for angles.
 pub fn units(robot: &Robot<f64>) -> SVector<f64, PARAMETERS> {
     let mut units = SVector::repeat(1.0);
-    for (arm, geometry) in robot.arms().iter().enumerate() {
-        for parameter in robot.drive().parameters() {
-            units[ARM * arm + parameter.index()] = unit(geometry, *parameter);
-        }
+    for (arm, parameter) in parameters(robot) {
+        units[ARM * arm.index() + parameter.index()] = unit(robot.arm(arm), parameter);
     }
     units
 }
 
 /// All 24 parameter differences, a − truth: mm, with angles times the true upper arm's length.
 pub fn differences(a: &Robot<f64>, truth: &Robot<f64>) -> SVector<f64, PARAMETERS> {
-    let units = units(truth);
-    let truth_drive = truth.drive();
     let mut differences = SVector::zeros();
-    for (arm, (a, truth)) in a.arms().iter().zip(truth.arms()).enumerate() {
-        for parameter in truth_drive.parameters().iter().copied() {
-            let mut difference = a.get(parameter) - truth.get(parameter);
-            if parameter == Parameter::Theta {
-                // 359° and −1° are the same azimuth.
-                let turn = std::f64::consts::TAU;
-                difference -= (difference / turn).round() * turn;
-            }
-            let index = 8 * arm + parameter.index();
-            differences[index] = difference * units[index];
+    for (arm, parameter) in parameters(truth) {
+        let true_arm = truth.arm(arm);
+        let mut difference = a.arm(arm).get(parameter) - true_arm.get(parameter);
+        if parameter == Parameter::Theta {
+            // 359° and −1° are the same azimuth.
+            difference -= (difference / TAU).round() * TAU;
         }
+        let index = ARM * arm.index() + parameter.index();
+        differences[index] = difference * unit(true_arm, parameter);
     }
     differences
 }

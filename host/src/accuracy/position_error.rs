@@ -111,10 +111,9 @@ impl PositionError {
         }
         known.sort_by(|a, b| a.0.total_cmp(&b.0));
         let squares: f64 = known.iter().map(|(distance, _)| distance * distance).sum();
-        let count = known.iter().fold(0.0, |count, _| count + 1.0);
         let middle = known.get(known.len() / 2);
         Self {
-            rms: f64::sqrt(squares / count),
+            rms: f64::sqrt(squares / known.len() as f64),
             median: middle.map_or(f64::NAN, |(distance, _)| *distance),
             max: known.last().map_or(f64::NAN, |(distance, _)| *distance),
             max_at_line: known.last().map(|(_, line)| *line),

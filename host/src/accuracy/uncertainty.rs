@@ -167,39 +167,25 @@ pub(super) fn clear_pose(
 /// The clear poses of a grid over the joints' range with a joint at its limit; and, between neighbours of which only
 /// one is clear, the last clear pose.
 fn edge(robot: &Robot<f64>, reach: &Reach) -> Vec<Sample<f64>> {
+    let (low, high) = (reach.limits.minimum(), reach.limits.maximum());
+    let angle = |part: u32| reach.limits.at(f64::from(part) / f64::from(EDGE_PARTS));
+    let angles = |at: [u32; 3]| at.map(|part| angle(part).clamp(low, high));
     let ends = EDGE_PARTS + 1;
-    let index = |node: u32| [node / ends / ends, node / ends % ends, node % ends];
-    let angles = |at: [u32; 3]| {
-        at.map(|part| {
-            reach
-                .limits
-                .at(f64::from(part) / f64::from(EDGE_PARTS))
-                .clamp(reach.limits.minimum(), reach.limits.maximum())
-        })
-    };
-    let nodes: Vec<_> = (0..ends.pow(3))
-        .map(|node| clear_pose(robot, reach, angles(index(node))))
-        .collect();
     let mut found = Vec::new();
-    for (node, pose) in (0..).zip(&nodes) {
-        let at = index(node);
-        if let Some(pose) = pose
-            && at.iter().any(|part| *part == 0 || *part == EDGE_PARTS)
-        {
-            found.push(*pose);
-        }
-        for (joint, step) in [ends * ends, ends, 1].into_iter().enumerate() {
-            if at[joint] == EDGE_PARTS {
-                continue;
-            }
-            let beyond = node + step;
-            let other = nodes.get(beyond as usize).and_then(Option::as_ref);
-            let (clear, beyond) = match (pose, other) {
-                (Some(pose), None) => (pose, angles(index(beyond))),
-                (None, Some(other)) => (other, angles(at)),
+    for node in 0..ends.pow(3) {
+        let at = [node / ends / ends, node / ends % ends, node % ends];
+        let pose = clear_pose(robot, reach, angles(at));
+        let at_limit = at.iter().any(|part| *part == 0 || *part == EDGE_PARTS);
+        found.extend(pose.filter(|_| at_limit));
+        for joint in (0..3).filter(|joint| at[*joint] < EDGE_PARTS) {
+            let mut next = at;
+            next[joint] += 1;
+            let (clear, beyond) = match (pose, clear_pose(robot, reach, angles(next))) {
+                (Some(pose), None) => (pose, next),
+                (None, Some(other)) => (other, at),
                 _ => continue,
             };
-            found.push(last_clear(robot, reach, *clear, beyond));
+            found.push(last_clear(robot, reach, clear, angles(beyond)));
         }
     }
     found
@@ -209,10 +195,9 @@ fn edge(robot: &Robot<f64>, reach: &Reach) -> Vec<Sample<f64>> {
 fn last_clear(
     robot: &Robot<f64>,
     reach: &Reach,
-    clear: Sample<f64>,
-    beyond: [f64; 3],
+    mut clear: Sample<f64>,
+    mut beyond: [f64; 3],
 ) -> Sample<f64> {
-    let (mut clear, mut beyond) = (clear, beyond);
     for _ in 0..HALVINGS {
         let middle = [0, 1, 2].map(|joint| f64::midpoint(clear.joints[joint], beyond[joint]));
         match clear_pose(robot, reach, middle) {

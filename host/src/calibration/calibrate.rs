@@ -73,14 +73,13 @@ pub fn calibrate(
 }
 
 fn refused(case: &Case<'_>, objection: &Objection, diagnosis: Option<Diagnosis>) -> CalibrateError {
-    let (robot, readings, options) = (case.robot, case.readings, &case.options);
     let looked_for = objection.may_be_wrong_rows() && diagnosis.is_none();
     let hint = looked_for.then(|| {
-        beside_the_platform_point(robot, readings, options.frame)
+        beside_the_platform_point(case)
             .map(|target| target.text)
             .or_else(|| explanation(case))
             .or_else(|| step(case).map(|step| step.finding.text))
-            .or_else(|| wrong_rows(robot, readings, options))
+            .or_else(|| wrong_rows(case))
     });
     explained(case, objection, hint.flatten(), diagnosis)
 }

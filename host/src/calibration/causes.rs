@@ -12,15 +12,18 @@ mod regression;
 mod subject;
 
 use crate::files::convention::Convention;
+use crate::files::samples_file::Readings;
+use crate::fit::Solution;
 pub(crate) use cause::At;
 pub use cause::{Cause, CauseKind};
 use cause::{Hypothesis, words};
 use delta_cal::Sample;
-use nalgebra::{DVector, Vector3};
+use delta_cal::robot::Drive;
+use nalgebra::Vector3;
 use regression::{Fit, Regression};
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
-pub(crate) use subject::Subject;
+use subject::Subject;
 
 /// A cause that moves the positions by less than this, mm rms, is rounding.
 const NEGLIGIBLE: f64 = 1e-6;
@@ -29,7 +32,7 @@ const NEGLIGIBLE: f64 = 1e-6;
 const TAKEN_UP: f64 = 4.0;
 
 /// Results of the tests of the residuals.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Causes {
     /// The causes found, the one that explains most first.
     #[serde(rename = "causes")]
@@ -48,54 +51,67 @@ pub struct Causes {
 }
 
 /// Tests every hypothesis; `poses` cover the workspace, and a drift is reported along the axes of `convention`.
-pub(crate) fn causes(
-    subject: &Subject<'_>,
+pub(super) fn causes(
+    solution: &Solution,
+    readings: &Readings,
     convention: &Convention,
     poses: &[Sample<f64>],
 ) -> Causes {
-    let mut causes = Causes {
-        found: Vec::new(),
-        not_tested: None,
-        hidden_drift: None,
-        position_error: 0.0,
-    };
-    let noise = subject.solution.noise.iter();
+    let subject = Subject { solution, readings };
+    let noise = solution.noise.iter();
     let least = noise.map(|own| own.sigma).fold(f64::INFINITY, f64::min);
-    let hypotheses = Hypothesis::all(subject.solution.robot.drive());
-    let number = hypotheses.iter().fold(0.0, |count, _| count + 1.0);
-    let regression = subject.regression(&hypotheses);
+    let hypotheses = Hypothesis::all(solution.robot.drive());
     let search = Search {
-        subject,
+        drive: solution.robot.drive(),
         convention,
-        regression: &regression,
+        regression: subject.regression(&hypotheses),
+        stated: solution.estimated_freedom().is_none(),
+        level: FALSE_ALARM / hypotheses.len() as f64,
         hypotheses,
-        stated: subject.solution.estimated_freedom().is_none(),
-        level: FALSE_ALARM / number,
     };
-    match search.select(NEGLIGIBLE / least) {
-        Err(why) => causes.not_tested = Some(why),
-        Ok(None) => causes.hidden_drift = search.hidden_drift(),
-        Ok(Some((found, coefficients))) => {
-            causes.position_error = subject.discrepancy(&found, &coefficients, poses);
-            if found.iter().all(|own| own.kind != CauseKind::Drift) {
-                causes.hidden_drift = search.hidden_drift();
-            }
-            causes.found = found;
+    let not_tested = match search.regression.solve(&[]) {
+        None => Some("the poses do not determine the parameters well enough"),
+        Some(without) if without.freedom < LEAST_FREEDOM => {
+            Some("too few samples are left over to tell causes from noise")
         }
+        Some(_) => None,
+    };
+    if not_tested.is_some() {
+        return Causes {
+            not_tested,
+            ..Causes::default()
+        };
     }
-    causes
+    let chosen = search.chosen();
+    let fit = search.solve(&chosen).filter(|_| !chosen.is_empty());
+    let fit = fit.filter(|fit| search.effect(&chosen, fit) > NEGLIGIBLE / least);
+    let Some(fit) = fit else {
+        return Causes {
+            hidden_drift: search.hidden_drift(),
+            ..Causes::default()
+        };
+    };
+    let found = search.found(&chosen, &fit);
+    let drifts = found.iter().any(|own| own.kind == CauseKind::Drift);
+    Causes {
+        not_tested,
+        hidden_drift: search.hidden_drift().filter(|_| !drifts),
+        position_error: subject.discrepancy(&found, &fit.coefficients, poses),
+        found,
+    }
 }
 
 /// Tests columns beside those of the hypotheses, each group by itself with all parameters refitted: returns the
 /// decrease of the sum of squares and the coefficients; `None` for a group that the parameters absorb. `moves`:
 /// displacement of a position of the row with this index per unit of each column, mm.
-pub(crate) fn explained_by(
-    subject: &Subject<'_>,
+pub(super) fn explained_by(
+    solution: &Solution,
+    readings: &Readings,
     groups: &[Vec<usize>],
     moves: impl Fn(usize, &At) -> Vec<Vector3<f64>>,
 ) -> Vec<Option<(f64, Vec<f64>)>> {
     let columns = groups.iter().map(Vec::len).sum();
-    let regression = subject.with_columns(columns, moves);
+    let regression = Subject { solution, readings }.with_columns(columns, moves);
     let without = regression.solve(&[]);
     let each = groups.iter().map(|group| {
         let with = regression.solve(group)?;
@@ -118,40 +134,34 @@ const IN_RESIDUALS: f64 = 0.5;
 /// Twice the logarithm of 20: a smaller difference between explanations is not clear.
 const CLEARLY: f64 = 6.0;
 
-/// Causes, and the coefficients of all columns with them.
-type Selected = (Vec<Cause>, DVector<f64>);
-
 struct Search<'a> {
-    subject: &'a Subject<'a>,
+    drive: Drive,
     convention: &'a Convention,
-    regression: &'a Regression,
+    regression: Regression,
     hypotheses: Vec<Hypothesis>,
     stated: bool,
     level: f64,
 }
 
 impl Search<'_> {
-    /// The causes, with the coefficients of all columns; an effect below `negligible`, in σ of the positions, counts as
-    /// none.
-    ///
-    /// # Errors
-    /// The reason why the residuals cannot be tested.
-    fn select(&self, negligible: f64) -> Result<Option<Selected>, &'static str> {
-        let without = self
-            .regression
-            .solve(&[])
-            .ok_or("the poses do not determine the parameters well enough")?;
-        if without.freedom < LEAST_FREEDOM {
-            return Err("too few samples are left over to tell causes from noise");
-        }
+    /// The significant hypotheses: added one by one, then, weakest first, removed if not significant beside the others.
+    fn chosen(&self) -> Vec<usize> {
         let mut chosen = Vec::new();
         while let Some(next) = self.next(&chosen) {
             chosen.push(next);
         }
-        self.drop_superfluous(&mut chosen);
-        let fit = self.solve(&chosen).filter(|_| !chosen.is_empty());
-        let fit = fit.filter(|fit| self.effect(&chosen, fit) > negligible);
-        Ok(fit.map(|fit| (self.found(&chosen, &fit), fit.coefficients)))
+        while let Some(fit) = self.solve(&chosen) {
+            let weakest = (0..chosen.len())
+                .map(|place| (place, self.beside_others(&chosen, place, &fit)))
+                .max_by(|a, b| a.1.total_cmp(&b.1));
+            match weakest {
+                Some((place, probability)) if probability >= self.level => {
+                    chosen.remove(place);
+                }
+                _ => break,
+            }
+        }
+        chosen
     }
 
     /// Three σ of a drift if the unknowns absorb most of it.
@@ -195,7 +205,7 @@ impl Search<'_> {
 
     /// A gain in units of this variance, less the penalty for the hypothesis's columns.
     fn rank(&self, hypothesis: usize, gain: f64, variance: f64) -> f64 {
-        gain / self.unit(variance) - PER_COLUMN * self.hypotheses[hypothesis].number()
+        gain / self.unit(variance) - PER_COLUMN * self.hypotheses[hypothesis].number() as f64
     }
 
     /// The significant hypothesis that explains most beside the chosen ones. A rare one must explain clearly more than
@@ -245,7 +255,7 @@ impl Search<'_> {
     /// The probability of such a gain by chance: against the stated noise (χ²), or against the residuals left by the
     /// hypothesis if they are larger, because an understated noise is no cause. Without a stated noise: F test.
     fn probability(&self, gain: f64, index: usize, with: &Fit) -> f64 {
-        let columns = self.hypotheses[index].number();
+        let columns = self.hypotheses[index].number() as f64;
         if self.stated {
             let gain = gain / self.unit(with.variance());
             ChiSquared::new(columns).map_or(1.0, |chi_square| chi_square.sf(gain))
@@ -268,21 +278,7 @@ impl Search<'_> {
         }
     }
 
-    /// Removes, weakest first, hypotheses that are not significant beside the others.
-    fn drop_superfluous(&self, chosen: &mut Vec<usize>) {
-        while let Some(fit) = self.solve(chosen) {
-            let weakest = (0..chosen.len())
-                .map(|place| (place, self.beside_others(chosen, place, &fit)))
-                .max_by(|a, b| a.1.total_cmp(&b.1));
-            match weakest {
-                Some((place, probability)) if probability >= self.level => {
-                    chosen.remove(place);
-                }
-                _ => return,
-            }
-        }
-    }
-
+    /// The probability that one of the chosen gains as much beside the others by chance.
     fn beside_others(&self, chosen: &[usize], place: usize, fit: &Fit) -> f64 {
         let mut others = chosen.to_vec();
         let own = others.remove(place);
@@ -300,13 +296,13 @@ impl Search<'_> {
     }
 
     fn found(&self, chosen: &[usize], fit: &Fit) -> Vec<Cause> {
-        let drive = self.subject.solution.robot.drive();
+        let drive = self.drive;
         let mut next = fit.coefficients.len() - self.columns(chosen).len();
         let variance = self.unit(fit.variance());
         let found = chosen.iter().enumerate().map(|(place, index)| {
             let hypothesis = &self.hypotheses[*index];
             let kind = hypothesis.kind;
-            let count = hypothesis.columns().len();
+            let count = hypothesis.number();
             let coefficients = fit.coefficients.rows(next, count).into_owned();
             let covariance = fit.covariance.view((next, next), (count, count)) * variance;
             next += count;

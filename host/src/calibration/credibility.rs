@@ -110,7 +110,7 @@ impl NoiseTest {
 /// Λ above which a combination counts as determined: the samples' σ is half of the tolerance.
 const DETERMINED: f64 = 4.0;
 /// Number of combinations that move the robot as a whole.
-const MOTIONS: u32 = 6;
+const MOTIONS: usize = 6;
 /// Probability that an estimated noise is larger than its upper limit.
 const SURE: f64 = 0.025;
 /// Smaller variances are rounding.
@@ -123,9 +123,9 @@ pub struct PriorTest {
     /// expected.
     pub ratio: f64,
     /// ν: combinations that the samples determine at least twice as well as the tolerance does.
-    pub combinations: u32,
+    pub combinations: usize,
     /// Number of combinations: the parameters, less the rigid motions of the robot if no reading determines its place.
-    pub of: u32,
+    pub of: usize,
     /// The probability of a ratio at least this large if the tolerance is as stated.
     pub probability: f64,
 }
@@ -176,10 +176,8 @@ impl PriorTest {
         let moved = DVector::from_fn(used.len(), |row, _| solution.moved[used[row]]);
         let eigen = scaled.symmetric_eigen();
         let along = eigen.eigenvectors.tr_mul(&(&inverse * moved));
-        let mut of = drive.parameters().iter().fold(0, |count, _| count + 3);
-        if !solution.is_absolute() {
-            of -= MOTIONS;
-        }
+        let motions = if solution.is_absolute() { 0 } else { MOTIONS };
+        let of = 3 * drive.parameters().len() - motions;
         // Uses the upper limit of an estimated noise.
         let larger = match solution.estimated_freedom() {
             Some(freedom) => freedom / quantile(freedom, SURE)?,
@@ -188,7 +186,7 @@ impl PriorTest {
         let (mut chi_square, mut combinations) = (0.0, 0);
         let mut pairs: Vec<_> = eigen.eigenvalues.iter().zip(&along).collect();
         pairs.sort_by(|a, b| a.0.total_cmp(b.0));
-        for (part, along) in pairs.into_iter().take(usize::try_from(of).unwrap_or(0)) {
+        for (part, along) in pairs.into_iter().take(of) {
             // c = 1/(1 + Λ) is the remaining fraction of the prior's variance, d = m/(1 − c) the samples' own estimate.
             let part = part.max(LEAST);
             if 1.0 / part - 1.0 <= DETERMINED {
@@ -202,7 +200,7 @@ impl PriorTest {
         if combinations == 0 {
             return None;
         }
-        let freedom = f64::from(combinations);
+        let freedom = combinations as f64;
         Some(Self {
             ratio: (chi_square / freedom).sqrt(),
             combinations,

@@ -86,9 +86,7 @@ fn happened(case: &Case<'_>, judged: &Judged) -> Option<Step> {
     let drifts = causes.any(|cause| cause.kind == CauseKind::Drift);
     let mut noise = judged.noise.iter();
     let large = noise.any(|test| test.verdict == NoiseVerdict::Understated);
-    let rows = case.readings.rows.iter().zip(&judged.solution.rows);
-    let suspected = rows.filter(|(_, fit)| fit.suspected);
-    let suspected: Vec<_> = suspected.map(|(row, _)| row.line).collect();
+    let suspected = lines(case, judged, |fit| fit.suspected);
     let all = suspected.len();
     if !(drifts || large || all >= FEWEST) {
         return None;
@@ -103,16 +101,17 @@ fn happened(case: &Case<'_>, judged: &Judged) -> Option<Step> {
         .filter(divides)
 }
 
+/// The lines of the chosen rows.
+fn lines(case: &Case<'_>, judged: &Judged, chosen: fn(&RowFit) -> bool) -> Vec<u64> {
+    let rows = case.readings.rows.iter().zip(&judged.solution.rows);
+    let chosen = rows.filter(|(_, fit)| chosen(fit));
+    chosen.map(|(row, _)| row.line).collect()
+}
+
 /// Findings about single rows.
 fn of_rows(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
-    let rows = || case.readings.rows.iter().zip(&judged.solution.rows);
-    let (robot, readings, frame) = (case.robot, case.readings, case.options.frame);
-    found.extend(beside_the_platform_point(robot, readings, frame));
-    let lines = |chosen: fn(&RowFit) -> bool| -> Vec<u64> {
-        let chosen = rows().filter(|(_, fit)| chosen(fit));
-        chosen.map(|(row, _)| row.line).collect()
-    };
-    let suspected = lines(|fit| fit.suspected);
+    found.extend(beside_the_platform_point(case));
+    let suspected = lines(case, judged, |fit| fit.suspected);
     if !suspected.is_empty() {
         let text = format!(
             "Left out because of disagreement with the others: {}. Measure again.",
@@ -120,7 +119,7 @@ fn of_rows(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
         );
         found.push(warning("suspected", json!({ "lines": suspected }), text));
     }
-    let left_out = lines(|fit| fit.left_out);
+    let left_out = lines(case, judged, |fit| fit.left_out);
     if !left_out.is_empty() {
         let text = format!(
             "The robot of the file does not reach the joint angles in {}; excluded.",
@@ -128,7 +127,8 @@ fn of_rows(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
         );
         found.push(warning("left_out", json!({ "lines": left_out }), text));
     }
-    for (row, fit) in rows().filter(|(_, fit)| !fit.suspected) {
+    let rows = case.readings.rows.iter().zip(&judged.solution.rows);
+    for (row, fit) in rows.filter(|(_, fit)| !fit.suspected) {
         let each = fit.whitened.iter().zip(fit.leverage);
         let standardised = each
             .map(|(residual, leverage)| residual.abs() / (1.0 - leverage).max(0.1).sqrt())

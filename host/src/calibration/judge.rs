@@ -1,6 +1,6 @@
 //! Judges a solution: whether it is credible, reproduced by the robot, and expected to improve it.
 
-use super::causes::{Causes, Subject, causes};
+use super::causes::{Causes, causes};
 use super::credibility::{self, NoiseTest, PriorTest, ToleranceTest};
 use super::known::Known;
 use crate::accuracy::improvement::{Moved, WorkspaceComparison};
@@ -108,10 +108,7 @@ impl Objection {
 
 /// Solves and judges. A stated tolerance that the robot contradicts is widened if the samples determine all parameters.
 pub(crate) fn attempt(case: &Case<'_>) -> Result<Judged, Objection> {
-    let result = solve(case.robot, case.readings, &case.options)
-        .map_err(Objection::Unsolved)
-        .and_then(|solution| judge(case, solution));
-    match result {
+    match judge(case) {
         Err(
             objection @ (Objection::BeyondTolerance(..)
             | Objection::Unsolved(Unsolved::Refused(Refusal::FarFromNominal { .. }))),
@@ -145,68 +142,50 @@ fn with_wider_tolerance(case: &Case<'_>) -> Option<Judged> {
         robot: &wide_file,
         ..*case
     };
-    let solution = solve(&wide_file, case.readings, &case.options).ok()?;
-    let judged = judge(&wide, solution).ok()?;
-    Some(Judged {
-        tolerance: Some(ToleranceTest {
-            test,
-            widened: true,
-        }),
-        ..judged
-    })
+    let mut judged = judge(&wide).ok()?;
+    judged.tolerance = Some(ToleranceTest {
+        test,
+        widened: true,
+    });
+    Some(judged)
 }
 
-/// Judges a solution.
-pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objection> {
+/// Solves, and judges the solution.
+fn judge(case: &Case<'_>) -> Result<Judged, Objection> {
     let robot = case.robot;
-    let has_tolerance = robot.tolerance.is_some();
+    let solution = solve(robot, case.readings, &case.options).map_err(Objection::Unsolved)?;
     let noise: Vec<_> = solution.noise.iter().filter_map(NoiseTest::of).collect();
     if let Some(objection) = noise.iter().find_map(|test| far_off(case, test)) {
         return Err(objection);
     }
     let reach = robot.reach();
     let poses = WorkspacePoses::of(&solution.robot, &reach);
-    let subject = Subject {
-        solution: &solution,
-        readings: case.readings,
-    };
-    let causes = causes(&subject, &robot.convention, &poses.inside);
+    let causes = causes(&solution, case.readings, &robot.convention, &poses.inside);
     let by_noise = noise
         .iter()
         .map(|test| test.widening(!causes.found.is_empty()))
         .fold(1.0, f64::max);
-    let covariance = solution.of_robot();
-    let sigma = rms_over(&solution.robot, &covariance, &poses.inside);
-    let by_causes = if sigma > 0.0 {
-        causes.position_error / sigma
-    } else {
-        0.0
-    };
-    let widening = by_noise.hypot(by_causes);
+    let sigma = rms_over(&solution.robot, &solution.of_robot(), &poses.inside);
+    let by_causes = causes.position_error / sigma;
+    let widening = by_noise.hypot(if sigma > 0.0 { by_causes } else { 0.0 });
     let solution = solution.widened(widening);
     let error_before = error(case, &case.before.robot, &solution.places_before, &solution);
     let error_after = error(case, &solution.robot, &solution.places, &solution);
     let tolerance = robot.tolerance.as_ref();
     let prior_test = tolerance.and_then(|own| PriorTest::of(&robot.robot, own, &solution));
     contradiction(case, &solution, error_after, prior_test, &noise)?;
-    let parameters = solution.of_parameters();
-    // A printer's firmware was calibrated from the same heights: they cannot test anything but the bed.
-    let bed_alone = robot.robot.drive() == Drive::Linear && !case.readings.holds(Kind::Position);
     let before = &case.before.robot;
     let mut workspace = WorkspaceComparison::of(before, &solution, tolerance, &poses.inside);
-    if bed_alone && let Some(own) = &mut workspace {
-        own.chance_of_harm = None;
-    }
-    match &workspace {
-        _ if bed_alone => {}
-        Some(comparison) if comparison.is_harmful(has_tolerance) => {
-            let chance = comparison.chance_of_harm.unwrap_or(1.0);
-            return Err(Objection::Worse(chance, comparison.judged));
-        }
-        Some(comparison) if comparison.chance_of_harm.is_none() => {
+    if let Some(own) = &mut workspace {
+        // A printer's firmware was calibrated from the same heights: they cannot test anything but the bed.
+        if before.drive() == Drive::Linear && !case.readings.holds(Kind::Position) {
+            own.chance_of_harm = None;
+        } else if own.is_harmful(tolerance.is_some()) {
+            let chance = own.chance_of_harm.unwrap_or(1.0);
+            return Err(Objection::Worse(chance, own.judged));
+        } else if own.chance_of_harm.is_none() {
             return Err(Objection::UnknownError);
         }
-        _ => {}
     }
     let covariance = solution.of_robot();
     let expected = ExpectedError::at(&solution.robot, &covariance, &reach, &poses);
@@ -218,7 +197,7 @@ pub(crate) fn judge(case: &Case<'_>, solution: Solution) -> Result<Judged, Objec
             None => &robot.robot,
         },
         tolerance,
-        &parameters,
+        &solution.of_parameters(),
         expected_before.as_ref(),
         expected.as_ref(),
     );

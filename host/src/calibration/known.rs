@@ -8,7 +8,7 @@ use crate::fit::Solution;
 use crate::fit::solution::PARAMETERS;
 use delta_cal::robot::{Parameter, ParameterKind};
 use delta_cal::{Robot, Sample, Tolerance};
-use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector3};
+use nalgebra::{DVector, Matrix3, SMatrix, Vector3};
 use serde::Serialize;
 
 /// Degrees of freedom of the robot's place in space.
@@ -68,8 +68,6 @@ impl Known {
         let Some((used, rows, information)) = found else {
             return everything;
         };
-        // Information of the readings alone in tolerances, where the tolerance's own is 1.
-        let measured = information - DMatrix::identity(used.len(), used.len());
         let larger = DVector::from_fn(used.len(), |index, _| {
             match parameter_at(robot, used[index]) {
                 // If the scale of the travel grows, so does everything else.
@@ -81,15 +79,15 @@ impl Known {
             }
         });
         let larger = rows * larger;
-        let size = larger.norm_squared();
-        let eigenvalues = measured.clone().symmetric_eigenvalues();
+        // Of the information in tolerances, the tolerance's own is 1 for every combination.
+        let eigenvalues = information.symmetric_eigenvalues();
         Self {
             of,
-            combinations: eigenvalues.iter().filter(|value| **value > 1.0).count(),
+            combinations: eigenvalues.iter().filter(|value| **value > 2.0).count(),
             place: before
                 .zip(after)
                 .is_none_or(|(before, after)| place(after) < PLACE_KNOWN * place(before)),
-            scale: larger.dot(&(measured * &larger)) > size,
+            scale: larger.dot(&(&information * &larger)) > 2.0 * larger.norm_squared(),
         }
     }
 }

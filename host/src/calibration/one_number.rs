@@ -1,7 +1,7 @@
 //! Single numbers of the robot file that, if wrong, explain readings that contradict the stated tolerance: joint zeros,
 //! gear ratio, radius, forearms, overall size. Numbers that explain them about equally well are named together.
 
-use super::causes::{Subject, explained_by};
+use super::causes::explained_by;
 use super::credibility::NoiseVerdict;
 use super::judge::{Case, attempt};
 use crate::files::robot_file::RobotFile;
@@ -266,11 +266,7 @@ fn tried(case: &Case<'_>, wrong: Wrong) -> Option<Explanation> {
         loose.robot = wrong.changed(&case.robot.robot, by)?;
         let readings = wrong.turned(case.readings, by);
         let solution = solve(&loose, &readings, &case.options).ok()?;
-        let subject = Subject {
-            solution: &solution,
-            readings: &readings,
-        };
-        let explained = explained_by(&subject, &[vec![0]], |_, at| {
+        let explained = explained_by(&solution, &readings, &[vec![0]], |_, at| {
             vec![wrong.moves(&solution.robot, &at.joints).unwrap_or_default()]
         });
         let (_, coefficients) = explained.into_iter().next()??;

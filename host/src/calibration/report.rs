@@ -16,12 +16,12 @@ use crate::files::convention::Convention;
 use crate::files::document::Document;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Readings};
-use crate::fit::solution::{PlaneFound, PointFound};
+use crate::fit::solution::{Places, PlaneFound, PointFound};
 use crate::fit::{Frame, Method, Solution};
 use crate::text::{degrees, in_unit, unit};
 use delta_cal::Parameter;
 use delta_cal::frame::RigidTransform;
-use delta_cal::robot::{Arm, Drive, ParameterKind};
+use delta_cal::robot::{Arm, Drive, ParameterKind, Transmission};
 use nalgebra::{Vector2, Vector3};
 use serde::Serialize;
 
@@ -398,11 +398,11 @@ fn arms(before: &RobotFile, solution: &Solution) -> Vec<ArmReport> {
         let of = |parameter: &Parameter| {
             let parameter = *parameter;
             let index = 8 * arm + parameter.index();
-            let (before, after) = (from.get(parameter), to.get(parameter));
             let in_file = |value| match parameter.kind() {
                 ParameterKind::Length | ParameterKind::Ratio => value,
                 ParameterKind::Angle => degrees(value),
             };
+            let (before, after) = (from.get(parameter), to.get(parameter));
             ParameterReport {
                 symbol: parameter.symbol(),
                 unit: unit(parameter),
@@ -435,41 +435,39 @@ fn upper_arm(
 ) -> [ParameterReport; 2] {
     let place = 8 * arm + Parameter::LaX.index();
     let covariance = solution.covariance.fixed_view::<2, 2>(place, place);
-    let (x, y) = to.la();
-    let length = to.upper_arm_length();
-    let zero = |arm: &Arm<f64>| {
+    let lengths = [from, to].map(Arm::upper_arm_length);
+    let zeros = [from, to].map(|arm| {
         let (x, y) = arm.la();
         degrees(y.atan2(x))
-    };
-    let of = |symbol, unit, of: &dyn Fn(&Arm<f64>) -> f64, by: Vector2<f64>, share| {
-        let [before, after] = [from, to].map(of);
-        ParameterReport {
+    });
+    let of =
+        |symbol, unit, [before, after]: [f64; 2], by: Vector2<f64>, prior_share| ParameterReport {
             symbol,
             unit,
             before,
             after,
             change: after - before,
             sigma: by.dot(&(covariance * by)).sqrt(),
-            prior_share: solution.prior_share[share],
-        }
-    };
+            prior_share,
+        };
+    let ((x, y), length) = (to.la(), to.upper_arm_length());
     let along = Vector2::new(x, y) / length;
     let across = Vector2::new(-y, x) * (degrees(1.0) / (length * length));
+    let share = |index| solution.prior_share[index];
     [
-        of("upper arm", "mm", &Arm::upper_arm_length, along, place),
-        of("joint zero", "deg", &zero, across, place + 1),
+        of("upper arm", "mm", lengths, along, share(place)),
+        of("joint zero", "deg", zeros, across, share(place + 1)),
     ]
 }
 
 fn residuals(case: &Case<'_>, solution: &Solution) -> Vec<KindResiduals> {
+    let (robot, places) = (&case.before.robot, &solution.places_before);
     let rows = || case.readings.rows.iter().zip(&solution.rows);
     let of = |kind: Kind| {
         let counted = rows().filter(|(_, fit)| !fit.suspected && !fit.left_out);
         let errors = counted.flat_map(|(row, _)| {
             let read = row.value.read();
-            let was = solution
-                .places_before
-                .expected(&case.before.robot, &row.value);
+            let was = places.expected(robot, &row.value);
             let is = solution.places.expected(&solution.robot, &row.value);
             let of_kind = (0..READINGS).filter(move |place| Kind::of_place(*place) == kind);
             of_kind.filter_map(move |place| {
@@ -478,8 +476,7 @@ fn residuals(case: &Case<'_>, solution: &Solution) -> Vec<KindResiduals> {
             })
         });
         let errors: Vec<_> = errors.collect();
-        let count = errors.iter().fold(0.0, |count, _| count + 1.0);
-        let rms = |squares: f64| f64::sqrt(squares / count);
+        let rms = |squares: f64| f64::sqrt(squares / errors.len() as f64);
         let by_size = |a: &&(f64, f64, u64), b: &&(f64, f64, u64)| a.1.abs().total_cmp(&b.1.abs());
         let (_, worst, line) = errors.iter().rev().max_by(by_size)?;
         Some(KindResiduals {
@@ -495,27 +492,25 @@ fn residuals(case: &Case<'_>, solution: &Solution) -> Vec<KindResiduals> {
 }
 
 fn samples(case: &Case<'_>, solution: &Solution) -> Vec<SampleReport> {
-    let before = &case.before.robot;
     let rows = &case.readings.rows;
     let of = |index: usize| {
         let (row, fit) = (&rows[index], &solution.rows[index]);
-        let read = row.value.read();
-        let largest = |expected: [Option<f64>; READINGS]| {
-            let pairs = read.into_iter().zip(expected);
+        let error = |robot, places: &Places| {
+            if let Some(sample) = row.value.sample() {
+                return distance(robot, places, &sample);
+            }
+            let pairs = row.value.read().into_iter();
+            let pairs = pairs.zip(places.expected(robot, &row.value));
             let apart = pairs.filter_map(|(read, expected)| Some((read? - expected?).abs()));
             apart.reduce(f64::max)
         };
-        let error = |robot, places: &crate::fit::solution::Places| match row.value.sample() {
-            Some(sample) => distance(robot, places, &sample),
-            None => largest(places.expected(robot, &row.value)),
-        };
         let squares: f64 = fit.whitened.iter().map(|own| own * own).sum();
-        let count = row.value.readings() as f64;
+        let count = row.value.readings().max(1) as f64;
         SampleReport {
             line: row.line,
-            error_before_mm: error(before, &solution.places_before),
+            error_before_mm: error(&case.before.robot, &solution.places_before),
             error_after_mm: error(&solution.robot, &solution.places),
-            error_after_sigma: (squares / count.max(1.0)).sqrt(),
+            error_after_sigma: (squares / count).sqrt(),
             weight: if fit.left_out { 0.0 } else { fit.weight },
             joints: row.value.joints,
             suspected: fit.suspected,
@@ -575,24 +570,23 @@ fn transmissions(solution: &Solution) -> Vec<TransmissionReport> {
         return Vec::new();
     }
     let found = solution.robot.transmissions().into_iter().enumerate();
-    found
-        .map(|(arm, transmission)| {
-            let [gain, harmonics @ ..] = transmission.numbers();
+    let of_arm = |(arm, transmission): (usize, Transmission<f64>)| {
+        let in_degrees = |[gain, harmonics @ ..]: [f64; 5]| {
             let [cos, sin, cos2, sin2] = harmonics.map(degrees);
-            let sigmas = std::array::from_fn(|number| {
-                let index = 24 + 5 * arm + number;
-                let sigma = solution.covariance[(index, index)].sqrt();
-                if number == 0 { sigma } else { degrees(sigma) }
-            });
-            TransmissionReport {
-                arm: arm + 1,
-                numbers: [gain, cos, sin, cos2, sin2],
-                sigmas,
-                first_harmonic_deg: cos.hypot(sin),
-                second_harmonic_deg: cos2.hypot(sin2),
-            }
-        })
-        .collect()
+            [gain, cos, sin, cos2, sin2]
+        };
+        let sigma = |index| solution.covariance[(index, index)].sqrt();
+        let numbers = in_degrees(transmission.numbers());
+        let [_, cos, sin, cos2, sin2] = numbers;
+        TransmissionReport {
+            arm: arm + 1,
+            numbers,
+            sigmas: in_degrees([0, 1, 2, 3, 4].map(|number| sigma(24 + 5 * arm + number))),
+            first_harmonic_deg: cos.hypot(sin),
+            second_harmonic_deg: cos2.hypot(sin2),
+        }
+    };
+    found.map(of_arm).collect()
 }
 
 /// With more rows than this, reports for programs show a selection:

@@ -1,6 +1,6 @@
 //! A step at one row: an encoder that jumped, or a sensor or reflector that was moved.
 
-use super::causes::{Subject, explained_by};
+use super::causes::explained_by;
 use super::judge::Case;
 use super::{Finding, warning};
 use crate::files::robot_file::RobotFile;
@@ -208,8 +208,7 @@ fn explained(
     index: usize,
 ) -> Vec<Option<(f64, Vec<f64>)>> {
     let of_position = |row: usize| readings.rows[row].value.kind() == Some(Kind::Position);
-    let subject = Subject { solution, readings };
-    explained_by(&subject, &GROUPS.map(<[_]>::to_vec), |row, at| {
+    explained_by(solution, readings, &GROUPS.map(<[_]>::to_vec), |row, at| {
         let joints = [0, 1, 2].map(|joint| at.by_joints.column(joint).into_owned());
         let axes = [0, 1, 2].map(|axis| Vector3::ith(axis, f64::from(u8::from(of_position(row)))));
         let after = if row >= index { 1.0 } else { 0.0 };

@@ -1,7 +1,7 @@
 //! Explanations of readings that do not fit: rows that disagree, rows shifted by one, or one mistake in all rows.
 
+use super::judge::Case;
 use super::{Finding, warning};
-use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings};
 use crate::fit::{Frame, Options, Solution, solve};
 use crate::text::{count, in_lines};
@@ -110,90 +110,79 @@ fn each_pose(row: &mut Reading, change: fn([f64; 3]) -> [f64; 3]) {
 }
 
 /// Wrong rows, or a mistake in all rows, that explain refused readings: a sentence with the remedy.
-pub(crate) fn wrong_rows(
-    robot: &RobotFile,
-    readings: &Readings,
-    options: &Options,
-) -> Option<String> {
-    if readings.rows.len() > MOST_ROWS {
+pub(super) fn wrong_rows(case: &Case<'_>) -> Option<String> {
+    let all = &case.readings.rows;
+    if all.len() > MOST_ROWS {
         return None;
     }
-    if !readings.holds(Kind::Position)
-        && let Some(mistake) = mistake(robot, readings, options)
+    if !case.readings.holds(Kind::Position)
+        && let Some(mistake) = mistake(case)
     {
-        return Some(mistake);
+        return Some(mistake.to_owned());
     }
-    if options.robust {
+    if case.options.robust {
         return None;
     }
     let robust = Options {
         robust: true,
         method: None,
-        ..*options
+        ..case.options
     };
-    let Some(solution) = solve(robot, readings, &robust)
-        .ok()
-        .filter(|_| robot.tolerance.is_some())
-    else {
-        let line = one_wrong(robot, readings, options)?;
+    let solution = solve(case.robot, case.readings, &robust).ok();
+    let Some(solution) = solution.filter(|_| case.robot.tolerance.is_some()) else {
+        let line = one_wrong(case)?;
         return Some(format!(
             "Line {line} disagrees with all others: measure it again or delete it."
         ));
     };
-    if let Some(shifted) = shifted_rows(&solution, readings) {
+    if let Some(shifted) = shifted_rows(&solution, case.readings) {
         return Some(shifted.text);
     }
-    let rows = readings.rows.iter().zip(&solution.rows);
-    let suspected = rows.filter(|(_, fit)| fit.suspected);
+    let suspected = all.iter().zip(&solution.rows);
+    let suspected = suspected.filter(|(_, fit)| fit.suspected);
     let lines: Vec<_> = suspected.map(|(row, _)| row.line).collect();
     (!lines.is_empty()).then(|| {
         format!(
             "{} of {} agree, all but {}. --robust calibrates from these alone.",
-            readings.rows.len() - lines.len(),
-            count(readings.rows.len(), "sample"),
+            all.len() - lines.len(),
+            count(all.len(), "sample"),
             in_lines(&lines)
         )
     })
 }
 
 /// The change whose readings fit best, if any fit.
-fn best<T>(
-    robot: &RobotFile,
-    options: &Options,
-    changed: impl Iterator<Item = (Readings, T)>,
-) -> Option<T> {
-    changed
-        .filter_map(|(readings, what)| {
-            let solution = solve(robot, &readings, options).ok()?;
-            Some((solution.squares(), what))
-        })
-        .min_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, what)| what)
+fn best<T>(case: &Case<'_>, changed: impl Iterator<Item = (Readings, T)>) -> Option<T> {
+    let fitted = changed.filter_map(|(readings, what)| {
+        let solution = solve(case.robot, &readings, &case.options).ok()?;
+        Some((solution.squares(), what))
+    });
+    let best = fitted.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(best.1)
 }
 
-fn mistake(robot: &RobotFile, readings: &Readings, options: &Options) -> Option<String> {
-    let changed = MISTAKES.iter().map(|(mistake, change)| {
-        let mut changed = readings.clone();
+fn mistake(case: &Case<'_>) -> Option<&'static str> {
+    let changed = MISTAKES.into_iter().map(|(mistake, change)| {
+        let mut changed = case.readings.clone();
         let rows = changed.rows.iter_mut();
         rows.for_each(|row| change(&mut row.value));
-        (changed, (*mistake).to_owned())
+        (changed, mistake)
     });
     best(
-        robot,
-        options,
-        changed.filter(|(changed, _)| changed != readings),
+        case,
+        changed.filter(|(changed, _)| changed != case.readings),
     )
 }
 
 /// The line without which the other rows fit best, if they fit.
-fn one_wrong(robot: &RobotFile, readings: &Readings, options: &Options) -> Option<u64> {
-    let few = (0..readings.rows.len()).filter(|_| readings.rows.len() <= ROWS_TRIED);
-    let others = few.map(|index| {
-        let mut others = readings.clone();
+fn one_wrong(case: &Case<'_>) -> Option<u64> {
+    let rows = case.readings.rows.len();
+    let others = (0..rows).filter(|_| rows <= ROWS_TRIED).map(|index| {
+        let mut others = case.readings.clone();
         let row = others.rows.remove(index);
         (others, row.line)
     });
-    best(robot, options, others)
+    best(case, others)
 }
 
 /// All points share an offset if its mean is this many times the scatter about it…
@@ -204,16 +193,13 @@ const LEAST: f64 = 0.005;
 const SIGMAS: f64 = 3.0;
 
 /// All points are off by nearly the same: the measured point may be a reflector or a tip.
-pub(super) fn beside_the_platform_point(
-    robot: &RobotFile,
-    readings: &Readings,
-    frame: Frame,
-) -> Option<Finding> {
-    if frame == Frame::Sensor || robot.instruments.target.is_some() {
+pub(super) fn beside_the_platform_point(case: &Case<'_>) -> Option<Finding> {
+    let robot = case.robot;
+    if case.options.frame == Frame::Sensor || robot.instruments.target.is_some() {
         return None;
     }
     let offset = |row: Sample<f64>| Some(row.position - robot.robot.forward(&row.joints).ok()?);
-    let samples = readings.samples().map(|row| row.value);
+    let samples = case.readings.samples().map(|row| row.value);
     let offsets: Vec<Vector3<f64>> = samples.filter_map(offset).collect();
     let number = offsets.len() as f64;
     let mean = offsets.iter().sum::<Vector3<f64>>() / number;

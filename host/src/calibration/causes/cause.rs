@@ -234,8 +234,8 @@ impl Hypothesis {
     }
 
     /// Number of columns.
-    pub(super) fn number(&self) -> f64 {
-        self.columns.clone().fold(0.0, |count, _| count + 1.0)
+    pub(super) fn number(&self) -> usize {
+        self.columns.len()
     }
 
     /// Displacement of a position per unit of each column: mm per radian, 1, or mm. `ranges` are the lowest and highest

@@ -107,13 +107,12 @@ impl Regression {
             squares -= (residual - own.dot(&coefficients.rows(0, always))).powi(2);
             by_prior += own.dot(&(of_always * own));
         }
-        let number = lengths.iter().fold(0.0, |count, _| count + 1.0);
         Some(Fit {
             coefficients,
             covariance,
             squares: squares.max(0.0),
             cost,
-            freedom: self.worth - number + by_prior,
+            freedom: self.worth - columns as f64 + by_prior,
         })
     }
 

@@ -17,9 +17,9 @@ const LARGEST_RESIDUAL: f64 = 4.0;
 const MEDIAN: f64 = 0.6745;
 
 /// A solution and its readings.
-pub(crate) struct Subject<'a> {
-    pub(crate) solution: &'a Solution,
-    pub(crate) readings: &'a Readings,
+pub(super) struct Subject<'a> {
+    pub(super) solution: &'a Solution,
+    pub(super) readings: &'a Readings,
 }
 
 /// A row that takes part.
@@ -90,7 +90,7 @@ impl<'a> Subject<'a> {
     pub(super) fn regression(&self, hypotheses: &[Hypothesis]) -> Regression {
         let (counted, places, ranges) = (self.counted(), self.places(), self.ranges());
         let largest = LARGEST_RESIDUAL * scale(&counted);
-        let columns = hypotheses.iter().map(|own| own.columns().len()).sum();
+        let columns = hypotheses.iter().map(Hypothesis::number).sum();
         self.rows(&counted, columns, largest, |row, at| {
             let all = hypotheses.iter();
             all.flat_map(|own| own.moves(at, &ranges, &places[row]))

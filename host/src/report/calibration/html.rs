@@ -4,7 +4,7 @@ use super::{Report, figures, text};
 use crate::fit::Frame;
 use crate::render::page::{self, figure, tile};
 use crate::render::{Section, Table};
-use crate::text::{capitalised, in_words, probability, significant, small_or};
+use crate::text::{in_words, probability, significant, small_or};
 use maud::{Markup, html};
 
 /// Up to this many samples, the table is open initially.
@@ -137,38 +137,22 @@ fn samples(report: &Report) -> Table {
         )
 }
 
+/// What the parameters mean.
+const TERMS: &str = "\
+Dx, Dy, Dz: a point on the motor axis, in the robot's frame; mm
+θ (theta): azimuth of the arm, seen from above; degrees
+α (alpha): tilt of the motor axis out of the base plane; degrees
+La_x, La_y: the upper arm at joint angle 0, along the arm and upwards; mm
+Upper arm, joint zero: the same as a length, and as the angle to level, negative where the arm hangs lower; mm, degrees
+Lb: length of the forearm; mm
+X, q: the platform point; the joint angle, 0 with the upper arm level, positive downwards
+σ: standard uncertainty, one standard deviation, marginal over everything that was estimated";
+
 /// Explains the parameters, with a drawing of an arm.
 fn glossary() -> Section {
-    let terms = [
-        (
-            "Dx, Dy, Dz",
-            "a point on the motor axis, in the robot's frame; mm",
-        ),
-        ("θ (theta)", "azimuth of the arm, seen from above; degrees"),
-        (
-            "α (alpha)",
-            "tilt of the motor axis out of the base plane; degrees",
-        ),
-        (
-            "La_x, La_y",
-            "the upper arm at joint angle 0, along the arm and upwards; mm",
-        ),
-        (
-            "upper arm, joint zero",
-            "the same as a length, and as the angle to level, negative where the arm hangs lower; mm, degrees",
-        ),
-        ("Lb", "length of the forearm; mm"),
-        (
-            "X, q",
-            "the platform point; the joint angle, 0 with the upper arm level, positive downwards",
-        ),
-        (
-            "σ",
-            "standard uncertainty, one standard deviation, marginal over everything that was estimated",
-        ),
-    ];
+    let terms = TERMS.lines().filter_map(|line| line.split_once(": "));
     Section::new("What the parameters mean").in_page(html! {
         (page::drawing())
-        dl.terms { @for (name, meaning) in terms { dt { (capitalised(name)) } dd { (meaning) } } }
+        dl.terms { @for (name, meaning) in terms { dt { (name) } dd { (meaning) } } }
     })
 }

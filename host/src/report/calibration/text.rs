@@ -79,24 +79,20 @@ pub(super) fn parameters(report: &Report) -> Section {
     let rows: Vec<_> = rows.collect();
     let each = rows.len() / report.arms.len().max(1);
     // Scales have no unit and need more decimals.
-    let fixed = |own: &ParameterReport, value: f64| {
-        let decimals = if own.unit.is_empty() { 6 } else { 4 };
-        format!("{value:.decimals$}")
-    };
+    let decimals = |own: &ParameterReport| if own.unit.is_empty() { 6 } else { 4 };
     let table = Table::of(rows)
         .column("arm", |(arm, _): &Row<'_>| arm.arm)
         .column("parameter", |(_, own)| own.symbol)
-        .column("before", |(_, own)| fixed(own, own.before))
-        .column("after", |(_, own)| fixed(own, own.after))
-        .column("change", |(_, own)| {
-            let sign = if own.change.is_sign_negative() {
-                ""
-            } else {
-                "+"
-            };
-            format!("{sign}{}", fixed(own, own.change))
+        .column("before", |(_, own)| {
+            format!("{:.*}", decimals(own), own.before)
         })
-        .column("σ", |(_, own)| fixed(own, own.sigma))
+        .column("after", |(_, own)| {
+            format!("{:.*}", decimals(own), own.after)
+        })
+        .column("change", |(_, own)| {
+            format!("{:+.*}", decimals(own), own.change)
+        })
+        .column("σ", |(_, own)| format!("{:.*}", decimals(own), own.sigma))
         .column("unit", |(_, own)| own.unit)
         .column_if(
             report.before.tolerance.is_some(),
@@ -110,13 +106,12 @@ pub(super) fn parameters(report: &Report) -> Section {
         .iter()
         .map(|arm| format!("{:.0}", arm.condition))
         .collect();
-    let section = Section::new("Parameters").table(table);
-    let section = match report.before.tolerance {
-        Some(_) => section.note(
+    let mut section = Section::new("Parameters").table(table);
+    if report.before.tolerance.is_some() {
+        section = section.note(
             "By tolerance: the part of a parameter that the [tolerance] decided, not the samples.",
-        ),
-        None => section,
-    };
+        );
+    }
     section.note(format!(
         "Condition of each arm: {} (below 100 is good).",
         list(&conditions)
@@ -191,26 +186,24 @@ pub(super) fn expected(report: &Report) -> Section {
         return section.text("Unknown: no pose is clear of singularities.");
     };
     let at = |[x, y, z]: [f64; 3]| format!("x {x:.0}, y {y:.0}, z {z:.0}");
-    let rows = [
-        (
+    let cells = |rms, worst, place| [significant(rms, 2), significant(worst, 2), at(place)];
+    let table = Table::new(["", "rms over workspace", "worst", "at"])
+        .row(
             "absolute, in the frame of the base",
-            own.absolute_rms_mm,
-            own.absolute_worst_mm,
-            own.absolute_worst_at_mm,
-        ),
-        (
+            cells(
+                own.absolute_rms_mm,
+                own.absolute_worst_mm,
+                own.absolute_worst_at_mm,
+            ),
+        )
+        .row(
             "relative, after the best rigid motion",
-            own.relative_rms_mm,
-            own.relative_worst_mm,
-            own.relative_worst_at_mm,
-        ),
-    ];
-    let table = Table::of(rows)
-        .column("", |row| row.0)
-        .column("rms over workspace", |row| significant(row.1, 2))
-        .column("worst", |row| significant(row.2, 2))
-        .column("at", |row| at(row.3))
-        .table();
+            cells(
+                own.relative_rms_mm,
+                own.relative_worst_mm,
+                own.relative_worst_at_mm,
+            ),
+        );
     let mut section = section.table(table);
     if let Some(expanded) = &report.expanded_uncertainty {
         let factor = match expanded.degrees_of_freedom {

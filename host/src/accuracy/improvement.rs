@@ -103,12 +103,10 @@ impl Change {
             _ => vec![1.0],
         };
         let (combinations, squared) = self.combinations();
+        let said = combinations.iter().map(|own| own.said.abs());
         let largest = match &self.prior {
             Some(_) => LARGEST_TOLERANCE,
-            None => {
-                let said = combinations.iter().map(|own| own.said.abs());
-                said.fold(0.0, f64::max)
-            }
+            None => said.fold(0.0, f64::max),
         };
         let (mut total, mut harmed) = (0.0, 0.0);
         let mut best = f64::NEG_INFINITY;

@@ -1,6 +1,7 @@
 //! The distance between measured positions and those that a geometry gives.
 
 use super::information::prior_covariance;
+use super::quantiles::median;
 use super::rigid_motion::RigidMotions;
 use super::uncertainty::{jacobian, variance};
 use crate::files::robot_file::RobotFile;
@@ -39,15 +40,11 @@ pub(crate) fn sigma_by_tolerance(
 ) -> Option<f64> {
     let tolerance = file.tolerance.as_ref()?;
     let covariance = prior_covariance(&file.robot, tolerance);
-    let mut coordinates: Vec<_> = poses
-        .filter_map(|joints| {
-            let position = file.robot.forward(&joints).ok()?;
-            let jacobian = jacobian(&file.robot, &position, &joints)?;
-            Some(variance(&covariance, &jacobian)?.sqrt() / 3.0_f64.sqrt())
-        })
-        .collect();
-    coordinates.sort_by(f64::total_cmp);
-    coordinates.get(coordinates.len() / 2).copied()
+    median(poses.filter_map(|joints| {
+        let position = file.robot.forward(&joints).ok()?;
+        let jacobian = jacobian(&file.robot, &position, &joints)?;
+        Some(variance(&covariance, &jacobian)?.sqrt() / 3.0_f64.sqrt())
+    }))
 }
 
 /// rms errors of the positions that a robot's geometry gives at these joint angles (radians), mm: absolute, and after the

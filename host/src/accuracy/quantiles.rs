@@ -1,6 +1,13 @@
-//! Quantiles of χ², and coverage factors.
+//! Medians, quantiles of χ², and coverage factors.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
+
+/// The median, the upper of two; `None` of nothing.
+pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
 
 /// Above this the library's quantile search loses precision, and above some millions it does not terminate.
 const MANY_DEGREES: f64 = 1e4;

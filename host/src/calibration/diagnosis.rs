@@ -5,6 +5,7 @@
 mod fault;
 
 use super::judge::{Case, attempt};
+use crate::accuracy::quantiles::median;
 use crate::accuracy::rigid_motion::degenerate;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
@@ -190,10 +191,7 @@ impl Evidence<'_> {
                 (sample.position - transform.apply(&point)).norm()
             })
         });
-        let mut distances: Vec<_> = distances.collect();
-        distances.sort_by(f64::total_cmp);
-        let middle = distances.get(distances.len() / 2);
-        middle.copied().unwrap_or(f64::INFINITY)
+        median(distances).unwrap_or(f64::INFINITY)
     }
 
     /// The sensor's frame. Points that another unit shrinks to a spot fit everywhere, so they have none.

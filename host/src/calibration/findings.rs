@@ -9,7 +9,7 @@ use super::wrong_rows::{FEWEST, beside_the_platform_point, shifted_rows};
 use super::{Finding, note, warning};
 use crate::accuracy::position_error::{PositionError, sigma_by_tolerance};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, READINGS, Reading, ReadingFrom, Readings};
+use crate::files::samples_file::{Kind, READINGS, Reading, Readings};
 use crate::fit::Frame;
 use crate::fit::datum::Datum;
 use crate::fit::solution::RowFit;
@@ -192,23 +192,20 @@ fn of_files(case: &Case<'_>, found: &mut Vec<Finding>) {
 
 /// Repeatability of a kind of reading, from poses measured more than once.
 fn repeatability(readings: &Readings, kind: Kind) -> Option<Finding> {
-    let mut poses: BTreeMap<_, Vec<&Reading>> = BTreeMap::new();
+    let mut poses: BTreeMap<String, Vec<&Reading>> = BTreeMap::new();
     for row in &readings.rows {
-        let from = match row.value.distance {
-            Some((ReadingFrom::Point(point), _)) => (point + 1, [0; 3]),
-            Some((ReadingFrom::Pose(joints), _)) => (0, joints.map(f64::to_bits)),
-            None => (0, [0; 3]),
-        };
-        let plane = row.value.height.map(|(plane, _)| plane);
-        let key = (row.value.joints.map(f64::to_bits), plane, from);
-        poses.entry(key).or_default().push(&row.value);
+        let own = &row.value;
+        let plane = own.height.map(|(plane, _)| plane);
+        let from = own.distance.map(|(from, _)| from);
+        let key = format!("{:?} {plane:?} {from:?}", own.joints);
+        poses.entry(key).or_default().push(own);
     }
     let (mut squares, mut freedom) = (0.0, 0.0);
     for repeated in poses.values().filter(|own| own.len() > 1) {
         for place in (0..READINGS).filter(|place| Kind::of_place(*place) == kind) {
             let values = repeated.iter().filter_map(|own| own.read()[place]);
             let values: Vec<f64> = values.collect();
-            let count = values.iter().fold(0.0, |count, _| count + 1.0);
+            let count = values.len() as f64;
             let mean = values.iter().sum::<f64>() / count;
             squares += values.iter().map(|own| (own - mean).powi(2)).sum::<f64>();
             freedom += f64::max(count - 1.0, 0.0);

@@ -2,6 +2,7 @@
 
 use super::judge::Case;
 use super::{Finding, warning};
+use crate::accuracy::quantiles::median;
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings};
 use crate::fit::{Frame, Options, Solution, solve};
 use crate::text::{count, in_lines};
@@ -29,26 +30,20 @@ pub(super) fn shifted_rows(solution: &Solution, readings: &Readings) -> Option<F
         .collect();
     let first = *suspected.first().filter(|_| suspected.len() >= FEWEST)?;
     // Median distance between positions and the robot at the joints of another row.
-    let median = |by: isize| -> Option<f64> {
+    let apart = |by: isize| -> Option<f64> {
         let off = |index: &usize| {
-            let joints = readings
-                .rows
-                .get(index.checked_add_signed(by)?)?
-                .value
-                .joints;
+            let other = readings.rows.get(index.checked_add_signed(by)?)?;
             let reading = Reading {
-                joints,
+                joints: other.value.joints,
                 ..readings.rows.get(*index)?.value
             };
             let [x, y, z, ..] = solution.places.expected(&solution.robot, &reading);
             Some((reading.sample()?.position - Vector3::new(x?, y?, z?)).norm())
         };
-        let mut all: Vec<f64> = suspected.iter().filter_map(off).collect();
-        all.sort_by(f64::total_cmp);
-        all.get(all.len() / 2).copied()
+        median(suspected.iter().filter_map(off))
     };
-    let own = median(0)?;
-    let nearer = |by| median(by).is_some_and(|other| other < SHIFTED * own);
+    let own = apart(0)?;
+    let nearer = |by| apart(by).is_some_and(|other| other < SHIFTED * own);
     let mut ways = [(1, "after"), (-1, "before")].into_iter();
     let (belongs_to, which) = ways.find(|(by, _)| nearer(*by))?;
     let line = readings.rows.get(first)?.line;

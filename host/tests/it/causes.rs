@@ -51,7 +51,7 @@ fn simulate((geometry, count): (usize, usize), frame: Frame, fault: Fault, seed:
     let joint = usize::try_from(seed % 3).unwrap();
     let radius = 300.0 / 260.0 * nominal.arm(ArmIndex::First).upper_arm_length();
     let mut before = None;
-    let mut part = 0.0;
+    let (mut part, step) = (0.0, 1.0 / f64::from(u32::try_from(count).unwrap()));
     for row in &mut readings.rows {
         let q = &mut row.value.joints[joint];
         let forwards = *q >= before.replace(*q).unwrap_or(*q);
@@ -72,7 +72,7 @@ fn simulate((geometry, count): (usize, usize), frame: Frame, fault: Fault, seed:
             Fault::Drift(drift) => *x += drift * part,
             _ => {}
         }
-        part += 1.0 / count as f64;
+        part += step;
     }
     Simulated {
         robot,

@@ -2,6 +2,7 @@
 
 use super::cause::{At, Cause, CauseKind, Hypothesis, Place};
 use super::regression::Regression;
+use crate::accuracy::quantiles::median;
 use crate::accuracy::uncertainty::jacobian;
 use crate::files::samples_file::{READINGS, Reading, ReadingFrom, Readings, Row};
 use crate::fit::Solution;
@@ -213,8 +214,6 @@ fn share(part: f64, all: f64) -> f64 {
 /// Scale of the residuals, insensitive to a few wrong readings; at least the noise.
 fn scale(counted: &[Counted<'_>]) -> f64 {
     let residuals = counted.iter().flat_map(|c| c.residuals.iter().copied());
-    let mut sizes: Vec<_> = residuals.filter(|own| *own != 0.0).map(f64::abs).collect();
-    sizes.sort_by(f64::total_cmp);
-    let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
-    (median / MEDIAN).max(1.0)
+    let sizes = residuals.filter(|own| *own != 0.0).map(f64::abs);
+    (median(sizes).unwrap_or(0.0) / MEDIAN).max(1.0)
 }

@@ -54,19 +54,15 @@ impl Known {
     ) -> Self {
         let parameters = 3 * robot.drive().parameters().len();
         let of = parameters - PLACE_IN_SPACE;
-        let everything = Self {
-            of,
-            combinations: parameters,
-            place: true,
-            scale: true,
-        };
-        let Some(tolerance) = tolerance else {
-            return everything;
-        };
-        let found = in_tolerances(robot, tolerance, covariance);
+        let found = tolerance.and_then(|own| in_tolerances(robot, own, covariance));
         let found = found.and_then(|(used, rows, own)| Some((used, rows, own.try_inverse()?)));
         let Some((used, rows, information)) = found else {
-            return everything;
+            return Self {
+                of,
+                combinations: parameters,
+                place: true,
+                scale: true,
+            };
         };
         let larger = DVector::from_fn(used.len(), |index, _| {
             match parameter_at(robot, used[index]) {

@@ -18,7 +18,7 @@ use crate::fit::datum::Datum;
 use crate::fit::{Frame, Options};
 use crate::text::count;
 pub use interval::{Bounded, Deviation, RmsError, Verdict};
-use interval::{Mean, Read, largest};
+use interval::{Read, largest, rms_error};
 use readings::{Deviations, deviations};
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -110,8 +110,23 @@ pub fn validate(
         frame: *frame,
         ..Options::default()
     };
+    let refused = |cause: String, remedy: &str| {
+        let refused = Refused::new(format!("{}: {cause}", readings.name), remedy);
+        CalibrateError::from(refused.explained(diagnose(robot, readings, &options)))
+    };
     let poses = readings.distinct_poses();
-    check_poses(robot, readings, poses, &options)?;
+    let least = match frame {
+        Frame::Base => LEAST_POSES,
+        Frame::Sensor => LEAST_POSES_OF_SENSOR,
+    };
+    if poses < least {
+        let found = count(poses, "different pose");
+        let remedy = "measure some 20 poses, spread over the region in which the robot works";
+        return Err(refused(
+            format!("{found}; at least {least} are needed"),
+            remedy,
+        ));
+    }
     let Deviations {
         mut rows,
         frame: fitted,
@@ -120,7 +135,18 @@ pub fn validate(
     let lengths = rows.iter().map(|row| (Some(row.deviation_mm), row.line));
     let deviation = PositionError::of(lengths);
     if deviation.lies_elsewhere(&robot.robot) {
-        return Err(elsewhere(robot, readings, &options, &deviation));
+        // The units, columns or frame are wrong.
+        let cause = format!(
+            "half of the measured positions are more than {:.0} mm from those computed with {}",
+            deviation.median, robot.name
+        );
+        let remedy = match frame {
+            Frame::Base => {
+                "check units and columns; use --frame sensor if the positions are in a sensor's frame"
+            }
+            Frame::Sensor => "check units and columns",
+        };
+        return Err(refused(cause, remedy));
     }
     let overstated = overstated(&rows, read);
     let warnings = warnings(robot, readings, *frame, &rows, &deviation, overstated);
@@ -130,7 +156,7 @@ pub fn validate(
         }
     }
     let (squares, noise) = by_poses(&rows);
-    let rms_error = Mean::of(&squares, noise.unwrap_or(0.0), read).against(request.limit);
+    let rms_error = rms_error(&squares, noise.unwrap_or(0.0), read, request.limit);
     let convention = &robot.convention;
     let along = |axis: usize| crate::geometry::range(rows.iter().map(|row| row.position[axis]));
     let kinds = Kind::ALL.into_iter().filter(|kind| readings.holds(*kind));
@@ -205,52 +231,6 @@ fn by_poses(rows: &[Deviation]) -> (Vec<f64>, Option<f64>) {
     (squares.collect(), noise.map(|sum| sum / poses.len() as f64))
 }
 
-fn check_poses(
-    robot: &RobotFile,
-    readings: &Readings,
-    poses: usize,
-    options: &Options,
-) -> Result<(), CalibrateError> {
-    let least = match options.frame {
-        Frame::Base => LEAST_POSES,
-        Frame::Sensor => LEAST_POSES_OF_SENSOR,
-    };
-    if poses >= least {
-        return Ok(());
-    }
-    let cause = format!(
-        "{}: {}; at least {least} are needed",
-        readings.name,
-        count(poses, "different pose"),
-    );
-    let remedy = "measure some 20 poses, spread over the region in which the robot works";
-    Err(Refused::new(cause, remedy)
-        .explained(diagnose(robot, readings, options))
-        .into())
-}
-
-/// Half of the points are far off: the units, columns or frame are wrong.
-fn elsewhere(
-    robot: &RobotFile,
-    readings: &Readings,
-    options: &Options,
-    deviation: &PositionError,
-) -> CalibrateError {
-    let cause = format!(
-        "{}: half of the measured positions are more than {:.0} mm from those computed with {}",
-        readings.name, deviation.median, robot.name
-    );
-    let remedy = match options.frame {
-        Frame::Base => {
-            "check units and columns; use --frame sensor if the positions are in a sensor's frame"
-        }
-        Frame::Sensor => "check units and columns",
-    };
-    Refused::new(cause, remedy)
-        .explained(diagnose(robot, readings, options))
-        .into()
-}
-
 /// Deviations improbably small for the stated noise, as a fraction of it. That noise is not removed: if it is stated too
 /// large, removing it would hide errors.
 fn overstated(rows: &[Deviation], read: Read) -> Option<f64> {
@@ -271,45 +251,30 @@ fn warnings(
     deviation: &PositionError,
     overstated: Option<f64>,
 ) -> Vec<String> {
-    let mut warnings = Vec::new();
-    if let Some(ratio) = overstated {
-        warnings.push(format!(
+    let largest = |row: &Deviation| Some(row.line) == deviation.max_at_line;
+    let largest_is_noise = |row: &Deviation| largest(row) && row.is_noise(rows.len());
+    let outlier = deviation.is_outlier(deviation.max) && !rows.iter().any(largest_is_noise);
+    let outlier = deviation.max_at_line.filter(|_| outlier);
+    let (poses, row_count) = (readings.distinct_poses(), readings.rows.len());
+    let warnings = [
+        overstated.map(|ratio| format!(
             "deviations are only {ratio:.2} × the stated [noise]: the noise is stated too large and was not removed"
-        ));
-    }
-    if robot.noise.is_none() {
-        warnings.push(
-            "no [noise] stated: every figure includes the instrument's noise, so a robot can pass but not fail"
-                .to_owned(),
-        );
-    }
-    if robot.sensor_frame.is_some() && frame == Frame::Base {
-        warnings.push(
-            "[sensor_frame] of the robot file was not used; use --frame sensor if the positions are in that frame"
-                .to_owned(),
-        );
-    }
-    let largest = |row: &&Deviation| Some(row.line) == deviation.max_at_line;
-    let largest_is_noise = rows
-        .iter()
-        .filter(largest)
-        .any(|row| row.is_noise(rows.len()));
-    if let Some(line) = deviation.max_at_line
-        && deviation.is_outlier(deviation.max)
-        && !largest_is_noise
-    {
-        warnings.push(format!(
+        )),
+        robot.noise.is_none().then(|| {
+            "no [noise] stated: every figure includes the instrument's noise, so a robot can pass but not fail".to_owned()
+        }),
+        (robot.sensor_frame.is_some() && frame == Frame::Base).then(|| {
+            "[sensor_frame] of the robot file was not used; use --frame sensor if the positions are in that frame".to_owned()
+        }),
+        outlier.map(|line| format!(
             "line {line}: {:.3} mm off; half of the samples are within {:.3} mm. This may be a wrong row: measure it again",
             deviation.max, deviation.median
-        ));
-    }
-    let poses = readings.distinct_poses();
-    if poses < readings.rows.len() {
-        warnings.push(format!(
+        )),
+        (poses < row_count).then(|| format!(
             "{} at {}: rows of one pose share the robot's error and count as one",
-            count(readings.rows.len(), "row"),
+            count(row_count, "row"),
             count(poses, "different pose")
-        ));
-    }
-    warnings
+        )),
+    ];
+    warnings.into_iter().flatten().collect()
 }

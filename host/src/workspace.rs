@@ -70,21 +70,13 @@ impl Workspace {
     /// Computes the boundary.
     ///
     /// ```
-    /// use delta_cal::SymmetricRobot;
-    /// use delta_cal::kinematics::JointLimits;
-    /// use delta_cal_host::geometry::Reach;
+    /// use delta_cal_host::files::example;
     /// use delta_cal_host::workspace::{Options, Workspace};
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-    /// let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }
-    ///     .robot()?;
-    /// let limits = JointLimits::new(-60f64.to_radians(), 90f64.to_radians())?;
-    /// let reach = Reach { limits, forearm_limit: None };
-    /// let options = Options { spacing: Some(10.0), ..Options::default() };
-    /// let workspace = Workspace::compute(&robot, &reach, &options)?;
-    /// // Three upper arms straight down: the lowest point of the axis. A line passes within 10/√2 mm of it,
-    /// // where the boundary is up to 164/451 as steep.
-    /// let lowest = -260.0 - (480f64.powi(2) - 164f64.powi(2)).sqrt();
-    /// assert!((workspace.points.iter().map(|p| p.position.z).fold(0.0, f64::min) - lowest).abs() < 3.0);
+    /// let (robot, _) = example::load()?;
+    /// let options = Options { spacing: Some(20.0), ..Options::default() };
+    /// let workspace = Workspace::compute(&robot.robot, &robot.reach(), &options)?;
+    /// println!("{:.1} litres", workspace.volume().litres);
     /// # Ok(())
     /// # }
     /// ```

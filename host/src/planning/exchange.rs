@@ -103,20 +103,21 @@ impl<const R: usize> Pool<R> {
         set
     }
 
-    /// Adds the candidates that improve a set most, one at a time.
-    pub(super) fn add(&self, mut set: Set, count: usize) -> Set {
+    /// Adds the candidates that improve a set most, one at a time, as long as there are any. `None` if its information is
+    /// singular.
+    pub(super) fn add(&self, mut set: Set, count: usize) -> Option<Set> {
         for _ in 0..count {
             let additions = self.additions(&set);
             let free = self.free(&set, None);
             let best = free.max_by(|a, b| additions[*a].gain.total_cmp(&additions[*b].gain));
-            let larger =
-                best.and_then(|best| self.set(set.chosen.iter().copied().chain([best]).collect()));
-            match larger {
-                Some(larger) => set = larger,
-                None => break,
-            }
+            let Some(best) = best else {
+                break;
+            };
+            let mut chosen = set.chosen;
+            chosen.push(best);
+            set = self.set(chosen)?;
         }
-        set
+        Some(set)
     }
 
     /// The candidates that may join a set, after one leaves it.
@@ -137,7 +138,7 @@ impl<const R: usize> Pool<R> {
     fn additions(&self, set: &Set) -> Vec<Addition<R>> {
         let of = |rows: &Rows<R>| {
             let [within, weighted] =
-                [&set.covariance, &set.weighted].map(|own| rows.tr_mul(&(own * rows)));
+                [&set.covariance, &set.weighted].map(|own| times(rows, &(own * rows)));
             Addition::new(within, weighted)
         };
         self.rows.iter().map(of).collect()
@@ -161,12 +162,12 @@ impl<const R: usize> Pool<R> {
         for (candidate, sign) in [(added, 1.0), (removed, -1.0)] {
             let rows = &self.rows[candidate];
             let own = &covariance * rows;
-            let z = inverse(SMatrix::identity() + rows.tr_mul(&own) * sign)? * sign;
+            let z = inverse(SMatrix::identity() + times(rows, &own) * sign)? * sign;
             let weights = &self.weights * &own;
-            let inner = z * own.tr_mul(&weights) * z;
+            let inner = z * times(&own, &weights) * z;
             let weighted_own = &covariance * weights;
             for (addition, rows) in additions.iter_mut().zip(&self.rows) {
-                let (one, other) = (rows.tr_mul(&own), rows.tr_mul(&weighted_own));
+                let (one, other) = (times(rows, &own), times(rows, &weighted_own));
                 let crossed = other * z * one.transpose();
                 addition.within -= one * z * one.transpose();
                 addition.weighted += one * inner * one.transpose() - crossed - crossed.transpose();
@@ -187,10 +188,10 @@ impl<const R: usize> Pool<R> {
         let leaving = set.chosen[place];
         let rows = &self.rows[leaving];
         let [own, weighted_own] = [&set.covariance, &set.weighted].map(|own| own * rows);
-        let (within, weighted) = (rows.tr_mul(&own), rows.tr_mul(&weighted_own));
+        let (within, weighted) = (times(rows, &own), times(rows, &weighted_own));
         let replaced = self.free(set, Some(leaving)).map(|candidate| {
             let (rows, addition) = (&self.rows[candidate], &additions[candidate]);
-            let (coupling, crossing) = (rows.tr_mul(&own), rows.tr_mul(&weighted_own));
+            let (coupling, crossing) = (times(rows, &own), times(rows, &weighted_own));
             let carried = addition.inverse * coupling;
             let left = SMatrix::identity() - within + coupling.transpose() * carried;
             let crossed = carried.transpose() * crossing;
@@ -216,6 +217,29 @@ impl<const R: usize> Addition<R> {
             inverse,
         }
     }
+}
+
+/// Vᵀ S.
+fn times<const R: usize>(rows: &Rows<R>, spread: &Rows<R>) -> SMatrix<f64, R, R> {
+    if R == 1 {
+        return rows.tr_mul(spread);
+    }
+    // Written out, because this takes most of the time of a plan.
+    let (unknowns, rows, spread) = (rows.nrows(), columns(rows), columns(spread));
+    let mut product = SMatrix::zeros();
+    for unknown in 0..unknowns {
+        for column in 0..R {
+            for index in 0..R {
+                product[(index, column)] += rows[index][unknown] * spread[column][unknown];
+            }
+        }
+    }
+    product
+}
+
+fn columns<const R: usize>(rows: &Rows<R>) -> [&[f64]; R] {
+    let unknowns = rows.nrows();
+    std::array::from_fn(|index| &rows.as_slice()[index * unknowns..][..unknowns])
 }
 
 /// The inverse, in closed form, of a small matrix that is positive definite up to rounding.

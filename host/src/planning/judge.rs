@@ -49,14 +49,12 @@ impl Precision {
     }
 }
 
-/// A robot and the weights of its position errors.
+/// A robot and the weights W of its relative and absolute position errors: with the parameters' covariance C, tr(W C) is the
+/// mean square.
 #[derive(Debug, Clone)]
 struct Place {
     file: RobotFile,
-    /// With the parameters' covariance C, tr(W C) is the mean square of the relative position error.
-    relative: RobotCovariance,
-    /// The same for the absolute position error.
-    absolute: RobotCovariance,
+    weights: [RobotCovariance; 2],
 }
 
 /// Evaluates measurements over the workspaces of the nominal robot and of robots drawn from the tolerance.
@@ -75,30 +73,32 @@ impl Judge {
         rng: &mut Pcg32,
     ) -> Result<Self, PlanError> {
         // Each robot's own workspace: near its edges errors grow steeply, and the edges differ between robots.
-        let place = |file: RobotFile, region: Option<&[Sample<f64>]>, count| {
-            let poses = match region {
-                Some(poses) => poses,
-                None => &first_inside(&file.robot, &file.reach(), count),
-            };
-            Place::new(file, poses)
+        let place = |file: RobotFile, count| match region {
+            Some(poses) => Place::new(file, poses),
+            None => Place::new(
+                file.clone(),
+                &first_inside(&file.robot, &file.reach(), count),
+            ),
         };
-        let few: Option<Vec<_>> = region.map(|poses| {
-            let stride = poses.len().div_ceil(EACH).max(1);
-            poses.iter().step_by(stride).copied().collect()
+        let nominal = place(file.clone(), INSIDE).ok_or(PlanError::NoPose)?;
+        let made = file.tolerance.iter().flat_map(|tolerance| {
+            let made = (0..MADE).filter_map(|_| made_robot(&file.robot, tolerance, rng).ok());
+            made.collect::<Vec<_>>()
         });
-        let nominal = place(file.clone(), region, INSIDE).ok_or(PlanError::NoPose)?;
-        let made = made_to_tolerance(file, rng).into_par_iter();
+        let made: Vec<_> = made.collect();
+        let made = made.into_par_iter().filter_map(|robot| {
+            let file = file.clone();
+            place(RobotFile { robot, ..file }, EACH)
+        });
         Ok(Self {
             nominal,
-            made: made
-                .filter_map(|file| place(file, few.as_deref(), EACH))
-                .collect(),
+            made: made.collect(),
         })
     }
 
-    /// W, for which tr W C is the mean square of the nominal robot's position error.
-    pub(super) const fn weights(&self, absolute: bool) -> &RobotCovariance {
-        self.nominal.weights(absolute)
+    /// W of the nominal robot.
+    pub(super) fn weights(&self, absolute: bool) -> &RobotCovariance {
+        &self.nominal.weights[usize::from(absolute)]
     }
 
     /// Before any measurement; `None` without a tolerance.
@@ -124,7 +124,7 @@ impl Judge {
         self.over_robots(|place| known(&place.file.robot).or_else(|| prior(&place.file)))
     }
 
-    /// The rms over all robots, given what is known of each; `None` if that is nothing for one of them.
+    /// The rms over all robots, given the covariance of each; `None` if one of them has none.
     fn over_robots(
         &self,
         known: impl Fn(&Place) -> Option<RobotCovariance> + Sync,
@@ -135,7 +135,7 @@ impl Judge {
         };
         let squares = robots.par_iter().map(|place| {
             let covariance = known(place)?;
-            let squares = [&place.relative, &place.absolute].map(|own| own.dot(&covariance));
+            let squares = place.weights.each_ref().map(|own| own.dot(&covariance));
             squares.iter().all(|own| *own >= 0.0).then_some(squares)
         });
         let squares: Vec<[f64; 2]> = squares.collect::<Option<_>>()?;
@@ -153,47 +153,34 @@ impl Judge {
 /// [`Judge::weights`] over the whole workspace.
 pub(super) fn weights(file: &RobotFile, absolute: bool) -> Option<RobotCovariance> {
     let poses = inside(&file.robot, &file.reach());
-    Some(*Place::new(file.clone(), &poses)?.weights(absolute))
+    Some(Place::new(file.clone(), &poses)?.weights[usize::from(absolute)])
 }
 
 impl Place {
-    const fn weights(&self, absolute: bool) -> &RobotCovariance {
-        if absolute {
-            &self.absolute
-        } else {
-            &self.relative
+    /// Only the poses that the robot reaches clear of singularities count.
+    fn new(file: RobotFile, poses: &[Sample<f64>]) -> Option<Self> {
+        // Exact transmissions have no weight, and leaving them out takes a third of the time.
+        match file.transmission {
+            Some(_) => Self::of::<WITH_TRANSMISSIONS>(file, poses),
+            None => Self::of::<PARAMETERS>(file, poses),
         }
     }
 
-    /// Only the poses that the robot reaches clear of singularities count.
-    fn new(file: RobotFile, poses: &[Sample<f64>]) -> Option<Self> {
+    fn of<const P: usize>(file: RobotFile, poses: &[Sample<f64>]) -> Option<Self> {
         let reach = file.reach();
         let there = poses.iter().filter_map(|pose| {
             let position = reach.clear_position(&file.robot, &pose.joints).ok()?;
             Some(Sample { position, ..*pose })
         });
-        let there = Sensitivities::of(&file.robot, there);
-        Some(Self {
-            relative: there.relative()?.mean_square(),
-            absolute: there.mean_square(),
-            file,
-        })
+        let there = Sensitivities::<P>::of(&file.robot, there);
+        let weights = [&there.relative()?, &there].map(|own| {
+            let mut weights = RobotCovariance::zeros();
+            let mut used = weights.fixed_view_mut::<P, P>(0, 0);
+            used.copy_from(&own.mean_square());
+            weights
+        });
+        Some(Self { file, weights })
     }
-}
-
-/// Robots drawn from the tolerance.
-fn made_to_tolerance(file: &RobotFile, rng: &mut Pcg32) -> Vec<RobotFile> {
-    let Some(tolerance) = &file.tolerance else {
-        return Vec::new();
-    };
-    let mut one = || {
-        let robot = made_robot(&file.robot, tolerance, rng).ok()?;
-        Some(RobotFile {
-            robot,
-            ..file.clone()
-        })
-    };
-    (0..MADE).filter_map(|_| one()).collect()
 }
 
 /// The information of rows about all unknowns, in the units of the core's problem.

@@ -1,7 +1,7 @@
 //! Chooses measurements and the order in which to take them.
 
 use super::PlanError;
-use super::judge::{Information, Judge, Precision};
+use super::judge::{Judge, Precision};
 use super::region::below;
 use super::request::{Kind, LEAST, MOST, Order, PlanRequest};
 use super::search::Search;
@@ -170,8 +170,7 @@ impl<'a> Bench<'a> {
         let measurements = ordered(&found, request.order, &mut rng);
         let rows: Vec<_> = measurements.iter().map(|own| own.reading).collect();
         let robot = &setup.robot.robot;
-        let information = Information::of(robot, setup, &rows, &search.anchors)?;
-        let covariance = information.robot_covariance();
+        let covariance = search.information(&rows)?.robot_covariance();
         let covariance = covariance.ok_or(PlanError::Singular)?;
         if let Some((arm, parameter, sigma)) = unknown_parameter(robot, &covariance) {
             return Err(PlanError::NotDetermined {

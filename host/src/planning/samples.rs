@@ -78,8 +78,8 @@ fn in_words<S: Serializer>(why: &Option<PlanError>, serializer: S) -> Result<S::
 }
 
 impl Determined {
-    /// Evaluates the rows of a file, of which those in the lines `unmeasured` are only planned, and looks for as many to add
-    /// as the request counts. They are of the kinds that the rows measure.
+    /// Evaluates the rows of a file, of which those in the lines `unmeasured` are only planned, and looks for measurements to
+    /// add: the request's count, of the kinds that the rows measure.
     ///
     /// # Errors
     /// More instruments than a calibration has room for, or rows that determine nothing.
@@ -103,7 +103,7 @@ impl Determined {
         };
         let found = Information::of(&robot, &setup, &rows, &[]).or_else(|_| match &search {
             // An instrument with fewer readings than unknowns cannot be located by the rows alone.
-            Ok(search) => Information::of(&robot, &setup, &rows, &search.anchors),
+            Ok(search) => search.information(&rows),
             Err(error) => Err(*error),
         })?;
         let covariance = found.covariance().ok_or(PlanError::Singular)?;
@@ -113,7 +113,7 @@ impl Determined {
         let now = error(&of_robot);
         let (mut next, mut with_next, mut no_next) = (Vec::new(), None, None);
         if request.count > 0 {
-            match search.and_then(|own| additions(&own, &setup, &rows, request.count, &mut rng)) {
+            match search.and_then(|own| additions(&own, &rows, request.count, &mut rng)) {
                 Ok((added, of_robot)) => (next, with_next) = (added, error(&of_robot)),
                 Err(error) => no_next = Some(error),
             }
@@ -168,7 +168,6 @@ impl Determined {
 /// The measurements best added to rows, and what is then known of the robot.
 fn additions(
     search: &Search<'_>,
-    setup: &Setup,
     rows: &[Reading],
     count: usize,
     rng: &mut Pcg32,
@@ -176,9 +175,8 @@ fn additions(
     let next = search.added(count, rng)?;
     let mut all = rows.to_vec();
     all.extend(next.iter().map(|own| own.reading));
-    let found = Information::of(&setup.robot.robot, setup, &all, &search.anchors)?;
-    let covariance = found.robot_covariance().ok_or(PlanError::Singular)?;
-    Ok((next, covariance))
+    let covariance = search.information(&all)?.robot_covariance();
+    Ok((next, covariance.ok_or(PlanError::Singular)?))
 }
 
 /// What the rows determine, in one sentence. `unknown`: a parameter whose σ would make a calibration refuse.

@@ -78,8 +78,13 @@ impl<'a> Search<'a> {
                 search.anchors.extend(own.iter().map(|own| own.reading));
             }
         }
-        search.prior = Information::of(&setup.robot.robot, setup, rows, &search.anchors)?.matrix();
+        search.prior = search.information(rows)?.matrix();
         Ok(search)
+    }
+
+    /// The information of rows about the nominal robot.
+    pub(super) fn information(&self, rows: &[Reading]) -> Result<Information, PlanError> {
+        Information::of(&self.setup.robot.robot, self.setup, rows, &self.anchors)
     }
 
     /// The best set of `count` measurements found.
@@ -159,14 +164,13 @@ impl<'a> Search<'a> {
     ) -> Result<Vec<Planned>, PlanError> {
         let drawn = self.of_all(CANDIDATES, rng)?;
         let pool = self.pool::<R>(&drawn)?;
-        let start = pool.set(Vec::new()).ok_or(PlanError::Singular)?;
-        Ok(members(&drawn, &pool.add(start, count)))
+        let added = pool.set(Vec::new()).and_then(|own| pool.add(own, count));
+        Ok(members(&drawn, &added.ok_or(PlanError::Singular)?))
     }
 
     fn pool<const R: usize>(&self, all: &[Planned]) -> Result<Pool<R>, PlanError> {
-        let setup = self.setup;
         let given: Vec<_> = all.iter().map(|own| own.reading).collect();
-        let found = Information::of(&setup.robot.robot, setup, &given, &self.anchors)?;
+        let found = self.information(&given)?;
         let rows = given.iter().zip(&found.rows).map(|(own, sensitivity)| {
             let mut rows = Rows::zeros(sensitivity.nrows());
             let read = own.read().into_iter().zip(sensitivity.column_iter());

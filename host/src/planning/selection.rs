@@ -22,31 +22,93 @@ const STEP: f64 = 1e-3;
 /// Positions are stated in these steps, mm.
 const STEP_MM: f64 = 1e-6;
 
-/// Decides which poses are allowed.
+/// Least distance of a pose from every limit, degrees.
+const LEAST_DEGREES: f64 = 1.0;
+/// The same for a travel, mm.
+const LEAST_TRAVEL: f64 = 1.0;
+/// And at least this many σ of the change that the tolerance makes to that distance: exceeded by one robot in three
+/// million.
+const SIGMAS: f64 = 5.0;
+/// The tolerances of an angle and of a length at the end of the upper arm count up to this, degrees. A larger tolerance
+/// says nothing about where the robot can reach.
+const LARGEST_DEGREES: f64 = 10.0;
+
+/// Measures that must stay above a bound: the squared volume of the forearms' unit vectors; for each forearm the sine of
+/// its angle to the upper arm, and the negative of its angle out of the arm's plane.
+///
+/// The square of the volume changes smoothly with the parameters up to the singularity and beyond.
+type Distances = SVector<f64, 7>;
+
+/// Decides which poses are allowed: those that any robot within the tolerance reaches, clear of singularities.
 #[derive(Debug, Clone)]
 pub(super) struct Selection<'a> {
     file: &'a RobotFile,
     reach: Reach,
-    clearance: Clearance,
     region: Option<Region>,
     /// The part of the region within the arms' reach, if any.
     drawn: Option<Region>,
+    /// Bounds for every robot within the tolerance.
+    least: Distances,
+    /// Bounds for the nominal robot.
+    least_nominal: Distances,
+    /// The nominal robot with each of the 24 parameters in turn larger by its tolerance; empty without a tolerance.
+    others: Vec<Robot<f64>>,
 }
 
 impl<'a> Selection<'a> {
     /// The region is in the axes of the robot file.
     pub(super) fn new(file: &'a RobotFile, region: Option<Region>) -> Self {
         let region = region.map(|own| own.turned(&file.convention));
+        let margin = LEAST_DEGREES.to_radians();
+        let bounds = |parallel: f64, serial: f64, forearm: f64| {
+            let mut bounds = Distances::repeat(serial);
+            bounds[0] = parallel.squared();
+            bounds.fixed_rows_mut::<3>(4).fill(-forearm);
+            bounds
+        };
+        let (parallel, serial) = (
+            SingularityDistance::<f64>::LEAST_PARALLEL,
+            SingularityDistance::<f64>::LEAST_SERIAL,
+        );
+        let forearm = file.forearm_limit.unwrap_or(f64::INFINITY);
+        let serial_with_margin = (arcsine(serial) + margin).sine_cosine().0;
+        let forearm_with_margin = (forearm - margin).max(0.5 * forearm);
         Self {
             file,
             reach: Reach {
                 limits: narrowed(&file.limits),
                 forearm_limit: file.forearm_limit,
             },
-            clearance: Clearance::new(file),
             region,
             drawn: region.and_then(|region| region.clipped(&box_of_the_arms(&file.robot))),
+            least: bounds(parallel, serial, forearm),
+            least_nominal: bounds(parallel + margin, serial_with_margin, forearm_with_margin),
+            others: one_tolerance_off(file),
         }
+    }
+
+    /// Whether a pose of the nominal robot that satisfies the constraints is far enough inside.
+    fn clears(&self, x: &Vector3<f64>, q: &[f64; 3]) -> bool {
+        let limited = self.file.forearm_limit.is_some();
+        let here = distances(&self.file.robot, x, q, limited);
+        let above = |bounds: &Distances, spread: f64, variances: &Distances| {
+            let mut parts = here.iter().zip(variances).zip(bounds);
+            parts.all(|((distance, variance), bound)| {
+                distance - spread * variance.square_root() > *bound
+            })
+        };
+        if !above(&self.least_nominal, 0.0, &Distances::zeros()) {
+            return false;
+        }
+        let mut variances = Distances::zeros();
+        for other in &self.others {
+            let Ok(x) = other.forward(q) else {
+                return false;
+            };
+            let change = distances(other, &x, q, limited) - here;
+            variances += change.component_mul(&change);
+        }
+        above(&self.least, SIGMAS, &variances)
     }
 
     /// The pose at these joint angles (radians), rounded as it is written, if it is allowed.
@@ -61,7 +123,7 @@ impl<'a> Selection<'a> {
         });
         let position = self.reach.position(&self.file.robot, &joints).ok()?;
         let inside = self.region.is_none_or(|region| region.contains(&position));
-        (inside && self.clearance.allows(&self.file.robot, &position, &joints)).then(|| Sample {
+        (inside && self.clears(&position, &joints)).then(|| Sample {
             joints,
             position: position.map(|c| (c / STEP_MM).round() / STEP_MM.recip().round() + 0.0),
         })
@@ -156,19 +218,8 @@ fn box_of_the_arms(robot: &Robot<f64>) -> [(f64, f64); 3] {
     })
 }
 
-/// Least distance of a pose from every limit, degrees.
-const LEAST_DEGREES: f64 = 1.0;
-/// The same for a travel, mm.
-const LEAST_TRAVEL: f64 = 1.0;
-/// And at least this many σ of the change that the tolerance makes to that distance: exceeded by one robot in three
-/// million.
-const SIGMAS: f64 = 5.0;
-/// The tolerances of an angle and of a length at the end of the upper arm count up to this, degrees. A larger tolerance
-/// says nothing about where the robot can reach.
-const LARGEST_DEGREES: f64 = 10.0;
-
 /// The joint limits less their margin.
-pub(super) fn narrowed(limits: &JointLimits<f64>) -> JointLimits<f64> {
+fn narrowed(limits: &JointLimits<f64>) -> JointLimits<f64> {
     let range = limits.maximum() - limits.minimum();
     let (least, new): (_, fn(f64, f64) -> _) = match limits.drive() {
         Drive::Rotary => (LEAST_DEGREES.to_radians(), JointLimits::new),
@@ -176,71 +227,6 @@ pub(super) fn narrowed(limits: &JointLimits<f64>) -> JointLimits<f64> {
     };
     let margin = least.min(0.1 * range);
     new(limits.minimum() + margin, limits.maximum() - margin).unwrap_or(*limits)
-}
-
-/// Measures that must stay above a bound: the squared volume of the forearms' unit vectors; for each forearm the sine of
-/// its angle to the upper arm, and the negative of its angle out of the arm's plane.
-///
-/// The square of the volume changes smoothly with the parameters up to the singularity and beyond.
-type Distances = SVector<f64, 7>;
-
-/// Decides which poses any robot within the tolerance reaches, clear of singularities.
-#[derive(Debug, Clone)]
-pub(super) struct Clearance {
-    /// Bounds for every robot within the tolerance.
-    least: Distances,
-    /// Bounds for the nominal robot.
-    least_nominal: Distances,
-    /// The nominal robot with each of the 24 parameters in turn larger by its tolerance; empty without a tolerance.
-    others: Vec<Robot<f64>>,
-}
-
-impl Clearance {
-    pub(super) fn new(file: &RobotFile) -> Self {
-        let margin = LEAST_DEGREES.to_radians();
-        let bounds = |parallel: f64, serial: f64, forearm: f64| {
-            let mut bounds = Distances::repeat(serial);
-            bounds[0] = parallel.squared();
-            bounds.fixed_rows_mut::<3>(4).fill(-forearm);
-            bounds
-        };
-        let (parallel, serial) = (
-            SingularityDistance::<f64>::LEAST_PARALLEL,
-            SingularityDistance::<f64>::LEAST_SERIAL,
-        );
-        let forearm = file.forearm_limit.unwrap_or(f64::INFINITY);
-        let serial_with_margin = (arcsine(serial) + margin).sine_cosine().0;
-        let forearm_with_margin = (forearm - margin).max(0.5 * forearm);
-        Self {
-            least: bounds(parallel, serial, forearm),
-            least_nominal: bounds(parallel + margin, serial_with_margin, forearm_with_margin),
-            others: one_tolerance_off(file),
-        }
-    }
-
-    /// Whether a pose of the nominal robot that satisfies the constraints is far enough inside.
-    pub(super) fn allows(&self, robot: &Robot<f64>, x: &Vector3<f64>, q: &[f64; 3]) -> bool {
-        let limited = self.least[4].is_finite();
-        let here = distances(robot, x, q, limited);
-        let above = |bounds: &Distances, spread: f64, variances: &Distances| {
-            let mut parts = here.iter().zip(variances).zip(bounds);
-            parts.all(|((distance, variance), bound)| {
-                distance - spread * variance.square_root() > *bound
-            })
-        };
-        if !above(&self.least_nominal, 0.0, &Distances::zeros()) {
-            return false;
-        }
-        let mut variances = Distances::zeros();
-        for other in &self.others {
-            let Ok(x) = other.forward(q) else {
-                return false;
-            };
-            let change = distances(other, &x, q, limited) - here;
-            variances += change.component_mul(&change);
-        }
-        above(&self.least, SIGMAS, &variances)
-    }
 }
 
 /// `limited`: whether the forearms have a limit; otherwise their angles count as 0.

@@ -147,7 +147,7 @@ impl Setup {
         setup
     }
 
-    /// The planes and points that are named, as the robot file states them. `measured`: whether readings of a kind are.
+    /// The planes and points that are named, as the robot file states them. `measured`: whether a kind of reading is taken.
     /// What has no stated place is at the origin.
     pub(super) fn unplaced(
         robot: &RobotFile,
@@ -157,9 +157,17 @@ impl Setup {
     ) -> Self {
         let facts = &robot.instruments;
         let (planes, points) = places(robot, named);
+        let level_at = |own: &Plane<f64>| PlaneFound {
+            normal: Vector3::z(),
+            offset: own.known.map_or(0.0, |(height, _)| height),
+        };
+        let still_at = |own: &Point<f64>| PointFound {
+            place: own.known.map_or_else(Vector3::zeros, |(place, _)| place),
+            offset: 0.0,
+        };
         let places = Places {
-            planes: planes.iter().map(plane_of).collect(),
-            points: points.iter().map(point_of).collect(),
+            planes: planes.iter().map(level_at).collect(),
+            points: points.iter().map(still_at).collect(),
             ..Places::default()
         };
         let planes = named.planes.iter().zip(planes).map(|(name, known)| {
@@ -307,21 +315,6 @@ impl Setup {
             "Noise: {}{stated}. Tolerance: {tolerance}.",
             kinds.join(", ")
         )
-    }
-}
-
-/// A level plane at its known height.
-fn plane_of(known: &Plane<f64>) -> PlaneFound {
-    PlaneFound {
-        normal: Vector3::z(),
-        offset: known.known.map_or(0.0, |(height, _)| height),
-    }
-}
-
-fn point_of(known: &Point<f64>) -> PointFound {
-    PointFound {
-        place: known.known.map_or_else(Vector3::zeros, |(place, _)| place),
-        offset: 0.0,
     }
 }
 

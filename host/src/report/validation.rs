@@ -100,30 +100,26 @@ fn reason(found: &Validation) -> String {
         poses_to_decide,
         ..
     } = found.rms_error;
-    match (found.verdict, poses_to_decide) {
-        (Verdict::Pass, _) => {
-            let sure = confidence(below);
-            let of = error_of(found);
-            format!("rms {of} below the limit of {limit} mm (confidence {sure}).")
+    let (side, sure) = match found.verdict {
+        Verdict::Pass => ("below", below),
+        Verdict::Fail => ("above", 1.0 - below),
+        Verdict::Undecided => {
+            let what_decides = match poses_to_decide {
+                Some(poses) => {
+                    let more = count(poses.saturating_sub(found.pose_count), "more pose");
+                    format!(". Measure {more}, {poses} in all.")
+                }
+                None if found.noise_mm.is_none() => {
+                    ". State the [noise] of the instrument, which is part of the figures."
+                        .to_owned()
+                }
+                None => ", too close to the error for more poses to decide.".to_owned(),
+            };
+            return format!("{limit} mm lies within the interval{what_decides}");
         }
-        (Verdict::Fail, _) => {
-            let sure = confidence(1.0 - below);
-            let of = error_of(found);
-            format!("rms {of} above the limit of {limit} mm (confidence {sure}).")
-        }
-        (Verdict::Undecided, Some(poses)) => {
-            let more = count(poses.saturating_sub(found.pose_count), "more pose");
-            format!("{limit} mm lies within the interval. Measure {more}, {poses} in all.")
-        }
-        (Verdict::Undecided, None) if found.noise_mm.is_none() => format!(
-            "{limit} mm lies within the interval. State the [noise] of the instrument, which is part of the figures."
-        ),
-        (Verdict::Undecided, None) => {
-            format!(
-                "{limit} mm lies within the interval, too close to the error for more poses to decide."
-            )
-        }
-    }
+    };
+    let (of, sure) = (error_of(found), confidence(sure));
+    format!("rms {of} {side} the limit of {limit} mm (confidence {sure}).")
 }
 
 /// The kind of error, within a sentence.
@@ -138,23 +134,18 @@ const fn error_of(found: &Validation) -> &'static str {
 
 /// The figures with their intervals.
 fn figures(found: &Validation) -> Table {
+    let cells = |figure: &Bounded, limit: String| {
+        let estimate = format!("{:.*}", decimals(figure), figure.value);
+        [estimate, interval(figure), limit]
+    };
+    let (rms, largest) = (&found.rms_error, &found.largest_error);
     let heading = format!("{}, mm", capitalised(error_of(found)));
-    let rms = (
-        "rms over the region",
-        &found.rms_error.error,
-        format!("{}", found.rms_error.limit_mm),
-    );
-    Table::of([
-        rms,
-        ("largest at the poses", &found.largest_error, String::new()),
-    ])
-    .column(heading, |(name, ..)| *name)
-    .column("estimate", |(_, figure, _)| {
-        format!("{:.*}", decimals(figure), figure.value)
-    })
-    .column("95 % interval", |(_, figure, _)| interval(figure))
-    .column("limit", |(.., limit)| limit.clone())
-    .table()
+    Table::new([&heading, "estimate", "95 % interval", "limit"])
+        .row(
+            "rms over the region",
+            cells(&rms.error, rms.limit_mm.to_string()),
+        )
+        .row("largest at the poses", cells(largest, String::new()))
 }
 
 /// "0.019 to 0.052", "below 0.052".

@@ -10,7 +10,7 @@ use crate::text::count;
 use crate::workspace::{
     Analysis, BoundaryPoint, Cylinder, Extent, LimitShare, ParameterInfluence, ToleranceBand, unit,
 };
-use delta_cal::{ArmIndex, Parameter};
+use delta_cal::ArmIndex;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -128,7 +128,7 @@ pub fn to_text(report: &Analysis) -> String {
 
 fn limits(limits: &[LimitShare]) -> Table {
     Table::of(limits)
-        .column("limit", |limit| limit.kind.name())
+        .column("limit", |limit| limit.kind.clone())
         .column("share of the area", |limit| {
             format!("{:.1} %", 100.0 * limit.share)
         })
@@ -158,15 +158,14 @@ fn cylinders(report: &Analysis) -> Section {
 }
 
 fn influence(influence: &[ParameterInfluence]) -> Table {
-    let of = |arm: ArmIndex, parameter: Parameter| {
-        let mut all = influence.iter();
-        all.find(|of| of.arm == arm && of.parameter == parameter)
-    };
-    let of_first = influence.iter().filter(|of| of.arm == ArmIndex::First);
-    let mut rows = Table::of(of_first.map(|of| of.parameter)).column("", |of| of.symbol());
+    let of_first = influence.iter().filter(|of| of.arm == 1);
+    let mut rows = Table::of(of_first.map(|of| of.parameter)).column("", |of| *of);
     for arm in ArmIndex::ALL {
+        let own = |of: &&ParameterInfluence| of.arm == arm.index() + 1;
         rows = rows.column(format!("mm\n{arm}"), |parameter| {
-            of(arm, *parameter).map_or_else(String::new, |of| format!("{:.3}", of.rms_mm))
+            let mut own = influence.iter().filter(own);
+            let of = own.find(|of| of.parameter == *parameter);
+            of.map_or_else(String::new, |of| format!("{:.3}", of.rms_mm))
         });
     }
     rows.table()

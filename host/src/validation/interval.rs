@@ -52,116 +52,80 @@ pub struct RmsError {
     pub poses_to_decide: Option<usize>,
 }
 
-/// The mean M = E² + σ² of the squared deviations yₖ of n poses, where E is the unknown error and σ² the mean square of
-/// the noise.
+/// The error and its limits from squared deviations, one per pose, and the mean square of the noise in them, mm²; compared
+/// with a limit, mm.
 ///
+/// The mean of the n squared deviations yₖ is M = E² + σ², where E is the unknown error and σ² the mean square of the noise.
 /// M is distributed about its expectation as χ²(ν)/ν with ν = 2n/c, where c is the variance of y over its squared mean
 /// (Satterthwaite). The estimate of c from the poses is averaged with the prior one.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Mean {
-    /// M, mm².
-    square: f64,
-    /// σ², mm².
-    noise: f64,
-    /// c.
-    variation: f64,
-    /// n.
-    poses: f64,
-    read: Read,
-}
-
-impl Mean {
-    /// From squared deviations, one per pose, and the mean square of the noise in them, mm².
-    pub(super) fn of(squares: &[f64], noise: f64, read: Read) -> Self {
-        let (expected, weight) = if read.taken_up > 0.0 {
-            (VARIATION_FITTED * 2.0 / read.coordinates, POSES_FITTED)
-        } else {
-            (VARIATION * 2.0 / read.coordinates, POSES)
-        };
-        let poses = squares.len() as f64;
-        let square = squares.iter().sum::<f64>() / poses;
-        let scatter: f64 = squares.iter().map(|own| (own - square).powi(2)).sum();
-        let measured = if square > 0.0 {
-            scatter / square.powi(2)
-        } else {
-            0.0
-        };
-        let variation = (weight * expected + measured) / (weight + poses - 1.0);
-        Self {
-            square,
-            noise,
-            variation,
-            poses,
-            read,
-        }
-    }
-
-    /// The error, compared with a limit, mm.
-    pub(super) fn against(&self, limit: f64) -> RmsError {
-        let freedom = self.freedom_of(self.poses);
-        let ratio = self.at_least_noise() / (limit * limit + self.noise);
-        let confidence = ChiSquared::new(freedom).map(|own| own.sf(freedom * ratio));
-        RmsError {
-            error: self.bounded(self.poses),
-            degrees_of_freedom: freedom,
-            limit_mm: limit,
-            confidence_below_limit: confidence.unwrap_or(0.0),
-            poses_to_decide: self.poses_to_decide(limit),
-        }
-    }
-
-    /// ν for a number of poses, reduced in proportion to the readings used up by the frame and the instruments.
-    fn freedom_of(&self, poses: f64) -> f64 {
-        2.0 * (poses - self.read.taken_up / self.read.coordinates) / self.variation
-    }
-
-    /// The estimate with the limits that a number of poses would give.
-    fn bounded(&self, poses: f64) -> Bounded {
-        let freedom = self.freedom_of(poses);
+pub(super) fn rms_error(squares: &[f64], noise: f64, read: Read, limit: f64) -> RmsError {
+    let (variation, weight) = if read.taken_up > 0.0 {
+        (VARIATION_FITTED, POSES_FITTED)
+    } else {
+        (VARIATION, POSES)
+    };
+    let expected = variation * 2.0 / read.coordinates;
+    let poses = squares.len() as f64;
+    let square = squares.iter().sum::<f64>() / poses;
+    let scatter: f64 = squares.iter().map(|own| (own - square).powi(2)).sum();
+    let measured = if square > 0.0 {
+        scatter / square.powi(2)
+    } else {
+        0.0
+    };
+    let variation = (weight * expected + measured) / (weight + poses - 1.0);
+    // Reduced in proportion to the readings used up by the frame and the instruments.
+    let freedom_of = |poses: f64| 2.0 * (poses - read.taken_up / read.coordinates) / variation;
+    // Deviations that are smaller than the noise by chance do not prove an error smaller than this many poses can show with
+    // this noise.
+    let at_least_noise = square.max(noise);
+    let without_noise = |mean_square: f64| (mean_square - noise).max(0.0).sqrt();
+    let bounded = |poses: f64| {
+        let freedom = freedom_of(poses);
         let limit = |mean_square: f64, probability: f64| {
             let quantile = quantile(freedom, probability)?;
-            Some(self.without_noise(freedom * mean_square / quantile))
+            Some(without_noise(freedom * mean_square / quantile))
         };
-        let lower = (self.noise > 0.0).then(|| limit(self.square, 1.0 - TAIL));
+        let lower = (noise > 0.0).then(|| limit(square, 1.0 - TAIL));
         Bounded {
-            value: self.without_noise(self.square),
-            interval: (
-                lower.flatten().unwrap_or(0.0),
-                limit(self.at_least_noise(), TAIL),
-            ),
+            value: without_noise(square),
+            interval: (lower.flatten().unwrap_or(0.0), limit(at_least_noise, TAIL)),
+        }
+    };
+    let freedom = freedom_of(poses);
+    let ratio = at_least_noise / (limit * limit + noise);
+    let confidence = ChiSquared::new(freedom).map(|own| own.sf(freedom * ratio));
+    RmsError {
+        error: bounded(poses),
+        degrees_of_freedom: freedom,
+        limit_mm: limit,
+        confidence_below_limit: confidence.unwrap_or(0.0),
+        poses_to_decide: least_deciding(poses, |poses| {
+            Verdict::of(&bounded(poses), limit) != Verdict::Undecided
+        }),
+    }
+}
+
+/// Nobody measures more poses than this to decide a limit.
+const MANY: f64 = 10_000.0;
+
+/// The least number of poses that would decide, assuming the same scatter; `None` if these do, if it takes too many, or no
+/// number would.
+fn least_deciding(poses: f64, decide: impl Fn(f64) -> bool) -> Option<usize> {
+    let (mut too_few, mut enough) = (poses, MANY);
+    if decide(too_few) || too_few >= enough || !decide(enough) {
+        return None;
+    }
+    while enough - too_few > 1.0 {
+        let middle = f64::midpoint(too_few, enough).floor();
+        if decide(middle) {
+            enough = middle;
+        } else {
+            too_few = middle;
         }
     }
-
-    /// Number of poses that would decide an undecided error, assuming the same scatter; `None` if it is decided, if that
-    /// takes too many, or no number would.
-    fn poses_to_decide(&self, limit: f64) -> Option<usize> {
-        let decided = |poses: f64| Verdict::of(&self.bounded(poses), limit) != Verdict::Undecided;
-        if decided(self.poses) || !decided(MANY) {
-            return None;
-        }
-        let (mut too_few, mut enough) = (self.poses, MANY);
-        while enough - too_few > 1.0 {
-            let middle = f64::midpoint(too_few, enough).floor();
-            let end = if decided(middle) {
-                &mut enough
-            } else {
-                &mut too_few
-            };
-            *end = middle;
-        }
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at most 10,000
-        Some(enough as usize)
-    }
-
-    /// M, but at least σ²: deviations that are smaller than the noise by chance do not prove an error smaller than this
-    /// many poses can show with this noise.
-    const fn at_least_noise(&self) -> f64 {
-        self.square.max(self.noise)
-    }
-
-    fn without_noise(&self, mean_square: f64) -> f64 {
-        (mean_square - self.noise).max(0.0).sqrt()
-    }
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // at most 10,000
+    Some(enough as usize)
 }
 
 /// The largest position error at the measured poses.
@@ -193,9 +157,6 @@ pub(super) fn largest(rows: &[Deviation]) -> Bounded {
         ),
     }
 }
-
-/// Nobody measures more poses than this to decide a limit.
-const MANY: f64 = 10_000.0;
 
 /// Whether the robot meets a limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -270,7 +231,7 @@ impl Deviation {
 
 #[cfg(test)]
 mod tests {
-    use super::{Mean, Read};
+    use super::{Read, rms_error};
 
     /// Deviations smaller than the noise are chance: the upper limit is the same as for deviations equal to the noise.
     #[test]
@@ -280,7 +241,7 @@ mod tests {
             coordinates: 3.0,
             taken_up: 0.0,
         };
-        let of = |square: f64| Mean::of(&[square; 20], noise, read).against(0.005);
+        let of = |square: f64| rms_error(&[square; 20], noise, read, 0.005);
         let (less, expected) = (of(0.25 * noise), of(noise));
         let upper = less.error.interval.1;
         assert!(upper > Some(0.1 * f64::sqrt(noise)), "{upper:?}");

@@ -10,7 +10,7 @@ use crate::geometry::Limit;
 use delta_cal::kinematics::SingularityDistance;
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
@@ -68,17 +68,12 @@ pub struct Extent {
 }
 
 /// A limit and its share of the boundary's area.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LimitShare {
     /// The limit, such as `joint_maximum_1`.
-    #[serde(serialize_with = "name")]
-    pub kind: Limit,
+    pub kind: String,
     /// Share, 0 to 1.
     pub share: f64,
-}
-
-fn name<S: Serializer>(limit: &Limit, serializer: S) -> Result<S::Ok, S::Error> {
-    limit.name().serialize(serializer)
 }
 
 /// Distance from singularities over evenly spaced positions inside: 0 is singular, 1 is best.
@@ -194,8 +189,8 @@ fn limits(workspace: &Workspace, convention: &Convention) -> Vec<LimitShare> {
         *areas.entry(convention.limit(point.limit)).or_default() += point.area;
     }
     let all: f64 = areas.values().sum();
-    let share = |(kind, area)| LimitShare {
-        kind,
+    let share = |(kind, area): (Limit, f64)| LimitShare {
+        kind: kind.name(),
         share: area / all,
     };
     let mut shares: Vec<_> = areas.into_iter().map(share).collect();
@@ -205,29 +200,30 @@ fn limits(workspace: &Workspace, convention: &Convention) -> Vec<LimitShare> {
 
 /// Evaluated at grid nodes, with a stride if there are more than [`POSITIONS`].
 fn singularities(workspace: &Workspace, litres: f64) -> Singularities {
+    let Workspace {
+        robot, reach, grid, ..
+    } = workspace;
     let inside = |stride: usize| {
-        let places = workspace.grid.places(stride);
-        places
-            .filter(|place| workspace.has_node(*place))
-            .collect::<Vec<_>>()
+        let places = grid
+            .places(stride)
+            .filter(|place| workspace.has_node(*place));
+        places.collect::<Vec<_>>()
     };
-    let strided = (1..=workspace.grid.counts.into_iter().max().unwrap_or(1))
-        .map(inside)
-        .find(|places| places.len() <= POSITIONS);
-    let places = strided.unwrap_or_default().into_par_iter();
-    let found: Vec<SingularityDistance<f64>> = places
+    let mut strided = (1..).map(inside);
+    let places = strided.find(|places| places.len() <= POSITIONS);
+    let found = places
+        .unwrap_or_default()
+        .into_par_iter()
         .filter_map(|place| {
-            let x = workspace.grid.node(place);
-            let q = workspace.reach.any_joints(&workspace.robot, &x).ok()?;
-            Some(workspace.robot.singularity_distance(&x, &q))
-        })
-        .collect();
-    let least_serial = found.iter().flat_map(|at| at.serial).fold(1.0, f64::min);
-    let least_parallel = found.iter().map(|at| at.parallel).fold(1.0, f64::min);
+            let x = grid.node(place);
+            let q = reach.any_joints(robot, &x).ok()?;
+            Some(robot.singularity_distance(&x, &q))
+        });
+    let found: Vec<SingularityDistance<f64>> = found.collect();
     let mut singularities = Singularities {
         positions: found.len(),
-        least_serial,
-        least_parallel,
+        least_serial: found.iter().flat_map(|at| at.serial).fold(1.0, f64::min),
+        least_parallel: found.iter().map(|at| at.parallel).fold(1.0, f64::min),
         clear: found.iter().filter(|at| at.is_clear()).count(),
         clear_litres: 0.0,
     };

@@ -7,17 +7,15 @@ use delta_cal::robot::ParameterKind;
 use delta_cal::{ArmIndex, Parameter, Tolerance};
 use nalgebra::SVector;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 /// Influence of one parameter on the boundary, per mm for a length and per degree for an angle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ParameterInfluence {
-    /// The arm.
-    #[serde(serialize_with = "number")]
-    pub arm: ArmIndex,
+    /// The arm, from 1.
+    pub arm: usize,
     /// The parameter.
-    #[serde(serialize_with = "symbol")]
-    pub parameter: Parameter,
+    pub parameter: &'static str,
     /// Unit of the parameter to which the displacements refer.
     pub per: &'static str,
     /// rms displacement of the boundary along its normal, weighted by area.
@@ -28,14 +26,6 @@ pub struct ParameterInfluence {
     pub inwards_mm: f64,
     /// Change of the volume: the integral of the displacement over the boundary.
     pub volume_litres: f64,
-}
-
-fn number<S: Serializer>(arm: &ArmIndex, serializer: S) -> Result<S::Ok, S::Error> {
-    (arm.index() + 1).serialize(serializer)
-}
-
-fn symbol<S: Serializer>(parameter: &Parameter, serializer: S) -> Result<S::Ok, S::Error> {
-    parameter.symbol().serialize(serializer)
 }
 
 /// Standard uncertainty of the boundary for the stated tolerance of the parameters.
@@ -91,8 +81,8 @@ impl Influence {
                 inwards_mm = inwards_mm.min(moved);
             }
             ParameterInfluence {
-                arm,
-                parameter,
+                arm: arm.index() + 1,
+                parameter: parameter.symbol(),
                 per: match parameter.kind() {
                     ParameterKind::Length => "mm",
                     ParameterKind::Ratio => "1",

@@ -149,11 +149,9 @@ impl Varied {
                 ParameterKind::Angle | ParameterKind::Ratio => TURN,
             };
             let [more, less] = [step, -step].map(|step| {
-                let mut arms = *robot.arms();
-                let mut parameters = arms[number / 8].parameters();
-                parameters[number % 8] += step;
-                arms[number / 8] = arms[number / 8].with_parameters(parameters).ok()?;
-                Robot::new(arms).ok()
+                let mut parameters = robot.parameters();
+                parameters[number / 8][number % 8] += step;
+                robot.with_parameters(parameters).ok()
             });
             Some((step, [more?, less?]))
         };

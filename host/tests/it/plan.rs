@@ -264,37 +264,36 @@ fn instruments_come_from_the_robot_file() {
     let json = folder.json("plan.json");
     let point = |value: &Value| [0, 1, 2].map(|axis| value[axis].as_f64().unwrap());
     let all = json["measurements"].as_array().unwrap();
-    let mut distances = 0;
     for own in all {
         let at = point(&own["position_mm"]);
-        // Joint angles are rounded to 0.001°: 0.005 mm at the end of the upper arm, and several times that at the
-        // platform where the forearms are steep.
-        match own["measure"].as_str().unwrap() {
+        let (length, shortest, longest) = match own["measure"].as_str().unwrap() {
             "plane" => {
                 let block = own["block_mm"].as_f64().unwrap();
                 assert!([0.0, 50.0].contains(&block) && own["plane"] == "table");
-                assert!((at[2] + 520.0 - block).abs() < 0.05, "{own}");
+                (at[2] + 520.0, block, block)
             }
             "point" => {
                 let mut points = json["points"].as_array().unwrap().iter();
                 let place = points.find(|place| place[0] == own["point"]).unwrap();
-                let length = distance(at, point(&place[1]));
-                let is_of_a = own["point"] == "A";
-                let shortest = if is_of_a { 250.0 } else { 50.0 };
-                assert!(
-                    length > shortest - 0.05 && (!is_of_a || length < 250.05),
-                    "{own}"
-                );
+                let [shortest, longest] = if own["point"] == "A" {
+                    [250.0; 2]
+                } else {
+                    [50.0, f64::INFINITY]
+                };
+                (distance(at, point(&place[1])), shortest, longest)
             }
             _ => {
-                distances += 1;
-                let length = distance(at, platform(&nominal_arms(), point(&own["to_joints"])));
-                assert!((79.95..=150.05).contains(&length), "{length}");
+                let from = platform(&nominal_arms(), point(&own["to_joints"]));
+                (distance(at, from), 80.0, 150.0)
             }
-        }
+        };
+        // Joint angles are rounded to 0.001°: 0.005 mm at the end of the upper arm, and several times that at the
+        // platform where the forearms are steep.
+        assert!(length > shortest - 0.05 && length < longest + 0.05, "{own}");
     }
     // Six, one of them repeated.
-    assert_eq!(distances, 7);
+    let distances = all.iter().filter(|own| own["measure"] == "distance");
+    assert_eq!(distances.count(), 7);
     assert_eq!(json["count"], 24);
     // One repeated measurement per instrument: the plane, each point, and distances.
     assert!((26..=28).contains(&all.len()), "{}", all.len());
@@ -338,32 +337,28 @@ fn an_unknown_frame_leaves_absolute_positions_to_the_tolerance() {
 fn filled(plan: &str) -> String {
     let mut lines = plan.lines();
     let header: Vec<_> = lines.next().unwrap().split(',').collect();
-    let mut filled = header.join(",") + "\n";
-    for line in lines {
+    let fill = |line: &str| {
         let cells: Vec<_> = line.split(',').collect();
-        let place = |name: &str| header.iter().position(|own| *own == name).unwrap();
-        let there = |names: [&str; 3]| {
+        let there = |joint: &str| {
+            let joints = [1, 2, 3].map(|number| format!("{joint}{number}_deg"));
+            let place = joints.map(|name| header.iter().position(|own| *own == name).unwrap());
             platform(
                 &true_arms(),
-                names.map(|name| cells[place(name)].parse().unwrap()),
+                place.map(|place| cells[place].parse().unwrap()),
             )
         };
-        let at = there(["q1_deg", "q2_deg", "q3_deg"]);
-        let mut filled_in = cells.iter().map(ToString::to_string).collect::<Vec<_>>();
-        for (name, cell) in header.iter().zip(&mut filled_in) {
-            let read = match *name {
-                "x_mm" => at[0],
-                "y_mm" => at[1],
-                "z_mm" => at[2],
-                "height_mm" => at[2] + 600.0,
-                "distance_mm" => distance(at, there(["to_q1_deg", "to_q2_deg", "to_q3_deg"])),
-                _ => continue,
-            };
-            *cell = format!("{read:.4}");
-        }
-        filled += &(filled_in.join(",") + "\n");
-    }
-    filled
+        let at = there("q");
+        let cells = header.iter().zip(&cells).map(|(name, cell)| match *name {
+            "x_mm" => format!("{:.4}", at[0]),
+            "y_mm" => format!("{:.4}", at[1]),
+            "z_mm" => format!("{:.4}", at[2]),
+            "height_mm" => format!("{:.4}", at[2] + 600.0),
+            "distance_mm" => format!("{:.4}", distance(at, there("to_q"))),
+            _ => (*cell).to_owned(),
+        });
+        cells.collect::<Vec<_>>().join(",") + "\n"
+    };
+    header.join(",") + "\n" + &lines.map(fill).collect::<String>()
 }
 
 /// The same rows in a plan, a file and a calibration give the same expected error, wherever the instruments are, and

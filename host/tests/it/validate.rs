@@ -58,31 +58,20 @@ fn near(report: &Value, path: &str, expected: f64, within: f64) {
 #[test]
 fn the_figures_are_those_of_the_chi_square_distribution() {
     let report = report(&folder(&stated(), &off(16)), 6, "--limit 55um");
-    near(&report, "rms_error/degrees_of_freedom", 96.0, 1e-6);
-    // √(0.0025 − 3·0.01²)
-    near(&report, "rms_error/estimate_mm", 0.046_904_157, 1e-6);
-    near(&report, "rms_error/interval_mm/0", 0.040_249_210, 1e-6);
-    near(&report, "rms_error/interval_mm/1", 0.055_593_643, 1e-6);
-    near(
-        &report,
-        "rms_error/confidence_below_limit",
-        0.966_891_573,
-        1e-6,
-    );
-    near(
-        &report,
-        "largest_error/interval_mm/0",
-        0.05 - 0.01 * 3.914_101,
-        1e-6,
-    );
-    near(
-        &report,
-        "largest_error/interval_mm/1",
-        0.05 + 0.01 * 1.959_964,
-        1e-6,
-    );
-    near(&report, "deviation_mm/rms", 0.05, 1e-9);
-    near(&report, "noise_mm", 0.01 * 3_f64.sqrt(), 1e-6);
+    let rms_error = f64::sqrt(0.0025 - 3.0 * 0.01 * 0.01);
+    for (path, expected) in [
+        ("rms_error/degrees_of_freedom", 96.0),
+        ("rms_error/estimate_mm", rms_error),
+        ("rms_error/interval_mm/0", 0.040_249_210),
+        ("rms_error/interval_mm/1", 0.055_593_643),
+        ("rms_error/confidence_below_limit", 0.966_891_573),
+        ("largest_error/interval_mm/0", 0.05 - 0.01 * 3.914_101),
+        ("largest_error/interval_mm/1", 0.05 + 0.01 * 1.959_964),
+        ("deviation_mm/rms", 0.05),
+        ("noise_mm", 0.01 * 3_f64.sqrt()),
+    ] {
+        near(&report, path, expected, 1e-6);
+    }
 }
 
 #[test]

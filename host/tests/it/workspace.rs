@@ -8,6 +8,7 @@ use delta_cal::robot::{Drive, ParameterKind};
 use delta_cal::{Parameter, Robot, SymmetricRobot, Tolerance};
 use delta_cal_host::files::convention::Convention;
 use delta_cal_host::geometry::Reach;
+use delta_cal_host::report::workspace::NAMES;
 use delta_cal_host::workspace::{Influence, Mesh, Options, Workspace, cylinders};
 use delta_cal_tests::geometries::{geometries, linear_geometries};
 use delta_cal_tests::{Spread, perturbed, size, uniform};
@@ -134,7 +135,6 @@ fn points_are_reachable_inwards_and_not_outwards_by_twice_the_tolerance() {
             at_an_edge += usize::from(!leads_to(&inwards));
         }
         let (name, all) = (&case.name, workspace.points.len());
-        println!("{name}: {at_an_edge} of {all}");
         assert!(at_an_edge * 500 <= all, "{name}: {at_an_edge} of {all}");
         points += all;
     }
@@ -213,7 +213,6 @@ fn the_volume_is_that_of_the_forward_sweep() {
         let case = Case::new(("swept", robot, reach(-50.0, 80.0, forearm)));
         let volume = case.workspace(60.0).volume();
         let (expected, sigma) = swept(&case, size(150_000, 400_000), &mut rng);
-        println!("{volume:?}, swept {expected:.3} ± {sigma:.3} l");
         let off = (volume.litres - expected).abs();
         // Four σ: a chance of 6e-5 per robot.
         assert!(off <= 4.0 * sigma + volume.uncertainty_litres, "{off}");
@@ -227,7 +226,6 @@ fn the_stated_uncertainty_is_what_a_finer_grid_changes() {
     for case in cases() {
         let [coarse, fine] = [40.0, 80.0].map(|lines| case.workspace(lines).volume());
         let off = (coarse.litres - fine.litres).abs();
-        println!("{}: {coarse:?}, finer {fine:?}", case.name);
         let stated = 2.0 * coarse.uncertainty_litres + fine.uncertainty_litres;
         assert!(off <= stated, "{}: {off}", case.name);
     }
@@ -301,11 +299,9 @@ fn note_errors(case: &Case, all: &mut BTreeMap<String, Vec<f64>>) {
             let rate = predicted[index];
             let range = 0.02 + 2.0 * (rate * by).abs();
             let along = |by: f64| {
-                let mut arms = *case.robot.arms();
-                let mut parameters = arms[index / 8].parameters();
-                parameters[index % 8] += by;
-                arms[index / 8] = arms[index / 8].with_parameters(parameters).unwrap();
-                let robot = Robot::new(arms).unwrap();
+                let mut parameters = case.robot.parameters();
+                parameters[index / 8][index % 8] += by;
+                let robot = case.robot.with_parameters(parameters).unwrap();
                 let inside = |way: f64| {
                     let x = point.position + point.outward * way;
                     case.reach.any_joints(&robot, &x).is_ok()
@@ -348,10 +344,6 @@ fn predicted_displacements_are_those_of_recomputed_boundaries() {
     for (kind, offs) in &mut all {
         offs.sort_by(f64::total_cmp);
         let (most, worst) = (offs[offs.len() * 99 / 100], offs[offs.len() - 1]);
-        println!(
-            "{kind}: {} displacements, 99 % within {most:.1e}, all {worst:.1e}",
-            offs.len()
-        );
         assert!(offs.len() > 200, "{kind}");
         assert!(most < 1e-3 && worst < 2e-2, "{kind}: {most} {worst}");
     }
@@ -377,7 +369,6 @@ fn the_tolerance_band_is_that_of_robots_drawn_from_it() {
         (drawn.volume().litres - workspace.volume().litres).powi(2)
     });
     let sigma = (squares.sum::<f64>() / f64::from(draws)).sqrt();
-    println!("{band:?}, drawn {sigma}");
     // Three σ of a standard deviation of n draws, 1/√(2n).
     let within = 3.0 / (2.0 * f64::from(draws)).sqrt();
     assert!((sigma / band.volume_sigma_litres - 1.0).abs() < within);
@@ -424,10 +415,6 @@ fn the_mesh_is_closed_without_branches_and_holds_the_volume() {
         assert_eq!(stl.len(), 84 + 50 * mesh.0.len());
         assert!(!stl.starts_with(b"solid"), "that is how ASCII files begin");
         let (inside, volume) = (volume_of_stl(&stl) * 1e-6, workspace.volume());
-        println!(
-            "{name}: {} triangles, {inside:.4} l, lines {volume:?}",
-            mesh.0.len()
-        );
         // Rims are cut off within a cell: a wedge of half a cell's section along each of a dozen circles around the
         // workspace; chords of a sphere with the forearms' radius cut off spacing²/(8 Lb).
         let (spacing, forearm) = (workspace.grid.spacing, case.robot.arms()[0].lb());
@@ -440,13 +427,6 @@ fn the_mesh_is_closed_without_branches_and_holds_the_volume() {
         );
     }
 }
-
-const FILES: [&str; 4] = [
-    "boundary.csv",
-    "boundary.stl",
-    "influence.csv",
-    "section.svg",
-];
 
 #[test]
 fn all_files_are_written_and_the_same_for_any_number_of_threads() {
@@ -461,7 +441,7 @@ fn all_files_are_written_and_the_same_for_any_number_of_threads() {
     let files = std::fs::read_dir(folder.path("1")).unwrap();
     let names = files.map(|entry| entry.unwrap().file_name().into_string().unwrap());
     let names: BTreeSet<_> = names.collect();
-    assert_eq!(names, FILES.map(str::to_owned).into());
+    assert_eq!(names, NAMES.map(str::to_owned).into());
     for name in names {
         let [one, four] =
             ["1", "4"].map(|run| std::fs::read(folder.path(run).join(&name)).unwrap());

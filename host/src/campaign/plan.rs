@@ -4,12 +4,12 @@ use crate::files::example;
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
 use crate::fit::Method;
-use crate::text::decimal_comma;
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::{Noise, Parameter, Tolerance};
 use serde::{Deserialize, Serialize};
 
-const KEYS: &str = "`delta-cal simulate --example` prints a campaign file with every key";
+const KEYS: &str = "`delta-cal simulate --example` prints a campaign file with every key; numbers have a decimal \
+                    point";
 const CASES_AT_MOST: usize = 100_000;
 
 /// The algorithm that solves the equations.
@@ -478,24 +478,19 @@ impl NoiseLevel {
     }
 }
 
-/// Turns the TOML parser's error into one with a line number.
+/// Turns the TOML parser's error into one with its place in the file.
 fn syntax(input: &InputText, error: &toml::de::Error) -> InputError {
-    let line = input.line_at(error.span().map_or(0, |span| span.start));
-    let index = usize::try_from(line).unwrap_or(usize::MAX);
-    let text = input.text().lines().nth(index - 1).unwrap_or_default();
-    let message = error.message().trim().replace('\n', "; ");
-    let cause = message
+    let cause = error
+        .message()
+        .trim()
+        .replace('\n', "; ")
         .replace("missing field", "missing key")
         .replace("unknown field", "unknown key")
         .replace("expected i64", "expected a whole number")
         .replace("expected f64", "expected a number")
         .replace("expected a sequence", "expected a list in brackets");
-    let fault = InputError::new(input.name(), cause).at_line(line);
-    let value = text.split_once('=').map_or("", |(_, value)| value).trim();
-    match decimal_comma(value) {
-        Some(number) => fault.with_remedy(format!("write {number}, with a decimal point")),
-        None => fault.with_remedy(KEYS),
-    }
+    let place = error.span().unwrap_or_default();
+    input.fault_at(place, cause).with_remedy(KEYS)
 }
 
 #[cfg(test)]

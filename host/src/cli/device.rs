@@ -328,15 +328,15 @@ fn calibrate_there<T: Number>(
     if arguments.apply {
         device::apply(client, &begin, &rows, &finished)?;
     }
-    let calibration = report::Calibration {
-        here: &here,
-        difference_mm: differs,
-        fingerprint: geometry.fingerprint(),
-        applied: arguments.apply,
-        control: finished.control_loop(),
-        repeated_requests: client.repetitions(),
-    };
-    Ok(calibration.report())
+    let there = (&geometry, &finished.control_loop());
+    let repetitions = client.repetitions();
+    Ok(report::calibration(
+        &here,
+        differs,
+        there,
+        arguments.apply,
+        repetitions,
+    ))
 }
 
 /// Accepted difference of a controller's result, mm: the samples' scatter, or single-precision rounding if larger.

@@ -7,7 +7,7 @@ use crate::report::Versioned;
 use crate::text::{in_unit, small};
 use delta_cal::Parameter;
 use delta_cal_protocol::{
-    ControlLoop, Counters, Identity, Origin, Parameters, Phase, Scalar, Status,
+    ControlLoop, Counters, Geometry, Identity, Origin, Parameters, Phase, Scalar, Status,
 };
 use serde_json::{Map, Value, json};
 use std::fmt::Display;
@@ -232,60 +232,49 @@ pub(crate) fn status<T: Number>(
     }
 }
 
-/// A calibration done by the controller.
-#[derive(Debug)]
-pub(crate) struct Calibration<'a, T> {
-    /// The report of `delta-cal calibrate` on the same files.
-    pub(crate) here: &'a Calibrated,
-    /// Rms difference between the positions of the controller's result and of this computer's, at the samples.
-    pub(crate) difference_mm: f64,
-    pub(crate) fingerprint: u32,
-    pub(crate) applied: bool,
-    /// During the calibration.
-    pub(crate) control: ControlLoop<T>,
-    pub(crate) repeated_requests: u32,
-}
-
-impl<T: Number> Calibration<'_, T> {
-    pub(crate) fn report(&self) -> Report {
-        let control = &self.control;
-        let longest = duration(control, control.longest_ticks_calibrating);
-        let turns = rows(
-            "Control loop while the controller calibrated",
-            [
-                ("turns", &control.turns),
-                ("late or left out", &control.late),
-                ("longest turn", &microseconds(longest)),
-                ("requests lost and repeated", &self.repeated_requests),
-            ],
-        );
-        let fingerprint = hexadecimal(self.fingerprint);
-        let applied = if self.applied {
-            format!(
-                "Applied: the control loop uses the new parameters (fingerprint {fingerprint}).\n\
-                 Undo: delta-cal device --port PORT revert\n"
-            )
-        } else {
-            format!(
-                "Not applied (fingerprint {fingerprint}). Apply: the same command with --apply\n"
-            )
-        };
-        Report {
-            text: format!(
-                "\n{}\n{turns}\nThe controller's positions differ by {} mm rms from those of the report above.\n{applied}",
-                self.here.to_text(),
-                small(self.difference_mm)
-            ),
-            keys: json!({
-                "calibration": self.here,
-                "difference_mm": self.difference_mm,
-                "fingerprint": fingerprint,
-                "applied": self.applied,
-                "control_loop": control_loop(control),
-                "repeated_requests": self.repeated_requests,
-            }),
-            ..Report::default()
-        }
+/// A calibration done by the controller. `here` is the report of `delta-cal calibrate` on the same files, `difference_mm`
+/// the rms difference between the positions of both results at the samples.
+pub(crate) fn calibration<T: Number>(
+    here: &Calibrated,
+    difference_mm: f64,
+    (result, control): (&Geometry<T>, &ControlLoop<T>),
+    applied: bool,
+    repeated_requests: u32,
+) -> Report {
+    let longest = duration(control, control.longest_ticks_calibrating);
+    let turns = rows(
+        "Control loop while the controller calibrated",
+        [
+            ("turns", &control.turns),
+            ("late or left out", &control.late),
+            ("longest turn", &microseconds(longest)),
+            ("requests lost and repeated", &repeated_requests),
+        ],
+    );
+    let fingerprint = hexadecimal(result.fingerprint());
+    let next = if applied {
+        format!(
+            "Applied: the control loop uses the new parameters (fingerprint {fingerprint}).\n\
+             Undo: delta-cal device --port PORT revert\n"
+        )
+    } else {
+        format!("Not applied (fingerprint {fingerprint}). Apply: the same command with --apply\n")
+    };
+    Report {
+        text: format!(
+            "\n{}\n{turns}\nThe controller's positions differ by {} mm rms from those of the report above.\n{next}",
+            here.to_text(),
+            small(difference_mm)
+        ),
+        keys: json!({
+            "calibration": here,
+            "difference_mm": difference_mm,
+            "fingerprint": fingerprint,
+            "applied": applied,
+            "control_loop": control_loop(control),
+            "repeated_requests": repeated_requests,
+        }),
+        ..Report::default()
     }
 }
 

@@ -22,7 +22,7 @@ fn forward_agrees_with_the_published_positions_of_a_robot() {
     let folder = Folder::new();
     folder.write("robot.toml", robot_toml(&arms));
     let angles = "q1_deg,q2_deg,q3_deg\n0,0,0\n10,20,30\n";
-    let run = folder.run_with("forward robot.toml", angles).ok();
+    let run = folder.run_where("forward robot.toml", angles, &[]).ok();
     let published = [[0.0, 0.0, -96.8590], [10.1168, -16.3280, -148.1187]];
     for (row, expected) in rows_of(&run.stdout).iter().zip(published) {
         let off = distance([row[3], row[4], row[5]], expected);
@@ -31,7 +31,7 @@ fn forward_agrees_with_the_published_positions_of_a_robot() {
 
     // And back, from standard input to a file.
     folder
-        .run_with("inverse robot.toml - --output angles.csv", &run.stdout)
+        .run_where("inverse robot.toml - --output angles.csv", &run.stdout, &[])
         .ok();
     let back = rows_of(&folder.read("angles.csv"));
     for (row, expected) in back.iter().zip([[0.0; 3], [10.0, 20.0, 30.0]]) {

@@ -229,11 +229,7 @@ impl Folder {
     }
 
     pub(crate) fn run(&self, arguments: &str) -> Run {
-        self.run_with(arguments, "")
-    }
-
-    pub(crate) fn run_with(&self, arguments: &str, stdin: &str) -> Run {
-        self.run_where(arguments, stdin, &[])
+        self.run_where(arguments, "", &[])
     }
 
     /// With these environment variables.

@@ -1,6 +1,6 @@
 //! What is refused, and what is written then: nothing.
 
-use crate::export::robots::{example, leaning, upright, with_towers};
+use crate::export::robots::{csv, example, leaning, upright, with_towers};
 use crate::support::{Folder, NOMINAL, assert_refused, nominal_arms, robot_toml};
 
 #[test]
@@ -22,6 +22,11 @@ fn what_cannot_be_exported_is_refused_with_place_and_cause() {
     }
     folder.write("far.csv", far);
     folder.write("metres.csv", "x,y\n1,2\n");
+    let wide = NOMINAL.replace("platform_radius_mm = 30", "platform_radius_mm = 230");
+    assert_ne!(wide, NOMINAL);
+    folder.write("wide.toml", wide);
+    let cube = (0..27).map(|k| [k / 9, k / 3 % 3, k % 3 - 40].map(|c| 10.0 * f64::from(c)));
+    folder.write("cube.csv", csv(&cube.collect::<Vec<_>>()));
     let table = "
         tilted.toml --for klipper ⇒ 3 ⇒ tilted.toml:15: alpha_deg: arm 2: its motor axis is tilted by 20.000°
         tilted.toml --for b-and-r ⇒ 3 ⇒ no controller holds a tilt
@@ -39,6 +44,8 @@ fn what_cannot_be_exported_is_refused_with_place_and_cause() {
         calibrated.toml --for klipper --positions metres.csv ⇒ 3 ⇒ metres.csv:1: column x: its unit is not stated
         calibrated.toml --for klipper --home -40 --output none/robot.cfg ⇒ 4 ⇒ there is no folder none
         missing.toml --for klipper ⇒ 3 ⇒ missing.toml
+        wide.toml --for klipper --output wide.cfg ⇒ 3 ⇒ its base radius minus the platform radius is -36.000 mm
+        tilted.toml --for correction-table --positions cube.csv --limit 1e-12mm --output table.csv ⇒ 3 ⇒ keeps the error below 0.000000000001 mm; the finest has
         ";
     assert_refused(&folder, "export", table);
     // The same robots can be exported for what holds everything.
@@ -69,16 +76,6 @@ fn arms_that_are_numbered_clockwise_keep_their_motors() {
 }
 
 #[test]
-fn klipper_takes_no_platform_that_is_wider_than_the_base() {
-    let folder = Folder::new();
-    let wide = NOMINAL.replace("platform_radius_mm = 30", "platform_radius_mm = 230");
-    assert_ne!(wide, NOMINAL);
-    folder.write("wide.toml", wide);
-    let cause = "wide.toml --for klipper --output wide.cfg ⇒ 3 ⇒ its base radius minus the platform radius is -36.000 mm";
-    assert_refused(&folder, "export", cause);
-}
-
-#[test]
 fn targets_refuse_the_other_drives_and_name_those_that_do_not() {
     let folder = Folder::new();
     with_towers(&folder, &upright());
@@ -101,18 +98,24 @@ fn targets_refuse_the_other_drives_and_name_those_that_do_not() {
     assert_refused(&rotary, "export calibrated.toml", table);
 }
 
-/// Without --home, --bed and --positions the command says what it assumes.
+/// Without --home, --bed, --positions and --nominal the command says what it assumes.
 #[test]
 fn assumptions_are_stated() {
     let folder = Folder::new();
     with_towers(&folder, &leaning());
-    let run = folder.run("export calibrated.toml --for marlin").ok();
-    for part in [
-        "assumed at a travel of 715.000 mm",
-        "with --bed",
-        "within 119 mm of the",
-        "M665 L",
+    let symmetric = "# - The table is right only for a controller that uses the symmetric robot";
+    for (target, parts) in [
+        (
+            "marlin",
+            "assumed at a travel of 715.000 mm | with --bed | within 119 mm of the | M665 L",
+        ),
+        ("correction-table", symmetric),
     ] {
-        assert!(run.stdout.contains(part), "{part}: {}", run.stdout);
+        let run = folder
+            .run(&format!("export calibrated.toml --for {target}"))
+            .ok();
+        for part in parts.split(" | ") {
+            assert!(run.stdout.contains(part), "{part}: {}", run.stdout);
+        }
     }
 }

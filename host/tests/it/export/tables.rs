@@ -151,27 +151,6 @@ fn a_limit_with_a_unit_chooses_the_spacing() {
     }
 }
 
-#[test]
-fn a_limit_that_no_table_keeps_is_refused_and_a_robot_that_is_assumed_is_stated() {
-    let folder = Folder::new();
-    example(&folder);
-    let run = folder
-        .run("export calibrated.toml --for correction-table --limit 1m")
-        .ok();
-    let robot = "# - The table is right only for a controller that uses the symmetric robot";
-    assert!(run.stdout.contains(robot), "{}", run.stdout);
-    let wanted = (0..27).map(|k| [k / 9, k / 3 % 3, k % 3]);
-    let wanted = wanted.map(|[x, y, z]| [x, y, z - 40].map(|c| 10.0 * f64::from(c)));
-    folder.write("wanted.csv", csv(&wanted.collect::<Vec<_>>()));
-    let run = folder.run(
-        "export calibrated.toml --for correction-table --positions wanted.csv --limit 1e-12mm --output table.csv",
-    );
-    assert_eq!(run.code, 3, "{}", run.stderr);
-    let cause = "keeps the error below 0.000000000001 mm; the finest has";
-    assert!(run.stderr.contains(cause), "{}", run.stderr);
-    assert!(!folder.names().contains(&"table.csv".to_owned()));
-}
-
 /// How far the forearms are from meeting at a point, mm; `None` if they meet at its mirror image in the plane of the elbows,
 /// for that is lower.
 fn off_the_lower(arms: &[Parameters; 3], q_deg: Point, at: Point) -> Option<f64> {

@@ -1,26 +1,30 @@
 //! Configurations of other controllers, read into a robot, its readings and its end stops.
 //!
 //! ```text
-//! printer.cfg ─→ Configuration ─→ arms, steps at each reading ─┐
-//! config.g ─→ words of M665 and M666 ─→ arms ──────────────────┴→ Imported ─→ robot.toml, samples.csv
+//! printer.cfg ──────────────┬→ Settings ─→ Machine, steps at each reading ─→ Imported ─→ robot.toml, samples.csv
+//! words of M665 and M666 ───┘
 //! ```
 //!
 //! A configuration may contain secrets: sections that are not needed are not kept, and no message quotes a line.
 
-pub mod configuration;
+mod configuration;
 mod console;
 mod gcode;
 mod imported;
 mod klipper;
+mod settings;
 mod stated;
 
 use crate::files::input::{InputError, InputText};
-pub use configuration::Includes;
 pub use console::touches;
 pub use imported::Imported;
 pub(crate) use imported::{SHRINKAGE, USUAL_TOWERS};
 pub use stated::{Stated, printed, shrinkage};
 use std::path::Path;
+
+/// Returns the files that a line includes, sorted, given the name of the file with the line and the included name or
+/// pattern.
+pub type Includes<'a> = dyn Fn(&str, &str) -> Result<Vec<InputText>, InputError> + 'a;
 
 /// A firmware with Delta kinematics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -18,7 +18,9 @@ pub struct Convention {
     /// The direction of the z axis. With z downwards, y is reversed as well, so that the axes stay right-handed.
     pub z_axis: Vertical,
     /// The unit of output joints, and of columns whose names state no unit; `None` if not stated.
-    pub joint_unit: Option<JointUnit>,
+    pub joint_unit: Option<Unit>,
+    /// Encoder counts per degree of each joint, negative for a joint that counts backwards, if joints are in counts.
+    pub counts_per_degree: Option<[f64; 3]>,
     /// The same for lengths.
     pub length_unit: Option<Unit>,
 }
@@ -32,30 +34,17 @@ pub enum Vertical {
     Down,
 }
 
-/// The unit of joint angles.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum JointUnit {
-    /// Degrees.
-    Degree,
-    /// Radians.
-    Radian,
-    /// Encoder counts per degree of each joint, negative for a joint that counts backwards.
-    Counts([f64; 3]),
-}
-
 impl Vertical {
     /// Values in a robot file.
     pub(super) const WORDS: [(&str, Self); 2] = [("up", Self::Up), ("down", Self::Down)];
 }
 
-impl JointUnit {
-    /// Values in a robot file; counts per degree are stated separately.
-    pub(super) const WORDS: [(&str, Self); 3] = [
-        ("deg", Self::Degree),
-        ("rad", Self::Radian),
-        ("counts", Self::Counts([1.0; 3])),
-    ];
-}
+/// Joint units in a robot file; counts per degree are stated separately.
+pub(super) const JOINT_UNITS: [(&str, Unit); 3] = [
+    ("deg", Unit::Degree),
+    ("rad", Unit::Radian),
+    ("counts", Unit::Count),
+];
 
 /// Length units in a robot file.
 pub(super) const LENGTH_UNITS: [(&str, Unit); 5] = [
@@ -74,6 +63,7 @@ impl Convention {
             joint_positive: Vertical::Down,
             z_axis: Vertical::Up,
             joint_unit: None,
+            counts_per_degree: None,
             length_unit: None,
         }
     }
@@ -99,28 +89,19 @@ impl Convention {
         }
     }
 
-    /// The unit of a quantity whose column states none.
-    pub(crate) fn unit_of(&self, quantity: Quantity) -> Unit {
-        if quantity.joint().is_some() && self.drive == Drive::Rotary {
-            return match self.joint_unit {
-                Some(JointUnit::Radian) => Unit::Radian,
-                Some(JointUnit::Counts(_)) => Unit::Count,
-                Some(JointUnit::Degree) | None => Unit::Degree,
-            };
-        }
-        match (quantity.usual_unit(), self.length_unit) {
-            (Unit::Millimetre, Some(unit)) => unit,
-            (usual, _) => usual,
+    /// The unit that `[convention]` states for a quantity.
+    pub(crate) fn stated_unit(&self, quantity: Quantity) -> Option<Unit> {
+        match quantity.usual_unit() {
+            Unit::Degree => self.joint_unit,
+            Unit::Millimetre => self.length_unit,
+            _ => None,
         }
     }
 
-    /// Whether `[convention]` states the unit of this quantity.
-    pub(crate) fn states_unit_of(&self, quantity: Quantity) -> bool {
-        if quantity.is_angle() {
-            self.joint_unit.is_some()
-        } else {
-            self.length_unit.is_some()
-        }
+    /// The unit of a quantity whose column states none.
+    pub(crate) fn unit_of(&self, quantity: Quantity) -> Unit {
+        let stated = self.stated_unit(quantity);
+        stated.unwrap_or(quantity.usual_unit())
     }
 
     /// Converts a cell to internal units (radians or mm), axes and signs. `None` for counts of unknown size.
@@ -131,11 +112,8 @@ impl Convention {
         let Some(joint) = quantity.joint().filter(|_| quantity.is_angle()) else {
             return Some(unit.to_internal(value));
         };
-        let angle = match (unit, self.joint_unit) {
-            (Unit::Count, Some(JointUnit::Counts(per_degree))) => {
-                (value / per_degree[joint]).to_radians()
-            }
-            (Unit::Count, _) => return None,
+        let angle = match unit {
+            Unit::Count => (value / self.counts_per_degree?[joint]).to_radians(),
             _ => unit.to_internal(value),
         };
         Some(self.sense() * angle)
@@ -143,19 +121,12 @@ impl Convention {
 
     /// Converts joint angles (radians) or travels (mm) to the file's unit and direction.
     pub fn joints(&self, joints: &[f64; 3]) -> [f64; 3] {
-        let travel = self.unit_of(Quantity::X);
-        let mut written = *joints;
-        for (index, joint) in written.iter_mut().enumerate() {
-            *joint = match (self.drive, self.joint_unit) {
-                (Drive::Linear, _) => travel.outwards(*joint),
-                (Drive::Rotary, Some(JointUnit::Radian)) => self.sense() * *joint,
-                (Drive::Rotary, Some(JointUnit::Counts(per_degree))) => {
-                    self.degrees(*joint) * per_degree[index]
-                }
-                (Drive::Rotary, _) => self.degrees(*joint),
-            };
-        }
-        written
+        let counts = self.counts_per_degree.unwrap_or([1.0; 3]);
+        [0, 1, 2].map(|index| match (self.drive, self.joint_unit) {
+            (Drive::Linear, _) => self.unit_of(Quantity::X).outwards(joints[index]),
+            (Drive::Rotary, Some(Unit::Radian)) => self.sense() * joints[index],
+            (Drive::Rotary, _) => self.degrees(joints[index]) * counts[index],
+        })
     }
 
     /// Converts a joint angle (radians) to degrees in the file's direction; a travel stays in mm.
@@ -168,11 +139,7 @@ impl Convention {
 
     /// Converts lower and upper joint limits (radians or mm) to the file's direction, and back.
     pub(crate) fn limits(&self, low: f64, high: f64) -> (f64, f64) {
-        if self.sense() < 0.0 {
-            (-high, -low)
-        } else {
-            (low, high)
-        }
+        turned(self.sense(), (low, high))
     }
 
     /// Converts a limit to the file's direction: where joints count upwards, minimum and maximum swap.
@@ -191,13 +158,8 @@ impl Convention {
 
     /// Converts a range along each axis from internal axes to those of the file, and back.
     pub(crate) fn ranges(&self, ranges: [(f64, f64); 3]) -> [(f64, f64); 3] {
-        let mut turned = ranges;
-        for ((range, (low, high)), sense) in turned.iter_mut().zip(ranges).zip(self.axes()) {
-            if sense < 0.0 {
-                *range = (-high, -low);
-            }
-        }
-        turned
+        let axes = self.axes();
+        [0, 1, 2].map(|axis| turned(axes[axis], ranges[axis]))
     }
 
     /// Converts a rotation between two frames from internal axes to those of the file, and back.
@@ -243,6 +205,15 @@ impl Convention {
     }
 }
 
+/// A range after a change of direction, for which the sense is negative.
+fn turned(sense: f64, (low, high): (f64, f64)) -> (f64, f64) {
+    if sense < 0.0 {
+        (-high, -low)
+    } else {
+        (low, high)
+    }
+}
+
 /// "joints count upwards, z points downwards, joints in counts, lengths in inch".
 impl fmt::Display for Convention {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -255,13 +226,12 @@ impl fmt::Display for Convention {
                 "z points downwards, with y turned so that the axes stay right-handed".to_owned(),
             );
         }
-        match self.joint_unit {
-            Some(JointUnit::Radian) => parts.push("joints in radians".to_owned()),
-            Some(JointUnit::Counts(per_degree)) => {
-                let counts = list(&per_degree.map(rounded));
-                parts.push(format!("joints in counts, {counts} a degree"));
-            }
-            Some(JointUnit::Degree) | None => {}
+        if self.joint_unit == Some(Unit::Radian) {
+            parts.push("joints in radians".to_owned());
+        }
+        if let Some(per_degree) = self.counts_per_degree {
+            let counts = list(&per_degree.map(rounded));
+            parts.push(format!("joints in counts, {counts} a degree"));
         }
         if let Some(unit) = self.length_unit
             && unit != Unit::Millimetre

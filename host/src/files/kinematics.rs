@@ -3,7 +3,7 @@
 use super::convention::Convention;
 use super::input::{InputError, InputText};
 use super::robot_file::RobotFile;
-use super::samples_file::{Row, read_joints, read_positions};
+use super::samples_file::{read_joints, read_positions};
 use crate::geometry::hangs_below;
 use crate::text::joint;
 use delta_cal::kinematics::{KinematicsError, Singularity};
@@ -15,19 +15,14 @@ use std::fmt::Write;
 /// # Errors
 /// The first faulty row or impossible pose.
 pub fn forward(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>, InputError> {
-    read_joints(input, robot)?
-        .into_iter()
-        .map(|row| {
-            let position = robot
-                .robot
-                .forward(&row.value)
-                .map_err(|error| no_pose(input, &row, error))?;
-            Ok(Sample {
-                joints: row.value,
-                position,
-            })
-        })
-        .collect()
+    let rows = read_joints(input, robot)?.into_iter();
+    rows.map(|row| {
+        let joints = row.value;
+        let position = robot.robot.forward(&joints);
+        let position = position.map_err(|error| no_pose(input, row.line, error))?;
+        Ok(Sample { joints, position })
+    })
+    .collect()
 }
 
 /// The joint angles, elbows out, for each row's position.
@@ -35,29 +30,35 @@ pub fn forward(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>,
 /// # Errors
 /// The first faulty row, or the first position that no joint angles within the limits reach with elbows out.
 pub fn inverse(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>, InputError> {
-    read_positions(input, &robot.convention)?
-        .into_iter()
-        .map(|row| {
-            let joints = robot
-                .robot
-                .inverse(&row.value)
-                .map_err(|error| no_pose(input, &row, error))?;
-            check_limits(input, &row, joints, robot)?;
-            if !hangs_below(&robot.robot, &row.value, &joints) {
-                let cause =
-                    "the platform would be above its elbows, and no joint angles hold it there";
-                return Err(InputError::new(input.name(), cause)
-                    .at_line(row.line)
-                    .with_remedy(
-                        "check the position and its frame: z is negative below the base",
-                    ));
+    let rows = read_positions(input, &robot.convention)?.into_iter();
+    rows.map(|row| {
+        let position = row.value;
+        let joints = robot.robot.inverse(&position);
+        let joints = joints.map_err(|error| no_pose(input, row.line, error))?;
+        let mut arms = joints.into_iter().zip(ArmIndex::ALL);
+        let outside = arms.find_map(|(own, arm)| Some((arm, robot.outside_limits(own)?)));
+        let (cause, remedy) = match outside {
+            Some((arm, outside)) => (
+                format!(
+                    "unreachable for {arm}: its {} {outside}",
+                    joint::name(robot.limits.drive())
+                ),
+                "check the position, its frame and [joints] in the robot file",
+            ),
+            None if hangs_below(&robot.robot, &position, &joints) => {
+                return Ok(Sample { joints, position });
             }
-            Ok(Sample {
-                joints,
-                position: row.value,
-            })
-        })
-        .collect()
+            None => (
+                "the platform would be above its elbows, and no joint angles hold it there"
+                    .to_owned(),
+                "check the position and its frame: z is negative below the base",
+            ),
+        };
+        Err(InputError::new(input.name(), cause)
+            .at_line(row.line)
+            .with_remedy(remedy))
+    })
+    .collect()
 }
 
 /// Samples as CSV in a convention, rounded to 9 decimals.
@@ -70,27 +71,7 @@ pub fn to_csv(convention: &Convention, samples: &[Sample<f64>]) -> String {
     csv
 }
 
-fn check_limits<T>(
-    input: &InputText,
-    row: &Row<T>,
-    joints: [f64; 3],
-    robot: &RobotFile,
-) -> Result<(), InputError> {
-    for (angle, arm) in joints.into_iter().zip(ArmIndex::ALL) {
-        if let Some(outside) = robot.outside_limits(angle) {
-            let cause = format!(
-                "unreachable for {arm}: its {} {outside}",
-                joint::name(robot.limits.drive())
-            );
-            return Err(InputError::new(input.name(), cause)
-                .at_line(row.line)
-                .with_remedy("check the position, its frame and [joints] in the robot file"));
-        }
-    }
-    Ok(())
-}
-
-fn no_pose<T>(input: &InputText, row: &Row<T>, error: KinematicsError) -> InputError {
+fn no_pose(input: &InputText, line: u64, error: KinematicsError) -> InputError {
     let remedy = match error {
         KinematicsError::Unreachable(_) => {
             "the robot cannot be there; check the numbers, their units and the robot file"
@@ -104,6 +85,6 @@ fn no_pose<T>(input: &InputText, row: &Row<T>, error: KinematicsError) -> InputE
         _ => "the number is too large to compute with",
     };
     InputError::new(input.name(), error.to_string())
-        .at_line(row.line)
+        .at_line(line)
         .with_remedy(remedy)
 }

@@ -70,6 +70,9 @@ const ONLY_PLANE: &str = "plane";
 const LEAST_GROUP: usize = 3;
 const ONE_IN: usize = 10;
 
+const STARTS: &str = "a distance begins either at a point, named in the column point, or at the pose of \
+                      to_q1_deg,to_q2_deg,to_q3_deg";
+
 /// One row of a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row<T> {
@@ -261,18 +264,15 @@ impl Readings {
 
     /// Keeps the first of the rows with identical numbers, and lists the lines of the others.
     fn keep_one_of_each(&mut self) {
-        let bits = |numbers: &[f64]| numbers.iter().map(|own| own.to_bits()).collect::<Vec<_>>();
         let mut seen = BTreeSet::new();
         let copies = &mut self.copies;
         self.rows.retain(|row| {
-            let reading = &row.value;
-            let read = reading.read().map(|value| value.map(f64::to_bits));
-            let from = reading.distance.map(|(from, _)| match from {
-                ReadingFrom::Point(point) => (point, Vec::new()),
-                ReadingFrom::Pose(joints) => (0, bits(&joints)),
-            });
-            let plane = reading.height.map(|(plane, _)| plane);
-            let new = seen.insert((bits(&reading.joints), read, plane, from));
+            let read = Reading {
+                sigma: None,
+                ..row.value
+            };
+            // The text has every bit of a number.
+            let new = seen.insert(format!("{read:?}"));
             if !new {
                 copies.push(row.line);
             }
@@ -312,10 +312,9 @@ impl Readings {
     /// Whether a row has a reading of this kind.
     pub fn holds(&self, kind: Kind) -> bool {
         let mut rows = self.rows.iter();
-        rows.any(|Row { value, .. }| match kind {
-            Kind::Position => value.position.iter().any(Option::is_some),
-            Kind::Height => value.height.is_some(),
-            Kind::Distance => value.distance.is_some(),
+        rows.any(|row| {
+            let mut read = row.value.read().into_iter().enumerate();
+            read.any(|(place, own)| own.is_some() && Kind::of_place(place) == kind)
         })
     }
 
@@ -455,43 +454,46 @@ impl Readings {
         row: &TableRow<'_>,
         robot: &RobotFile,
     ) -> Result<Option<(ReadingFrom, f64)>, InputError> {
-        const REMEDY: &str = "a distance begins either at a point, named in the column point, or at the pose of \
-                              to_q1_deg,to_q2_deg,to_q3_deg";
         let distance = row.optional(Quantity::Distance)?;
-        let to_joints = Quantity::to_joints(robot.limits.drive());
-        let point = row.text(Quantity::Point);
-        let pose = to_joints.iter().any(|joint| row.text(*joint).is_some());
-        let fault =
-            |quantity, cause: &str, remedy| Err(row.fault_of(quantity, cause).with_remedy(remedy));
-        let Some(distance) = distance else {
-            if point.is_none() && !pose {
-                return Ok(None);
-            }
-            return fault(
-                Quantity::Distance,
-                "the row says where a distance begins and contains no distance",
+        let (cause, remedy) = match (self.start(row, robot)?, distance) {
+            (None, None) => return Ok(None),
+            (Some(from), Some(distance)) if distance > 0.0 => return Ok(Some((from, distance))),
+            (Some(_), None) => (
+                "the row says where a distance begins and contains no distance".to_owned(),
                 "fill in distance_mm, or leave the cells of point and to_q1_deg… empty",
-            );
-        };
-        if !(distance > 0.0) {
-            return fault(
-                Quantity::Distance,
-                &format!("a distance of {distance} mm is not above 0"),
+            ),
+            (_, Some(distance)) if !(distance > 0.0) => (
+                format!("a distance of {distance} mm is not above 0"),
                 "check the number; a distance that was not measured has an empty cell",
-            );
-        }
-        let from = match (point, pose) {
-            (Some(point), false) => ReadingFrom::Point(index_of(&mut self.points, point)),
-            (None, true) => ReadingFrom::Pose(row.joints_in(to_joints, robot)?),
+            ),
+            _ => ("the distance begins nowhere".to_owned(), STARTS),
+        };
+        Err(row.fault_of(Quantity::Distance, cause).with_remedy(remedy))
+    }
+
+    /// Where a row's distance begins, if it says so.
+    fn start(
+        &mut self,
+        row: &TableRow<'_>,
+        robot: &RobotFile,
+    ) -> Result<Option<ReadingFrom>, InputError> {
+        let to_joints = Quantity::to_joints(robot.limits.drive());
+        let pose = to_joints.iter().any(|joint| row.text(*joint).is_some());
+        match (row.text(Quantity::Point), pose) {
+            (None, false) => Ok(None),
+            (Some(point), false) => {
+                let point = index_of(&mut self.points, point);
+                Ok(Some(ReadingFrom::Point(point)))
+            }
+            (None, true) => {
+                let joints = row.joints_in(to_joints, robot)?;
+                Ok(Some(ReadingFrom::Pose(joints)))
+            }
             (Some(_), true) => {
                 let cause = "the distance begins both at a point and at a pose";
-                return fault(Quantity::Point, cause, REMEDY);
+                Err(row.fault_of(Quantity::Point, cause).with_remedy(STARTS))
             }
-            (None, false) => {
-                return fault(Quantity::Distance, "the distance begins nowhere", REMEDY);
-            }
-        };
-        Ok(Some((from, distance)))
+        }
     }
 
     /// The kind of reading that an unmeasured row awaits: a distance if it states a start, a height if it names a
@@ -503,13 +505,8 @@ impl Readings {
         robot: &RobotFile,
     ) -> Result<Reading, InputError> {
         let mut own = Reading::at(row.joints(robot)?);
-        let to_joints = Quantity::to_joints(robot.limits.drive());
-        if let Some(point) = row.text(Quantity::Point) {
-            let point = index_of(&mut self.points, point);
-            own.distance = Some((ReadingFrom::Point(point), 1.0));
-        } else if row.text(to_joints[0]).is_some() {
-            let to = row.joints_in(to_joints, robot)?;
-            own.distance = Some((ReadingFrom::Pose(to), 1.0));
+        if let Some(from) = self.start(row, robot)? {
+            own.distance = Some((from, 1.0));
         } else if let Some(plane) = row.text(Quantity::Plane) {
             own.height = Some((index_of(&mut self.planes, plane), 0.0));
         } else if table.has_any(&Quantity::COORDINATES) {

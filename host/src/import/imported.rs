@@ -1,10 +1,10 @@
 //! The result of an import.
 
-use super::Firmware;
-use super::stated::Stated;
-use crate::files::columns::{Quantity, Unit};
+use super::settings::Settings;
+use super::{Firmware, Stated};
+use crate::files::columns::Quantity;
 use crate::files::input::InputError;
-use crate::files::robot_file::{InstrumentFacts, KnownPlane, RobotFile};
+use crate::files::robot_file::{KnownPlane, RobotFile};
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings, Row};
 use crate::geometry::{range, reaches_anywhere};
 use crate::text::rounded;
@@ -36,6 +36,8 @@ const PROBE_OFFSET: f64 = 0.3;
 /// σ of a calliper on a printed part, mm, and the directions in which the part is taken to lie, degrees.
 const CALLIPER: f64 = 0.1;
 const DIRECTIONS: [f64; 3] = [0.0, 60.0, 120.0];
+/// The bed radius as a fraction of the delta radius, if it is not stated.
+const USUAL_BED: f64 = 0.6;
 /// As-made rods have lengths that are multiples of this, mm.
 const ROUND: f64 = 0.1;
 
@@ -100,14 +102,18 @@ pub struct Imported {
     pub notes: Vec<String>,
 }
 
-/// The robot of a controller, and the height of the nozzle at x = y = 0 with each joint at its end stop, mm.
+/// The robot of a controller.
 pub(super) struct Machine {
     robot: Robot<f64>,
     /// As configured, without the owner's values.
-    pub(super) configured: Robot<f64>,
+    configured: Robot<f64>,
+    /// The height of the nozzle at x = y = 0 with each joint at its end stop, mm.
     endstops: [f64; 3],
-    /// σ of the radius and of the rod length common to all towers, if stated.
-    sigmas: [Option<f64>; 2],
+    /// The radius of the printed area if it is stated, the assumed one, and its lowest height, mm.
+    bed_radius: Option<f64>,
+    area: (f64, f64),
+    tolerance: Option<Tolerance<f64>>,
+    notes: Vec<String>,
 }
 
 fn impossible(name: &str, cause: impl std::fmt::Display) -> InputError {
@@ -124,22 +130,33 @@ fn robot(
 }
 
 impl Machine {
-    /// Upright towers.
+    /// Upright towers, with the radius of the printed area if it is stated, and its lowest height.
     pub(super) fn towers(
         name: &str,
         configured: &Towers,
         stated: &Stated,
+        (bed_radius, lowest): (Option<f64>, f64),
     ) -> Result<Self, InputError> {
         let own = configured.as_stated(stated);
         let [now, then] = [configured.home(), own.home()];
         let robot = own.robot(name, [0.0; 3])?;
         let shift = [0, 1, 2].map(|tower| now[tower] - then[tower]);
+        let tolerance = Tolerance::new(TOWERS.0, TOWERS.1.to_radians())
+            .and_then(|own| own.with_linear(TOWERS.2, TOWERS.3))
+            .and_then(|own| own.with_radius(stated.radius_sigma.unwrap_or(COMMON)))
+            .and_then(|own| own.with_forearm(stated.rods_sigma.unwrap_or(COMMON)));
+        let usual = USUAL_BED * configured.radius;
         Ok(Self {
             robot,
             // The owner may state rods because those of the configuration are impossible.
             configured: configured.robot(name, shift).unwrap_or(robot),
             endstops: own.endstops,
-            sigmas: [stated.radius_sigma, stated.rods_sigma],
+            bed_radius,
+            area: (bed_radius.unwrap_or(usual), lowest),
+            tolerance: tolerance.ok(),
+            notes: rods_note(stated.rods, configured.rods)
+                .into_iter()
+                .collect(),
         })
     }
 
@@ -148,13 +165,19 @@ impl Machine {
         name: &str,
         arm: impl Fn(usize) -> Result<Arm<f64>, GeometryError>,
         endstops: [f64; 3],
+        bed_radius: Option<f64>,
     ) -> Result<Self, InputError> {
         let robot = robot(name, arm)?;
+        let tolerance = Tolerance::new(ARMS.0, ARMS.1.to_radians())
+            .and_then(|own| own.with_joint_zero(ARM_ZERO.to_radians()));
         Ok(Self {
             robot,
             configured: robot,
             endstops,
-            sigmas: [None; 2],
+            bed_radius,
+            area: (0.0, 0.0),
+            tolerance: tolerance.ok(),
+            notes: Vec::new(),
         })
     }
 
@@ -167,14 +190,15 @@ impl Machine {
         })
     }
 
-    /// The robot file. `bed`: the radius and lowest height of the printed area, mm.
-    pub(super) fn robot_file(
-        &self,
-        name: &str,
+    /// With the joints at their end stops and the readings.
+    pub(super) fn imported(
+        self,
+        settings: &Settings,
         home: [f64; 3],
-        bed: (f64, f64),
-        readings: &Readings,
-    ) -> Result<RobotFile, InputError> {
+        readings: Readings,
+        mut notes: Vec<String>,
+    ) -> Result<Imported, InputError> {
+        let name = &settings.name;
         let measured = readings.rows.iter().flat_map(|row| {
             let from = match row.value.distance {
                 Some((ReadingFrom::Pose(from), _)) => from,
@@ -183,33 +207,32 @@ impl Machine {
             [row.value.joints, from]
         });
         let (low, high) = range(measured.chain([home]).flatten());
-        let [radius_sigma, rods_sigma] = self.sigmas.map(|own| own.unwrap_or(COMMON));
-        let drive = self.robot.drive();
-        let (limits, tolerance) = match drive {
-            Drive::Rotary => (
-                JointLimits::new(low, high.max(LOWEST_ARM.to_radians())),
-                Tolerance::new(ARMS.0, ARMS.1.to_radians())
-                    .and_then(|own| own.with_joint_zero(ARM_ZERO.to_radians())),
-            ),
-            Drive::Linear => (
-                JointLimits::travel(low.min(lowest_travel(&self.robot, bed)).floor(), high),
-                Tolerance::new(TOWERS.0, TOWERS.1.to_radians())
-                    .and_then(|own| own.with_linear(TOWERS.2, TOWERS.3))
-                    .and_then(|own| own.with_radius(radius_sigma)?.with_forearm(rods_sigma)),
-            ),
+        let limits = match self.robot.drive() {
+            Drive::Rotary => JointLimits::new(low, high.max(LOWEST_ARM.to_radians())),
+            Drive::Linear => {
+                let lowest = lowest_travel(&self.robot, self.area);
+                JointLimits::travel(low.min(lowest).floor(), high)
+            }
         };
         let limits = limits.map_err(|error| impossible(name, error))?;
         if !reaches_anywhere(&self.robot, &limits) {
             return Err(impossible(name, "the forearms do not meet anywhere"));
         }
-        Ok(RobotFile {
-            tolerance: tolerance.ok(),
-            instruments: InstrumentFacts {
-                joint_noise: Some(0.0),
-                planes: level_planes(&readings.planes, drive),
-                ..InstrumentFacts::default()
-            },
-            ..RobotFile::of(name, self.robot, limits)
+        let mut robot = RobotFile::of(name, self.robot, limits);
+        robot.tolerance = self.tolerance;
+        robot.instruments.joint_noise = Some(0.0);
+        robot.instruments.planes = level_planes(&readings.planes, self.robot.drive());
+        notes.extend(self.notes);
+        Ok(Imported {
+            firmware: settings.firmware,
+            robot,
+            configured: self.configured,
+            readings,
+            names: Vec::new(),
+            home,
+            bed_radius: self.bed_radius,
+            saved_ignored: false,
+            notes,
         })
     }
 }
@@ -246,15 +269,13 @@ fn lowest_travel(robot: &Robot<f64>, (radius, lowest): (f64, f64)) -> f64 {
     low
 }
 
-/// A note if `--rods` replaces the configured rods, or if the configured rods come from an earlier calibration.
-pub(super) fn rods_note(stated: Option<[f64; 3]>, configured: [f64; 3]) -> Option<String> {
+/// A note if `--rods` replaces other rods, or if the configured rods come from an earlier calibration.
+fn rods_note(stated: Option<[f64; 3]>, configured: [f64; 3]) -> Option<String> {
     let of = |rods: [f64; 3]| rods.map(rounded).join(", ");
     if let Some(rods) = stated {
-        return Some(format!(
-            "--rods sets the rods to {} mm; the configuration has {}.",
-            of(rods),
-            of(configured)
-        ));
+        let (own, rods) = (of(configured), of(rods));
+        let note = format!("--rods sets the rods to {rods} mm; the configuration has {own}.");
+        return (rods != own).then_some(note);
     }
     let round = |rod: &f64| (rod / ROUND - (rod / ROUND).round()).abs() < 1e-6;
     (!configured.iter().all(round)).then(|| {
@@ -383,41 +404,37 @@ impl Imported {
     /// The samples file's text, if there are readings.
     pub fn samples_text(&self) -> Option<String> {
         let [heights, distances] = self.counts().map(|count| count > 0);
-        if !(heights || distances) {
-            return None;
-        }
         let (convention, planes) = (&self.robot.convention, &self.readings.planes);
-        let mut header = convention.joint_columns().to_vec();
-        if heights {
-            header.push(Quantity::Height.column(Unit::Millimetre));
+        let joints = Quantity::joints(convention.drive).map(Some);
+        let height = heights.then_some(Quantity::Height);
+        let plane = (planes.len() > 1).then_some(Quantity::Plane);
+        let distance = distances.then_some(Quantity::Distance);
+        let to = Quantity::to_joints(convention.drive).map(|own| distances.then_some(own));
+        let columns = joints
+            .into_iter()
+            .chain([height, plane, distance])
+            .chain(to);
+        let columns: Vec<_> = columns.flatten().collect();
+        let header = columns.iter().map(|own| convention.column(*own));
+        let mut lines = vec![header.collect::<Vec<_>>().join(",")];
+        for Row { value: own, .. } in &self.readings.rows {
+            let from = match own.distance {
+                Some((ReadingFrom::Pose(from), _)) => Some(convention.joints(&from)),
+                _ => None,
+            };
+            let joints = convention.joints(&own.joints);
+            let cell = |column: &Quantity| match column {
+                Quantity::Joint(_, joint) => Some(rounded(joints[*joint])),
+                Quantity::ToJoint(_, joint) => from.map(|from| rounded(from[*joint])),
+                Quantity::Height => own.height.map(|(_, height)| rounded(height)),
+                Quantity::Plane => own.height.and_then(|(plane, _)| planes.get(plane).cloned()),
+                _ => from
+                    .and(own.distance)
+                    .map(|(_, distance)| rounded(distance)),
+            };
+            let cells = columns.iter().map(|own| cell(own).unwrap_or_default());
+            lines.push(cells.collect::<Vec<_>>().join(","));
         }
-        if planes.len() > 1 {
-            header.push(Quantity::Plane.column(Unit::Name));
-        }
-        if distances {
-            header.push(Quantity::Distance.column(Unit::Millimetre));
-            let to = Quantity::to_joints(convention.drive);
-            header.extend(to.map(|joint| convention.column(joint)));
-        }
-        let mut lines = vec![header.join(",")];
-        for row in &self.readings.rows {
-            let reading = &row.value;
-            let mut cells = convention.joints(&reading.joints).map(rounded).to_vec();
-            if heights {
-                let height = reading.height.map(|(_, height)| rounded(height));
-                cells.push(height.unwrap_or_default());
-            }
-            if planes.len() > 1 {
-                let plane = reading.height.and_then(|(plane, _)| planes.get(plane));
-                cells.push(plane.cloned().unwrap_or_default());
-            }
-            if let Some((ReadingFrom::Pose(from), distance)) = reading.distance {
-                cells.push(rounded(distance));
-                cells.extend(convention.joints(&from).map(rounded));
-            }
-            cells.resize(header.len(), String::new());
-            lines.push(cells.join(","));
-        }
-        Some(lines.join("\n") + "\n")
+        (heights || distances).then(|| lines.join("\n") + "\n")
     }
 }

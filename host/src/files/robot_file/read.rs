@@ -5,7 +5,8 @@ use super::{
     DatumPoint, InstrumentFacts, KnownPlane, NamedPoint, Record, RobotFile, TRANSMISSION_KEYS,
     arm_key,
 };
-use crate::files::convention::{Convention, JointUnit, LENGTH_UNITS, Vertical};
+use crate::files::columns::Unit;
+use crate::files::convention::{Convention, JOINT_UNITS, LENGTH_UNITS, Vertical};
 use crate::files::input::{InputError, InputText};
 use crate::geometry::reaches_anywhere;
 use crate::text::{count, joint};
@@ -128,20 +129,21 @@ fn convention(file: &Section<'_>, drive: Drive) -> Result<Convention, InputError
     if counts.is_some_and(|counts| counts.contains(&0.0)) {
         return Err(own.fault("counts_per_deg must not be 0"));
     }
-    let joint_unit = match (own.choice("joint_unit", &JointUnit::WORDS)?, counts) {
-        (None | Some(JointUnit::Counts(_)), Some(counts)) => Some(JointUnit::Counts(counts)),
-        (Some(JointUnit::Counts(_)), None) => return Err(own.missing("counts_per_deg")),
-        (Some(_), Some(_)) => {
+    let joint_unit = own.choice("joint_unit", &JOINT_UNITS)?;
+    match (joint_unit, counts) {
+        (Some(Unit::Count), None) => return Err(own.missing("counts_per_deg")),
+        (Some(Unit::Degree | Unit::Radian), Some(_)) => {
             return Err(own.fault("counts_per_deg needs joint_unit = \"counts\""));
         }
-        (stated, None) => stated,
-    };
+        _ => {}
+    }
     let direction = |key, usual| Ok(own.choice(key, &Vertical::WORDS)?.unwrap_or(usual));
     Ok(Convention {
         drive,
         joint_positive: direction("joint_positive", usual.joint_positive)?,
         z_axis: direction("z_axis", usual.z_axis)?,
-        joint_unit,
+        joint_unit: counts.map(|_| Unit::Count).or(joint_unit),
+        counts_per_degree: counts,
         length_unit: own.choice("length_unit", &LENGTH_UNITS)?,
     })
 }

@@ -1,7 +1,8 @@
 //! Writes a robot file.
 
 use super::{RobotFile, TRANSMISSION_KEYS, arm_key};
-use crate::files::convention::{JointUnit, LENGTH_UNITS, Vertical};
+use crate::files::columns::Unit;
+use crate::files::convention::{JOINT_UNITS, LENGTH_UNITS, Vertical};
 use crate::text::{degrees, joint};
 use delta_cal::Parameter;
 use delta_cal::robot::{Drive, ParameterKind};
@@ -64,14 +65,9 @@ impl RobotFile {
             file.entry("joint_positive", word(&Vertical::WORDS, own.joint_positive));
         }
         file.entry("z_axis", word(&Vertical::WORDS, own.z_axis));
-        let unit = own.joint_unit.map(|unit| match unit {
-            JointUnit::Counts(_) => "counts",
-            unit => word(&JointUnit::WORDS, unit),
-        });
+        let unit = own.joint_unit.map(|unit| word(&JOINT_UNITS, unit));
         file.optional("joint_unit", unit);
-        if let Some(JointUnit::Counts(counts)) = own.joint_unit {
-            file.entry("counts_per_deg", counts);
-        }
+        file.optional("counts_per_deg", own.counts_per_degree);
         let unit = own.length_unit.map(|unit| word(&LENGTH_UNITS, unit));
         file.optional("length_unit", unit);
     }
@@ -103,7 +99,7 @@ impl RobotFile {
         let own = &self.convention;
         let (low, high) = own.limits(self.limits.minimum(), self.limits.maximum());
         for (name, limit) in [("min", low), ("max", high)] {
-            if own.joint_unit == Some(JointUnit::Radian) {
+            if own.joint_unit == Some(Unit::Radian) {
                 file.entry(&format!("{name}_rad"), limit);
             } else {
                 file.entry(&joint::key(name, drive), joint::in_file(drive, limit));

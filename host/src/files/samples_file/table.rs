@@ -99,11 +99,12 @@ impl<'a> Table<'a> {
                 let cause = format!("the column repeats column {other} before it");
                 return Err(table.fault(cause).at_column(name));
             }
+            let stated = own.unit.or(convention.stated_unit(own.quantity));
             table.columns.push(Column {
                 place,
                 quantity: own.quantity,
-                unit: own.unit.unwrap_or(convention.unit_of(own.quantity)),
-                stated: own.unit.is_some() || convention.states_unit_of(own.quantity),
+                unit: stated.unwrap_or(own.quantity.usual_unit()),
+                stated: stated.is_some(),
             });
         }
         // Without distances, a column `point` names the poses.
@@ -563,26 +564,17 @@ impl TableRow<'_> {
         let Some(column) = self.table.column(quantity) else {
             return Err(self.fault_of(quantity, "the column is missing"));
         };
-        let field = self.record.get(column.place);
-        self.in_column(column, field.map_or("", AsRef::as_ref))
-            .map_err(|(cause, remedy)| self.fault_of(quantity, cause).with_remedy(remedy))
-    }
-
-    fn in_column(&self, column: Column, field: &str) -> Result<f64, Fault> {
-        let Column { quantity, unit, .. } = column;
+        let field = self.record.get(column.place).map_or("", AsRef::as_ref);
         let mut numbers = self.numbers.borrow_mut();
-        let value = numbers.read(self.line, column.place, field)?;
-        if quantity.is_angle() && !column.stated {
-            numbers.angle = numbers.angle.max(value.abs());
-        }
-        match self.table.convention.inwards(quantity, unit, value) {
-            Some(value) => possible(field, value),
-            None => Err((
-                "the joint is in counts, and the robot file does not say how many a degree has"
-                    .to_owned(),
-                "state counts_per_deg in [convention]",
-            )),
-        }
+        let read = numbers.read(self.line, column.place, field);
+        let read = read.and_then(|value| {
+            if quantity.is_angle() && !column.stated {
+                numbers.angle = numbers.angle.max(value.abs());
+            }
+            let value = self.table.convention.inwards(quantity, column.unit, value);
+            possible(field, value)
+        });
+        read.map_err(|(cause, remedy)| self.fault_of(quantity, cause).with_remedy(remedy))
     }
 
     /// A fault in this row, in the actual or expected column of a quantity.
@@ -673,19 +665,23 @@ fn thousands(field: &str) -> bool {
     before.len() <= 3 && !before.starts_with('0') && after.len() == 3
 }
 
-/// Accepts a number in radians or millimetres if it is plausible.
-fn possible(field: &str, value: f64) -> Result<f64, Fault> {
-    if !value.is_finite() {
-        return Err((
+/// Accepts a number in radians or millimetres if it is plausible; `None` is a number of counts of unknown size.
+fn possible(field: &str, value: Option<f64>) -> Result<f64, Fault> {
+    let (cause, remedy) = match value {
+        None => (
+            "the joint is in counts, and the robot file does not say how many a degree has"
+                .to_owned(),
+            "state counts_per_deg in [convention]",
+        ),
+        Some(value) if !value.is_finite() => (
             format!("\"{field}\" is not a finite number"),
             "leave out a row that was not measured, or measure it again",
-        ));
-    }
-    if value.abs() > LARGEST {
-        return Err((
+        ),
+        Some(value) if value.abs() > LARGEST => (
             format!("\"{field}\" is too large"),
             "check the number and the unit in the header (_mm or _m)",
-        ));
-    }
-    Ok(value)
+        ),
+        Some(value) => return Ok(value),
+    };
+    Err((cause, remedy))
 }

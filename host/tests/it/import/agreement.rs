@@ -1,15 +1,22 @@
 //! What an import gives is what Klipper computes.
 
 use crate::import::fixtures::{Printer, Row, block, folder, measured, printer, printers, rotary};
-use crate::support::{Folder, Point, distance, rows_of};
-use delta_cal_host::InputText;
+use crate::support::{Folder, Point, distance};
 use delta_cal_host::files::robot_file::RobotFile;
+use delta_cal_host::{InputText, Reading, ReadingFrom, Readings};
 
 /// What the numbers of a samples file may be off, which has nine decimals, and of positions computed from it: mm.
 const EXACT: f64 = 1e-6;
 
 fn robot(folder: &Folder) -> RobotFile {
     RobotFile::read(&InputText::from_file(&folder.path("mine/robot.toml")).unwrap()).unwrap()
+}
+
+/// The rows of the samples file.
+fn readings(folder: &Folder, robot: &RobotFile) -> Vec<Reading> {
+    let samples = InputText::from_file(&folder.path("mine/samples.csv")).unwrap();
+    let rows = Readings::read(&samples, robot).unwrap().rows;
+    rows.iter().map(|row| row.value).collect()
 }
 
 fn close(found: Point, expected: Point) {
@@ -27,44 +34,27 @@ fn import(configuration: &str) -> Folder {
 #[test]
 fn ten_printers_have_the_carriages_and_positions_that_klipper_computes() {
     for own in printers() {
+        let klipper = own.klipper;
         let folder = import(&own.configuration());
         let robot = robot(&folder);
-        let samples = folder.read("mine/samples.csv");
-        let header = samples.lines().next().unwrap();
-        let rows: Vec<Vec<Option<f64>>> = samples
-            .lines()
-            .skip(1)
-            .map(|line| line.split(',').map(|cell| cell.parse().ok()).collect())
-            .collect();
-        let three = |row: &[Option<f64>], first: usize| [0, 1, 2].map(|k| row[first + k].unwrap());
-        assert_eq!(rows.len(), own.rows.len(), "{}", own.number);
-        for (row, expected) in rows.iter().zip(&own.rows) {
-            let carriages = three(row, 0);
-            let at = robot.robot.forward(&carriages).unwrap();
-            let at = [at.x, at.y, at.z];
-            close(at, own.klipper.position(own.klipper.steps_of(carriages)));
-            close(
-                robot.robot.inverse(&at.into()).unwrap(),
-                own.klipper.carriages(at),
-            );
-            match expected {
-                Row::Height(from, height) => {
-                    assert!(
-                        header.starts_with("s1_mm,s2_mm,s3_mm,height_mm"),
-                        "{header}"
-                    );
-                    close(carriages, own.klipper.stepped(*from));
-                    assert!((row[3].unwrap() - height).abs() < EXACT);
+        let found = readings(&folder, &robot);
+        assert_eq!(found.len(), own.rows.len());
+        for (found, expected) in found.iter().zip(&own.rows) {
+            let at: Point = robot.robot.forward(&found.joints).unwrap().into();
+            close(at, klipper.position(klipper.steps_of(found.joints)));
+            let back = robot.robot.inverse(&at.into()).unwrap();
+            close(back, klipper.carriages(at));
+            match (expected, found.height, found.distance) {
+                (Row::Height(from, height), Some((_, read)), None) => {
+                    close(found.joints, klipper.stepped(*from));
+                    assert!((read - height).abs() < EXACT);
                 }
-                Row::Distance(from, to, length) => {
-                    assert!(
-                        header.ends_with("distance_mm,to_s1_mm,to_s2_mm,to_s3_mm"),
-                        "{header}"
-                    );
-                    close(carriages, own.klipper.stepped(*from));
-                    close(three(row, 5), own.klipper.stepped(*to));
-                    assert!((row[4].unwrap() - length).abs() < EXACT);
+                (Row::Distance(from, to, length), None, Some((ReadingFrom::Pose(end), read))) => {
+                    close(found.joints, klipper.stepped(*from));
+                    close(end, klipper.stepped(*to));
+                    assert!((read - length).abs() < EXACT);
                 }
+                _ => panic!("{found:?}"),
             }
         }
     }
@@ -86,20 +76,11 @@ fn a_robot_whose_motors_turn_its_arms_has_klippers_positions() {
     });
     let folder = import(&format!("{text}\n{}", block(&measured(&rows))));
     let robot = robot(&folder);
-    let samples = folder.read("mine/samples.csv");
-    assert!(
-        samples.starts_with("q1_deg,q2_deg,q3_deg,height_mm\n"),
-        "{samples}"
-    );
-    for (row, at) in rows_of(&samples).iter().zip(expected) {
-        let joints = [row[0], row[1], row[2]].map(f64::to_radians);
-        let found = robot.robot.forward(&joints).unwrap();
-        close([found.x, found.y, found.z], at);
+    for (found, at) in readings(&folder, &robot).iter().zip(expected) {
+        close(robot.robot.forward(&found.joints).unwrap().into(), at);
         let back = robot.robot.inverse(&at.into()).unwrap();
         // 1e-9 radians are 3e-7 mm at the end of the rods.
-        for (one, other) in back.into_iter().zip(joints) {
-            assert!((one - other).abs() < 1e-9, "{one} {other}");
-        }
+        assert!(distance(back, found.joints) < 1e-9, "{back:?} {found:?}");
     }
 }
 

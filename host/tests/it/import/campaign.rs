@@ -12,7 +12,7 @@ use delta_cal_host::import::{Firmware, Imported, Stated};
 use delta_cal_host::report::printer::PrinterReport;
 use delta_cal_host::{InputText, Options, calibrate};
 use delta_cal_tests::generator;
-use nalgebra::{DMatrix, DVector, RowDVector, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 use rand_pcg::Pcg32;
 
 const RADIUS: f64 = 120.0;
@@ -328,52 +328,6 @@ fn prints(made: &Made, controller: &Delta) -> [f64; 3] {
     ]
 }
 
-/// The best that any linear estimator makes of a set's readings, if it knows what such printers are like, their beds' waves
-/// included, and no controller limits it: regression of the bed's heights on the readings of many printers.
-struct Best(DMatrix<f64>);
-
-impl Best {
-    const TAUGHT: u64 = 1000;
-    const PLACES: u32 = 60;
-
-    fn of(set: &Set) -> Self {
-        let printers = (0..Self::TAUGHT).map(|own| {
-            let (made, controller, rows) = set_up(set, &mut generator(set.number, 1000 + own));
-            (
-                Self::seen(&controller, &rows),
-                Self::heights(&made, &controller),
-            )
-        });
-        let (seen, heights): (Vec<_>, Vec<_>) = printers.unzip();
-        let seen = DMatrix::from_rows(&seen).svd(true, true);
-        Self(seen.solve(&DMatrix::from_rows(&heights), 1e-9).unwrap())
-    }
-
-    /// The readings, and what Klipper made of earlier ones.
-    fn seen(controller: &Delta, rows: &[Row]) -> RowDVector<f64> {
-        let drawn = drawn();
-        let readings = rows.iter().map(|row| residual(controller, row));
-        let endstops = [0, 1, 2].map(|k| controller.endstops[k] - drawn.endstops[k]);
-        let angles = [0, 1].map(|k| controller.angles[k] - drawn.angles[k]);
-        let own = [1.0, controller.radius - drawn.radius];
-        let all = readings.chain(own).chain(endstops).chain(angles);
-        RowDVector::from_vec(all.collect())
-    }
-
-    /// The nozzle's heights about their mean where the controller goes to z = 0.
-    fn heights(made: &Made, controller: &Delta) -> RowDVector<f64> {
-        let at = |[x, y]: [f64; 2]| made.position(controller.steps([x, y, 0.0])).z;
-        let heights = RowDVector::from_vec(spread(Self::PLACES).into_iter().map(at).collect());
-        heights.add_scalar(-heights.mean())
-    }
-
-    /// The rms error of height that it leaves.
-    fn leaves(&self, made: &Made, controller: &Delta, rows: &[Row]) -> f64 {
-        let left = Self::heights(made, controller) - Self::seen(controller, rows) * &self.0;
-        left.norm() / f64::from(Self::PLACES).sqrt()
-    }
-}
-
 /// What the program makes of the configuration that Klipper has after these readings.
 fn reported(controller: &Delta, rows: &[Row], stated: &Stated) -> (PrinterReport, Imported) {
     let own = Printer {
@@ -405,8 +359,6 @@ const ACROSS: f64 = 1.02;
 #[derive(Default)]
 struct Found {
     errors: Vec<Errors>,
-    /// Height errors that [`Best`] leaves.
-    best: Vec<f64>,
     /// Stated height errors.
     told: Vec<f64>,
     /// Squares of positions' errors over the printed volume, and of their stated σ.
@@ -414,7 +366,7 @@ struct Found {
 }
 
 impl Found {
-    fn add(&mut self, set: &Set, best: &Best, rng: &mut Pcg32) {
+    fn add(&mut self, set: &Set, rng: &mut Pcg32) {
         let (made, controller, mut rows) = set_up(set, rng);
         let stated = Stated {
             rods: set.options.contains("rods").then_some(drawn().arms),
@@ -423,7 +375,6 @@ impl Found {
             ..Stated::default()
         };
         let (report, imported) = reported(&controller, &rows, &stated);
-        self.best.push(best.leaves(&made, &controller, &rows));
         let found = report.printer;
         let (ours, told) = match &found.lines {
             Some(lines) => (Delta::pasted(lines, STEPS), found.after),
@@ -440,15 +391,10 @@ impl Found {
         self.squares[1] += found.next.unwrap().now.powi(2);
     }
 
-    /// Logarithms of the ratios of heights' errors, with the lines and at best.
-    fn ratios(&self, peer: usize) -> [Vec<f64>; 2] {
-        let ratio = |is: f64, own: &Errors| (is / own[peer][HEIGHT]).ln();
-        let ours = self.errors.iter().map(|own| ratio(own[OURS][HEIGHT], own));
-        let best = self.best.iter().zip(&self.errors);
-        [
-            ours.collect(),
-            best.map(|(is, own)| ratio(*is, own)).collect(),
-        ]
+    /// Logarithms of the ratios of heights' errors.
+    fn ratios(&self, peer: usize) -> Vec<f64> {
+        let ratio = |own: &Errors| (own[OURS][HEIGHT] / own[peer][HEIGHT]).ln();
+        self.errors.iter().map(ratio).collect()
     }
 
     /// The rms of a kind of error over that of a peer.
@@ -502,7 +448,7 @@ const BETTER: f64 = 0.95;
 /// not; rough beds, rods that are a millimetre too long, prints that shrink.
 #[test]
 fn pasted_lines_print_better_than_klippers_own() {
-    let mut all: [[Vec<f64>; 2]; 2] = Default::default();
+    let mut all: [Vec<f64>; 2] = Default::default();
     let (mut sigmas, mut sizes) = (Vec::new(), [0.0; 3]);
     let mut missed = Vec::new();
     let mut told = |met: bool, text: String| {
@@ -513,9 +459,8 @@ fn pasted_lines_print_better_than_klippers_own() {
     };
     for set in sets() {
         let mut found = Found::default();
-        let best = Best::of(&set);
         for own in 0..PRINTERS {
-            found.add(&set, &best, &mut generator(set.number, own));
+            found.add(&set, &mut generator(set.number, own));
         }
         let inside = |[low, high]: [f64; 2], own: f64| (low..high).contains(&own);
         let name = format!("{} {}", set.name, set.options);
@@ -540,8 +485,8 @@ fn pasted_lines_print_better_than_klippers_own() {
             if title == "extended" && !(set.calliper > 0.0) {
                 continue;
             }
-            let [ratios, best] = found.ratios(peer);
-            let [height, reachable] = [&ratios, &best].map(|own| mean(own));
+            let ratios = found.ratios(peer);
+            let height = mean(&ratios);
             let worse = ratios.iter().filter(|own| **own > 1.05f64.ln()).count();
             let [size, across] = [1, 2].map(|kind| found.rms(kind, peer));
             let trusted = size_open && title == "extended";
@@ -551,22 +496,18 @@ fn pasted_lines_print_better_than_klippers_own() {
                     && (trusted || size < SIZE)
                     && across < ACROSS,
                 format!(
-                    "{name}, {title}: height {height:.3} ({reachable:.3} at best), {worse} worse; size {size:.2}, xy \
-                     {across:.2}"
+                    "{name}, {title}: height {height:.3}, {worse} worse; size {size:.2}, xy {across:.2}"
                 ),
             );
-            all[0].extend(ratios);
-            all[1].extend(best);
+            all.extend(ratios);
         }
     }
-    for ((peer, title), [ours, best]) in PEERS.into_iter().zip(&all) {
-        let [height, best] = [ours, best].map(|own| mean(own));
+    for ((peer, title), ratios) in PEERS.into_iter().zip(&all) {
+        let height = mean(ratios);
         let size = (sizes[OURS] / sizes[peer]).sqrt();
         told(
             height < BETTER && size < 1.0,
-            format!(
-                "all, {title}: height {height:.3} ({best:.3} at best); size with unknown shrinkage {size:.2}"
-            ),
+            format!("all, {title}: height {height:.3}; size with unknown shrinkage {size:.2}"),
         );
     }
     let sigma = mean(&sigmas);

@@ -1,0 +1,121 @@
+//! The values that a configuration states, each with its place: `[printer] delta_radius`, `M665 L`.
+
+use super::Firmware;
+use crate::files::input::InputError;
+use std::collections::BTreeMap;
+
+/// A value and its place.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Entry {
+    /// The value without comments.
+    pub(super) value: String,
+    pub(super) file: String,
+    /// The line in its file.
+    pub(super) line: u64,
+    /// Whether it is in the `SAVE_CONFIG` block.
+    pub(super) saved: bool,
+}
+
+/// The values of a configuration by section and option, or by command and letter; later ones replace earlier ones.
+pub(super) struct Settings {
+    pub(super) firmware: Firmware,
+    /// The file's name.
+    pub(super) name: String,
+    pub(super) entries: BTreeMap<(String, String), Entry>,
+    /// Names and lines of includes whose files do not exist.
+    pub(super) missing: Vec<(String, u64)>,
+}
+
+impl Settings {
+    pub(super) fn get(&self, section: &str, option: &str) -> Option<&Entry> {
+        self.entries.get(&(section.to_owned(), option.to_owned()))
+    }
+
+    /// A fault of an option, at its place if it is stated.
+    pub(super) fn fault(&self, section: &str, option: &str, cause: &str) -> InputError {
+        let fault = match self.get(section, option) {
+            Some(entry) => InputError::new(&entry.file, cause).at_line(entry.line),
+            None => InputError::new(&self.name, cause),
+        };
+        let remedy = match self.firmware {
+            Firmware::Klipper => {
+                "correct the value; if it is a saved measurement, measure again in Klipper"
+            }
+            _ => "correct the line, or let the controller write it again",
+        };
+        let key = format!("{section} {option}");
+        fault.at_key(key).with_remedy(remedy)
+    }
+
+    /// The error for an option whose value is not as `wanted`.
+    pub(super) fn damaged(&self, section: &str, option: &str, wanted: &str) -> InputError {
+        self.fault(section, option, &format!("the value is not {wanted}"))
+    }
+
+    /// The error for a missing option.
+    pub(super) fn lacking(&self, section: &str, option: &str) -> InputError {
+        match (self.firmware, self.missing.first()) {
+            (Firmware::Klipper, Some((file, line))) => {
+                let remedy = format!(
+                    "{file}:{line} includes a file that does not exist and may contain the option: copy it beside this one"
+                );
+                let fault = self.fault(section, option, "the option is missing");
+                fault.with_remedy(remedy)
+            }
+            (Firmware::Klipper, None) => self
+                .fault(section, option, "the option is missing")
+                .with_remedy("give the complete configuration that Klipper uses"),
+            _ => self.fault(section, option, "the word is missing"),
+        }
+    }
+
+    /// A required option.
+    pub(super) fn require(&self, section: &str, option: &str) -> Result<&Entry, InputError> {
+        let entry = self.get(section, option);
+        entry.ok_or_else(|| self.lacking(section, option))
+    }
+
+    /// The finite numbers of an option with these marks between them; none if it is not stated.
+    pub(super) fn numbers(
+        &self,
+        section: &str,
+        option: &str,
+        (mark, wanted): (char, &str),
+    ) -> Result<Vec<f64>, InputError> {
+        let Some(entry) = self.get(section, option) else {
+            return Ok(Vec::new());
+        };
+        let number = |part: &str| part.trim().parse().ok().filter(|own: &f64| own.is_finite());
+        let numbers: Option<_> = entry.value.split(mark).map(number).collect();
+        numbers.ok_or_else(|| self.damaged(section, option, wanted))
+    }
+
+    /// An optional number.
+    pub(super) fn number(&self, section: &str, option: &str) -> Result<Option<f64>, InputError> {
+        // No text contains this mark.
+        let numbers = self.numbers(section, option, ('\0', "a finite number"))?;
+        Ok(numbers.first().copied())
+    }
+
+    /// An optional number above 0.
+    pub(super) fn above_zero(
+        &self,
+        section: &str,
+        option: &str,
+    ) -> Result<Option<f64>, InputError> {
+        match self.number(section, option)? {
+            Some(value) if !(value > 0.0) => Err(self.damaged(section, option, "a number above 0")),
+            value => Ok(value),
+        }
+    }
+
+    /// A required number above 0.
+    pub(super) fn require_above_zero(
+        &self,
+        section: &str,
+        option: &str,
+    ) -> Result<f64, InputError> {
+        let value = self.above_zero(section, option)?;
+        value.ok_or_else(|| self.lacking(section, option))
+    }
+}

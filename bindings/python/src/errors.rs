@@ -56,14 +56,14 @@ pub(crate) fn value_error(argument: &str, cause: impl Display) -> PyErr {
 /// files from 1.
 pub(crate) fn input_error(error: &InputError, rows_of: Option<&str>) -> PyErr {
     let mut text = error.to_string();
-    if let (Some(name), Some(line)) = (rows_of, error.line())
+    if let (Some(name), Some(line)) = (rows_of, error.line)
         && let Some(rest) = text.strip_prefix(&format!("{name}:{line}:"))
     {
         text = format!("{name}: row {}:{rest}", line.saturating_sub(2));
-    } else if let Some(excerpt) = error.excerpt() {
+    } else if let Some(excerpt) = &error.excerpt {
         text = format!("{text}\n{excerpt}");
     }
-    let remedy = error.remedy().map(|own| format!("\n{own}"));
+    let remedy = error.remedy.as_ref().map(|own| format!("\n{own}"));
     PyValueError::new_err(in_python(text + &remedy.unwrap_or_default()))
 }
 

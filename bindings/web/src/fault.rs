@@ -56,10 +56,10 @@ impl From<InputError> for Fault {
     fn from(error: InputError) -> Self {
         Self(Box::new(Details {
             message: error.to_string(),
-            file: Some(error.file().to_owned()),
-            line: error.line(),
-            excerpt: error.excerpt().map(ToOwned::to_owned),
-            remedy: error.remedy().map(ToOwned::to_owned),
+            file: Some(error.file.into()),
+            line: error.line,
+            excerpt: error.excerpt.map(Into::into),
+            remedy: error.remedy.map(Into::into),
             ..Details::default()
         }))
     }

@@ -65,7 +65,7 @@ impl CalibrateError {
     /// What to do next.
     pub fn remedy(&self) -> Option<String> {
         match self {
-            Self::Input(error) => error.remedy().map(str::to_owned),
+            Self::Input(error) => error.remedy.as_deref().map(str::to_owned),
             Self::Refused(refused) => Some(refused.remedy()),
         }
     }

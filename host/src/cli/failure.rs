@@ -85,7 +85,7 @@ impl From<CalibrateError> for Failure {
     fn from(error: CalibrateError) -> Self {
         let (code, excerpt) = match &error {
             CalibrateError::Refused(_) => (1, None),
-            CalibrateError::Input(error) => (3, error.excerpt().map(ToOwned::to_owned)),
+            CalibrateError::Input(error) => (3, error.excerpt.as_deref().map(str::to_owned)),
         };
         Self {
             excerpt,

@@ -67,11 +67,11 @@ impl InputText {
 
     fn limited(reader: impl Read, most: u64, larger: InputError) -> Result<Self, InputError> {
         let bytes =
-            read(reader, most).map_err(|error| InputError::unreadable(larger.file(), &error))?;
+            read(reader, most).map_err(|error| InputError::unreadable(&larger.file, &error))?;
         if bytes.len() as u64 > most {
             return Err(larger);
         }
-        Self::from_bytes(larger.file(), &bytes)
+        Self::from_bytes(larger.file, &bytes)
     }
 
     fn of(name: String, text: &str, bytes: &[u8]) -> Self {
@@ -244,13 +244,17 @@ fn in_windows_1252(byte: u8) -> char {
 /// One fault in an input file. Displayed as `file:line: column x_mm: cause`, on one line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InputError {
-    file: Box<str>,
-    line: Option<u64>,
+    /// The name of the file at fault.
+    pub file: Box<str>,
+    /// The line at fault, counted from 1, if there is one.
+    pub line: Option<u64>,
     /// The column or key at fault.
     place: Option<Box<str>>,
     cause: Box<str>,
-    excerpt: Option<Box<str>>,
-    remedy: Option<Box<str>>,
+    /// The faulty line as it stands in the file, with the place marked: several lines.
+    pub excerpt: Option<Box<str>>,
+    /// What to do next, unless the cause makes it obvious.
+    pub remedy: Option<Box<str>>,
 }
 
 impl InputError {
@@ -270,11 +274,6 @@ impl InputError {
     pub(crate) fn unreadable(file: &str, error: &std::io::Error) -> Self {
         Self::new(file, format!("cannot be read: {error}"))
             .with_remedy("check the file's name and its permissions")
-    }
-
-    /// The name of the file at fault.
-    pub fn file(&self) -> &str {
-        &self.file
     }
 
     /// The line at fault, counted from 1.
@@ -303,21 +302,6 @@ impl InputError {
     pub fn with_remedy(mut self, remedy: impl Into<String>) -> Self {
         self.remedy = Some(remedy.into().into());
         self
-    }
-
-    /// The line at fault, if there is one.
-    pub fn line(&self) -> Option<u64> {
-        self.line
-    }
-
-    /// The faulty line as it stands in the file, with the place marked: several lines.
-    pub fn excerpt(&self) -> Option<&str> {
-        self.excerpt.as_deref()
-    }
-
-    /// What to do next, unless the cause makes it obvious.
-    pub fn remedy(&self) -> Option<&str> {
-        self.remedy.as_deref()
     }
 }
 
@@ -360,6 +344,6 @@ mod tests {
         let error = input.fault_at(14..16, "no number");
         assert_eq!(error.to_string(), "robot.toml:2: no number");
         let shown = "  |\n2 | length = ä 5\n  |          ^";
-        assert_eq!(error.excerpt(), Some(shown));
+        assert_eq!(error.excerpt.as_deref(), Some(shown));
     }
 }

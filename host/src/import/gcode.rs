@@ -123,14 +123,9 @@ impl Settings {
         self.numbers(command, letter, (':', "a finite number"))
     }
 
-    /// The first number of a word.
-    fn one(&self, command: &str, letter: &str) -> Result<Option<f64>, InputError> {
-        Ok(self.all(command, letter)?.first().copied())
-    }
-
     /// The first numbers of three words, 0 for one that is not there.
     fn three(&self, command: &str, letters: [&str; 3]) -> Result<[f64; 3], InputError> {
-        let [a, b, c] = letters.map(|letter| self.one(command, letter));
+        let [a, b, c] = letters.map(|letter| self.number(command, letter));
         Ok([a?, b?, c?].map(Option::unwrap_or_default))
     }
 
@@ -212,16 +207,10 @@ pub(super) fn import(
             .fault(M665, "U", &cause)
             .with_remedy("set it to { 0, 0, 0 }; M665 R compensates"));
     }
-    let of = |letter| {
-        let own = words.one(M665, letter)?;
-        own.ok_or_else(|| words.lacking(M665, letter))
-    };
-    let [radius, rod, height] = [of("R")?, of("L")?, of("H")?];
-    for (letter, length) in [("R", radius), ("L", rod)] {
-        if !(length > 0.0) {
-            return Err(words.damaged(M665, letter, "above 0"));
-        }
-    }
+    let radius = words.require_above_zero(M665, "R")?;
+    let rod = words.require_above_zero(M665, "L")?;
+    let height = words.number(M665, "H")?;
+    let height = height.ok_or_else(|| words.lacking(M665, "H"))?;
     let corrections = words.three(M665, ["X", "Y", "Z"])?;
     let stops = words.three(M666, ["X", "Y", "Z"])?;
     let mut notes = Vec::new();
@@ -230,8 +219,8 @@ pub(super) fn import(
         let old = !["A", "C"]
             .iter()
             .any(|letter| words.get(M665, letter).is_some());
-        let bed = words.one(M665, "P")?;
-        let bed = bed.or(words.one(M665, "B")?.filter(|_| old));
+        let bed = words.number(M665, "P")?;
+        let bed = bed.or(words.number(M665, "B")?.filter(|_| old));
         let rods = words.trims(old)?.map(|by| rod + by);
         (rods, stops.map(|by| height - by), bed)
     } else {
@@ -243,7 +232,7 @@ pub(super) fn import(
                 "The tilt of the bed (M666 A and B) is ignored: measure heights above the bed.";
             notes.push(note.to_owned());
         }
-        (rods, stops.map(|by| height + by), words.one(M665, "B")?)
+        (rods, stops.map(|by| height + by), words.number(M665, "B")?)
     };
     let configured = Towers {
         radius,

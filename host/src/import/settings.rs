@@ -90,10 +90,14 @@ impl Settings {
         numbers.ok_or_else(|| self.damaged(section, option, wanted))
     }
 
-    /// An optional number.
+    /// An optional number, the first of several of a G-code word.
     pub(super) fn number(&self, section: &str, option: &str) -> Result<Option<f64>, InputError> {
-        // No text contains this mark.
-        let numbers = self.numbers(section, option, ('\0', "a finite number"))?;
+        let mark = match self.firmware {
+            // No text contains this mark.
+            Firmware::Klipper => '\0',
+            _ => ':',
+        };
+        let numbers = self.numbers(section, option, (mark, "a finite number"))?;
         Ok(numbers.first().copied())
     }
 

@@ -1,8 +1,6 @@
 //! Tables in the forms that users have: the same numbers give the same calibration in any format.
 
-use crate::support::{
-    Folder, HEADER, NOMINAL, TOLERANCE, assert_refused, csv, exact, good_samples, number, true_arms,
-};
+use crate::support::{Folder, HEADER, NOMINAL, TOLERANCE, assert_refused, good_samples};
 use std::fmt::Write;
 
 /// The report of a calibration from these samples, without the file's name.
@@ -68,24 +66,6 @@ fn the_same_numbers_give_the_same_report_however_they_are_written() {
     ];
     for text in &written {
         assert_eq!(report(&folder, text.as_bytes(), ""), expected, "{text}");
-    }
-}
-
-/// Exact unit definitions; 1e-9 mm is far above rounding.
-#[test]
-fn lengths_may_be_in_other_units() {
-    let folder = folder();
-    let exact = exact(&true_arms(), 20);
-    let expected = report(&folder, csv(&exact).as_bytes(), "");
-    let error = |report: &serde_json::Value| number(report, "position_error_mm/before/rms");
-    for (unit, in_mm) in [("cm", 10.0), ("in", 25.4), ("m", 1000.0), ("um", 0.001)] {
-        let scaled: Vec<_> = exact
-            .iter()
-            .map(|(q, x)| (*q, x.map(|c| c / in_mm)))
-            .collect();
-        let header = format!("q1_deg,q2_deg,q3_deg,x_{unit},y_{unit},z_{unit}");
-        let found = report(&folder, under(&header, &csv(&scaled)).as_bytes(), "");
-        assert!((error(&found) - error(&expected)).abs() < 1e-9, "{unit}");
     }
 }
 

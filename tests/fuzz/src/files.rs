@@ -30,7 +30,7 @@ pub(crate) fn refused(name: &str, data: &[u8], error: &InputError) {
         "{message:?}"
     );
     assert!(!message.contains(['\n', '\r']), "{message:?}");
-    if let Some(line) = error.line() {
+    if let Some(line) = error.line {
         let ends = data
             .iter()
             .filter(|byte| matches!(byte, b'\n' | b'\r'))

@@ -1,10 +1,7 @@
 //! Parses a robot file.
 
 use super::section::{OneOrThree, Positive, Section, parse};
-use super::{
-    DatumPoint, InstrumentFacts, KnownPlane, NamedPoint, Record, RobotFile, TRANSMISSION_KEYS,
-    arm_key,
-};
+use super::{DatumPoint, KnownPlane, NamedPoint, RobotFile, TRANSMISSION_KEYS, arm_key};
 use crate::files::columns::Unit;
 use crate::files::convention::{Convention, JOINT_UNITS, LENGTH_UNITS, Vertical};
 use crate::files::input::{InputError, InputText};
@@ -62,29 +59,175 @@ impl RobotFile {
                 .fault_at(place.unwrap_or_default(), cause)
                 .with_remedy("check the lengths (in mm), the arms' azimuths and the [joints]"));
         }
-        let (tolerance, transmission) = tolerance(&file, drive)?.unzip();
-        let mut instruments = instruments(&file, &convention)?;
-        let noise = noise(&file, drive, &mut instruments)?;
         let platform = file.section("platform", "radius_mm")?;
         let platform_radius = match (&nominal, &platform) {
             (Some(nominal), _) => nominal.optional("platform_radius_mm")?,
             (None, Some(platform)) => Some(platform.number("radius_mm")?),
             (None, None) => None,
         };
-        Ok(Self {
-            name: input.name().to_owned(),
+        let mut own = Self {
             convention,
-            robot,
-            limits,
             forearm_limit,
-            tolerance,
-            transmission: transmission.flatten(),
-            noise,
-            sensor_frame: sensor_frame(&file, &convention)?,
             platform_radius,
-            instruments,
-            record: record(&file)?,
-        })
+            ..Self::of(input.name(), robot, limits)
+        };
+        own.read_tolerance(&file)?;
+        own.read_noise(&file)?;
+        own.read_instruments(&file)?;
+        own.read_sensor_frame(&file)?;
+        own.read_record(&file)?;
+        Ok(own)
+    }
+
+    /// The tolerance of the geometry, and of the transmissions if they are estimated.
+    fn read_tolerance(&mut self, file: &Section<'_>) -> Result<(), InputError> {
+        let drive = self.robot.drive();
+        let keys = match drive {
+            Drive::Rotary => "length_mm angle_deg zero_deg transmission_deg",
+            Drive::Linear => "length_mm angle_deg scale zero_mm radius_mm forearm_mm",
+        };
+        let Some(own) = file.section("tolerance", keys)? else {
+            return Ok(());
+        };
+        let length = own.positive("length_mm")?;
+        let stated = Tolerance::new(length, own.positive("angle_deg")?.to_radians());
+        let stated = match drive {
+            Drive::Rotary => match own.optional_positive("zero_deg")? {
+                Some(zero) => stated.and_then(|stated| stated.with_joint_zero(zero.to_radians())),
+                None => stated,
+            },
+            Drive::Linear => {
+                let zero = own.optional_positive("zero_mm")?.unwrap_or(length);
+                let scale = own.positive("scale")?;
+                let radius: f64 = own.optional("radius_mm")?.unwrap_or_default();
+                let forearm = own.optional("forearm_mm")?.unwrap_or_default();
+                stated
+                    .and_then(|stated| stated.with_linear(zero, scale))
+                    .and_then(|stated| stated.with_radius(radius)?.with_forearm(forearm))
+            }
+        };
+        self.tolerance = Some(stated.map_err(|error| own.fault(error.to_string()))?);
+        if let Some(degrees) = own.optional_positive("transmission_deg")? {
+            let cause = || format!("transmission_deg = {degrees} is not below 5.7 degrees");
+            let stated = TransmissionTolerance::new(degrees.to_radians());
+            self.transmission = Some(stated.map_err(|_| own.fault(cause()))?);
+        }
+        Ok(())
+    }
+
+    /// The noise of all readings, or that of the joints beside that of readings other than positions.
+    fn read_noise(&mut self, file: &Section<'_>) -> Result<(), InputError> {
+        let drive = self.robot.drive();
+        let key = joint::key("joint", drive);
+        let keys = format!("position_mm height_mm distance_mm distance_scale {key}");
+        let Some(own) = file.section("noise", &keys)? else {
+            return Ok(());
+        };
+        let position = own.optional("position_mm")?;
+        let position = position.map(|OneOrThree(own)| own.map(|Positive(sigma)| sigma));
+        let facts = &mut self.instruments;
+        facts.height_noise = own.optional_positive("height_mm")?;
+        facts.distance_noise = own.optional_positive("distance_mm")?;
+        facts.distance_scale = own.optional_positive("distance_scale")?;
+        let joint = own.number(&key)?;
+        let joint = match drive {
+            Drive::Rotary => joint.to_radians(),
+            Drive::Linear => joint,
+        };
+        // Joint noise is checked in either case.
+        let noise = Noise::by_axis(position.unwrap_or([1.0; 3]), joint);
+        let noise = noise.map_err(|error| own.fault(error.to_string()))?;
+        match position {
+            Some(_) => self.noise = Some(noise),
+            None => facts.joint_noise = Some(joint),
+        }
+        Ok(())
+    }
+
+    /// Facts about instruments other than their noise.
+    fn read_instruments(&mut self, file: &Section<'_>) -> Result<(), InputError> {
+        let convention = &self.convention;
+        let facts = &mut self.instruments;
+        for (name, own) in file.named("planes", "z_mm sigma_mm tilt_deg blocks_mm")? {
+            let blocks: Vec<f64> = own.optional("blocks_mm")?.unwrap_or_default();
+            if !blocks.iter().all(|height| *height >= 0.0) {
+                let cause = "blocks_mm: a gauge block is 0 mm (the bare plane) high or more";
+                return Err(own.fault(cause));
+            }
+            let tilt = own.optional_positive("tilt_deg")?;
+            facts.planes.push(KnownPlane {
+                name,
+                line: own.line(),
+                height: convention.vector(&(own.number("z_mm")? * Vector3::z())).z,
+                sigma: own.positive("sigma_mm")?,
+                tilt: tilt.map(f64::to_radians),
+                blocks,
+            });
+        }
+        if let Some(own) = file.section("distances", "length_mm")? {
+            let all = lengths(&own)?;
+            facts.lengths = Some(all.ok_or_else(|| own.missing("length_mm"))?);
+        }
+        for (name, own) in file.named("points", "x_mm y_mm z_mm sigma_mm offset length_mm")? {
+            let place = ["x_mm", "y_mm", "z_mm", "sigma_mm"];
+            let place = if place.iter().any(|key| own.has(key)) {
+                Some((vector(&own, convention)?, own.positive("sigma_mm")?))
+            } else {
+                None
+            };
+            facts.points.push(NamedPoint {
+                name,
+                line: own.line(),
+                place,
+                offset_unknown: own.choice("offset", &[("unknown", ())])?.is_some(),
+                lengths: lengths(&own)?,
+            });
+        }
+        for (name, own) in file.named("datum", "x_mm y_mm z_mm sensor_mm")? {
+            let seen = Vector3::from(own.get::<[f64; 3]>("sensor_mm")?);
+            facts.datum.push(DatumPoint {
+                name,
+                place: vector(&own, convention)?,
+                seen: convention.vector(&seen),
+            });
+        }
+        if let Some(own) = file.section("target", "x_mm y_mm z_mm")? {
+            facts.target = Some(vector(&own, convention)?);
+        }
+        Ok(())
+    }
+
+    fn read_sensor_frame(&mut self, file: &Section<'_>) -> Result<(), InputError> {
+        let Some(own) = file.section("sensor_frame", "rotation translation_mm")? else {
+            return Ok(());
+        };
+        let rows: [[f64; 3]; 3] = own.get("rotation")?;
+        let rotation = Matrix3::from_fn(|row, column| rows[row][column]);
+        let translation = Vector3::from(own.get::<[f64; 3]>("translation_mm")?);
+        let off = (rotation.transpose() * rotation - Matrix3::identity()).amax();
+        if !(off <= ROTATION_ERROR && rotation.determinant() > 0.0) {
+            return Err(own.fault(
+                "rotation is not a rotation matrix; `calibrate --frame sensor` finds the frame again",
+            ));
+        }
+        self.sensor_frame = Some(RigidTransform {
+            rotation: self.convention.rotation(&rotation),
+            translation: self.convention.vector(&translation),
+        });
+        Ok(())
+    }
+
+    fn read_record(&mut self, file: &Section<'_>) -> Result<(), InputError> {
+        if let Some(own) = file.section("robot", "name serial")? {
+            self.record.name = own.optional("name")?;
+            self.record.serial = own.optional("serial")?;
+        }
+        if let Some(own) = file.section("measurement", "operator instrument date")? {
+            self.record.operator = own.optional("operator")?;
+            self.record.instrument = own.optional("instrument")?;
+            self.record.date = own.optional("date")?;
+        }
+        Ok(())
     }
 }
 
@@ -318,130 +461,6 @@ fn limits(
     }
 }
 
-/// The `[tolerance]` of the geometry, and of the transmissions if they are estimated.
-type Tolerances = (Tolerance<f64>, Option<TransmissionTolerance<f64>>);
-
-fn tolerance(file: &Section<'_>, drive: Drive) -> Result<Option<Tolerances>, InputError> {
-    let keys = match drive {
-        Drive::Rotary => "length_mm angle_deg zero_deg transmission_deg",
-        Drive::Linear => "length_mm angle_deg scale zero_mm radius_mm forearm_mm",
-    };
-    let Some(own) = file.section("tolerance", keys)? else {
-        return Ok(None);
-    };
-    let length = own.positive("length_mm")?;
-    let stated = Tolerance::new(length, own.positive("angle_deg")?.to_radians());
-    let stated = match drive {
-        Drive::Rotary => match own.optional_positive("zero_deg")? {
-            Some(zero) => stated.and_then(|stated| stated.with_joint_zero(zero.to_radians())),
-            None => stated,
-        },
-        Drive::Linear => {
-            let zero = own.optional_positive("zero_mm")?.unwrap_or(length);
-            let scale = own.positive("scale")?;
-            let radius: f64 = own.optional("radius_mm")?.unwrap_or_default();
-            let forearm = own.optional("forearm_mm")?.unwrap_or_default();
-            stated
-                .and_then(|stated| stated.with_linear(zero, scale))
-                .and_then(|stated| stated.with_radius(radius)?.with_forearm(forearm))
-        }
-    };
-    let stated = stated.map_err(|error| own.fault(error.to_string()))?;
-    let Some(degrees) = own.optional_positive("transmission_deg")? else {
-        return Ok(Some((stated, None)));
-    };
-    let transmission = TransmissionTolerance::new(degrees.to_radians());
-    let transmission = transmission.map_err(|_| {
-        own.fault(format!(
-            "transmission_deg = {degrees} is not below 5.7 degrees"
-        ))
-    })?;
-    Ok(Some((stated, Some(transmission))))
-}
-
-/// The noise of positions; `None` if the file states only that of other readings.
-fn noise(
-    file: &Section<'_>,
-    drive: Drive,
-    facts: &mut InstrumentFacts,
-) -> Result<Option<Noise<f64>>, InputError> {
-    let key = joint::key("joint", drive);
-    let keys = format!("position_mm height_mm distance_mm distance_scale {key}");
-    let Some(own) = file.section("noise", &keys)? else {
-        return Ok(None);
-    };
-    let position = own.optional("position_mm")?;
-    let position = position.map(|OneOrThree(own)| own.map(|Positive(sigma)| sigma));
-    facts.height_noise = own.optional_positive("height_mm")?;
-    facts.distance_noise = own.optional_positive("distance_mm")?;
-    facts.distance_scale = own.optional_positive("distance_scale")?;
-    let joint = own.number(&key)?;
-    let joint = match drive {
-        Drive::Rotary => joint.to_radians(),
-        Drive::Linear => joint,
-    };
-    // Joint noise is checked in either case.
-    let noise = Noise::by_axis(position.unwrap_or([1.0; 3]), joint);
-    let noise = noise.map_err(|error| own.fault(error.to_string()))?;
-    if position.is_some() {
-        return Ok(Some(noise));
-    }
-    facts.joint_noise = Some(joint);
-    Ok(None)
-}
-
-/// Facts about instruments other than their noise.
-fn instruments(file: &Section<'_>, convention: &Convention) -> Result<InstrumentFacts, InputError> {
-    let mut facts = InstrumentFacts::default();
-    for (name, own) in file.named("planes", "z_mm sigma_mm tilt_deg blocks_mm")? {
-        let blocks: Vec<f64> = own.optional("blocks_mm")?.unwrap_or_default();
-        if !blocks.iter().all(|height| *height >= 0.0) {
-            let cause = "blocks_mm: a gauge block is 0 mm (the bare plane) high or more";
-            return Err(own.fault(cause));
-        }
-        let tilt = own.optional_positive("tilt_deg")?;
-        facts.planes.push(KnownPlane {
-            name,
-            line: own.line(),
-            height: convention.vector(&(own.number("z_mm")? * Vector3::z())).z,
-            sigma: own.positive("sigma_mm")?,
-            tilt: tilt.map(f64::to_radians),
-            blocks,
-        });
-    }
-    if let Some(own) = file.section("distances", "length_mm")? {
-        let all = lengths(&own)?;
-        facts.lengths = Some(all.ok_or_else(|| own.missing("length_mm"))?);
-    }
-    for (name, own) in file.named("points", "x_mm y_mm z_mm sigma_mm offset length_mm")? {
-        let place = ["x_mm", "y_mm", "z_mm", "sigma_mm"];
-        let place = if place.iter().any(|key| own.has(key)) {
-            Some((vector(&own, convention)?, own.positive("sigma_mm")?))
-        } else {
-            None
-        };
-        facts.points.push(NamedPoint {
-            name,
-            line: own.line(),
-            place,
-            offset_unknown: own.choice("offset", &[("unknown", ())])?.is_some(),
-            lengths: lengths(&own)?,
-        });
-    }
-    for (name, own) in file.named("datum", "x_mm y_mm z_mm sensor_mm")? {
-        let seen = Vector3::from(own.get::<[f64; 3]>("sensor_mm")?);
-        facts.datum.push(DatumPoint {
-            name,
-            place: vector(&own, convention)?,
-            seen: convention.vector(&seen),
-        });
-    }
-    if let Some(own) = file.section("target", "x_mm y_mm z_mm")? {
-        facts.target = Some(vector(&own, convention)?);
-    }
-    Ok(facts)
-}
-
 /// `x_mm`, `y_mm` and `z_mm`, in internal axes.
 fn vector(own: &Section<'_>, convention: &Convention) -> Result<Vector3<f64>, InputError> {
     let [x, y, z] = ["x_mm", "y_mm", "z_mm"].map(|key| own.number(key));
@@ -456,42 +475,4 @@ fn lengths(own: &Section<'_>) -> Result<Option<(f64, f64)>, InputError> {
         }
         all => Ok(all.map(|[Positive(shortest), Positive(longest)]| (shortest, longest))),
     }
-}
-
-fn sensor_frame(
-    file: &Section<'_>,
-    convention: &Convention,
-) -> Result<Option<RigidTransform<f64>>, InputError> {
-    let Some(own) = file.section("sensor_frame", "rotation translation_mm")? else {
-        return Ok(None);
-    };
-    let rows: [[f64; 3]; 3] = own.get("rotation")?;
-    let rotation = Matrix3::from_fn(|row, column| rows[row][column]);
-    let translation = Vector3::from(own.get::<[f64; 3]>("translation_mm")?);
-    let off = (rotation.transpose() * rotation - Matrix3::identity()).amax();
-    if !(off <= ROTATION_ERROR && rotation.determinant() > 0.0) {
-        return Err(own.fault(
-            "rotation is not a rotation matrix; `calibrate --frame sensor` finds the frame again",
-        ));
-    }
-    Ok(Some(RigidTransform {
-        rotation: convention.rotation(&rotation),
-        translation: convention.vector(&translation),
-    }))
-}
-
-fn record(file: &Section<'_>) -> Result<Record, InputError> {
-    let robot = file.section("robot", "name serial")?;
-    let measurement = file.section("measurement", "operator instrument date")?;
-    let text = |section: &Option<Section<'_>>, key| match section {
-        Some(own) => own.optional(key),
-        None => Ok(None),
-    };
-    Ok(Record {
-        name: text(&robot, "name")?,
-        serial: text(&robot, "serial")?,
-        operator: text(&measurement, "operator")?,
-        instrument: text(&measurement, "instrument")?,
-        date: text(&measurement, "date")?,
-    })
 }

@@ -20,8 +20,9 @@ const STEP: f64 = 0.0125;
 const STEPS: Point = [STEP; 3];
 
 /// What the printers of a set have in common, and what the set should meet.
+#[derive(serde::Deserialize)]
 struct Set {
-    name: &'static str,
+    name: String,
     number: u64,
     /// The bed's roughness and one touch's error, mm.
     bed: [f64; 2],
@@ -34,7 +35,7 @@ struct Set {
     shrink: f64,
     /// `saved`: Klipper fitted its parameters to other readings before these, `fitted`: to these; `rods`: as drawn, stated
     /// with `--rods`, `rods±0.2`: with their σ as well; `shrinkage`: stated.
-    options: &'static str,
+    options: String,
     /// The geometric mean of the height errors relative to Klipper's.
     height: f64,
     /// The number of 20 heights that may be worse by 5 %.
@@ -51,50 +52,31 @@ struct Set {
 /// the mean ratio of 20 printers scatters by 0.04. B1 is four times as noisy as usual, which seven heights do not show. The
 /// heights of R1 are those of A1, and the distances of S3 those of R3, so that σ has to cover both.
 const SETS: &str = "
-    name    number bed        touch       calliper rods shrink options        height worse told      within sigma
-    A1      900    0.005-0.03 0.005-0.015 0        0    0      -              0.97   4     0.667-1.5 10     0.7-1.2
-    A1      901    0.005-0.03 0.005-0.015 0        0    0      rods±0.2       1      5     0.667-1.5 10     0.8-1.2
-    A2      902    0.005-0.03 0.005-0.015 0        0    0      saved          1      5     0.667-1.5 12     0.75-1.2
-    A2      911    0.005-0.03 0.005-0.015 0        0    0      fitted         1.01   2     0.667-1.5 7      0.8-1.2
-    B1      905    0.08-0.08  0.05-0.05   0        0    0      -              0.99   4     0.5-1.5   5      0.8-1.6
-    R1      907    0.005-0.03 0.005-0.015 0        1    0      -              0.98   4     0.667-1.5 11     0.8-1.2
-    R1      908    0.005-0.03 0.005-0.015 0        1    0      rods           0.97   4     0.667-1.5 12     0.8-1.2
-    A3      903    0.005-0.03 0.005-0.015 0.05     0    0      rods           0.95   5     0.667-1.5 12     0.75-1.2
-    A3      903    0.005-0.03 0.005-0.015 0.05     0    0      rods,shrinkage 0.95   4     0.667-1.5 12     0.8-1.2
-    A4      904    0.005-0.03 0.005-0.015 0.05     0    0      -              1      9     0.667-1.5 12     0.65-1.2
-    B3      906    0.08-0.08  0.05-0.05   0.1      0    0      rods           0.95   4     0.667-1.5 12     0.8-1.2
-    R3      909    0.005-0.03 0.005-0.015 0.05     1    0      rods           0.99   7     0.667-1.5 10     0.8-1.2
-    R3      909    0.005-0.03 0.005-0.015 0.05     1    0      rods,shrinkage 0.95   4     0.667-1.5 10     0.8-1.2
-    S3      910    0.005-0.03 0.005-0.015 0.05     0    0.003  rods           0.95   4     0.667-1.5 12     0.75-1.2
+    # name number bed touch calliper rods shrink options height worse told within sigma
+    A1, 900, 0.005, 0.03, 0.005, 0.015, 0,    0, 0,     -,              0.97, 4, 0.667, 1.5, 10, 0.7,  1.2
+    A1, 901, 0.005, 0.03, 0.005, 0.015, 0,    0, 0,     rods±0.2,       1,    5, 0.667, 1.5, 10, 0.8,  1.2
+    A2, 902, 0.005, 0.03, 0.005, 0.015, 0,    0, 0,     saved,          1,    5, 0.667, 1.5, 12, 0.75, 1.2
+    A2, 911, 0.005, 0.03, 0.005, 0.015, 0,    0, 0,     fitted,         1.01, 2, 0.667, 1.5, 7,  0.8,  1.2
+    B1, 905, 0.08,  0.08, 0.05,  0.05,  0,    0, 0,     -,              0.99, 4, 0.5,   1.5, 5,  0.8,  1.6
+    R1, 907, 0.005, 0.03, 0.005, 0.015, 0,    1, 0,     -,              0.98, 4, 0.667, 1.5, 11, 0.8,  1.2
+    R1, 908, 0.005, 0.03, 0.005, 0.015, 0,    1, 0,     rods,           0.97, 4, 0.667, 1.5, 12, 0.8,  1.2
+    A3, 903, 0.005, 0.03, 0.005, 0.015, 0.05, 0, 0,     rods,           0.95, 5, 0.667, 1.5, 12, 0.75, 1.2
+    A3, 903, 0.005, 0.03, 0.005, 0.015, 0.05, 0, 0,     rods+shrinkage, 0.95, 4, 0.667, 1.5, 12, 0.8,  1.2
+    A4, 904, 0.005, 0.03, 0.005, 0.015, 0.05, 0, 0,     -,              1,    9, 0.667, 1.5, 12, 0.65, 1.2
+    B3, 906, 0.08,  0.08, 0.05,  0.05,  0.1,  0, 0,     rods,           0.95, 4, 0.667, 1.5, 12, 0.8,  1.2
+    R3, 909, 0.005, 0.03, 0.005, 0.015, 0.05, 1, 0,     rods,           0.99, 7, 0.667, 1.5, 10, 0.8,  1.2
+    R3, 909, 0.005, 0.03, 0.005, 0.015, 0.05, 1, 0,     rods+shrinkage, 0.95, 4, 0.667, 1.5, 10, 0.8,  1.2
+    S3, 910, 0.005, 0.03, 0.005, 0.015, 0.05, 0, 0.003, rods,           0.95, 4, 0.667, 1.5, 12, 0.75, 1.2
     ";
 
 fn sets() -> Vec<Set> {
-    let lines = SETS.lines().filter(|line| !line.trim().is_empty());
-    let set = |line: &'static str| {
-        let cells: Vec<_> = line.split_whitespace().collect();
-        let number = |column: usize| -> f64 { cells[column].parse().unwrap() };
-        let count = |column: usize| cells[column].parse().unwrap();
-        let range = |column: usize| {
-            let (low, high) = cells[column].split_once('-').unwrap();
-            [low, high].map(|own| own.parse().unwrap())
-        };
-        Set {
-            name: cells[0],
-            number: cells[1].parse().unwrap(),
-            bed: range(2),
-            touch: range(3),
-            calliper: number(4),
-            rods: number(5),
-            shrink: number(6),
-            options: cells[7],
-            height: number(8),
-            worse: count(9),
-            told: range(10),
-            within: count(11),
-            sigma: range(12),
-        }
-    };
-    lines.skip(1).map(set).collect()
+    let table = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(SETS.trim().as_bytes())
+        .into_deserialize();
+    table.map(Result::unwrap).collect()
 }
 
 /// A printer as it was built; steps count down from its end stops.
@@ -254,7 +236,7 @@ fn set_up(set: &Set, rng: &mut Pcg32) -> (Made, Delta, Vec<Row>) {
     let made = Made::new(set, rng);
     let mut controller = drawn();
     let mut rows = measured(&made, set, &controller, rng);
-    if matches!(set.options, "saved" | "fitted") {
+    if matches!(set.options.as_str(), "saved" | "fitted") {
         controller = fitted(&controller, &rows);
     }
     if set.options == "saved" {

@@ -144,7 +144,7 @@ fn lines_that_cannot_be_read_are_refused() {
         marlin R141.2000 ⇒ ⇒ M665 R: the word is missing
         marlin H411.8000 ⇒ ⇒ M665 H: the word is missing
         marlin L330.1000 ⇒ L100 ⇒ config.g:3: M665 L: a rod is not longer
-        marlin R141.2000 ⇒ R-1 ⇒ config.g:3: M665 R: the value is not above 0
+        marlin R141.2000 ⇒ R-1 ⇒ config.g:3: M665 R: the value is not a number above 0
         reprapfirmware L330.1: ⇒ Lhunter2: ⇒ config.g:4: M665: a word is not a letter
         marlin B0.3000 ⇒ B120 ⇒ config.g:3: M665 B: B lengthens the rods of a tower since Marlin 2.0, and 120 mm
         marlin A0.0000 ⇒ A12 ⇒ config.g:3: M665 A: A lengthens the rods of a tower since Marlin 2.0, and 12 mm

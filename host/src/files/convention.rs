@@ -190,15 +190,6 @@ impl Convention {
         Quantity::COORDINATES.map(|axis| self.column(axis))
     }
 
-    /// Joints and position as one row, rounded to 9 decimals.
-    pub(crate) fn row(&self, joints: &[f64; 3], position: &Vector3<f64>) -> String {
-        let cells = self
-            .joints(joints)
-            .into_iter()
-            .chain(self.position(position));
-        cells.map(rounded).collect::<Vec<_>>().join(",")
-    }
-
     /// Column headings: "q1, deg".
     pub(crate) fn joint_names(&self) -> [String; 3] {
         self.joint_columns().map(|own| own.replacen('_', ", ", 1))

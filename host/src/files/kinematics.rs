@@ -5,10 +5,9 @@ use super::input::{InputError, InputText};
 use super::robot_file::RobotFile;
 use super::samples_file::{read_joints, read_positions};
 use crate::geometry::hangs_below;
-use crate::text::joint;
+use crate::text::{joint, rounded};
 use delta_cal::kinematics::{KinematicsError, Singularity};
 use delta_cal::{ArmIndex, Sample};
-use std::fmt::Write;
 
 /// The platform position at each row's joint angles.
 ///
@@ -63,12 +62,16 @@ pub fn inverse(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>,
 
 /// Samples as CSV in a convention, rounded to 9 decimals.
 pub fn to_csv(convention: &Convention, samples: &[Sample<f64>]) -> String {
-    let joints = convention.joint_columns().join(",");
-    let mut csv = format!("{joints},{}\n", convention.position_columns().join(","));
-    for sample in samples {
-        let _ = writeln!(csv, "{}", convention.row(&sample.joints, &sample.position));
-    }
-    csv
+    let header = [convention.joint_columns(), convention.position_columns()];
+    let rows = samples.iter().map(|own| {
+        let own = [
+            convention.joints(&own.joints),
+            convention.position(&own.position),
+        ];
+        own.map(|own| own.map(rounded))
+    });
+    let lines = std::iter::once(header).chain(rows);
+    lines.map(|cells| cells.concat().join(",") + "\n").collect()
 }
 
 fn no_pose(input: &InputText, line: u64, error: KinematicsError) -> InputError {

@@ -113,6 +113,20 @@ pub fn count(number: usize, singular: &str) -> String {
     format!("{number} {singular}{plural}")
 }
 
+/// The keys of `[tolerance]` in a robot file, and their values.
+pub fn tolerance_keys(drive: Drive, own: &Tolerance<f64>) -> Vec<(&'static str, f64)> {
+    let angle = degrees(own.of(Parameter::Theta));
+    let mut keys = vec![("length_mm", own.of(Parameter::Lb)), ("angle_deg", angle)];
+    keys.extend(own.joint_zero().map(|zero| ("zero_deg", degrees(zero))));
+    if drive == Drive::Linear {
+        keys.push(("zero_mm", own.of(Parameter::Zero)));
+        keys.push(("scale", own.of(Parameter::Scale)));
+        let common = [("radius_mm", own.radius()), ("forearm_mm", own.forearm())];
+        keys.extend(common.into_iter().filter(|(_, sigma)| *sigma > 0.0));
+    }
+    keys
+}
+
 /// The text with its first letter in upper case.
 pub fn capitalised(text: &str) -> String {
     let mut letters = text.chars();

@@ -5,7 +5,7 @@ use crate::accuracy::quantiles::quantile;
 use crate::files::samples_file::Kind;
 use crate::fit::Solution;
 use crate::fit::solution::{KindNoise, PARAMETERS};
-use crate::text::{in_file_units, list, significant};
+use crate::text::{in_file_units, list, significant, tolerance_keys};
 use delta_cal::robot::{Drive, ParameterKind};
 use delta_cal::{ArmIndex, Parameter, Real, Robot, Tolerance};
 use nalgebra::{DMatrix, DVector, SMatrix};
@@ -239,23 +239,7 @@ impl PriorTest {
         let Some(wider) = self.widened(tolerance) else {
             return "a larger [tolerance]".to_owned();
         };
-        let mut keys = vec![
-            ("length_mm", wider.of(Parameter::Lb)),
-            ("angle_deg", wider.of(Parameter::Theta).to_degrees()),
-        ];
-        if drive == Drive::Rotary {
-            let zero = wider.joint_zero();
-            keys.extend(zero.map(|zero| ("zero_deg", zero.to_degrees())));
-        } else {
-            keys.push(("zero_mm", wider.of(Parameter::Zero)));
-            let common = [
-                ("radius_mm", wider.radius()),
-                ("forearm_mm", wider.forearm()),
-            ];
-            keys.extend(common.into_iter().filter(|(_, sigma)| *sigma > 0.0));
-            keys.push(("scale", wider.of(Parameter::Scale)));
-        }
-        let each = keys.into_iter();
+        let each = tolerance_keys(drive, &wider).into_iter();
         let each = each.map(|(key, value)| format!("{key} = {}", significant(value, 2)));
         list(&each.collect::<Vec<_>>())
     }

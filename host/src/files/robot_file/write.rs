@@ -3,8 +3,7 @@
 use super::{RobotFile, TRANSMISSION_KEYS, arm_key};
 use crate::files::columns::Unit;
 use crate::files::convention::{JOINT_UNITS, LENGTH_UNITS, Vertical};
-use crate::text::{degrees, joint};
-use delta_cal::Parameter;
+use crate::text::{degrees, joint, tolerance_keys};
 use delta_cal::robot::{Drive, ParameterKind};
 use nalgebra::Vector3;
 use std::fmt::{Debug, Display, Write};
@@ -111,15 +110,8 @@ impl RobotFile {
     fn write_tolerance(&self, file: &mut File) {
         let Some(own) = &self.tolerance else { return };
         file.section("[tolerance]");
-        file.entry("length_mm", own.of(Parameter::Lb));
-        file.entry("angle_deg", degrees(own.of(Parameter::Theta)));
-        file.optional("zero_deg", own.joint_zero().map(degrees));
-        if self.robot.drive() == Drive::Linear {
-            let common = |sigma: f64| (sigma > 0.0).then_some(sigma);
-            file.entry("zero_mm", own.of(Parameter::Zero));
-            file.entry("scale", own.of(Parameter::Scale));
-            file.optional("radius_mm", common(own.radius()));
-            file.optional("forearm_mm", common(own.forearm()));
+        for (key, sigma) in tolerance_keys(self.robot.drive(), own) {
+            file.entry(key, sigma);
         }
         let transmission = self.transmission.map(|own| degrees(own.sigma()));
         file.optional("transmission_deg", transmission);

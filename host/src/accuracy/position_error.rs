@@ -33,6 +33,15 @@ pub struct PositionError {
     pub unreachable: usize,
 }
 
+/// Before and after a calibration.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct BeforeAfter {
+    /// With the robot file's parameters.
+    pub before: PositionError,
+    /// With the calibrated parameters.
+    pub after: PositionError,
+}
+
 /// σ of a coordinate over robots made to the file's tolerance, median over poses, mm; `None` without a tolerance.
 pub(crate) fn sigma_by_tolerance(
     file: &RobotFile,

@@ -307,7 +307,7 @@ impl Evidence<'_> {
             ..*self.options
         };
         let judged = attempt(&Case::new(&robot, &readings, options)).ok()?;
-        Some(fault.unit * judged.error_after?.median)
+        Some(fault.unit * judged.errors?.after.median)
     }
 }
 

@@ -7,7 +7,7 @@ use super::judge::{Case, Judged};
 use super::step::{Step, step};
 use super::wrong_rows::{FEWEST, beside_the_platform_point, shifted_rows};
 use super::{Finding, note, warning};
-use crate::accuracy::position_error::{PositionError, sigma_by_tolerance};
+use crate::accuracy::position_error::{BeforeAfter, PositionError, sigma_by_tolerance};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Reading, Readings};
 use crate::fit::Frame;
@@ -222,7 +222,7 @@ fn repeatability(readings: &Readings, kind: Kind) -> Option<Finding> {
 }
 
 fn of_errors(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
-    let (Some(before), Some(after)) = (&judged.error_before, &judged.error_after) else {
+    let Some(BeforeAfter { before, after }) = &judged.errors else {
         return;
     };
     let not_improved = !(after.rms < before.rms);

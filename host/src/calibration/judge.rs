@@ -5,7 +5,7 @@ use super::credibility::{self, NoiseTest, PriorTest, ToleranceTest};
 use super::known::Known;
 use crate::accuracy::improvement::{Moved, WorkspaceComparison};
 use crate::accuracy::information::prior;
-use crate::accuracy::position_error::{PositionError, sigma_by_tolerance};
+use crate::accuracy::position_error::{BeforeAfter, PositionError, sigma_by_tolerance};
 use crate::accuracy::uncertainty::{ExpectedError, WorkspacePoses, rms_over};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
@@ -35,8 +35,7 @@ pub(crate) struct Judged {
     pub(crate) expected: Option<ExpectedError>,
     pub(crate) known: Known,
     /// Over the rows with x, y and z; `None` if there are none.
-    pub(crate) error_before: Option<PositionError>,
-    pub(crate) error_after: Option<PositionError>,
+    pub(crate) errors: Option<BeforeAfter>,
 }
 
 /// The data of a calibration. `before` is the original robot file, `robot` may have a wider tolerance.
@@ -169,11 +168,11 @@ fn judge(case: &Case<'_>) -> Result<Judged, Objection> {
     let by_causes = causes.position_error / sigma;
     let widening = by_noise.hypot(if sigma > 0.0 { by_causes } else { 0.0 });
     let solution = solution.widened(widening);
-    let error_before = error(case, &case.before.robot, &solution.places_before, &solution);
-    let error_after = error(case, &solution.robot, &solution.places, &solution);
+    let errors = errors(case, &solution);
     let tolerance = robot.tolerance.as_ref();
     let prior_test = tolerance.and_then(|own| PriorTest::of(&robot.robot, own, &solution));
-    contradiction(case, &solution, error_after, prior_test, &noise)?;
+    let error = errors.map(|own| own.after);
+    contradiction(case, &solution, error, prior_test, &noise)?;
     let before = &case.before.robot;
     let mut workspace = WorkspaceComparison::of(before, &solution, tolerance, &poses.inside);
     if let Some(own) = &mut workspace {
@@ -214,8 +213,7 @@ fn judge(case: &Case<'_>) -> Result<Judged, Objection> {
         workspace,
         expected,
         known,
-        error_before,
-        error_after,
+        errors,
     })
 }
 
@@ -292,16 +290,18 @@ pub(crate) fn distance(robot: &Robot<f64>, places: &Places, sample: &Sample<f64>
     Some((sample.position - seen).norm())
 }
 
-fn error(
-    case: &Case<'_>,
-    robot: &Robot<f64>,
-    places: &Places,
-    solution: &Solution,
-) -> Option<PositionError> {
-    let rows = case.readings.rows.iter().zip(&solution.rows);
-    let samples: Vec<_> = rows
-        .filter(|(_, fit)| !fit.suspected)
-        .filter_map(|(row, _)| Some((distance(robot, places, &row.value.sample()?), row.line)))
-        .collect();
-    (!samples.is_empty()).then(|| PositionError::of(samples))
+/// Over the rows with x, y and z; `None` if there are none.
+fn errors(case: &Case<'_>, solution: &Solution) -> Option<BeforeAfter> {
+    let of = |robot: &Robot<f64>, places: &Places| {
+        let rows = case.readings.rows.iter().zip(&solution.rows);
+        let kept = rows.filter(|(_, fit)| !fit.suspected);
+        let samples: Vec<_> = kept
+            .filter_map(|(row, _)| Some((distance(robot, places, &row.value.sample()?), row.line)))
+            .collect();
+        (!samples.is_empty()).then(|| PositionError::of(samples))
+    };
+    Some(BeforeAfter {
+        before: of(&case.before.robot, &solution.places_before)?,
+        after: of(&solution.robot, &solution.places)?,
+    })
 }

@@ -4,8 +4,9 @@
 use super::causes::explained_by;
 use super::credibility::NoiseVerdict;
 use super::judge::{Case, attempt};
+use super::wrong_rows::each_pose;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{ReadingFrom, Readings};
+use crate::files::samples_file::Readings;
 use crate::fit::{Solution, solve};
 use crate::text::{list, significant};
 use delta_cal::robot::{Drive, Parameter};
@@ -83,12 +84,8 @@ impl Wrong {
     fn turned(self, readings: &Readings, by: f64) -> Readings {
         let mut turned = readings.clone();
         if self == Self::Gear {
-            let turn = |joints: [f64; 3]| joints.map(|q| q * (1.0 + by));
             for row in &mut turned.rows {
-                row.value.joints = turn(row.value.joints);
-                if let Some((ReadingFrom::Pose(joints), _)) = &mut row.value.distance {
-                    *joints = turn(*joints);
-                }
+                each_pose(&mut row.value, |joints| joints.map(|q| q * (1.0 + by)));
             }
         }
         turned

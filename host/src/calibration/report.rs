@@ -9,7 +9,7 @@ use super::judge::{Case, Judged, distance};
 use super::known::{Known, NextPose, next_poses};
 use super::{Finding, Level};
 use crate::accuracy::improvement::WorkspaceComparison;
-use crate::accuracy::position_error::PositionError;
+pub use crate::accuracy::position_error::BeforeAfter;
 use crate::accuracy::quantiles::coverage_factor;
 use crate::accuracy::uncertainty::ExpectedError;
 use crate::files::convention::Convention;
@@ -54,7 +54,7 @@ pub struct Report {
     /// Parameters with their σ, arm by arm.
     pub arms: Vec<ArmReport>,
     /// Distances of the samples with x, y and z from where the robot is.
-    pub position_error_mm: Option<BeforeAfter<PositionError>>,
+    pub position_error_mm: Option<BeforeAfter>,
     /// Residuals of each kind of reading.
     pub residuals: Vec<KindResiduals>,
     /// Every sample in the file's order; of more than 10,000 the farthest off, and others spread evenly.
@@ -110,15 +110,6 @@ pub struct Report {
     /// The solution, every σ widened.
     #[serde(skip)]
     pub solution: Solution,
-}
-
-/// A figure before and after the calibration.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct BeforeAfter<T> {
-    /// With the robot file's parameters.
-    pub before: T,
-    /// With the calibrated parameters.
-    pub after: T,
 }
 
 /// One arm.
@@ -344,10 +335,7 @@ impl Report {
             reading_count: readings.readings(),
             distinct_poses: readings.distinct_poses(),
             arms: arms(before, solution),
-            position_error_mm: judged
-                .error_before
-                .zip(judged.error_after)
-                .map(|(before, after)| BeforeAfter { before, after }),
+            position_error_mm: judged.errors,
             residuals: residuals(case, solution),
             samples: samples(case, solution),
             noise: judged.noise,

@@ -97,7 +97,8 @@ fn scaled(row: &mut Reading, heights: f64, distances: f64) {
         .map(|(from, distance)| (from, distances * distance));
 }
 
-fn each_pose(row: &mut Reading, change: fn([f64; 3]) -> [f64; 3]) {
+/// Changes the joints of a row, and those of the pose from which its distance starts.
+pub(super) fn each_pose(row: &mut Reading, change: impl Fn([f64; 3]) -> [f64; 3]) {
     row.joints = change(row.joints);
     if let Some((ReadingFrom::Pose(joints), _)) = &mut row.distance {
         *joints = change(*joints);

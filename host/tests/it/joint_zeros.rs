@@ -57,15 +57,6 @@ fn every_method_takes_the_tolerance_of_joint_zeros() {
     assert!(strict.stderr.contains("joint zero"), "{}", strict.stderr);
 }
 
-/// The number after a word.
-fn behind(text: &str, word: &str) -> f64 {
-    let (_, rest) = text
-        .split_once(word)
-        .unwrap_or_else(|| panic!("{word}: {text}"));
-    let end = rest.find(|c| !"+-.0123456789".contains(c)).unwrap();
-    rest[..end].parse().unwrap()
-}
-
 #[test]
 fn joint_zeros_that_nobody_stated_are_named_with_their_size() {
     let zeros = [-10.0, -9.4, -6.3];
@@ -86,7 +77,9 @@ fn joint_zeros_that_nobody_stated_are_named_with_their_size() {
         let error = calibrate(&file, &positions, &Options::default()).unwrap_err();
         let remedy = error.remedy().unwrap_or_default();
         for (arm, zero) in (1..).zip(zeros) {
-            let found = behind(&remedy, &format!("arm {arm} "));
+            let (_, found) = remedy.split_once(&format!("arm {arm} ")).unwrap();
+            let (found, _) = found.split_once('°').unwrap();
+            let found: f64 = found.parse().unwrap();
             assert!(
                 (found - zero).abs() < 0.5,
                 "{name}: {found} {zero}: {remedy}"

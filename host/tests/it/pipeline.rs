@@ -168,17 +168,9 @@ fn the_joint_and_the_fkm_method_find_the_same_within_a_part_of_sigma() {
         for (joint, fkm) in joint.arms.iter().zip(&fkm.arms) {
             for (joint, fkm) in joint.parameters.iter().zip(&fkm.parameters) {
                 let apart = (joint.after - fkm.after).abs();
-                assert!(
-                    apart < 0.25 * joint.sigma,
-                    "{}: {apart} of {}",
-                    joint.symbol,
-                    joint.sigma
-                );
-                assert!(
-                    (joint.sigma / fkm.sigma - 1.0).abs() < 0.05,
-                    "{}",
-                    joint.symbol
-                );
+                assert!(apart < 0.25 * joint.sigma, "{joint:?} {fkm:?}");
+                let ratio = joint.sigma / fkm.sigma;
+                assert!((ratio - 1.0).abs() < 0.05, "{joint:?} {fkm:?}");
             }
         }
     }
@@ -222,11 +214,9 @@ fn a_robust_fit_names_the_wrong_rows_and_is_not_spoiled_by_them() {
         };
         let report = calibrate(&file, &readings, &options).unwrap();
         assert_eq!(report.suspected_samples, [10, 19, 31], "{place}");
+        // Residuals are 20 times the noise.
         let plain = calibrate(&file, &readings, &Options::default());
-        assert!(
-            plain.is_err(),
-            "{place}: residuals 20 times the noise are accepted"
-        );
+        assert!(plain.is_err(), "{place}");
     }
 }
 
@@ -251,9 +241,6 @@ fn position_noise_by_axis_is_along_the_axes_of_the_sensors_frame() {
     let report = calibrate(&by_axis, &readings, &options).unwrap();
     let noise = &report.noise[0];
     assert!((0.75..1.3).contains(&noise.ratio), "{noise:?}");
-    let even = calibrate(&file, &readings, &options);
-    assert!(
-        even.is_err(),
-        "residuals of 0.4 mm are taken for a noise of 0.02 mm"
-    );
+    // Residuals of 0.4 mm are no noise of 0.02 mm.
+    assert!(calibrate(&file, &readings, &options).is_err());
 }

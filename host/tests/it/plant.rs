@@ -278,9 +278,6 @@ fn a_plant_in_its_own_convention_is_calibrated() {
         );
         // The rms over 36 plants scatters by 5 %; over 360 plants the ratios were within 2 %.
         let most = delta_cal_tests::size(0.15, 0.03);
-        assert!(
-            (ratio - 1.0).abs() < most,
-            "{what}: achieved/stated {ratio:.2}"
-        );
+        assert!((ratio - 1.0).abs() < most, "{what}: {ratio:.2}");
     }
 }

@@ -31,10 +31,8 @@ fn exact_samples_give_back_the_robot() {
     for (arm, (found, truth)) in found.iter().zip(&true_arms()).enumerate() {
         for (place, (found, truth)) in found.iter().zip(truth).enumerate() {
             let sigma = number(&json, &format!("arms/{arm}/parameters/{place}/sigma"));
-            assert!(
-                (found - truth).abs() < sigma,
-                "{found} ± {sigma} for {truth}"
-            );
+            let off = (found - truth).abs();
+            assert!(off < sigma, "{off} of {sigma}");
         }
     }
     // The output is itself a robot file, and calibrating it with the same samples changes nothing.

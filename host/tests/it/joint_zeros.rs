@@ -80,10 +80,8 @@ fn joint_zeros_that_nobody_stated_are_named_with_their_size() {
             let (_, found) = remedy.split_once(&format!("arm {arm} ")).unwrap();
             let (found, _) = found.split_once('°').unwrap();
             let found: f64 = found.parse().unwrap();
-            assert!(
-                (found - zero).abs() < 0.5,
-                "{name}: {found} {zero}: {remedy}"
-            );
+            let off = (found - zero).abs();
+            assert!(off < 0.5, "{name}: {off}: {remedy}");
         }
         for word in ["lower", "zero_deg"] {
             assert!(remedy.contains(word), "{remedy}");

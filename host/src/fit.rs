@@ -66,3 +66,13 @@ pub struct Options {
     /// The frame of the coordinates.
     pub frame: Frame,
 }
+
+impl Options {
+    /// The defaults for coordinates in this frame.
+    pub fn in_frame(frame: Frame) -> Self {
+        Self {
+            frame,
+            ..Self::default()
+        }
+    }
+}

@@ -106,10 +106,7 @@ pub fn validate(
     request: Request,
 ) -> Result<Validation, CalibrateError> {
     let (readings, frame) = &in_known_frame(robot, readings, request)?;
-    let options = Options {
-        frame: *frame,
-        ..Options::default()
-    };
+    let options = Options::in_frame(*frame);
     let refused = |cause: String, remedy: &str| {
         let refused = Refused::new(format!("{}: {cause}", readings.name), remedy);
         CalibrateError::from(refused.explained(diagnose(robot, readings, &options)))

@@ -83,10 +83,7 @@ pub(crate) fn run(arguments: &ValidateArguments) -> Result<(), Failure> {
     )?;
     let document = Document::new(&robot, &robot_text, &samples_text, now()?);
     check_independent(&robot_text, &samples_text)?;
-    let options = Options {
-        frame: arguments.frame.frame(),
-        ..Options::default()
-    };
+    let options = Options::in_frame(arguments.frame.frame());
     let samples = read_samples(&samples_text, &robot, &options)?;
     let request = Request {
         limit: arguments.limit,

@@ -131,10 +131,7 @@ impl Setup {
         frame: Frame,
     ) -> Self {
         let mut setup = Self::unplaced(robot, file, frame, |kind| file.holds(kind));
-        let options = Options {
-            frame,
-            ..Options::default()
-        };
+        let options = Options::in_frame(frame);
         let fit = unmeasured
             .is_empty()
             .then(|| solve(&setup.robot, file, &options));

@@ -135,10 +135,7 @@ fn of_instruments(
             });
         }
     }
-    let options = Options {
-        frame,
-        ..Options::default()
-    };
+    let options = Options::in_frame(frame);
     let solution = solve(&held, readings, &options).map_err(|why| {
         if let Unsolved::Row(index, error) = why {
             return CalibrateError::from(readings.fault(index, error.to_string()));

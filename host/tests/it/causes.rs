@@ -77,10 +77,7 @@ fn simulate((geometry, count): (usize, usize), frame: Frame, fault: Fault, seed:
     Simulated {
         robot,
         readings,
-        options: Options {
-            frame,
-            ..Options::default()
-        },
+        options: Options::in_frame(frame),
         joint,
     }
 }

@@ -77,10 +77,7 @@ fn case(robot: u64, frame: Option<Frame>) -> (Case, Pcg32) {
         rows: rows.collect(),
         angles: "deg",
         lengths: "mm",
-        options: Options {
-            frame,
-            ..Options::default()
-        },
+        options: Options::in_frame(frame),
     };
     (case, rng)
 }

@@ -228,10 +228,7 @@ fn position_noise_by_axis_is_along_the_axes_of_the_sensors_frame() {
         noise: Some(Noise::by_axis([0.02, 0.02, 0.4], SIGMAS[1].to_radians()).unwrap()),
         ..file.clone()
     };
-    let options = Options {
-        frame: Frame::Sensor,
-        ..Options::default()
-    };
+    let options = Options::in_frame(Frame::Sensor);
     let (_, mut readings) = measured(&file, Instrument::Tracker, 30, 5);
     let mut rng = Pcg32::seed_from_u64(9);
     for row in &mut readings.rows {

@@ -227,10 +227,7 @@ fn written(plant: &Plant, rows: usize, seed: u64) -> Written {
 /// Every plant is calibrated without converting a number by hand, and errors are as stated.
 #[test]
 fn a_plant_in_its_own_convention_is_calibrated() {
-    let options = Options {
-        frame: Frame::Sensor,
-        ..Options::default()
-    };
+    let options = Options::in_frame(Frame::Sensor);
     let seeds = delta_cal_tests::size(6, 60);
     let (mut all, mut refused) = (Vec::new(), 0);
     for (index, plant) in PLANTS.iter().enumerate() {

@@ -288,10 +288,8 @@ impl Evidence<'_> {
     /// The median error of a calibration of the files without the fault, mm.
     fn calibrated(&self, fault: &Fault) -> Option<f64> {
         let values: Vec<_> = fault.undone(&self.samples).collect();
-        let robot = RobotFile {
-            robot: fault.robot(&self.files.robot.robot)?,
-            ..self.files.robot.clone()
-        };
+        let file = self.files.robot;
+        let robot = file.with_robot(&fault.robot(&file.robot)?);
         let mut readings = self.files.readings.clone();
         if fault.rows_below != 0 {
             readings.rows.truncate(values.len());

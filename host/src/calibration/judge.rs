@@ -120,10 +120,7 @@ pub(crate) fn attempt(case: &Case<'_>) -> Result<Judged, Objection> {
 /// tolerance.
 fn with_wider_tolerance(case: &Case<'_>) -> Option<Judged> {
     let tolerance = case.robot.tolerance.as_ref()?;
-    let free_file = RobotFile {
-        tolerance: None,
-        ..case.robot.clone()
-    };
+    let free_file = case.robot.with_tolerance(None);
     let free = solve(&free_file, case.readings, &case.options).ok()?;
     // Larger differences mean wrong samples, not another robot.
     if credibility::is_another_robot(&case.robot.robot, &free.robot) {
@@ -133,10 +130,7 @@ fn with_wider_tolerance(case: &Case<'_>) -> Option<Judged> {
     if !(test.contradicts() && test.samples_decide()) {
         return None;
     }
-    let wide_file = RobotFile {
-        tolerance: test.widened(tolerance),
-        ..case.robot.clone()
-    };
+    let wide_file = case.robot.with_tolerance(test.widened(tolerance));
     let wide = Case {
         robot: &wide_file,
         ..*case

@@ -215,12 +215,8 @@ fn zeros(case: &Case<'_>) -> Option<Explanation> {
     if case.robot.robot.drive() == Drive::Linear || tolerance.joint_zero().is_some() {
         return None;
     }
-    let robot = RobotFile {
-        tolerance: tolerance
-            .with_joint_zero(UNKNOWN_ZERO_DEG.to_radians())
-            .ok(),
-        ..case.robot.clone()
-    };
+    let unknown = tolerance.with_joint_zero(UNKNOWN_ZERO_DEG.to_radians());
+    let robot = case.robot.with_tolerance(unknown.ok());
     let solution = agreeing(&Case::new(&robot, case.readings, case.options))?;
     let angle = |robot: &Robot<f64>, arm| {
         let (x, y) = robot.arm(arm).la();
@@ -276,10 +272,9 @@ fn tried(case: &Case<'_>, wrong: Wrong) -> Option<Explanation> {
             break;
         }
     }
-    let robot = RobotFile {
-        robot: wrong.changed(&case.robot.robot, by)?,
-        ..case.robot.clone()
-    };
+    let robot = case
+        .robot
+        .with_robot(&wrong.changed(&case.robot.robot, by)?);
     let readings = wrong.turned(case.readings, by);
     let solution = agreeing(&Case::new(&robot, &readings, case.options))?;
     Some(Explanation {

@@ -113,6 +113,22 @@ impl RobotFile {
         })
     }
 
+    /// The same with another geometry.
+    pub(crate) fn with_robot(&self, robot: &Robot<f64>) -> Self {
+        Self {
+            robot: *robot,
+            ..self.clone()
+        }
+    }
+
+    /// The same with another tolerance.
+    pub fn with_tolerance(&self, tolerance: Option<Tolerance<f64>>) -> Self {
+        Self {
+            tolerance,
+            ..self.clone()
+        }
+    }
+
     /// A copy with the stated noise of all readings multiplied by `factor`.
     pub(crate) fn loosened(&self, factor: f64) -> Self {
         let mut loose = self.clone();

@@ -110,10 +110,7 @@ impl Printer {
         let level = plane.map_or_else(Frame::default, |own| {
             Frame::on_plane(&own.normal, own.offset)
         });
-        let configured = RobotFile {
-            robot: imported.configured,
-            ..robot.clone()
-        };
+        let configured = robot.with_robot(&imported.configured);
         let settings = Settings {
             home: Some(imported.home),
             level: Some(level),

@@ -183,10 +183,7 @@ fn a_robot_that_is_better_than_its_tolerance_is_not_made_worse() {
     let exact = Tolerance::new(0.01, 7e-5).unwrap();
     let mut accepted_and_worse = 0;
     for seed in 0..12 {
-        let made = RobotFile {
-            tolerance: Some(exact),
-            ..file.clone()
-        };
+        let made = file.with_tolerance(Some(exact));
         let (truth, readings) = measured(&made, Instrument::Positions, 8, seed);
         if let Ok(report) = calibrate(&file, &readings, &Options::default()) {
             let mut promise = Promise::default();

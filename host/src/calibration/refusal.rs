@@ -5,7 +5,7 @@ use super::judge::{Case, Objection};
 use crate::files::input::InputError;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
-use crate::fit::{Frame, Options, Unsolved};
+use crate::fit::{Frame, Unsolved};
 use crate::text::{count, in_file_units, probability, significant};
 use delta_cal::observations::Instrument;
 use delta_cal::{ArmIndex, Parameter, Refusal};
@@ -97,12 +97,7 @@ pub(crate) fn explained(
     hint: Option<String>,
     diagnosis: Option<Diagnosis>,
 ) -> CalibrateError {
-    let &Case {
-        robot,
-        readings,
-        options: Options { frame, .. },
-        ..
-    } = case;
+    let (robot, readings, frame) = (case.robot, case.readings, case.options.frame);
     let (cause, remedy) = match objection {
         Objection::Unsolved(why) => match unsolved(case, why) {
             Ok(words) => words,
@@ -220,12 +215,7 @@ fn unsolved(case: &Case<'_>, why: &Unsolved) -> Result<(String, String), InputEr
 
 /// What the core refuses.
 fn undetermined(case: &Case<'_>, refusal: &Refusal) -> (String, String) {
-    let &Case {
-        robot,
-        readings,
-        options: Options { frame, .. },
-        ..
-    } = case;
+    let (robot, readings, frame) = (case.robot, case.readings, case.options.frame);
     let arm_of = |arm: Option<ArmIndex>| arm.map_or_else(String::new, |arm| format!("{arm}: "));
     let has_tolerance = robot.tolerance.is_some();
     let or_tolerance = if has_tolerance {

@@ -20,11 +20,12 @@ const LOWEST_ARM: f64 = 90.0;
 /// σ of the bed, which is level at z = 0: mm and degrees.
 const BED: f64 = 0.001;
 /// σ of an uncalibrated printer: tower position and rod in mm, lean in degrees, end stop in mm, scale.
-const TOWERS: (f64, f64, f64, f64) = (0.4, 0.1, 5.0, 0.0005);
+const TOWERS: (f64, f64, f64, f64) = (0.4, 0.1, 5.0, 0.0003);
 /// σ of the radius and of the rod length common to all towers, mm: owners seldom measure them.
-const COMMON: f64 = 1.0;
+const COMMON_RADIUS: f64 = 0.6;
+const COMMON_ROD: f64 = 0.8;
 /// σ of the shrinkage of prints, a fraction of the length: PLA shrinks by 0.2 to 0.3 %, ABS by more.
-pub(crate) const SHRINKAGE: f64 = 0.003;
+pub(crate) const SHRINKAGE: f64 = 0.0025;
 /// σ of rotary arms, mm and degrees.
 const ARMS: (f64, f64) = (0.5, 0.2);
 /// σ of the joint zeros of rotary arms, degrees, and of the shoulders' height above the bed, mm: as measured by tape.
@@ -143,8 +144,8 @@ impl Machine {
         let shift = [0, 1, 2].map(|tower| now[tower] - then[tower]);
         let tolerance = Tolerance::new(TOWERS.0, TOWERS.1.to_radians())
             .and_then(|own| own.with_linear(TOWERS.2, TOWERS.3))
-            .and_then(|own| own.with_radius(stated.radius_sigma.unwrap_or(COMMON)))
-            .and_then(|own| own.with_forearm(stated.rods_sigma.unwrap_or(COMMON)));
+            .and_then(|own| own.with_radius(stated.radius_sigma.unwrap_or(COMMON_RADIUS)))
+            .and_then(|own| own.with_forearm(stated.rods_sigma.unwrap_or(COMMON_ROD)));
         let usual = USUAL_BED * configured.radius;
         Ok(Self {
             robot,

@@ -13,7 +13,7 @@ mod robust;
 pub mod solution;
 pub(crate) mod solve;
 
-pub(crate) use estimators::{by_arms, closure};
+pub(crate) use estimators::{Closure, by_arms};
 use serde::{Deserialize, Serialize};
 pub use solution::{Solution, Unsolved};
 pub use solve::solve;

@@ -2,7 +2,7 @@
 
 use crate::accuracy::information::{ARM, PARAMETERS, is_empty, units};
 use crate::accuracy::uncertainty::jacobian;
-use crate::fit::{Method, closure};
+use crate::fit::{Closure, Method};
 use delta_cal::calibration::{TolerancePrior, Triangle};
 use delta_cal::{ArmIndex, Noise, Robot, Sample, Tolerance};
 use nalgebra::{DMatrix, Matrix3, SMatrix, SVector, Vector3};
@@ -71,7 +71,7 @@ fn rows_of_prior(truth: &Robot<f64>, tolerance: Option<&Tolerance<f64>>) -> Vec<
 fn closure_rows(truth: &Robot<f64>, pose: &Sample<f64>, noise: &Noise<f64>) -> Vec<Row> {
     let units = units(truth);
     let of_arm = |index: ArmIndex| {
-        let (gradient, _) = closure(truth.arm(index), pose, index.index(), noise);
+        let gradient = Closure::of(truth, pose, index, noise).by_parameters;
         let mut row = Row::zeros();
         row.fixed_rows_mut::<ARM>(ARM * index.index())
             .copy_from(&gradient);

@@ -14,7 +14,6 @@ use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{
     Instruments, ObservationError, ObservationProblem, ObservationRow, PositionFrame,
 };
-use delta_cal::robot::Arm;
 use delta_cal::samples::{AddError, Triangle};
 use delta_cal::{
     ArmIndex, IkmCalibrator, JointCalibrator, Noise, Robot, Sample, Settings, Tolerance,
@@ -50,6 +49,7 @@ struct Found {
     prior_share: [f64; PARAMETERS],
     conditions: [f64; 3],
     start: StartUsed,
+    separate: Option<Separate>,
 }
 
 impl Found {
@@ -66,6 +66,7 @@ impl Found {
             prior_share: std::array::from_fn(|place| estimate.prior_share[place]),
             conditions: estimate.conditions,
             start: estimate.start,
+            separate: None,
         })
     }
 }
@@ -151,9 +152,10 @@ impl Task<'_> {
         let covariance = by_arms(&outcome.arms).ok_or(Unsolved::NoRedundancy)?;
         let shares = outcome.arms.each_ref().map(|arm| arm.prior_share);
         let [one, ..] = &outcome.arms;
-        let covariance = between_arms(&outcome.robot, &samples, noise, &covariance);
+        let separate = Separate::of(&outcome.robot, &samples, noise, &covariance);
         Ok(Found {
-            covariance: dynamic(&covariance),
+            covariance: dynamic(&separate.covariance),
+            separate: Some(separate),
             robot: outcome.robot,
             moved: self.moved(&outcome.robot),
             prior_share: std::array::from_fn(|place| shares[place / 8][place % 8]),
@@ -224,6 +226,12 @@ impl Task<'_> {
         let at = (&found.robot, &end);
         let (rows, sensitivities) =
             looked_at::<N, M>(&problem, at, &units, &covariance, (&weights, &suspected));
+        let mut noise = self.noise_of(&rows, levels);
+        if let (Some(separate), [own]) = (&found.separate, noise.as_mut_slice()) {
+            own.squares = separate.squares;
+            own.freedom = separate.freedom;
+            own.known = separate.freedom;
+        }
         Ok(Solution {
             method: self.method,
             frame: self.frame,
@@ -236,7 +244,7 @@ impl Task<'_> {
             moved,
             prior_share: found.prior_share,
             transmissions: instruments.transmission.is_some(),
-            noise: self.noise_of(&rows, levels),
+            noise,
             rows,
             sensitivities,
             levels: *levels,
@@ -408,46 +416,90 @@ pub(crate) fn by_arms(arms: &[ArmOutcome<f64>; 3]) -> Option<SMatrix<f64, PARAME
     Some(whole)
 }
 
-/// Completes the covariance of a fit that treats the arms' closure errors as independent, as the IKM method does. They
-/// share the position's noise, which correlates the errors of the arms' parameters:
-///
-/// ```text
-/// Cᵢⱼ = Cᵢ (Σ gᵢₖ ρᵢⱼₖ gⱼₖᵀ) Cⱼ,   gᵢ = (∂fᵢ/∂Pᵢ)/σfᵢ,   ρᵢⱼ = σx² (∂fᵢ/∂X)ᵀ(∂fⱼ/∂X)/(σfᵢ σfⱼ)
-/// ```
-fn between_arms(
-    robot: &Robot<f64>,
-    samples: &[Sample<f64>],
-    noise: &Noise<f64>,
-    covariance: &SMatrix<f64, PARAMETERS, PARAMETERS>,
-) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
-    let mut shared = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
-    for sample in samples {
-        let rows =
-            ArmIndex::ALL.map(|index| closure(robot.arm(index), sample, index.index(), noise));
-        for (i, (of_one, one)) in rows.iter().enumerate() {
-            for (j, (of_other, other)) in rows.iter().enumerate().filter(|(j, _)| *j != i) {
-                let mut block = shared.fixed_view_mut::<8, 8>(8 * i, 8 * j);
-                block += of_one * of_other.transpose() * one.dot(other);
-            }
-        }
-    }
-    covariance + covariance * shared * covariance
+/// A fit to the arms' closure errors one by one, as the IKM method's, in which they count as independent.
+struct Separate {
+    covariance: SMatrix<f64, PARAMETERS, PARAMETERS>,
+    /// Sum of the squared closure errors, in σ.
+    squares: f64,
+    freedom: f64,
 }
 
-/// (∂f/∂P)/σf of an arm, with σf² = |∂f/∂X|² σx² + (∂f/∂q)² σq² the variance of the closure error; and the error's
-/// derivative with respect to the position's noise, in σ.
-pub(crate) fn closure(
-    arm: &Arm<f64>,
-    sample: &Sample<f64>,
-    index: usize,
-    noise: &Noise<f64>,
-) -> (SVector<f64, 8>, Vector3<f64>) {
-    let (x, q) = (&sample.position, sample.joints[index]);
-    let by_position = arm.constraint_by_position(x, q);
-    let by_joint = arm.constraint_by_joint(x, q) * noise.joint();
-    let sigma = (by_position.norm() * noise.position()).hypot(by_joint);
-    (
-        arm.constraint_by_parameters(x, q) / sigma,
-        by_position * (noise.position() / sigma),
-    )
+impl Separate {
+    /// The arms share the position's noise, which correlates the errors of their parameters:
+    ///
+    /// ```text
+    /// Cᵢⱼ = Cᵢ (Σ gᵢₖ ρᵢⱼₖ gⱼₖᵀ) Cⱼ,   gᵢ = (∂fᵢ/∂Pᵢ)/σfᵢ,   ρᵢⱼ = σx² (∂fᵢ/∂X)ᵀ(∂fⱼ/∂X)/(σfᵢ σfⱼ)
+    /// ```
+    ///
+    /// and leaves a pose with fewer degrees of freedom than closure errors, by 3/Σ ρᵢⱼ² (Satterthwaite 1946). `by_arms`
+    /// holds Cᵢ. The residuals of positions would overstate the noise, because such a fit does not minimise them.
+    fn of(
+        robot: &Robot<f64>,
+        samples: &[Sample<f64>],
+        noise: &Noise<f64>,
+        by_arms: &SMatrix<f64, PARAMETERS, PARAMETERS>,
+    ) -> Self {
+        let (mut squares, mut freedom) = (0.0, 0.0);
+        let mut shared = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
+        for sample in samples {
+            let rows = ArmIndex::ALL.map(|index| Closure::of(robot, sample, index, noise));
+            let mut correlations = 0.0;
+            let (mut own_squares, mut own_freedom) = (0.0, 0.0);
+            for (i, one) in rows.iter().enumerate() {
+                for (j, other) in rows.iter().enumerate() {
+                    let correlation = if i == j {
+                        1.0
+                    } else {
+                        one.by_position.dot(&other.by_position)
+                    };
+                    correlations += correlation * correlation;
+                    if i != j {
+                        let mut block = shared.fixed_view_mut::<8, 8>(8 * i, 8 * j);
+                        block += one.by_parameters * other.by_parameters.transpose() * correlation;
+                    }
+                }
+                let known = by_arms.fixed_view::<8, 8>(8 * i, 8 * i);
+                own_squares += one.error * one.error;
+                own_freedom += 1.0 - one.by_parameters.dot(&(known * one.by_parameters));
+            }
+            squares += 3.0 / correlations * own_squares;
+            freedom += 3.0 / correlations * own_freedom;
+        }
+        Self {
+            covariance: by_arms + by_arms * shared * by_arms,
+            squares,
+            freedom,
+        }
+    }
+}
+
+/// An arm's closure error f at a pose, in σf, σf² = |∂f/∂X|² σx² + (∂f/∂q)² σq².
+pub(crate) struct Closure {
+    error: f64,
+    pub(crate) by_parameters: SVector<f64, 8>,
+    /// By the position's noise, in σx.
+    by_position: Vector3<f64>,
+}
+
+impl Closure {
+    pub(crate) fn of(
+        robot: &Robot<f64>,
+        sample: &Sample<f64>,
+        index: ArmIndex,
+        noise: &Noise<f64>,
+    ) -> Self {
+        let (arm, x, q) = (
+            robot.arm(index),
+            &sample.position,
+            sample.joints[index.index()],
+        );
+        let by_position = arm.constraint_by_position(x, q);
+        let by_joint = arm.constraint_by_joint(x, q) * noise.joint();
+        let sigma = (by_position.norm() * noise.position()).hypot(by_joint);
+        Self {
+            error: arm.constraint(x, q) / sigma,
+            by_parameters: arm.constraint_by_parameters(x, q) / sigma,
+            by_position: by_position * (noise.position() / sigma),
+        }
+    }
 }

@@ -138,11 +138,9 @@ fn errors_are_as_large_as_the_stated_sigma_whatever_the_instrument() {
         let most = size(0.25, 0.1);
         let holds = promise.accepted >= size(44.0, 440.0)
             && (0.9..1.1).contains(&z)
-            && [absolute, relative].iter().all(|ratio| {
-                // The IKM method states too much for two geometries, never too little.
-                let least = method.map_or(most, |_| 0.25);
-                (1.0 - least..1.0 + most).contains(ratio)
-            })
+            && [absolute, relative]
+                .iter()
+                .all(|ratio| (1.0 - most..1.0 + most).contains(ratio))
             && bound.is_none_or(|ratio| ratio < size(1.2, 1.05))
             // Each has less than a 5 % chance of harm.
             && promise.worse <= size(1, 3);

@@ -8,7 +8,7 @@ use std::io::Read;
 use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 const PACKAGE: &str = "delta-cal-firmware-example";
@@ -21,22 +21,22 @@ fn can_run() -> bool {
     delta_cal_verify::have(&["qemu-system-arm", TARGET])
 }
 
-/// The firmware as `firmware-example/README.md` builds it, in `f64` if `double`. Built only once: Cargo rewrites even
-/// an up-to-date program, and an emulator that starts at that moment would not find it.
+/// The firmware as `firmware-example/README.md` builds it, in `f64` if `double`. Both programs are built in the folder
+/// of the other Cortex-M programs, under one name, and copied from there.
 fn firmware(double: bool) -> PathBuf {
     static BUILT: [OnceLock<PathBuf>; 2] = [const { OnceLock::new() }; 2];
+    static BUILDING: Mutex<()> = Mutex::new(());
     let built = || {
-        let target = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../target"));
-        // A separate folder: another test may be about to load the other program.
-        let (folder, features) = if double {
-            (target.join("double"), "double")
-        } else {
-            (target.to_owned(), "board")
-        };
+        let _alone = BUILDING.lock();
+        let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../target/firmware"));
+        let features = if double { "double" } else { "board" };
         let build = ["build", "--profile", "firmware", "--target", TARGET];
         let of = ["--package", PACKAGE, "--features", features];
-        delta_cal_verify::cargo(&folder, &[&build[..], &of].concat()).unwrap();
-        folder.join(TARGET).join("firmware").join(PACKAGE)
+        delta_cal_verify::cargo(folder, &[&build[..], &of].concat()).unwrap();
+        let copy = folder.join(format!("{PACKAGE}-{features}"));
+        let program = folder.join(TARGET).join("firmware").join(PACKAGE);
+        std::fs::copy(program, &copy).unwrap();
+        copy
     };
     BUILT[usize::from(double)].get_or_init(built).clone()
 }

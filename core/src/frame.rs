@@ -99,30 +99,52 @@ impl<T: Real> RigidTransform<T> {
             return Err(AlignmentError::TooFewPoints);
         }
         let (from_mean, to_mean) = (from_sum / count, to_sum / count);
-        let mut products = Matrix3::<T>::zeros();
+        let mut columns = [Vector3::<T>::zeros(); 3];
         let mut spread = T::ZERO;
         for (from, to) in pairs {
             let (from, to) = (from - from_first - from_mean, to - to_first - to_mean);
-            products += from * to.transpose();
+            for (column, to) in columns.iter_mut().zip(to.iter()) {
+                *column += from * *to;
+            }
             spread += from.dot(&from) + to.dot(&to);
         }
-        if !(spread * spread).finite() {
-            return Err(AlignmentError::NonFinite);
-        }
-        if !(spread > T::ZERO) {
-            return Err(AlignmentError::Collinear);
-        }
-        let ([largest, second], quaternion) = two_largest(&horn_matrix(&(products / spread)));
-        // If the points are collinear, any rotation about their line fits equally well.
-        if !(largest - second > T::EPSILON * T::from_f64(128.0)) {
-            return Err(AlignmentError::Collinear);
-        }
-        let rotation = rotation_of(&quaternion);
+        let rotation = best_rotation(&Matrix3::from_columns(&columns), spread)?;
+        let turned = product(&rotation, &(from_first + from_mean));
         Ok(Self {
             rotation,
-            translation: to_first + (to_mean - rotation * (from_first + from_mean)),
+            translation: to_first + (to_mean - turned),
         })
     }
+}
+
+/// The rotation R that maximises Σ to · R from; `products` is Σ from · toᵀ, and `spread` the sum of all squares.
+#[inline(never)]
+pub(crate) fn best_rotation<T: Real>(
+    products: &Matrix3<T>,
+    spread: T,
+) -> Result<Matrix3<T>, AlignmentError> {
+    if !(spread * spread).finite() {
+        return Err(AlignmentError::NonFinite);
+    }
+    if !(spread > T::ZERO) {
+        return Err(AlignmentError::Collinear);
+    }
+    let ([largest, second], quaternion) = two_largest(&horn_matrix(&(products / spread)));
+    // If the points are collinear, any rotation about their line fits equally well.
+    if !(largest - second > T::EPSILON * T::from_f64(128.0)) {
+        return Err(AlignmentError::Collinear);
+    }
+    Ok(rotation_of(&quaternion))
+}
+
+/// A matrix times a vector. Not nalgebra's product, which has a path to a panic in a program built for size.
+pub(crate) fn product<T: Real>(matrix: &Matrix3<T>, vector: &Vector3<T>) -> Vector3<T> {
+    let [x, y, z] = [vector.x, vector.y, vector.z];
+    Vector3::new(
+        matrix.m11 * x + matrix.m12 * y + matrix.m13 * z,
+        matrix.m21 * x + matrix.m22 * y + matrix.m23 * z,
+        matrix.m31 * x + matrix.m32 * y + matrix.m33 * z,
+    )
 }
 
 /// The symmetric matrix whose dominant eigenvector is the quaternion (w, x, y, z) of the rotation R that maximises Σ to
@@ -157,7 +179,8 @@ fn two_largest<T: Real>(matrix: &Matrix4<T>) -> ([T; 2], Vector4<T>) {
         for (p, q) in PAIRS {
             let at = |i: usize, j: usize| entry(&matrix, i, j);
             let (diagonal_p, diagonal_q, off) = (at(p, p), at(q, q), at(p, q));
-            if !(off.magnitude() > T::SMALLEST_SQUARE) {
+            // A smaller one turns nothing that is not lost in rounding: the matrix is that of unit spread.
+            if !(off.magnitude() > T::EPSILON.squared()) {
                 continue;
             }
             // tan of the rotation angle, the smaller root of t² + 2t cot 2φ − 1 = 0.
@@ -170,10 +193,13 @@ fn two_largest<T: Real>(matrix: &Matrix4<T>) -> ([T; 2], Vector4<T>) {
             };
             let cosine = T::ONE / (tangent.squared() + T::ONE).square_root();
             let sine = tangent * cosine;
-            turn_columns(&mut matrix, p, q, cosine, sine);
-            matrix = Matrix4::from_fn(|row, column| entry(&matrix, column, row));
-            turn_columns(&mut matrix, p, q, cosine, sine);
-            turn_columns(&mut vectors, p, q, cosine, sine);
+            for line in 0..4 {
+                turn(&mut matrix, [(line, p), (line, q)], cosine, sine);
+                turn(&mut vectors, [(line, p), (line, q)], cosine, sine);
+            }
+            for line in 0..4 {
+                turn(&mut matrix, [(p, line), (q, line)], cosine, sine);
+            }
         }
     }
     let mut largest = [-T::INFINITY; 2];
@@ -191,18 +217,15 @@ fn two_largest<T: Real>(matrix: &Matrix4<T>) -> ([T; 2], Vector4<T>) {
     (largest, vector)
 }
 
-/// Rotates columns p and q in their plane.
-fn turn_columns<T: Real>(matrix: &mut Matrix4<T>, p: usize, q: usize, cosine: T, sine: T) {
-    for row in 0..4 {
-        let (Some(a), Some(b)) = (matrix.get((row, p)).copied(), matrix.get((row, q)).copied())
-        else {
-            continue;
-        };
-        if let Some(entry) = matrix.get_mut((row, p)) {
-            *entry = cosine * a - sine * b;
-        }
-        if let Some(entry) = matrix.get_mut((row, q)) {
-            *entry = sine * a + cosine * b;
+/// Rotates two entries in their plane.
+fn turn<T: Real>(matrix: &mut Matrix4<T>, places: [(usize, usize); 2], cosine: T, sine: T) {
+    let [a, b] = places.map(|(row, column)| entry(matrix, row, column));
+    for (place, value) in places
+        .into_iter()
+        .zip([cosine * a - sine * b, sine * a + cosine * b])
+    {
+        if let Some(entry) = matrix.get_mut(place) {
+            *entry = value;
         }
     }
 }

@@ -8,11 +8,15 @@
 
 use crate::Real;
 use crate::calibration::{JointSamples, JointSolver, Normal, Progress, Refusal};
+use crate::frame::RigidTransform;
 use crate::kinematics::KinematicsError;
-use crate::observations::{At, Equation, Observation, ObservationRow, Pose, READINGS};
+use crate::observations::{
+    At, Equation, Observation, ObservationRow, Pose, READINGS, align, nearest_rotation,
+};
 use crate::robot::{ArmIndex, Robot};
 use crate::samples::{ArmFactor, Displacement, NominalArm, Sample, Waiting, triangle};
-use nalgebra::Vector3;
+use core::ops::Range;
+use nalgebra::{Matrix3, Vector3};
 
 /// Declares the functions once, and implements them for each scalar type.
 macro_rules! kernels {
@@ -104,15 +108,34 @@ kernels! { [f32, f64]
         at.equations(observation, own, other)
     }
 
-    /// [`ObservationRow::absorb`].
-    fn absorb_row(
+    /// [`ObservationRow::derive`].
+    fn derive_row(
         row: &ObservationRow<Self>,
         at: &At<'_, Self>,
         units: &[Self],
         columns: &mut [[Self; READINGS]],
-        entries: &mut [Self],
     ) -> Option<Self> {
-        row.absorb(at, units, columns, entries)
+        row.derive(at, units, columns)
+    }
+
+    /// [`ObservationRow::absorb`].
+    fn absorb_row(
+        row: &ObservationRow<Self>,
+        part: usize,
+        columns: &mut [[Self; READINGS]],
+        entries: &mut [Self],
+    ) {
+        row.absorb(part, columns, entries);
+    }
+
+    /// The frame that best fits complete coordinates.
+    fn align(rows: &[ObservationRow<Self>]) -> Option<RigidTransform<Self>> {
+        align(rows)
+    }
+
+    /// The rotation that best fits the directions of axes.
+    fn nearest_rotation(rows: &[Vector3<Self>; 3]) -> Option<Matrix3<Self>> {
+        nearest_rotation(rows)
     }
 
     /// Absorbs two rows.
@@ -130,14 +153,15 @@ kernels! { [f32, f64]
         triangle::back_substitute(entries, smallest, solution)
     }
 
-    /// Adds the products of the inverse's last columns to the covariance.
+    /// Adds the products of these rows of the inverse's last columns to the covariance.
     fn invert(
         entries: &[Self],
         size: usize,
         columns: &mut [[Self; 4]],
         covariance: &mut [Self],
+        rows: Range<usize>,
     ) {
         triangle::inverse_columns(entries, size, columns);
-        triangle::add_square(columns, covariance, size.saturating_sub(1));
+        triangle::add_square(columns, covariance, size.saturating_sub(1), rows);
     }
 }

@@ -34,3 +34,4 @@ pub use observation::{
 };
 pub use problem::{ObservationProblem, PrepareError};
 pub use solve::ObservationOutcome;
+pub(crate) use start::{align, nearest_rotation};

@@ -85,10 +85,8 @@ impl<F: NorFlash> Halves<F> {
         match self.found {
             // The halves are written alternately: a gap between their numbers means a lost record.
             [Ok(Some(lower)), Ok(Some(upper))] => {
-                matches!(
-                    lower.generation.wrapping_sub(upper.generation),
-                    1 | u32::MAX
-                )
+                let gap = lower.generation.wrapping_sub(upper.generation);
+                gap == 1 || gap == u32::MAX
             }
             [lower, upper] => lower.is_ok() && upper.is_ok(),
         }

@@ -127,7 +127,9 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
         if let Some(begin) = session.storable()
             && self.due(begin, session.samples(), turn)
         {
-            match self.save(begin, session, turn) {
+            // Also before a failure, so that failing flash is not retried at every turn.
+            self.turn = turn;
+            match self.save(begin, session) {
                 Ok(()) => log!(info, "session {=u32:08x} stored", begin.session),
                 Err(error) => log!(warn, "session not stored: {}", error),
             }
@@ -160,14 +162,7 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
     }
 
     #[inline(never)]
-    fn save(
-        &mut self,
-        begin: &Begin<T>,
-        session: &Session<T>,
-        turn: u32,
-    ) -> Result<(), StoreError> {
-        // Also before a failure, so that failing flash is not retried at every turn.
-        self.turn = turn;
+    fn save(&mut self, begin: &Begin<T>, session: &Session<T>) -> Result<(), StoreError> {
         let bytes = self.bytes.as_mut();
         let mut writer = Writer::new(bytes);
         begin.put(&mut writer);

@@ -1,17 +1,19 @@
 //! The calibration from heights, distances and single coordinates: against SciPy's optimum, and over many
-//! robots against what it says of itself.
+//! robots against what it says of itself. What is unusable is refused.
 
 use delta_cal::calibration::Settings;
 use delta_cal::observations::{
-    Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationOutcome,
-    ObservationProblem, ObservationRow, Plane, Point, PositionFrame,
+    Distance, DistanceFrom, FkmCalibrator, Height, Instrument, Instruments, Observation,
+    ObservationError, ObservationNoise, ObservationOutcome, ObservationProblem, ObservationRow,
+    Plane, Point, PositionFrame, PrepareError,
 };
-use delta_cal::robot::TransmissionTolerance;
+use delta_cal::robot::{Drive, TransmissionTolerance};
+use delta_cal::samples::SampleError;
 use delta_cal::simulate::{random_pose, standard_normal};
-use delta_cal::{Noise, Real, Refusal, Robot, Tolerance};
+use delta_cal::{ArmIndex, Noise, Real, Refusal, Robot, Tolerance};
 use delta_cal_tests::geometries::{difference, geometries, judged};
 use delta_cal_tests::goldens::{number, numbers};
-use delta_cal_tests::{Spread, generator, paper_limits, perturbed};
+use delta_cal_tests::{Spread, generator, paper_limits, paper_robot, perturbed};
 use nalgebra::{DMatrix, SMatrix, Vector3};
 use rand_pcg::Pcg32;
 use serde::Deserialize;
@@ -575,4 +577,123 @@ fn relative_positions_are_as_good_as_reported() {
     assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
     // Poses near a singularity of the nominal robot can trap the iteration, which then says so.
     assert!(refused <= 2, "{refused}");
+}
+
+fn instruments_of<'a>(planes: &'a [Plane<f64>], points: &'a [Point<f64>]) -> Instruments<'a, f64> {
+    Instruments {
+        frame: PositionFrame::Base,
+        planes,
+        points,
+        noise: noise(),
+        transmission: None,
+    }
+}
+
+fn at(q: f64) -> Observation<f64> {
+    Observation::at([0.1, q, 0.3])
+}
+
+fn height(plane: u8, height: f64) -> Observation<f64> {
+    Observation {
+        height: Some(Height { plane, height }),
+        ..at(0.2)
+    }
+}
+
+fn distance(from: DistanceFrom<f64>, distance: f64) -> Observation<f64> {
+    Observation {
+        distance: Some(Distance { from, distance }),
+        ..at(0.2)
+    }
+}
+
+#[test]
+fn unusable_observations_are_refused_with_their_fault() {
+    use ObservationError::{DistanceNotPositive, NoSuchPlane, NoSuchPoint, NonFinite, Nothing};
+
+    let (planes, points) = ([Plane::default(); 2], [Point::default()]);
+    let instruments = instruments_of(&planes, &points);
+    let x = |x| Observation {
+        position: [None, Some(x), None],
+        ..at(0.2)
+    };
+    let point = DistanceFrom::Point;
+    let of = |q| DistanceFrom::Pose([0.1, 0.2, q]);
+    let too_large = ObservationError::Joints(SampleError::JointTooLarge(ArmIndex::Third));
+    let not_finite = ObservationError::Joints(SampleError::JointNonFinite(ArmIndex::Second));
+    for (observation, expected) in [
+        (x(12.0), Ok(())),
+        (x(f64::NAN), Err(NonFinite)),
+        (x(1e200), Err(NonFinite)),
+        (at(0.2), Err(Nothing)),
+        (at(f64::NAN), Err(not_finite)),
+        (height(1, -3.0), Ok(())),
+        (height(2, 3.0), Err(NoSuchPlane(2))),
+        (height(0, f64::INFINITY), Err(NonFinite)),
+        (distance(point(0), 100.0), Ok(())),
+        (distance(point(1), 100.0), Err(NoSuchPoint(1))),
+        (distance(point(0), 0.0), Err(DistanceNotPositive)),
+        (distance(point(0), -1.0), Err(DistanceNotPositive)),
+        (distance(point(0), f64::NAN), Err(NonFinite)),
+        (distance(of(0.4), 100.0), Ok(())),
+        (distance(of(13.0), 100.0), Err(too_large)),
+    ] {
+        assert_eq!(observation.check(Drive::Rotary, &instruments), expected);
+    }
+}
+
+/// A σ of 0 would be an infinite weight. Both ways of solving name the fault.
+#[test]
+fn known_places_without_a_sigma_are_refused() {
+    let robot = paper_robot();
+    let settings = Settings::new();
+    let refused = |planes: &[Plane<f64>], points: &[Point<f64>], expected| {
+        let instruments = instruments_of(planes, points);
+        let mut rows = [ObservationRow::new(height(0, 100.0)); 9];
+        let refused = Refusal::UnusableInstrument(expected);
+        let problem = ObservationProblem::<f64, 30>::prepare(&robot, &instruments, &mut rows);
+        assert_eq!(problem.unwrap_err(), PrepareError::Refused(refused));
+        let made = FkmCalibrator::<f64, 9, 33, 34, 595>::new(&robot, &instruments, &settings);
+        assert_eq!(made.unwrap_err(), refused);
+    };
+    let good = Plane {
+        known: Some((-700.0, 1.0)),
+        level: Some(0.01),
+    };
+    for sigma in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let known = Plane {
+            known: Some((-700.0, sigma)),
+            ..good
+        };
+        refused(&[known], &[], Instrument::Plane(0));
+        let level = Plane {
+            level: Some(sigma),
+            ..good
+        };
+        refused(&[good, level], &[], Instrument::Plane(1));
+        let point = Point {
+            known: Some((Vector3::new(0.0, 0.0, -700.0), sigma)),
+            offset: false,
+        };
+        refused(&[good], &[point], Instrument::Point(0));
+    }
+    let nowhere = Plane {
+        known: Some((f64::NAN, 1.0)),
+        level: None,
+    };
+    refused(&[nowhere], &[], Instrument::Plane(0));
+}
+
+#[test]
+fn a_row_whose_weight_is_no_number_is_refused() {
+    let robot = paper_robot();
+    let planes = [Plane::default()];
+    let instruments = instruments_of(&planes, &[]);
+    for weight in [f64::INFINITY, f64::NAN, -1.0] {
+        let mut rows = [ObservationRow::new(height(0, 100.0)); 9];
+        rows[4].set_weight(weight);
+        let problem = ObservationProblem::<f64, 27>::prepare(&robot, &instruments, &mut rows);
+        let error = ObservationError::Weight;
+        assert_eq!(problem.unwrap_err(), PrepareError::Row { index: 4, error });
+    }
 }

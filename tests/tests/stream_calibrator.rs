@@ -1,13 +1,15 @@
 //! The stream with everything in it: it decides and computes as its parts do by hand, and goes on from a snapshot to the same
-//! bits.
+//! bits. Nothing changes the samples of a calibrator while it solves.
 
-use delta_cal::calibration::{Calibrator, Estimator, Ikm, Joint, Start};
+use delta_cal::calibration::{Calibrator, Estimator, Ikm, Joint, Solver, Start};
+use delta_cal::samples::MergeError;
 use delta_cal::snapshot::SnapshotError;
 use delta_cal::stream::{
     AddError, Added, Alarm, Forgetting, Selection, StreamCalibrator, StreamRefusal, Verdict,
 };
 use delta_cal::{
-    IkmCalibrator, JointCalibrator, Noise, Progress, Real, Robot, Sample, Settings, Tolerance,
+    IkmCalibrator, JointCalibrator, Noise, Progress, Real, Robot, Sample, Settings, SymmetricRobot,
+    Tolerance,
 };
 use delta_cal_tests::geometries::geometries;
 use delta_cal_tests::{Spread, generator, measurements, perturbed};
@@ -378,4 +380,167 @@ fn a_stream_that_solves_has_no_snapshot() {
     stream.solve().unwrap();
     let mut bytes = vec![0; Arms::SNAPSHOT_BYTES];
     assert_eq!(stream.snapshot(&mut bytes), Err(SnapshotError::Busy));
+}
+
+const GATED: Selection<f64> = Selection::Gated { forgetting: None };
+
+fn stated() -> Settings<f64> {
+    statements()[3]
+}
+
+/// The paper's robot with other forearms.
+fn with_forearms(forearm: f64) -> Robot<f64> {
+    let robot = SymmetricRobot {
+        base_radius: 194.0,
+        platform_radius: 30.0,
+        upper_arm: 260.0,
+        forearm,
+    };
+    robot.robot().unwrap()
+}
+
+/// An exact measurement, at other joint angles for every index.
+fn sample(of: &Robot<f64>, index: usize) -> Sample<f64> {
+    let t = index as f64;
+    let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
+    let position = of.forward(&joints).unwrap();
+    Sample { joints, position }
+}
+
+/// The position error of the platform.
+fn solved(stream: &mut Arms, truth: &Robot<f64>) -> Result<f64, StreamRefusal> {
+    stream.solve()?;
+    while stream.step() == Progress::Working {}
+    let outcome = stream.outcome()?;
+    let at = |robot: &Robot<f64>| robot.forward(&[0.1, 0.2, -0.3]).unwrap();
+    Ok((at(&outcome.robot) - at(truth)).norm())
+}
+
+#[test]
+fn an_alarm_is_answered_and_a_changed_robot_calibrated_again() {
+    let [nominal, truth, changed] = [480.0, 480.4, 481.2].map(with_forearms);
+    let mut stream = Arms::new(&nominal, &stated(), &GATED);
+    for k in 0..48 {
+        let robot = if k < 40 { &truth } else { &changed };
+        let added = stream.add(&sample(robot, k)).unwrap();
+        assert_eq!(
+            matches!(added, Added::Tested(Verdict::Rejected(_))),
+            k >= 40
+        );
+    }
+    let alarm = Alarm::RobotChanged { first: 40 };
+    assert_eq!(
+        solved(&mut stream, &truth),
+        Err(StreamRefusal::Alarm(alarm))
+    );
+    // The run was wrong: earlier samples stay.
+    stream.acknowledge();
+    assert_eq!(stream.alarm(), None);
+    assert!(solved(&mut stream, &truth).unwrap() < 0.02);
+    // Another run raises another alarm.
+    for k in 48..56 {
+        stream.add(&sample(&changed, k)).unwrap();
+    }
+    assert_eq!(stream.alarm(), Some(Alarm::RobotChanged { first: 48 }));
+    // The robot has changed.
+    stream.reset();
+    assert_eq!((stream.alarm(), stream.samples()), (None, 0));
+    let mut new = Arms::new(&nominal, &stated(), &GATED);
+    for k in 0..40 {
+        assert_eq!(
+            stream.add(&sample(&changed, k)),
+            new.add(&sample(&changed, k))
+        );
+    }
+    let found = solved(&mut stream, &changed);
+    assert_eq!(found, solved(&mut new, &changed));
+    assert!(found.unwrap() < 0.02);
+}
+
+/// Without a tolerance, the gate needs an estimate at the twelfth sample.
+#[test]
+fn what_is_restored_was_not_asked_to_solve() {
+    let (nominal, truth) = (with_forearms(480.0), with_forearms(480.4));
+    let settings = Settings::default();
+    let mut stream = Arms::new(&nominal, &settings, &GATED);
+    let mut bytes = [0; Arms::SNAPSHOT_BYTES];
+    for k in 0..12 {
+        if k == 11 {
+            stream.snapshot(&mut bytes).unwrap();
+        }
+        stream.add(&sample(&truth, k)).unwrap();
+    }
+    stream.solve().unwrap();
+    stream.restore(&bytes).unwrap();
+    stream.add(&sample(&truth, 11)).unwrap();
+    while stream.step() == Progress::Working {}
+    assert!(!stream.finished() && !stream.solving());
+}
+
+/// The stored samples depend only on robot and noise.
+#[test]
+fn samples_outlast_a_change_of_how_they_are_solved() {
+    let (nominal, truth) = (with_forearms(480.0), with_forearms(480.4));
+    let all = Selection::default();
+    let changed = [
+        stated().with_iteration_limit(20),
+        stated().with_solver(Solver::GaussNewton),
+        stated().with_tolerance(Tolerance::new(0.8, 0.003).unwrap()),
+        stated().with_tolerance(None),
+    ];
+    let mut stream = Arms::new(&nominal, &stated(), &all);
+    for k in 0..30 {
+        stream.add(&sample(&truth, k)).unwrap();
+    }
+    let mut bytes = [0; Arms::SNAPSHOT_BYTES];
+    stream.snapshot(&mut bytes).unwrap();
+    for settings in changed {
+        let mut restored = Arms::new(&nominal, &settings, &all);
+        restored.restore(&bytes).unwrap();
+        assert_eq!(restored.samples(), 30);
+        assert!(solved(&mut restored, &truth).unwrap() < 0.02);
+    }
+    let noise = stated().with_noise(Noise::new(0.03, 0.0).unwrap());
+    let mut other = Arms::new(&nominal, &noise, &all);
+    assert!(other.restore(&bytes).is_err());
+}
+
+/// Adding, forgetting, merging or restoring during a solve would mix two factors: each call is refused at every
+/// step, and the outcome is that of an undisturbed solve.
+fn nothing_changes_the_samples<E: Estimator>() {
+    let (drawn, forgetting) = (with_forearms(480.0), Forgetting::new(19.0).unwrap());
+    let mut calibrator = Calibrator::<f64, E>::new(&drawn, &Settings::default());
+    for count in 0..21 {
+        calibrator
+            .add(&sample(&with_forearms(480.3), count))
+            .unwrap();
+    }
+    let other = calibrator.clone();
+    let mut bytes = [0; 8192];
+    let stored = other.snapshot(&mut bytes).unwrap();
+    let another = sample(&with_forearms(490.0), 30);
+    let expected = calibrator.clone().calibrate();
+    calibrator.solve().unwrap();
+    while calibrator.step() == Progress::Working {
+        for refused in [
+            calibrator.add(&another),
+            calibrator.add_forgetting(&another, &forgetting),
+            calibrator.add_many(&[another]).map_err(|(_, error)| error),
+            calibrator.forget(0.5),
+        ] {
+            assert_eq!(refused, Err(AddError::Busy));
+        }
+        assert_eq!(calibrator.merge(&other), Err(MergeError::Busy));
+        assert_eq!(calibrator.restore(stored), Err(SnapshotError::Busy));
+        calibrator.flush();
+        calibrator.solve().unwrap();
+    }
+    assert_eq!(calibrator.outcome().cloned(), expected);
+    assert!(expected.is_ok());
+}
+
+#[test]
+fn while_it_solves_nothing_changes_the_samples() {
+    nothing_changes_the_samples::<Ikm>();
+    nothing_changes_the_samples::<Joint>();
 }

@@ -256,21 +256,22 @@ const PREFIX: &str = "core_";
 const PANICS: &str = "panics_on_purpose";
 
 /// The panic handler of `tests/link` calls a function that exists nowhere: what links has no path to it. In both profiles
-/// for a Cortex-M.
+/// for a Cortex-M, and at `z`.
 #[test]
 fn no_panic_path_survives() {
     if !have(&[TARGET]) {
         return;
     }
-    for profile in [PROFILE, "small"] {
-        no_panic_path_survives_in(&directory("firmware"), profile);
+    let at_z = ["--config", "profile.small.opt-level='z'"];
+    for (profile, level) in [(PROFILE, &[][..]), ("small", &[]), ("small", &at_z)] {
+        no_panic_path_survives_in(&directory("firmware"), profile, level);
     }
 }
 
-fn no_panic_path_survives_in(directory: &Path, profile: &str) {
+fn no_panic_path_survives_in(directory: &Path, profile: &str, level: &[&str]) {
     let build = ["build", "--profile", profile, "--target", TARGET];
     let package = ["--package", "delta-cal-link-tests"];
-    cargo(directory, &[build.as_slice(), &package].concat()).expect("the build");
+    cargo(directory, &[&build[..], &package, level].concat()).expect("the build");
     let archive = directory
         .join(TARGET)
         .join(profile)
@@ -296,9 +297,12 @@ fn no_panic_path_survives_in(directory: &Path, profile: &str) {
     assert!(names.len() >= 30, "{names:?}");
     if !links(&names) {
         let culprits: Vec<_> = names.iter().filter(|name| !links(&[name])).collect();
-        panic!("{profile}: a panic path survives in {culprits:?}");
+        panic!("{profile} {level:?}: a panic path survives in {culprits:?}");
     }
-    println!("{profile}: no panic path in {} functions", names.len());
+    println!(
+        "{profile} {level:?}: no panic path in {} functions",
+        names.len()
+    );
 }
 
 /// rustc's own linker, there wherever the bare target can be built.

@@ -288,3 +288,16 @@ impl<T: Plain> Out<T> {
         Ok(())
     }
 }
+
+impl<T: Plain, const N: usize> Out<[[T; N]; N]> {
+    /// Writes a matrix entry by entry, row by row as C stores it: all of it would be large on the stack.
+    pub(crate) fn put_entries(&mut self, of: impl Fn(usize, usize) -> T) -> Result<(), Status> {
+        self.usable()?;
+        let first = self.0.cast::<T>();
+        for (row, column) in (0..N).flat_map(|row| (0..N).map(move |column| (row, column))) {
+            // SAFETY: as in `put`, and the matrix has this entry.
+            unsafe { first.add(N * row + column).write(of(row, column)) };
+        }
+        Ok(())
+    }
+}

@@ -66,6 +66,8 @@ impl<T: Real> ArmFactor<T> {
 /// The samples of one arm alone.
 impl<T: Real> Problem<T, 8, 9, 45> for ArmFactor<T> {
     type At = Displacement<T>;
+    type Rows = ();
+    const NO_ROWS: () = ();
     const PIECEWISE: bool = false;
     const RESIDUALS: u8 = 1;
     const FREE_STARTS: u8 = 1 + SPREAD_STARTS;
@@ -81,7 +83,13 @@ impl<T: Real> Problem<T, 8, 9, 45> for ArmFactor<T> {
         }
     }
 
-    fn linearize(&self, at: &Displacement<T>, normal: &mut Normal<T>, _: usize) -> Piece<T> {
+    fn linearize(
+        &self,
+        at: &Displacement<T>,
+        (): &mut (),
+        normal: &mut Normal<T>,
+        _: usize,
+    ) -> Piece<T> {
         Piece {
             sum_of_squares: T::linearize_arm(self, at, normal),
             more: false,

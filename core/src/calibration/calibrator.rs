@@ -419,52 +419,9 @@ pub(super) mod estimators {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use crate::calibration::{
-        Calibrator, Estimator, Ikm, IkmCalibrator, Joint, JointCalibrator, Progress, Settings,
-    };
+    use crate::calibration::{IkmCalibrator, JointCalibrator, Settings};
     use crate::fixtures::{sample, with_forearms};
-    use crate::samples::{AddError, Forgetting, MergeError};
-    use crate::snapshot::SnapshotError;
-
-    /// Adding, forgetting, merging or restoring during a solve would mix two factors: each call is refused at every
-    /// step, and the outcome is that of an undisturbed solve.
-    fn nothing_changes_the_samples<E: Estimator>() {
-        let (drawn, forgetting) = (with_forearms(480.0), Forgetting::new(19.0).unwrap());
-        let mut calibrator = Calibrator::<f64, E>::new(&drawn, &Settings::default());
-        for count in 0..21 {
-            calibrator
-                .add(&sample(&with_forearms(480.3), count))
-                .unwrap();
-        }
-        let other = calibrator.clone();
-        let mut bytes = [0; 8192];
-        let stored = other.snapshot(&mut bytes).unwrap();
-        let another = sample(&with_forearms(490.0), 30);
-        let expected = calibrator.clone().calibrate();
-        calibrator.solve().unwrap();
-        while calibrator.step() == Progress::Working {
-            for refused in [
-                calibrator.add(&another),
-                calibrator.add_forgetting(&another, &forgetting),
-                calibrator.add_many(&[another]).map_err(|(_, error)| error),
-                calibrator.forget(0.5),
-            ] {
-                assert_eq!(refused, Err(AddError::Busy));
-            }
-            assert_eq!(calibrator.merge(&other), Err(MergeError::Busy));
-            assert_eq!(calibrator.restore(stored), Err(SnapshotError::Busy));
-            calibrator.flush();
-            calibrator.solve().unwrap();
-        }
-        assert_eq!(calibrator.outcome().cloned(), expected);
-        assert!(expected.is_ok());
-    }
-
-    #[test]
-    fn while_it_solves_nothing_changes_the_samples() {
-        nothing_changes_the_samples::<Ikm>();
-        nothing_changes_the_samples::<Joint>();
-    }
+    use crate::samples::Forgetting;
 
     /// Both kinds of calibrator, sample by sample and with solves in between, after which nothing is waiting: the
     /// samples are worth Σ λᵏ = (1 − λⁿ)/(1 − λ), less at most one block that is still waiting or not yet forgotten.

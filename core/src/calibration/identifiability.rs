@@ -1,6 +1,7 @@
 //! Identifiability of the parameters from the triangular factor of the Jacobian.
 
 use crate::Real;
+use crate::samples::triangle::add_multiple;
 use crate::samples::{Triangle, squares};
 use core::hint::black_box;
 use nalgebra::SMatrix;
@@ -11,6 +12,8 @@ const ARM: usize = 8;
 const COLUMNS: usize = 4;
 /// Budget of a piece, as a sum of squared column lengths: further columns are started while below it.
 const PIECE: usize = 350;
+/// The products of longer columns are added in two pieces, each of which inverts them.
+const LONGEST: usize = 28;
 
 /// Inverts the factor's N × N part piecewise into the covariance (JᵀJ)⁻¹, in internal units, and analyses it.
 #[derive(Debug, Clone)]
@@ -19,8 +22,9 @@ pub(crate) struct Identifiability<T: Real, const N: usize> {
     inflation: [T; N],
     /// Index of the parameter with the largest share in the weakest combination.
     pub(crate) weakest: usize,
-    /// Number of columns inverted so far.
-    inverted: usize,
+    /// How far it is: 0 before the covariance is cleared, then 1 and two for each column inverted, and one if the first
+    /// half of the next products is added.
+    done: usize,
 }
 
 impl<T: Real, const N: usize> Identifiability<T, N> {
@@ -31,13 +35,13 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
         Self {
             inflation: [T::ZERO; N],
             weakest: 0,
-            inverted: 0,
+            done: 0,
         }
     }
 
     /// Back to the state before the first piece, which clears what is left of an earlier one.
     pub(crate) const fn restart(&mut self) {
-        self.inverted = 0;
+        self.done = 0;
     }
 
     /// Analyses a factor in one call, and returns its covariance.
@@ -58,23 +62,36 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
         normal: &Triangle<T, M, E>,
         covariance: &mut SMatrix<T, N, N>,
     ) -> bool {
-        if self.inverted == N {
+        let Some(done) = self.done.checked_sub(1) else {
+            covariance.as_mut_slice().fill(T::ZERO);
+            self.done = 1;
+            return true;
+        };
+        let (mut inverted, mut half) = (done / 2, done % 2 == 1);
+        if inverted == N {
             covariance.fill_upper_triangle_with_lower_triangle();
             self.compare(normal, covariance);
             return false;
         }
         let mut cost = 0;
-        if self.inverted == 0 {
-            covariance.as_mut_slice().fill(T::ZERO);
-        }
-        while self.inverted < N && cost < PIECE {
+        while inverted < N && cost < PIECE {
             // The first piece may have fewer.
-            self.inverted += (N - self.inverted - 1) % COLUMNS + 1;
+            let length = inverted + (N - inverted - 1) % COLUMNS + 1;
             let mut columns = [[T::ZERO; COLUMNS]; N];
-            let columns = columns.get_mut(..self.inverted).unwrap_or_default();
-            normal.invert(columns, covariance.as_mut_slice());
-            cost += self.inverted * self.inverted;
+            let columns = columns.get_mut(..length).unwrap_or_default();
+            let rows = match (length > LONGEST, half) {
+                (false, _) => 0..length,
+                (true, false) => 0..length / 3,
+                (true, true) => length / 3..length,
+            };
+            half = rows.end < length;
+            cost += length * length;
+            if !half {
+                inverted = length;
+            }
+            normal.invert(columns, covariance.as_mut_slice(), rows);
         }
+        self.done = 1 + 2 * inverted + usize::from(half);
         true
     }
 
@@ -141,7 +158,7 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
         for _ in 0..black_box(3) {
             let mut product = [T::ZERO; N];
             for (column, part) in covariance.as_slice().chunks_exact(N).zip(direction) {
-                add_multiple(column, part, &mut product);
+                add_multiple(&mut product, part, column);
             }
             let length = squares(&product).square_root();
             if !(length > T::ZERO && length.finite()) {
@@ -181,14 +198,6 @@ fn weakest_of_singular<T: Real, const N: usize, const M: usize, const E: usize>(
         }
     }
     weakest.0
-}
-
-/// Adds a multiple of one vector to another.
-#[inline(never)]
-fn add_multiple<T: Real>(vector: &[T], factor: T, to: &mut [T]) {
-    for (sum, entry) in to.iter_mut().zip(vector) {
-        *sum += *entry * factor;
-    }
 }
 
 #[cfg(test)]

@@ -15,21 +15,22 @@ const OF_ROBOT: usize = 24;
 
 /// State of an iteration: a correction, and the problem linearised there.
 #[derive(Debug, Clone)]
-pub(crate) struct Iteration<T: Real, A, const N: usize, const M: usize, const E: usize> {
+pub(crate) struct Iteration<T: Real, A, R, const N: usize, const M: usize, const E: usize> {
     control: StepControl<T>,
     pub(crate) point: Point<T, N, M, E>,
     pub(crate) iterations: u16,
-    work: Work<T, A, N, M, E>,
+    work: Work<T, A, R, N, M, E>,
 }
 
 /// Work that is interrupted between two pieces.
 #[derive(Debug, Clone)]
-enum Work<T: Real, A, const N: usize, const M: usize, const E: usize> {
+enum Work<T: Real, A, R, const N: usize, const M: usize, const E: usize> {
     /// None: the next step is to be tried.
     None,
     /// Linearising at the correction; also the result of the step.
     Linearizing {
         at: A,
+        rows: R,
         piece: usize,
         then: StepResult,
     },
@@ -57,7 +58,9 @@ struct Trial<T, A, const N: usize> {
     prospect: Option<Prospect<T>>,
 }
 
-impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteration<T, A, N, M, E> {
+impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize>
+    Iteration<T, A, R, N, M, E>
+{
     /// Before its [`restart`](Self::restart).
     #[allow(clippy::inline_always)] // in its place at every optimisation level: it is large
     #[inline(always)]
@@ -73,7 +76,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
     /// Restarts from a correction, where the first [`step`](Self::step) linearises. In place: copies of this state
     /// would fill a small stack.
     #[inline(never)]
-    pub(crate) fn restart<P: Problem<T, N, M, E, At = A>>(
+    pub(crate) fn restart<P: Problem<T, N, M, E, At = A, Rows = R>>(
         &mut self,
         problem: &P,
         prior: &Weighted<T, N>,
@@ -83,7 +86,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         self.control = self.control.renewed();
         self.iterations = 0;
         let at = problem.displaced(correction);
-        self.linearize(prior, at, StepResult::Continue);
+        self.linearize(prior, at, P::NO_ROWS, StepResult::Continue);
         if !P::PIECEWISE {
             self.finish_pieces(problem, prior);
         }
@@ -95,7 +98,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
     }
 
     #[inline(never)]
-    fn linearize(&mut self, prior: &Weighted<T, N>, at: A, then: StepResult) {
+    fn linearize(&mut self, prior: &Weighted<T, N>, at: A, rows: R, then: StepResult) {
         // The prior's rows are already a triangle; the samples' rows are absorbed into it.
         let Point {
             correction, normal, ..
@@ -103,10 +106,15 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         prior.prior.put_rows(prior.sigma, correction, normal);
         self.point.sum_of_squares = T::ZERO;
         self.iterations = self.iterations.saturating_add(1);
-        self.work = Work::Linearizing { at, piece: 0, then };
+        self.work = Work::Linearizing {
+            at,
+            rows,
+            piece: 0,
+            then,
+        };
     }
 
-    fn finish_pieces<P: Problem<T, N, M, E, At = A>>(
+    fn finish_pieces<P: Problem<T, N, M, E, At = A, Rows = R>>(
         &mut self,
         problem: &P,
         prior: &Weighted<T, N>,
@@ -121,7 +129,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
     /// A bounded amount of work for a problem in constant memory: a trial step, or a piece of a linearisation. `None`
     /// if the step is not finished.
     #[inline(never)]
-    pub(crate) fn step<P: Problem<T, N, M, E, At = A>>(
+    pub(crate) fn step<P: Problem<T, N, M, E, At = A, Rows = R>>(
         &mut self,
         problem: &P,
         prior: &Weighted<T, N>,
@@ -133,19 +141,24 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         }
     }
 
-    fn piece<P: Problem<T, N, M, E, At = A>>(
+    fn piece<P: Problem<T, N, M, E, At = A, Rows = R>>(
         &mut self,
         problem: &P,
         prior: &Weighted<T, N>,
     ) -> Option<StepResult> {
         match &mut self.work {
-            Work::Linearizing { at, piece, then } => {
+            Work::Linearizing {
+                at,
+                rows,
+                piece,
+                then,
+            } => {
                 let Point {
                     normal,
                     sum_of_squares,
                     ..
                 } = &mut self.point;
-                let done = problem.linearize(at, normal, *piece);
+                let done = problem.linearize(at, rows, normal, *piece);
                 *sum_of_squares += done.sum_of_squares;
                 *piece += 1;
                 if done.more {
@@ -186,7 +199,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
 
     /// Judges the step to be tried, and tries it unless it must be damped first.
     #[inline(never)]
-    fn propose<P: Problem<T, N, M, E, At = A>>(
+    fn propose<P: Problem<T, N, M, E, At = A, Rows = R>>(
         &mut self,
         problem: &P,
         prior: &Weighted<T, N>,
@@ -217,7 +230,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
 
     /// Takes a step and starts a linearisation, if the step is good.
     #[inline(never)]
-    fn attempt<P: Problem<T, N, M, E, At = A>>(
+    fn attempt<P: Problem<T, N, M, E, At = A, Rows = R>>(
         &mut self,
         problem: &P,
         prior: &Weighted<T, N>,
@@ -245,12 +258,17 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
             piece: 0,
             prospect: Some(*prospect),
         };
+        // A sum of several pieces begins in the next step. Where chord steps pay, it has one.
+        if P::PIECEWISE && !P::CHORDS {
+            self.work = Work::Trying(trial);
+            return None;
+        }
         self.try_piece(problem, prior, trial)
     }
 
     /// Prepares a chord step, or the next linearisation if chord steps would gain little.
     #[inline(never)]
-    fn refine<P: Problem<T, N, M, E, At = A>>(
+    fn refine<P: Problem<T, N, M, E, At = A, Rows = R>>(
         &mut self,
         problem: &P,
         prior: &Weighted<T, N>,
@@ -269,7 +287,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
             _ => Refinement::Linearize,
         };
         match refinement {
-            Refinement::Linearize => self.linearize(prior, at, StepResult::Continue),
+            Refinement::Linearize => self.linearize(prior, at, P::NO_ROWS, StepResult::Continue),
             Refinement::Chord => {
                 self.work = Work::Trying(Trial {
                     correction,
@@ -289,7 +307,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
     }
 
     /// A piece of the residuals at a trial; after the last piece the trial is accepted or rejected.
-    fn try_piece<P: Problem<T, N, M, E, At = A>>(
+    fn try_piece<P: Problem<T, N, M, E, At = A, Rows = R>>(
         &mut self,
         problem: &P,
         prior: &Weighted<T, N>,
@@ -320,7 +338,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
             }
             if P::CHORDS {
                 let at = problem.displaced(&self.point.correction);
-                self.linearize(prior, at, StepResult::Continue);
+                self.linearize(prior, at, P::NO_ROWS, StepResult::Continue);
             }
             return None;
         }
@@ -338,7 +356,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Iteratio
         if P::CHORDS && then == StepResult::Continue && prospect.near {
             self.work = Work::Refining { at };
         } else {
-            self.linearize(prior, at, then);
+            self.linearize(prior, at, P::NO_ROWS, then);
         }
         None
     }
@@ -402,7 +420,7 @@ mod tests {
     use crate::samples::{ArmFactor, Displacement, JointDisplacement, NominalArm};
     use nalgebra::{SVector, Vector3};
 
-    type Iteration = super::Iteration<f64, Displacement<f64>, 8, 9, 45>;
+    type Iteration = super::Iteration<f64, Displacement<f64>, (), 8, 9, 45>;
 
     /// Any problem; only its sizes are used.
     fn problem() -> ArmFactor<f64> {
@@ -475,7 +493,7 @@ mod tests {
     /// At the point of linearisation a chord step is the full step; one that is too long is not tried.
     #[test]
     fn a_chord_step_is_the_full_step_there() {
-        type Joint = super::Iteration<f64, JointDisplacement<f64>, 24, 25, 325>;
+        type Joint = super::Iteration<f64, JointDisplacement<f64>, (), 24, 25, 325>;
         let factor = filled(noises()[2], &samples::<30>(&changed(11), 12));
         let weighted = Weighted::new(TolerancePrior::of_weights([500.0; 24]));
         for azimuth in [0.0, 0.01, 0.8] {

@@ -159,7 +159,7 @@ impl<T: Real> JointSamples<T> {
     }
 }
 
-/// Solves for all 24 parameters jointly: a linearisation takes nine steps, the covariance three.
+/// Solves for all 24 parameters jointly: a linearisation takes six steps, the covariance four.
 #[derive(Debug, Clone)]
 pub struct JointSolver<T: Real> {
     /// `None` before the first step, which starts in place: copying it would cost as much as a step.
@@ -167,7 +167,7 @@ pub struct JointSolver<T: Real> {
     outcome: Option<JointOutcome<T>>,
 }
 
-type JointMinimizer<T> = Minimizer<T, JointDisplacement<T>, 24, 25, 325>;
+type JointMinimizer<T> = Minimizer<T, JointDisplacement<T>, (), 24, 25, 325>;
 
 impl<T: Real> Solver<T, JointSamples<T>> for JointSolver<T> {
     fn vacant() -> Self {

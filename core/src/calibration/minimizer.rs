@@ -29,12 +29,12 @@ pub enum Progress {
 ///
 /// The calibrators own one for each problem.
 #[derive(Debug, Clone)]
-pub(crate) struct Minimizer<T: Real, A, const N: usize, const M: usize, const E: usize> {
+pub(crate) struct Minimizer<T: Real, A, R, const N: usize, const M: usize, const E: usize> {
     first_arm: ArmIndex,
     settings: Settings<T>,
     prior: Weighted<T, N>,
     phase: Phase,
-    iteration: Iteration<T, A, N, M, E>,
+    iteration: Iteration<T, A, R, N, M, E>,
     /// The cost at the first start, or at that of the last balance: a higher end does not count.
     starting_cost: T,
     /// Whether that cost is still to be computed.
@@ -66,7 +66,9 @@ enum Phase {
     Done,
 }
 
-impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Minimizer<T, A, N, M, E> {
+impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize>
+    Minimizer<T, A, R, N, M, E>
+{
     /// Before [`begin`](Self::begin).
     #[allow(clippy::inline_always)] // in its place at every optimisation level: it is large
     #[inline(always)]
@@ -101,7 +103,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Minimize
 
     /// Starts if there are [`enough_samples`]. In place: on a small stack, a copy of a solver is a large object.
     #[inline(never)]
-    pub(crate) fn begin(&mut self, problem: &impl Problem<T, N, M, E, At = A>) {
+    pub(crate) fn begin(&mut self, problem: &impl Problem<T, N, M, E, At = A, Rows = R>) {
         if let Some(tolerance) = &self.settings.tolerance
             && let Some(unit) = problem.extent().unit
         {
@@ -115,7 +117,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Minimize
 
     /// Finds the free start; without one, identifies what the samples leave undetermined.
     #[inline(never)]
-    fn find_free_start(&mut self, problem: &impl Problem<T, N, M, E, At = A>) {
+    fn find_free_start(&mut self, problem: &impl Problem<T, N, M, E, At = A, Rows = R>) {
         if let Some(correction) = self.starts.next_free(problem) {
             self.iteration.point.correction = correction;
             self.phase = Phase::AtFreeStart;
@@ -127,7 +129,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Minimize
 
     fn start(
         &mut self,
-        problem: &impl Problem<T, N, M, E, At = A>,
+        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
         start: StartUsed,
         correction: &[T; N],
     ) {
@@ -136,7 +138,11 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Minimize
         self.phase = Phase::From(start);
     }
 
-    fn restart(&mut self, problem: &impl Problem<T, N, M, E, At = A>, correction: &[T; N]) {
+    fn restart(
+        &mut self,
+        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
+        correction: &[T; N],
+    ) {
         self.iteration.restart(problem, &self.prior, correction);
     }
 
@@ -156,7 +162,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Minimize
     /// From the last step: every [`Refusal`] that concerns the parameters. The estimate then has no meaning.
     pub(crate) fn step(
         &mut self,
-        problem: &impl Problem<T, N, M, E, At = A>,
+        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
         place: &mut Estimate<T, N>,
     ) -> Result<Progress, Refusal> {
         match self.phase {
@@ -181,7 +187,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Minimize
         })
     }
 
-    fn iterate(&mut self, problem: &impl Problem<T, N, M, E, At = A>, start: StartUsed) {
+    fn iterate(&mut self, problem: &impl Problem<T, N, M, E, At = A, Rows = R>, start: StartUsed) {
         if self.awaits_cost && !self.iteration.is_linearizing() {
             self.awaits_cost = false;
             self.starting_cost = self.iteration.point.cost;
@@ -204,7 +210,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Minimize
     #[inline(never)]
     fn settle(
         &mut self,
-        problem: &impl Problem<T, N, M, E, At = A>,
+        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
         start: StartUsed,
         termination: Option<Termination>,
     ) {
@@ -227,7 +233,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Minimize
     #[inline(never)]
     fn keep_better(
         &mut self,
-        problem: &impl Problem<T, N, M, E, At = A>,
+        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
         start: StartUsed,
         termination: Termination,
     ) {
@@ -261,7 +267,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Minimize
     #[inline(never)]
     fn identify(
         &mut self,
-        problem: &impl Problem<T, N, M, E, At = A>,
+        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
         covariance: &mut SMatrix<T, N, N>,
     ) {
         let point = match &self.best {
@@ -287,7 +293,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Minimize
 
     fn look_for_free(
         &mut self,
-        problem: &impl Problem<T, N, M, E, At = A>,
+        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
         covariance: &mut SMatrix<T, N, N>,
     ) {
         if self.iteration.is_linearizing() {
@@ -304,7 +310,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Minimize
     #[inline(never)]
     fn start_again(
         &mut self,
-        problem: &impl Problem<T, N, M, E, At = A>,
+        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
         start: StartUsed,
         correction: &[T; N],
     ) {
@@ -316,7 +322,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Minimize
     /// Starts again if the samples allow a better fit, or if there may be another solution.
     fn start_elsewhere(
         &mut self,
-        problem: &impl Problem<T, N, M, E, At = A>,
+        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
         ended: StartUsed,
     ) -> bool {
         if let Some(correction) = self.starts.better_free(problem, ended, self.best.as_ref()) {
@@ -326,7 +332,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Minimize
         self.search_on(problem)
     }
 
-    fn search_on(&mut self, problem: &impl Problem<T, N, M, E, At = A>) -> bool {
+    fn search_on(&mut self, problem: &impl Problem<T, N, M, E, At = A, Rows = R>) -> bool {
         let Some((start, correction)) = self.starts.next_searched(problem) else {
             return false;
         };
@@ -338,7 +344,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Minimize
     #[inline(never)]
     fn balance_tolerance(
         &mut self,
-        problem: &impl Problem<T, N, M, E, At = A>,
+        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
         covariance: &SMatrix<T, N, N>,
     ) -> bool {
         let best = self.best.as_ref();
@@ -365,7 +371,7 @@ impl<T: Real, A: Clone, const N: usize, const M: usize, const E: usize> Minimize
     #[inline(never)]
     fn judge(
         &self,
-        problem: &impl Problem<T, N, M, E, At = A>,
+        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
         place: &mut Estimate<T, N>,
     ) -> Result<(), Refusal> {
         let (point, end, residual_sigma): (&Point<T, N, M, E>, _, _) = match &self.best {

@@ -8,6 +8,10 @@ use crate::samples::{Triangle, put_row};
 pub trait Problem<T: Real, const N: usize, const M: usize, const E: usize> {
     /// Values computed once per correction.
     type At: Clone;
+    /// Rows of a linearisation that are kept between two of its pieces.
+    type Rows: Clone;
+    /// Before they are written.
+    const NO_ROWS: Self::Rows;
     /// Whether a solver's step ends after each piece of a linearisation, to stay short.
     const PIECEWISE: bool;
     /// Whether a [`gradient`](Self::gradient) is cheap enough compared to a linearisation for chord steps to pay off.
@@ -22,7 +26,13 @@ pub trait Problem<T: Real, const N: usize, const M: usize, const E: usize> {
     /// One piece of Σ r²; not finite if there is no such robot.
     fn sum_of_squares(&self, at: &Self::At, piece: usize) -> Piece<T>;
     /// Absorbs one piece of the rows (∂r/∂P, r) into `normal`, which piece 0 resets.
-    fn linearize(&self, at: &Self::At, normal: &mut Triangle<T, M, E>, piece: usize) -> Piece<T>;
+    fn linearize(
+        &self,
+        at: &Self::At,
+        rows: &mut Self::Rows,
+        normal: &mut Triangle<T, M, E>,
+        piece: usize,
+    ) -> Piece<T>;
     /// ½ ∂Σr²/∂P, for chord steps.
     fn gradient(&self, _at: &Self::At) -> [T; N] {
         [T::ZERO; N]

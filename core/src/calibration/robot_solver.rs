@@ -28,7 +28,7 @@ pub struct RobotSolver<T: Real> {
 }
 
 /// The solver of one arm.
-type ArmSolver<T> = Minimizer<T, Displacement<T>, 8, 9, 45>;
+type ArmSolver<T> = Minimizer<T, Displacement<T>, (), 8, 9, 45>;
 
 impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
     fn vacant() -> Self {

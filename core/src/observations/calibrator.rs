@@ -1,6 +1,6 @@
 //! The calibrator from any readings: rows and solver in one object.
 
-use super::instruments::{Instruments, OF_ROBOT, OwnInstruments};
+use super::instruments::{Instruments, OF_ROBOT, OwnInstruments, PLACES};
 use super::observation::{Observation, ObservationError, ObservationRow};
 use super::problem::{ObservationProblem, Prepared};
 use super::solve::{ObservationMinimizer, ObservationOutcome};
@@ -9,6 +9,9 @@ use crate::calibration::{Minimizer, Phase, Problem, Progress, Refusal, Settings,
 use crate::robot::{ArmIndex, Robot};
 use core::mem::ManuallyDrop;
 use heapless::Vec;
+
+/// More than there are pieces of a start.
+const PIECES: usize = 3 * PLACES + 6;
 
 /// [`FkmCalibrator`] for heights above a single plate: N = 27.
 pub type TouchCalibrator<T, const ROWS: usize> = FkmCalibrator<T, ROWS, 27, 28, 406>;
@@ -61,8 +64,8 @@ pub struct FkmCalibrator<T: Real, const ROWS: usize, const N: usize, const M: us
     /// Never dropped, as it needs no drop: the memory of a calibrator can simply be reused.
     rows: ManuallyDrop<Vec<ObservationRow<T>, ROWS>>,
     prepared: Option<Prepared<T, N>>,
-    /// Number of rows that have their weights.
-    weighed: usize,
+    /// The piece of the start that is located next, or [`PIECES`] and the number of rows that have their weights.
+    ready: usize,
     minimizer: Option<ObservationMinimizer<T, N, M, E>>,
     outcome: Option<ObservationOutcome<T, N>>,
     phase: Phase,
@@ -97,7 +100,7 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
             instruments,
             rows: ManuallyDrop::new(Vec::new()),
             prepared: None,
-            weighed: 0,
+            ready: 0,
             minimizer: None,
             outcome: None,
             phase: Phase::Collecting,
@@ -129,7 +132,7 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
         let (samples, needed) = (self.samples(), self.settings.samples_needed());
         self.phase.start(|| {
             self.prepared = None;
-            self.weighed = 0;
+            self.ready = 0;
             self.minimizer = None;
             if samples < needed {
                 return Err(Refusal::TooFewSamples {
@@ -142,8 +145,8 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
         })
     }
 
-    /// One step of the solve started by [`solve`](Self::solve); does nothing once finished. The first step locates the
-    /// instruments: its duration grows with the number of rows.
+    /// One step of the solve started by [`solve`](Self::solve); does nothing once finished. The first steps check
+    /// the rows and locate one instrument each: their duration grows with the number of rows.
     pub fn step(&mut self) -> Progress {
         let mut phase = self.phase;
         let progress = phase.step(|| self.advance());
@@ -159,8 +162,14 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
             self.prepared = Some(begun);
             return Ok(Progress::Working);
         };
-        if let Some(row) = rows.get_mut(self.weighed) {
-            self.weighed += 1;
+        let Some(weighed) = self.ready.checked_sub(PIECES) else {
+            let start = &mut prepared.start;
+            let more = start.locate(&self.robot, &instruments, rows, self.ready);
+            self.ready = if more { self.ready + 1 } else { PIECES };
+            return Ok(Progress::Working);
+        };
+        if let Some(row) = rows.get_mut(weighed) {
+            self.ready += 1;
             prepared.weigh(&self.robot, &instruments, row);
             return Ok(Progress::Working);
         }

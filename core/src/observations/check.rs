@@ -117,14 +117,11 @@ impl<T: Real> Instruments<'_, T> {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use crate::calibration::{Instrument, Refusal, Settings};
-    use crate::fixtures::{instruments, paper};
+    use crate::calibration::Instrument;
+    use crate::fixtures::instruments;
     use crate::observations::{
-        Distance, DistanceFrom, FkmCalibrator, Height, Observation, ObservationError,
-        ObservationProblem, ObservationRow, Plane, Point, PrepareError,
+        Distance, DistanceFrom, Height, Observation, ObservationRow, Plane, Point,
     };
-    use crate::robot::{ArmIndex, Drive};
-    use crate::samples::SampleError;
     use nalgebra::Vector3;
 
     fn at(q: f64) -> Observation<f64> {
@@ -142,41 +139,6 @@ mod tests {
         Observation {
             distance: Some(Distance { from, distance }),
             ..at(0.2)
-        }
-    }
-
-    #[test]
-    fn unusable_observations_are_refused_with_their_fault() {
-        use ObservationError::{DistanceNotPositive, NoSuchPlane, NoSuchPoint, NonFinite, Nothing};
-
-        let (planes, points) = ([Plane::default(); 2], [Point::default()]);
-        let instruments = instruments(&planes, &points);
-        let x = |x| Observation {
-            position: [None, Some(x), None],
-            ..at(0.2)
-        };
-        let point = DistanceFrom::Point;
-        let of = |q| DistanceFrom::Pose([0.1, 0.2, q]);
-        let too_large = ObservationError::Joints(SampleError::JointTooLarge(ArmIndex::Third));
-        let not_finite = ObservationError::Joints(SampleError::JointNonFinite(ArmIndex::Second));
-        for (observation, expected) in [
-            (x(12.0), Ok(())),
-            (x(f64::NAN), Err(NonFinite)),
-            (x(1e200), Err(NonFinite)),
-            (at(0.2), Err(Nothing)),
-            (at(f64::NAN), Err(not_finite)),
-            (height(1, -3.0), Ok(())),
-            (height(2, 3.0), Err(NoSuchPlane(2))),
-            (height(0, f64::INFINITY), Err(NonFinite)),
-            (distance(point(0), 100.0), Ok(())),
-            (distance(point(1), 100.0), Err(NoSuchPoint(1))),
-            (distance(point(0), 0.0), Err(DistanceNotPositive)),
-            (distance(point(0), -1.0), Err(DistanceNotPositive)),
-            (distance(point(0), f64::NAN), Err(NonFinite)),
-            (distance(of(0.4), 100.0), Ok(())),
-            (distance(of(13.0), 100.0), Err(too_large)),
-        ] {
-            assert_eq!(observation.check(Drive::Rotary, &instruments), expected);
         }
     }
 
@@ -230,62 +192,6 @@ mod tests {
                 let few = (count < heights).then_some((Instrument::Plane(1), count, heights));
                 assert_eq!(instruments.lacking(&all), few);
             }
-        }
-    }
-
-    /// A σ of 0 would be an infinite weight. Both ways of solving name the fault.
-    #[test]
-    fn known_places_without_a_sigma_are_refused() {
-        let robot = paper();
-        let settings = Settings::new();
-        let refused = |planes: &[Plane<f64>], points: &[Point<f64>], expected| {
-            let instruments = instruments(planes, points);
-            let mut rows = [ObservationRow::new(height(0, 100.0)); 9];
-            let refused = Refusal::UnusableInstrument(expected);
-            let problem = ObservationProblem::<f64, 30>::prepare(&robot, &instruments, &mut rows);
-            assert_eq!(problem.unwrap_err(), PrepareError::Refused(refused));
-            let made = FkmCalibrator::<f64, 9, 33, 34, 595>::new(&robot, &instruments, &settings);
-            assert_eq!(made.unwrap_err(), refused);
-        };
-        let good = Plane {
-            known: Some((-700.0, 1.0)),
-            level: Some(0.01),
-        };
-        for sigma in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            let known = Plane {
-                known: Some((-700.0, sigma)),
-                ..good
-            };
-            refused(&[known], &[], Instrument::Plane(0));
-            let level = Plane {
-                level: Some(sigma),
-                ..good
-            };
-            refused(&[good, level], &[], Instrument::Plane(1));
-            let point = Point {
-                known: Some((Vector3::new(0.0, 0.0, -700.0), sigma)),
-                offset: false,
-            };
-            refused(&[good], &[point], Instrument::Point(0));
-        }
-        let nowhere = Plane {
-            known: Some((f64::NAN, 1.0)),
-            level: None,
-        };
-        refused(&[nowhere], &[], Instrument::Plane(0));
-    }
-
-    #[test]
-    fn a_row_whose_weight_is_no_number_is_refused() {
-        let robot = paper();
-        let planes = [Plane::default()];
-        let instruments = instruments(&planes, &[]);
-        for weight in [f64::INFINITY, f64::NAN, -1.0] {
-            let mut rows = [ObservationRow::new(height(0, 100.0)); 9];
-            rows[4].set_weight(weight);
-            let problem = ObservationProblem::<f64, 27>::prepare(&robot, &instruments, &mut rows);
-            let error = ObservationError::Weight;
-            assert_eq!(problem.unwrap_err(), PrepareError::Row { index: 4, error });
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::instruments::{Instruments, PositionFrame};
 use super::observation::{Distance, DistanceFrom, Height, Observation, READINGS};
 use crate::Real;
-use crate::frame::{RigidTransform, rotation_of};
+use crate::frame::{RigidTransform, product, rotation_of};
 use crate::robot::Robot;
 use crate::samples::part;
 use nalgebra::{Matrix3, Vector3, Vector4};
@@ -25,14 +25,17 @@ pub(crate) struct Equation<T: Real> {
     pub(super) sigma: T,
 }
 
-/// The coordinate frame: the rotation by the Gibbs vector w/2, applied after that of the start.
+/// w/2, rotation and translation of the coordinate frame: the rotation by the Gibbs vector w/2, applied after that of
+/// the start.
 pub(super) fn frame_at<T: Real>(
     start: &RigidTransform<T>,
     unknowns: &[T],
 ) -> (Vector3<T>, Matrix3<T>, Vector3<T>) {
     let [x, y, z, a, b, c] = part(unknowns, 0);
     let half = Vector3::new(a, b, c) * T::HALF;
-    let turned = rotation_of(&Vector4::new(T::ONE, half.x, half.y, half.z)) * start.rotation;
+    let turn = rotation_of(&Vector4::new(T::ONE, half.x, half.y, half.z));
+    let columns = start.rotation.data.0.map(Vector3::from);
+    let turned = Matrix3::from_columns(&columns.map(|column| product(&turn, &column)));
     (half, turned, start.translation + Vector3::new(x, y, z))
 }
 
@@ -110,7 +113,9 @@ fn coordinates<T: Real>(
         }
         *equation = Some(Equation {
             residual: measured - of(&expected),
-            by_position: rotation.row(axis).transpose(),
+            by_position: Vector3::from_fn(|column, _| {
+                rotation.get((axis, column)).copied().unwrap_or(T::ZERO)
+            }),
             between_poses: false,
             column: instruments.frame_column(),
             by_unknowns,

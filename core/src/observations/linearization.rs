@@ -13,6 +13,8 @@ use nalgebra::Vector3;
 const ROUNDING: f64 = 4.0;
 /// Parameters of an arm.
 const ARM: usize = 8;
+/// Parts in which the rows of a set of readings are absorbed.
+pub(super) const PARTS: usize = 2;
 
 /// A robot at one set of joint angles.
 #[derive(Debug, Clone, Copy)]
@@ -197,53 +199,67 @@ impl<T: Real> ObservationRow<T> {
         true
     }
 
-    /// Absorbs the rows (∂r/∂p, r) into a triangle by way of columns of zeros, and returns Σ r². `None` if the robot has
-    /// no such pose.
-    pub(crate) fn absorb(
+    /// Writes the rows (∂r/∂p, r) into columns for [`absorb`](Self::absorb), and returns Σ r². `None` if the robot has no
+    /// such pose.
+    pub(crate) fn derive(
         &self,
         at: &At<'_, T>,
         units: &[T],
         columns: &mut [[T; READINGS]],
-        entries: &mut [T],
     ) -> Option<T> {
         if self.left_out {
             return Some(T::ZERO);
         }
+        columns.fill([T::ZERO; READINGS]);
         if !self.linearize(at, units, columns) {
             return None;
         }
         let residuals = columns.last().map_or(T::ZERO, |own| squares(own));
-        let size = columns.len();
-        // Rows of zeros change nothing but cost time.
-        match self.read_alone(columns) {
-            Some(few) => reduce(entries, size, few, size),
-            None => reduce(entries, size, columns, size),
-        }
+        self.compact(columns);
         Some(residuals)
     }
 
-    /// Compacts rows (in columns of five) with at most two readings to columns of two.
-    fn read_alone<'a>(&self, columns: &'a mut [[T; READINGS]]) -> Option<&'a mut [[T; 2]]> {
-        let (mut read, mut count) = ([READINGS; READINGS], 0);
-        for reading in 0..READINGS {
-            if let (true, Some(place)) = (self.observation.is_read(reading), read.get_mut(count)) {
-                *place = reading;
-                count += 1;
-            }
-        }
-        let [first, second, READINGS, ..] = read else {
-            return None;
-        };
+    /// Absorbs the rows from [`derive`](Self::derive) into a triangle: the reflections of the leading columns, or in the
+    /// last part those of all others. The parts cost about the same.
+    pub(crate) fn absorb(&self, part: usize, columns: &mut [[T; READINGS]], entries: &mut [T]) {
         let size = columns.len();
-        for index in 0..size {
+        let leading = size * 3 / 10;
+        let (first, pivots) = match part {
+            0 => (0, leading),
+            _ => (leading, size - leading),
+        };
+        let rest = size - first;
+        let above = entries.len().saturating_sub(rest * (rest + 1) / 2);
+        let entries = entries.get_mut(above..).unwrap_or_default();
+        // Rows of zeros change nothing but cost time.
+        if self.left_out {
+        } else if self.observation.readings() <= 2 {
+            let (twos, _) = columns.as_flattened_mut().as_chunks_mut::<2>();
+            let twos = twos.get_mut(first..size).unwrap_or_default();
+            reduce(entries, rest, twos, pivots);
+        } else {
+            let columns = columns.get_mut(first..).unwrap_or_default();
+            reduce(entries, rest, columns, pivots);
+        }
+    }
+
+    /// Compacts rows (in columns of five) with at most two readings to columns of two.
+    fn compact(&self, columns: &mut [[T; READINGS]]) {
+        let mut read = (0..READINGS).filter(|reading| self.observation.is_read(*reading));
+        let (first, second, None) = (read.next(), read.next(), read.next()) else {
+            return;
+        };
+        for index in 0..columns.len() {
             let column = columns.get(index).copied().unwrap_or([T::ZERO; READINGS]);
-            let at = |reading: usize| column.get(reading).copied().unwrap_or(T::ZERO);
+            let at = |reading: Option<usize>| {
+                let entry = reading.and_then(|reading| column.get(reading));
+                entry.copied().unwrap_or(T::ZERO)
+            };
             let two = [at(first), at(second)];
             if let Some(place) = columns.as_flattened_mut().as_chunks_mut().0.get_mut(index) {
                 *place = two;
             }
         }
-        columns.as_flattened_mut().as_chunks_mut().0.get_mut(..size)
     }
 
     /// L⁻¹ ∂h/∂X at the row's own pose and at the start of a distance. `None` if the robot has no such pose.

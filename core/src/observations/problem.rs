@@ -2,7 +2,8 @@
 
 use super::equation::At;
 use super::instruments::{Instruments, OF_PLANE, OF_ROBOT, OF_TRANSMISSIONS, PositionFrame};
-use super::observation::{ObservationError, ObservationRow};
+use super::linearization::PARTS;
+use super::observation::{ObservationError, ObservationRow, READINGS};
 use super::start::StartValues;
 use crate::Real;
 use crate::calibration::{Extent, Instrument, Piece, Problem, Refusal};
@@ -16,6 +17,8 @@ use nalgebra::Vector3;
 
 /// Parameters of an arm.
 const ARM: usize = 8;
+/// Pieces of a row's linearisation: its derivatives, and the parts in which they are absorbed.
+const PIECES: usize = 1 + PARTS;
 
 /// The calibration from observations: the robot's 24 parameters, 15 transmission numbers if they are estimated, and the
 /// unknowns of the instruments; at most N parameters, M = N + 1, E = M (M + 1)/2. Unused places keep their values.
@@ -83,6 +86,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         }
         let mut prepared =
             Prepared::begun(robot, instruments, rows).map_err(PrepareError::Refused)?;
+        prepared.start.locate_all(robot, instruments, rows);
         for row in rows.iter_mut() {
             prepared.weigh(robot, instruments, row);
         }
@@ -225,6 +229,8 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
     for ObservationProblem<'_, T, N>
 {
     type At = InstrumentsAt<T, N>;
+    type Rows = [[T; READINGS]; M];
+    const NO_ROWS: [[T; READINGS]; M] = [[T::ZERO; READINGS]; M];
     const PIECEWISE: bool = true;
     const RESIDUALS: u8 = 1;
     const FREE_STARTS: u8 = 0;
@@ -248,24 +254,28 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
         }
     }
 
-    /// Absorbs the readings of one row.
+    /// Derives the readings of one row, or absorbs a part of them.
     #[inline(never)]
     fn linearize(
         &self,
         at: &InstrumentsAt<T, N>,
+        columns: &mut [[T; READINGS]; M],
         normal: &mut Triangle<T, M, E>,
         piece: usize,
     ) -> Piece<T> {
-        let mut columns = [[T::ZERO; 5]; M];
-        let row = self.rows.get(piece).zip(at.robot.as_ref());
+        let (row, part) = (piece / PIECES, piece % PIECES);
+        let row = self.rows.get(row).zip(at.robot.as_ref());
         let residuals = row.and_then(|(row, robot)| {
+            if let Some(part) = part.checked_sub(1) {
+                T::absorb_row(row, part, columns, normal.entries_mut());
+                return Some(T::ZERO);
+            }
             let at = self.at(robot, &at.unknowns);
-            let entries = normal.entries_mut();
-            T::absorb_row(row, &at, &self.prepared.units, &mut columns, entries)
+            T::derive_row(row, &at, &self.prepared.units, columns)
         });
         Piece {
             sum_of_squares: residuals.unwrap_or(T::INFINITY),
-            more: residuals.is_some() && piece + 1 < self.rows.len(),
+            more: residuals.is_some() && piece + 1 < PIECES * self.rows.len(),
         }
     }
 
@@ -328,7 +338,7 @@ pub(super) struct Prepared<T: Real, const N: usize> {
 }
 
 impl<T: Real, const N: usize> Prepared<T, N> {
-    /// From checked rows, none of them [counted](Self::count) yet.
+    /// From checked rows: nothing is [located](StartValues::locate) and no row [counted](Self::count) yet.
     ///
     /// # Errors
     /// [`Refusal::UnusableInstrument`], [`Refusal::TooFewObservations`].
@@ -348,8 +358,7 @@ impl<T: Real, const N: usize> Prepared<T, N> {
                 needed,
             });
         }
-        let start = StartValues::of(robot, instruments, rows);
-        Ok(Self::new(robot, instruments, start))
+        Ok(Self::new(robot, instruments, StartValues::new(rows)))
     }
 
     /// No row is counted yet.

@@ -4,6 +4,7 @@ use super::equation::frame_at;
 use super::instruments::{
     Instruments, OF_FRAME, OF_PLANE, OF_POINT, OF_ROBOT, OF_TRANSMISSIONS, PositionFrame,
 };
+use super::observation::READINGS;
 use super::problem::{InstrumentsAt, ObservationProblem};
 use crate::Real;
 use crate::calibration::{
@@ -134,7 +135,7 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
 }
 
 pub(super) type ObservationMinimizer<T, const N: usize, const M: usize, const E: usize> =
-    Minimizer<T, InstrumentsAt<T, N>, N, M, E>;
+    Minimizer<T, InstrumentsAt<T, N>, [[T; READINGS]; M], N, M, E>;
 
 /// A robot calibrated from observations, and the unknowns of the instruments.
 #[derive(Debug, Clone, PartialEq)]

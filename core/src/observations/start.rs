@@ -4,7 +4,7 @@ use super::equation::At;
 use super::instruments::{Instruments, PositionFrame};
 use super::observation::{DistanceFrom, ObservationRow};
 use crate::Real;
-use crate::frame::RigidTransform;
+use crate::frame::{RigidTransform, best_rotation, product};
 use crate::robot::Robot;
 use crate::samples::Triangle;
 use nalgebra::{Matrix3, Vector3};
@@ -24,12 +24,8 @@ pub(super) struct StartValues<T: Real, const N: usize> {
 }
 
 impl<T: Real, const N: usize> StartValues<T, N> {
-    /// From checked rows, those that count.
-    pub(super) fn of(
-        robot: &Robot<T>,
-        instruments: &Instruments<'_, T>,
-        rows: &[ObservationRow<T>],
-    ) -> Self {
+    /// Before [`locate`](Self::locate); from checked rows, those that count.
+    pub(super) fn new(rows: &[ObservationRow<T>]) -> Self {
         let mut axes = [false; 3];
         for row in counted(rows) {
             let observation = row.observation();
@@ -37,32 +33,96 @@ impl<T: Real, const N: usize> StartValues<T, N> {
                 *seen |= coordinate.is_some();
             }
         }
-        let mut start = Self {
+        Self {
             frame: RigidTransform::identity(),
             unknowns: [T::ZERO; N],
             axes,
-        };
-        if instruments.frame == PositionFrame::Sensor {
-            start.frame = frame(robot, rows, axes);
         }
-        for (index, plane) in (0..).zip(instruments.planes) {
+    }
+
+    /// Finds a piece of the start: a plane, a point, or a part of the frame. Returns whether there are more.
+    #[inline(never)]
+    pub(super) fn locate(
+        &mut self,
+        robot: &Robot<T>,
+        instruments: &Instruments<'_, T>,
+        rows: &[ObservationRow<T>],
+        piece: usize,
+    ) -> bool {
+        let (planes, points) = (instruments.planes, instruments.points);
+        let of_points = piece.saturating_sub(planes.len());
+        let sensor = instruments.frame == PositionFrame::Sensor;
+        if let Some((index, plane)) = (0..).zip(planes).nth(piece) {
             let [height, a, b] = self::plane(robot, rows, index, plane.level.is_none());
             let height = plane.known.map_or(height, |(height, _)| height);
-            start.put(instruments.first_of_plane(index), &[height, a, b]);
-        }
-        for (index, point) in (0..).zip(instruments.points) {
+            self.put(instruments.first_of_plane(index), &[height, a, b]);
+        } else if let Some((index, point)) = (0..).zip(points).nth(of_points) {
             let column = instruments.first_of_point(index);
             if let Some((place, _)) = point.known {
-                start.put(column, place.as_slice());
+                self.put(column, place.as_slice());
             } else if point.offset
                 && let Some([x, y, z, offset, _]) = self::point::<_, 5, 6, 21>(robot, rows, index)
             {
-                start.put(column, &[x, y, z, offset]);
+                self.put(column, &[x, y, z, offset]);
             } else if let Some([x, y, z, _]) = self::point::<_, 4, 5, 15>(robot, rows, index) {
-                start.put(column, &[x, y, z]);
+                self.put(column, &[x, y, z]);
+            }
+        } else if sensor {
+            return self.locate_frame(robot, rows, of_points.saturating_sub(points.len()));
+        }
+        sensor || piece + 1 < planes.len() + points.len()
+    }
+
+    /// Finds all of the start.
+    pub(super) fn locate_all(
+        &mut self,
+        robot: &Robot<T>,
+        instruments: &Instruments<'_, T>,
+        rows: &[ObservationRow<T>],
+    ) {
+        let mut piece = 0;
+        while self.locate(robot, instruments, rows, piece) {
+            piece += 1;
+        }
+    }
+
+    /// A part of the frame that best fits the nominal robot's positions to the measured coordinates; the robot's own if
+    /// there are too few. Returns whether there are more.
+    fn locate_frame(&mut self, robot: &Robot<T>, rows: &[ObservationRow<T>], part: usize) -> bool {
+        match part {
+            0 => {
+                if let Some(frame) = T::align(rows) {
+                    self.frame = frame;
+                    return false;
+                }
+            }
+            // Until the next part, its rows are the directions of the axes; an unknown one is infinite.
+            1..=3 => {
+                let direction = affine(robot, rows, part - 1);
+                let direction = direction.unwrap_or_else(|| Vector3::repeat(T::INFINITY));
+                for (column, entry) in direction.iter().enumerate() {
+                    if let Some(place) = self.frame.rotation.get_mut((part - 1, column)) {
+                        *place = *entry;
+                    }
+                }
+            }
+            4 => {
+                let [[xx, yx, zx], [xy, yy, zy], [xz, yz, zz]] = self.frame.rotation.data.0;
+                let directions = [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]].map(Vector3::from);
+                let rotation = T::nearest_rotation(&directions);
+                self.frame.rotation = rotation.unwrap_or_else(Matrix3::identity);
+            }
+            _ => {
+                let translation = self.frame.translation.iter_mut();
+                for (axis, (entry, seen)) in translation.zip(self.axes).enumerate() {
+                    if seen {
+                        *entry = mean_shift(rows, axis, &self.frame.rotation);
+                    }
+                }
+                return false;
             }
         }
-        start
+        true
     }
 
     fn put(&mut self, column: usize, values: &[T]) {
@@ -230,49 +290,6 @@ fn solved<T: Real, const N: usize, const M: usize, const E: usize>(
     triangle.minimiser(&smallest)
 }
 
-/// The frame that best fits the nominal robot's positions to the measured coordinates; the robot's own if there are too
-/// few.
-fn frame<T: Real>(
-    robot: &Robot<T>,
-    rows: &[ObservationRow<T>],
-    axes: [bool; 3],
-) -> RigidTransform<T> {
-    let whole = counted(rows).filter_map(|row| {
-        let [Some(x), Some(y), Some(z)] = row.observation().position else {
-            return None;
-        };
-        Some((row.nominal, Vector3::new(x, y, z)))
-    });
-    let everything = counted(rows).all(|row| {
-        let measured = row.observation().position.iter().flatten().count();
-        measured == 0 || measured == 3
-    });
-    if everything && let Ok(frame) = RigidTransform::align(whole) {
-        return frame;
-    }
-    let directions = [0, 1, 2].map(|axis| affine(robot, rows, axis));
-    let directions = match directions {
-        [Some(x), Some(y), Some(z)] => Some([x, y, z]),
-        [Some(x), Some(y), None] => Some([x, y, unit(&x.cross(&y))]),
-        [None, Some(y), Some(z)] => Some([unit(&y.cross(&z)), y, z]),
-        [Some(x), None, Some(z)] => Some([x, unit(&z.cross(&x)), z]),
-        _ => None,
-    };
-    let rotation = directions
-        .and_then(|directions| nearest_rotation(&directions))
-        .unwrap_or_else(Matrix3::identity);
-    let mut translation = Vector3::zeros();
-    for (axis, (entry, seen)) in translation.iter_mut().zip(axes).enumerate() {
-        if seen {
-            *entry = mean_shift(rows, axis, &rotation);
-        }
-    }
-    RigidTransform {
-        rotation,
-        translation,
-    }
-}
-
 fn unit<T: Real>(vector: &Vector3<T>) -> Vector3<T> {
     vector / vector.dot(vector).square_root()
 }
@@ -286,39 +303,59 @@ fn affine<T: Real>(
     let [first, ..] = robot.arms();
     let length = first.lb();
     let mut triangle = Triangle::<T, 5, 15>::zero();
-    for row in counted(rows) {
-        let observation = row.observation();
-        if let Some(Some(measured)) = observation.position.get(axis) {
-            let x = row.nominal / length;
-            absorb(
-                &mut triangle,
-                [x.x, x.y, x.z, T::ONE, -(*measured / length)],
-            );
+    let mut rows = counted(rows).filter_map(|row| {
+        let measured = (*row.observation().position.get(axis)?)?;
+        let x = row.nominal / length;
+        Some([x.x, x.y, x.z, T::ONE, -(measured / length)])
+    });
+    // Two rows take hardly longer than one.
+    while let Some(first) = rows.next() {
+        let mut columns = first.map(|entry| [entry, T::ZERO]);
+        let second = rows.next().unwrap_or([T::ZERO; 5]);
+        for ([_, place], entry) in columns.iter_mut().zip(second) {
+            *place = entry;
         }
+        T::absorb_two(triangle.entries_mut(), &mut columns);
     }
     let [x, y, z, _] = solved(&triangle)?;
     Some(Vector3::new(x, y, z))
 }
 
-/// The proper rotation nearest to a matrix given by rows.
-fn nearest_rotation<T: Real>(rows: &[Vector3<T>; 3]) -> Option<Matrix3<T>> {
-    let [x, y, z] = rows;
-    let matrix = Matrix3::from_columns(&[*x, *y, *z]).transpose();
-    let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
-    let pairs = axes
-        .into_iter()
-        .flat_map(|axis: Vector3<T>| [axis, -axis])
-        .map(|axis| (axis, matrix * axis));
-    RigidTransform::align(pairs)
-        .ok()
-        .map(|frame| frame.rotation)
+/// The frame, if every pose that was measured at all has all three coordinates.
+pub(crate) fn align<T: Real>(rows: &[ObservationRow<T>]) -> Option<RigidTransform<T>> {
+    let whole = counted(rows).filter_map(|row| {
+        let [Some(x), Some(y), Some(z)] = row.observation().position else {
+            return None;
+        };
+        Some((row.nominal, Vector3::new(x, y, z)))
+    });
+    let everything = counted(rows).all(|row| {
+        let measured = row.observation().position.iter().flatten().count();
+        measured == 0 || measured == 3
+    });
+    let frame = everything.then(|| RigidTransform::align(whole).ok());
+    frame.flatten()
+}
+
+/// The proper rotation nearest to a matrix given by rows, of which one that is not finite follows from the others.
+pub(crate) fn nearest_rotation<T: Real>(rows: &[Vector3<T>; 3]) -> Option<Matrix3<T>> {
+    let [x, y, z] = *rows;
+    let [x, y, z] = match rows.each_ref().map(|row| row.x.finite()) {
+        [true, true, true] => [x, y, z],
+        [true, true, false] => [x, y, unit(&x.cross(&y))],
+        [false, true, true] => [unit(&y.cross(&z)), y, z],
+        [true, false, true] => [x, unit(&z.cross(&x)), z],
+        _ => return None,
+    };
+    let spread = T::from_f64(3.0) + x.dot(&x) + y.dot(&y) + z.dot(&z);
+    best_rotation(&Matrix3::from_columns(&[x, y, z]), spread).ok()
 }
 
 fn mean_shift<T: Real>(rows: &[ObservationRow<T>], axis: usize, rotation: &Matrix3<T>) -> T {
     let (mut sum, mut count) = (T::ZERO, T::ZERO);
     for row in counted(rows) {
         if let Some(Some(measured)) = row.observation().position.get(axis) {
-            let turned = rotation * row.nominal;
+            let turned = product(rotation, &row.nominal);
             sum += *measured - turned.get(axis).copied().unwrap_or(T::ZERO);
             count += T::ONE;
         }
@@ -350,7 +387,9 @@ mod tests {
         for row in &mut rows {
             row.look_whether_reached(robot).unwrap();
         }
-        StartValues::of(robot, instruments, &rows)
+        let mut start = StartValues::new(&rows);
+        start.locate_all(robot, instruments, &rows);
+        start
     }
 
     /// Coordinates of the nominal robot in a rotated and shifted frame, some per pose: the start is that frame, along

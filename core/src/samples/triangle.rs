@@ -4,6 +4,7 @@
 use crate::Real;
 use crate::state::{Reader, State, Writer};
 use core::hint::black_box;
+use core::ops::Range;
 
 /// R of a QR factorisation, upper triangular `N × N`, packed by rows into `LENGTH` = N(N+1)/2 numbers. RᵀR is the sum
 /// of the outer products of all absorbed rows.
@@ -90,10 +91,10 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         T::back_substitute(&self.entries, &[T::ZERO; N], &mut v).then_some((v, gain))
     }
 
-    /// Four of the last columns of the inverse of the leading rows and columns, as many as `columns` is long, and their
-    /// products added to the lower half of a matrix of N − 1 rows given by columns.
-    pub(crate) fn invert(&self, columns: &mut [[T; 4]], covariance: &mut [T]) {
-        T::invert(&self.entries, N, columns, covariance);
+    /// Four of the last columns of the inverse of the leading rows and columns, as many as `columns` is long, and the
+    /// products of these `rows` of them added to the lower half of a matrix of N − 1 rows given by columns.
+    pub(crate) fn invert(&self, columns: &mut [[T; 4]], covariance: &mut [T], rows: Range<usize>) {
+        T::invert(&self.entries, N, columns, covariance, rows);
     }
 
     /// Uᵀ v, U without the last row and column.
@@ -350,7 +351,7 @@ fn plus_products<T: Real>(value: T, a: &[T], b: &[T]) -> T {
 
 /// Adds a multiple of one vector to another, in fours as well.
 #[inline]
-fn add_multiple<T: Real>(to: &mut [T], factor: T, vector: &[T]) {
+pub(crate) fn add_multiple<T: Real>(to: &mut [T], factor: T, vector: &[T]) {
     let length = to.len().min(vector.len());
     let (to, last_to) = to
         .get_mut(..length)
@@ -487,12 +488,20 @@ pub(crate) fn inverse_columns<T: Real, const K: usize>(
     }
 }
 
-/// Adds V Vᵀ to the lower half of a matrix with `rows` rows given by columns. V is given by rows, possibly fewer,
-/// padded with zeros.
-pub(crate) fn add_square<T: Real, const K: usize>(v: &[[T; K]], matrix: &mut [T], rows: usize) {
-    let mut rest = matrix;
-    for (index, own) in v.iter().enumerate() {
-        let Some((column, others)) = core::mem::take(&mut rest).split_at_mut_checked(rows) else {
+/// Adds these columns of V Vᵀ to the lower half of a matrix with `size` rows given by columns. V is given by rows,
+/// possibly fewer, padded with zeros.
+pub(crate) fn add_square<T: Real, const K: usize>(
+    v: &[[T; K]],
+    matrix: &mut [T],
+    size: usize,
+    columns: Range<usize>,
+) {
+    let mut rest = matrix.get_mut(columns.start * size..).unwrap_or_default();
+    for index in columns {
+        let (Some((column, others)), Some(own)) = (
+            core::mem::take(&mut rest).split_at_mut_checked(size),
+            v.get(index),
+        ) else {
             return;
         };
         rest = others;

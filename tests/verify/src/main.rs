@@ -61,13 +61,25 @@ const SIDE_BY_SIDE: [&[Stage]; 2] = [
     &[
         Stage {
             name: "firmware",
-            about: "builds the Cortex-M programs for the tests, and the archive for the panic proof",
+            about: "builds the Cortex-M programs for the tests, and the archives for the panic proof",
             commands: &[
                 "cargo build --quiet --profile firmware --package delta-cal-target-tests --bin delta-cal-target-tests --bin cases \
                  --bin measure --bin flash --target thumbv7em-none-eabihf --target-dir target/firmware",
+                "cargo build --quiet --profile firmware --package delta-cal-target-tests --bin linear --features linear \
+                 --target thumbv7em-none-eabihf --target-dir target/firmware",
                 "cargo build --quiet --profile firmware --package delta-cal-link-tests \
                  --target thumbv7em-none-eabihf --target-dir target/firmware",
+                "cargo build --quiet --profile firmware --package delta-cal-firmware-example --features board \
+                 --target thumbv7em-none-eabihf --target-dir target/firmware",
+                "cargo build --quiet --profile firmware --package delta-cal-firmware-example --features double \
+                 --target thumbv7em-none-eabihf --target-dir target/firmware",
                 "cargo build --quiet --profile small --package delta-cal-firmware-example --features small --bin touch --bin arms \
+                 --target thumbv7em-none-eabihf --target-dir target/firmware",
+                "cargo build --quiet --profile small --package delta-cal-target-tests --bin measure \
+                 --target thumbv7em-none-eabihf --target-dir target/firmware",
+                "cargo build --quiet --profile small --package delta-cal-link-tests \
+                 --target thumbv7em-none-eabihf --target-dir target/firmware",
+                "cargo build --quiet --profile small --package delta-cal-link-tests --config profile.small.opt-level='z' \
                  --target thumbv7em-none-eabihf --target-dir target/firmware",
             ],
         },

@@ -66,7 +66,7 @@ macro_rules! calibrator {
         ) -> Status {
             report(error, || {
                 robot.usable(size)?;
-                let found = *Found::robot(calibrator.get()?.outcome()?);
+                let found = calibrator.get()?.outcome()?.robot;
                 Ok(robot.put(size, &found)?)
             })
         }
@@ -113,7 +113,7 @@ macro_rules! calibrator {
         ) -> Status {
             status_of(|| {
                 let found = Found::covariance(calibrator.get()?.outcome()?);
-                Ok(covariance.put(found.ok_or(status::NO_COVARIANCE)?)?)
+                Ok(covariance.put_entries(found.ok_or(status::NO_COVARIANCE)?)?)
             })
         }
     };

@@ -5,11 +5,12 @@ use crate::error::Error;
 use crate::memory::plain;
 use crate::plain::{GRADIENT_VANISHED, ROUNDING_REACHED, USED_FREE, USED_NOMINAL, USED_SEARCH};
 use crate::status;
+use core::array;
 use delta_cal::calibration::{
-    ArmOutcome, Estimator, Ikm, Joint, JointOutcome, StartUsed, Termination,
+    ArmOutcome, Estimate, Estimator, Ikm, Joint, JointOutcome, StartUsed, Termination,
 };
 use delta_cal::observations::ObservationOutcome;
-use delta_cal::{ArmIndex, Parameter, Robot, RobotOutcome};
+use delta_cal::{ArmIndex, Real as _, RobotOutcome};
 
 plain! {
     /// How well one arm is known.
@@ -79,76 +80,58 @@ pub(crate) fn index_of(number: i32) -> Result<ArmIndex, Error> {
 
 /// What a calibrator has found.
 pub(crate) trait Found {
-    fn robot(&self) -> &Robot<Real>;
-
     fn arm(&self, arm: ArmIndex) -> ArmOutcome<Real>;
 
-    /// Row by row, as C stores a matrix.
-    fn covariance(&self) -> Option<[[Real; 24]; 24]>;
+    /// The covariance of all 24 parameters, by row and column.
+    fn covariance(&self) -> Option<impl Fn(usize, usize) -> Real>;
 }
 
 impl Found for RobotOutcome<Real> {
-    fn robot(&self) -> &Robot<Real> {
-        &self.robot
-    }
-
     fn arm(&self, arm: ArmIndex) -> ArmOutcome<Real> {
         Ikm::arm(self, arm)
     }
 
-    fn covariance(&self) -> Option<[[Real; 24]; 24]> {
-        let mut all = [[0.0; 24]; 24];
-        for ((rows, arm), first) in all.chunks_exact_mut(8).zip(&self.arms).zip([0, 8, 16]) {
-            let covariance = arm.covariance.as_ref()?;
-            for (row, own) in rows.iter_mut().zip(covariance.row_iter()) {
-                for (value, own) in row.iter_mut().skip(first).zip(&own) {
-                    *value = *own;
-                }
-            }
-        }
-        Some(all)
+    fn covariance(&self) -> Option<impl Fn(usize, usize) -> Real> {
+        let [first, second, third] = &self.arms;
+        let arms = [first, second, third].map(|arm| arm.covariance.as_ref());
+        let known = arms.iter().all(Option::is_some);
+        known.then_some(move |row: usize, column: usize| {
+            let own = arms.get(row / 8).filter(|_| row / 8 == column / 8);
+            let entry = own.and_then(|own| own.as_ref()?.get((row % 8, column % 8)));
+            entry.copied().unwrap_or(0.0)
+        })
     }
 }
 
 impl Found for JointOutcome<Real> {
-    fn robot(&self) -> &Robot<Real> {
-        &self.robot
-    }
-
     fn arm(&self, arm: ArmIndex) -> ArmOutcome<Real> {
         Joint::arm(self, arm)
     }
 
-    fn covariance(&self) -> Option<[[Real; 24]; 24]> {
-        let covariance = self.estimate.covariance.as_ref()?;
-        Some(covariance.transpose().into())
+    fn covariance(&self) -> Option<impl Fn(usize, usize) -> Real> {
+        entries(&self.estimate)
     }
 }
 
 impl<const N: usize> Found for ObservationOutcome<Real, N> {
-    fn robot(&self) -> &Robot<Real> {
-        &self.robot
-    }
-
     fn arm(&self, arm: ArmIndex) -> ArmOutcome<Real> {
         self.of_robot().arm(arm)
     }
 
-    fn covariance(&self) -> Option<[[Real; 24]; 24]> {
-        self.of_robot().covariance()
+    fn covariance(&self) -> Option<impl Fn(usize, usize) -> Real> {
+        entries(&self.estimate)
     }
+}
+
+/// The entries of a covariance in its place: a copy would take 2.3 kB of stack, or twice that.
+fn entries<const N: usize>(estimate: &Estimate<Real, N>) -> Option<impl Fn(usize, usize) -> Real> {
+    let covariance = estimate.covariance.as_ref()?;
+    Some(|row: usize, column: usize| covariance.get((row, column)).copied().unwrap_or(0.0))
 }
 
 /// The standard uncertainty of each parameter.
 pub(crate) fn deviations_of(outcome: &impl Found) -> Result<[[Real; 8]; 3], Error> {
-    let mut found = [[0.0; 8]; 3];
-    for (row, arm) in found.iter_mut().zip(ArmIndex::ALL) {
-        let arm = outcome.arm(arm);
-        for (sigma, parameter) in row.iter_mut().zip(Parameter::ROTARY) {
-            *sigma = arm
-                .standard_deviation(parameter)
-                .ok_or(status::NO_COVARIANCE)?;
-        }
-    }
-    Ok(found)
+    let entry = outcome.covariance().ok_or(status::NO_COVARIANCE)?;
+    let of = |index: usize| entry(index, index).square_root();
+    Ok([0, 8, 16].map(|first| array::from_fn(|parameter| of(first + parameter))))
 }

@@ -2,8 +2,9 @@
 
 use super::super::{
     Distance, DistanceFrom, Height, Instruments, Observation, ObservationError, ObservationNoise,
-    ObservationProblem, ObservationRow, Plane, Point, PositionFrame, TouchCalibrator,
+    ObservationProblem, ObservationRow, Plane, Point, PositionFrame, READINGS, TouchCalibrator,
 };
+use super::PIECES;
 use crate::calibration::{Problem, Progress, Refusal, Settings, Tolerance, sum_of_squares};
 use crate::fixtures::{instruments, joints, paper};
 #[cfg(feature = "transmission")]
@@ -98,9 +99,13 @@ fn check_derivatives<const N: usize, const M: usize, const E: usize>(
     let mut total = 0.0;
     for piece in 0..12 {
         let mut normal = Triangle::<f64, M, E>::zero();
-        let sum = problem
-            .linearize(&at(&correction), &mut normal, piece)
-            .sum_of_squares;
+        let mut columns = [[0.0; READINGS]; M];
+        let mut sum = 0.0;
+        for part in 0..PIECES {
+            let (at, part) = (at(&correction), PIECES * piece + part);
+            let done = problem.linearize(&at, &mut columns, &mut normal, part);
+            sum += done.sum_of_squares;
+        }
         let whole = Problem::<f64, N, M, E>::sum_of_squares(&problem, &at(&correction), piece);
         assert!((sum / whole.sum_of_squares - 1.0).abs() < 1e-12);
         assert_eq!(whole.more, piece < 11);

@@ -22,7 +22,6 @@ use delta_cal::{Refusal, Robot};
 use delta_cal_firmware_example::{
     ControlLoop, Halves, NewParameters, ParameterFlash, Path, nominal,
 };
-use delta_cal_protocol::{Reader, Wire, Writer};
 use emulated::TICKS_A_TURN;
 use plant::Plant;
 
@@ -161,7 +160,11 @@ pub(crate) fn joints() -> [f32; 3] {
 /// Stores new parameters and hands them to the control loop, which blends over within half a second.
 fn take_over(store: &mut Store, robot: &Robot<f32>) {
     let mut bytes = [0; size_of::<Parameters>()];
-    robot.parameters().put(&mut Writer::new(&mut bytes));
+    let parameters = robot.parameters();
+    let places = bytes.as_chunks_mut().0.iter_mut();
+    for (place, number) in places.zip(parameters.as_flattened()) {
+        *place = number.to_le_bytes();
+    }
     if store.save(&bytes).is_err() {
         fail("not stored");
     }
@@ -182,7 +185,12 @@ const RECORD: u32 = 0x64_63_00_01;
 fn load(store: &mut Store) -> Option<Robot<f32>> {
     let mut bytes = [0; size_of::<Parameters>()];
     let content = store.load(&mut bytes).ok()??;
-    Robot::from_parameters(Parameters::get(&mut Reader::new(content))?).ok()
+    let mut parameters = Parameters::default();
+    let numbers = parameters.as_flattened_mut().iter_mut();
+    for (number, bytes) in numbers.zip(content.as_chunks().0) {
+        *number = f32::from_le_bytes(*bytes);
+    }
+    Robot::from_parameters(parameters).ok()
 }
 
 /// Displays a line: a text and a number. Replace by your display.

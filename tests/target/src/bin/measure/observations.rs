@@ -14,8 +14,8 @@ const ROWS: usize = 40;
 
 type Calibrator = FkmCalibrator<f32, ROWS, 36, 37, 703>;
 
-/// By turns a height, two coordinates, and a distance.
-fn observation(index: usize, sample: &Sample<f32>) -> Observation<f32> {
+/// By turns a height, two or all coordinates, and a distance.
+fn observation(index: usize, sample: &Sample<f32>, whole: bool) -> Observation<f32> {
     let position = sample.position;
     let mut observation = Observation::at(sample.joints);
     match index % 3 {
@@ -23,7 +23,10 @@ fn observation(index: usize, sample: &Sample<f32>) -> Observation<f32> {
             let height = position.z + 560.0;
             observation.height = Some(Height { plane: 0, height });
         }
-        1 => observation.position = [Some(position.x), None, Some(position.z)],
+        1 => {
+            let y = whole.then_some(position.y);
+            observation.position = [Some(position.x), y, Some(position.z)];
+        }
         _ => {
             let from = DistanceFrom::Point(0);
             let distance = position.norm();
@@ -33,12 +36,24 @@ fn observation(index: usize, sample: &Sample<f32>) -> Observation<f32> {
     observation
 }
 
+/// In the robot's frame, and in a sensor's, with all coordinates and with two.
+pub(crate) fn measure(report: &mut Report<'_>) -> fmt::Result {
+    measure_in(report, "", PositionFrame::Base, false)?;
+    measure_in(report, "-sensor", PositionFrame::Sensor, true)?;
+    measure_in(report, "-sensor-two", PositionFrame::Sensor, false)
+}
+
 /// Apart from the caller, whose frame lies above all others.
 #[inline(never)]
-pub(crate) fn measure(report: &mut Report<'_>) -> fmt::Result {
+fn measure_in(
+    report: &mut Report<'_>,
+    name: &str,
+    frame: PositionFrame,
+    whole: bool,
+) -> fmt::Result {
     let robot = nominal::<f32>();
     let instruments = Instruments {
-        frame: PositionFrame::Base,
+        frame,
         planes: &[Plane::default()],
         points: &[Point::default()],
         noise: ObservationNoise::new(noise(), 0.02, 0.02).map_err(|_| fmt::Error)?,
@@ -49,12 +64,12 @@ pub(crate) fn measure(report: &mut Report<'_>) -> fmt::Result {
     let mut calibrator = calibrator.map_err(|_| fmt::Error)?;
     let mut taken_in = 0;
     for (index, sample) in measured::<ROWS>(3).iter().enumerate() {
-        let observation = observation(index, sample);
+        let observation = observation(index, sample, whole);
         let mut taken = Ok(());
         taken_in += report.count(|| taken = calibrator.add(black_box(&observation)))?;
         taken.map_err(|_| fmt::Error)?;
     }
-    report.instructions(format_args!("observations-row"), taken_in / 40)?;
+    report.instructions(format_args!("observations{name}-row"), taken_in / 40)?;
 
     let (mut steps, mut longest) = (1, 0);
     let mut first = report.count(|| {
@@ -73,12 +88,12 @@ pub(crate) fn measure(report: &mut Report<'_>) -> fmt::Result {
         steps += 1;
     }
     calibrator.outcome().map_err(|_| fmt::Error)?;
-    report.instructions(format_args!("observations"), total)?;
-    report.instructions(format_args!("observations-steps"), steps)?;
-    report.instructions(format_args!("observations-begin"), first)?;
-    report.instructions(format_args!("observations-step"), longest)?;
+    report.instructions(format_args!("observations{name}"), total)?;
+    report.instructions(format_args!("observations{name}-steps"), steps)?;
+    report.instructions(format_args!("observations{name}-begin"), first)?;
+    report.instructions(format_args!("observations{name}-step"), longest)?;
     report.figure(
-        format_args!("observations-calibrator"),
+        format_args!("observations{name}-calibrator"),
         size_of::<Calibrator>(),
     )?;
 
@@ -88,5 +103,5 @@ pub(crate) fn measure(report: &mut Report<'_>) -> fmt::Result {
         while calibrator.step() == Progress::Working {}
         let _ = black_box(calibrator.outcome());
     });
-    report.figure(format_args!("observations-stack"), stack)
+    report.figure(format_args!("observations{name}-stack"), stack)
 }

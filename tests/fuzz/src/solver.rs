@@ -11,6 +11,8 @@ const MOST_SAMPLES: usize = 40;
 const STARTS: u32 = 40;
 /// Steps per linearisation, damping or trial; a covariance takes fewer.
 const JOINT_PIECES: u32 = 16;
+/// Steps of a start or round besides its iterations: it is settled, its covariance cleared, computed and compared.
+const JUDGED: u32 = 4;
 
 /// The first byte selects `f32` or `f64`.
 pub fn solver(data: &[u8]) {
@@ -149,7 +151,7 @@ fn solved<T: Bits>(calibrator: &mut IkmCalibrator<T>) -> Option<RobotOutcome<T>>
 
 /// An upper limit of the steps that a calibration with these settings takes.
 fn steps<T: Bits>(settings: &Settings<T>) -> u32 {
-    3 * STARTS * (u32::from(settings.iteration_limit) + 1)
+    3 * STARTS * (u32::from(settings.iteration_limit) + 1 + JUDGED)
 }
 
 /// Up to rounding, an iteration ends with residuals no larger than those of the nominal robot at which it started.

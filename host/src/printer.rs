@@ -10,7 +10,7 @@ use crate::calibration::{CalibrateError, read_samples};
 use crate::files::input::InputText;
 use crate::fit::Options;
 use crate::import::{Firmware, Imported, Includes, Stated, touches};
-pub use area::{ACROSS, Map, Off};
+pub use area::{ACROSS, Better, Map, Off};
 pub use assess::Printer;
 pub use next::{Next, touches_of_bed};
 pub use notes::Change;

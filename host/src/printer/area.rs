@@ -7,8 +7,9 @@ use crate::files::robot_file::RobotFile;
 use crate::fit::solution::{RobotCovariance, WITH_TRANSMISSIONS};
 use crate::import::Imported;
 use delta_cal::{Robot, Sample};
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, Normal};
 use std::f64::consts::TAU;
 
 /// Circles of positions around the centre, and positions on each.
@@ -56,6 +57,8 @@ pub(super) fn poses(file: &RobotFile, radius: f64) -> Vec<Sample<f64>> {
 
 /// W of mean squares tr(W C), C being the covariance of the parameters.
 pub(super) struct Uncertain {
+    /// J about its mean at positions on the bed.
+    on_bed: Vec<(Vector3<f64>, SMatrix<f64, 3, WITH_TRANSMISSIONS>)>,
     /// Of positions after the best rigid motion, over the printed volume.
     pub(super) relative: RobotCovariance,
     /// Of heights over the bed about their mean.
@@ -70,22 +73,71 @@ impl Uncertain {
         let all = Sensitivities::of(&file.robot, poses.iter().copied());
         let on_bed = all.0.iter();
         let on_bed = on_bed.filter(|(pose, _)| pose.position.z.abs() < ON_THE_BED);
-        let on_bed: Vec<_> = on_bed.map(|(_, jacobian)| jacobian).collect();
+        let on_bed: Vec<_> = on_bed.collect();
         let count = on_bed.len() as f64;
-        let sum: SMatrix<f64, 3, WITH_TRANSMISSIONS> = on_bed.iter().copied().sum();
+        let sum: SMatrix<f64, 3, WITH_TRANSMISSIONS> = on_bed.iter().map(|(_, own)| own).sum();
+        let on_bed = on_bed.into_iter();
         let mut found = Self {
+            on_bed: on_bed
+                .map(|(pose, jacobian)| (pose.position, jacobian - sum / count))
+                .collect(),
             relative: all.relative()?.mean_square(),
             height: RobotCovariance::zeros(),
             across: RobotCovariance::zeros(),
         };
-        for jacobian in on_bed {
-            let left = jacobian - sum / count;
+        for (_, left) in &found.on_bed {
             let (across, height) = (left.fixed_rows::<2>(0), left.fixed_rows::<1>(2));
             found.height += height.tr_mul(&height) / count;
             found.across += across.tr_mul(&across) / count;
         }
         Some(found)
     }
+
+    /// The probabilities that a controller's errors on the bed are smaller than another one's. With known errors m and
+    /// the same unknown J δ of both, the mean squares differ by
+    ///
+    /// ```text
+    /// ⟨|m₁|² − |m₂|²⟩ + 2 ⟨(m₁ − m₂)ᵀ J⟩ δ,   δ ~ N(0, C)
+    /// ```
+    ///
+    /// `None` if both know the same.
+    pub(super) fn better(
+        &self,
+        before: &Off,
+        after: &Off,
+        covariance: &RobotCovariance,
+    ) -> Option<Better> {
+        let of = |axes: Vector3<f64>| {
+            let (mut mean, mut by_parameters) = (0.0, SVector::zeros());
+            for (position, jacobian) in &self.on_bed {
+                let known = |off: &Off| {
+                    let mut places = off.places.iter();
+                    let own = places.find(|([x, y], _)| position.xy() == Vector2::new(*x, *y));
+                    own.map(|(_, off)| axes.component_mul(off))
+                };
+                if let (Some(before), Some(after)) = (known(before), known(after)) {
+                    mean += before.norm_squared() - after.norm_squared();
+                    by_parameters += jacobian.tr_mul(&(before - after)) * 2.0;
+                }
+            }
+            let sigma = by_parameters.dot(&(covariance * by_parameters)).sqrt();
+            Some(Normal::new(mean, sigma).ok()?.sf(0.0))
+        };
+        Some(Better {
+            height: of(Vector3::new(0.0, 0.0, 1.0))?,
+            across: of(Vector3::new(1.0, 1.0, 0.0))?,
+        })
+    }
+}
+
+/// The probabilities that the lines print better than the configuration.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Better {
+    /// A flatter bed.
+    pub height: f64,
+    /// Smaller errors of x and y on the bed.
+    #[serde(rename = "xy")]
+    pub across: f64,
 }
 
 /// The centre and circles around it, the largest of this radius.
@@ -126,6 +178,9 @@ pub struct Off {
     /// What 100 mm on the bed become, mm.
     #[serde(rename = "hundred_mm_become_mm")]
     pub hundred: f64,
+    /// What is known, at the places over which the means are taken.
+    #[serde(skip)]
+    pub(super) places: Map,
     /// What is known, at places [`ACROSS`] the bed.
     #[serde(skip)]
     pub map: Map,
@@ -176,6 +231,7 @@ impl Off {
             across: rms(sum(|(_, off)| off.xy().norm_squared())).hypot(across_sigma),
             hundred: 100.0 * (1.0 + along / sum(|([x, y], _)| x * x + y * y)),
             map: about_mean(grid.collect()),
+            places: all,
         })
     }
 

@@ -1,6 +1,6 @@
 //! A printer assessed: what its configuration is off, what to paste instead, and what that leaves.
 
-use super::area::{ON_THE_BED, Off, Uncertain, poses, radius_of};
+use super::area::{Better, ON_THE_BED, Off, Uncertain, poses, radius_of};
 use super::next::{Next, next};
 use super::notes::{Change, notes};
 use crate::accuracy::information::prior;
@@ -45,6 +45,8 @@ pub struct Printer {
     pub before: Option<Off>,
     /// What the lines to paste are off.
     pub after: Option<Off>,
+    /// The probabilities that the lines to paste print better.
+    pub better_probability: Option<Better>,
     /// Where the bed was touched.
     #[serde(skip)]
     pub touches: Vec<[f64; 2]>,
@@ -136,6 +138,9 @@ impl Printer {
         let before = look((&configured.robot, level));
         let pasted = export.controller.as_ref().zip(export.frame);
         let after = pasted.and_then(look);
+        let both = before.as_ref().zip(after.as_ref());
+        let better_probability =
+            both.and_then(|(before, after)| uncertain.better(before, after, &covariance));
         let better = match (&before, &after) {
             (Some(before), Some(after)) => after.is_better_than(before),
             _ => true,
@@ -166,6 +171,7 @@ impl Printer {
             fits_worst: Self::worst(imported, solution),
             before,
             after,
+            better_probability,
             touches: touches(imported, &calibrated.robot),
             changes,
             sigma_before_mm: prior(robot).map(|own| uncertain.relative.dot(&own).sqrt()),

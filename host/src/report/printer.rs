@@ -9,7 +9,7 @@ use crate::printer::{ACROSS, Change, Map, Next, Printer, alike, common_scale};
 use crate::render::page::figure;
 use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::render::terminal::wrapped;
-use crate::text::{count, list, significant};
+use crate::text::{count, list, probability, significant};
 use maud::html;
 use serde::Serialize;
 use std::fmt::Write;
@@ -263,7 +263,11 @@ fn changes(changes: &[Change]) -> Option<String> {
 /// The noise that the readings show.
 fn noise(report: &Report, printer: &Printer) -> String {
     let kinds = report.solution.noise.iter().map(|own| {
-        let from = if own.stated { "stated" } else { "estimated" };
+        let from = if own.stated {
+            "stated".to_owned()
+        } else {
+            format!("estimated, {:.1} degrees of freedom", own.known)
+        };
         let sigma = significant(own.sigma, 2);
         format!("{} {sigma} mm ({from})", own.kind.plural())
     });
@@ -306,13 +310,22 @@ fn proposals(otherwise: &str, next: &Next) -> Vec<String> {
 }
 
 fn paste(printer: &Printer) -> String {
+    let chances = printer.better_probability.map(|own| {
+        let [flatter, nearer] = [own.height, own.across].map(probability);
+        format!("the bed is flatter with {flatter} probability, x and y are nearer with {nearer}")
+    });
     if printer.lines.is_none() {
-        return "Nothing to change: other parameters of this controller would print no better."
-            .to_owned();
+        let chances =
+            chances.map_or_else(String::new, |own| format!(" With the best of them, {own}."));
+        return format!(
+            "Nothing to change: other parameters of this controller would print no better.{chances}"
+        );
     }
     let (loss, before) = (&printer.loss, &printer.not_calibrated);
-    let after = printer.after.as_ref().map_or_else(String::new, |off| {
-        format!(" Bed error then: {:.2} mm rms.", off.height)
+    let after = printer.after.as_ref().zip(chances);
+    let after = after.map_or_else(String::new, |(off, chances)| {
+        let [height, unknown] = [off.height, off.height_sigma];
+        format!(" Bed error then: {height:.2} mm rms, of which {unknown:.2} mm (σ) are not known; {chances}.")
     });
     format!(
         "Paste the lines below. The controller cannot hold everything: they lose {:.2} mm rms ({:.2} mm worst); not \

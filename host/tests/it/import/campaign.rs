@@ -345,6 +345,8 @@ struct Found {
     told: Vec<f64>,
     /// Squares of positions' errors over the printed volume, and of their stated σ.
     squares: [f64; 2],
+    /// Of a flatter bed and of nearer x and y with the lines: the stated probability, and whether it came true.
+    better: Vec<(f64, bool)>,
 }
 
 impl Found {
@@ -362,6 +364,11 @@ impl Found {
             Some(lines) => (Delta::pasted(lines, STEPS), found.after),
             None => (controller, found.before),
         };
+        if let (Some(own), Some(_)) = (found.better_probability, &found.lines) {
+            let [[height, _, across], before] = [ours, controller].map(|own| prints(&made, &own));
+            self.better.push((own.height, height < before[HEIGHT]));
+            self.better.push((own.across, across < before[2]));
+        }
         let extended = fitted(&controller, &rows);
         rows.retain(|row| matches!(row, Row::Height(..)));
         let basic = fitted(&controller, &rows);
@@ -440,6 +447,7 @@ const BETTER: f64 = 0.95;
 fn pasted_lines_print_better_than_klippers_own() {
     let mut all: [Vec<f64>; 2] = Default::default();
     let (mut sigmas, mut sizes) = (Vec::new(), [0.0; 3]);
+    let mut better = Vec::new();
     let mut missed = Vec::new();
     let mut told = |met: bool, text: String| {
         eprintln!("{text}");
@@ -463,6 +471,7 @@ fn pasted_lines_print_better_than_klippers_own() {
                 }
             }
         }
+        better.extend(found.better.iter().copied());
         let (pooled, within) = found.told();
         let sigma = (found.squares[0] / found.squares[1]).sqrt();
         sigmas.push(sigma.ln());
@@ -498,6 +507,20 @@ fn pasted_lines_print_better_than_klippers_own() {
         told(
             height < BETTER && size < 1.0,
             format!("all, {title}: height {height:.3}; size with unknown shrinkage {size:.2}"),
+        );
+    }
+    // Probabilities of 99 % and more are only stated as such.
+    for (low, high) in [(0.0, 0.6), (0.6, 0.9), (0.9, 0.99)] {
+        let within = better.iter().filter(|(own, _)| (low..high).contains(own));
+        let (mut stated, mut variance, mut came_true) = (0.0, 0.0, 0.0);
+        for (own, is) in within {
+            stated += own;
+            variance += own * (1.0 - own);
+            came_true += f64::from(u8::from(*is));
+        }
+        told(
+            f64::abs(came_true - stated) < 3.0 * variance.sqrt(),
+            format!("{low} to {high}: {stated:.1} expected to print better, {came_true} do"),
         );
     }
     let sigma = mean(&sigmas);

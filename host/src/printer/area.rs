@@ -135,7 +135,7 @@ impl Uncertain {
 pub struct Better {
     /// A flatter bed.
     pub height: f64,
-    /// Smaller errors of x and y on the bed.
+    /// More accurate x and y on the bed.
     #[serde(rename = "xy")]
     pub across: f64,
 }

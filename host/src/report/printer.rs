@@ -312,7 +312,9 @@ fn proposals(otherwise: &str, next: &Next) -> Vec<String> {
 fn paste(printer: &Printer) -> String {
     let chances = printer.better_probability.map(|own| {
         let [flatter, nearer] = [own.height, own.across].map(probability);
-        format!("the bed is flatter with {flatter} probability, x and y are nearer with {nearer}")
+        format!(
+            "the bed is flatter with {flatter} probability, x and y are more accurate with {nearer}"
+        )
     });
     if printer.lines.is_none() {
         let chances =
@@ -325,7 +327,7 @@ fn paste(printer: &Printer) -> String {
     let after = printer.after.as_ref().zip(chances);
     let after = after.map_or_else(String::new, |(off, chances)| {
         let [height, unknown] = [off.height, off.height_sigma];
-        format!(" Bed error then: {height:.2} mm rms, of which {unknown:.2} mm (σ) are not known; {chances}.")
+        format!(" Bed error then: {height:.2} mm rms (uncertainty {unknown:.2} mm, σ); {chances}.")
     });
     format!(
         "Paste the lines below. The controller cannot hold everything: they lose {:.2} mm rms ({:.2} mm worst); not \

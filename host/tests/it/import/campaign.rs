@@ -55,7 +55,7 @@ const SETS: &str = "
     # name number bed touch calliper rods shrink options height worse told within sigma
     A1, 900, 0.005, 0.03, 0.005, 0.015, 0,    0, 0,     -,              0.97, 4, 0.667, 1.5, 10, 0.75, 1.2
     A1, 901, 0.005, 0.03, 0.005, 0.015, 0,    0, 0,     rods±0.2,       1,    5, 0.667, 1.5, 10, 0.8,  1.2
-    A2, 902, 0.005, 0.03, 0.005, 0.015, 0,    0, 0,     saved,          1.01, 5, 0.667, 1.5, 12, 0.8,  1.2
+    A2, 902, 0.005, 0.03, 0.005, 0.015, 0,    0, 0,     saved,          1.01, 5, 0.667, 1.5, 11, 0.8,  1.2
     A2, 911, 0.005, 0.03, 0.005, 0.015, 0,    0, 0,     fitted,         1.01, 2, 0.667, 1.5, 7,  0.8,  1.2
     B1, 905, 0.08,  0.08, 0.05,  0.05,  0,    0, 0,     -,              0.99, 4, 0.5,   1.5, 4,  0.8,  1.7
     R1, 907, 0.005, 0.03, 0.005, 0.015, 0,    1, 0,     -,              0.99, 4, 0.667, 1.5, 11, 0.8,  1.2
@@ -345,7 +345,7 @@ struct Found {
     told: Vec<f64>,
     /// Squares of positions' errors over the printed volume, and of their stated σ.
     squares: [f64; 2],
-    /// Of a flatter bed and of nearer x and y with the lines: the stated probability, and whether it came true.
+    /// Of a flatter bed and of more accurate x and y with the lines: the stated probability, and whether it came true.
     better: Vec<(f64, bool)>,
 }
 

@@ -261,7 +261,8 @@ pub struct WorkspaceComparison {
     #[serde(skip)]
     pub negligible: f64,
     /// The probability that the rms position error is larger after the calibration than before; with `--frame sensor`,
-    /// of the relative positions. `None` if the noise is neither stated nor estimated well enough.
+    /// of the relative positions. `None` if the robot stays as it is, or if the noise is neither stated nor estimated well
+    /// enough.
     pub chance_of_harm: Option<f64>,
 }
 
@@ -318,13 +319,17 @@ impl WorkspaceComparison {
             sigma: change.sigma(),
             scatter: change.scatter(),
         };
-        Some(Self {
+        let mut own = Self {
             change: whole_change,
             sigma: whole_sigma,
             judged,
             negligible: NEGLIGIBLE * after.arms().iter().map(Arm::lb).fold(0.0, f64::max),
-            chance_of_harm: change.chance_of_harm(),
-        })
+            chance_of_harm: None,
+        };
+        if !own.unchanged() {
+            own.chance_of_harm = change.chance_of_harm();
+        }
+        Some(own)
     }
 
     /// Whether the calibrated robot may well be less accurate than before.

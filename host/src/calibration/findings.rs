@@ -264,8 +264,8 @@ fn of_noise(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
             NoiseVerdict::Understated => {
                 let widened_by = judged.widening;
                 let text = format!(
-                    "Residuals of {of} are {ratio:.1} × the stated noise ({sigma} mm, 95 % CI {low}–{high}). All σ are \
-                     multiplied by {widened_by:.1}. Look for outliers and play; if there are none, set {key} = {sigma}."
+                    "Residuals of {of} are {ratio:.1} × the stated noise ({sigma} mm, 95 % CI {low}–{high}). The readings' part of \
+                     every σ is multiplied by {widened_by:.1}. Look for outliers and play; if there are none, set {key} = {sigma}."
                 );
                 let figures = json!({ "test": test, "widened_by": widened_by });
                 found.push(warning("noise_understated", figures, text));
@@ -385,9 +385,9 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
         }
     }
     for (arm, condition) in (1..).zip(solution.conditions) {
-        if condition > GOOD_CONDITION && readings.is_complete() {
+        if condition > GOOD_CONDITION && readings.is_complete() && solution.is_absolute() {
             let text = format!(
-                "arm {arm}: condition {condition:.0}: the poses determine it badly. Spread them over the whole workspace."
+                "arm {arm} is poorly determined (condition {condition:.0}). Spread the poses over the whole workspace."
             );
             let figures = json!({ "arm": arm, "condition": condition });
             found.push(warning("condition", figures, text));

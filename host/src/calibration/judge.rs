@@ -1,7 +1,7 @@
 //! Judges a solution: whether it is credible, reproduced by the robot, and expected to improve it.
 
 use super::causes::{Causes, causes};
-use super::credibility::{self, NoiseTest, PriorTest, ToleranceTest};
+use super::credibility::{self, NoiseTest, NoiseVerdict, PriorTest, ToleranceTest};
 use super::known::Known;
 use crate::accuracy::improvement::{Moved, WorkspaceComparison};
 use crate::accuracy::information::prior;
@@ -15,7 +15,7 @@ use delta_cal::robot::Drive;
 use delta_cal::{Refusal, Robot, Sample, Tolerance};
 use nalgebra::Vector3;
 
-/// Residuals below this fraction of the stated noise indicate another unit.
+/// A noise below this fraction of the stated one indicates another unit.
 const FAR_OFF: f64 = 0.05;
 /// Noise below this fraction of the forearm is rounding of the digits.
 const COMPUTED: f64 = 2e-6;
@@ -23,7 +23,7 @@ const COMPUTED: f64 = 2e-6;
 /// A solution judged good.
 #[derive(Debug, Clone)]
 pub(crate) struct Judged {
-    /// The solution, every σ widened by the lack of fit.
+    /// The solution, its readings' noise widened by the lack of fit.
     pub(crate) solution: Solution,
     /// Of the calibrated robot.
     pub(crate) poses: WorkspacePoses,
@@ -147,9 +147,9 @@ fn with_wider_tolerance(case: &Case<'_>) -> Option<Judged> {
 fn judge(case: &Case<'_>) -> Result<Judged, Objection> {
     let robot = case.robot;
     let solution = solve(robot, case.readings, &case.options).map_err(Objection::Unsolved)?;
-    let noise: Vec<_> = solution.noise.iter().filter_map(NoiseTest::of).collect();
-    if let Some(objection) = noise.iter().find_map(|test| far_off(case, test)) {
-        return Err(objection);
+    let mut noise: Vec<_> = solution.noise.iter().filter_map(NoiseTest::of).collect();
+    for test in &mut noise {
+        with_shown(case, test)?;
     }
     let reach = robot.reach();
     let poses = WorkspacePoses::of(&solution.robot, &reach);
@@ -158,7 +158,8 @@ fn judge(case: &Case<'_>) -> Result<Judged, Objection> {
         .iter()
         .map(|test| test.widening(!causes.found.is_empty()))
         .fold(1.0, f64::max);
-    let sigma = rms_over(&solution.robot, &solution.of_robot(), &poses.inside);
+    let by_readings = solution.of_robot_by_readings();
+    let sigma = rms_over(&solution.robot, &by_readings, &poses.inside);
     let by_causes = causes.position_error / sigma;
     let widening = by_noise.hypot(if sigma > 0.0 { by_causes } else { 0.0 });
     let solution = solution.widened(widening);
@@ -176,7 +177,7 @@ fn judge(case: &Case<'_>) -> Result<Judged, Objection> {
         } else if own.is_harmful(tolerance.is_some()) {
             let chance = own.chance_of_harm.unwrap_or(1.0);
             return Err(Objection::Worse(chance, own.judged));
-        } else if own.chance_of_harm.is_none() {
+        } else if own.chance_of_harm.is_none() && !own.unchanged() {
             return Err(Objection::UnknownError);
         }
     }
@@ -211,26 +212,38 @@ fn judge(case: &Case<'_>) -> Result<Judged, Objection> {
     })
 }
 
-/// Tests whether a stated noise is far larger than the noise estimated without it.
-fn far_off(case: &Case<'_>, test: &NoiseTest) -> Option<Objection> {
-    let stated = test.stated_mm.filter(|_| test.ratio < FAR_OFF)?;
+/// An overstated noise keeps the robot near its start and so enlarges the residuals: replaces the σ that these show by
+/// the one estimated without it.
+///
+/// # Errors
+/// The stated noise is far larger than that.
+fn with_shown(case: &Case<'_>, test: &mut NoiseTest) -> Result<(), Objection> {
+    let Some(stated) = test.stated_mm else {
+        return Ok(());
+    };
+    if test.verdict != NoiseVerdict::Overstated {
+        return Ok(());
+    }
     let mut free = case.robot.clone();
     match test.kind {
-        Kind::Position => {
-            free.instruments.joint_noise = free.noise.map(|noise| noise.joint());
-            free.noise = None;
-        }
+        Kind::Position => free.noise = None,
         Kind::Height => free.instruments.height_noise = None,
         Kind::Distance => free.instruments.distance_noise = None,
     }
-    let solution = solve(&free, case.readings, &case.options).ok()?;
-    let mut noise = solution.noise.iter();
-    let shown = noise.find(|own| own.kind == test.kind)?.sigma;
+    let solution = solve(&free, case.readings, &case.options);
+    let noise = solution.map_or_else(|_| Vec::new(), |own| own.noise);
+    let mut noise = noise.iter().filter_map(NoiseTest::of);
+    let Some(own) = noise.find(|own| own.kind == test.kind) else {
+        return Ok(());
+    };
+    let shown = own.sigma_mm;
     let [arm, ..] = case.robot.robot.arms();
     // Computed rows show no noise at all.
-    let measured = shown > COMPUTED * arm.lb();
-    let far = measured && shown < FAR_OFF * stated;
-    far.then_some(Objection::NoiseFarOff(test.kind, stated, shown))
+    if shown > COMPUTED * arm.lb() && shown < FAR_OFF * stated {
+        return Err(Objection::NoiseFarOff(test.kind, stated, shown));
+    }
+    (test.sigma_mm, test.limits_mm) = (shown, own.limits_mm);
+    Ok(())
 }
 
 /// Contradictions between readings, robot and result.

@@ -174,10 +174,17 @@ pub(crate) fn explained(
             ),
         ),
     };
-    let remedy = match hint {
+    let mut remedy = match hint {
         None => remedy,
         Some(hint) => format!("{hint} Otherwise: {remedy}"),
     };
+    let joined = readings.joined.iter().find(|own| own.by.is_none());
+    if let Some(joined) = joined.filter(|_| objection.may_be_wrong_rows()) {
+        remedy = format!(
+            "The rows were joined with those of {} in their order: is it the same? Otherwise: {remedy}",
+            joined.joints_file
+        );
+    }
     let refused = Refused::new(format!("{}: {cause}", readings.name), remedy);
     refused.explained(diagnosis).into()
 }
@@ -238,6 +245,10 @@ fn undetermined(case: &Case<'_>, refusal: &Refusal) -> (String, String) {
                 (_, false) => STATE_TOLERANCE.to_owned(),
                 _ => "Measure poses that are well apart and not on one line.".to_owned(),
             },
+        ),
+        Refusal::TooFewSamples { samples: 0, .. } => (
+            format!("The robot of {} reaches none of the poses.", robot.name),
+            "Check its lengths, and units and signs of the joints.".to_owned(),
         ),
         Refusal::TooFewSamples { samples, needed, .. } => (
             format!(

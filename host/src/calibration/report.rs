@@ -64,7 +64,7 @@ pub struct Report {
     /// Errors that the model cannot represent.
     #[serde(flatten)]
     pub causes: Causes,
-    /// By what every σ was multiplied because of residuals and causes.
+    /// By what the readings' part of every σ was multiplied because of residuals and causes.
     pub sigma_widened_by: f64,
     /// The position error that the calibrated robot is expected to have.
     pub expected_error: Option<ExpectedReport>,
@@ -107,7 +107,7 @@ pub struct Report {
     /// The calibrated robot, with everything else from the robot file.
     #[serde(skip)]
     pub after: RobotFile,
-    /// The solution, every σ widened.
+    /// The solution, σ widened.
     #[serde(skip)]
     pub solution: Solution,
 }

@@ -175,7 +175,7 @@ impl Task<'_> {
         let robot = &self.robot.robot;
         let problem = ObservationProblem::<f64, N>::prepare(robot, instruments, rows)?;
         let count = problem.rows().len();
-        let (mut weights, mut suspected) = (vec![1.0; count], vec![false; count]);
+        let (mut weights, mut suspected, mut worth) = (vec![1.0; count], vec![false; count], 1.0);
         let unknowns = PARAMETERS + instruments.unknowns();
         let units: Vec<f64> = (0..unknowns)
             .map(|place| Problem::<f64, N, M, E>::unit_of(&problem, place))
@@ -186,7 +186,7 @@ impl Task<'_> {
         } else {
             let outcome = if self.robust {
                 let found = robust::fit::<N, M, E>(&problem, settings)?;
-                (weights, suspected) = (found.weights, found.suspected);
+                (weights, suspected, worth) = (found.weights, found.suspected, found.worth);
                 found.outcome
             } else {
                 problem.solve::<M, E>(settings)?
@@ -221,12 +221,13 @@ impl Task<'_> {
             None => moved,
         };
         let covariance = found.covariance.resize(unknowns, unknowns, 0.0);
+        let held = &prior * &covariance;
         let log_spread = problem.rows().iter().filter(|row| !row.is_left_out());
         let log_spread = log_spread.map(|row| row.spread().ln()).sum();
         let at = (&found.robot, &end);
         let (rows, sensitivities) =
             looked_at::<N, M>(&problem, at, &units, &covariance, (&weights, &suspected));
-        let mut noise = self.noise_of(&rows, levels);
+        let mut noise = self.noise_of(&rows, levels, worth);
         if let (Some(separate), [own]) = (&found.separate, noise.as_mut_slice()) {
             own.squares = separate.squares;
             own.freedom = separate.freedom;
@@ -238,7 +239,9 @@ impl Task<'_> {
             robot: found.robot,
             places: places(instruments, &end, frame),
             places_before: places(instruments, &start, *problem.start_frame()),
-            beyond_expected: DMatrix::zeros(unknowns, unknowns),
+            // With the prior's information P: C (C⁻¹ − P) C.
+            of_readings: &covariance - held.tr_mul(&held),
+            beyond_expected: 0.0,
             covariance,
             prior,
             moved,
@@ -255,7 +258,8 @@ impl Task<'_> {
         })
     }
 
-    fn noise_of(&self, rows: &[RowFit], levels: &Levels) -> Vec<KindNoise> {
+    /// `worth`: of the rows, in parts of the sum of their weights.
+    fn noise_of(&self, rows: &[RowFit], levels: &Levels, worth: f64) -> Vec<KindNoise> {
         let of = |kind: Kind| {
             let mut own = KindNoise {
                 kind,
@@ -272,8 +276,8 @@ impl Task<'_> {
                 }
                 for (place, read) in row.value.read().into_iter().enumerate() {
                     if read.is_some() && Kind::of_place(place) == kind {
-                        own.readings += fit.weight;
-                        own.freedom += fit.weight * (1.0 - fit.leverage[place]);
+                        own.readings += fit.weight * worth;
+                        own.freedom += fit.weight * (worth - fit.leverage[place]);
                         own.squares += fit.weight * fit.whitened[place].powi(2);
                     }
                 }

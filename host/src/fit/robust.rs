@@ -100,6 +100,8 @@ pub(super) struct RobustFit<const N: usize> {
     pub(super) outcome: ObservationOutcome<f64, N>,
     pub(super) weights: Vec<f64>,
     pub(super) suspected: Vec<bool>,
+    /// What the rows are worth, in parts of the sum of their weights.
+    pub(super) worth: f64,
 }
 
 /// Calibrates a robot from rows of which some may be wrong. M = N + 1, E = M (M + 1)/2.
@@ -143,9 +145,13 @@ pub(super) fn fit<const N: usize, const M: usize, const E: usize>(
         return Err(Unsolved::TooManySuspected(number, counted));
     }
     let weighed = problem.weighed(&search.rows, effective);
+    let weights: Vec<_> = search.rows.iter().map(ObservationRow::weight).collect();
+    let counted = search.states.iter().zip(&weights);
+    let counted = counted.filter(|(own, _)| own.readings > 0);
     Ok(RobustFit {
         outcome: weighed.solve::<M, E>(&settings)?,
-        weights: search.rows.iter().map(ObservationRow::weight).collect(),
+        worth: effective / counted.map(|(_, weight)| weight).sum::<f64>(),
+        weights,
         suspected,
     })
 }

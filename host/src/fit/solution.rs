@@ -189,8 +189,10 @@ pub struct Solution {
     /// Covariance of all unknowns: 24 parameters, 15 numbers of the transmissions if they are unknown, then the frame,
     /// planes, points and the distances' scale; mm, radians and their products. With an estimated noise it is that of Student's distribution.
     pub covariance: DMatrix<f64>,
-    /// The part of it by which Student's variance, E[σ²], exceeds that of the expected noise, E[σ]².
-    pub(crate) beyond_expected: DMatrix<f64>,
+    /// The part of it that the readings' noise makes; the tolerance makes the rest.
+    pub(crate) of_readings: DMatrix<f64>,
+    /// The fraction of that by which Student's variance, E[σ²], exceeds that of the expected noise, E[σ]².
+    pub(crate) beyond_expected: f64,
     /// Rows U of the prior of all unknowns, |U u|², about the robot of the file.
     pub(crate) prior: DMatrix<f64>,
     /// Displacement of the unknowns from the centre of the prior.
@@ -226,7 +228,12 @@ impl Solution {
     /// The same with the expected σ of an estimated noise in place of its expected σ²: what an rms error is expected to be,
     /// which is linear in σ.
     pub fn expected_of_robot(&self) -> RobotCovariance {
-        self.robots(&(&self.covariance - &self.beyond_expected))
+        self.robots(&(&self.covariance - self.beyond_expected * &self.of_readings))
+    }
+
+    /// The part of the robot's covariance that the readings' noise makes.
+    pub(crate) fn of_robot_by_readings(&self) -> RobotCovariance {
+        self.robots(&self.of_readings)
     }
 
     fn robots(&self, covariance: &DMatrix<f64>) -> RobotCovariance {
@@ -275,11 +282,12 @@ impl Solution {
         self.frame == Frame::Base && self.noise.iter().any(|own| own.kind == Kind::Position)
     }
 
-    /// Multiplies every σ by a factor.
+    /// Multiplies the readings' noise by a factor; what the tolerance decides stays as uncertain as it is.
     #[must_use]
     pub(crate) fn widened(mut self, factor: f64) -> Self {
-        self.covariance *= factor * factor;
-        self.beyond_expected *= factor * factor;
+        let squared = factor * factor;
+        self.covariance += (squared - 1.0) * &self.of_readings;
+        self.of_readings *= squared;
         self
     }
 }

@@ -186,21 +186,18 @@ fn likelihood(solution: &Solution) -> Option<f64> {
 }
 
 /// Applies the variances of Student's distribution where a noise is estimated: what comes from the readings has ν/(ν − 2)
-/// times the variance of a known noise. With the prior's information P that part of the covariance C is C (C⁻¹ − P) C.
+/// times the variance of a known noise.
 fn as_student(solution: Solution) -> Solution {
     let Some(freedom) = solution.estimated_freedom().filter(|own| *own > 2.0) else {
         return solution;
     };
-    let held = &solution.prior * &solution.covariance;
-    let of_readings = &solution.covariance - held.tr_mul(&held);
     let mean = freedom / (freedom - 2.0);
     // E[σ]² of the same distribution.
     let gammas = ln_gamma(0.5 * (freedom - 1.0)) - ln_gamma(0.5 * freedom);
     let expected = 0.5 * freedom * (2.0 * gammas).exp();
     Solution {
-        covariance: &solution.covariance + (mean - 1.0) * &of_readings,
-        beyond_expected: (mean - expected) * of_readings,
-        ..solution
+        beyond_expected: (mean - expected) / mean,
+        ..solution.widened(mean.sqrt())
     }
 }
 

@@ -224,6 +224,7 @@ const RADII: &str = r#"
     = 480 ⇒ = -480 ⇒ robot.toml:5: invalid value: -480, expected a number above 0
     = 260 ⇒ = 0 ⇒ robot.toml:4: invalid value: 0, expected a number above 0
     = 480 ⇒ = 1e300 ⇒ robot.toml:1: the geometry is impossible
+    = 480 ⇒ = 480\nazimuth_deg = [0, 120, 120] ⇒ robot.toml:1: two arms are in the same place
     = 30 ⇒ = -30 ⇒ robot.toml:1: the geometry is impossible: the base and platform radii
     = 480 ⇒ = 48 ⇒ robot.toml:1: the geometry is impossible: the forearms do not meet
     = 90 ⇒ = -60 ⇒ robot.toml:7: the largest joint angle, -60, is not above the smallest, -60

@@ -115,6 +115,7 @@ const FAULTS: &str = "
     degrees as radians ⇒ ⇒ are degrees, and the header says radians
     metres as millimetres ⇒ ⇒ the positions are metres, and the header says millimetres
     millimetres as metres ⇒ ⇒ the positions are millimetres, and the header says metres
+    millimetres as micrometres ⇒ ⇒ the positions are millimetres, and the header says micrometres
     inches as millimetres ⇒ ⇒ the positions are inches
     mirrored ⇒ base ⇒ x has the wrong sign, so the frame is mirrored (left-handed)
     mirrored ⇒ sensor ⇒ the sensor's frame is mirrored (left-handed)
@@ -139,6 +140,7 @@ fn spoil(case: &mut Case, fault: &str) {
         "degrees as radians" => case.angles = "rad",
         "metres as millimetres" => positions(case, |x| *x /= 1000.0),
         "millimetres as metres" => case.lengths = "m",
+        "millimetres as micrometres" => case.lengths = "um",
         "inches as millimetres" => positions(case, |x| *x /= 25.4),
         "mirrored" => positions(case, |x| x.x = -x.x),
         "upside down" => positions(case, |x| (x.y, x.z) = (-x.y, -x.z)),

@@ -215,6 +215,66 @@ fn a_robust_fit_names_the_wrong_rows_and_is_not_spoiled_by_them() {
     }
 }
 
+/// Its loss function gives less weight to large residuals, which are part of the noise. 12 files show it to 1 %.
+#[test]
+fn a_robust_fit_shows_the_noise_as_it_is() {
+    let options = Options {
+        robust: true,
+        ..Options::default()
+    };
+    let ratios = (0..12).map(|seed| {
+        let (_, readings) = measured(&first(), Instrument::Positions, 150, seed);
+        let report = calibrate(&first(), &readings, &options).unwrap();
+        report.noise[0].ratio / 12.0
+    });
+    let mean: f64 = ratios.sum();
+    assert!((0.965..1.035).contains(&mean), "{mean}");
+}
+
+/// The robot of a file whose noise is stated this many times too large.
+fn overstated(times: f64) -> RobotFile {
+    let [position, joint, ..] = SIGMAS.map(|sigma| times * sigma);
+    RobotFile {
+        noise: Some(Noise::new(position, joint.to_radians()).unwrap()),
+        ..first()
+    }
+}
+
+/// A noise that is stated too large keeps the robot near its start, which enlarges the residuals: they do not show it.
+#[test]
+fn a_noise_stated_too_large_is_told_what_the_readings_show() {
+    let (_, readings) = measured(&first(), Instrument::Positions, 30, 3);
+    let shown = |text: &str| {
+        let (_, value) = text.split_once("position_mm = ").unwrap();
+        let digits = |c: char| c.is_ascii_digit() || c == '.';
+        let end = value.find(|c| !digits(c)).unwrap_or(value.len());
+        value[..end].trim_end_matches('.').parse::<f64>().unwrap()
+    };
+    for times in [5.0, 10.0, 40.0, 300.0, 1000.0, 5000.0] {
+        let said = match calibrate(&overstated(times), &readings, &Options::default()) {
+            Ok(report) => {
+                assert!(times < 20.0, "{times}");
+                report.warnings.join(" ")
+            }
+            Err(error) => error.remedy().unwrap(),
+        };
+        let of_true = shown(&said) / SIGMAS[0];
+        assert!((0.8..1.5).contains(&of_true), "{times}: {said}");
+    }
+}
+
+/// Residuals of twice the stated noise widen what the readings decide, and not what the tolerance does.
+#[test]
+fn no_parameter_is_less_certain_than_the_tolerance() {
+    let (_, readings) = measured(&first(), Instrument::Positions, 12, 7);
+    let report = calibrate(&overstated(0.4), &readings, &Options::default()).unwrap();
+    assert!(report.sigma_widened_by > 1.8, "{}", report.sigma_widened_by);
+    let lengths = report.arms.iter().flat_map(|arm| &arm.parameters);
+    for own in lengths.filter(|own| own.unit == "mm") {
+        assert!(own.sigma < 0.5 * 1.001, "{own:?}");
+    }
+}
+
 /// Three numbers apply to the axes of the coordinates' frame: a tracker that is less accurate along its own z.
 #[test]
 fn position_noise_by_axis_is_along_the_axes_of_the_sensors_frame() {

@@ -118,7 +118,7 @@ fn points_are_reachable_inwards_and_not_outwards_by_twice_the_tolerance() {
     let (mut points, mut kinds) = (0, BTreeSet::new());
     let towers = built().into_iter().skip(5);
     for case in cases().into_iter().chain(towers) {
-        let workspace = case.workspace(40.0);
+        let workspace = case.workspace(30.0);
         let leads_to = |x: &Vector3<f64>| {
             let joints = case.reach.any_joints(&case.robot, x);
             let there = joints.and_then(|q| case.reach.position(&case.robot, &q));
@@ -145,7 +145,7 @@ fn points_are_reachable_inwards_and_not_outwards_by_twice_the_tolerance() {
 
 /// The boundary of a property that holds at `a` but not at `b`.
 fn bisected(holds: impl Fn(f64) -> bool, mut a: f64, mut b: f64) -> f64 {
-    for _ in 0..60 {
+    for _ in 0..40 {
         let middle = f64::midpoint(a, b);
         if holds(middle) {
             a = middle;
@@ -224,7 +224,7 @@ fn the_volume_is_that_of_the_forward_sweep() {
 #[test]
 fn the_stated_uncertainty_is_what_a_finer_grid_changes() {
     for case in cases() {
-        let [coarse, fine] = [40.0, 80.0].map(|lines| case.workspace(lines).volume());
+        let [coarse, fine] = [30.0, 60.0].map(|lines| case.workspace(lines).volume());
         let off = (coarse.litres - fine.litres).abs();
         let stated = 2.0 * coarse.uncertainty_litres + fine.uncertainty_litres;
         assert!(off <= stated, "{}: {off}", case.name);
@@ -233,14 +233,14 @@ fn the_stated_uncertainty_is_what_a_finer_grid_changes() {
 
 /// Points of a solid cylinder, including its surface.
 fn solid(diameter: f64, bottom: f64, top: f64) -> impl Iterator<Item = Vector3<f64>> {
-    (0..540 * 7 * 21).map(move |number| {
+    (0..180 * 7 * 11).map(move |number| {
         let part = |count: u32, number: u32| f64::from(number) / f64::from(count);
-        let (sin, cos) = (TAU * part(540, number / 147)).sin_cos();
-        let r = 0.5 * diameter * part(6, number / 21 % 7);
+        let (sin, cos) = (TAU * part(180, number / 77)).sin_cos();
+        let r = 0.5 * diameter * part(6, number / 11 % 7);
         Vector3::new(
             r * cos,
             r * sin,
-            bottom + (top - bottom) * part(20, number % 21),
+            bottom + (top - bottom) * part(10, number % 11),
         )
     })
 }
@@ -248,9 +248,9 @@ fn solid(diameter: f64, bottom: f64, top: f64) -> impl Iterator<Item = Vector3<f
 #[test]
 fn every_point_of_a_cylinder_is_inside_and_a_larger_one_is_not() {
     for case in cases() {
-        let (workspace, name) = (case.workspace(60.0), &case.name);
+        let (workspace, name) = (case.workspace(40.0), &case.name);
         let cylinders = cylinders(&workspace);
-        let size = workspace.grid.spacing * 60.0;
+        let size = workspace.grid.spacing * 40.0;
         assert!(!cylinders.is_empty(), "{name}");
         for cylinder in cylinders[..1]
             .iter()
@@ -393,7 +393,7 @@ fn the_mesh_is_closed_without_branches_and_holds_the_volume() {
     let thin_or_wide = cases().into_iter().map(|case| (case, false));
     let built = built().into_iter().map(|case| (case, true));
     for (case, usual) in thin_or_wide.chain(built) {
-        let (workspace, name) = (case.workspace(40.0), &case.name);
+        let (workspace, name) = (case.workspace(30.0), &case.name);
         let mesh = Mesh::of(&workspace);
         let mut edges: BTreeMap<(usize, usize), usize> = BTreeMap::new();
         for [a, b, c] in &mesh.0 {

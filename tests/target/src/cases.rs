@@ -215,7 +215,7 @@ fn spoil<T: Real>(fault: Fault, index: usize, sample: &mut Sample<T>) {
 /// Cases in single precision.
 const SINGLE: u64 = 1000;
 /// Cases in double precision, which a Cortex-M4F computes in software.
-const DOUBLE: u64 = 100;
+const DOUBLE: u64 = 50;
 
 /// Writes one line a case, `CASE <scalar> <number> <fault> <samples> <hash> <result>`: the result
 /// is `accepted` or the refusal in words, the hash a CRC-64 over all bits of the samples and of

@@ -42,41 +42,55 @@ const CYCLIC: [[usize; 3]; 2] = [[1, 2, 0], [2, 0, 1]];
 const UNCHANGED: [usize; 3] = [0, 1, 2];
 const COORDINATES: [&str; 3] = ["x", "y", "z"];
 
+/// Units of length and their millimetres, the likeliest first.
+const LENGTHS: [(Unit, &str, f64); 5] = [
+    (Unit::Metre, "metres", 1e3),
+    (Unit::Millimetre, "millimetres", 1.0),
+    (Unit::Inch, "inches", 25.4),
+    (Unit::Centimetre, "centimetres", 10.0),
+    (Unit::Micrometre, "micrometres", 1e-3),
+];
+
 /// Unit of the positions, or of the robot's lengths.
 struct LengthUnit {
     /// Factor for the positions.
     factor: f64,
+    /// The unit in the header.
+    says: &'static str,
     /// The positions' unit under this hypothesis; `None` if the robot file is wrong.
     positions: Option<&'static str>,
     /// The unit of the robot file's lengths under this hypothesis.
     robot: Option<&'static str>,
 }
 
-/// For positions whose header says millimetres, or for a robot file that does.
-const MILLIMETRES: [LengthUnit; 5] = [
-    length_unit(1e3, Some("metres"), None),
-    length_unit(25.4, Some("inches"), None),
-    length_unit(10.0, Some("centimetres"), None),
-    length_unit(1e-3, Some("micrometres"), Some("metres")),
-    length_unit(1.0 / 25.4, None, Some("inches")),
-];
-/// For positions whose header says metres.
-const METRES: [LengthUnit; 3] = [
-    length_unit(1e-3, Some("millimetres"), Some("metres")),
-    length_unit(0.0254, Some("inches"), None),
-    length_unit(0.01, Some("centimetres"), None),
-];
-
-const fn length_unit(
-    factor: f64,
-    positions: Option<&'static str>,
-    robot: Option<&'static str>,
-) -> LengthUnit {
-    LengthUnit {
-        factor,
-        positions,
-        robot,
+/// The hypotheses for positions whose header has this unit.
+fn length_units(header: Option<Unit>) -> Vec<LengthUnit> {
+    let mut header = LENGTHS.into_iter().filter(|own| Some(own.0) == header);
+    let Some((unit, says, written)) = header.next() else {
+        return Vec::new();
+    };
+    let others = LENGTHS.into_iter().filter(|own| own.0 != unit);
+    let mut all: Vec<_> = others
+        .map(|(_, name, read)| LengthUnit {
+            factor: read / written,
+            says,
+            positions: Some(name),
+            robot: None,
+        })
+        .collect();
+    for (name, factor) in [("metres", 1e-3), ("inches", 1.0 / 25.4)] {
+        let same = |own: &&mut LengthUnit| (own.factor / factor - 1.0).abs() < 1e-9;
+        match all.iter_mut().find(same) {
+            Some(own) => own.robot = Some(name),
+            None => all.push(LengthUnit {
+                factor,
+                says,
+                positions: None,
+                robot: Some(name),
+            }),
+        }
     }
+    all
 }
 
 /// All non-empty subsets of the three.
@@ -205,18 +219,14 @@ impl Files<'_> {
             positions: reordered(order, signs),
             ..fault(self.axes(order, signs, frame))
         });
-        let lengths: &[_] = match self.readings.positions_in {
-            Some(Unit::Millimetre) => &MILLIMETRES,
-            Some(Unit::Metre) => &METRES,
-            _ => &[],
-        };
-        let lengths = lengths.iter().map(|unit| Fault {
+        let lengths = length_units(self.readings.positions_in).into_iter();
+        let lengths = lengths.map(|unit| Fault {
             positions: Matrix3::from_diagonal_element(unit.factor),
             unit: match unit.robot {
                 Some(_) if self.is_in_metres() => 1.0 / unit.factor,
                 _ => 1.0,
             },
-            ..fault(self.length(unit))
+            ..fault(self.length(&unit))
         });
         let arms = [[0, 1], [0, 2], [1, 2]].map(|arms| Fault {
             arms: Some(arms),
@@ -409,18 +419,16 @@ impl Files<'_> {
 
     fn length(&self, unit: &LengthUnit) -> [String; 2] {
         let (robot, samples) = (&self.robot.name, &self.readings.name);
-        let says = if self.readings.positions_in == Some(Unit::Millimetre) {
-            "millimetres"
-        } else {
-            "metres"
-        };
         let positions = unit.positions.map(|name| {
             let remedy = match name {
                 "metres" => format!("name the columns of {samples} x_m,y_m,z_m"),
                 "millimetres" => format!("name the columns of {samples} x_mm,y_mm,z_mm"),
                 _ => format!("convert the positions of {samples} to millimetres"),
             };
-            let cause = format!("the positions are {name}, and the header says {says}");
+            let cause = format!(
+                "the positions are {name}, and the header says {}",
+                unit.says
+            );
             [cause, remedy]
         });
         let lengths = unit.robot.map(|name| {

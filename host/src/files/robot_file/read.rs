@@ -52,6 +52,17 @@ impl RobotFile {
                 return Err(last.fault(format!("the file has {sections} [[arm]], not 3")));
             }
         };
+        let [one, other, last] = robot.arms();
+        if [(one, other), (other, last), (last, one)]
+            .iter()
+            .any(|(a, b)| a == b)
+        {
+            let cause = "two arms are in the same place";
+            let place = nominal.as_ref().or(arms.first()).map(Section::place);
+            return Err(input
+                .fault_at(place.unwrap_or_default(), cause)
+                .with_remedy("give each arm an azimuth of its own"));
+        }
         if !reaches_anywhere(&robot, &limits) {
             let cause = "the geometry is impossible: the forearms do not meet anywhere within the joint limits";
             let place = nominal.as_ref().or(arms.first()).map(Section::place);

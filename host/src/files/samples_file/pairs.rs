@@ -67,7 +67,7 @@ impl Readings {
         let pairs = match by {
             Some(key) if key.is_time() => by_time(key),
             Some(key) => by_name(key, &poses, &joints)?,
-            None => by_order(&poses, &rows, &joints, &measured)?,
+            None => by_order(&poses, &rows, &joints, &measured, &keys)?,
         };
         let mut used = vec![false; poses.len()];
         for (row, pair) in rows.iter_mut().zip(pairs) {
@@ -138,6 +138,12 @@ fn comparable(cell: &str) -> String {
 }
 
 impl Key {
+    /// Whether no cell is a number.
+    fn is_names(&self) -> bool {
+        let mut cells = self.joints.iter().chain(&self.measured);
+        cells.all(|cell| comparable(cell).parse::<f64>().is_err())
+    }
+
     /// Whether its name suggests a time and every cell is one.
     fn is_time(&self) -> bool {
         let name = self.name.to_lowercase();
@@ -213,13 +219,22 @@ fn by_time(key: &Key) -> Vec<Option<usize>> {
     measured.iter().map(nearest).collect()
 }
 
-/// Matches rows one to one; their numbers must be equal.
+/// Matches rows one to one; their numbers must be equal, and no column may say otherwise.
 fn by_order<T>(
     poses: &[Row<[f64; 3]>],
     rows: &[Row<T>],
     joints: &Table<'_>,
     measured: &Table<'_>,
+    keys: &[Key],
 ) -> Result<Vec<Option<usize>>, InputError> {
+    if let Some(key) = keys.iter().find(|own| own.is_names()) {
+        let cause = format!("no cell of it is in {}", joints.input.name());
+        return Err(InputError::new(measured.input.name(), cause)
+            .at_column(&key.name)
+            .with_remedy(
+                "write the same names in both files, or _ before the name of the column",
+            ));
+    }
     if poses.len() == rows.len() {
         return Ok((0..rows.len()).map(Some).collect());
     }

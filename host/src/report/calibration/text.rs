@@ -112,6 +112,10 @@ pub(super) fn parameters(report: &Report) -> Section {
             "By tolerance: the part of a parameter that the [tolerance] decided, not the samples.",
         );
     }
+    // Where a tolerance holds the robot's place, more readings make it worse.
+    if !report.solution.is_absolute() {
+        return section;
+    }
     section.note(format!(
         "Condition of each arm: {} (below 100 is good).",
         list(&conditions)
@@ -172,7 +176,7 @@ pub(super) fn noise(report: &Report) -> Section {
     let section = Section::new("Noise").table(table);
     if report.sigma_widened_by > 1.0 {
         section.text(format!(
-            "All σ are multiplied by {:.2}.",
+            "The readings' part of every σ is multiplied by {:.2}.",
             report.sigma_widened_by
         ))
     } else {
@@ -324,8 +328,9 @@ pub(super) fn places(report: &Report) -> Vec<Section> {
 
 /// What to measure next.
 pub(super) fn next(report: &Report) -> Option<Section> {
-    let last = report.next_poses.last()?;
     let now = report.expected_error?.absolute_rms_mm;
+    let last = report.next_poses.last();
+    let last = last.filter(|own| own.expected_error_mm < now)?;
     let names = report.before.convention.joint_names();
     let table = Table::of(&report.next_poses)
         .column(names[0].clone(), |own| format!("{:.1}", own.joints[0]))

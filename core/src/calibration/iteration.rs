@@ -62,7 +62,6 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
     Iteration<T, A, R, N, M, E>
 {
     /// Before its [`restart`](Self::restart).
-    #[allow(clippy::inline_always)] // in its place at every optimisation level: it is large
     #[inline(always)]
     pub(crate) const fn unstarted(solver: Solver, held: bool) -> Self {
         Self {

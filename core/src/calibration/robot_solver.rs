@@ -31,6 +31,7 @@ pub struct RobotSolver<T: Real> {
 type ArmSolver<T> = Minimizer<T, Displacement<T>, (), 8, 9, 45>;
 
 impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
+    #[inline(always)]
     fn vacant() -> Self {
         Self {
             solver: None,

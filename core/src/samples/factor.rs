@@ -48,6 +48,7 @@ pub enum MergeError {
 
 impl<T: Real> ArmFactor<T> {
     /// An empty factor.
+    #[inline(always)]
     pub(crate) const fn new(nominal: NominalArm<T>) -> Self {
         Self {
             nominal,
@@ -207,6 +208,7 @@ pub(crate) struct SampleCount<T> {
 state!(SampleCount<T>: seen: u64, recent: u64, remembered: T);
 
 impl<T: Real> SampleCount<T> {
+    #[inline(always)]
     pub(crate) const fn none() -> Self {
         Self {
             seen: 0,
@@ -265,6 +267,7 @@ pub(crate) struct Waiting<T: Real> {
 state!(Waiting<T>: samples: [Sample<T>; CAPACITY], count: usize, taken: [usize; 3]);
 
 impl<T: Real> Waiting<T> {
+    #[inline(always)]
     pub(crate) fn none() -> Self {
         Self {
             samples: [Sample::default(); CAPACITY],

@@ -289,6 +289,7 @@ impl<T: Real> NominalArm<T> {
 
 impl<T: Real> ArmSample<T> {
     /// A placeholder.
+    #[inline(always)]
     pub(crate) const fn vacant() -> Self {
         Self {
             x: Vector3::new(T::ZERO, T::ZERO, T::ZERO),

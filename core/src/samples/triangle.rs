@@ -30,7 +30,6 @@ impl<T: Real, const N: usize, const LENGTH: usize> State<T> for Triangle<T, N, L
 }
 
 impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
-    #[allow(clippy::inline_always)] // in its place at every optimisation level: it is large
     #[inline(always)]
     pub(crate) const fn zero() -> Self {
         const { assert!(LENGTH == N * (N + 1) / 2) };
@@ -240,8 +239,7 @@ pub(crate) fn put_row<T: Copy, const K: usize>(
 }
 
 /// Householder reflections of the leading columns of a triangle of `size` columns with a block of rows.
-#[allow(clippy::inline_always)] // each caller's sizes are constants that unroll it
-#[inline(always)]
+#[inline(always)] // each caller's sizes are constants that unroll it
 pub(crate) fn reduce<T: Real, const K: usize>(
     entries: &mut [T],
     size: usize,

@@ -97,8 +97,8 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
 
     #[inline(never)]
     fn flush(&mut self) {
-        for arm in ArmIndex::ALL {
-            self.take_in_waiting_of(arm);
+        for arm in &ArmIndex::ALL {
+            self.take_in_waiting_of(*arm);
         }
     }
 

@@ -138,6 +138,11 @@ kernels! { [f32, f64]
         nearest_rotation(rows)
     }
 
+    /// Absorbs four rows.
+    fn absorb_four(entries: &mut [Self], columns: &mut [[Self; 4]]) {
+        triangle::reduce(entries, columns.len(), columns, columns.len());
+    }
+
     /// Absorbs two rows.
     fn absorb_two(entries: &mut [Self], columns: &mut [[Self; 2]]) {
         triangle::reduce(entries, columns.len(), columns, columns.len());

@@ -190,7 +190,7 @@ impl Real for f32 {
         libm::fabsf(self)
     }
     fn square_root(self) -> Self {
-        libm::sqrtf(self)
+        single::square_root(self)
     }
     fn inverse_square_root(self) -> Self {
         single::inverse_square_root(self)

@@ -10,7 +10,7 @@ mod sample;
 pub(crate) mod triangle;
 mod whitened_sample;
 
-pub(crate) use displacement::{Displacement, corrected_arm, moved_arm, small_turn};
+pub(crate) use displacement::{Displacement, corrected_arm, moved_arm, nearest_turn, small_turn};
 pub use factor::MergeError;
 pub(crate) use factor::{ArmFactor, BLOCK, Waiting};
 pub use forgetting::{Forgetting, ForgettingError};

@@ -199,7 +199,7 @@ impl<F: NorFlash> Halves<F> {
             if offset == 0 {
                 header = self.header(&bytes);
             }
-            for byte in bytes {
+            for &byte in &bytes {
                 erased &= byte == ERASED;
                 let Some((_, length)) = header else { continue };
                 let end = HEADER + length;
@@ -252,10 +252,7 @@ impl<F: NorFlash> Halves<F> {
         let mut bytes = header.iter().chain(content).chain(&end);
         let length = HEADER + content.len() + CHECKSUM;
         for offset in (0..length).step_by(CHUNK) {
-            let mut chunk = [ERASED; CHUNK];
-            for place in &mut chunk {
-                *place = bytes.next().copied().unwrap_or(ERASED);
-            }
+            let chunk = [(); CHUNK].map(|()| bytes.next().copied().unwrap_or(ERASED));
             #[allow(clippy::cast_possible_truncation)] // some kilobytes
             let offset = start + offset as u32;
             self.flash

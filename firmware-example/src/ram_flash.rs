@@ -18,6 +18,7 @@ const ERASED: u8 = 0xff;
 /// Memory that behaves like NOR flash: pages erase to ones, and writing only clears bits. It refuses accesses that are
 /// not aligned to words or pages, or beyond its end.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[repr(align(4))]
 pub struct RamFlash<const N: usize> {
     /// Its content, to look at and to damage.
     pub bytes: [u8; N],
@@ -66,8 +67,9 @@ impl<const N: usize> NorFlash for RamFlash<N> {
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
         check_erase(self, from, to)?;
-        let bytes = self.bytes.get_mut(from as usize..to as usize);
-        bytes.unwrap_or_default().fill(ERASED);
+        let pages = self.bytes.as_chunks_mut::<PAGE>().0;
+        let pages = pages.get_mut(from as usize / PAGE..to as usize / PAGE);
+        pages.unwrap_or_default().as_flattened_mut().fill(ERASED);
         Ok(())
     }
 

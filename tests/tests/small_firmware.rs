@@ -25,14 +25,14 @@ const PROGRAMS: [Program; 2] = [
         name: "touch",
         refusal: [75, 1],
         left: 40,
-        flash: 49_152,
+        flash: 47_104,
         memory: 24_576,
     },
     Program {
         name: "arms",
         refusal: [74, 1],
         left: 10,
-        flash: 38_912,
+        flash: 32_768,
         memory: 16_384,
     },
 ];

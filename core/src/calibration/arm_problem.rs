@@ -2,7 +2,7 @@ use super::free_start::{Means, SPREAD_STARTS, free_start, spread_start};
 use super::problem::{Extent, Piece, Problem};
 use crate::Real;
 use crate::robot::Arm;
-use crate::samples::{ArmFactor, Displacement, Triangle};
+use crate::samples::{ArmFactor, Displacement, Triangle, put_row};
 use nalgebra::Vector3;
 
 /// The triangular factor of an arm's linearised problem: eight columns ∂r/∂P and the residual r.
@@ -23,21 +23,13 @@ impl<T: Real> ArmFactor<T> {
     /// Absorbs the weighted rows (∂f/∂P, f) at a correction into `normal`; returns Σ (f/σf)².
     pub(crate) fn linearized(&self, at: &Displacement<T>, normal: &mut Normal<T>) -> T {
         let (residual, sum) = self.residual(at);
-        let jacobian = at.coefficient_jacobian();
         let mut block = [[T::ZERO; 12]; 9];
         for (index, row) in self.triangle().rows().take(12).enumerate() {
-            let mut product = [T::ZERO; 8];
-            let below = jacobian.get(index..).unwrap_or_default();
-            for (factor, derivatives) in row.iter().zip(below) {
-                for (entry, derivative) in product.iter_mut().zip(derivatives) {
-                    *entry += *factor * *derivative;
-                }
+            let mut features = [T::ZERO; 12];
+            for (feature, entry) in features.iter_mut().skip(index).zip(row) {
+                *feature = *entry;
             }
-            for (column, value) in block.iter_mut().zip(product) {
-                if let Some(entry) = column.get_mut(index) {
-                    *entry = value;
-                }
-            }
+            put_row(&mut block, index, 0, &at.gradient_of(&features));
         }
         let [.., last] = &mut block;
         *last = residual;

@@ -41,7 +41,7 @@ pub(super) fn workspace_centre<T: Real>(robot: &Robot<T>) -> Vector3<T> {
 }
 
 impl<T: Real> Samples<T> for ArmSamples<T> {
-    #[inline]
+    #[inline(always)]
     fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self {
         let centre = workspace_centre(robot);
         let of = |arm| NominalArm::new(robot.arm(arm), &centre, settings.noise);
@@ -97,8 +97,8 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
 
     #[inline(never)]
     fn flush(&mut self) {
-        for arm in ArmIndex::ALL {
-            self.take_in_waiting_of(arm);
+        for arm in &ArmIndex::ALL {
+            self.take_in_waiting_of(*arm);
         }
     }
 

@@ -191,7 +191,7 @@ impl Phase {
 impl<T: Real, E: Estimator> Calibrator<T, E> {
     /// A calibrator without samples; `robot` is the uncalibrated robot: the nominal values of the tolerance and the
     /// start of the iteration.
-    #[inline]
+    #[inline(always)]
     pub fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self {
         Self {
             samples: E::Samples::new(robot, settings),

@@ -2,7 +2,7 @@
 
 use crate::Real;
 use crate::robot::Drive;
-use crate::samples::{ArmFactor, NominalArm};
+use crate::samples::{ArmFactor, NominalArm, nearest_turn};
 use nalgebra::Vector3;
 
 /// The mean sample of an arm.
@@ -152,27 +152,18 @@ pub(crate) fn spread_start<T: Real>(
     }
     let outwards = la * means.cosine;
     let up = lb + la * means.sine;
-    let d = means.x + Vector3::new(-(outwards * cosine), -(outwards * sine), up);
-
     let [_, _, _, theta0, alpha0, ..] = nominal.arm().parameters();
-    let delta_d = d - nominal.d;
     let (la_x0, la_y0) = nominal.la;
     Some([
-        delta_d.x,
-        delta_d.y,
-        delta_d.z,
+        means.x.x - outwards * cosine - nominal.d.x,
+        means.x.y - outwards * sine - nominal.d.y,
+        means.x.z + up - nominal.d.z,
         nearest_turn(theta - theta0),
         -alpha0,
         la - la_x0,
         -la_y0,
         lb - nominal.lb,
     ])
-}
-
-/// The same direction, within half a turn.
-fn nearest_turn<T: Real>(angle: T) -> T {
-    let turn = T::TWO * T::PI;
-    angle - (angle / turn).nearest_integer() * turn
 }
 
 #[cfg(test)]

@@ -29,7 +29,6 @@ pub(crate) struct Identifiability<T: Real, const N: usize> {
 
 impl<T: Real, const N: usize> Identifiability<T, N> {
     /// Before the first piece.
-    #[allow(clippy::inline_always)] // in its place at every optimisation level: it is large
     #[inline(always)]
     pub(crate) const fn unstarted() -> Self {
         Self {

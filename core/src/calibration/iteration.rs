@@ -62,7 +62,6 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
     Iteration<T, A, R, N, M, E>
 {
     /// Before its [`restart`](Self::restart).
-    #[allow(clippy::inline_always)] // in its place at every optimisation level: it is large
     #[inline(always)]
     pub(crate) const fn unstarted(solver: Solver, held: bool) -> Self {
         Self {
@@ -169,7 +168,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
                 self.point.cost = self.point.sum_of_squares + prior.cost(&self.point.correction);
                 Some(then)
             }
-            Work::Trying(trial) => {
+            Work::Trying(trial) if P::PIECEWISE => {
                 let trial = trial.clone();
                 self.work = Work::None;
                 self.try_piece(problem, prior, trial)
@@ -178,7 +177,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
                 let at = at.clone();
                 self.refine(problem, prior, at)
             }
-            Work::None | Work::Refining { .. } => self.propose(problem, prior),
+            Work::None | Work::Trying(_) | Work::Refining { .. } => self.propose(problem, prior),
             Work::Damping {
                 damped,
                 piece,
@@ -315,7 +314,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
     ) -> Option<StepResult> {
         let done = problem.sum_of_squares(&trial.at, trial.piece);
         trial.sum_of_squares += done.sum_of_squares;
-        if done.more {
+        if P::PIECEWISE && done.more {
             trial.piece += 1;
             self.work = Work::Trying(trial);
             return None;
@@ -330,7 +329,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
         let cost = sum_of_squares + prior.cost(&correction);
         let taken = match &prospect {
             Some(prospect) => self.control.accepts(prospect, cost),
-            None => self.control.accepts_chord(self.point.cost, cost),
+            None => P::CHORDS && self.control.accepts_chord(self.point.cost, cost),
         };
         if !taken {
             if let Some(prospect) = prospect {

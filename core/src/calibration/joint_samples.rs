@@ -43,12 +43,16 @@ state!(
 );
 
 impl<T: Real> Samples<T> for JointSamples<T> {
-    #[inline]
+    #[inline(always)]
     fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self {
         Self {
             settings: *settings,
             factor: JointFactor::new(robot, &workspace_centre(robot), settings.noise),
-            waiting: [WhitenedSample::vacant(); 3],
+            waiting: [
+                WhitenedSample::vacant(),
+                WhitenedSample::vacant(),
+                WhitenedSample::vacant(),
+            ],
             count: 0,
             begun: false,
             left: [[T::ZERO; 2]; 25],
@@ -170,6 +174,7 @@ pub struct JointSolver<T: Real> {
 type JointMinimizer<T> = Minimizer<T, JointDisplacement<T>, (), 24, 25, 325>;
 
 impl<T: Real> Solver<T, JointSamples<T>> for JointSolver<T> {
+    #[inline(always)]
     fn vacant() -> Self {
         Self {
             minimizer: None,

@@ -70,7 +70,6 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
     Minimizer<T, A, R, N, M, E>
 {
     /// Before [`begin`](Self::begin).
-    #[allow(clippy::inline_always)] // in its place at every optimisation level: it is large
     #[inline(always)]
     pub(crate) fn unstarted(
         first_arm: ArmIndex,

@@ -80,6 +80,7 @@ impl<T: Real, const N: usize> Estimate<T, N> {
     }
 
     /// A placeholder.
+    #[inline(always)]
     pub(crate) const fn vacant() -> Self {
         Self {
             correction: [T::ZERO; N],
@@ -134,6 +135,7 @@ pub struct ArmOutcome<T: Real> {
 
 impl<T: Real> ArmOutcome<T> {
     /// From an estimate of this arm alone.
+    #[inline(always)]
     pub(super) fn of(arm: Arm<T>, estimate: &Estimate<T, 8>) -> Self {
         let [condition, ..] = estimate.conditions;
         Self {

@@ -20,9 +20,9 @@ pub trait Samples<T: Real>: Clone + Debug + PartialEq + State<T> {
         let nominal_arms = self.nominal_arms();
         let [first, ..] = nominal_arms;
         sample.check(first.arm().drive())?;
-        let joints = sample.joints.into_iter().zip(ArmIndex::ALL);
-        for (nominal, (q, arm)) in nominal_arms.into_iter().zip(joints) {
-            nominal.check(&sample.position, q, arm)?;
+        let joints = sample.joints.iter().zip(&ArmIndex::ALL);
+        for (nominal, (q, arm)) in nominal_arms.iter().zip(joints) {
+            nominal.check(&sample.position, *q, *arm)?;
         }
         Ok(())
     }

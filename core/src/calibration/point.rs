@@ -18,7 +18,6 @@ pub(crate) struct Point<T: Real, const N: usize, const M: usize, const E: usize>
 }
 
 impl<T: Real, const N: usize, const M: usize, const E: usize> Point<T, N, M, E> {
-    #[allow(clippy::inline_always)] // in its place at every optimisation level: it is large
     #[inline(always)]
     pub(super) const fn unstarted() -> Self {
         Self {

@@ -12,7 +12,8 @@ pub trait Problem<T: Real, const N: usize, const M: usize, const E: usize> {
     type Rows: Clone;
     /// Before they are written.
     const NO_ROWS: Self::Rows;
-    /// Whether a solver's step ends after each piece of a linearisation, to stay short.
+    /// Whether a solver's step ends after each piece of a linearisation, to stay short. Otherwise the residuals have one
+    /// piece.
     const PIECEWISE: bool;
     /// Whether a [`gradient`](Self::gradient) is cheap enough compared to a linearisation for chord steps to pay off.
     const CHORDS: bool = false;
@@ -109,8 +110,7 @@ fn damp_rows<T: Real, const N: usize, const M: usize, const E: usize>(
     for (index, value) in diagonal.iter().skip(first).take(ROWS).enumerate() {
         put_row(columns, index, index, &[*value]);
     }
-    let pivots = columns.len();
-    damped.eliminate(columns, pivots);
+    damped.absorb_four(columns);
     first + ROWS < diagonal.len()
 }
 

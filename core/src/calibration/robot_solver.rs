@@ -12,7 +12,7 @@ use super::refusal::Refusal;
 use super::settings::Settings;
 use super::tolerance_prior::TolerancePrior;
 use crate::Real;
-use crate::robot::{ArmIndex, Drive, Robot};
+use crate::robot::{Arm, ArmIndex, Drive, Robot};
 use crate::samples::{ArmFactor, Displacement, NominalArm, corrected_arm};
 use nalgebra::Vector3;
 
@@ -23,7 +23,7 @@ pub struct RobotSolver<T: Real> {
     solver: Option<ArmSolver<T>>,
     arm: ArmIndex,
     estimate: Estimate<T, 8>,
-    /// The arms solved so far; the others have no meaning.
+    /// The arms solved so far; the others, and the robot before the last, have no meaning.
     outcome: Option<RobotOutcome<T>>,
 }
 
@@ -31,6 +31,7 @@ pub struct RobotSolver<T: Real> {
 type ArmSolver<T> = Minimizer<T, Displacement<T>, (), 8, 9, 45>;
 
 impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
+    #[inline(always)]
     fn vacant() -> Self {
         Self {
             solver: None,
@@ -44,12 +45,12 @@ impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
     fn begin(&mut self, samples: &ArmSamples<T>) -> Result<(), Refusal> {
         self.solver = None;
         self.arm = ArmIndex::First;
-        let [first, ..] = samples.arms();
-        let vacant = ArmOutcome::of(*first.nominal().arm(), &Estimate::vacant());
+        let arm = || ArmOutcome::of(Arm::vacant(), &Estimate::vacant());
         self.outcome = Some(RobotOutcome {
-            robot: samples.robot(),
-            arms: [vacant.clone(), vacant.clone(), vacant],
+            robot: Robot::of_valid([Arm::vacant(), Arm::vacant(), Arm::vacant()]),
+            arms: [arm(), arm(), arm()],
         });
+        let [first, ..] = samples.arms();
         enough_samples(&first.extent(), ArmIndex::First, samples.settings())
     }
 
@@ -100,8 +101,11 @@ impl<T: Real> RobotSolver<T> {
     #[inline(never)]
     fn finish(&mut self, problem: &ArmFactor<T>) -> Result<(), Refusal> {
         let arm = self.arm;
-        let corrected = corrected_arm(problem.nominal(), &self.estimate.correction)
-            .map_err(|error| Refusal::ImpossibleGeometry { arm, error })?;
+        // Not by `?`, which would copy the arm.
+        let corrected = match corrected_arm(problem.nominal(), &self.estimate.correction) {
+            Ok(corrected) => corrected,
+            Err(error) => return Err(Refusal::ImpossibleGeometry { arm, error }),
+        };
         let arms = self.outcome.as_mut().map(|outcome| &mut outcome.arms);
         if let Some(place) = arms.and_then(|arms| arms.get_mut(arm.index())) {
             *place = ArmOutcome::of(corrected, &self.estimate);
@@ -113,8 +117,11 @@ impl<T: Real> RobotSolver<T> {
     #[inline(never)]
     fn complete(&mut self, samples: &ArmSamples<T>) -> Result<(), Refusal> {
         let outcome = self.outcome.as_mut().ok_or(Refusal::Unfinished)?;
-        let arms = outcome.arms.each_ref().map(|own| own.arm);
-        outcome.robot = Robot::new(arms).map_err(Refusal::ImpossibleRobot)?;
+        let [one, two, three] = &outcome.arms;
+        outcome.robot = match Robot::new([one.arm, two.arm, three.arm]) {
+            Ok(robot) => robot,
+            Err(error) => return Err(Refusal::ImpossibleRobot(error)),
+        };
         let [first, second, third] = samples.arms();
         check_side(
             &outcome.robot,

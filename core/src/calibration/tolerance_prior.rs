@@ -4,7 +4,7 @@ use super::tolerance::Tolerance;
 use super::upper_arm::UpperArm;
 use crate::Real;
 use crate::robot::{Arm, Drive, Parameter};
-use crate::samples::{Triangle, part};
+use crate::samples::{Triangle, part, put_row};
 
 /// Parameters of an arm.
 const OF_ARM: usize = 8;
@@ -117,14 +117,13 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
         let Some(zero) = tolerance.joint_zero() else {
             return;
         };
-        let [one, two, three] = arms;
-        let [of_one, of_two, of_three] = units;
-        let of = |arm: &Arm<T>, [.., unit, _, _]: &[T; OF_ARM]| {
+        let mut units = units.into_iter();
+        self.upper_arms = Some(arms.map(|arm| {
             let (x, y) = arm.la();
-            let weights = [T::ONE / zero, *unit / tolerance.of(Parameter::LaX)];
-            UpperArm::new([x / *unit, y / *unit], weights)
-        };
-        self.upper_arms = Some([of(one, of_one), of(two, of_two), of(three, of_three)]);
+            let unit = units.next().map_or(T::ONE, |[.., unit, _, _]| *unit);
+            let weights = [T::ONE / zero, unit / tolerance.of(Parameter::LaX)];
+            UpperArm::new([x / unit, y / unit], weights)
+        }));
     }
 
     #[cfg(test)]
@@ -183,18 +182,16 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
 
     /// The upper arms with known direction and length, with the index of their `La_x`.
     fn held_arms(&self) -> impl Iterator<Item = (usize, &UpperArm<T>)> {
-        let arms = self.upper_arms.iter().flatten().enumerate();
-        arms.map(|(arm, held)| (OF_ARM * arm + LA_X, held))
-            .take_while(|(place, _)| *place < N)
+        let arms = self.upper_arms.as_ref().map_or(&[][..], |arms| arms);
+        let own = arms.iter().take(N / OF_ARM).enumerate();
+        own.map(|(arm, held)| (OF_ARM * arm + LA_X, held))
     }
 
     /// The weights of the parameters that have their own σ.
     fn own_weights(&self) -> [T; N] {
         let mut weights = self.weights;
         for (place, _) in self.held_arms() {
-            for weight in weights.iter_mut().skip(place).take(2) {
-                *weight = T::ZERO;
-            }
+            put_pair(&mut weights, place, [T::ZERO; 2]);
         }
         weights
     }
@@ -293,39 +290,11 @@ impl<T: Real> Common<T> {
     }
 }
 
-/// Writes (J, r) of an upper arm, times σ, into its two rows of a triangle: one rotation makes J triangular.
-fn put_upper_arm<T: Real, const M: usize, const E: usize>(
-    rows: &mut Triangle<T, M, E>,
-    place: usize,
-    arm: &UpperArm<T>,
-    by: [T; 2],
-    sigma: T,
-) {
-    let [[a, b], [c, d]] = arm.jacobian(by);
-    let [r, s] = arm.residuals(by);
-    let pivot = (a.squared() + c.squared()).square_root();
-    let (cosine, sine) = (a / pivot * sigma, c / pivot * sigma);
-    let entries = [
-        [
-            cosine * a + sine * c,
-            cosine * b + sine * d,
-            cosine * r + sine * s,
-        ],
-        [cosine * d - sine * b, T::ZERO, cosine * s - sine * r],
-    ];
-    for (index, [own, next, right]) in entries.into_iter().enumerate() {
-        let row = rows.row_mut(place + index);
-        if index == 0
-            && let Some(entry) = row.get_mut(1)
-        {
-            *entry = next;
-        }
-        if let Some(entry) = row.last_mut() {
-            *entry = right;
-        }
-        if let Some(entry) = row.first_mut() {
-            *entry = own;
-        }
+/// Replaces two neighbouring values.
+fn put_pair<T>(values: &mut [T], place: usize, pair: [T; 2]) {
+    let places = values.get_mut(place..).unwrap_or_default();
+    if let Some(places) = places.first_chunk_mut() {
+        *places = pair;
     }
 }
 
@@ -337,14 +306,21 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
         correction: &[T; N],
         rows: &mut Triangle<T, M, E>,
     ) {
-        let weights = self.weights.map(|weight| weight * sigma);
+        let weights = self.own_weights().map(|weight| weight * sigma);
         let mut rights = [T::ZERO; N];
         for ((right, weight), delta) in rights.iter_mut().zip(&weights).zip(correction) {
             *right = *weight * *delta;
         }
         rows.set_diagonal(&weights, &rights);
         for (place, arm) in self.held_arms() {
-            put_upper_arm(rows, place, arm, part(correction, place), sigma);
+            let by = part(correction, place);
+            let mut block = [[T::ZERO; 4]; M];
+            let columns = block.get_mut(place..).unwrap_or_default();
+            for (index, ([x, y], r)) in arm.jacobian(by).iter().zip(arm.residuals(by)).enumerate() {
+                put_row(columns, index, 0, &[sigma * *x, sigma * *y]);
+                put_row(columns, index, M - 1 - place, &[sigma * r]);
+            }
+            rows.absorb_four(columns);
         }
         #[cfg(feature = "linear")]
         for common in self.common.iter().flatten() {
@@ -390,11 +366,8 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
         }
         for (place, arm) in self.held_arms() {
             let by = part(correction, place);
-            let ([turn, stretch], [r, s]) = (arm.jacobian(by), arm.residuals(by));
-            let entries = gradient.iter_mut().skip(place);
-            for ((entry, turn), stretch) in entries.zip(turn).zip(stretch) {
-                *entry = turn * r + stretch * s;
-            }
+            let ([[a, b], [c, d]], [r, s]) = (arm.jacobian(by), arm.residuals(by));
+            put_pair(&mut gradient, place, [a * r + c * s, b * r + d * s]);
         }
         #[cfg(feature = "linear")]
         for common in self.common.iter().flatten() {
@@ -414,9 +387,7 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
         }
         for (place, arm) in self.held_arms() {
             let moved = arm.advanced(part(correction, place), part(step, place));
-            for (value, moved) in advanced.iter_mut().skip(place).zip(moved) {
-                *value = moved;
-            }
+            put_pair(&mut advanced, place, moved);
         }
         advanced
     }
@@ -435,10 +406,8 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
         }
         for (place, arm) in self.held_arms() {
             let [direction, length] = arm.residuals(part(correction, place));
-            let places = distances.iter_mut().skip(place);
-            for (distance, own) in places.zip([length, direction]) {
-                *distance = own.magnitude();
-            }
+            let pair = [length.magnitude(), direction.magnitude()];
+            put_pair(&mut distances, place, pair);
         }
         #[cfg(feature = "linear")]
         for common in self.common.iter().flatten() {
@@ -456,21 +425,19 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
         for (weight, variance) in shares.iter_mut().zip(covariance.iter().step_by(N + 1)) {
             *weight = weight.squared() * *variance;
         }
-        let columns = || covariance.chunks_exact(N.max(1));
         for (place, arm) in self.held_arms() {
             let [turn, stretch] = arm.jacobian(part(correction, place));
-            let own = shares.iter_mut().skip(place);
-            for (share, [x, y]) in own.zip([stretch, turn]) {
-                *share = T::ZERO;
-                for (column, own) in columns().skip(place).zip([x, y]) {
-                    let [by_x, by_y] = part(column, place);
-                    *share += own * (x * by_x + y * by_y);
-                }
-            }
+            let block = [0, 1].map(|next| part(covariance, (N + 1) * place + N * next));
+            let pair = [stretch, turn].map(|[x, y]| {
+                let [[xx, xy], [yx, yy]] = block;
+                x * (x * xx + y * xy) + y * (x * yx + y * yy)
+            });
+            put_pair(&mut shares, place, pair);
         }
         #[cfg(feature = "linear")]
         for common in self.common.iter().flatten() {
-            let own = shares.iter_mut().zip(columns()).zip(&self.weights);
+            let columns = covariance.chunks_exact(N.max(1));
+            let own = shares.iter_mut().zip(columns).zip(&self.weights);
             for (index, ((share, column), weight)) in own.enumerate() {
                 let mut along = T::ZERO;
                 for (index, (entry, other)) in column.iter().zip(&self.weights).enumerate() {

@@ -18,6 +18,8 @@ const TO_INTEGER: f32 = 12_582_912.0;
 
 /// (sin x, cos x) by Cody–Waite reduction to |r| ≤ π/4 and the minimax polynomials of Cephes'
 /// `sinf`; NaN where |x| > 8192 or x is not finite.
+// In firmware its copies would cost more flash than the calls take time.
+#[cfg_attr(target_os = "none", inline(never))]
 pub(super) fn sine_cosine(x: f32) -> (f32, f32) {
     if !(x.abs() <= LARGEST_ANGLE) {
         return (f32::NAN, f32::NAN);
@@ -49,9 +51,42 @@ pub(super) fn sine_cosine(x: f32) -> (f32, f32) {
     }
 }
 
+/// √x, correctly rounded: in half the flash that `libm::sqrtf` takes with its table.
+#[cfg_attr(target_os = "none", inline(never))]
+pub(super) fn square_root(x: f32) -> f32 {
+    let bits = x.to_bits();
+    if bits.wrapping_sub(1) >= 0x7f7f_ffff {
+        // Zero, infinity and NaN are their own roots.
+        return if x < 0.0 { f32::NAN } else { x };
+    }
+    if bits < 0x0080_0000 {
+        // Subnormal: 2²⁴ times as large it is not.
+        return square_root(x * 16_777_216.0) * (1.0 / 4096.0);
+    }
+    // The significand times 2²³ or, if the exponent is odd, 2²⁴: its root is a number of 24 bits.
+    let odd = !(bits >> 23) & 1;
+    let fraction = bits & 0x007f_ffff;
+    let rough = f32::from_bits(fraction | (173 + odd) << 23);
+    #[allow(clippy::cast_possible_truncation)] // between 2²³ and 2²⁴
+    let mut root = (rough * inverse_square_root(rough)) as i32;
+    // It is off by two at most, so the lower half of the square tells what is left of it.
+    let square = ((fraction | 0x0080_0000) << (23 + odd)).cast_signed();
+    let mut left = square.wrapping_sub(root.wrapping_mul(root));
+    while left > root {
+        left -= 2 * root + 1;
+        root += 1;
+    }
+    while left <= -root {
+        root -= 1;
+        left += 2 * root + 1;
+    }
+    let exponent = ((bits >> 23) + 127) >> 1;
+    f32::from_bits(exponent << 23 | root.cast_unsigned() & 0x007f_ffff)
+}
+
 /// 1/√x from `micromath`'s bit-trick seed (relative error up to 3.5 %) and three Newton steps, each of
 /// which squares the error: 1.8e-3, 4.9e-6, then rounding. No division, no square root: a third of
-/// the instructions of `1.0 / libm::sqrtf(x)` on a Cortex-M. Not finite where x is infinite or NaN.
+/// the instructions of `1.0 / square_root(x)` on a Cortex-M. Not finite where x is infinite or NaN.
 pub(super) fn inverse_square_root(x: f32) -> f32 {
     // The seed's integer arithmetic would overflow with the sign bit set.
     if !(x >= 0.0) {
@@ -63,4 +98,22 @@ pub(super) fn inverse_square_root(x: f32) -> f32 {
     y = y * (1.5 - half * y * y);
     // Written as a correction, so that the last step rounds only one small term.
     y + y * (0.5 - half * y * y)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::square_root;
+
+    /// Every significand with an even and an odd exponent, the ends of the range, and what is no positive number.
+    #[test]
+    fn square_roots_are_correctly_rounded() {
+        let one = 1.0_f32.to_bits();
+        let every = one..one + (2 << 23);
+        for bits in every.chain(0..70_000).chain(0x7f7f_0000..=0x7f80_0000) {
+            let x = f32::from_bits(bits);
+            assert_eq!(square_root(x).to_bits(), libm::sqrtf(x).to_bits(), "{x:e}");
+        }
+        assert!(square_root(-1.0).is_nan() && square_root(f32::NAN).is_nan());
+        assert_eq!(square_root(-0.0).to_bits(), (-0.0_f32).to_bits());
+    }
 }

@@ -78,9 +78,9 @@ impl<T: Real> Arm<T> {
     /// # Errors
     /// A non-finite number, `Lb ≤ 0`, `La_x = La_y = 0`, `|α| ≥ 90°`, `|θ| > 360°`.
     pub fn new(parameters: [T; 8]) -> Result<Self, GeometryError> {
-        for (parameter, value) in Parameter::ROTARY.into_iter().zip(parameters) {
+        for (parameter, value) in Parameter::ROTARY.iter().zip(&parameters) {
             if !value.finite() {
-                return Err(GeometryError::NonFinite(parameter));
+                return Err(GeometryError::NonFinite(*parameter));
             }
         }
         let [dx, dy, dz, theta, alpha, la_x, la_y, lb] = parameters;
@@ -118,12 +118,30 @@ impl<T: Real> Arm<T> {
                 ex,
                 ey,
                 ez,
-                u: ex * la_x + ez * la_y,
-                v: ex * la_y - ez * la_x,
+                u: combined(&ex, la_x, &ez, la_y),
+                v: combined(&ex, la_y, &ez, -la_x),
             },
             drive: DriveOf::ROTARY,
             transmission: None,
         })
+    }
+
+    /// A placeholder, which is no arm.
+    #[inline(always)]
+    pub(crate) const fn vacant() -> Self {
+        let zero = Vector3::new(T::ZERO, T::ZERO, T::ZERO);
+        Self {
+            parameters: [T::ZERO; 8],
+            basis: ArmBasis {
+                ex: zero,
+                ey: zero,
+                ez: zero,
+                u: zero,
+                v: zero,
+            },
+            drive: DriveOf::ROTARY,
+            transmission: None,
+        }
     }
 
     /// An arm with a linear drive, from its parameters in the order of [`Parameter::LINEAR`]: `Dx, Dy, Dz` (length),
@@ -309,6 +327,7 @@ impl<T: Real> Arm<T> {
     /// B(q) = D + u cos q + v sin q, or D + s v with a linear drive: the elbow, shifted by the platform offset as D is.
     /// Length. With a [transmission](Self::transmission), q is the joint angle, and the equation uses the arm angle.
     // In firmware three copies would cost more flash than the calls take time.
+    #[cfg_attr(target_os = "none", inline(never))]
     #[cfg_attr(not(target_os = "none"), inline)]
     pub fn elbow(&self, q: T) -> Vector3<T> {
         match self.drive() {
@@ -367,4 +386,10 @@ impl<T: Real> Arm<T> {
         let numbers = numbers.map(|value| U::from_f64(value.to_f64()));
         Ok(arm.driven_by(Transmission::new(numbers)?))
     }
+}
+
+/// a x + b y. Built for size, each operation on vectors is a loop; this is not.
+#[inline]
+pub(crate) fn combined<T: Real>(a: &Vector3<T>, x: T, b: &Vector3<T>, y: T) -> Vector3<T> {
+    Vector3::new(a.x * x + b.x * y, a.y * x + b.y * y, a.z * x + b.z * y)
 }

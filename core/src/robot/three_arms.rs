@@ -205,11 +205,12 @@ impl<T: Real> SymmetricRobot<T> {
         if !(self.upper_arm > T::ZERO) {
             return Err(GeometryError::NotPositive(Parameter::LaX));
         }
-        let arm = |third: f64| {
-            let theta = azimuth + T::from_f64(third * 2.0 / 3.0) * T::PI;
+        let turns = [T::ZERO, T::from_f64(2.0 / 3.0), T::from_f64(4.0 / 3.0)];
+        Robot::from_parameters(turns.map(|turn| {
+            let theta = azimuth + turn * T::PI;
             let radius = self.base_radius - self.platform_radius;
             let (sin_theta, cos_theta) = theta.sine_cosine();
-            Arm::new([
+            [
                 radius * cos_theta,
                 radius * sin_theta,
                 T::ZERO,
@@ -218,9 +219,8 @@ impl<T: Real> SymmetricRobot<T> {
                 self.upper_arm,
                 T::ZERO,
                 self.forearm,
-            ])
-        };
-        Robot::new([arm(0.0)?, arm(1.0)?, arm(2.0)?])
+            ]
+        }))
     }
 }
 

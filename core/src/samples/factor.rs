@@ -48,6 +48,7 @@ pub enum MergeError {
 
 impl<T: Real> ArmFactor<T> {
     /// An empty factor.
+    #[inline(always)]
     pub(crate) const fn new(nominal: NominalArm<T>) -> Self {
         Self {
             nominal,
@@ -89,7 +90,7 @@ impl<T: Real> ArmFactor<T> {
             put_row(&mut columns, index, 0, &self.nominal.prepare(x, q).row());
             count += 1;
         }
-        self.triangle.absorb(&mut columns);
+        self.triangle.absorb_four(&mut columns);
         self.count.add(count);
     }
 
@@ -207,6 +208,7 @@ pub(crate) struct SampleCount<T> {
 state!(SampleCount<T>: seen: u64, recent: u64, remembered: T);
 
 impl<T: Real> SampleCount<T> {
+    #[inline(always)]
     pub(crate) const fn none() -> Self {
         Self {
             seen: 0,
@@ -226,6 +228,7 @@ impl<T: Real> SampleCount<T> {
     }
 
     /// Each sample counts λ for every time it was forgotten by λ.
+    #[inline(never)]
     pub(crate) fn effective(&self) -> T {
         self.remembered + T::from_count(self.recent)
     }
@@ -265,6 +268,7 @@ pub(crate) struct Waiting<T: Real> {
 state!(Waiting<T>: samples: [Sample<T>; CAPACITY], count: usize, taken: [usize; 3]);
 
 impl<T: Real> Waiting<T> {
+    #[inline(always)]
     pub(crate) fn none() -> Self {
         Self {
             samples: [Sample::default(); CAPACITY],
@@ -289,21 +293,18 @@ impl<T: Real> Waiting<T> {
     /// The arm for which a complete block is waiting.
     pub(crate) fn due(&self) -> Option<ArmIndex> {
         let due = |arm: &ArmIndex| self.waiting_for(*arm) >= BLOCK;
-        ArmIndex::ALL.into_iter().find(due)
+        ArmIndex::ALL.iter().copied().find(due)
     }
 
     /// Positions and joint angles waiting for an arm, at most a block.
     pub(crate) fn block(&self, arm: ArmIndex) -> impl Iterator<Item = (&Vector3<T>, T)> {
         let joint = arm.index();
-        self.samples
-            .iter()
-            .take(self.count)
-            .skip(self.taken_by(arm))
-            .take(BLOCK)
-            .map(move |sample| {
-                let q = sample.joints.get(joint).copied();
-                (&sample.position, q.unwrap_or(T::ZERO))
-            })
+        let waiting = self.samples.get(self.taken_by(arm)..self.count);
+        let block = waiting.unwrap_or_default().iter().take(BLOCK);
+        block.map(move |sample| {
+            let q = sample.joints.get(joint).copied();
+            (&sample.position, q.unwrap_or(T::ZERO))
+        })
     }
 
     /// Records that an arm has absorbed its [`block`](Self::block).

@@ -45,6 +45,7 @@ pub(crate) type LeftOver<T, const K: usize> = [[T; K]; JOINT_COLUMNS - FEATURES]
 
 impl<T: Real> JointFactor<T> {
     /// An empty factor for samples of `robot`, measured about `centre`, a point within the workspace (length).
+    #[inline(always)]
     pub(crate) fn new(robot: &Robot<T>, centre: &Vector3<T>, noise: Option<Noise<T>>) -> Self {
         let [first, second, third] = robot.arms();
         Self {

@@ -85,34 +85,4 @@ impl<T: Real> Displacement<T> {
             -(self.lb * one * two),
         ]
     }
-
-    /// ∂c/∂P, twelve rows of eight.
-    #[inline(never)]
-    pub(super) fn linear_coefficient_jacobian(&self) -> [[T; 8]; 12] {
-        let two = T::TWO;
-        let (scale, _) = self.la;
-        let by_v = [self.ex * scale, self.ey * scale, self.ez].map(|derivative| derivative * two);
-        let along = |vector: &Vector3<T>| by_v.map(|derivative| derivative.dot(vector));
-        let (zero, v, d) = (T::ZERO, self.v * two, self.d * two);
-        let [vv_x, vv_y, vv_scale] = along(&self.v);
-        let [vd_x, vd_y, vd_scale] = along(&self.d);
-        let turning = |axis: usize| {
-            let [x, y, scale] = by_v.map(|derivative| -derivative[axis]);
-            [zero, zero, zero, x, y, scale, zero, zero]
-        };
-        [
-            [-two, zero, zero, zero, zero, zero, zero, zero],
-            [zero, -two, zero, zero, zero, zero, zero, zero],
-            [zero, zero, -two, zero, zero, zero, zero, zero],
-            [zero, zero, zero, vv_x, vv_y, vv_scale, zero, zero],
-            [v.x, v.y, v.z, vd_x, vd_y, vd_scale, zero, zero],
-            [zero; 8],
-            [zero; 8],
-            [zero; 8],
-            turning(0),
-            turning(1),
-            turning(2),
-            [d.x, d.y, d.z, zero, zero, zero, zero, -(self.lb * two)],
-        ]
-    }
 }

@@ -1,5 +1,4 @@
-use super::sample::Noise;
-use super::sample::{SampleError, check_joint, check_position};
+use super::sample::{Noise, SampleError};
 use crate::Real;
 use crate::robot::{Arm, ArmIndex, Drive, Parameter, ParameterKind, Transmission};
 use crate::snapshot::Fingerprint;
@@ -245,11 +244,9 @@ impl<T: Real> NominalArm<T> {
         }
     }
 
-    /// Checks that a position can be squared and summed: it must be finite and within 10,000 forearm lengths of the
-    /// centre.
+    /// Checks that a sample whose numbers are usable can be squared and summed: the position must be within 10,000
+    /// forearm lengths of the centre, and so must a travel of 0.
     pub(crate) fn check(&self, x: &Vector3<T>, q: T, arm: ArmIndex) -> Result<(), SampleError> {
-        check_joint(q, arm, self.arm.drive())?;
-        check_position(x)?;
         let farthest = T::from_f64(FARTHEST_SQUARED);
         let x = (x - self.centre) * self.inverse_scale;
         if !(x.dot(&x) <= farthest) {
@@ -277,6 +274,7 @@ impl<T: Real> NominalArm<T> {
     }
 
     /// The factor from internal units to the caller's at each place; 0 at an empty one.
+    #[inline(never)]
     pub(crate) fn units(&self) -> [T; 8] {
         let places = self.arm.drive().places();
         places.map(|parameter| match parameter.map(Parameter::kind) {
@@ -289,6 +287,7 @@ impl<T: Real> NominalArm<T> {
 
 impl<T: Real> ArmSample<T> {
     /// A placeholder.
+    #[inline(always)]
     pub(crate) const fn vacant() -> Self {
         Self {
             x: Vector3::new(T::ZERO, T::ZERO, T::ZERO),

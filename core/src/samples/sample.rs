@@ -57,8 +57,8 @@ impl<T: Real> Sample<T> {
     /// # Errors
     /// The first fault found, joint angles first.
     pub fn check(&self, drive: Drive) -> Result<(), SampleError> {
-        for (q, arm) in self.joints.into_iter().zip(ArmIndex::ALL) {
-            check_joint(q, arm, drive)?;
+        for (q, arm) in self.joints.iter().zip(&ArmIndex::ALL) {
+            check_joint(*q, *arm, drive)?;
         }
         check_position(&self.position)
     }
@@ -123,7 +123,7 @@ impl<T: Real> Noise<T> {
     /// assert!(Noise::new(0.0, 1e-4).is_err());
     /// ```
     pub fn new(position: T, joint: T) -> Result<Self, NoiseError> {
-        Self::by_axis([position; 3], joint)
+        Self::by_axis([position, position, position], joint)
     }
 
     /// σx, σy, σz of the position (length), and σq of each joint angle (radians).
@@ -138,10 +138,9 @@ impl<T: Real> Noise<T> {
     /// # Ok::<(), delta_cal::samples::NoiseError>(())
     /// ```
     pub fn by_axis(position: [T; 3], joint: T) -> Result<Self, NoiseError> {
-        if !position
-            .iter()
-            .all(|sigma| *sigma > T::ZERO && sigma.finite())
-        {
+        let positive = |sigma: T| sigma > T::ZERO && sigma.finite();
+        let [x, y, z] = position;
+        if !(positive(x) && positive(y) && positive(z)) {
             return Err(NoiseError::Position);
         }
         if !(joint >= T::ZERO && joint.finite()) {

@@ -30,7 +30,6 @@ impl<T: Real, const N: usize, const LENGTH: usize> State<T> for Triangle<T, N, L
 }
 
 impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
-    #[allow(clippy::inline_always)] // in its place at every optimisation level: it is large
     #[inline(always)]
     pub(crate) const fn zero() -> Self {
         const { assert!(LENGTH == N * (N + 1) / 2) };
@@ -55,6 +54,7 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
     }
 
     /// The same, mutable.
+    #[cfg(feature = "linear")]
     pub(crate) fn row_mut(&mut self, row: usize) -> &mut [T] {
         self.entries_from(N.saturating_sub(row))
             .get_mut(..N.saturating_sub(row))
@@ -165,6 +165,12 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
         reduce(&mut self.entries, N, block.as_mut_slice(), N);
     }
 
+    /// Absorbs four rows that are zero left of some column, given by the columns from there on: one function for
+    /// triangles of all sizes.
+    pub(crate) fn absorb_four(&mut self, columns: &mut [[T; 4]]) {
+        T::absorb_four(self.entries_from(columns.len()), columns);
+    }
+
     /// Absorbs K rows that are zero left of some column, given by the columns from there on, for the first `pivots` of
     /// these columns. The remainder of the rows is left in the other columns.
     #[inline(never)]
@@ -202,9 +208,7 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
                     put_row(&mut block, index, first + index, other.row(first + index));
                 }
             }
-            let columns = block.get_mut(first..).unwrap_or_default();
-            let pivots = columns.len();
-            self.eliminate(columns, pivots);
+            self.absorb_four(block.get_mut(first..).unwrap_or_default());
         }
     }
 }
@@ -219,7 +223,8 @@ pub(crate) fn squares<T: Real>(values: &[T]) -> T {
 /// The values from an index on, padded with zeros.
 pub(crate) fn part<T: Real, const K: usize>(values: &[T], first: usize) -> [T; K] {
     let mut part = [T::ZERO; K];
-    for (own, value) in part.iter_mut().zip(values.iter().skip(first)) {
+    let values = values.get(first..).unwrap_or_default();
+    for (own, value) in part.iter_mut().zip(values) {
         *own = *value;
     }
     part
@@ -232,7 +237,8 @@ pub(crate) fn put_row<T: Copy, const K: usize>(
     start: usize,
     row: &[T],
 ) {
-    for (column, value) in columns.iter_mut().skip(start).zip(row) {
+    let columns = columns.get_mut(start..).unwrap_or_default();
+    for (column, value) in columns.iter_mut().zip(row) {
         if let Some(entry) = column.get_mut(index) {
             *entry = *value;
         }
@@ -240,8 +246,7 @@ pub(crate) fn put_row<T: Copy, const K: usize>(
 }
 
 /// Householder reflections of the leading columns of a triangle of `size` columns with a block of rows.
-#[allow(clippy::inline_always)] // each caller's sizes are constants that unroll it
-#[inline(always)]
+#[inline(always)] // each caller's sizes are constants that unroll it
 pub(crate) fn reduce<T: Real, const K: usize>(
     entries: &mut [T],
     size: usize,

@@ -51,9 +51,14 @@ state!(WhitenedSample<T>: arms: [ArmSample<T>; 3], rows: [[T; 3]; 3], weight: T)
 
 impl<T: Real> WhitenedSample<T> {
     /// A placeholder.
+    #[inline(always)]
     pub(crate) fn vacant() -> Self {
         Self {
-            arms: [ArmSample::vacant(); 3],
+            arms: [
+                ArmSample::vacant(),
+                ArmSample::vacant(),
+                ArmSample::vacant(),
+            ],
             rows: [[T::ZERO; 3]; 3],
             weight: T::ZERO,
         }
@@ -104,6 +109,7 @@ pub(crate) struct MeanPose<T: Real> {
 state!(MeanPose<T>: weight: T, position: Vector3<T>, cosines: [T; 3], sines: [T; 3]);
 
 impl<T: Real> MeanPose<T> {
+    #[inline(always)]
     pub(super) fn none() -> Self {
         Self {
             weight: T::ZERO,

@@ -103,7 +103,6 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         stream
     }
 
-    #[allow(clippy::inline_always)] // in its place at every optimisation level: it is large
     #[inline(always)]
     fn open(robot: &Robot<T>, settings: &Settings<T>, selection: &Selection<T>) -> Self {
         Self {

@@ -86,7 +86,8 @@ fn errors(robots: [&Robot<f32>; 2]) -> [f32; 2] {
         let Sample { joints, position } = measure(pose);
         for (worst, robot) in worst.iter_mut().zip(robots) {
             if let Ok(computed) = robot.forward(&joints) {
-                *worst = (computed - position).norm().max(*worst);
+                let off = (computed - position).norm_squared().square_root();
+                *worst = worst.larger(off);
             }
         }
     }

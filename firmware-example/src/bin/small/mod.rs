@@ -18,7 +18,7 @@ use cortex_m_semihosting::debug::{self, EXIT_SUCCESS};
 use cortex_m_semihosting::hio;
 use critical_section::Mutex;
 use delta_cal::nalgebra::Vector3;
-use delta_cal::{Refusal, Robot};
+use delta_cal::{Real, Refusal, Robot};
 use delta_cal_firmware_example::{
     ControlLoop, Halves, NewParameters, ParameterFlash, Path, nominal,
 };
@@ -36,7 +36,7 @@ pub(crate) struct Line {
 impl Path<f32> for Line {
     fn next_point(&mut self) -> Vector3<f32> {
         let way = self.target - self.point;
-        let length = way.norm();
+        let length = way.norm_squared().square_root();
         self.point = if length > self.step {
             self.point + way * (self.step / length)
         } else {
@@ -50,8 +50,8 @@ impl Path<f32> for Line {
 pub(crate) struct Machine {
     control_loop: ControlLoop<f32, Line>,
     pub(crate) plant: Plant,
-    /// Whether the probe stops the platform, and where it did.
-    armed: bool,
+    /// Whether the probe touches, if it stops the platform, and where it did. A function: `arms` contains none.
+    probe: Option<fn(&Plant, &[f32; 3]) -> bool>,
     touched: Option<([f32; 3], f32)>,
     /// The longest time from a turn's due time to its end. Ticks.
     longest: u32,
@@ -78,8 +78,8 @@ static __INTERRUPTS: [usize; 1] = [0];
 fn SysTick() {
     with(|machine| {
         let joints = *machine.control_loop.turn();
-        if machine.armed && machine.plant.touches(&joints) {
-            machine.armed = false;
+        if (machine.probe).is_some_and(|touches| touches(&machine.plant, &joints)) {
+            machine.probe = None;
             let line = &mut machine.control_loop.path;
             line.target = line.point;
             machine.touched = Some((joints, line.point.z));
@@ -116,7 +116,7 @@ fn start(timer: &mut SYST, robot: &Robot<f32>, plant: Plant) {
     let machine = Machine {
         control_loop: ControlLoop::new(&new(robot), line),
         plant,
-        armed: false,
+        probe: None,
         touched: None,
         longest: 0,
     };
@@ -133,7 +133,7 @@ pub(crate) fn go([x, y, z]: [f32; 3], speed: f32) {
     });
     while !with(|machine| {
         let line = &mut machine.control_loop.path;
-        line.point == line.target
+        line.point.as_slice() == line.target.as_slice()
     }) {
         cortex_m::asm::wfi();
     }
@@ -143,11 +143,11 @@ pub(crate) fn go([x, y, z]: [f32; 3], speed: f32) {
 pub(crate) fn probe(to: [f32; 3], speed: f32) -> Option<([f32; 3], f32)> {
     with(|machine| {
         machine.touched = None;
-        machine.armed = true;
+        machine.probe = Some(Plant::touches);
     });
     go(to, speed);
     with(|machine| {
-        machine.armed = false;
+        machine.probe = None;
         machine.touched
     })
 }

@@ -96,12 +96,12 @@ pub(crate) fn measured<const N: usize>(seed: u64) -> [Sample<f32>; N] {
 pub(crate) fn deepest<E: Estimator>(cases: u64) -> usize {
     #[inline(never)]
     fn of<E: Estimator>(place: &mut MaybeUninit<Calibrator<f32, E>>, case: &Case<f32>) -> usize {
-        let new = || Calibrator::new(black_box(&case.nominal), black_box(&case.settings));
+        let (nominal, settings) = (black_box(&case.nominal), black_box(&case.settings));
         let create = stack_of(&mut || {
-            black_box(place.write(new()));
+            black_box(place.write(Calibrator::new(nominal, settings)));
         });
         // Exists already; the same again, for a reference.
-        let calibrator = place.write(new());
+        let calibrator = place.write(Calibrator::new(nominal, settings));
         let solve = stack_of(&mut || {
             for sample in &case.samples {
                 let _ = black_box(calibrator.add(black_box(sample)));

@@ -16,7 +16,7 @@ pub mod positions;
 pub mod target;
 
 use crate::files::robot_file::RobotFile;
-use crate::text::degrees;
+use crate::text::{degrees, joint, rounded};
 pub use correction_table::Table;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
@@ -29,6 +29,8 @@ use serde::Serialize;
 use target::{Content, Fitted, Target, Written};
 pub use target::{names, target, targets};
 
+/// End stops may be beyond the joint limits by this part of their range.
+const BEYOND_LIMITS: f64 = 0.1;
 /// The largest error of an angle that no controller holds, degrees.
 const LARGEST_ANGLE: f64 = 10.0;
 /// The same for a length, as a fraction of the upper arm.
@@ -114,6 +116,42 @@ impl Case<'_> {
     /// # Errors
     /// The target cannot hold this robot, or the positions are too few.
     pub fn export(&self, target: &'static Target) -> Result<Export, ExportError> {
+        let home = self
+            .settings
+            .home
+            .map(|own| self.inwards(own))
+            .transpose()?;
+        let settings = Settings {
+            home,
+            ..self.settings
+        };
+        Case { settings, ..*self }.exported(target)
+    }
+
+    /// Joints at the end stops without the convention of the robot file.
+    fn inwards(&self, stated: [f64; 3]) -> Result<[f64; 3], ExportError> {
+        let RobotFile {
+            convention, limits, ..
+        } = self.robot;
+        let home = stated.map(|own| convention.sense() * own);
+        let (low, high) = (limits.minimum(), limits.maximum());
+        let beyond = BEYOND_LIMITS * (high - low);
+        let outside = |arm: &ArmIndex| !(low - beyond..=high + beyond).contains(&home[arm.index()]);
+        let Some(arm) = ArmIndex::ALL.into_iter().find(outside) else {
+            return Ok(home);
+        };
+        let mark = joint::mark(limits.drive());
+        let own = |value: f64| format!("{}{mark}", rounded(convention.degrees(value)));
+        let (low, high) = convention.limits(low, high);
+        let [low, high] = [low, high].map(|own| rounded(joint::in_file(limits.drive(), own)));
+        Err(ExportError::HomeOutside {
+            arm,
+            at: own(home[arm.index()]),
+            limits: format!("{low} to {high}{mark}"),
+        })
+    }
+
+    fn exported(&self, target: &'static Target) -> Result<Export, ExportError> {
         let found = self.wanted.evaluated.len();
         if found < LEAST_POSITIONS {
             return Err(ExportError::TooFewPositions(found));

@@ -34,7 +34,7 @@ pub use setup::{PLANE, PlaneAt, Planned, PointAt, Setup};
 #[non_exhaustive]
 pub enum PlanError {
     /// Fewer than [`LEAST`] or more than [`MOST`].
-    #[error("{0} measurements cannot be planned, only {LEAST} to {MOST}")]
+    #[error("--count must be {LEAST} to {MOST}")]
     Count(usize),
     /// The request's limits per kind allow too few measurements.
     #[error("--measure allows only {0} measurements in all")]
@@ -109,9 +109,7 @@ impl PlanError {
                 "check [joints] in the robot file: min_deg, max_deg, forearm_max_deg; a positive \
                  angle swings the arm towards the platform"
             }
-            Self::OutsideWorkspace { .. } => {
-                "move the region into the workspace; z is negative below the base"
-            }
+            Self::OutsideWorkspace { .. } => "move the region into the workspace",
             Self::Singular | Self::NotDetermined { .. } => {
                 "allow a larger region or more poses, or state [noise] and [tolerance] in the robot file"
             }

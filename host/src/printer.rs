@@ -12,6 +12,7 @@ use crate::fit::Options;
 use crate::import::{Firmware, Imported, Includes, Stated, touches};
 pub use area::{ACROSS, Better, Map, Off};
 pub use assess::Printer;
+pub(crate) use assess::{DOUBTFUL, contradicting};
 pub use next::{Next, touches_of_bed};
 pub use notes::Change;
 pub(crate) use notes::{alike, common_scale};

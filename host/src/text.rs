@@ -43,7 +43,7 @@ pub fn probability(value: f64) -> String {
         format!("{percent:.2} %")
     } else if percent < 2.0 {
         format!("{percent:.1} %")
-    } else if percent > 99.0 && percent < 100.0 {
+    } else if percent > 99.0 {
         "more than 99 %".to_owned()
     } else {
         format!("{percent:.0} %")
@@ -125,6 +125,13 @@ pub fn tolerance_keys(drive: Drive, own: &Tolerance<f64>) -> Vec<(&'static str, 
         keys.extend(common.into_iter().filter(|(_, sigma)| *sigma > 0.0));
     }
     keys
+}
+
+/// "1 degree of freedom", "7 degrees of freedom".
+pub fn freedom(number: f64) -> String {
+    let number = format!("{number:.0}");
+    let plural = if number == "1" { "" } else { "s" };
+    format!("{number} degree{plural} of freedom")
 }
 
 /// The text with its first letter in upper case.

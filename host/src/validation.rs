@@ -87,10 +87,7 @@ pub fn check_independent(robot: &InputText, samples: &InputText) -> Result<(), I
     if !robot.text().contains(samples.sha256()) {
         return Ok(());
     }
-    let cause = format!(
-        "{} was calibrated from these very measurements",
-        robot.name()
-    );
+    let cause = format!("{} was calibrated from the same measurements", robot.name());
     Err(InputError::new(samples.name(), cause)
         .with_remedy("measure other poses, spread over the region in which the robot works"))
 }

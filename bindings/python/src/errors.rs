@@ -16,7 +16,7 @@ pyo3::create_exception!(
 );
 
 /// What the command's messages call its options.
-const WORDS: [(&str, &str); 13] = [
+const WORDS: [(&str, &str); 14] = [
     (
         "state zero_deg in [tolerance], how many degrees",
         "state zero, how many radians",
@@ -31,6 +31,7 @@ const WORDS: [(&str, &str); 13] = [
     ("leave out --robust", "leave out robust"),
     ("--robust", "robust=True"),
     ("--measure", "measure"),
+    ("--count", "count"),
     ("with --home", "with home"),
     ("with --for", "as target"),
     ("--positions", "positions"),

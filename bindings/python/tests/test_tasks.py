@@ -66,7 +66,7 @@ def test_from_a_data_sheet_to_a_validated_robot(robot, measured, tmp_path):
     assert json.loads((tmp_path / "certificate.json").read_text()) == found.to_dict()
     assert pickle.loads(pickle.dumps(found)) == found
     # The very samples of the calibration prove nothing.
-    with pytest.raises(ValueError, match="calibrated from these very measurements"):
+    with pytest.raises(ValueError, match="calibrated from the same measurements"):
         dc.validate(result.robot, q, x, limit=0.1)
     with pytest.raises(dc.Refused):
         dc.validate(result.robot, check[:4], seen[:4], limit=0.1)

@@ -257,15 +257,17 @@ impl ExpectedError {
     ) -> Option<Self> {
         let reach = file.reach();
         let poses = WorkspacePoses::of(robot, &reach);
-        Self::at(robot, covariance, &reach, &poses)
+        Self::at(robot, covariance, &reach, &poses, |_| true)
     }
 
-    /// At poses of the robot that are known already; `None` if no pose is clear of singularities.
+    /// At poses of the robot that are known already, the worst where positions are `within`; `None` if no pose is clear of
+    /// singularities.
     pub(crate) fn at(
         robot: &Robot<f64>,
         covariance: &RobotCovariance,
         reach: &Reach,
         poses: &WorkspacePoses,
+        within: impl Fn(&Vector3<f64>) -> bool,
     ) -> Option<Self> {
         let [inside, edge] = [&poses.inside, &poses.edge]
             .map(|poses| Sensitivities::of(robot, poses.iter().copied()));
@@ -286,7 +288,10 @@ impl ExpectedError {
             let starts = found.into_iter().take(STARTS);
             let (largest, worst) = starts
                 .map(|start| {
-                    worst_from(start, reach, |joints| at(clear_pose(robot, reach, joints)?))
+                    worst_from(start, reach, |joints| {
+                        let pose = clear_pose(robot, reach, joints)?;
+                        at(pose).filter(|_| within(&pose.position))
+                    })
                 })
                 .max_by(|a, b| a.0.total_cmp(&b.0))?;
             Some(PositionSigma {

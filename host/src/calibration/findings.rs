@@ -213,9 +213,10 @@ fn repeatability(readings: &Readings, kind: Kind) -> Option<Finding> {
     }
     let sigma = f64::sqrt(squares / freedom);
     let text = format!(
-        "Repeatability of {}: {} mm (σ, {freedom:.0} degrees of freedom).",
+        "Repeatability of {}: {} mm (σ, {}).",
         kind.plural(),
-        mm(sigma)
+        mm(sigma),
+        crate::text::freedom(freedom)
     );
     let figures = json!({ "of": kind, "sigma_mm": sigma, "degrees_of_freedom": freedom });
     (freedom > 0.0).then(|| note("repeatability", figures, text))

@@ -182,7 +182,7 @@ fn judge(case: &Case<'_>) -> Result<Judged, Objection> {
         }
     }
     let covariance = solution.of_robot();
-    let expected = ExpectedError::at(&solution.robot, &covariance, &reach, &poses);
+    let expected = ExpectedError::at(&solution.robot, &covariance, &reach, &poses, |_| true);
     let expected_before =
         prior(robot).and_then(|prior| ExpectedError::of_robot(robot, &robot.robot, &prior));
     let known = Known::of(

@@ -3,8 +3,9 @@
 use super::failure::Failure;
 use super::import::{StatedArguments, configuration, includes};
 use super::output::{self, deliver, now};
-use super::paths::{ColumnsArgument, read_samples_texts, robot_path};
+use super::paths::{ColumnsArgument, is_toml, read_samples_texts, robot_path};
 use super::progress::Progress;
+use crate::calibration::refusal::Refused;
 use crate::files::document::Document;
 use crate::files::example;
 use crate::files::length::length;
@@ -90,7 +91,7 @@ type Inputs = (RobotFile, Readings, [InputText; 2], Option<Imported>);
 
 pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     if let (Some(path), None) = (&arguments.robot, &arguments.samples)
-        && is_robot_file(path)
+        && is_toml(path)
     {
         return Err(without_samples(path));
     }
@@ -108,7 +109,8 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     };
     let (robot, readings, [file, samples], printer) = inputs(arguments, &options)?;
     let waiting = Progress::spinner(format!("calibrating from {} rows", readings.rows.len()));
-    let mut report = calibrate(&robot, &readings, &options).map_err(refused)?;
+    let calibrated = calibrate(&robot, &readings, &options);
+    let mut report = calibrated.map_err(|error| refused(explained(error, printer.as_ref())))?;
     drop(waiting);
     report.document = Some(Document::new(&robot, &file, &samples, now()?));
     if arguments.robot.is_none() {
@@ -144,6 +146,14 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     }
 }
 
+/// With what explains a printer's distances, if they share a scale.
+fn explained(error: CalibrateError, printer: Option<&Imported>) -> CalibrateError {
+    match printer.and_then(printer::common_scale) {
+        Some(scale) if error.refused() => Refused::new(error.to_string(), scale).into(),
+        _ => error,
+    }
+}
+
 fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, Failure> {
     let Some(path) = &arguments.robot else {
         no_printer(arguments)?;
@@ -158,7 +168,7 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, F
         let read = |own: &PathBuf| read_samples_texts(own, second, &arguments.columns);
         arguments.samples.as_ref().map(read).transpose()
     };
-    if is_robot_file(path) || text.text().contains("[joints]") {
+    if is_toml(path) || text.text().contains("[joints]") {
         no_printer(arguments)?;
         let robot = RobotFile::read(&text)?;
         let samples = samples()?.ok_or_else(|| without_samples(path))?;
@@ -173,10 +183,6 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, F
     let (robot, readings) = (printer.robot.clone(), printer.readings.clone());
     let samples = samples.unwrap_or_else(|| text.clone());
     Ok((robot, readings, [text, samples], Some(printer)))
-}
-
-fn is_robot_file(path: &Path) -> bool {
-    path.extension().is_some_and(|own| own == "toml")
 }
 
 /// The error for a robot file without a samples file; only a printer's configuration can contain samples itself.

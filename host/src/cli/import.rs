@@ -95,13 +95,16 @@ impl StatedArguments {
     }
 }
 
+/// The configuration in a folder; any other path as it is.
+pub(super) fn in_folder(path: &Path) -> PathBuf {
+    let own = ["printer.cfg", "config.g", "Configuration.h"].map(|name| path.join(name));
+    let own = own.into_iter().find(|own| own.is_file());
+    own.unwrap_or_else(|| path.to_owned())
+}
+
 /// Reads a configuration file, or the one in a folder.
 pub(crate) fn configuration(path: &Path) -> Result<InputText, InputError> {
-    let own = ["printer.cfg", "config.g", "Configuration.h"].map(|name| path.join(name));
-    match own.iter().find(|own| own.is_file()) {
-        Some(own) if path.is_dir() => InputText::from_file(own),
-        _ => InputText::from_file(path),
-    }
+    InputText::from_file(&in_folder(path))
 }
 
 /// The files included by a line of the configuration `from`, relative to its folder; patterns follow Python's `glob`.

@@ -1,12 +1,18 @@
 //! Paths on the command line: reading them, and finding out which are the same file.
 
 use super::failure::Failure;
+use super::import::in_folder;
 use crate::{ColumnMapping, InputError, InputText};
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{ArgMatches, Args};
 use std::fs::File;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
+
+/// Whether a robot file has the usual ending, which no printer's configuration has.
+pub(crate) fn is_toml(path: &Path) -> bool {
+    path.extension().is_some_and(|own| own == "toml")
+}
 
 /// Whether the path means standard input or output.
 pub(crate) fn is_stream(path: &Path) -> bool {
@@ -148,7 +154,7 @@ pub(crate) fn check_arguments(arguments: &ArgMatches) -> Result<(), Failure> {
 }
 
 /// Checks that no output is an input or another output, and that at most one goes to standard output. `replaces_robot`:
-/// whether --output may be the robot file, if the command has an option for that.
+/// whether --output may be the robot file, if the command has an option for that; a printer's configuration is never replaced.
 pub(crate) fn check(
     inputs: &[Place<'_>],
     outputs: &[Place<'_>],
@@ -163,7 +169,7 @@ pub(crate) fn check(
         }
         for (what, other) in &files {
             let remedy = match replaces_robot {
-                Some(replaces) if (*option, *what) == ("--output", ROBOT) => {
+                Some(replaces) if (*option, *what) == ("--output", ROBOT) && is_toml(other) => {
                     if replaces {
                         continue;
                     }
@@ -171,7 +177,7 @@ pub(crate) fn check(
                 }
                 _ => "give the output another name",
             };
-            if identity(path) == identity(other) {
+            if identity(path) == identity(&in_folder(other)) {
                 let cause = format!("{option} {} is the same file as {what}", path.display());
                 return Err(Failure::usage(cause, remedy));
             }

@@ -59,7 +59,7 @@ fn range(text: &str) -> Result<Range<u64>, String> {
     let ends = ends.and_then(|(from, to)| Some(from.parse().ok()?..to.parse().ok()?));
     match ends {
         Some(range) if range.start < range.end && range.end <= MOST => Ok(range),
-        Some(_) => Err(format!("a range holds a robot, and none above {MOST}")),
+        Some(_) => Err("empty range, or a robot number above 1 000 000 000".to_owned()),
         None => Err("write a range of robots as 0..1000".to_owned()),
     }
 }

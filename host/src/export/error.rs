@@ -51,6 +51,16 @@ pub enum ExportError {
         /// The joint angle, degrees.
         degrees: f64,
     },
+    /// An end stop is stated far outside the joint limits.
+    #[error("{arm}: the end stop at {at} is outside [joints], {limits}")]
+    HomeOutside {
+        /// The arm.
+        arm: ArmIndex,
+        /// As stated, with its unit.
+        at: String,
+        /// The limits.
+        limits: String,
+    },
 }
 
 impl ExportError {
@@ -71,6 +81,9 @@ impl ExportError {
             }
             Self::OtherDrive { .. } => "choose one of these with --for",
             Self::Home { .. } => "state the joint angles at the end stops with --home",
+            Self::HomeOutside { .. } => {
+                "state the joints at the end stops with --home, as the robot file counts them"
+            }
         }
     }
 }

@@ -74,7 +74,7 @@ impl Convention {
     }
 
     /// 1, or −1 where the controller's joints count upwards.
-    fn sense(&self) -> f64 {
+    pub(crate) fn sense(&self) -> f64 {
         match (self.drive, self.joint_positive) {
             (Drive::Rotary, Vertical::Up) => -1.0,
             _ => 1.0,

@@ -15,7 +15,8 @@ pub fn length(text: &str) -> Result<f64, String> {
                 "a length needs a unit: {text}mm, {text}um or {text}in"
             ))
         }
-        _ => Err("a length greater than 0 is needed, as 0.1mm, 50um, 0.3m or 0.5in".to_owned()),
+        Some(_) => Err("a length greater than 0 is needed, as 0.1mm".to_owned()),
+        None => Err("a length in um, mm, cm, m or in is needed, as 0.1mm".to_owned()),
     }
 }
 
@@ -96,12 +97,12 @@ mod tests {
             ("mm", "0.1mm"),
             ("0mm", "greater than 0"),
             ("-1mm", "greater than 0"),
-            ("5kg", "0.1mm"),
+            ("0.1km", "um, mm, cm, m or in"),
             ("5deg", "0.1mm"),
             ("0,05mm", "0.1mm"),
             ("nan", "0.1mm"),
-            ("inf mm", "greater than 0"),
-            ("1e308m", "greater than 0"),
+            ("inf mm", "0.1mm"),
+            ("1e308m", "0.1mm"),
             ("5 m m", "0.1mm"),
         ] {
             let refused = length(written).unwrap_err();

@@ -77,7 +77,7 @@ fn settled(task: &Task<'_>, first: Levels) -> Result<Solution, Unsolved> {
     let [arm, ..] = task.robot.robot.arms();
     let least = ROUNDING * arm.lb();
     let mut levels = first;
-    let mut last = None;
+    let mut last = Err(Unsolved::NoRedundancy);
     for _ in 0..ROUNDS {
         let mut solution = match task.solve(&levels) {
             Ok(solution) => solution,
@@ -92,6 +92,7 @@ fn settled(task: &Task<'_>, first: Levels) -> Result<Solution, Unsolved> {
                     Some(levels) if levels.position.position() < arm.lb() => levels,
                     _ => return Err(refusal.into()),
                 };
+                last = last.or(Err(refusal.into()));
                 continue;
             }
             Err(error) => return Err(error),
@@ -108,9 +109,9 @@ fn settled(task: &Task<'_>, first: Levels) -> Result<Solution, Unsolved> {
         if change < SETTLED {
             return Ok(solution);
         }
-        last = Some(solution);
+        last = Ok(solution);
     }
-    last.ok_or(Unsolved::NoRedundancy)
+    last
 }
 
 /// Factor for the next σ of a kind.

@@ -93,9 +93,17 @@ fn read(
             let words = command(own).or_else(|| constant(own));
             for (command, letter, numbers) in words.unwrap_or_default() {
                 let value = numbers.ok_or_else(|| {
-                    let cause = "a word is not a letter with a finite number";
-                    InputError::new(input.name(), cause)
-                        .at_key(command)
+                    let constant = own.trim_start().strip_prefix("#define ");
+                    let name = constant.and_then(|own| own.split_whitespace().next());
+                    let cause = match name {
+                        Some(_) => {
+                            "the value is not a finite number (expressions are not computed)"
+                        }
+                        None => "a word is not a letter with a finite number",
+                    };
+                    let fault =
+                        InputError::new(input.name(), cause).at_key(name.unwrap_or(command));
+                    fault
                         .at_line(line)
                         .with_remedy("correct the line, or let the controller write it again")
                 })?;

@@ -270,7 +270,7 @@ fn lowest_travel(robot: &Robot<f64>, (radius, lowest): (f64, f64)) -> f64 {
     low
 }
 
-/// A note if `--rods` replaces other rods, or if the configured rods come from an earlier calibration.
+/// A note if `--rods` replaces other rods, or if the configured rods may come from an earlier calibration.
 fn rods_note(stated: Option<[f64; 3]>, configured: [f64; 3]) -> Option<String> {
     let of = |rods: [f64; 3]| rods.map(rounded).join(", ");
     if let Some(rods) = stated {
@@ -281,7 +281,7 @@ fn rods_note(stated: Option<[f64; 3]>, configured: [f64; 3]) -> Option<String> {
     let round = |rod: &f64| (rod / ROUND - (rod / ROUND).round()).abs() < 1e-6;
     (!configured.iter().all(round)).then(|| {
         format!(
-            "The rods of {} mm come from an earlier calibration. State their length as made with --rods if you know it.",
+            "The rods of {} mm may come from an earlier calibration. State their length as made with --rods if you know it.",
             of(configured)
         )
     })

@@ -45,15 +45,21 @@ impl Stated {
     }
 }
 
+/// Printed lengths are off by less, as a part of the designed length.
+const OFF: f64 = 0.1;
+
 /// Parses the nominal and the measured length of a printed part, mm.
 ///
 /// # Errors
-/// Anything but two lengths.
+/// Anything but two lengths that are nearly the same.
 pub fn printed(text: &str) -> Result<[f64; 2], String> {
     let number = |text| Some(columns::length(text)?.0).filter(|own| *own > 0.0);
     let pair = text.split_once('=');
     pair.and_then(|(wanted, is)| Some([number(wanted)?, number(is)?]))
-        .ok_or_else(|| "two lengths in mm are needed, as 100=98.5".to_owned())
+        .filter(|[wanted, is]| (is / wanted - 1.0).abs() < OFF)
+        .ok_or_else(|| {
+            "two lengths in mm within 10 % of each other are needed, as 100=98.5".to_owned()
+        })
 }
 
 /// Parses a shrinkage as a fraction of the length.

@@ -8,13 +8,13 @@ use super::search::Search;
 use super::selection::Selection;
 use super::setup::{Planned, Setup};
 use crate::accuracy::information::parameters;
-use crate::accuracy::uncertainty::ExpectedError;
+use crate::accuracy::uncertainty::{ExpectedError, WorkspacePoses};
 use crate::calibration::report::{ExpectedReport, expected_report};
 use crate::files::samples_file::ReadingFrom;
 use crate::fit::solution::RobotCovariance;
 use delta_cal::calibration::limits::LARGEST_SIGMA;
 use delta_cal::robot::ParameterKind;
-use delta_cal::{ArmIndex, Parameter, Robot};
+use delta_cal::{ArmIndex, Parameter, Robot, Sample};
 use nalgebra::Vector3;
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
@@ -57,7 +57,7 @@ pub struct Plan {
     /// The expected error after the measurements.
     #[serde(rename = "planned")]
     pub after: Precision,
-    /// The nominal robot's expected error over its whole workspace, with the worst places.
+    /// The nominal robot's expected error over its workspace or the region, with the worst places.
     #[serde(rename = "expected_error")]
     pub expected: ExpectedReport,
     /// The instruments and noise assumed.
@@ -135,6 +135,8 @@ struct Bench<'a> {
     request: &'a PlanRequest<'a>,
     setup: Setup,
     selection: Selection<'a>,
+    /// Poses in the region.
+    within: Option<Vec<Sample<f64>>>,
     judge: Judge,
 }
 
@@ -148,9 +150,10 @@ impl<'a> Bench<'a> {
         };
         Ok(Self {
             request,
-            setup: Setup::of(request),
+            setup: Setup::of(request, within.as_deref()),
             selection,
             judge: Judge::new(request.robot, within.as_deref(), &mut rng)?,
+            within,
         })
     }
 
@@ -180,8 +183,16 @@ impl<'a> Bench<'a> {
             });
         }
         let after = self.judge.after(setup, &rows, &search.anchors);
-        let expected = ExpectedError::of_robot(&setup.robot, robot, &covariance);
         let convention = &setup.robot.convention;
+        let expected = match (request.region, self.within.clone()) {
+            (Some(region), Some(inside)) => {
+                let edge = Vec::new();
+                let (poses, region) = (WorkspacePoses { inside, edge }, region.turned(convention));
+                let within = |at: &Vector3<f64>| region.contains(at);
+                ExpectedError::at(robot, &covariance, &setup.robot.reach(), &poses, within)
+            }
+            _ => ExpectedError::of_robot(&setup.robot, robot, &covariance),
+        };
         let planes = setup.planes.iter().zip(&setup.places.planes);
         let height = |offset: f64| convention.vector(&(Vector3::z() * offset)).z;
         let points = setup.points.iter().zip(&setup.places.points);

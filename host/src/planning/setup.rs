@@ -98,8 +98,8 @@ pub struct Planned {
 }
 
 impl Setup {
-    /// The set-up for a request: what the robot file states, and defaults for the rest.
-    pub fn of(request: &PlanRequest<'_>) -> Self {
+    /// The set-up for a request: what the robot file states, and defaults for the rest. `within`: poses in the region.
+    pub fn of(request: &PlanRequest<'_>, within: Option<&[Sample<f64>]>) -> Self {
         let facts = &request.robot.instruments;
         let kinds = &request.kinds;
         let named = |stated: Vec<String>, wanted: Kind, usual: &[&str]| match stated {
@@ -117,7 +117,7 @@ impl Setup {
         let measured = |kind| kinds.read(kind);
         let mut setup = Self::unplaced(request.robot, &named, request.frame, measured);
         let poses = inside(&request.robot.robot, &request.robot.reach());
-        setup.place(|_| broadest(&poses), &poses);
+        setup.place(|_| broadest(within.unwrap_or(&poses)), &poses);
         setup
     }
 

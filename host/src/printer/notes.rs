@@ -47,8 +47,7 @@ pub(super) fn notes(
         if off.abs() > PROBE_OFF {
             let word = if off < 0.0 { "large" } else { "small" };
             notes.push(format!(
-                "Heights by hand and by the probe differ by {:.2} mm: the probe's z_offset is so much too {word}. The lines \
-                 follow the heights by hand.",
+                "The probe's z_offset is {:.2} mm too {word}, as heights by hand show; the lines follow these.",
                 off.abs()
             ));
         }

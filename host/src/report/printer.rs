@@ -5,7 +5,9 @@ use crate::calibration::Level;
 use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::files::input::InputError;
 use crate::import::Imported;
-use crate::printer::{ACROSS, Change, Map, Next, Printer, alike, common_scale};
+use crate::printer::{
+    ACROSS, Change, DOUBTFUL, Map, Next, Printer, alike, common_scale, contradicting,
+};
 use crate::render::page::figure;
 use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::render::terminal::wrapped;
@@ -18,8 +20,6 @@ use std::fmt::Write;
 const WORTH: f64 = 0.1;
 /// A change below this is none, mm or degrees.
 const CHANGED: f64 = 0.01;
-/// Noise so many times the usual is worth a look at the worst reading.
-const DOUBTFUL: f64 = 3.0;
 
 /// Shades of a map to each side, the least step between them, mm, and one place of so many with a line.
 const SHADES: u32 = 4;
@@ -47,15 +47,31 @@ impl PrinterReport {
     /// Readings that no printer within the tolerance explains; a robot that its controller cannot hold.
     pub fn of(imported: &Imported, calibration: Report) -> Result<Self, CalibrateError> {
         let worst = Printer::noise(&calibration.solution);
+        if worst > DOUBTFUL
+            && let Some((names, left)) = contradicting(imported, &calibration.solution)
+        {
+            let names = list(&names);
+            let cause = format!(
+                "The readings scatter {worst:.1} × as much as usual, but {left:.1} × without {names}."
+            );
+            let remedy = format!(
+                "Measure {names} again. With 16 or more readings, --robust leaves out those that disagree."
+            );
+            return Err(Refused::new(cause, remedy).into());
+        }
         if worst > UNEXPLAINED {
             let cause = format!(
                 "No printer within the tolerance explains these measurements (residuals {worst:.0} × the usual)."
             );
+            let first = if imported.robot.robot == imported.configured {
+                "the steps (rotation_distance, microsteps), the rods' length (--rods)"
+            } else {
+                "--rods or --radius"
+            };
             let named = Printer::worst(imported, &calibration.solution);
             let remedy = common_scale(imported).unwrap_or_else(|| {
                 format!(
-                    "Measure {} again. Check the rods' length (--rods) and the belts' rotation_distance, and that nothing \
-                     is loose.",
+                    "Check {first} and that nothing is loose. If that is right, measure {} again.",
                     named.as_deref().unwrap_or("everything")
                 )
             });
@@ -70,7 +86,7 @@ impl PrinterReport {
         if sigma > UNCERTAIN {
             let [heights, distances] = imported.counts();
             let cause = format!(
-                "{} leave the height of the bed uncertain by {sigma:.1} mm (σ).",
+                "The height of the bed is uncertain by {sigma:.1} mm (σ) from {}.",
                 count(heights + distances, "reading")
             );
             let places = "Touch the bed at seven or more places all over it.";
@@ -208,7 +224,7 @@ fn statements(report: &Report, printer: &Printer) -> Vec<String> {
     ));
     if let Some(next) = &printer.next {
         let before = printer.sigma_before_mm.map_or_else(String::new, |before| {
-            format!(", {before:.2} mm by the tolerance alone")
+            format!("; {before:.2} mm before calibration")
         });
         lines.push(format!(
             "Expected position error: {:.2} mm rms over the printed area (σ){before}.",
@@ -217,11 +233,11 @@ fn statements(report: &Report, printer: &Printer) -> Vec<String> {
     }
     let mut otherwise = "nothing";
     if !scale && report.after.instruments.distance_scale.is_some() {
-        let size = "The size of parts stays uncertain: how much prints shrink is unknown. State --shrinkage if you know it.";
+        let size = "Part size is uncertain: the shrinkage of prints is unknown. State --shrinkage if you know it.";
         lines.push(size.to_owned());
         otherwise = "the rods between their joints with a calliper (--rods 345.2±0.1mm)";
     } else if !scale {
-        let size = "The size of parts stays at the tolerance: it takes exact distances.";
+        let size = "Part size is not measured: measure distances.";
         lines.push(size.to_owned());
         otherwise = "longer distances, more exactly";
     }
@@ -305,22 +321,21 @@ fn proposals(otherwise: &str, next: &Next) -> Vec<String> {
     }
     let proposals = ["Measure next", "Or"].into_iter().zip(worthwhile);
     proposals
-        .map(|(words, (error, proposal))| format!("{words}: {proposal}; leaves {error:.2} mm."))
+        .map(|(words, (error, proposal))| {
+            format!("{words}: {proposal} (expected error then {error:.2} mm).")
+        })
         .collect()
 }
 
 fn paste(printer: &Printer) -> String {
     let chances = printer.better_probability.map(|own| {
         let [flatter, nearer] = [own.height, own.across].map(probability);
-        format!(
-            "the bed is flatter with {flatter} probability, x and y are more accurate with {nearer}"
-        )
+        format!("{flatter} chance of a flatter bed, {nearer} of better x and y")
     });
     if printer.lines.is_none() {
-        let chances =
-            chances.map_or_else(String::new, |own| format!(" With the best of them, {own}."));
+        let chances = chances.map_or_else(String::new, |own| format!(" (best: {own})"));
         return format!(
-            "Nothing to change: other parameters of this controller would print no better.{chances}"
+            "Nothing to change: no other parameters would print clearly better{chances}."
         );
     }
     let (loss, before) = (&printer.loss, &printer.not_calibrated);
@@ -330,8 +345,7 @@ fn paste(printer: &Printer) -> String {
         format!(" Bed error then: {height:.2} mm rms (uncertainty {unknown:.2} mm, σ); {chances}.")
     });
     format!(
-        "Paste the lines below. The controller cannot hold everything: they lose {:.2} mm rms ({:.2} mm worst); not \
-         calibrating loses {:.2} mm ({:.2} mm).{after}",
-        loss.rms, loss.worst, before.rms, before.worst
+        "Paste the lines below. They leave {:.2} mm rms (now {:.2} mm): the firmware has fewer parameters.{after}",
+        loss.rms, before.rms
     )
 }

@@ -187,9 +187,9 @@ fn measured(found: &Validation) -> String {
         ),
         None => "They include the instrument's noise".to_owned(),
     };
-    let ranges = found
-        .region_mm
-        .map(|(low, high)| format!("{low:.0} to {high:.0}").replace('-', "−"));
+    let ranges = found.region_mm.map(|(low, high)| {
+        format!("{:.0} to {:.0}", low.round() + 0.0, high.round() + 0.0).replace('-', "−")
+    });
     let [x, y, z] = ranges;
     format!(
         "Deviations as measured: {} mm rms, {} mm at most{line}. {noise}. {} within x {x}, y {y}, z {z} mm.",

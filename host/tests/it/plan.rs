@@ -125,6 +125,10 @@ fn poses_stay_within_a_box_and_within_a_cylinder() {
     for [_, _, _, x, y, z] in poses("r=90,z=-450..-350") {
         assert!(x.hypot(y) <= 90.0 && (-450.0..=-350.0).contains(&z));
     }
+    // A plate of unknown height is put in the region, with its gauge blocks.
+    let plate = "robot.toml --count 12 --measure plane --within r=200,z=-600..-400";
+    let plate = number(&json(&folder, plate), "planes/0/1");
+    assert!((-600.0..=-520.0).contains(&plate), "{plate}");
     // The region's size does not matter: only the part within reach is searched.
     poses("r=1e5,z=-1e9..1e9");
 }
@@ -215,8 +219,8 @@ fn what_cannot_be_planned_is_refused_with_its_cause() {
     let lengths = "[points.A]\nlength_mm = [300, 100]\n";
     folder.write("lengths.toml", format!("{NOMINAL}{KNOWN}{lengths}"));
     let table = "
-        robot.toml --count 3 ⇒ 2 ⇒ only 4 to 500
-        robot.toml --count 5000 ⇒ 2 ⇒ only 4 to 500
+        robot.toml --count 3 ⇒ 2 ⇒ --count must be 4 to 500
+        robot.toml --count 5000 ⇒ 2 ⇒ --count must be 4 to 500
         robot.toml ⇒ 2 ⇒ --count
         robot.toml --count -3 ⇒ 2 ⇒ a whole number is needed
         robot.toml --accuracy -1mm ⇒ 2 ⇒ length
@@ -314,6 +318,8 @@ fn a_plan_is_in_the_axes_of_its_robot_file() {
     for own in json["measurements"].as_array().unwrap() {
         assert!((number(own, "position_mm/2") - 520.0).abs() < 0.05, "{own}");
     }
+    let worst = number(&json, "expected_error/absolute_worst_at_mm/2");
+    assert!((400.0..=600.0).contains(&worst), "{worst}");
     let table = "r=200,z=-600..-400 ⇒ 2 ⇒ within r=200,z=-600..-400 | z 1";
     assert_refused(&folder, &format!("plan {plan}"), table);
 }

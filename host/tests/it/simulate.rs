@@ -329,7 +329,7 @@ fn wrong_campaign_files_are_refused_with_place_and_cause() {
 }
 
 const WRONG_COMMANDS: &str = "
-    campaign.toml --robots 5..5 ⇒ 2 ⇒ a range holds a robot
+    campaign.toml --robots 5..5 ⇒ 2 ⇒ empty range
     campaign.toml --robots 5 ⇒ 2 ⇒ 0..1000
     campaign.toml --json campaign.toml ⇒ 2 ⇒ same file
     campaign.toml --output a.csv --json a.csv ⇒ 2 ⇒ same file

@@ -34,7 +34,8 @@ pub(super) fn render(report: &Report, first: Option<&Markup>) -> String {
         p { b { (report.robot_file) } " from " b { (report.samples_file) } ": " (text::how(report)) "." (stated(report)) }
         @if let Some(origin) = report.origin { p.origin { (origin) } }
         @if let Some(document) = &report.document { (document.page()) }
-        (tiles(report))
+        // Those of a printer are over its printed area.
+        @if first.is_none() { (tiles(report)) }
         @if let Some(limit) = text::limit(report) { (limit) }
         @if let Some(first) = first { (first) }
         (text::findings(report))

@@ -6,7 +6,7 @@ use crate::calibration::causes::CauseKind;
 use crate::calibration::credibility::NoiseVerdict;
 use crate::fit::Frame;
 use crate::render::{Part, Section, Table, terminal};
-use crate::text::{count, list, probability, significant, small};
+use crate::text::{count, freedom, list, probability, significant, small};
 
 /// Explains what the expanded uncertainty covers.
 pub(super) const CONTENTS: &str = "The expanded uncertainty covers the noise of the measurement, what the samples leave undetermined within \
@@ -212,10 +212,7 @@ pub(super) fn expected(report: &Report) -> Section {
     if let Some(expanded) = &report.expanded_uncertainty {
         let factor = match expanded.degrees_of_freedom {
             None => format!("k = {:.0}", expanded.coverage_factor),
-            Some(freedom) => format!(
-                "k = {:.2}, {freedom:.0} degrees of freedom",
-                expanded.coverage_factor
-            ),
+            Some(number) => format!("k = {:.2}, {}", expanded.coverage_factor, freedom(number)),
         };
         section = section.text(format!(
             "Expanded uncertainty ({}): {} mm rms, {} mm worst ({factor}).",

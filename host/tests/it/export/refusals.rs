@@ -36,6 +36,8 @@ fn what_cannot_be_exported_is_refused_with_place_and_cause() {
         calibrated.toml --for klipper --output calibrated.toml ⇒ 2 ⇒ --output calibrated.toml is the same file as the robot file
         calibrated.toml --for klipper --json out --output out ⇒ 2 ⇒ --json out is the same file as --output
         calibrated.toml --for klipper --home 1,2 ⇒ 2 ⇒ --home takes one joint angle in degrees, or three
+        calibrated.toml --for reprapfirmware --home -400 ⇒ 3 ⇒ calibrated.toml: arm 1: the end stop at -400° is outside [joints], -60 to 90°
+        calibrated.toml --for linuxcnc --home -40,180,-40 ⇒ 3 ⇒ arm 2: the end stop at 180° is outside
         calibrated.toml --for klipper --home -60 ⇒ 3 ⇒ arm 1: no position_endstop describes an end stop at -60.000°
         calibrated.toml --for correction-table --limit 0mm ⇒ 2 ⇒ a length greater than 0 is needed
         calibrated.toml --for klipper --limit 0.1mm ⇒ 2 ⇒ --limit cannot be used with --for klipper
@@ -87,6 +89,8 @@ fn targets_refuse_the_other_drives_and_name_those_that_do_not() {
     folder
         .run("export calibrated.toml --for correction-table --positions wanted.csv")
         .ok();
+    let below = "calibrated.toml --for klipper --positions wanted.csv --home 0,0,0 ⇒ 3 ⇒ arm 1: the end stop at 0 mm is outside";
+    assert_refused(&folder, "export", below);
     let no_heights = "calibrated.toml --for klipper --bed wanted.csv ⇒ 3 ⇒ wanted.csv";
     assert_refused(&folder, "export", no_heights);
     let rotary = Folder::new();

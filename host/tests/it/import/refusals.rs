@@ -149,6 +149,10 @@ fn the_command_line_is_checked() {
         import smoothieware printer.cfg --output mine ⇒ 2 ⇒ [possible values: klipper, reprapfirmware, marlin]
         import klipper printer.cfg --rods 1mm,2mm --output mine ⇒ 2 ⇒ --rods needs one length, or three
         import klipper printer.cfg --rods=-1mm --output mine ⇒ 2 ⇒ a length greater than 0 is needed
+        import klipper printer.cfg --rods 0.1km --output mine ⇒ 2 ⇒ a length in um, mm, cm, m or in is needed
+        calibrate printer.cfg --printed 100=50 ⇒ 2 ⇒ within 10 % of each other
+        calibrate printer.cfg --output printer.cfg --force ⇒ 2 ⇒ --output printer.cfg is the same file as the robot file
+        calibrate . --paste printer.cfg ⇒ 2 ⇒ --paste printer.cfg is the same file as the robot file
         calibrate printer.cfg --json printer.cfg ⇒ 2 ⇒ --json printer.cfg is the same file as the robot file
         ";
     assert_refused(&folder, "", table);

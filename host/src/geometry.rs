@@ -278,6 +278,9 @@ pub fn forearm_angle(robot: &Robot<f64>, arm: ArmIndex, x: &Vector3<f64>, q: f64
     sine.angle_over(((1.0 - sine) * (1.0 + sine)).square_root())
 }
 
+/// Smaller moves, radians or mm, are the noise of a joint's readings.
+const STILL: f64 = 3e-4;
+
 /// The direction of each joint's last move, −1 or 1; 0 before its first.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Directions {
@@ -290,7 +293,7 @@ impl Directions {
     pub(crate) fn next(&mut self, joints: &[f64; 3]) -> [f64; 3] {
         let before = self.before.replace(*joints).unwrap_or(*joints);
         for ((direction, to), from) in self.directions.iter_mut().zip(joints).zip(before) {
-            if (to - from).abs() > 0.0 {
+            if (to - from).abs() > STILL {
                 *direction = (to - from).signum();
             }
         }

@@ -92,19 +92,6 @@ impl<const P: usize> Sensitivities<P> {
     }
 }
 
-/// √ of the mean of tr(J C Jᵀ) over poses, mm.
-pub(crate) fn rms_over(
-    robot: &Robot<f64>,
-    covariance: &RobotCovariance,
-    poses: &[Sample<f64>],
-) -> f64 {
-    let known = poses
-        .iter()
-        .filter_map(|pose| variance(covariance, &jacobian(robot, &pose.position, &pose.joints)?));
-    let (sum, count) = known.fold((0.0, 0.0), |(sum, count), own| (sum + own, count + 1.0));
-    f64::sqrt(sum / count)
-}
-
 /// σ of the position over many poses, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PositionSigma {

@@ -1,18 +1,18 @@
 //! From a robot file and readings to a report, or to the reason why there is none.
 
 use super::diagnosis::{Diagnosis, diagnose};
-use super::judge::{Case, Objection, attempt};
-use super::one_number::explanation;
+use super::explanation::explanation;
+use super::judge::{Case, Judged, Objection, attempt, is_understated};
 use super::refusal::{CalibrateError, Refused, explained};
 use super::report::Report;
 use super::step::step;
-use super::wrong_rows::{beside_the_platform_point, wrong_rows};
+use super::wrong_rows::{FEWEST, MOST_WRONG, beside_the_platform_point, shifted_rows, wrong_rows};
 use crate::accuracy::rigid_motion::degenerate;
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Reading, Readings};
 use crate::fit::datum::Datum;
-use crate::fit::{Frame, Method, Options};
+use crate::fit::{Frame, Method, Options, Unsolved};
 use delta_cal::Noise;
 use nalgebra::Vector3;
 
@@ -65,21 +65,48 @@ pub fn calibrate(
     let weighted = with_noise_of_rows(robot, readings);
     let robot = weighted.as_ref().unwrap_or(robot);
     let case = Case::new(robot, &moved, *options);
-    let diagnosis = || diagnose(robot, &moved, options);
-    match attempt(&case) {
-        Ok(judged) => Ok(Report::new(&case, judged, diagnosis())),
-        Err(objection) => Err(refused(&case, &objection, diagnosis())),
+    let diagnosis = diagnose(robot, &moved, options);
+    match attempt(&case).and_then(|judged| explained_otherwise(&case, judged)) {
+        Ok(judged) => Ok(Report::new(&case, judged, diagnosis)),
+        Err(objection) => Err(refused(&case, &objection, diagnosis)),
+    }
+}
+
+/// Looks for what else explains readings that contradict noise or tolerance, or rows that a robust fit left out. An error
+/// that is then unknown is not stated.
+fn explained_otherwise(case: &Case<'_>, mut judged: Judged) -> Result<Judged, Objection> {
+    let rows = &judged.solution.rows;
+    let suspected = rows.iter().filter(|fit| fit.suspected).count();
+    let shifted = shifted_rows(&judged.solution, case.readings).is_some();
+    let explained = || explanation(case).is_some() || step(case).is_some();
+    if suspected >= FEWEST && !shifted && (MOST_WRONG * suspected > rows.len() || explained()) {
+        let objection = Unsolved::TooManySuspected(suspected, rows.len());
+        return Err(Objection::Unsolved(objection));
+    }
+    let beyond = judged.tolerance.filter(|own| own.test.contradicts());
+    let unexplained = is_understated(&judged.solution) && judged.causes.found.is_empty();
+    if beyond.is_some() || unexplained {
+        judged.explained = explanation(case);
+    }
+    match (beyond, &judged.explained, &case.robot.tolerance) {
+        (Some(own), Some(explained), Some(tolerance)) if explained.is_scale => {
+            let statement = own.test.statement(case.robot.robot.drive(), tolerance);
+            Err(Objection::BeyondTolerance(own.test, statement))
+        }
+        _ => Ok(judged),
     }
 }
 
 fn refused(case: &Case<'_>, objection: &Objection, diagnosis: Option<Diagnosis>) -> CalibrateError {
-    let looked_for = objection.may_be_wrong_rows() && diagnosis.is_none();
-    let hint = looked_for.then(|| {
-        beside_the_platform_point(case)
+    let by_one = || explanation(case).map(|own| own.text);
+    let hint = diagnosis.is_none().then(|| match objection {
+        Objection::Worse(..) => by_one(),
+        own if !own.may_be_wrong_rows() => None,
+        _ => beside_the_platform_point(case)
             .map(|target| target.text)
-            .or_else(|| explanation(case))
+            .or_else(by_one)
             .or_else(|| step(case).map(|step| step.finding.text))
-            .or_else(|| wrong_rows(case))
+            .or_else(|| wrong_rows(case)),
     });
     explained(case, objection, hint.flatten(), diagnosis)
 }

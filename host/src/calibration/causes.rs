@@ -14,16 +14,15 @@ mod subject;
 use crate::files::convention::Convention;
 use crate::files::samples_file::Readings;
 use crate::fit::Solution;
-pub(crate) use cause::At;
+pub(crate) use cause::{At, Hypothesis};
 pub use cause::{Cause, CauseKind};
-use cause::{Hypothesis, words};
 use delta_cal::Sample;
 use delta_cal::robot::Drive;
 use nalgebra::Vector3;
 use regression::{Fit, Regression};
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
-use subject::Subject;
+pub(super) use subject::Subject;
 
 /// A cause that moves the positions by less than this, mm rms, is rounding.
 const NEGLIGIBLE: f64 = 1e-6;
@@ -48,6 +47,9 @@ pub struct Causes {
     /// what the parameters have absorbed of them. 0 if none was found.
     #[serde(rename = "causes_position_error_mm")]
     pub position_error: f64,
+    /// The same of relative positions.
+    #[serde(skip)]
+    pub relative_error: f64,
 }
 
 /// Tests every hypothesis; `poses` cover the workspace, and a drift is reported along the axes of `convention`.
@@ -57,7 +59,7 @@ pub(super) fn causes(
     convention: &Convention,
     poses: &[Sample<f64>],
 ) -> Causes {
-    let subject = Subject { solution, readings };
+    let subject = Subject::new(solution, readings);
     let noise = solution.noise.iter();
     let least = noise.map(|own| own.sigma).fold(f64::INFINITY, f64::min);
     let hypotheses = Hypothesis::all(solution.robot.drive());
@@ -93,10 +95,12 @@ pub(super) fn causes(
     };
     let found = search.found(&chosen, &fit);
     let drifts = found.iter().any(|own| own.kind == CauseKind::Drift);
+    let [position_error, relative_error] = subject.discrepancy(&found, &fit.coefficients, poses);
     Causes {
         not_tested,
         hidden_drift: search.hidden_drift().filter(|_| !drifts),
-        position_error: subject.discrepancy(&found, &fit.coefficients, poses),
+        position_error,
+        relative_error,
         found,
     }
 }
@@ -111,7 +115,7 @@ pub(super) fn explained_by(
     moves: impl Fn(usize, &At) -> Vec<Vector3<f64>>,
 ) -> Vec<Option<(f64, Vec<f64>)>> {
     let columns = groups.iter().map(Vec::len).sum();
-    let regression = Subject { solution, readings }.with_columns(columns, moves);
+    let regression = Subject::new(solution, readings).with_columns(columns, moves);
     let without = regression.solve(&[]);
     let each = groups.iter().map(|group| {
         let with = regression.solve(group)?;
@@ -309,19 +313,10 @@ impl Search<'_> {
             let length = coefficients.norm();
             let along = &coefficients / length;
             let sigma = (along.transpose() * covariance * &along)[(0, 0)].sqrt();
-            let in_unit = |value: f64| match kind.unit(drive) {
-                "deg" => value.to_degrees(),
-                _ => value,
-            };
-            let (size, drifted) = match coefficients.as_slice() {
-                [only] => (*only, Vector3::zeros()),
-                [x, y, z] => (length, self.convention.vector(&Vector3::new(*x, *y, *z))),
-                _ => (length, Vector3::zeros()),
-            };
-            let (size, sigma) = (in_unit(size), in_unit(sigma));
+            let by = coefficients.as_slice();
+            let (size, sigma, mut text) = hypothesis.described(by, sigma, drive, self.convention);
             let others = self.alternatives(chosen, place, fit);
             let alternatives: Vec<_> = others.iter().map(|own| own.named()).collect();
-            let mut text = words(hypothesis, drive, (size, sigma), &drifted);
             if !alternatives.is_empty() {
                 text.push_str("; about as likely: ");
                 text.push_str(&alternatives.join(" or "));

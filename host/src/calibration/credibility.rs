@@ -2,6 +2,7 @@
 
 use crate::accuracy::information::{is_empty, parameters, prior_covariance};
 use crate::accuracy::quantiles::quantile;
+use crate::files::robot_file::scaled;
 use crate::files::samples_file::Kind;
 use crate::fit::Solution;
 use crate::fit::solution::{KindNoise, PARAMETERS};
@@ -221,17 +222,7 @@ impl PriorTest {
 
     /// The tolerance that agrees with the robot, `ratio` times the stated one.
     pub(crate) fn widened(&self, tolerance: &Tolerance<f64>) -> Option<Tolerance<f64>> {
-        let of = |parameter| self.ratio * tolerance.of(parameter);
-        let wider = Tolerance::new(of(Parameter::Lb), of(Parameter::Theta));
-        let wider = match tolerance.joint_zero() {
-            Some(zero) => wider.and_then(|own| own.with_joint_zero(self.ratio * zero)),
-            None => wider,
-        };
-        wider
-            .and_then(|own| own.with_linear(of(Parameter::Zero), of(Parameter::Scale)))
-            .and_then(|own| own.with_radius(self.ratio * tolerance.radius()))
-            .and_then(|own| own.with_forearm(self.ratio * tolerance.forearm()))
-            .ok()
+        scaled(tolerance, self.ratio)
     }
 
     /// The statement to write into the robot file.

@@ -3,9 +3,9 @@
 use super::causes::CauseKind;
 use super::credibility::{NoiseVerdict, doubtful};
 use super::diagnosis::Diagnosis;
-use super::judge::{Case, Judged};
+use super::judge::{Case, Judged, is_understated};
 use super::step::{Step, step};
-use super::wrong_rows::{FEWEST, beside_the_platform_point, shifted_rows};
+use super::wrong_rows::{beside_the_platform_point, shifted_rows};
 use super::{Finding, note, warning};
 use crate::accuracy::position_error::{BeforeAfter, PositionError, sigma_by_tolerance};
 use crate::files::robot_file::RobotFile;
@@ -80,25 +80,13 @@ pub(crate) fn findings(
     found
 }
 
-/// The step at one row, if the residuals show that something is wrong or a robust fit rejects rows.
+/// The step at one row, if the residuals show that something is wrong.
 fn happened(case: &Case<'_>, judged: &Judged) -> Option<Step> {
     let mut causes = judged.causes.found.iter();
     let drifts = causes.any(|cause| cause.kind == CauseKind::Drift);
-    let mut noise = judged.noise.iter();
-    let large = noise.any(|test| test.verdict == NoiseVerdict::Understated);
-    let suspected = lines(case, judged, |fit| fit.suspected);
-    let all = suspected.len();
-    if !(drifts || large || all >= FEWEST) {
-        return None;
-    }
-    // Nearly all suspected rows must be on one side of it.
-    let divides = |own: &Step| {
-        let after = suspected.iter().filter(|line| **line >= own.line).count();
-        10 * after.min(all - after) <= all
-    };
-    step(case)
-        .filter(|own| !drifts || own.is_no_drift)
-        .filter(divides)
+    let wrong = drifts || is_understated(&judged.solution);
+    let step = wrong.then(|| step(case)).flatten();
+    step.filter(|own| !drifts || own.is_no_drift)
 }
 
 /// The lines of the chosen rows.
@@ -339,6 +327,9 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
         let figures = json!({ "test": test, "used": used });
         found.push(warning("tolerance_too_small", figures, text));
     }
+    if let Some(explained) = &judged.explained {
+        found.push(warning("explained", none.clone(), explained.text.clone()));
+    }
     if let Some(workspace) = &judged.workspace {
         let (chance, moved) = (workspace.chance_of_harm.unwrap_or(1.0), workspace.judged);
         if workspace.unchanged() {
@@ -394,17 +385,9 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
             found.push(warning("condition", figures, text));
         }
     }
-    match solution.start {
-        StartUsed::Nominal => {}
-        StartUsed::Free => {
-            let text = "The fit from the robot file did not converge, a fit without a start did. The robot file is far \
-                        off, or rows are wrong.";
-            found.push(warning("far_start", none.clone(), text));
-        }
-        StartUsed::Search => {
-            let text = "Several solutions fit the samples; this one fits best or is nearest to the robot file.";
-            found.push(note("several_solutions", none.clone(), text));
-        }
+    if solution.start == StartUsed::Search {
+        let text = "Several solutions fit the samples; this one fits best or is nearest to the robot file.";
+        found.push(note("several_solutions", none.clone(), text));
     }
     if robot.sensor_frame.is_some() {
         let text =

@@ -2,14 +2,15 @@
 
 use super::causes::{Causes, causes};
 use super::credibility::{self, NoiseTest, NoiseVerdict, PriorTest, ToleranceTest};
+use super::explanation::Explained;
 use super::known::Known;
 use crate::accuracy::improvement::{Moved, WorkspaceComparison};
 use crate::accuracy::information::prior;
 use crate::accuracy::position_error::{BeforeAfter, PositionError, sigma_by_tolerance};
-use crate::accuracy::uncertainty::{ExpectedError, WorkspacePoses, rms_over};
+use crate::accuracy::uncertainty::{ExpectedError, Sensitivities, WorkspacePoses};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
-use crate::fit::solution::Places;
+use crate::fit::solution::{Places, WITH_TRANSMISSIONS};
 use crate::fit::{Options, Solution, Unsolved, solve};
 use delta_cal::robot::Drive;
 use delta_cal::{Refusal, Robot, Sample, Tolerance};
@@ -34,6 +35,8 @@ pub(crate) struct Judged {
     pub(crate) workspace: Option<WorkspaceComparison>,
     pub(crate) expected: Option<ExpectedError>,
     pub(crate) known: Known,
+    /// What explains readings that contradict the tolerance or the noise.
+    pub(crate) explained: Option<Explained>,
     /// Over the rows with x, y and z; `None` if there are none.
     pub(crate) errors: Option<BeforeAfter>,
 }
@@ -93,10 +96,12 @@ impl Objection {
                 Refusal::ResidualContradictsNoise { .. }
                     | Refusal::FarFromNominal { .. }
                     | Refusal::NotConverged { .. }
+                    | Refusal::Undetermined { .. }
                     | Refusal::ImpossibleGeometry { .. }
                     | Refusal::ImpossibleRobot(_)
                     | Refusal::WrongSide
             ),
+            Self::Unsolved(Unsolved::TooManySuspected(..)) => true,
             Self::Unsolved(_) | Self::UnknownError | Self::Worse(..) | Self::NoiseFarOff(..) => {
                 false
             }
@@ -158,10 +163,7 @@ fn judge(case: &Case<'_>) -> Result<Judged, Objection> {
         .iter()
         .map(|test| test.widening(!causes.found.is_empty()))
         .fold(1.0, f64::max);
-    let by_readings = solution.of_robot_by_readings();
-    let sigma = rms_over(&solution.robot, &by_readings, &poses.inside);
-    let by_causes = causes.position_error / sigma;
-    let widening = by_noise.hypot(if sigma > 0.0 { by_causes } else { 0.0 });
+    let widening = by_noise.hypot(by_causes(&solution, &causes, &poses));
     let solution = solution.widened(widening);
     let errors = errors(case, &solution);
     let tolerance = robot.tolerance.as_ref();
@@ -208,8 +210,40 @@ fn judge(case: &Case<'_>) -> Result<Judged, Objection> {
         workspace,
         expected,
         known,
+        explained: None,
         errors,
     })
+}
+
+/// The error due to the causes, in the readings' part of σ of the positions. Where the readings leave the place of the base open, its σ hides what
+/// the causes do to relative positions.
+fn by_causes(solution: &Solution, causes: &Causes, poses: &WorkspacePoses) -> f64 {
+    if causes.found.is_empty() {
+        return 0.0;
+    }
+    let covariance = solution.of_robot_by_readings();
+    let inside = Sensitivities::of(&solution.robot, poses.inside.iter().copied());
+    let sigma = |own: &Sensitivities<WITH_TRANSMISSIONS>| {
+        own.mean_square().component_mul(&covariance).sum().sqrt()
+    };
+    let relative = inside.relative();
+    let relative = relative.map_or(0.0, |own| causes.relative_error / sigma(&own));
+    f64::max(causes.position_error / sigma(&inside), relative)
+}
+
+/// The solution, if the readings agree with the stated noise and tolerance.
+pub(super) fn agreeing(case: &Case<'_>) -> Option<Solution> {
+    let solution = match judge(case) {
+        Err(Objection::Worse(..)) => solve(case.robot, case.readings, &case.options).ok()?,
+        judged => judged.ok()?.solution,
+    };
+    (!is_understated(&solution)).then_some(solution)
+}
+
+/// Whether the residuals contradict a stated noise.
+pub(super) fn is_understated(solution: &Solution) -> bool {
+    let mut tests = solution.noise.iter().filter_map(NoiseTest::of);
+    tests.any(|test| test.verdict == NoiseVerdict::Understated)
 }
 
 /// An overstated noise keeps the robot near its start and so enlarges the residuals: replaces the σ that these show by

@@ -4,7 +4,7 @@ use super::diagnosis::Diagnosis;
 use super::judge::{Case, Objection};
 use crate::files::input::InputError;
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::Readings;
+use crate::files::samples_file::{Kind, Readings};
 use crate::fit::{Frame, Unsolved};
 use crate::text::{count, in_file_units, probability, significant};
 use delta_cal::observations::Instrument;
@@ -97,7 +97,7 @@ pub(crate) fn explained(
     hint: Option<String>,
     diagnosis: Option<Diagnosis>,
 ) -> CalibrateError {
-    let (robot, readings, frame) = (case.robot, case.readings, case.options.frame);
+    let (robot, readings) = (case.robot, case.readings);
     let (cause, remedy) = match objection {
         Objection::Unsolved(why) => match unsolved(case, why) {
             Ok(words) => words,
@@ -127,7 +127,7 @@ pub(crate) fn explained(
             format!(
                 "{} chance of making the robot worse: {}positions would move {} mm but are known only to {} mm.",
                 probability(*chance),
-                if frame == Frame::Sensor { "relative " } else { "" },
+                if case.options.frame == Frame::Sensor { "relative " } else { "" },
                 significant(moved.change, 2),
                 significant(moved.sigma, 2)
             ),
@@ -167,10 +167,7 @@ pub(crate) fn explained(
             ),
             format!(
                 "{CHECK}{} If the robot is that far off, set {statement}.",
-                match frame {
-                    Frame::Base => " If the coordinates are not in the robot's frame, use --frame sensor.",
-                    Frame::Sensor => "",
-                }
+                or_frame(case)
             ),
         ),
     };
@@ -187,6 +184,15 @@ pub(crate) fn explained(
     }
     let refused = Refused::new(format!("{}: {cause}", readings.name), remedy);
     refused.explained(diagnosis).into()
+}
+
+/// Advice for coordinates that may be in another frame.
+fn or_frame(case: &Case<'_>) -> &'static str {
+    if case.options.frame == Frame::Base && case.readings.holds(Kind::Position) {
+        " If the coordinates are not in the robot's frame, use --frame sensor."
+    } else {
+        ""
+    }
 }
 
 fn no_redundancy() -> (String, String) {
@@ -222,7 +228,7 @@ fn unsolved(case: &Case<'_>, why: &Unsolved) -> Result<(String, String), InputEr
 
 /// What the core refuses.
 fn undetermined(case: &Case<'_>, refusal: &Refusal) -> (String, String) {
-    let (robot, readings, frame) = (case.robot, case.readings, case.options.frame);
+    let (robot, readings) = (case.robot, case.readings);
     let arm_of = |arm: Option<ArmIndex>| arm.map_or_else(String::new, |arm| format!("{arm}: "));
     let has_tolerance = robot.tolerance.is_some();
     let or_tolerance = if has_tolerance {
@@ -287,10 +293,7 @@ fn undetermined(case: &Case<'_>, refusal: &Refusal) -> (String, String) {
                 ),
                 format!(
                     "{CHECK}{}",
-                    match frame {
-                        Frame::Base => " If the coordinates are not in the robot's frame, use --frame sensor.",
-                        Frame::Sensor => "",
-                    }
+                    or_frame(case)
                 ),
             )
         }

@@ -1,9 +1,9 @@
 //! A step at one row: an encoder that jumped, or a sensor or reflector that was moved.
 
 use super::causes::explained_by;
-use super::judge::Case;
+use super::explanation::loosened;
+use super::judge::{Case, is_understated};
 use super::{Finding, warning};
-use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
 use crate::fit::{Options, Solution, solve};
 use crate::text::{joint, significant};
@@ -18,8 +18,6 @@ const MOST_ROWS: usize = 2000;
 const PLACES: usize = 300;
 /// Least increase of the log-likelihood: a chance of about 1 in 10,000 over all rows and kinds.
 const CLEARLY: f64 = 12.0;
-/// Factor for the stated noise while the step is still in the readings.
-const LOOSE: f64 = 30.0;
 /// A moved sensor leaves less than this fraction of the residuals; a drift looks like a small step.
 const NO_DRIFT: f64 = 0.5;
 /// A step leaves at most this fraction of the residuals.
@@ -27,8 +25,6 @@ const LEFT: f64 = 0.85;
 
 /// A step in the errors of a file.
 pub(super) struct Step {
-    /// The first row after the step.
-    pub(super) line: u64,
     /// Whether it explains more than a drift would: a step of the positions must leave little of the residuals.
     pub(super) is_no_drift: bool,
     pub(super) finding: Finding,
@@ -69,7 +65,6 @@ impl Step {
             "{what}: with that the residuals are {with} mm, without {without} mm. {remedy}"
         );
         Self {
-            line,
             is_no_drift: found.joint().is_some() || sigma[0] < NO_DRIFT * sigma[1],
             finding: warning("step", figures, text),
         }
@@ -86,13 +81,9 @@ pub(super) fn step(case: &Case<'_>) -> Option<Step> {
         robust: false,
         ..case.options
     };
-    // Falls back to a larger noise: the residuals may contradict the stated one until the step is removed.
-    let loose = case.robot.loosened(LOOSE);
-    let fit = |readings: &Readings| {
-        let one = |robot: &RobotFile| solve(robot, readings, &options).ok();
-        one(case.robot).or_else(|| one(&loose))
-    };
-    let solution = fit(case.readings)?;
+    // Until the step is removed, the readings may contradict what is stated.
+    let (_, loose, solution) = loosened(&Case { options, ..*case })?;
+    let fit = |readings: &Readings| solve(&loose, readings, &options).ok();
     let without = sigma(&solution)?;
     let tried = candidates(&solution, case.readings)
         .into_iter()
@@ -110,7 +101,12 @@ pub(super) fn step(case: &Case<'_>) -> Option<Step> {
                 }
             }
             let gain = 3.0 * rows as f64 * (without / with).ln();
-            (gain > CLEARLY && with < LEFT * without).then_some((with, found))
+            let mended = found.undone(case.readings, &solution);
+            let agrees = |own: Solution| !is_understated(&own);
+            // A single wrong row looks like a step that leaves much.
+            let clear =
+                with < NO_DRIFT * without || solve(case.robot, &mended, &options).is_ok_and(agrees);
+            (gain > CLEARLY && with < LEFT * without && clear).then_some((with, found))
         });
     let (with, found) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
     Some(Step::new(case, &found, [with, without]))

@@ -1,6 +1,6 @@
 //! Explanations of readings that do not fit: rows that disagree, rows shifted by one, or one mistake in all rows.
 
-use super::judge::Case;
+use super::judge::{Case, agreeing, is_understated};
 use super::{Finding, warning};
 use crate::accuracy::quantiles::median;
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings};
@@ -16,6 +16,8 @@ const MOST_ROWS: usize = 2000;
 const ROWS_TRIED: usize = 100;
 /// Fewer samples that disagree are individually wrong.
 pub(super) const FEWEST: usize = 3;
+/// At most one row in this many is a single mistake.
+pub(super) const MOST_WRONG: usize = 4;
 /// Rows are shifted if a shift reduces their distance to this fraction.
 const SHIFTED: f64 = 0.1;
 const INCH: f64 = 25.4;
@@ -137,7 +139,9 @@ pub(super) fn wrong_rows(case: &Case<'_>) -> Option<String> {
     let suspected = all.iter().zip(&solution.rows);
     let suspected = suspected.filter(|(_, fit)| fit.suspected);
     let lines: Vec<_> = suspected.map(|(row, _)| row.line).collect();
-    (!lines.is_empty()).then(|| {
+    // Single mistakes are few, and what remains agrees with the noise.
+    let single = MOST_WRONG * lines.len() <= all.len() && !is_understated(&solution);
+    (single && !lines.is_empty()).then(|| {
         format!(
             "{} of {} agree, all but {}. --robust calibrates from these alone.",
             all.len() - lines.len(),
@@ -150,8 +154,11 @@ pub(super) fn wrong_rows(case: &Case<'_>) -> Option<String> {
 /// The change whose readings fit best, if any fit.
 fn best<T>(case: &Case<'_>, changed: impl Iterator<Item = (Readings, T)>) -> Option<T> {
     let fitted = changed.filter_map(|(readings, what)| {
-        let solution = solve(case.robot, &readings, &case.options).ok()?;
-        Some((solution.squares(), what))
+        let changed = Case {
+            readings: &readings,
+            ..*case
+        };
+        Some((agreeing(&changed)?.squares(), what))
     });
     let best = fitted.min_by(|a, b| a.0.total_cmp(&b.0))?;
     Some(best.1)
@@ -181,6 +188,8 @@ fn one_wrong(case: &Case<'_>) -> Option<u64> {
     best(case, others)
 }
 
+/// Fewest points that show an offset.
+const FEWEST_OFFSET: usize = 4;
 /// All points share an offset if its mean is this many times the scatter about it…
 const SAME: f64 = 4.0;
 /// …and more than this fraction of the forearm…
@@ -194,9 +203,12 @@ pub(super) fn beside_the_platform_point(case: &Case<'_>) -> Option<Finding> {
     if case.options.frame == Frame::Sensor || robot.instruments.target.is_some() {
         return None;
     }
-    let offset = |row: Sample<f64>| Some(row.position - robot.robot.forward(&row.joints).ok()?);
-    let samples = case.readings.samples().map(|row| row.value);
-    let offsets: Vec<Vector3<f64>> = samples.filter_map(offset).collect();
+    let offset = |row: &Sample<f64>| Some(row.position - robot.robot.forward(&row.joints).ok()?);
+    let samples: Vec<_> = case.readings.samples().map(|row| row.value).collect();
+    let offsets: Vec<Vector3<f64>> = samples.iter().filter_map(offset).collect();
+    if offsets.len() < FEWEST_OFFSET || 2 * offsets.len() < samples.len() {
+        return None;
+    }
     let number = offsets.len() as f64;
     let mean = offsets.iter().sum::<Vector3<f64>>() / number;
     let squares: f64 = offsets.iter().map(|own| (own - mean).norm_squared()).sum();
@@ -206,7 +218,6 @@ pub(super) fn beside_the_platform_point(case: &Case<'_>) -> Option<Finding> {
         .tolerance
         .map_or([0.0; 8], |tolerance| tolerance.of_places(arm));
     let least = (LEAST * arm.lb()).max(SIGMAS * height);
-    // Without any points the mean is NaN.
     if !(mean.norm() > SAME * scatter && mean.norm() > least) {
         return None;
     }

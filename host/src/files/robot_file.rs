@@ -129,17 +129,23 @@ impl RobotFile {
         }
     }
 
-    /// A copy with the stated noise of all readings multiplied by `factor`.
+    /// A copy with the stated noise and the tolerance multiplied by `factor`: the same fit, which then contradicts
+    /// neither.
     pub(crate) fn loosened(&self, factor: f64) -> Self {
         let mut loose = self.clone();
         loose.noise = self.noise.and_then(|noise| {
             let axes = noise.position_by_axis().map(|own| factor * own);
-            Noise::by_axis(axes, noise.joint()).ok()
+            Noise::by_axis(axes, factor * noise.joint()).ok()
         });
         let facts = &mut loose.instruments;
-        for own in [&mut facts.height_noise, &mut facts.distance_noise] {
+        for own in [
+            &mut facts.height_noise,
+            &mut facts.distance_noise,
+            &mut facts.joint_noise,
+        ] {
             *own = own.map(|sigma| factor * sigma);
         }
+        loose.tolerance = self.tolerance.and_then(|own| scaled(&own, factor));
         loose
     }
 
@@ -150,6 +156,21 @@ impl RobotFile {
             forearm_limit: self.forearm_limit,
         }
     }
+}
+
+/// The tolerance with every σ multiplied by `factor`.
+pub(crate) fn scaled(tolerance: &Tolerance<f64>, factor: f64) -> Option<Tolerance<f64>> {
+    let of = |parameter| factor * tolerance.of(parameter);
+    let scaled = Tolerance::new(of(Parameter::Lb), of(Parameter::Theta));
+    let scaled = match tolerance.joint_zero() {
+        Some(zero) => scaled.and_then(|own| own.with_joint_zero(factor * zero)),
+        None => scaled,
+    };
+    scaled
+        .and_then(|own| own.with_linear(of(Parameter::Zero), of(Parameter::Scale)))
+        .and_then(|own| own.with_radius(factor * tolerance.radius()))
+        .and_then(|own| own.with_forearm(factor * tolerance.forearm()))
+        .ok()
 }
 
 /// The noise of readings other than positions, and the known positions of instruments.

@@ -1,9 +1,10 @@
 //! Errors that the model cannot represent: their effect on positions, and their description.
 
+use crate::files::convention::Convention;
 use crate::text::significant;
 use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Robot};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{DVector, Matrix3, Vector3};
 use serde::Serialize;
 use std::ops::Range;
 
@@ -48,7 +49,7 @@ impl CauseKind {
     const OF_PLATFORM: [Self; 3] = [Self::Sag, Self::Drift, Self::Scale];
 
     /// Whether it is rare, so that it must explain clearly more than the others to be accepted.
-    pub(super) const fn is_rare(self) -> bool {
+    pub(crate) const fn is_rare(self) -> bool {
         matches!(self, Self::SecondHarmonic | Self::Scale)
     }
 
@@ -127,7 +128,7 @@ impl CauseKind {
     }
 
     /// The remedy, given the alternatives that explain the residuals about equally well.
-    pub(super) fn remedy(self, alternatives: &[Self]) -> &'static str {
+    pub(crate) fn remedy(self, alternatives: &[Self]) -> &'static str {
         let [.., own] = self.words();
         let mut all = alternatives.iter().chain([&self]);
         if alternatives.is_empty() {
@@ -204,8 +205,8 @@ pub(super) struct Place {
 
 /// A hypothesis: a cause and its range of columns.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Hypothesis {
-    pub(super) kind: CauseKind,
+pub(crate) struct Hypothesis {
+    pub(crate) kind: CauseKind,
     /// `None` for a cause that does not belong to an arm.
     pub(super) arm: Option<ArmIndex>,
     columns: Range<usize>,
@@ -213,7 +214,7 @@ pub(super) struct Hypothesis {
 
 impl Hypothesis {
     /// All hypotheses, in the order of their columns.
-    pub(super) fn all(drive: Drive) -> Vec<Self> {
+    pub(crate) fn all(drive: Drive) -> Vec<Self> {
         let of_arms = CauseKind::of_joints(drive)
             .iter()
             .flat_map(|kind| ArmIndex::ALL.map(|arm| (*kind, Some(arm))));
@@ -234,7 +235,7 @@ impl Hypothesis {
     }
 
     /// Number of columns.
-    pub(super) fn number(&self) -> usize {
+    pub(crate) fn number(&self) -> usize {
         self.columns.len()
     }
 
@@ -253,8 +254,14 @@ impl Hypothesis {
                 _ => vec![at.position * place.scaled],
             };
         };
-        let (q, (low, high)) = (at.joints[arm], ranges[arm]);
-        let of_joint = match self.kind {
+        let column = at.by_joints.column(arm);
+        let turns = self.turns(at.joints[arm], ranges[arm], place.directions[arm]);
+        turns.into_iter().map(|own| column * own).collect()
+    }
+
+    /// Error of the joint of an arm per unit of each column.
+    pub(super) fn turns(&self, q: f64, (low, high): (f64, f64), direction: f64) -> Vec<f64> {
+        match self.kind {
             CauseKind::GearRatio => vec![q],
             CauseKind::Eccentricity => vec![q.cos(), q.sin()],
             CauseKind::SecondHarmonic => vec![(2.0 * q).cos(), (2.0 * q).sin()],
@@ -262,11 +269,33 @@ impl Hypothesis {
                 let part = (2.0 * q - low - high) / (high - low);
                 vec![part * part]
             }
-            CauseKind::Backlash => vec![place.directions[arm]],
+            CauseKind::Backlash => vec![direction],
             _ => vec![0.0],
+        }
+    }
+
+    /// Its size in the [unit](CauseKind::unit) with its σ, and in words, from the coefficients of its columns.
+    pub(crate) fn described(
+        &self,
+        by: &[f64],
+        sigma: f64,
+        drive: Drive,
+        convention: &Convention,
+    ) -> (f64, f64, String) {
+        let in_unit = |value: f64| match self.kind.unit(drive) {
+            "deg" => value.to_degrees(),
+            _ => value,
         };
-        let column = at.by_joints.column(arm);
-        of_joint.into_iter().map(|own| column * own).collect()
+        let (size, drifted) = match by {
+            [only] => (*only, Vector3::zeros()),
+            [x, y, z] => {
+                let drift = Vector3::new(*x, *y, *z);
+                (drift.norm(), convention.vector(&drift))
+            }
+            several => (DVector::from_column_slice(several).norm(), Vector3::zeros()),
+        };
+        let (size, sigma) = (in_unit(size), in_unit(sigma));
+        (size, sigma, words(self, drive, (size, sigma), &drifted))
     }
 
     /// With article and arm: "an eccentricity of arm 2".
@@ -311,7 +340,7 @@ pub struct Cause {
 /// A cause in words, with its size and σ in the [unit](CauseKind::unit): "arm 2: the joint has an error that repeats
 /// once a turn, with an amplitude of 0.051° ± 0.004°, as with an eccentric gear or encoder". `drifted`: the drift along
 /// the axes of the file's convention.
-pub(super) fn words(
+fn words(
     hypothesis: &Hypothesis,
     drive: Drive,
     (signed, sigma): (f64, f64),

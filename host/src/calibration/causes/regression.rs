@@ -2,8 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// A column whose component outside the span of the others is below this fraction of its length is indistinguishable
-/// from them.
+/// Weight of 0 for candidates that the rows do not distinguish, as a fraction of their longest column.
 const INDISTINCT: f64 = 1e-6;
 
 /// All rows of fixed columns, candidate columns and the residual, reduced to a triangle.
@@ -77,24 +76,26 @@ impl Regression {
     pub(super) fn solve(&self, chosen: &[usize]) -> Option<Fit> {
         let always = self.always;
         let columns = (0..always).chain(chosen.iter().map(|column| always + column));
-        let part = self.triangle.select_columns(&columns.collect::<Vec<_>>());
-        let columns = part.ncols();
+        let mut part = self.triangle.select_columns(&columns.collect::<Vec<_>>());
+        let (rows, columns) = part.shape();
+        // A combination that no reading shows, as a drift along a plate, is 0.
+        let lengths = (always..columns).map(|column| part.column(column).norm());
+        let longest = lengths.fold(0.0, f64::max);
+        part = part.resize_vertically(rows + columns - always, 0.0);
+        for column in always..columns {
+            part[(rows + column - always, column)] = INDISTINCT * longest;
+        }
         let lengths: Vec<_> = part.column_iter().map(|column| column.norm()).collect();
+        let rows = part.nrows();
         let qr = part.qr();
         let upper = qr.r();
         let diagonal = upper.diagonal();
-        let mut distinct = diagonal.iter().zip(&lengths).enumerate();
-        if !distinct.all(|(column, (own, length))| {
-            let least = if column < always {
-                f64::EPSILON
-            } else {
-                INDISTINCT
-            };
-            own.abs() > least * length
-        }) {
+        let mut distinct = diagonal.iter().zip(&lengths);
+        if !distinct.all(|(own, length)| own.abs() > f64::EPSILON * length) {
             return None;
         }
-        let mut turned = self.triangle.column(self.triangle.ncols() - 1).into_owned();
+        let turned = self.triangle.column(self.triangle.ncols() - 1);
+        let mut turned = turned.into_owned().resize_vertically(rows, 0.0);
         qr.q_tr_mul(&mut turned);
         let inverse = upper.solve_upper_triangular(&DMatrix::identity(columns, columns))?;
         let coefficients = &inverse * turned.rows(0, columns);

@@ -1,26 +1,29 @@
 //! A solution and its residuals as rows of a regression.
 
+use super::super::wrong_rows::each_pose;
 use super::cause::{At, Cause, CauseKind, Hypothesis, Place};
 use super::regression::Regression;
 use crate::accuracy::quantiles::median;
-use crate::accuracy::uncertainty::jacobian;
+use crate::accuracy::uncertainty::{Sensitivities, jacobian};
 use crate::files::samples_file::{READINGS, Reading, ReadingFrom, Readings, Row};
 use crate::fit::Solution;
 use crate::fit::solution::PARAMETERS;
 use crate::fit::solution::Sensitivity;
 use crate::geometry::{Directions, range};
-use delta_cal::Sample;
+use delta_cal::{ArmIndex, Sample};
 use nalgebra::{DVector, SVector, Vector3};
 
 /// Residuals are clipped to this many scales, so that one wrong reading is not taken for a cause.
 const LARGEST_RESIDUAL: f64 = 4.0;
+/// σ of a row that says nothing, mm.
+const UNKNOWN: f64 = 1e3;
 /// Median absolute value of a standard normal variable.
 const MEDIAN: f64 = 0.6745;
 
 /// A solution and its readings.
-pub(super) struct Subject<'a> {
-    pub(super) solution: &'a Solution,
-    pub(super) readings: &'a Readings,
+pub(crate) struct Subject<'a> {
+    pub(crate) solution: &'a Solution,
+    pub(crate) readings: &'a Readings,
 }
 
 /// A row that takes part.
@@ -33,6 +36,10 @@ struct Counted<'a> {
 }
 
 impl<'a> Subject<'a> {
+    pub(crate) const fn new(solution: &'a Solution, readings: &'a Readings) -> Self {
+        Self { solution, readings }
+    }
+
     /// The rows that take part; an even selection if there are many.
     fn counted(&self) -> Vec<Counted<'a>> {
         let robot = &self.solution.robot;
@@ -167,42 +174,93 @@ impl<'a> Subject<'a> {
         rows
     }
 
-    /// Effect of the causes found on the calibrated robot's positions, rms over poses, mm: what its parameters have
-    /// absorbed of the causes, plus the causes themselves; averaged over both directions of a backlash. Drift and scale
-    /// belong to the measured positions, not to the robot.
+    /// The readings without an error of this kind and size.
+    pub(crate) fn undone(&self, hypothesis: &Hypothesis, by: &[f64]) -> Readings {
+        let (places, ranges) = (self.places(), self.ranges());
+        let found = &self.solution.places;
+        let mut undone = self.readings.clone();
+        for (row, place) in undone.rows.iter_mut().zip(&places) {
+            let own = &mut row.value;
+            if let Some(arm) = hypothesis.arm.map(ArmIndex::index) {
+                // Its last move is not known.
+                if hypothesis.kind == CauseKind::Backlash && place.directions[arm] == 0.0 {
+                    own.sigma = Some(UNKNOWN);
+                }
+                each_pose(own, |mut joints| {
+                    let turns = hypothesis.turns(joints[arm], ranges[arm], place.directions[arm]);
+                    joints[arm] += turns.iter().zip(by).map(|(own, by)| own * by).sum::<f64>();
+                    joints
+                });
+                continue;
+            }
+            let Some(at) = At::new(&self.solution.robot, &own.joints) else {
+                continue;
+            };
+            let moves = hypothesis.moves(&at, &ranges, place).into_iter().zip(by);
+            let moved: Vector3<f64> = moves.map(|(own, by)| own * *by).sum();
+            let seen = found.frame.map_or(moved, |frame| frame.rotation * moved);
+            for (coordinate, moved) in own.position.iter_mut().zip(&seen) {
+                *coordinate = coordinate.map(|value| value - moved);
+            }
+            let normal = |plane: usize| found.planes.get(plane).map(|own| own.normal);
+            own.height = own.height.map(|(plane, height)| {
+                (
+                    plane,
+                    height - normal(plane).map_or(0.0, |own| own.dot(&moved)),
+                )
+            });
+            if hypothesis.kind == CauseKind::Scale {
+                own.distance = own
+                    .distance
+                    .map(|(from, length)| (from, length / (1.0 + by[0])));
+            }
+        }
+        undone
+    }
+
+    /// Displacement of the position of a row by a hypothesis, per unit of each of its columns.
+    pub(crate) fn moves<'h>(
+        &self,
+        hypothesis: &'h Hypothesis,
+    ) -> impl Fn(usize, &At) -> Vec<Vector3<f64>> + use<'h> {
+        let (places, ranges) = (self.places(), self.ranges());
+        move |row, at| hypothesis.moves(at, &ranges, &places[row])
+    }
+
+    /// Effect of the causes found on the calibrated robot's positions, rms over poses, mm, absolute and relative: what its
+    /// parameters have absorbed of the causes, plus the causes themselves, in both directions of a backlash. Drift and
+    /// scale belong to the measured positions, not to the robot.
     pub(super) fn discrepancy(
         &self,
         found: &[Cause],
         coefficients: &DVector<f64>,
         poses: &[Sample<f64>],
-    ) -> f64 {
+    ) -> [f64; 2] {
         let robot = &self.solution.robot;
         let (largest, ranges) = (self.radius_squared(), self.ranges());
         let parameters = coefficients.fixed_rows::<PARAMETERS>(0);
-        let squared = |pose: &Sample<f64>| {
+        let error = |pose: &Sample<f64>, directions: [f64; 3]| {
             let at = At::new(robot, &pose.joints)?;
             let jacobian = jacobian::<PARAMETERS>(robot, &at.position, &at.joints)?;
             let place = Place {
-                directions: [1.0; 3],
+                directions,
                 part: 0.0,
                 radius_squared: share(at.position.xy().norm_squared(), largest),
                 scaled: 0.0,
             };
-            let (mut error, mut either_way) = (jacobian * parameters, 0.0);
+            let mut error = jacobian * parameters;
             for cause in found {
                 let moves = cause.hypothesis.moves(&at, &ranges, &place);
                 let terms = moves.iter().zip(&cause.coefficients);
-                let own: Vector3<f64> = terms.map(|(moved, by)| moved * *by).sum();
-                if cause.kind == CauseKind::Backlash {
-                    either_way += own.norm_squared();
-                } else {
-                    error += own;
-                }
+                error += terms.map(|(moved, by)| moved * *by).sum::<Vector3<f64>>();
             }
-            Some(error.norm_squared() + either_way)
+            Some((*pose, error))
         };
-        let squares: Vec<f64> = poses.iter().filter_map(squared).collect();
-        share(squares.iter().sum(), squares.len() as f64).sqrt()
+        let ways =
+            [1.0, -1.0].map(|way| poses.iter().filter_map(move |pose| error(pose, [way; 3])));
+        let errors = Sensitivities(ways.into_iter().flatten().collect());
+        let rms = |errors: &Sensitivities<1>| errors.mean_square().trace().sqrt();
+        [rms(&errors), errors.relative().as_ref().map_or(0.0, rms)]
     }
 }
 

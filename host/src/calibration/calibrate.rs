@@ -13,7 +13,7 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Reading, Readings};
 use crate::fit::datum::Datum;
 use crate::fit::{Frame, Method, Options, Unsolved};
-use delta_cal::Noise;
+use delta_cal::{Noise, Refusal};
 use nalgebra::Vector3;
 
 /// Reads the samples of a robot to be calibrated. If joint angles are outside its limits, the error says what would
@@ -88,13 +88,18 @@ fn explained_otherwise(case: &Case<'_>, mut judged: Judged) -> Result<Judged, Ob
     if beyond.is_some() || unexplained {
         judged.explained = explanation(case);
     }
-    match (beyond, &judged.explained, &case.robot.tolerance) {
-        (Some(own), Some(explained), Some(tolerance)) if explained.is_scale => {
-            let statement = own.test.statement(case.robot.robot.drive(), tolerance);
-            Err(Objection::BeyondTolerance(own.test, statement))
-        }
-        _ => Ok(judged),
+    if !judged.explained.as_ref().is_some_and(|own| own.is_scale) {
+        return Ok(judged);
     }
+    if let (Some(own), Some(tolerance)) = (beyond, &case.robot.tolerance) {
+        let statement = own.test.statement(case.robot.robot.drive(), tolerance);
+        return Err(Objection::BeyondTolerance(own.test, statement));
+    }
+    let ratios = judged.noise.iter().map(|test| test.ratio);
+    #[expect(clippy::cast_possible_truncation, reason = "two digits are shown")]
+    let ratio = ratios.fold(0.0, f64::max) as f32;
+    let refusal = Refusal::ResidualContradictsNoise { arm: None, ratio };
+    Err(Objection::Unsolved(refusal.into()))
 }
 
 fn refused(case: &Case<'_>, objection: &Objection, diagnosis: Option<Diagnosis>) -> CalibrateError {

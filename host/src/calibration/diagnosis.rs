@@ -74,7 +74,7 @@ impl fmt::Display for Diagnosis {
         };
         write!(
             formatter,
-            "Probably {}. Without it half of the points are within {} mm of the robot file",
+            "Probably {}. With that corrected, the median sample is {} mm from the robot file",
             best.cause,
             significant(best.without, 3),
         )?;
@@ -84,7 +84,7 @@ impl fmt::Display for Diagnosis {
         }
         if self.as_they_are.is_finite() {
             let as_they_are = significant(self.as_they_are, 3);
-            write!(formatter, "; as they are, {as_they_are} mm")?;
+            write!(formatter, "; as it is, {as_they_are} mm")?;
         }
         for other in others.iter().take(NAMED - 1) {
             write!(formatter, ". Equally likely: {}", other.cause)?;
@@ -92,7 +92,7 @@ impl fmt::Display for Diagnosis {
         if let Some(more) = others.len().checked_sub(NAMED - 1).filter(|more| *more > 0) {
             write!(formatter, ". {more} more are as likely")?;
         }
-        formatter.write_str(". Nothing was corrected")
+        formatter.write_str(". No file was changed")
     }
 }
 

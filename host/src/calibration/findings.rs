@@ -68,8 +68,8 @@ pub(crate) fn findings(
     let hidden = judged.causes.hidden_drift;
     if let Some(up_to) = hidden.filter(|_| case.readings.holds(Kind::Position)) {
         let text = format!(
-            "In this order of the rows a drift of the sensor looks like errors of the robot: up to {} mm from the first row \
-             to the last would not show. Measure in random order, and the first pose once more at the end.",
+            "In this order of the rows, up to {} mm of drift from the first row to the last would look like errors of the \
+             robot. Measure in random order, and the first pose once more at the end.",
             mm(up_to)
         );
         found.push(note("drift_hidden", json!({ "up_to_mm": up_to }), text));

@@ -116,8 +116,8 @@ pub(crate) fn explained(
             if robot.tolerance.is_some() && moved.change < NOISE_ALONE * moved.scatter =>
         (
             format!(
-                "Nothing to improve: the readings agree with the robot file. Positions would move {} mm, as the noise alone \
-                 makes them, with {} chance of making the robot worse.",
+                "Nothing to improve: the readings agree with the robot file. Positions would move {} mm, no more than noise \
+                 explains; {} chance of making the robot worse.",
                 significant(moved.change, 2),
                 probability(*chance)
             ),
@@ -137,8 +137,8 @@ pub(crate) fn explained(
         ),
         Objection::NoiseFarOff(kind, stated, shown) => (
             format!(
-                "The stated noise, {} = {}, is {} × what the {} show ({} mm): another unit, or far too large. With it they \
-                 would say next to nothing of the robot.",
+                "The stated noise, {} = {}, is {} × what the {} show ({} mm): another unit, or far too large. At that noise \
+                 they carry no information.",
                 kind.key(),
                 significant(*stated, 3),
                 significant(stated / shown, 2),
@@ -178,7 +178,7 @@ pub(crate) fn explained(
     let joined = readings.joined.iter().find(|own| own.by.is_none());
     if let Some(joined) = joined.filter(|_| objection.may_be_wrong_rows()) {
         remedy = format!(
-            "The rows were joined with those of {} in their order: is it the same? Otherwise: {remedy}",
+            "The rows were joined with those of {} in their order: is it the same? {remedy}",
             joined.joints_file
         );
     }

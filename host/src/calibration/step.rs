@@ -44,7 +44,7 @@ impl Step {
                 significant(by, 2),
                 joint::mark(case.robot.robot.drive())
             );
-            let remedy = "An encoder or a coupling slipped: mend it, home the robot and measure again, or calibrate the rows on one side.";
+            let remedy = "An encoder or a coupling slipped: fix it, home the robot and measure again, or calibrate only the rows before or after.";
             (what, remedy, by)
         } else {
             let [x, y, z] = convention.vector(&found.position()).data.0[0];

@@ -136,14 +136,14 @@ impl CauseKind {
         } else if all.clone().all(|kind| kind.is_of_transmission()) {
             "state transmission_deg in [tolerance], with which the calibration finds any of these \
              (docs/instruments.md#gears-and-encoders), or find out which it is by comparing the joint with \
-             a reference over its whole range, and mend that"
+             a reference over its whole range, and fix that"
         } else if all.any(|kind| *kind == Self::Scale) {
-            "find out which of these it is: measure one known length with the same instrument or on the same \
-             sheet, and one pose with another load; then mend that"
+            "to tell them apart, measure one known length with the same instrument or on the same \
+             sheet, and one pose with another load"
         } else {
-            "find out which of these it is, by comparing the joint with a reference \
-             over its whole range, and by measuring one pose with another load, from another \
-             side and again at the end; then mend that"
+            "to tell them apart, compare the joint with a reference \
+             over its whole range, and measure one pose with another load, from another \
+             side and again at the end"
         }
     }
 

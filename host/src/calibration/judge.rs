@@ -215,8 +215,8 @@ fn judge(case: &Case<'_>) -> Result<Judged, Objection> {
     })
 }
 
-/// The error due to the causes, in the readings' part of σ of the positions. Where the readings leave the place of the base open, its σ hides what
-/// the causes do to relative positions.
+/// The error due to the causes, in the readings' part of σ of the positions. Where the readings leave the place of the
+/// base open, its σ hides what the causes do to relative positions.
 fn by_causes(solution: &Solution, causes: &Causes, poses: &WorkspacePoses) -> f64 {
     if causes.found.is_empty() {
         return 0.0;

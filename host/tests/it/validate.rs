@@ -287,7 +287,7 @@ fn the_measurements_of_the_calibration_are_no_validation() {
     folder
         .run("calibrate robot.toml check.csv --output calibrated.toml")
         .ok();
-    let table = "check.csv ⇒ 3 ⇒ these very measurements";
+    let table = "check.csv ⇒ 3 ⇒ the same measurements";
     assert_refused(&folder, "validate calibrated.toml --limit 1mm", table);
     let other: Vec<_> = poses(60)[20..]
         .iter()

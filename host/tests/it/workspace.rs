@@ -118,7 +118,7 @@ fn points_are_reachable_inwards_and_not_outwards_by_twice_the_tolerance() {
     let (mut points, mut kinds) = (0, BTreeSet::new());
     let towers = built().into_iter().skip(5);
     for case in cases().into_iter().chain(towers) {
-        let workspace = case.workspace(30.0);
+        let workspace = case.workspace(40.0);
         let leads_to = |x: &Vector3<f64>| {
             let joints = case.reach.any_joints(&case.robot, x);
             let there = joints.and_then(|q| case.reach.position(&case.robot, &q));
@@ -233,14 +233,14 @@ fn the_stated_uncertainty_is_what_a_finer_grid_changes() {
 
 /// Points of a solid cylinder, including its surface.
 fn solid(diameter: f64, bottom: f64, top: f64) -> impl Iterator<Item = Vector3<f64>> {
-    (0..180 * 7 * 11).map(move |number| {
+    (0..540 * 7 * 21).map(move |number| {
         let part = |count: u32, number: u32| f64::from(number) / f64::from(count);
-        let (sin, cos) = (TAU * part(180, number / 77)).sin_cos();
-        let r = 0.5 * diameter * part(6, number / 11 % 7);
+        let (sin, cos) = (TAU * part(540, number / 147)).sin_cos();
+        let r = 0.5 * diameter * part(6, number / 21 % 7);
         Vector3::new(
             r * cos,
             r * sin,
-            bottom + (top - bottom) * part(10, number % 11),
+            bottom + (top - bottom) * part(20, number % 21),
         )
     })
 }
@@ -248,9 +248,9 @@ fn solid(diameter: f64, bottom: f64, top: f64) -> impl Iterator<Item = Vector3<f
 #[test]
 fn every_point_of_a_cylinder_is_inside_and_a_larger_one_is_not() {
     for case in cases() {
-        let (workspace, name) = (case.workspace(40.0), &case.name);
+        let (workspace, name) = (case.workspace(60.0), &case.name);
         let cylinders = cylinders(&workspace);
-        let size = workspace.grid.spacing * 40.0;
+        let size = workspace.grid.spacing * 60.0;
         assert!(!cylinders.is_empty(), "{name}");
         for cylinder in cylinders[..1]
             .iter()

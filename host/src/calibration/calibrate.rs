@@ -85,10 +85,10 @@ fn explained_otherwise(case: &Case<'_>, mut judged: Judged) -> Result<Judged, Ob
     }
     let beyond = judged.tolerance.filter(|own| own.test.contradicts());
     let unexplained = is_understated(&judged.solution) && judged.causes.found.is_empty();
-    if beyond.is_some() || unexplained {
-        judged.explained = explanation(case);
-    }
-    if !judged.explained.as_ref().is_some_and(|own| own.is_scale) {
+    let looked_for = beyond.is_some() || unexplained;
+    let explained = looked_for.then(|| explanation(case)).flatten();
+    if !explained.as_ref().is_some_and(|own| own.is_scale) {
+        judged.explained = explained.map(|own| own.text);
         return Ok(judged);
     }
     if let (Some(own), Some(tolerance)) = (beyond, &case.robot.tolerance) {

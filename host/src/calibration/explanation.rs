@@ -4,7 +4,6 @@
 
 use super::causes::{CauseKind, Hypothesis, Subject, explained_by};
 use super::judge::{Case, agreeing};
-use super::wrong_rows::each_pose;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
 use crate::fit::{Options, Solution, solve};
@@ -101,8 +100,10 @@ impl Wrong {
             return subject.undone(own, by);
         }
         let mut undone = subject.readings.clone();
-        let gear = undone.rows.iter_mut().filter(|_| *self == Self::Gear);
-        gear.for_each(|row| each_pose(&mut row.value, |joints| joints.map(|q| q * (1.0 + by[0]))));
+        for row in undone.rows.iter_mut().filter(|_| *self == Self::Gear) {
+            row.value
+                .each_pose(|joints| joints.map(|q| q * (1.0 + by[0])));
+        }
         undone
     }
 

@@ -328,7 +328,7 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
         found.push(warning("tolerance_too_small", figures, text));
     }
     if let Some(explained) = &judged.explained {
-        found.push(warning("explained", none.clone(), explained.text.clone()));
+        found.push(warning("explained", none.clone(), explained.clone()));
     }
     if let Some(workspace) = &judged.workspace {
         let (chance, moved) = (workspace.chance_of_harm.unwrap_or(1.0), workspace.judged);

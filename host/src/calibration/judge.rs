@@ -2,7 +2,6 @@
 
 use super::causes::{Causes, causes};
 use super::credibility::{self, NoiseTest, NoiseVerdict, PriorTest, ToleranceTest};
-use super::explanation::Explained;
 use super::known::Known;
 use crate::accuracy::improvement::{Moved, WorkspaceComparison};
 use crate::accuracy::information::prior;
@@ -36,7 +35,7 @@ pub(crate) struct Judged {
     pub(crate) expected: Option<ExpectedError>,
     pub(crate) known: Known,
     /// What explains readings that contradict the tolerance or the noise.
-    pub(crate) explained: Option<Explained>,
+    pub(crate) explained: Option<String>,
     /// Over the rows with x, y and z; `None` if there are none.
     pub(crate) errors: Option<BeforeAfter>,
 }
@@ -252,12 +251,10 @@ pub(super) fn is_understated(solution: &Solution) -> bool {
 /// # Errors
 /// The stated noise is far larger than that.
 fn with_shown(case: &Case<'_>, test: &mut NoiseTest) -> Result<(), Objection> {
-    let Some(stated) = test.stated_mm else {
+    let overstated = test.verdict == NoiseVerdict::Overstated;
+    let Some(stated) = test.stated_mm.filter(|_| overstated) else {
         return Ok(());
     };
-    if test.verdict != NoiseVerdict::Overstated {
-        return Ok(());
-    }
     let mut free = case.robot.clone();
     match test.kind {
         Kind::Position => free.noise = None,

@@ -3,7 +3,7 @@
 use super::judge::{Case, agreeing, is_understated};
 use super::{Finding, warning};
 use crate::accuracy::quantiles::median;
-use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings};
+use crate::files::samples_file::{Kind, Reading, Readings};
 use crate::fit::{Frame, Options, Solution, solve};
 use crate::text::{count, in_lines};
 use delta_cal::Sample;
@@ -76,19 +76,19 @@ const MISTAKES: [(&str, Change); 7] = [
         |row| scaled(row, 1.0, INCH),
     ),
     ("The joint angles have the wrong sign: change it.", |row| {
-        each_pose(row, |joints| joints.map(|q| -q));
+        row.each_pose(|joints| joints.map(|q| -q));
     }),
     (
         "Joint columns 1 and 2 are exchanged: exchange their names.",
-        |row| each_pose(row, |[a, b, c]| [b, a, c]),
+        |row| row.each_pose(|[a, b, c]| [b, a, c]),
     ),
     (
         "Joint columns 2 and 3 are exchanged: exchange their names.",
-        |row| each_pose(row, |[a, b, c]| [a, c, b]),
+        |row| row.each_pose(|[a, b, c]| [a, c, b]),
     ),
     (
         "Joint columns 1 and 3 are exchanged: exchange their names.",
-        |row| each_pose(row, |[a, b, c]| [c, b, a]),
+        |row| row.each_pose(|[a, b, c]| [c, b, a]),
     ),
 ];
 
@@ -97,14 +97,6 @@ fn scaled(row: &mut Reading, heights: f64, distances: f64) {
     row.distance = row
         .distance
         .map(|(from, distance)| (from, distances * distance));
-}
-
-/// Changes the joints of a row, and those of the pose from which its distance starts.
-pub(super) fn each_pose(row: &mut Reading, change: impl Fn([f64; 3]) -> [f64; 3]) {
-    row.joints = change(row.joints);
-    if let Some((ReadingFrom::Pose(joints), _)) = &mut row.distance {
-        *joints = change(*joints);
-    }
 }
 
 /// Wrong rows, or a mistake in all rows, that explain refused readings: a sentence with the remedy.

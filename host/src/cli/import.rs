@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::output::{self, deliver};
-use super::paths::is_stream;
+use super::paths::{in_folder, is_stream};
 use crate::files::length::{Measured, measured};
 use crate::import::{Firmware, Imported, Stated, printed, shrinkage};
 use crate::{InputError, InputText};
@@ -93,13 +93,6 @@ impl StatedArguments {
             .into_iter()
             .find_map(|(name, given)| given.then_some(name))
     }
-}
-
-/// The configuration in a folder; any other path as it is.
-pub(super) fn in_folder(path: &Path) -> PathBuf {
-    let own = ["printer.cfg", "config.g", "Configuration.h"].map(|name| path.join(name));
-    let own = own.into_iter().find(|own| own.is_file());
-    own.unwrap_or_else(|| path.to_owned())
 }
 
 /// Reads a configuration file, or the one in a folder.

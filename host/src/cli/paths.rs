@@ -1,7 +1,6 @@
 //! Paths on the command line: reading them, and finding out which are the same file.
 
 use super::failure::Failure;
-use super::import::in_folder;
 use crate::{ColumnMapping, InputError, InputText};
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{ArgMatches, Args};
@@ -12,6 +11,13 @@ use std::path::{Path, PathBuf};
 /// Whether a robot file has the usual ending, which no printer's configuration has.
 pub(crate) fn is_toml(path: &Path) -> bool {
     path.extension().is_some_and(|own| own == "toml")
+}
+
+/// The printer's configuration in a folder; any other path as it is.
+pub(crate) fn in_folder(path: &Path) -> PathBuf {
+    let own = ["printer.cfg", "config.g", "Configuration.h"].map(|name| path.join(name));
+    let own = own.into_iter().find(|own| own.is_file());
+    own.unwrap_or_else(|| path.to_owned())
 }
 
 /// Whether the path means standard input or output.

@@ -152,6 +152,14 @@ impl Reading {
         }
     }
 
+    /// Changes its joints, and those of the pose from which its distance starts.
+    pub(crate) fn each_pose(&mut self, change: impl Fn([f64; 3]) -> [f64; 3]) {
+        self.joints = change(self.joints);
+        if let Some((ReadingFrom::Pose(joints), _)) = &mut self.distance {
+            *joints = change(*joints);
+        }
+    }
+
     /// x, y, z, height, distance; `None` where nothing was read.
     pub fn read(&self) -> [Option<f64>; READINGS] {
         let [x, y, z] = self.position;

@@ -1,6 +1,5 @@
 //! A solution and its residuals as rows of a regression.
 
-use super::super::wrong_rows::each_pose;
 use super::cause::{At, Cause, CauseKind, Hypothesis, Place};
 use super::regression::Regression;
 use crate::accuracy::quantiles::median;
@@ -186,7 +185,7 @@ impl<'a> Subject<'a> {
                 if hypothesis.kind == CauseKind::Backlash && place.directions[arm] == 0.0 {
                     own.sigma = Some(UNKNOWN);
                 }
-                each_pose(own, |mut joints| {
+                own.each_pose(|mut joints| {
                     let turns = hypothesis.turns(joints[arm], ranges[arm], place.directions[arm]);
                     joints[arm] += turns.iter().zip(by).map(|(own, by)| own * by).sum::<f64>();
                     joints

@@ -53,22 +53,24 @@ impl RobotFile {
             }
         };
         let [one, other, last] = robot.arms();
-        if [(one, other), (other, last), (last, one)]
-            .iter()
-            .any(|(a, b)| a == b)
-        {
-            let cause = "two arms are in the same place";
+        let impossible = if one == other || other == last || last == one {
+            Some([
+                "two arms are in the same place",
+                "give each arm an azimuth of its own",
+            ])
+        } else if reaches_anywhere(&robot, &limits) {
+            None
+        } else {
+            Some([
+                "the geometry is impossible: the forearms do not meet anywhere within the joint limits",
+                "check the lengths (in mm), the arms' azimuths and the [joints]",
+            ])
+        };
+        if let Some([cause, remedy]) = impossible {
             let place = nominal.as_ref().or(arms.first()).map(Section::place);
             return Err(input
                 .fault_at(place.unwrap_or_default(), cause)
-                .with_remedy("give each arm an azimuth of its own"));
-        }
-        if !reaches_anywhere(&robot, &limits) {
-            let cause = "the geometry is impossible: the forearms do not meet anywhere within the joint limits";
-            let place = nominal.as_ref().or(arms.first()).map(Section::place);
-            return Err(input
-                .fault_at(place.unwrap_or_default(), cause)
-                .with_remedy("check the lengths (in mm), the arms' azimuths and the [joints]"));
+                .with_remedy(remedy));
         }
         let platform = file.section("platform", "radius_mm")?;
         let platform_radius = match (&nominal, &platform) {

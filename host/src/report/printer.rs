@@ -345,7 +345,7 @@ fn paste(printer: &Printer) -> String {
         format!(" Bed error then: {height:.2} mm rms (uncertainty {unknown:.2} mm, σ); {chances}.")
     });
     format!(
-        "Paste the lines below. They leave {:.2} mm rms (now {:.2} mm): the firmware has fewer parameters.{after}",
+        "Paste the lines below. They leave a position error of {:.2} mm rms (now {:.2} mm): the firmware has fewer parameters.{after}",
         loss.rms, before.rms
     )
 }

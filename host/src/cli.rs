@@ -40,7 +40,7 @@ Exit codes:
   5  the controller or the link to it failed
   6  the --limit is not met, or not known to be; the output files are written
 
-With exit codes 1, 2 and 3 no output file is written or changed.";
+With exit codes 1 (except plan --samples), 2 and 3 no output file is written or changed.";
 
 const COMPLETIONS: &str = "\
 Examples:

@@ -70,7 +70,7 @@ impl fmt::Display for Limit {
             Self::JointMaximum(_) => write!(formatter, "the joint of {arm} is above its limit"),
             Self::Forearm(_) => write!(
                 formatter,
-                "the forearm of {arm} stands further out of its arm's plane than the ball joints allow"
+                "the forearm of {arm} is further out of its arm's plane than forearm_max_deg allows"
             ),
             Self::Serial(_) => KinematicsError::Singular(arm, Singularity::Serial).fmt(formatter),
             Self::Parallel(_) => {

@@ -50,8 +50,8 @@ pub enum PlanError {
     NoPose,
     /// The robot reaches (almost) no pose in the region.
     #[error(
-        "no usable pose within {region}, or next to none: the robot reaches x {:.0} to {:.0}, y {:.0} to {:.0}, z {:.0} \
-         to {:.0} mm, and not all of that",
+        "too few usable poses within {region}: the robot reaches at most x {:.0} to {:.0}, y {:.0} to {:.0}, z {:.0} to \
+         {:.0} mm",
         reached[0].0, reached[0].1, reached[1].0, reached[1].1, reached[2].0, reached[2].1
     )]
     OutsideWorkspace {

@@ -34,11 +34,11 @@ pub fn significant(value: f64, digits: u8) -> String {
     format!("{value:.decimals$}")
 }
 
-/// A probability in everyday form: "80 %", "0.3 %", "less than 1 in 10 000".
+/// A probability in everyday form: "80 %", "0.3 %", "less than 1 in 10,000".
 pub fn probability(value: f64) -> String {
     let percent = 100.0 * value;
     if value < 1e-4 {
-        "less than 1 in 10 000".to_owned()
+        "less than 1 in 10,000".to_owned()
     } else if percent < 0.1 {
         format!("{percent:.2} %")
     } else if percent < 2.0 {

@@ -115,9 +115,9 @@ pub fn validate(
     };
     if poses < least {
         let found = count(poses, "different pose");
-        let remedy = "measure some 20 poses, spread over the region in which the robot works";
+        let remedy = "Measure about 20 poses, spread over the region in which the robot works.";
         return Err(refused(
-            format!("{found}; at least {least} are needed"),
+            format!("{found}; at least {least} are needed."),
             remedy,
         ));
     }
@@ -131,14 +131,14 @@ pub fn validate(
     if deviation.lies_elsewhere(&robot.robot) {
         // The units, columns or frame are wrong.
         let cause = format!(
-            "half of the measured positions are more than {:.0} mm from those computed with {}",
+            "half of the measured positions are more than {:.0} mm from those computed with {}.",
             deviation.median, robot.name
         );
         let remedy = match frame {
             Frame::Base => {
-                "check units and columns; use --frame sensor if the positions are in a sensor's frame"
+                "Check units and columns; use --frame sensor if the positions are in a sensor frame."
             }
-            Frame::Sensor => "check units and columns",
+            Frame::Sensor => "Check units and columns.",
         };
         return Err(refused(cause, remedy));
     }
@@ -252,20 +252,20 @@ fn warnings(
     let (poses, row_count) = (readings.distinct_poses(), readings.rows.len());
     let warnings = [
         overstated.map(|ratio| format!(
-            "deviations are only {ratio:.2} × the stated [noise]: the noise is stated too large and was not removed"
+            "Deviations are only {ratio:.2} × the stated [noise]: the noise is stated too large and was not removed."
         )),
         robot.noise.is_none().then(|| {
-            "no [noise] stated: every figure includes the instrument's noise, so a robot can pass but not fail".to_owned()
+            "No [noise] stated: every figure includes the instrument's noise, so a robot can pass but not fail.".to_owned()
         }),
         (robot.sensor_frame.is_some() && frame == Frame::Base).then(|| {
-            "[sensor_frame] of the robot file was not used; use --frame sensor if the positions are in that frame".to_owned()
+            "[sensor_frame] of the robot file was not used; use --frame sensor if the positions are in that frame.".to_owned()
         }),
         outlier.map(|line| format!(
-            "line {line}: {:.3} mm off; half of the samples are within {:.3} mm. This may be a wrong row: measure it again",
+            "Line {line}: {:.3} mm off; half of the samples are within {:.3} mm. This may be a wrong row: measure it again.",
             deviation.max, deviation.median
         )),
         (poses < row_count).then(|| format!(
-            "{} at {}: rows of one pose share the robot's error and count as one",
+            "{} at {}: rows of one pose share the robot's error and count as one.",
             count(row_count, "row"),
             count(poses, "different pose")
         )),

@@ -91,7 +91,7 @@ def plan(
     absolute : bool
         Minimise the absolute error, not the relative one.
     order : {"random", "shortest"}
-        ``"shortest"`` is a short way of the joints.
+        ``"shortest"`` is a short path of the joints.
     accuracy : float, optional
         As few measurements as leave this position error, mm rms, in place of ``count``.
 
@@ -154,7 +154,7 @@ def validate(
     limit: float,
     frame: Literal["base", "sensor", "stored"] = "base",
 ) -> Validation:
-    """Whether a robot is where its file says, from poses that its calibration did not use.
+    """Checks a robot file against poses that its calibration did not use.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ def export(
     ----------
     target : str
         ``"klipper"``, ``"reprapfirmware"``, ``"marlin"``, ``"linuxcnc"``, ``"linuxcnc-component"``, ``"correction-table"``, …;
-        a wrong one is answered with all.
+        an unknown name raises an error that lists all.
     nominal : Robot, optional
         The robot before its calibration.
     x : array (n, 3) or frame, optional
@@ -241,7 +241,7 @@ class Imported:
     bed_radius: float | None
     """The radius within which the nozzle is wanted, mm."""
     notes: list[str] = field(compare=False)
-    """What to know of the import."""
+    """Notes of the import."""
 
 
 def import_(
@@ -255,7 +255,7 @@ def import_(
     Parameters
     ----------
     firmware : str, optional
-        Whose it is, where the file does not show it.
+        Needed if the file does not show it.
     rods : float or (float, float, float), optional
         The rods as made, mm, in place of those of the configuration.
     """

@@ -17,7 +17,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 /// A calibrated robot with its uncertainty, residuals and findings.
 ///
-/// In a notebook it shows its report, printed its tables. Two calibrations are equal if robot file, samples and options
+/// A notebook shows its report, `print` its tables. Two calibrations are equal if robot file, samples and options
 /// are; a pickled one is computed again, with the same bits.
 #[pyclass(frozen, eq, hash, module = "delta_cal")]
 pub(crate) struct Calibration {
@@ -138,7 +138,7 @@ pub(crate) fn plain(text: &str) -> String {
 /// Parameters
 /// ----------
 /// robot : Robot
-///     As it is known. A tolerance and the noise make the result better and its uncertainty exact.
+///     The robot before calibration. State tolerance and noise for a better result and a reliable σ.
 /// q : array (n, 3), Samples, or a frame with the columns of a samples file
 ///     Joint angles, radians. Samples and a frame may hold the readings as well.
 /// x : array (n, 3) or frame, optional

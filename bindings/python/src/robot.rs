@@ -335,7 +335,7 @@ impl Robot {
     /// q : array (n, 3) or (3,), or a frame with the columns of a samples file
     ///     Joint angles, radians.
     /// errors : {"nan", "raise"}
-    ///     What becomes of a row without a pose: beyond the reach, at a singularity, more than 1° outside the limits.
+    ///     How to treat a row without a pose: out of reach, at a singularity, more than 1° outside the limits.
     ///
     /// Returns
     /// -------
@@ -362,7 +362,7 @@ impl Robot {
     /// x : array (n, 3) or (3,), or a frame with the columns of a samples file
     ///     Positions of the platform point, mm.
     /// errors : {"nan", "raise"}
-    ///     What becomes of a row that no joint angles within the limits reach.
+    ///     How to treat a row that no joint angles within the limits reach.
     ///
     /// Returns
     /// -------

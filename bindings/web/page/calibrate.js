@@ -7,7 +7,7 @@ import { reportElement } from "./report.js";
 
 /** Options of the command that a message may name, and the fields that they are here. */
 const FIELDS = [
-  ["--frame sensor", "frame", "Positions in the sensor's frame", "sensor"],
+  ["--frame sensor", "frame", "Positions in the sensor frame", "sensor"],
   ["--robust", "robust", "Leave out samples that disagree", true],
   ["--method fkm", "method", "Method FKM", "fkm"],
   ["--rods", "rods", "State the rods' length"],
@@ -126,7 +126,7 @@ export class Calibrate {
     );
     if (fault.file && this.#files.find(fault.file)) {
       actions.unshift(
-        element("button", { type: "button", onclick: () => this.#files.edit(fault.file, fault.line) }, `Mend ${fault.file}`),
+        element("button", { type: "button", onclick: () => this.#files.edit(fault.file, fault.line) }, `Fix ${fault.file}`),
       );
     }
     if (fault.json) actions.push(downloadButton("refusal.json", () => fault.json, "application/json"));

@@ -137,7 +137,7 @@ export class Files {
             this.#button("Save", own, () => download(own.name, this.#engine.files.get(own.name), "text/plain")),
             this.#button("Remove", own, () => this.remove(own.name)),
           ),
-          own.fault && faultBox(own.fault, this.#button("Mend", own, () => this.edit(own.name, own.fault.line))),
+          own.fault && faultBox(own.fault, this.#button("Fix", own, () => this.edit(own.name, own.fault.line))),
         ),
       ),
     );

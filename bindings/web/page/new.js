@@ -21,7 +21,7 @@ const TOLERANCE = [["tolerance", "length_mm", "Tolerance of lengths (σ), mm", 0
 const OF_ROTARY = [["tolerance", "angle_deg", "Tolerance of angles (σ), degrees", 0.2]];
 const OF_LINEAR = [
   ["tolerance", "angle_deg", "Tolerance of a tower's lean (σ), degrees", 0.17],
-  ["tolerance", "scale", "Tolerance of the travel (σ), as a part", 0.001],
+  ["tolerance", "scale", "Tolerance of the travel (σ), as a fraction", 0.001],
   ["tolerance", "zero_mm", "Tolerance of end stops (σ), mm", 5],
 ];
 const NOISE = [
@@ -89,7 +89,7 @@ export class NewRobot {
   /** The robot file. */
   text() {
     const linear = this.#kind() === "linear";
-    const lines = ["# A Delta robot as it was drawn. Lengths in mm, angles in degrees; tolerance and noise are one σ."];
+    const lines = ["# Nominal robot. Lengths in mm, angles in degrees; tolerance and noise are one σ."];
     let section = "";
     const open = (own) => {
       if (own !== section) lines.push("", `[${(section = own)}]`);

@@ -67,7 +67,7 @@ function bedFigure({ radius, step, before, after }) {
     "figure",
     { id: "bed-picture" },
     element("div", { class: "pair" }, ...maps),
-    element("figcaption", {}, "Nozzle above the bed where the controller believes that it touches. ", told),
+    element("figcaption", {}, "Nozzle above the bed where the controller expects contact. ", told),
   );
 }
 

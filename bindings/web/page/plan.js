@@ -89,7 +89,7 @@ export class Plan {
     } catch (error) {
       say(error.message === "stopped" ? "Stopped." : error.message);
     }
-    if (found.length === 0) byId("curve").replaceChildren(faultBox({ message: "no count up to 40 can be planned so" }));
+    if (found.length === 0) byId("curve").replaceChildren(faultBox({ message: "No plan of up to 40 measurements is possible" }));
   }
 
   #drawn(found, absolute) {

@@ -45,7 +45,7 @@ pub(crate) fn run(files: &Folder, request: &Request) -> Result<Planned, Fault> {
     let within = within.map_err(Fault::of_request)?;
     if request.of.frame() == Frame::Sensor && !kinds.positions() {
         return Err(Fault::new(
-            "the sensor's frame is for coordinates, and none are measured",
+            "the sensor frame is for coordinates, and none are measured",
             "choose the robot's frame, or measure coordinates too",
         ));
     }

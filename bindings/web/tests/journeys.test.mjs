@@ -127,7 +127,7 @@ journey("a file at fault is mended in the editor beside its message", async (pag
   const fault = page.locator("[data-name='robot.toml'] .fault");
   await fault.waitFor();
   assert.match(await fault.innerText(), /robot\.toml:7/);
-  await fault.getByRole("button", { name: "Mend robot.toml" }).click();
+  await fault.getByRole("button", { name: "Fix robot.toml" }).click();
   const editor = page.locator("#editor-text");
   const selected = await editor.evaluate((area) => area.value.slice(area.selectionStart, area.selectionEnd));
   assert.equal(selected, "forearm_mm = 48O");

@@ -158,7 +158,7 @@ fn checked(
         let points: Vec<_> = readings.samples().map(|row| row.value.position).collect();
         if let Some(how) = degenerate(points.iter().copied(), arm.lb()) {
             let cause = format!(
-                "{}: the measured points lie {how}, so the sensor's frame is not determined.",
+                "{}: the measured points lie {how}, so the sensor frame is not determined.",
                 readings.name
             );
             let refused = Refused::new(cause, "Measure poses all over the workspace.");

@@ -292,8 +292,8 @@ pub(crate) fn implausible(before: &Robot<f64>, after: &Robot<f64>) -> Option<Str
     };
     (largest.size > IMPLAUSIBLE).then(|| {
         format!(
-            "{} of {} is {} in the robot file, and the fit makes it {}; a difference of more than \
-             {IMPLAUSIBLE}{of} is not credible without a stated [tolerance]",
+            "{} of {} is {} in the robot file, but {} fitted; more than {IMPLAUSIBLE}{of} off is not credible without a \
+             stated [tolerance].",
             largest.parameter,
             largest.arm,
             in_file_units(largest.parameter, largest.before),

@@ -11,7 +11,7 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
 use crate::fit::{Frame, Options};
 use crate::geometry::outside_limits;
-use crate::text::significant;
+use crate::text::{capitalised, significant};
 use delta_cal::Sample;
 use delta_cal::frame::RigidTransform;
 use fault::{Fault, Files};
@@ -106,6 +106,11 @@ impl Diagnosis {
             }
         }
         remedies.join("; or ")
+    }
+
+    /// The same as a sentence.
+    pub(crate) fn advice(&self) -> String {
+        format!("{}.", capitalised(&self.remedy()))
     }
 }
 

@@ -59,12 +59,16 @@ const NUMBERS: [Wrong; 6] = [
 ];
 
 impl Wrong {
+    const fn cause(&self) -> Option<CauseKind> {
+        match self {
+            Self::Cause(own) => Some(own.kind),
+            _ => None,
+        }
+    }
+
     /// Whether the readings may be right in all but their scale.
     fn is_scale(&self) -> bool {
-        match self {
-            Self::Cause(own) => own.kind == CauseKind::Scale,
-            other => *other == Self::Size,
-        }
+        *self == Self::Size || self.cause() == Some(CauseKind::Scale)
     }
 
     /// The robot with the number changed by an angle, or by a fraction of itself.
@@ -144,7 +148,7 @@ impl Wrong {
                 if by < 0.0 { "lower" } else { "higher" }
             ),
             Self::Gear if robot.robot.drive() == Drive::Linear => {
-                format!("the steps of the carriages are off by {percent}")
+                format!("the steps per mm are off by {percent}")
             }
             Self::Gear => format!("the gear ratio is off by {percent}"),
             Self::Radius => format!(
@@ -157,7 +161,7 @@ impl Wrong {
                 length(arm.upper_arm_length())
             ),
             Self::Size => format!(
-                "everything is {:.2} % {}, or the instrument's scale is wrong by that",
+                "all lengths are {:.2} % {}, or the instrument's scale is that far off",
                 100.0 * by.abs(),
                 if by > 0.0 { "larger" } else { "smaller" }
             ),
@@ -169,10 +173,10 @@ impl Wrong {
     }
 
     /// The cheapest measurement that shows it, and what to write if this is the wrong number.
-    fn advice(&self) -> [&'static str; 2] {
+    fn advice(&self, alternatives: &[CauseKind]) -> [&'static str; 2] {
         match self {
             Self::Zero => [
-                "an arm put level, and what its joint reads then",
+                "the joint reading of an arm held level",
                 "Home the robot again, or state zero_deg in [tolerance], how many degrees its joint zeros may be off",
             ],
             Self::Gear => [
@@ -184,17 +188,18 @@ impl Wrong {
                 "If it is that length, correct it in the robot file",
             ],
             Self::Forearm | Self::UpperArm => [
-                "that arm's length with a calliper",
+                "that length on each arm, with a calliper",
                 "If it is that length, correct it in the robot file",
             ],
             Self::Size => [
-                "one known length, as a gauge block",
+                "one known length, such as a gauge block",
                 "Measure one known length",
             ],
-            Self::Cause(own) => [
+            Self::Cause(own) if own.kind.is_of_transmission() => [
                 "a joint against a reference over its whole range",
                 own.kind.remedy(&[]),
             ],
+            Self::Cause(own) => ["", own.kind.remedy(alternatives)],
         }
     }
 }
@@ -259,13 +264,18 @@ pub(crate) fn explanation(case: &Case<'_>) -> Option<Explained> {
     let mut found: Vec<_> = found.collect();
     let best = found.iter().map(|own| own.cost).reduce(f64::min)?;
     found.retain(|own| own.cost < best + CLEARLY);
-    let [check, remedy] = found.first()?.wrong.advice();
-    let remedy = capitalised(remedy);
+    let others = found.iter().skip(1).filter_map(|own| own.wrong.cause());
+    let others: Vec<_> = others.collect();
+    let [check, remedy] = found.first()?.wrong.advice(&others);
+    let mut remedy = capitalised(remedy);
+    if found.len() > 1 && !check.is_empty() {
+        remedy = format!("Cheapest measurement that decides: {check}. {remedy}");
+    }
     let all: Vec<_> = found.iter().map(|own| own.what.as_str()).collect();
     let text = match &all[..] {
         [one] => format!("This explains the readings: {one}. {remedy}."),
         several => format!(
-            "Each of these explains the readings about equally well: {}. The cheapest measurement that decides is {check}. {remedy}.",
+            "Each of these explains the readings about equally well: {}. {remedy}.",
             several.join("; or ")
         ),
     };

@@ -13,7 +13,7 @@ use crate::files::samples_file::{Kind, READINGS, Reading, Readings};
 use crate::fit::Frame;
 use crate::fit::datum::Datum;
 use crate::fit::solution::RowFit;
-use crate::text::{count, in_lines, joint, probability, significant};
+use crate::text::{capitalised, count, in_lines, joint, probability, significant};
 use delta_cal::Parameter;
 use delta_cal::calibration::StartUsed;
 use serde_json::json;
@@ -45,7 +45,7 @@ pub(crate) fn findings(
     diagnosis: Option<&Diagnosis>,
 ) -> Vec<Finding> {
     let mut found = Vec::new();
-    let explained = diagnosis.map(|own| format!("{own}: {}", own.remedy()));
+    let explained = diagnosis.map(|own| format!("{own}. {}", own.advice()));
     found.extend(explained.map(|text| warning("diagnosis", json!({}), text)));
     let shifted = shifted_rows(&judged.solution, case.readings);
     found.extend(shifted.clone());
@@ -60,8 +60,9 @@ pub(crate) fn findings(
     let causes = judged.causes.found.iter();
     for cause in causes.filter(|cause| !stepped || cause.kind != CauseKind::Drift) {
         let text = format!(
-            "{}. The 24-parameter model cannot represent this error, so the parameters are biased. Fix it first: {}.",
-            cause.text, cause.remedy
+            "{}. The model cannot represent this error, so the parameters are biased. {}.",
+            capitalised(&cause.text),
+            capitalised(cause.remedy)
         );
         found.push(warning("cause", json!({ "cause_kind": cause.kind }), text));
     }
@@ -124,7 +125,7 @@ fn of_rows(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
         let sigmas = standardised / judged.widening;
         if sigmas > OUTLIER {
             let text = format!(
-                "line {}: residual {sigmas:.1} σ, much larger than the others. Measure it again.",
+                "Line {}: residual {sigmas:.1} σ, much larger than the others. Measure it again.",
                 row.line
             );
             let figures = json!({ "line": row.line, "sigmas": sigmas });
@@ -146,7 +147,7 @@ fn of_files(case: &Case<'_>, found: &mut Vec<Finding>) {
             all => format!("; nothing was measured at {} of joints", count(all, "row")),
         };
         let text = format!(
-            "{} joined with the joints of {} {by}{unused}.",
+            "{} matched with the joints of {} {by}{unused}.",
             count(readings.rows.len(), "row"),
             joined.joints_file
         );
@@ -161,7 +162,7 @@ fn of_files(case: &Case<'_>, found: &mut Vec<Finding>) {
     if let Ok(Some(datum)) = Datum::of(case.robot, case.options.frame) {
         let (points, rms) = (datum.residuals.len(), datum.rms());
         let text = format!(
-            "The sensor's frame is that of {} of [datum], which fit to {} mm: the result is absolute in the machine's frame.",
+            "The sensor frame is that of {} of [datum], which fit to {} mm: the result is absolute in the machine's frame.",
             count(points, "point"),
             mm(rms)
         );
@@ -318,7 +319,7 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
             )
         });
         let text = format!(
-            "The robot is {:.1} × farther from nominal than the [tolerance] allows ({} of {} combinations, p = {}).{calibrated}",
+            "The robot is {:.1} × farther from nominal than the [tolerance] allows ({} of {} combinations, probability {}).{calibrated}",
             test.ratio,
             test.combinations,
             test.of,
@@ -371,7 +372,7 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
             found.push(warning("few_samples", figures, text));
         }
         if case.options.frame == Frame::Sensor {
-            let text = "No [tolerance] is stated: relative accuracy is measured, the place of the base in the sensor's \
+            let text = "No [tolerance] is stated: relative accuracy is measured, the place of the base in the sensor \
                         frame is not.";
             found.push(warning("no_place", none.clone(), text));
         }
@@ -379,7 +380,7 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
     for (arm, condition) in (1..).zip(solution.conditions) {
         if condition > GOOD_CONDITION && readings.is_complete() && solution.is_absolute() {
             let text = format!(
-                "arm {arm} is poorly determined (condition {condition:.0}). Spread the poses over the whole workspace."
+                "Arm {arm} is poorly determined (condition {condition:.0}). Spread the poses over the whole workspace."
             );
             let figures = json!({ "arm": arm, "condition": condition });
             found.push(warning("condition", figures, text));
@@ -443,7 +444,7 @@ fn by_tolerance(robot: &RobotFile, shares: &[f64; 24]) -> Vec<Finding> {
         let named = named.map(|(symbol, share)| format!("{symbol} ({:.0} %)", 100.0 * share));
         let named: Vec<_> = named.collect();
         let text = format!(
-            "arm {arm}: mostly decided by the tolerance: {}.",
+            "Arm {arm}: mostly decided by the tolerance: {}.",
             named.join(", ")
         );
         let figures = json!({ "arm": arm, "parameters": parameters });

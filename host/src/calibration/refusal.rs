@@ -57,7 +57,7 @@ impl Refused {
     /// What to do next. A diagnosis takes precedence over general advice.
     pub fn remedy(&self) -> String {
         let diagnosis = self.diagnosis.as_ref();
-        diagnosis.map_or_else(|| self.remedy.clone(), Diagnosis::remedy)
+        diagnosis.map_or_else(|| self.remedy.clone(), Diagnosis::advice)
     }
 }
 
@@ -178,7 +178,7 @@ pub(crate) fn explained(
     let joined = readings.joined.iter().find(|own| own.by.is_none());
     if let Some(joined) = joined.filter(|_| objection.may_be_wrong_rows()) {
         remedy = format!(
-            "The rows were joined with those of {} in their order: is it the same? {remedy}",
+            "The rows were matched with those of {} by order: check that both have the same. {remedy}",
             joined.joints_file
         );
     }
@@ -311,7 +311,7 @@ fn undetermined(case: &Case<'_>, refusal: &Refusal) -> (String, String) {
 
 fn name(readings: &Readings, instrument: Instrument) -> String {
     match instrument {
-        Instrument::Frame => "the sensor's frame".to_owned(),
+        Instrument::Frame => "the sensor frame".to_owned(),
         Instrument::Plane(index) => match readings.planes.get(usize::from(index)) {
             Some(name) if readings.planes.len() > 1 => format!("plane {name}"),
             _ => "the plane".to_owned(),

@@ -49,7 +49,7 @@ pub struct Report {
     pub sample_count: usize,
     /// Readings (numbers) in them.
     pub reading_count: usize,
-    /// Samples whose joint angles no other has.
+    /// Number of distinct poses.
     pub distinct_poses: usize,
     /// Parameters with their σ, arm by arm.
     pub arms: Vec<ArmReport>,

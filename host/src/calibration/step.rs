@@ -1,4 +1,4 @@
-//! A step at one row: an encoder that jumped, or a sensor or reflector that was moved.
+//! A step at one row: an encoder that jumped, or a sensor, a reflector or a plate that was moved.
 
 use super::causes::explained_by;
 use super::explanation::loosened;
@@ -32,7 +32,7 @@ pub(super) struct Step {
 
 impl Step {
     /// `sigma`: σ of a coordinate with and without the step, mm.
-    fn new(case: &Case<'_>, found: &Found, sigma: [f64; 2]) -> Self {
+    fn new(case: &Case<'_>, kind: Kind, found: &Found, sigma: [f64; 2]) -> Self {
         let convention = &case.robot.convention;
         let line = case.readings.rows[found.index].line;
         let [with, without] = sigma.map(|own| significant(own, 2));
@@ -46,10 +46,15 @@ impl Step {
             );
             let remedy = "An encoder or a coupling slipped: fix it, home the robot and measure again, or calibrate only the rows before or after.";
             (what, remedy, by)
+        } else if kind == Kind::Height {
+            let off = found.position().norm();
+            let what = format!("From line {line} on, all heights are off by {off:.2} mm");
+            let remedy = "The plate, the probe or the robot's base was moved there: calibrate the rows before and after separately.";
+            (what, remedy, 0.0)
         } else {
             let [x, y, z] = convention.vector(&found.position()).data.0[0];
             let what = format!(
-                "From line {line} on all positions are off by ({x:.2}, {y:.2}, {z:.2}) mm in the robot's axes"
+                "From line {line} on, all positions are off by ({x:.2}, {y:.2}, {z:.2}) mm in the robot's axes"
             );
             let remedy = "The sensor, its reflector or the robot's base was moved there: calibrate the rows before and after separately.";
             (what, remedy, 0.0)
@@ -61,9 +66,8 @@ impl Step {
             "position_mm": convention.vector(&found.position()).data.0[0],
             "sigma_mm": sigma,
         });
-        let text = format!(
-            "{what}: with that the residuals are {with} mm, without {without} mm. {remedy}"
-        );
+        let text =
+            format!("{what}. Residuals: {with} mm with this step, {without} mm without. {remedy}");
         Self {
             is_no_drift: found.joint().is_some() || sigma[0] < NO_DRIFT * sigma[1],
             finding: warning("step", figures, text),
@@ -74,7 +78,9 @@ impl Step {
 /// The step that explains most of the residuals, if it does so clearly.
 pub(super) fn step(case: &Case<'_>) -> Option<Step> {
     let rows = case.readings.rows.len();
-    if !(4 * LEAST_ROWS..=MOST_ROWS).contains(&rows) || !case.readings.holds(Kind::Position) {
+    let mut kinds = [Kind::Position, Kind::Height].into_iter();
+    let kind = kinds.find(|own| case.readings.holds(*own))?;
+    if !(4 * LEAST_ROWS..=MOST_ROWS).contains(&rows) {
         return None;
     }
     let options = Options {
@@ -84,7 +90,13 @@ pub(super) fn step(case: &Case<'_>) -> Option<Step> {
     // Until the step is removed, the readings may contradict what is stated.
     let (_, loose, solution) = loosened(&Case { options, ..*case })?;
     let fit = |readings: &Readings| solve(&loose, readings, &options).ok();
-    let without = sigma(&solution)?;
+    let without = sigma(&solution, kind)?;
+    let count = case
+        .readings
+        .rows
+        .iter()
+        .filter(|row| row.value.kind() == Some(kind));
+    let count = (count.count() * if kind == Kind::Position { 3 } else { 1 }) as f64;
     let tried = candidates(&solution, case.readings)
         .into_iter()
         .flatten()
@@ -94,13 +106,13 @@ pub(super) fn step(case: &Case<'_>) -> Option<Step> {
             for _ in 0..2 {
                 let mended = found.undone(case.readings, &solution);
                 let again = fit(&mended)?;
-                with = sigma(&again)?;
+                with = sigma(&again, kind)?;
                 let more = explained(&again, &mended, found.index).swap_remove(found.group);
                 for (own, more) in found.by.iter_mut().zip(more.map_or(vec![], |(_, by)| by)) {
                     *own += more;
                 }
             }
-            let gain = 3.0 * rows as f64 * (without / with).ln();
+            let gain = count * (without / with).ln();
             let mended = found.undone(case.readings, &solution);
             let agrees = |own: Solution| !is_understated(&own);
             // A single wrong row looks like a step that leaves much.
@@ -109,12 +121,12 @@ pub(super) fn step(case: &Case<'_>) -> Option<Step> {
             (gain > CLEARLY && with < LEFT * without && clear).then_some((with, found))
         });
     let (with, found) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some(Step::new(case, &found, [with, without]))
+    Some(Step::new(case, kind, &found, [with, without]))
 }
 
-fn sigma(solution: &Solution) -> Option<f64> {
+fn sigma(solution: &Solution, kind: Kind) -> Option<f64> {
     let mut noise = solution.noise.iter();
-    let own = noise.find(|own| own.kind == Kind::Position)?;
+    let own = noise.find(|own| own.kind == kind)?;
     Some(if own.stated {
         own.sigma * own.ratio()
     } else {
@@ -162,6 +174,10 @@ impl Found {
                 for (axis, coordinate) in row.value.position.iter_mut().enumerate() {
                     *coordinate = coordinate.map(|value| value - turned[axis]);
                 }
+                row.value.height = row.value.height.map(|(plane, height)| {
+                    let normal = solution.places.planes.get(plane).map(|own| own.normal);
+                    (plane, height - normal.map_or(0.0, |own| own.dot(&off)))
+                });
             }
         }
         mended
@@ -203,7 +219,7 @@ fn explained(
     readings: &Readings,
     index: usize,
 ) -> Vec<Option<(f64, Vec<f64>)>> {
-    let of_position = |row: usize| readings.rows[row].value.kind() == Some(Kind::Position);
+    let of_position = |row: usize| readings.rows[row].value.kind() != Some(Kind::Distance);
     explained_by(solution, readings, &GROUPS.map(<[_]>::to_vec), |row, at| {
         let joints = [0, 1, 2].map(|joint| at.by_joints.column(joint).into_owned());
         let axes = [0, 1, 2].map(|axis| Vector3::ith(axis, f64::from(u8::from(of_position(row)))));

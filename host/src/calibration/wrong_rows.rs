@@ -50,8 +50,8 @@ pub(super) fn shifted_rows(solution: &Solution, readings: &Readings) -> Option<F
     let (belongs_to, which) = ways.find(|(by, _)| nearer(*by))?;
     let line = readings.rows.get(first)?.line;
     let text = format!(
-        "From line {line} each position fits the joints of the row {which} it: rows are shifted by one, as where a row is \
-         missing or written twice. Put that right."
+        "From line {line} each position fits the joints of the row {which} it: rows are shifted by one. Look for a \
+         missing or duplicate row."
     );
     Some(warning(
         "shifted",
@@ -135,7 +135,7 @@ pub(super) fn wrong_rows(case: &Case<'_>) -> Option<String> {
     let single = MOST_WRONG * lines.len() <= all.len() && !is_understated(&solution);
     (single && !lines.is_empty()).then(|| {
         format!(
-            "{} of {} agree, all but {}. --robust calibrates from these alone.",
+            "{} of {} agree, all but {}. --robust leaves out those that do not.",
             all.len() - lines.len(),
             count(all.len(), "sample"),
             in_lines(&lines)

@@ -31,10 +31,10 @@ joined by a common column (name, number, time) or by order.
 
 σ that [noise] does not state is estimated. Without x, y and z a [tolerance] is needed.
 
-A result is refused if the samples do not determine the robot, contradict [noise] or [tolerance], or would make it \
-worse with a chance above 5 %.
+A result is refused if the samples do not determine the robot, contradict [noise] or [tolerance], or may make it \
+worse (chance above 5 %; without a [tolerance] 0.5 %).
 
-A printer's configuration (or its folder) that holds heights stands for both files; SAMPLES.csv may be its console's answers.
+A printer's configuration (or its folder) that holds heights stands for both files; SAMPLES.csv may be its console output.
 
 Examples:
   delta-cal calibrate                             (the built-in example)

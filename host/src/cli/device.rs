@@ -213,8 +213,8 @@ pub(crate) fn run(arguments: &DeviceArguments) -> Result<(), Failure> {
 fn port(arguments: &DeviceArguments) -> Result<Port, Failure> {
     match (&arguments.port, arguments.baud) {
         (None, _) => Err(Failure::usage(
-            "which controller? --port is missing",
-            "--port /dev/ttyACM0 or --port tcp:HOST:PORT",
+            "--port is missing",
+            "write for example --port /dev/ttyACM0 or --port tcp:HOST:PORT",
         )),
         (Some(port @ Port::Tcp(_)), Some(_)) => Err(Failure::usage(
             format!("--baud has no meaning with --port {port}"),

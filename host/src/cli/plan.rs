@@ -66,7 +66,7 @@ pub(crate) struct PlanArguments {
     /// Minimise the absolute error, not the relative one
     #[arg(long)]
     absolute: bool,
-    /// random, or shortest: the shortest way of the joints
+    /// random, or shortest: the shortest path of the joints
     #[arg(long, value_enum, hide_possible_values = true, default_value_t = Order::Random)]
     order: Order,
     /// Write the measurements to this file; - is standard output
@@ -147,8 +147,8 @@ fn printer(arguments: &PlanArguments, text: &InputText) -> Result<(), Failure> {
     let touches = places.iter().map(|place| firmware.touch(*place));
     let commands = "G28\n".to_owned() + &touches.collect::<String>();
     let said = format!(
-        "{} touches of the bed within {:.0} mm of the centre, in machine coordinates.\nRun the commands, save what the \
-         console answers, and run delta-cal calibrate {} console.txt\n",
+        "{} touches of the bed within {:.0} mm of the centre, in machine coordinates.\nRun the commands, save the \
+         console output, and run delta-cal calibrate {} console.txt\n",
         places.len(),
         radius,
         text.name()

@@ -15,7 +15,7 @@ use std::time::Instant;
 const MOST: u64 = 1_000_000_000;
 
 pub(crate) const HELP: &str = "\
-A campaign is a range of robots: give each machine its own range, and summarize all files. The rows \
+A campaign is a range of robots: give each machine its own range, and summarise all files. The rows \
 are the same to the bit for any number of threads and in any ranges.
 
 The paper is T. Bentaleb, J. Iqbal, \"On the improvement of calibration accuracy of parallel robots \
@@ -40,7 +40,7 @@ pub(crate) struct SimulateArguments {
     /// Write one row for each robot and case; with --paper one for each case
     #[arg(long, value_name = "ROWS.csv")]
     output: Option<PathBuf>,
-    /// Summarize the rows of these files, which earlier runs have written
+    /// Summarise the rows of these files, which earlier runs have written
     #[arg(long, value_name = "ROWS.csv", num_args = 1.., conflicts_with_all = ["campaign", "robots", "paper", "output"])]
     summary: Vec<PathBuf>,
     /// Run the simulations of the paper, and print its figures beside those found

@@ -184,23 +184,23 @@ pub enum DeviceError {
     Sample(u32, SampleError),
     /// The controller lost this many sessions: it keeps restarting, or another program is calibrating it.
     #[error(
-        "the controller lost the calibration {0} times: it restarts, or another program calibrates it"
+        "the controller lost the calibration {0} times: it keeps restarting, or another program is calibrating it"
     )]
     SessionsLost(u32),
     /// The solve does not finish.
-    #[error("the controller does not finish solving")]
+    #[error("the controller did not finish solving")]
     SolveHangs,
     /// The results of the three arms are not those that the controller announced.
-    #[error("the controller's result is not the one that it announced")]
+    #[error("the controller's result differs from the one that it announced")]
     OutcomeChanged,
     /// A change of parameters was requested; whether the controller uses them is unknown.
     #[error("{0}; the controller may use the new parameters")]
     Unconfirmed(#[source] Box<Self>),
     /// The parameters were applied, but the controller does not use them.
-    #[error("the controller stored the new parameters and does not use them")]
+    #[error("the controller stored the new parameters but does not use them")]
     NotInUse,
     /// The controller's parameters are not a robot's geometry.
-    #[error("these parameters are not a robot's")]
+    #[error("these parameters do not describe a robot")]
     ImpossibleGeometry,
 }
 
@@ -231,7 +231,7 @@ impl DeviceError {
                 "use the delta-cal that belongs to the controller's firmware"
             }
             Self::SessionsLost(_) => {
-                "check its supply, and that nobody else talks to it; its parameters are unchanged"
+                "check its power supply, and that no other program uses it; its parameters are unchanged"
             }
             Self::Fault(Fault::Store) => {
                 "its parameters are unchanged; its flash may be worn or full"

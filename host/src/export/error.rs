@@ -25,7 +25,7 @@ pub enum ExportError {
     Unreached,
     /// No correction table of acceptable size meets the limit.
     #[error(
-        "no correction table of up to 200 000 nodes keeps the error below {limit} mm; the finest has {worst:.4} mm"
+        "no correction table of up to 200,000 nodes keeps the error below {limit} mm; the finest has {worst:.4} mm"
     )]
     LimitNotMet {
         /// The limit, mm.

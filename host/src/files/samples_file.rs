@@ -467,14 +467,14 @@ impl Readings {
             (None, None) => return Ok(None),
             (Some(from), Some(distance)) if distance > 0.0 => return Ok(Some((from, distance))),
             (Some(_), None) => (
-                "the row says where a distance begins and contains no distance".to_owned(),
+                "the row states a start but no distance".to_owned(),
                 "fill in distance_mm, or leave the cells of point and to_q1_deg… empty",
             ),
             (_, Some(distance)) if !(distance > 0.0) => (
                 format!("a distance of {distance} mm is not above 0"),
                 "check the number; a distance that was not measured has an empty cell",
             ),
-            _ => ("the distance begins nowhere".to_owned(), STARTS),
+            _ => ("the distance has no start".to_owned(), STARTS),
         };
         Err(row.fault_of(Quantity::Distance, cause).with_remedy(remedy))
     }

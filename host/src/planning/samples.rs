@@ -195,7 +195,7 @@ fn verdict(
         return "These rows determine every parameter.".to_owned();
     }
     if known.relative_positions() {
-        return "These rows determine all that relative positions depend on better than the tolerance does."
+        return "These rows determine relative positions better than the tolerance does."
             .to_owned();
     }
     let scale = if known.scale {
@@ -204,8 +204,7 @@ fn verdict(
         ", and not the scale of the robot"
     };
     format!(
-        "These rows determine {} of the {} parameter combinations that relative positions depend on better than the \
-         tolerance does{scale}.",
+        "These rows improve {} of the {} parameter combinations of relative positions{scale}.",
         known.combinations.min(known.of),
         known.of
     )

@@ -47,7 +47,7 @@ pub(super) fn notes(
         if off.abs() > PROBE_OFF {
             let word = if off < 0.0 { "large" } else { "small" };
             notes.push(format!(
-                "The probe's z_offset is {:.2} mm too {word}, as heights by hand show; the lines follow these.",
+                "The probe's z_offset is {:.2} mm too {word} compared with heights by hand, which the lines use.",
                 off.abs()
             ));
         }
@@ -109,7 +109,7 @@ pub(crate) fn alike(imported: &Imported) -> Option<String> {
     let home = turned(degrees)?.forward(&imported.home).ok()?.z - mean;
     let [arm, ..] = configured.arms();
     Some(format!(
-        "If all end stops are off alike, they are off by {:.1}°: position_endstop {home:.1}, shoulder_height {:.1}.",
+        "If all end stops are off by the same angle, it is {:.1}°: position_endstop {home:.1}, shoulder_height {:.1}.",
         degrees.abs(),
         arm.d().z - mean
     ))
@@ -145,15 +145,15 @@ pub(crate) fn common_scale(imported: &Imported) -> Option<String> {
         |[rods, radius]| format!("rods of {rods:.1} mm with a radius of {radius:.1} mm"),
     );
     let (word, shrink) = if mean < 1.0 {
-        let shrink = format!(", or prints that shrink by {percent:.1} % (--shrinkage)");
+        let shrink = format!("; prints that shrink by {percent:.1} % (--shrinkage)");
         ("short", shrink)
     } else {
         ("long", String::new())
     };
     Some(format!(
-        "All {} distances are {percent:.1} % (±{:.2} %) too {word}: a common scale. It is {lengths}, a belt or steps per mm \
-         that are {percent:.1} % off{shrink}. Measure the rods between their joints with a calliper and state them, as \
-         --rods 345±0.1mm.",
+        "All {} distances are {percent:.1} % (±{:.2} %) too {word}: a common scale. Possible causes: {lengths}; a belt or steps \
+         per mm {percent:.1} % off{shrink}. Measure the rods between their joints with a calliper and state them: --rods \
+         345±0.1mm.",
         parts.len(),
         100.0 * scatter / count.sqrt(),
     ))

@@ -76,7 +76,7 @@ fn places(plan: &Plan) -> Vec<String> {
         let blocks: Vec<_> = plane.blocks.iter().map(|block| rounded(*block)).collect();
         if !at.is_empty() {
             sentences.push(format!(
-                "Put {name} at z = {} mm, to a centimetre; it is touched at x {} and y {} mm, on blocks of {} mm.",
+                "Put {name} at z = {} mm (± 1 cm); touches: x {} and y {} mm, on blocks of {} mm.",
                 rounded(*height),
                 range(0),
                 range(1),
@@ -91,7 +91,7 @@ fn places(plan: &Plan) -> Vec<String> {
             format!("{name} at ({x}, {y}, {z}), {}", lengths(own.lengths))
         });
         let each = each.collect::<Vec<_>>().join("; ");
-        sentences.push(format!("Put the points, to a centimetre or two: {each}."));
+        sentences.push(format!("Place the points within 2 cm of: {each}."));
     }
     let mut kinds = plan.measurements.iter().map(|own| own.kind);
     if kinds.any(|kind| kind == Kind::Distance) {

@@ -51,9 +51,8 @@ impl PrinterReport {
             && let Some((names, left)) = contradicting(imported, &calibration.solution)
         {
             let names = list(&names);
-            let cause = format!(
-                "The readings scatter {worst:.1} × as much as usual, but {left:.1} × without {names}."
-            );
+            let cause =
+                format!("Residuals are {worst:.1} × the usual, but {left:.1} × without {names}.");
             let remedy = format!(
                 "Measure {names} again. With 16 or more readings, --robust leaves out those that disagree."
             );
@@ -71,7 +70,7 @@ impl PrinterReport {
             let named = Printer::worst(imported, &calibration.solution);
             let remedy = common_scale(imported).unwrap_or_else(|| {
                 format!(
-                    "Check {first} and that nothing is loose. If that is right, measure {} again.",
+                    "Check {first} and that nothing is loose. If all is right, measure {} again.",
                     named.as_deref().unwrap_or("everything")
                 )
             });

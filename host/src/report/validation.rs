@@ -71,7 +71,7 @@ fn headline(found: &Validation) -> String {
     let rows = count(found.rows.len(), "row");
     let frame = match found.frame {
         Frame::Base => "",
-        Frame::Sensor => ", in the sensor's frame: the rigid motion that fits best is removed",
+        Frame::Sensor => ", in the sensor frame: the rigid motion that fits best is removed",
     };
     format!(
         "{} against {rows} of {}{frame}",

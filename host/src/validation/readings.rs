@@ -90,8 +90,7 @@ fn of_positions(robot: &RobotFile, readings: &Readings, frame: Frame) -> Result<
     let [arm, ..] = robot.robot.arms();
     let points = samples.iter().map(|row| row.value.position);
     if let Some(how) = degenerate(points.clone(), arm.lb()) {
-        let cause =
-            format!("the measured points lie {how}, so the sensor's frame is not determined");
+        let cause = format!("the measured points lie {how}, so the sensor frame is not determined");
         return Err(unknown_frame(readings, &cause));
     }
     let pairs = samples.iter().filter_map(|row| {
@@ -148,7 +147,7 @@ fn of_instruments(
 }
 
 fn unknown_frame(readings: &Readings, cause: &str) -> Refused {
-    let remedy = "measure more poses, spread over the whole workspace";
+    let remedy = "Measure more poses, spread over the whole workspace.";
     Refused::new(format!("{}: {cause}", readings.name), remedy)
 }
 

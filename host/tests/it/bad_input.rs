@@ -33,7 +33,7 @@ const SAMPLES: &str = r#"
     all ⇒ q1_deg;q2_deg;q3_deg;x_mm;y_mm;z_mm\n1;2;3;4;5;6;7\n ⇒ samples.csv:2: column z_mm: the row has 7 fields
     x_mm ⇒ X ⇒ samples.csv:1: column X: its unit is not stated | --columns x_mm=X
     all ⇒ Q1;Q2;Q3;x [mm];y [mm];z [mm]\n0,1;0,2;-0,3;1;2;-300\n ⇒ samples.csv:1: column Q1: its unit is not stated
-    all ⇒ HEADER,\n1,2,3,4,5,6,\n1,2,3,4,5,6,7\n ⇒ samples.csv:3: "7" stands in column 7, which has no name
+    all ⇒ HEADER,\n1,2,3,4,5,6,\n1,2,3,4,5,6,7\n ⇒ samples.csv:3: "7" is in column 7, which has no name
     9 ⇒ 1 ⇒ samples.csv:9: column q2_deg: the row has 1 field and the header 6
     21 ⇒ 1,2,3,4,5,6,7 ⇒ samples.csv:21: column z_mm: the row has 7 fields and the header 6
     4 ⇒ 1,2,3,4,5,"6 ⇒ samples.csv:4: this line opens a quote " and does not close it
@@ -100,7 +100,7 @@ const SETS: &str = "
     tolerant.toml longer.csv ⇒ 1 ⇒ longer.csv: Residuals ( | state a larger [tolerance]
     stated.toml gap.csv ⇒ 3 ⇒ gap.csv:6: column z_mm: the cell is blank in 1 of 20 rows
     stated.toml copies.csv ⇒ 3 ⇒ equal to the last digit
-    stated.toml two.csv --frame sensor ⇒ 1 ⇒ do not determine where the sensor's frame is
+    stated.toml two.csv --frame sensor ⇒ 1 ⇒ do not determine where the sensor frame is
     stated.toml spot.csv --frame sensor ⇒ 1 ⇒ in one spot
     stated.toml two.csv --robust ⇒ 1 ⇒ too few
     stated.toml good.csv --frame sensor --method joint ⇒ 3 ⇒ --method fkm

@@ -183,6 +183,26 @@ fn a_scale_of_distances_alone_is_named() {
     }
 }
 
+#[test]
+fn a_plate_that_moved_is_named_with_its_line() {
+    let (_, nominal) = geometries()[0];
+    let robot = file_of(&nominal, [-60.0, 90.0].map(f64::to_radians), true);
+    let mut named = 0;
+    for (seed, by) in [0.2, -0.2, 0.5, -0.5, 2.0, -2.0].into_iter().enumerate() {
+        let (_, mut readings) = measured(&robot, Instrument::Plate, 40, seed as u64);
+        for row in readings.rows.iter_mut().skip(15 + seed) {
+            row.value.height = row.value.height.map(|(plane, own)| (plane, own + by));
+        }
+        let said = match calibrate(&robot, &readings, &Options::default()) {
+            Ok(report) => report.warnings.join(" "),
+            Err(error) => error.remedy().unwrap_or_default(),
+        };
+        let line = format!("From line {} on, all heights", 17 + seed);
+        named += usize::from(said.contains(&line));
+    }
+    assert!(named >= 5, "{named} of 6");
+}
+
 /// The file's forearms are 1.2 % too long: the robot can have such forearms, so they are named and no scale error is.
 #[test]
 fn a_wrong_length_of_the_file_is_named_and_no_cause() {

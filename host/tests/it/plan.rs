@@ -194,8 +194,8 @@ fn an_accuracy_is_reached_by_as_many_as_stated_and_not_by_fewer() {
 }
 
 const REGIONS: &str = "
-    r=500,z=-710..-705 ⇒ 2 ⇒ or next to none
-    x=900..950,y=0..10,z=-400..-300 ⇒ 2 ⇒ the robot reaches x
+    r=500,z=-710..-705 ⇒ 2 ⇒ too few usable poses
+    x=900..950,y=0..10,z=-400..-300 ⇒ 2 ⇒ the robot reaches at most x
     z=-500..-400 ⇒ 2 ⇒ x and y
     r=10 ⇒ 2 ⇒ has r and z
     r=-10,z=-500..-400 ⇒ 2 ⇒ greater than 0

@@ -268,7 +268,7 @@ fn what_cannot_be_validated_is_refused_with_place_cause_and_remedy() {
     let far = csv(&shifted(12, [0.0; 3])) + "-55,-55,80,0,0,-300\n";
     folder.write("far.csv", far);
     let table = "
-        robot.toml check.csv ⇒ 1 ⇒ 7 different poses | at least 8 | measure some 20
+        robot.toml check.csv ⇒ 1 ⇒ 7 different poses | at least 8 | Measure about 20
         heights.toml heights.csv ⇒ 1 ⇒ 2 different poses | at least 8
         robot.toml metres.csv ⇒ 1 ⇒ half of the measured positions | metres
         short.toml far.csv ⇒ 3 ⇒ far.csv: | does not reach

@@ -54,7 +54,7 @@ impl CauseKind {
     }
 
     /// Whether it can be calibrated as a transmission.
-    const fn is_of_transmission(self) -> bool {
+    pub(crate) const fn is_of_transmission(self) -> bool {
         matches!(
             self,
             Self::GearRatio | Self::Eccentricity | Self::SecondHarmonic
@@ -351,19 +351,19 @@ fn words(
     let what = match hypothesis.kind {
         CauseKind::GearRatio => format!(
             "the joint turns {farther} than it reports, in proportion to the angle, by {size} ± {of_sigma} \
-             of it, as with a wrong gear ratio"
+             of it: a wrong gear ratio"
         ),
         CauseKind::Eccentricity => format!(
             "the joint has an error that repeats once a turn, with an amplitude of \
-             {size}° ± {of_sigma}°, as with an eccentric gear or encoder"
+             {size}° ± {of_sigma}°; an eccentric gear or encoder"
         ),
         CauseKind::SecondHarmonic => format!(
             "the joint has an error that repeats twice a turn, with an amplitude of \
-             {size}° ± {of_sigma}°, as with a misaligned coupling or a distorted encoder disc"
+             {size}° ± {of_sigma}°; a misaligned coupling or a distorted encoder disc"
         ),
         CauseKind::UnevenTravel => format!(
             "at the ends of its measured range the carriage is {farther} along its tower than in the middle, by \
-             {size} ± {of_sigma} mm, as with a bent tower or an uneven belt or screw"
+             {size} ± {of_sigma} mm; a bent tower or an uneven belt or screw"
         ),
         CauseKind::Backlash => {
             let (joint, unit, of) = match drive {
@@ -372,23 +372,23 @@ fn words(
             };
             format!(
                 "the {joint}'s error changes with the direction of its last move, by \
-                 ±{size}{unit} ± {of_sigma}{unit}, as with {of}, if the rows are in \
+                 ±{size}{unit} (σ {of_sigma}{unit}): {of}, if the rows are in \
                  the order in which they were measured"
             )
         }
         CauseKind::Sag => format!(
             "the platform is {} with its distance from the robot's axis, by {size} ± {of_sigma} mm \
-             at the largest distance, as with arms or a frame that bend under the load",
+             at the largest distance; arms or a frame that bend under the load",
             if signed > 0.0 { "lower" } else { "higher" }
         ),
         CauseKind::Drift => format!(
             "the measured positions drift by {size} ± {of_sigma} mm from the first row to the \
-             last (x {:+.3}, y {:+.3}, z {:+.3} mm), as with a sensor that moves or a robot that warms up, if the rows \
+             last (x {:+.3}, y {:+.3}, z {:+.3} mm); a sensor that moves or a robot that warms up, if the rows \
              are in the order in which they were measured",
             drifted.x, drifted.y, drifted.z
         ),
         CauseKind::Scale => format!(
-            "all measured lengths are {} ± {} % {} than the robot makes them, as with a sheet printed at \
+            "all measured lengths are {} ± {} % {} than the robot makes them; a sheet printed at \
              another size or an instrument of another scale",
             significant(100.0 * signed.abs(), 2),
             significant(100.0 * sigma, 1),

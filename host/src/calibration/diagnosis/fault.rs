@@ -236,9 +236,9 @@ impl Files<'_> {
         let shifted = shifted.map(|(rows_below, stands, write)| Fault {
             rows_below,
             ..fault([
-                format!("each position stands one row {stands} the joints that it belongs to"),
+                format!("each position is one row {stands} its joints"),
                 format!(
-                    "write each position of {} one row {write}, and delete what then stands alone",
+                    "write each position of {} one row {write}, and delete the incomplete rows",
                     self.readings.name
                 ),
             ])
@@ -295,14 +295,14 @@ impl Files<'_> {
                 first + 1,
                 second + 1,
                 if clockwise {
-                    ", as where the arms are numbered clockwise seen from above"
+                    ", as if the arms were numbered clockwise seen from above"
                 } else {
                     ""
                 }
             )
         } else {
             format!(
-                "the joint columns are exchanged in turn (joints 1, 2, 3 are in {}), or the frame is turned by 120° \
+                "the joint columns are permuted (joints 1, 2, 3 are in {}), or the frame is rotated by 120° \
                  about z",
                 list(&order.map(column))
             )
@@ -355,7 +355,7 @@ impl Files<'_> {
             ("degrees", "radians", "q1_deg,q2_deg,q3_deg")
         };
         let header = if self.readings.in_degrees == radians {
-            format!(", and the header says {says}")
+            format!(", but the header says {says}")
         } else {
             String::new()
         };
@@ -366,7 +366,7 @@ impl Files<'_> {
         };
         let joints = self.joints(columns);
         [
-            format!("the joint angles in {joints} are {are}{header}"),
+            format!("the joint angles in {joints} are in {are}{header}"),
             remedy,
         ]
     }
@@ -376,7 +376,7 @@ impl Files<'_> {
         let samples = &self.readings.name;
         if frame == Frame::Sensor {
             return [
-                "the sensor's frame is mirrored (left-handed), as if a coordinate had the wrong sign or two were \
+                "the sensor frame is mirrored (left-handed), as if a coordinate had the wrong sign or two were \
                  exchanged, if the arms are numbered counter-clockwise"
                     .to_owned(),
                 format!("export {samples} in a right-handed frame"),
@@ -386,7 +386,7 @@ impl Files<'_> {
         let hand = if mirrored {
             "the frame is mirrored (left-handed)"
         } else {
-            "the frame is turned"
+            "the frame is rotated"
         };
         let of_sign = |wrong: bool| -> Vec<String> {
             let named = COORDINATES.iter().zip(signs);
@@ -400,7 +400,7 @@ impl Files<'_> {
         });
         let signed = signed.collect::<Vec<_>>().join(", ");
         let cause = if order != UNCHANGED {
-            format!("the robot's x, y, z are {signed} of the positions, so {hand}")
+            format!("the robot's x, y, z are the file's {signed}, so {hand}")
         } else if mirrored {
             let has = if right.len() == 2 { "has" } else { "have" };
             format!("{wrong} {has} the wrong sign, so {hand}")
@@ -408,7 +408,7 @@ impl Files<'_> {
             let about = list(&right);
             let how = if about == "z" { "" } else { ", upside down" };
             format!(
-                "{wrong} have the wrong sign, so the frame is turned by half a turn about {about}{how}"
+                "{wrong} have the wrong sign, so the frame is rotated by 180° about {about}{how}"
             )
         };
         let remedy = format!(
@@ -426,14 +426,14 @@ impl Files<'_> {
                 _ => format!("convert the positions of {samples} to millimetres"),
             };
             let cause = format!(
-                "the positions are {name}, and the header says {}",
+                "the positions are in {name}, but the header says {}",
                 unit.says
             );
             [cause, remedy]
         });
         let lengths = unit.robot.map(|name| {
             [
-                format!("the lengths in {robot} are {name} and not millimetres"),
+                format!("the lengths in {robot} are in {name}, not millimetres"),
                 format!("convert the lengths in {robot} to millimetres"),
             ]
         });
@@ -466,7 +466,7 @@ impl Files<'_> {
     fn limits(&self) -> [String; 2] {
         let robot = &self.robot.name;
         [
-            format!("[joints] of {robot} has the other sign"),
+            format!("the limits in [joints] of {robot} have the wrong sign"),
             format!(
                 "change the signs of min_deg and max_deg in {robot} (0 is level, a positive angle swings the arm \
                  towards the platform)"

@@ -251,7 +251,7 @@ fn table_instead(input: &InputText) -> Option<InputError> {
         lines.find(|(_, line)| !(line.trim().is_empty() || line.starts_with('#')))?;
     let is_table = !first.contains(['=', '[']) && first.contains([',', ';', '\t']);
     is_table.then(|| {
-        let cause = "this looks like a table of samples, and a robot file is needed here";
+        let cause = "this looks like a table of samples, but a robot file is needed here";
         InputError::new(input.name(), cause)
             .at_line(line)
             .with_remedy("give the robot file first and the table after it; delta-cal init writes a robot file")

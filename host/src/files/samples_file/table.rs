@@ -123,7 +123,7 @@ impl<'a> Table<'a> {
             return Ok(());
         }
         let cause = format!(
-            "this is a Motive export: its columns stand in line {}, and it has no joint angles",
+            "this is a Motive export: its header is line {}, and it has no joint angles",
             self.line
         );
         Err(self.fault(cause).with_remedy(
@@ -174,7 +174,7 @@ impl<'a> Table<'a> {
             }
             _ if self.others => return Ok(None),
             _ if name.starts_with('[') => (
-                "this looks like a robot file, and a table of samples is needed here",
+                "this looks like a robot file, but a table of samples is needed here",
                 "give the robot file first and the table after it",
             ),
             _ => (
@@ -413,7 +413,7 @@ impl<'a> Table<'a> {
         };
         if place < expected {
             let number = place + 1;
-            let cause = format!("\"{field}\" stands in column {number}, which has no name");
+            let cause = format!("\"{field}\" is in column {number}, which has no name");
             return Err(fault(cause).with_remedy(KNOWN));
         }
         let remedy = if self.separator == ',' && found == 2 * expected {
@@ -669,8 +669,7 @@ fn thousands(field: &str) -> bool {
 fn possible(field: &str, value: Option<f64>) -> Result<f64, Fault> {
     let (cause, remedy) = match value {
         None => (
-            "the joint is in counts, and the robot file does not say how many a degree has"
-                .to_owned(),
+            "the joint is in counts, and the robot file states no counts_per_deg".to_owned(),
             "state counts_per_deg in [convention]",
         ),
         Some(value) if !value.is_finite() => (

@@ -52,7 +52,7 @@ fn stated(report: &Report) -> String {
     });
     let frame = match report.frame {
         Frame::Base => "",
-        Frame::Sensor => " The sensor's frame was found with the parameters.",
+        Frame::Sensor => " The sensor frame was found with the parameters.",
     };
     let convention = report.convention.as_ref();
     let convention = convention.map_or_else(String::new, |own| format!(" Convention: {own}."));

@@ -33,7 +33,7 @@ fn or_blank(value: Option<impl ToString>) -> String {
 pub(super) fn how(report: &Report) -> String {
     let frame = match report.frame {
         Frame::Base => "",
-        Frame::Sensor => " in the sensor's frame",
+        Frame::Sensor => " in the sensor frame",
     };
     let loss = report
         .loss
@@ -109,7 +109,7 @@ pub(super) fn parameters(report: &Report) -> Section {
     let mut section = Section::new("Parameters").table(table);
     if report.before.tolerance.is_some() {
         section = section.note(
-            "By tolerance: the part of a parameter that the [tolerance] decided, not the samples.",
+            "By tolerance: the share of a parameter that comes from the [tolerance], not the samples.",
         );
     }
     // Where a tolerance holds the robot's place, more readings make it worse.
@@ -251,7 +251,7 @@ pub(super) fn causes(report: &Report) -> Option<Section> {
         .column("p", |cause| probability(cause.p))
         .table();
     Some(section.table(table).text(format!(
-        "They put the calibrated robot off by {} mm rms over the workspace.",
+        "They add {} mm rms to the calibrated positions over the workspace.",
         significant(report.causes.position_error, 2)
     )))
 }

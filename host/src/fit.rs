@@ -65,6 +65,9 @@ pub struct Options {
     pub robust: bool,
     /// The frame of the coordinates.
     pub frame: Frame,
+    /// A printer's heights, from which its firmware was calibrated too: they test the bed alone, so that a chance of harm
+    /// elsewhere is not judged.
+    pub of_printer: bool,
 }
 
 impl Options {

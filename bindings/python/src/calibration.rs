@@ -50,6 +50,7 @@ impl Asked {
             },
             robust: self.robust,
             frame: frame_of(&self.frame)?,
+            of_printer: false,
         })
     }
 

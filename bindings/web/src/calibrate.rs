@@ -7,7 +7,7 @@ use crate::picture::Pictured;
 use delta_cal::robot::Drive;
 use delta_cal_host::report::calibration::comment;
 use delta_cal_host::report::printer::PrinterReport;
-use delta_cal_host::{CalibrateError, calibrate};
+use delta_cal_host::{CalibrateError, Options, calibrate};
 use serde::Serialize;
 
 /// What the command writes.
@@ -43,7 +43,11 @@ pub(crate) fn run(files: &Folder, request: &Request) -> Result<(Calibrated, Pict
         document,
         printer,
     } = request.inputs(files)?;
-    let mut report = calibrate(&robot, &readings, &request.options()).map_err(refused)?;
+    let options = Options {
+        of_printer: printer.is_some(),
+        ..request.options()
+    };
+    let mut report = calibrate(&robot, &readings, &options).map_err(refused)?;
     report.document = Some(document);
     if let Some(limit) = request.limit {
         report = report.with_limit(limit);

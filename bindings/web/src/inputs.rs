@@ -55,6 +55,7 @@ impl Request {
             method: self.method,
             robust: self.robust,
             frame: self.frame(),
+            of_printer: false,
         }
     }
 

@@ -263,7 +263,8 @@ pub(crate) fn explanation(case: &Case<'_>) -> Option<Explained> {
     });
     let mut found: Vec<_> = found.collect();
     let best = found.iter().map(|own| own.cost).reduce(f64::min)?;
-    found.retain(|own| own.cost < best + CLEARLY);
+    let as_they_are = agreeing(case).map_or(f64::INFINITY, |own| cost(&own));
+    found.retain(|own| own.cost < (best + CLEARLY).min(as_they_are - CLEARLY));
     let others = found.iter().skip(1).filter_map(|own| own.wrong.cause());
     let others: Vec<_> = others.collect();
     let [check, remedy] = found.first()?.wrong.advice(&others);

@@ -11,7 +11,6 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
 use crate::fit::solution::{Places, WITH_TRANSMISSIONS};
 use crate::fit::{Options, Solution, Unsolved, solve};
-use delta_cal::robot::Drive;
 use delta_cal::{Refusal, Robot, Sample, Tolerance};
 use nalgebra::Vector3;
 
@@ -172,8 +171,7 @@ fn judge(case: &Case<'_>) -> Result<Judged, Objection> {
     let before = &case.before.robot;
     let mut workspace = WorkspaceComparison::of(before, &solution, tolerance, &poses.inside);
     if let Some(own) = &mut workspace {
-        // A printer's firmware was calibrated from the same heights: they cannot test anything but the bed.
-        if before.drive() == Drive::Linear && !case.readings.holds(Kind::Position) {
+        if case.options.of_printer {
             own.chance_of_harm = None;
         } else if own.is_harmful(tolerance.is_some()) {
             let chance = own.chance_of_harm.unwrap_or(1.0);

@@ -102,12 +102,14 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
             error.into()
         }
     };
-    let options = Options {
+    let mut options = Options {
         method: arguments.method,
         robust: arguments.robust,
         frame: arguments.frame,
+        of_printer: false,
     };
     let (robot, readings, [file, samples], printer) = inputs(arguments, &options)?;
+    options.of_printer = printer.is_some();
     let waiting = Progress::spinner(format!("calibrating from {} rows", readings.rows.len()));
     let calibrated = calibrate(&robot, &readings, &options);
     let mut report = calibrated.map_err(|error| refused(explained(error, printer.as_ref())))?;

@@ -97,7 +97,7 @@ fn promised(instrument: Instrument, method: Option<Method>, noise: bool, rows: u
             let options = Options {
                 method,
                 frame,
-                robust: false,
+                ..Options::default()
             };
             if let Ok(report) = calibrate(&file, &readings, &options) {
                 promise.add(&file, &truth, &readings, &report, seed);

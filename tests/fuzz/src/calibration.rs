@@ -98,6 +98,7 @@ fn options(source: &mut Source<'_>) -> Options {
         } else {
             Frame::Sensor
         },
+        of_printer: fit >> 4 & 1 == 1,
     }
 }
 

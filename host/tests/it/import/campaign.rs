@@ -10,11 +10,17 @@ use delta_cal::robot::Arm;
 use delta_cal::simulate::standard_normal;
 use delta_cal_host::import::{Firmware, Imported, Stated};
 use delta_cal_host::report::printer::PrinterReport;
-use delta_cal_host::{InputText, Options, calibrate};
+use delta_cal_host::{Frame, InputText, Options, calibrate};
 use delta_cal_tests::{generator, size};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rand_pcg::Pcg32;
 
+const OF_PRINTER: Options = Options {
+    method: None,
+    robust: false,
+    frame: Frame::Base,
+    of_printer: true,
+};
 const RADIUS: f64 = 120.0;
 const STEP: f64 = 0.0125;
 const STEPS: Point = [STEP; 3];
@@ -318,7 +324,7 @@ fn reported(controller: &Delta, rows: &[Row], stated: &Stated) -> (PrinterReport
         rows: rows.to_vec(),
     };
     let printer = imported(&own.configuration(), stated);
-    let report = calibrate(&printer.robot, &printer.readings, &Options::default()).unwrap();
+    let report = calibrate(&printer.robot, &printer.readings, &OF_PRINTER).unwrap();
     (PrinterReport::of(&printer, report).unwrap(), printer)
 }
 
@@ -570,7 +576,7 @@ fn left_out_heights_of_real_printers_are_predicted_better_than_klippers_own() {
                 unreachable!()
             };
             let printer = imported(&others.configuration(), &Stated::default());
-            let report = calibrate(&printer.robot, &printer.readings, &Options::default()).unwrap();
+            let report = calibrate(&printer.robot, &printer.readings, &OF_PRINTER).unwrap();
             let joints = all.readings.rows[index].value.joints;
             ours += (report.after.robot.forward(&joints).unwrap().z - height).powi(2);
             let klippers = fitted(&own.klipper, &others.rows).position(steps);

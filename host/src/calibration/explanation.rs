@@ -16,6 +16,8 @@ use nalgebra::{DVector, Vector3};
 const ROUNDS: u32 = 8;
 /// A number has converged if its relative change is below this.
 const SETTLED: f64 = 0.02;
+/// A linearisation that leaves more than this fraction of the residuals' squares is the last.
+const STALLED: f64 = 0.7;
 /// Step of a difference quotient.
 const STEP: f64 = 1e-6;
 /// Twice the logarithm of 20: a smaller difference between explanations is not clear.
@@ -352,7 +354,16 @@ fn tried(
         if change < SETTLED * size {
             break;
         }
-        solution = solve(&loose.with_robot(&robot), &readings, &case.options).ok()?;
+        let next = solve(&loose.with_robot(&robot), &readings, &case.options).ok()?;
+        let progresses = if stated {
+            next.cost() < STALLED * solution.cost()
+        } else {
+            cost(&next) + CLEARLY < cost(&solution)
+        };
+        solution = next;
+        if !progresses {
+            break;
+        }
     }
     let robot = case.robot.with_robot(&robot);
     let solution = agreeing(&Case::new(&robot, &readings, case.options))?;

@@ -9,7 +9,7 @@ use super::wrong_rows::{beside_the_platform_point, shifted_rows};
 use super::{Finding, note, warning};
 use crate::accuracy::position_error::{BeforeAfter, PositionError, sigma_by_tolerance};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, READINGS, Reading, Readings};
+use crate::files::samples_file::{Kind, READINGS, Reading, Readings, Row};
 use crate::fit::Frame;
 use crate::fit::datum::Datum;
 use crate::fit::solution::RowFit;
@@ -158,6 +158,17 @@ fn of_files(case: &Case<'_>, found: &mut Vec<Finding>) {
             "rows": readings.rows.len(),
         });
         found.push(note("joined", figures, text));
+    }
+    let of_others = |row: &&Row<Reading>| row.value.kind() == Some(Kind::Position);
+    let rows = readings.rows.iter().filter(of_others);
+    let (whole, part): (Vec<&Row<_>>, Vec<_>) = rows.partition(|row| row.value.sample().is_some());
+    if !whole.is_empty() && !part.is_empty() {
+        let lines: Vec<_> = part.iter().map(|row| row.line).collect();
+        let text = format!(
+            "Blank cells of x, y and z count as not measured: {}.",
+            in_lines(&lines)
+        );
+        found.push(note("blanks", json!({ "lines": lines }), text));
     }
     if let Ok(Some(datum)) = Datum::of(case.robot, case.options.frame) {
         let (points, rms) = (datum.residuals.len(), datum.rms());

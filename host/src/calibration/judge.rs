@@ -230,11 +230,14 @@ fn by_causes(solution: &Solution, causes: &Causes, poses: &WorkspacePoses) -> f6
 
 /// The solution, if the readings agree with the stated noise and tolerance.
 pub(super) fn agreeing(case: &Case<'_>) -> Option<Solution> {
-    let solution = match judge(case) {
-        Err(Objection::Worse(..)) => solve(case.robot, case.readings, &case.options).ok()?,
-        judged => judged.ok()?.solution,
-    };
-    (!is_understated(&solution)).then_some(solution)
+    let solution = solve(case.robot, case.readings, &case.options).ok()?;
+    if is_understated(&solution) {
+        return None;
+    }
+    match judge(case) {
+        Err(Objection::Worse(..)) => Some(solution),
+        judged => judged.ok().map(|own| own.solution),
+    }
 }
 
 /// Whether the residuals contradict a stated noise.

@@ -27,7 +27,8 @@ SAMPLES.csv, in any mixture:
   q1_deg,q2_deg,q3_deg,distance_mm,to_q1_deg,to_q2_deg,to_q3_deg
                                               a calliper, between two poses
 Linear drives: s1_mm,s2_mm,s3_mm. Units: also _rad, _counts, _m, _cm, _um, _in. sigma_mm or u_k2_mm weighs a row. Two files are \
-joined by a common column (name, number, time) or by order.
+joined by a common column (name, number, time) or by order. A blank x, y or z counts as not measured where at least 3 \
+rows, and one in 10, have the same blanks; otherwise it is an error.
 
 σ that [noise] does not state is estimated. Without x, y and z a [tolerance] is needed.
 
@@ -159,6 +160,12 @@ fn explained(error: CalibrateError, printer: Option<&Imported>) -> CalibrateErro
 fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, Failure> {
     let Some(path) = &arguments.robot else {
         no_printer(arguments)?;
+        if arguments.columns.columns.is_some() {
+            return Err(Failure::usage(
+                "--columns needs a samples file",
+                "write for example delta-cal calibrate robot.toml samples.csv --columns q1_deg=A1",
+            ));
+        }
         let (robot, readings) = example::load()?;
         let file = InputText::new(&robot.name, example::ROBOT_TOML);
         let samples = InputText::new(&readings.name, example::SAMPLES_CSV);

@@ -61,6 +61,7 @@ pub(crate) struct ExportArguments {
         long,
         value_name = "Q[,Q,Q]",
         value_delimiter = ',',
+        value_parser = joint,
         allow_negative_numbers = true,
         allow_hyphen_values = true
     )]
@@ -148,6 +149,11 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         &[(output, &export.to_text()), (json_path, &export.to_json())],
         export.summary() + "\n",
     )
+}
+
+fn joint(text: &str) -> Result<f64, &'static str> {
+    text.parse()
+        .map_err(|_| "a number without its unit is needed: degrees, or mm of travel")
 }
 
 /// The joints at the end stops: radians, or mm of travel.

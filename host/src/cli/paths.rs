@@ -41,7 +41,7 @@ pub(crate) fn robot_path() -> impl TypedValueParser<Value = PathBuf> {
 pub(crate) struct ColumnsArgument {
     /// Other column names: the standard name before each =, the name in the file after it
     #[arg(long, value_name = "q1_deg=A1,x_mm=X,...")]
-    columns: Option<ColumnMapping>,
+    pub(crate) columns: Option<ColumnMapping>,
 }
 
 impl InputText {

@@ -85,6 +85,10 @@ fn a_file_that_is_no_text_or_of_another_kind_is_told_as_such() {
             good_samples().into_bytes(),
             "robot.toml:1: this looks like a table of samples",
         ),
+        (
+            b"# mine\n[printer]\nkinematics: delta\n".to_vec(),
+            "robot.toml: this looks like a printer's configuration",
+        ),
     ] {
         assert_fails(robot, good_samples(), expected);
     }
@@ -104,6 +108,8 @@ const SETS: &str = "
     stated.toml spot.csv --frame sensor ⇒ 1 ⇒ in one spot
     stated.toml two.csv --robust ⇒ 1 ⇒ too few
     stated.toml good.csv --frame sensor --method joint ⇒ 3 ⇒ --method fkm
+    tight.toml good.csv ⇒ 1 ⇒ farther from nominal than the [tolerance] allows | set length_mm
+    --columns q1_deg=A1 ⇒ 2 ⇒ --columns needs a samples file
     ";
 
 #[test]
@@ -114,6 +120,8 @@ fn measurements_that_cannot_calibrate_are_refused_with_a_remedy() {
     folder.write("precise.toml", format!("{NOMINAL}{noise}"));
     folder.write("tolerant.toml", format!("{NOMINAL}{TOLERANCE}"));
     folder.write("stated.toml", format!("{NOMINAL}{TOLERANCE}{NOISE}"));
+    let tight = "\n[tolerance]\nlength_mm = 0.02\nangle_deg = 0.01\n";
+    folder.write("tight.toml", format!("{NOMINAL}{tight}{NOISE}"));
 
     let arms = true_arms();
     let good = exact(&arms, 20);

@@ -83,6 +83,12 @@ fn the_template_is_a_robot_file_with_every_key() {
         assert_eq!(full.instruments.planes.len(), 1);
         assert_eq!(full.instruments.points.len(), 1);
         assert!(full.instruments.target.is_some() && full.record.date.is_some());
+        // What a plan asks for.
+        let lengths = [full.instruments.points[0].lengths, full.instruments.lengths];
+        assert!(
+            lengths.iter().all(Option::is_some) && !full.instruments.planes[0].blocks.is_empty()
+        );
+        assert!(full.instruments.distance_scale.is_some());
 
         // The next step that the help names works.
         folder

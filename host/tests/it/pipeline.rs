@@ -163,33 +163,45 @@ fn the_joint_and_the_fkm_method_find_the_same_within_a_part_of_sigma() {
             calibrate(&file, &readings, &options).unwrap()
         };
         let (joint, fkm) = (of(Method::Joint), of(Method::Fkm));
+        assert_eq!(joint.warnings, fkm.warnings);
         for (joint, fkm) in joint.arms.iter().zip(&fkm.arms) {
             for (joint, fkm) in joint.parameters.iter().zip(&fkm.parameters) {
                 let apart = (joint.after - fkm.after).abs();
-                assert!(apart < 0.25 * joint.sigma, "{joint:?} {fkm:?}");
+                assert!(apart < 0.02 * joint.sigma, "{joint:?} {fkm:?}");
                 let ratio = joint.sigma / fkm.sigma;
-                assert!((ratio - 1.0).abs() < 0.05, "{joint:?} {fkm:?}");
+                assert!((ratio - 1.0).abs() < 0.01, "{joint:?} {fkm:?}");
             }
         }
     }
 }
 
-/// A previously calibrated robot, 50 times better than the stated tolerance, is not made worse.
+/// A previously calibrated robot, 50 times better than the stated tolerance, is not made worse, and nothing is said to be
+/// wrong with it.
 #[test]
 fn a_robot_that_is_better_than_its_tolerance_is_not_made_worse() {
-    let file = first();
-    let exact = Tolerance::new(0.01, 7e-5).unwrap();
-    let mut accepted_and_worse = 0;
-    for seed in 0..12 {
-        let made = file.with_tolerance(Some(exact));
-        let (truth, readings) = measured(&made, Instrument::Positions, 8, seed);
-        if let Ok(report) = calibrate(&file, &readings, &Options::default()) {
-            let mut promise = Promise::default();
-            promise.add(&file, &truth, &readings, &report, seed);
-            accepted_and_worse += promise.worse;
+    let exact = Tolerance::new(0.01, 7e-5).and_then(|own| own.with_linear(0.02, 2e-5));
+    for (file, instrument) in [
+        (first(), Instrument::Positions),
+        (twelve(true).remove(8), Instrument::Plate),
+    ] {
+        let mut accepted_and_worse = 0;
+        for seed in 0..12 {
+            let made = file.with_tolerance(Some(exact.unwrap()));
+            let (truth, readings) = measured(&made, instrument, 8, seed);
+            match calibrate(&file, &readings, &Options::default()) {
+                Ok(report) => {
+                    let mut promise = Promise::default();
+                    promise.add(&file, &truth, &readings, &report, seed);
+                    accepted_and_worse += promise.worse;
+                }
+                Err(error) => {
+                    let remedy = error.remedy().unwrap_or_default();
+                    assert!(!remedy.contains("explains the readings"), "{remedy}");
+                }
+            }
         }
+        assert_eq!(accepted_and_worse, 0, "{instrument:?}");
     }
-    assert_eq!(accepted_and_worse, 0);
 }
 
 /// 3 of 40 rows are off by 1 to 2 mm. Rows out of the file robot's reach, such as row 3 of the last robot, are not

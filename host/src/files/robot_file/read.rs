@@ -29,7 +29,7 @@ impl RobotFile {
     /// The first fault: invalid TOML, an unknown or missing key, a number that is not finite or out of range, a robot
     /// that reaches no pose within its joint limits.
     pub fn read(input: &InputText) -> Result<Self, InputError> {
-        let table = parse(input).map_err(|error| table_instead(input).unwrap_or(error))?;
+        let table = parse(input).map_err(|error| no_robot_file(input).unwrap_or(error))?;
         let file = Section::whole(input, table.get_ref(), SECTIONS)?;
         let (nominal, arms) = (file.any_section("nominal")?, file.repeated("arm")?);
         let drive = drive(nominal.as_ref(), &arms)?;
@@ -244,8 +244,14 @@ impl RobotFile {
     }
 }
 
-/// The error for a file that is a table instead of TOML.
-fn table_instead(input: &InputText) -> Option<InputError> {
+/// The error for a file that is a table or a printer's configuration instead of TOML.
+fn no_robot_file(input: &InputText) -> Option<InputError> {
+    let starts = |own: &str| input.text().lines().any(|line| line.starts_with(own));
+    if starts("[printer]") || starts("M665") {
+        let cause = "this looks like a printer's configuration, but a robot file is needed here";
+        let remedy = "delta-cal import makes a robot file of it";
+        return Some(InputError::new(input.name(), cause).with_remedy(remedy));
+    }
     let mut lines = (1..).zip(input.text().lines());
     let (line, first) =
         lines.find(|(_, line)| !(line.trim().is_empty() || line.starts_with('#')))?;

@@ -4,6 +4,7 @@ use super::{ArmReport, ParameterReport, Report};
 use crate::calibration::Level;
 use crate::calibration::causes::CauseKind;
 use crate::calibration::credibility::NoiseVerdict;
+use crate::files::samples_file::Kind;
 use crate::fit::Frame;
 use crate::render::{Part, Section, Table, terminal};
 use crate::text::{count, freedom, list, probability, significant, small};
@@ -325,6 +326,25 @@ pub(super) fn places(report: &Report) -> Vec<Section> {
 
 /// What to measure next.
 pub(super) fn next(report: &Report) -> Option<Section> {
+    let title = Section::new("What to measure next");
+    if !report.solution.is_absolute() {
+        let measured = report.noise.iter().map(|own| match own.kind {
+            Kind::Position => "xyz",
+            Kind::Height => "plane",
+            Kind::Distance if report.points.is_empty() => "distance",
+            Kind::Distance => "point",
+        });
+        let frame = match report.frame {
+            Frame::Base => "",
+            Frame::Sensor => " --frame sensor",
+        };
+        return Some(title.text(format!(
+            "delta-cal plan {} --samples {} --measure {}{frame} --count 8",
+            report.robot_file,
+            report.samples_file,
+            measured.collect::<Vec<_>>().join(",")
+        )));
+    }
     let now = report.expected_error?.absolute_rms_mm;
     let last = report.next_poses.last();
     let last = last.filter(|own| own.expected_error_mm < now)?;
@@ -337,15 +357,11 @@ pub(super) fn next(report: &Report) -> Option<Section> {
             significant(own.expected_error_mm, 2)
         })
         .table();
-    Some(
-        Section::new("What to measure next")
-            .table(table)
-            .text(format!(
-                "x, y and z at these poses would lower the expected error from {} to {} mm.",
-                significant(now, 2),
-                significant(last.expected_error_mm, 2)
-            )),
-    )
+    Some(title.table(table).text(format!(
+        "x, y and z at these poses would lower the expected error from {} to {} mm.",
+        significant(now, 2),
+        significant(last.expected_error_mm, 2)
+    )))
 }
 
 pub(super) fn findings(report: &Report) -> Section {

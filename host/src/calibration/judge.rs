@@ -11,11 +11,15 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
 use crate::fit::solution::{Places, WITH_TRANSMISSIONS};
 use crate::fit::{Options, Solution, Unsolved, solve};
+use delta_cal::robot::Drive;
 use delta_cal::{Refusal, Robot, Sample, Tolerance};
 use nalgebra::Vector3;
 
 /// A noise below this fraction of the stated one indicates another unit.
 const FAR_OFF: f64 = 0.05;
+/// Heights and distances of towers find the bed, and leave all else to the tolerance: they are refused only if harm is
+/// this likely.
+const MORE_LIKELY: f64 = 0.5;
 /// Noise below this fraction of the forearm is rounding of the digits.
 const COMPUTED: f64 = 2e-6;
 
@@ -169,12 +173,15 @@ fn judge(case: &Case<'_>) -> Result<Judged, Objection> {
     let error = errors.map(|own| own.after);
     contradiction(case, &solution, error, prior_test, &noise)?;
     let before = &case.before.robot;
+    let positions = case.readings.holds(Kind::Position);
     let mut workspace = WorkspaceComparison::of(before, &solution, tolerance, &poses.inside);
     if let Some(own) = &mut workspace {
         if case.options.of_printer {
             own.chance_of_harm = None;
-        } else if own.is_harmful(tolerance.is_some()) {
-            let chance = own.chance_of_harm.unwrap_or(1.0);
+        } else if own.is_harmful(tolerance.is_some())
+            && let chance = own.chance_of_harm.unwrap_or(1.0)
+            && !(before.drive() == Drive::Linear && !positions && chance < MORE_LIKELY)
+        {
             return Err(Objection::Worse(chance, own.judged));
         } else if own.chance_of_harm.is_none() && !own.unchanged() {
             return Err(Objection::UnknownError);

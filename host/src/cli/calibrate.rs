@@ -33,7 +33,7 @@ rows, and one in 10, have the same blanks; otherwise it is an error.
 σ that [noise] does not state is estimated. Without x, y and z a [tolerance] is needed.
 
 A result is refused if the samples do not determine the robot, contradict [noise] or [tolerance], or may make it \
-worse (chance above 5 %; without a [tolerance] 0.5 %).
+worse (chance above 5 %; without a [tolerance] 0.5 %; heights of towers 50 %).
 
 A printer's configuration (or its folder) that holds heights stands for both files; SAMPLES.csv may be its console output.
 

@@ -108,7 +108,7 @@ const SETS: &str = "
     stated.toml spot.csv --frame sensor ⇒ 1 ⇒ in one spot
     stated.toml two.csv --robust ⇒ 1 ⇒ too few
     stated.toml good.csv --frame sensor --method joint ⇒ 3 ⇒ --method fkm
-    tight.toml good.csv ⇒ 1 ⇒ farther from nominal than the [tolerance] allows | set length_mm
+    tight.toml near.csv ⇒ 1 ⇒ farther from nominal than the [tolerance] allows | set length_mm
     --columns q1_deg=A1 ⇒ 2 ⇒ --columns needs a samples file
     ";
 
@@ -133,6 +133,11 @@ fn measurements_that_cannot_calibrate_are_refused_with_a_remedy() {
     one_wrong[10].1 = [100.0, 0.0, -700.0];
     let mut longer = arms;
     longer[1][7] += 12.0;
+    // A tenth of the way from the nominal robot, 2.3 times the tolerance.
+    let mut near = nominal_arms();
+    for (near, arm) in near.iter_mut().flatten().zip(arms.iter().flatten()) {
+        *near += 0.1 * (arm - *near);
+    }
     for (name, samples) in [
         ("seven", exact(&arms, 7)),
         ("two", exact(&arms, 2)),
@@ -149,6 +154,7 @@ fn measurements_that_cannot_calibrate_are_refused_with_a_remedy() {
             good.iter().map(|(q, _)| (*q, [1.0, 2.0, -400.0])).collect(),
         ),
         ("good", good.clone()),
+        ("near", noisy(&near, 10, 0.01)),
     ] {
         folder.write(&format!("{name}.csv"), csv(&samples));
     }

@@ -53,3 +53,5 @@ pub use files::samples_file::{
     Planned, Reading, ReadingFrom, Readings, Row, read_joints, read_positions,
 };
 pub use fit::{Frame, Method, Options, Solution};
+pub use planning::{Plan, PlanRequest, plan};
+pub use validation::validate;

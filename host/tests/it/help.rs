@@ -1,6 +1,6 @@
 //! A new user's first contact: the help of every command, the robot file template, completions.
 
-use crate::support::{Folder, KEYS, NOMINAL, TOLERANCE, TOWERS};
+use crate::support::{Folder, KEYS, NOMINAL, TOLERANCE, TOWERS, csv, exact, true_arms};
 use delta_cal_host::{InputText, RobotFile};
 
 fn help(command: &str, columns: usize) -> String {
@@ -50,6 +50,66 @@ fn every_command_has_examples_and_a_short_help_that_fits_the_terminal() {
         let examples = wide.lines().filter(|line| line.starts_with("  delta-cal "));
         for line in examples {
             assert!(narrow.contains(line), "{command}: {line}");
+        }
+    }
+}
+
+/// With files of the names that the examples have; those for towers and for campaigns of thousands are left out.
+#[test]
+fn examples_of_the_help_work() {
+    let folder = Folder::new();
+    let noise = "[noise]\nposition_mm = 0.02\njoint_deg = 0.002\n";
+    folder.write("robot.toml", format!("{NOMINAL}{TOLERANCE}{noise}"));
+    let all = exact(&true_arms(), 40);
+    let (samples, check) = all.split_at(24);
+    folder.write("samples.csv", csv(samples));
+    folder.write("tracker.csv", csv(check));
+    folder.write("check.csv", csv(check));
+    let (mut angles, mut positions) = (
+        "q1_deg,q2_deg,q3_deg\n".to_owned(),
+        "x_mm,y_mm,z_mm\n".to_owned(),
+    );
+    for ([q1, q2, q3], [x, y, z]) in check {
+        angles += &format!("{q1},{q2},{q3}\n");
+        positions += &format!("{x},{y},{z}\n");
+    }
+    folder.write("angles.csv", angles);
+    folder.write("positions.csv", &positions);
+    folder.write("work.csv", positions);
+    folder.write(
+        "printer.cfg",
+        include_str!("../../examples/printer/printer.cfg"),
+    );
+    for command in [
+        "calibrate",
+        "validate",
+        "inverse",
+        "forward",
+        "plan",
+        "import",
+        "export",
+        "workspace",
+    ] {
+        let text = help(command, 100).replace("\\\n", "");
+        let examples = text
+            .lines()
+            .filter_map(|line| line.strip_prefix("  delta-cal "));
+        for example in examples {
+            let (example, _) = example.split_once("   (").unwrap_or((example, ""));
+            let left_out = [
+                "heights.csv",
+                "touches.csv",
+                "marlin",
+                "config.g",
+                "init ",
+                " | ",
+                "--accuracy",
+            ];
+            if left_out.iter().any(|part| example.contains(part)) {
+                continue;
+            }
+            let run = folder.run(example);
+            assert!([0, 6].contains(&run.code), "{example}: {}", run.stderr);
         }
     }
 }

@@ -373,7 +373,7 @@ fn words(
             format!(
                 "the {joint}'s error changes with the direction of its last move, by \
                  ±{size}{unit} (σ {of_sigma}{unit}): {of}, if the rows are in \
-                 the order in which they were measured"
+                 measured order"
             )
         }
         CauseKind::Sag => format!(
@@ -383,8 +383,8 @@ fn words(
         ),
         CauseKind::Drift => format!(
             "the measured positions drift by {size} ± {of_sigma} mm from the first row to the \
-             last (x {:+.3}, y {:+.3}, z {:+.3} mm); a sensor that moves or a robot that warms up, if the rows \
-             are in the order in which they were measured",
+             last (x {:+.3}, y {:+.3}, z {:+.3} mm); a sensor that moves or a robot that warms up, if the rows are in \
+             measured order",
             drifted.x, drifted.y, drifted.z
         ),
         CauseKind::Scale => format!(

@@ -69,7 +69,7 @@ fn examples_of_the_help_work() {
         "q1_deg,q2_deg,q3_deg\n".to_owned(),
         "x_mm,y_mm,z_mm\n".to_owned(),
     );
-    for ([q1, q2, q3], [x, y, z]) in check {
+    for ([q1, q2, q3], [x, y, z]) in &all {
         angles += &format!("{q1},{q2},{q3}\n");
         positions += &format!("{x},{y},{z}\n");
     }

@@ -278,6 +278,14 @@ fn undetermined(case: &Case<'_>, refusal: &Refusal) -> (String, String) {
             ),
             format!("Measure more poses, or more exactly. {SPREAD}{or_tolerance}"),
         ),
+        Refusal::ResidualContradictsNoise { arm, ratio }
+            if robot.noise.is_none() && readings.holds(Kind::Position) =>
+        {
+            (
+                format!("{}residuals are {ratio:.1} × what the [tolerance] allows.", arm_of(arm)),
+                format!("{CHECK} If the sensor is that noisy, state the [noise]."),
+            )
+        }
         Refusal::ResidualContradictsNoise { arm, ratio } => (
             format!("{}residuals are {ratio:.1} × the stated noise.", arm_of(arm)),
             "Look for wrong rows (--robust leaves them out and names them) and for a sensor or plate that moved. State the \

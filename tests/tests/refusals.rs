@@ -164,7 +164,7 @@ fn a_noise_beyond_the_tolerance_is_refused_and_one_within_it_never() {
         ("exchanged joints", |sample| sample.joints.swap(0, 1)),
         ("x reversed", |sample| sample.position.x *= -1.0),
         ("joints reversed", |sample| {
-            sample.joints = sample.joints.map(|q| -q)
+            sample.joints = sample.joints.map(|q| -q);
         }),
         ("inches", |sample| sample.position /= 25.4),
     ];

@@ -3,6 +3,8 @@
 //! ```text
 //! minimise  Σ (f(P; Xₖ, qₖ)/σf,ₖ)²  +  Σ ((pⱼ − pⱼ,nominal)/toleranceⱼ)²
 //! ```
+//!
+//! [`Problem`], [`TolerancePrior`], [`Triangle`] and [`limits`] are for programs that judge results, not for firmware.
 
 mod arm_problem;
 mod arm_samples;

@@ -12,6 +12,8 @@
 //!
 //! Without x, y and z, only the tolerance determines the robot's placement in space; the measurements determine
 //! relative positions.
+//!
+//! Firmware uses [`FkmCalibrator`]; [`ObservationProblem`] is for programs that hold and weigh the rows themselves.
 
 mod calibrator;
 mod check;

@@ -7,7 +7,7 @@ use delta_cal::observations::{
     ObservationError, ObservationNoise, ObservationOutcome, ObservationProblem, ObservationRow,
     Plane, Point, PositionFrame, PrepareError,
 };
-use delta_cal::robot::{Drive, TransmissionTolerance};
+use delta_cal::robot::TransmissionTolerance;
 use delta_cal::samples::SampleError;
 use delta_cal::simulate::{random_pose, standard_normal};
 use delta_cal::{ArmIndex, Noise, Real, Refusal, Robot, Tolerance};
@@ -610,7 +610,9 @@ fn distance(from: DistanceFrom<f64>, distance: f64) -> Observation<f64> {
 #[test]
 fn unusable_observations_are_refused_with_their_fault() {
     use ObservationError::{DistanceNotPositive, NoSuchPlane, NoSuchPoint, NonFinite, Nothing};
+    use ObservationError::{SamePlace, TooFar};
 
+    let (robot, settings) = (paper_robot(), Settings::new());
     let (planes, points) = ([Plane::default(); 2], [Point::default()]);
     let instruments = instruments_of(&planes, &points);
     let x = |x| Observation {
@@ -625,11 +627,16 @@ fn unusable_observations_are_refused_with_their_fault() {
         (x(12.0), Ok(())),
         (x(f64::NAN), Err(NonFinite)),
         (x(1e200), Err(NonFinite)),
+        // Ten thousand forearms of 480 mm.
+        (x(-4.79e6), Ok(())),
+        (x(-4.81e6), Err(TooFar)),
         (at(0.2), Err(Nothing)),
         (at(f64::NAN), Err(not_finite)),
         (height(1, -3.0), Ok(())),
         (height(2, 3.0), Err(NoSuchPlane(2))),
         (height(0, f64::INFINITY), Err(NonFinite)),
+        (height(0, 1e18), Err(TooFar)),
+        (distance(point(0), 1e9), Err(TooFar)),
         (distance(point(0), 100.0), Ok(())),
         (distance(point(1), 100.0), Err(NoSuchPoint(1))),
         (distance(point(0), 0.0), Err(DistanceNotPositive)),
@@ -637,8 +644,20 @@ fn unusable_observations_are_refused_with_their_fault() {
         (distance(point(0), f64::NAN), Err(NonFinite)),
         (distance(of(0.4), 100.0), Ok(())),
         (distance(of(13.0), 100.0), Err(too_large)),
+        (distance(of(0.3), 100.0), Err(SamePlace)),
     ] {
-        assert_eq!(observation.check(Drive::Rotary, &instruments), expected);
+        let mut calibrator =
+            FkmCalibrator::<f64, 9, 33, 34, 595>::new(&robot, &instruments, &settings).unwrap();
+        assert_eq!(calibrator.add(&observation), expected);
+        assert_eq!(calibrator.samples(), u64::from(expected.is_ok()));
+        let mut rows = [height(0, 100.0), observation].map(ObservationRow::new);
+        let problem = ObservationProblem::<f64, 33>::prepare(&robot, &instruments, &mut rows);
+        match (problem.unwrap_err(), expected) {
+            (PrepareError::Row { index: 1, error }, Err(expected)) => assert_eq!(error, expected),
+            // Two rows do not determine the instruments.
+            (PrepareError::Refused(_), Ok(())) => {}
+            (found, expected) => panic!("{found:?}, {expected:?}"),
+        }
     }
 }
 

@@ -284,4 +284,7 @@ fn no_start_takes_more_linearisations_than_allowed() {
     };
     // The linear fit, and six arms that the spread of the samples decides.
     assert_eq!(iterations, 7 * 2);
+    // No limit, as in C, is the default one.
+    let none = Settings::<f64>::new().with_iteration_limit(0);
+    assert_eq!(none, Settings::new());
 }

@@ -1,14 +1,18 @@
 //! A calibration is either good or refused with its cause and arm.
 
+use crate::joint::joint;
+use crate::linear;
 use delta_cal::calibration::{Instrument, Solver, Start, ToleranceError};
 use delta_cal::kinematics::{JointLimits, JointLimitsError};
 use delta_cal::observations::ObservationNoise;
 use delta_cal::robot::GeometryError;
 use delta_cal::samples::NoiseError;
+use delta_cal::simulate::made_robot;
 use delta_cal::{
-    ArmIndex, IkmCalibrator, Noise, Parameter, Refusal, Robot, Sample, Settings, Tolerance,
+    ArmIndex, IkmCalibrator, Noise, Parameter, Real, Refusal, Robot, Sample, Settings, Tolerance,
 };
-use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
+use delta_cal_tests::geometries::{geometries, linear_geometries};
+use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed, size, to_single};
 use nalgebra::Vector3;
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
@@ -136,6 +140,75 @@ fn a_swapped_pair_of_joint_columns_is_far_from_nominal() {
         Refusal::FarFromNominal { .. } | Refusal::ResidualContradictsNoise { .. }
     ));
     assert_eq!(refusal.arm(), Some(ArmIndex::First));
+}
+
+/// What both calibrators from complete positions decide if a tolerance but no noise is stated.
+fn balanced<T: Real>(
+    nominal: &Robot<T>,
+    samples: &[Sample<T>],
+    tolerance: Tolerance<T>,
+) -> [Result<(), Refusal>; 2] {
+    let settings = Settings::default().with_tolerance(tolerance);
+    let mut each_arm = IkmCalibrator::new(nominal, &settings);
+    each_arm.add_many(samples).unwrap();
+    let together = joint(nominal, samples, &settings);
+    [each_arm.calibrate().map(|_| ()), together.map(|_| ())]
+}
+
+/// With a tolerance but no noise stated, the residuals of a mistake would be noise of tens of millimetres, which keeps
+/// the robot near nominal. Honest noise as large as the tolerance of lengths is accepted.
+#[test]
+fn a_noise_beyond_the_tolerance_is_refused_and_one_within_it_never() {
+    type Mistake = fn(&mut Sample<f64>);
+    let mistakes: [(&str, Mistake); 4] = [
+        ("exchanged joints", |sample| sample.joints.swap(0, 1)),
+        ("x reversed", |sample| sample.position.x *= -1.0),
+        ("joints reversed", |sample| {
+            sample.joints = sample.joints.map(|q| -q);
+        }),
+        ("inches", |sample| sample.position /= 25.4),
+    ];
+    let (length, angle) = (0.5, 0.2 * DEGREE);
+    let rotary = geometries()
+        .into_iter()
+        .map(|(name, robot)| (name, robot, None));
+    let linear = linear_geometries().into_iter();
+    let all = rotary.chain(linear.map(|(name, robot, travel)| (name, robot, Some(travel))));
+    for (index, (name, nominal, travel)) in (8200..).zip(all) {
+        let tolerance = Tolerance::new(length, angle).unwrap();
+        let in_single = Tolerance::new(f32::from_f64(length), f32::from_f64(angle)).unwrap();
+        for robot in 0..size(10, 100) {
+            let mut rng = generator(index, robot);
+            let truth = made_robot(&nominal, &tolerance, &mut rng).unwrap();
+            let count = [1, 3, 12, 20, 40][robot as usize % 5];
+            let mut measured = |sigma: f64| {
+                let noise = Noise::new(sigma, 0.0).unwrap();
+                match travel {
+                    None => measurements(&truth, count, Some(&noise), &mut rng),
+                    Some(travel) => {
+                        linear::measurements(&truth, travel, count, Some(&noise), &mut rng)
+                    }
+                }
+            };
+            let solve = |samples: &[Sample<f64>]| {
+                let single = nominal.cast::<f32>().unwrap();
+                let [a, b] = balanced(&nominal, samples, tolerance);
+                let [c, d] = balanced(&single, &to_single(samples), in_single);
+                [a, b, c, d]
+            };
+            for sigma in [0.02, length] {
+                let found = solve(&measured(sigma));
+                assert_eq!(found, [Ok(()); 4], "{name}, robot {robot}, sigma {sigma}");
+            }
+            for (what, mistake) in mistakes.iter().filter(|_| count >= 12) {
+                let mut samples = measured(0.02);
+                samples.iter_mut().for_each(mistake);
+                for found in solve(&samples) {
+                    assert!(found.is_err(), "{name}, robot {robot}, {what}");
+                }
+            }
+        }
+    }
 }
 
 #[test]
@@ -267,7 +340,12 @@ fn refusals_name_the_arm_and_their_figures() {
         says(&refusal, &["arm 3"]);
         assert_eq!(refusal.arm(), Some(arm));
     }
-    let of_none: [(Refusal, &str); 3] = [
+    let parameters = 39;
+    let of_none: [(Refusal, &str); 4] = [
+        (
+            Refusal::TooManyUnknowns { parameters },
+            "39 parameters, or for more than 4 planes",
+        ),
         (Refusal::ImpossibleRobot(GeometryError::NoCommonUp), "up"),
         (Refusal::WrongSide, "upside down"),
         (Refusal::Unfinished, "not finished"),

@@ -1,10 +1,13 @@
 //! The factor holds the same information, however it came
 //! in: one by one, many at once, in any order, merged, in any unit.
 
+use delta_cal::calibration::{Calibrator, Estimator, Ikm, Joint};
 use delta_cal::robot::Arm;
 use delta_cal::samples::{MergeError, SampleError};
 use delta_cal::stream::Forgetting;
-use delta_cal::{ArmIndex, IkmCalibrator, Noise, Parameter, Robot, Sample, Settings, Tolerance};
+use delta_cal::{
+    ArmIndex, IkmCalibrator, Noise, Parameter, Refusal, Robot, Sample, Settings, Tolerance,
+};
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed,
 };
@@ -286,4 +289,32 @@ fn the_prior_is_not_forgotten() {
         100.0 * share
     );
     assert!(share > 0.3);
+}
+
+/// Samples that are refused, a calibrator of another noise, a λ that is none.
+#[test]
+fn calls_that_fail_leave_the_outcome() {
+    fn check<E: Estimator>() {
+        let (_, samples) = noisy(9, 20);
+        let mut calibrator = Calibrator::<f64, E>::new(&paper_robot(), &weighted());
+        calibrator.add_many(&samples).unwrap();
+        let expected = calibrator.calibrate().unwrap();
+        let stranger = Calibrator::new(&paper_robot(), &Settings::default());
+        let merged = calibrator.merge(&stranger);
+        assert_eq!(merged, Err(MergeError::DifferentNominal));
+        assert_eq!(calibrator.outcome(), Ok(&expected));
+        let mut wrong = samples;
+        wrong[3].position.x = f64::NAN;
+        let added = calibrator.add_many(&wrong);
+        assert!(matches!(added, Err((3, _))), "{added:?}");
+        assert_eq!(calibrator.outcome(), Ok(&expected));
+        for lambda in [1.0, 1.5, -0.5, f64::NAN] {
+            calibrator.forget(lambda).unwrap();
+            assert_eq!(calibrator.outcome(), Ok(&expected), "{lambda}");
+        }
+        calibrator.forget(0.5).unwrap();
+        assert_eq!(calibrator.outcome(), Err(Refusal::Unfinished));
+    }
+    check::<Ikm>();
+    check::<Joint>();
 }

@@ -4,10 +4,10 @@ int main()
 {
     dcal_error error;
     delta_cal::Robot<float> built;
-    float parameters[24];
     float position[3];
+    float found[3];
     if (robot.forward({0, 0, 0}, position) != DCAL_NOT_INITIALIZED
-        || prepare(error) != DCAL_OK || calibrator.solve(&error) != DCAL_TOO_FEW_SAMPLES || error.needed != 8
+        || prepare(error) != DCAL_OK || calibrator.solve(&error) != DCAL_TOO_FEW_SAMPLES || error.needed != 1
         || built.from_dimensions({194, 30, 260, 479, 0}) != DCAL_OK) {
         return 1;
     }
@@ -27,9 +27,10 @@ int main()
     do {
         status = idle(error);
     } while (status == DCAL_WORKING);
-    if (status != DCAL_OK || robot.parameters(parameters) != DCAL_OK) {
+    if (status != DCAL_OK || robot.forward({0, 0, 0}, found) != DCAL_OK
+        || built.forward({0, 0, 0}, position) != DCAL_OK) {
         return 4;
     }
-    const float off = parameters[DCAL_LB] - 479;
-    return off * off < 0.01f ? 0 : 5;
+    const float off = found[2] - position[2];
+    return off * off < 2.5e-3f ? 0 : 5;
 }

@@ -123,7 +123,7 @@ enum {
     DCAL_DIFFERENT_NOMINAL = 54,
     /** The observation has no reading. */
     DCAL_OBSERVATION_EMPTY = 60,
-    /** A reading of the observation is not finite. */
+    /** A reading of the observation is not finite, or is thousands of forearms. */
     DCAL_OBSERVATION_NOT_FINITE = 61,
     /** A distance is not greater than 0. */
     DCAL_OBSERVATION_DISTANCE = 62,
@@ -133,7 +133,7 @@ enum {
     DCAL_NO_SUCH_POINT = 64,
     /** The nominal robot is at the same position in both poses of a distance. */
     DCAL_OBSERVATION_SAME_PLACE = 65,
-    /** The instruments have more unknowns than there is room for. */
+    /** The instruments have more unknowns than there is room for, or more than four planes or points. */
     DCAL_TOO_MANY_UNKNOWNS = 66,
     /** There is no room for another observation. */
     DCAL_OBSERVATIONS_FULL = 67,
@@ -145,7 +145,7 @@ enum {
     DCAL_UNCERTAIN = 72,
     /** The iteration did not converge within its limit. */
     DCAL_NOT_CONVERGED = 73,
-    /** The residuals are larger than the stated noise allows. */
+    /** The residuals are larger than the stated noise, or without one the tolerance, allows. */
     DCAL_RESIDUAL_CONTRADICTS_NOISE = 74,
     /** A parameter is farther from nominal than the tolerance allows. */
     DCAL_FAR_FROM_NOMINAL = 75,
@@ -216,8 +216,8 @@ enum {
     DCAL_GAUSS_NEWTON = 1,
     /** The iteration starts from the nominal robot. */
     DCAL_START_NOMINAL = 0,
-    /** The iteration starts without a guess; needs 12 samples. No number of a solver: exchanged, both are
-     * refused. */
+    /** The iteration starts without a guess; needs 12 samples. Calibrations from any readings start from
+     * the nominal robot all the same. No number of a solver: exchanged, both are refused. */
     DCAL_START_FREE = 2,
     /** The iteration stopped because no step could reduce the sum of squares any further. */
     DCAL_GRADIENT_VANISHED = 0,

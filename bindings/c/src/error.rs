@@ -225,7 +225,9 @@ impl From<ObservationError> for Error {
         Self::from(match error {
             ObservationError::Joints(error) => return error.into(),
             ObservationError::Nothing => status::OBSERVATION_EMPTY,
-            ObservationError::NonFinite => status::OBSERVATION_NOT_FINITE,
+            ObservationError::NonFinite | ObservationError::TooFar => {
+                status::OBSERVATION_NOT_FINITE
+            }
             ObservationError::DistanceNotPositive => status::OBSERVATION_DISTANCE,
             ObservationError::NoSuchPlane(_) => status::NO_SUCH_PLANE,
             ObservationError::NoSuchPoint(_) => status::NO_SUCH_POINT,

@@ -28,7 +28,8 @@ pub const LEVENBERG_MARQUARDT: i32 = 0;
 pub const GAUSS_NEWTON: i32 = 1;
 /// The iteration starts from the nominal robot.
 pub const START_NOMINAL: i32 = 0;
-/// The iteration starts without a guess; needs 12 samples. No number of a solver: exchanged, both are refused.
+/// The iteration starts without a guess; needs 12 samples. Calibrations from any readings start from the nominal robot
+/// all the same. No number of a solver: exchanged, both are refused.
 pub const START_FREE: i32 = 2;
 
 /// The iteration stopped because no step could reduce the sum of squares any further.

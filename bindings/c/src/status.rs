@@ -108,7 +108,7 @@ statuses! {
 
     /// The observation has no reading.
     OBSERVATION_EMPTY = 60,
-    /// A reading of the observation is not finite.
+    /// A reading of the observation is not finite, or is thousands of forearms.
     OBSERVATION_NOT_FINITE = 61,
     /// A distance is not greater than 0.
     OBSERVATION_DISTANCE = 62,
@@ -118,7 +118,7 @@ statuses! {
     NO_SUCH_POINT = 64,
     /// The nominal robot is at the same position in both poses of a distance.
     OBSERVATION_SAME_PLACE = 65,
-    /// The instruments have more unknowns than there is room for.
+    /// The instruments have more unknowns than there is room for, or more than four planes or points.
     TOO_MANY_UNKNOWNS = 66,
     /// There is no room for another observation.
     OBSERVATIONS_FULL = 67,
@@ -131,7 +131,7 @@ statuses! {
     UNCERTAIN = 72,
     /// The iteration did not converge within its limit.
     NOT_CONVERGED = 73,
-    /// The residuals are larger than the stated noise allows.
+    /// The residuals are larger than the stated noise, or without one the tolerance, allows.
     RESIDUAL_CONTRADICTS_NOISE = 74,
     /// A parameter is farther from nominal than the tolerance allows.
     FAR_FROM_NOMINAL = 75,

@@ -258,38 +258,48 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
         self.samples.check(sample)
     }
 
-    /// Adds many samples; cheaper than one at a time.
+    /// Adds many samples; cheaper than one at a time. Discards the outcome of earlier samples.
     ///
     /// # Errors
-    /// The index of the first invalid sample and its fault, or 0 and [`AddError::Busy`]. No sample is added.
+    /// The index of the first invalid sample and its fault, or 0 and [`AddError::Busy`]. Nothing has changed.
     pub fn add_many(&mut self, samples: &[Sample<T>]) -> Result<(), (usize, AddError)> {
-        let own = self.idle().map_err(|busy| (0, busy))?;
         for (index, sample) in samples.iter().enumerate() {
-            own.check(sample).map_err(|error| (index, error.into()))?;
+            self.check(sample).map_err(|error| (index, error.into()))?;
         }
+        let own = self.idle().map_err(|busy| (0, busy))?;
         own.flush();
         own.take_in(samples);
         Ok(())
     }
 
-    /// Adds everything that another calibrator of the same robot and noise has accumulated.
+    /// Adds everything that another calibrator of the same robot and noise has accumulated. Discards the outcome.
     ///
     /// # Errors
-    /// [`MergeError`]; nothing is merged.
+    /// [`MergeError`]; nothing is merged, and an outcome stays.
     pub fn merge(&mut self, other: &Self) -> Result<(), MergeError> {
-        let own = self.idle().map_err(|_| MergeError::Busy)?;
-        own.flush();
-        own.merge(&other.samples)
+        if self.solving() {
+            return Err(MergeError::Busy);
+        }
+        self.samples.flush();
+        self.samples.merge(&other.samples)?;
+        self.stop();
+        Ok(())
     }
 
-    /// Multiplies the weight of all samples so far by λ, 0 to 1. The prior of a stated tolerance is not forgotten.
+    /// Multiplies the weight of all samples so far by λ, at least 0 and less than 1, and discards their outcome; any
+    /// other number forgets nothing, and an outcome stays. The prior of a stated tolerance is not forgotten.
     ///
     /// # Errors
     /// [`AddError::Busy`].
     pub fn forget(&mut self, lambda: T) -> Result<(), AddError> {
-        let own = self.idle()?;
-        own.flush();
-        own.forget(lambda);
+        if self.solving() {
+            return Err(AddError::Busy);
+        }
+        self.samples.flush();
+        if lambda >= T::ZERO && lambda < T::ONE {
+            self.samples.forget(lambda);
+            self.stop();
+        }
         Ok(())
     }
 

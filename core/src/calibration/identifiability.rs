@@ -3,7 +3,6 @@
 use crate::Real;
 use crate::samples::triangle::add_multiple;
 use crate::samples::{Triangle, squares};
-use core::hint::black_box;
 use nalgebra::SMatrix;
 
 /// Parameters of an arm.
@@ -153,8 +152,7 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
         if let Some(entry) = direction.get_mut(self.weakest) {
             *entry = T::ONE;
         }
-        // Hidden from the optimiser, which would unroll the loop: these four places would cost 2 KB of firmware.
-        for _ in 0..black_box(3) {
+        for _ in 0..3 {
             let mut product = [T::ZERO; N];
             for (column, part) in covariance.as_slice().chunks_exact(N).zip(direction) {
                 add_multiple(&mut product, part, column);
@@ -181,7 +179,7 @@ fn weakest_of_singular<T: Real, const N: usize, const M: usize, const E: usize>(
         let pivot = normal.row(index).first().copied().unwrap_or(T::ZERO);
         !(T::ONE / pivot.squared()).finite()
     };
-    let Some(first) = (0..black_box(N)).find(|index| vanishes(*index)) else {
+    let Some(first) = (0..N).find(|index| vanishes(*index)) else {
         return 0;
     };
     let mut combination = [T::ZERO; N];

@@ -9,6 +9,7 @@ use super::outcome::{Estimate, StartUsed, Termination};
 use super::point::Point;
 use super::problem::{Extent, Problem};
 use super::refusal::Refusal;
+use super::tolerance::Tolerance;
 use super::tolerance_prior::TolerancePrior;
 use crate::Real;
 use crate::robot::{ArmIndex, Parameter, ParameterKind};
@@ -28,6 +29,7 @@ pub(super) struct Judgement<'a, T: Real, const N: usize, const M: usize, const E
     /// How the iteration ended and where it started; `None` if it did not converge.
     pub(super) end: Option<(Termination, StartUsed)>,
     pub(super) prior: &'a TolerancePrior<T, N>,
+    pub(super) tolerance: Option<&'a Tolerance<T>>,
     /// σ of the residuals, which weights the prior against them.
     pub(super) residual_sigma: T,
     pub(super) iterations: u16,
@@ -64,9 +66,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Judgement<'_, T, N
         let Some((termination, start)) = self.end else {
             return Err(self.not_converged(problem, covariance));
         };
-        if stated {
-            self.check_residual(problem)?;
-        }
+        self.check_residual(problem)?;
         self.check_tolerances(problem)?;
 
         let mut prior_share = self
@@ -162,19 +162,29 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Judgement<'_, T, N
 
     /// χ² test of the total cost. Each parameter combination that the prior does not hold takes one degree of freedom
     /// from the number of residuals.
+    ///
+    /// Without a stated noise, residuals of any size would pass for noise, and a large noise keeps any robot near
+    /// nominal whatever the samples are: they must not be larger than the tolerance makes those of the nominal robot.
     fn check_residual(&self, problem: &impl Problem<T, N, M, E>) -> Result<(), Refusal> {
-        let residuals = problem.extent().residuals;
+        let extent = problem.extent();
+        let mut variance = T::ONE;
+        if let Some(unit) = extent.unit {
+            let Some(tolerance) = self.tolerance else {
+                return Ok(());
+            };
+            variance = tolerance.of_closure(problem.arm(0).drive(), unit);
+        }
         let unheld = T::from_count(self.prior.unheld() as u64);
-        let freedom = (residuals - unheld).larger(T::ONE);
+        let freedom = (extent.residuals - unheld).larger(T::ONE);
         let Point {
             cost,
             sum_of_squares,
             ..
         } = *self.point;
-        if cost <= chi_square_quantile(freedom) * T::from_f64(NOISE_MARGIN) {
+        if cost <= chi_square_quantile(freedom) * T::from_f64(NOISE_MARGIN) * variance {
             return Ok(());
         }
-        let ratio = to_single((sum_of_squares / freedom).square_root());
+        let ratio = to_single((sum_of_squares / (freedom * variance)).square_root());
         Err(if cost - sum_of_squares > sum_of_squares {
             self.far_from_nominal(problem)
         } else {
@@ -304,6 +314,7 @@ mod tests {
             identifiability: &identifiability,
             end: None,
             prior: &TolerancePrior::of_weights([0.0; 24]),
+            tolerance: None,
             residual_sigma: 1.0,
             iterations: 0,
         };

@@ -387,6 +387,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
             identifiability: &self.identifiability,
             end,
             prior: &self.prior.prior,
+            tolerance: self.settings.tolerance.as_ref(),
             residual_sigma,
             iterations: self.iterations(),
         }

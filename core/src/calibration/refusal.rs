@@ -50,12 +50,13 @@ pub enum Refusal {
         /// Linearisations used.
         iterations: u16,
     },
-    /// The residuals are too large for the stated noise.
+    /// The residuals are too large for the stated noise; without a stated noise, for the tolerance: they would be noise
+    /// larger than any error of the robot.
     #[error(fmt = contradiction)]
     ResidualContradictsNoise {
         /// The arm; `None` if the residuals of all arms are tested together.
         arm: Option<ArmIndex>,
-        /// rms residual divided by the largest that the noise allows.
+        /// rms residual divided by that of the stated noise, or by that of a robot made to the tolerance.
         ratio: f32,
     },
     /// A parameter is further from nominal than the stated tolerance makes credible.
@@ -106,8 +107,8 @@ pub enum Refusal {
         /// The arm.
         arm: ArmIndex,
     },
-    /// The instruments have more unknowns than the solver has room for.
-    #[error("there is no room for {parameters} parameters")]
+    /// The instruments have more unknowns than the solver has room for, or there are more than four planes or points.
+    #[error("there is no room for {parameters} parameters, or for more than 4 planes or points")]
     TooManyUnknowns {
         /// Number of unknowns, including the robot's parameters.
         parameters: u64,
@@ -168,7 +169,7 @@ fn contradiction(
     }
     write!(
         formatter,
-        " are {ratio:.1} times what the stated noise allows"
+        " are {ratio:.1} times what the stated noise or tolerance allows"
     )
 }
 

@@ -47,7 +47,7 @@ pub enum Start {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct Settings<T> {
-    /// Measurement noise: weights the samples and tests the residuals.
+    /// Measurement noise: weights the samples and tests the residuals. Without it the tolerance tests them.
     pub noise: Option<Noise<T>>,
     /// Manufacturing tolerance: the prior about the nominal robot.
     pub tolerance: Option<Tolerance<T>>,
@@ -55,7 +55,7 @@ pub struct Settings<T> {
     pub solver: Solver,
     /// Where to start.
     pub start: Start,
-    /// Most linearisations per start; a solve may make several starts.
+    /// Most linearisations per start, at least 1; a solve may make several starts.
     pub iteration_limit: u16,
 }
 
@@ -101,9 +101,11 @@ impl<T: Real> Settings<T> {
         self
     }
 
-    /// Sets the limit of linearisations per start.
+    /// Sets the limit of linearisations per start; 0 changes nothing.
     pub const fn with_iteration_limit(mut self, iteration_limit: u16) -> Self {
-        self.iteration_limit = iteration_limit;
+        if iteration_limit > 0 {
+            self.iteration_limit = iteration_limit;
+        }
         self
     }
 

@@ -1,7 +1,5 @@
 use crate::Real;
-#[cfg(feature = "linear")]
-use crate::robot::Drive;
-use crate::robot::{Arm, Parameter, ParameterKind};
+use crate::robot::{Arm, Drive, Parameter, ParameterKind};
 
 /// Manufacturing tolerance: σ of each parameter about its nominal value. As a prior it adds the eight rows (p −
 /// `p_nominal`)/tolerance to an arm's least-squares problem.
@@ -161,6 +159,21 @@ impl<T: Real> Tolerance<T> {
             Drive::Linear => arm.outwards().map(|part| self.radius * part),
             Drive::Rotary => [T::ZERO; 2],
         }
+    }
+
+    /// Variance of the distance between elbow and platform, less the forearm, over robots made to the tolerance, in
+    /// units of a length similar to the forearm's, which is also the lever of the angles.
+    #[cfg_attr(not(feature = "linear"), allow(unused_mut, unused_variables))]
+    pub(crate) fn of_closure(&self, drive: Drive, unit: T) -> T {
+        let mut lengths = self.length.squared() * T::from_f64(6.0);
+        let mut angles = self.angle.squared() * T::TWO;
+        angles += self.joint_zero.map_or(T::ZERO, T::squared);
+        #[cfg(feature = "linear")]
+        if drive == Drive::Linear {
+            lengths += self.zero.squared() + self.radius.squared() + self.forearm.squared();
+            angles += self.scale.squared();
+        }
+        lengths / unit.squared() + angles
     }
 
     /// σ of a parameter, without the common radius and forearm length. Length, radians or no unit.

@@ -5,7 +5,9 @@ use super::observation::{Observation, ObservationError, ObservationRow};
 use super::problem::{ObservationProblem, Prepared};
 use super::solve::{ObservationMinimizer, ObservationOutcome};
 use crate::Real;
-use crate::calibration::{Minimizer, Phase, Problem, Progress, Refusal, Settings, enough_samples};
+use crate::calibration::{
+    Minimizer, Phase, Problem, Progress, Refusal, Settings, Start, enough_samples,
+};
 use crate::robot::{ArmIndex, Robot};
 use core::mem::ManuallyDrop;
 use heapless::Vec;
@@ -75,7 +77,8 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
     FkmCalibrator<T, ROWS, N, M, E>
 {
     /// A calibrator without observations; `robot` is the uncalibrated robot: the nominal values of the tolerance and
-    /// the start of the iteration. The noise is that of the instruments; that of `settings` is not used.
+    /// the start of the iteration. The noise is that of the instruments; that of `settings` is not used, nor its
+    /// [`Start`]: there is no free start.
     ///
     /// # Errors
     /// [`Refusal::TooManyUnknowns`] and [`Refusal::UnusableInstrument`].
@@ -96,7 +99,7 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
         };
         Ok(Self {
             robot: *robot,
-            settings: *settings,
+            settings: settings.with_start(Start::Nominal),
             instruments,
             rows: ManuallyDrop::new(Vec::new()),
             prepared: None,
@@ -116,7 +119,7 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
         if self.solving() {
             return Err(ObservationError::Busy);
         }
-        observation.check(self.robot.drive(), &self.instruments.view())?;
+        observation.check(&self.robot, &self.instruments.view())?;
         let mut row = ObservationRow::new(*observation);
         row.look_whether_reached(&self.robot)?;
         self.rows.push(row).map_err(|_| ObservationError::Full)?;

@@ -6,18 +6,18 @@ use super::observation::{
 };
 use crate::Real;
 use crate::calibration::Instrument;
-use crate::robot::{ArmIndex, Drive};
-use crate::samples::check_joint;
+use crate::robot::{ArmIndex, Robot};
+use crate::samples::{FARTHEST_SQUARED, check_joint};
 use nalgebra::Vector3;
 
 impl<T: Real> Observation<T> {
-    /// Checks that every number is usable for a robot with this drive, and every instrument known.
+    /// Checks that every number is usable for this robot, and every instrument known.
     ///
     /// # Errors
     /// The first fault found.
     pub fn check(
         &self,
-        drive: Drive,
+        robot: &Robot<T>,
         instruments: &Instruments<'_, T>,
     ) -> Result<(), ObservationError> {
         let joints = self
@@ -25,24 +25,26 @@ impl<T: Real> Observation<T> {
             .iter()
             .chain(self.other_joints().into_iter().flatten());
         for (q, arm) in joints.zip(ArmIndex::ALL.into_iter().cycle()) {
-            check_joint(*q, arm, drive).map_err(ObservationError::Joints)?;
+            check_joint(*q, arm, robot.drive()).map_err(ObservationError::Joints)?;
         }
         if self.readings() == 0 {
             return Err(ObservationError::Nothing);
         }
         let height = self.height.map(|height| height.height);
         let distance = self.distance.map(|distance| distance.distance);
-        let mut numbers = self.position.iter().copied().flatten().chain(height);
-        if !numbers.all(|value| value.squared().finite()) {
-            return Err(ObservationError::NonFinite);
-        }
-        if let Some(distance) = distance {
-            if !distance.squared().finite() {
+        let [first, ..] = robot.arms();
+        let readings = self.position.iter().copied().flatten();
+        for reading in readings.chain(height).chain(distance) {
+            if !reading.squared().finite() {
                 return Err(ObservationError::NonFinite);
             }
-            if !(distance > T::ZERO) {
-                return Err(ObservationError::DistanceNotPositive);
+            // Its rounding would hide what all others say.
+            if !((reading / first.lb()).squared() <= T::from_f64(FARTHEST_SQUARED)) {
+                return Err(ObservationError::TooFar);
             }
+        }
+        if distance.is_some_and(|distance| !(distance > T::ZERO)) {
+            return Err(ObservationError::DistanceNotPositive);
         }
         if let Some(Height { plane, .. }) = self.height
             && usize::from(plane) >= instruments.planes.len()

@@ -58,6 +58,9 @@ pub enum ObservationError {
     /// A number is NaN, infinite, or too large to be squared.
     #[error("a measured number is not finite")]
     NonFinite,
+    /// A reading is more than 10,000 forearm lengths.
+    #[error("a reading is thousands of forearms long")]
+    TooFar,
     /// The weight of the row is NaN, infinite or negative.
     #[error("the weight is not a finite number, 0 or greater")]
     Weight,

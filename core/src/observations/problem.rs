@@ -77,7 +77,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         }
         for (index, row) in rows.iter().enumerate() {
             row.check_weight()
-                .and_then(|()| row.observation().check(robot.drive(), instruments))
+                .and_then(|()| row.observation().check(robot, instruments))
                 .map_err(|error| PrepareError::Row { index, error })?;
         }
         for (index, row) in rows.iter_mut().enumerate() {

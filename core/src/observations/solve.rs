@@ -8,7 +8,7 @@ use super::observation::READINGS;
 use super::problem::{InstrumentsAt, ObservationProblem};
 use crate::Real;
 use crate::calibration::{
-    Estimate, JointOutcome, Minimizer, Problem, Progress, Refusal, Settings, TolerancePrior,
+    Estimate, JointOutcome, Minimizer, Problem, Progress, Refusal, Settings, Start, TolerancePrior,
     enough_samples,
 };
 use crate::frame::RigidTransform;
@@ -16,7 +16,7 @@ use crate::robot::{ArmIndex, Robot};
 use crate::samples::part;
 
 impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
-    /// Calibrates the robot.
+    /// Calibrates the robot. There is no free start: the [`Start`] of `settings` is not used.
     ///
     /// # Errors
     /// A [`Refusal`]; keep the robot's current parameters.
@@ -45,6 +45,7 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
         &self,
         settings: &Settings<T>,
     ) -> Result<ObservationMinimizer<T, N, M, E>, Refusal> {
+        let settings = &settings.with_start(Start::Nominal);
         let extent = Problem::<T, N, M, E>::extent(self);
         enough_samples(&extent, ArmIndex::First, settings)?;
         let mut minimizer = Minimizer::unstarted(ArmIndex::First, self.prior(settings), settings);

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 pub(crate) const COLUMNS: usize = 13;
 
 /// Fourth powers of such distances, times the largest weight, stay finite in single precision.
-const FARTHEST_SQUARED: f64 = 1e8;
+pub(crate) const FARTHEST_SQUARED: f64 = 1e8;
 
 /// Assumed error of the nominal forearm's direction, in radians: near a singularity, where the three forearms are
 /// coplanar, it bounds the variance of a closure from below.

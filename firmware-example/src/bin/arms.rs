@@ -30,7 +30,7 @@ fn main() -> ! {
 #[inline(never)]
 fn attempt(drawn: &Robot<f32>, store: &mut Store) {
     let Some(settings) = settings() else {
-        fail("no noise or tolerance")
+        fail("wrong settings")
     };
     let mut calibrator = IkmCalibrator::new(drawn, &settings);
     for slip in SLIPS {
@@ -70,7 +70,7 @@ fn measure(pose: u8) -> Sample<f32> {
 fn calibrate(calibrator: &mut IkmCalibrator<f32>) -> Result<Robot<f32>, Refusal> {
     for pose in 0..SAMPLES {
         if calibrator.add(&measure(pose)).is_err() {
-            fail("a sample is not usable");
+            fail("unusable sample");
         }
     }
     calibrator.solve()?;

@@ -89,10 +89,8 @@ impl Settings {
             START_FREE => Start::Free,
             _ => return Err(status::NO_SUCH_CHOICE.into()),
         });
-        match u16::try_from(self.iteration_limit) {
-            Ok(0) => Ok(settings),
-            Ok(limit) => Ok(settings.with_iteration_limit(limit)),
-            Err(_) => Err(status::NO_SUCH_CHOICE.into()),
-        }
+        let limit = u16::try_from(self.iteration_limit);
+        let limit = limit.map_err(|_| Error::from(status::NO_SUCH_CHOICE))?;
+        Ok(settings.with_iteration_limit(limit))
     }
 }

@@ -204,6 +204,7 @@ macro_rules! family {
                 let mut stranger = filled(&Settings::default(), right);
                 let found = merge(calibrator.held_mut(), stranger.held());
                 assert_eq!(found, status::DIFFERENT_NOMINAL);
+                assert_eq!(stepped(&mut calibrator), solved_by_core(&mut expected));
             }
 
             /// What is solved is the samples of `solve`, whatever is called in between.

@@ -53,10 +53,14 @@ fn every_refusal_says_all_in_c() {
     let short = GeometryError::NotPositive(Parameter::Lb);
     let no_up = Refusal::ImpossibleRobot(GeometryError::NoCommonUp);
     let unknown = Refusal::UndeterminedInstrument;
+    let unusable = Refusal::UnusableInstrument;
+    let many = Refusal::TooManyUnknowns { parameters: 39 };
     let (plane, point) = (Instrument::Plane(2), Instrument::Point(1));
     let infinite = Refusal::NonFinite { arm: second };
     let (dx, theta, lb) = (Parameter::Dx, Parameter::Theta, Parameter::Lb);
     for (refusal, expected, figure) in [
+        (unusable(plane), [28, -1, -1, 0, 2, 2, 0, 0], 0.0),
+        (many, [66, -1, -1, 0, 0, 0, 0, 0], 0.0),
         (few(second, 3, 8), [70, 1, -1, 0, 0, 0, 3, 8], 0.0),
         (undetermined(first, dx, 1e9), [71, 0, 0, 0, 0, 0, 0, 0], 1e9),
         (uncertain(third, lb, 40.5), [72, 2, 7, 0, 0, 0, 0, 0], 40.5),

@@ -5,7 +5,7 @@ use super::super::{
     ObservationProblem, ObservationRow, Plane, Point, PositionFrame, READINGS, TouchCalibrator,
 };
 use super::PIECES;
-use crate::calibration::{Problem, Progress, Refusal, Settings, Tolerance, sum_of_squares};
+use crate::calibration::{Problem, Progress, Refusal, Settings, Start, Tolerance, sum_of_squares};
 use crate::fixtures::{instruments, joints, paper};
 #[cfg(feature = "transmission")]
 use crate::robot::Transmission;
@@ -155,7 +155,9 @@ fn the_steps_end_with_the_outcome_of_the_problem() {
             ..Observation::at(joints)
         }
     });
-    let mut calibrator = TouchCalibrator::<f64, 31>::new(&robot, &instruments, &settings).unwrap();
+    // There is no free start.
+    let free = settings.with_start(Start::Free);
+    let mut calibrator = TouchCalibrator::<f64, 31>::new(&robot, &instruments, &free).unwrap();
     let refusal = calibrator.solve().unwrap_err();
     assert!(matches!(
         refusal,
@@ -181,7 +183,9 @@ fn the_steps_end_with_the_outcome_of_the_problem() {
     let found = calibrator.outcome().cloned();
     let mut rows = measured.map(ObservationRow::new);
     let problem = ObservationProblem::<f64, 27>::prepare(&robot, &instruments, &mut rows);
-    assert_eq!(found, problem.unwrap().solve::<28, 406>(&settings));
+    let problem = problem.unwrap();
+    assert_eq!(found, problem.solve::<28, 406>(&settings));
+    assert_eq!(found, problem.solve::<28, 406>(&free));
     assert!(found.is_ok());
 
     // One more, and no further one.

@@ -5,7 +5,7 @@ use super::options::{Added, Selection, StreamRefusal};
 use crate::Real;
 use crate::calibration::limits::MOST_REJECTED;
 use crate::calibration::{Calibrator, Estimator, Parts, Progress, Refusal, Samples, Settings};
-use crate::robot::Robot;
+use crate::robot::{ArmIndex, Robot};
 use crate::samples::{AddError, Sample};
 use crate::snapshot::{SnapshotError, longest, read, write};
 use crate::state::{Reader, State, Writer};
@@ -72,6 +72,8 @@ enum Work {
     /// An estimate for the gate. The first step of each kind of work starts it.
     Estimate,
     Estimating,
+    /// So many arms of it are the gate's.
+    Adopting(usize),
     /// The solve that was requested.
     Solve,
     Solving,
@@ -147,7 +149,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
                 self.calibrator.check(sample)?;
                 let own = self.calibrator.idle()?;
                 let (arms, others) = E::arms_mut(own, beside);
-                let verdict = gate.add(arms, sample, forgetting.as_ref());
+                let verdict = T::add_gated(gate, arms, sample, forgetting.as_ref());
                 match (&verdict, others, &forgetting) {
                     (Verdict::Rejected(_), ..) | (_, None, _) => {}
                     (_, Some(own), None) => own.push(sample),
@@ -178,7 +180,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
                 }
                 self.work = Work::Solve;
             }
-            Work::Estimate | Work::Estimating => self.asked = true,
+            Work::Estimate | Work::Estimating | Work::Adopting(_) => self.asked = true,
             Work::Refused(refusal) => return Err(refusal),
             Work::Solve | Work::Solving | Work::Solved => {}
         }
@@ -247,10 +249,10 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
             }
             Work::Estimating => {
                 if self.calibrator.step() == Progress::Finished {
-                    self.adopt();
-                    self.work = self.give_up_estimate();
+                    self.work = Work::Adopting(0);
                 }
             }
+            Work::Adopting(arms) => self.work = self.adopt(arms),
             Work::Solve => {
                 self.work = match self.calibrator.solve() {
                     Ok(()) => Work::Solving,
@@ -281,21 +283,26 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         Work::Collecting
     }
 
+    /// One arm a step: it is linearised anew.
     #[inline(never)]
-    fn adopt(&mut self) {
-        let robot = self.calibrator.outcome().map(|found| *E::robot(found));
-        if let (Ok(robot), Some(Gated { gate, beside })) = (robot, &mut self.gated) {
-            let (arms, _) = E::arms_mut(&mut self.calibrator.samples, beside);
-            arms.flush();
-            gate.adopt(arms, &robot);
-        }
+    fn adopt(&mut self, arms: usize) -> Work {
+        let (arm, found) = (ArmIndex::ALL.get(arms), self.calibrator.outcome());
+        let found = arm
+            .zip(found.ok())
+            .map(|(arm, it)| (arm, *E::robot(it).arm(*arm)));
+        let (Some((arm, found)), Some(Gated { gate, beside })) = (found, &mut self.gated) else {
+            return self.give_up_estimate();
+        };
+        let (samples, _) = E::arms_mut(&mut self.calibrator.samples, beside);
+        gate.adopt(samples, *arm, &found);
+        Work::Adopting(arms + 1)
     }
 
     /// Whether work is pending; until it is done, no sample is accepted.
     pub const fn solving(&self) -> bool {
         matches!(
             self.work,
-            Work::Estimate | Work::Estimating | Work::Solve | Work::Solving
+            Work::Estimate | Work::Estimating | Work::Adopting(_) | Work::Solve | Work::Solving
         )
     }
 

@@ -17,7 +17,7 @@ mod verdict;
 use crate::Real;
 use crate::calibration::limits::{REJECTIONS_OF_A_CHANGE, SAMPLES_FOR_FREE_START, SUSPECTED};
 use crate::calibration::{ArmSamples, Samples, Settings, TolerancePrior};
-use crate::robot::{ArmIndex, Robot};
+use crate::robot::{Arm, ArmIndex};
 use crate::samples::{ArmFactor, Forgetting, Sample};
 use crate::snapshot::Fingerprint;
 use crate::state::state;
@@ -29,7 +29,7 @@ pub use verdict::{Alarm, GateCounts, GateError, Innovation, Untested, Verdict};
 /// With a stated noise and a stated tolerance it tests from the first sample. Otherwise it needs a solved estimate
 /// first: see [`wants_estimate`](Self::wants_estimate).
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Gate<T: Real> {
+pub(crate) struct Gate<T: Real> {
     arms: [Prediction<T>; 3],
     /// Its width, in σ.
     pub(super) sigmas: T,
@@ -68,10 +68,10 @@ impl<T: Real> Gate<T> {
         Ok(())
     }
 
-    /// Tests one checked sample, and adds it unless it disagrees. Bounded work: an arm's prediction is relinearised
-    /// once its samples have grown by an eighth, one arm per sample. With forgetting, one arm is relinearised at every
-    /// sample, in turn: this is how the predictions forget, too.
-    pub(super) fn add(
+    /// Tests one checked sample, and adds it unless it disagrees. Bounded work: once its samples have grown by an
+    /// eighth, an arm's prediction is relinearised when that arm takes in a block, no two arms' at the same
+    /// sample. With forgetting that is every block: this is how the predictions forget, too.
+    pub(crate) fn add(
         &mut self,
         samples: &mut ArmSamples<T>,
         sample: &Sample<T>,
@@ -83,6 +83,7 @@ impl<T: Real> Gate<T> {
             self.note_rejection();
             return verdict;
         }
+        let before = samples.arms().each_ref().map(ArmFactor::samples);
         match forgetting {
             None => samples.push(sample),
             Some(forgetting) => samples.push_forgetting(sample, forgetting),
@@ -95,7 +96,7 @@ impl<T: Real> Gate<T> {
         for (prediction, row) in self.arms.iter_mut().zip(&rows) {
             prediction.take_in(row);
         }
-        self.renew_one(samples);
+        self.renew_one(samples, before);
         verdict
     }
 
@@ -202,21 +203,17 @@ impl<T: Real> Gate<T> {
         }
     }
 
-    fn renew_one(&mut self, samples: &mut ArmSamples<T>) {
-        if !self.estimated {
-            return;
-        }
-        for (index, arm) in ArmIndex::ALL.into_iter().enumerate() {
-            let Some(prediction) = self.arms.get_mut(index) else {
-                return;
-            };
-            if prediction.stale() {
-                samples.take_in_waiting_of(arm);
-                let settings = *samples.settings();
-                if let Some(factor) = samples.arms().get(index) {
-                    prediction.renew(factor, &prior(factor, &settings));
+    fn renew_one(&mut self, samples: &ArmSamples<T>, before: [u64; 3]) {
+        let (settings, arms) = (samples.settings(), self.arms.iter_mut().zip(samples.arms()));
+        let arms = arms.zip(ArmIndex::ALL).zip(before);
+        for (((prediction, factor), arm), before) in arms.filter(|_| self.estimated) {
+            if prediction.stale() && factor.samples() > before {
+                prediction.renew(factor, &prior(factor, settings));
+                // The factor lacks what waits for the arm's next block.
+                for (x, q) in samples.waiting.block(arm) {
+                    let row = prediction.row(&factor.nominal().prepare(x, q));
+                    prediction.take_in(&row);
                 }
-                return;
             }
         }
     }
@@ -230,16 +227,18 @@ impl<T: Real> Gate<T> {
             && (self.counts.taken / SAMPLES_FOR_FREE_START).is_power_of_two()
     }
 
-    /// From now on predicts from a robot solved from these samples, none of which may be waiting.
-    pub(super) fn adopt(&mut self, samples: &ArmSamples<T>, robot: &Robot<T>) {
-        let settings = *samples.settings();
-        for ((prediction, factor), arm) in
-            self.arms.iter_mut().zip(samples.arms()).zip(robot.arms())
-        {
-            let correction = factor.nominal().correction_to(arm);
-            prediction.move_to(&correction, factor, &prior(factor, &settings));
+    /// From now on predicts one arm from an estimate that was solved from these samples; tests from the third on.
+    pub(super) fn adopt(&mut self, samples: &mut ArmSamples<T>, arm: ArmIndex, found: &Arm<T>) {
+        samples.take_in_waiting_of(arm);
+        let (prediction, factor) = (
+            self.arms.get_mut(arm.index()),
+            samples.arms().get(arm.index()),
+        );
+        if let (Some(prediction), Some(factor)) = (prediction, factor) {
+            let correction = factor.nominal().correction_to(found);
+            prediction.move_to(&correction, factor, &prior(factor, samples.settings()));
         }
-        self.estimated = true;
+        self.estimated = arm == ArmIndex::Third;
     }
 
     /// Answers the alarm: the run was wrong, and earlier samples stay. The next run of rejections is another alarm. If
@@ -289,8 +288,8 @@ impl<T: Real> Gate<T> {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use super::{Gate, Untested};
-    use crate::calibration::{IkmCalibrator, Samples, Settings};
+    use super::{ArmIndex, Gate, Untested};
+    use crate::calibration::{IkmCalibrator, Settings};
     use crate::fixtures::{changed, robot, samples};
 
     /// Eleven samples leave three degrees of freedom, enough to estimate the noise; ten do not.
@@ -304,8 +303,9 @@ mod tests {
                 gate.add(&mut calibrator.samples, sample, None);
             }
             let found = calibrator.calibrate().unwrap().robot;
-            calibrator.samples.flush();
-            gate.adopt(&calibrator.samples, &found);
+            for arm in ArmIndex::ALL {
+                gate.adopt(&mut calibrator.samples, arm, found.arm(arm));
+            }
             let off = gate.innovations(&calibrator.samples, &measured[count]);
             assert_eq!(off.is_ok(), known);
             assert!(known || off == Err(Untested::NoNoise));

@@ -410,6 +410,51 @@ fn a_robot_that_changes_is_detected() {
     }
 }
 
+/// 60 samples of a robot and 540 of one that has changed, each alarm acknowledged: with forgetting the stream follows it,
+/// without it stays with the first.
+#[test]
+fn a_changed_robot_is_followed_with_forgetting_alone() {
+    let at = |robot: &Robot<f64>| robot.forward(&[0.1, 0.2, -0.3]).unwrap();
+    for (settings, change) in [Settings::default().with_noise(noise()), Settings::default()]
+        .into_iter()
+        .flat_map(|settings| [0.2, 1.0, 5.0].map(|change| (settings, change)))
+    {
+        for forgetting in [None, Some(Forgetting::new(50.0).unwrap())] {
+            let (mut answers, mut rejected, mut error) = (0, 0, 0.0_f64);
+            for number in 0..20 {
+                let mut rng = generator(917, number);
+                let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
+                let changed = perturbed(&truth, change, change / 260.0, Spread::Normal, &mut rng);
+                let mut all = measurements(&truth, 60, Some(&noise()), &mut rng);
+                all.extend(measurements(&changed, 540, Some(&noise()), &mut rng));
+                let gated = Selection::Gated { forgetting };
+                let mut stream = Stream(StreamCalibrator::new(&paper_robot(), &settings, &gated));
+                for sample in &all {
+                    stream.add(sample);
+                    if stream.0.alarm().is_some() {
+                        answers += 1;
+                        stream.0.acknowledge();
+                    }
+                }
+                rejected += stream.counts().rejected;
+                let now = if forgetting.is_some() { changed } else { truth };
+                // A small change is not told from noise that nobody has stated.
+                let Ok(found) = stream.solve() else {
+                    assert!(forgetting.is_none() && change < 1.0);
+                    continue;
+                };
+                error = error.max((at(&found.robot) - at(&now)).norm());
+            }
+            let forgets = forgetting.is_some();
+            println!("| {change} mm | {forgets} | {answers} | {rejected} | {error:.3} mm |");
+            if forgets || change >= 1.0 {
+                assert_eq!(rejected, if forgets { 160 } else { 10_800 });
+                assert!(error < 0.03, "{error}");
+            }
+        }
+    }
+}
+
 /// The first few samples are wrong and the prior is wide enough to let them in: those that follow
 /// disagree, and it is not said that the robot has changed.
 #[test]

@@ -17,8 +17,8 @@ mod verdict;
 use crate::Real;
 use crate::calibration::limits::{REJECTIONS_OF_A_CHANGE, SAMPLES_FOR_FREE_START, SUSPECTED};
 use crate::calibration::{ArmSamples, Samples, Settings, TolerancePrior};
-use crate::robot::{Arm, ArmIndex};
-use crate::samples::{ArmFactor, Forgetting, Sample};
+use crate::robot::{Arm, ArmIndex, Robot};
+use crate::samples::{ArmFactor, Forgetting, NominalArm, Sample};
 use crate::snapshot::Fingerprint;
 use crate::state::state;
 use prediction::{Predicted, Prediction, Row};
@@ -34,6 +34,10 @@ pub(crate) struct Gate<T: Real> {
     /// Its width, in σ.
     pub(super) sigmas: T,
     estimated: bool,
+    /// Samples that the next estimate needs.
+    needed: u64,
+    /// Samples added before the gate began again, and rejected before the last acknowledgement.
+    excused: [u64; 2],
     /// The statistics so far.
     pub(super) counts: GateCounts,
     /// The meaning of the first run of rejections since the last [acknowledgement](Self::acknowledge), if any.
@@ -42,21 +46,38 @@ pub(crate) struct Gate<T: Real> {
 
 impl<T: Real> Gate<T> {
     /// A gate before the first sample, [`SUSPECTED`] σ wide: each arm rejects three in a million valid samples.
-    pub(super) fn new(samples: &ArmSamples<T>) -> Self {
-        let settings = *samples.settings();
-        let [first, second, third] = samples.arms();
+    #[inline(always)]
+    pub(super) fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self {
+        let of = |arm| Prediction::new(robot, arm, settings);
         // Not by `map`, which would build large objects elsewhere and move them.
         Self {
             arms: [
-                Prediction::new(first, &prior(first, &settings)),
-                Prediction::new(second, &prior(second, &settings)),
-                Prediction::new(third, &prior(third, &settings)),
+                of(ArmIndex::First),
+                of(ArmIndex::Second),
+                of(ArmIndex::Third),
             ],
             sigmas: T::from_f64(SUSPECTED),
             estimated: settings.noise.is_some() && settings.tolerance.is_some(),
+            needed: SAMPLES_FOR_FREE_START,
+            excused: [0; 2],
             counts: GateCounts::default(),
             alarm: None,
         }
+    }
+
+    /// As new, but for its width and its statistics.
+    pub(super) fn begin_again(&mut self, samples: &ArmSamples<T>) {
+        let Self { sigmas, counts, .. } = *self;
+        *self = Self {
+            sigmas,
+            counts,
+            excused: [counts.taken, counts.rejected],
+            ..Self::new(&samples.robot(), samples.settings())
+        };
+    }
+
+    pub(super) fn forget_statistics(&mut self) {
+        self.counts = GateCounts::default();
     }
 
     /// Sets its width, in σ.
@@ -194,7 +215,7 @@ impl<T: Real> Gate<T> {
         if counts.run == REJECTIONS_OF_A_CHANGE && self.alarm.is_none() {
             let first = (came + 1).saturating_sub(counts.run);
             // Eight samples determine an arm; the others agreed with it.
-            let agreed = counts.taken.saturating_sub(PARAMETERS);
+            let agreed = self.unexcused().0.saturating_sub(PARAMETERS);
             self.alarm = Some(if agreed >= REJECTIONS_OF_A_CHANGE {
                 Alarm::RobotChanged { first }
             } else {
@@ -208,7 +229,7 @@ impl<T: Real> Gate<T> {
         let arms = arms.zip(ArmIndex::ALL).zip(before);
         for (((prediction, factor), arm), before) in arms.filter(|_| self.estimated) {
             if prediction.stale() && factor.samples() > before {
-                prediction.renew(factor, &prior(factor, settings));
+                prediction.renew(factor, &prior(factor.nominal(), settings));
                 // The factor lacks what waits for the arm's next block.
                 for (x, q) in samples.waiting.block(arm) {
                     let row = prediction.row(&factor.nominal().prepare(x, q));
@@ -218,13 +239,24 @@ impl<T: Real> Gate<T> {
         }
     }
 
+    /// Samples added since the gate began, and rejected since the last acknowledgement.
+    pub(super) const fn unexcused(&self) -> (u64, u64) {
+        let ([taken, rejected], counts) = (self.excused, &self.counts);
+        (
+            counts.taken.saturating_sub(taken),
+            counts.rejected.saturating_sub(rejected),
+        )
+    }
+
     /// Whether the gate needs an estimate to test and there are enough samples to attempt one: at the 12th, and each
-    /// time their number has doubled. Pass it to [`adopt`](Self::adopt); if it is refused, the gate continues to accept
-    /// samples untested.
+    /// time their number has doubled. Pass it to [`adopt`](Self::adopt); until then the gate accepts samples untested.
     pub(super) const fn wants_estimate(&self) -> bool {
-        !self.estimated
-            && self.counts.taken.is_multiple_of(SAMPLES_FOR_FREE_START)
-            && (self.counts.taken / SAMPLES_FOR_FREE_START).is_power_of_two()
+        !self.estimated && self.unexcused().0 >= self.needed
+    }
+
+    /// The samples did not suffice for an estimate: twice as many may.
+    pub(super) const fn postpone_estimate(&mut self) {
+        self.needed = self.needed.saturating_mul(2);
     }
 
     /// From now on predicts one arm from an estimate that was solved from these samples; tests from the third on.
@@ -236,16 +268,21 @@ impl<T: Real> Gate<T> {
         );
         if let (Some(prediction), Some(factor)) = (prediction, factor) {
             let correction = factor.nominal().correction_to(found);
-            prediction.move_to(&correction, factor, &prior(factor, samples.settings()));
+            prediction.move_to(
+                &correction,
+                factor,
+                &prior(factor.nominal(), samples.settings()),
+            );
         }
         self.estimated = arm == ArmIndex::Third;
     }
 
-    /// Answers the alarm: the run was wrong, and earlier samples stay. The next run of rejections is another alarm. If
-    /// the robot itself has changed, start again with a new calibrator and gate.
+    /// Answers the alarm: the run was wrong, and earlier samples stay. The next run of rejections is another alarm.
     pub(super) const fn acknowledge(&mut self) {
         self.alarm = None;
         self.counts.run = 0;
+        let [_, rejected] = &mut self.excused;
+        *rejected = self.counts.rejected;
     }
 }
 
@@ -253,9 +290,8 @@ impl<T: Real> Gate<T> {
 const PARAMETERS: u64 = 8;
 
 /// In internal units. Without a stated noise, a tolerance cannot be weighted against the samples and is ignored.
-fn prior<T: Real>(factor: &ArmFactor<T>, settings: &Settings<T>) -> TolerancePrior<T, 8> {
+fn prior<T: Real>(nominal: &NominalArm<T>, settings: &Settings<T>) -> TolerancePrior<T, 8> {
     let tolerance = settings.tolerance.filter(|_| settings.noise.is_some());
-    let nominal = factor.nominal();
     TolerancePrior::of_arm(nominal.arm(), &nominal.units(), tolerance.as_ref())
 }
 
@@ -263,6 +299,8 @@ state!(
     Gate<T>:
     arms: [Prediction<T>; 3],
     estimated: bool,
+    needed: u64,
+    excused: [u64; 2],
     counts: GateCounts,
     alarm: Option<Alarm>,
 );
@@ -298,7 +336,7 @@ mod tests {
         let measured = samples::<12>(&changed(1), 14);
         for (count, known) in [(10, false), (11, true)] {
             let mut calibrator = IkmCalibrator::new(&robot(), &Settings::default());
-            let mut gate = Gate::new(&calibrator.samples);
+            let mut gate = Gate::new(&robot(), &Settings::default());
             for sample in &measured[..count] {
                 gate.add(&mut calibrator.samples, sample, None);
             }

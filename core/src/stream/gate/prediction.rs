@@ -1,9 +1,11 @@
 //! The next sample as predicted from an arm's earlier samples and its prior.
 
+use super::prior;
 use crate::Real;
 use crate::calibration::step_control::LONGEST_STEP;
-use crate::calibration::{Normal, TolerancePrior};
-use crate::samples::{ArmFactor, ArmSample, Displacement};
+use crate::calibration::{Normal, Settings, TolerancePrior, workspace_centre};
+use crate::robot::{ArmIndex, Robot};
+use crate::samples::{ArmFactor, ArmSample, Displacement, NominalArm};
 use crate::state::state;
 use nalgebra::SVector;
 
@@ -76,20 +78,20 @@ pub(super) struct Predicted<T> {
 }
 
 impl<T: Real> Prediction<T> {
-    /// At the nominal arm, with the samples in the factor.
-    pub(super) fn new(factor: &ArmFactor<T>, prior: &TolerancePrior<T, 8>) -> Self {
+    /// At the nominal arm, without samples.
+    #[inline(never)]
+    pub(super) fn new(robot: &Robot<T>, arm: ArmIndex, settings: &Settings<T>) -> Self {
+        let nominal = NominalArm::new(robot.arm(arm), &workspace_centre(robot), settings.noise);
         let correction = [T::ZERO; 8];
-        let mut prediction = Self {
+        Self {
             correction,
-            at: Displacement::new(factor.nominal(), &correction),
-            normal: Normal::zero(),
+            at: Displacement::new(&nominal, &correction),
+            normal: prior(&nominal, settings).rows(T::ONE, &correction),
             beyond: T::ZERO,
             samples: T::ZERO,
             since: 0,
             lasts: 0,
-        };
-        prediction.linearize(factor, prior);
-        prediction
+        }
     }
 
     /// Recomputes derived state after its correction was restored.

@@ -362,6 +362,8 @@ fn an_alarm_is_in_the_snapshot() {
             Alarm::RobotChanged { first }
         };
         assert_eq!(stream.alarm(), Some(expected));
+        let code = stream.solve().unwrap_err().code();
+        assert_eq!(code, if good < 16 { 93 } else { 92 });
         let mut bytes = vec![0; Arms::SNAPSHOT_BYTES];
         let length = stream.snapshot(&mut bytes).unwrap().len();
         let mut restored = new();

@@ -201,7 +201,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// same uncalibrated robot, settings and selection.
     pub fn reset(&mut self) {
         if let Some(Gated { gate, .. }) = &mut self.gated {
-            gate.forget_statistics();
+            gate.counts = GateCounts::default();
         }
         self.begin_again();
         self.samples = 0;
@@ -283,7 +283,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     fn end_estimate(&mut self) -> Work {
         self.calibrator.stop();
         if let Some(Gated { gate, .. }) = &mut self.gated {
-            gate.postpone_estimate();
+            gate.needed = gate.needed.saturating_mul(2);
         }
         Work::Collecting
     }
@@ -291,15 +291,13 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// One arm a step: it is linearised anew.
     #[inline(never)]
     fn adopt(&mut self, arms: usize) -> Work {
-        let (arm, found) = (ArmIndex::ALL.get(arms), self.calibrator.outcome());
-        let found = arm
-            .zip(found.ok())
-            .map(|(arm, it)| (arm, *E::robot(it).arm(*arm)));
-        let (Some((arm, found)), Some(Gated { gate, beside })) = (found, &mut self.gated) else {
+        let robot = self.calibrator.outcome().map(|found| *E::robot(found));
+        let (Some(gated), Ok(robot), Some(arm)) = (&mut self.gated, robot, ArmIndex::ALL.get(arms))
+        else {
             return self.end_estimate();
         };
-        let (samples, _) = E::arms_mut(&mut self.calibrator.samples, beside);
-        gate.adopt(samples, *arm, &found);
+        let (samples, _) = E::arms_mut(&mut self.calibrator.samples, &mut gated.beside);
+        gated.gate.adopt(samples, *arm, robot.arm(*arm));
         Work::Adopting(arms + 1)
     }
 

@@ -34,8 +34,8 @@ pub(crate) struct Gate<T: Real> {
     /// Its width, in σ.
     pub(super) sigmas: T,
     estimated: bool,
-    /// Samples that the next estimate needs.
-    needed: u64,
+    /// Samples that the next estimate needs: twice as many, if they did not suffice.
+    pub(super) needed: u64,
     /// Samples added before the gate began again, and rejected before the last acknowledgement.
     excused: [u64; 2],
     /// The statistics so far.
@@ -74,10 +74,6 @@ impl<T: Real> Gate<T> {
             excused: [counts.taken, counts.rejected],
             ..Self::new(&samples.robot(), samples.settings())
         };
-    }
-
-    pub(super) fn forget_statistics(&mut self) {
-        self.counts = GateCounts::default();
     }
 
     /// Sets its width, in σ.
@@ -254,25 +250,13 @@ impl<T: Real> Gate<T> {
         !self.estimated && self.unexcused().0 >= self.needed
     }
 
-    /// The samples did not suffice for an estimate: twice as many may.
-    pub(super) const fn postpone_estimate(&mut self) {
-        self.needed = self.needed.saturating_mul(2);
-    }
-
     /// From now on predicts one arm from an estimate that was solved from these samples; tests from the third on.
     pub(super) fn adopt(&mut self, samples: &mut ArmSamples<T>, arm: ArmIndex, found: &Arm<T>) {
         samples.take_in_waiting_of(arm);
-        let (prediction, factor) = (
-            self.arms.get_mut(arm.index()),
-            samples.arms().get(arm.index()),
-        );
-        if let (Some(prediction), Some(factor)) = (prediction, factor) {
-            let correction = factor.nominal().correction_to(found);
-            prediction.move_to(
-                &correction,
-                factor,
-                &prior(factor.nominal(), samples.settings()),
-            );
+        let (index, settings) = (arm.index(), samples.settings());
+        if let (Some(own), Some(factor)) = (self.arms.get_mut(index), samples.arms().get(index)) {
+            own.correction = factor.nominal().correction_to(found);
+            own.linearize(factor, &prior(factor.nominal(), settings));
         }
         self.estimated = arm == ArmIndex::Third;
     }

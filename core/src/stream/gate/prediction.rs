@@ -7,7 +7,6 @@ use crate::calibration::{Normal, Settings, TolerancePrior, workspace_centre};
 use crate::robot::{ArmIndex, Robot};
 use crate::samples::{ArmFactor, ArmSample, Displacement, NominalArm};
 use crate::state::state;
-use nalgebra::SVector;
 
 /// Without a stated noise the parameters take eight degrees of freedom from the residuals, and the variance of
 /// Student's t exists above two degrees of freedom.
@@ -30,7 +29,7 @@ const LASTS: u64 = 8;
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Prediction<T: Real> {
     /// The correction at which it is linearised.
-    correction: [T; 8],
+    pub(super) correction: [T; 8],
     at: Displacement<T>,
     normal: Normal<T>,
     /// The part of the squared residuals that no parameters explain.
@@ -56,16 +55,9 @@ state!(
 /// A sample as one arm sees it: its row of the Jacobian (3.21) and f, both divided by σf.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Row<T: Real> {
-    derivatives: SVector<T, 8>,
-    residual: T,
+    entries: [T; 9],
     /// 1/σf, in squared lengths of the nominal arm's unit.
     pub(super) weight: T,
-}
-
-impl<T: Real> Row<T> {
-    fn entries(&self) -> impl Iterator<Item = &T> {
-        self.derivatives.iter().chain([&self.residual])
-    }
 }
 
 /// A sample compared to its prediction.
@@ -101,19 +93,16 @@ impl<T: Real> Prediction<T> {
 
     pub(super) fn row(&self, sample: &ArmSample<T>) -> Row<T> {
         let (derivatives, residual) = self.at.constraint_row(sample);
+        let [a, b, c, d, e, f, g, h] = derivatives.into();
         Row {
-            derivatives,
-            residual,
+            entries: [a, b, c, d, e, f, g, h, residual],
             weight: sample.weight,
         }
     }
 
     /// `None` if the samples so far and the prior do not determine the arm.
     pub(super) fn predict(&self, row: &Row<T>, noise_stated: bool) -> Option<Predicted<T>> {
-        let mut rest = [T::ZERO; 9];
-        for (entry, value) in rest.iter_mut().zip(row.entries()) {
-            *entry = *value;
-        }
+        let mut rest = row.entries;
         let mut spread = T::ZERO;
         let mut rest = rest.as_mut_slice();
         for row in self.normal.rows().take(8) {
@@ -165,11 +154,7 @@ impl<T: Real> Prediction<T> {
     }
 
     pub(super) fn take_in(&mut self, row: &Row<T>) {
-        let mut block = [[T::ZERO; 1]; 9];
-        for ([entry], value) in block.iter_mut().zip(row.entries()) {
-            *entry = *value;
-        }
-        self.normal.absorb(&mut block);
+        self.normal.absorb(&mut row.entries.map(|entry| [entry]));
         self.samples += T::ONE;
         self.since += 1;
     }
@@ -192,19 +177,9 @@ impl<T: Real> Prediction<T> {
         self.linearize(factor, prior);
     }
 
-    /// Relinearises at a solution found elsewhere.
-    pub(super) fn move_to(
-        &mut self,
-        correction: &[T; 8],
-        factor: &ArmFactor<T>,
-        prior: &TolerancePrior<T, 8>,
-    ) {
-        self.correction = *correction;
-        self.linearize(factor, prior);
-    }
-
+    /// Relinearises at the correction.
     #[inline(never)]
-    fn linearize(&mut self, factor: &ArmFactor<T>, prior: &TolerancePrior<T, 8>) {
+    pub(super) fn linearize(&mut self, factor: &ArmFactor<T>, prior: &TolerancePrior<T, 8>) {
         self.at = Displacement::new(factor.nominal(), &self.correction);
         self.normal = prior.rows(T::ONE, &self.correction);
         T::linearize_arm(factor, &self.at, &mut self.normal);

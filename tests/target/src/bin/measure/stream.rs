@@ -34,10 +34,10 @@ fn of<E: Estimator>(report: &mut Report<'_>, name: &str) -> fmt::Result {
             }
         }
     }
+    report.instructions(format_args!("{name}-add-mean"), add.mean())?;
     report.instructions(format_args!("{name}-add"), add.worst)?;
     report.instructions(format_args!("{name}-step"), step.worst)?;
-    let settings = Settings::default();
-    let gated = Selection::Gated { forgetting: None };
+    let (settings, gated) = (Settings::default(), Selection::Gated { forgetting: None });
     let new = stack_of(&mut || {
         black_box(place.write(StreamCalibrator::new(black_box(&robot), &settings, &gated)));
     });

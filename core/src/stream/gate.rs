@@ -237,11 +237,9 @@ impl<T: Real> Gate<T> {
 
     /// Samples added since the gate began, and rejected since the last acknowledgement.
     pub(super) const fn unexcused(&self) -> (u64, u64) {
-        let ([taken, rejected], counts) = (self.excused, &self.counts);
-        (
-            counts.taken.saturating_sub(taken),
-            counts.rejected.saturating_sub(rejected),
-        )
+        let [taken, rejected] = self.excused;
+        let taken = self.counts.taken.saturating_sub(taken);
+        (taken, self.counts.rejected.saturating_sub(rejected))
     }
 
     /// Whether the gate needs an estimate to test and there are enough samples to attempt one: at the 12th, and each

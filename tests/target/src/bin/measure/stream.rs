@@ -42,8 +42,6 @@ fn of<E: Estimator>(report: &mut Report<'_>, name: &str) -> fmt::Result {
         black_box(place.write(StreamCalibrator::new(black_box(&robot), &settings, &gated)));
     });
     report.figure(format_args!("{name}-new-stack"), new)?;
-    report.figure(
-        format_args!("{name}"),
-        size_of::<StreamCalibrator<f32, E>>(),
-    )
+    let size = size_of::<StreamCalibrator<f32, E>>();
+    report.figure(format_args!("{name}"), size)
 }

@@ -242,32 +242,20 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// One bounded step of the pending work. After the last step of a solve there is an outcome; after the last step of
     /// an estimate for the gate, the next sample can be added.
     pub fn step(&mut self) -> Progress {
-        match self.work {
-            Work::Estimate => {
-                self.work = match self.calibrator.solve() {
-                    Ok(()) => Work::Estimating,
-                    Err(_) => self.end_estimate(),
-                };
-            }
-            Work::Estimating => {
-                if self.calibrator.step() == Progress::Finished {
-                    self.work = Work::Adopting(0);
-                }
-            }
-            Work::Adopting(arms) => self.work = self.adopt(arms),
-            Work::Solve => {
-                self.work = match self.calibrator.solve() {
-                    Ok(()) => Work::Solving,
-                    Err(refusal) => Work::Refused(refusal.into()),
-                };
-            }
-            Work::Solving => {
-                if self.calibrator.step() == Progress::Finished {
-                    self.work = Work::Solved;
-                }
-            }
-            Work::Collecting | Work::Solved | Work::Refused(_) => {}
-        }
+        self.work = match self.work {
+            Work::Estimate => match self.calibrator.solve() {
+                Ok(()) => Work::Estimating,
+                Err(_) => self.end_estimate(),
+            },
+            Work::Adopting(arms) => self.adopt(arms),
+            Work::Solve => match self.calibrator.solve() {
+                Ok(()) => Work::Solving,
+                Err(refusal) => Work::Refused(refusal.into()),
+            },
+            Work::Estimating if self.calibrator.step() == Progress::Finished => Work::Adopting(0),
+            Work::Solving if self.calibrator.step() == Progress::Finished => Work::Solved,
+            work => work,
+        };
         if !self.solving() && core::mem::take(&mut self.asked) {
             // A refusal is stored for the outcome.
             let _ = self.solve();

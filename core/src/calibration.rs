@@ -33,7 +33,7 @@ mod upper_arm;
 
 pub use crate::samples::Triangle;
 pub(crate) use arm_problem::Normal;
-pub(crate) use arm_samples::ArmSamples;
+pub(crate) use arm_samples::{ArmSamples, workspace_centre};
 pub(crate) use calibrator::Phase;
 pub(crate) use calibrator::estimators::Parts;
 pub use calibrator::{Calibrator, Estimator, Ikm, IkmCalibrator, Joint, JointCalibrator};

@@ -64,16 +64,6 @@ impl<T: Real> Stream<T> {
     }
 }
 
-fn exact_joints() -> Noise<f64> {
-    Noise::new(0.02, 0.0).unwrap()
-}
-
-fn measured(seed: u64, count: usize) -> Vec<Sample<f64>> {
-    let mut rng = generator(660, seed);
-    let truth = perturbed(&paper_robot(), 0.3, 0.002, Spread::Normal, &mut rng);
-    measurements(&truth, count, Some(&exact_joints()), &mut rng)
-}
-
 /// Σ λᵏ = N + 1, of which a sample k ago is λᵏ.
 #[test]
 fn a_memory_is_a_forgetting_factor() {
@@ -91,16 +81,14 @@ fn a_memory_is_a_forgetting_factor() {
 
 #[test]
 fn a_gate_has_a_width() {
-    let settings = Settings::default()
-        .with_noise(exact_joints())
-        .with_tolerance(Tolerance::new(0.3, 0.002).unwrap());
-    let mut stream = Stream::new(&settings);
-    for sigmas in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert_eq!(stream.0.set_sigmas(sigmas), Err(GateError::Sigmas));
-    }
-    let all = measured(16, 30);
+    let mut rng = generator(660, 16);
+    let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
+    let all = measurements(&truth, 30, Some(&noise()), &mut rng);
     let rejected = |sigmas: f64| {
-        let mut stream = Stream::new(&settings);
+        let mut stream = Stream::new(&stated(0.5, 0.2 * DEGREE));
+        for sigmas in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(stream.0.set_sigmas(sigmas), Err(GateError::Sigmas));
+        }
         stream.0.set_sigmas(sigmas).unwrap();
         for sample in &all {
             stream.add(sample);
@@ -407,6 +395,45 @@ fn a_robot_that_changes_is_detected() {
         if change >= 2.0 {
             assert!(detected == 300 && delay < 300 * 10, "{detected}, {delay}");
         }
+    }
+}
+
+/// 60 samples of a robot and 540 of one that has changed, each alarm acknowledged: with forgetting the stream follows it,
+/// without it stays with the first.
+#[test]
+fn a_changed_robot_is_followed_with_forgetting_alone() {
+    let at = |robot: &Robot<f64>| robot.forward(&[0.1, 0.2, -0.3]).unwrap();
+    for case in 0..12 {
+        let settings = Settings::default().with_noise((case < 6).then(noise));
+        let change = [0.2, 1.0, 5.0][case / 2 % 3];
+        let forgets = case % 2 == 1;
+        let forgetting = forgets.then(|| Forgetting::new(50.0).unwrap());
+        // A small change is not told from noise that nobody has stated.
+        let told = forgets || change >= 1.0;
+        let (mut rejected, mut error) = (0, 0.0_f64);
+        for number in 0..20 {
+            let mut rng = generator(917, number);
+            let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
+            let changed = perturbed(&truth, change, change / 260.0, Spread::Normal, &mut rng);
+            let mut all = measurements(&truth, 60, Some(&noise()), &mut rng);
+            all.extend(measurements(&changed, 540, Some(&noise()), &mut rng));
+            let gated = Selection::Gated { forgetting };
+            let mut stream = Stream(StreamCalibrator::new(&paper_robot(), &settings, &gated));
+            for sample in &all {
+                stream.add(sample);
+                if stream.0.alarm().is_some() {
+                    stream.0.acknowledge();
+                }
+            }
+            rejected += stream.counts().rejected;
+            if told {
+                let now = at(if forgets { &changed } else { &truth });
+                error = error.max((at(&stream.solve().unwrap().robot) - now).norm());
+            }
+        }
+        println!("| {change} mm | {forgets} | {rejected} of 10,800 | {error:.3} mm |");
+        assert!(!told || rejected == if forgets { 160 } else { 10_800 });
+        assert!(error < 0.03, "{error}");
     }
 }
 

@@ -383,7 +383,7 @@ DCAL_OBJECT(dcal_fkm_f32, DCAL_FKM_F32_SIZE);
 /** The bytes of a snapshot. */
 #define DCAL_IKM_SNAPSHOT_F32_SIZE 1316
 #define DCAL_JOINT_SNAPSHOT_F32_SIZE 3462
-#define DCAL_GATE_SNAPSHOT_F32_SIZE 2106
+#define DCAL_GATE_SNAPSHOT_F32_SIZE 2130
 
 /** The robot as a data sheet gives it: three equal arms 120 degrees apart, no tilt. Lengths in any one
  * unit. */
@@ -913,8 +913,10 @@ dcal_status dcal_gate_add_f32(
 /** Writes the sample counts and the alarm, if any. */
 dcal_status dcal_gate_state_f32(const dcal_gate_f32 *calibrator, dcal_gate_counts_f32 *state);
 
-/** Answers the alarm: the rejected samples were wrong, and the samples before them stay. If the robot
- * itself has changed, call dcal_gate_reset_f32. */
+/** Answers the alarm and excuses all rejections so far: solving is possible again. Without forgetting the
+ * rejected samples were wrong, and the samples before them stay; if the robot itself has changed, call
+ * dcal_gate_reset_f32. With forgetting an alarm's answer discards the earlier samples, and the gate
+ * begins again, as when new; its counts go on. */
 dcal_status dcal_gate_acknowledge_f32(dcal_gate_f32 *calibrator);
 
 /** Writes the number of samples. */
@@ -1109,7 +1111,7 @@ DCAL_OBJECT(dcal_fkm_f64, DCAL_FKM_F64_SIZE);
 /** The bytes of a snapshot. */
 #define DCAL_IKM_SNAPSHOT_F64_SIZE 2564
 #define DCAL_JOINT_SNAPSHOT_F64_SIZE 6890
-#define DCAL_GATE_SNAPSHOT_F64_SIZE 4014
+#define DCAL_GATE_SNAPSHOT_F64_SIZE 4038
 
 /** The robot as a data sheet gives it: three equal arms 120 degrees apart, no tilt. Lengths in any one
  * unit. */
@@ -1639,8 +1641,10 @@ dcal_status dcal_gate_add_f64(
 /** Writes the sample counts and the alarm, if any. */
 dcal_status dcal_gate_state_f64(const dcal_gate_f64 *calibrator, dcal_gate_counts_f64 *state);
 
-/** Answers the alarm: the rejected samples were wrong, and the samples before them stay. If the robot
- * itself has changed, call dcal_gate_reset_f64. */
+/** Answers the alarm and excuses all rejections so far: solving is possible again. Without forgetting the
+ * rejected samples were wrong, and the samples before them stay; if the robot itself has changed, call
+ * dcal_gate_reset_f64. With forgetting an alarm's answer discards the earlier samples, and the gate
+ * begins again, as when new; its counts go on. */
 dcal_status dcal_gate_acknowledge_f64(dcal_gate_f64 *calibrator);
 
 /** Writes the number of samples. */

@@ -9,7 +9,7 @@ use delta_cal::observations::ObservationError;
 use delta_cal::robot::GeometryError;
 use delta_cal::samples::{AddError, MergeError, NoiseError, SampleError};
 use delta_cal::snapshot::SnapshotError;
-use delta_cal::stream::{Alarm, ForgettingError, GateError, StreamRefusal, Untested};
+use delta_cal::stream::{ForgettingError, GateError, StreamRefusal, Untested};
 use delta_cal::{ArmIndex, Parameter, Refusal};
 
 plain! {
@@ -241,20 +241,15 @@ impl From<ObservationError> for Error {
 
 impl From<StreamRefusal> for Error {
     fn from(refusal: StreamRefusal) -> Self {
-        match refusal {
-            StreamRefusal::Calibration(refusal) => refusal.into(),
-            StreamRefusal::Alarm(alarm) => Self {
-                count: alarm.first(),
-                ..Self::from(match alarm {
-                    Alarm::RobotChanged { .. } => status::ROBOT_HAS_CHANGED,
-                    _ => status::EARLY_SAMPLES,
-                })
-            },
-            StreamRefusal::TooManyRejected { rejected, .. } => Self {
-                count: rejected,
-                ..Self::from(status::TOO_MANY_REJECTED)
-            },
-            _ => status::OTHER.into(),
+        let count = match refusal {
+            StreamRefusal::Calibration(refusal) => return refusal.into(),
+            StreamRefusal::Alarm(alarm) => alarm.first(),
+            StreamRefusal::TooManyRejected { rejected, .. } => rejected,
+            _ => 0,
+        };
+        Self {
+            count,
+            ..Self::from(Status::from(refusal.code()))
         }
     }
 }

@@ -23,7 +23,7 @@ state!(ArmSamples<T>: arms: [ArmFactor<T>; 3], waiting: Waiting<T>);
 /// The origin for positions, within the workspace: the platform at equal joint angles, or with the carriages a
 /// forearm's length up.
 #[inline(never)]
-pub(super) fn workspace_centre<T: Real>(robot: &Robot<T>) -> Vector3<T> {
+pub(crate) fn workspace_centre<T: Real>(robot: &Robot<T>) -> Vector3<T> {
     let [first, ..] = robot.arms();
     if robot.drive() == Drive::Linear
         && let Ok(x) = robot.forward(&[first.lb(); 3])

@@ -235,6 +235,7 @@ impl Parts for Joint {
         solver.outcome.as_ref()
     }
 
+    #[inline(always)]
     fn beside<T: Real>(robot: &Robot<T>, settings: &Settings<T>) -> ArmSamples<T> {
         ArmSamples::new(robot, settings)
     }

@@ -55,6 +55,8 @@ enum Phase {
     Beginning,
     AtFreeStart,
     From(StartUsed),
+    /// A further start was found.
+    Again(StartUsed),
     /// An iteration has ended.
     Ended(StartUsed, Option<Termination>),
     /// The covariance at the best end point is being computed.
@@ -170,6 +172,10 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
                 let correction = self.iteration.point.correction;
                 self.start(problem, StartUsed::Free, &correction);
             }
+            Phase::Again(start) => {
+                let correction = self.iteration.point.correction;
+                self.start_again(problem, start, &correction);
+            }
             Phase::From(start) => self.iterate(problem, start),
             Phase::Ended(start, termination) => self.settle(problem, start, termination),
             Phase::Identifying => self.identify(problem, covariance_of(place)),
@@ -216,6 +222,9 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
         if let Some(termination) = termination {
             self.keep_better(problem, start, termination);
             self.starts.converged(start, &self.iteration.point, problem);
+            // What comes next is decided in a step of its own.
+            self.phase = Phase::Ended(start, None);
+            return;
         }
         if self.prior.rounds == 0 && self.start_elsewhere(problem, start) {
             return;
@@ -325,7 +334,8 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
         ended: StartUsed,
     ) -> bool {
         if let Some(correction) = self.starts.better_free(problem, ended, self.best.as_ref()) {
-            self.start_again(problem, StartUsed::Free, &correction);
+            self.iteration.point.correction = correction;
+            self.phase = Phase::Again(StartUsed::Free);
             return true;
         }
         self.search_on(problem)
@@ -335,7 +345,8 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
         let Some((start, correction)) = self.starts.next_searched(problem) else {
             return false;
         };
-        self.start_again(problem, start, &correction);
+        self.iteration.point.correction = correction;
+        self.phase = Phase::Again(start);
         true
     }
 

@@ -5,7 +5,7 @@ use super::options::{Added, Selection, StreamRefusal};
 use crate::Real;
 use crate::calibration::limits::MOST_REJECTED;
 use crate::calibration::{Calibrator, Estimator, Parts, Progress, Refusal, Samples, Settings};
-use crate::robot::Robot;
+use crate::robot::{ArmIndex, Robot};
 use crate::samples::{AddError, Sample};
 use crate::snapshot::{SnapshotError, longest, read, write};
 use crate::state::{Reader, State, Writer};
@@ -72,6 +72,8 @@ enum Work {
     /// An estimate for the gate. The first step of each kind of work starts it.
     Estimate,
     Estimating,
+    /// So many arms of it are the gate's.
+    Adopting(usize),
     /// The solve that was requested.
     Solve,
     Solving,
@@ -81,16 +83,25 @@ enum Work {
 
 impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// Without samples; `robot`: uncalibrated, the nominal of the tolerance and the start of the iteration.
-    // Inlined, for its two parts to share the stack.
-    #[inline]
+    #[inline(always)]
     pub fn new(robot: &Robot<T>, settings: &Settings<T>, selection: &Selection<T>) -> Self {
-        let mut stream = Self::open(robot, settings, selection);
-        stream.close_gate(robot, settings);
-        stream
+        Self {
+            calibrator: Calibrator::new(robot, settings),
+            selection: *selection,
+            gated: match selection {
+                Selection::All { .. } => None,
+                Selection::Gated { .. } => Some(Gated {
+                    gate: Gate::new(robot, settings),
+                    beside: E::beside(robot, settings),
+                }),
+            },
+            samples: 0,
+            work: Work::Collecting,
+            asked: false,
+        }
     }
 
-    /// The same in its place, with a smaller stack: the parts are made one after the other.
-    // Inlined, it would be made elsewhere and copied.
+    /// The same in its place, whatever the caller's optimisation makes of the value.
     #[inline(never)]
     pub fn new_in<'a>(
         place: &'a mut MaybeUninit<Self>,
@@ -98,34 +109,11 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         settings: &Settings<T>,
         selection: &Selection<T>,
     ) -> &'a mut Self {
-        let stream = place.write(Self::open(robot, settings, selection));
-        stream.close_gate(robot, settings);
-        stream
+        place.write(Self::new(robot, settings, selection))
     }
 
-    #[inline(always)]
-    fn open(robot: &Robot<T>, settings: &Settings<T>, selection: &Selection<T>) -> Self {
-        Self {
-            calibrator: Calibrator::new(robot, settings),
-            selection: *selection,
-            gated: None,
-            samples: 0,
-            work: Work::Collecting,
-            asked: false,
-        }
-    }
-
-    /// Replaces the gate, if there is one, by a new one.
-    #[inline(never)]
-    fn close_gate(&mut self, robot: &Robot<T>, settings: &Settings<T>) {
-        if let Selection::Gated { .. } = self.selection {
-            let beside = E::beside(robot, settings);
-            let gate = Gate::new(E::arms(&self.calibrator.samples, &beside));
-            self.gated = Some(Gated { gate, beside });
-        }
-    }
-
-    /// Adds one sample, after testing it if there is a gate. Discards the outcome of earlier samples.
+    /// Adds one sample, after testing it if there is a gate. Discards the outcome of earlier samples, unless this one is
+    /// rejected.
     ///
     /// # Errors
     /// An invalid number, or a solve in progress; nothing has changed.
@@ -145,16 +133,19 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
             }
             Some(Gated { gate, beside }) => {
                 self.calibrator.check(sample)?;
-                let own = self.calibrator.idle()?;
-                let (arms, others) = E::arms_mut(own, beside);
-                let verdict = gate.add(arms, sample, forgetting.as_ref());
+                let (arms, others) = E::arms_mut(&mut self.calibrator.samples, beside);
+                let verdict = T::add_gated(gate, arms, sample, forgetting.as_ref());
                 match (&verdict, others, &forgetting) {
-                    (Verdict::Rejected(_), ..) | (_, None, _) => {}
+                    (Verdict::Rejected(_), ..) => work = self.work,
+                    (_, None, _) => {}
                     (_, Some(own), None) => own.push(sample),
                     (_, Some(own), Some(forgetting)) => own.push_forgetting(sample, forgetting),
                 }
-                if gate.wants_estimate() {
-                    work = Work::Estimate;
+                if let Work::Collecting = work {
+                    self.calibrator.stop();
+                    if gate.wants_estimate() {
+                        work = Work::Estimate;
+                    }
                 }
                 Added::Tested(verdict)
             }
@@ -178,42 +169,58 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
                 }
                 self.work = Work::Solve;
             }
-            Work::Estimate | Work::Estimating => self.asked = true,
+            Work::Estimate | Work::Estimating | Work::Adopting(_) => self.asked = true,
             Work::Refused(refusal) => return Err(refusal),
             Work::Solve | Work::Solving | Work::Solved => {}
         }
         Ok(())
     }
 
-    /// Answers the gate's alarm: the run of rejected samples was wrong, and earlier samples stay. Solving is possible
-    /// again. If the robot itself has changed, call [`reset`](Self::reset).
+    /// Answers the gate's alarm, and excuses all rejections so far: solving is possible again.
+    ///
+    /// Without forgetting, the run of rejected samples was wrong, and earlier samples stay. If the robot itself has
+    /// changed, call [`reset`](Self::reset). With forgetting the robot may change: an alarm's answer discards the earlier
+    /// samples, which would otherwise reject the changed robot's for ever, and the gate begins again, as when new. Its
+    /// statistics and [`samples`](Self::samples) go on.
     pub fn acknowledge(&mut self) {
+        let begins_again = self.alarm().is_some() && self.selection.forgetting().is_some();
         if let Some(Gated { gate, .. }) = &mut self.gated {
             gate.acknowledge();
         }
-        if matches!(self.work, Work::Refused(StreamRefusal::Alarm(_))) {
+        if begins_again {
+            self.begin_again();
+        }
+        if let Work::Refused(StreamRefusal::Alarm(_) | StreamRefusal::TooManyRejected { .. }) =
+            self.work
+        {
             self.work = Work::Collecting;
         }
     }
 
     /// Discards everything received, for a robot that has changed: it is calibrated from new samples only, with the
     /// same uncalibrated robot, settings and selection.
-    #[inline(never)]
     pub fn reset(&mut self) {
-        self.calibrator.reset();
-        let width = self.gated.as_ref().map(|gated| gated.gate.sigmas);
-        let (robot, settings) = (self.calibrator.robot(), *self.calibrator.settings());
-        self.close_gate(&robot, &settings);
-        if let Some(sigmas) = width {
-            // It was valid before.
-            let _ = self.set_sigmas(sigmas);
+        if let Some(Gated { gate, .. }) = &mut self.gated {
+            gate.counts = GateCounts::default();
         }
+        self.begin_again();
         self.samples = 0;
+    }
+
+    #[inline(never)]
+    fn begin_again(&mut self) {
+        self.calibrator.reset();
+        if let Some(Gated { gate, beside }) = &mut self.gated {
+            let (arms, _) = E::arms_mut(&mut self.calibrator.samples, beside);
+            arms.reset();
+            gate.begin_again(arms);
+        }
         self.work = Work::Collecting;
         self.asked = false;
     }
 
-    /// Aborts a solve and discards the outcome. The samples stay.
+    /// Aborts a solve and discards the outcome. The samples stay. An estimate of the gate that is aborted is solved again
+    /// at the next sample.
     pub fn stop(&mut self) {
         self.calibrator.stop();
         self.work = Work::Collecting;
@@ -222,48 +229,33 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
 
     /// The gate's reason for not solving.
     fn rejected_too_many(&self) -> Option<StreamRefusal> {
-        let counts = self.gate_counts()?;
-        if let Some(alarm) = self.alarm() {
+        let Gated { gate, .. } = self.gated.as_ref()?;
+        if let Some(alarm) = gate.alarm {
             return Some(StreamRefusal::Alarm(alarm));
         }
-        let samples = counts.taken.saturating_add(counts.rejected);
-        (counts.rejected.saturating_mul(MOST_REJECTED) > samples).then_some(
-            StreamRefusal::TooManyRejected {
-                rejected: counts.rejected,
-                samples,
-            },
-        )
+        let (taken, rejected) = gate.unexcused();
+        let samples = taken.saturating_add(rejected);
+        (rejected.saturating_mul(MOST_REJECTED) > samples)
+            .then_some(StreamRefusal::TooManyRejected { rejected, samples })
     }
 
     /// One bounded step of the pending work. After the last step of a solve there is an outcome; after the last step of
     /// an estimate for the gate, the next sample can be added.
     pub fn step(&mut self) -> Progress {
-        match self.work {
-            Work::Estimate => {
-                self.work = match self.calibrator.solve() {
-                    Ok(()) => Work::Estimating,
-                    Err(_) => self.give_up_estimate(),
-                };
-            }
-            Work::Estimating => {
-                if self.calibrator.step() == Progress::Finished {
-                    self.adopt();
-                    self.work = self.give_up_estimate();
-                }
-            }
-            Work::Solve => {
-                self.work = match self.calibrator.solve() {
-                    Ok(()) => Work::Solving,
-                    Err(refusal) => Work::Refused(refusal.into()),
-                };
-            }
-            Work::Solving => {
-                if self.calibrator.step() == Progress::Finished {
-                    self.work = Work::Solved;
-                }
-            }
-            Work::Collecting | Work::Solved | Work::Refused(_) => {}
-        }
+        self.work = match self.work {
+            Work::Estimate => match self.calibrator.solve() {
+                Ok(()) => Work::Estimating,
+                Err(_) => self.end_estimate(),
+            },
+            Work::Adopting(arms) => self.adopt(arms),
+            Work::Solve => match self.calibrator.solve() {
+                Ok(()) => Work::Solving,
+                Err(refusal) => Work::Refused(refusal.into()),
+            },
+            Work::Estimating if self.calibrator.step() == Progress::Finished => Work::Adopting(0),
+            Work::Solving if self.calibrator.step() == Progress::Finished => Work::Solved,
+            work => work,
+        };
         if !self.solving() && core::mem::take(&mut self.asked) {
             // A refusal is stored for the outcome.
             let _ = self.solve();
@@ -276,26 +268,32 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     }
 
     /// The gate continues, with or without a new estimate.
-    fn give_up_estimate(&mut self) -> Work {
+    fn end_estimate(&mut self) -> Work {
         self.calibrator.stop();
+        if let Some(Gated { gate, .. }) = &mut self.gated {
+            gate.needed = gate.needed.saturating_mul(2);
+        }
         Work::Collecting
     }
 
+    /// One arm a step: it is linearised anew.
     #[inline(never)]
-    fn adopt(&mut self) {
+    fn adopt(&mut self, arms: usize) -> Work {
         let robot = self.calibrator.outcome().map(|found| *E::robot(found));
-        if let (Ok(robot), Some(Gated { gate, beside })) = (robot, &mut self.gated) {
-            let (arms, _) = E::arms_mut(&mut self.calibrator.samples, beside);
-            arms.flush();
-            gate.adopt(arms, &robot);
-        }
+        let (Some(gated), Ok(robot), Some(arm)) = (&mut self.gated, robot, ArmIndex::ALL.get(arms))
+        else {
+            return self.end_estimate();
+        };
+        let (samples, _) = E::arms_mut(&mut self.calibrator.samples, &mut gated.beside);
+        gated.gate.adopt(samples, *arm, robot.arm(*arm));
+        Work::Adopting(arms + 1)
     }
 
     /// Whether work is pending; until it is done, no sample is accepted.
     pub const fn solving(&self) -> bool {
         matches!(
             self.work,
-            Work::Estimate | Work::Estimating | Work::Solve | Work::Solving
+            Work::Estimate | Work::Estimating | Work::Adopting(_) | Work::Solve | Work::Solving
         )
     }
 
@@ -393,9 +391,7 @@ impl<T: Real, E: Estimator> State<T> for StreamCalibrator<T, E> {
             gate.load(from);
             gate.displace(E::arms(&self.calibrator.samples, beside));
         }
-        self.calibrator.stop();
-        self.work = Work::Collecting;
-        self.asked = false;
+        self.stop();
     }
 }
 
@@ -416,12 +412,15 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     }
 
     /// Replaces the state of this stream by that of a [`snapshot`](Self::snapshot) of the same robot, noise and
-    /// selection, and with a gate of the same tolerance. A requested solve is cancelled. From then on this stream gives
-    /// bit-identical results to the original.
+    /// selection, and with a gate of the same tolerance. From then on this stream gives bit-identical results to the
+    /// original.
     ///
     /// # Errors
-    /// Damaged bytes, or a snapshot of something else; the stream is unchanged.
+    /// Damaged bytes, or a snapshot of something else; [`SnapshotError::Busy`] during a solve. The stream is unchanged.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
+        if self.solving() {
+            return Err(SnapshotError::Busy);
+        }
         read(KIND + E::NUMBER, self.fingerprint(), self, bytes)
     }
 

@@ -17,8 +17,8 @@ mod verdict;
 use crate::Real;
 use crate::calibration::limits::{REJECTIONS_OF_A_CHANGE, SAMPLES_FOR_FREE_START, SUSPECTED};
 use crate::calibration::{ArmSamples, Samples, Settings, TolerancePrior};
-use crate::robot::{ArmIndex, Robot};
-use crate::samples::{ArmFactor, Forgetting, Sample};
+use crate::robot::{Arm, ArmIndex, Robot};
+use crate::samples::{ArmFactor, Forgetting, NominalArm, Sample};
 use crate::snapshot::Fingerprint;
 use crate::state::state;
 use prediction::{Predicted, Prediction, Row};
@@ -29,11 +29,15 @@ pub use verdict::{Alarm, GateCounts, GateError, Innovation, Untested, Verdict};
 /// With a stated noise and a stated tolerance it tests from the first sample. Otherwise it needs a solved estimate
 /// first: see [`wants_estimate`](Self::wants_estimate).
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Gate<T: Real> {
+pub(crate) struct Gate<T: Real> {
     arms: [Prediction<T>; 3],
     /// Its width, in σ.
     pub(super) sigmas: T,
     estimated: bool,
+    /// Samples that the next estimate needs: twice as many, if they did not suffice.
+    pub(super) needed: u64,
+    /// Samples added before the gate began again, and rejected before the last acknowledgement.
+    excused: [u64; 2],
     /// The statistics so far.
     pub(super) counts: GateCounts,
     /// The meaning of the first run of rejections since the last [acknowledgement](Self::acknowledge), if any.
@@ -42,21 +46,34 @@ pub(super) struct Gate<T: Real> {
 
 impl<T: Real> Gate<T> {
     /// A gate before the first sample, [`SUSPECTED`] σ wide: each arm rejects three in a million valid samples.
-    pub(super) fn new(samples: &ArmSamples<T>) -> Self {
-        let settings = *samples.settings();
-        let [first, second, third] = samples.arms();
+    #[inline(always)]
+    pub(super) fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self {
+        let of = |arm| Prediction::new(robot, arm, settings);
         // Not by `map`, which would build large objects elsewhere and move them.
         Self {
             arms: [
-                Prediction::new(first, &prior(first, &settings)),
-                Prediction::new(second, &prior(second, &settings)),
-                Prediction::new(third, &prior(third, &settings)),
+                of(ArmIndex::First),
+                of(ArmIndex::Second),
+                of(ArmIndex::Third),
             ],
             sigmas: T::from_f64(SUSPECTED),
             estimated: settings.noise.is_some() && settings.tolerance.is_some(),
+            needed: SAMPLES_FOR_FREE_START,
+            excused: [0; 2],
             counts: GateCounts::default(),
             alarm: None,
         }
+    }
+
+    /// As new, but for its width and its statistics.
+    pub(super) fn begin_again(&mut self, samples: &ArmSamples<T>) {
+        let Self { sigmas, counts, .. } = *self;
+        *self = Self {
+            sigmas,
+            counts,
+            excused: [counts.taken, counts.rejected],
+            ..Self::new(&samples.robot(), samples.settings())
+        };
     }
 
     /// Sets its width, in σ.
@@ -68,10 +85,10 @@ impl<T: Real> Gate<T> {
         Ok(())
     }
 
-    /// Tests one checked sample, and adds it unless it disagrees. Bounded work: an arm's prediction is relinearised
-    /// once its samples have grown by an eighth, one arm per sample. With forgetting, one arm is relinearised at every
-    /// sample, in turn: this is how the predictions forget, too.
-    pub(super) fn add(
+    /// Tests one checked sample, and adds it unless it disagrees. Bounded work: once its samples have grown by an
+    /// eighth, an arm's prediction is relinearised when that arm takes in a block, no two arms' at the same
+    /// sample. With forgetting that is every block: this is how the predictions forget, too.
+    pub(crate) fn add(
         &mut self,
         samples: &mut ArmSamples<T>,
         sample: &Sample<T>,
@@ -83,6 +100,7 @@ impl<T: Real> Gate<T> {
             self.note_rejection();
             return verdict;
         }
+        let before = samples.arms().each_ref().map(ArmFactor::samples);
         match forgetting {
             None => samples.push(sample),
             Some(forgetting) => samples.push_forgetting(sample, forgetting),
@@ -95,7 +113,7 @@ impl<T: Real> Gate<T> {
         for (prediction, row) in self.arms.iter_mut().zip(&rows) {
             prediction.take_in(row);
         }
-        self.renew_one(samples);
+        self.renew_one(samples, before);
         verdict
     }
 
@@ -193,7 +211,7 @@ impl<T: Real> Gate<T> {
         if counts.run == REJECTIONS_OF_A_CHANGE && self.alarm.is_none() {
             let first = (came + 1).saturating_sub(counts.run);
             // Eight samples determine an arm; the others agreed with it.
-            let agreed = counts.taken.saturating_sub(PARAMETERS);
+            let agreed = self.unexcused().0.saturating_sub(PARAMETERS);
             self.alarm = Some(if agreed >= REJECTIONS_OF_A_CHANGE {
                 Alarm::RobotChanged { first }
             } else {
@@ -202,51 +220,51 @@ impl<T: Real> Gate<T> {
         }
     }
 
-    fn renew_one(&mut self, samples: &mut ArmSamples<T>) {
-        if !self.estimated {
-            return;
-        }
-        for (index, arm) in ArmIndex::ALL.into_iter().enumerate() {
-            let Some(prediction) = self.arms.get_mut(index) else {
-                return;
-            };
-            if prediction.stale() {
-                samples.take_in_waiting_of(arm);
-                let settings = *samples.settings();
-                if let Some(factor) = samples.arms().get(index) {
-                    prediction.renew(factor, &prior(factor, &settings));
+    fn renew_one(&mut self, samples: &ArmSamples<T>, before: [u64; 3]) {
+        let (settings, arms) = (samples.settings(), self.arms.iter_mut().zip(samples.arms()));
+        let arms = arms.zip(ArmIndex::ALL).zip(before);
+        for (((prediction, factor), arm), before) in arms.filter(|_| self.estimated) {
+            if prediction.stale() && factor.samples() > before {
+                prediction.renew(factor, &prior(factor.nominal(), settings));
+                // The factor lacks what waits for the arm's next block.
+                for (x, q) in samples.waiting.block(arm) {
+                    let row = prediction.row(&factor.nominal().prepare(x, q));
+                    prediction.take_in(&row);
                 }
-                return;
             }
         }
     }
 
+    /// Samples added since the gate began, and rejected since the last acknowledgement.
+    pub(super) const fn unexcused(&self) -> (u64, u64) {
+        let [taken, rejected] = self.excused;
+        let taken = self.counts.taken.saturating_sub(taken);
+        (taken, self.counts.rejected.saturating_sub(rejected))
+    }
+
     /// Whether the gate needs an estimate to test and there are enough samples to attempt one: at the 12th, and each
-    /// time their number has doubled. Pass it to [`adopt`](Self::adopt); if it is refused, the gate continues to accept
-    /// samples untested.
+    /// time their number has doubled. Pass it to [`adopt`](Self::adopt); until then the gate accepts samples untested.
     pub(super) const fn wants_estimate(&self) -> bool {
-        !self.estimated
-            && self.counts.taken.is_multiple_of(SAMPLES_FOR_FREE_START)
-            && (self.counts.taken / SAMPLES_FOR_FREE_START).is_power_of_two()
+        !self.estimated && self.unexcused().0 >= self.needed
     }
 
-    /// From now on predicts from a robot solved from these samples, none of which may be waiting.
-    pub(super) fn adopt(&mut self, samples: &ArmSamples<T>, robot: &Robot<T>) {
-        let settings = *samples.settings();
-        for ((prediction, factor), arm) in
-            self.arms.iter_mut().zip(samples.arms()).zip(robot.arms())
-        {
-            let correction = factor.nominal().correction_to(arm);
-            prediction.move_to(&correction, factor, &prior(factor, &settings));
+    /// From now on predicts one arm from an estimate that was solved from these samples; tests from the third on.
+    pub(super) fn adopt(&mut self, samples: &mut ArmSamples<T>, arm: ArmIndex, found: &Arm<T>) {
+        samples.take_in_waiting_of(arm);
+        let (index, settings) = (arm.index(), samples.settings());
+        if let (Some(own), Some(factor)) = (self.arms.get_mut(index), samples.arms().get(index)) {
+            own.correction = factor.nominal().correction_to(found);
+            own.linearize(factor, &prior(factor.nominal(), settings));
         }
-        self.estimated = true;
+        self.estimated = arm == ArmIndex::Third;
     }
 
-    /// Answers the alarm: the run was wrong, and earlier samples stay. The next run of rejections is another alarm. If
-    /// the robot itself has changed, start again with a new calibrator and gate.
+    /// Answers the alarm: the run was wrong, and earlier samples stay. The next run of rejections is another alarm.
     pub(super) const fn acknowledge(&mut self) {
         self.alarm = None;
         self.counts.run = 0;
+        let [_, rejected] = &mut self.excused;
+        *rejected = self.counts.rejected;
     }
 }
 
@@ -254,9 +272,8 @@ impl<T: Real> Gate<T> {
 const PARAMETERS: u64 = 8;
 
 /// In internal units. Without a stated noise, a tolerance cannot be weighted against the samples and is ignored.
-fn prior<T: Real>(factor: &ArmFactor<T>, settings: &Settings<T>) -> TolerancePrior<T, 8> {
+fn prior<T: Real>(nominal: &NominalArm<T>, settings: &Settings<T>) -> TolerancePrior<T, 8> {
     let tolerance = settings.tolerance.filter(|_| settings.noise.is_some());
-    let nominal = factor.nominal();
     TolerancePrior::of_arm(nominal.arm(), &nominal.units(), tolerance.as_ref())
 }
 
@@ -264,6 +281,8 @@ state!(
     Gate<T>:
     arms: [Prediction<T>; 3],
     estimated: bool,
+    needed: u64,
+    excused: [u64; 2],
     counts: GateCounts,
     alarm: Option<Alarm>,
 );
@@ -289,8 +308,8 @@ impl<T: Real> Gate<T> {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use super::{Gate, Untested};
-    use crate::calibration::{IkmCalibrator, Samples, Settings};
+    use super::{ArmIndex, Gate, Untested};
+    use crate::calibration::{IkmCalibrator, Settings};
     use crate::fixtures::{changed, robot, samples};
 
     /// Eleven samples leave three degrees of freedom, enough to estimate the noise; ten do not.
@@ -299,13 +318,14 @@ mod tests {
         let measured = samples::<12>(&changed(1), 14);
         for (count, known) in [(10, false), (11, true)] {
             let mut calibrator = IkmCalibrator::new(&robot(), &Settings::default());
-            let mut gate = Gate::new(&calibrator.samples);
+            let mut gate = Gate::new(&robot(), &Settings::default());
             for sample in &measured[..count] {
                 gate.add(&mut calibrator.samples, sample, None);
             }
             let found = calibrator.calibrate().unwrap().robot;
-            calibrator.samples.flush();
-            gate.adopt(&calibrator.samples, &found);
+            for arm in ArmIndex::ALL {
+                gate.adopt(&mut calibrator.samples, arm, found.arm(arm));
+            }
             let off = gate.innovations(&calibrator.samples, &measured[count]);
             assert_eq!(off.is_ok(), known);
             assert!(known || off == Err(Untested::NoNoise));

@@ -76,3 +76,14 @@ pub enum StreamRefusal {
         samples: u64,
     },
 }
+
+impl StreamRefusal {
+    /// A number that never changes, for a display or log; the same as the status code in C.
+    pub const fn code(&self) -> u8 {
+        match self {
+            Self::Calibration(refusal) => refusal.code(),
+            Self::Alarm(alarm) => alarm.code(),
+            Self::TooManyRejected { .. } => 94,
+        }
+    }
+}

@@ -165,8 +165,9 @@ pub extern "C" fn state(calibrator: Held<Own>, mut state: Out<GateCounts>) -> St
     })
 }
 
-/// Answers the alarm: the rejected samples were wrong, and the samples before them stay. If the robot itself has changed,
-/// call `reset`.
+/// Answers the alarm and excuses all rejections so far: solving is possible again. Without forgetting the rejected samples
+/// were wrong, and the samples before them stay; if the robot itself has changed, call `reset`. With forgetting an alarm's
+/// answer discards the earlier samples, and the gate begins again, as when new; its counts go on.
 #[unsafe(export_name = family!("gate", "acknowledge"))]
 pub extern "C" fn acknowledge(mut calibrator: HeldMut<Own>) -> Status {
     status_of(|| {

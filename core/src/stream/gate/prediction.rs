@@ -1,11 +1,12 @@
 //! The next sample as predicted from an arm's earlier samples and its prior.
 
+use super::prior;
 use crate::Real;
 use crate::calibration::step_control::LONGEST_STEP;
-use crate::calibration::{Normal, TolerancePrior};
-use crate::samples::{ArmFactor, ArmSample, Displacement};
+use crate::calibration::{Normal, Settings, TolerancePrior, workspace_centre};
+use crate::robot::{ArmIndex, Robot};
+use crate::samples::{ArmFactor, ArmSample, Displacement, NominalArm};
 use crate::state::state;
-use nalgebra::SVector;
 
 /// Without a stated noise the parameters take eight degrees of freedom from the residuals, and the variance of
 /// Student's t exists above two degrees of freedom.
@@ -28,7 +29,7 @@ const LASTS: u64 = 8;
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Prediction<T: Real> {
     /// The correction at which it is linearised.
-    correction: [T; 8],
+    pub(super) correction: [T; 8],
     at: Displacement<T>,
     normal: Normal<T>,
     /// The part of the squared residuals that no parameters explain.
@@ -54,16 +55,9 @@ state!(
 /// A sample as one arm sees it: its row of the Jacobian (3.21) and f, both divided by σf.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Row<T: Real> {
-    derivatives: SVector<T, 8>,
-    residual: T,
+    entries: [T; 9],
     /// 1/σf, in squared lengths of the nominal arm's unit.
     pub(super) weight: T,
-}
-
-impl<T: Real> Row<T> {
-    fn entries(&self) -> impl Iterator<Item = &T> {
-        self.derivatives.iter().chain([&self.residual])
-    }
 }
 
 /// A sample compared to its prediction.
@@ -76,20 +70,20 @@ pub(super) struct Predicted<T> {
 }
 
 impl<T: Real> Prediction<T> {
-    /// At the nominal arm, with the samples in the factor.
-    pub(super) fn new(factor: &ArmFactor<T>, prior: &TolerancePrior<T, 8>) -> Self {
+    /// At the nominal arm, without samples.
+    #[inline(never)]
+    pub(super) fn new(robot: &Robot<T>, arm: ArmIndex, settings: &Settings<T>) -> Self {
+        let nominal = NominalArm::new(robot.arm(arm), &workspace_centre(robot), settings.noise);
         let correction = [T::ZERO; 8];
-        let mut prediction = Self {
+        Self {
             correction,
-            at: Displacement::new(factor.nominal(), &correction),
-            normal: Normal::zero(),
+            at: Displacement::new(&nominal, &correction),
+            normal: prior(&nominal, settings).rows(T::ONE, &correction),
             beyond: T::ZERO,
             samples: T::ZERO,
             since: 0,
             lasts: 0,
-        };
-        prediction.linearize(factor, prior);
-        prediction
+        }
     }
 
     /// Recomputes derived state after its correction was restored.
@@ -99,19 +93,16 @@ impl<T: Real> Prediction<T> {
 
     pub(super) fn row(&self, sample: &ArmSample<T>) -> Row<T> {
         let (derivatives, residual) = self.at.constraint_row(sample);
+        let [a, b, c, d, e, f, g, h] = derivatives.into();
         Row {
-            derivatives,
-            residual,
+            entries: [a, b, c, d, e, f, g, h, residual],
             weight: sample.weight,
         }
     }
 
     /// `None` if the samples so far and the prior do not determine the arm.
     pub(super) fn predict(&self, row: &Row<T>, noise_stated: bool) -> Option<Predicted<T>> {
-        let mut rest = [T::ZERO; 9];
-        for (entry, value) in rest.iter_mut().zip(row.entries()) {
-            *entry = *value;
-        }
+        let mut rest = row.entries;
         let mut spread = T::ZERO;
         let mut rest = rest.as_mut_slice();
         for row in self.normal.rows().take(8) {
@@ -163,11 +154,7 @@ impl<T: Real> Prediction<T> {
     }
 
     pub(super) fn take_in(&mut self, row: &Row<T>) {
-        let mut block = [[T::ZERO; 1]; 9];
-        for ([entry], value) in block.iter_mut().zip(row.entries()) {
-            *entry = *value;
-        }
-        self.normal.absorb(&mut block);
+        self.normal.absorb(&mut row.entries.map(|entry| [entry]));
         self.samples += T::ONE;
         self.since += 1;
     }
@@ -190,19 +177,9 @@ impl<T: Real> Prediction<T> {
         self.linearize(factor, prior);
     }
 
-    /// Relinearises at a solution found elsewhere.
-    pub(super) fn move_to(
-        &mut self,
-        correction: &[T; 8],
-        factor: &ArmFactor<T>,
-        prior: &TolerancePrior<T, 8>,
-    ) {
-        self.correction = *correction;
-        self.linearize(factor, prior);
-    }
-
+    /// Relinearises at the correction.
     #[inline(never)]
-    fn linearize(&mut self, factor: &ArmFactor<T>, prior: &TolerancePrior<T, 8>) {
+    pub(super) fn linearize(&mut self, factor: &ArmFactor<T>, prior: &TolerancePrior<T, 8>) {
         self.at = Displacement::new(factor.nominal(), &self.correction);
         self.normal = prior.rows(T::ONE, &self.correction);
         T::linearize_arm(factor, &self.at, &mut self.normal);

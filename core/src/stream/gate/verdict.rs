@@ -69,6 +69,14 @@ impl Alarm {
             Self::RobotChanged { first } | Self::EarlySamplesWrong { first } => *first,
         }
     }
+
+    /// A number that never changes, as of a [`Refusal`](crate::Refusal).
+    pub const fn code(&self) -> u8 {
+        match self {
+            Self::RobotChanged { .. } => 92,
+            Self::EarlySamplesWrong { .. } => 93,
+        }
+    }
 }
 
 impl fmt::Display for Alarm {

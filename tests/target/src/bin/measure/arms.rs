@@ -1,10 +1,10 @@
-//! Kinematics, the calibration of each arm, the gate, forgetting.
+//! Kinematics, the calibration of each arm, forgetting.
 
 use crate::report::{Counts, Report, deepest, measured, stated};
 use core::fmt;
 use core::hint::black_box;
 use delta_cal::calibration::{Ikm, Start};
-use delta_cal::stream::{Forgetting, Selection, StreamCalibrator};
+use delta_cal::stream::Forgetting;
 use delta_cal::{IkmCalibrator, Progress, Refusal, Sample, Settings};
 use delta_cal_target_tests::{noise, nominal, tolerance};
 
@@ -13,7 +13,6 @@ const ROBOTS: (u64, u64) = (40, 5);
 /// One solve after another number of samples, up to this many more: however many a calibrator keeps back to take them
 /// in together, every number of them is met.
 const MORE: usize = 16;
-const GATED: Selection<f32> = Selection::Gated { forgetting: None };
 /// Cases over which the stack is measured.
 const CASES: u64 = 300;
 
@@ -22,8 +21,6 @@ pub(crate) fn measure(report: &mut Report<'_>) -> fmt::Result {
     samples(report)?;
     solves(report)?;
     report.figure(format_args!("calibrator"), size_of::<IkmCalibrator<f32>>())?;
-    let gate = size_of::<StreamCalibrator<f32, Ikm>>() - size_of::<IkmCalibrator<f32>>();
-    report.figure(format_args!("gate"), gate)?;
     stack(report)
 }
 
@@ -45,10 +42,10 @@ fn kinematics(report: &mut Report<'_>) -> fmt::Result {
     report.instructions(format_args!("inverse"), inverse.worst)
 }
 
-/// One sample taken in: plainly, tested before, with forgetting.
+/// One sample taken in: plainly, with forgetting.
 #[inline(never)]
 fn samples(report: &mut Report<'_>) -> fmt::Result {
-    let [mut add, mut gated, mut forgetting] = [(); 3].map(|()| Counts::default());
+    let [mut add, mut forgetting] = [(); 2].map(|()| Counts::default());
     let settings = Settings::default()
         .with_noise(noise())
         .with_tolerance(tolerance());
@@ -56,13 +53,9 @@ fn samples(report: &mut Report<'_>) -> fmt::Result {
     for seed in 0..ROBOTS.1 {
         let samples = measured::<400>(seed);
         let [mut plain, mut fading] = [(); 2].map(|()| IkmCalibrator::new(&nominal(), &settings));
-        let mut tested = StreamCalibrator::<f32, Ikm>::new(&nominal(), &settings, &GATED);
         for sample in &samples {
             add.note(report.count(|| {
                 let _ = black_box(plain.add(black_box(sample)));
-            })?);
-            gated.note(report.count(|| {
-                let _ = black_box(black_box(&mut tested).add(black_box(sample)));
             })?);
             forgetting.note(report.count(|| {
                 let _ = black_box(fading.add_forgetting(black_box(sample), &memory));
@@ -71,8 +64,6 @@ fn samples(report: &mut Report<'_>) -> fmt::Result {
     }
     report.instructions(format_args!("add-mean"), add.mean())?;
     report.instructions(format_args!("add-longest"), add.worst)?;
-    report.instructions(format_args!("gate-mean"), gated.mean())?;
-    report.instructions(format_args!("gate-longest"), gated.worst)?;
     report.instructions(format_args!("add-forgetting"), forgetting.worst)
 }
 

@@ -19,6 +19,8 @@ mod joint;
 mod observations;
 #[cfg(target_os = "none")]
 mod report;
+#[cfg(target_os = "none")]
+mod stream;
 
 #[cfg(not(target_os = "none"))]
 fn main() {
@@ -32,6 +34,7 @@ fn main() -> ! {
         let mut report = report::Report::new(console)?;
         arms::measure(&mut report)?;
         joint::measure(&mut report)?;
-        observations::measure(&mut report)
+        observations::measure(&mut report)?;
+        stream::measure(&mut report)
     })
 }

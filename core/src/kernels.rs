@@ -7,15 +7,14 @@
 #![allow(private_interfaces)] // no other crate can name the trait
 
 use crate::Real;
-use crate::calibration::{ArmSamples, JointSamples, JointSolver, Normal, Progress, Refusal};
+use crate::calibration::{JointSamples, JointSolver, Normal, Progress, Refusal};
 use crate::frame::RigidTransform;
 use crate::kinematics::KinematicsError;
 use crate::observations::{
     At, Equation, Observation, ObservationRow, Pose, READINGS, align, nearest_rotation,
 };
 use crate::robot::{ArmIndex, Robot};
-use crate::samples::{ArmFactor, Displacement, Forgetting, NominalArm, Sample, Waiting, triangle};
-use crate::stream::{Gate, Verdict};
+use crate::samples::{ArmFactor, Displacement, NominalArm, Sample, Waiting, triangle};
 use core::ops::Range;
 use nalgebra::{Matrix3, Vector3};
 
@@ -55,16 +54,6 @@ kernels! { [f32, f64]
     /// Absorbs an arm's block of waiting samples.
     fn absorb_block(factor: &mut ArmFactor<Self>, waiting: &Waiting<Self>, arm: ArmIndex) {
         factor.absorb_checked(waiting.block(arm));
-    }
-
-    /// [`Gate::add`].
-    fn add_gated(
-        gate: &mut Gate<Self>,
-        samples: &mut ArmSamples<Self>,
-        sample: &Sample<Self>,
-        forgetting: Option<&Forgetting<Self>>,
-    ) -> Verdict<Self> {
-        gate.add(samples, sample, forgetting)
     }
 
     /// [`ArmFactor::linearized`].

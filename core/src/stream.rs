@@ -7,6 +7,5 @@ mod options;
 
 pub use crate::samples::{AddError, Forgetting, ForgettingError};
 pub use calibrator::StreamCalibrator;
-pub(crate) use gate::Gate;
 pub use gate::{Alarm, GateCounts, GateError, Innovation, Untested, Verdict};
 pub use options::{Added, Selection, StreamRefusal};

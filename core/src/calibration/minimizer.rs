@@ -53,9 +53,8 @@ pub(crate) struct Minimizer<T: Real, A, R, const N: usize, const M: usize, const
 enum Phase {
     /// The free start is still to be found: one step to find it, another to start there.
     Beginning,
-    AtFreeStart,
     From(StartUsed),
-    /// A further start was found.
+    /// A start without a guess or a further one was found.
     Again(StartUsed),
     /// An iteration has ended.
     Ended(StartUsed, Option<Termination>),
@@ -111,7 +110,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
             self.prior.sigma = T::from_f64(0.01) * tolerance.of(Parameter::Lb) / unit;
         }
         match self.settings.start {
-            Start::Nominal => self.start(problem, StartUsed::Nominal, &[T::ZERO; N]),
+            Start::Nominal => self.start_at(StartUsed::Nominal, [T::ZERO; N]),
             Start::Free => self.phase = Phase::Beginning,
         }
     }
@@ -120,23 +119,18 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
     #[inline(never)]
     fn find_free_start(&mut self, problem: &impl Problem<T, N, M, E, At = A, Rows = R>) {
         if let Some(correction) = self.starts.next_free(problem) {
-            self.iteration.point.correction = correction;
-            self.phase = Phase::AtFreeStart;
+            self.start_at(StartUsed::Free, correction);
         } else {
-            self.start(problem, StartUsed::Free, &[T::ZERO; N]);
+            self.restart(problem, &[T::ZERO; N]);
             self.phase = Phase::Undetermined;
         }
     }
 
-    fn start(
-        &mut self,
-        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
-        start: StartUsed,
-        correction: &[T; N],
-    ) {
-        self.restart(problem, correction);
+    /// The next step starts there, and measures the cost of it.
+    fn start_at(&mut self, start: StartUsed, correction: [T; N]) {
+        self.iteration.point.correction = correction;
         self.awaits_cost = true;
-        self.phase = Phase::From(start);
+        self.phase = Phase::Again(start);
     }
 
     fn restart(
@@ -168,13 +162,11 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
     ) -> Result<Progress, Refusal> {
         match self.phase {
             Phase::Beginning => self.find_free_start(problem),
-            Phase::AtFreeStart => {
-                let correction = self.iteration.point.correction;
-                self.start(problem, StartUsed::Free, &correction);
-            }
             Phase::Again(start) => {
+                self.iterations = self.iterations();
                 let correction = self.iteration.point.correction;
-                self.start_again(problem, start, &correction);
+                self.restart(problem, &correction);
+                self.phase = Phase::From(start);
             }
             Phase::From(start) => self.iterate(problem, start),
             Phase::Ended(start, termination) => self.settle(problem, start, termination),
@@ -314,19 +306,6 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
         }
     }
 
-    /// Starts again, and adds up the iterations so far.
-    #[inline(never)]
-    fn start_again(
-        &mut self,
-        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
-        start: StartUsed,
-        correction: &[T; N],
-    ) {
-        self.iterations = self.iterations();
-        self.restart(problem, correction);
-        self.phase = Phase::From(start);
-    }
-
     /// Starts again if the samples allow a better fit, or if there may be another solution.
     fn start_elsewhere(
         &mut self,
@@ -341,6 +320,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
         self.search_on(problem)
     }
 
+    #[inline(never)]
     fn search_on(&mut self, problem: &impl Problem<T, N, M, E, At = A, Rows = R>) -> bool {
         let Some((start, correction)) = self.starts.next_searched(problem) else {
             return false;
@@ -367,8 +347,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
         let (start, from) = best.map_or((StartUsed::Nominal, [T::ZERO; N]), |best| {
             (best.start, best.point.correction)
         });
-        self.start_again(problem, start, &from);
-        self.awaits_cost = true;
+        self.start_at(start, from);
         true
     }
 

@@ -134,7 +134,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
             Some(Gated { gate, beside }) => {
                 self.calibrator.check(sample)?;
                 let (arms, others) = E::arms_mut(&mut self.calibrator.samples, beside);
-                let verdict = T::add_gated(gate, arms, sample, forgetting.as_ref());
+                let verdict = gate.add(arms, sample, forgetting.as_ref());
                 match (&verdict, others, &forgetting) {
                     (Verdict::Rejected(_), ..) => work = self.work,
                     (_, None, _) => {}

@@ -30,7 +30,7 @@ fn main() -> ! {
 #[inline(never)]
 fn attempt(drawn: &Robot<f32>, store: &mut Store) {
     let Some(settings) = settings() else {
-        fail("wrong settings")
+        fail("settings")
     };
     let mut calibrator = IkmCalibrator::new(drawn, &settings);
     for slip in SLIPS {
@@ -61,7 +61,7 @@ fn measure(pose: u8) -> Sample<f32> {
     let joints = joints();
     match with(|machine| machine.plant.position(&joints)) {
         Some(position) => Sample { joints, position },
-        None => fail("nothing measured"),
+        None => fail("no samples"),
     }
 }
 
@@ -70,7 +70,7 @@ fn measure(pose: u8) -> Sample<f32> {
 fn calibrate(calibrator: &mut IkmCalibrator<f32>) -> Result<Robot<f32>, Refusal> {
     for pose in 0..SAMPLES {
         if calibrator.add(&measure(pose)).is_err() {
-            fail("unusable sample");
+            fail("bad sample");
         }
     }
     calibrator.solve()?;

@@ -13,6 +13,7 @@
 //! object or scalar type are refused, and the object is unchanged.
 
 use crate::Real;
+use crate::robot::{Robot, Transmission};
 use crate::state::{Reader, State, Writer};
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
 
@@ -170,5 +171,27 @@ impl Fingerprint {
 
     pub(crate) fn finish(self) -> u32 {
         self.0.finalize()
+    }
+}
+
+impl<T: Real> Robot<T> {
+    /// A checksum over the bits of all parameters, by which a message, a store or a log names them: CRC-32 of the
+    /// parameters as little-endian `f64`, arm by arm, then of the transmissions, if there are any.
+    pub fn fingerprint(&self) -> u32 {
+        let mut fingerprint = Fingerprint::new();
+        let inexact = self.arms().iter().any(|arm| arm.transmission().is_some());
+        let transmissions = self.arms().iter().filter(|_| inexact);
+        let transmissions = transmissions
+            .flat_map(|arm| arm.transmission().unwrap_or(&Transmission::EXACT).numbers());
+        for value in self
+            .parameters()
+            .as_flattened()
+            .iter()
+            .copied()
+            .chain(transmissions)
+        {
+            fingerprint.count(value.to_f64().to_bits());
+        }
+        fingerprint.finish()
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::support::{Folder, KEYS, NOMINAL, TOLERANCE, TOWERS, csv, exact, true_arms};
 use delta_cal_host::{InputText, RobotFile};
+use std::fmt::Write as _;
 
 fn help(command: &str, columns: usize) -> String {
     let variables = [("COLUMNS", columns.to_string())];
@@ -70,8 +71,8 @@ fn examples_of_the_help_work() {
         "x_mm,y_mm,z_mm\n".to_owned(),
     );
     for ([q1, q2, q3], [x, y, z]) in &all {
-        angles += &format!("{q1},{q2},{q3}\n");
-        positions += &format!("{x},{y},{z}\n");
+        writeln!(angles, "{q1},{q2},{q3}").unwrap();
+        writeln!(positions, "{x},{y},{z}").unwrap();
     }
     folder.write("angles.csv", angles);
     folder.write("positions.csv", &positions);

@@ -204,6 +204,12 @@ fn a_geometry_from_elsewhere_is_stored_and_used() {
     let robot = robot.cast::<f32>().unwrap();
     let geometry = Geometry::of(&robot);
     assert!(geometry.transmissions.is_some());
+    // The core and the protocol name parameters alike.
+    assert_eq!(robot.fingerprint(), geometry.fingerprint());
+    assert_eq!(
+        paper_robot::<f32>().fingerprint(),
+        Geometry::of(&paper_robot::<f32>()).fingerprint()
+    );
 
     let mut flash = Flash::new();
     let mut driver = Driver::<f32, _>::start(&mut flash);

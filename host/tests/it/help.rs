@@ -113,6 +113,12 @@ fn examples_of_the_help_work() {
             assert!([0, 6].contains(&run.code), "{example}: {}", run.stderr);
         }
     }
+    // And the command that a report names for the next measurements.
+    let report = folder.run("calibrate robot.toml tracker.csv --frame sensor");
+    let report = report.ok().stdout;
+    let mut lines = report.lines();
+    let next = lines.find_map(|line| line.strip_prefix("delta-cal "));
+    folder.run(next.unwrap()).ok();
 }
 
 fn read(text: &str) -> RobotFile {

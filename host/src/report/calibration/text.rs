@@ -4,7 +4,6 @@ use super::{ArmReport, ParameterReport, Report};
 use crate::calibration::Level;
 use crate::calibration::causes::CauseKind;
 use crate::calibration::credibility::NoiseVerdict;
-use crate::files::samples_file::Kind;
 use crate::fit::Frame;
 use crate::render::{Part, Section, Table, terminal};
 use crate::text::{count, freedom, list, probability, significant, small};
@@ -328,21 +327,13 @@ pub(super) fn places(report: &Report) -> Vec<Section> {
 pub(super) fn next(report: &Report) -> Option<Section> {
     let title = Section::new("What to measure next");
     if !report.solution.is_absolute() {
-        let measured = report.noise.iter().map(|own| match own.kind {
-            Kind::Position => "xyz",
-            Kind::Height => "plane",
-            Kind::Distance if report.points.is_empty() => "distance",
-            Kind::Distance => "point",
-        });
         let frame = match report.frame {
             Frame::Base => "",
             Frame::Sensor => " --frame sensor",
         };
         return Some(title.text(format!(
-            "delta-cal plan {} --samples {} --measure {}{frame} --count 8",
-            report.robot_file,
-            report.samples_file,
-            measured.collect::<Vec<_>>().join(",")
+            "delta-cal plan {} --samples {}{frame} --count 8",
+            report.robot_file, report.samples_file
         )));
     }
     let now = report.expected_error?.absolute_rms_mm;

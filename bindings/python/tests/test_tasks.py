@@ -42,7 +42,7 @@ def test_a_plan_holds_what_it_says(robot, tmp_path):
         ({"within": "r=200"}, "within: "),
         ({"order": "any"}, "order: "),
         ({"frame": "sensor", "measure": "plane"}, "frame: "),
-        ({"within": "r=10,z=100..200"}, "no usable pose"),
+        ({"within": "r=10,z=100..200"}, "usable poses within"),
     ],
 )
 def test_a_plan_that_cannot_be(options, message, robot):

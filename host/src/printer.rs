@@ -6,7 +6,7 @@ mod assess;
 mod next;
 mod notes;
 
-use crate::calibration::{CalibrateError, read_samples};
+use crate::calibration::{CalibrateError, Refused, read_samples};
 use crate::files::input::InputText;
 use crate::fit::Options;
 use crate::import::{Firmware, Imported, Includes, Stated, touches};
@@ -47,4 +47,12 @@ pub fn read(
         return Err(printer.without_readings().into());
     }
     Ok(printer)
+}
+
+/// A refusal with what explains a printer's distances, if they share a scale.
+pub fn explained(error: CalibrateError, printer: Option<&Imported>) -> CalibrateError {
+    match printer.and_then(common_scale) {
+        Some(scale) if error.refused() => Refused::new(error.to_string(), scale).into(),
+        _ => error,
+    }
 }

@@ -5,6 +5,7 @@ use crate::folder::Folder;
 use crate::inputs::{Inputs, Request};
 use crate::picture::Pictured;
 use delta_cal::robot::Drive;
+use delta_cal_host::printer::explained;
 use delta_cal_host::report::calibration::comment;
 use delta_cal_host::report::printer::PrinterReport;
 use delta_cal_host::{CalibrateError, Options, calibrate};
@@ -47,7 +48,8 @@ pub(crate) fn run(files: &Folder, request: &Request) -> Result<(Calibrated, Pict
         of_printer: printer.is_some(),
         ..request.options()
     };
-    let mut report = calibrate(&robot, &readings, &options).map_err(refused)?;
+    let calibrated = calibrate(&robot, &readings, &options);
+    let mut report = calibrated.map_err(|error| refused(explained(error, printer.as_ref())))?;
     report.document = Some(document);
     if let Some(limit) = request.limit {
         report = report.with_limit(limit);

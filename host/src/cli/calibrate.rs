@@ -5,7 +5,6 @@ use super::import::{StatedArguments, configuration, includes};
 use super::output::{self, deliver, now};
 use super::paths::{ColumnsArgument, is_toml, read_samples_texts, robot_path};
 use super::progress::Progress;
-use crate::calibration::refusal::Refused;
 use crate::files::document::Document;
 use crate::files::example;
 use crate::files::length::length;
@@ -113,7 +112,8 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     options.of_printer = printer.is_some();
     let waiting = Progress::spinner(format!("calibrating from {} rows", readings.rows.len()));
     let calibrated = calibrate(&robot, &readings, &options);
-    let mut report = calibrated.map_err(|error| refused(explained(error, printer.as_ref())))?;
+    let mut report =
+        calibrated.map_err(|error| refused(printer::explained(error, printer.as_ref())))?;
     drop(waiting);
     report.document = Some(Document::new(&robot, &file, &samples, now()?));
     if arguments.robot.is_none() {
@@ -146,14 +146,6 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
             let cause = format!("the expanded uncertainty exceeds {} mm", own.limit_mm);
             Err(Failure::not_passed(cause))
         }
-    }
-}
-
-/// With what explains a printer's distances, if they share a scale.
-fn explained(error: CalibrateError, printer: Option<&Imported>) -> CalibrateError {
-    match printer.and_then(printer::common_scale) {
-        Some(scale) if error.refused() => Refused::new(error.to_string(), scale).into(),
-        _ => error,
     }
 }
 

@@ -153,6 +153,8 @@ fn blanks_that_whole_groups_of_rows_have_are_meant() {
     for (index, ([q1, q2, q3], [x, y, z])) in exact(&true_arms(), 40).into_iter().enumerate() {
         let written = if index % 2 == 0 {
             writeln!(text, "{q1},{q2},{q3},{x},{y},")
+        } else if index % 4 == 3 {
+            writeln!(text, "{q1},{q2},{q3},{x},{y},{z}")
         } else {
             writeln!(text, "{q1},{q2},{q3},,,{z}")
         };
@@ -162,7 +164,11 @@ fn blanks_that_whole_groups_of_rows_have_are_meant() {
     folder.write("samples.csv", text);
     let json = json(&folder, "robot.toml samples.csv");
     assert_eq!(json["method"], "fkm");
-    assert_eq!(json["reading_count"], 60);
+    assert_eq!(json["reading_count"], 80);
+    let mut findings = json["findings"].as_array().unwrap().iter();
+    let blanks = findings.find(|own| own["kind"] == "blanks").unwrap();
+    let text = blanks["text"].as_str().unwrap();
+    assert!(text.contains("not measured: lines 2, 3, 4, 6"), "{text}");
 }
 
 #[test]

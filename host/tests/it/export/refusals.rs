@@ -35,6 +35,7 @@ fn what_cannot_be_exported_is_refused_with_place_and_cause() {
         calibrated.toml --for mach3 ⇒ 2 ⇒ [possible values: klipper,
         calibrated.toml --for klipper --output calibrated.toml ⇒ 2 ⇒ --output calibrated.toml is the same file as the robot file
         calibrated.toml --for klipper --json out --output out ⇒ 2 ⇒ --json out is the same file as --output
+        calibrated.toml --for klipper --home -52.5deg ⇒ 2 ⇒ a number without its unit
         calibrated.toml --for klipper --home 1,2 ⇒ 2 ⇒ --home takes one joint angle in degrees, or three
         calibrated.toml --for reprapfirmware --home -400 ⇒ 3 ⇒ calibrated.toml: arm 1: the end stop at -400° is outside [joints], -60 to 90°
         calibrated.toml --for linuxcnc --home -40,180,-40 ⇒ 3 ⇒ arm 2: the end stop at 180° is outside

@@ -180,9 +180,10 @@ impl<T: Real> Robot<T> {
     pub fn fingerprint(&self) -> u32 {
         let mut fingerprint = Fingerprint::new();
         let inexact = self.arms().iter().any(|arm| arm.transmission().is_some());
-        let transmissions = self.arms().iter().filter(|_| inexact);
-        let transmissions = transmissions
-            .flat_map(|arm| arm.transmission().unwrap_or(&Transmission::EXACT).numbers());
+        let transmissions = self.arms().iter().filter(|_| inexact).flat_map(|arm| {
+            arm.transmission()
+                .map_or([T::ZERO; 5], Transmission::numbers)
+        });
         for value in self
             .parameters()
             .as_flattened()

@@ -5,8 +5,8 @@ use crate::linear::made;
 use delta_cal::{Robot, Sample};
 use delta_cal_tests::geometries::{linear_geometries, position_jacobian};
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
-use nalgebra::{DMatrix, SVector, Vector3};
-use num_dual::{DualNum, gradient};
+use nalgebra::{DMatrix, Vector3};
+use num_dual::{Dual64, DualNum};
 
 /// How the paper's fourth and seventh parameters may be read; it does not say.
 #[derive(Clone, Copy, PartialEq)]
@@ -73,20 +73,16 @@ fn constraint<D: DualNum<Primitive = f64> + Copy>(
 }
 
 /// Derivatives of the dual-number model by all of P (8), X (3) and q (1).
-fn dual_gradient(reading: Reading, p: &[f64; 8], x: &[f64; 3], q: f64) -> SVector<f64, 12> {
-    let mut point = SVector::<f64, 12>::zeros();
-    point.as_mut_slice()[..8].copy_from_slice(p);
-    point.as_mut_slice()[8..11].copy_from_slice(x);
-    point[11] = q;
-    let (_, derivative) = gradient(
-        |v| {
-            let p = std::array::from_fn(|k| v[k]);
-            let x = std::array::from_fn(|k| v[8 + k]);
-            constraint(reading, &p, &x, v[11])
-        },
-        &point,
-    );
-    derivative
+fn dual_gradient(reading: Reading, p: &[f64; 8], x: &[f64; 3], q: f64) -> [f64; 12] {
+    std::array::from_fn(|by| {
+        let number = |place: usize, value: f64| {
+            let own = Dual64::from(value);
+            if place == by { own.derivative() } else { own }
+        };
+        let p = std::array::from_fn(|k| number(k, p[k]));
+        let x = std::array::from_fn(|k| number(8 + k, x[k]));
+        constraint(reading, &p, &x, number(11, q)).eps
+    })
 }
 
 fn random_cases(campaign: u64) -> impl Iterator<Item = (Robot<f64>, Sample<f64>)> {

@@ -41,7 +41,8 @@ const CLIPPY: Stage = Stage {
     name: "clippy",
     about: "clippy on this machine",
     commands: &[
-        "cargo clippy --quiet --workspace --exclude delta-cal-python --all-targets --features delta-cal/defmt,delta-cal-target-tests/linear -- --deny warnings",
+        "cargo clippy --quiet --workspace --exclude delta-cal-python --exclude delta-cal-web --all-targets \
+         --features delta-cal/defmt,delta-cal-target-tests/linear -- --deny warnings",
     ],
 };
 
@@ -84,48 +85,53 @@ const SIDE_BY_SIDE: [&[Stage]; 2] = [
             ],
         },
         Stage {
-            name: "board",
-            about: "builds the controller for a real board, Raspberry Pi Pico 2",
+            name: "c",
+            about: "builds the C library, which the tests link",
             commands: &[
-                "cargo build --quiet --locked --release --manifest-path firmware-example/boards/pico2/Cargo.toml \
-                 --target thumbv8m.main-none-eabihf --target-dir target/pico2",
+                "cargo rustc --quiet --lib --package delta-cal-c --profile firmware --target thumbv7em-none-eabihf \
+                 --features panic-handler --crate-type staticlib --target-dir target/firmware",
+                "cargo rustc --quiet --lib --package delta-cal-c --profile firmware --target thumbv7em-none-eabihf \
+                 --features panic-handler --config target.thumbv7em-none-eabihf.rustflags=['-Ctarget-cpu=cortex-m7'] \
+                 --crate-type staticlib --target-dir target/firmware/cortex-m7",
+                "cargo rustc --quiet --lib --package delta-cal-c --profile release --crate-type staticlib \
+                 --target-dir target/firmware",
+                "cargo rustc --quiet --lib --package delta-cal-c --profile release --crate-type cdylib \
+                 --target-dir target/firmware",
             ],
         },
         Stage {
             name: "bare",
-            about: "clippy on the Cortex-M code; the controller compiles for other boards",
+            about: "clippy on the Cortex-M code; the core with none and each of its features; the controller for other boards",
             commands: &[
                 "cargo clippy --quiet --all-features --package delta-cal --package delta-cal-protocol --package delta-cal-c \
                  --package delta-cal-target-tests --package delta-cal-link-tests --package delta-cal-firmware-example \
                  --target thumbv7em-none-eabihf --target-dir target/bare -- --deny warnings",
                 "cargo check --quiet --package delta-cal --target thumbv7em-none-eabihf --target-dir target/bare",
+                "cargo check --quiet --package delta-cal --features defmt --target thumbv7em-none-eabihf --target-dir target/bare",
+                "cargo check --quiet --package delta-cal --features linear --target thumbv7em-none-eabihf --target-dir target/bare",
+                "cargo check --quiet --package delta-cal --features simulate --target thumbv7em-none-eabihf --target-dir target/bare",
+                "cargo check --quiet --package delta-cal --features transmission --target thumbv7em-none-eabihf --target-dir target/bare",
                 "cargo check --quiet --package delta-cal-firmware-example --lib --target thumbv6m-none-eabi --target-dir target/bare",
                 "cargo check --quiet --package delta-cal-firmware-example --lib --target riscv32imac-unknown-none-elf \
                  --target-dir target/bare",
             ],
         },
         Stage {
-            name: "features",
-            about: "the core with none, each and all of its features; the host without its command, also for a browser",
+            name: "docs",
+            about: "rustdoc without warnings",
             commands: &[
-                "cargo check --quiet --package delta-cal --target-dir target/features",
-                "cargo check --quiet --package delta-cal --target-dir target/features --features defmt",
-                "cargo check --quiet --package delta-cal --target-dir target/features --features linear",
-                "cargo check --quiet --package delta-cal --target-dir target/features --features simulate",
-                "cargo check --quiet --package delta-cal --target-dir target/features --features transmission",
-                "cargo check --quiet --package delta-cal --target-dir target/features --all-features",
-                "cargo check --quiet --package delta-cal-host --no-default-features --features device --target-dir target/features",
-                "cargo check --quiet --package delta-cal-host --no-default-features --target wasm32-unknown-unknown \
-                 --target-dir target/features",
+                "env RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --no-deps --workspace --exclude delta-cal-python \
+                 --exclude delta-cal-web --features delta-cal/defmt,delta-cal-target-tests/linear --target-dir target/library",
             ],
         },
         Stage {
-            name: "docs",
-            about: "rustdoc without warnings",
-            // Reuses clippy's output in the first list's folder as soon as the tests are compiled.
+            name: "library",
+            about: "the host without its command; the page, which links it for a browser",
+            // What the documentation has read serves the first.
             commands: &[
-                "env RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --no-deps --workspace --exclude delta-cal-python \
-                 --features delta-cal/defmt,delta-cal-target-tests/linear",
+                "cargo check --quiet --package delta-cal-host --no-default-features --features device --target-dir target/library",
+                "cargo clippy --quiet --package delta-cal-host --package delta-cal-web --no-default-features \
+                 --target wasm32-unknown-unknown --target-dir target/library -- --deny warnings",
             ],
         },
     ],
@@ -135,6 +141,17 @@ const UNITS: Stage = Stage {
     name: "units",
     about: "the unit tests of core and host",
     commands: &["cargo test --quiet --lib"],
+};
+
+/// Runs only on request, and in the workflow: the controller itself is built and run for the emulated boards.
+const BOARD: Stage = Stage {
+    name: "board",
+    about: "builds the controller for a real board, Raspberry Pi Pico 2",
+    commands: &[
+        "rustup target add thumbv8m.main-none-eabihf",
+        "cargo build --quiet --locked --release --manifest-path firmware-example/boards/pico2/Cargo.toml \
+         --target thumbv8m.main-none-eabihf --target-dir target/pico2",
+    ],
 };
 
 /// Runs only on request.
@@ -189,18 +206,16 @@ const PROGRAMS: [(&str, &str); 5] = [
     ("cmake", "cmake"),
     ("pkg-config", "pkg-config"),
 ];
-const TARGETS: [&str; 6] = [
+const TARGETS: [&str; 4] = [
     "thumbv7em-none-eabihf",
-    "thumbv7em-none-eabi",
     "thumbv6m-none-eabi",
     "wasm32-unknown-unknown",
-    "thumbv8m.main-none-eabihf",
     "riscv32imac-unknown-none-elf",
 ];
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let stages = [FORMAT, CLIPPY, UNITS, MIRI, PYTHON, WEB];
+    let stages = [FORMAT, CLIPPY, UNITS, BOARD, MIRI, PYTHON, WEB];
     let all = || stages.iter().chain(SIDE_BY_SIDE.into_iter().flatten());
     if arguments.iter().any(|it| it == "-h" || it == "--help") {
         print!("{USAGE}\nStages:\n");

@@ -189,7 +189,7 @@ fn every_budget_is_kept() {
     let measure = ["--bin", "measure", "--target", TARGET];
     cargo(&directory("firmware"), &[&build[..], &measure].concat()).expect("the build");
     let small = directory("firmware").join(TARGET).join("small/measure");
-    let run = |program| emulate(Board::M4, Clock::Instructions, program).expect("the run");
+    let run = |program: &Path| emulate(Board::M4, Clock::Instructions, program).expect("the run");
     let [small, fast] = std::thread::scope(|scope| {
         let fast = scope.spawn(|| run(&programs.join("measure")));
         [run(&small), fast.join().expect("the run")]

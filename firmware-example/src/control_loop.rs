@@ -50,7 +50,7 @@ impl<T: Real> Path<T> for Circle<T> {
 pub const BLEND_TURNS: u32 = 500;
 
 /// A complete set of parameters for the control loop.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct NewParameters<T: Real> {
     /// The robot.
     pub robot: Robot<T>,
@@ -61,7 +61,7 @@ pub struct NewParameters<T: Real> {
 /// The control loop: each turn computes the next point of the path and its joint angles.
 ///
 /// It owns its parameters. New ones arrive as a whole, and the joint targets blend over smoothly.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct ControlLoop<T: Real, P = Circle<T>> {
     /// The path, to give it another target.
     pub path: P,
@@ -78,7 +78,7 @@ impl<T: Real, P: Path<T>> ControlLoop<T, P> {
     pub fn new(parameters: &NewParameters<T>, path: P) -> Self {
         Self {
             path,
-            robot: parameters.robot,
+            robot: parameters.robot.clone(),
             blend: None,
             state: State::new(parameters.fingerprint),
         }
@@ -90,7 +90,7 @@ impl<T: Real, P: Path<T>> ControlLoop<T, P> {
         if self.switching() {
             return false;
         }
-        self.blend = Some((*parameters, T::ZERO));
+        self.blend = Some((parameters.clone(), T::ZERO));
         true
     }
 
@@ -114,7 +114,7 @@ impl<T: Real, P: Path<T>> ControlLoop<T, P> {
         if let Some((new, turn)) = &self.blend
             && *turn >= blend_turns()
         {
-            self.robot = new.robot;
+            self.robot = new.robot.clone();
             self.state.fingerprint = new.fingerprint;
             self.state.switches = self.state.switches.wrapping_add(1);
             self.blend = None;

@@ -150,8 +150,8 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
     }
 
     /// The parameters in use.
-    pub const fn current(&self) -> NewParameters<T> {
-        self.geometries.current
+    pub fn current(&self) -> NewParameters<T> {
+        self.geometries.current.clone()
     }
 
     /// New parameters for the control loop, returned once; call it when the loop can accept them.
@@ -261,7 +261,7 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
     /// The answer to a request that changes parameters; the control loop receives them if they are new.
     fn switched(&mut self, new: bool) -> Response<T> {
         if new {
-            self.switch = Some(self.geometries.current);
+            self.switch = Some(self.geometries.current.clone());
         }
         Response::Parameters(self.geometries.message(ParameterSet::Current))
     }

@@ -42,7 +42,7 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
         let mark = mark::<T>(VERSION, nominal.fingerprint);
         let mut geometries = Self {
             store: Halves::new(flash, mark, LARGEST),
-            nominal,
+            nominal: nominal.clone(),
             current: nominal,
             sets: (None, None),
             damaged: false,
@@ -91,7 +91,7 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
 
     fn of(&self, geometry: Option<&Geometry<T>>) -> Result<NewParameters<T>, StoreError> {
         match geometry {
-            None => Ok(self.nominal),
+            None => Ok(self.nominal.clone()),
             Some(geometry) => geometry.robot().map(named).map_err(|_| StoreError::Record),
         }
     }

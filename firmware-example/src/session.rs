@@ -52,7 +52,7 @@ impl<T: Real> Stream<T> {
     /// The calibrated robot.
     #[inline(never)]
     fn robot(&self) -> Result<Robot<T>, StreamRefusal> {
-        either!(self, own => own.outcome().map(|outcome| outcome.robot))
+        either!(self, own => own.outcome().map(|outcome| outcome.robot.clone()))
     }
 
     #[inline(never)]

@@ -160,7 +160,7 @@ impl Case<'_> {
         let level = self.settings.level.unwrap_or_default();
         let shapes = Shape::all(robot, &self.middle()?, &RigidTransform::identity());
         let nominal = match self.nominal {
-            Some(nominal) => nominal.robot,
+            Some(nominal) => nominal.robot.clone(),
             None => {
                 nearest_symmetric(&shapes, robot.drive()).map_err(|_| ExportError::Unreached)?
             }

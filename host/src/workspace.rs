@@ -93,7 +93,7 @@ impl Workspace {
         let spacing = options.spacing.unwrap_or(longest / grid::LINES);
         loop {
             let mut workspace = Self {
-                robot: *robot,
+                robot: robot.clone(),
                 reach: *reach,
                 tolerance: options.tolerance,
                 grid: Grid::between(&low, &high, spacing)?,

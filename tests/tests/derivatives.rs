@@ -127,7 +127,9 @@ fn platform_jacobians_equal_finite_differences_of_forward_kinematics() {
         let mut rng = generator(9101, index);
         let robot = made(&nominal, 3.0, Spread::Normal, &mut rng);
         let samples = crate::linear::measurements(&robot, travel, 20, None, &mut rng);
-        samples.into_iter().map(move |sample| (robot, sample))
+        samples
+            .into_iter()
+            .map(move |sample| (robot.clone(), sample))
     });
     for (robot, sample) in random_cases(22).chain(towers) {
         let (x, q) = (sample.position, sample.joints);

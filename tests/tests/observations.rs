@@ -668,7 +668,7 @@ fn known_places_without_a_sigma_are_refused() {
     let settings = Settings::new();
     let refused = |planes: &[Plane<f64>], points: &[Point<f64>], expected| {
         let instruments = instruments_of(planes, points);
-        let mut rows = [ObservationRow::new(height(0, 100.0)); 9];
+        let mut rows: [_; 9] = std::array::from_fn(|_| ObservationRow::new(height(0, 100.0)));
         let refused = Refusal::UnusableInstrument(expected);
         let problem = ObservationProblem::<f64, 30>::prepare(&robot, &instruments, &mut rows);
         assert_eq!(problem.unwrap_err(), PrepareError::Refused(refused));
@@ -709,7 +709,7 @@ fn a_row_whose_weight_is_no_number_is_refused() {
     let planes = [Plane::default()];
     let instruments = instruments_of(&planes, &[]);
     for weight in [f64::INFINITY, f64::NAN, -1.0] {
-        let mut rows = [ObservationRow::new(height(0, 100.0)); 9];
+        let mut rows: [_; 9] = std::array::from_fn(|_| ObservationRow::new(height(0, 100.0)));
         rows[4].set_weight(weight);
         let problem = ObservationProblem::<f64, 27>::prepare(&robot, &instruments, &mut rows);
         let error = ObservationError::Weight;

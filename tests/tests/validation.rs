@@ -108,8 +108,8 @@ fn a_row_that_is_noise_is_not_called_wrong_nor_the_largest_error() {
             samples.extend(simulate_sample(nominal, &joints, Some(&noise()), &mut rng).ok());
         }
         let robot = Made {
-            truth: *nominal,
-            nominal: *nominal,
+            truth: nominal.clone(),
+            nominal: nominal.clone(),
             samples,
         };
         let request = Request {
@@ -231,7 +231,7 @@ pub(crate) fn made_anywhere(nominal: &Robot<f64>, rows: usize, rng: &mut Pcg32) 
     let samples = measurements(&truth, rows, Some(&noise()), rng);
     Made {
         truth,
-        nominal: *nominal,
+        nominal: nominal.clone(),
         samples,
     }
 }
@@ -247,7 +247,7 @@ pub(crate) fn made(nominal: &Robot<f64>, factor: f64, rows: usize, rng: &mut Pcg
         .collect();
     Made {
         truth,
-        nominal: *nominal,
+        nominal: nominal.clone(),
         samples,
     }
 }
@@ -328,7 +328,7 @@ pub(crate) fn largest(robot: &Made, frame: Frame) -> f64 {
 pub(crate) fn robot_file(robot: &Robot<f64>) -> RobotFile {
     RobotFile {
         noise: Some(noise()),
-        ..RobotFile::of("robot.toml", *robot, paper_limits())
+        ..RobotFile::of("robot.toml", robot.clone(), paper_limits())
     }
 }
 

@@ -191,7 +191,7 @@ impl<T: Real> From<&JointOutcome<T>> for RobotOutcome<T> {
     fn from(outcome: &JointOutcome<T>) -> Self {
         let [first, second, third] = ArmIndex::ALL;
         Self {
-            robot: outcome.robot,
+            robot: outcome.robot.clone(),
             arms: [outcome.arm(first), outcome.arm(second), outcome.arm(third)],
         }
     }

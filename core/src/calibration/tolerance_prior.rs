@@ -32,7 +32,7 @@ const LA_Y: usize = Parameter::LaY.index();
 ///
 /// W holds 1/σ, v is the unit vector along W times the direction in which all towers move outwards, or all forearms
 /// lengthen, and ρ = 3 (common σ/own σ of a length)². No parameter is in both.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct TolerancePrior<T, const N: usize> {
     weights: [T; N],
     upper_arms: Option<[UpperArm<T>; 3]>,

@@ -113,7 +113,7 @@ pub(crate) fn constraint_gradient<T: Real>(
 }
 
 /// How the platform point moves with the joints and the parameters, at one pose.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct PlatformJacobian<T: Real> {
     /// ∂X/∂q = −(∂f/∂X)⁻¹ ∂f/∂q, the velocity Jacobian: Ẋ = by_joints · q̇. Length per radian.

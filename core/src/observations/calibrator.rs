@@ -98,7 +98,7 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
             return Err(Refusal::TooManyUnknowns { parameters });
         };
         Ok(Self {
-            robot: *robot,
+            robot: robot.clone(),
             settings: settings.with_start(Start::Nominal),
             instruments,
             rows: ManuallyDrop::new(Vec::new()),

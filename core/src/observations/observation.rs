@@ -129,7 +129,7 @@ pub(crate) const READINGS: usize = 5;
 pub(super) const LOWER: usize = READINGS * (READINGS + 1) / 2;
 
 /// An observation with the weights of its readings.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ObservationRow<T: Real> {
     pub(super) observation: Observation<T>,
     /// L of the readings' covariance, each row up to its diagonal, which is 1 for a missing reading.

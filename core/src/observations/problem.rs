@@ -24,7 +24,7 @@ const PIECES: usize = 1 + PARTS;
 /// unknowns of the instruments; at most N parameters, M = N + 1, E = M (M + 1)/2. Unused places keep their values.
 ///
 /// [`FkmCalibrator`](super::FkmCalibrator) solves it in bounded steps.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct ObservationProblem<'a, T: Real, const N: usize> {
     pub(super) robot: &'a Robot<T>,
     pub(super) instruments: &'a Instruments<'a, T>,
@@ -33,7 +33,7 @@ pub struct ObservationProblem<'a, T: Real, const N: usize> {
 }
 
 /// A robot and the unknowns of the instruments at a correction.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct InstrumentsAt<T: Real, const N: usize> {
     /// `None` if there is no such robot.
     robot: Option<Robot<T>>,

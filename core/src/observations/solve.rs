@@ -153,7 +153,7 @@ impl<T: Real, const N: usize> ObservationOutcome<T, N> {
     /// A placeholder: the uncalibrated robot.
     pub(super) fn vacant(robot: &Robot<T>) -> Self {
         Self {
-            robot: *robot,
+            robot: robot.clone(),
             estimate: Estimate::vacant(),
             unknowns: [T::ZERO; N],
             frame: RigidTransform::identity(),
@@ -187,7 +187,7 @@ impl<T: Real, const N: usize> ObservationOutcome<T, N> {
     /// the estimated transmissions.
     pub fn of_robot(&self) -> JointOutcome<T> {
         JointOutcome {
-            robot: self.robot,
+            robot: self.robot.clone(),
             estimate: self.estimate.part(0),
         }
     }

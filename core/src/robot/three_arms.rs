@@ -23,9 +23,17 @@ use nalgebra::Vector3;
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Robot<T: Real> {
     arms: [Arm<T>; 3],
+}
+
+// Derived, it copies number by number, which is a kilobyte of a small firmware.
+impl<T: Real> Clone for Robot<T> {
+    #[inline]
+    fn clone(&self) -> Self {
+        Self { arms: self.arms }
+    }
 }
 
 impl<T: Real> Robot<T> {

@@ -8,7 +8,7 @@ use nalgebra::{SVector, Vector3};
 ///
 /// The difference is computed from δP by addition theorems rather than by subtracting two large numbers, so its
 /// rounding is relative to the correction and not to the robot.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 #[allow(unreachable_pub)] // part of a sealed trait; nameable by no other crate
 pub struct Displacement<T: Real> {
     pub(super) drive: DriveOf,

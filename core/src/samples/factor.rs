@@ -256,7 +256,7 @@ const CAPACITY: usize = BLOCK + 2;
 
 /// Samples waiting for three factors. Factors absorb blocks, no two factors at the same sample, so that no sample costs
 /// much more than another.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Waiting<T: Real> {
     /// In order of arrival, padded with zeros.
     samples: [Sample<T>; CAPACITY],

@@ -35,7 +35,7 @@ const DIRECTION: f64 = 0.01;
 /// ```text
 /// c(P)    = ( −2D, |v|², 2v·D, 0, −2v, |D|² − Lb² )
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 #[allow(unreachable_pub)] // part of a sealed trait; nameable by no other crate
 pub struct NominalArm<T: Real> {
     arm: Arm<T>,

@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 pub(super) const FEATURES: usize = 12;
 
 /// The three arms displaced by their corrections, as [`JointFactor`](super::JointFactor) needs them.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct JointDisplacement<T: Real> {
     pub(crate) arms: [Displacement<T>; 3],
 }

@@ -279,7 +279,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// One arm a step: it is linearised anew.
     #[inline(never)]
     fn adopt(&mut self, arms: usize) -> Work {
-        let robot = self.calibrator.outcome().map(|found| *E::robot(found));
+        let robot = self.calibrator.outcome().map(E::robot).cloned();
         let (Some(gated), Ok(robot), Some(arm)) = (&mut self.gated, robot, ArmIndex::ALL.get(arms))
         else {
             return self.end_estimate();

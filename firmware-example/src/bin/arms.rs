@@ -75,7 +75,7 @@ fn calibrate(calibrator: &mut IkmCalibrator<f32>) -> Result<Robot<f32>, Refusal>
     }
     calibrator.solve()?;
     while calibrator.step() == Progress::Working {}
-    Ok(calibrator.outcome()?.robot)
+    Ok(calibrator.outcome()?.robot.clone())
 }
 
 /// The largest error of each robot at positions not used for calibration.

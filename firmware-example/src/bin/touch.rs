@@ -133,7 +133,7 @@ fn measure(calibrator: &mut Calibrator, standing: &[f32; 3]) {
 fn calibrate(calibrator: &mut Calibrator) -> Result<Robot<f32>, Refusal> {
     calibrator.solve()?;
     while calibrator.step() == Progress::Working {}
-    Ok(calibrator.outcome()?.robot)
+    Ok(calibrator.outcome()?.robot.clone())
 }
 
 /// The largest error of each robot: the height of a block is known.

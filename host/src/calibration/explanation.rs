@@ -334,7 +334,7 @@ fn tried(
     (factor, loose, first): &(f64, RobotFile, Solution),
     wrong: Wrong,
 ) -> Option<Explanation> {
-    let (mut robot, mut readings) = (case.robot.robot, case.readings.clone());
+    let (mut robot, mut readings) = (case.robot.robot.clone(), case.readings.clone());
     let (mut solution, mut by, mut sigma) = (first.clone(), Vec::new(), None);
     let stated = first.estimated_freedom().is_none();
     for _ in 0..ROUNDS {

@@ -310,7 +310,7 @@ impl Report {
         let solution = &judged.solution;
         let frame = solution.places.frame.map(|own| robot_frame(own, case));
         let after = RobotFile {
-            robot: solution.robot,
+            robot: solution.robot.clone(),
             sensor_frame: frame.or(before.sensor_frame),
             record: before.record.of_the_robot(),
             ..before.clone()

@@ -137,7 +137,7 @@ fn fkm(
 fn of_arms(outcome: &RobotOutcome<f64>, covariance: Option<&Covariance>) -> Calibrated {
     let mut arms = outcome.arms.iter();
     Calibrated {
-        robot: outcome.robot,
+        robot: outcome.robot.clone(),
         covariance: covariance.copied().or_else(|| by_arms(&outcome.arms)),
         whole: covariance.is_some(),
         from_nominal: arms.all(|arm| arm.start == StartUsed::Nominal),

@@ -116,7 +116,7 @@ impl RobotFile {
     /// The same with another geometry.
     pub(crate) fn with_robot(&self, robot: &Robot<f64>) -> Self {
         Self {
-            robot: *robot,
+            robot: robot.clone(),
             ..self.clone()
         }
     }

@@ -60,7 +60,7 @@ impl Found {
     ) -> Result<Self, Unsolved> {
         let covariance = estimate.covariance.as_ref();
         Ok(Self {
-            robot: *robot,
+            robot: robot.clone(),
             moved,
             covariance: dynamic(covariance.ok_or(Unsolved::NoRedundancy)?),
             prior_share: std::array::from_fn(|place| estimate.prior_share[place]),
@@ -156,8 +156,8 @@ impl Task<'_> {
         Ok(Found {
             covariance: dynamic(&separate.covariance),
             separate: Some(separate),
-            robot: outcome.robot,
             moved: self.moved(&outcome.robot),
+            robot: outcome.robot,
             prior_share: std::array::from_fn(|place| shares[place / 8][place % 8]),
             conditions: outcome.arms.each_ref().map(|arm| arm.condition),
             start: one.start,

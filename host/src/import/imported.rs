@@ -148,7 +148,7 @@ impl Machine {
             .and_then(|own| own.with_forearm(stated.rods_sigma.unwrap_or(COMMON_ROD)));
         let usual = USUAL_BED * configured.radius;
         Ok(Self {
-            robot,
+            robot: robot.clone(),
             // The owner may state rods because those of the configuration are impossible.
             configured: configured.robot(name, shift).unwrap_or(robot),
             endstops: own.endstops,
@@ -172,7 +172,7 @@ impl Machine {
         let tolerance = Tolerance::new(ARMS.0, ARMS.1.to_radians())
             .and_then(|own| own.with_joint_zero(ARM_ZERO.to_radians()));
         Ok(Self {
-            robot,
+            robot: robot.clone(),
             configured: robot,
             endstops,
             bed_radius,
@@ -219,10 +219,11 @@ impl Machine {
         if !reaches_anywhere(&self.robot, &limits) {
             return Err(impossible(name, "the forearms do not meet anywhere"));
         }
+        let planes = level_planes(&readings.planes, self.robot.drive());
         let mut robot = RobotFile::of(name, self.robot, limits);
         robot.tolerance = self.tolerance;
         robot.instruments.joint_noise = Some(0.0);
-        robot.instruments.planes = level_planes(&readings.planes, self.robot.drive());
+        robot.instruments.planes = planes;
         notes.extend(self.notes);
         Ok(Imported {
             firmware: settings.firmware,

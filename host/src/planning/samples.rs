@@ -89,7 +89,7 @@ impl Determined {
         unmeasured: &[u64],
     ) -> Result<Self, PlanError> {
         let mut setup = Setup::of_rows(request.robot, file, unmeasured, request.frame);
-        let robot = setup.robot.robot;
+        let robot = setup.robot.robot.clone();
         let rows = file.rows.iter();
         let rows: Vec<_> = rows.map(|row| setup.read(&robot, &row.value)).collect();
         setup.as_used(&rows);

@@ -156,7 +156,7 @@ impl Varied {
             Some((step, [more?, less?]))
         };
         Self {
-            robot: *robot,
+            robot: robot.clone(),
             variations: (0..24).map(variation).collect(),
         }
     }

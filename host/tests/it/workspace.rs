@@ -93,7 +93,7 @@ fn built() -> Vec<Case> {
     let arms = arms.map(|(name, robot)| (name, robot, reach(-60.0, 90.0, None)));
     let mut towers = linear_geometries();
     towers.truncate(2);
-    let (_, upright, travel) = towers[0];
+    let (_, upright, travel) = towers[0].clone();
     let mut leaning = upright.parameters();
     for parameters in &mut leaning {
         let [x, y, ..] = *parameters;

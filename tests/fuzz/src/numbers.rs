@@ -181,6 +181,7 @@ impl<'a> Source<'a> {
             .map(|index| {
                 let phase = f64::from(u32::try_from(index).unwrap_or_default());
                 let joints = [1.0, 1.7, 2.3].map(|rate| 0.3 + 0.6 * (rate * phase).sin());
+                let truth = truth.as_ref();
                 let position: [f64; 3] = match truth.map(|robot| robot.forward(&joints)) {
                     Ok(Ok(position)) => position.into(),
                     _ => [0.0, 0.0, -450.0],

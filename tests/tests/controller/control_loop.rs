@@ -135,7 +135,7 @@ fn parameters_are_handed_over_whole() {
         let mut last = None;
         while last != Some(SWITCHES) {
             if let Some(set) = next
-                && background.hand_over(*set).is_ok()
+                && background.hand_over(set.clone()).is_ok()
             {
                 next = waiting.next();
             }

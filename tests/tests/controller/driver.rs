@@ -260,7 +260,7 @@ pub(crate) fn stored(count: u64) -> (Flash, Vec<u32>) {
 pub(crate) fn named(robot: &Robot<f32>) -> NewParameters<f32> {
     NewParameters {
         fingerprint: Geometry::of(robot).fingerprint(),
-        robot: *robot,
+        robot: robot.clone(),
     }
 }
 

@@ -66,7 +66,7 @@ macro_rules! calibrator {
         ) -> Status {
             report(error, || {
                 robot.usable(size)?;
-                let found = calibrator.get()?.outcome()?.robot;
+                let found = calibrator.get()?.outcome()?.robot.clone();
                 Ok(robot.put(size, &found)?)
             })
         }
@@ -191,7 +191,7 @@ macro_rules! of_positions {
             ) -> Status {
                 report(error, || {
                     calibrator.usable(size)?;
-                    let (robot, settings) = (*robot.get()?, settings.get()?.checked()?);
+                    let (robot, settings) = (robot.get()?.clone(), settings.get()?.checked()?);
                     calibrator.make(size, |place| Ok(place.write(Own::new(&robot, &settings))))
                 })
             }

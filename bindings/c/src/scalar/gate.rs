@@ -105,7 +105,7 @@ pub extern "C" fn init(
             None
         };
         let selection = Selection::Gated { forgetting };
-        let (robot, settings) = (*robot.get()?, settings.get()?.checked()?);
+        let (robot, settings) = (robot.get()?.clone(), settings.get()?.checked()?);
         let usable = sigmas > 0.0 && sigmas.is_finite();
         if stated(sigmas) && !usable {
             return Err(GateError::Sigmas.into());

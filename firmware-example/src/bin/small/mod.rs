@@ -98,9 +98,9 @@ pub(crate) fn with<R: Default>(work: impl FnOnce(&mut Machine) -> R) -> R {
 }
 
 /// Nobody asks for the fingerprint.
-const fn new(robot: &Robot<f32>) -> NewParameters<f32> {
+fn new(robot: &Robot<f32>) -> NewParameters<f32> {
     NewParameters {
-        robot: *robot,
+        robot: robot.clone(),
         fingerprint: 0,
     }
 }

@@ -18,7 +18,7 @@ impl Plant {
     /// A robot that differs from the designed one by about 0.5 mm and 0.2°.
     pub(crate) fn new(drawn: &Robot<f32>) -> Self {
         let mut plant = Self {
-            built: *drawn,
+            built: drawn.clone(),
             block: 0.0,
             slip: 0.0,
             state: 1,
@@ -34,7 +34,7 @@ impl Plant {
                 *parameter += sigma * plant.noise();
             }
         }
-        plant.built = Robot::from_parameters(parameters).unwrap_or(*drawn);
+        plant.built = Robot::from_parameters(parameters).unwrap_or_else(|_| drawn.clone());
         plant
     }
 

@@ -59,7 +59,7 @@ pub(crate) fn file_of(robot: &Robot<f64>, [low, high]: [f64; 2], noise: bool) ->
         tolerance: Some(tolerance),
         noise: noise.then_some(stated),
         instruments,
-        ..RobotFile::of("robot.toml", *robot, limits.unwrap())
+        ..RobotFile::of("robot.toml", robot.clone(), limits.unwrap())
     }
 }
 
@@ -89,7 +89,8 @@ pub(crate) fn measured(
 ) -> (Robot<f64>, Readings) {
     let mut rng = Pcg32::seed_from_u64(seed);
     let truth = made_robot(&file.robot, file.tolerance.as_ref().unwrap(), &mut rng).unwrap();
-    (truth, readings(file, &truth, instrument, rows, &mut rng))
+    let readings = readings(file, &truth, instrument, rows, &mut rng);
+    (truth, readings)
 }
 
 /// What an instrument reads of a robot at random poses.

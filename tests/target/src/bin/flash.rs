@@ -34,7 +34,7 @@ mod firmware {
         }
         calibrator.solve()?;
         while calibrator.step() == Progress::Working {}
-        Ok(calibrator.outcome()?.robot)
+        Ok(calibrator.outcome()?.robot.clone())
     }
 
     #[panic_handler]

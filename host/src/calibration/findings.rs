@@ -4,6 +4,7 @@ use super::causes::CauseKind;
 use super::credibility::{NoiseVerdict, doubtful};
 use super::diagnosis::Diagnosis;
 use super::judge::{Case, Judged, is_understated};
+use super::known::Known;
 use super::step::{Step, step};
 use super::wrong_rows::{beside_the_platform_point, shifted_rows};
 use super::{Finding, note, warning};
@@ -42,6 +43,7 @@ fn mm(value: f64) -> String {
 pub(crate) fn findings(
     case: &Case<'_>,
     judged: &Judged,
+    known: &Known,
     diagnosis: Option<&Diagnosis>,
 ) -> Vec<Finding> {
     let mut found = Vec::new();
@@ -77,7 +79,7 @@ pub(crate) fn findings(
     }
     of_errors(case, judged, &mut found);
     of_noise(case, judged, &mut found);
-    of_parameters(case, judged, &mut found);
+    of_parameters(case, judged, known, &mut found);
     found
 }
 
@@ -317,7 +319,7 @@ fn of_noise(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
     }
 }
 
-fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
+fn of_parameters(case: &Case<'_>, judged: &Judged, known: &Known, found: &mut Vec<Finding>) {
     let (robot, solution, readings) = (case.robot, &judged.solution, case.readings);
     let none = json!({});
     if let Some(own) = judged.tolerance.filter(|own| own.test.contradicts()) {
@@ -364,7 +366,7 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
         if readings.is_complete() {
             found.extend(by_tolerance(robot, &solution.prior_share));
         }
-        of_determined(judged, readings, found);
+        of_determined(known, readings, found);
     } else {
         if let Some(changes) = doubtful(&robot.robot, &solution.robot) {
             let text = format!(
@@ -409,8 +411,7 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
 }
 
 /// What the tolerance decided overall.
-fn of_determined(judged: &Judged, readings: &Readings, found: &mut Vec<Finding>) {
-    let known = &judged.known;
+fn of_determined(known: &Known, readings: &Readings, found: &mut Vec<Finding>) {
     if !known.place {
         let text = "The place of the robot's base (six numbers) comes from the tolerance. If absolute positions matter, \
                     measure x, y and z of three poses.";

@@ -26,6 +26,8 @@ const COMPUTED: f64 = 2e-6;
 /// A solution judged good.
 #[derive(Debug, Clone)]
 pub(crate) struct Judged {
+    /// The robot file, with a wider tolerance if that was needed.
+    pub(crate) robot: RobotFile,
     /// The solution, its readings' noise widened by the lack of fit.
     pub(crate) solution: Solution,
     /// Of the calibrated robot.
@@ -35,12 +37,35 @@ pub(crate) struct Judged {
     pub(crate) causes: Causes,
     pub(crate) tolerance: Option<ToleranceTest>,
     pub(crate) workspace: Option<WorkspaceComparison>,
-    pub(crate) expected: Option<ExpectedError>,
-    pub(crate) known: Known,
     /// What explains readings that contradict the tolerance or the noise.
     pub(crate) explained: Option<String>,
     /// Over the rows with x, y and z; `None` if there are none.
     pub(crate) errors: Option<BeforeAfter>,
+}
+
+impl Judged {
+    /// The expected error of the calibrated robot, `None` if no pose is clear of singularities, and what is known of it.
+    pub(crate) fn expected(&self) -> (Option<ExpectedError>, Known) {
+        let (robot, solution) = (&self.robot, &self.solution);
+        let covariance = solution.of_robot();
+        let reach = robot.reach();
+        let expected =
+            ExpectedError::at(&solution.robot, &covariance, &reach, &self.poses, |_| true);
+        let before =
+            prior(robot).and_then(|prior| ExpectedError::of_robot(robot, &robot.robot, &prior));
+        let tolerance = robot.tolerance.as_ref();
+        let known = Known::of(
+            match tolerance.and_then(Tolerance::joint_zero) {
+                Some(_) => &solution.robot,
+                None => &robot.robot,
+            },
+            tolerance,
+            &solution.of_parameters(),
+            before.as_ref(),
+            expected.as_ref(),
+        );
+        (expected, known)
+    }
 }
 
 /// The data of a calibration. `before` is the original robot file, `robot` may have a wider tolerance.
@@ -150,10 +175,13 @@ fn with_wider_tolerance(case: &Case<'_>) -> Option<Judged> {
     Some(judged)
 }
 
-/// Solves, and judges the solution.
 fn judge(case: &Case<'_>) -> Result<Judged, Objection> {
+    let solution = solve(case.robot, case.readings, &case.options).map_err(Objection::Unsolved)?;
+    judged(case, solution)
+}
+
+fn judged(case: &Case<'_>, solution: Solution) -> Result<Judged, Objection> {
     let robot = case.robot;
-    let solution = solve(robot, case.readings, &case.options).map_err(Objection::Unsolved)?;
     let mut noise: Vec<_> = solution.noise.iter().filter_map(NoiseTest::of).collect();
     for test in &mut noise {
         with_shown(case, test)?;
@@ -187,21 +215,8 @@ fn judge(case: &Case<'_>) -> Result<Judged, Objection> {
             return Err(Objection::UnknownError);
         }
     }
-    let covariance = solution.of_robot();
-    let expected = ExpectedError::at(&solution.robot, &covariance, &reach, &poses, |_| true);
-    let expected_before =
-        prior(robot).and_then(|prior| ExpectedError::of_robot(robot, &robot.robot, &prior));
-    let known = Known::of(
-        match tolerance.and_then(Tolerance::joint_zero) {
-            Some(_) => &solution.robot,
-            None => &robot.robot,
-        },
-        tolerance,
-        &solution.of_parameters(),
-        expected_before.as_ref(),
-        expected.as_ref(),
-    );
     Ok(Judged {
+        robot: robot.clone(),
         solution,
         poses,
         widening,
@@ -212,8 +227,6 @@ fn judge(case: &Case<'_>) -> Result<Judged, Objection> {
             widened: false,
         }),
         workspace,
-        expected,
-        known,
         explained: None,
         errors,
     })
@@ -241,7 +254,7 @@ pub(super) fn agreeing(case: &Case<'_>) -> Option<Solution> {
     if is_understated(&solution) {
         return None;
     }
-    match judge(case) {
+    match judged(case, solution.clone()) {
         Err(Objection::Worse(..)) => Some(solution),
         judged => judged.ok().map(|own| own.solution),
     }

@@ -315,13 +315,14 @@ impl Report {
             record: before.record.of_the_robot(),
             ..before.clone()
         };
-        let expected = judged.expected.as_ref();
+        let (expected, known) = judged.expected();
+        let expected = expected.as_ref();
         let lines = readings.rows.iter().zip(&solution.rows);
         let suspected = lines
             .filter(|(_, fit)| fit.suspected)
             .map(|(row, _)| row.line)
             .collect();
-        let findings = findings(case, &judged, diagnosis.as_ref());
+        let findings = findings(case, &judged, &known, diagnosis.as_ref());
         let warnings = findings.iter().filter(|own| own.level == Level::Warning);
         Self {
             schema_version: SCHEMA_VERSION,
@@ -346,7 +347,7 @@ impl Report {
             acceptance: None,
             tolerance: judged.tolerance,
             workspace: judged.workspace,
-            determined: judged.known,
+            determined: known,
             sensor_frame: frame
                 .as_ref()
                 .map(|own| FrameReport::of(own, &before.convention)),

@@ -46,27 +46,11 @@ const CLIPPY: Stage = Stage {
     ],
 };
 
-/// Two lists that run in parallel, of about the same length, in different folders, where no build blocks another. The
-/// tests find the programs of the second list; clippy comes when they are compiled, as it uses their folder.
+/// Two lists that run in parallel. The first compiles into one folder, where two builds would block each other; the
+/// second uses other folders, in which the first list's tests find its programs.
 const SIDE_BY_SIDE: [&[Stage]; 2] = [
     &[
-        Stage {
-            name: "bare",
-            about: "clippy on the Cortex-M code; the core with none and each of its features; the controller for other boards",
-            commands: &[
-                "cargo clippy --quiet --all-features --package delta-cal --package delta-cal-protocol --package delta-cal-c \
-                 --package delta-cal-target-tests --package delta-cal-link-tests --package delta-cal-firmware-example \
-                 --target thumbv7em-none-eabihf --target-dir target/bare -- --deny warnings",
-                "cargo check --quiet --package delta-cal --target thumbv7em-none-eabihf --target-dir target/bare",
-                "cargo check --quiet --package delta-cal --features defmt --target thumbv7em-none-eabihf --target-dir target/bare",
-                "cargo check --quiet --package delta-cal --features linear --target thumbv7em-none-eabihf --target-dir target/bare",
-                "cargo check --quiet --package delta-cal --features simulate --target thumbv7em-none-eabihf --target-dir target/bare",
-                "cargo check --quiet --package delta-cal --features transmission --target thumbv7em-none-eabihf --target-dir target/bare",
-                "cargo check --quiet --package delta-cal-firmware-example --lib --target thumbv6m-none-eabi --target-dir target/bare",
-                "cargo check --quiet --package delta-cal-firmware-example --lib --target riscv32imac-unknown-none-elf \
-                 --target-dir target/bare",
-            ],
-        },
+        CLIPPY,
         Stage {
             name: "tests",
             about: "all tests: units, programs, examples in the documentation, firmware under QEMU, the C library, \
@@ -115,7 +99,23 @@ const SIDE_BY_SIDE: [&[Stage]; 2] = [
                  --target-dir target/firmware",
             ],
         },
-        CLIPPY,
+        Stage {
+            name: "bare",
+            about: "clippy on the Cortex-M code; the core with none and each of its features; the controller for other boards",
+            commands: &[
+                "cargo clippy --quiet --all-features --package delta-cal --package delta-cal-protocol --package delta-cal-c \
+                 --package delta-cal-target-tests --package delta-cal-link-tests --package delta-cal-firmware-example \
+                 --target thumbv7em-none-eabihf --target-dir target/bare -- --deny warnings",
+                "cargo check --quiet --package delta-cal --target thumbv7em-none-eabihf --target-dir target/bare",
+                "cargo check --quiet --package delta-cal --features defmt --target thumbv7em-none-eabihf --target-dir target/bare",
+                "cargo check --quiet --package delta-cal --features linear --target thumbv7em-none-eabihf --target-dir target/bare",
+                "cargo check --quiet --package delta-cal --features simulate --target thumbv7em-none-eabihf --target-dir target/bare",
+                "cargo check --quiet --package delta-cal --features transmission --target thumbv7em-none-eabihf --target-dir target/bare",
+                "cargo check --quiet --package delta-cal-firmware-example --lib --target thumbv6m-none-eabi --target-dir target/bare",
+                "cargo check --quiet --package delta-cal-firmware-example --lib --target riscv32imac-unknown-none-elf \
+                 --target-dir target/bare",
+            ],
+        },
         Stage {
             name: "docs",
             about: "rustdoc without warnings",

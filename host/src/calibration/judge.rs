@@ -180,6 +180,7 @@ fn judge(case: &Case<'_>) -> Result<Judged, Objection> {
     judged(case, solution)
 }
 
+/// Judges a solution of the case.
 fn judged(case: &Case<'_>, solution: Solution) -> Result<Judged, Objection> {
     let robot = case.robot;
     let mut noise: Vec<_> = solution.noise.iter().filter_map(NoiseTest::of).collect();

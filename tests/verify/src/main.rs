@@ -93,6 +93,8 @@ const SIDE_BY_SIDE: [&[Stage]; 2] = [
                 "cargo rustc --quiet --lib --package delta-cal-c --profile firmware --target thumbv7em-none-eabihf \
                  --features panic-handler --config target.thumbv7em-none-eabihf.rustflags=['-Ctarget-cpu=cortex-m7'] \
                  --crate-type staticlib --target-dir target/firmware/cortex-m7",
+                "cargo rustc --quiet --lib --package delta-cal-c --profile firmware --target thumbv7em-none-eabi \
+                 --features panic-handler --crate-type staticlib --target-dir target/firmware",
                 "cargo rustc --quiet --lib --package delta-cal-c --profile release --crate-type staticlib \
                  --target-dir target/firmware",
                 "cargo rustc --quiet --lib --package delta-cal-c --profile release --crate-type cdylib \
@@ -206,8 +208,9 @@ const PROGRAMS: [(&str, &str); 5] = [
     ("cmake", "cmake"),
     ("pkg-config", "pkg-config"),
 ];
-const TARGETS: [&str; 4] = [
+const TARGETS: [&str; 5] = [
     "thumbv7em-none-eabihf",
+    "thumbv7em-none-eabi",
     "thumbv6m-none-eabi",
     "wasm32-unknown-unknown",
     "riscv32imac-unknown-none-elf",

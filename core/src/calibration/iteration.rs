@@ -257,8 +257,8 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
             piece: 0,
             prospect: Some(*prospect),
         };
-        // A sum of several pieces begins in the next step. Where chord steps pay, it has one.
-        if P::PIECEWISE && !P::CHORDS {
+        // Its sum begins in the next step.
+        if P::PIECEWISE {
             self.work = Work::Trying(trial);
             return None;
         }

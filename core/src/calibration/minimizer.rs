@@ -6,7 +6,7 @@ use super::point::{EndPoint, Point, Weighted, rounding_of_cost};
 use super::problem::{Extent, Problem};
 use super::refusal::Refusal;
 use super::settings::{Settings, Start};
-use super::starts::Starts;
+use super::starts::{Next, Starts};
 use super::step_control::StepResult;
 use super::tolerance_prior::TolerancePrior;
 use crate::Real;
@@ -51,11 +51,13 @@ pub(crate) struct Minimizer<T: Real, A, R, const N: usize, const M: usize, const
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
-    /// The free start is still to be found: one step to find it, another to start there.
+    /// The free start is still to be found: a step for each that is tried, another to start there.
     Beginning,
     From(StartUsed),
     /// A start without a guess or a further one was found.
     Again(StartUsed),
+    /// A further start is tried; whether the covariance at the best end point is known.
+    Elsewhere(bool),
     /// An iteration has ended.
     Ended(StartUsed, Option<Termination>),
     /// The covariance at the best end point is being computed.
@@ -115,14 +117,16 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
         }
     }
 
-    /// Finds the free start; without one, identifies what the samples leave undetermined.
+    /// Tries a free start; without one, identifies what the samples leave undetermined.
     #[inline(never)]
     fn find_free_start(&mut self, problem: &impl Problem<T, N, M, E, At = A, Rows = R>) {
-        if let Some(correction) = self.starts.next_free(problem) {
-            self.start_at(StartUsed::Free, correction);
-        } else {
-            self.restart(problem, &[T::ZERO; N]);
-            self.phase = Phase::Undetermined;
+        match self.starts.next(problem) {
+            Next::Start(start, correction) => self.start_at(start, correction),
+            Next::Impossible => {}
+            Next::None => {
+                self.restart(problem, &[T::ZERO; N]);
+                self.phase = Phase::Undetermined;
+            }
         }
     }
 
@@ -170,6 +174,9 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
             }
             Phase::From(start) => self.iterate(problem, start),
             Phase::Ended(start, termination) => self.settle(problem, start, termination),
+            Phase::Elsewhere(identified) => {
+                self.start_elsewhere(problem, identified.then_some(place));
+            }
             Phase::Identifying => self.identify(problem, covariance_of(place)),
             Phase::Undetermined => self.look_for_free(problem, covariance_of(place)),
             Phase::Judging => {
@@ -218,15 +225,24 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
             self.phase = Phase::Ended(start, None);
             return;
         }
-        if self.prior.rounds == 0 && self.start_elsewhere(problem, start) {
-            return;
+        if self.prior.rounds == 0 {
+            self.starts.better_free(problem, start, self.best.as_ref());
+            if self.starts.any() {
+                self.phase = Phase::Elsewhere(false);
+                return;
+            }
         }
-        if self.end_alone {
-            self.phase = Phase::Done;
-            return;
-        }
+        self.settle_there();
+    }
+
+    /// The best end point is the last.
+    fn settle_there(&mut self) {
         self.identifiability.restart();
-        self.phase = Phase::Identifying;
+        self.phase = if self.end_alone {
+            Phase::Done
+        } else {
+            Phase::Identifying
+        };
     }
 
     /// Keeps the end of the iteration if it is better than the best so far.
@@ -281,14 +297,12 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
             let own = &self.identifiability;
             self.starts
                 .search(problem, point, || own.weakest_direction(covariance));
-            if self.search_on(problem) {
+            if self.starts.any() {
+                self.phase = Phase::Elsewhere(true);
                 return;
             }
         }
-        if self.balance_tolerance(problem, covariance) {
-            return;
-        }
-        self.phase = Phase::Judging;
+        self.balance_tolerance(problem, covariance);
     }
 
     fn look_for_free(
@@ -306,49 +320,44 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
         }
     }
 
-    /// Starts again if the samples allow a better fit, or if there may be another solution.
+    /// Tries another start; without one, the best end point is the last. `place` holds its covariance, if it is known.
+    #[inline(never)]
     fn start_elsewhere(
         &mut self,
         problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
-        ended: StartUsed,
-    ) -> bool {
-        if let Some(correction) = self.starts.better_free(problem, ended, self.best.as_ref()) {
-            self.iteration.point.correction = correction;
-            self.phase = Phase::Again(StartUsed::Free);
-            return true;
+        place: Option<&mut Estimate<T, N>>,
+    ) {
+        match (self.starts.next(problem), place) {
+            (Next::Start(start, correction), _) => {
+                self.iteration.point.correction = correction;
+                self.phase = Phase::Again(start);
+            }
+            (Next::Impossible, _) => {}
+            (Next::None, Some(place)) => self.balance_tolerance(problem, covariance_of(place)),
+            (Next::None, None) => self.settle_there(),
         }
-        self.search_on(problem)
     }
 
-    #[inline(never)]
-    fn search_on(&mut self, problem: &impl Problem<T, N, M, E, At = A, Rows = R>) -> bool {
-        let Some((start, correction)) = self.starts.next_searched(problem) else {
-            return false;
-        };
-        self.iteration.point.correction = correction;
-        self.phase = Phase::Again(start);
-        true
-    }
-
-    /// If a tolerance but no noise is stated: solves again with the noise estimated from the residuals.
+    /// If a tolerance but no noise is stated: solves again with the noise estimated from the residuals. Otherwise the
+    /// best end point is judged.
     #[inline(never)]
     fn balance_tolerance(
         &mut self,
         problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
         covariance: &SMatrix<T, N, N>,
-    ) -> bool {
+    ) {
         let best = self.best.as_ref();
         if self.settings.tolerance.is_none()
             || problem.extent().unit.is_none()
             || !self.prior.balance(problem, best, covariance.as_slice())
         {
-            return false;
+            self.phase = Phase::Judging;
+            return;
         }
         let (start, from) = best.map_or((StartUsed::Nominal, [T::ZERO; N]), |best| {
             (best.start, best.point.correction)
         });
         self.start_at(start, from);
-        true
     }
 
     /// The correction of the best end point, before any judgement.

@@ -14,8 +14,19 @@ pub(super) struct Starts<T, const N: usize> {
     first: Start,
     /// Number of free starts tried.
     free: u8,
+    /// Whether the next is a free one, if there is any.
+    freely: bool,
     /// The search for other solutions, once there is a first end point.
     search: Option<Search<T, N>>,
+}
+
+/// What [`Starts::next`] finds.
+pub(super) enum Next<T, const N: usize> {
+    Start(StartUsed, [T; N]),
+    /// Nothing can start there: ask again.
+    Impossible,
+    /// There is none left.
+    None,
 }
 
 impl<T: Real, const N: usize> Starts<T, N> {
@@ -23,25 +34,56 @@ impl<T: Real, const N: usize> Starts<T, N> {
         Self {
             first,
             free: 0,
+            freely: matches!(first, Start::Free),
             search: None,
         }
     }
 
-    /// The next free start.
-    pub(super) fn next_free<P: Problem<T, N, M, E>, const M: usize, const E: usize>(
-        &mut self,
-        problem: &P,
-    ) -> Option<[T; N]> {
-        while self.free < P::FREE_STARTS {
-            self.free += 1;
-            if let Some(correction) = problem.free_start(self.free - 1) {
-                return Some(correction);
-            }
-        }
-        None
+    /// Whether [`next`](Self::next) may find any.
+    pub(super) const fn any(&self) -> bool {
+        self.freely || self.search.is_some()
     }
 
-    /// A free start if the samples allow a clearly better fit than found so far.
+    /// Tries one further start: bounded work.
+    pub(super) fn next<P: Problem<T, N, M, E>, const M: usize, const E: usize>(
+        &mut self,
+        problem: &P,
+    ) -> Next<T, N> {
+        if self.freely {
+            // After another start one is tried, without any all, the best first.
+            let last = match self.first {
+                Start::Nominal => 1,
+                Start::Free => P::FREE_STARTS,
+            };
+            self.freely = false;
+            if self.free < last {
+                self.free += 1;
+                if let Some(correction) = problem.free_start(self.free - 1) {
+                    return Next::Start(StartUsed::Free, correction);
+                }
+                self.freely = true;
+                return Next::Impossible;
+            }
+        }
+        let Some(search) = &mut self.search else {
+            return Next::None;
+        };
+        if let Some(correction) = search.next() {
+            // Not finite where there is no such robot.
+            if sum_of_squares(problem, &problem.displaced(&correction)).finite() {
+                return Next::Start(StartUsed::Search, correction);
+            }
+            return Next::Impossible;
+        }
+        if self.free == 0 {
+            // Even few samples may determine a free start.
+            self.freely = true;
+            return Next::Impossible;
+        }
+        Next::None
+    }
+
+    /// Makes the next start a free one if the samples allow a clearly better fit than found so far.
     ///
     /// The free fit of the coefficients leaves ρ², a lower bound for any parameters; the right solution leaves four
     /// residual variances per arm more, a false minimum far more.
@@ -50,13 +92,12 @@ impl<T: Real, const N: usize> Starts<T, N> {
         problem: &P,
         ended: StartUsed,
         best: Option<&EndPoint<T, N, M, E>>,
-    ) -> Option<[T; N]> {
+    ) {
         let enough = T::from_count(SAMPLES_FOR_FREE_START);
         let extent = problem.extent();
         let spare = extent.effective_samples - enough;
-        let from_nominal = self.first == Start::Nominal;
-        if from_nominal && (ended != StartUsed::Nominal || spare < T::ZERO) {
-            return None;
+        if self.first == Start::Nominal && (ended != StartUsed::Nominal || spare < T::ZERO) {
+            return;
         }
         if let Some(best) = best {
             let least = problem.least_sum_of_squares();
@@ -69,14 +110,10 @@ impl<T: Real, const N: usize> Starts<T, N> {
             let excess = best.point.sum_of_squares - least;
             let limit = T::from_f64(EXCESS_OF_ANOTHER_MINIMUM) * variance;
             if !(excess > limit + rounding_of_cost(problem)) {
-                return None;
+                return;
             }
         }
-        if from_nominal {
-            problem.free_start(0)
-        } else {
-            self.next_free(problem)
-        }
+        self.freely = true;
     }
 
     /// Starts to search for other solutions on both sides of an end point, if the samples are so few that there may be
@@ -116,26 +153,6 @@ impl<T: Real, const N: usize> Starts<T, N> {
                 _ => *other = true,
             }
         }
-    }
-
-    /// The next start of a search in progress.
-    pub(super) fn next_searched<const M: usize, const E: usize>(
-        &mut self,
-        problem: &impl Problem<T, N, M, E>,
-    ) -> Option<(StartUsed, [T; N])> {
-        let search = self.search.as_mut()?;
-        while let Some(correction) = search.next() {
-            // There is no such robot, so nothing can start.
-            if sum_of_squares(problem, &problem.displaced(&correction)).finite() {
-                return Some((StartUsed::Search, correction));
-            }
-        }
-        // Even few samples may determine a free start.
-        if self.free > 0 {
-            return None;
-        }
-        self.free = 1;
-        Some((StartUsed::Free, problem.free_start(0)?))
     }
 }
 

@@ -15,6 +15,7 @@ use crate::observations::{
 };
 use crate::robot::{ArmIndex, Robot};
 use crate::samples::{ArmFactor, Displacement, NominalArm, Sample, Waiting, triangle};
+use crate::stream::{Prediction, Row};
 use core::ops::Range;
 use nalgebra::{Matrix3, Vector3};
 
@@ -73,6 +74,15 @@ kernels! { [f32, f64]
     /// [`Displacement::new`].
     fn displaced(nominal: &NominalArm<Self>, correction: &[Self; 8]) -> Displacement<Self> {
         Displacement::exactly(nominal, correction)
+    }
+
+    /// [`Prediction::row_of`].
+    fn gate_row(
+        prediction: &Prediction<Self>,
+        nominal: &NominalArm<Self>,
+        sample: (&Vector3<Self>, Self),
+    ) -> Row<Self> {
+        prediction.row_of(nominal, sample)
     }
 
     /// [`JointSamples::take`].

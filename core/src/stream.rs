@@ -8,4 +8,5 @@ mod options;
 pub use crate::samples::{AddError, Forgetting, ForgettingError};
 pub use calibrator::StreamCalibrator;
 pub use gate::{Alarm, GateCounts, GateError, Innovation, Untested, Verdict};
+pub(crate) use gate::{Prediction, Row};
 pub use options::{Added, Selection, StreamRefusal};

@@ -170,7 +170,7 @@ impl<T: Number> Session<T> {
         let Some(stream) = &mut self.stream else {
             return false;
         };
-        if !either!(stream, own => own.solving()) {
+        if stream.finished() {
             return false;
         }
         let working = either!(stream, own => own.step()) == Progress::Working;

@@ -67,23 +67,13 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
     /// The sample waits for three others and is absorbed together with them.
     fn push(&mut self, sample: &Sample<T>) {
         self.waiting.push(sample);
-        if let Some(arm) = self.waiting.due() {
-            self.take_in_block(arm);
-        }
+        self.take_in_due();
     }
 
     fn push_forgetting(&mut self, sample: &Sample<T>, forgetting: &Forgetting<T>) {
         self.waiting.push(sample);
-        let due = self.waiting.due();
-        for (factor, arm) in self.arms.iter_mut().zip(ArmIndex::ALL) {
-            // Samples absorbed by a solve must be forgotten too.
-            if due == Some(arm) || factor.recent() >= 2 * BLOCK as u64 {
-                factor.forget(forgetting.after(factor.recent()));
-            }
-        }
-        if let Some(arm) = due {
-            self.take_in_block(arm);
-        }
+        self.forget_due(forgetting);
+        self.take_in_due();
     }
 
     fn take_in(&mut self, samples: &[Sample<T>]) {
@@ -139,6 +129,24 @@ impl<T: Real> ArmSamples<T> {
     /// The factors of the three arms; they exclude waiting samples.
     pub(crate) const fn arms(&self) -> &[ArmFactor<T>; 3] {
         &self.arms
+    }
+
+    /// Lets earlier samples fade before an arm absorbs its block.
+    pub(crate) fn forget_due(&mut self, forgetting: &Forgetting<T>) {
+        let due = self.waiting.due();
+        for (factor, arm) in self.arms.iter_mut().zip(ArmIndex::ALL) {
+            // Samples absorbed by a solve must be forgotten too.
+            if due == Some(arm) || factor.recent() >= 2 * BLOCK as u64 {
+                factor.forget(forgetting.after(factor.recent()));
+            }
+        }
+    }
+
+    /// The arm whose block is complete absorbs it.
+    pub(crate) fn take_in_due(&mut self) {
+        if let Some(arm) = self.waiting.due() {
+            self.take_in_block(arm);
+        }
     }
 
     pub(crate) fn take_in_waiting_of(&mut self, arm: ArmIndex) {

@@ -111,29 +111,16 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
         {
             self.prior.sigma = T::from_f64(0.01) * tolerance.of(Parameter::Lb) / unit;
         }
+        self.awaits_cost = true;
         match self.settings.start {
             Start::Nominal => self.start_at(StartUsed::Nominal, [T::ZERO; N]),
             Start::Free => self.phase = Phase::Beginning,
         }
     }
 
-    /// Tries a free start; without one, identifies what the samples leave undetermined.
-    #[inline(never)]
-    fn find_free_start(&mut self, problem: &impl Problem<T, N, M, E, At = A, Rows = R>) {
-        match self.starts.next(problem) {
-            Next::Start(start, correction) => self.start_at(start, correction),
-            Next::Impossible => {}
-            Next::None => {
-                self.restart(problem, &[T::ZERO; N]);
-                self.phase = Phase::Undetermined;
-            }
-        }
-    }
-
-    /// The next step starts there, and measures the cost of it.
+    /// The next step starts there.
     fn start_at(&mut self, start: StartUsed, correction: [T; N]) {
         self.iteration.point.correction = correction;
-        self.awaits_cost = true;
         self.phase = Phase::Again(start);
     }
 
@@ -165,7 +152,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
         place: &mut Estimate<T, N>,
     ) -> Result<Progress, Refusal> {
         match self.phase {
-            Phase::Beginning => self.find_free_start(problem),
+            Phase::Beginning | Phase::Elsewhere(_) => self.start_elsewhere(problem, place),
             Phase::Again(start) => {
                 self.iterations = self.iterations();
                 let correction = self.iteration.point.correction;
@@ -174,9 +161,6 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
             }
             Phase::From(start) => self.iterate(problem, start),
             Phase::Ended(start, termination) => self.settle(problem, start, termination),
-            Phase::Elsewhere(identified) => {
-                self.start_elsewhere(problem, identified.then_some(place));
-            }
             Phase::Identifying => self.identify(problem, covariance_of(place)),
             Phase::Undetermined => self.look_for_free(problem, covariance_of(place)),
             Phase::Judging => {
@@ -320,21 +304,24 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
         }
     }
 
-    /// Tries another start; without one, the best end point is the last. `place` holds its covariance, if it is known.
+    /// Tries a start; without one, identifies what the samples leave undetermined, or the best end point is the last.
     #[inline(never)]
     fn start_elsewhere(
         &mut self,
         problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
-        place: Option<&mut Estimate<T, N>>,
+        place: &mut Estimate<T, N>,
     ) {
-        match (self.starts.next(problem), place) {
-            (Next::Start(start, correction), _) => {
-                self.iteration.point.correction = correction;
-                self.phase = Phase::Again(start);
+        match (self.starts.next(problem), self.phase) {
+            (Next::Start(start, correction), _) => self.start_at(start, correction),
+            (Next::Undetermined, _) => {}
+            (Next::None, Phase::Elsewhere(true)) => {
+                self.balance_tolerance(problem, covariance_of(place));
             }
-            (Next::Impossible, _) => {}
-            (Next::None, Some(place)) => self.balance_tolerance(problem, covariance_of(place)),
-            (Next::None, None) => self.settle_there(),
+            (Next::None, Phase::Elsewhere(false)) => self.settle_there(),
+            (Next::None, _) => {
+                self.restart(problem, &[T::ZERO; N]);
+                self.phase = Phase::Undetermined;
+            }
         }
     }
 
@@ -357,6 +344,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
         let (start, from) = best.map_or((StartUsed::Nominal, [T::ZERO; N]), |best| {
             (best.start, best.point.correction)
         });
+        self.awaits_cost = true;
         self.start_at(start, from);
     }
 

@@ -79,6 +79,7 @@ pub struct Extent<T> {
 }
 
 /// Σ r² over all pieces; not finite if there is no such robot.
+#[cfg(test)]
 pub(crate) fn sum_of_squares<T: Real, A, const N: usize, const M: usize, const E: usize>(
     problem: &impl Problem<T, N, M, E, At = A>,
     at: &A,

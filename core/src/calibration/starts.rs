@@ -3,7 +3,7 @@
 use super::limits::{EXCESS_OF_ANOTHER_MINIMUM, SAMPLES_FOR_FREE_START, TIE};
 use super::outcome::StartUsed;
 use super::point::{EndPoint, Point, rounding_of_cost};
-use super::problem::{Problem, sum_of_squares};
+use super::problem::Problem;
 use super::settings::Start;
 use crate::Real;
 
@@ -23,8 +23,8 @@ pub(super) struct Starts<T, const N: usize> {
 /// What [`Starts::next`] finds.
 pub(super) enum Next<T, const N: usize> {
     Start(StartUsed, [T; N]),
-    /// Nothing can start there: ask again.
-    Impossible,
+    /// The samples do not determine this one: ask again.
+    Undetermined,
     /// There is none left.
     None,
 }
@@ -44,7 +44,7 @@ impl<T: Real, const N: usize> Starts<T, N> {
         self.freely || self.search.is_some()
     }
 
-    /// Tries one further start: bounded work.
+    /// Tries one further start.
     pub(super) fn next<P: Problem<T, N, M, E>, const M: usize, const E: usize>(
         &mut self,
         problem: &P,
@@ -62,23 +62,19 @@ impl<T: Real, const N: usize> Starts<T, N> {
                     return Next::Start(StartUsed::Free, correction);
                 }
                 self.freely = true;
-                return Next::Impossible;
+                return Next::Undetermined;
             }
         }
         let Some(search) = &mut self.search else {
             return Next::None;
         };
         if let Some(correction) = search.next() {
-            // Not finite where there is no such robot.
-            if sum_of_squares(problem, &problem.displaced(&correction)).finite() {
-                return Next::Start(StartUsed::Search, correction);
-            }
-            return Next::Impossible;
+            return Next::Start(StartUsed::Search, correction);
         }
         if self.free == 0 {
             // Even few samples may determine a free start.
             self.freely = true;
-            return Next::Impossible;
+            return Next::Undetermined;
         }
         Next::None
     }

@@ -290,9 +290,9 @@ impl<T: Real> Waiting<T> {
         self.count.saturating_sub(self.taken_by(arm))
     }
 
-    /// The arm for which a complete block is waiting.
+    /// The arm that is to take in its block: the first as soon as that is complete, the others one and two samples later.
     pub(crate) fn due(&self) -> Option<ArmIndex> {
-        let due = |arm: &ArmIndex| self.waiting_for(*arm) >= BLOCK;
+        let due = |arm: &ArmIndex| self.waiting_for(*arm) >= BLOCK + arm.index();
         ArmIndex::ALL.iter().copied().find(due)
     }
 

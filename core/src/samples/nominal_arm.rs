@@ -161,6 +161,8 @@ impl<T: Real> NominalArm<T> {
     /// Centres, scales and weights one sample. To first order, the residual's variance is σf² = |∂f/∂X|² σx² + (∂f/∂q)²
     /// σq² (Sampson), with |∂f/∂X| = 2 Lb. Rounding adds noise of half an ε of the position and about 4ε in f, so that
     /// no stated noise, however small, claims more than the scalar type can hold.
+    // Otherwise called, not inlined, in a firmware without a gate, too: 400 bytes more.
+    #[inline(always)]
     pub(crate) fn prepare(&self, x: &Vector3<T>, q: T) -> ArmSample<T> {
         let (mut sample, forearm) = self.place(x, q);
         sample.weight = match &self.noise {

@@ -115,6 +115,10 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// Adds one sample, after testing it if there is a gate. Discards the outcome of earlier samples, unless this one is
     /// rejected.
     ///
+    /// With a gate, some work is left after it: an arm takes in its samples, and its prediction is linearised anew. One
+    /// [`step`](Self::step) after each sample does that; otherwise the next `add` does it first, with the same results,
+    /// and takes up to twice as long.
+    ///
     /// # Errors
     /// An invalid number, or a solve in progress; nothing has changed.
     pub fn add(&mut self, sample: &Sample<T>) -> Result<Added<T>, AddError> {
@@ -134,6 +138,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
             Some(Gated { gate, beside }) => {
                 self.calibrator.check(sample)?;
                 let (arms, others) = E::arms_mut(&mut self.calibrator.samples, beside);
+                gate.catch_up(arms, forgetting.as_ref());
                 let verdict = gate.add(arms, sample, forgetting.as_ref());
                 match (&verdict, others, &forgetting) {
                     (Verdict::Rejected(_), ..) => work = self.work,
@@ -240,8 +245,31 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     }
 
     /// One bounded step of the pending work. After the last step of a solve there is an outcome; after the last step of
-    /// an estimate for the gate, the next sample can be added.
+    /// an estimate for the gate, the next sample can be added. A step after each sample also relieves the next
+    /// [`add`](Self::add) of what the gate has left to do.
     pub fn step(&mut self) -> Progress {
+        if !self.catch_up() {
+            self.advance();
+        }
+        if self.solving() {
+            Progress::Working
+        } else {
+            Progress::Finished
+        }
+    }
+
+    /// What the gate has left to do after a sample; returns whether there was any. It comes before all other work, so
+    /// that the results are the same at whatever call it is done.
+    fn catch_up(&mut self) -> bool {
+        let forgetting = self.selection.forgetting();
+        let Some(Gated { gate, beside }) = &mut self.gated else {
+            return false;
+        };
+        let (arms, _) = E::arms_mut(&mut self.calibrator.samples, beside);
+        gate.catch_up(arms, forgetting.as_ref())
+    }
+
+    fn advance(&mut self) {
         self.work = match self.work {
             Work::Estimate => match self.calibrator.solve() {
                 Ok(()) => Work::Estimating,
@@ -259,11 +287,6 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         if !self.solving() && core::mem::take(&mut self.asked) {
             // A refusal is stored for the outcome.
             let _ = self.solve();
-        }
-        if self.solving() {
-            Progress::Working
-        } else {
-            Progress::Finished
         }
     }
 

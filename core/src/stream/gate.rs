@@ -18,10 +18,11 @@ use crate::Real;
 use crate::calibration::limits::{REJECTIONS_OF_A_CHANGE, SAMPLES_FOR_FREE_START, SUSPECTED};
 use crate::calibration::{ArmSamples, Samples, Settings, TolerancePrior};
 use crate::robot::{Arm, ArmIndex, Robot};
-use crate::samples::{ArmFactor, Forgetting, NominalArm, Sample};
+use crate::samples::{Forgetting, NominalArm, Sample};
 use crate::snapshot::Fingerprint;
 use crate::state::state;
-use prediction::{Predicted, Prediction, Row};
+use prediction::Predicted;
+pub(crate) use prediction::{Prediction, Row};
 pub use verdict::{Alarm, GateCounts, GateError, Innovation, Untested, Verdict};
 
 /// Tests each sample before it is added to the arms' samples. Constant memory, no sample is stored.
@@ -85,9 +86,7 @@ impl<T: Real> Gate<T> {
         Ok(())
     }
 
-    /// Tests one checked sample, and adds it unless it disagrees. Bounded work: once its samples have grown by an
-    /// eighth, an arm's prediction is relinearised when that arm takes in a block, no two arms' at the same
-    /// sample. With forgetting that is every block: this is how the predictions forget, too.
+    /// Tests one checked sample, and adds it unless it disagrees. [`catch_up`](Self::catch_up) comes before the next.
     pub(crate) fn add(
         &mut self,
         samples: &mut ArmSamples<T>,
@@ -100,10 +99,9 @@ impl<T: Real> Gate<T> {
             self.note_rejection();
             return verdict;
         }
-        let before = samples.arms().each_ref().map(ArmFactor::samples);
-        match forgetting {
-            None => samples.push(sample),
-            Some(forgetting) => samples.push_forgetting(sample, forgetting),
+        samples.waiting.push(sample);
+        if let (Some(forgetting), None) = (forgetting, samples.waiting.due()) {
+            samples.forget_due(forgetting);
         }
         self.counts.taken = self.counts.taken.saturating_add(1);
         self.counts.run = 0;
@@ -111,9 +109,8 @@ impl<T: Real> Gate<T> {
             self.counts.untested = self.counts.untested.saturating_add(1);
         }
         for (prediction, row) in self.arms.iter_mut().zip(&rows) {
-            prediction.take_in(row);
+            prediction.take_in([Some(row), None]);
         }
-        self.renew_one(samples, before);
         verdict
     }
 
@@ -123,7 +120,7 @@ impl<T: Real> Gate<T> {
         let [one, two, three] = samples.arms();
         let [q1, q2, q3] = sample.joints;
         [(first, one, q1), (second, two, q2), (third, three, q3)].map(|(prediction, factor, q)| {
-            prediction.row(&factor.nominal().prepare(&sample.position, q))
+            T::gate_row(prediction, factor.nominal(), (&sample.position, q))
         })
     }
 
@@ -220,19 +217,36 @@ impl<T: Real> Gate<T> {
         }
     }
 
-    fn renew_one(&mut self, samples: &ArmSamples<T>, before: [u64; 3]) {
-        let (settings, arms) = (samples.settings(), self.arms.iter_mut().zip(samples.arms()));
-        let arms = arms.zip(ArmIndex::ALL).zip(before);
-        for (((prediction, factor), arm), before) in arms.filter(|_| self.estimated) {
-            if prediction.stale() && factor.samples() > before {
-                prediction.renew(factor, &prior(factor.nominal(), settings));
-                // The factor lacks what waits for the arm's next block.
-                for (x, q) in samples.waiting.block(arm) {
-                    let row = prediction.row(&factor.nominal().prepare(x, q));
-                    prediction.take_in(&row);
-                }
-            }
+    /// What is left to do after a sample: an arm whose block is complete takes it in, no two arms' after the same sample.
+    /// Once its samples have grown by an eighth, its prediction is relinearised then; with forgetting at every block:
+    /// this is how the predictions forget, too. Returns whether there was anything to do.
+    pub(super) fn catch_up(
+        &mut self,
+        samples: &mut ArmSamples<T>,
+        forgetting: Option<&Forgetting<T>>,
+    ) -> bool {
+        let Some(arm) = samples.waiting.due() else {
+            return false;
+        };
+        if let Some(forgetting) = forgetting {
+            samples.forget_due(forgetting);
         }
+        samples.take_in_due();
+        let index = arm.index();
+        if let (Some(prediction), Some(factor)) =
+            (self.arms.get_mut(index), samples.arms().get(index))
+            && self.estimated
+            && prediction.stale()
+        {
+            let nominal = factor.nominal();
+            prediction.renew(factor, &prior(nominal, samples.settings()));
+            // The factor lacks what waits for the arm's next block: two samples at most.
+            let waiting = samples.waiting.block(arm);
+            let mut rows = waiting.map(|sample| T::gate_row(prediction, nominal, sample));
+            let rows = [rows.next(), rows.next()];
+            prediction.take_in(rows.each_ref().map(Option::as_ref));
+        }
+        true
     }
 
     /// Samples added since the gate began, and rejected since the last acknowledgement.
@@ -321,6 +335,7 @@ mod tests {
             let mut gate = Gate::new(&robot(), &Settings::default());
             for sample in &measured[..count] {
                 gate.add(&mut calibrator.samples, sample, None);
+                gate.catch_up(&mut calibrator.samples, None);
             }
             let found = calibrator.calibrate().unwrap().robot;
             for arm in ArmIndex::ALL {

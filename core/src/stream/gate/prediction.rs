@@ -5,8 +5,10 @@ use crate::Real;
 use crate::calibration::step_control::LONGEST_STEP;
 use crate::calibration::{Normal, Settings, TolerancePrior, workspace_centre};
 use crate::robot::{ArmIndex, Robot};
-use crate::samples::{ArmFactor, ArmSample, Displacement, NominalArm};
+use crate::samples::triangle::add_multiple;
+use crate::samples::{ArmFactor, Displacement, NominalArm, put_row};
 use crate::state::state;
+use nalgebra::Vector3;
 
 /// Without a stated noise the parameters take eight degrees of freedom from the residuals, and the variance of
 /// Student's t exists above two degrees of freedom.
@@ -27,7 +29,7 @@ const LASTS: u64 = 8;
 /// y = T⁻ᵀ hᵀ,   innovation = f − y·b,   its variance = 1 + y·y
 /// ```
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Prediction<T: Real> {
+pub(crate) struct Prediction<T: Real> {
     /// The correction at which it is linearised.
     pub(super) correction: [T; 8],
     at: Displacement<T>,
@@ -54,7 +56,7 @@ state!(
 
 /// A sample as one arm sees it: its row of the Jacobian (3.21) and f, both divided by σf.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Row<T: Real> {
+pub(crate) struct Row<T: Real> {
     entries: [T; 9],
     /// 1/σf, in squared lengths of the nominal arm's unit.
     pub(super) weight: T,
@@ -91,8 +93,10 @@ impl<T: Real> Prediction<T> {
         self.at = Displacement::new(factor.nominal(), &self.correction);
     }
 
-    pub(super) fn row(&self, sample: &ArmSample<T>) -> Row<T> {
-        let (derivatives, residual) = self.at.constraint_row(sample);
+    /// A position and a joint angle as the arm sees them.
+    pub(crate) fn row_of(&self, nominal: &NominalArm<T>, (x, q): (&Vector3<T>, T)) -> Row<T> {
+        let sample = nominal.prepare(x, q);
+        let (derivatives, residual) = self.at.constraint_row(&sample);
         let [a, b, c, d, e, f, g, h] = derivatives.into();
         Row {
             entries: [a, b, c, d, e, f, g, h, residual],
@@ -116,9 +120,7 @@ impl<T: Real> Prediction<T> {
             }
             let part = *value / *pivot;
             spread += part.squared();
-            for (entry, factor) in later.iter_mut().zip(right) {
-                *entry -= part * *factor;
-            }
+            add_multiple(later, -part, right);
             rest = later;
         }
         let innovation = *rest.first()?;
@@ -153,10 +155,16 @@ impl<T: Real> Prediction<T> {
         last.map_or(T::ZERO, T::squared) + self.beyond
     }
 
-    pub(super) fn take_in(&mut self, row: &Row<T>) {
-        self.normal.absorb(&mut row.entries.map(|entry| [entry]));
-        self.samples += T::ONE;
-        self.since += 1;
+    /// Takes in one or two rows.
+    pub(super) fn take_in(&mut self, rows: [Option<&Row<T>>; 2]) {
+        // A row of zeros changes nothing.
+        let mut columns = [[T::ZERO; 2]; 9];
+        for (index, row) in rows.into_iter().flatten().enumerate() {
+            put_row(&mut columns, index, 0, &row.entries);
+            self.samples += T::ONE;
+            self.since += 1;
+        }
+        T::absorb_two(self.normal.entries_mut(), &mut columns);
     }
 
     /// Whether enough samples were added for a new linearisation. The first samples are few enough for each to move the

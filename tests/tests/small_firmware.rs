@@ -1,6 +1,7 @@
 //! The two smallest controllers of `firmware-example` under QEMU: each measures, refuses what is wrong, calibrates its robot,
 //! stores the parameters, restarts with them, and fits its part.
 
+use crate::budgets::check_pages;
 use crate::target::directory;
 use delta_cal_verify::{Board, Clock, TARGET, cargo, emulate, have};
 use object::{Object, ObjectSection, ObjectSymbol};
@@ -76,6 +77,9 @@ fn they_calibrate_themselves_in_little_memory() {
         let (flash, memory) = sizes(&path);
         println!("{flash} bytes of flash, {memory} of memory with the stack");
         assert!(flash <= program.flash && memory <= program.memory);
+        let named = |what: &str| format!("{}/{what}", program.name);
+        let figures = [(named("flash"), flash), (named("memory"), memory)];
+        check_pages(&named(""), &figures.into());
     }
 }
 

@@ -5,7 +5,7 @@ use delta_cal_verify::{
     Board, Clock, PACKAGE, PROFILE, TARGET, build_for_target, cargo, emulate, have, run,
 };
 use object::read::archive::ArchiveFile;
-use object::{Object, ObjectSection, ObjectSymbol};
+use object::{Object, ObjectSymbol};
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};
 use std::path::{Path, PathBuf};
@@ -173,78 +173,6 @@ pub(crate) fn directory(name: &str) -> PathBuf {
         .parent()
         .expect("the temporary directory is in the target directory")
         .join(name)
-}
-
-const BUDGETS: &str = include_str!("../target/budgets.toml");
-
-#[test]
-fn every_budget_is_kept() {
-    if !have(&["qemu-system-arm", TARGET]) {
-        return;
-    }
-    let programs = ["--bin", "measure", "--bin", "flash"];
-    let programs = build_for_target(&directory("firmware"), &programs).expect("the build");
-    // The same as most firmware is built.
-    let build = ["build", "--profile", "small", "--package", PACKAGE];
-    let measure = ["--bin", "measure", "--target", TARGET];
-    cargo(&directory("firmware"), &[&build[..], &measure].concat()).expect("the build");
-    let small = directory("firmware").join(TARGET).join("small/measure");
-    let run = |program: &Path| emulate(Board::M4, Clock::Instructions, program).expect("the run");
-    let [small, fast] = std::thread::scope(|scope| {
-        let fast = scope.spawn(|| run(&programs.join("measure")));
-        [run(&small), fast.join().expect("the run")]
-    });
-    let mut figures: BTreeMap<String, u64> = fast.lines().filter_map(figure).collect();
-    figures.insert("f32/flash".to_owned(), flash(&programs.join("flash")));
-    let small = small.lines().filter_map(figure);
-    figures.extend(small.map(|(item, value)| (format!("small-{item}"), value)));
-
-    let budgets: toml::Table = BUDGETS.parse().expect("budgets.toml");
-    let mut over = Vec::new();
-    for (item, value) in &figures {
-        let limit = budgets.get(item).and_then(toml::Value::as_integer);
-        let limit = limit.map(|it| u64::try_from(it).expect("a count"));
-        let row = match limit {
-            Some(limit) => format!("{item:<42} {value:>10} of {limit:>10}"),
-            None => format!("{item:<42} {value:>10}"),
-        };
-        println!("{row}");
-        over.extend(limit.is_some_and(|limit| *value > limit).then_some(row));
-    }
-    let unmeasured: Vec<_> = budgets
-        .keys()
-        .filter(|item| !figures.contains_key(*item))
-        .collect();
-    assert!(unmeasured.is_empty(), "not measured: {unmeasured:?}");
-    assert!(over.is_empty(), "{}", over.join("\n"));
-}
-
-/// `MEASURED <item> <value>`
-fn figure(line: &str) -> Option<(String, u64)> {
-    let mut words = line.strip_prefix("MEASURED ")?.split(' ');
-    Some((words.next()?.to_owned(), words.next()?.parse().ok()?))
-}
-
-/// What every firmware has: the start of `cortex-m-rt` and its default handlers.
-const STARTUP: [&str; 6] = [
-    "Reset",
-    "main",
-    "DefaultPreInit",
-    "DefaultHandler_",
-    "HardFault_",
-    "HardFaultTrampoline",
-];
-
-/// Bytes of code, constants and initial values, without vector table and startup.
-fn flash(program: &Path) -> u64 {
-    let bytes = std::fs::read(program).expect("the program");
-    let file = object::File::parse(&*bytes).expect("an ELF file");
-    let section = |name| file.section_by_name(name).map_or(0, |it| it.size());
-    let startup = file
-        .symbols()
-        .filter(|it| it.name().is_ok_and(|name| STARTUP.contains(&name)));
-    section(".text") + section(".rodata") + section(".data")
-        - startup.map(|it| it.size()).sum::<u64>()
 }
 
 /// What each function's symbol in the archive begins with.

@@ -12,15 +12,20 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
-mod arms;
-#[cfg(target_os = "none")]
-mod joint;
+mod kinematics;
 #[cfg(target_os = "none")]
 mod observations;
+#[cfg(target_os = "none")]
+mod positions;
 #[cfg(target_os = "none")]
 mod report;
 #[cfg(target_os = "none")]
 mod stream;
+#[cfg(target_os = "none")]
+mod usual;
+
+#[cfg(target_os = "none")]
+use delta_cal::calibration::{Ikm, Joint};
 
 #[cfg(not(target_os = "none"))]
 fn main() {
@@ -32,8 +37,14 @@ fn main() {
 fn main() -> ! {
     delta_cal_target_tests::bare::run(|console| {
         let mut report = report::Report::new(console)?;
-        arms::measure(&mut report)?;
-        joint::measure(&mut report)?;
+        usual::measure::<Ikm>(&mut report, "", 40)?;
+        usual::measure::<Joint>(&mut report, "joint-", 4)?;
+        if cfg!(feature = "usual-alone") {
+            return Ok(());
+        }
+        kinematics::measure(&mut report)?;
+        positions::measure::<Ikm>(&mut report, "", 4, 300)?;
+        positions::measure::<Joint>(&mut report, "joint-", 1, 60)?;
         observations::measure(&mut report)?;
         stream::measure(&mut report)
     })

@@ -1,8 +1,9 @@
 //! The calibration from any readings, in steps: forty heights, distances and single coordinates.
 
-use crate::report::{Report, measured};
+use crate::report::{Counts, Report, measured, stated};
 use core::fmt;
 use core::hint::black_box;
+use delta_cal::calibration::Start;
 use delta_cal::observations::{
     Distance, DistanceFrom, FkmCalibrator, Height, Instruments, Observation, ObservationNoise,
     Plane, Point, PositionFrame,
@@ -40,7 +41,42 @@ fn observation(index: usize, sample: &Sample<f32>, whole: bool) -> Observation<f
 pub(crate) fn measure(report: &mut Report<'_>) -> fmt::Result {
     measure_in(report, "", PositionFrame::Base, false)?;
     measure_in(report, "-sensor", PositionFrame::Sensor, true)?;
-    measure_in(report, "-sensor-two", PositionFrame::Sensor, false)
+    measure_in(report, "-sensor-two", PositionFrame::Sensor, false)?;
+    any(report)
+}
+
+/// The longest step with few readings and with many, with a tolerance and without, refused solves included.
+#[inline(never)]
+fn any(report: &mut Report<'_>) -> fmt::Result {
+    let mut steps = Counts::default();
+    for rows in [3, 12, 25, ROWS] {
+        for (seed, settings) in (0..).zip(stated()) {
+            let mut calibrator = Calibrator::new(
+                &nominal(),
+                &Instruments {
+                    frame: PositionFrame::Base,
+                    planes: &[Plane::default()],
+                    points: &[Point::default()],
+                    noise: ObservationNoise::new(noise(), 0.02, 0.02).map_err(|_| fmt::Error)?,
+                    transmission: None,
+                },
+                &settings.with_start([Start::Nominal, Start::Free][rows % 2]),
+            )
+            .map_err(|_| fmt::Error)?;
+            for (index, sample) in measured::<ROWS>(seed).iter().enumerate().take(rows) {
+                let observation = observation(index, sample, true);
+                calibrator.add(&observation).map_err(|_| fmt::Error)?;
+            }
+            let mut progress = match calibrator.solve() {
+                Ok(()) => Progress::Working,
+                Err(_) => Progress::Finished,
+            };
+            while progress == Progress::Working {
+                steps.note(report.count(|| progress = black_box(&mut calibrator).step())?);
+            }
+        }
+    }
+    report.instructions(format_args!("observations-any-step"), steps.worst)
 }
 
 /// Apart from the caller, whose frame lies above all others.

@@ -2,10 +2,8 @@
 
 use core::fmt::{self, Arguments, Write};
 use core::hint::black_box;
-use core::mem::MaybeUninit;
 use delta_cal::calibration::{Calibrator, Estimator};
 use delta_cal::{Progress, Sample, Settings};
-use delta_cal_target_tests::cases::Case;
 use delta_cal_target_tests::{
     Counter, measurements_of, noise, nominal, robot_near, stack_of, tolerance,
 };
@@ -44,6 +42,29 @@ impl<'a> Report<'a> {
         self.counter.count(work).map_err(|_| fmt::Error)
     }
 
+    /// From the last sample to parameters and covariance, or to a refusal.
+    pub(crate) fn solve<E: Estimator>(
+        &mut self,
+        calibrator: &mut Calibrator<f32, E>,
+    ) -> Result<Solve, fmt::Error> {
+        let flush = self.count(|| black_box(&mut *calibrator).flush())?;
+        let mut longest = self.count(|| {
+            let _ = black_box(black_box(&mut *calibrator).solve());
+        })?;
+        let mut total = flush + longest;
+        let mut progress = Progress::Working;
+        while progress == Progress::Working {
+            let step = self.count(|| progress = black_box(&mut *calibrator).step())?;
+            total += step;
+            longest = longest.max(step);
+        }
+        Ok(Solve {
+            flush,
+            longest,
+            total,
+        })
+    }
+
     pub(crate) fn figure(&mut self, item: Arguments<'_>, value: usize) -> fmt::Result {
         writeln!(self.console, "MEASURED f32/{item} {value}")
     }
@@ -51,6 +72,13 @@ impl<'a> Report<'a> {
     pub(crate) fn instructions(&mut self, item: Arguments<'_>, value: u32) -> fmt::Result {
         self.figure(item, value as usize)
     }
+}
+
+/// Instructions of a solve: of its flush, of the longest of the other calls, of all.
+pub(crate) struct Solve {
+    pub(crate) flush: u32,
+    pub(crate) longest: u32,
+    pub(crate) total: u32,
 }
 
 /// Mean and worst of many counts.
@@ -90,29 +118,4 @@ pub(crate) fn measured<const N: usize>(seed: u64) -> [Sample<f32>; N] {
     let mut rng = Pcg32::seed_from_u64(seed);
     let truth = robot_near(&nominal::<f32>(), 1.0, &mut rng);
     measurements_of(&truth, Some(&noise()), &mut rng)
-}
-
-/// The deepest stack over so many cases of a calibrator's calls: made, filled, solved.
-pub(crate) fn deepest<E: Estimator>(cases: u64) -> usize {
-    #[inline(never)]
-    fn of<E: Estimator>(place: &mut MaybeUninit<Calibrator<f32, E>>, case: &Case<f32>) -> usize {
-        let (nominal, settings) = (black_box(&case.nominal), black_box(&case.settings));
-        let create = stack_of(&mut || {
-            black_box(place.write(Calibrator::new(nominal, settings)));
-        });
-        // Exists already; the same again, for a reference.
-        let calibrator = place.write(Calibrator::new(nominal, settings));
-        let solve = stack_of(&mut || {
-            for sample in &case.samples {
-                let _ = black_box(calibrator.add(black_box(sample)));
-            }
-            let _ = black_box(calibrator.solve());
-            while calibrator.step() == Progress::Working {}
-            let _ = black_box(calibrator.outcome());
-        });
-        create.max(solve)
-    }
-    let mut place = MaybeUninit::uninit();
-    let deepest = (0..cases).map(|seed| of::<E>(&mut place, &Case::draw(seed)));
-    deepest.max().unwrap_or(0)
 }

@@ -1,0 +1,204 @@
+//! What the core costs on a Cortex-M4F, against `budgets.toml` and against what the pages say.
+
+use crate::target::directory;
+use delta_cal_verify::{Board, Clock, PACKAGE, TARGET, cargo, emulate, have};
+use object::{Object, ObjectSection, ObjectSymbol};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+const BUDGETS: &str = include_str!("../target/budgets.toml");
+
+/// Numbers by the name of what was measured.
+pub(crate) type Figures = BTreeMap<String, u64>;
+
+/// How a firmware is built: the name in front of its figures, the profile, further arguments, the programs.
+type Build = (
+    &'static str,
+    &'static str,
+    &'static [&'static str],
+    &'static [&'static str],
+);
+
+const FLASH: [&str; 2] = ["flash", "joint-flash"];
+const BUILDS: [Build; 4] = [
+    ("", "firmware", &[], &["measure", "flash", "joint-flash"]),
+    // As most firmware is built, with the core at level 3 and without.
+    ("small-", "small", &[], &["measure", "flash", "joint-flash"]),
+    (
+        "s-",
+        "small",
+        &[
+            "--features",
+            "usual-alone",
+            "--config",
+            "profile.small.package.delta-cal.opt-level='s'",
+        ],
+        &["measure", "flash", "joint-flash"],
+    ),
+    ("linear-", "firmware", &["--features", "linear"], &FLASH),
+];
+
+#[test]
+fn every_budget_is_kept() {
+    if !have(&["qemu-system-arm", TARGET]) {
+        return;
+    }
+    let mut figures = Figures::new();
+    std::thread::scope(|scope| {
+        let mut runs = Vec::new();
+        for (name, profile, arguments, programs) in BUILDS {
+            let build = ["build", "--profile", profile, "--package", PACKAGE];
+            let programs_of = programs.iter().flat_map(|program| ["--bin", *program]);
+            let of_target = ["--target", TARGET].into_iter().chain(programs_of);
+            let arguments: Vec<_> = [&build[..], arguments].concat();
+            let arguments: Vec<_> = arguments.into_iter().chain(of_target).collect();
+            cargo(&directory("firmware"), &arguments).expect("the build");
+            let place = directory("firmware").join(TARGET).join(profile);
+            for program in programs {
+                let file = place.join(program);
+                if FLASH.contains(program) {
+                    figures.insert(format!("{name}f32/{program}"), flash(&file));
+                    continue;
+                }
+                // The next build may replace it.
+                let own = place.join(format!("{name}{program}"));
+                std::fs::copy(file, &own).expect("a copy");
+                let run = move || emulate(Board::M4, Clock::Instructions, &own).expect("the run");
+                runs.push((name, scope.spawn(run)));
+            }
+        }
+        for (name, run) in runs {
+            let output = run.join().expect("the run");
+            let measured = output.lines().filter_map(figure);
+            figures.extend(measured.map(|(item, value)| (format!("{name}{item}"), value)));
+        }
+    });
+
+    let budgets: toml::Table = BUDGETS.parse().expect("budgets.toml");
+    let mut over = Vec::new();
+    for (item, value) in &figures {
+        let limit = budgets.get(item).and_then(toml::Value::as_integer);
+        let limit = limit.map(|it| u64::try_from(it).expect("a count"));
+        let row = match limit {
+            Some(limit) => format!("{item:<42} {value:>10} of {limit:>10}"),
+            None => format!("{item:<42} {value:>10}"),
+        };
+        println!("{row}");
+        over.extend(limit.is_some_and(|limit| *value > limit).then_some(row));
+    }
+    let unmeasured: Vec<_> = budgets
+        .keys()
+        .filter(|item| !figures.contains_key(*item))
+        .collect();
+    assert!(unmeasured.is_empty(), "not measured: {unmeasured:?}");
+    assert!(over.is_empty(), "{}", over.join("\n"));
+    check_pages("f32/", &figures);
+}
+
+/// `MEASURED <item> <value>`
+fn figure(line: &str) -> Option<(String, u64)> {
+    let mut words = line.strip_prefix("MEASURED ")?.split(' ');
+    Some((words.next()?.to_owned(), words.next()?.parse().ok()?))
+}
+
+/// What every firmware has: the start of `cortex-m-rt` and its default handlers.
+const STARTUP: [&str; 6] = [
+    "Reset",
+    "main",
+    "DefaultPreInit",
+    "DefaultHandler_",
+    "HardFault_",
+    "HardFaultTrampoline",
+];
+
+/// Bytes of code, constants and initial values, without vector table and startup.
+fn flash(program: &Path) -> u64 {
+    let bytes = std::fs::read(program).expect("the program");
+    let file = object::File::parse(&*bytes).expect("an ELF file");
+    let section = |name| file.section_by_name(name).map_or(0, |it| it.size());
+    let startup = file
+        .symbols()
+        .filter(|it| it.name().is_ok_and(|name| STARTUP.contains(&name)));
+    section(".text") + section(".rodata") + section(".data")
+        - startup.map(|it| it.size()).sum::<u64>()
+}
+
+/// Each figure on them is followed by its name: `137,060<!--f32/solve-20-mean-->`. With decimals it is in thousands.
+const PAGES: [&str; 5] = [
+    "README.md",
+    "core/README.md",
+    "docs/benchmarks.md",
+    "docs/board.md",
+    "docs/controller.md",
+];
+/// In per cent: compilers change.
+const OFF: u64 = 2;
+
+/// Checks the figures on the pages whose names contain a text. With `DELTA_CAL_FIGURES=write` it writes them instead.
+pub(crate) fn check_pages(of: &str, figures: &Figures) {
+    let write = std::env::var("DELTA_CAL_FIGURES").is_ok_and(|value| value == "write");
+    let mut wrong = Vec::new();
+    for page in PAGES {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(page);
+        let text = std::fs::read_to_string(&path).expect(page);
+        let mut written = String::new();
+        let mut rest = text.as_str();
+        while let Some((before, (item, after))) = rest
+            .split_once("<!--")
+            .and_then(|(before, after)| Some((before, after.split_once("-->")?)))
+        {
+            let number =
+                before.trim_end_matches(|it: char| it.is_ascii_digit() || ",.".contains(it));
+            let (text, number) = before.split_at(number.len());
+            let mut shown = number.to_owned();
+            if item.contains(of) {
+                let measured = *figures.get(item).expect(item);
+                let (decimals, stated) = read(number).expect(item);
+                if stated.abs_diff(measured) * 100 > measured * OFF {
+                    wrong.push(format!("{page}: {item} is {measured}, not {number}"));
+                }
+                shown = show(measured, decimals);
+            }
+            written += &format!("{text}{shown}<!--{item}-->");
+            rest = after;
+        }
+        written += rest;
+        if write && written != text {
+            std::fs::write(&path, written).expect(page);
+        }
+    }
+    assert!(write || wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Decimals, if it is in thousands, and the number.
+fn read(number: &str) -> Option<(Option<usize>, u64)> {
+    let plain = number.replace(',', "");
+    let decimals = plain.split_once('.').map(|(_, decimals)| decimals.len());
+    let value: f64 = plain.parse().ok()?;
+    let value = decimals.map_or(value, |_| 1000.0 * value);
+    Some((decimals, value.round() as u64))
+}
+
+fn show(number: u64, decimals: Option<usize>) -> String {
+    if let Some(decimals) = decimals {
+        return format!("{:.decimals$}", number as f64 / 1000.0);
+    }
+    let digits = number.to_string();
+    let groups = digits.as_bytes().rchunks(3).rev();
+    let groups: Vec<_> = groups.map(String::from_utf8_lossy).collect();
+    groups.join(",")
+}
+
+#[test]
+fn figures_are_read_as_they_are_shown() {
+    for (text, decimals, number) in [
+        ("7", None, 7),
+        ("137,060", None, 137_060),
+        ("2,289,723", None, 2_289_723),
+        ("46.0", Some(1), 46_000),
+        ("0.25", Some(2), 250),
+    ] {
+        assert_eq!(read(text), Some((decimals, number)));
+        assert_eq!(show(number, decimals), text);
+    }
+}

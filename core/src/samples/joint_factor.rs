@@ -218,17 +218,7 @@ impl<T: Real> JointFactor<T> {
             return;
         }
         let lambda = lambda.larger(T::ZERO);
-        // In fours: a program built for size unrolls no loop.
-        let root = lambda.square_root();
-        let (fours, last) = self.triangle.entries_mut().as_chunks_mut::<4>();
-        for four in fours {
-            for entry in four {
-                *entry *= root;
-            }
-        }
-        for entry in last {
-            *entry *= root;
-        }
+        self.triangle.scale(lambda.square_root());
         self.count.forget(lambda);
         self.mean.weight *= lambda;
     }

@@ -5,7 +5,6 @@ use crate::Real;
 use crate::calibration::step_control::LONGEST_STEP;
 use crate::calibration::{Normal, Settings, TolerancePrior, workspace_centre};
 use crate::robot::{ArmIndex, Robot};
-use crate::samples::triangle::add_multiple;
 use crate::samples::{ArmFactor, Displacement, NominalArm, put_row};
 use crate::state::state;
 use nalgebra::Vector3;
@@ -120,7 +119,9 @@ impl<T: Real> Prediction<T> {
             }
             let part = *value / *pivot;
             spread += part.squared();
-            add_multiple(later, -part, right);
+            for (entry, factor) in later.iter_mut().zip(right) {
+                *entry -= part * *factor;
+            }
             rest = later;
         }
         let innovation = *rest.first()?;

@@ -18,7 +18,7 @@ pub mod status;
 pub mod double;
 pub mod single;
 
-pub use memory::{Held, HeldMut, In, New, Out};
+pub use memory::{Held, HeldMut, In, New, Out, Pointer};
 
 /// The panic handler Rust requires in an image without a standard library. It is unreachable, which its tests verify.
 #[cfg(all(feature = "panic-handler", target_os = "none"))]

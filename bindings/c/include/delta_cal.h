@@ -769,8 +769,8 @@ dcal_status dcal_ikm_forget_f32(dcal_ikm_f32 *calibrator, float lambda);
 /** Writes the number of samples. */
 dcal_status dcal_ikm_samples_f32(const dcal_ikm_f32 *calibrator, uint64_t *samples);
 
-/** Starts solving. Until the last dcal_ikm_step_f32, or until dcal_ikm_stop_f32, every call that would
- * change the samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_ikm_step_f32, or until stop, every call that would change the
+ * samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_ikm_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with the arm,
  * the number of samples and the number needed. */
@@ -874,8 +874,8 @@ dcal_status dcal_joint_forget_f32(dcal_joint_f32 *calibrator, float lambda);
 /** Writes the number of samples. */
 dcal_status dcal_joint_samples_f32(const dcal_joint_f32 *calibrator, uint64_t *samples);
 
-/** Starts solving. Until the last dcal_joint_step_f32, or until dcal_joint_stop_f32, every call that would
- * change the samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_joint_step_f32, or until stop, every call that would change the
+ * samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_joint_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with the
  * arm, the number of samples and the number needed. */
@@ -983,8 +983,8 @@ dcal_status dcal_gate_acknowledge_f32(dcal_gate_f32 *calibrator);
 /** Writes the number of samples. */
 dcal_status dcal_gate_samples_f32(const dcal_gate_f32 *calibrator, uint64_t *samples);
 
-/** Starts solving. Until the last dcal_gate_step_f32, or until dcal_gate_stop_f32, every call that would
- * change the samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_gate_step_f32, or until stop, every call that would change the
+ * samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_gate_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with the
  * arm, the number of samples and the number needed. */
@@ -1092,8 +1092,8 @@ dcal_status dcal_joint_gate_acknowledge_f32(dcal_joint_gate_f32 *calibrator);
 /** Writes the number of samples. */
 dcal_status dcal_joint_gate_samples_f32(const dcal_joint_gate_f32 *calibrator, uint64_t *samples);
 
-/** Starts solving. Until the last dcal_joint_gate_step_f32, or until dcal_joint_gate_stop_f32, every call
- * that would change the samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_joint_gate_step_f32, or until stop, every call that would change
+ * the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_joint_gate_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with
  * the arm, the number of samples and the number needed. */
@@ -1207,8 +1207,8 @@ dcal_status dcal_fkm_frame_f32(const dcal_fkm_f32 *calibrator, float rotation[9]
 /** Writes the number of samples. */
 dcal_status dcal_fkm_samples_f32(const dcal_fkm_f32 *calibrator, uint64_t *samples);
 
-/** Starts solving. Until the last dcal_fkm_step_f32, or until dcal_fkm_stop_f32, every call that would
- * change the samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_fkm_step_f32, or until stop, every call that would change the
+ * samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_fkm_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with the arm,
  * the number of samples and the number needed. */
@@ -1648,8 +1648,8 @@ dcal_status dcal_ikm_forget_f64(dcal_ikm_f64 *calibrator, double lambda);
 /** Writes the number of samples. */
 dcal_status dcal_ikm_samples_f64(const dcal_ikm_f64 *calibrator, uint64_t *samples);
 
-/** Starts solving. Until the last dcal_ikm_step_f64, or until dcal_ikm_stop_f64, every call that would
- * change the samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_ikm_step_f64, or until stop, every call that would change the
+ * samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_ikm_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with the arm,
  * the number of samples and the number needed. */
@@ -1753,8 +1753,8 @@ dcal_status dcal_joint_forget_f64(dcal_joint_f64 *calibrator, double lambda);
 /** Writes the number of samples. */
 dcal_status dcal_joint_samples_f64(const dcal_joint_f64 *calibrator, uint64_t *samples);
 
-/** Starts solving. Until the last dcal_joint_step_f64, or until dcal_joint_stop_f64, every call that would
- * change the samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_joint_step_f64, or until stop, every call that would change the
+ * samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_joint_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with the
  * arm, the number of samples and the number needed. */
@@ -1862,8 +1862,8 @@ dcal_status dcal_gate_acknowledge_f64(dcal_gate_f64 *calibrator);
 /** Writes the number of samples. */
 dcal_status dcal_gate_samples_f64(const dcal_gate_f64 *calibrator, uint64_t *samples);
 
-/** Starts solving. Until the last dcal_gate_step_f64, or until dcal_gate_stop_f64, every call that would
- * change the samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_gate_step_f64, or until stop, every call that would change the
+ * samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_gate_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with the
  * arm, the number of samples and the number needed. */
@@ -1971,8 +1971,8 @@ dcal_status dcal_joint_gate_acknowledge_f64(dcal_joint_gate_f64 *calibrator);
 /** Writes the number of samples. */
 dcal_status dcal_joint_gate_samples_f64(const dcal_joint_gate_f64 *calibrator, uint64_t *samples);
 
-/** Starts solving. Until the last dcal_joint_gate_step_f64, or until dcal_joint_gate_stop_f64, every call
- * that would change the samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_joint_gate_step_f64, or until stop, every call that would change
+ * the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_joint_gate_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with
  * the arm, the number of samples and the number needed. */
@@ -2086,8 +2086,8 @@ dcal_status dcal_fkm_frame_f64(const dcal_fkm_f64 *calibrator, double rotation[9
 /** Writes the number of samples. */
 dcal_status dcal_fkm_samples_f64(const dcal_fkm_f64 *calibrator, uint64_t *samples);
 
-/** Starts solving. Until the last dcal_fkm_step_f64, or until dcal_fkm_stop_f64, every call that would
- * change the samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_fkm_step_f64, or until stop, every call that would change the
+ * samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_fkm_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with the arm,
  * the number of samples and the number needed. */

@@ -4,7 +4,7 @@
 //! panics; a function that refuses writes only its status and the reason.
 //!
 //! The folder `scalar` is compiled twice, for `f32` and for `f64`. The header is generated from these files,
-//! documentation included: `tests/header`.
+//! documentation included: `tests/it/header.rs`.
 
 #![cfg_attr(target_os = "none", no_std)]
 

@@ -1,4 +1,4 @@
-//! Status codes. The numbers never change; `tests/status.rs` checks them.
+//! Status codes. The numbers never change; `tests/it/errors.rs` checks those of refusals.
 
 /// The result of a call: `DCAL_OK`, `DCAL_WORKING`, or why nothing was done.
 pub type Status = i32;

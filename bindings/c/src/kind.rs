@@ -79,11 +79,9 @@ pub type Gate<T> = StreamCalibrator<T, EachArm>;
 /// The joint calibrator behind a gate.
 pub type JointGate<T> = StreamCalibrator<T, AllArms>;
 /// The calibrator from any readings, with all its parameters.
-pub type Fkm<T> = FkmCalibrator<T, FKM_ROWS, PARAMETERS, COLUMNS, ENTRIES>;
+pub type Fkm<T> = FkmCalibrator<T, FKM_ROWS, PARAMETERS>;
 
 const PARAMETERS: usize = 24 + UNKNOWNS;
-const COLUMNS: usize = PARAMETERS + 1;
-const ENTRIES: usize = COLUMNS * (COLUMNS + 1) / 2;
 
 /// A kind of object.
 ///

@@ -1,12 +1,13 @@
 use super::free_start::{Means, SPREAD_STARTS, free_start, spread_start};
-use super::problem::{Extent, Piece, Problem};
+use super::problem::{Extent, Judged, Piece, Problem};
+use super::refusal::Instrument;
 use crate::Real;
 use crate::robot::Arm;
-use crate::samples::{ArmFactor, Displacement, Triangle, put_row};
+use crate::samples::{ArmFactor, Displacement, Triangle, Unknowns, put_row};
 use nalgebra::Vector3;
 
 /// The triangular factor of an arm's linearised problem: eight columns ∂r/∂P and the residual r.
-pub(crate) type Normal<T> = Triangle<T, 9, 45>;
+pub(crate) type Normal<T> = Triangle<T, 8>;
 
 /// Columns of the features x, cos q and 1 in the factor.
 const COORDINATES: usize = 0;
@@ -56,13 +57,9 @@ impl<T: Real> ArmFactor<T> {
 }
 
 /// The samples of one arm alone.
-impl<T: Real> Problem<T, 8, 9, 45> for ArmFactor<T> {
+impl<T: Real> Problem<T, 8> for ArmFactor<T> {
     type At = Displacement<T>;
     type Rows = ();
-    const NO_ROWS: () = ();
-    const PIECEWISE: bool = false;
-    const RESIDUALS: u8 = 1;
-    const FREE_STARTS: u8 = 1 + SPREAD_STARTS;
 
     fn displaced(&self, correction: &[T; 8]) -> Displacement<T> {
         Displacement::new(self.nominal(), correction)
@@ -100,26 +97,8 @@ impl<T: Real> Problem<T, 8, 9, 45> for ArmFactor<T> {
         false
     }
 
-    fn free_start(&self, index: u8) -> Option<[T; 8]> {
-        match index.checked_sub(1) {
-            None => free_start(self),
-            Some(index) => spread_start(self.nominal(), &self.means(), index),
-        }
-    }
-
-    fn least_sum_of_squares(&self) -> T {
-        Self::least_sum_of_squares(self)
-    }
-
-    fn rows_squared(&self) -> T {
-        // The last two columns: the feature 1 and f(P₀).
-        let mut sum = T::ZERO;
-        for row in self.triangle().rows() {
-            for entry in row.iter().rev().take(2) {
-                sum += entry.squared();
-            }
-        }
-        sum
+    fn gradient(&self, _: &Displacement<T>) -> Option<[T; 8]> {
+        None
     }
 
     /// The residual at a correction is f(P₀) plus a difference that cancels it.
@@ -132,14 +111,35 @@ impl<T: Real> Problem<T, 8, 9, 45> for ArmFactor<T> {
         }
         sum
     }
+}
+
+impl<T: Real> Judged<T, 8> for ArmFactor<T> {
+    const FREE_STARTS: u8 = 1 + SPREAD_STARTS;
+
+    fn free_start(&self, index: u8) -> Option<[T; 8]> {
+        match index.checked_sub(1) {
+            None => free_start(self),
+            Some(index) => spread_start(self.nominal(), &self.means(), index),
+        }
+    }
 
     fn extent(&self) -> Extent<T> {
         let nominal = self.nominal();
+        // The last two columns: the feature 1 and f(P₀).
+        let mut rows_squared = T::ZERO;
+        for row in self.triangle().rows() {
+            for entry in row.iter().rev().take(2) {
+                rows_squared += entry.squared();
+            }
+        }
         Extent {
             samples: self.samples(),
             effective_samples: self.effective_samples(),
             residuals: self.effective_samples(),
+            per_sample: 1,
             unit: nominal.noise().is_none().then(|| nominal.scale()),
+            least_sum_of_squares: self.least_sum_of_squares(),
+            rows_squared,
         }
     }
 
@@ -151,12 +151,16 @@ impl<T: Real> Problem<T, 8, 9, 45> for ArmFactor<T> {
     fn arm(&self, _: usize) -> &Arm<T> {
         self.nominal().arm()
     }
+
+    fn instrument_of(&self, _: usize) -> Option<Instrument> {
+        None
+    }
 }
 
 /// An entry of RᵀR; `left` must not exceed `right`.
 #[inline(never)]
-pub(super) fn product_of_columns<T: Real, const M: usize, const E: usize>(
-    triangle: &Triangle<T, M, E>,
+pub(super) fn product_of_columns<T: Unknowns<N>, const N: usize>(
+    triangle: &Triangle<T, N>,
     left: usize,
     right: usize,
 ) -> T {

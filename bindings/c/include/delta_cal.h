@@ -771,8 +771,8 @@ dcal_status dcal_ikm_forget_f32(dcal_ikm_f32 *calibrator, float lambda);
 /** Writes the number of samples. */
 dcal_status dcal_ikm_samples_f32(const dcal_ikm_f32 *calibrator, uint64_t *samples);
 
-/** Starts solving. Until the last dcal_ikm_step_f32, or until stop, every call that would change the
- * samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_ikm_step_f32, or until dcal_ikm_stop_f32, every call that would
+ * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_ikm_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with the arm,
  * the number of samples and the number needed. */
@@ -876,8 +876,8 @@ dcal_status dcal_joint_forget_f32(dcal_joint_f32 *calibrator, float lambda);
 /** Writes the number of samples. */
 dcal_status dcal_joint_samples_f32(const dcal_joint_f32 *calibrator, uint64_t *samples);
 
-/** Starts solving. Until the last dcal_joint_step_f32, or until stop, every call that would change the
- * samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_joint_step_f32, or until dcal_joint_stop_f32, every call that would
+ * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_joint_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with the
  * arm, the number of samples and the number needed. */
@@ -985,8 +985,8 @@ dcal_status dcal_gate_acknowledge_f32(dcal_gate_f32 *calibrator);
 /** Writes the number of samples. */
 dcal_status dcal_gate_samples_f32(const dcal_gate_f32 *calibrator, uint64_t *samples);
 
-/** Starts solving. Until the last dcal_gate_step_f32, or until stop, every call that would change the
- * samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_gate_step_f32, or until dcal_gate_stop_f32, every call that would
+ * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_gate_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with the
  * arm, the number of samples and the number needed. */
@@ -1094,8 +1094,8 @@ dcal_status dcal_joint_gate_acknowledge_f32(dcal_joint_gate_f32 *calibrator);
 /** Writes the number of samples. */
 dcal_status dcal_joint_gate_samples_f32(const dcal_joint_gate_f32 *calibrator, uint64_t *samples);
 
-/** Starts solving. Until the last dcal_joint_gate_step_f32, or until stop, every call that would change
- * the samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_joint_gate_step_f32, or until dcal_joint_gate_stop_f32, every call
+ * that would change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_joint_gate_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with
  * the arm, the number of samples and the number needed. */
@@ -1181,10 +1181,12 @@ dcal_status dcal_fkm_init_f32(
     const dcal_settings_f32 *settings,
     dcal_error *error);
 
-/** Adds one observation, at most DCAL_FKM_ROWS in all.
+/** Adds one observation, at most DCAL_FKM_ROWS in all. Every one that was added takes part in the
+ * calibration.
  *
- * Errors: DCAL_OBSERVATION_..., DCAL_SAMPLE_JOINT_..., DCAL_NO_SUCH_PLANE and ..._POINT, DCAL_NOISE_...
- * of a height or distance if it is not stated, DCAL_NO_SUCH_CHOICE, DCAL_BUSY; nothing is added. */
+ * Errors: DCAL_OBSERVATION_..., also where the uncalibrated robot does not reach the joint angles;
+ * DCAL_SAMPLE_JOINT_..., DCAL_NO_SUCH_PLANE and ..._POINT, DCAL_NOISE_... of a height or distance if it
+ * is not stated, DCAL_NO_SUCH_CHOICE, DCAL_BUSY; nothing is added. */
 dcal_status dcal_fkm_add_f32(
     dcal_fkm_f32 *calibrator,
     const dcal_observation_f32 *observation,
@@ -1209,8 +1211,8 @@ dcal_status dcal_fkm_frame_f32(const dcal_fkm_f32 *calibrator, float rotation[9]
 /** Writes the number of samples. */
 dcal_status dcal_fkm_samples_f32(const dcal_fkm_f32 *calibrator, uint64_t *samples);
 
-/** Starts solving. Until the last dcal_fkm_step_f32, or until stop, every call that would change the
- * samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_fkm_step_f32, or until dcal_fkm_stop_f32, every call that would
+ * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_fkm_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with the arm,
  * the number of samples and the number needed. */
@@ -1650,8 +1652,8 @@ dcal_status dcal_ikm_forget_f64(dcal_ikm_f64 *calibrator, double lambda);
 /** Writes the number of samples. */
 dcal_status dcal_ikm_samples_f64(const dcal_ikm_f64 *calibrator, uint64_t *samples);
 
-/** Starts solving. Until the last dcal_ikm_step_f64, or until stop, every call that would change the
- * samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_ikm_step_f64, or until dcal_ikm_stop_f64, every call that would
+ * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_ikm_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with the arm,
  * the number of samples and the number needed. */
@@ -1755,8 +1757,8 @@ dcal_status dcal_joint_forget_f64(dcal_joint_f64 *calibrator, double lambda);
 /** Writes the number of samples. */
 dcal_status dcal_joint_samples_f64(const dcal_joint_f64 *calibrator, uint64_t *samples);
 
-/** Starts solving. Until the last dcal_joint_step_f64, or until stop, every call that would change the
- * samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_joint_step_f64, or until dcal_joint_stop_f64, every call that would
+ * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_joint_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with the
  * arm, the number of samples and the number needed. */
@@ -1864,8 +1866,8 @@ dcal_status dcal_gate_acknowledge_f64(dcal_gate_f64 *calibrator);
 /** Writes the number of samples. */
 dcal_status dcal_gate_samples_f64(const dcal_gate_f64 *calibrator, uint64_t *samples);
 
-/** Starts solving. Until the last dcal_gate_step_f64, or until stop, every call that would change the
- * samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_gate_step_f64, or until dcal_gate_stop_f64, every call that would
+ * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_gate_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with the
  * arm, the number of samples and the number needed. */
@@ -1973,8 +1975,8 @@ dcal_status dcal_joint_gate_acknowledge_f64(dcal_joint_gate_f64 *calibrator);
 /** Writes the number of samples. */
 dcal_status dcal_joint_gate_samples_f64(const dcal_joint_gate_f64 *calibrator, uint64_t *samples);
 
-/** Starts solving. Until the last dcal_joint_gate_step_f64, or until stop, every call that would change
- * the samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_joint_gate_step_f64, or until dcal_joint_gate_stop_f64, every call
+ * that would change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_joint_gate_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with
  * the arm, the number of samples and the number needed. */
@@ -2060,10 +2062,12 @@ dcal_status dcal_fkm_init_f64(
     const dcal_settings_f64 *settings,
     dcal_error *error);
 
-/** Adds one observation, at most DCAL_FKM_ROWS in all.
+/** Adds one observation, at most DCAL_FKM_ROWS in all. Every one that was added takes part in the
+ * calibration.
  *
- * Errors: DCAL_OBSERVATION_..., DCAL_SAMPLE_JOINT_..., DCAL_NO_SUCH_PLANE and ..._POINT, DCAL_NOISE_...
- * of a height or distance if it is not stated, DCAL_NO_SUCH_CHOICE, DCAL_BUSY; nothing is added. */
+ * Errors: DCAL_OBSERVATION_..., also where the uncalibrated robot does not reach the joint angles;
+ * DCAL_SAMPLE_JOINT_..., DCAL_NO_SUCH_PLANE and ..._POINT, DCAL_NOISE_... of a height or distance if it
+ * is not stated, DCAL_NO_SUCH_CHOICE, DCAL_BUSY; nothing is added. */
 dcal_status dcal_fkm_add_f64(
     dcal_fkm_f64 *calibrator,
     const dcal_observation_f64 *observation,
@@ -2088,8 +2092,8 @@ dcal_status dcal_fkm_frame_f64(const dcal_fkm_f64 *calibrator, double rotation[9
 /** Writes the number of samples. */
 dcal_status dcal_fkm_samples_f64(const dcal_fkm_f64 *calibrator, uint64_t *samples);
 
-/** Starts solving. Until the last dcal_fkm_step_f64, or until stop, every call that would change the
- * samples returns DCAL_BUSY.
+/** Starts solving. Until the last dcal_fkm_step_f64, or until dcal_fkm_stop_f64, every call that would
+ * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_fkm_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with the arm,
  * the number of samples and the number needed. */

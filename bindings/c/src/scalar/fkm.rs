@@ -223,10 +223,11 @@ fn make(
     }
 }
 
-/// Adds one observation, at most `DCAL_FKM_ROWS` in all.
+/// Adds one observation, at most `DCAL_FKM_ROWS` in all. Every one that was added takes part in the calibration.
 ///
-/// Errors: `DCAL_OBSERVATION_...`, `DCAL_SAMPLE_JOINT_...`, `DCAL_NO_SUCH_PLANE` and `..._POINT`, `DCAL_NOISE_...` of a
-/// height or distance if it is not stated, `DCAL_NO_SUCH_CHOICE`, `DCAL_BUSY`; nothing is added.
+/// Errors: `DCAL_OBSERVATION_...`, also where the uncalibrated robot does not reach the joint angles;
+/// `DCAL_SAMPLE_JOINT_...`, `DCAL_NO_SUCH_PLANE` and `..._POINT`, `DCAL_NOISE_...` of a height or distance if it is not
+/// stated, `DCAL_NO_SUCH_CHOICE`, `DCAL_BUSY`; nothing is added.
 #[unsafe(export_name = family!(fkm, "add"))]
 pub extern "C" fn add(
     mut calibrator: HeldMut<Own>,

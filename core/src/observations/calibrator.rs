@@ -4,11 +4,11 @@ use super::instruments::{Instruments, OF_ROBOT, OwnInstruments, PLACES};
 use super::observation::{Observation, ObservationError, ObservationRow};
 use super::problem::{ObservationProblem, Prepared};
 use super::solve::{ObservationMinimizer, ObservationOutcome};
-use crate::Real;
 use crate::calibration::{
     Minimizer, Phase, Problem, Progress, Refusal, Settings, Start, enough_samples,
 };
 use crate::robot::{ArmIndex, Robot};
+use crate::{Busy, Real};
 use core::mem::ManuallyDrop;
 use heapless::Vec;
 
@@ -117,7 +117,7 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
     /// A fault of the observation, [`ObservationError::Full`] or [`ObservationError::Busy`]; nothing is added.
     pub fn add(&mut self, observation: &Observation<T>) -> Result<(), ObservationError> {
         if self.solving() {
-            return Err(ObservationError::Busy);
+            return Err(Busy.into());
         }
         observation.check(&self.robot, &self.instruments.view())?;
         let mut row = ObservationRow::new(*observation);
@@ -242,6 +242,10 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
     /// Discards the observations and everything solved from them.
     pub fn reset(&mut self) {
         self.rows.clear();
+        self.prepared = None;
+        self.ready = 0;
+        self.minimizer = None;
+        self.outcome = None;
         self.stop();
     }
 

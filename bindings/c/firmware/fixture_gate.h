@@ -5,6 +5,12 @@ static void OWN(_begin)(const OF(dcal_settings) *settings)
     OK(C(_init)(PLACE, sizeof *PLACE, &OF(nominal), settings, 0, 0, NULL));
 }
 
+static void OWN(_take)(const OF(dcal_sample) *sample)
+{
+    OF(dcal_verdict) verdict;
+    OK(C(_add)(PLACE, sample, &verdict, NULL));
+}
+
 /* Every eleventh sample is 5 mm off. */
 static void OWN(_gated)(const OF(dcal_settings) *settings)
 {
@@ -66,12 +72,13 @@ static dcal_status OWN(_solved)(dcal_error *error)
     return C(_finish)(PLACE, &robot, sizeof robot, error);
 }
 
-/* An alarm is answered: the samples were wrong, or the robot has changed. Too many wrong samples are no calibration. */
+/* An alarm, also one after a solve, is answered: the samples were wrong, or the robot has changed. Too many wrong samples are no calibration. */
 static void OWN(_alarm)(const OF(dcal_settings) *settings)
 {
     dcal_error error;
     OWN(_begin)(settings);
     CHECK(OWN(_add)(0, 20, 0) == DCAL_TAKEN);
+    OK(OWN(_solved)(&error));
     CHECK(OWN(_add)(20, 28, 5) == DCAL_REJECTED);
     CHECK(OWN(_counts)().alarm == DCAL_ROBOT_CHANGED);
     expect(OWN(_solved)(&error), DCAL_ROBOT_HAS_CHANGED, "solve with an alarm");

@@ -138,15 +138,19 @@ static void OF(kinematics)(void)
 
 #define FAMILY(begin, end) begin##ikm##end
 #include "fixture_positions.h"
+#include "fixture_reset.h"
 #undef FAMILY
 #define FAMILY(begin, end) begin##joint##end
 #include "fixture_positions.h"
+#include "fixture_reset.h"
 #undef FAMILY
 #define FAMILY(begin, end) begin##gate##end
 #include "fixture_gate.h"
+#include "fixture_reset.h"
 #undef FAMILY
 #define FAMILY(begin, end) begin##joint_gate##end
 #include "fixture_gate.h"
+#include "fixture_reset.h"
 #undef FAMILY
 
 /* What of a sample is read. */
@@ -279,4 +283,8 @@ static void OF(run)(void)
     OF(own_gate_power_cut)(&both);
     OF(own_joint_gate_alarm)(&both);
     OF(own_joint_gate_power_cut)(&both);
+    OF(own_ikm_reset)(&noise_alone);
+    OF(own_joint_reset)(&noise_alone);
+    OF(own_gate_reset)(&noise_alone);
+    OF(own_joint_gate_reset)(&noise_alone);
 }

@@ -4,6 +4,7 @@ use super::instruments::{Instruments, OF_ROBOT, OwnInstruments, PLACES};
 use super::observation::{Observation, ObservationError, ObservationRow};
 use super::problem::{ObservationProblem, Prepared};
 use super::solve::{ObservationMinimizer, ObservationOutcome};
+use crate::Busy;
 use crate::calibration::{
     Judged, Minimizer, Phase, Progress, Refusal, Settings, Start, enough_samples,
 };
@@ -114,7 +115,7 @@ impl<T: Unknowns<N>, const ROWS: usize, const N: usize> FkmCalibrator<T, ROWS, N
     /// [`ObservationError::Unreached`]: a solve starts from the nominal robot, where such a reading has no residual.
     pub fn add(&mut self, observation: &Observation<T>) -> Result<(), ObservationError> {
         if self.solving() {
-            return Err(ObservationError::Busy);
+            return Err(Busy.into());
         }
         observation.check(&self.robot, &self.instruments.view())?;
         let mut row = ObservationRow::new(*observation);
@@ -238,6 +239,10 @@ impl<T: Unknowns<N>, const ROWS: usize, const N: usize> FkmCalibrator<T, ROWS, N
     /// Discards the observations and everything solved from them.
     pub fn reset(&mut self) {
         self.rows.clear();
+        self.prepared = None;
+        self.ready = 0;
+        self.minimizer = None;
+        self.outcome = None;
         self.stop();
     }
 

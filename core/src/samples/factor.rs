@@ -4,9 +4,9 @@ use super::sample::Sample;
 #[cfg(test)]
 use super::sample::SampleError;
 use super::triangle::{Triangle, put_row};
-use crate::Real;
 use crate::robot::{Arm, ArmIndex};
 use crate::state::state;
+use crate::{Busy, Real};
 use nalgebra::Vector3;
 
 /// Rows reduced together when many samples are added at once.
@@ -41,9 +41,9 @@ pub enum MergeError {
     /// The calibrators have different robots or noises.
     #[error("the calibrators are of different robots or noises")]
     DifferentNominal,
-    /// A solve is in progress: the samples cannot change until it has finished.
-    #[error("the calibrator is solving: its samples do not change until it has finished")]
-    Busy,
+    /// A solve is in progress.
+    #[error(transparent)]
+    Busy(#[from] Busy),
 }
 
 impl<T: Real> ArmFactor<T> {
@@ -130,12 +130,6 @@ impl<T: Real> ArmFactor<T> {
             }
         }
         self.absorb(block.get(..count).unwrap_or_default());
-    }
-
-    /// Drops all samples.
-    pub(crate) fn clear(&mut self) {
-        self.triangle = Triangle::zero();
-        self.count = SampleCount::none();
     }
 
     /// Adds everything another factor has accumulated, as if its samples had been added to this one.
@@ -265,7 +259,15 @@ pub(crate) struct Waiting<T: Real> {
     taken: [usize; 3],
 }
 
-state!(Waiting<T>: samples: [Sample<T>; CAPACITY], count: usize, taken: [usize; 3]);
+// At rest there is room for one more.
+state!(
+    Waiting<T>:
+    samples: [Sample<T>; CAPACITY],
+    count: usize,
+    taken: [usize; 3];
+    [.., count, first, second, third]
+        if usize::from(*count) < CAPACITY && first.max(second).max(third) <= count
+);
 
 impl<T: Real> Waiting<T> {
     #[inline(always)]
@@ -279,10 +281,16 @@ impl<T: Real> Waiting<T> {
 
     /// Adds a sample; there is always room if the arm that is due then takes its block.
     pub(crate) fn push(&mut self, sample: &Sample<T>) {
+        debug_assert!(self.count < CAPACITY);
         if let Some(place) = self.samples.get_mut(self.count) {
             *place = *sample;
             self.count += 1;
         }
+    }
+
+    /// Whether there is no room for another sample.
+    pub(crate) const fn full(&self) -> bool {
+        self.count == CAPACITY
     }
 
     /// Number of samples an arm has not absorbed.

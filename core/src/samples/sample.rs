@@ -1,6 +1,6 @@
-use crate::Real;
 use crate::robot::{ArmIndex, Drive};
 use crate::state::state;
+use crate::{Busy, Real};
 use nalgebra::Vector3;
 
 /// Joint angles beyond ±4π are refused: no joint of a Delta makes two turns, and an angle in degrees mistaken for
@@ -46,9 +46,9 @@ pub enum AddError {
     /// The sample is invalid.
     #[error(transparent)]
     Sample(#[from] SampleError),
-    /// A solve is in progress: first call `step` until it has finished.
-    #[error("the calibrator is solving: samples wait until it has finished")]
-    Busy,
+    /// A solve is in progress.
+    #[error(transparent)]
+    Busy(#[from] Busy),
 }
 
 impl<T: Real> Sample<T> {

@@ -17,7 +17,8 @@ macro_rules! calibrator {
         /// `DCAL_BUSY`.
         ///
         /// Errors: those of `finish` that are already known, such as `DCAL_TOO_FEW_SAMPLES` with the arm, the number of
-        /// samples and the number needed.
+        /// samples and the number needed. Behind a gate also `DCAL_ROBOT_HAS_CHANGED`, `DCAL_EARLY_SAMPLES` and
+        /// `DCAL_TOO_MANY_REJECTED`; an earlier result is then gone.
         #[unsafe(export_name = family!($family, "solve"))]
         pub extern "C" fn solve(mut calibrator: HeldMut<Own>, error: Out<Error>) -> Status {
             report(error, || Ok(calibrator.get()?.solve()?))

@@ -34,7 +34,9 @@ static void OWN(_reset)(const OF(dcal_settings) *settings)
             OK(OWN(_solved_from)(1, found[0]));
             OK(C(_reset)(PLACE));
         }
+#ifndef WITHOUT_SNAPSHOT
         OK(C(_snapshot)(PLACE, bytes[anew], sizeof bytes[anew], &length[anew]));
+#endif
         check(OWN(_solved_from)(-1, found[anew]) != DCAL_OK, TEXT(FAMILY(, )) ": mirrored samples are refused");
         OK(C(_reset)(PLACE));
         if (anew == 1) {

@@ -245,6 +245,27 @@ static void OF(observe_in_sensor)(const OF(dcal_settings) *settings)
     OF(observe_with)(&instruments, settings, of_plane, 2);
 }
 
+/* Positions in the robot's frame. */
+static void OF(own_fkm_begin)(const OF(dcal_settings) *settings)
+{
+    const OF(dcal_instruments) instruments = {0};
+    OK(OF(dcal_fkm_init)(&OF(own).fkm, sizeof OF(own).fkm, &OF(nominal), &instruments, settings, NULL));
+}
+
+static void OF(own_fkm_take)(const OF(dcal_sample) *sample)
+{
+    OF(dcal_observation) observation = {.readings = DCAL_READ_X | DCAL_READ_Y | DCAL_READ_Z};
+    memcpy(observation.joints, sample->joints, sizeof sample->joints);
+    memcpy(observation.position, sample->position, sizeof sample->position);
+    OK(OF(dcal_fkm_add)(&OF(own).fkm, &observation, NULL));
+}
+
+#define FAMILY(begin, end) begin##fkm##end
+#define WITHOUT_SNAPSHOT
+#include "fixture_reset.h"
+#undef WITHOUT_SNAPSHOT
+#undef FAMILY
+
 /* What a part of the run takes of the stack, beside what it is called with. */
 static void OF(stack_of)(const char *what, void (*part)(const OF(dcal_settings) *), const OF(dcal_settings) *settings)
 {
@@ -287,4 +308,5 @@ static void OF(run)(void)
     OF(own_joint_reset)(&noise_alone);
     OF(own_gate_reset)(&noise_alone);
     OF(own_joint_gate_reset)(&noise_alone);
+    OF(own_fkm_reset)(&noise_alone);
 }

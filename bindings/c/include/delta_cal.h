@@ -428,10 +428,10 @@ typedef struct dcal_fkm_f32 {
 DCAL_OBJECT(dcal_fkm_f32, DCAL_FKM_F32_SIZE);
 
 /** The bytes of a snapshot. */
-#define DCAL_IKM_SNAPSHOT_F32_SIZE 1316
+#define DCAL_IKM_SNAPSHOT_F32_SIZE 1319
 #define DCAL_JOINT_SNAPSHOT_F32_SIZE 3462
-#define DCAL_GATE_SNAPSHOT_F32_SIZE 2130
-#define DCAL_JOINT_GATE_SNAPSHOT_F32_SIZE 5576
+#define DCAL_GATE_SNAPSHOT_F32_SIZE 2133
+#define DCAL_JOINT_GATE_SNAPSHOT_F32_SIZE 5579
 
 /** The robot as a data sheet gives it: three equal arms 120 degrees apart, no tilt. Lengths in any one
  * unit. */
@@ -775,7 +775,8 @@ dcal_status dcal_ikm_samples_f32(const dcal_ikm_f32 *calibrator, uint64_t *sampl
  * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_ikm_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with the arm,
- * the number of samples and the number needed. */
+ * the number of samples and the number needed. Behind a gate also DCAL_ROBOT_HAS_CHANGED,
+ * DCAL_EARLY_SAMPLES and DCAL_TOO_MANY_REJECTED; an earlier result is then gone. */
 dcal_status dcal_ikm_solve_f32(dcal_ikm_f32 *calibrator, dcal_error *error);
 
 /** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
@@ -880,7 +881,8 @@ dcal_status dcal_joint_samples_f32(const dcal_joint_f32 *calibrator, uint64_t *s
  * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_joint_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with the
- * arm, the number of samples and the number needed. */
+ * arm, the number of samples and the number needed. Behind a gate also DCAL_ROBOT_HAS_CHANGED,
+ * DCAL_EARLY_SAMPLES and DCAL_TOO_MANY_REJECTED; an earlier result is then gone. */
 dcal_status dcal_joint_solve_f32(dcal_joint_f32 *calibrator, dcal_error *error);
 
 /** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
@@ -989,7 +991,8 @@ dcal_status dcal_gate_samples_f32(const dcal_gate_f32 *calibrator, uint64_t *sam
  * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_gate_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with the
- * arm, the number of samples and the number needed. */
+ * arm, the number of samples and the number needed. Behind a gate also DCAL_ROBOT_HAS_CHANGED,
+ * DCAL_EARLY_SAMPLES and DCAL_TOO_MANY_REJECTED; an earlier result is then gone. */
 dcal_status dcal_gate_solve_f32(dcal_gate_f32 *calibrator, dcal_error *error);
 
 /** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
@@ -1098,7 +1101,8 @@ dcal_status dcal_joint_gate_samples_f32(const dcal_joint_gate_f32 *calibrator, u
  * that would change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_joint_gate_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with
- * the arm, the number of samples and the number needed. */
+ * the arm, the number of samples and the number needed. Behind a gate also DCAL_ROBOT_HAS_CHANGED,
+ * DCAL_EARLY_SAMPLES and DCAL_TOO_MANY_REJECTED; an earlier result is then gone. */
 dcal_status dcal_joint_gate_solve_f32(dcal_joint_gate_f32 *calibrator, dcal_error *error);
 
 /** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
@@ -1215,7 +1219,8 @@ dcal_status dcal_fkm_samples_f32(const dcal_fkm_f32 *calibrator, uint64_t *sampl
  * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_fkm_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with the arm,
- * the number of samples and the number needed. */
+ * the number of samples and the number needed. Behind a gate also DCAL_ROBOT_HAS_CHANGED,
+ * DCAL_EARLY_SAMPLES and DCAL_TOO_MANY_REJECTED; an earlier result is then gone. */
 dcal_status dcal_fkm_solve_f32(dcal_fkm_f32 *calibrator, dcal_error *error);
 
 /** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
@@ -1309,10 +1314,10 @@ typedef struct dcal_fkm_f64 {
 DCAL_OBJECT(dcal_fkm_f64, DCAL_FKM_F64_SIZE);
 
 /** The bytes of a snapshot. */
-#define DCAL_IKM_SNAPSHOT_F64_SIZE 2564
+#define DCAL_IKM_SNAPSHOT_F64_SIZE 2567
 #define DCAL_JOINT_SNAPSHOT_F64_SIZE 6890
-#define DCAL_GATE_SNAPSHOT_F64_SIZE 4038
-#define DCAL_JOINT_GATE_SNAPSHOT_F64_SIZE 10912
+#define DCAL_GATE_SNAPSHOT_F64_SIZE 4041
+#define DCAL_JOINT_GATE_SNAPSHOT_F64_SIZE 10915
 
 /** The robot as a data sheet gives it: three equal arms 120 degrees apart, no tilt. Lengths in any one
  * unit. */
@@ -1656,7 +1661,8 @@ dcal_status dcal_ikm_samples_f64(const dcal_ikm_f64 *calibrator, uint64_t *sampl
  * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_ikm_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with the arm,
- * the number of samples and the number needed. */
+ * the number of samples and the number needed. Behind a gate also DCAL_ROBOT_HAS_CHANGED,
+ * DCAL_EARLY_SAMPLES and DCAL_TOO_MANY_REJECTED; an earlier result is then gone. */
 dcal_status dcal_ikm_solve_f64(dcal_ikm_f64 *calibrator, dcal_error *error);
 
 /** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
@@ -1761,7 +1767,8 @@ dcal_status dcal_joint_samples_f64(const dcal_joint_f64 *calibrator, uint64_t *s
  * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_joint_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with the
- * arm, the number of samples and the number needed. */
+ * arm, the number of samples and the number needed. Behind a gate also DCAL_ROBOT_HAS_CHANGED,
+ * DCAL_EARLY_SAMPLES and DCAL_TOO_MANY_REJECTED; an earlier result is then gone. */
 dcal_status dcal_joint_solve_f64(dcal_joint_f64 *calibrator, dcal_error *error);
 
 /** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
@@ -1870,7 +1877,8 @@ dcal_status dcal_gate_samples_f64(const dcal_gate_f64 *calibrator, uint64_t *sam
  * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_gate_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with the
- * arm, the number of samples and the number needed. */
+ * arm, the number of samples and the number needed. Behind a gate also DCAL_ROBOT_HAS_CHANGED,
+ * DCAL_EARLY_SAMPLES and DCAL_TOO_MANY_REJECTED; an earlier result is then gone. */
 dcal_status dcal_gate_solve_f64(dcal_gate_f64 *calibrator, dcal_error *error);
 
 /** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
@@ -1979,7 +1987,8 @@ dcal_status dcal_joint_gate_samples_f64(const dcal_joint_gate_f64 *calibrator, u
  * that would change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_joint_gate_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with
- * the arm, the number of samples and the number needed. */
+ * the arm, the number of samples and the number needed. Behind a gate also DCAL_ROBOT_HAS_CHANGED,
+ * DCAL_EARLY_SAMPLES and DCAL_TOO_MANY_REJECTED; an earlier result is then gone. */
 dcal_status dcal_joint_gate_solve_f64(dcal_joint_gate_f64 *calibrator, dcal_error *error);
 
 /** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
@@ -2096,7 +2105,8 @@ dcal_status dcal_fkm_samples_f64(const dcal_fkm_f64 *calibrator, uint64_t *sampl
  * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_fkm_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with the arm,
- * the number of samples and the number needed. */
+ * the number of samples and the number needed. Behind a gate also DCAL_ROBOT_HAS_CHANGED,
+ * DCAL_EARLY_SAMPLES and DCAL_TOO_MANY_REJECTED; an earlier result is then gone. */
 dcal_status dcal_fkm_solve_f64(dcal_fkm_f64 *calibrator, dcal_error *error);
 
 /** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there

@@ -81,7 +81,7 @@ fn wrong_observations_and_instruments_are_refused() {
         }),
         (status::SAMPLE_JOINT_TOO_LARGE, &|o| o.joints[2] = 45.0),
         (status::OBSERVATION_UNREACHED, &|o| {
-            o.joints = [3.0, 0.0, 0.0]
+            o.joints = [3.0, 0.0, 0.0];
         }),
         (status::OBSERVATION_UNREACHED, &|o| {
             (o.readings, o.other_joints) = (READ_DISTANCE_BETWEEN, [3.0, 0.0, 0.0]);

@@ -63,18 +63,12 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
     /// The sample waits for three others and is absorbed together with them.
     fn push(&mut self, sample: &Sample<T>) {
         self.waiting.push(sample);
-        self.take_in_due();
+        self.take_in_due(None);
     }
 
     fn push_forgetting(&mut self, sample: &Sample<T>, forgetting: &Forgetting<T>) {
         self.waiting.push(sample);
-        let due = self.waiting.due();
-        let arms = self.arms.iter_mut().zip(&mut self.owed);
-        for ((factor, owed), arm) in arms.zip(ArmIndex::ALL) {
-            let waiting = self.waiting.waiting_for(arm);
-            factor.forget(forgetting.fading(owed, waiting, due == Some(arm), 2 * BLOCK));
-        }
-        self.take_in_due();
+        self.take_in_due(Some(forgetting));
     }
 
     fn take_in(&mut self, samples: &[Sample<T>]) {
@@ -134,14 +128,20 @@ impl<T: Real> ArmSamples<T> {
         &self.arms
     }
 
-    /// One arm takes in its block, if there is one; more only if there were no room for another sample.
-    fn take_in_due(&mut self) {
-        while let Some(arm) = self.waiting.due() {
-            self.take_in_block(arm);
-            if !self.waiting.full() {
-                return;
+    /// The arm whose block is complete absorbs it, after the samples before it are forgotten.
+    pub(crate) fn take_in_due(&mut self, forgetting: Option<&Forgetting<T>>) -> Option<ArmIndex> {
+        let due = self.waiting.due();
+        if let Some(forgetting) = forgetting {
+            let arms = self.arms.iter_mut().zip(&mut self.owed);
+            for ((factor, owed), arm) in arms.zip(ArmIndex::ALL) {
+                let waiting = self.waiting.waiting_for(arm);
+                factor.forget(forgetting.fading(owed, waiting, due == Some(arm), 2 * BLOCK));
             }
         }
+        if let Some(arm) = due {
+            self.take_in_block(arm);
+        }
+        due
     }
 
     pub(crate) fn take_in_waiting_of(&mut self, arm: ArmIndex) {

@@ -259,15 +259,21 @@ pub(crate) struct Waiting<T: Real> {
     taken: [usize; 3],
 }
 
-// At rest there is room for one more.
 state!(
     Waiting<T>:
     samples: [Sample<T>; CAPACITY],
     count: usize,
     taken: [usize; 3];
-    [.., count, first, second, third]
-        if usize::from(*count) < CAPACITY && first.max(second).max(third) <= count
+    [.., count, first, second, third] if has_room(*count, [*first, *second, *third])
 );
+
+/// Whether every arm takes in a block before a sample finds no room: after each sample, one whose turn it is does. Tried
+/// for all counts: true for those that calls lead to, and for none that loses a sample.
+fn has_room(count: u8, taken: [u8; 3]) -> bool {
+    let late = taken.iter().filter(|taken| **taken <= 2).count();
+    let within = taken.iter().all(|taken| *taken <= count);
+    within && taken.contains(&0) && usize::from(count) + late <= CAPACITY
+}
 
 impl<T: Real> Waiting<T> {
     #[inline(always)]
@@ -286,11 +292,6 @@ impl<T: Real> Waiting<T> {
             *place = *sample;
             self.count += 1;
         }
-    }
-
-    /// Whether there is no room for another sample.
-    pub(crate) const fn full(&self) -> bool {
-        self.count == CAPACITY
     }
 
     /// Number of samples an arm has not absorbed.

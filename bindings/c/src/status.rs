@@ -50,17 +50,17 @@ statuses! {
     /// The calibrator is solving: step it to the end, or stop it, before its samples change.
     BUSY = 18,
 
-    /// The noise of positions must be a finite number greater than 0.
+    /// The noise of positions must be greater than 0, and not too large to be squared.
     NOISE_OF_POSITION = 20,
-    /// The noise of joint angles must be a finite number, 0 or greater.
+    /// The noise of joint angles must be 0 or greater, and not too large to be squared.
     NOISE_OF_JOINT = 21,
-    /// The noise of heights must be a finite number greater than 0.
+    /// The noise of heights must be greater than 0, and not too small or large to be squared.
     NOISE_OF_HEIGHT = 22,
-    /// The noise of distances must be a finite number greater than 0.
+    /// The noise of distances must be greater than 0, and not too small or large to be squared.
     NOISE_OF_DISTANCE = 23,
-    /// The tolerance of lengths must be a finite number greater than 0.
+    /// The tolerance of lengths must be greater than 0, and not too small or large to be squared.
     TOLERANCE_OF_LENGTH = 24,
-    /// The tolerance of angles must be a finite number greater than 0.
+    /// The tolerance of angles must be greater than 0, and not too small or large to be squared.
     TOLERANCE_OF_ANGLE = 25,
     /// The width of the gate must be a finite number greater than 0.
     WIDTH_OF_GATE = 26,
@@ -68,7 +68,7 @@ statuses! {
     FORGETTING = 27,
     /// The known position of an instrument must be finite, and its sigma must not be negative.
     KNOWN_PLACE = 28,
-    /// The tolerance of the joints' zeros must be a finite number greater than 0.
+    /// The tolerance of the joints' zeros must be greater than 0, and not too small or large to be squared.
     TOLERANCE_OF_JOINT_ZERO = 29,
 
     /// A parameter of the geometry is not a finite number.

@@ -19,8 +19,8 @@ use delta_cal::{Progress, Robot};
 /// The calibrator.
 pub type Own = crate::kind::Fkm<Real>;
 
-/// Stands for a noise that is not stated: a reading of that kind is refused.
-const NOT_STATED: Real = Real::MAX;
+/// Stands for a noise that is not stated: a reading of that kind is refused. The core takes little more.
+const NOT_STATED: Real = 1e12;
 
 plain! {
     /// What was measured at one set of joint angles: any of the coordinates, a height, a distance.

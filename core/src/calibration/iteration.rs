@@ -8,7 +8,6 @@ use super::settings::Solver;
 use super::step_control::{self, LONGEST_STEP, Prospect, Refinement, StepControl, StepResult};
 use super::tolerance_prior::TolerancePrior;
 use crate::samples::{Triangle, Unknowns};
-use core::mem;
 
 /// Parameters of the robot; any further ones do not belong to it.
 const OF_ROBOT: usize = 24;
@@ -153,10 +152,9 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
                 if trial.add_piece(problem) {
                     return None;
                 }
-                match mem::replace(&mut self.work, Work::None) {
-                    Work::Trying(trial) => self.decide(problem, prior, trial),
-                    _ => None,
-                }
+                let trial = trial.clone();
+                self.work = Work::None;
+                self.decide(problem, prior, trial)
             }
             Work::Refining { at } => match P::GRADIENT {
                 Some(gradient) => {

@@ -45,7 +45,7 @@ pub use outcome::{ArmOutcome, Estimate, JointOutcome, RobotOutcome, StartUsed, T
 pub(crate) use parts::Samples;
 #[cfg(test)]
 pub(crate) use problem::sum_of_squares;
-pub(crate) use problem::{Extent, Judged, Piece, Problem};
+pub(crate) use problem::{Extent, Gradient, Judged, Piece, Problem};
 pub use refusal::{Instrument, Refusal};
 pub use settings::{Settings, Solver, Start};
 pub(crate) use tolerance::positive;

@@ -1,5 +1,5 @@
 use super::free_start::{Means, SPREAD_STARTS, free_start, spread_start};
-use super::problem::{Extent, Judged, Piece, Problem};
+use super::problem::{Extent, Gradient, Judged, Piece, Problem};
 use super::refusal::Instrument;
 use crate::Real;
 use crate::robot::Arm;
@@ -60,6 +60,7 @@ impl<T: Real> ArmFactor<T> {
 impl<T: Real> Problem<T, 8> for ArmFactor<T> {
     type At = Displacement<T>;
     type Rows = ();
+    const GRADIENT: Option<Gradient<T, 8, Self, Displacement<T>>> = None;
 
     fn displaced(&self, correction: &[T; 8]) -> Displacement<T> {
         Displacement::new(self.nominal(), correction)
@@ -97,10 +98,6 @@ impl<T: Real> Problem<T, 8> for ArmFactor<T> {
         false
     }
 
-    fn gradient(&self, _: &Displacement<T>) -> Option<[T; 8]> {
-        None
-    }
-
     /// The residual at a correction is f(P₀) plus a difference that cancels it.
     fn terms_squared(&self) -> T {
         let mut sum = T::ZERO;
@@ -125,13 +122,6 @@ impl<T: Real> Judged<T, 8> for ArmFactor<T> {
 
     fn extent(&self) -> Extent<T> {
         let nominal = self.nominal();
-        // The last two columns: the feature 1 and f(P₀).
-        let mut rows_squared = T::ZERO;
-        for row in self.triangle().rows() {
-            for entry in row.iter().rev().take(2) {
-                rows_squared += entry.squared();
-            }
-        }
         Extent {
             samples: self.samples(),
             effective_samples: self.effective_samples(),
@@ -139,8 +129,18 @@ impl<T: Real> Judged<T, 8> for ArmFactor<T> {
             per_sample: 1,
             unit: nominal.noise().is_none().then(|| nominal.scale()),
             least_sum_of_squares: self.least_sum_of_squares(),
-            rows_squared,
         }
+    }
+
+    fn rows_squared(&self) -> T {
+        // The last two columns: the feature 1 and f(P₀).
+        let mut sum = T::ZERO;
+        for row in self.triangle().rows() {
+            for entry in row.iter().rev().take(2) {
+                sum += entry.squared();
+            }
+        }
+        sum
     }
 
     fn unit_of(&self, parameter: usize) -> T {

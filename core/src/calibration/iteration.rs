@@ -57,6 +57,16 @@ struct Trial<T, A, const N: usize> {
     prospect: Option<Prospect<T>>,
 }
 
+impl<T: Unknowns<N>, A, const N: usize> Trial<T, A, N> {
+    /// Adds the next piece of the sum; returns whether there are more.
+    fn add_piece(&mut self, problem: &impl Problem<T, N, At = A>) -> bool {
+        let done = problem.sum_of_squares(&self.at, self.piece);
+        self.sum_of_squares += done.sum_of_squares;
+        self.piece += 1;
+        done.more
+    }
+}
+
 impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, A, R, N> {
     /// Before its [`restart`](Self::restart).
     #[inline(always)]
@@ -110,9 +120,9 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
     /// A bounded amount of work: a piece of a linearisation, of a damped step, or of a trial. `None` if the step is not
     /// finished.
     #[inline(never)]
-    pub(crate) fn step(
+    pub(crate) fn step<P: Problem<T, N, At = A, Rows = R>>(
         &mut self,
-        problem: &impl Problem<T, N, At = A, Rows = R>,
+        problem: &P,
         prior: &Weighted<T, N>,
     ) -> Option<StepResult> {
         match &mut self.work {
@@ -139,20 +149,20 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
                 Some(then)
             }
             Work::Trying(trial) => {
-                let done = problem.sum_of_squares(&trial.at, trial.piece);
-                trial.sum_of_squares += done.sum_of_squares;
-                trial.piece += 1;
-                if done.more {
+                if trial.add_piece(problem) {
                     return None;
                 }
                 let trial = trial.clone();
                 self.work = Work::None;
                 self.decide(problem, prior, trial)
             }
-            Work::Refining { at } => {
-                let at = at.clone();
-                self.refine(problem, prior, at)
-            }
+            Work::Refining { at } => match P::GRADIENT {
+                Some(gradient) => {
+                    let at = at.clone();
+                    self.refine(problem, prior, gradient(problem, &at), at)
+                }
+                None => self.propose(problem, prior),
+            },
             Work::None => self.propose(problem, prior),
             Work::Damping {
                 damped,
@@ -226,24 +236,18 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
             return Some(self.reject(prospect));
         }
         let correction = prior.prior.advanced(&self.point.correction, &step);
-        self.try_at(problem, correction, Some(*prospect));
-        None
-    }
-
-    /// The next steps sum the residuals at a correction.
-    fn try_at(
-        &mut self,
-        problem: &impl Problem<T, N, At = A, Rows = R>,
-        correction: [T; N],
-        prospect: Option<Prospect<T>>,
-    ) {
-        self.work = Work::Trying(Trial {
+        let mut trial = Trial {
             correction,
             at: problem.displaced(&correction),
             sum_of_squares: T::ZERO,
             piece: 0,
-            prospect,
-        });
+            prospect: Some(*prospect),
+        };
+        if trial.add_piece(problem) {
+            self.work = Work::Trying(trial);
+            return None;
+        }
+        self.decide(problem, prior, trial)
     }
 
     /// Prepares a chord step, or the next linearisation if chord steps would gain little.
@@ -252,13 +256,10 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
         &mut self,
         problem: &impl Problem<T, N, At = A, Rows = R>,
         prior: &Weighted<T, N>,
+        mut gradient: [T; N],
         at: A,
     ) -> Option<StepResult> {
         let mut correction = self.point.correction;
-        let Some(mut gradient) = problem.gradient(&at) else {
-            self.linearize(prior, at, StepResult::Continue);
-            return None;
-        };
         prior.add_gradient(&correction, &mut gradient);
         let step = self.point.normal.step_against(gradient);
         self.work = Work::None;
@@ -271,7 +272,15 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
         };
         match refinement {
             Refinement::Linearize => self.linearize(prior, at, StepResult::Continue),
-            Refinement::Chord => self.try_at(problem, correction, None),
+            Refinement::Chord => {
+                self.work = Work::Trying(Trial {
+                    correction,
+                    at: problem.displaced(&correction),
+                    sum_of_squares: T::ZERO,
+                    piece: 0,
+                    prospect: None,
+                });
+            }
             Refinement::Last => {
                 // Too small to show in the cost.
                 self.point.correction = correction;
@@ -282,9 +291,10 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
     }
 
     /// Accepts or rejects a trial.
-    fn decide(
+    #[inline(never)]
+    fn decide<P: Problem<T, N, At = A, Rows = R>>(
         &mut self,
-        problem: &impl Problem<T, N, At = A, Rows = R>,
+        problem: &P,
         prior: &Weighted<T, N>,
         trial: Trial<T, A, N>,
     ) -> Option<StepResult> {
@@ -298,14 +308,16 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
         let cost = sum_of_squares + prior.cost(&correction);
         let taken = match &prospect {
             Some(prospect) => self.control.accepts(prospect, cost),
-            None => self.control.accepts_chord(self.point.cost, cost),
+            None => P::GRADIENT.is_some() && self.control.accepts_chord(self.point.cost, cost),
         };
         if !taken {
             if let Some(prospect) = prospect {
                 return Some(self.reject(&prospect));
             }
-            let at = problem.displaced(&self.point.correction);
-            self.linearize(prior, at, StepResult::Continue);
+            if P::GRADIENT.is_some() {
+                let at = problem.displaced(&self.point.correction);
+                self.linearize(prior, at, StepResult::Continue);
+            }
             return None;
         }
         self.point.correction = correction;
@@ -319,7 +331,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
         if prospect.settled {
             return Some(then);
         }
-        if then == StepResult::Continue && prospect.near {
+        if P::GRADIENT.is_some() && then == StepResult::Continue && prospect.near {
             self.work = Work::Refining { at };
         } else {
             self.linearize(prior, at, then);
@@ -470,7 +482,9 @@ mod tests {
             let step: [f64; 24] = iteration.point.normal.minimiser(&[0.0; 24]).unwrap();
             let longest = step.into_iter().map(f64::abs).fold(0.0, f64::max);
             let at = Problem::displaced(&factor, &from);
-            assert!(iteration.refine(&factor, &weighted, at).is_none());
+            let gradient = factor.gradient(&at);
+            let refined = iteration.refine(&factor, &weighted, gradient, at);
+            assert!(refined.is_none());
             let tried = match &iteration.work {
                 Work::Trying(trial) => Some(trial.correction),
                 _ => None,

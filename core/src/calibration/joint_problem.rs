@@ -3,7 +3,7 @@
 use super::arm_problem::product_of_columns;
 use super::free_start::Means;
 use super::free_start::correction_of;
-use super::problem::{Extent, Judged, Piece, Problem};
+use super::problem::{Extent, Gradient, Judged, Piece, Problem};
 use super::refusal::{Instrument, Refusal};
 use super::robot_solver::check_side;
 use crate::Real;
@@ -27,6 +27,7 @@ const ONE: usize = 11;
 impl<T: Real> Problem<T, 24> for JointFactor<T> {
     type At = JointDisplacement<T>;
     type Rows = ();
+    const GRADIENT: Option<Gradient<T, 24, Self, JointDisplacement<T>>> = Some(Self::gradient);
 
     fn displaced(&self, correction: &[T; 24]) -> JointDisplacement<T> {
         self.displaced(&by_arms(correction))
@@ -90,10 +91,6 @@ impl<T: Real> Problem<T, 24> for JointFactor<T> {
         }
     }
 
-    fn gradient(&self, at: &JointDisplacement<T>) -> Option<[T; 24]> {
-        Some(self.gradient(at))
-    }
-
     fn terms_squared(&self) -> T {
         product_of_columns(self.triangle(), JOINT_COLUMNS - 1, JOINT_COLUMNS - 1)
     }
@@ -120,9 +117,6 @@ impl<T: Real> Judged<T, 24> for JointFactor<T> {
     }
 
     fn extent(&self) -> Extent<T> {
-        let ones = [ONE, FEATURES + ONE, 2 * FEATURES + ONE];
-        let [first, second, third] =
-            ones.map(|column| product_of_columns(self.triangle(), column, column));
         Extent {
             samples: self.samples(),
             effective_samples: self.effective_samples(),
@@ -130,8 +124,13 @@ impl<T: Real> Judged<T, 24> for JointFactor<T> {
             per_sample: 3,
             unit: self.noise().is_none().then(|| self.unit()),
             least_sum_of_squares: self.least_sum_of_squares(),
-            rows_squared: first + second + third + self.terms_squared(),
         }
+    }
+
+    fn rows_squared(&self) -> T {
+        let [first, second, third, right] = [ONE, FEATURES + ONE, 2 * FEATURES + ONE, 36]
+            .map(|column| product_of_columns(self.triangle(), column, column));
+        first + second + third + right
     }
 
     fn unit_of(&self, parameter: usize) -> T {

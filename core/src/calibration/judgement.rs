@@ -25,7 +25,6 @@ const OF_ROBOT: usize = 24;
 pub(super) struct Judgement<'a, T: Unknowns<N>, const N: usize> {
     /// The arm of the first eight parameters.
     pub(super) first_arm: ArmIndex,
-    pub(super) extent: Extent<T>,
     pub(super) point: &'a Point<T, N>,
     pub(super) identifiability: &'a Identifiability<T, N>,
     /// How the iteration ended and where it started; `None` if it did not converge.
@@ -58,18 +57,19 @@ impl<T: Unknowns<N>, const N: usize> Judgement<'_, T, N> {
         if !(self.identifiability.largest_condition() < largest_condition) {
             return Err(self.undetermined(problem));
         }
+        let extent = problem.extent();
         let Extent {
             samples,
             effective_samples,
             residuals,
             unit,
             ..
-        } = self.extent;
+        } = extent;
         let stated = unit.is_none();
         let Some((termination, start)) = self.end else {
             return Err(self.not_converged(problem, covariance));
         };
-        self.check_residual(problem)?;
+        self.check_residual(problem, &extent)?;
         self.check_tolerances(problem)?;
 
         let mut prior_share = self
@@ -123,7 +123,7 @@ impl<T: Unknowns<N>, const N: usize> Judgement<'_, T, N> {
         if !(condition < T::from_f64(CONDITION_OF_A_VALLEY)) {
             return self.undetermined(problem);
         }
-        if self.extent.unit.is_none()
+        if problem.extent().unit.is_none()
             && let Err(uncertain) = self.check_sigmas(covariance, T::ONE, problem)
         {
             return uncertain;
@@ -164,8 +164,11 @@ impl<T: Unknowns<N>, const N: usize> Judgement<'_, T, N> {
     ///
     /// Without a stated noise, residuals of any size would pass for noise, and a large noise keeps any robot near
     /// nominal whatever the samples are: they must not be larger than the tolerance makes those of the nominal robot.
-    fn check_residual(&self, problem: &impl Judged<T, N>) -> Result<(), Refusal> {
-        let extent = &self.extent;
+    fn check_residual(
+        &self,
+        problem: &impl Judged<T, N>,
+        extent: &Extent<T>,
+    ) -> Result<(), Refusal> {
         let mut variance = T::ONE;
         if let Some(unit) = extent.unit {
             let Some(tolerance) = self.tolerance else {
@@ -309,7 +312,6 @@ mod tests {
         let (point, identifiability) = (Point::unstarted(), Identifiability::unstarted());
         let judgement = Judgement::<f64, 24> {
             first_arm: ArmIndex::First,
-            extent: factor.extent(),
             point: &point,
             identifiability: &identifiability,
             end: None,

@@ -208,8 +208,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Minimizer<T, 
     ) {
         if let Some(termination) = termination {
             self.keep_better(problem, start, termination);
-            self.starts
-                .converged(start, &self.iteration.point, &problem.extent());
+            self.starts.converged(start, &self.iteration.point, problem);
             // What comes next is decided in a step of its own.
             self.phase = Phase::Ended(start, None);
             return;
@@ -234,11 +233,10 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Minimizer<T, 
         termination: Termination,
     ) {
         let point = &self.iteration.point;
-        let extent = problem.extent();
         if point.cost
             <= self.starting_cost
                 + T::TWO * self.iteration.blur(problem)
-                + extent.rounding_of_cost()
+                + problem.rounding_of_cost()
         {
             let improved = match &self.best {
                 None => true,
@@ -246,7 +244,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Minimizer<T, 
                     point,
                     self.prior.sigma,
                     self.settings.tolerance.is_some(),
-                    &extent,
+                    problem,
                 ),
             };
             if improved {
@@ -371,7 +369,6 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Minimizer<T, 
         };
         Judgement {
             first_arm: self.first_arm,
-            extent: problem.extent(),
             point,
             identifiability: &self.identifiability,
             end,

@@ -2,7 +2,7 @@
 
 use super::limits::{INDISTINGUISHABLE, NEARER, SAME_POINT, TIE};
 use super::outcome::{StartUsed, Termination};
-use super::problem::Extent;
+use super::problem::{Extent, Judged};
 use super::tolerance_prior::TolerancePrior;
 use crate::Real;
 use crate::samples::{Triangle, Unknowns, squares};
@@ -147,15 +147,15 @@ impl<T: Unknowns<N>, const N: usize> EndPoint<T, N> {
         end: &Point<T, N>,
         residual_sigma: T,
         has_tolerance: bool,
-        extent: &Extent<T>,
+        problem: &impl Judged<T, N>,
     ) -> bool {
         // With a tolerance, the cost itself prefers the nearer solution.
-        let tie = if extent.unit.is_none() && !has_tolerance {
+        let tie = if problem.extent().unit.is_none() && !has_tolerance {
             T::from_f64(INDISTINGUISHABLE)
         } else {
             // If two starts reach the same point, the first is kept.
             T::from_f64(TIE) * self.point.cost
-        } + extent.rounding_of_cost();
+        } + problem.rounding_of_cost();
         let gained = self.point.cost - end.cost;
         if residual_sigma != self.residual_sigma {
             // Samples and tolerance were balanced differently: the later end counts.
@@ -177,7 +177,6 @@ mod tests {
     use super::EndPoint;
     use crate::calibration::outcome::{StartUsed, Termination};
     use crate::calibration::point::Point;
-    use crate::calibration::problem::Judged;
     use crate::robot::Arm;
     use crate::samples::{ArmFactor, Noise, NominalArm, Triangle};
     use nalgebra::Vector3;
@@ -201,7 +200,7 @@ mod tests {
         let arm = Arm::new([164.0, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0]).unwrap();
         let problem = |noise| {
             let centre = Vector3::new(0.0, 0.0, -450.0);
-            ArmFactor::new(NominalArm::new(&arm, &centre, noise)).extent()
+            ArmFactor::new(NominalArm::new(&arm, &centre, noise))
         };
         let (stated, unknown) = (problem(Noise::new(0.02, 0.0).ok()), problem(None));
         let best = EndPoint {
@@ -224,8 +223,8 @@ mod tests {
             (2.001, 9.995, true, true),
         ] {
             let end = end(distance, cost);
-            let improved = |extent, sigma, has_tolerance| {
-                best.is_improved_by(&end, sigma, has_tolerance, extent)
+            let improved = |problem, sigma, has_tolerance| {
+                best.is_improved_by(&end, sigma, has_tolerance, problem)
             };
             assert_eq!(improved(&stated, 1.0, false), of_noise, "{distance} {cost}");
             assert_eq!(improved(&stated, 1.0, true), otherwise, "{distance} {cost}");

@@ -1,7 +1,9 @@
 use super::refusal::Instrument;
-use crate::Real;
 use crate::robot::Arm;
 use crate::samples::{Triangle, Unknowns, put_row};
+
+/// Computes the gradient of a problem's sum of squares.
+pub(crate) type Gradient<T, const N: usize, P, A> = fn(&P, &A) -> [T; N];
 
 /// A least-squares problem: weighted residuals r of N parameters, in pieces that each fit into a short step.
 /// Corrections and residuals are in the problem's own units.
@@ -10,6 +12,8 @@ pub(crate) trait Problem<T: Unknowns<N>, const N: usize> {
     type At: Clone;
     /// Rows of a linearisation that are kept between two of its pieces.
     type Rows: Clone + Default;
+    /// ½ ∂Σr²/∂P, for chord steps; `None` if it would cost about as much as a linearisation.
+    const GRADIENT: Option<Gradient<T, N, Self, Self::At>>;
 
     /// The parameters at a correction of the nominal parameters.
     fn displaced(&self, correction: &[T; N]) -> Self::At;
@@ -23,8 +27,6 @@ pub(crate) trait Problem<T: Unknowns<N>, const N: usize> {
         normal: &mut Triangle<T, N>,
         piece: usize,
     ) -> Piece<T>;
-    /// ½ ∂Σr²/∂P, for chord steps; `None` if it costs about as much as a linearisation.
-    fn gradient(&self, at: &Self::At) -> Option<[T; N]>;
     /// The squared size of the terms from which a residual is summed: its rounding is ε times the size.
     fn terms_squared(&self) -> T;
 
@@ -44,6 +46,12 @@ pub(crate) trait Judged<T: Unknowns<N>, const N: usize>: Problem<T, N> {
     fn free_start(&self, index: u8) -> Option<[T; N]>;
     /// What the samples amount to.
     fn extent(&self) -> Extent<T>;
+    /// The squared size of the rows from which the residuals are summed.
+    fn rows_squared(&self) -> T;
+    /// A sum of squares below this is rounding: (32ε)² times the rows that the residuals come from.
+    fn rounding_of_cost(&self) -> T {
+        self.rows_squared() * (T::from_f64(32.0) * T::EPSILON).squared()
+    }
     /// A correction of 1 in the caller's units.
     fn unit_of(&self, parameter: usize) -> T;
     /// The arm to which a parameter belongs, or the first.
@@ -67,15 +75,6 @@ pub(crate) struct Extent<T> {
     pub(crate) unit: Option<T>,
     /// A lower bound of the sum of squares over all parameters.
     pub(crate) least_sum_of_squares: T,
-    /// The squared size of the rows from which the residuals are summed.
-    pub(crate) rows_squared: T,
-}
-
-impl<T: Real> Extent<T> {
-    /// A sum of squares below this is rounding: (32ε)² times the rows that the residuals come from.
-    pub(crate) fn rounding_of_cost(&self) -> T {
-        self.rows_squared * (T::from_f64(32.0) * T::EPSILON).squared()
-    }
 }
 
 /// Σ r² over all pieces; not finite if there is no such robot.

@@ -66,7 +66,7 @@ impl<T: Unknowns<N>, const N: usize> Starts<T, N> {
             };
             let excess = best.point.sum_of_squares - least;
             let limit = T::from_f64(EXCESS_OF_ANOTHER_MINIMUM) * variance;
-            if !(excess > limit + extent.rounding_of_cost()) {
+            if !(excess > limit + problem.rounding_of_cost()) {
                 return None;
             }
         }
@@ -97,11 +97,16 @@ impl<T: Unknowns<N>, const N: usize> Starts<T, N> {
     }
 
     /// Records where the iteration from a start converged.
-    pub(super) fn converged(&mut self, start: StartUsed, to: &Point<T, N>, extent: &Extent<T>) {
+    pub(super) fn converged(
+        &mut self,
+        start: StartUsed,
+        to: &Point<T, N>,
+        problem: &impl Judged<T, N>,
+    ) {
         let Some(search) = self.search.as_mut().filter(|_| start == StartUsed::Search) else {
             return;
         };
-        let tie = T::from_f64(TIE) * to.cost + extent.rounding_of_cost();
+        let tie = T::from_f64(TIE) * to.cost + problem.rounding_of_cost();
         if to.is_at(&search.origin, tie) {
             let [one, other] = &mut search.returned;
             match search.tried % 2 {

@@ -6,7 +6,7 @@ use super::linearization::PARTS;
 use super::observation::{ObservationError, ObservationRow, READINGS};
 use super::start::StartValues;
 use crate::Real;
-use crate::calibration::{Extent, Instrument, Judged, Piece, Problem, Refusal};
+use crate::calibration::{Extent, Gradient, Instrument, Judged, Piece, Problem, Refusal};
 use crate::frame::RigidTransform;
 use crate::robot::{
     Arm, ArmIndex, GeometryError, Parameter, ParameterKind, Robot, TRANSMISSION_NUMBERS,
@@ -260,6 +260,7 @@ impl<T: Unknowns<N>, const N: usize> Default for ReadingRows<T, N> {
 impl<T: Unknowns<N>, const N: usize> Problem<T, N> for ObservationProblem<'_, T, N> {
     type At = InstrumentsAt<T, N>;
     type Rows = ReadingRows<T, N>;
+    const GRADIENT: Option<Gradient<T, N, Self, InstrumentsAt<T, N>>> = None;
 
     fn displaced(&self, correction: &[T; N]) -> InstrumentsAt<T, N> {
         InstrumentsAt {
@@ -306,10 +307,6 @@ impl<T: Unknowns<N>, const N: usize> Problem<T, N> for ObservationProblem<'_, T,
         }
     }
 
-    fn gradient(&self, _: &InstrumentsAt<T, N>) -> Option<[T; N]> {
-        None
-    }
-
     fn terms_squared(&self) -> T {
         self.prepared.terms_squared
     }
@@ -330,8 +327,11 @@ impl<T: Unknowns<N>, const N: usize> Judged<T, N> for ObservationProblem<'_, T, 
             per_sample: 1,
             unit: None,
             least_sum_of_squares: T::ZERO,
-            rows_squared: self.prepared.terms_squared,
         }
+    }
+
+    fn rows_squared(&self) -> T {
+        self.prepared.terms_squared
     }
 
     fn unit_of(&self, parameter: usize) -> T {

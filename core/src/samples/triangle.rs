@@ -412,12 +412,15 @@ fn transposed<T: Real>(entries: &[T], v: &[T], product: &mut [T]) {
 
 #[inline(never)]
 fn column_norms<T: Real>(entries: &[T], norms: &mut [T]) {
-    let size = norms.len();
-    for row in 0..size {
-        let entries = packed_row(entries, size + 1, row);
-        for (sum, entry) in norms.iter_mut().skip(row).zip(entries) {
+    let (mut rest, mut later) = (entries, &mut *norms);
+    while let Some((row, [_, below @ ..])) = rest.split_at_checked(later.len()) {
+        for (sum, entry) in later.iter_mut().zip(row) {
             *sum += *entry * *entry;
         }
+        let Some((_, others)) = later.split_first_mut() else {
+            break;
+        };
+        (rest, later) = (below, others);
     }
     for norm in norms {
         *norm = norm.square_root();

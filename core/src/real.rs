@@ -78,6 +78,12 @@ pub trait Real:
         if other > self { other } else { self }
     }
 
+    /// Whether sums of squares of this size, and weights as small as the inverse of one, can be computed with: up to 3e12
+    /// in single precision.
+    fn summable(self) -> bool {
+        self.squared() * Self::SMALLEST_SQUARE < Self::from_f64(1e-6)
+    }
+
     /// x².
     fn squared(self) -> Self {
         self * self

@@ -16,9 +16,11 @@ pub struct ArmSamples<T: Real> {
     settings: Settings<T>,
     pub(crate) arms: [ArmFactor<T>; 3],
     pub(crate) waiting: Waiting<T>,
+    /// Samples added with forgetting that each arm has yet to forget for.
+    owed: [usize; 3],
 }
 
-state!(ArmSamples<T>: arms: [ArmFactor<T>; 3], waiting: Waiting<T>);
+state!(ArmSamples<T>: arms: [ArmFactor<T>; 3], waiting: Waiting<T>, owed: [usize; 3]);
 
 /// The origin for positions, within the workspace: the platform at equal joint angles, or with the carriages a
 /// forearm's length up.
@@ -54,36 +56,19 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
                 ArmFactor::new(of(ArmIndex::Third)),
             ],
             waiting: Waiting::none(),
+            owed: [0; 3],
         }
-    }
-
-    fn reset(&mut self) {
-        for factor in &mut self.arms {
-            factor.clear();
-        }
-        self.waiting = Waiting::none();
     }
 
     /// The sample waits for three others and is absorbed together with them.
     fn push(&mut self, sample: &Sample<T>) {
         self.waiting.push(sample);
-        if let Some(arm) = self.waiting.due() {
-            self.take_in_block(arm);
-        }
+        self.take_in_due(None);
     }
 
     fn push_forgetting(&mut self, sample: &Sample<T>, forgetting: &Forgetting<T>) {
         self.waiting.push(sample);
-        let due = self.waiting.due();
-        for (factor, arm) in self.arms.iter_mut().zip(ArmIndex::ALL) {
-            // Samples absorbed by a solve must be forgotten too.
-            if due == Some(arm) || factor.recent() >= 2 * BLOCK as u64 {
-                factor.forget(forgetting.after(factor.recent()));
-            }
-        }
-        if let Some(arm) = due {
-            self.take_in_block(arm);
-        }
+        self.take_in_due(Some(forgetting));
     }
 
     fn take_in(&mut self, samples: &[Sample<T>]) {
@@ -122,7 +107,9 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
 
     fn count(&self) -> u64 {
         let [first, ..] = &self.arms;
-        first.samples() + self.waiting.waiting_for(ArmIndex::First) as u64
+        first
+            .samples()
+            .saturating_add(self.waiting.waiting_for(ArmIndex::First) as u64)
     }
 
     fn settings(&self) -> &Settings<T> {
@@ -139,6 +126,22 @@ impl<T: Real> ArmSamples<T> {
     /// The factors of the three arms; they exclude waiting samples.
     pub(crate) const fn arms(&self) -> &[ArmFactor<T>; 3] {
         &self.arms
+    }
+
+    /// The arm whose block is complete absorbs it, after the samples before it are forgotten.
+    pub(crate) fn take_in_due(&mut self, forgetting: Option<&Forgetting<T>>) -> Option<ArmIndex> {
+        let due = self.waiting.due();
+        if let Some(forgetting) = forgetting {
+            let arms = self.arms.iter_mut().zip(&mut self.owed);
+            for ((factor, owed), arm) in arms.zip(ArmIndex::ALL) {
+                let waiting = self.waiting.waiting_for(arm);
+                factor.forget(forgetting.fading(owed, waiting, due == Some(arm), 2 * BLOCK));
+            }
+        }
+        if let Some(arm) = due {
+            self.take_in_block(arm);
+        }
+        due
     }
 
     pub(crate) fn take_in_waiting_of(&mut self, arm: ArmIndex) {

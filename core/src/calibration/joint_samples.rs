@@ -27,19 +27,22 @@ pub struct JointSamples<T: Real> {
     factor: JointFactor<T>,
     /// A pair and the sample after it, whitened on arrival; the first `count` are valid.
     waiting: [WhitenedSample<T>; 3],
-    count: usize,
-    /// The remainder of the pair's first rows, if these are in the factor.
-    begun: bool,
+    /// The remainder of the pair's first rows, once it is complete: these are in the factor then.
     left: LeftOver<T, 2>,
+    /// Samples added with forgetting that are yet to be forgotten for.
+    owed: usize,
+    count: usize,
 }
 
+// At rest a third sample does not wait.
 state!(
     JointSamples<T>:
     factor: JointFactor<T>,
     waiting: [WhitenedSample<T>; 3],
-    count: usize,
-    begun: bool,
     left: LeftOver<T, 2>,
+    owed: usize,
+    count: usize;
+    [.., 0..=2]
 );
 
 impl<T: Real> Samples<T> for JointSamples<T> {
@@ -53,16 +56,10 @@ impl<T: Real> Samples<T> for JointSamples<T> {
                 WhitenedSample::vacant(),
                 WhitenedSample::vacant(),
             ],
-            count: 0,
-            begun: false,
             left: [[T::ZERO; 2]; 25],
+            owed: 0,
+            count: 0,
         }
-    }
-
-    fn reset(&mut self) {
-        self.factor.clear();
-        self.count = 0;
-        self.begun = false;
     }
 
     fn push(&mut self, sample: &Sample<T>) {
@@ -70,11 +67,12 @@ impl<T: Real> Samples<T> for JointSamples<T> {
     }
 
     fn push_forgetting(&mut self, sample: &Sample<T>, forgetting: &Forgetting<T>) {
-        let recent = self.factor.recent();
-        // Samples absorbed by a solve must be forgotten too.
-        if self.begins_next() || (recent >= BLOCK as u64 && !self.begun) {
-            self.factor.forget(forgetting.after(recent));
-        }
+        let completes_pair = self.count == 1;
+        // A pair that is half in the factor must not be forgotten with it.
+        let most = if self.begun() { usize::MAX } else { BLOCK };
+        let waiting = self.count + 1;
+        let fading = forgetting.fading(&mut self.owed, waiting, completes_pair, most);
+        self.factor.forget(fading);
         self.push(sample);
     }
 
@@ -97,7 +95,7 @@ impl<T: Real> Samples<T> for JointSamples<T> {
     }
 
     fn count(&self) -> u64 {
-        self.factor.samples() + self.count as u64
+        self.factor.samples().saturating_add(self.count as u64)
     }
 
     fn settings(&self) -> &Settings<T> {
@@ -112,22 +110,23 @@ impl<T: Real> Samples<T> for JointSamples<T> {
 impl<T: Real> JointSamples<T> {
     /// Adds a checked sample, in bounded time.
     pub(crate) fn take(&mut self, sample: &Sample<T>) {
+        let begun = self.begun();
+        debug_assert!(self.count < self.waiting.len());
         if let Some(place) = self.waiting.get_mut(self.count) {
             *place = self.factor.prepare(sample);
             self.count += 1;
         }
-        if self.begun {
+        if begun {
             self.finish_pair();
-        } else if self.completes_pair() {
+        } else if self.begun() {
             let [pair @ .., _] = &self.waiting;
             self.left = self.factor.absorb_first(pair);
-            self.begun = true;
         }
     }
 
     /// Absorbs the samples that wait.
     pub(crate) fn absorb_waiting(&mut self) {
-        if self.begun {
+        if self.begun() {
             self.finish_pair();
         }
         let [first, ..] = &self.waiting;
@@ -137,21 +136,15 @@ impl<T: Real> JointSamples<T> {
         }
     }
 
-    /// Whether a pair is waiting that is not yet in the factor at all.
-    const fn completes_pair(&self) -> bool {
-        self.count == 2
-    }
-
-    /// Whether the next sample starts absorbing a pair.
-    const fn begins_next(&self) -> bool {
-        !self.begun && self.count == 1
+    /// Whether a pair waits whose first rows are in the factor.
+    const fn begun(&self) -> bool {
+        self.count >= 2
     }
 
     #[inline(never)]
     fn finish_pair(&mut self) {
         let [pair @ .., _] = &self.waiting;
         self.factor.absorb_others::<2, 4, 6>(pair, &self.left);
-        self.begun = false;
         let [first, _, third] = &mut self.waiting;
         *first = *third;
         self.count = self.count.saturating_sub(2);

@@ -179,6 +179,9 @@ pub(super) fn check_side<T: Real>(
 ) -> Result<(), Refusal> {
     let mut elbows = [Vector3::zeros(); 3];
     let mut point = Vector3::zeros();
+    // In units of a forearm: products of three lengths must not overflow.
+    let [first, ..] = nominal_arms;
+    let inverse = T::ONE / first.scale();
     for (((elbow, arm), means), nominal) in elbows
         .iter_mut()
         .zip(robot.arms())
@@ -188,8 +191,8 @@ pub(super) fn check_side<T: Real>(
         *elbow = match arm.drive() {
             Drive::Rotary => arm.d() + arm.basis().u * means.cosine + arm.basis().v * means.sine,
             Drive::Linear => arm.elbow(means.sine * nominal.scale()),
-        };
-        point = means.x * nominal.scale() + nominal.centre();
+        } * inverse;
+        point = (means.x * nominal.scale() + nominal.centre()) * inverse;
     }
     let [first, second, third] = elbows;
     let normal = (second - first).cross(&(third - first));

@@ -4,6 +4,7 @@ use super::instruments::{Instruments, OF_ROBOT, OwnInstruments, PLACES};
 use super::observation::{Observation, ObservationError, ObservationRow};
 use super::problem::{ObservationProblem, Prepared};
 use super::solve::{ObservationMinimizer, ObservationOutcome};
+use crate::Busy;
 use crate::calibration::{
     Judged, Minimizer, Phase, Progress, Refusal, Settings, Start, enough_samples,
 };
@@ -59,11 +60,11 @@ pub type TouchCalibrator<T, const ROWS: usize> = FkmCalibrator<T, ROWS, 27>;
 /// ```
 #[derive(Debug, Clone)]
 pub struct FkmCalibrator<T: Unknowns<N>, const ROWS: usize, const N: usize> {
-    robot: Robot<T>,
+    pub(super) robot: Robot<T>,
     settings: Settings<T>,
-    instruments: OwnInstruments<T>,
+    pub(super) instruments: OwnInstruments<T>,
     /// Never dropped, as it needs no drop: the memory of a calibrator can simply be reused.
-    rows: ManuallyDrop<Vec<ObservationRow<T>, ROWS>>,
+    pub(super) rows: ManuallyDrop<Vec<ObservationRow<T>, ROWS>>,
     prepared: Option<Prepared<T, N>>,
     /// The piece of the start that is located next, or [`PIECES`] and the number of rows that have their weights.
     ready: usize,
@@ -114,7 +115,7 @@ impl<T: Unknowns<N>, const ROWS: usize, const N: usize> FkmCalibrator<T, ROWS, N
     /// [`ObservationError::Unreached`]: a solve starts from the nominal robot, where such a reading has no residual.
     pub fn add(&mut self, observation: &Observation<T>) -> Result<(), ObservationError> {
         if self.solving() {
-            return Err(ObservationError::Busy);
+            return Err(Busy.into());
         }
         observation.check(&self.robot, &self.instruments.view())?;
         let mut row = ObservationRow::new(*observation);
@@ -238,6 +239,10 @@ impl<T: Unknowns<N>, const ROWS: usize, const N: usize> FkmCalibrator<T, ROWS, N
     /// Discards the observations and everything solved from them.
     pub fn reset(&mut self) {
         self.rows.clear();
+        self.prepared = None;
+        self.ready = 0;
+        self.minimizer = None;
+        self.outcome = None;
         self.stop();
     }
 

@@ -4,9 +4,9 @@ use super::sample::Sample;
 #[cfg(test)]
 use super::sample::SampleError;
 use super::triangle::{Triangle, put_row};
-use crate::Real;
 use crate::robot::{Arm, ArmIndex};
 use crate::state::state;
+use crate::{Busy, Real};
 use nalgebra::Vector3;
 
 /// Rows reduced together when many samples are added at once.
@@ -41,9 +41,9 @@ pub enum MergeError {
     /// The calibrators have different robots or noises.
     #[error("the calibrators are of different robots or noises")]
     DifferentNominal,
-    /// A solve is in progress: the samples cannot change until it has finished.
-    #[error("the calibrator is solving: its samples do not change until it has finished")]
-    Busy,
+    /// A solve is in progress.
+    #[error(transparent)]
+    Busy(#[from] Busy),
 }
 
 impl<T: Real> ArmFactor<T> {
@@ -130,12 +130,6 @@ impl<T: Real> ArmFactor<T> {
             }
         }
         self.absorb(block.get(..count).unwrap_or_default());
-    }
-
-    /// Drops all samples.
-    pub(crate) fn clear(&mut self) {
-        self.triangle = Triangle::zero();
-        self.count = SampleCount::none();
     }
 
     /// Adds everything another factor has accumulated, as if its samples had been added to this one.
@@ -265,7 +259,21 @@ pub(crate) struct Waiting<T: Real> {
     taken: [usize; 3],
 }
 
-state!(Waiting<T>: samples: [Sample<T>; CAPACITY], count: usize, taken: [usize; 3]);
+state!(
+    Waiting<T>:
+    samples: [Sample<T>; CAPACITY],
+    count: usize,
+    taken: [usize; 3];
+    [.., count, first, second, third] if has_room(*count, [*first, *second, *third])
+);
+
+/// Whether every arm takes in a block before a sample finds no room: after each sample, one whose turn it is does. Tried
+/// for all counts: true for those that calls lead to, and for none that loses a sample.
+fn has_room(count: u8, taken: [u8; 3]) -> bool {
+    let late = taken.iter().filter(|taken| **taken <= 2).count();
+    let within = taken.iter().all(|taken| *taken <= count);
+    within && taken.contains(&0) && usize::from(count) + late <= CAPACITY
+}
 
 impl<T: Real> Waiting<T> {
     #[inline(always)]
@@ -279,6 +287,7 @@ impl<T: Real> Waiting<T> {
 
     /// Adds a sample; there is always room if the arm that is due then takes its block.
     pub(crate) fn push(&mut self, sample: &Sample<T>) {
+        debug_assert!(self.count < CAPACITY);
         if let Some(place) = self.samples.get_mut(self.count) {
             *place = *sample;
             self.count += 1;

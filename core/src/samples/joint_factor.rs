@@ -92,11 +92,6 @@ impl<T: Real> JointFactor<T> {
         self.count.effective()
     }
 
-    /// Samples since it last forgot.
-    pub(crate) const fn recent(&self) -> u64 {
-        self.count.recent()
-    }
-
     /// Absorbs many checked samples in blocks; a block costs less than its samples one by one.
     pub(crate) fn absorb_many(&mut self, samples: &[Sample<T>]) {
         let (blocks, rest) = samples.as_chunks::<4>();
@@ -106,12 +101,6 @@ impl<T: Real> JointFactor<T> {
         for sample in rest {
             self.absorb_one(&self.prepare(sample));
         }
-    }
-
-    /// Drops all samples.
-    pub(crate) fn clear(&mut self) {
-        self.triangle = Triangle::zero();
-        self.count = SampleCount::none();
     }
 
     /// Absorbs a sample that was checked on arrival.

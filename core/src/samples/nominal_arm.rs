@@ -292,7 +292,7 @@ impl<T: Real> ArmSample<T> {
         Self {
             x: Vector3::new(T::ZERO, T::ZERO, T::ZERO),
             sine: T::ZERO,
-            cosine: T::ONE,
+            cosine: T::ZERO,
             weight: T::ZERO,
             constraint: T::ZERO,
         }

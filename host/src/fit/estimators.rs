@@ -317,7 +317,7 @@ fn from_centre(
 fn unusable(index: usize, error: AddError) -> Unsolved {
     let error = match error {
         AddError::Sample(error) => ObservationError::Joints(error),
-        AddError::Busy => ObservationError::Busy,
+        AddError::Busy(busy) => busy.into(),
     };
     Unsolved::Row(index, error)
 }

@@ -178,7 +178,10 @@ fn the_steps_end_with_the_outcome_of_the_problem() {
     let mut steps = 1;
     while calibrator.step() == Progress::Working {
         steps += 1;
-        assert_eq!(calibrator.add(&measured[0]), Err(ObservationError::Busy));
+        assert_eq!(
+            calibrator.add(&measured[0]),
+            Err(ObservationError::Busy(crate::Busy))
+        );
         assert_eq!(calibrator.outcome(), Err(Refusal::Unfinished));
     }
     assert!((40..500).contains(&steps), "{steps}");

@@ -60,11 +60,11 @@ pub type TouchCalibrator<T, const ROWS: usize> = FkmCalibrator<T, ROWS, 27>;
 /// ```
 #[derive(Debug, Clone)]
 pub struct FkmCalibrator<T: Unknowns<N>, const ROWS: usize, const N: usize> {
-    robot: Robot<T>,
+    pub(super) robot: Robot<T>,
     settings: Settings<T>,
-    instruments: OwnInstruments<T>,
+    pub(super) instruments: OwnInstruments<T>,
     /// Never dropped, as it needs no drop: the memory of a calibrator can simply be reused.
-    rows: ManuallyDrop<Vec<ObservationRow<T>, ROWS>>,
+    pub(super) rows: ManuallyDrop<Vec<ObservationRow<T>, ROWS>>,
     prepared: Option<Prepared<T, N>>,
     /// The piece of the start that is located next, or [`PIECES`] and the number of rows that have their weights.
     ready: usize,

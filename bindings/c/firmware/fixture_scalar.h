@@ -261,9 +261,7 @@ static void OF(own_fkm_take)(const OF(dcal_sample) *sample)
 }
 
 #define FAMILY(begin, end) begin##fkm##end
-#define WITHOUT_SNAPSHOT
 #include "fixture_reset.h"
-#undef WITHOUT_SNAPSHOT
 #undef FAMILY
 
 /* What a part of the run takes of the stack, beside what it is called with. */

@@ -433,6 +433,7 @@ DCAL_OBJECT(dcal_fkm_f32, DCAL_FKM_F32_SIZE);
 #define DCAL_JOINT_SNAPSHOT_F32_SIZE 3462
 #define DCAL_GATE_SNAPSHOT_F32_SIZE 2133
 #define DCAL_JOINT_GATE_SNAPSHOT_F32_SIZE 5579
+#define DCAL_FKM_SNAPSHOT_F32_SIZE 3032
 
 /** The robot as a data sheet gives it: three equal arms 120 degrees apart, no tilt. Lengths in any one
  * unit. */
@@ -837,8 +838,8 @@ dcal_status dcal_ikm_snapshot_f32(
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
- * computes the same bits as the calibrator that the snapshot is of.
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and
+ * instruments. It then computes the same bits as the calibrator that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
 dcal_status dcal_ikm_restore_f32(dcal_ikm_f32 *calibrator, const uint8_t *bytes, size_t length);
@@ -943,8 +944,8 @@ dcal_status dcal_joint_snapshot_f32(
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
- * computes the same bits as the calibrator that the snapshot is of.
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and
+ * instruments. It then computes the same bits as the calibrator that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
 dcal_status dcal_joint_restore_f32(dcal_joint_f32 *calibrator, const uint8_t *bytes, size_t length);
@@ -1053,8 +1054,8 @@ dcal_status dcal_gate_snapshot_f32(
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
- * computes the same bits as the calibrator that the snapshot is of.
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and
+ * instruments. It then computes the same bits as the calibrator that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
 dcal_status dcal_gate_restore_f32(dcal_gate_f32 *calibrator, const uint8_t *bytes, size_t length);
@@ -1166,8 +1167,8 @@ dcal_status dcal_joint_gate_snapshot_f32(
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
- * computes the same bits as the calibrator that the snapshot is of.
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and
+ * instruments. It then computes the same bits as the calibrator that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
 dcal_status dcal_joint_gate_restore_f32(dcal_joint_gate_f32 *calibrator, const uint8_t *bytes, size_t length);
@@ -1270,6 +1271,23 @@ dcal_status dcal_fkm_deviations_f32(const dcal_fkm_f32 *calibrator, float sigma[
  * Errors: DCAL_NO_COVARIANCE, and those of dcal_fkm_finish_f32. */
 dcal_status dcal_fkm_covariance_f32(const dcal_fkm_f32 *calibrator, float covariance[576]);
 
+/** Writes the samples into bytes, of which there are capacity: write the constant
+ * DCAL_..._SNAPSHOT_..._SIZE. length receives the number written. They are the same on every target.
+ * Store them where they survive a power cut, and give them to dcal_fkm_restore_f32.
+ *
+ * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. Of a gate also DCAL_BUSY. */
+dcal_status dcal_fkm_snapshot_f32(
+    const dcal_fkm_f32 *calibrator,
+    uint8_t *bytes,
+    size_t capacity,
+    size_t *length);
+
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and
+ * instruments. It then computes the same bits as the calibrator that the snapshot is of.
+ *
+ * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
+dcal_status dcal_fkm_restore_f32(dcal_fkm_f32 *calibrator, const uint8_t *bytes, size_t length);
+
 /* ---- Double precision ---- */
 
 /** A robot: three arms of eight parameters. */
@@ -1319,6 +1337,7 @@ DCAL_OBJECT(dcal_fkm_f64, DCAL_FKM_F64_SIZE);
 #define DCAL_JOINT_SNAPSHOT_F64_SIZE 6890
 #define DCAL_GATE_SNAPSHOT_F64_SIZE 4041
 #define DCAL_JOINT_GATE_SNAPSHOT_F64_SIZE 10915
+#define DCAL_FKM_SNAPSHOT_F64_SIZE 5848
 
 /** The robot as a data sheet gives it: three equal arms 120 degrees apart, no tilt. Lengths in any one
  * unit. */
@@ -1723,8 +1742,8 @@ dcal_status dcal_ikm_snapshot_f64(
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
- * computes the same bits as the calibrator that the snapshot is of.
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and
+ * instruments. It then computes the same bits as the calibrator that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
 dcal_status dcal_ikm_restore_f64(dcal_ikm_f64 *calibrator, const uint8_t *bytes, size_t length);
@@ -1829,8 +1848,8 @@ dcal_status dcal_joint_snapshot_f64(
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
- * computes the same bits as the calibrator that the snapshot is of.
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and
+ * instruments. It then computes the same bits as the calibrator that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
 dcal_status dcal_joint_restore_f64(dcal_joint_f64 *calibrator, const uint8_t *bytes, size_t length);
@@ -1939,8 +1958,8 @@ dcal_status dcal_gate_snapshot_f64(
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
- * computes the same bits as the calibrator that the snapshot is of.
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and
+ * instruments. It then computes the same bits as the calibrator that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
 dcal_status dcal_gate_restore_f64(dcal_gate_f64 *calibrator, const uint8_t *bytes, size_t length);
@@ -2052,8 +2071,8 @@ dcal_status dcal_joint_gate_snapshot_f64(
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
- * computes the same bits as the calibrator that the snapshot is of.
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and
+ * instruments. It then computes the same bits as the calibrator that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
 dcal_status dcal_joint_gate_restore_f64(dcal_joint_gate_f64 *calibrator, const uint8_t *bytes, size_t length);
@@ -2155,6 +2174,23 @@ dcal_status dcal_fkm_deviations_f64(const dcal_fkm_f64 *calibrator, double sigma
  *
  * Errors: DCAL_NO_COVARIANCE, and those of dcal_fkm_finish_f64. */
 dcal_status dcal_fkm_covariance_f64(const dcal_fkm_f64 *calibrator, double covariance[576]);
+
+/** Writes the samples into bytes, of which there are capacity: write the constant
+ * DCAL_..._SNAPSHOT_..._SIZE. length receives the number written. They are the same on every target.
+ * Store them where they survive a power cut, and give them to dcal_fkm_restore_f64.
+ *
+ * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. Of a gate also DCAL_BUSY. */
+dcal_status dcal_fkm_snapshot_f64(
+    const dcal_fkm_f64 *calibrator,
+    uint8_t *bytes,
+    size_t capacity,
+    size_t *length);
+
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and
+ * instruments. It then computes the same bits as the calibrator that the snapshot is of.
+ *
+ * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
+dcal_status dcal_fkm_restore_f64(dcal_fkm_f64 *calibrator, const uint8_t *bytes, size_t length);
 
 #ifdef __cplusplus
 }

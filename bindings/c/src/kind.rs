@@ -145,11 +145,12 @@ kinds! {
 
 /// Snapshot sizes in single and in double precision, by kind. Bytes.
 #[rustfmt::skip]
-pub const SNAPSHOTS: [(&str, [usize; 2]); 4] = [
+pub const SNAPSHOTS: [(&str, [usize; 2]); 5] = [
     ("ikm", [Ikm::<f32>::SNAPSHOT_BYTES, Ikm::<f64>::SNAPSHOT_BYTES]),
     ("joint", [Joint::<f32>::SNAPSHOT_BYTES, Joint::<f64>::SNAPSHOT_BYTES]),
     ("gate", [Gate::<f32>::SNAPSHOT_BYTES, Gate::<f64>::SNAPSHOT_BYTES]),
     ("joint_gate", [JointGate::<f32>::SNAPSHOT_BYTES, JointGate::<f64>::SNAPSHOT_BYTES]),
+    ("fkm", [Fkm::<f32>::SNAPSHOT_BYTES, Fkm::<f64>::SNAPSHOT_BYTES]),
 ];
 
 /// Fails to compile if an object does not fit its memory in C.

@@ -138,12 +138,7 @@ macro_rules! calibrator {
                 Ok(covariance.put_entries(found.ok_or(status::NO_COVARIANCE)?)?)
             })
         }
-    };
-}
 
-/// What the calibrators have that keep their samples in constant memory.
-macro_rules! stored {
-    ($family:ident) => {
         /// Writes the samples into `bytes`, of which there are `capacity`: write the constant
         /// `DCAL_..._SNAPSHOT_..._SIZE`. `length` receives the number written. They are the same on every target. Store
         /// them where they survive a power cut, and give them to `restore`.
@@ -165,7 +160,7 @@ macro_rules! stored {
             })
         }
 
-        /// Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
+        /// Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and instruments. It then
         /// computes the same bits as the calibrator that the snapshot is of.
         ///
         /// Errors: `DCAL_BUSY`, `DCAL_SNAPSHOT_...`; the calibrator is unchanged.

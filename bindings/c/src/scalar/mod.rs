@@ -25,11 +25,11 @@ pub mod verdict;
 
 families! {
     /// The per-arm calibrator: each arm separately.
-    ikm Ikm: of_positions calibrator stored;
+    ikm Ikm: of_positions calibrator;
     /// The joint calibrator: all 24 parameters at once.
-    joint Joint: of_positions calibrator stored;
+    joint Joint: of_positions calibrator;
     /// The per-arm calibrator behind a gate, which tests each sample before it is added.
-    gate Gate: gated calibrator stored;
+    gate Gate: gated calibrator;
     /// The joint calibrator behind a gate.
-    joint_gate JointGate: gated calibrator stored;
+    joint_gate JointGate: gated calibrator;
 }

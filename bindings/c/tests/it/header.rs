@@ -148,7 +148,7 @@ fn of_scalar() -> Source {
     let (families, macros) = (text("scalar/mod"), text("scalar/family"));
     let macros = macros.split("macro_rules! ").skip(1);
     let shared: Vec<_> = macros.filter_map(|own| own.split_once(" {")).collect();
-    // As in the source: `ikm Ikm: of_positions calibrator stored;`.
+    // As in the source: `ikm Ikm: of_positions calibrator;`.
     let families = families
         .lines()
         .filter_map(|line| line.trim().strip_suffix(';')?.split_once(": "));

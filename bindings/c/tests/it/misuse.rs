@@ -43,6 +43,8 @@ fn every_function(place: *mut u8) -> Vec<(String, i32)> {
                 arm(p!(), 0, p!())
                 deviations(p!(), p!())
                 covariance(p!(), p!())
+                snapshot(p!(), p!(), ROOM, p!())
+                restore(p!(), p!(), ROOM)
                 $($name($($argument),*))*
             }
         }};
@@ -55,8 +57,6 @@ fn every_function(place: *mut u8) -> Vec<(String, i32)> {
                 flush(p!())
                 merge(p!(), p!())
                 forget(p!(), 0.5)
-                snapshot(p!(), p!(), ROOM, p!())
-                restore(p!(), p!(), ROOM)
             }
         };
     }
@@ -67,8 +67,6 @@ fn every_function(place: *mut u8) -> Vec<(String, i32)> {
                 add(p!(), p!(), p!(), no_error())
                 state(p!(), p!())
                 acknowledge(p!())
-                snapshot(p!(), p!(), ROOM, p!())
-                restore(p!(), p!(), ROOM)
             }
         };
     }

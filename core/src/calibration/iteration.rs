@@ -92,7 +92,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
         self.control = self.control.renewed();
         self.iterations = 0;
         let at = problem.displaced(correction);
-        self.linearize(prior, at, StepResult::Continue);
+        self.linearize(prior, &at, StepResult::Continue);
     }
 
     /// Whether the cost at the correction is still being computed.
@@ -101,7 +101,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
     }
 
     #[inline(never)]
-    fn linearize(&mut self, prior: &Weighted<T, N>, at: A, then: StepResult) {
+    fn linearize(&mut self, prior: &Weighted<T, N>, at: &A, then: StepResult) {
         // The prior's rows are already a triangle; the samples' rows are absorbed into it.
         let Point {
             correction, normal, ..
@@ -110,7 +110,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
         self.point.sum_of_squares = T::ZERO;
         self.iterations = self.iterations.saturating_add(1);
         self.work = Work::Linearizing {
-            at,
+            at: at.clone(),
             rows: R::default(),
             piece: 0,
             then,
@@ -154,12 +154,12 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
                 }
                 let trial = trial.clone();
                 self.work = Work::None;
-                self.decide(problem, prior, trial)
+                self.decide(problem, prior, &trial)
             }
             Work::Refining { at } => match P::GRADIENT {
                 Some(gradient) => {
                     let at = at.clone();
-                    self.refine(problem, prior, gradient(problem, &at), at)
+                    self.refine(problem, prior, gradient(problem, &at), &at)
                 }
                 None => self.propose(problem, prior),
             },
@@ -247,7 +247,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
             self.work = Work::Trying(trial);
             return None;
         }
-        self.decide(problem, prior, trial)
+        self.decide(problem, prior, &trial)
     }
 
     /// Prepares a chord step, or the next linearisation if chord steps would gain little.
@@ -257,7 +257,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
         problem: &impl Problem<T, N, At = A, Rows = R>,
         prior: &Weighted<T, N>,
         mut gradient: [T; N],
-        at: A,
+        at: &A,
     ) -> Option<StepResult> {
         let mut correction = self.point.correction;
         prior.add_gradient(&correction, &mut gradient);
@@ -296,45 +296,40 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
         &mut self,
         problem: &P,
         prior: &Weighted<T, N>,
-        trial: Trial<T, A, N>,
+        trial: &Trial<T, A, N>,
     ) -> Option<StepResult> {
-        let Trial {
-            correction,
-            at,
-            sum_of_squares,
-            prospect,
-            ..
-        } = trial;
-        let cost = sum_of_squares + prior.cost(&correction);
-        let taken = match &prospect {
+        let cost = trial.sum_of_squares + prior.cost(&trial.correction);
+        let taken = match &trial.prospect {
             Some(prospect) => self.control.accepts(prospect, cost),
             None => P::GRADIENT.is_some() && self.control.accepts_chord(self.point.cost, cost),
         };
         if !taken {
-            if let Some(prospect) = prospect {
-                return Some(self.reject(&prospect));
+            if let Some(prospect) = &trial.prospect {
+                return Some(self.reject(prospect));
             }
             if P::GRADIENT.is_some() {
                 let at = problem.displaced(&self.point.correction);
-                self.linearize(prior, at, StepResult::Continue);
+                self.linearize(prior, &at, StepResult::Continue);
             }
             return None;
         }
-        self.point.correction = correction;
-        self.point.sum_of_squares = sum_of_squares;
+        self.point.correction = trial.correction;
+        self.point.sum_of_squares = trial.sum_of_squares;
         self.point.cost = cost;
-        let Some(prospect) = prospect else {
-            self.work = Work::Refining { at };
-            return None;
-        };
-        let then = self.control.accepted(&prospect);
-        if prospect.settled {
-            return Some(then);
+        let mut then = StepResult::Continue;
+        let mut refined = P::GRADIENT.is_some();
+        if let Some(prospect) = &trial.prospect {
+            then = self.control.accepted(prospect);
+            if prospect.settled {
+                return Some(then);
+            }
+            refined &= then == StepResult::Continue && prospect.near;
         }
-        if P::GRADIENT.is_some() && then == StepResult::Continue && prospect.near {
+        if refined {
+            let at = trial.at.clone();
             self.work = Work::Refining { at };
         } else {
-            self.linearize(prior, at, then);
+            self.linearize(prior, &trial.at, then);
         }
         None
     }
@@ -483,7 +478,7 @@ mod tests {
             let longest = step.into_iter().map(f64::abs).fold(0.0, f64::max);
             let at = Problem::displaced(&factor, &from);
             let gradient = factor.gradient(&at);
-            let refined = iteration.refine(&factor, &weighted, gradient, at);
+            let refined = iteration.refine(&factor, &weighted, gradient, &at);
             assert!(refined.is_none());
             let tried = match &iteration.work {
                 Work::Trying(trial) => Some(trial.correction),

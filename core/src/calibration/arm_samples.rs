@@ -4,7 +4,7 @@ use super::parts::Samples;
 use super::settings::Settings;
 use crate::Real;
 use crate::robot::{ArmIndex, Drive, Robot};
-use crate::samples::{ArmFactor, BLOCK, Forgetting, MergeError, NominalArm, Sample, Waiting};
+use crate::samples::{ArmFactor, Forgetting, MergeError, NominalArm, Sample, Waiting};
 use crate::state::state;
 use nalgebra::Vector3;
 
@@ -16,11 +16,9 @@ pub struct ArmSamples<T: Real> {
     settings: Settings<T>,
     pub(crate) arms: [ArmFactor<T>; 3],
     pub(crate) waiting: Waiting<T>,
-    /// Samples added with forgetting that each arm has yet to forget for.
-    owed: [usize; 3],
 }
 
-state!(ArmSamples<T>: arms: [ArmFactor<T>; 3], waiting: Waiting<T>, owed: [usize; 3]);
+state!(ArmSamples<T>: arms: [ArmFactor<T>; 3], waiting: Waiting<T>);
 
 /// The origin for positions, within the workspace: the platform at equal joint angles, or with the carriages a
 /// forearm's length up.
@@ -56,7 +54,6 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
                 ArmFactor::new(of(ArmIndex::Third)),
             ],
             waiting: Waiting::none(),
-            owed: [0; 3],
         }
     }
 
@@ -132,10 +129,9 @@ impl<T: Real> ArmSamples<T> {
     pub(crate) fn take_in_due(&mut self, forgetting: Option<&Forgetting<T>>) -> Option<ArmIndex> {
         let due = self.waiting.due();
         if let Some(forgetting) = forgetting {
-            let arms = self.arms.iter_mut().zip(&mut self.owed);
-            for ((factor, owed), arm) in arms.zip(ArmIndex::ALL) {
+            for (factor, arm) in self.arms.iter_mut().zip(ArmIndex::ALL) {
                 let waiting = self.waiting.waiting_for(arm);
-                factor.forget(forgetting.fading(owed, waiting, due == Some(arm), 2 * BLOCK));
+                factor.fade(forgetting, waiting, due == Some(arm));
             }
         }
         if let Some(arm) = due {

@@ -1,4 +1,5 @@
 use super::displacement::Displacement;
+use super::forgetting::Forgetting;
 use super::nominal_arm::{ArmSample, COLUMNS, NominalArm};
 use super::sample::Sample;
 #[cfg(test)]
@@ -156,6 +157,12 @@ impl<T: Real> ArmFactor<T> {
         self.count.forget(lambda);
     }
 
+    /// Lets the samples fade for one more, while so many wait and a block may be due.
+    pub(crate) fn fade(&mut self, forgetting: &Forgetting<T>, waiting: usize, due: bool) {
+        let lambda = self.count.fading(forgetting, waiting, due, 2 * BLOCK);
+        self.forget(lambda);
+    }
+
     /// Samples added since it last forgot.
     pub(crate) const fn recent(&self) -> u64 {
         self.count.recent()
@@ -197,9 +204,11 @@ pub(crate) struct SampleCount<T> {
     /// Samples since the last forgetting, and the weight of those before it.
     recent: u64,
     remembered: T,
+    /// Samples added with forgetting that nothing has been forgotten for.
+    owed: usize,
 }
 
-state!(SampleCount<T>: seen: u64, recent: u64, remembered: T);
+state!(SampleCount<T>: seen: u64, recent: u64, remembered: T, owed: usize);
 
 impl<T: Real> SampleCount<T> {
     #[inline(always)]
@@ -208,6 +217,7 @@ impl<T: Real> SampleCount<T> {
             seen: 0,
             recent: 0,
             remembered: T::ZERO,
+            owed: 0,
         }
     }
 
@@ -236,6 +246,24 @@ impl<T: Real> SampleCount<T> {
         self.seen = self.seen.saturating_add(other.seen);
         self.recent = self.recent.saturating_add(other.recent);
         self.remembered += other.remembered;
+    }
+
+    /// Counts a sample that makes those held fade, and returns by how much they do now. Samples that wait are younger than
+    /// those held: nothing fades until a block is `due`, or `most` samples were absorbed already, by a solve.
+    pub(crate) fn fading(
+        &mut self,
+        forgetting: &Forgetting<T>,
+        waiting: usize,
+        due: bool,
+        most: usize,
+    ) -> T {
+        self.owed += 1;
+        let absorbed = self.owed.saturating_sub(waiting);
+        if !due && absorbed < most {
+            return T::ONE;
+        }
+        self.owed -= absorbed;
+        forgetting.after(absorbed as u64)
     }
 
     /// Multiplies the weight of all samples by λ, λ in [0, 1].

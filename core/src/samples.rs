@@ -8,6 +8,7 @@ mod linear_displacement;
 mod nominal_arm;
 mod sample;
 pub(crate) mod triangle;
+mod unknowns;
 mod whitened_sample;
 
 pub(crate) use displacement::{Displacement, corrected_arm, moved_arm, nearest_turn, small_turn};
@@ -20,4 +21,5 @@ pub(crate) use sample::check_joint;
 pub use sample::{AddError, Noise, NoiseError, Sample, SampleError};
 pub use triangle::Triangle;
 pub(crate) use triangle::{part, put_row, squares};
+pub use unknowns::Unknowns;
 pub(crate) use whitened_sample::{JointDisplacement, WhitenedSample};

@@ -137,6 +137,8 @@ enum {
     DCAL_TOO_MANY_UNKNOWNS = 66,
     /** There is no room for another observation. */
     DCAL_OBSERVATIONS_FULL = 67,
+    /** The nominal robot does not reach the joint angles of the observation. */
+    DCAL_OBSERVATION_UNREACHED = 68,
     /** There are fewer samples than needed. */
     DCAL_TOO_FEW_SAMPLES = 70,
     /** The poses do not determine the parameters. */

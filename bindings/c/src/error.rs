@@ -237,6 +237,7 @@ impl From<ObservationError> for Error {
             ObservationError::DistanceNotPositive => status::OBSERVATION_DISTANCE,
             ObservationError::NoSuchPlane(_) => status::NO_SUCH_PLANE,
             ObservationError::NoSuchPoint(_) => status::NO_SUCH_POINT,
+            ObservationError::Unreached => status::OBSERVATION_UNREACHED,
             ObservationError::SamePlace => status::OBSERVATION_SAME_PLACE,
             ObservationError::Full => status::OBSERVATIONS_FULL,
             ObservationError::Busy(_) => status::BUSY,

@@ -77,11 +77,9 @@ pub type Joint<T> = JointCalibrator<T>;
 /// The per-arm calibrator behind a gate.
 pub type Gate<T> = StreamCalibrator<T, EachArm>;
 /// The calibrator from any readings, with all its parameters.
-pub type Fkm<T> = FkmCalibrator<T, FKM_ROWS, PARAMETERS, COLUMNS, ENTRIES>;
+pub type Fkm<T> = FkmCalibrator<T, FKM_ROWS, PARAMETERS>;
 
 const PARAMETERS: usize = 24 + UNKNOWNS;
-const COLUMNS: usize = PARAMETERS + 1;
-const ENTRIES: usize = COLUMNS * (COLUMNS + 1) / 2;
 
 /// A kind of object.
 ///

@@ -122,6 +122,8 @@ statuses! {
     TOO_MANY_UNKNOWNS = 66,
     /// There is no room for another observation.
     OBSERVATIONS_FULL = 67,
+    /// The nominal robot does not reach the joint angles of the observation.
+    OBSERVATION_UNREACHED = 68,
 
     /// There are fewer samples than needed.
     TOO_FEW_SAMPLES = 70,

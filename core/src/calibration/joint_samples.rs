@@ -7,7 +7,7 @@ use super::joint_problem::corrected_robot;
 use super::minimizer::{Minimizer, Progress, enough_samples};
 use super::outcome::{Estimate, JointOutcome};
 use super::parts::{Samples, Solver};
-use super::problem::Problem;
+use super::problem::Judged;
 use super::refusal::Refusal;
 use super::settings::Settings;
 use super::tolerance_prior::TolerancePrior;
@@ -155,7 +155,7 @@ pub struct JointSolver<T: Real> {
     outcome: Option<JointOutcome<T>>,
 }
 
-type JointMinimizer<T> = Minimizer<T, JointDisplacement<T>, (), 24, 25, 325>;
+type JointMinimizer<T> = Minimizer<T, JointDisplacement<T>, (), 24>;
 
 impl<T: Real> Solver<T, JointSamples<T>> for JointSolver<T> {
     #[inline(always)]

@@ -7,7 +7,7 @@ use super::free_start::Means;
 use super::minimizer::{Minimizer, Progress, enough_samples};
 use super::outcome::{ArmOutcome, Estimate, RobotOutcome};
 use super::parts::{Samples, Solver};
-use super::problem::Problem;
+use super::problem::Judged;
 use super::refusal::Refusal;
 use super::settings::Settings;
 use super::tolerance_prior::TolerancePrior;
@@ -28,7 +28,7 @@ pub struct RobotSolver<T: Real> {
 }
 
 /// The solver of one arm.
-type ArmSolver<T> = Minimizer<T, Displacement<T>, (), 8, 9, 45>;
+type ArmSolver<T> = Minimizer<T, Displacement<T>, (), 8>;
 
 impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
     #[inline(always)]

@@ -73,6 +73,9 @@ pub enum ObservationError {
     /// No point has this index.
     #[error("there is no point {0}")]
     NoSuchPoint(u8),
+    /// The nominal robot has no pose at the joint angles, or a singular one.
+    #[error("the nominal robot does not reach these joint angles")]
+    Unreached,
     /// The nominal robot puts both poses of a distance in the same place.
     #[error("the two poses of the distance are the same")]
     SamePlace,

@@ -28,11 +28,11 @@ pub(crate) const BLOCK: usize = 4;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ArmFactor<T: Real> {
     nominal: NominalArm<T>,
-    triangle: Triangle<T, COLUMNS, 91>,
+    triangle: Triangle<T, { COLUMNS - 1 }>,
     count: SampleCount<T>,
 }
 
-state!(ArmFactor<T>: triangle: Triangle<T, COLUMNS, 91>, count: SampleCount<T>);
+state!(ArmFactor<T>: triangle: Triangle<T, { COLUMNS - 1 }>, count: SampleCount<T>);
 
 /// Why two factors cannot be merged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -141,7 +141,7 @@ impl<T: Real> ArmFactor<T> {
         if self.nominal != other.nominal {
             return Err(MergeError::DifferentNominal);
         }
-        self.triangle.merge(&other.triangle);
+        self.triangle.merge::<COLUMNS>(&other.triangle);
         self.count.merge(&other.count);
         Ok(())
     }
@@ -192,7 +192,7 @@ impl<T: Real> ArmFactor<T> {
     }
 
     /// The triangle of the features, and the right-hand side.
-    pub(crate) fn triangle(&self) -> &Triangle<T, COLUMNS, 91> {
+    pub(crate) fn triangle(&self) -> &Triangle<T, { COLUMNS - 1 }> {
         &self.triangle
     }
 }

@@ -29,14 +29,14 @@ pub(crate) const JOINT_COLUMNS: usize = 37;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct JointFactor<T: Real> {
     nominal_arms: [NominalArm<T>; 3],
-    triangle: Triangle<T, JOINT_COLUMNS, 703>,
+    triangle: Triangle<T, { JOINT_COLUMNS - 1 }>,
     count: SampleCount<T>,
     mean: MeanPose<T>,
 }
 
 state!(
     JointFactor<T>:
-    triangle: Triangle<T, JOINT_COLUMNS, 703>,
+    triangle: Triangle<T, { JOINT_COLUMNS - 1 }>,
     count: SampleCount<T>,
     mean: MeanPose<T>,
 );
@@ -256,7 +256,7 @@ impl<T: Real> JointFactor<T> {
     }
 
     /// The triangle of the features, and the right-hand side.
-    pub(crate) const fn triangle(&self) -> &Triangle<T, JOINT_COLUMNS, 703> {
+    pub(crate) const fn triangle(&self) -> &Triangle<T, { JOINT_COLUMNS - 1 }> {
         &self.triangle
     }
 }

@@ -59,12 +59,12 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
 
     /// The sample waits for three others and is absorbed together with them.
     fn push(&mut self, sample: &Sample<T>) {
-        self.waiting.push(sample);
+        self.wait(sample);
         self.take_in_due(None);
     }
 
     fn push_forgetting(&mut self, sample: &Sample<T>, forgetting: &Forgetting<T>) {
-        self.waiting.push(sample);
+        self.wait(sample);
         self.take_in_due(Some(forgetting));
     }
 
@@ -123,6 +123,14 @@ impl<T: Real> ArmSamples<T> {
     /// The factors of the three arms; they exclude waiting samples.
     pub(crate) const fn arms(&self) -> &[ArmFactor<T>; 3] {
         &self.arms
+    }
+
+    /// Keeps a sample until its block is complete. [`take_in_due`](Self::take_in_due) comes before the next.
+    pub(crate) fn wait(&mut self, sample: &Sample<T>) {
+        if self.waiting.full() {
+            self.flush();
+        }
+        self.waiting.push(sample);
     }
 
     /// The arm whose block is complete absorbs it, after the samples before it are forgotten.

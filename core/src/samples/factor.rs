@@ -292,16 +292,9 @@ state!(
     samples: [Sample<T>; CAPACITY],
     count: usize,
     taken: [usize; 3];
-    [.., count, first, second, third] if has_room(*count, [*first, *second, *third])
+    [.., count, first, second, third]
+        if usize::from(*count) <= CAPACITY && first.max(second).max(third) <= count
 );
-
-/// Whether every arm takes in a block before a sample finds no room: after each sample, one whose turn it is does. Tried
-/// for all counts: true for those that calls lead to, and for none that loses a sample.
-fn has_room(count: u8, taken: [u8; 3]) -> bool {
-    let late = taken.iter().filter(|taken| **taken <= 2).count();
-    let within = taken.iter().all(|taken| *taken <= count);
-    within && taken.contains(&0) && usize::from(count) + late <= CAPACITY
-}
 
 impl<T: Real> Waiting<T> {
     #[inline(always)]
@@ -313,9 +306,15 @@ impl<T: Real> Waiting<T> {
         }
     }
 
-    /// Adds a sample; there is always room if the arm that is due then takes its block.
+    /// Whether there is no room: never, if each sample is followed by a block that is due. Counts that were restored may
+    /// be others.
+    pub(crate) const fn full(&self) -> bool {
+        self.count >= CAPACITY
+    }
+
+    /// Adds a sample, for which there must be room.
     pub(crate) fn push(&mut self, sample: &Sample<T>) {
-        debug_assert!(self.count < CAPACITY);
+        debug_assert!(!self.full());
         if let Some(place) = self.samples.get_mut(self.count) {
             *place = *sample;
             self.count += 1;

@@ -44,12 +44,21 @@ pub fn have(needs: &[&str]) -> bool {
     false
 }
 
-/// Whether a program is in the path or a bare Rust target is installed.
+/// Whether a program is in the path, a bare Rust target is installed, or Python has its module `ensurepip`. The variable
+/// `CHROMIUM` names the browser that stands in for `chromium`.
 pub fn is_here(need: &str) -> bool {
     if need.starts_with("thumb") || need.starts_with("riscv") {
         let mut rustc = at_root("rustc");
         rustc.args(["--print", "target-libdir", "--target", need]);
         return run(rustc).is_ok_and(|path| Path::new(path.trim()).is_dir());
+    }
+    if need == "ensurepip" {
+        let mut python = at_root("python3");
+        python.args(["-c", "import ensurepip"]);
+        return run(python).is_ok();
+    }
+    if need == "chromium" && std::env::var_os("CHROMIUM").is_some() {
+        return true;
     }
     let program = format!("{need}{}", std::env::consts::EXE_SUFFIX);
     let path = std::env::var_os("PATH").unwrap_or_default();

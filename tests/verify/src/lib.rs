@@ -3,13 +3,13 @@
 #![forbid(unsafe_code)]
 
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// The Rust target for Cortex-M with a floating-point unit.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
-/// The cargo profile used for it.
+/// The cargo profile of what ships for it.
 pub const PROFILE: &str = "firmware";
 /// The package whose programs run on both host and target.
 pub const PACKAGE: &str = "delta-cal-target-tests";
@@ -105,17 +105,6 @@ pub fn cargo(directory: &Path, arguments: &[&str]) -> Result<String, String> {
         .arg("--target-dir")
         .arg(directory);
     run(command)
-}
-
-/// Builds the programs of [`PACKAGE`] for the bare target and returns their folder.
-///
-/// # Errors
-/// A description of the failure.
-pub fn build_for_target(directory: &Path, arguments: &[&str]) -> Result<PathBuf, String> {
-    let build = ["build", "--profile", PROFILE, "--package", PACKAGE];
-    let build = [&build[..], &["--target", TARGET]].concat();
-    cargo(directory, &[&build[..], arguments].concat())?;
-    Ok(directory.join(TARGET).join(PROFILE))
 }
 
 /// Standard output of a program on a board; it must exit successfully.

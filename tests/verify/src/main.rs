@@ -42,7 +42,7 @@ const CLIPPY: Stage = Stage {
     name: "clippy",
     about: "clippy on this machine",
     commands: &[
-        "cargo clippy --quiet --workspace --exclude delta-cal-python --exclude delta-cal-web --all-targets \
+        "cargo clippy --quiet --workspace --exclude delta-cal-python --exclude delta-cal-web* --all-targets \
          --features delta-cal/defmt,delta-cal-target-tests/linear -- --deny warnings",
     ],
 };
@@ -62,7 +62,7 @@ const DOCS: Stage = Stage {
     about: "rustdoc without warnings",
     commands: &[
         "env RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --no-deps --workspace --exclude delta-cal-python \
-         --exclude delta-cal-web --features delta-cal/defmt,delta-cal-target-tests/linear",
+         --exclude delta-cal-web* --features delta-cal/defmt,delta-cal-target-tests/linear",
     ],
 };
 
@@ -88,9 +88,7 @@ const FIRMWARE: Stage = Stage {
     name: "firmware",
     about: "builds the Cortex-M programs for the tests, and the archives for the panic proof",
     commands: &[
-        "cargo build --quiet --profile firmware --package delta-cal-target-tests --bin delta-cal-target-tests --bin cases \
-         --bin measure --bin flash --target thumbv7em-none-eabihf --target-dir target/firmware",
-        "cargo build --quiet --profile firmware --package delta-cal-target-tests --bin linear --features linear \
+        "cargo build --quiet --profile firmware --package delta-cal-target-tests --bin measure --bin flash \
          --target thumbv7em-none-eabihf --target-dir target/firmware",
         "cargo build --quiet --profile firmware --package delta-cal-link-tests \
          --target thumbv7em-none-eabihf --target-dir target/firmware",
@@ -104,7 +102,7 @@ const FIRMWARE: Stage = Stage {
          --target thumbv7em-none-eabihf --target-dir target/firmware",
         "cargo build --quiet --profile small --package delta-cal-link-tests \
          --target thumbv7em-none-eabihf --target-dir target/firmware",
-        "cargo build --quiet --profile small --package delta-cal-link-tests --config profile.small.opt-level='z' \
+        "cargo build --quiet --profile small --package delta-cal-link-tests --config tests/link/z.toml \
          --target thumbv7em-none-eabihf --target-dir target/firmware",
     ],
 };
@@ -115,7 +113,8 @@ const C: Stage = Stage {
     commands: &[
         "cargo rustc --quiet --lib --package delta-cal-c --profile firmware --target thumbv7em-none-eabihf \
          --features panic-handler --crate-type staticlib --target-dir target/firmware",
-        "cargo rustc --quiet --lib --package delta-cal-c --profile firmware --target thumbv7em-none-eabihf \
+        "env CARGO_BUILD_BUILD_DIR=target/firmware \
+         cargo rustc --quiet --lib --package delta-cal-c --profile firmware --target thumbv7em-none-eabihf \
          --features panic-handler --config target.thumbv7em-none-eabihf.rustflags=['-Ctarget-cpu=cortex-m7'] \
          --crate-type staticlib --target-dir target/firmware/cortex-m7",
         "cargo rustc --quiet --lib --package delta-cal-c --profile firmware --target thumbv7em-none-eabi \
@@ -178,7 +177,7 @@ const MIRI: Stage = Stage {
 /// Runs only on request.
 const WEB: Stage = Stage {
     name: "web",
-    about: "the page builds and works in a browser (node, npm, python3, chromium; 15 minutes the first time)",
+    about: "the page builds and works in a browser (node, npm, python3, chromium)",
     commands: &[
         "npm ci --prefix bindings/web --no-audit --no-fund",
         "node bindings/web/build.mjs",

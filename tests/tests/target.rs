@@ -271,7 +271,7 @@ fn no_panic_path_survives() {
     if !have(&[TARGET]) {
         return;
     }
-    let at_z = ["--config", "tests/link/z.toml"];
+    let at_z = ["--config", "profile.small.opt-level='z'"];
     for (profile, level) in [(PROFILE, &[][..]), ("small", &[]), ("small", &at_z)] {
         no_panic_path_survives_in(&directory("firmware"), profile, level);
     }

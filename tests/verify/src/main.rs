@@ -102,7 +102,7 @@ const FIRMWARE: Stage = Stage {
          --target thumbv7em-none-eabihf --target-dir target/firmware",
         "cargo build --quiet --profile small --package delta-cal-link-tests \
          --target thumbv7em-none-eabihf --target-dir target/firmware",
-        "cargo build --quiet --profile small --package delta-cal-link-tests --config tests/link/z.toml \
+        "cargo build --quiet --profile small --package delta-cal-link-tests --config profile.small.opt-level='z' \
          --target thumbv7em-none-eabihf --target-dir target/firmware",
     ],
 };

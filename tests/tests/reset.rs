@@ -127,7 +127,10 @@ impl<T: Real> Subject<T> for Touches<T> {
     }
 
     fn bytes(&self) -> Vec<u8> {
-        Vec::new()
+        let mut bytes = vec![0; Self::SNAPSHOT_BYTES];
+        let written = self.snapshot(&mut bytes).map_or(0, <[u8]>::len);
+        bytes.truncate(written);
+        bytes
     }
 
     fn reset(&mut self) {

@@ -486,7 +486,9 @@ fn forged<E: Estimator>() {
         }
         assert_eq!(new().restore(&sealed(content)), Ok(()));
         let mut refused = 0;
-        for place in 12..content.len() {
+        // The last counts, and one byte in five of the rest.
+        let places = 12..content.len();
+        for place in places.filter(|place| place % 5 == 0 || place + 200 > content.len()) {
             let mut changed = content.to_vec();
             changed[place] = if changed[place] == 5 { 4 } else { 5 };
             let mut restored = new();

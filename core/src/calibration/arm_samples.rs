@@ -4,7 +4,7 @@ use super::parts::Samples;
 use super::settings::Settings;
 use crate::Real;
 use crate::robot::{ArmIndex, Drive, Robot};
-use crate::samples::{ArmFactor, BLOCK, Forgetting, MergeError, NominalArm, Sample, Waiting};
+use crate::samples::{ArmFactor, Forgetting, MergeError, NominalArm, Sample, Waiting};
 use crate::state::state;
 use nalgebra::Vector3;
 
@@ -57,23 +57,15 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
         }
     }
 
-    fn reset(&mut self) {
-        for factor in &mut self.arms {
-            factor.clear();
-        }
-        self.waiting = Waiting::none();
-    }
-
     /// The sample waits for three others and is absorbed together with them.
     fn push(&mut self, sample: &Sample<T>) {
-        self.waiting.push(sample);
-        self.take_in_due();
+        self.wait(sample);
+        self.take_in_due(None);
     }
 
     fn push_forgetting(&mut self, sample: &Sample<T>, forgetting: &Forgetting<T>) {
-        self.waiting.push(sample);
-        self.forget_due(forgetting);
-        self.take_in_due();
+        self.wait(sample);
+        self.take_in_due(Some(forgetting));
     }
 
     fn take_in(&mut self, samples: &[Sample<T>]) {
@@ -112,7 +104,9 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
 
     fn count(&self) -> u64 {
         let [first, ..] = &self.arms;
-        first.samples() + self.waiting.waiting_for(ArmIndex::First) as u64
+        first
+            .samples()
+            .saturating_add(self.waiting.waiting_for(ArmIndex::First) as u64)
     }
 
     fn settings(&self) -> &Settings<T> {
@@ -131,22 +125,27 @@ impl<T: Real> ArmSamples<T> {
         &self.arms
     }
 
-    /// Lets earlier samples fade before an arm absorbs its block.
-    pub(crate) fn forget_due(&mut self, forgetting: &Forgetting<T>) {
-        let due = self.waiting.due();
-        for (factor, arm) in self.arms.iter_mut().zip(ArmIndex::ALL) {
-            // Samples absorbed by a solve must be forgotten too.
-            if due == Some(arm) || factor.recent() >= 2 * BLOCK as u64 {
-                factor.forget(forgetting.after(factor.recent()));
-            }
+    /// Keeps a sample until its block is complete. [`take_in_due`](Self::take_in_due) comes before the next.
+    pub(crate) fn wait(&mut self, sample: &Sample<T>) {
+        if self.waiting.full() {
+            self.flush();
         }
+        self.waiting.push(sample);
     }
 
-    /// The arm whose block is complete absorbs it.
-    pub(crate) fn take_in_due(&mut self) {
-        if let Some(arm) = self.waiting.due() {
+    /// The arm whose block is complete absorbs it, after the samples before it are forgotten.
+    pub(crate) fn take_in_due(&mut self, forgetting: Option<&Forgetting<T>>) -> Option<ArmIndex> {
+        let due = self.waiting.due();
+        if let Some(forgetting) = forgetting {
+            for (factor, arm) in self.arms.iter_mut().zip(ArmIndex::ALL) {
+                let waiting = self.waiting.waiting_for(arm);
+                factor.fade(forgetting, waiting, due == Some(arm));
+            }
+        }
+        if let Some(arm) = due {
             self.take_in_block(arm);
         }
+        due
     }
 
     pub(crate) fn take_in_waiting_of(&mut self, arm: ArmIndex) {

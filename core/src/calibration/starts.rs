@@ -2,10 +2,11 @@
 
 use super::limits::{EXCESS_OF_ANOTHER_MINIMUM, SAMPLES_FOR_FREE_START, TIE};
 use super::outcome::StartUsed;
-use super::point::{EndPoint, Point, rounding_of_cost};
-use super::problem::Problem;
+use super::point::{EndPoint, Point};
+use super::problem::{Extent, Judged};
 use super::settings::Start;
 use crate::Real;
+use crate::samples::Unknowns;
 
 /// The starts used so far, and the next: free, or along the combination that the samples determine least.
 #[derive(Debug, Clone, Copy)]
@@ -29,7 +30,7 @@ pub(super) enum Next<T, const N: usize> {
     None,
 }
 
-impl<T: Real, const N: usize> Starts<T, N> {
+impl<T: Unknowns<N>, const N: usize> Starts<T, N> {
     pub(super) const fn new(first: Start) -> Self {
         Self {
             first,
@@ -45,10 +46,7 @@ impl<T: Real, const N: usize> Starts<T, N> {
     }
 
     /// Tries one further start.
-    pub(super) fn next<P: Problem<T, N, M, E>, const M: usize, const E: usize>(
-        &mut self,
-        problem: &P,
-    ) -> Next<T, N> {
+    pub(super) fn next<P: Judged<T, N>>(&mut self, problem: &P) -> Next<T, N> {
         if self.freely {
             // After another start one is tried, without any all, the best first.
             let last = match self.first {
@@ -83,11 +81,11 @@ impl<T: Real, const N: usize> Starts<T, N> {
     ///
     /// The free fit of the coefficients leaves ρ², a lower bound for any parameters; the right solution leaves four
     /// residual variances per arm more, a false minimum far more.
-    pub(super) fn better_free<P: Problem<T, N, M, E>, const M: usize, const E: usize>(
+    pub(super) fn better_free<P: Judged<T, N>>(
         &mut self,
         problem: &P,
         ended: StartUsed,
-        best: Option<&EndPoint<T, N, M, E>>,
+        best: Option<&EndPoint<T, N>>,
     ) {
         let enough = T::from_count(SAMPLES_FOR_FREE_START);
         let extent = problem.extent();
@@ -96,16 +94,16 @@ impl<T: Real, const N: usize> Starts<T, N> {
             return;
         }
         if let Some(best) = best {
-            let least = problem.least_sum_of_squares();
+            let least = extent.least_sum_of_squares;
             let variance = if extent.unit.is_none() {
                 T::ONE
             } else {
-                let residuals = spare * T::from_count(u64::from(P::RESIDUALS));
+                let residuals = spare * T::from_count(u64::from(extent.per_sample));
                 least / residuals.larger(T::ONE)
             };
             let excess = best.point.sum_of_squares - least;
             let limit = T::from_f64(EXCESS_OF_ANOTHER_MINIMUM) * variance;
-            if !(excess > limit + rounding_of_cost(problem)) {
+            if !(excess > limit + problem.rounding_of_cost()) {
                 return;
             }
         }
@@ -114,13 +112,13 @@ impl<T: Real, const N: usize> Starts<T, N> {
 
     /// Starts to search for other solutions on both sides of an end point, if the samples are so few that there may be
     /// several, and no linear fit can identify a false one.
-    pub(super) fn search<const M: usize, const E: usize>(
+    pub(super) fn search(
         &mut self,
-        problem: &impl Problem<T, N, M, E>,
-        from: &Point<T, N, M, E>,
+        extent: &Extent<T>,
+        from: &Point<T, N>,
         direction: impl FnOnce() -> [T; N],
     ) {
-        let few = problem.extent().effective_samples < T::from_count(SAMPLES_FOR_FREE_START);
+        let few = extent.effective_samples < T::from_count(SAMPLES_FOR_FREE_START);
         if few && self.search.is_none() {
             self.search = Some(Search {
                 origin: from.correction,
@@ -132,16 +130,16 @@ impl<T: Real, const N: usize> Starts<T, N> {
     }
 
     /// Records where the iteration from a start converged.
-    pub(super) fn converged<const M: usize, const E: usize>(
+    pub(super) fn converged(
         &mut self,
         start: StartUsed,
-        to: &Point<T, N, M, E>,
-        problem: &impl Problem<T, N, M, E>,
+        to: &Point<T, N>,
+        problem: &impl Judged<T, N>,
     ) {
         let Some(search) = self.search.as_mut().filter(|_| start == StartUsed::Search) else {
             return;
         };
-        let tie = T::from_f64(TIE) * to.cost + rounding_of_cost(problem);
+        let tie = T::from_f64(TIE) * to.cost + problem.rounding_of_cost();
         if to.is_at(&search.origin, tie) {
             let [one, other] = &mut search.returned;
             match search.tried % 2 {

@@ -99,9 +99,9 @@ impl<T: Real> Gate<T> {
             self.note_rejection();
             return verdict;
         }
-        samples.waiting.push(sample);
-        if let (Some(forgetting), None) = (forgetting, samples.waiting.due()) {
-            samples.forget_due(forgetting);
+        samples.wait(sample);
+        if samples.waiting.due().is_none() {
+            samples.take_in_due(forgetting);
         }
         self.counts.taken = self.counts.taken.saturating_add(1);
         self.counts.run = 0;
@@ -225,13 +225,12 @@ impl<T: Real> Gate<T> {
         samples: &mut ArmSamples<T>,
         forgetting: Option<&Forgetting<T>>,
     ) -> bool {
-        let Some(arm) = samples.waiting.due() else {
+        if samples.waiting.due().is_none() {
+            return false;
+        }
+        let Some(arm) = samples.take_in_due(forgetting) else {
             return false;
         };
-        if let Some(forgetting) = forgetting {
-            samples.forget_due(forgetting);
-        }
-        samples.take_in_due();
         let index = arm.index();
         if let (Some(prediction), Some(factor)) =
             (self.arms.get_mut(index), samples.arms().get(index))

@@ -22,7 +22,7 @@ pub(crate) struct Identifiability<T: Real, const N: usize> {
     /// Index of the parameter with the largest share in the weakest combination.
     pub(crate) weakest: usize,
     /// How far it is: 0 before the covariance is cleared, then 1 and two for each column inverted, and one if the first
-    /// half of the next products is added.
+    /// half of the next products is added, or after the last column the comparison made.
     done: usize,
 }
 
@@ -64,10 +64,15 @@ impl<T: Unknowns<N>, const N: usize> Identifiability<T, N> {
             return true;
         };
         let (mut inverted, mut half) = (done / 2, done % 2 == 1);
+        if inverted == N && half {
+            return false;
+        }
         if inverted == N {
             covariance.fill_upper_triangle_with_lower_triangle();
             self.compare(normal, covariance);
-            return false;
+            // What comes next has a step of its own.
+            self.done += 1;
+            return true;
         }
         let mut cost = 0;
         while inverted < N && cost < PIECE {

@@ -676,7 +676,7 @@ fn what_the_robot_does_not_reach_is_refused_and_takes_no_room() {
         forearm: 330.0,
     };
     let (rotary, linear) = (rotary.robot().unwrap(), linear.robot().unwrap());
-    let (level, far) = ([0.0; 3], [[0.0, 0.0, 340.0], [1e18, 0.0, 0.0]]);
+    let (level, far) = ([0.0; 3], [[0.0, 0.0, 700.0], [1e18, 0.0, 0.0]]);
     for (robot, centre, reach, unreached) in [
         (&rotary, 0.6, 0.3, [level, [0.05, 0.0, 0.1]]),
         (&linear, 0.0, 90.0, far),

@@ -13,7 +13,7 @@ mod whitened_sample;
 
 pub(crate) use displacement::{Displacement, corrected_arm, moved_arm, nearest_turn, small_turn};
 pub use factor::MergeError;
-pub(crate) use factor::{ArmFactor, BLOCK, Waiting};
+pub(crate) use factor::{ArmFactor, Waiting};
 pub use forgetting::{Forgetting, ForgettingError};
 pub(crate) use joint_factor::{JOINT_COLUMNS, JointFactor, LeftOver};
 pub(crate) use nominal_arm::{ArmSample, FARTHEST_SQUARED, NominalArm};

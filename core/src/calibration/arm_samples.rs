@@ -4,7 +4,7 @@ use super::parts::Samples;
 use super::settings::Settings;
 use crate::Real;
 use crate::robot::{ArmIndex, Drive, Robot};
-use crate::samples::{ArmFactor, BLOCK, Forgetting, MergeError, NominalArm, Sample, Waiting};
+use crate::samples::{ArmFactor, Forgetting, MergeError, NominalArm, Sample, Waiting};
 use crate::state::state;
 use nalgebra::Vector3;
 
@@ -16,11 +16,9 @@ pub struct ArmSamples<T: Real> {
     settings: Settings<T>,
     pub(crate) arms: [ArmFactor<T>; 3],
     pub(crate) waiting: Waiting<T>,
-    /// Samples added with forgetting that each arm has yet to forget for.
-    owed: [usize; 3],
 }
 
-state!(ArmSamples<T>: arms: [ArmFactor<T>; 3], waiting: Waiting<T>, owed: [usize; 3]);
+state!(ArmSamples<T>: arms: [ArmFactor<T>; 3], waiting: Waiting<T>);
 
 /// The origin for positions, within the workspace: the platform at equal joint angles, or with the carriages a
 /// forearm's length up.
@@ -56,18 +54,17 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
                 ArmFactor::new(of(ArmIndex::Third)),
             ],
             waiting: Waiting::none(),
-            owed: [0; 3],
         }
     }
 
     /// The sample waits for three others and is absorbed together with them.
     fn push(&mut self, sample: &Sample<T>) {
-        self.waiting.push(sample);
+        self.wait(sample);
         self.take_in_due(None);
     }
 
     fn push_forgetting(&mut self, sample: &Sample<T>, forgetting: &Forgetting<T>) {
-        self.waiting.push(sample);
+        self.wait(sample);
         self.take_in_due(Some(forgetting));
     }
 
@@ -128,14 +125,21 @@ impl<T: Real> ArmSamples<T> {
         &self.arms
     }
 
+    /// Keeps a sample until its block is complete. [`take_in_due`](Self::take_in_due) comes before the next.
+    pub(crate) fn wait(&mut self, sample: &Sample<T>) {
+        if self.waiting.full() {
+            self.flush();
+        }
+        self.waiting.push(sample);
+    }
+
     /// The arm whose block is complete absorbs it, after the samples before it are forgotten.
     pub(crate) fn take_in_due(&mut self, forgetting: Option<&Forgetting<T>>) -> Option<ArmIndex> {
         let due = self.waiting.due();
         if let Some(forgetting) = forgetting {
-            let arms = self.arms.iter_mut().zip(&mut self.owed);
-            for ((factor, owed), arm) in arms.zip(ArmIndex::ALL) {
+            for (factor, arm) in self.arms.iter_mut().zip(ArmIndex::ALL) {
                 let waiting = self.waiting.waiting_for(arm);
-                factor.forget(forgetting.fading(owed, waiting, due == Some(arm), 2 * BLOCK));
+                factor.fade(forgetting, waiting, due == Some(arm));
             }
         }
         if let Some(arm) = due {

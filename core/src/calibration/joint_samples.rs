@@ -14,7 +14,7 @@ use super::tolerance_prior::TolerancePrior;
 use crate::Real;
 use crate::robot::{ArmIndex, Robot};
 use crate::samples::{
-    BLOCK, Forgetting, JointDisplacement, JointFactor, LeftOver, MergeError, NominalArm, Sample,
+    Forgetting, JointDisplacement, JointFactor, LeftOver, MergeError, NominalArm, Sample,
     WhitenedSample,
 };
 use crate::state::state;
@@ -29,8 +29,6 @@ pub struct JointSamples<T: Real> {
     waiting: [WhitenedSample<T>; 3],
     /// The remainder of the pair's first rows, once it is complete: these are in the factor then.
     left: LeftOver<T, 2>,
-    /// Samples added with forgetting that are yet to be forgotten for.
-    owed: usize,
     count: usize,
 }
 
@@ -40,7 +38,6 @@ state!(
     factor: JointFactor<T>,
     waiting: [WhitenedSample<T>; 3],
     left: LeftOver<T, 2>,
-    owed: usize,
     count: usize;
     [.., 0..=2]
 );
@@ -57,7 +54,6 @@ impl<T: Real> Samples<T> for JointSamples<T> {
                 WhitenedSample::vacant(),
             ],
             left: [[T::ZERO; 2]; 25],
-            owed: 0,
             count: 0,
         }
     }
@@ -67,12 +63,7 @@ impl<T: Real> Samples<T> for JointSamples<T> {
     }
 
     fn push_forgetting(&mut self, sample: &Sample<T>, forgetting: &Forgetting<T>) {
-        let completes_pair = self.count == 1;
-        // A pair that is half in the factor must not be forgotten with it.
-        let most = if self.begun() { usize::MAX } else { BLOCK };
-        let waiting = self.count + 1;
-        let fading = forgetting.fading(&mut self.owed, waiting, completes_pair, most);
-        self.factor.forget(fading);
+        self.factor.fade(forgetting, self.count + 1);
         self.push(sample);
     }
 

@@ -64,7 +64,7 @@ impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
         };
         match &mut self.solver {
             None => {
-                self.start(problem, samples.settings())?;
+                self.start(problem, samples.settings());
                 return Ok(Progress::Working);
             }
             Some(solver) => {
@@ -86,15 +86,13 @@ impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
 
 impl<T: Real> RobotSolver<T> {
     #[inline(never)]
-    fn start(&mut self, problem: &ArmFactor<T>, settings: &Settings<T>) -> Result<(), Refusal> {
-        enough_samples(&problem.extent(), self.arm, settings)?;
+    fn start(&mut self, problem: &ArmFactor<T>, settings: &Settings<T>) {
         let nominal = problem.nominal();
         let tolerance = settings.tolerance.as_ref();
         let prior = TolerancePrior::of_arm(nominal.arm(), &nominal.units(), tolerance);
         self.solver
             .insert(ArmSolver::unstarted(self.arm, prior, settings))
             .begin(problem);
-        Ok(())
     }
 
     /// The outcome of the current arm.
@@ -179,9 +177,6 @@ pub(super) fn check_side<T: Real>(
 ) -> Result<(), Refusal> {
     let mut elbows = [Vector3::zeros(); 3];
     let mut point = Vector3::zeros();
-    // In units of a forearm: products of three lengths must not overflow.
-    let [first, ..] = nominal_arms;
-    let inverse = T::ONE / first.scale();
     for (((elbow, arm), means), nominal) in elbows
         .iter_mut()
         .zip(robot.arms())
@@ -191,12 +186,19 @@ pub(super) fn check_side<T: Real>(
         *elbow = match arm.drive() {
             Drive::Rotary => arm.d() + arm.basis().u * means.cosine + arm.basis().v * means.sine,
             Drive::Linear => arm.elbow(means.sine * nominal.scale()),
-        } * inverse;
-        point = (means.x * nominal.scale() + nominal.centre()) * inverse;
+        };
+        point = means.x * nominal.scale() + nominal.centre();
     }
     let [first, second, third] = elbows;
     let normal = (second - first).cross(&(third - first));
-    let above = normal.dot(&(point - first)) * normal.dot(&robot.up());
+    // Products of two lengths only: with any unit of length they neither overflow nor vanish.
+    let [nominal, ..] = nominal_arms;
+    let side = normal.dot(&((point - first) * nominal.inverse_scale()));
+    let above = if normal.dot(&robot.up()) < T::ZERO {
+        -side
+    } else {
+        side
+    };
     if above < T::ZERO {
         Ok(())
     } else {

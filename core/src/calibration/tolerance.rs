@@ -57,9 +57,10 @@ pub enum ToleranceError {
     Forearm,
 }
 
-/// Checks that a σ is greater than 0, and that its square and that of a weight 1/σ can be computed with.
+/// Checks that a σ is greater than 0 and within its range.
 pub(crate) fn positive<T: Real, E>(sigma: T, error: E) -> Result<(), E> {
-    if sigma > T::ZERO && sigma.squared() > T::SMALLEST_SQUARE && sigma.summable() {
+    let [least, most] = T::SIGMAS;
+    if sigma >= least && sigma <= most {
         Ok(())
     } else {
         Err(error)

@@ -1,4 +1,5 @@
 use super::displacement::Displacement;
+use super::forgetting::Forgetting;
 use super::nominal_arm::{ArmSample, COLUMNS, NominalArm};
 use super::sample::Sample;
 #[cfg(test)]
@@ -156,6 +157,12 @@ impl<T: Real> ArmFactor<T> {
         self.count.forget(lambda);
     }
 
+    /// Lets the samples fade for one more, while so many wait and a block may be due.
+    pub(crate) fn fade(&mut self, forgetting: &Forgetting<T>, waiting: usize, due: bool) {
+        let lambda = self.count.fading(forgetting, waiting, due, 2 * BLOCK);
+        self.forget(lambda);
+    }
+
     /// Samples added since it last forgot.
     pub(crate) const fn recent(&self) -> u64 {
         self.count.recent()
@@ -197,9 +204,11 @@ pub(crate) struct SampleCount<T> {
     /// Samples since the last forgetting, and the weight of those before it.
     recent: u64,
     remembered: T,
+    /// Samples added with forgetting that nothing has been forgotten for.
+    owed: usize,
 }
 
-state!(SampleCount<T>: seen: u64, recent: u64, remembered: T);
+state!(SampleCount<T>: seen: u64, recent: u64, remembered: T, owed: usize);
 
 impl<T: Real> SampleCount<T> {
     #[inline(always)]
@@ -208,6 +217,7 @@ impl<T: Real> SampleCount<T> {
             seen: 0,
             recent: 0,
             remembered: T::ZERO,
+            owed: 0,
         }
     }
 
@@ -238,6 +248,24 @@ impl<T: Real> SampleCount<T> {
         self.remembered += other.remembered;
     }
 
+    /// Counts a sample that makes those held fade, and returns by how much they do now. Samples that wait are younger than
+    /// those held: nothing fades until a block is `due`, or `most` samples were absorbed already, by a solve.
+    pub(crate) fn fading(
+        &mut self,
+        forgetting: &Forgetting<T>,
+        waiting: usize,
+        due: bool,
+        most: usize,
+    ) -> T {
+        self.owed += 1;
+        let absorbed = self.owed.saturating_sub(waiting);
+        if !due && absorbed < most {
+            return T::ONE;
+        }
+        self.owed -= absorbed;
+        forgetting.after(absorbed as u64)
+    }
+
     /// Multiplies the weight of all samples by λ, λ in [0, 1].
     pub(crate) fn forget(&mut self, lambda: T) {
         self.remembered = self.effective() * lambda;
@@ -264,16 +292,9 @@ state!(
     samples: [Sample<T>; CAPACITY],
     count: usize,
     taken: [usize; 3];
-    [.., count, first, second, third] if has_room(*count, [*first, *second, *third])
+    [.., count, first, second, third]
+        if usize::from(*count) <= CAPACITY && first.max(second).max(third) <= count
 );
-
-/// Whether every arm takes in a block before a sample finds no room: after each sample, one whose turn it is does. Tried
-/// for all counts: true for those that calls lead to, and for none that loses a sample.
-fn has_room(count: u8, taken: [u8; 3]) -> bool {
-    let late = taken.iter().filter(|taken| **taken <= 2).count();
-    let within = taken.iter().all(|taken| *taken <= count);
-    within && taken.contains(&0) && usize::from(count) + late <= CAPACITY
-}
 
 impl<T: Real> Waiting<T> {
     #[inline(always)]
@@ -285,9 +306,15 @@ impl<T: Real> Waiting<T> {
         }
     }
 
-    /// Adds a sample; there is always room if the arm that is due then takes its block.
+    /// Whether there is no room: never, if each sample is followed by a block that is due. Counts that were restored may
+    /// be others.
+    pub(crate) const fn full(&self) -> bool {
+        self.count >= CAPACITY
+    }
+
+    /// Adds a sample, for which there must be room.
     pub(crate) fn push(&mut self, sample: &Sample<T>) {
-        debug_assert!(self.count < CAPACITY);
+        debug_assert!(!self.full());
         if let Some(place) = self.samples.get_mut(self.count) {
             *place = *sample;
             self.count += 1;

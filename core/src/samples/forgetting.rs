@@ -71,20 +71,8 @@ impl<T: Real> Forgetting<T> {
         self.factor
     }
 
-    /// Counts one more sample, and returns the weight that what is held is then multiplied by. Samples that wait are
-    /// younger than what is held; so it is 1 until a block is `due` or has been absorbed already, by a solve.
-    pub(crate) fn fading(&self, owed: &mut usize, waiting: usize, due: bool, most: usize) -> T {
-        *owed += 1;
-        let absorbed = owed.saturating_sub(waiting);
-        if !due && absorbed < most {
-            return T::ONE;
-        }
-        *owed -= absorbed;
-        self.after(absorbed as u64)
-    }
-
     /// λ to the power of a count.
-    fn after(&self, samples: u64) -> T {
+    pub(super) fn after(&self, samples: u64) -> T {
         let (mut power, mut square, mut rest) = (T::ONE, self.factor, samples);
         while rest > 0 {
             if rest & 1 == 1 {

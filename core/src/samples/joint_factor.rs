@@ -1,5 +1,6 @@
 use super::displacement::Displacement;
-use super::factor::{MergeError, SampleCount};
+use super::factor::{BLOCK, MergeError, SampleCount};
+use super::forgetting::Forgetting;
 use super::nominal_arm::NominalArm;
 use super::sample::{Noise, Sample};
 use super::triangle::Triangle;
@@ -210,6 +211,13 @@ impl<T: Real> JointFactor<T> {
         self.triangle.scale(lambda.square_root());
         self.count.forget(lambda);
         self.mean.weight *= lambda;
+    }
+
+    /// Lets the samples fade for one more, while so many wait; not while a pair is half absorbed.
+    pub(crate) fn fade(&mut self, forgetting: &Forgetting<T>, waiting: usize) {
+        let most = if waiting > 2 { usize::MAX } else { BLOCK };
+        let lambda = self.count.fading(forgetting, waiting, waiting == 2, most);
+        self.forget(lambda);
     }
 
     #[inline(never)]

@@ -142,12 +142,14 @@ impl<T: Real> Noise<T> {
     /// # Ok::<(), delta_cal::samples::NoiseError>(())
     /// ```
     pub fn by_axis(position: [T; 3], joint: T) -> Result<Self, NoiseError> {
-        let positive = |sigma: T| sigma > T::ZERO && sigma.summable();
+        // No noise is too small: rounding is added to it.
+        let [_, most] = T::SIGMAS;
+        let positive = |sigma: T| sigma > T::ZERO && sigma <= most;
         let [x, y, z] = position;
         if !(positive(x) && positive(y) && positive(z)) {
             return Err(NoiseError::Position);
         }
-        if !(joint >= T::ZERO && joint.summable()) {
+        if !(joint >= T::ZERO && joint <= most) {
             return Err(NoiseError::Joint);
         }
         Ok(Self { position, joint })

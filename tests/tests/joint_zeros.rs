@@ -161,7 +161,7 @@ fn calibrated(
                 .collect();
             let problem =
                 ObservationProblem::<f64, 30>::prepare(nominal, &instruments, &mut rows).unwrap();
-            let outcome = problem.solve::<31, 496>(&settings)?.of_robot();
+            let outcome = problem.solve(&settings)?.of_robot();
             Ok(Found {
                 robot: outcome.robot,
                 covariance: outcome.estimate.covariance.unwrap(),

@@ -81,7 +81,7 @@ impl<T: Real, E: Estimator> Subject<T> for StreamCalibrator<T, E> {
             9 if call.count == 1 => format!("{:?}", self.acknowledge()),
             _ => {
                 let added = self.add(sample);
-                while call.kind % 8 != 0 && self.step() == Progress::Working {}
+                while !call.kind.is_multiple_of(8) && self.step() == Progress::Working {}
                 format!("{added:?}")
             }
         };
@@ -151,7 +151,7 @@ fn converted<T: Real>(sample: &Sample<f64>) -> Sample<T> {
 
 /// Calls with the samples of one robot, or of one measured upside down; one in twenty samples is wrong, or no number.
 fn episode<T: Real>(truth: &Robot<f64>, calls: usize, rng: &mut Pcg32) -> Vec<Call<T>> {
-    let (mirrored, noise) = (rng.next_u32() % 3 == 0, noise());
+    let (mirrored, noise) = (rng.next_u32().is_multiple_of(3), noise());
     (0..calls)
         .map(|_| {
             let mut samples = measurements(truth, 6, Some(&noise), rng);

@@ -488,7 +488,7 @@ fn forged<E: Estimator>() {
         let mut refused = 0;
         // The last counts, and one byte in five of the rest.
         let places = 12..content.len();
-        for place in places.filter(|place| place % 5 == 0 || place + 200 > content.len()) {
+        for place in places.filter(|place| place.is_multiple_of(5) || place + 200 > content.len()) {
             let mut changed = content.to_vec();
             changed[place] = if changed[place] == 5 { 4 } else { 5 };
             let mut restored = new();

@@ -458,7 +458,7 @@ mod tests {
                 let sample = sample(&robot, plain + count as usize);
                 joint.add_forgetting(&sample, &forgetting).unwrap();
                 apart.add_forgetting(&sample, &forgetting).unwrap();
-                if count as usize % solve_every == 0 {
+                if (count as usize).is_multiple_of(solve_every) {
                     joint.flush();
                     apart.flush();
                 }

@@ -29,6 +29,7 @@ pub mod campaign;
 pub mod cli;
 #[cfg(feature = "device")]
 pub mod device;
+pub mod effects;
 pub mod export;
 pub mod files;
 pub mod fit;

@@ -15,6 +15,7 @@ use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
 use crate::fit::datum::Datum;
+use crate::fit::jointly::of_platform_point;
 use crate::fit::{Frame, Options};
 use crate::text::count;
 pub use interval::{Bounded, Deviation, RmsError, Verdict};
@@ -192,14 +193,11 @@ fn in_known_frame(
         })?),
         (false, datum) => datum.map(|datum| datum.frame),
     };
-    let target = robot.instruments.target.unwrap_or_default();
-    let readings = match (frame, request.frame) {
-        (Some(frame), _) => readings.turned(&frame.inverse()).moved(&-target),
-        (None, Frame::Base) => readings.clone().moved(&-target),
-        // A fitted frame's position absorbs the target offset.
-        (None, Frame::Sensor) => return Ok((readings.clone(), Frame::Sensor)),
-    };
-    Ok((readings, Frame::Base))
+    let readings = of_platform_point(robot, readings, request.frame, frame);
+    Ok(match frame {
+        Some(frame) => (readings.turned(&frame.inverse()), Frame::Base),
+        None => (readings, request.frame),
+    })
 }
 
 /// The mean squared deviation of each pose, and the mean square of the noise. All rows of a pose share the robot's

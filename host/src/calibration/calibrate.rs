@@ -14,7 +14,6 @@ use crate::files::samples_file::{Kind, Reading, Readings};
 use crate::fit::datum::Datum;
 use crate::fit::{Frame, Method, Options, Unsolved};
 use delta_cal::{Noise, Refusal};
-use nalgebra::Vector3;
 
 /// Reads the samples of a robot to be calibrated. If joint angles are outside its limits, the error says what would
 /// explain the file as a whole.
@@ -61,11 +60,11 @@ pub fn calibrate(
     readings: &Readings,
     options: &Options,
 ) -> Result<Report, CalibrateError> {
-    let moved = checked(robot, readings, options)?;
+    check(robot, readings, options)?;
     let weighted = with_noise_of_rows(robot, readings);
     let robot = weighted.as_ref().unwrap_or(robot);
-    let case = Case::new(robot, &moved, *options);
-    let diagnosis = diagnose(robot, &moved, options);
+    let case = Case::new(robot, readings, *options);
+    let diagnosis = diagnose(robot, readings, options);
     match attempt(&case).and_then(|judged| explained_otherwise(&case, judged)) {
         Ok(judged) => Ok(Report::new(&case, judged, diagnosis)),
         Err(objection) => Err(refused(&case, &objection, diagnosis)),
@@ -77,7 +76,7 @@ pub fn calibrate(
 fn explained_otherwise(case: &Case<'_>, mut judged: Judged) -> Result<Judged, Objection> {
     let rows = &judged.solution.rows;
     let suspected = rows.iter().filter(|fit| fit.suspected).count();
-    let shifted = shifted_rows(&judged.solution, case.readings).is_some();
+    let shifted = shifted_rows(&judged.solution).is_some();
     let explained = || explanation(case).is_some() || step(case).is_some();
     if suspected >= FEWEST && !shifted && (MOST_WRONG * suspected > rows.len() || explained()) {
         let objection = Unsolved::TooManySuspected(suspected, rows.len());
@@ -134,12 +133,8 @@ fn with_noise_of_rows(robot: &RobotFile, readings: &Readings) -> Option<RobotFil
     Some(weighted)
 }
 
-/// The readings to use, after all checks of the files and options.
-fn checked(
-    robot: &RobotFile,
-    readings: &Readings,
-    options: &Options,
-) -> Result<Readings, CalibrateError> {
+/// Checks the files and options.
+fn check(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<(), CalibrateError> {
     check_method(robot, readings, options)?;
     if options.robust && readings.rows.iter().any(|row| row.value.sigma.is_some()) {
         let cause = "--robust weighs the rows itself, and the file states the uncertainty of each";
@@ -165,34 +160,21 @@ fn checked(
             return Err(refused.explained(diagnose(robot, readings, options)).into());
         }
     }
-    let datum = datum(robot, readings, options.frame)?;
-    let Some(target) = robot.instruments.target else {
-        return Ok(readings.clone());
-    };
-    // Converts positions of the target to positions of the platform point. In an unknown frame, the frame's place
-    // absorbs the shift, because the platform does not rotate.
-    let shift = match (options.frame, &datum) {
-        (Frame::Base, _) => target,
-        (Frame::Sensor, Some(datum)) => datum.frame.rotation * target,
-        (Frame::Sensor, None) => Vector3::zeros(),
-    };
-    Ok(readings.clone().moved(&-shift))
+    check_datum(robot, readings, options.frame)
 }
 
-/// The sensor's frame, from the points of `[datum]`.
-fn datum(
-    robot: &RobotFile,
-    readings: &Readings,
-    frame: Frame,
-) -> Result<Option<Datum>, InputError> {
-    let Some(datum) = Datum::of(robot, frame)? else {
-        return Ok(None);
-    };
+/// Checks that the points of `[datum]` give the frame of complete positions.
+fn check_datum(robot: &RobotFile, readings: &Readings, frame: Frame) -> Result<(), CalibrateError> {
+    if Datum::of(robot, frame)?.is_none() {
+        return Ok(());
+    }
     let single = |row: &Reading| row.sample().is_none() && row.kind() == Some(Kind::Position);
     if let Some(index) = readings.rows.iter().position(|row| single(&row.value)) {
-        return Err(readings.fault(index, "with [datum] a row needs all of x, y and z"));
+        return Err(readings
+            .fault(index, "with [datum] a row needs all of x, y and z")
+            .into());
     }
-    Ok(Some(datum))
+    Ok(())
 }
 
 fn check_method(

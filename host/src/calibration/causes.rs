@@ -7,15 +7,13 @@
 //! P are the parameters and u the instruments' unknowns, with their prior. Each hypothesis has columns C. Its gain is
 //! the decrease of the sum of squares with all parameters refitted, so the robot need not be the optimum of this sum.
 
-mod cause;
 mod regression;
 mod subject;
 
+use crate::effects::{At, Effect, EffectKind};
 use crate::files::convention::Convention;
 use crate::files::samples_file::Readings;
 use crate::fit::Solution;
-pub(crate) use cause::{At, Hypothesis};
-pub use cause::{Cause, CauseKind};
 use delta_cal::Sample;
 use delta_cal::robot::Drive;
 use nalgebra::Vector3;
@@ -62,7 +60,7 @@ pub(super) fn causes(
     let subject = Subject::new(solution, readings);
     let noise = solution.noise.iter();
     let least = noise.map(|own| own.sigma).fold(f64::INFINITY, f64::min);
-    let hypotheses = Hypothesis::all(solution.robot.drive());
+    let hypotheses = Effect::all(solution.robot.drive());
     let search = Search {
         drive: solution.robot.drive(),
         convention,
@@ -94,7 +92,7 @@ pub(super) fn causes(
         };
     };
     let found = search.found(&chosen, &fit);
-    let drifts = found.iter().any(|own| own.kind == CauseKind::Drift);
+    let drifts = found.iter().any(|own| own.kind == EffectKind::Drift);
     let [position_error, relative_error] = subject.discrepancy(&found, &fit.coefficients, poses);
     Causes {
         not_tested,
@@ -142,7 +140,7 @@ struct Search<'a> {
     drive: Drive,
     convention: &'a Convention,
     regression: Regression,
-    hypotheses: Vec<Hypothesis>,
+    hypotheses: Vec<Effect>,
     stated: bool,
     level: f64,
 }
@@ -171,9 +169,8 @@ impl Search<'_> {
     /// Three σ of a drift if the unknowns absorb most of it.
     fn hidden_drift(&self) -> Option<f64> {
         let mut hypotheses = self.hypotheses.iter();
-        let drift = hypotheses
-            .find(|own| own.kind == CauseKind::Drift)?
-            .columns();
+        let drift = hypotheses.position(|own| own.kind == EffectKind::Drift)?;
+        let drift = self.columns(&[drift]);
         let fit = self.regression.solve(&drift)?;
         let first = fit.coefficients.len() - drift.len();
         let (mut inflation, mut variance) = (0.0, 0.0);
@@ -189,7 +186,11 @@ impl Search<'_> {
     fn columns(&self, chosen: &[usize]) -> Vec<usize> {
         let chosen = chosen.iter();
         chosen
-            .flat_map(|index| self.hypotheses[*index].columns())
+            .flat_map(|index| {
+                let before = self.hypotheses[..*index].iter().map(Effect::unknowns);
+                let first: usize = before.sum();
+                first..first + self.hypotheses[*index].unknowns()
+            })
             .collect()
     }
 
@@ -209,7 +210,7 @@ impl Search<'_> {
 
     /// A gain in units of this variance, less the penalty for the hypothesis's columns.
     fn rank(&self, hypothesis: usize, gain: f64, variance: f64) -> f64 {
-        gain / self.unit(variance) - PER_COLUMN * self.hypotheses[hypothesis].number() as f64
+        gain / self.unit(variance) - PER_COLUMN * self.hypotheses[hypothesis].unknowns() as f64
     }
 
     /// The significant hypothesis that explains most beside the chosen ones. A rare one must explain clearly more than
@@ -232,7 +233,7 @@ impl Search<'_> {
     }
 
     /// Hypotheses that explain about as much in place of one of the chosen.
-    fn alternatives(&self, chosen: &[usize], place: usize, fit: &Fit) -> Vec<&Hypothesis> {
+    fn alternatives(&self, chosen: &[usize], place: usize, fit: &Fit) -> Vec<&Effect> {
         let mut others = chosen.to_vec();
         let own = others.remove(place);
         let Some(without) = self.regression.solve(&self.columns(&others)) else {
@@ -245,7 +246,7 @@ impl Search<'_> {
         let best = rank(own).unwrap_or(f64::INFINITY);
         let least = |kind| match kind {
             // A detectable scale is large, and its gain here is that of the first step only.
-            CauseKind::Scale => (best - 2.0 * CLEARLY).max(0.5 * best),
+            EffectKind::Scale => (best - 2.0 * CLEARLY).max(0.5 * best),
             _ => best - CLEARLY,
         };
         let all = self.hypotheses.iter().enumerate();
@@ -259,7 +260,7 @@ impl Search<'_> {
     /// The probability of such a gain by chance: against the stated noise (χ²), or against the residuals left by the
     /// hypothesis if they are larger, because an understated noise is no cause. Without a stated noise: F test.
     fn probability(&self, gain: f64, index: usize, with: &Fit) -> f64 {
-        let columns = self.hypotheses[index].number() as f64;
+        let columns = self.hypotheses[index].unknowns() as f64;
         if self.stated {
             let gain = gain / self.unit(with.variance());
             ChiSquared::new(columns).map_or(1.0, |chi_square| chi_square.sf(gain))
@@ -306,7 +307,7 @@ impl Search<'_> {
         let found = chosen.iter().enumerate().map(|(place, index)| {
             let hypothesis = &self.hypotheses[*index];
             let kind = hypothesis.kind;
-            let count = hypothesis.number();
+            let count = hypothesis.unknowns();
             let coefficients = fit.coefficients.rows(next, count).into_owned();
             let covariance = fit.covariance.view((next, next), (count, count)) * variance;
             next += count;
@@ -332,10 +333,39 @@ impl Search<'_> {
                 alternatives,
                 text,
                 remedy: kind.remedy(&others),
-                hypothesis: hypothesis.clone(),
+                effect: *hypothesis,
                 coefficients: coefficients.as_slice().to_vec(),
             }
         });
         found.collect()
     }
+}
+
+/// An error outside the model that the residuals reveal.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Cause {
+    /// Its kind.
+    pub kind: EffectKind,
+    /// 1, 2 or 3; `null` for a cause that does not belong to an arm.
+    pub arm: Option<usize>,
+    /// Its size: the amplitude of a periodic error, half of a backlash, the sag at the largest distance from the
+    /// robot's axis, the drift from the first row to the last. Signed if there is only one coefficient.
+    pub size: f64,
+    /// `ratio`, `deg` or `mm`.
+    pub unit: &'static str,
+    /// One σ of the size.
+    pub sigma: f64,
+    /// The probability that chance shows as much in this test alone, given the other causes found.
+    pub p: f64,
+    /// Alternatives that explain the residuals about as well: with at least a twentieth of the likelihood.
+    pub alternatives: Vec<String>,
+    /// The cause in one sentence.
+    pub text: String,
+    /// The remedy.
+    pub remedy: &'static str,
+    #[serde(skip)]
+    pub(super) effect: Effect,
+    /// Coefficients of its columns: per radian, 1 or mm.
+    #[serde(skip)]
+    pub(super) coefficients: Vec<f64>,
 }

@@ -2,8 +2,9 @@
 //! gear ratio, radius, forearms, overall size), or an error that the model cannot represent. Those that explain them about
 //! equally well are named together.
 
-use super::causes::{CauseKind, Hypothesis, Subject, explained_by};
+use super::causes::{Subject, explained_by};
 use super::judge::{Case, agreeing};
+use crate::effects::{Effect, EffectKind};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
 use crate::fit::{Options, Solution, solve};
@@ -47,7 +48,7 @@ enum Wrong {
     /// All lengths.
     Size,
     /// An error that the model cannot represent.
-    Cause(Hypothesis),
+    Cause(Effect),
 }
 
 /// In the order of a message, before the errors that the model cannot represent.
@@ -61,7 +62,7 @@ const NUMBERS: [Wrong; 6] = [
 ];
 
 impl Wrong {
-    const fn cause(&self) -> Option<CauseKind> {
+    const fn cause(&self) -> Option<EffectKind> {
         match self {
             Self::Cause(own) => Some(own.kind),
             _ => None,
@@ -70,7 +71,7 @@ impl Wrong {
 
     /// Whether the readings may be right in all but their scale.
     fn is_scale(&self) -> bool {
-        *self == Self::Size || self.cause() == Some(CauseKind::Scale)
+        *self == Self::Size || self.cause() == Some(EffectKind::Scale)
     }
 
     /// The robot with the number changed by an angle, or by a fraction of itself.
@@ -117,7 +118,7 @@ impl Wrong {
     fn explained(&self, subject: &Subject<'_>) -> Option<(f64, Vec<f64>)> {
         let (solution, readings) = (subject.solution, subject.readings);
         let mut explained = if let Self::Cause(own) = self {
-            let columns = (0..own.number()).collect();
+            let columns = (0..own.unknowns()).collect();
             explained_by(solution, readings, &[columns], subject.moves(own))
         } else {
             explained_by(solution, readings, &[vec![0]], |_, at| {
@@ -175,7 +176,7 @@ impl Wrong {
     }
 
     /// The cheapest measurement that shows it, and what to write if this is the wrong number.
-    fn advice(&self, alternatives: &[CauseKind]) -> [&'static str; 2] {
+    fn advice(&self, alternatives: &[EffectKind]) -> [&'static str; 2] {
         match self {
             Self::Zero => [
                 "the joint reading of an arm held level",
@@ -254,8 +255,8 @@ pub(crate) fn explanation(case: &Case<'_>) -> Option<Explained> {
     });
     // Where all readings have the same scale, a wrong one looks like another size.
     let scales = case.readings.holds(Kind::Height) && case.readings.holds(Kind::Distance);
-    let causes = Hypothesis::all(case.robot.robot.drive()).into_iter();
-    let causes = causes.filter(|own| own.kind != CauseKind::Scale || scales);
+    let causes = Effect::all(case.robot.robot.drive()).into_iter();
+    let causes = causes.filter(|own| own.kind != EffectKind::Scale || scales);
     let loose = loosened(case);
     let all = numbers.chain(causes.map(Wrong::Cause));
     let found = all.filter_map(|wrong| {
@@ -289,7 +290,9 @@ pub(crate) fn explanation(case: &Case<'_>) -> Option<Explained> {
 /// Tests individual joint zeros, if their tolerance is not stated.
 fn zeros(case: &Case<'_>) -> Option<Explanation> {
     let tolerance = case.robot.tolerance?;
-    if case.robot.robot.drive() == Drive::Linear || tolerance.joint_zero().is_some() {
+    if case.robot.robot.drive() == Drive::Linear
+        || tolerance.joint_zero() > Some(UNKNOWN_ZERO_DEG.to_radians())
+    {
         return None;
     }
     let unknown = tolerance.with_joint_zero(UNKNOWN_ZERO_DEG.to_radians());

@@ -353,7 +353,7 @@ pub(crate) fn distance(robot: &Robot<f64>, places: &Places, sample: &Sample<f64>
 /// Over the rows with x, y and z; `None` if there are none.
 fn errors(case: &Case<'_>, solution: &Solution) -> Option<BeforeAfter> {
     let of = |robot: &Robot<f64>, places: &Places| {
-        let rows = case.readings.rows.iter().zip(&solution.rows);
+        let rows = solution.readings.rows.iter().zip(&solution.rows);
         let kept = rows.filter(|(_, fit)| !fit.suspected);
         let samples: Vec<_> = kept
             .filter_map(|(row, _)| Some((distance(robot, places, &row.value.sample()?), row.line)))

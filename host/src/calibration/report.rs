@@ -8,6 +8,7 @@ use super::findings::findings;
 use super::judge::{Case, Judged, distance};
 use super::known::{Known, NextPose, next_poses};
 use super::{Finding, Level};
+use crate::accuracy::budget::{Contribution, budget};
 use crate::accuracy::improvement::WorkspaceComparison;
 pub use crate::accuracy::position_error::BeforeAfter;
 use crate::accuracy::quantiles::coverage_factor;
@@ -68,6 +69,8 @@ pub struct Report {
     pub sigma_widened_by: f64,
     /// The position error that the calibrated robot is expected to have.
     pub expected_error: Option<ExpectedReport>,
+    /// What each source contributes to it, the largest first.
+    pub budget: Vec<Contribution>,
     /// The same as an expanded uncertainty of 95 %.
     pub expanded_uncertainty: Option<ExpandedReport>,
     /// Whether `--limit` is met.
@@ -308,7 +311,7 @@ impl Report {
     pub(crate) fn new(case: &Case<'_>, judged: Judged, diagnosis: Option<Diagnosis>) -> Self {
         let (before, readings) = (case.before, case.readings);
         let solution = &judged.solution;
-        let frame = solution.places.frame.map(|own| robot_frame(own, case));
+        let frame = solution.places.frame;
         let after = RobotFile {
             robot: solution.robot.clone(),
             sensor_frame: frame.or(before.sensor_frame),
@@ -343,6 +346,7 @@ impl Report {
             causes: judged.causes,
             sigma_widened_by: judged.widening,
             expected_error: expected.map(|own| expected_report(own, &before.convention)),
+            budget: budget(solution, &judged.poses.inside),
             expanded_uncertainty: expected.and_then(|own| expanded(solution, own)),
             acceptance: None,
             tolerance: judged.tolerance,
@@ -451,7 +455,7 @@ fn upper_arm(
 
 fn residuals(case: &Case<'_>, solution: &Solution) -> Vec<KindResiduals> {
     let (robot, places) = (&case.before.robot, &solution.places_before);
-    let rows = || case.readings.rows.iter().zip(&solution.rows);
+    let rows = || solution.readings.rows.iter().zip(&solution.rows);
     let of = |kind: Kind| {
         let counted = rows().filter(|(_, fit)| !fit.suspected && !fit.left_out);
         let errors = counted.flat_map(|(row, _)| {
@@ -481,7 +485,7 @@ fn residuals(case: &Case<'_>, solution: &Solution) -> Vec<KindResiduals> {
 }
 
 fn samples(case: &Case<'_>, solution: &Solution) -> Vec<SampleReport> {
-    let rows = &case.readings.rows;
+    let rows = &solution.readings.rows;
     let of = |index: usize| {
         let (row, fit) = (&rows[index], &solution.rows[index]);
         let error = |robot, places: &Places| {
@@ -511,18 +515,6 @@ fn samples(case: &Case<'_>, solution: &Solution) -> Vec<SampleReport> {
     };
     let shown = shown(rows.len(), MANY, size);
     shown.into_iter().map(of).collect()
-}
-
-/// Converts the frame found for the target to that of the platform point.
-fn robot_frame(found: RigidTransform<f64>, case: &Case<'_>) -> RigidTransform<f64> {
-    let facts = &case.before.instruments;
-    match facts.target {
-        Some(target) if facts.datum.is_empty() => RigidTransform {
-            translation: found.translation - found.rotation * target,
-            ..found
-        },
-        _ => found,
-    }
 }
 
 pub(crate) fn expected_report(expected: &ExpectedError, convention: &Convention) -> ExpectedReport {

@@ -5,6 +5,7 @@ mod section;
 mod write;
 
 use super::convention::Convention;
+use super::samples_file::ONLY_TARGET;
 use crate::geometry::{LIMIT_MARGIN, Reach, outside_limits};
 use crate::text::joint;
 use delta_cal::frame::RigidTransform;
@@ -132,6 +133,13 @@ impl RobotFile {
     /// A copy with the stated noise and the tolerance multiplied by `factor`: the same fit, which then contradicts
     /// neither.
     pub(crate) fn loosened(&self, factor: f64) -> Self {
+        let mut loose = self.with_noise_times(factor);
+        loose.tolerance = self.tolerance.and_then(|own| scaled(&own, factor));
+        loose
+    }
+
+    /// A copy with the stated noise multiplied by `factor`.
+    pub(crate) fn with_noise_times(&self, factor: f64) -> Self {
         let mut loose = self.clone();
         loose.noise = self.noise.and_then(|noise| {
             let axes = noise.position_by_axis().map(|own| factor * own);
@@ -145,7 +153,6 @@ impl RobotFile {
         ] {
             *own = own.map(|sigma| factor * sigma);
         }
-        loose.tolerance = self.tolerance.and_then(|own| scaled(&own, factor));
         loose
     }
 
@@ -192,8 +199,30 @@ pub struct InstrumentFacts {
     pub lengths: Option<(f64, f64)>,
     /// Points of the machine that the sensor measured as well, which locate the sensor in the machine's frame.
     pub datum: Vec<DatumPoint>,
-    /// The vector from the platform point to the measured point (reflector or tip), mm, in the robot's frame.
-    pub target: Option<Vector3<f64>>,
+    /// Reflectors and tips.
+    pub targets: Vec<Target>,
+    /// Relative standard uncertainty of the instrument's scale and of the robot's expansion together, if stated.
+    pub scale: Option<f64>,
+    /// The relative excess of all lengths because the robot was not measured at 20 °C.
+    pub expansion: f64,
+}
+
+/// A point on the platform that is measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Target {
+    /// Its name in the samples file.
+    pub name: String,
+    /// From the platform point to it, mm, in the robot's frame.
+    pub place: Vector3<f64>,
+    /// Standard uncertainty of each coordinate, mm.
+    pub sigma: Vector3<f64>,
+}
+
+impl InstrumentFacts {
+    /// The target of rows that name none.
+    pub fn target(&self) -> Option<&Target> {
+        self.targets.iter().find(|own| own.name == ONLY_TARGET)
+    }
 }
 
 /// A plane of known height.
@@ -222,6 +251,8 @@ pub struct DatumPoint {
     pub place: Vector3<f64>,
     /// Its position as measured by the sensor, mm, in the sensor's frame.
     pub seen: Vector3<f64>,
+    /// Standard uncertainty of each coordinate of its place, mm, if stated.
+    pub sigma: Option<f64>,
 }
 
 /// A point from which distances are measured.

@@ -66,6 +66,8 @@ impl Kind {
 
 /// The plane's name if the file names none.
 const ONLY_PLANE: &str = "plane";
+/// The target's name if the file names none: that of the section `[target]`.
+pub(crate) const ONLY_TARGET: &str = "target";
 /// Blank coordinates are intentional if at least this many rows, and one in `ONE_IN`, have the same cells blank.
 const LEAST_GROUP: usize = 3;
 const ONE_IN: usize = 10;
@@ -85,7 +87,7 @@ pub struct Row<T> {
 /// The content of a samples file: at least one row, with at least one reading in each.
 ///
 /// The columns are `q1_deg, q2_deg, q3_deg` (with linear drives `s1_mm, s2_mm, s3_mm`) and any of `x_mm, y_mm, z_mm`,
-/// `height_mm, plane`, `distance_mm, point` or `distance_mm, to_q1_deg, to_q2_deg, to_q3_deg`, also in other units, in
+/// `target`, `height_mm, plane`, `distance_mm, point` or `distance_mm, to_q1_deg, to_q2_deg, to_q3_deg`, also in other units, in
 /// any order, separated by commas, semicolons, tabs or spaces. Columns whose name starts with `_` are ignored, and so
 /// are lines that start with `#`.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,6 +100,8 @@ pub struct Readings {
     pub planes: Vec<String>,
     /// Names of the points, in order of first use.
     pub points: Vec<String>,
+    /// Names of the targets, in order of first use.
+    pub targets: Vec<String>,
     /// Lines of rows with the same numbers as an earlier row.
     pub copies: Vec<u64>,
     /// How two files were joined, if joints and readings come from two.
@@ -121,6 +125,8 @@ pub struct Reading {
     pub distance: Option<(ReadingFrom, f64)>,
     /// Standard uncertainty of the readings, mm, if the row states it.
     pub sigma: Option<f64>,
+    /// Index of the target that was measured.
+    pub target: usize,
 }
 
 /// Where a distance starts.
@@ -141,6 +147,7 @@ impl Reading {
             height: None,
             distance: None,
             sigma: None,
+            target: 0,
         }
     }
 
@@ -251,6 +258,7 @@ impl Readings {
             rows: Vec::new(),
             planes: Vec::new(),
             points: Vec::new(),
+            targets: Vec::new(),
             copies: Vec::new(),
             joined: None,
             in_degrees: true,
@@ -446,6 +454,7 @@ impl Readings {
             height: height.map(|height| (index_of(&mut self.planes, plane), height)),
             distance: self.distance(row, robot)?,
             sigma: sigma(row)?,
+            target: self.target(row),
         };
         if reading.readings() == 0 {
             return Err(row
@@ -455,6 +464,14 @@ impl Readings {
                 ));
         }
         Ok(reading)
+    }
+
+    /// The target that a row names, or the only one.
+    fn target(&mut self, row: &TableRow<'_>) -> usize {
+        index_of(
+            &mut self.targets,
+            row.text(Quantity::Target).unwrap_or(ONLY_TARGET),
+        )
     }
 
     fn distance(
@@ -512,7 +529,10 @@ impl Readings {
         row: &TableRow<'_>,
         robot: &RobotFile,
     ) -> Result<Reading, InputError> {
-        let mut own = Reading::at(row.joints(robot)?);
+        let mut own = Reading {
+            target: self.target(row),
+            ..Reading::at(row.joints(robot)?)
+        };
         if let Some(from) = self.start(row, robot)? {
             own.distance = Some((from, 1.0));
         } else if let Some(plane) = row.text(Quantity::Plane) {

@@ -250,6 +250,8 @@ impl Task<'_> {
             noise,
             rows,
             sensitivities,
+            effects: Vec::new(),
+            readings: Readings::of_name(""),
             levels: *levels,
             log_spread,
             joint_noise_estimated: false,
@@ -375,18 +377,18 @@ fn looked_at<const N: usize, const M: usize>(
     let looked = (0..count).into_par_iter().map(|row| {
         let whitened = problem.residuals_at(robot, end, row);
         let columns = problem.linearized_at::<M>(robot, end, row);
-        let mut by_unknowns = SMatrix::<f64, READINGS, MOST>::zeros();
+        let mut by_unknowns = DMatrix::zeros(READINGS, units.len());
         if let Some(columns) = columns {
             for (place, (column, unit)) in columns.iter().zip(units).enumerate() {
                 if *unit > 0.0 {
-                    let own = SVector::from(*column) / -*unit;
+                    let own = SVector::<f64, READINGS>::from(*column) / -*unit;
                     by_unknowns.set_column(place, &own);
                 }
             }
         }
-        let own = by_unknowns.columns(0, units.len());
-        let product = own * covariance;
-        let leverage = std::array::from_fn(|reading| product.row(reading).dot(&own.row(reading)));
+        let product = &by_unknowns * covariance;
+        let leverage =
+            std::array::from_fn(|reading| product.row(reading).dot(&by_unknowns.row(reading)));
         let fit = RowFit {
             whitened: whitened.unwrap_or_default(),
             leverage,

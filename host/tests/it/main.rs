@@ -13,6 +13,7 @@ mod device;
 mod device_on_target;
 mod diagnosis;
 mod documents;
+mod effects;
 mod export;
 mod help;
 mod import;

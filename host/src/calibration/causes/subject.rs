@@ -1,21 +1,19 @@
 //! A solution and its residuals as rows of a regression.
 
-use super::cause::{At, Cause, CauseKind, Hypothesis, Place};
+use super::Cause;
 use super::regression::Regression;
 use crate::accuracy::quantiles::median;
 use crate::accuracy::uncertainty::{Sensitivities, jacobian};
-use crate::files::samples_file::{READINGS, Reading, ReadingFrom, Readings, Row};
+use crate::effects::{At, Course, Effect};
+use crate::files::samples_file::{READINGS, ReadingFrom, Readings};
 use crate::fit::Solution;
 use crate::fit::solution::PARAMETERS;
 use crate::fit::solution::Sensitivity;
-use crate::geometry::{Directions, range};
-use delta_cal::{ArmIndex, Sample};
+use delta_cal::Sample;
 use nalgebra::{DVector, SVector, Vector3};
 
 /// Residuals are clipped to this many scales, so that one wrong reading is not taken for a cause.
 const LARGEST_RESIDUAL: f64 = 4.0;
-/// σ of a row that says nothing, mm.
-const UNKNOWN: f64 = 1e3;
 /// Median absolute value of a standard normal variable.
 const MEDIAN: f64 = 0.6745;
 
@@ -58,50 +56,19 @@ impl<'a> Subject<'a> {
         sensitivities.filter_map(counted).collect()
     }
 
-    /// Every row's place in the file.
-    fn places(&self) -> Vec<Place> {
-        let rows = &self.readings.rows;
-        let mut moves = Directions::default();
-        let largest = self.radius_squared();
-        let last = rows.len().saturating_sub(1) as f64;
-        let place = |(index, row): (usize, &Row<Reading>)| {
-            let position = self.solution.robot.forward(&row.value.joints).ok();
-            let squared = position.map_or(0.0, |own| own.xy().norm_squared());
-            Place {
-                directions: moves.next(&row.value.joints),
-                part: share(index as f64, last) - 0.5,
-                radius_squared: share(squared, largest),
-                scaled: if row.value.height.is_none() { 1.0 } else { 0.0 },
-            }
-        };
-        rows.iter().enumerate().map(place).collect()
-    }
-
-    /// Largest squared distance from the robot's axis, mm².
-    fn radius_squared(&self) -> f64 {
-        let robot = &self.solution.robot;
-        let rows = self.readings.rows.iter();
-        let positions = rows.filter_map(|row| robot.forward(&row.value.joints).ok());
-        positions
-            .map(|own| own.xy().norm_squared())
-            .fold(0.0, f64::max)
-    }
-
-    /// Lowest and highest angle or travel of each joint.
-    fn ranges(&self) -> [(f64, f64); 3] {
-        let rows = &self.readings.rows;
-        [0, 1, 2].map(|joint| range(rows.iter().map(|row| row.value.joints[joint])))
+    fn course(&self) -> Course {
+        let solution = self.solution;
+        Course::of(&solution.robot, &solution.places, self.readings)
     }
 
     /// The regression of all rows, with the hypotheses as candidates.
-    pub(super) fn regression(&self, hypotheses: &[Hypothesis]) -> Regression {
-        let (counted, places, ranges) = (self.counted(), self.places(), self.ranges());
+    pub(super) fn regression(&self, effects: &[Effect]) -> Regression {
+        let (counted, course) = (self.counted(), self.course());
         let largest = LARGEST_RESIDUAL * scale(&counted);
-        let columns = hypotheses.iter().map(Hypothesis::number).sum();
+        let columns = effects.iter().map(Effect::unknowns).sum();
         self.rows(&counted, columns, largest, |row, at| {
-            let all = hypotheses.iter();
-            all.flat_map(|own| own.moves(at, &ranges, &places[row]))
-                .collect()
+            let all = effects.iter();
+            all.flat_map(|own| own.columns(at, &course, row)).collect()
         })
     }
 
@@ -174,56 +141,20 @@ impl<'a> Subject<'a> {
     }
 
     /// The readings without an error of this kind and size.
-    pub(crate) fn undone(&self, hypothesis: &Hypothesis, by: &[f64]) -> Readings {
-        let (places, ranges) = (self.places(), self.ranges());
-        let found = &self.solution.places;
-        let mut undone = self.readings.clone();
-        for (row, place) in undone.rows.iter_mut().zip(&places) {
-            let own = &mut row.value;
-            if let Some(arm) = hypothesis.arm.map(ArmIndex::index) {
-                // Its last move is not known.
-                if hypothesis.kind == CauseKind::Backlash && place.directions[arm] == 0.0 {
-                    own.sigma = Some(UNKNOWN);
-                }
-                own.each_pose(|mut joints| {
-                    let turns = hypothesis.turns(joints[arm], ranges[arm], place.directions[arm]);
-                    joints[arm] += turns.iter().zip(by).map(|(own, by)| own * by).sum::<f64>();
-                    joints
-                });
-                continue;
-            }
-            let Some(at) = At::new(&self.solution.robot, &own.joints) else {
-                continue;
-            };
-            let moves = hypothesis.moves(&at, &ranges, place).into_iter().zip(by);
-            let moved: Vector3<f64> = moves.map(|(own, by)| own * *by).sum();
-            let seen = found.frame.map_or(moved, |frame| frame.rotation * moved);
-            for (coordinate, moved) in own.position.iter_mut().zip(&seen) {
-                *coordinate = coordinate.map(|value| value - moved);
-            }
-            let normal = |plane: usize| found.planes.get(plane).map(|own| own.normal);
-            own.height = own.height.map(|(plane, height)| {
-                (
-                    plane,
-                    height - normal(plane).map_or(0.0, |own| own.dot(&moved)),
-                )
-            });
-            if hypothesis.kind == CauseKind::Scale {
-                own.distance = own
-                    .distance
-                    .map(|(from, length)| (from, length / (1.0 + by[0])));
-            }
-        }
-        undone
+    pub(crate) fn undone(&self, effect: &Effect, by: &[f64]) -> Readings {
+        let solution = self.solution;
+        let all = [(*effect, by)];
+        self.course()
+            .without(&solution.robot, &solution.places, self.readings, &all)
     }
 
-    /// Displacement of the position of a row by a hypothesis, per unit of each of its columns.
+    /// Displacement of the position of a row by an effect, per unit of each of its columns.
     pub(crate) fn moves<'h>(
         &self,
-        hypothesis: &'h Hypothesis,
+        effect: &'h Effect,
     ) -> impl Fn(usize, &At) -> Vec<Vector3<f64>> + use<'h> {
-        let (places, ranges) = (self.places(), self.ranges());
-        move |row, at| hypothesis.moves(at, &ranges, &places[row])
+        let course = self.course();
+        move |row, at| effect.columns(at, &course, row)
     }
 
     /// Effect of the causes found on the calibrated robot's positions, rms over poses, mm, absolute and relative: what its
@@ -236,22 +167,17 @@ impl<'a> Subject<'a> {
         poses: &[Sample<f64>],
     ) -> [f64; 2] {
         let robot = &self.solution.robot;
-        let (largest, ranges) = (self.radius_squared(), self.ranges());
+        let course = self.course();
         let parameters = coefficients.fixed_rows::<PARAMETERS>(0);
         let error = |pose: &Sample<f64>, directions: [f64; 3]| {
             let at = At::new(robot, &pose.joints)?;
             let jacobian = jacobian::<PARAMETERS>(robot, &at.position, &at.joints)?;
-            let place = Place {
-                directions,
-                part: 0.0,
-                radius_squared: share(at.position.xy().norm_squared(), largest),
-                scaled: 0.0,
-            };
+            let here = course.anywhere(&at, directions);
             let mut error = jacobian * parameters;
             for cause in found {
-                let moves = cause.hypothesis.moves(&at, &ranges, &place);
-                let terms = moves.iter().zip(&cause.coefficients);
-                error += terms.map(|(moved, by)| moved * *by).sum::<Vector3<f64>>();
+                error += cause
+                    .effect
+                    .displacement(&at, &here, 0, &cause.coefficients);
             }
             Some((*pose, error))
         };
@@ -261,11 +187,6 @@ impl<'a> Subject<'a> {
         let rms = |errors: &Sensitivities<1>| errors.mean_square().trace().sqrt();
         [rms(&errors), errors.relative().as_ref().map_or(0.0, rms)]
     }
-}
-
-/// 0 of nothing.
-fn share(part: f64, all: f64) -> f64 {
-    if all > 0.0 { part / all } else { 0.0 }
 }
 
 /// Scale of the residuals, insensitive to a few wrong readings; at least the noise.

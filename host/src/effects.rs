@@ -12,10 +12,12 @@ mod course;
 mod instrument;
 mod joints;
 mod load;
+mod numbers;
 mod words;
 
 pub(crate) use course::moved;
 pub(crate) use instrument::motion;
+pub(crate) use numbers::turned;
 
 use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
 use crate::fit::solution::Places;
@@ -54,6 +56,18 @@ pub enum EffectKind {
     Target,
     /// The sensor's frame is off the one that the datum points give.
     Datum,
+    /// The robot file's joint zeros are off.
+    Zeros,
+    /// Its gear ratio or steps per mm.
+    Gears,
+    /// Its forearms.
+    Forearm,
+    /// Its upper arms.
+    UpperArm,
+    /// The distance of motors or towers from the axis.
+    Radius,
+    /// All its lengths.
+    Size,
 }
 
 impl EffectKind {
@@ -97,9 +111,14 @@ impl EffectKind {
             | Self::Backlash
             | Self::Slip
             | Self::Sag
-            | Self::Scale => 1,
+            | Self::Scale
+            | Self::Gears
+            | Self::Forearm
+            | Self::UpperArm
+            | Self::Radius
+            | Self::Size => 1,
             Self::Eccentricity | Self::SecondHarmonic => 2,
-            Self::Drift | Self::Target => 3,
+            Self::Drift | Self::Target | Self::Zeros => 3,
             Self::Move | Self::Datum => 6,
         }
     }
@@ -117,11 +136,25 @@ impl EffectKind {
         )
     }
 
+    /// Whether it is a wrong number of the robot file.
+    pub(crate) const fn is_number(self) -> bool {
+        matches!(
+            self,
+            Self::Zeros
+                | Self::Gears
+                | Self::Forearm
+                | Self::UpperArm
+                | Self::Radius
+                | Self::Size
+        )
+    }
+
     /// Unit of its size: `ratio`, `deg` or `mm`.
     pub const fn unit(self, drive: Drive) -> &'static str {
         match (self, drive) {
             (Self::GearRatio | Self::Scale, _) => "ratio",
-            (Self::Eccentricity | Self::SecondHarmonic, _)
+            (Self::Gears | Self::Forearm | Self::UpperArm | Self::Radius | Self::Size, _) => "ratio",
+            (Self::Eccentricity | Self::SecondHarmonic | Self::Zeros, _)
             | (Self::Backlash | Self::Slip, Drive::Rotary) => "deg",
             _ => "mm",
         }
@@ -183,6 +216,7 @@ impl Effect {
                 let turns = self.turns(&at.joints, course, row).into_iter();
                 turns.map(|own| by_joint * own).collect()
             }
+            (None, kind) if kind.is_number() => numbers::columns(kind, &course.robot, &at.joints),
             (None, EffectKind::Sag) => load::columns(place),
             (None, EffectKind::Drift | EffectKind::Move) => {
                 course::columns(self, &at.position, course, row)
@@ -213,6 +247,9 @@ impl Effect {
         by: &[f64],
     ) -> Vector3<f64> {
         match self.kind {
+            kind if kind.is_number() => {
+                numbers::displacement(kind, &course.robot, &at.joints, by).unwrap_or_default()
+            }
             EffectKind::Move if row >= self.index => {
                 course::moved(&at.position, &course.centre, by) - at.position
             }
@@ -270,6 +307,8 @@ pub(crate) struct Course {
     pub(crate) centre: Vector3<f64>,
     /// Largest squared distance from the robot's axis, mm².
     pub(crate) largest: f64,
+    /// The robot as far as it is known.
+    pub(crate) robot: Robot<f64>,
 }
 
 impl Course {
@@ -303,6 +342,7 @@ impl Course {
             ranges: [0, 1, 2].map(|joint| range(rows.iter().map(|row| row.value.joints[joint]))),
             centre: reached().sum::<Vector3<f64>>() / f64::max(reached().count() as f64, 1.0),
             largest,
+            robot: robot.clone(),
         }
     }
 
@@ -315,6 +355,7 @@ impl Course {
         };
         Self {
             places: vec![place],
+            robot: self.robot.clone(),
             ..*self
         }
     }
@@ -322,21 +363,19 @@ impl Course {
     /// The readings without this much of the effects, as the robot at these places would have given them.
     pub(crate) fn without(
         &self,
-        robot: &Robot<f64>,
         found: &Places,
         readings: &Readings,
         effects: &[(Effect, &[f64])],
     ) -> Readings {
         let mut undone = readings.clone();
         for (row, own) in undone.rows.iter_mut().enumerate() {
-            self.undo(robot, found, row, &mut own.value, effects);
+            self.undo(found, row, &mut own.value, effects);
         }
         undone
     }
 
     fn undo(
         &self,
-        robot: &Robot<f64>,
         found: &Places,
         row: usize,
         own: &mut Reading,
@@ -360,7 +399,7 @@ impl Course {
             return;
         }
         let displaced = |joints: &[f64; 3]| {
-            let at = At::new(robot, joints)?;
+            let at = At::new(&self.robot, joints)?;
             let all = others.iter();
             let off = all.map(|(effect, by)| effect.displacement(&at, self, row, by));
             Some((at.position, off.sum::<Vector3<f64>>()))

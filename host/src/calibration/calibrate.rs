@@ -1,13 +1,12 @@
 //! From a robot file and readings to a report, or to the reason why there is none.
 
 use super::diagnosis::{Diagnosis, diagnose};
-use super::explanation::explanation;
 use super::judge::{Case, Judged, Objection, attempt, is_understated};
 use super::refusal::{CalibrateError, Refused, explained};
 use super::report::Report;
-use super::step::step;
 use super::wrong_rows::{FEWEST, MOST_WRONG, beside_the_platform_point, shifted_rows, wrong_rows};
 use crate::accuracy::rigid_motion::degenerate;
+use crate::explain::{Found, search};
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Reading, Readings};
@@ -65,19 +64,26 @@ pub fn calibrate(
     let robot = weighted.as_ref().unwrap_or(robot);
     let case = Case::new(robot, readings, *options);
     let diagnosis = diagnose(robot, readings, options);
-    match attempt(&case).and_then(|judged| explained_otherwise(&case, judged)) {
+    let found = search(&case);
+    let found = found.as_ref();
+    match attempt(&case, found).and_then(|judged| explained_otherwise(&case, judged, found)) {
         Ok(judged) => Ok(Report::new(&case, judged, diagnosis)),
-        Err(objection) => Err(refused(&case, &objection, diagnosis)),
+        Err(objection) => Err(refused(&case, &objection, found, diagnosis)),
     }
 }
 
 /// Looks for what else explains readings that contradict noise or tolerance, or rows that a robust fit left out. An error
 /// that is then unknown is not stated.
-fn explained_otherwise(case: &Case<'_>, mut judged: Judged) -> Result<Judged, Objection> {
+fn explained_otherwise(
+    case: &Case<'_>,
+    mut judged: Judged,
+    found: Option<&Found>,
+) -> Result<Judged, Objection> {
+    let explanation = || found.and_then(|own| own.explained(case));
     let rows = &judged.solution.rows;
     let suspected = rows.iter().filter(|fit| fit.suspected).count();
     let shifted = shifted_rows(&judged.solution).is_some();
-    let explained = || explanation(case).is_some() || step(case).is_some();
+    let explained = || found.is_some_and(Found::is_fault);
     if suspected >= FEWEST && !shifted && (MOST_WRONG * suspected > rows.len() || explained()) {
         let objection = Unsolved::TooManySuspected(suspected, rows.len());
         return Err(Objection::Unsolved(objection));
@@ -85,7 +91,7 @@ fn explained_otherwise(case: &Case<'_>, mut judged: Judged) -> Result<Judged, Ob
     let beyond = judged.tolerance.filter(|own| own.test.contradicts());
     let unexplained = is_understated(&judged.solution) && judged.causes.found.is_empty();
     let looked_for = beyond.is_some() || unexplained;
-    let explained = looked_for.then(|| explanation(case)).flatten();
+    let explained = looked_for.then(explanation).flatten();
     if !explained.as_ref().is_some_and(|own| own.is_scale) {
         judged.explained = explained.map(|own| own.text);
         return Ok(judged);
@@ -101,15 +107,19 @@ fn explained_otherwise(case: &Case<'_>, mut judged: Judged) -> Result<Judged, Ob
     Err(Objection::Unsolved(refusal.into()))
 }
 
-fn refused(case: &Case<'_>, objection: &Objection, diagnosis: Option<Diagnosis>) -> CalibrateError {
-    let by_one = || explanation(case).map(|own| own.text);
+fn refused(
+    case: &Case<'_>,
+    objection: &Objection,
+    found: Option<&Found>,
+    diagnosis: Option<Diagnosis>,
+) -> CalibrateError {
+    let by_one = || Some(found?.explained(case)?.text);
     let hint = diagnosis.is_none().then(|| match objection {
         Objection::Worse(..) => by_one(),
         own if !own.may_be_wrong_rows() => None,
         _ => beside_the_platform_point(case)
             .map(|target| target.text)
             .or_else(by_one)
-            .or_else(|| step(case).map(|step| step.finding.text))
             .or_else(|| wrong_rows(case)),
     });
     explained(case, objection, hint.flatten(), diagnosis)

@@ -2,9 +2,8 @@
 
 use super::credibility::{NoiseVerdict, doubtful};
 use super::diagnosis::Diagnosis;
-use super::judge::{Case, Judged, is_understated};
+use super::judge::{Case, Judged};
 use super::known::Known;
-use super::step::{Step, step};
 use super::wrong_rows::{beside_the_platform_point, shifted_rows};
 use super::{Finding, note, warning};
 use crate::accuracy::position_error::{BeforeAfter, PositionError, sigma_by_tolerance};
@@ -61,18 +60,14 @@ pub(crate) fn findings(
     of_files(case, &mut found);
     let kinds = Kind::ALL.into_iter();
     found.extend(kinds.filter_map(|kind| repeatability(case.readings, kind)));
-    let step = happened(case, judged).filter(|_| shifted.is_none());
-    let stepped = step.is_some();
-    found.extend(step.map(|own| own.finding));
-    // A step also looks like a drift.
-    let causes = judged.causes.found.iter();
-    for cause in causes.filter(|cause| !stepped || cause.kind != EffectKind::Drift) {
+    let causes = judged.causes.found.iter().filter(|_| shifted.is_none());
+    for cause in causes {
         let text = format!(
             "{}. The model cannot represent this error, so the parameters are biased. {}.",
             capitalised(&cause.text),
             capitalised(cause.remedy)
         );
-        found.push(warning("cause", json!({ "cause_kind": cause.kind }), text));
+        found.push(warning("cause", json!({ "cause_kind": cause.kind, "line": cause.line }), text));
     }
     let hidden = judged.causes.hidden_drift;
     if let Some(up_to) = hidden.filter(|_| case.readings.holds(Kind::Position)) {
@@ -88,15 +83,6 @@ pub(crate) fn findings(
     of_noise(case, judged, &mut found);
     of_parameters(case, judged, known, &mut found);
     found
-}
-
-/// The step at one row, if the residuals show that something is wrong.
-fn happened(case: &Case<'_>, judged: &Judged) -> Option<Step> {
-    let mut causes = judged.causes.found.iter();
-    let drifts = causes.any(|cause| cause.kind == EffectKind::Drift);
-    let wrong = drifts || is_understated(&judged.solution);
-    let step = wrong.then(|| step(case)).flatten();
-    step.filter(|own| !drifts || own.is_no_drift)
 }
 
 /// The lines of the chosen rows.

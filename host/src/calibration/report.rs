@@ -1,7 +1,6 @@
 //! The report of a calibration, the source of the terminal, HTML and JSON output. Lengths in millimetres, angles in
 //! degrees; docs/json.md documents the keys.
 
-use super::causes::Causes;
 use super::credibility::{NoiseTest, ToleranceTest};
 use super::diagnosis::Diagnosis;
 use super::findings::findings;
@@ -13,6 +12,7 @@ use crate::accuracy::improvement::WorkspaceComparison;
 pub use crate::accuracy::position_error::BeforeAfter;
 use crate::accuracy::quantiles::coverage_factor;
 use crate::accuracy::uncertainty::ExpectedError;
+use crate::explain::Causes;
 use crate::files::convention::Convention;
 use crate::files::document::Document;
 use crate::files::robot_file::RobotFile;

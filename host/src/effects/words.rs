@@ -1,8 +1,9 @@
 //! Effects in words: what each is, its size, and its remedy.
 
 use super::{Effect, EffectKind};
-use crate::files::convention::Convention;
-use crate::text::significant;
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::{Kind, Readings};
+use crate::text::{joint, list, significant};
 use delta_cal::robot::Drive;
 use nalgebra::{DVector, Vector3};
 
@@ -81,6 +82,36 @@ impl EffectKind {
                 "wrong datum points",
                 "measure the datum points again",
             ],
+            Self::Zeros => [
+                "joint_zeros",
+                "wrong joint zeros",
+                "home the robot again, or state in [tolerance] zero_deg how many degrees its joint zeros may be off",
+            ],
+            Self::Gears => [
+                "gears",
+                "a wrong gear ratio of all joints",
+                "correct the gear ratio or the steps per mm in the controller",
+            ],
+            Self::Forearm => [
+                "forearm",
+                "wrong forearms",
+                "measure the forearms, and correct the robot file",
+            ],
+            Self::UpperArm => [
+                "upper_arm",
+                "wrong upper arms",
+                "measure the upper arms, and correct the robot file",
+            ],
+            Self::Radius => [
+                "radius",
+                "a wrong radius",
+                "measure the distance between two motors or towers, and correct the robot file",
+            ],
+            Self::Size => [
+                "size",
+                "another size of the robot",
+                "measure one known length, such as a gauge block",
+            ],
             Self::Scale => [
                 "scale",
                 "a wrong scale of the instrument or the sheet",
@@ -111,28 +142,27 @@ impl EffectKind {
 }
 
 impl Effect {
-    /// Its size in the [unit](EffectKind::unit) with its σ, and in words, from the coefficients of its columns.
+    /// Its size in the [unit](EffectKind::unit) with its σ, and in words, from its unknowns.
     pub(crate) fn described(
         &self,
         by: &[f64],
         sigma: f64,
-        drive: Drive,
-        convention: &Convention,
+        robot: &RobotFile,
+        readings: &Readings,
     ) -> (f64, f64, String) {
+        let drive = robot.robot.drive();
         let in_unit = |value: f64| match self.kind.unit(drive) {
             "deg" => value.to_degrees(),
             _ => value,
         };
-        let (size, drifted) = match by {
-            [only] => (*only, Vector3::zeros()),
-            [x, y, z] => {
-                let drift = Vector3::new(*x, *y, *z);
-                (drift.norm(), convention.vector(&drift))
-            }
-            several => (DVector::from_column_slice(several).norm(), Vector3::zeros()),
+        let size = match (by, self.kind) {
+            ([only], _) => *only,
+            // The size of a move is that of its translation.
+            ([x, y, z, ..], EffectKind::Move | EffectKind::Datum) => Vector3::new(*x, *y, *z).norm(),
+            (several, _) => DVector::from_column_slice(several).norm(),
         };
         let (size, sigma) = (in_unit(size), in_unit(sigma));
-        (size, sigma, words(self, drive, (size, sigma), &drifted))
+        (size, sigma, self.words(by, (size, sigma), robot, readings))
     }
 
     /// With article and arm: "an eccentricity of arm 2".
@@ -145,18 +175,29 @@ impl Effect {
     }
 }
 
-/// An effect in words, with its size and σ in the [unit](EffectKind::unit): "arm 2: the joint has an error that repeats
-/// once a turn, with an amplitude of 0.051° ± 0.004°, as with an eccentric gear or encoder". `drifted`: the drift along
-/// the axes of the file's convention.
-fn words(
-    effect: &Effect,
-    drive: Drive,
-    (signed, sigma): (f64, f64),
-    drifted: &Vector3<f64>,
-) -> String {
-    let (size, of_sigma) = (significant(signed.abs(), 2), significant(sigma, 1));
-    let farther = if signed > 0.0 { "farther" } else { "less far" };
-    let what = match effect.kind {
+impl Effect {
+    /// In words, with its size and σ in the [unit](EffectKind::unit): "arm 2: the joint has an error that repeats once a
+    /// turn, with an amplitude of 0.051° ± 0.004°, as with an eccentric gear or encoder".
+    fn words(
+        &self,
+        by: &[f64],
+        (signed, sigma): (f64, f64),
+        robot: &RobotFile,
+        readings: &Readings,
+    ) -> String {
+        let (drive, convention) = (robot.robot.drive(), &robot.convention);
+        let line = readings.rows.get(self.index).map_or(0, |row| row.line);
+        let vector = |by: &[f64]| match by {
+            [x, y, z, ..] => convention.vector(&Vector3::new(*x, *y, *z)),
+            _ => Vector3::zeros(),
+        };
+        let moved = vector(by);
+        let [arm, ..] = robot.robot.arms();
+        let percent = format!("{:+.2} %", 100.0 * by.first().copied().unwrap_or_default());
+        let length = |own: f64| significant(own * (1.0 + by[0]), 4);
+        let (size, of_sigma) = (significant(signed.abs(), 2), significant(sigma, 1));
+        let farther = if signed > 0.0 { "farther" } else { "less far" };
+    let what = match self.kind {
         EffectKind::GearRatio => format!(
             "the joint turns {farther} than it reports, in proportion to the angle, by {size} ± {of_sigma} \
              of it: a wrong gear ratio"
@@ -193,19 +234,61 @@ fn words(
             "the measured positions drift by {size} ± {of_sigma} mm from the first row to the \
              last (x {:+.3}, y {:+.3}, z {:+.3} mm); a sensor that moves or a robot that warms up, if the rows are in \
              measured order",
-            drifted.x, drifted.y, drifted.z
+            moved.x, moved.y, moved.z
         ),
         EffectKind::Slip => format!(
-            "the joint zero jumps by {} ± {of_sigma}{}",
-            significant(signed, 2),
-            if drive == Drive::Rotary { "°" } else { " mm" }
+            "the joint zero jumps by {} ± {of_sigma}{} at line {line}",
+            significant(convention.degrees(by[0]), 2),
+            joint::mark(drive)
         ),
-        EffectKind::Move | EffectKind::Datum => {
-            format!("the sensor's frame is {size} mm and {of_sigma} mm off")
+        EffectKind::Move if !readings.holds(Kind::Position) => {
+            format!("from line {line} on, all heights are off by {size} mm")
         }
+        EffectKind::Move => format!(
+            "from line {line} on, the positions are moved by ({:.2}, {:.2}, {:.2}) mm and turned by {}°",
+            moved.x,
+            moved.y,
+            moved.z,
+            significant(vector(&by[3..]).norm().to_degrees(), 2)
+        ),
+        EffectKind::Datum => format!("the datum points put the sensor {size} mm beside its place"),
+        EffectKind::Zeros => {
+            let each: Vec<_> = (1..)
+                .zip(by)
+                .map(|(arm, by)| format!("arm {arm} {:+.1}°", by.to_degrees()))
+                .collect();
+            let hang = if by.iter().all(|own| *own < 0.0) {
+                " (the arms hang lower than their joints read)"
+            } else if by.iter().all(|own| *own > 0.0) {
+                " (the arms hang higher than their joints read)"
+            } else {
+                ""
+            };
+            format!("the joint zeros are off: {}{hang}", list(&each))
+        }
+        EffectKind::Gears if drive == Drive::Linear => {
+            format!("the steps per mm are off by {percent}")
+        }
+        EffectKind::Gears => format!("the gear ratio is off by {percent}"),
+        EffectKind::Radius => format!(
+            "the radius is off by {percent} (base less platform {} mm)",
+            length(arm.d().xy().norm())
+        ),
+        EffectKind::Forearm => {
+            format!("the forearms are {} mm long ({percent})", length(arm.lb()))
+        }
+        EffectKind::UpperArm => format!(
+            "the upper arms are {} mm long ({percent})",
+            length(arm.upper_arm_length())
+        ),
+        EffectKind::Size => format!(
+            "all lengths are {:.2} % {}, or the instrument's scale is that far off",
+            100.0 * signed.abs(),
+            if signed > 0.0 { "larger" } else { "smaller" }
+        ),
         EffectKind::Target => format!(
             "the target is {size} ± {of_sigma} mm beside its stated place (x {:+.3}, y {:+.3}, z {:+.3} mm)",
-            drifted.x, drifted.y, drifted.z
+            moved.x, moved.y, moved.z
         ),
         EffectKind::Scale => format!(
             "all measured lengths are {} ± {} % {} than the robot makes them; a sheet printed at \
@@ -215,8 +298,9 @@ fn words(
             if signed > 0.0 { "larger" } else { "smaller" }
         ),
     };
-    match effect.arm {
+    match self.arm {
         Some(arm) => format!("{arm}: {what}"),
         None => what,
     }
+}
 }

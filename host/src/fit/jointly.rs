@@ -103,12 +103,13 @@ fn stated(robot: &RobotFile, readings: &Readings, frame: Frame) -> Vec<Estimated
 }
 
 /// Fits the robot and the effects stated in its file, and those opened beside them. `alone`: the robot fitted to readings
-/// in a frame, with a noise times a factor. The factor is above 1 until the effects explain what contradicts the noise.
+/// in a frame, with a noise times a factor. The factor is above 1 until the effects explain what contradicts the noise;
+/// if this is not `strict`, also where they do not.
 pub(super) fn jointly(
     robot: &RobotFile,
     readings: &Readings,
     frame: Frame,
-    opened: &[Estimated],
+    (opened, strict): (&[Estimated], bool),
     alone: impl Fn(&Readings, Frame, f64) -> Result<Solution, Unsolved>,
 ) -> Result<Solution, Unsolved> {
     // An invalid datum was refused earlier.
@@ -172,7 +173,9 @@ pub(super) fn jointly(
             continue;
         }
         // The effects explain no more of what the noise does not.
-        exact?;
+        if strict {
+            exact?;
+        }
         turn.added_to(&mut solution);
         solution.readings = undone.moved(&-turn.mean);
         step.added_to(&mut solution, state.effects);
@@ -256,7 +259,7 @@ impl State {
     }
 
     fn without(&self, course: &Course, readings: &Readings) -> Readings {
-        course.without(&self.own, &self.found, readings, &self.removed())
+        course.without(&self.found, readings, &self.removed())
     }
 
     /// A first frame of the sensor, in which the robot of the file fits best.

@@ -44,15 +44,16 @@ pub fn solve(
     readings: &Readings,
     options: &Options,
 ) -> Result<Solution, Unsolved> {
-    solve_with(robot, readings, options, &[])
+    solve_with(robot, readings, options, (&[], true))
 }
 
-/// The same with effects opened beside those that the robot file states.
+/// The same with effects opened beside those that the robot file states; if that is not strict, with a noise as large as the
+/// readings need.
 pub(crate) fn solve_with(
     robot: &RobotFile,
     readings: &Readings,
     options: &Options,
-    opened: &[Estimated],
+    opened: (&[Estimated], bool),
 ) -> Result<Solution, Unsolved> {
     let alone = |readings: &Readings, frame, factor| {
         let options = Options { frame, ..*options };

@@ -90,11 +90,6 @@ impl EffectKind {
         of_joints.chain([Self::Sag, Self::Drift, Self::Scale])
     }
 
-    /// Whether it is rare, so that it must explain clearly more than the others to be accepted.
-    pub(crate) const fn is_rare(self) -> bool {
-        matches!(self, Self::SecondHarmonic | Self::Scale)
-    }
-
     /// Whether it can be calibrated as a transmission.
     pub(crate) const fn is_of_transmission(self) -> bool {
         matches!(
@@ -179,15 +174,6 @@ impl Effect {
             arm: None,
             index: 0,
         }
-    }
-
-    /// All that the residuals of robots with these drives are tested for.
-    pub(crate) fn all(drive: Drive) -> Vec<Self> {
-        let of_kind = |kind: EffectKind| match kind.is_of_joint() {
-            true => ArmIndex::ALL.map(|arm| Self::of_arm(kind, arm)).into(),
-            false => vec![Self::of(kind)],
-        };
-        EffectKind::all(drive).flat_map(of_kind).collect()
     }
 
     /// An error of an arm's joint.
@@ -383,10 +369,6 @@ impl Course {
     ) {
         for (effect, by) in effects {
             if let Some(arm) = effect.arm.map(ArmIndex::index) {
-                // Its last move is not known.
-                if effect.kind == EffectKind::Backlash && self.places[row].directions[arm] == 0.0 {
-                    own.sigma = Some(UNKNOWN);
-                }
                 own.each_pose(|mut joints| {
                     let turns = effect.turns(&joints, self, row).into_iter();
                     joints[arm] += turns.zip(*by).map(|(own, by)| own * by).sum::<f64>();
@@ -429,9 +411,6 @@ impl Course {
         }
     }
 }
-
-/// σ of a row that says nothing, mm.
-const UNKNOWN: f64 = 1e3;
 
 /// 0 of nothing.
 fn share(part: f64, all: f64) -> f64 {

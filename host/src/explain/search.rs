@@ -5,7 +5,8 @@ use crate::calibration::judge::Case;
 use crate::effects::{Effect, EffectKind};
 use crate::files::samples_file::{Kind, Readings};
 use crate::fit::jointly::Estimated;
-use crate::fit::{Options, Solution, solve_with};
+use crate::fit::{Options, Solution, solve, solve_with};
+use crate::geometry::Directions;
 use delta_cal::ArmIndex;
 use delta_cal::robot::Drive;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -125,8 +126,11 @@ pub(crate) struct Found {
 struct Search<'a> {
     case: &'a Case<'a>,
     options: Options,
-    stated: bool,
+    /// Degrees of freedom of the readings as they are.
+    freedom: Option<f64>,
     rows: usize,
+    /// Of each joint's last move at each row.
+    directions: Vec<[f64; 3]>,
 }
 
 /// Looks for what explains the readings better than the robot alone; `None` if they cannot be fitted at all.
@@ -140,14 +144,17 @@ pub(crate) fn search(case: &Case<'_>) -> Option<Found> {
         readings: thinned.as_ref().unwrap_or(case.readings),
         ..*case
     };
+    let mut moves = Directions::default();
+    let directions = case.readings.rows.iter().map(|row| moves.next(&row.value.joints));
     let mut search = Search {
         case,
         options,
-        stated: true,
+        freedom: None,
         rows: case.readings.rows.len(),
+        directions: directions.collect(),
     };
     let base = search.fitted(Hypothesis::default())?;
-    search.stated = base.solution.estimated_freedom().is_none();
+    search.freedom = Some(base.freedom);
     let mut found = Found {
         base: base.clone(),
         best: None,
@@ -167,8 +174,11 @@ pub(crate) fn search(case: &Case<'_>) -> Option<Found> {
     }
     let mut beam = vec![base.clone()];
     let mut all = vec![base];
-    for _ in 0..MOST {
+    for depth in 0..MOST {
         let mut next: Vec<Fitted> = Vec::new();
+        if depth == 0 {
+            next.extend(search.robust().and_then(|own| search.fitted(own)));
+        }
         for state in &beam {
             for hypothesis in search.candidates(state) {
                 let known = next.iter().any(|own| own.hypothesis == hypothesis);
@@ -253,8 +263,16 @@ impl Search<'_> {
     }
 
     /// Fits the robot and the hypothesis.
-    fn fitted(&self, hypothesis: Hypothesis) -> Option<Fitted> {
+    fn fitted(&self, mut hypothesis: Hypothesis) -> Option<Fitted> {
         let readings = self.case.readings;
+        let penalties = self.penalties(&hypothesis);
+        // Before its first move, the direction of a joint is not known.
+        let of_backlash = hypothesis.effects.iter().filter(|own| own.kind == EffectKind::Backlash);
+        let arms: Vec<_> = of_backlash.filter_map(|own| Some(own.arm?.index())).collect();
+        let still = (0..self.rows).filter(|row| arms.iter().any(|arm| self.directions[*row][*arm] == 0.0));
+        hypothesis.rows.extend(still);
+        hypothesis.rows.sort_unstable();
+        hypothesis.rows.dedup();
         let mut kept = readings.clone();
         let mut index = 0;
         kept.rows.retain(|_| {
@@ -279,18 +297,16 @@ impl Search<'_> {
         }
         let stated = solution.estimated_freedom().is_none();
         let factor = if stated { self.widened_by(&solution) } else { 1.0 };
-        let per_row = 2.0 * (solution.log_spread / kept.rows.len() as f64);
         let squares = solution.squares() * factor * factor;
         let prior = solution.cost() - solution.squares();
-        // A row that is left out counts as one without a residual.
-        let spread = if stated { 0.0 } else { per_row * readings.rows.len() as f64 };
         let freedom = solution.degrees_of_freedom() - hypothesis.unknowns() as f64;
+        // Of an estimated noise, its restricted likelihood, with the degrees of freedom of all readings.
+        let per_reading = solution.log_spread / f64::max(kept.readings() as f64, 1.0);
+        let spread = 2.0 * per_reading * self.freedom.unwrap_or(freedom);
+        let (squares, own) = if stated { (squares, 0.0) } else { (0.0, spread) };
         Some(Fitted {
-            squares: if stated { squares } else { 0.0 },
-            rest: prior
-                + spread
-                + if stated { 0.0 } else { squares }
-                + self.penalties(&hypothesis),
+            squares,
+            rest: prior + own + penalties,
             freedom,
             solution,
             hypothesis,
@@ -335,6 +351,19 @@ impl Search<'_> {
             }
         }
         Some(best)
+    }
+
+    /// The rows that a robust fit rejects, several of them.
+    fn robust(&self) -> Option<Hypothesis> {
+        let options = Options {
+            robust: true,
+            method: None,
+            ..self.options
+        };
+        let solution = solve(self.case.robot, self.case.readings, &options).ok()?;
+        let rows = solution.rows.iter().enumerate().filter(|(_, fit)| fit.suspected);
+        let rows: Vec<_> = rows.map(|(row, _)| row).collect();
+        (!rows.is_empty()).then(|| Hypothesis::without(&rows))
     }
 
     /// The best hypotheses of each kind beside those of a state, to first order.

@@ -130,14 +130,6 @@ impl RobotFile {
         }
     }
 
-    /// A copy with the stated noise and the tolerance multiplied by `factor`: the same fit, which then contradicts
-    /// neither.
-    pub(crate) fn loosened(&self, factor: f64) -> Self {
-        let mut loose = self.with_noise_times(factor);
-        loose.tolerance = self.tolerance.and_then(|own| scaled(&own, factor));
-        loose
-    }
-
     /// A copy with the stated noise multiplied by `factor`.
     pub(crate) fn with_noise_times(&self, factor: f64) -> Self {
         let mut loose = self.clone();

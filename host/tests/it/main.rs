@@ -14,6 +14,7 @@ mod device_on_target;
 mod diagnosis;
 mod documents;
 mod effects;
+mod faults;
 mod export;
 mod help;
 mod import;

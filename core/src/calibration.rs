@@ -4,7 +4,7 @@
 //! minimise  Σ (f(P; Xₖ, qₖ)/σf,ₖ)²  +  Σ ((pⱼ − pⱼ,nominal)/toleranceⱼ)²
 //! ```
 //!
-//! [`Problem`], [`TolerancePrior`], [`Triangle`] and [`limits`] are for programs that judge results, not for firmware.
+//! [`TolerancePrior`], [`Triangle`] and [`limits`] are for programs that judge results, not for firmware.
 
 mod arm_problem;
 mod arm_samples;
@@ -31,7 +31,7 @@ mod tolerance;
 mod tolerance_prior;
 mod upper_arm;
 
-pub use crate::samples::Triangle;
+pub use crate::samples::{Triangle, Unknowns};
 pub(crate) use arm_problem::Normal;
 pub(crate) use arm_samples::{ArmSamples, workspace_centre};
 pub(crate) use calibrator::Phase;
@@ -45,7 +45,7 @@ pub use outcome::{ArmOutcome, Estimate, JointOutcome, RobotOutcome, StartUsed, T
 pub(crate) use parts::Samples;
 #[cfg(test)]
 pub(crate) use problem::sum_of_squares;
-pub use problem::{Extent, Piece, Problem};
+pub(crate) use problem::{Extent, Gradient, Judged, Piece, Problem};
 pub use refusal::{Instrument, Refusal};
 pub use settings::{Settings, Solver, Start};
 pub(crate) use tolerance::positive;

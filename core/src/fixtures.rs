@@ -4,7 +4,7 @@
 
 use crate::observations::{Instruments, ObservationNoise, Plane, Point, PositionFrame};
 use crate::robot::{Arm, Robot, SymmetricRobot};
-use crate::samples::{JointFactor, Noise, Sample, Triangle};
+use crate::samples::{JointFactor, Noise, Sample, Triangle, Unknowns};
 use nalgebra::{SMatrix, SVector, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -113,14 +113,12 @@ pub(crate) fn filled(noise: Option<Noise<f64>>, samples: &[Sample<f64>]) -> Join
 }
 
 /// A random linearised problem J δ + r of twenty rows whose columns differ in length, and its triangle.
-pub(crate) fn linearized(
-    seed: u64,
-) -> (SMatrix<f64, 20, 8>, SVector<f64, 20>, Triangle<f64, 9, 45>) {
+pub(crate) fn linearized(seed: u64) -> (SMatrix<f64, 20, 8>, SVector<f64, 20>, Triangle<f64, 8>) {
     let mut uniform = uniform(seed);
     let lengths = [1.0, 3.0, 0.1, 2.0, 0.5, 7.0, 1.5, 0.2];
     let jacobian = SMatrix::<f64, 20, 8>::from_fn(|_, column| uniform() * lengths[column]);
     let residual = SVector::<f64, 20>::from([(); 20].map(|()| 0.01 * uniform()));
-    let mut normal = Triangle::<f64, 9, 45>::zero();
+    let mut normal = Triangle::<f64, 8>::zero();
     for (row, right) in jacobian.row_iter().zip(&residual) {
         let mut block = [[0.0]; 9];
         for (column, value) in block.iter_mut().zip(row.iter().chain([right])) {
@@ -131,8 +129,11 @@ pub(crate) fn linearized(
     (jacobian, residual, normal)
 }
 
-/// RᵀR.
-pub(crate) fn gram<const N: usize, const E: usize>(r: &Triangle<f64, N, E>) -> SMatrix<f64, N, N> {
+/// RᵀR, M = N + 1 rows.
+pub(crate) fn gram<const N: usize, const M: usize>(r: &Triangle<f64, N>) -> SMatrix<f64, M, M>
+where
+    f64: Unknowns<N>,
+{
     let mut gram = SMatrix::zeros();
     for (index, row) in r.rows().enumerate() {
         for (i, a) in row.iter().enumerate() {

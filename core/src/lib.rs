@@ -97,6 +97,12 @@ pub use real::Real;
 pub use robot::{ArmIndex, Parameter, Robot, SymmetricRobot};
 pub use samples::{Noise, Sample};
 
+/// A solve is in progress: call `step` until it has finished. Until then samples, merges and snapshots are refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[error("the calibrator is solving: first call step until it has finished")]
+pub struct Busy;
+
 /// Compiles and runs the README's example as a doc test.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

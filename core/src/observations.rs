@@ -22,6 +22,7 @@ mod instruments;
 mod linearization;
 mod observation;
 mod problem;
+mod snapshots;
 mod solve;
 mod start;
 

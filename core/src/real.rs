@@ -39,6 +39,8 @@ pub trait Real:
     const INFINITY: Self;
     /// Smallest square whose inverse is finite and whose root is accurate: the smallest normal number divided by ε.
     const SMALLEST_SQUARE: Self;
+    /// Range of a σ: its square, and sums of squares divided by it, neither overflow nor vanish.
+    const SIGMAS: [Self; 2];
     /// Bytes of a number: 4 or 8.
     const BYTES: usize;
 
@@ -106,6 +108,7 @@ impl Real for f64 {
     const EPSILON: Self = Self::EPSILON;
     const INFINITY: Self = Self::INFINITY;
     const SMALLEST_SQUARE: Self = Self::MIN_POSITIVE / <Self as Real>::EPSILON;
+    const SIGMAS: [Self; 2] = [1e-140, 1e140];
     const BYTES: usize = 8;
 
     fn bit_pattern(self) -> u64 {
@@ -163,6 +166,7 @@ impl Real for f32 {
     const EPSILON: Self = Self::EPSILON;
     const INFINITY: Self = Self::INFINITY;
     const SMALLEST_SQUARE: Self = Self::MIN_POSITIVE / <Self as Real>::EPSILON;
+    const SIGMAS: [Self; 2] = [1e-15, 1e12];
     const BYTES: usize = 4;
 
     fn bit_pattern(self) -> u64 {

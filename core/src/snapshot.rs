@@ -12,9 +12,9 @@
 //! gives bit-identical results to the original. Bytes that are damaged, or come from another robot, noise, kind of
 //! object or scalar type are refused, and the object is unchanged.
 
-use crate::Real;
 use crate::robot::{Robot, Transmission};
 use crate::state::{Reader, State, Writer};
+use crate::{Busy, Real};
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
 
 /// Version of the format.
@@ -45,9 +45,9 @@ pub enum SnapshotError {
     /// The snapshot has another robot, noise or options, or belongs to a calibrator in another state.
     #[error("the snapshot is of another robot, of other settings or of another state")]
     OtherCalibration,
-    /// A solve is in progress: until it finishes, samples and snapshots are refused.
-    #[error("a snapshot can be taken between two samples, not while solving")]
-    Busy,
+    /// A solve is in progress.
+    #[error(transparent)]
+    Busy(#[from] Busy),
 }
 
 /// The largest snapshot of a state, bytes.
@@ -125,6 +125,10 @@ pub(crate) fn read<T: Real, S: State<T>>(
     let [.., a, b, c, d] = *header;
     if u32::from_le_bytes([a, b, c, d]) != fingerprint {
         return Err(SnapshotError::OtherCalibration);
+    }
+    // A matching checksum is no proof: other software may have written it.
+    if !state.accepts(content) {
+        return Err(SnapshotError::Damaged);
     }
     state.load(&mut Reader::new(content));
     Ok(())

@@ -11,8 +11,13 @@ pub trait State<T: Real> {
     /// Writes it.
     fn save(&self, to: &mut Writer<'_>);
 
-    /// Reads it.
+    /// Reads it. Everything that depends on samples is overwritten: from no bytes, a new object's state, which is zeros.
     fn load(&mut self, from: &mut Reader<'_>);
+
+    /// Whether bytes can be a state of this object: their number, and every count in them.
+    fn accepts(&self, bytes: &[u8]) -> bool {
+        bytes.len() == Self::BYTES
+    }
 }
 
 /// Destination of a state; anything beyond its end is dropped.
@@ -119,6 +124,10 @@ impl<T: Real> State<T> for bool {
         let [byte] = from.take();
         *self = byte != 0;
     }
+
+    fn accepts(&self, bytes: &[u8]) -> bool {
+        matches!(bytes, [0 | 1])
+    }
 }
 
 /// A count or index below 256.
@@ -150,6 +159,11 @@ impl<T: Real, S: State<T>, const N: usize> State<T> for [S; N] {
             item.load(from);
         }
     }
+
+    fn accepts(&self, bytes: &[u8]) -> bool {
+        let states = bytes.chunks(S::BYTES);
+        bytes.len() == N * S::BYTES && self.iter().zip(states).all(|(item, own)| item.accepts(own))
+    }
 }
 
 impl<T: Real> State<T> for Vector3<T> {
@@ -164,9 +178,9 @@ impl<T: Real> State<T> for Vector3<T> {
     }
 }
 
-/// Implements [`State`] for a type as the given fields in order.
+/// Implements [`State`] for a type as the given fields in order, and a condition on its bytes.
 macro_rules! state {
-    ($type:ty: $($field:ident: $kind:ty),+ $(,)?) => {
+    ($type:ty: $($field:ident: $kind:ty),+ $(,)? $(; $condition:pat $(if $limit:expr)?)?) => {
         impl<T: $crate::Real> $crate::state::State<T> for $type {
             const BYTES: usize = 0 $(+ <$kind as $crate::state::State<T>>::BYTES)+;
 
@@ -176,6 +190,20 @@ macro_rules! state {
 
             fn load(&mut self, from: &mut $crate::state::Reader<'_>) {
                 $($crate::state::State::<T>::load(&mut self.$field, from);)+
+            }
+
+            fn accepts(&self, bytes: &[u8]) -> bool {
+                $(if !matches!(bytes, $condition $(if $limit)?) {
+                    return false;
+                })?
+                let mut rest = bytes;
+                $(match rest.split_at_checked(<$kind as $crate::state::State<T>>::BYTES) {
+                    Some((own, after)) if $crate::state::State::<T>::accepts(&self.$field, own) => {
+                        rest = after;
+                    }
+                    _ => return false,
+                })+
+                rest.is_empty()
             }
         }
     };

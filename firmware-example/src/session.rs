@@ -143,7 +143,7 @@ impl<T: Number> Session<T> {
         };
         let added = either!(stream, own => own.add(&sample)).map_err(|error| match error {
             AddError::Sample(error) => Fault::Sample(error),
-            AddError::Busy => Fault::Busy,
+            AddError::Busy(_) => Fault::Busy,
         })?;
         if let (Some(alarm), Added::Tested(_)) = (either!(stream, own => own.alarm()), &added) {
             log!(warn, "session {=u32:08x}: {}", message.session, alarm);

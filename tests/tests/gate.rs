@@ -7,7 +7,7 @@ use delta_cal::stream::{
     Selection, StreamCalibrator, StreamRefusal, Untested, Verdict,
 };
 use delta_cal::{
-    IkmCalibrator, Noise, Progress, Real, Robot, RobotOutcome, Sample, Settings, Tolerance,
+    Busy, IkmCalibrator, Noise, Progress, Real, Robot, RobotOutcome, Sample, Settings, Tolerance,
 };
 use delta_cal_tests::{
     Spread, generator, measurements, paper_robot, perturbed, to_single, uniform,
@@ -181,7 +181,7 @@ fn without_prior_and_estimate_the_gate_takes_everything_and_says_so() {
     let [sample, wrong] = &measurements(&truth, 2, Some(&noise()), &mut rng)[..] else {
         panic!("two samples")
     };
-    assert_eq!(stream.0.add(sample), Err(AddError::Busy));
+    assert_eq!(stream.0.add(sample), Err(AddError::Busy(Busy)));
     while stream.0.step() == Progress::Working {}
     assert!(matches!(stream.add(sample), Verdict::Taken(_)));
     let mut wrong = *wrong;

@@ -456,7 +456,7 @@ fn exact_positions_and_heights_give_the_robot_back() {
                 ObservationRow::new(row)
             }));
             let problem = ObservationProblem::<f64, N>::prepare(&nominal, &instruments, &mut rows);
-            let outcome = problem.unwrap().solve::<28, 406>(&Settings::new()).unwrap();
+            let outcome = problem.unwrap().solve(&Settings::new()).unwrap();
             let off = largest_difference(&outcome.robot, &truth);
             assert!(off < 1e-6, "{name}: {off}");
         }

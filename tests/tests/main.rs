@@ -24,6 +24,7 @@ mod observations;
 mod oracles;
 mod outcomes;
 mod refusals;
+mod reset;
 mod samples;
 mod single_precision;
 mod small_firmware;

@@ -647,7 +647,7 @@ fn unusable_observations_are_refused_with_their_fault() {
         (distance(of(0.3), 100.0), Err(SamePlace)),
     ] {
         let mut calibrator =
-            FkmCalibrator::<f64, 9, 33, 34, 595>::new(&robot, &instruments, &settings).unwrap();
+            FkmCalibrator::<f64, 9, 33>::new(&robot, &instruments, &settings).unwrap();
         assert_eq!(calibrator.add(&observation), expected);
         assert_eq!(calibrator.samples(), u64::from(expected.is_ok()));
         let mut rows = [height(0, 100.0), observation].map(ObservationRow::new);
@@ -672,7 +672,7 @@ fn known_places_without_a_sigma_are_refused() {
         let refused = Refusal::UnusableInstrument(expected);
         let problem = ObservationProblem::<f64, 30>::prepare(&robot, &instruments, &mut rows);
         assert_eq!(problem.unwrap_err(), PrepareError::Refused(refused));
-        let made = FkmCalibrator::<f64, 9, 33, 34, 595>::new(&robot, &instruments, &settings);
+        let made = FkmCalibrator::<f64, 9, 33>::new(&robot, &instruments, &settings);
         assert_eq!(made.unwrap_err(), refused);
     };
     let good = Plane {

@@ -1,4 +1,4 @@
-/* Calibrates the built-in measurements with both calibrators, through a gate, and from touches, distances and single
+/* Calibrates the built-in measurements with both calibrators, through gates, and from touches, distances and single
  * coordinates, in single and in double precision, and writes every bit that comes out. */
 #include "fixture.h"
 
@@ -62,8 +62,11 @@ static void check(int holds, const char *what)
 }
 
 #define CHECK(what) check((what), #what)
-#define GATE_SNAPSHOT_f32 DCAL_GATE_SNAPSHOT_F32_SIZE
-#define GATE_SNAPSHOT_f64 DCAL_GATE_SNAPSHOT_F64_SIZE
+#define TEXT_OF(name) #name
+#define TEXT(name) TEXT_OF(name)
+
+/* Two snapshots, of the calibrator with the longest. */
+static unsigned char bytes[2][DCAL_JOINT_GATE_SNAPSHOT_F64_SIZE];
 
 static void write_error(const char *label, const dcal_error *error)
 {
@@ -91,6 +94,10 @@ static void write_error(const char *label, const dcal_error *error)
 #undef OF
 #undef NAME
 #undef WRITE_FOUND
+#undef SCALAR
+#undef C
+#undef OWN
+#undef PLACE
 
 #define REAL double
 #define BITS uint64_t
@@ -110,6 +117,7 @@ static void check_sizes(void)
     check_size(DCAL_IKM_F32, sizeof(dcal_ikm_f32));
     check_size(DCAL_JOINT_F32, sizeof(dcal_joint_f32));
     check_size(DCAL_GATE_F32, sizeof(dcal_gate_f32));
+    check_size(DCAL_JOINT_GATE_F32, sizeof(dcal_joint_gate_f32));
     check_size(DCAL_FKM_F32, sizeof(dcal_fkm_f32));
     check(dcal_alignment() == 8, "the header is not the library's: the alignment of an object");
 }

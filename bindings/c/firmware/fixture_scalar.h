@@ -1,10 +1,15 @@
 /* Included once for each scalar: REAL, BITS, OF(name) and NAME are defined. */
 
 static OF(dcal_robot) OF(nominal);
-static OF(dcal_ikm) OF(calibrator);
-static OF(dcal_joint) OF(joint_calibrator);
-static OF(dcal_gate) OF(gate);
-static OF(dcal_fkm) OF(fkm);
+/* One at a time. */
+static union {
+    OF(dcal_ikm) ikm;
+    OF(dcal_joint) joint;
+    OF(dcal_gate) gate;
+    OF(dcal_joint_gate) joint_gate;
+    OF(dcal_fkm) fkm;
+} OF(own);
+static REAL OF(covariance)[576];
 
 static void OF(write)(const char *label, const REAL *values, size_t count)
 {
@@ -83,7 +88,6 @@ static void OF(write_robot)(const OF(dcal_robot) *robot)
 #define WRITE_FOUND(family) \
     static void OF(write_##family)(const OF(dcal_##family) *calibrator) \
     { \
-        static REAL covariance[576]; \
         OF(dcal_robot) robot; \
         REAL deviations[24]; \
         dcal_error error; \
@@ -91,8 +95,8 @@ static void OF(write_robot)(const OF(dcal_robot) *robot)
         OF(write_robot)(&robot); \
         OK(OF(dcal_##family##_deviations)(calibrator, deviations)); \
         OF(write)("deviations", deviations, 24); \
-        OK(OF(dcal_##family##_covariance)(calibrator, covariance)); \
-        OF(write)("covariance", covariance, 576); \
+        OK(OF(dcal_##family##_covariance)(calibrator, OF(covariance))); \
+        OF(write)("covariance", OF(covariance), 576); \
         for (int32_t arm = 0; arm < 3; arm++) { \
             OF(dcal_arm_summary) summary; \
             OK(OF(dcal_##family##_arm)(calibrator, arm, &summary)); \
@@ -103,6 +107,7 @@ static void OF(write_robot)(const OF(dcal_robot) *robot)
 WRITE_FOUND(ikm)
 WRITE_FOUND(joint)
 WRITE_FOUND(gate)
+WRITE_FOUND(joint_gate)
 WRITE_FOUND(fkm)
 
 static void OF(kinematics)(void)
@@ -125,185 +130,28 @@ static void OF(kinematics)(void)
     write_error(NAME " unreachable", &error);
 }
 
-/* With the noise stated, or with nothing stated. */
-static void OF(ikm)(const OF(dcal_settings) *settings)
-{
-    dcal_error error;
-    unsigned long adding = 0;
-    unsigned long solving = 0;
-    unsigned long longest = 0;
-    OF(dcal_robot) robot;
-    dcal_status status;
-    OK(OF(dcal_ikm_init)(&OF(calibrator), sizeof OF(calibrator), &OF(nominal), settings, &error));
-    expect(OF(dcal_ikm_solve)(&OF(calibrator), &error),
-        DCAL_TOO_FEW_SAMPLES, "solve without samples");
-    write_error(NAME " without samples", &error);
-    for (size_t index = 0; index < SAMPLES; index++) {
-        const OF(dcal_sample) sample = OF(sample)(index);
-        const unsigned long start = platform_count();
-        OK(OF(dcal_ikm_add)(&OF(calibrator), &sample, &error));
-        adding += platform_count() - start;
-    }
-    OK(OF(dcal_ikm_solve)(&OF(calibrator), &error));
-    expect(OF(dcal_ikm_finish)(&OF(calibrator), &robot, sizeof robot, &error),
-        DCAL_UNFINISHED, "outcome before the last step");
-    do {
-        const unsigned long start = platform_count();
-        status = OF(dcal_ikm_step)(&OF(calibrator));
-        const unsigned long spent = platform_count() - start;
-        solving += spent;
-        longest = spent > longest ? spent : longest;
-    } while (status == DCAL_WORKING);
-    expect(status, DCAL_OK, "step");
-    OF(cost)("add, mean", adding / SAMPLES);
-    OF(cost)("all steps", solving);
-    OF(cost)("longest step", longest);
-    OF(write_ikm)(&OF(calibrator));
-}
+/* The functions of a calibrator in C, its own here, and its place. */
+#define SCALAR(name) OF(name)
+#define C(name) SCALAR(FAMILY(dcal_, name))
+#define OWN(name) SCALAR(FAMILY(own_, name))
+#define PLACE (&OF(own).FAMILY(, ))
 
-static void OF(joint)(const OF(dcal_settings) *settings)
-{
-    dcal_error error;
-    unsigned long adding = 0;
-    unsigned long solving = 0;
-    unsigned long longest = 0;
-    unsigned long begin;
-    OF(dcal_robot) robot;
-    dcal_status status;
-    OK(OF(dcal_joint_init)(
-        &OF(joint_calibrator), sizeof OF(joint_calibrator), &OF(nominal), settings, &error));
-    for (size_t index = 0; index < SAMPLES; index++) {
-        const OF(dcal_sample) sample = OF(sample)(index);
-        const unsigned long start = platform_count();
-        OK(OF(dcal_joint_add)(&OF(joint_calibrator), &sample, &error));
-        adding += platform_count() - start;
-    }
-    begin = platform_count();
-    OK(OF(dcal_joint_flush)(&OF(joint_calibrator)));
-    OF(cost)("joint, flush", platform_count() - begin);
-    OK(OF(dcal_joint_solve)(&OF(joint_calibrator), &error));
-    do {
-        const unsigned long start = platform_count();
-        status = OF(dcal_joint_step)(&OF(joint_calibrator));
-        const unsigned long spent = platform_count() - start;
-        solving += spent;
-        longest = spent > longest ? spent : longest;
-    } while (status == DCAL_WORKING);
-    expect(status, DCAL_OK, "joint step");
-    begin = platform_count();
-    OK(OF(dcal_joint_finish)(&OF(joint_calibrator), &robot, sizeof robot, &error));
-    OF(cost)("joint, end", platform_count() - begin);
-    OF(cost)("joint, add, mean", adding / SAMPLES);
-    OF(cost)("joint, all steps", solving);
-    OF(cost)("joint, longest step", longest);
-    OF(write_joint)(&OF(joint_calibrator));
-}
-
-/* Every eleventh sample is 5 mm off. */
-static void OF(gated)(const OF(dcal_settings) *settings)
-{
-    dcal_error error;
-    OF(dcal_gate_counts) counts;
-    OF(dcal_verdict) verdict;
-    OK(OF(dcal_gate_init)(&OF(gate), sizeof OF(gate), &OF(nominal), settings, 0, 0, &error));
-    for (size_t index = 0; index < SAMPLES; index++) {
-        OF(dcal_sample) sample = OF(sample)(index);
-        if (index % 11 == 10) {
-            sample.position[0] += 5;
-        }
-        OK(OF(dcal_gate_add)(&OF(gate), &sample, &verdict, &error));
-        const REAL figures[2] = {verdict.distance, verdict.normalized};
-        OF(write)(verdict.verdict == DCAL_REJECTED ? "rejected" : "taken", figures, 2);
-    }
-    OK(OF(dcal_gate_state)(&OF(gate), &counts));
-    platform_write("BITS " NAME " gate:");
-    write_count(counts.taken);
-    write_count(counts.rejected);
-    write_count(counts.longest_run);
-    write_count((uint64_t)counts.alarm);
-    platform_write("\n");
-    OK(OF(dcal_gate_solve)(&OF(gate), &error));
-    while (OF(dcal_gate_step)(&OF(gate)) == DCAL_WORKING) {
-    }
-    OF(write_gate)(&OF(gate));
-}
-
-/* Adds some of the samples, so far off, to a new gate or to one that has samples; what became of the last. */
-static int32_t OF(gate_add)(size_t first, size_t end, REAL off)
-{
-    dcal_error error;
-    OF(dcal_verdict) verdict = {0};
-    for (size_t index = first; index < end; index++) {
-        OF(dcal_sample) sample = OF(sample)(index);
-        sample.position[0] += off;
-        OK(OF(dcal_gate_add)(&OF(gate), &sample, &verdict, &error));
-    }
-    return verdict.verdict;
-}
-
-static OF(dcal_gate_counts) OF(gate_counts)(void)
-{
-    OF(dcal_gate_counts) counts;
-    OK(OF(dcal_gate_state)(&OF(gate), &counts));
-    return counts;
-}
-
-static dcal_status OF(gate_solve)(dcal_error *error)
-{
-    OF(dcal_robot) robot;
-    const dcal_status status = OF(dcal_gate_solve)(&OF(gate), error);
-    if (status != DCAL_OK) {
-        return status;
-    }
-    while (OF(dcal_gate_step)(&OF(gate)) == DCAL_WORKING) {
-    }
-    return OF(dcal_gate_finish)(&OF(gate), &robot, sizeof robot, error);
-}
-
-/* An alarm is answered: the samples were wrong, or the robot has changed. Too many wrong samples are no calibration. */
-static void OF(alarm)(const OF(dcal_settings) *settings)
-{
-    dcal_error error;
-    OK(OF(dcal_gate_init)(&OF(gate), sizeof OF(gate), &OF(nominal), settings, 0, 0, &error));
-    CHECK(OF(gate_add)(0, 20, 0) == DCAL_TAKEN);
-    CHECK(OF(gate_add)(20, 28, 5) == DCAL_REJECTED);
-    CHECK(OF(gate_counts)().alarm == DCAL_ROBOT_CHANGED);
-    expect(OF(gate_solve)(&error), DCAL_ROBOT_HAS_CHANGED, "solve with an alarm");
-    CHECK(error.count == 20);
-    OK(OF(dcal_gate_acknowledge)(&OF(gate)));
-    CHECK(OF(gate_counts)().alarm == DCAL_NO_ALARM);
-    CHECK(OF(gate_add)(0, SAMPLES, 0) == DCAL_TAKEN);
-    OK(OF(gate_solve)(&error));
-    OK(OF(dcal_gate_reset)(&OF(gate)));
-    CHECK(OF(gate_counts)().taken == 0);
-    for (size_t index = 0; index < 20; index++) {
-        OF(gate_add)(index, index + 1, index % 3 == 2 ? 5 : 0);
-    }
-    expect(OF(gate_solve)(&error), DCAL_TOO_MANY_REJECTED, "solve with a third of the samples wrong");
-}
-
-/* What the gate has seen outlasts a power cut. */
-static void OF(power_cut)(const OF(dcal_settings) *settings)
-{
-    static unsigned char bytes[OF(GATE_SNAPSHOT)];
-    dcal_error error;
-    size_t length = 7;
-    OK(OF(dcal_gate_init)(&OF(gate), sizeof OF(gate), &OF(nominal), settings, 0, 0, &error));
-    CHECK(OF(gate_add)(0, 12, 0) == DCAL_TAKEN);
-    CHECK(OF(gate_add)(12, 13, 5) == DCAL_REJECTED);
-    const OF(dcal_sample) sample = OF(sample)(0);
-    expect(OF(dcal_gate_add)(&OF(gate), &sample, NULL, &error), DCAL_NULL_POINTER, "add without a verdict");
-    expect(OF(dcal_gate_snapshot)(&OF(gate), bytes, sizeof bytes - 1, &length),
-        DCAL_SNAPSHOT_BUFFER, "snapshot with too little room");
-    CHECK(length == 7);
-    OK(OF(dcal_gate_snapshot)(&OF(gate), bytes, sizeof bytes, &length));
-    OK(OF(dcal_gate_init)(&OF(gate), sizeof OF(gate), &OF(nominal), settings, 0, 0, &error));
-    OK(OF(dcal_gate_restore)(&OF(gate), bytes, length));
-    CHECK(OF(gate_counts)().taken == 12 && OF(gate_counts)().rejected == 1);
-    OK(OF(dcal_gate_solve)(&OF(gate), &error));
-    OF(dcal_verdict) verdict;
-    expect(OF(dcal_gate_add)(&OF(gate), &sample, &verdict, &error), DCAL_BUSY, "add while it solves");
-}
+#define FAMILY(begin, end) begin##ikm##end
+#include "fixture_positions.h"
+#include "fixture_reset.h"
+#undef FAMILY
+#define FAMILY(begin, end) begin##joint##end
+#include "fixture_positions.h"
+#include "fixture_reset.h"
+#undef FAMILY
+#define FAMILY(begin, end) begin##gate##end
+#include "fixture_gate.h"
+#include "fixture_reset.h"
+#undef FAMILY
+#define FAMILY(begin, end) begin##joint_gate##end
+#include "fixture_gate.h"
+#include "fixture_reset.h"
+#undef FAMILY
 
 /* What of a sample is read. */
 static OF(dcal_observation) OF(observation)(size_t index, uint32_t readings)
@@ -331,35 +179,35 @@ static void OF(observe_with)(const OF(dcal_instruments) *instruments, const OF(d
     unsigned long begin;
     OF(dcal_robot) robot;
     dcal_status status;
-    OK(OF(dcal_fkm_init)(&OF(fkm), sizeof OF(fkm), &OF(nominal), instruments, settings, &error));
+    OK(OF(dcal_fkm_init)(&OF(own).fkm, sizeof OF(own).fkm, &OF(nominal), instruments, settings, &error));
     for (size_t index = 0; index < SAMPLES; index++) {
         const OF(dcal_observation) observation = OF(observation)(index, readings[index % count]);
-        OK(OF(dcal_fkm_add)(&OF(fkm), &observation, &error));
+        OK(OF(dcal_fkm_add)(&OF(own).fkm, &observation, &error));
     }
-    OK(OF(dcal_fkm_solve)(&OF(fkm), &error));
+    OK(OF(dcal_fkm_solve)(&OF(own).fkm, &error));
     do {
         const unsigned long start = platform_count();
-        status = OF(dcal_fkm_step)(&OF(fkm));
+        status = OF(dcal_fkm_step)(&OF(own).fkm);
         const unsigned long spent = platform_count() - start;
         solving += spent;
         longest = spent > longest ? spent : longest;
     } while (status == DCAL_WORKING);
     expect(status, DCAL_OK, "fkm step");
     begin = platform_count();
-    OK(OF(dcal_fkm_finish)(&OF(fkm), &robot, sizeof robot, &error));
-    OF(cost)("fkm, end", platform_count() - begin);
+    OK(OF(dcal_fkm_finish)(&OF(own).fkm, &robot, sizeof robot, &error));
+    OF(cost)("fkm, finish", platform_count() - begin);
     OF(cost)("fkm, all steps", solving);
     OF(cost)("fkm, longest step", longest);
-    OF(write_fkm)(&OF(fkm));
+    OF(write_fkm)(&OF(own).fkm);
     if (instruments->plane_count > 0) {
-        OK(OF(dcal_fkm_plane)(&OF(fkm), 0, place));
+        OK(OF(dcal_fkm_plane)(&OF(own).fkm, 0, place));
         OF(write)("plane", place, 3);
     }
     if (instruments->point_count > 0) {
-        OK(OF(dcal_fkm_point)(&OF(fkm), 0, place));
+        OK(OF(dcal_fkm_point)(&OF(own).fkm, 0, place));
         OF(write)("point", place, 4);
     }
-    OK(OF(dcal_fkm_frame)(&OF(fkm), rotation, place));
+    OK(OF(dcal_fkm_frame)(&OF(own).fkm, rotation, place));
     OF(write)("frame", rotation, 9);
     OF(write)("moved", place, 3);
 }
@@ -397,6 +245,25 @@ static void OF(observe_in_sensor)(const OF(dcal_settings) *settings)
     OF(observe_with)(&instruments, settings, of_plane, 2);
 }
 
+/* Positions in the robot's frame. */
+static void OF(own_fkm_begin)(const OF(dcal_settings) *settings)
+{
+    const OF(dcal_instruments) instruments = {0};
+    OK(OF(dcal_fkm_init)(&OF(own).fkm, sizeof OF(own).fkm, &OF(nominal), &instruments, settings, NULL));
+}
+
+static void OF(own_fkm_take)(const OF(dcal_sample) *sample)
+{
+    OF(dcal_observation) observation = {.readings = DCAL_READ_X | DCAL_READ_Y | DCAL_READ_Z};
+    memcpy(observation.joints, sample->joints, sizeof sample->joints);
+    memcpy(observation.position, sample->position, sizeof sample->position);
+    OK(OF(dcal_fkm_add)(&OF(own).fkm, &observation, NULL));
+}
+
+#define FAMILY(begin, end) begin##fkm##end
+#include "fixture_reset.h"
+#undef FAMILY
+
 /* What a part of the run takes of the stack, beside what it is called with. */
 static void OF(stack_of)(const char *what, void (*part)(const OF(dcal_settings) *), const OF(dcal_settings) *settings)
 {
@@ -422,14 +289,22 @@ static void OF(run)(void)
     OK(OF(dcal_robot_from_dimensions)(&OF(nominal), sizeof OF(nominal), &dimensions, &error));
     OF(write_robot)(&OF(nominal));
     OF(kinematics)();
-    OF(ikm)(&nothing);
-    OF(joint)(&nothing);
-    OF(joint)(&both);
-    OF(stack_of)("joint", OF(joint), &noise_alone);
-    OF(stack_of)("ikm", OF(ikm), &noise_alone);
-    OF(stack_of)("gate", OF(gated), &both);
+    OF(own_ikm_calibrated)(&nothing);
+    OF(own_joint_calibrated)(&nothing);
+    OF(own_joint_calibrated)(&both);
+    OF(stack_of)("joint", OF(own_joint_calibrated), &noise_alone);
+    OF(stack_of)("ikm", OF(own_ikm_calibrated), &noise_alone);
+    OF(stack_of)("gate", OF(own_gate_gated), &both);
+    OF(stack_of)("joint gate", OF(own_joint_gate_gated), &both);
     OF(stack_of)("fkm", OF(observe), &both);
     OF(observe_in_sensor)(&both);
-    OF(alarm)(&both);
-    OF(power_cut)(&both);
+    OF(own_gate_alarm)(&both);
+    OF(own_gate_power_cut)(&both);
+    OF(own_joint_gate_alarm)(&both);
+    OF(own_joint_gate_power_cut)(&both);
+    OF(own_ikm_reset)(&noise_alone);
+    OF(own_joint_reset)(&noise_alone);
+    OF(own_gate_reset)(&noise_alone);
+    OF(own_joint_gate_reset)(&noise_alone);
+    OF(own_fkm_reset)(&noise_alone);
 }

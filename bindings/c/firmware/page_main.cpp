@@ -1,5 +1,17 @@
 // Calls the functions of the C++ example in docs/c.md: with too few samples, then with enough of a robot whose forearms are
 // shorter. The test puts it behind them.
+
+// One sample through a gate that has nothing to test it with.
+template <typename Gate> static bool gated(const dcal_sample_f32 &sample)
+{
+    static Gate gate;
+    dcal_verdict_f32 verdict;
+    dcal_gate_counts_f32 counts;
+    return gate.init(robot, {}) == DCAL_OK && gate.add(sample, verdict) == DCAL_OK && verdict.verdict == DCAL_UNTESTED
+        && gate.state(counts) == DCAL_OK && counts.untested == 1 && gate.solving() == DCAL_OK
+        && gate.finished() == DCAL_UNFINISHED && gate.acknowledge() == DCAL_OK;
+}
+
 int main()
 {
     dcal_error error;
@@ -18,6 +30,9 @@ int main()
         }
         if (built.forward(sample.joints, sample.position) != DCAL_OK || calibrator.add(sample) != DCAL_OK) {
             return 2;
+        }
+        if (pose == 0 && !(gated<delta_cal::IkmGate<float>>(sample) && gated<delta_cal::JointGate<float>>(sample))) {
+            return 6;
         }
     }
     if (calibrator.solve(&error) != DCAL_OK) {

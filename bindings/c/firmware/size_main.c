@@ -1,5 +1,5 @@
 /* What a part of the library adds to a firmware, in single precision: the part is named by SIZE_ROBOT, SIZE_IKM, SIZE_GATE,
- * SIZE_JOINT or SIZE_FKM; SIZE_NOTHING is the firmware without any. Built to be looked at. */
+ * SIZE_JOINT, SIZE_JOINT_GATE or SIZE_FKM; SIZE_NOTHING is the firmware without any. Built to be looked at. */
 #include "delta_cal.h"
 
 #ifndef SIZE_NOTHING
@@ -36,6 +36,8 @@ static void part(void)
 #define OF(name) dcal_gate##name##_f32
 #elif defined(SIZE_JOINT)
 #define OF(name) dcal_joint##name##_f32
+#elif defined(SIZE_JOINT_GATE)
+#define OF(name) dcal_joint_gate##name##_f32
 #elif defined(SIZE_FKM)
 #define OF(name) dcal_fkm##name##_f32
 #endif
@@ -50,7 +52,7 @@ static void part(void)
 #ifdef SIZE_FKM
     const dcal_instruments_f32 instruments = {.height_noise = number};
     OF(_init)(&calibrator, sizeof calibrator, &robot, &instruments, &settings, &error);
-#elif defined(SIZE_GATE)
+#elif defined(SIZE_GATE) || defined(SIZE_JOINT_GATE)
     OF(_init)(&calibrator, sizeof calibrator, &robot, &settings, 0, 0, &error);
 #else
     OF(_init)(&calibrator, sizeof calibrator, &robot, &settings, &error);
@@ -61,7 +63,7 @@ static void part(void)
         OF(_add)(&calibrator, &observation, &error);
 #else
         const dcal_sample_f32 sample = {{number, number, number}, {number, number, number}};
-#ifdef SIZE_GATE
+#if defined(SIZE_GATE) || defined(SIZE_JOINT_GATE)
         dcal_verdict_f32 verdict;
         OF(_add)(&calibrator, &sample, &verdict, &error);
 #else

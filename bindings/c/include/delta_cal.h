@@ -46,7 +46,7 @@ extern "C" {
 /** The result of a call. The numbers never change. */
 typedef int32_t dcal_status;
 
-enum {
+enum dcal_status_code {
     /** The call succeeded. */
     DCAL_OK = 0,
     /** The solver has more steps to run. */
@@ -57,7 +57,8 @@ enum {
     DCAL_MISALIGNED = 11,
     /** The stated size is smaller than the object. */
     DCAL_WRONG_SIZE = 12,
-    /** The memory holds no object of this version of the library: it was never initialised, or it was overwritten. */
+    /** The memory holds no object of this version of the library: it was never initialised, or it was
+     * overwritten. */
     DCAL_NOT_INITIALIZED = 13,
     /** The memory holds an object of another kind. */
     DCAL_WRONG_KIND = 14,
@@ -69,25 +70,27 @@ enum {
     DCAL_NO_SUCH_CHOICE = 17,
     /** The calibrator is solving: step it to the end, or stop it, before its samples change. */
     DCAL_BUSY = 18,
-    /** The noise of positions must be a finite number greater than 0. */
+    /** The noise of positions must be greater than 0, and not too large to be squared. */
     DCAL_NOISE_OF_POSITION = 20,
-    /** The noise of joint angles must be a finite number, 0 or greater. */
+    /** The noise of joint angles must be 0 or greater, and not too large to be squared. */
     DCAL_NOISE_OF_JOINT = 21,
-    /** The noise of heights must be a finite number greater than 0. */
+    /** The noise of heights must be greater than 0, and not too small or large to be squared. */
     DCAL_NOISE_OF_HEIGHT = 22,
-    /** The noise of distances must be a finite number greater than 0. */
+    /** The noise of distances must be greater than 0, and not too small or large to be squared. */
     DCAL_NOISE_OF_DISTANCE = 23,
-    /** The tolerance of lengths must be a finite number greater than 0. */
+    /** The tolerance of lengths must be greater than 0, and not too small or large to be squared. */
     DCAL_TOLERANCE_OF_LENGTH = 24,
-    /** The tolerance of angles must be a finite number greater than 0. */
+    /** The tolerance of angles must be greater than 0, and not too small or large to be squared. */
     DCAL_TOLERANCE_OF_ANGLE = 25,
     /** The width of the gate must be a finite number greater than 0. */
     DCAL_WIDTH_OF_GATE = 26,
-    /** The forgetting factor must lie between 0 and 1; the mean age of samples must be a finite number greater than 0. */
+    /** The forgetting factor must lie between 0 and 1; the mean age of samples must be a finite number
+     * greater than 0. */
     DCAL_FORGETTING = 27,
     /** The known position of an instrument must be finite, and its sigma must not be negative. */
     DCAL_KNOWN_PLACE = 28,
-    /** The tolerance of the joints' zeros must be a finite number greater than 0. */
+    /** The tolerance of the joints' zeros must be greater than 0, and not too small or large to be
+     * squared. */
     DCAL_TOLERANCE_OF_JOINT_ZERO = 29,
     /** A parameter of the geometry is not a finite number. */
     DCAL_GEOMETRY_NOT_FINITE = 30,
@@ -137,6 +140,8 @@ enum {
     DCAL_TOO_MANY_UNKNOWNS = 66,
     /** There is no room for another observation. */
     DCAL_OBSERVATIONS_FULL = 67,
+    /** The nominal robot does not reach the joint angles of the observation. */
+    DCAL_OBSERVATION_UNREACHED = 68,
     /** There are fewer samples than needed. */
     DCAL_TOO_FEW_SAMPLES = 70,
     /** The poses do not determine the parameters. */
@@ -163,7 +168,8 @@ enum {
     DCAL_OVERFLOW = 81,
     /** The result was requested before the last step. */
     DCAL_UNFINISHED = 82,
-    /** There is no covariance: the noise is not stated, and there are too few redundant samples to estimate it. */
+    /** There is no covariance: the noise is not stated, and there are too few redundant samples to
+     * estimate it. */
     DCAL_NO_COVARIANCE = 83,
     /** The sample was not tested: there is no estimate yet. */
     DCAL_NO_ESTIMATE = 90,
@@ -189,9 +195,12 @@ enum {
     DCAL_OTHER = 127
 };
 
-enum {
+enum dcal_arm {
     /** Not an arm, in places that hold an arm's index. */
-    DCAL_NO_ARM = -1,
+    DCAL_NO_ARM = -1
+};
+
+enum dcal_parameter {
     /** Not a parameter, in places that hold a parameter's index. */
     DCAL_NO_PARAMETER = -1,
     /** Index of Dx among the eight parameters of an arm: x of the point on the motor axis. Length. */
@@ -209,38 +218,59 @@ enum {
     /** Index of La_y: upper arm at joint angle 0, upward component. Length. */
     DCAL_LA_Y = 6,
     /** Index of Lb: forearm. Length. */
-    DCAL_LB = 7,
+    DCAL_LB = 7
+};
+
+enum dcal_solver {
     /** Levenberg-Marquardt: each step damped until it reduces the sum of squares. */
     DCAL_LEVENBERG_MARQUARDT = 0,
     /** Gauss-Newton: always the full step. */
-    DCAL_GAUSS_NEWTON = 1,
+    DCAL_GAUSS_NEWTON = 1
+};
+
+enum dcal_start {
     /** The iteration starts from the nominal robot. */
     DCAL_START_NOMINAL = 0,
     /** The iteration starts without a guess; needs 12 samples. Calibrations from any readings start from
      * the nominal robot all the same. No number of a solver: exchanged, both are refused. */
-    DCAL_START_FREE = 2,
+    DCAL_START_FREE = 2
+};
+
+enum dcal_termination {
     /** The iteration stopped because no step could reduce the sum of squares any further. */
     DCAL_GRADIENT_VANISHED = 0,
     /** The iteration stopped because the last step was of the size of rounding errors. */
-    DCAL_ROUNDING_REACHED = 1,
+    DCAL_ROUNDING_REACHED = 1
+};
+
+enum dcal_start_used {
     /** The result comes from the nominal robot. */
     DCAL_USED_NOMINAL = 0,
     /** The result comes from the start without a guess. */
     DCAL_USED_FREE = 1,
     /** The result comes from the search beside an earlier solution. */
-    DCAL_USED_SEARCH = 2,
+    DCAL_USED_SEARCH = 2
+};
+
+enum dcal_verdict {
     /** The sample agrees with the prediction and was taken in. */
     DCAL_TAKEN = 0,
     /** The sample could not be tested and was taken in. */
     DCAL_UNTESTED = 1,
     /** The sample disagrees with the prediction and was not taken in. */
-    DCAL_REJECTED = 2,
+    DCAL_REJECTED = 2
+};
+
+enum dcal_alarm {
     /** No alarm. */
     DCAL_NO_ALARM = 0,
     /** The robot or its measuring frame has changed. */
     DCAL_ROBOT_CHANGED = 1,
     /** The samples before the run, or the stated robot and tolerance, are wrong, or the robot has changed. */
-    DCAL_EARLY_SAMPLES_WRONG = 2,
+    DCAL_EARLY_SAMPLES_WRONG = 2
+};
+
+enum dcal_instrument {
     /** No instrument. */
     DCAL_NO_INSTRUMENT = 0,
     /** The frame in which coordinates were measured. */
@@ -250,11 +280,17 @@ enum {
     /** A point that distances were measured from. */
     DCAL_POINT = 3,
     /** The gear and encoder of a joint. */
-    DCAL_TRANSMISSION = 4,
+    DCAL_TRANSMISSION = 4
+};
+
+enum dcal_frame {
     /** Coordinates are measured in the robot's own frame. */
     DCAL_FRAME_BASE = 0,
     /** Coordinates are measured in a frame that stands anywhere: six unknowns. */
-    DCAL_FRAME_SENSOR = 1,
+    DCAL_FRAME_SENSOR = 1
+};
+
+enum dcal_reading {
     /** Bit of an observation: x was measured. */
     DCAL_READ_X = 1,
     /** Bit of an observation: y was measured. */
@@ -266,7 +302,10 @@ enum {
     /** Bit of an observation: a distance from a point was measured. */
     DCAL_READ_DISTANCE = 16,
     /** Bit of an observation: a distance from the platform's position at other joint angles was measured. */
-    DCAL_READ_DISTANCE_BETWEEN = 32,
+    DCAL_READ_DISTANCE_BETWEEN = 32
+};
+
+enum dcal_limit {
     /** Observations of a calibration from any readings at most. */
     DCAL_FKM_ROWS = 64,
     /** Planes of a calibration from any readings at most. */
@@ -278,17 +317,19 @@ enum {
     DCAL_UNKNOWNS = 12
 };
 
-/** The kinds of object, for dcal_size. The numbers never change. */
-enum {
+/** For dcal_size. The numbers never change. */
+enum dcal_kind {
     DCAL_ROBOT_F32 = 1025,
     DCAL_IKM_F32 = 1026,
     DCAL_JOINT_F32 = 1029,
     DCAL_GATE_F32 = 1032,
+    DCAL_JOINT_GATE_F32 = 1034,
     DCAL_FKM_F32 = 1033,
     DCAL_ROBOT_F64 = 2049,
     DCAL_IKM_F64 = 2050,
     DCAL_JOINT_F64 = 2053,
     DCAL_GATE_F64 = 2056,
+    DCAL_JOINT_GATE_F64 = 2058,
     DCAL_FKM_F64 = 2057
 };
 
@@ -373,6 +414,13 @@ typedef struct dcal_gate_f32 {
 } dcal_gate_f32;
 DCAL_OBJECT(dcal_gate_f32, DCAL_GATE_F32_SIZE);
 
+/** The joint calibrator behind a gate, which tests each sample before it is taken in. */
+#define DCAL_JOINT_GATE_F32_SIZE 15232
+typedef struct dcal_joint_gate_f32 {
+    DCAL_ALIGNED unsigned char memory[DCAL_JOINT_GATE_F32_SIZE];
+} dcal_joint_gate_f32;
+DCAL_OBJECT(dcal_joint_gate_f32, DCAL_JOINT_GATE_F32_SIZE);
+
 /** The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver. */
 #define DCAL_FKM_F32_SIZE 26240
 typedef struct dcal_fkm_f32 {
@@ -381,9 +429,11 @@ typedef struct dcal_fkm_f32 {
 DCAL_OBJECT(dcal_fkm_f32, DCAL_FKM_F32_SIZE);
 
 /** The bytes of a snapshot. */
-#define DCAL_IKM_SNAPSHOT_F32_SIZE 1316
+#define DCAL_IKM_SNAPSHOT_F32_SIZE 1319
 #define DCAL_JOINT_SNAPSHOT_F32_SIZE 3462
-#define DCAL_GATE_SNAPSHOT_F32_SIZE 2130
+#define DCAL_GATE_SNAPSHOT_F32_SIZE 2133
+#define DCAL_JOINT_GATE_SNAPSHOT_F32_SIZE 5579
+#define DCAL_FKM_SNAPSHOT_F32_SIZE 3032
 
 /** The robot as a data sheet gives it: three equal arms 120 degrees apart, no tilt. Lengths in any one
  * unit. */
@@ -529,9 +579,8 @@ typedef struct dcal_gate_counts_f32 {
     /** The cause of the first long run of rejections: DCAL_NO_ALARM, DCAL_ROBOT_CHANGED or
      * DCAL_EARLY_SAMPLES_WRONG. */
     int32_t alarm;
-    /** 1 while there is something to solve, possibly the gate's own estimate: call gate_step until it
-     * returns DCAL_OK. */
-    int32_t solving;
+    /** 0. */
+    int32_t reserved;
     /** The first sample of that run, counted from 0 over all samples received; 0 without an alarm. */
     uint64_t alarm_sample;
 } dcal_gate_counts_f32;
@@ -728,12 +777,21 @@ dcal_status dcal_ikm_samples_f32(const dcal_ikm_f32 *calibrator, uint64_t *sampl
  * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_ikm_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with the arm,
- * the number of samples and the number needed. */
+ * the number of samples and the number needed. Behind a gate also DCAL_ROBOT_HAS_CHANGED,
+ * DCAL_EARLY_SAMPLES and DCAL_TOO_MANY_REJECTED; an earlier result is then gone. */
 dcal_status dcal_ikm_solve_f32(dcal_ikm_f32 *calibrator, dcal_error *error);
 
 /** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
  * is more to do, then DCAL_OK: dcal_ikm_finish_f32 has the result, or says why there is none. */
 dcal_status dcal_ikm_step_f32(dcal_ikm_f32 *calibrator);
+
+/** DCAL_WORKING while dcal_ikm_step_f32 has work to do, of a gate possibly its own estimate; DCAL_OK
+ * otherwise. */
+dcal_status dcal_ikm_solving_f32(const dcal_ikm_f32 *calibrator);
+
+/** DCAL_OK if a solve has finished and no sample was added since: dcal_ikm_finish_f32 then has the result
+ * or the refusal. DCAL_UNFINISHED otherwise. */
+dcal_status dcal_ikm_finished_f32(const dcal_ikm_f32 *calibrator);
 
 /** Abandons what dcal_ikm_solve_f32 started. The samples stay. */
 dcal_status dcal_ikm_stop_f32(dcal_ikm_f32 *calibrator);
@@ -780,8 +838,8 @@ dcal_status dcal_ikm_snapshot_f32(
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
- * computes the same bits as the calibrator that the snapshot is of.
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and
+ * instruments. It then computes the same bits as the calibrator that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
 dcal_status dcal_ikm_restore_f32(dcal_ikm_f32 *calibrator, const uint8_t *bytes, size_t length);
@@ -825,12 +883,21 @@ dcal_status dcal_joint_samples_f32(const dcal_joint_f32 *calibrator, uint64_t *s
  * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_joint_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with the
- * arm, the number of samples and the number needed. */
+ * arm, the number of samples and the number needed. Behind a gate also DCAL_ROBOT_HAS_CHANGED,
+ * DCAL_EARLY_SAMPLES and DCAL_TOO_MANY_REJECTED; an earlier result is then gone. */
 dcal_status dcal_joint_solve_f32(dcal_joint_f32 *calibrator, dcal_error *error);
 
 /** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
  * is more to do, then DCAL_OK: dcal_joint_finish_f32 has the result, or says why there is none. */
 dcal_status dcal_joint_step_f32(dcal_joint_f32 *calibrator);
+
+/** DCAL_WORKING while dcal_joint_step_f32 has work to do, of a gate possibly its own estimate; DCAL_OK
+ * otherwise. */
+dcal_status dcal_joint_solving_f32(const dcal_joint_f32 *calibrator);
+
+/** DCAL_OK if a solve has finished and no sample was added since: dcal_joint_finish_f32 then has the
+ * result or the refusal. DCAL_UNFINISHED otherwise. */
+dcal_status dcal_joint_finished_f32(const dcal_joint_f32 *calibrator);
 
 /** Abandons what dcal_joint_solve_f32 started. The samples stay. */
 dcal_status dcal_joint_stop_f32(dcal_joint_f32 *calibrator);
@@ -877,8 +944,8 @@ dcal_status dcal_joint_snapshot_f32(
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
- * computes the same bits as the calibrator that the snapshot is of.
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and
+ * instruments. It then computes the same bits as the calibrator that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
 dcal_status dcal_joint_restore_f32(dcal_joint_f32 *calibrator, const uint8_t *bytes, size_t length);
@@ -926,12 +993,21 @@ dcal_status dcal_gate_samples_f32(const dcal_gate_f32 *calibrator, uint64_t *sam
  * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_gate_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with the
- * arm, the number of samples and the number needed. */
+ * arm, the number of samples and the number needed. Behind a gate also DCAL_ROBOT_HAS_CHANGED,
+ * DCAL_EARLY_SAMPLES and DCAL_TOO_MANY_REJECTED; an earlier result is then gone. */
 dcal_status dcal_gate_solve_f32(dcal_gate_f32 *calibrator, dcal_error *error);
 
 /** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
  * is more to do, then DCAL_OK: dcal_gate_finish_f32 has the result, or says why there is none. */
 dcal_status dcal_gate_step_f32(dcal_gate_f32 *calibrator);
+
+/** DCAL_WORKING while dcal_gate_step_f32 has work to do, of a gate possibly its own estimate; DCAL_OK
+ * otherwise. */
+dcal_status dcal_gate_solving_f32(const dcal_gate_f32 *calibrator);
+
+/** DCAL_OK if a solve has finished and no sample was added since: dcal_gate_finish_f32 then has the result
+ * or the refusal. DCAL_UNFINISHED otherwise. */
+dcal_status dcal_gate_finished_f32(const dcal_gate_f32 *calibrator);
 
 /** Abandons what dcal_gate_solve_f32 started. The samples stay. */
 dcal_status dcal_gate_stop_f32(dcal_gate_f32 *calibrator);
@@ -978,11 +1054,124 @@ dcal_status dcal_gate_snapshot_f32(
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
- * computes the same bits as the calibrator that the snapshot is of.
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and
+ * instruments. It then computes the same bits as the calibrator that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
 dcal_status dcal_gate_restore_f32(dcal_gate_f32 *calibrator, const uint8_t *bytes, size_t length);
+
+/** Makes a calibrator with a gate and without samples, in size bytes of memory: write sizeof *calibrator.
+ * sigmas is the width of the gate; 0 selects the width that rejects three good samples in a million for
+ * each arm. age is the mean age of the samples that count, for a robot that changes slowly; 0 if all
+ * count equally. If noise and tolerance are stated, the gate tests from the first sample, otherwise from
+ * its first estimate.
+ *
+ * Errors: DCAL_NOISE_..., DCAL_TOLERANCE_..., DCAL_NO_SUCH_CHOICE, DCAL_WIDTH_OF_GATE, DCAL_FORGETTING. */
+dcal_status dcal_joint_gate_init_f32(
+    dcal_joint_gate_f32 *calibrator,
+    size_t size,
+    const dcal_robot_f32 *robot,
+    const dcal_settings_f32 *settings,
+    float sigmas,
+    float age,
+    dcal_error *error);
+
+/** Tests one sample, and adds it unless it is rejected. A rejected sample is not an error: verdict reports
+ * it. If the gate then needs an estimate of its own, call dcal_joint_gate_step_f32 until it returns
+ * DCAL_OK, before the next sample.
+ *
+ * Errors: DCAL_BUSY, and DCAL_SAMPLE_... with the arm; nothing has changed. */
+dcal_status dcal_joint_gate_add_f32(
+    dcal_joint_gate_f32 *calibrator,
+    const dcal_sample_f32 *sample,
+    dcal_verdict_f32 *verdict,
+    dcal_error *error);
+
+/** Writes the sample counts and the alarm, if any. */
+dcal_status dcal_joint_gate_state_f32(const dcal_joint_gate_f32 *calibrator, dcal_gate_counts_f32 *state);
+
+/** Answers the alarm and excuses all rejections so far: solving is possible again. Without forgetting the
+ * rejected samples were wrong, and the samples before them stay; if the robot itself has changed, call
+ * dcal_joint_gate_reset_f32. With forgetting an alarm's answer discards the earlier samples, and the gate
+ * begins again, as when new; its counts go on. */
+dcal_status dcal_joint_gate_acknowledge_f32(dcal_joint_gate_f32 *calibrator);
+
+/** Writes the number of samples. */
+dcal_status dcal_joint_gate_samples_f32(const dcal_joint_gate_f32 *calibrator, uint64_t *samples);
+
+/** Starts solving. Until the last dcal_joint_gate_step_f32, or until dcal_joint_gate_stop_f32, every call
+ * that would change the samples returns DCAL_BUSY.
+ *
+ * Errors: those of dcal_joint_gate_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with
+ * the arm, the number of samples and the number needed. Behind a gate also DCAL_ROBOT_HAS_CHANGED,
+ * DCAL_EARLY_SAMPLES and DCAL_TOO_MANY_REJECTED; an earlier result is then gone. */
+dcal_status dcal_joint_gate_solve_f32(dcal_joint_gate_f32 *calibrator, dcal_error *error);
+
+/** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
+ * is more to do, then DCAL_OK: dcal_joint_gate_finish_f32 has the result, or says why there is none. */
+dcal_status dcal_joint_gate_step_f32(dcal_joint_gate_f32 *calibrator);
+
+/** DCAL_WORKING while dcal_joint_gate_step_f32 has work to do, of a gate possibly its own estimate;
+ * DCAL_OK otherwise. */
+dcal_status dcal_joint_gate_solving_f32(const dcal_joint_gate_f32 *calibrator);
+
+/** DCAL_OK if a solve has finished and no sample was added since: dcal_joint_gate_finish_f32 then has the
+ * result or the refusal. DCAL_UNFINISHED otherwise. */
+dcal_status dcal_joint_gate_finished_f32(const dcal_joint_gate_f32 *calibrator);
+
+/** Abandons what dcal_joint_gate_solve_f32 started. The samples stay. */
+dcal_status dcal_joint_gate_stop_f32(dcal_joint_gate_f32 *calibrator);
+
+/** Discards all samples and what was solved from them: as after dcal_joint_gate_init_f32. */
+dcal_status dcal_joint_gate_reset_f32(dcal_joint_gate_f32 *calibrator);
+
+/** Makes the calibrated robot, in size bytes of memory: write sizeof *robot. robot may be the robot in
+ * use, which is then replaced. The result stays in the calibrator until its samples change.
+ *
+ * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to DCAL_OVERFLOW)
+ * with its arm and cause; the robot keeps its parameters. */
+dcal_status dcal_joint_gate_finish_f32(
+    const dcal_joint_gate_f32 *calibrator,
+    dcal_robot_f32 *robot,
+    size_t size,
+    dcal_error *error);
+
+/** Writes how well an arm is known; arm is 0, 1 or 2. If the arms were solved together, residual and noise
+ * are those of the whole robot.
+ *
+ * Errors: DCAL_NO_SUCH_ARM, and those of dcal_joint_gate_finish_f32. */
+dcal_status dcal_joint_gate_arm_f32(
+    const dcal_joint_gate_f32 *calibrator,
+    int32_t arm,
+    dcal_arm_summary_f32 *summary);
+
+/** Writes the standard uncertainty of each of the 24 parameters, eight per arm: length or radians.
+ *
+ * Errors: DCAL_NO_COVARIANCE, and those of dcal_joint_gate_finish_f32. */
+dcal_status dcal_joint_gate_deviations_f32(const dcal_joint_gate_f32 *calibrator, float sigma[24]);
+
+/** Writes the covariance of all 24 parameters, eight per arm, row by row: length^2, length radian,
+ * radian^2. Arms that were solved separately have none between them: 0.
+ *
+ * Errors: DCAL_NO_COVARIANCE, and those of dcal_joint_gate_finish_f32. */
+dcal_status dcal_joint_gate_covariance_f32(const dcal_joint_gate_f32 *calibrator, float covariance[576]);
+
+/** Writes the samples into bytes, of which there are capacity: write the constant
+ * DCAL_..._SNAPSHOT_..._SIZE. length receives the number written. They are the same on every target.
+ * Store them where they survive a power cut, and give them to dcal_joint_gate_restore_f32.
+ *
+ * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. Of a gate also DCAL_BUSY. */
+dcal_status dcal_joint_gate_snapshot_f32(
+    const dcal_joint_gate_f32 *calibrator,
+    uint8_t *bytes,
+    size_t capacity,
+    size_t *length);
+
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and
+ * instruments. It then computes the same bits as the calibrator that the snapshot is of.
+ *
+ * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
+dcal_status dcal_joint_gate_restore_f32(dcal_joint_gate_f32 *calibrator, const uint8_t *bytes, size_t length);
 
 /** Makes a calibrator without observations, in size bytes of memory: write sizeof *calibrator. robot is
  * the uncalibrated robot. settings must state the noise of positions and joint angles, and a tolerance
@@ -998,10 +1187,12 @@ dcal_status dcal_fkm_init_f32(
     const dcal_settings_f32 *settings,
     dcal_error *error);
 
-/** Adds one observation, at most DCAL_FKM_ROWS in all.
+/** Adds one observation, at most DCAL_FKM_ROWS in all. Every one that was added takes part in the
+ * calibration.
  *
- * Errors: DCAL_OBSERVATION_..., DCAL_SAMPLE_JOINT_..., DCAL_NO_SUCH_PLANE and ..._POINT, DCAL_NOISE_...
- * of a height or distance if it is not stated, DCAL_NO_SUCH_CHOICE, DCAL_BUSY; nothing is added. */
+ * Errors: DCAL_OBSERVATION_..., also where the uncalibrated robot does not reach the joint angles;
+ * DCAL_SAMPLE_JOINT_..., DCAL_NO_SUCH_PLANE and ..._POINT, DCAL_NOISE_... of a height or distance if it
+ * is not stated, DCAL_NO_SUCH_CHOICE, DCAL_BUSY; nothing is added. */
 dcal_status dcal_fkm_add_f32(
     dcal_fkm_f32 *calibrator,
     const dcal_observation_f32 *observation,
@@ -1030,12 +1221,21 @@ dcal_status dcal_fkm_samples_f32(const dcal_fkm_f32 *calibrator, uint64_t *sampl
  * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_fkm_finish_f32 that are already known, such as DCAL_TOO_FEW_SAMPLES with the arm,
- * the number of samples and the number needed. */
+ * the number of samples and the number needed. Behind a gate also DCAL_ROBOT_HAS_CHANGED,
+ * DCAL_EARLY_SAMPLES and DCAL_TOO_MANY_REJECTED; an earlier result is then gone. */
 dcal_status dcal_fkm_solve_f32(dcal_fkm_f32 *calibrator, dcal_error *error);
 
 /** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
  * is more to do, then DCAL_OK: dcal_fkm_finish_f32 has the result, or says why there is none. */
 dcal_status dcal_fkm_step_f32(dcal_fkm_f32 *calibrator);
+
+/** DCAL_WORKING while dcal_fkm_step_f32 has work to do, of a gate possibly its own estimate; DCAL_OK
+ * otherwise. */
+dcal_status dcal_fkm_solving_f32(const dcal_fkm_f32 *calibrator);
+
+/** DCAL_OK if a solve has finished and no sample was added since: dcal_fkm_finish_f32 then has the result
+ * or the refusal. DCAL_UNFINISHED otherwise. */
+dcal_status dcal_fkm_finished_f32(const dcal_fkm_f32 *calibrator);
 
 /** Abandons what dcal_fkm_solve_f32 started. The samples stay. */
 dcal_status dcal_fkm_stop_f32(dcal_fkm_f32 *calibrator);
@@ -1071,6 +1271,23 @@ dcal_status dcal_fkm_deviations_f32(const dcal_fkm_f32 *calibrator, float sigma[
  * Errors: DCAL_NO_COVARIANCE, and those of dcal_fkm_finish_f32. */
 dcal_status dcal_fkm_covariance_f32(const dcal_fkm_f32 *calibrator, float covariance[576]);
 
+/** Writes the samples into bytes, of which there are capacity: write the constant
+ * DCAL_..._SNAPSHOT_..._SIZE. length receives the number written. They are the same on every target.
+ * Store them where they survive a power cut, and give them to dcal_fkm_restore_f32.
+ *
+ * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. Of a gate also DCAL_BUSY. */
+dcal_status dcal_fkm_snapshot_f32(
+    const dcal_fkm_f32 *calibrator,
+    uint8_t *bytes,
+    size_t capacity,
+    size_t *length);
+
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and
+ * instruments. It then computes the same bits as the calibrator that the snapshot is of.
+ *
+ * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
+dcal_status dcal_fkm_restore_f32(dcal_fkm_f32 *calibrator, const uint8_t *bytes, size_t length);
+
 /* ---- Double precision ---- */
 
 /** A robot: three arms of eight parameters. */
@@ -1101,6 +1318,13 @@ typedef struct dcal_gate_f64 {
 } dcal_gate_f64;
 DCAL_OBJECT(dcal_gate_f64, DCAL_GATE_F64_SIZE);
 
+/** The joint calibrator behind a gate, which tests each sample before it is taken in. */
+#define DCAL_JOINT_GATE_F64_SIZE 30016
+typedef struct dcal_joint_gate_f64 {
+    DCAL_ALIGNED unsigned char memory[DCAL_JOINT_GATE_F64_SIZE];
+} dcal_joint_gate_f64;
+DCAL_OBJECT(dcal_joint_gate_f64, DCAL_JOINT_GATE_F64_SIZE);
+
 /** The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver. */
 #define DCAL_FKM_F64_SIZE 52352
 typedef struct dcal_fkm_f64 {
@@ -1109,9 +1333,11 @@ typedef struct dcal_fkm_f64 {
 DCAL_OBJECT(dcal_fkm_f64, DCAL_FKM_F64_SIZE);
 
 /** The bytes of a snapshot. */
-#define DCAL_IKM_SNAPSHOT_F64_SIZE 2564
+#define DCAL_IKM_SNAPSHOT_F64_SIZE 2567
 #define DCAL_JOINT_SNAPSHOT_F64_SIZE 6890
-#define DCAL_GATE_SNAPSHOT_F64_SIZE 4038
+#define DCAL_GATE_SNAPSHOT_F64_SIZE 4041
+#define DCAL_JOINT_GATE_SNAPSHOT_F64_SIZE 10915
+#define DCAL_FKM_SNAPSHOT_F64_SIZE 5848
 
 /** The robot as a data sheet gives it: three equal arms 120 degrees apart, no tilt. Lengths in any one
  * unit. */
@@ -1257,9 +1483,8 @@ typedef struct dcal_gate_counts_f64 {
     /** The cause of the first long run of rejections: DCAL_NO_ALARM, DCAL_ROBOT_CHANGED or
      * DCAL_EARLY_SAMPLES_WRONG. */
     int32_t alarm;
-    /** 1 while there is something to solve, possibly the gate's own estimate: call gate_step until it
-     * returns DCAL_OK. */
-    int32_t solving;
+    /** 0. */
+    int32_t reserved;
     /** The first sample of that run, counted from 0 over all samples received; 0 without an alarm. */
     uint64_t alarm_sample;
 } dcal_gate_counts_f64;
@@ -1456,12 +1681,21 @@ dcal_status dcal_ikm_samples_f64(const dcal_ikm_f64 *calibrator, uint64_t *sampl
  * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_ikm_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with the arm,
- * the number of samples and the number needed. */
+ * the number of samples and the number needed. Behind a gate also DCAL_ROBOT_HAS_CHANGED,
+ * DCAL_EARLY_SAMPLES and DCAL_TOO_MANY_REJECTED; an earlier result is then gone. */
 dcal_status dcal_ikm_solve_f64(dcal_ikm_f64 *calibrator, dcal_error *error);
 
 /** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
  * is more to do, then DCAL_OK: dcal_ikm_finish_f64 has the result, or says why there is none. */
 dcal_status dcal_ikm_step_f64(dcal_ikm_f64 *calibrator);
+
+/** DCAL_WORKING while dcal_ikm_step_f64 has work to do, of a gate possibly its own estimate; DCAL_OK
+ * otherwise. */
+dcal_status dcal_ikm_solving_f64(const dcal_ikm_f64 *calibrator);
+
+/** DCAL_OK if a solve has finished and no sample was added since: dcal_ikm_finish_f64 then has the result
+ * or the refusal. DCAL_UNFINISHED otherwise. */
+dcal_status dcal_ikm_finished_f64(const dcal_ikm_f64 *calibrator);
 
 /** Abandons what dcal_ikm_solve_f64 started. The samples stay. */
 dcal_status dcal_ikm_stop_f64(dcal_ikm_f64 *calibrator);
@@ -1508,8 +1742,8 @@ dcal_status dcal_ikm_snapshot_f64(
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
- * computes the same bits as the calibrator that the snapshot is of.
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and
+ * instruments. It then computes the same bits as the calibrator that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
 dcal_status dcal_ikm_restore_f64(dcal_ikm_f64 *calibrator, const uint8_t *bytes, size_t length);
@@ -1553,12 +1787,21 @@ dcal_status dcal_joint_samples_f64(const dcal_joint_f64 *calibrator, uint64_t *s
  * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_joint_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with the
- * arm, the number of samples and the number needed. */
+ * arm, the number of samples and the number needed. Behind a gate also DCAL_ROBOT_HAS_CHANGED,
+ * DCAL_EARLY_SAMPLES and DCAL_TOO_MANY_REJECTED; an earlier result is then gone. */
 dcal_status dcal_joint_solve_f64(dcal_joint_f64 *calibrator, dcal_error *error);
 
 /** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
  * is more to do, then DCAL_OK: dcal_joint_finish_f64 has the result, or says why there is none. */
 dcal_status dcal_joint_step_f64(dcal_joint_f64 *calibrator);
+
+/** DCAL_WORKING while dcal_joint_step_f64 has work to do, of a gate possibly its own estimate; DCAL_OK
+ * otherwise. */
+dcal_status dcal_joint_solving_f64(const dcal_joint_f64 *calibrator);
+
+/** DCAL_OK if a solve has finished and no sample was added since: dcal_joint_finish_f64 then has the
+ * result or the refusal. DCAL_UNFINISHED otherwise. */
+dcal_status dcal_joint_finished_f64(const dcal_joint_f64 *calibrator);
 
 /** Abandons what dcal_joint_solve_f64 started. The samples stay. */
 dcal_status dcal_joint_stop_f64(dcal_joint_f64 *calibrator);
@@ -1605,8 +1848,8 @@ dcal_status dcal_joint_snapshot_f64(
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
- * computes the same bits as the calibrator that the snapshot is of.
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and
+ * instruments. It then computes the same bits as the calibrator that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
 dcal_status dcal_joint_restore_f64(dcal_joint_f64 *calibrator, const uint8_t *bytes, size_t length);
@@ -1654,12 +1897,21 @@ dcal_status dcal_gate_samples_f64(const dcal_gate_f64 *calibrator, uint64_t *sam
  * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_gate_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with the
- * arm, the number of samples and the number needed. */
+ * arm, the number of samples and the number needed. Behind a gate also DCAL_ROBOT_HAS_CHANGED,
+ * DCAL_EARLY_SAMPLES and DCAL_TOO_MANY_REJECTED; an earlier result is then gone. */
 dcal_status dcal_gate_solve_f64(dcal_gate_f64 *calibrator, dcal_error *error);
 
 /** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
  * is more to do, then DCAL_OK: dcal_gate_finish_f64 has the result, or says why there is none. */
 dcal_status dcal_gate_step_f64(dcal_gate_f64 *calibrator);
+
+/** DCAL_WORKING while dcal_gate_step_f64 has work to do, of a gate possibly its own estimate; DCAL_OK
+ * otherwise. */
+dcal_status dcal_gate_solving_f64(const dcal_gate_f64 *calibrator);
+
+/** DCAL_OK if a solve has finished and no sample was added since: dcal_gate_finish_f64 then has the result
+ * or the refusal. DCAL_UNFINISHED otherwise. */
+dcal_status dcal_gate_finished_f64(const dcal_gate_f64 *calibrator);
 
 /** Abandons what dcal_gate_solve_f64 started. The samples stay. */
 dcal_status dcal_gate_stop_f64(dcal_gate_f64 *calibrator);
@@ -1706,11 +1958,124 @@ dcal_status dcal_gate_snapshot_f64(
     size_t capacity,
     size_t *length);
 
-/** Replaces the samples by those of a snapshot. The calibrator must have the same robot and noise. It then
- * computes the same bits as the calibrator that the snapshot is of.
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and
+ * instruments. It then computes the same bits as the calibrator that the snapshot is of.
  *
  * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
 dcal_status dcal_gate_restore_f64(dcal_gate_f64 *calibrator, const uint8_t *bytes, size_t length);
+
+/** Makes a calibrator with a gate and without samples, in size bytes of memory: write sizeof *calibrator.
+ * sigmas is the width of the gate; 0 selects the width that rejects three good samples in a million for
+ * each arm. age is the mean age of the samples that count, for a robot that changes slowly; 0 if all
+ * count equally. If noise and tolerance are stated, the gate tests from the first sample, otherwise from
+ * its first estimate.
+ *
+ * Errors: DCAL_NOISE_..., DCAL_TOLERANCE_..., DCAL_NO_SUCH_CHOICE, DCAL_WIDTH_OF_GATE, DCAL_FORGETTING. */
+dcal_status dcal_joint_gate_init_f64(
+    dcal_joint_gate_f64 *calibrator,
+    size_t size,
+    const dcal_robot_f64 *robot,
+    const dcal_settings_f64 *settings,
+    double sigmas,
+    double age,
+    dcal_error *error);
+
+/** Tests one sample, and adds it unless it is rejected. A rejected sample is not an error: verdict reports
+ * it. If the gate then needs an estimate of its own, call dcal_joint_gate_step_f64 until it returns
+ * DCAL_OK, before the next sample.
+ *
+ * Errors: DCAL_BUSY, and DCAL_SAMPLE_... with the arm; nothing has changed. */
+dcal_status dcal_joint_gate_add_f64(
+    dcal_joint_gate_f64 *calibrator,
+    const dcal_sample_f64 *sample,
+    dcal_verdict_f64 *verdict,
+    dcal_error *error);
+
+/** Writes the sample counts and the alarm, if any. */
+dcal_status dcal_joint_gate_state_f64(const dcal_joint_gate_f64 *calibrator, dcal_gate_counts_f64 *state);
+
+/** Answers the alarm and excuses all rejections so far: solving is possible again. Without forgetting the
+ * rejected samples were wrong, and the samples before them stay; if the robot itself has changed, call
+ * dcal_joint_gate_reset_f64. With forgetting an alarm's answer discards the earlier samples, and the gate
+ * begins again, as when new; its counts go on. */
+dcal_status dcal_joint_gate_acknowledge_f64(dcal_joint_gate_f64 *calibrator);
+
+/** Writes the number of samples. */
+dcal_status dcal_joint_gate_samples_f64(const dcal_joint_gate_f64 *calibrator, uint64_t *samples);
+
+/** Starts solving. Until the last dcal_joint_gate_step_f64, or until dcal_joint_gate_stop_f64, every call
+ * that would change the samples returns DCAL_BUSY.
+ *
+ * Errors: those of dcal_joint_gate_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with
+ * the arm, the number of samples and the number needed. Behind a gate also DCAL_ROBOT_HAS_CHANGED,
+ * DCAL_EARLY_SAMPLES and DCAL_TOO_MANY_REJECTED; an earlier result is then gone. */
+dcal_status dcal_joint_gate_solve_f64(dcal_joint_gate_f64 *calibrator, dcal_error *error);
+
+/** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
+ * is more to do, then DCAL_OK: dcal_joint_gate_finish_f64 has the result, or says why there is none. */
+dcal_status dcal_joint_gate_step_f64(dcal_joint_gate_f64 *calibrator);
+
+/** DCAL_WORKING while dcal_joint_gate_step_f64 has work to do, of a gate possibly its own estimate;
+ * DCAL_OK otherwise. */
+dcal_status dcal_joint_gate_solving_f64(const dcal_joint_gate_f64 *calibrator);
+
+/** DCAL_OK if a solve has finished and no sample was added since: dcal_joint_gate_finish_f64 then has the
+ * result or the refusal. DCAL_UNFINISHED otherwise. */
+dcal_status dcal_joint_gate_finished_f64(const dcal_joint_gate_f64 *calibrator);
+
+/** Abandons what dcal_joint_gate_solve_f64 started. The samples stay. */
+dcal_status dcal_joint_gate_stop_f64(dcal_joint_gate_f64 *calibrator);
+
+/** Discards all samples and what was solved from them: as after dcal_joint_gate_init_f64. */
+dcal_status dcal_joint_gate_reset_f64(dcal_joint_gate_f64 *calibrator);
+
+/** Makes the calibrated robot, in size bytes of memory: write sizeof *robot. robot may be the robot in
+ * use, which is then replaced. The result stays in the calibrator until its samples change.
+ *
+ * Errors: DCAL_UNFINISHED before the last step, and every refusal (DCAL_TOO_FEW_SAMPLES to DCAL_OVERFLOW)
+ * with its arm and cause; the robot keeps its parameters. */
+dcal_status dcal_joint_gate_finish_f64(
+    const dcal_joint_gate_f64 *calibrator,
+    dcal_robot_f64 *robot,
+    size_t size,
+    dcal_error *error);
+
+/** Writes how well an arm is known; arm is 0, 1 or 2. If the arms were solved together, residual and noise
+ * are those of the whole robot.
+ *
+ * Errors: DCAL_NO_SUCH_ARM, and those of dcal_joint_gate_finish_f64. */
+dcal_status dcal_joint_gate_arm_f64(
+    const dcal_joint_gate_f64 *calibrator,
+    int32_t arm,
+    dcal_arm_summary_f64 *summary);
+
+/** Writes the standard uncertainty of each of the 24 parameters, eight per arm: length or radians.
+ *
+ * Errors: DCAL_NO_COVARIANCE, and those of dcal_joint_gate_finish_f64. */
+dcal_status dcal_joint_gate_deviations_f64(const dcal_joint_gate_f64 *calibrator, double sigma[24]);
+
+/** Writes the covariance of all 24 parameters, eight per arm, row by row: length^2, length radian,
+ * radian^2. Arms that were solved separately have none between them: 0.
+ *
+ * Errors: DCAL_NO_COVARIANCE, and those of dcal_joint_gate_finish_f64. */
+dcal_status dcal_joint_gate_covariance_f64(const dcal_joint_gate_f64 *calibrator, double covariance[576]);
+
+/** Writes the samples into bytes, of which there are capacity: write the constant
+ * DCAL_..._SNAPSHOT_..._SIZE. length receives the number written. They are the same on every target.
+ * Store them where they survive a power cut, and give them to dcal_joint_gate_restore_f64.
+ *
+ * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. Of a gate also DCAL_BUSY. */
+dcal_status dcal_joint_gate_snapshot_f64(
+    const dcal_joint_gate_f64 *calibrator,
+    uint8_t *bytes,
+    size_t capacity,
+    size_t *length);
+
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and
+ * instruments. It then computes the same bits as the calibrator that the snapshot is of.
+ *
+ * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
+dcal_status dcal_joint_gate_restore_f64(dcal_joint_gate_f64 *calibrator, const uint8_t *bytes, size_t length);
 
 /** Makes a calibrator without observations, in size bytes of memory: write sizeof *calibrator. robot is
  * the uncalibrated robot. settings must state the noise of positions and joint angles, and a tolerance
@@ -1726,10 +2091,12 @@ dcal_status dcal_fkm_init_f64(
     const dcal_settings_f64 *settings,
     dcal_error *error);
 
-/** Adds one observation, at most DCAL_FKM_ROWS in all.
+/** Adds one observation, at most DCAL_FKM_ROWS in all. Every one that was added takes part in the
+ * calibration.
  *
- * Errors: DCAL_OBSERVATION_..., DCAL_SAMPLE_JOINT_..., DCAL_NO_SUCH_PLANE and ..._POINT, DCAL_NOISE_...
- * of a height or distance if it is not stated, DCAL_NO_SUCH_CHOICE, DCAL_BUSY; nothing is added. */
+ * Errors: DCAL_OBSERVATION_..., also where the uncalibrated robot does not reach the joint angles;
+ * DCAL_SAMPLE_JOINT_..., DCAL_NO_SUCH_PLANE and ..._POINT, DCAL_NOISE_... of a height or distance if it
+ * is not stated, DCAL_NO_SUCH_CHOICE, DCAL_BUSY; nothing is added. */
 dcal_status dcal_fkm_add_f64(
     dcal_fkm_f64 *calibrator,
     const dcal_observation_f64 *observation,
@@ -1758,12 +2125,21 @@ dcal_status dcal_fkm_samples_f64(const dcal_fkm_f64 *calibrator, uint64_t *sampl
  * change the samples returns DCAL_BUSY.
  *
  * Errors: those of dcal_fkm_finish_f64 that are already known, such as DCAL_TOO_FEW_SAMPLES with the arm,
- * the number of samples and the number needed. */
+ * the number of samples and the number needed. Behind a gate also DCAL_ROBOT_HAS_CHANGED,
+ * DCAL_EARLY_SAMPLES and DCAL_TOO_MANY_REJECTED; an earlier result is then gone. */
 dcal_status dcal_fkm_solve_f64(dcal_fkm_f64 *calibrator, dcal_error *error);
 
 /** Runs one short step, to be called between the turns of a control loop. Returns DCAL_WORKING while there
  * is more to do, then DCAL_OK: dcal_fkm_finish_f64 has the result, or says why there is none. */
 dcal_status dcal_fkm_step_f64(dcal_fkm_f64 *calibrator);
+
+/** DCAL_WORKING while dcal_fkm_step_f64 has work to do, of a gate possibly its own estimate; DCAL_OK
+ * otherwise. */
+dcal_status dcal_fkm_solving_f64(const dcal_fkm_f64 *calibrator);
+
+/** DCAL_OK if a solve has finished and no sample was added since: dcal_fkm_finish_f64 then has the result
+ * or the refusal. DCAL_UNFINISHED otherwise. */
+dcal_status dcal_fkm_finished_f64(const dcal_fkm_f64 *calibrator);
 
 /** Abandons what dcal_fkm_solve_f64 started. The samples stay. */
 dcal_status dcal_fkm_stop_f64(dcal_fkm_f64 *calibrator);
@@ -1798,6 +2174,23 @@ dcal_status dcal_fkm_deviations_f64(const dcal_fkm_f64 *calibrator, double sigma
  *
  * Errors: DCAL_NO_COVARIANCE, and those of dcal_fkm_finish_f64. */
 dcal_status dcal_fkm_covariance_f64(const dcal_fkm_f64 *calibrator, double covariance[576]);
+
+/** Writes the samples into bytes, of which there are capacity: write the constant
+ * DCAL_..._SNAPSHOT_..._SIZE. length receives the number written. They are the same on every target.
+ * Store them where they survive a power cut, and give them to dcal_fkm_restore_f64.
+ *
+ * Errors: DCAL_SNAPSHOT_BUFFER; nothing is written. Of a gate also DCAL_BUSY. */
+dcal_status dcal_fkm_snapshot_f64(
+    const dcal_fkm_f64 *calibrator,
+    uint8_t *bytes,
+    size_t capacity,
+    size_t *length);
+
+/** Replaces the samples by those of a snapshot. The calibrator must have the same robot, noise and
+ * instruments. It then computes the same bits as the calibrator that the snapshot is of.
+ *
+ * Errors: DCAL_BUSY, DCAL_SNAPSHOT_...; the calibrator is unchanged. */
+dcal_status dcal_fkm_restore_f64(dcal_fkm_f64 *calibrator, const uint8_t *bytes, size_t length);
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,4 @@
-// delta_cal.hpp: robot and joint calibration for C++11 and later, over delta_cal.h; Real is float or double.
+// delta_cal.hpp: robot, joint calibrator and gates for C++11 and later, over delta_cal.h; Real is float or double.
 //
 // Nothing is allocated and nothing is thrown: every function returns the status of the C function that it calls.
 // For whatever is not here, c() leads to the object of C.
@@ -12,116 +12,148 @@ namespace delta_cal {
 using Status = dcal_status;
 using Error = dcal_error;
 
-// The types and functions of a scalar.
+// The types and functions of a scalar, and of each calibrator with it.
 template <typename Real> struct Api;
+template <typename Real> struct JointApi;
+template <typename Real> struct IkmGateApi;
+template <typename Real> struct JointGateApi;
 
-template <> struct Api<float> {
-    using Robot = dcal_robot_f32;
-    using Dimensions = dcal_dimensions_f32;
-    using Sample = dcal_sample_f32;
-    using Settings = dcal_settings_f32;
-    using Calibrator = dcal_joint_f32;
-    static constexpr auto from_dimensions = dcal_robot_from_dimensions_f32;
-    static constexpr auto from_parameters = dcal_robot_from_parameters_f32;
-    static constexpr auto parameters = dcal_robot_parameters_f32;
-    static constexpr auto set_transmissions = dcal_robot_set_transmissions_f32;
-    static constexpr auto transmissions = dcal_robot_transmissions_f32;
-    static constexpr auto forward = dcal_robot_forward_f32;
-    static constexpr auto inverse = dcal_robot_inverse_f32;
-    static constexpr auto init = dcal_joint_init_f32;
-    static constexpr auto add = dcal_joint_add_f32;
-    static constexpr auto flush = dcal_joint_flush_f32;
-    static constexpr auto solve = dcal_joint_solve_f32;
-    static constexpr auto step = dcal_joint_step_f32;
-    static constexpr auto stop = dcal_joint_stop_f32;
-    static constexpr auto reset = dcal_joint_reset_f32;
-    static constexpr auto finish = dcal_joint_finish_f32;
-    static constexpr auto deviations = dcal_joint_deviations_f32;
-    static constexpr auto covariance = dcal_joint_covariance_f32;
-};
+#define DELTA_CAL_CALIBRATOR(family, suffix) \
+    using C = dcal_##family##suffix; \
+    static constexpr auto init = dcal_##family##_init##suffix; \
+    static constexpr auto add = dcal_##family##_add##suffix; \
+    static constexpr auto samples = dcal_##family##_samples##suffix; \
+    static constexpr auto solve = dcal_##family##_solve##suffix; \
+    static constexpr auto step = dcal_##family##_step##suffix; \
+    static constexpr auto solving = dcal_##family##_solving##suffix; \
+    static constexpr auto finished = dcal_##family##_finished##suffix; \
+    static constexpr auto stop = dcal_##family##_stop##suffix; \
+    static constexpr auto reset = dcal_##family##_reset##suffix; \
+    static constexpr auto finish = dcal_##family##_finish##suffix; \
+    static constexpr auto deviations = dcal_##family##_deviations##suffix; \
+    static constexpr auto covariance = dcal_##family##_covariance##suffix;
 
-template <> struct Api<double> {
-    using Robot = dcal_robot_f64;
-    using Dimensions = dcal_dimensions_f64;
-    using Sample = dcal_sample_f64;
-    using Settings = dcal_settings_f64;
-    using Calibrator = dcal_joint_f64;
-    static constexpr auto from_dimensions = dcal_robot_from_dimensions_f64;
-    static constexpr auto from_parameters = dcal_robot_from_parameters_f64;
-    static constexpr auto parameters = dcal_robot_parameters_f64;
-    static constexpr auto set_transmissions = dcal_robot_set_transmissions_f64;
-    static constexpr auto transmissions = dcal_robot_transmissions_f64;
-    static constexpr auto forward = dcal_robot_forward_f64;
-    static constexpr auto inverse = dcal_robot_inverse_f64;
-    static constexpr auto init = dcal_joint_init_f64;
-    static constexpr auto add = dcal_joint_add_f64;
-    static constexpr auto flush = dcal_joint_flush_f64;
-    static constexpr auto solve = dcal_joint_solve_f64;
-    static constexpr auto step = dcal_joint_step_f64;
-    static constexpr auto stop = dcal_joint_stop_f64;
-    static constexpr auto reset = dcal_joint_reset_f64;
-    static constexpr auto finish = dcal_joint_finish_f64;
-    static constexpr auto deviations = dcal_joint_deviations_f64;
-    static constexpr auto covariance = dcal_joint_covariance_f64;
-};
+#define DELTA_CAL_GATED(family, suffix) \
+    DELTA_CAL_CALIBRATOR(family, suffix) \
+    static constexpr auto state = dcal_##family##_state##suffix; \
+    static constexpr auto acknowledge = dcal_##family##_acknowledge##suffix;
+
+#define DELTA_CAL_SCALAR(Real, suffix) \
+    template <> struct Api<Real> { \
+        using C = dcal_robot##suffix; \
+        using Dimensions = dcal_dimensions##suffix; \
+        using Sample = dcal_sample##suffix; \
+        using Settings = dcal_settings##suffix; \
+        using Verdict = dcal_verdict##suffix; \
+        using GateCounts = dcal_gate_counts##suffix; \
+        static constexpr auto from_dimensions = dcal_robot_from_dimensions##suffix; \
+        static constexpr auto from_parameters = dcal_robot_from_parameters##suffix; \
+        static constexpr auto parameters = dcal_robot_parameters##suffix; \
+        static constexpr auto set_transmissions = dcal_robot_set_transmissions##suffix; \
+        static constexpr auto transmissions = dcal_robot_transmissions##suffix; \
+        static constexpr auto forward = dcal_robot_forward##suffix; \
+        static constexpr auto inverse = dcal_robot_inverse##suffix; \
+    }; \
+    template <> struct JointApi<Real> { \
+        DELTA_CAL_CALIBRATOR(joint, suffix) \
+        static constexpr auto flush = dcal_joint_flush##suffix; \
+    }; \
+    template <> struct IkmGateApi<Real> { DELTA_CAL_GATED(gate, suffix) }; \
+    template <> struct JointGateApi<Real> { DELTA_CAL_GATED(joint_gate, suffix) };
+
+DELTA_CAL_SCALAR(float, _f32)
+DELTA_CAL_SCALAR(double, _f64)
+
+#undef DELTA_CAL_SCALAR
+#undef DELTA_CAL_GATED
+#undef DELTA_CAL_CALIBRATOR
 
 // A robot; before it is made, every function refuses it with DCAL_NOT_INITIALIZED.
 template <typename Real> class Robot {
 public:
-    using C = Api<Real>;
-    Status from_dimensions(const typename C::Dimensions &dimensions, Error *error = nullptr) {
-        return C::from_dimensions(&robot, sizeof robot, &dimensions, error);
+    using Of = Api<Real>;
+    Status from_dimensions(const typename Of::Dimensions &dimensions, Error *error = nullptr) {
+        return Of::from_dimensions(&robot, sizeof robot, &dimensions, error);
     }
     Status from_parameters(const Real (&parameters)[24], Error *error = nullptr) {
-        return C::from_parameters(&robot, sizeof robot, parameters, error);
+        return Of::from_parameters(&robot, sizeof robot, parameters, error);
     }
-    Status parameters(Real (&parameters)[24]) const { return C::parameters(&robot, parameters); }
+    Status parameters(Real (&parameters)[24]) const { return Of::parameters(&robot, parameters); }
     Status set_transmissions(const Real (&transmissions)[15], Error *error = nullptr) {
-        return C::set_transmissions(&robot, transmissions, error);
+        return Of::set_transmissions(&robot, transmissions, error);
     }
     Status transmissions(Real (&transmissions)[15]) const {
-        return C::transmissions(&robot, transmissions);
+        return Of::transmissions(&robot, transmissions);
     }
     Status forward(const Real (&joints)[3], Real (&position)[3], Error *error = nullptr) const {
-        return C::forward(&robot, joints, position, error);
+        return Of::forward(&robot, joints, position, error);
     }
     Status inverse(const Real (&position)[3], Real (&joints)[3], Error *error = nullptr) const {
-        return C::inverse(&robot, position, joints, error);
+        return Of::inverse(&robot, position, joints, error);
     }
-    typename C::Robot *c() { return &robot; }
-    const typename C::Robot *c() const { return &robot; }
+    typename Of::C *c() { return &robot; }
+    const typename Of::C *c() const { return &robot; }
 
 private:
-    typename C::Robot robot = {};
+    typename Of::C robot = {};
+};
+
+// What every calibrator has; Of: its functions in C.
+template <typename Real, typename Of> class Solving {
+public:
+    Status samples(uint64_t &count) const { return Of::samples(&calibrator, &count); }
+    Status solve(Error *error = nullptr) { return Of::solve(&calibrator, error); }
+    Status step() { return Of::step(&calibrator); }
+    Status solving() const { return Of::solving(&calibrator); }
+    Status finished() const { return Of::finished(&calibrator); }
+    Status stop() { return Of::stop(&calibrator); }
+    Status reset() { return Of::reset(&calibrator); }
+    Status finish(Robot<Real> &robot, Error *error = nullptr) const {
+        return Of::finish(&calibrator, robot.c(), sizeof *robot.c(), error);
+    }
+    Status deviations(Real (&sigma)[24]) const { return Of::deviations(&calibrator, sigma); }
+    Status covariance(Real (&covariance)[576]) const { return Of::covariance(&calibrator, covariance); }
+    typename Of::C *c() { return &calibrator; }
+    const typename Of::C *c() const { return &calibrator; }
+
+protected:
+    typename Of::C calibrator = {};
 };
 
 // The joint calibrator.
-template <typename Real> class Calibrator {
+template <typename Real> class Calibrator : public Solving<Real, JointApi<Real>> {
 public:
-    using C = Api<Real>;
-    Status init(const Robot<Real> &robot, const typename C::Settings &settings, Error *error = nullptr) {
-        return C::init(&calibrator, sizeof calibrator, robot.c(), &settings, error);
+    using Of = JointApi<Real>;
+    Status init(
+        const Robot<Real> &robot, const typename Api<Real>::Settings &settings, Error *error = nullptr) {
+        return Of::init(&this->calibrator, sizeof this->calibrator, robot.c(), &settings, error);
     }
-    Status add(const typename C::Sample &sample, Error *error = nullptr) {
-        return C::add(&calibrator, &sample, error);
+    Status add(const typename Api<Real>::Sample &sample, Error *error = nullptr) {
+        return Of::add(&this->calibrator, &sample, error);
     }
     // Works in the samples that wait, which `solve` does otherwise: that call is then shorter.
-    Status flush() { return C::flush(&calibrator); }
-    Status solve(Error *error = nullptr) { return C::solve(&calibrator, error); }
-    Status step() { return C::step(&calibrator); }
-    Status reset() { return C::reset(&calibrator); }
-    Status stop() { return C::stop(&calibrator); }
-    Status finish(Robot<Real> &robot, Error *error = nullptr) const {
-        return C::finish(&calibrator, robot.c(), sizeof *robot.c(), error);
-    }
-    Status deviations(Real (&sigma)[24]) const { return C::deviations(&calibrator, sigma); }
-    Status covariance(Real (&covariance)[576]) const { return C::covariance(&calibrator, covariance); }
-    typename C::Calibrator *c() { return &calibrator; }
-    const typename C::Calibrator *c() const { return &calibrator; }
-
-private:
-    typename C::Calibrator calibrator = {};
+    Status flush() { return Of::flush(&this->calibrator); }
 };
+
+// A calibrator behind a gate.
+template <typename Real, typename Of> class Gated : public Solving<Real, Of> {
+public:
+    // sigmas: the width of the gate, age: the mean age of the samples; 0: as dcal_joint_gate_init_f32 has it.
+    Status init(const Robot<Real> &robot, const typename Api<Real>::Settings &settings, Real sigmas = 0,
+        Real age = 0, Error *error = nullptr) {
+        return Of::init(
+            &this->calibrator, sizeof this->calibrator, robot.c(), &settings, sigmas, age, error);
+    }
+    Status add(const typename Api<Real>::Sample &sample, typename Api<Real>::Verdict &verdict,
+        Error *error = nullptr) {
+        return Of::add(&this->calibrator, &sample, &verdict, error);
+    }
+    Status state(typename Api<Real>::GateCounts &counts) const { return Of::state(&this->calibrator, &counts); }
+    Status acknowledge() { return Of::acknowledge(&this->calibrator); }
+};
+
+template <typename Real> using IkmGate = Gated<Real, IkmGateApi<Real>>;
+template <typename Real> using JointGate = Gated<Real, JointGateApi<Real>>;
 
 } // namespace delta_cal
 

@@ -10,7 +10,7 @@ use delta_cal::robot::GeometryError;
 use delta_cal::samples::{AddError, MergeError, NoiseError, SampleError};
 use delta_cal::snapshot::SnapshotError;
 use delta_cal::stream::{ForgettingError, GateError, StreamRefusal, Untested};
-use delta_cal::{ArmIndex, Parameter, Refusal};
+use delta_cal::{ArmIndex, Busy, Parameter, Refusal};
 
 plain! {
     /// Why a call failed. Every function that takes a pointer to one accepts NULL.
@@ -159,8 +159,14 @@ impl From<AddError> for Error {
     fn from(error: AddError) -> Self {
         match error {
             AddError::Sample(error) => error.into(),
-            AddError::Busy => status::BUSY.into(),
+            AddError::Busy(busy) => busy.into(),
         }
+    }
+}
+
+impl From<Busy> for Error {
+    fn from(_: Busy) -> Self {
+        status::BUSY.into()
     }
 }
 
@@ -181,7 +187,7 @@ macro_rules! statuses {
 statuses! {
     MergeError {
         DifferentNominal => DIFFERENT_NOMINAL,
-        Busy => BUSY,
+        Busy { .. } => BUSY,
     }
     NoiseError {
         Position => NOISE_OF_POSITION,
@@ -200,7 +206,7 @@ statuses! {
         OtherVersion { .. } => SNAPSHOT_OTHER_VERSION,
         OtherKind => SNAPSHOT_OTHER_KIND,
         OtherCalibration => SNAPSHOT_OTHER_CALIBRATION,
-        Busy => BUSY,
+        Busy { .. } => BUSY,
     }
     Untested {
         NoEstimate => NO_ESTIMATE,
@@ -231,9 +237,10 @@ impl From<ObservationError> for Error {
             ObservationError::DistanceNotPositive => status::OBSERVATION_DISTANCE,
             ObservationError::NoSuchPlane(_) => status::NO_SUCH_PLANE,
             ObservationError::NoSuchPoint(_) => status::NO_SUCH_POINT,
+            ObservationError::Unreached => status::OBSERVATION_UNREACHED,
             ObservationError::SamePlace => status::OBSERVATION_SAME_PLACE,
             ObservationError::Full => status::OBSERVATIONS_FULL,
-            ObservationError::Busy => status::BUSY,
+            ObservationError::Busy(_) => status::BUSY,
             _ => status::OTHER,
         })
     }

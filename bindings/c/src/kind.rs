@@ -6,7 +6,7 @@
 
 use crate::plain::{FKM_ROWS, UNKNOWNS};
 use delta_cal::Robot;
-use delta_cal::calibration::{Ikm as EachArm, IkmCalibrator, JointCalibrator};
+use delta_cal::calibration::{Ikm as EachArm, IkmCalibrator, Joint as AllArms, JointCalibrator};
 use delta_cal::observations::FkmCalibrator;
 use delta_cal::stream::StreamCalibrator;
 
@@ -76,12 +76,12 @@ pub type Ikm<T> = IkmCalibrator<T>;
 pub type Joint<T> = JointCalibrator<T>;
 /// The per-arm calibrator behind a gate.
 pub type Gate<T> = StreamCalibrator<T, EachArm>;
+/// The joint calibrator behind a gate.
+pub type JointGate<T> = StreamCalibrator<T, AllArms>;
 /// The calibrator from any readings, with all its parameters.
-pub type Fkm<T> = FkmCalibrator<T, FKM_ROWS, PARAMETERS, COLUMNS, ENTRIES>;
+pub type Fkm<T> = FkmCalibrator<T, FKM_ROWS, PARAMETERS>;
 
 const PARAMETERS: usize = 24 + UNKNOWNS;
-const COLUMNS: usize = PARAMETERS + 1;
-const ENTRIES: usize = COLUMNS * (COLUMNS + 1) / 2;
 
 /// A kind of object.
 ///
@@ -99,8 +99,6 @@ pub unsafe trait Kind {
 pub struct Described {
     /// The name in Rust.
     pub name: &'static str,
-    /// The name in C, without the prefix of the library and the suffix of the scalar.
-    pub in_c: &'static str,
     /// Its documentation.
     pub about: &'static str,
     /// In single and in double precision: number, size in C, and actual size on this target.
@@ -108,7 +106,7 @@ pub struct Described {
 }
 
 macro_rules! kinds {
-    ($($name:ident $in_c:literal = $number:literal, $single:literal, $double:literal, $about:literal;)+) => {
+    ($($name:ident = $number:literal, $single:literal, $double:literal, $about:literal;)+) => {
         $(
             // SAFETY: every number occurs once below.
             unsafe impl Kind for $name<f32> {
@@ -127,7 +125,6 @@ macro_rules! kinds {
         /// Every kind.
         pub const ALL: &[Described] = &[$(Described {
             name: stringify!($name),
-            in_c: $in_c,
             about: $about,
             scalars: [
                 (SINGLE + $number, $single, size_of::<Stored<$name<f32>>>()),
@@ -138,19 +135,22 @@ macro_rules! kinds {
 }
 
 kinds! {
-    Robot "robot" = 1, 384, 752, "A robot: three arms of eight parameters.";
-    Ikm "ikm" = 2, 5248, 10176, "The per-arm calibrator: samples and solver, each arm by itself.";
-    Joint "joint" = 5, 11904, 23680, "The joint calibrator: samples and solver, all 24 parameters together.";
-    Gate "gate" = 8, 6528, 12544, "The per-arm calibrator behind a gate, which tests each sample before it is taken in.";
-    Fkm "fkm" = 9, 26240, 52352, "The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver.";
+    Robot = 1, 384, 752, "A robot: three arms of eight parameters.";
+    Ikm = 2, 5248, 10176, "The per-arm calibrator: samples and solver, each arm by itself.";
+    Joint = 5, 11904, 23680, "The joint calibrator: samples and solver, all 24 parameters together.";
+    Gate = 8, 6528, 12544, "The per-arm calibrator behind a gate, which tests each sample before it is taken in.";
+    JointGate = 10, 15232, 30016, "The joint calibrator behind a gate, which tests each sample before it is taken in.";
+    Fkm = 9, 26240, 52352, "The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver.";
 }
 
 /// Snapshot sizes in single and in double precision, by kind. Bytes.
 #[rustfmt::skip]
-pub const SNAPSHOTS: [(&str, [usize; 2]); 3] = [
+pub const SNAPSHOTS: [(&str, [usize; 2]); 5] = [
     ("ikm", [Ikm::<f32>::SNAPSHOT_BYTES, Ikm::<f64>::SNAPSHOT_BYTES]),
     ("joint", [Joint::<f32>::SNAPSHOT_BYTES, Joint::<f64>::SNAPSHOT_BYTES]),
     ("gate", [Gate::<f32>::SNAPSHOT_BYTES, Gate::<f64>::SNAPSHOT_BYTES]),
+    ("joint_gate", [JointGate::<f32>::SNAPSHOT_BYTES, JointGate::<f64>::SNAPSHOT_BYTES]),
+    ("fkm", [Fkm::<f32>::SNAPSHOT_BYTES, Fkm::<f64>::SNAPSHOT_BYTES]),
 ];
 
 /// Fails to compile if an object does not fit its memory in C.

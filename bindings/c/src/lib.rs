@@ -4,7 +4,7 @@
 //! panics; a function that refuses writes only its status and the reason.
 //!
 //! The folder `scalar` is compiled twice, for `f32` and for `f64`. The header is generated from these files,
-//! documentation included: `tests/header`.
+//! documentation included: `tests/it/header.rs`.
 
 #![cfg_attr(target_os = "none", no_std)]
 
@@ -18,7 +18,7 @@ pub mod status;
 pub mod double;
 pub mod single;
 
-pub use memory::{Held, HeldMut, In, New, Out};
+pub use memory::{Held, HeldMut, In, New, Out, Pointer};
 
 /// The panic handler Rust requires in an image without a standard library. It is unreachable, which its tests verify.
 #[cfg(all(feature = "panic-handler", target_os = "none"))]

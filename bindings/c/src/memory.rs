@@ -54,18 +54,23 @@ macro_rules! plain {
 }
 pub(crate) use plain;
 
+/// A pointer of the interface.
+pub trait Pointer {
+    /// As C would hand it over.
+    ///
+    /// # Safety
+    /// NULL, or leads to memory of the type, which nobody else uses during the call.
+    unsafe fn from_c(pointer: *mut u8) -> Self;
+}
+
 macro_rules! pointers {
     ($($(#[doc = $text:literal])+ $name:ident: $raw:ty,)+) => {$(
         $(#[doc = $text])+
         #[repr(transparent)]
         pub struct $name<T>($raw, PhantomData<T>);
 
-        impl<T> $name<T> {
-            /// As C would hand it over.
-            ///
-            /// # Safety
-            /// NULL, or leads to memory of the type, which nobody else uses during the call.
-            pub const unsafe fn from_c(pointer: $raw) -> Self {
+        impl<T> Pointer for $name<T> {
+            unsafe fn from_c(pointer: *mut u8) -> Self {
                 Self(pointer, PhantomData)
             }
         }

@@ -1,4 +1,4 @@
-//! Status codes. The numbers never change; `tests/status.rs` checks them.
+//! Status codes. The numbers never change; `tests/it/errors.rs` checks those of refusals.
 
 /// The result of a call: `DCAL_OK`, `DCAL_WORKING`, or why nothing was done.
 pub type Status = i32;
@@ -50,17 +50,17 @@ statuses! {
     /// The calibrator is solving: step it to the end, or stop it, before its samples change.
     BUSY = 18,
 
-    /// The noise of positions must be a finite number greater than 0.
+    /// The noise of positions must be greater than 0, and not too large to be squared.
     NOISE_OF_POSITION = 20,
-    /// The noise of joint angles must be a finite number, 0 or greater.
+    /// The noise of joint angles must be 0 or greater, and not too large to be squared.
     NOISE_OF_JOINT = 21,
-    /// The noise of heights must be a finite number greater than 0.
+    /// The noise of heights must be greater than 0, and not too small or large to be squared.
     NOISE_OF_HEIGHT = 22,
-    /// The noise of distances must be a finite number greater than 0.
+    /// The noise of distances must be greater than 0, and not too small or large to be squared.
     NOISE_OF_DISTANCE = 23,
-    /// The tolerance of lengths must be a finite number greater than 0.
+    /// The tolerance of lengths must be greater than 0, and not too small or large to be squared.
     TOLERANCE_OF_LENGTH = 24,
-    /// The tolerance of angles must be a finite number greater than 0.
+    /// The tolerance of angles must be greater than 0, and not too small or large to be squared.
     TOLERANCE_OF_ANGLE = 25,
     /// The width of the gate must be a finite number greater than 0.
     WIDTH_OF_GATE = 26,
@@ -68,7 +68,7 @@ statuses! {
     FORGETTING = 27,
     /// The known position of an instrument must be finite, and its sigma must not be negative.
     KNOWN_PLACE = 28,
-    /// The tolerance of the joints' zeros must be a finite number greater than 0.
+    /// The tolerance of the joints' zeros must be greater than 0, and not too small or large to be squared.
     TOLERANCE_OF_JOINT_ZERO = 29,
 
     /// A parameter of the geometry is not a finite number.
@@ -122,6 +122,8 @@ statuses! {
     TOO_MANY_UNKNOWNS = 66,
     /// There is no room for another observation.
     OBSERVATIONS_FULL = 67,
+    /// The nominal robot does not reach the joint angles of the observation.
+    OBSERVATION_UNREACHED = 68,
 
     /// There are fewer samples than needed.
     TOO_FEW_SAMPLES = 70,

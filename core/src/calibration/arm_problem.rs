@@ -1,12 +1,13 @@
 use super::free_start::{Means, SPREAD_STARTS, free_start, spread_start};
-use super::problem::{Extent, Piece, Problem};
+use super::problem::{Extent, Gradient, Judged, Piece, Problem};
+use super::refusal::Instrument;
 use crate::Real;
 use crate::robot::Arm;
-use crate::samples::{ArmFactor, Displacement, Triangle, put_row};
+use crate::samples::{ArmFactor, Displacement, Triangle, Unknowns, put_row};
 use nalgebra::Vector3;
 
 /// The triangular factor of an arm's linearised problem: eight columns ∂r/∂P and the residual r.
-pub(crate) type Normal<T> = Triangle<T, 9, 45>;
+pub(crate) type Normal<T> = Triangle<T, 8>;
 
 /// Columns of the features x, cos q and 1 in the factor.
 const COORDINATES: usize = 0;
@@ -56,13 +57,10 @@ impl<T: Real> ArmFactor<T> {
 }
 
 /// The samples of one arm alone.
-impl<T: Real> Problem<T, 8, 9, 45> for ArmFactor<T> {
+impl<T: Real> Problem<T, 8> for ArmFactor<T> {
     type At = Displacement<T>;
     type Rows = ();
-    const NO_ROWS: () = ();
-    const PIECEWISE: bool = false;
-    const RESIDUALS: u8 = 1;
-    const FREE_STARTS: u8 = 1 + SPREAD_STARTS;
+    const GRADIENT: Option<Gradient<T, 8, Self, Displacement<T>>> = None;
 
     fn displaced(&self, correction: &[T; 8]) -> Displacement<T> {
         Displacement::new(self.nominal(), correction)
@@ -100,6 +98,21 @@ impl<T: Real> Problem<T, 8, 9, 45> for ArmFactor<T> {
         false
     }
 
+    /// The residual at a correction is f(P₀) plus a difference that cancels it.
+    fn terms_squared(&self) -> T {
+        let mut sum = T::ZERO;
+        for row in self.triangle().rows() {
+            if let Some(entry) = row.last() {
+                sum += entry.squared();
+            }
+        }
+        sum
+    }
+}
+
+impl<T: Real> Judged<T, 8> for ArmFactor<T> {
+    const FREE_STARTS: u8 = 1 + SPREAD_STARTS;
+
     fn free_start(&self, index: u8) -> Option<[T; 8]> {
         match index.checked_sub(1) {
             None => free_start(self),
@@ -107,8 +120,16 @@ impl<T: Real> Problem<T, 8, 9, 45> for ArmFactor<T> {
         }
     }
 
-    fn least_sum_of_squares(&self) -> T {
-        Self::least_sum_of_squares(self)
+    fn extent(&self) -> Extent<T> {
+        let nominal = self.nominal();
+        Extent {
+            samples: self.samples(),
+            effective_samples: self.effective_samples(),
+            residuals: self.effective_samples(),
+            per_sample: 1,
+            unit: nominal.noise().is_none().then(|| nominal.scale()),
+            least_sum_of_squares: self.least_sum_of_squares(),
+        }
     }
 
     fn rows_squared(&self) -> T {
@@ -122,27 +143,6 @@ impl<T: Real> Problem<T, 8, 9, 45> for ArmFactor<T> {
         sum
     }
 
-    /// The residual at a correction is f(P₀) plus a difference that cancels it.
-    fn terms_squared(&self) -> T {
-        let mut sum = T::ZERO;
-        for row in self.triangle().rows() {
-            if let Some(entry) = row.last() {
-                sum += entry.squared();
-            }
-        }
-        sum
-    }
-
-    fn extent(&self) -> Extent<T> {
-        let nominal = self.nominal();
-        Extent {
-            samples: self.samples(),
-            effective_samples: self.effective_samples(),
-            residuals: self.effective_samples(),
-            unit: nominal.noise().is_none().then(|| nominal.scale()),
-        }
-    }
-
     fn unit_of(&self, parameter: usize) -> T {
         let units = self.nominal().units();
         units.get(parameter).copied().unwrap_or(T::ONE)
@@ -151,12 +151,16 @@ impl<T: Real> Problem<T, 8, 9, 45> for ArmFactor<T> {
     fn arm(&self, _: usize) -> &Arm<T> {
         self.nominal().arm()
     }
+
+    fn instrument_of(&self, _: usize) -> Option<Instrument> {
+        None
+    }
 }
 
 /// An entry of RᵀR; `left` must not exceed `right`.
 #[inline(never)]
-pub(super) fn product_of_columns<T: Real, const M: usize, const E: usize>(
-    triangle: &Triangle<T, M, E>,
+pub(super) fn product_of_columns<T: Unknowns<N>, const N: usize>(
+    triangle: &Triangle<T, N>,
     left: usize,
     right: usize,
 ) -> T {

@@ -4,7 +4,7 @@ use super::parts::Samples;
 use super::settings::Settings;
 use crate::Real;
 use crate::robot::{ArmIndex, Drive, Robot};
-use crate::samples::{ArmFactor, BLOCK, Forgetting, MergeError, NominalArm, Sample, Waiting};
+use crate::samples::{ArmFactor, Forgetting, MergeError, NominalArm, Sample, Waiting};
 use crate::state::state;
 use nalgebra::Vector3;
 
@@ -57,33 +57,15 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
         }
     }
 
-    fn reset(&mut self) {
-        for factor in &mut self.arms {
-            factor.clear();
-        }
-        self.waiting = Waiting::none();
-    }
-
     /// The sample waits for three others and is absorbed together with them.
     fn push(&mut self, sample: &Sample<T>) {
-        self.waiting.push(sample);
-        if let Some(arm) = self.waiting.due() {
-            self.take_in_block(arm);
-        }
+        self.wait(sample);
+        self.take_in_due(None);
     }
 
     fn push_forgetting(&mut self, sample: &Sample<T>, forgetting: &Forgetting<T>) {
-        self.waiting.push(sample);
-        let due = self.waiting.due();
-        for (factor, arm) in self.arms.iter_mut().zip(ArmIndex::ALL) {
-            // Samples absorbed by a solve must be forgotten too.
-            if due == Some(arm) || factor.recent() >= 2 * BLOCK as u64 {
-                factor.forget(forgetting.after(factor.recent()));
-            }
-        }
-        if let Some(arm) = due {
-            self.take_in_block(arm);
-        }
+        self.wait(sample);
+        self.take_in_due(Some(forgetting));
     }
 
     fn take_in(&mut self, samples: &[Sample<T>]) {
@@ -122,7 +104,9 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
 
     fn count(&self) -> u64 {
         let [first, ..] = &self.arms;
-        first.samples() + self.waiting.waiting_for(ArmIndex::First) as u64
+        first
+            .samples()
+            .saturating_add(self.waiting.waiting_for(ArmIndex::First) as u64)
     }
 
     fn settings(&self) -> &Settings<T> {
@@ -139,6 +123,29 @@ impl<T: Real> ArmSamples<T> {
     /// The factors of the three arms; they exclude waiting samples.
     pub(crate) const fn arms(&self) -> &[ArmFactor<T>; 3] {
         &self.arms
+    }
+
+    /// Keeps a sample until its block is complete. [`take_in_due`](Self::take_in_due) comes before the next.
+    pub(crate) fn wait(&mut self, sample: &Sample<T>) {
+        if self.waiting.full() {
+            self.flush();
+        }
+        self.waiting.push(sample);
+    }
+
+    /// The arm whose block is complete absorbs it, after the samples before it are forgotten.
+    pub(crate) fn take_in_due(&mut self, forgetting: Option<&Forgetting<T>>) -> Option<ArmIndex> {
+        let due = self.waiting.due();
+        if let Some(forgetting) = forgetting {
+            for (factor, arm) in self.arms.iter_mut().zip(ArmIndex::ALL) {
+                let waiting = self.waiting.waiting_for(arm);
+                factor.fade(forgetting, waiting, due == Some(arm));
+            }
+        }
+        if let Some(arm) = due {
+            self.take_in_block(arm);
+        }
+        due
     }
 
     pub(crate) fn take_in_waiting_of(&mut self, arm: ArmIndex) {

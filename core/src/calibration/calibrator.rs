@@ -5,9 +5,9 @@ use super::outcome::{ArmOutcome, JointOutcome, RobotOutcome};
 use super::parts::{Samples, Solver};
 use super::refusal::Refusal;
 use super::settings::Settings;
-use crate::Real;
 use crate::robot::{ArmIndex, Robot};
 use crate::samples::{AddError, Forgetting, MergeError, Sample, SampleError};
+use crate::{Busy, Real};
 use core::fmt::Debug;
 use estimators::Parts;
 
@@ -212,7 +212,7 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
 
     /// Adds one sample and lets earlier ones fade, for a robot that changes slowly, for example as it warms up. They
     /// are forgotten in blocks of four (jointly: in pairs): everything held is then multiplied by λ to the power of the
-    /// number of new samples. The prior of a stated tolerance is not forgotten.
+    /// number of samples added so since. Samples from [`add`](Self::add) make no other older. The prior of a stated tolerance is not forgotten.
     ///
     /// The reported covariance is that of N + 1 samples, although the estimate's noise is that of 2N + 1: the
     /// difference, a factor of √2 in σ, is a margin for the robot's change.
@@ -266,7 +266,7 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
         for (index, sample) in samples.iter().enumerate() {
             self.check(sample).map_err(|error| (index, error.into()))?;
         }
-        let own = self.idle().map_err(|busy| (0, busy))?;
+        let own = self.idle().map_err(|busy| (0, busy.into()))?;
         own.flush();
         own.take_in(samples);
         Ok(())
@@ -277,9 +277,7 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
     /// # Errors
     /// [`MergeError`]; nothing is merged, and an outcome stays.
     pub fn merge(&mut self, other: &Self) -> Result<(), MergeError> {
-        if self.solving() {
-            return Err(MergeError::Busy);
-        }
+        self.check_idle()?;
         self.samples.flush();
         self.samples.merge(&other.samples)?;
         self.stop();
@@ -290,11 +288,9 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
     /// other number forgets nothing, and an outcome stays. The prior of a stated tolerance is not forgotten.
     ///
     /// # Errors
-    /// [`AddError::Busy`].
-    pub fn forget(&mut self, lambda: T) -> Result<(), AddError> {
-        if self.solving() {
-            return Err(AddError::Busy);
-        }
+    /// [`Busy`] during a solve.
+    pub fn forget(&mut self, lambda: T) -> Result<(), Busy> {
+        self.check_idle()?;
         self.samples.flush();
         if lambda >= T::ZERO && lambda < T::ONE {
             self.samples.forget(lambda);
@@ -351,6 +347,7 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
     /// Discards the samples and everything solved from them: as new, for the same uncalibrated robot.
     pub fn reset(&mut self) {
         self.samples.reset();
+        self.solver = E::Solver::vacant();
         self.stop();
     }
 
@@ -380,12 +377,14 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
     }
 
     /// The samples, for modification: discards what was solved from them.
-    pub(crate) fn idle(&mut self) -> Result<&mut E::Samples<T>, AddError> {
-        if self.solving() {
-            return Err(AddError::Busy);
-        }
-        self.phase = Phase::Collecting;
+    fn idle(&mut self) -> Result<&mut E::Samples<T>, Busy> {
+        self.check_idle()?;
+        self.stop();
         Ok(&mut self.samples)
+    }
+
+    pub(super) const fn check_idle(&self) -> Result<(), Busy> {
+        if self.solving() { Err(Busy) } else { Ok(()) }
     }
 }
 
@@ -427,42 +426,61 @@ pub(super) mod estimators {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used)]
+    #![allow(
+        clippy::cast_precision_loss,
+        clippy::cast_sign_loss,
+        clippy::unwrap_used
+    )]
 
     use crate::calibration::{IkmCalibrator, JointCalibrator, Settings};
     use crate::fixtures::{sample, with_forearms};
     use crate::samples::Forgetting;
 
-    /// Both kinds of calibrator, sample by sample and with solves in between, after which nothing is waiting: the
-    /// samples are worth Σ λᵏ = (1 − λⁿ)/(1 − λ), less at most one block that is still waiting or not yet forgotten.
+    /// Both kinds of calibrator, sample by sample and with solves in between, after which nothing is waiting: p plain
+    /// samples and n that make earlier ones fade are worth p λⁿ + (1 − λⁿ)/(1 − λ), or more by what a block is yet to be
+    /// forgotten for.
     #[test]
     fn every_sample_fades_whatever_was_left_waiting() {
         let robot = with_forearms(480.0);
         let forgetting = Forgetting::new(19.0_f64).unwrap();
-        for solve_every in [1, 3, usize::MAX] {
+        for (solve_every, plain) in [1, 3, usize::MAX]
+            .into_iter()
+            .flat_map(|every| [(every, 0), (every, 200)])
+        {
             let mut joint = JointCalibrator::new(&robot, &Settings::default());
             let mut apart = IkmCalibrator::new(&robot, &Settings::default());
-            for count in 1..=150_usize {
+            for count in 0..plain {
                 let sample = sample(&robot, count);
+                joint.add(&sample).unwrap();
+                apart.add(&sample).unwrap();
+            }
+            for count in 1..=150_i32 {
+                let sample = sample(&robot, plain + count as usize);
                 joint.add_forgetting(&sample, &forgetting).unwrap();
                 apart.add_forgetting(&sample, &forgetting).unwrap();
-                if count % solve_every == 0 {
+                if count as usize % solve_every == 0 {
                     joint.flush();
                     apart.flush();
                 }
-            }
-            joint.flush();
-            apart.flush();
-            let expected = (1.0 - 0.95_f64.powi(150)) / 0.05;
-            let effective = [
-                joint.samples.factor().effective_samples(),
-                apart.samples.arms()[0].effective_samples(),
-            ];
-            for (effective, block) in effective.into_iter().zip([2.0, 4.0]) {
-                assert!(
-                    (effective - expected).abs() <= block,
-                    "{effective}, {expected}, every {solve_every}"
-                );
+                let (mut joint, mut apart) = (joint.clone(), apart.clone());
+                joint.flush();
+                apart.flush();
+                let worth = |count: i32| {
+                    let faded = 0.95_f64.powi(count.max(0));
+                    plain as f64 * faded + (1.0 - faded) / 0.05
+                };
+                let effective = [
+                    joint.samples.factor().effective_samples(),
+                    apart.samples.arms()[0].effective_samples(),
+                ];
+                for (effective, block) in effective.into_iter().zip([4, 8]) {
+                    let most = worth(count - block) + f64::from(block);
+                    assert!(
+                        effective >= worth(count) - f64::from(block) && effective <= most,
+                        "{effective}, {} to {most}, every {solve_every}",
+                        worth(count)
+                    );
+                }
             }
         }
     }

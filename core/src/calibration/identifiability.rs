@@ -2,7 +2,7 @@
 
 use crate::Real;
 use crate::samples::triangle::add_multiple;
-use crate::samples::{Triangle, squares};
+use crate::samples::{Triangle, Unknowns, squares};
 use nalgebra::SMatrix;
 
 /// Parameters of an arm.
@@ -26,7 +26,7 @@ pub(crate) struct Identifiability<T: Real, const N: usize> {
     done: usize,
 }
 
-impl<T: Real, const N: usize> Identifiability<T, N> {
+impl<T: Unknowns<N>, const N: usize> Identifiability<T, N> {
     /// Before the first piece.
     #[inline(always)]
     pub(crate) const fn unstarted() -> Self {
@@ -44,9 +44,7 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
 
     /// Analyses a factor in one call, and returns its covariance.
     #[cfg(test)]
-    pub(crate) fn of<const M: usize, const E: usize>(
-        normal: &Triangle<T, M, E>,
-    ) -> (Self, SMatrix<T, N, N>) {
+    pub(crate) fn of(normal: &Triangle<T, N>) -> (Self, SMatrix<T, N, N>) {
         let (mut whole, mut covariance) = (Self::unstarted(), SMatrix::zeros());
         while whole.invert(normal, &mut covariance) {}
         (whole, covariance)
@@ -55,9 +53,9 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
     /// Inverts a few columns, or compares once all are inverted; returns whether there is more to do. W = T⁻¹ by
     /// columns, and W Wᵀ as the sum of their products, whose upper half mirrors the lower: symmetric to the bit.
     #[inline(never)]
-    pub(crate) fn invert<const M: usize, const E: usize>(
+    pub(crate) fn invert(
         &mut self,
-        normal: &Triangle<T, M, E>,
+        normal: &Triangle<T, N>,
         covariance: &mut SMatrix<T, N, N>,
     ) -> bool {
         let Some(done) = self.done.checked_sub(1) else {
@@ -94,12 +92,7 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
     }
 
     /// An exactly singular or non-finite factor has infinite inflation.
-    fn compare<const M: usize, const E: usize>(
-        &mut self,
-        normal: &Triangle<T, M, E>,
-        covariance: &SMatrix<T, N, N>,
-    ) {
-        // The columns of the parameters; the last is the residual, which may be zero.
+    fn compare(&mut self, normal: &Triangle<T, N>, covariance: &SMatrix<T, N, N>) {
         let norms = normal.column_norms();
         let mut largest = T::ZERO;
         for (index, ((inflation, norm), variance)) in self
@@ -121,7 +114,7 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
             }
         }
         if !largest.finite() {
-            self.weakest = weakest_of_singular::<T, N, M, E>(normal, &norms);
+            self.weakest = weakest_of_singular(normal, &norms);
         }
     }
 
@@ -171,9 +164,9 @@ impl<T: Real, const N: usize> Identifiability<T, N> {
 /// unchanged: T y = 0 with y = 1 at T's first vanishing pivot.
 #[cold]
 #[inline(never)]
-fn weakest_of_singular<T: Real, const N: usize, const M: usize, const E: usize>(
-    normal: &Triangle<T, M, E>,
-    norms: &[T; M],
+fn weakest_of_singular<T: Unknowns<N>, const N: usize>(
+    normal: &Triangle<T, N>,
+    norms: &[T; N],
 ) -> usize {
     let vanishes = |index: usize| {
         let pivot = normal.row(index).first().copied().unwrap_or(T::ZERO);

@@ -7,24 +7,23 @@ use super::problem::Problem;
 use super::settings::Solver;
 use super::step_control::{self, LONGEST_STEP, Prospect, Refinement, StepControl, StepResult};
 use super::tolerance_prior::TolerancePrior;
-use crate::Real;
-use crate::samples::Triangle;
+use crate::samples::{Triangle, Unknowns};
 
 /// Parameters of the robot; any further ones do not belong to it.
 const OF_ROBOT: usize = 24;
 
 /// State of an iteration: a correction, and the problem linearised there.
 #[derive(Debug, Clone)]
-pub(crate) struct Iteration<T: Real, A, R, const N: usize, const M: usize, const E: usize> {
+pub(crate) struct Iteration<T: Unknowns<N>, A, R, const N: usize> {
     control: StepControl<T>,
-    pub(crate) point: Point<T, N, M, E>,
+    pub(crate) point: Point<T, N>,
     pub(crate) iterations: u16,
-    work: Work<T, A, R, N, M, E>,
+    work: Work<T, A, R, N>,
 }
 
 /// Work that is interrupted between two pieces.
 #[derive(Debug, Clone)]
-enum Work<T: Real, A, R, const N: usize, const M: usize, const E: usize> {
+enum Work<T: Unknowns<N>, A, R, const N: usize> {
     /// None: the next step is to be tried.
     None,
     /// Linearising at the correction; also the result of the step.
@@ -40,7 +39,7 @@ enum Work<T: Real, A, R, const N: usize, const M: usize, const E: usize> {
     Refining { at: A },
     /// Damping the step to be tried.
     Damping {
-        damped: Triangle<T, M, E>,
+        damped: Triangle<T, N>,
         piece: usize,
         prospect: Prospect<T>,
     },
@@ -58,9 +57,17 @@ struct Trial<T, A, const N: usize> {
     prospect: Option<Prospect<T>>,
 }
 
-impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize>
-    Iteration<T, A, R, N, M, E>
-{
+impl<T: Unknowns<N>, A, const N: usize> Trial<T, A, N> {
+    /// Adds the next piece of the sum; returns whether there are more.
+    fn add_piece(&mut self, problem: &impl Problem<T, N, At = A>) -> bool {
+        let done = problem.sum_of_squares(&self.at, self.piece);
+        self.sum_of_squares += done.sum_of_squares;
+        self.piece += 1;
+        done.more
+    }
+}
+
+impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, A, R, N> {
     /// Before its [`restart`](Self::restart).
     #[inline(always)]
     pub(crate) const fn unstarted(solver: Solver, held: bool) -> Self {
@@ -75,9 +82,9 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
     /// Restarts from a correction, where the first [`step`](Self::step) linearises. In place: copies of this state
     /// would fill a small stack.
     #[inline(never)]
-    pub(crate) fn restart<P: Problem<T, N, M, E, At = A, Rows = R>>(
+    pub(crate) fn restart(
         &mut self,
-        problem: &P,
+        problem: &impl Problem<T, N, At = A, Rows = R>,
         prior: &Weighted<T, N>,
         correction: &[T; N],
     ) {
@@ -85,10 +92,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
         self.control = self.control.renewed();
         self.iterations = 0;
         let at = problem.displaced(correction);
-        self.linearize(prior, at, P::NO_ROWS, StepResult::Continue);
-        if !P::PIECEWISE {
-            self.finish_pieces(problem, prior);
-        }
+        self.linearize(prior, &at, StepResult::Continue);
     }
 
     /// Whether the cost at the correction is still being computed.
@@ -97,7 +101,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
     }
 
     #[inline(never)]
-    fn linearize(&mut self, prior: &Weighted<T, N>, at: A, rows: R, then: StepResult) {
+    fn linearize(&mut self, prior: &Weighted<T, N>, at: &A, then: StepResult) {
         // The prior's rows are already a triangle; the samples' rows are absorbed into it.
         let Point {
             correction, normal, ..
@@ -106,41 +110,17 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
         self.point.sum_of_squares = T::ZERO;
         self.iterations = self.iterations.saturating_add(1);
         self.work = Work::Linearizing {
-            at,
-            rows,
+            at: at.clone(),
+            rows: R::default(),
             piece: 0,
             then,
         };
     }
 
-    fn finish_pieces<P: Problem<T, N, M, E, At = A, Rows = R>>(
-        &mut self,
-        problem: &P,
-        prior: &Weighted<T, N>,
-    ) -> StepResult {
-        loop {
-            if let Some(result) = self.piece(problem, prior) {
-                return result;
-            }
-        }
-    }
-
-    /// A bounded amount of work for a problem in constant memory: a trial step, or a piece of a linearisation. `None`
-    /// if the step is not finished.
+    /// A bounded amount of work: a piece of a linearisation, of a damped step, or of a trial. `None` if the step is not
+    /// finished.
     #[inline(never)]
-    pub(crate) fn step<P: Problem<T, N, M, E, At = A, Rows = R>>(
-        &mut self,
-        problem: &P,
-        prior: &Weighted<T, N>,
-    ) -> Option<StepResult> {
-        if P::PIECEWISE {
-            self.piece(problem, prior)
-        } else {
-            Some(self.finish_pieces(problem, prior))
-        }
-    }
-
-    fn piece<P: Problem<T, N, M, E, At = A, Rows = R>>(
+    pub(crate) fn step<P: Problem<T, N, At = A, Rows = R>>(
         &mut self,
         problem: &P,
         prior: &Weighted<T, N>,
@@ -168,16 +148,22 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
                 self.point.cost = self.point.sum_of_squares + prior.cost(&self.point.correction);
                 Some(then)
             }
-            Work::Trying(trial) if P::PIECEWISE => {
+            Work::Trying(trial) => {
+                if trial.add_piece(problem) {
+                    return None;
+                }
                 let trial = trial.clone();
                 self.work = Work::None;
-                self.try_piece(problem, prior, trial)
+                self.decide(problem, prior, &trial)
             }
-            Work::Refining { at } if P::CHORDS => {
-                let at = at.clone();
-                self.refine(problem, prior, at)
-            }
-            Work::None | Work::Trying(_) | Work::Refining { .. } => self.propose(problem, prior),
+            Work::Refining { at } => match P::GRADIENT {
+                Some(gradient) => {
+                    let at = at.clone();
+                    self.refine(problem, prior, gradient(problem, &at), &at)
+                }
+                None => self.propose(problem, prior),
+            },
+            Work::None => self.propose(problem, prior),
             Work::Damping {
                 damped,
                 piece,
@@ -189,7 +175,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
                     return None;
                 }
                 let prospect = *prospect;
-                let step = damped.minimiser(&[T::ZERO; M]);
+                let step = damped.minimiser(&[T::ZERO; N]);
                 self.work = Work::None;
                 self.attempt(problem, prior, step, &prospect)
             }
@@ -198,9 +184,9 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
 
     /// Judges the step to be tried, and tries it unless it must be damped first.
     #[inline(never)]
-    fn propose<P: Problem<T, N, M, E, At = A, Rows = R>>(
+    fn propose(
         &mut self,
-        problem: &P,
+        problem: &impl Problem<T, N, At = A, Rows = R>,
         prior: &Weighted<T, N>,
     ) -> Option<StepResult> {
         // The whole gain predicted by the linearised problem: the part of |r|² within the range of J.
@@ -223,15 +209,15 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
             };
             return None;
         }
-        let step = self.point.normal.minimiser(&[T::ZERO; M]);
+        let step = self.point.normal.minimiser(&[T::ZERO; N]);
         self.attempt(problem, prior, step, &prospect)
     }
 
     /// Takes a step and starts a linearisation, if the step is good.
     #[inline(never)]
-    fn attempt<P: Problem<T, N, M, E, At = A, Rows = R>>(
+    fn attempt(
         &mut self,
-        problem: &P,
+        problem: &impl Problem<T, N, At = A, Rows = R>,
         prior: &Weighted<T, N>,
         step: Option<[T; N]>,
         prospect: &Prospect<T>,
@@ -250,31 +236,30 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
             return Some(self.reject(prospect));
         }
         let correction = prior.prior.advanced(&self.point.correction, &step);
-        let trial = Trial {
+        let mut trial = Trial {
             correction,
             at: problem.displaced(&correction),
             sum_of_squares: T::ZERO,
             piece: 0,
             prospect: Some(*prospect),
         };
-        // A sum of several pieces begins in the next step. Where chord steps pay, it has one.
-        if P::PIECEWISE && !P::CHORDS {
+        if trial.add_piece(problem) {
             self.work = Work::Trying(trial);
             return None;
         }
-        self.try_piece(problem, prior, trial)
+        self.decide(problem, prior, &trial)
     }
 
     /// Prepares a chord step, or the next linearisation if chord steps would gain little.
     #[inline(never)]
-    fn refine<P: Problem<T, N, M, E, At = A, Rows = R>>(
+    fn refine(
         &mut self,
-        problem: &P,
+        problem: &impl Problem<T, N, At = A, Rows = R>,
         prior: &Weighted<T, N>,
-        at: A,
+        mut gradient: [T; N],
+        at: &A,
     ) -> Option<StepResult> {
         let mut correction = self.point.correction;
-        let mut gradient = problem.gradient(&at);
         prior.add_gradient(&correction, &mut gradient);
         let step = self.point.normal.step_against(gradient);
         self.work = Work::None;
@@ -286,7 +271,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
             _ => Refinement::Linearize,
         };
         match refinement {
-            Refinement::Linearize => self.linearize(prior, at, P::NO_ROWS, StepResult::Continue),
+            Refinement::Linearize => self.linearize(prior, at, StepResult::Continue),
             Refinement::Chord => {
                 self.work = Work::Trying(Trial {
                     correction,
@@ -305,63 +290,52 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
         None
     }
 
-    /// A piece of the residuals at a trial; after the last piece the trial is accepted or rejected.
-    fn try_piece<P: Problem<T, N, M, E, At = A, Rows = R>>(
+    /// Accepts or rejects a trial.
+    #[inline(never)]
+    fn decide<P: Problem<T, N, At = A, Rows = R>>(
         &mut self,
         problem: &P,
         prior: &Weighted<T, N>,
-        mut trial: Trial<T, A, N>,
+        trial: &Trial<T, A, N>,
     ) -> Option<StepResult> {
-        let done = problem.sum_of_squares(&trial.at, trial.piece);
-        trial.sum_of_squares += done.sum_of_squares;
-        if P::PIECEWISE && done.more {
-            trial.piece += 1;
-            self.work = Work::Trying(trial);
-            return None;
-        }
-        let Trial {
-            correction,
-            at,
-            sum_of_squares,
-            prospect,
-            ..
-        } = trial;
-        let cost = sum_of_squares + prior.cost(&correction);
-        let taken = match &prospect {
+        let cost = trial.sum_of_squares + prior.cost(&trial.correction);
+        let taken = match &trial.prospect {
             Some(prospect) => self.control.accepts(prospect, cost),
-            None => P::CHORDS && self.control.accepts_chord(self.point.cost, cost),
+            None => P::GRADIENT.is_some() && self.control.accepts_chord(self.point.cost, cost),
         };
         if !taken {
-            if let Some(prospect) = prospect {
-                return Some(self.reject(&prospect));
+            if let Some(prospect) = &trial.prospect {
+                return Some(self.reject(prospect));
             }
-            if P::CHORDS {
+            if P::GRADIENT.is_some() {
                 let at = problem.displaced(&self.point.correction);
-                self.linearize(prior, at, P::NO_ROWS, StepResult::Continue);
+                self.linearize(prior, &at, StepResult::Continue);
             }
             return None;
         }
-        self.point.correction = correction;
-        self.point.sum_of_squares = sum_of_squares;
+        self.point.correction = trial.correction;
+        self.point.sum_of_squares = trial.sum_of_squares;
         self.point.cost = cost;
-        let Some(prospect) = prospect else {
-            self.work = Work::Refining { at };
-            return None;
-        };
-        let then = self.control.accepted(&prospect);
-        if prospect.settled {
-            return Some(then);
+        let mut then = StepResult::Continue;
+        let mut refined = P::GRADIENT.is_some();
+        if let Some(prospect) = &trial.prospect {
+            then = self.control.accepted(prospect);
+            if prospect.settled {
+                return Some(then);
+            }
+            refined &= then == StepResult::Continue && prospect.near;
         }
-        if P::CHORDS && then == StepResult::Continue && prospect.near {
+        if refined {
+            let at = trial.at.clone();
             self.work = Work::Refining { at };
         } else {
-            self.linearize(prior, at, P::NO_ROWS, then);
+            self.linearize(prior, &trial.at, then);
         }
         None
     }
 
     /// How much of the cost may be rounding.
-    pub(crate) fn blur<P: Problem<T, N, M, E>>(&self, problem: &P) -> T {
+    pub(crate) fn blur(&self, problem: &impl Problem<T, N>) -> T {
         step_control::blur(self.point.cost, problem.terms_squared())
     }
 
@@ -393,10 +367,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
 }
 
 /// √λ D, D the lengths of the columns.
-fn damping_rows<T: Real, const N: usize, const M: usize, const E: usize>(
-    normal: &Triangle<T, M, E>,
-    damping: T,
-) -> [T; N] {
+fn damping_rows<T: Unknowns<N>, const N: usize>(normal: &Triangle<T, N>, damping: T) -> [T; N] {
     let root = damping.square_root();
     let mut rows = [T::ZERO; N];
     for (row, norm) in rows.iter_mut().zip(normal.column_norms()) {
@@ -419,7 +390,7 @@ mod tests {
     use crate::samples::{ArmFactor, Displacement, JointDisplacement, NominalArm};
     use nalgebra::{SVector, Vector3};
 
-    type Iteration = super::Iteration<f64, Displacement<f64>, (), 8, 9, 45>;
+    type Iteration = super::Iteration<f64, Displacement<f64>, (), 8>;
 
     /// Any problem; only its sizes are used.
     fn problem() -> ArmFactor<f64> {
@@ -436,7 +407,7 @@ mod tests {
             assert!(!problem.damp(&mut damped, &rows, 0));
         }
         damped
-            .minimiser(&[0.0; 9])
+            .minimiser(&[0.0; 8])
             .filter(|step| iteration.usable(&TolerancePrior::of_weights([0.0; 8]), step))
     }
 
@@ -492,7 +463,7 @@ mod tests {
     /// At the point of linearisation a chord step is the full step; one that is too long is not tried.
     #[test]
     fn a_chord_step_is_the_full_step_there() {
-        type Joint = super::Iteration<f64, JointDisplacement<f64>, (), 24, 25, 325>;
+        type Joint = super::Iteration<f64, JointDisplacement<f64>, (), 24>;
         let factor = filled(noises()[2], &samples::<30>(&changed(11), 12));
         let weighted = Weighted::new(TolerancePrior::of_weights([500.0; 24]));
         for azimuth in [0.0, 0.01, 0.8] {
@@ -503,10 +474,12 @@ mod tests {
             while iteration.is_linearizing() {
                 iteration.step(&factor, &weighted);
             }
-            let step: [f64; 24] = iteration.point.normal.minimiser(&[0.0; 25]).unwrap();
+            let step: [f64; 24] = iteration.point.normal.minimiser(&[0.0; 24]).unwrap();
             let longest = step.into_iter().map(f64::abs).fold(0.0, f64::max);
             let at = Problem::displaced(&factor, &from);
-            assert!(iteration.refine(&factor, &weighted, at).is_none());
+            let gradient = factor.gradient(&at);
+            let refined = iteration.refine(&factor, &weighted, gradient, &at);
+            assert!(refined.is_none());
             let tried = match &iteration.work {
                 Work::Trying(trial) => Some(trial.correction),
                 _ => None,

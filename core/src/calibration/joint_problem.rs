@@ -3,8 +3,8 @@
 use super::arm_problem::product_of_columns;
 use super::free_start::Means;
 use super::free_start::correction_of;
-use super::problem::{Extent, Piece, Problem};
-use super::refusal::Refusal;
+use super::problem::{Extent, Gradient, Judged, Piece, Problem};
+use super::refusal::{Instrument, Refusal};
 use super::robot_solver::check_side;
 use crate::Real;
 use crate::robot::{Arm, ArmIndex, Robot};
@@ -15,7 +15,7 @@ use crate::samples::{
 use core::iter::once;
 
 /// The triangular factor of the linearised problem: 24 columns ∂r/∂P and the residual r.
-pub(crate) type JointNormal<T> = Triangle<T, 25, 325>;
+pub(crate) type JointNormal<T> = Triangle<T, 24>;
 
 const PARAMETERS: usize = 8;
 const FEATURES: usize = 12;
@@ -24,14 +24,10 @@ const ROWS: usize = 6;
 /// Index of the feature 1 of an arm.
 const ONE: usize = 11;
 
-impl<T: Real> Problem<T, 24, 25, 325> for JointFactor<T> {
+impl<T: Real> Problem<T, 24> for JointFactor<T> {
     type At = JointDisplacement<T>;
     type Rows = ();
-    const NO_ROWS: () = ();
-    const PIECEWISE: bool = true;
-    const CHORDS: bool = true;
-    const RESIDUALS: u8 = 3;
-    const FREE_STARTS: u8 = 1;
+    const GRADIENT: Option<Gradient<T, 24, Self, JointDisplacement<T>>> = Some(Self::gradient);
 
     fn displaced(&self, correction: &[T; 24]) -> JointDisplacement<T> {
         self.displaced(&by_arms(correction))
@@ -95,16 +91,20 @@ impl<T: Real> Problem<T, 24, 25, 325> for JointFactor<T> {
         }
     }
 
-    fn gradient(&self, at: &JointDisplacement<T>) -> [T; 24] {
-        self.gradient(at)
+    fn terms_squared(&self) -> T {
+        product_of_columns(self.triangle(), JOINT_COLUMNS - 1, JOINT_COLUMNS - 1)
     }
+}
+
+impl<T: Real> Judged<T, 24> for JointFactor<T> {
+    const FREE_STARTS: u8 = 1;
 
     #[inline(never)]
     fn free_start(&self, _: u8) -> Option<[T; 24]> {
         // A pivot of the size of its column's rounding carries no information.
         let rounding = T::from_f64(16.0) * T::EPSILON;
         let smallest = self.triangle().column_norms().map(|norm| rounding * norm);
-        let coefficients: [T; JOINT_COLUMNS - 1] = self.triangle().minimiser(&smallest)?;
+        let coefficients = self.triangle().minimiser(&smallest)?;
         let mut correction = [T::ZERO; 24];
         for ((own, delta), nominal) in correction
             .chunks_exact_mut(PARAMETERS)
@@ -116,27 +116,21 @@ impl<T: Real> Problem<T, 24, 25, 325> for JointFactor<T> {
         Some(correction)
     }
 
-    fn least_sum_of_squares(&self) -> T {
-        self.least_sum_of_squares()
+    fn extent(&self) -> Extent<T> {
+        Extent {
+            samples: self.samples(),
+            effective_samples: self.effective_samples(),
+            residuals: self.effective_samples() * T::from_f64(3.0),
+            per_sample: 3,
+            unit: self.noise().is_none().then(|| self.unit()),
+            least_sum_of_squares: self.least_sum_of_squares(),
+        }
     }
 
     fn rows_squared(&self) -> T {
         let [first, second, third, right] = [ONE, FEATURES + ONE, 2 * FEATURES + ONE, 36]
             .map(|column| product_of_columns(self.triangle(), column, column));
         first + second + third + right
-    }
-
-    fn terms_squared(&self) -> T {
-        product_of_columns(self.triangle(), JOINT_COLUMNS - 1, JOINT_COLUMNS - 1)
-    }
-
-    fn extent(&self) -> Extent<T> {
-        Extent {
-            samples: self.samples(),
-            effective_samples: self.effective_samples(),
-            residuals: self.effective_samples() * T::from_f64(3.0),
-            unit: self.noise().is_none().then(|| self.unit()),
-        }
     }
 
     fn unit_of(&self, parameter: usize) -> T {
@@ -152,6 +146,10 @@ impl<T: Real> Problem<T, 24, 25, 325> for JointFactor<T> {
             2 => third.arm(),
             _ => first.arm(),
         }
+    }
+
+    fn instrument_of(&self, _: usize) -> Option<Instrument> {
+        None
     }
 }
 
@@ -204,6 +202,7 @@ mod tests {
     use super::JointNormal;
     use crate::calibration::problem::Problem;
     use crate::fixtures::{assert_close, changed, filled, gram, noises, samples};
+    use nalgebra::SMatrix;
 
     #[test]
     fn damping_adds_the_squares_of_its_diagonal() {
@@ -214,16 +213,14 @@ mod tests {
         for piece in 0..6 {
             factor.linearize(&at, &mut (), &mut normal, piece);
         }
-        let mut expected = gram(&normal);
+        let mut expected: SMatrix<f64, 25, 25> = gram(&normal);
         let mut diagonal = normal.column_norms();
-        for (index, entry) in diagonal.iter_mut().enumerate().take(24) {
+        for (index, entry) in diagonal.iter_mut().enumerate() {
             *entry *= 0.1 * (index as f64 + 1.0);
             expected[(index, index)] += *entry * *entry;
         }
-        let mut of_parameters = [0.0; 24];
-        of_parameters.copy_from_slice(&diagonal[..24]);
         let mut pieces = 1;
-        while factor.damp(&mut normal, &of_parameters, pieces - 1) {
+        while factor.damp(&mut normal, &diagonal, pieces - 1) {
             pieces += 1;
         }
         assert_eq!(pieces, 6);

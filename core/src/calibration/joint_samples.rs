@@ -7,14 +7,14 @@ use super::joint_problem::corrected_robot;
 use super::minimizer::{Minimizer, Progress, enough_samples};
 use super::outcome::{Estimate, JointOutcome};
 use super::parts::{Samples, Solver};
-use super::problem::Problem;
+use super::problem::Judged;
 use super::refusal::Refusal;
 use super::settings::Settings;
 use super::tolerance_prior::TolerancePrior;
 use crate::Real;
 use crate::robot::{ArmIndex, Robot};
 use crate::samples::{
-    BLOCK, Forgetting, JointDisplacement, JointFactor, LeftOver, MergeError, NominalArm, Sample,
+    Forgetting, JointDisplacement, JointFactor, LeftOver, MergeError, NominalArm, Sample,
     WhitenedSample,
 };
 use crate::state::state;
@@ -27,19 +27,19 @@ pub struct JointSamples<T: Real> {
     factor: JointFactor<T>,
     /// A pair and the sample after it, whitened on arrival; the first `count` are valid.
     waiting: [WhitenedSample<T>; 3],
-    count: usize,
-    /// The remainder of the pair's first rows, if these are in the factor.
-    begun: bool,
+    /// The remainder of the pair's first rows, once it is complete: these are in the factor then.
     left: LeftOver<T, 2>,
+    count: usize,
 }
 
+// At rest a third sample does not wait.
 state!(
     JointSamples<T>:
     factor: JointFactor<T>,
     waiting: [WhitenedSample<T>; 3],
-    count: usize,
-    begun: bool,
     left: LeftOver<T, 2>,
+    count: usize;
+    [.., 0..=2]
 );
 
 impl<T: Real> Samples<T> for JointSamples<T> {
@@ -53,16 +53,9 @@ impl<T: Real> Samples<T> for JointSamples<T> {
                 WhitenedSample::vacant(),
                 WhitenedSample::vacant(),
             ],
-            count: 0,
-            begun: false,
             left: [[T::ZERO; 2]; 25],
+            count: 0,
         }
-    }
-
-    fn reset(&mut self) {
-        self.factor.clear();
-        self.count = 0;
-        self.begun = false;
     }
 
     fn push(&mut self, sample: &Sample<T>) {
@@ -70,11 +63,7 @@ impl<T: Real> Samples<T> for JointSamples<T> {
     }
 
     fn push_forgetting(&mut self, sample: &Sample<T>, forgetting: &Forgetting<T>) {
-        let recent = self.factor.recent();
-        // Samples absorbed by a solve must be forgotten too.
-        if self.begins_next() || (recent >= BLOCK as u64 && !self.begun) {
-            self.factor.forget(forgetting.after(recent));
-        }
+        self.factor.fade(forgetting, self.count + 1);
         self.push(sample);
     }
 
@@ -97,7 +86,7 @@ impl<T: Real> Samples<T> for JointSamples<T> {
     }
 
     fn count(&self) -> u64 {
-        self.factor.samples() + self.count as u64
+        self.factor.samples().saturating_add(self.count as u64)
     }
 
     fn settings(&self) -> &Settings<T> {
@@ -112,22 +101,23 @@ impl<T: Real> Samples<T> for JointSamples<T> {
 impl<T: Real> JointSamples<T> {
     /// Adds a checked sample, in bounded time.
     pub(crate) fn take(&mut self, sample: &Sample<T>) {
+        let begun = self.begun();
+        debug_assert!(self.count < self.waiting.len());
         if let Some(place) = self.waiting.get_mut(self.count) {
             *place = self.factor.prepare(sample);
             self.count += 1;
         }
-        if self.begun {
+        if begun {
             self.finish_pair();
-        } else if self.completes_pair() {
+        } else if self.begun() {
             let [pair @ .., _] = &self.waiting;
             self.left = self.factor.absorb_first(pair);
-            self.begun = true;
         }
     }
 
     /// Absorbs the samples that wait.
     pub(crate) fn absorb_waiting(&mut self) {
-        if self.begun {
+        if self.begun() {
             self.finish_pair();
         }
         let [first, ..] = &self.waiting;
@@ -137,21 +127,15 @@ impl<T: Real> JointSamples<T> {
         }
     }
 
-    /// Whether a pair is waiting that is not yet in the factor at all.
-    const fn completes_pair(&self) -> bool {
-        self.count == 2
-    }
-
-    /// Whether the next sample starts absorbing a pair.
-    const fn begins_next(&self) -> bool {
-        !self.begun && self.count == 1
+    /// Whether a pair waits whose first rows are in the factor.
+    const fn begun(&self) -> bool {
+        self.count >= 2
     }
 
     #[inline(never)]
     fn finish_pair(&mut self) {
         let [pair @ .., _] = &self.waiting;
         self.factor.absorb_others::<2, 4, 6>(pair, &self.left);
-        self.begun = false;
         let [first, _, third] = &mut self.waiting;
         *first = *third;
         self.count = self.count.saturating_sub(2);
@@ -171,7 +155,7 @@ pub struct JointSolver<T: Real> {
     outcome: Option<JointOutcome<T>>,
 }
 
-type JointMinimizer<T> = Minimizer<T, JointDisplacement<T>, (), 24, 25, 325>;
+type JointMinimizer<T> = Minimizer<T, JointDisplacement<T>, (), 24>;
 
 impl<T: Real> Solver<T, JointSamples<T>> for JointSolver<T> {
     #[inline(always)]

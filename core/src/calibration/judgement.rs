@@ -7,12 +7,13 @@ use super::limits::{
 };
 use super::outcome::{Estimate, StartUsed, Termination};
 use super::point::Point;
-use super::problem::{Extent, Problem};
+use super::problem::{Extent, Judged};
 use super::refusal::Refusal;
 use super::tolerance::Tolerance;
 use super::tolerance_prior::TolerancePrior;
 use crate::Real;
 use crate::robot::{ArmIndex, Parameter, ParameterKind};
+use crate::samples::Unknowns;
 use nalgebra::SMatrix;
 
 /// Parameters of an arm.
@@ -21,10 +22,10 @@ const PARAMETERS: usize = 8;
 const OF_ROBOT: usize = 24;
 
 /// An end point and the criteria for judging it.
-pub(super) struct Judgement<'a, T: Real, const N: usize, const M: usize, const E: usize> {
+pub(super) struct Judgement<'a, T: Unknowns<N>, const N: usize> {
     /// The arm of the first eight parameters.
     pub(super) first_arm: ArmIndex,
-    pub(super) point: &'a Point<T, N, M, E>,
+    pub(super) point: &'a Point<T, N>,
     pub(super) identifiability: &'a Identifiability<T, N>,
     /// How the iteration ended and where it started; `None` if it did not converge.
     pub(super) end: Option<(Termination, StartUsed)>,
@@ -35,12 +36,12 @@ pub(super) struct Judgement<'a, T: Real, const N: usize, const M: usize, const E
     pub(super) iterations: u16,
 }
 
-impl<T: Real, const N: usize, const M: usize, const E: usize> Judgement<'_, T, N, M, E> {
+impl<T: Unknowns<N>, const N: usize> Judgement<'_, T, N> {
     /// Judges an estimate whose covariance is known in internal units, and converts it to the caller's units.
     #[inline(never)]
     pub(super) fn complete(
         &self,
-        problem: &impl Problem<T, N, M, E>,
+        problem: &impl Judged<T, N>,
         place: &mut Estimate<T, N>,
     ) -> Result<(), Refusal> {
         let Some(covariance) = &mut place.covariance else {
@@ -56,17 +57,19 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Judgement<'_, T, N
         if !(self.identifiability.largest_condition() < largest_condition) {
             return Err(self.undetermined(problem));
         }
+        let extent = problem.extent();
         let Extent {
             samples,
             effective_samples,
             residuals,
             unit,
-        } = problem.extent();
+            ..
+        } = extent;
         let stated = unit.is_none();
         let Some((termination, start)) = self.end else {
             return Err(self.not_converged(problem, covariance));
         };
-        self.check_residual(problem)?;
+        self.check_residual(problem, &extent)?;
         self.check_tolerances(problem)?;
 
         let mut prior_share = self
@@ -115,11 +118,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Judgement<'_, T, N
     /// Why an iteration did not converge: in a flat valley, the poses or the stated noise leave no well-defined
     /// minimum.
     #[inline(never)]
-    fn not_converged(
-        &self,
-        problem: &impl Problem<T, N, M, E>,
-        covariance: &SMatrix<T, N, N>,
-    ) -> Refusal {
+    fn not_converged(&self, problem: &impl Judged<T, N>, covariance: &SMatrix<T, N, N>) -> Refusal {
         let condition = self.identifiability.largest_condition();
         if !(condition < T::from_f64(CONDITION_OF_A_VALLEY)) {
             return self.undetermined(problem);
@@ -136,7 +135,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Judgement<'_, T, N
     }
 
     /// The refusal of a problem whose Jacobian is singular, or nearly so.
-    fn undetermined(&self, problem: &impl Problem<T, N, M, E>) -> Refusal {
+    fn undetermined(&self, problem: &impl Judged<T, N>) -> Refusal {
         let weakest = self.identifiability.weakest;
         if let Some(instrument) = problem.instrument_of(weakest) {
             return Refusal::UndeterminedInstrument(instrument);
@@ -150,7 +149,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Judgement<'_, T, N
     }
 
     /// The arm and parameter at an index.
-    fn place(&self, problem: &impl Problem<T, N, M, E>, index: usize) -> (ArmIndex, Parameter) {
+    fn place(&self, problem: &impl Judged<T, N>, index: usize) -> (ArmIndex, Parameter) {
         let arm = ArmIndex::ALL.get(self.first_arm.index() + index / PARAMETERS);
         let places = problem.arm(0).drive().places();
         let parameter = places.get(index % PARAMETERS).copied().flatten();
@@ -165,8 +164,11 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Judgement<'_, T, N
     ///
     /// Without a stated noise, residuals of any size would pass for noise, and a large noise keeps any robot near
     /// nominal whatever the samples are: they must not be larger than the tolerance makes those of the nominal robot.
-    fn check_residual(&self, problem: &impl Problem<T, N, M, E>) -> Result<(), Refusal> {
-        let extent = problem.extent();
+    fn check_residual(
+        &self,
+        problem: &impl Judged<T, N>,
+        extent: &Extent<T>,
+    ) -> Result<(), Refusal> {
         let mut variance = T::ONE;
         if let Some(unit) = extent.unit {
             let Some(tolerance) = self.tolerance else {
@@ -195,7 +197,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Judgement<'_, T, N
         })
     }
 
-    fn check_tolerances(&self, problem: &impl Problem<T, N, M, E>) -> Result<(), Refusal> {
+    fn check_tolerances(&self, problem: &impl Judged<T, N>) -> Result<(), Refusal> {
         if self.farthest().1 <= T::from_f64(LARGEST_TOLERANCES) {
             Ok(())
         } else {
@@ -209,7 +211,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Judgement<'_, T, N
         &self,
         covariance: &SMatrix<T, N, N>,
         sigma: T,
-        problem: &impl Problem<T, N, M, E>,
+        problem: &impl Judged<T, N>,
     ) -> Result<(), Refusal> {
         let variances = covariance.as_slice().iter().step_by(N + 1);
         let places = problem.arm(0).drive().places();
@@ -251,7 +253,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Judgement<'_, T, N
         farthest
     }
 
-    fn far_from_nominal(&self, problem: &impl Problem<T, N, M, E>) -> Refusal {
+    fn far_from_nominal(&self, problem: &impl Judged<T, N>) -> Refusal {
         let (index, tolerances) = self.farthest();
         let (arm, parameter) = self.place(problem, index);
         Refusal::FarFromNominal {
@@ -264,9 +266,9 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Judgement<'_, T, N
 
 /// Converts a covariance to the caller's units and multiplies it by σ².
 #[inline(never)]
-fn in_units<T: Real, const N: usize, const M: usize, const E: usize>(
+fn in_units<T: Unknowns<N>, const N: usize>(
     covariance: &mut SMatrix<T, N, N>,
-    problem: &impl Problem<T, N, M, E>,
+    problem: &impl Judged<T, N>,
     sigma: T,
 ) {
     let mut units = [T::ZERO; N];
@@ -296,7 +298,7 @@ fn to_single<T: Real>(value: T) -> f32 {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use super::{Identifiability, Judgement, Point, Problem, TolerancePrior};
+    use super::{Identifiability, Judged, Judgement, Point, TolerancePrior};
     use crate::calibration::Refusal;
     use crate::fixtures::{empty, robot};
     use crate::robot::{ArmIndex, Parameter, ParameterKind};
@@ -308,7 +310,7 @@ mod tests {
     fn every_parameter_is_judged_by_its_own_upper_arm() {
         let factor = empty(None);
         let (point, identifiability) = (Point::unstarted(), Identifiability::unstarted());
-        let judgement = Judgement::<f64, 24, 25, 325> {
+        let judgement = Judgement::<f64, 24> {
             first_arm: ArmIndex::First,
             point: &point,
             identifiability: &identifiability,
@@ -327,7 +329,7 @@ mod tests {
                 let judged = |sigma: f64| {
                     let mut covariance = SMatrix::<f64, 24, 24>::zeros();
                     let index = 8 * number + place;
-                    let unit = Problem::unit_of(&factor, index);
+                    let unit = factor.unit_of(index);
                     covariance[(index, index)] = (sigma / unit).powi(2);
                     judgement.check_sigmas(&covariance, 1.0, &factor)
                 };

@@ -2,8 +2,8 @@ use super::identifiability::Identifiability;
 use super::iteration::Iteration;
 use super::judgement::Judgement;
 use super::outcome::{Estimate, StartUsed, Termination};
-use super::point::{EndPoint, Point, Weighted, rounding_of_cost};
-use super::problem::{Extent, Problem};
+use super::point::{EndPoint, Point, Weighted};
+use super::problem::{Extent, Judged};
 use super::refusal::Refusal;
 use super::settings::{Settings, Start};
 use super::starts::Starts;
@@ -11,6 +11,7 @@ use super::step_control::StepResult;
 use super::tolerance_prior::TolerancePrior;
 use crate::Real;
 use crate::robot::{ArmIndex, Parameter};
+use crate::samples::Unknowns;
 use nalgebra::SMatrix;
 
 /// Whether a solver has more to do.
@@ -23,24 +24,24 @@ pub enum Progress {
     Finished,
 }
 
-/// Minimises the residuals of a [`Problem`] and the cost of a [`Prior`], one bounded step at a time, and judges the
+/// Minimises the residuals of a [`Problem`](super::problem::Problem) and the cost of a [`Prior`], one bounded step at a time, and judges the
 /// result: from the nominal parameters, from a free start, or along the combination that the samples determine least,
-/// whichever ends best. N parameters, M = N + 1, E = M (M + 1)/2.
+/// whichever ends best.
 ///
 /// The calibrators own one for each problem.
 #[derive(Debug, Clone)]
-pub(crate) struct Minimizer<T: Real, A, R, const N: usize, const M: usize, const E: usize> {
+pub(crate) struct Minimizer<T: Unknowns<N>, A, R, const N: usize> {
     first_arm: ArmIndex,
     settings: Settings<T>,
     prior: Weighted<T, N>,
     phase: Phase,
-    iteration: Iteration<T, A, R, N, M, E>,
+    iteration: Iteration<T, A, R, N>,
     /// The cost at the first start, or at that of the last balance: a higher end does not count.
     starting_cost: T,
     /// Whether that cost is still to be computed.
     awaits_cost: bool,
     /// The best end point so far.
-    best: Option<EndPoint<T, N, M, E>>,
+    best: Option<EndPoint<T, N>>,
     /// The identifiability at the best end point.
     identifiability: Identifiability<T, N>,
     starts: Starts<T, N>,
@@ -67,9 +68,7 @@ enum Phase {
     Done,
 }
 
-impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize>
-    Minimizer<T, A, R, N, M, E>
-{
+impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Minimizer<T, A, R, N> {
     /// Before [`begin`](Self::begin).
     #[inline(always)]
     pub(crate) fn unstarted(
@@ -103,7 +102,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
 
     /// Starts if there are [`enough_samples`]. In place: on a small stack, a copy of a solver is a large object.
     #[inline(never)]
-    pub(crate) fn begin(&mut self, problem: &impl Problem<T, N, M, E, At = A, Rows = R>) {
+    pub(crate) fn begin(&mut self, problem: &impl Judged<T, N, At = A, Rows = R>) {
         if let Some(tolerance) = &self.settings.tolerance
             && let Some(unit) = problem.extent().unit
         {
@@ -117,7 +116,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
 
     /// Finds the free start; without one, identifies what the samples leave undetermined.
     #[inline(never)]
-    fn find_free_start(&mut self, problem: &impl Problem<T, N, M, E, At = A, Rows = R>) {
+    fn find_free_start(&mut self, problem: &impl Judged<T, N, At = A, Rows = R>) {
         if let Some(correction) = self.starts.next_free(problem) {
             self.start_at(StartUsed::Free, correction);
         } else {
@@ -133,11 +132,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
         self.phase = Phase::Again(start);
     }
 
-    fn restart(
-        &mut self,
-        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
-        correction: &[T; N],
-    ) {
+    fn restart(&mut self, problem: &impl Judged<T, N, At = A, Rows = R>, correction: &[T; N]) {
         self.iteration.restart(problem, &self.prior, correction);
     }
 
@@ -157,7 +152,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
     /// From the last step: every [`Refusal`] that concerns the parameters. The estimate then has no meaning.
     pub(crate) fn step(
         &mut self,
-        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
+        problem: &impl Judged<T, N, At = A, Rows = R>,
         place: &mut Estimate<T, N>,
     ) -> Result<Progress, Refusal> {
         match self.phase {
@@ -184,7 +179,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
         })
     }
 
-    fn iterate(&mut self, problem: &impl Problem<T, N, M, E, At = A, Rows = R>, start: StartUsed) {
+    fn iterate(&mut self, problem: &impl Judged<T, N, At = A, Rows = R>, start: StartUsed) {
         if self.awaits_cost && !self.iteration.is_linearizing() {
             self.awaits_cost = false;
             self.starting_cost = self.iteration.point.cost;
@@ -207,7 +202,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
     #[inline(never)]
     fn settle(
         &mut self,
-        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
+        problem: &impl Judged<T, N, At = A, Rows = R>,
         start: StartUsed,
         termination: Option<Termination>,
     ) {
@@ -233,7 +228,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
     #[inline(never)]
     fn keep_better(
         &mut self,
-        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
+        problem: &impl Judged<T, N, At = A, Rows = R>,
         start: StartUsed,
         termination: Termination,
     ) {
@@ -241,7 +236,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
         if point.cost
             <= self.starting_cost
                 + T::TWO * self.iteration.blur(problem)
-                + rounding_of_cost(problem)
+                + problem.rounding_of_cost()
         {
             let improved = match &self.best {
                 None => true,
@@ -267,7 +262,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
     #[inline(never)]
     fn identify(
         &mut self,
-        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
+        problem: &impl Judged<T, N, At = A, Rows = R>,
         covariance: &mut SMatrix<T, N, N>,
     ) {
         let point = match &self.best {
@@ -279,8 +274,9 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
         }
         if self.prior.rounds == 0 {
             let own = &self.identifiability;
-            self.starts
-                .search(problem, point, || own.weakest_direction(covariance));
+            self.starts.search(&problem.extent(), point, || {
+                own.weakest_direction(covariance)
+            });
             if self.search_on(problem) {
                 return;
             }
@@ -293,7 +289,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
 
     fn look_for_free(
         &mut self,
-        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
+        problem: &impl Judged<T, N, At = A, Rows = R>,
         covariance: &mut SMatrix<T, N, N>,
     ) {
         if self.iteration.is_linearizing() {
@@ -309,7 +305,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
     /// Starts again if the samples allow a better fit, or if there may be another solution.
     fn start_elsewhere(
         &mut self,
-        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
+        problem: &impl Judged<T, N, At = A, Rows = R>,
         ended: StartUsed,
     ) -> bool {
         if let Some(correction) = self.starts.better_free(problem, ended, self.best.as_ref()) {
@@ -321,7 +317,7 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
     }
 
     #[inline(never)]
-    fn search_on(&mut self, problem: &impl Problem<T, N, M, E, At = A, Rows = R>) -> bool {
+    fn search_on(&mut self, problem: &impl Judged<T, N, At = A, Rows = R>) -> bool {
         let Some((start, correction)) = self.starts.next_searched(problem) else {
             return false;
         };
@@ -334,13 +330,13 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
     #[inline(never)]
     fn balance_tolerance(
         &mut self,
-        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
+        problem: &impl Judged<T, N, At = A, Rows = R>,
         covariance: &SMatrix<T, N, N>,
     ) -> bool {
-        let best = self.best.as_ref();
+        let (best, extent) = (self.best.as_ref(), problem.extent());
         if self.settings.tolerance.is_none()
-            || problem.extent().unit.is_none()
-            || !self.prior.balance(problem, best, covariance.as_slice())
+            || extent.unit.is_none()
+            || !self.prior.balance(&extent, best, covariance.as_slice())
         {
             return false;
         }
@@ -360,10 +356,10 @@ impl<T: Real, A: Clone, R: Clone, const N: usize, const M: usize, const E: usize
     #[inline(never)]
     fn judge(
         &self,
-        problem: &impl Problem<T, N, M, E, At = A, Rows = R>,
+        problem: &impl Judged<T, N, At = A, Rows = R>,
         place: &mut Estimate<T, N>,
     ) -> Result<(), Refusal> {
-        let (point, end, residual_sigma): (&Point<T, N, M, E>, _, _) = match &self.best {
+        let (point, end, residual_sigma): (&Point<T, N>, _, _) = match &self.best {
             Some(best) => (
                 &best.point,
                 Some((best.termination, best.start)),

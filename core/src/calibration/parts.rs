@@ -6,15 +6,17 @@ use super::settings::Settings;
 use crate::Real;
 use crate::robot::{ArmIndex, Robot};
 use crate::samples::{Forgetting, MergeError, NominalArm, Sample, SampleError};
-use crate::state::State;
+use crate::state::{Reader, State};
 use core::fmt::Debug;
 
 /// Accumulated samples.
 pub trait Samples<T: Real>: Clone + Debug + PartialEq + State<T> {
     /// No samples.
     fn new(robot: &Robot<T>, settings: &Settings<T>) -> Self;
-    /// Discards all samples.
-    fn reset(&mut self);
+    /// Discards all samples: the state of a new object is zeros.
+    fn reset(&mut self) {
+        self.load(&mut Reader::new(&[]));
+    }
     /// Checks that the numbers of a sample are usable.
     fn check(&self, sample: &Sample<T>) -> Result<(), SampleError> {
         let nominal_arms = self.nominal_arms();

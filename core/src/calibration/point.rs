@@ -2,22 +2,22 @@
 
 use super::limits::{INDISTINGUISHABLE, NEARER, SAME_POINT, TIE};
 use super::outcome::{StartUsed, Termination};
-use super::problem::Problem;
+use super::problem::{Extent, Judged};
 use super::tolerance_prior::TolerancePrior;
 use crate::Real;
-use crate::samples::{Triangle, squares};
+use crate::samples::{Triangle, Unknowns, squares};
 
 /// A correction, the problem linearised there, and its cost.
 #[derive(Debug, Clone)]
-pub(crate) struct Point<T: Real, const N: usize, const M: usize, const E: usize> {
+pub(crate) struct Point<T: Unknowns<N>, const N: usize> {
     pub(crate) correction: [T; N],
-    pub(crate) normal: Triangle<T, M, E>,
+    pub(crate) normal: Triangle<T, N>,
     /// Σ r² at the correction, and with the prior's share.
     pub(crate) sum_of_squares: T,
     pub(crate) cost: T,
 }
 
-impl<T: Real, const N: usize, const M: usize, const E: usize> Point<T, N, M, E> {
+impl<T: Unknowns<N>, const N: usize> Point<T, N> {
     #[inline(always)]
     pub(super) const fn unstarted() -> Self {
         Self {
@@ -69,7 +69,7 @@ pub(crate) struct Weighted<T: Real, const N: usize> {
     pub(super) rounds: u8,
 }
 
-impl<T: Real, const N: usize> Weighted<T, N> {
+impl<T: Unknowns<N>, const N: usize> Weighted<T, N> {
     pub(super) const fn new(prior: TolerancePrior<T, N>) -> Self {
         Self {
             prior,
@@ -89,10 +89,10 @@ impl<T: Real, const N: usize> Weighted<T, N> {
     }
 
     /// Whether to solve once more, with the σ estimated here from the best end point and its covariance.
-    pub(super) fn balance<const M: usize, const E: usize>(
+    pub(super) fn balance(
         &mut self,
-        problem: &impl Problem<T, N, M, E>,
-        best: Option<&EndPoint<T, N, M, E>>,
+        extent: &Extent<T>,
+        best: Option<&EndPoint<T, N>>,
         covariance: &[T],
     ) -> bool {
         if self.rounds >= ROUNDS {
@@ -109,7 +109,7 @@ impl<T: Real, const N: usize> Weighted<T, N> {
         for share in self.prior.shares(&best.point.correction, covariance) {
             determined -= share * best.residual_sigma.squared();
         }
-        let spare = problem.extent().residuals - determined;
+        let spare = extent.residuals - determined;
         if !(spare > T::from_f64(1e-3)) {
             return false;
         }
@@ -130,24 +130,24 @@ impl<T: Real, const N: usize> Weighted<T, N> {
 
 /// Where an iteration ended.
 #[derive(Debug, Clone)]
-pub(super) struct EndPoint<T: Real, const N: usize, const M: usize, const E: usize> {
-    pub(super) point: Point<T, N, M, E>,
+pub(super) struct EndPoint<T: Unknowns<N>, const N: usize> {
+    pub(super) point: Point<T, N>,
     pub(super) termination: Termination,
     pub(super) start: StartUsed,
     /// σ of the residuals when samples and tolerance were balanced.
     pub(super) residual_sigma: T,
 }
 
-impl<T: Real, const N: usize, const M: usize, const E: usize> EndPoint<T, N, M, E> {
+impl<T: Unknowns<N>, const N: usize> EndPoint<T, N> {
     /// Whether another end point is preferable: a clearly smaller cost, or, if the samples cannot distinguish the two,
     /// the solution nearer to nominal. Eight samples have several exact solutions.
     #[inline(never)]
     pub(super) fn is_improved_by(
         &self,
-        end: &Point<T, N, M, E>,
+        end: &Point<T, N>,
         residual_sigma: T,
         has_tolerance: bool,
-        problem: &impl Problem<T, N, M, E>,
+        problem: &impl Judged<T, N>,
     ) -> bool {
         // With a tolerance, the cost itself prefers the nearer solution.
         let tie = if problem.extent().unit.is_none() && !has_tolerance {
@@ -155,7 +155,7 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> EndPoint<T, N, M, 
         } else {
             // If two starts reach the same point, the first is kept.
             T::from_f64(TIE) * self.point.cost
-        } + rounding_of_cost(problem);
+        } + problem.rounding_of_cost();
         let gained = self.point.cost - end.cost;
         if residual_sigma != self.residual_sigma {
             // Samples and tolerance were balanced differently: the later end counts.
@@ -170,13 +170,6 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> EndPoint<T, N, M, 
     }
 }
 
-/// A sum of squares below this is rounding: (32ε)² times the rows that the residuals come from.
-pub(super) fn rounding_of_cost<T: Real, const N: usize, const M: usize, const E: usize>(
-    problem: &impl Problem<T, N, M, E>,
-) -> T {
-    problem.rows_squared() * (T::from_f64(32.0) * T::EPSILON).squared()
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::cast_precision_loss, clippy::unwrap_used)]
@@ -189,7 +182,7 @@ mod tests {
     use nalgebra::Vector3;
 
     /// An end point at a distance from nominal where a step of 1 raises the cost by 10,000.
-    fn end(distance: f64, cost: f64) -> Point<f64, 8, 9, 45> {
+    fn end(distance: f64, cost: f64) -> Point<f64, 8> {
         let mut correction = [0.0; 8];
         correction[2] = distance;
         Point {

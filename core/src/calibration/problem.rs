@@ -1,86 +1,85 @@
 use super::refusal::Instrument;
-use crate::Real;
 use crate::robot::Arm;
-use crate::samples::{Triangle, put_row};
+use crate::samples::{Triangle, Unknowns, put_row};
 
-/// A least-squares problem: weighted residuals r of N parameters, with M = N + 1 and E = M (M + 1)/2, the entries of the
-/// triangle of a linearised problem. Corrections and residuals are in the problem's own units.
-pub trait Problem<T: Real, const N: usize, const M: usize, const E: usize> {
+/// Computes the gradient of a problem's sum of squares.
+pub(crate) type Gradient<T, const N: usize, P, A> = fn(&P, &A) -> [T; N];
+
+/// A least-squares problem: weighted residuals r of N parameters, in pieces that each fit into a short step.
+/// Corrections and residuals are in the problem's own units.
+pub(crate) trait Problem<T: Unknowns<N>, const N: usize> {
     /// Values computed once per correction.
     type At: Clone;
     /// Rows of a linearisation that are kept between two of its pieces.
-    type Rows: Clone;
-    /// Before they are written.
-    const NO_ROWS: Self::Rows;
-    /// Whether a solver's step ends after each piece of a linearisation, to stay short. Otherwise the residuals have one
-    /// piece.
-    const PIECEWISE: bool;
-    /// Whether a [`gradient`](Self::gradient) is cheap enough compared to a linearisation for chord steps to pay off.
-    const CHORDS: bool = false;
-    /// Residuals per sample.
-    const RESIDUALS: u8;
-    /// Number of free starts available.
-    const FREE_STARTS: u8;
+    type Rows: Clone + Default;
+    /// ½ ∂Σr²/∂P, for chord steps; `None` if it would cost about as much as a linearisation.
+    const GRADIENT: Option<Gradient<T, N, Self, Self::At>>;
 
     /// The parameters at a correction of the nominal parameters.
     fn displaced(&self, correction: &[T; N]) -> Self::At;
     /// One piece of Σ r²; not finite if there is no such robot.
     fn sum_of_squares(&self, at: &Self::At, piece: usize) -> Piece<T>;
-    /// Absorbs one piece of the rows (∂r/∂P, r) into `normal`, which piece 0 resets.
+    /// Absorbs one piece of the rows (∂r/∂P, r) into `normal`.
     fn linearize(
         &self,
         at: &Self::At,
         rows: &mut Self::Rows,
-        normal: &mut Triangle<T, M, E>,
+        normal: &mut Triangle<T, N>,
         piece: usize,
     ) -> Piece<T>;
-    /// ½ ∂Σr²/∂P, for chord steps.
-    fn gradient(&self, _at: &Self::At) -> [T; N] {
-        [T::ZERO; N]
-    }
+    /// The squared size of the terms from which a residual is summed: its rounding is ε times the size.
+    fn terms_squared(&self) -> T;
 
     /// Absorbs a piece of the rows of a diagonal matrix into a triangle; returns whether there are more.
-    fn damp(&self, damped: &mut Triangle<T, M, E>, diagonal: &[T; N], piece: usize) -> bool {
+    fn damp(&self, damped: &mut Triangle<T, N>, diagonal: &[T; N], piece: usize) -> bool {
         damp_rows(damped, diagonal, piece)
     }
+}
+
+/// A problem whose starts are found and whose solution is judged.
+pub(crate) trait Judged<T: Unknowns<N>, const N: usize>: Problem<T, N> {
+    /// Number of free starts available.
+    const FREE_STARTS: u8;
+
     /// A correction from which to start without an initial guess, the best first; `None` if the samples do not
     /// determine it.
     fn free_start(&self, index: u8) -> Option<[T; N]>;
-    /// A lower bound of the sum of squares over all parameters.
-    fn least_sum_of_squares(&self) -> T;
+    /// What the samples amount to.
+    fn extent(&self) -> Extent<T>;
     /// The squared size of the rows from which the residuals are summed.
     fn rows_squared(&self) -> T;
-    /// The squared size of the terms from which a residual is summed: its rounding is ε times the size.
-    fn terms_squared(&self) -> T;
-    /// How many samples there are, and the unit of their residuals.
-    fn extent(&self) -> Extent<T>;
+    /// A sum of squares below this is rounding: (32ε)² times the rows that the residuals come from.
+    fn rounding_of_cost(&self) -> T {
+        self.rows_squared() * (T::from_f64(32.0) * T::EPSILON).squared()
+    }
     /// A correction of 1 in the caller's units.
     fn unit_of(&self, parameter: usize) -> T;
     /// The arm to which a parameter belongs, or the first.
     fn arm(&self, parameter: usize) -> &Arm<T>;
-
     /// The instrument to which a parameter beyond the robot's belongs.
-    fn instrument_of(&self, _parameter: usize) -> Option<Instrument> {
-        None
-    }
+    fn instrument_of(&self, parameter: usize) -> Option<Instrument>;
 }
 
-/// How many samples a problem has, and the unit of their residuals.
+/// How many samples a problem has, and the size and unit of their residuals.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Extent<T> {
+pub(crate) struct Extent<T> {
     /// Number of samples added.
-    pub samples: u64,
+    pub(crate) samples: u64,
     /// The effective number of samples after forgetting or weighting.
-    pub effective_samples: T,
+    pub(crate) effective_samples: T,
     /// The effective number of residuals.
-    pub residuals: T,
+    pub(crate) residuals: T,
+    /// Residuals per sample.
+    pub(crate) per_sample: u8,
     /// The length that corresponds to a residual of 1; `None` if the residuals are in σ of a stated noise.
-    pub unit: Option<T>,
+    pub(crate) unit: Option<T>,
+    /// A lower bound of the sum of squares over all parameters.
+    pub(crate) least_sum_of_squares: T,
 }
 
 /// Σ r² over all pieces; not finite if there is no such robot.
-pub(crate) fn sum_of_squares<T: Real, A, const N: usize, const M: usize, const E: usize>(
-    problem: &impl Problem<T, N, M, E, At = A>,
+pub(crate) fn sum_of_squares<T: Unknowns<N>, A, const N: usize>(
+    problem: &impl Problem<T, N, At = A>,
     at: &A,
 ) -> T {
     let mut sum = T::ZERO;
@@ -99,26 +98,26 @@ const ROWS: usize = 4;
 
 /// Absorbs a piece of a diagonal matrix, four rows of N; returns whether there are more.
 #[inline(never)]
-fn damp_rows<T: Real, const N: usize, const M: usize, const E: usize>(
-    damped: &mut Triangle<T, M, E>,
+fn damp_rows<T: Unknowns<N>, const N: usize>(
+    damped: &mut Triangle<T, N>,
     diagonal: &[T; N],
     piece: usize,
 ) -> bool {
     let first = ROWS * piece;
-    let mut block = [[T::ZERO; ROWS]; M];
-    let columns = block.get_mut(first..).unwrap_or_default();
+    let mut block = T::columns([T::ZERO; ROWS]);
+    let columns = block.as_mut().get_mut(first..).unwrap_or_default();
     for (index, value) in diagonal.iter().skip(first).take(ROWS).enumerate() {
         put_row(columns, index, index, &[*value]);
     }
     damped.absorb_four(columns);
-    first + ROWS < diagonal.len()
+    first + ROWS < N
 }
 
 /// A piece of a linearisation, or of a sum of squares.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Piece<T> {
+pub(crate) struct Piece<T> {
     /// Σ r² of its rows.
-    pub sum_of_squares: T,
+    pub(crate) sum_of_squares: T,
     /// Whether more pieces follow.
-    pub more: bool,
+    pub(crate) more: bool,
 }

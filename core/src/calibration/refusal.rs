@@ -102,7 +102,7 @@ pub enum Refusal {
     #[error("the poses do not determine where {0} is")]
     UndeterminedInstrument(Instrument),
     /// The arithmetic overflowed.
-    #[error("the samples of {arm} overflow the arithmetic")]
+    #[error("the samples or the tolerance of {arm} overflow the arithmetic")]
     NonFinite {
         /// The arm.
         arm: ArmIndex,

@@ -7,7 +7,7 @@ use super::free_start::Means;
 use super::minimizer::{Minimizer, Progress, enough_samples};
 use super::outcome::{ArmOutcome, Estimate, RobotOutcome};
 use super::parts::{Samples, Solver};
-use super::problem::Problem;
+use super::problem::Judged;
 use super::refusal::Refusal;
 use super::settings::Settings;
 use super::tolerance_prior::TolerancePrior;
@@ -28,7 +28,7 @@ pub struct RobotSolver<T: Real> {
 }
 
 /// The solver of one arm.
-type ArmSolver<T> = Minimizer<T, Displacement<T>, (), 8, 9, 45>;
+type ArmSolver<T> = Minimizer<T, Displacement<T>, (), 8>;
 
 impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
     #[inline(always)]
@@ -64,7 +64,7 @@ impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
         };
         match &mut self.solver {
             None => {
-                self.start(problem, samples.settings())?;
+                self.start(problem, samples.settings());
                 return Ok(Progress::Working);
             }
             Some(solver) => {
@@ -86,15 +86,13 @@ impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
 
 impl<T: Real> RobotSolver<T> {
     #[inline(never)]
-    fn start(&mut self, problem: &ArmFactor<T>, settings: &Settings<T>) -> Result<(), Refusal> {
-        enough_samples(&problem.extent(), self.arm, settings)?;
+    fn start(&mut self, problem: &ArmFactor<T>, settings: &Settings<T>) {
         let nominal = problem.nominal();
         let tolerance = settings.tolerance.as_ref();
         let prior = TolerancePrior::of_arm(nominal.arm(), &nominal.units(), tolerance);
         self.solver
             .insert(ArmSolver::unstarted(self.arm, prior, settings))
             .begin(problem);
-        Ok(())
     }
 
     /// The outcome of the current arm.
@@ -193,7 +191,14 @@ pub(super) fn check_side<T: Real>(
     }
     let [first, second, third] = elbows;
     let normal = (second - first).cross(&(third - first));
-    let above = normal.dot(&(point - first)) * normal.dot(&robot.up());
+    // Products of two lengths only: with any unit of length they neither overflow nor vanish.
+    let [nominal, ..] = nominal_arms;
+    let side = normal.dot(&((point - first) * nominal.inverse_scale()));
+    let above = if normal.dot(&robot.up()) < T::ZERO {
+        -side
+    } else {
+        side
+    };
     if above < T::ZERO {
         Ok(())
     } else {

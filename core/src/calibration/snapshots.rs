@@ -53,13 +53,11 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
     /// solver settings may differ.
     ///
     /// # Errors
-    /// Damaged bytes, or a snapshot of something else; [`SnapshotError::Busy`] during a solve. The calibrator is
+    /// Damaged bytes, or a snapshot of something else; [`SnapshotError::Busy`]. The calibrator is
     /// unchanged.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
         let mark = self.marked().finish();
-        if self.solving() {
-            return Err(SnapshotError::Busy);
-        }
+        self.check_idle()?;
         read(E::NUMBER, mark, &mut self.samples, bytes)?;
         self.stop();
         Ok(())

@@ -2,10 +2,11 @@
 
 use super::limits::{EXCESS_OF_ANOTHER_MINIMUM, SAMPLES_FOR_FREE_START, TIE};
 use super::outcome::StartUsed;
-use super::point::{EndPoint, Point, rounding_of_cost};
-use super::problem::{Problem, sum_of_squares};
+use super::point::{EndPoint, Point};
+use super::problem::{Extent, Judged, sum_of_squares};
 use super::settings::Start;
 use crate::Real;
+use crate::samples::Unknowns;
 
 /// The starts used so far, and the next: free, or along the combination that the samples determine least.
 #[derive(Debug, Clone, Copy)]
@@ -18,7 +19,7 @@ pub(super) struct Starts<T, const N: usize> {
     search: Option<Search<T, N>>,
 }
 
-impl<T: Real, const N: usize> Starts<T, N> {
+impl<T: Unknowns<N>, const N: usize> Starts<T, N> {
     pub(super) const fn new(first: Start) -> Self {
         Self {
             first,
@@ -28,10 +29,7 @@ impl<T: Real, const N: usize> Starts<T, N> {
     }
 
     /// The next free start.
-    pub(super) fn next_free<P: Problem<T, N, M, E>, const M: usize, const E: usize>(
-        &mut self,
-        problem: &P,
-    ) -> Option<[T; N]> {
+    pub(super) fn next_free<P: Judged<T, N>>(&mut self, problem: &P) -> Option<[T; N]> {
         while self.free < P::FREE_STARTS {
             self.free += 1;
             if let Some(correction) = problem.free_start(self.free - 1) {
@@ -45,11 +43,11 @@ impl<T: Real, const N: usize> Starts<T, N> {
     ///
     /// The free fit of the coefficients leaves ρ², a lower bound for any parameters; the right solution leaves four
     /// residual variances per arm more, a false minimum far more.
-    pub(super) fn better_free<P: Problem<T, N, M, E>, const M: usize, const E: usize>(
+    pub(super) fn better_free<P: Judged<T, N>>(
         &mut self,
         problem: &P,
         ended: StartUsed,
-        best: Option<&EndPoint<T, N, M, E>>,
+        best: Option<&EndPoint<T, N>>,
     ) -> Option<[T; N]> {
         let enough = T::from_count(SAMPLES_FOR_FREE_START);
         let extent = problem.extent();
@@ -59,16 +57,16 @@ impl<T: Real, const N: usize> Starts<T, N> {
             return None;
         }
         if let Some(best) = best {
-            let least = problem.least_sum_of_squares();
+            let least = extent.least_sum_of_squares;
             let variance = if extent.unit.is_none() {
                 T::ONE
             } else {
-                let residuals = spare * T::from_count(u64::from(P::RESIDUALS));
+                let residuals = spare * T::from_count(u64::from(extent.per_sample));
                 least / residuals.larger(T::ONE)
             };
             let excess = best.point.sum_of_squares - least;
             let limit = T::from_f64(EXCESS_OF_ANOTHER_MINIMUM) * variance;
-            if !(excess > limit + rounding_of_cost(problem)) {
+            if !(excess > limit + problem.rounding_of_cost()) {
                 return None;
             }
         }
@@ -81,13 +79,13 @@ impl<T: Real, const N: usize> Starts<T, N> {
 
     /// Starts to search for other solutions on both sides of an end point, if the samples are so few that there may be
     /// several, and no linear fit can identify a false one.
-    pub(super) fn search<const M: usize, const E: usize>(
+    pub(super) fn search(
         &mut self,
-        problem: &impl Problem<T, N, M, E>,
-        from: &Point<T, N, M, E>,
+        extent: &Extent<T>,
+        from: &Point<T, N>,
         direction: impl FnOnce() -> [T; N],
     ) {
-        let few = problem.extent().effective_samples < T::from_count(SAMPLES_FOR_FREE_START);
+        let few = extent.effective_samples < T::from_count(SAMPLES_FOR_FREE_START);
         if few && self.search.is_none() {
             self.search = Some(Search {
                 origin: from.correction,
@@ -99,16 +97,16 @@ impl<T: Real, const N: usize> Starts<T, N> {
     }
 
     /// Records where the iteration from a start converged.
-    pub(super) fn converged<const M: usize, const E: usize>(
+    pub(super) fn converged(
         &mut self,
         start: StartUsed,
-        to: &Point<T, N, M, E>,
-        problem: &impl Problem<T, N, M, E>,
+        to: &Point<T, N>,
+        problem: &impl Judged<T, N>,
     ) {
         let Some(search) = self.search.as_mut().filter(|_| start == StartUsed::Search) else {
             return;
         };
-        let tie = T::from_f64(TIE) * to.cost + rounding_of_cost(problem);
+        let tie = T::from_f64(TIE) * to.cost + problem.rounding_of_cost();
         if to.is_at(&search.origin, tie) {
             let [one, other] = &mut search.returned;
             match search.tried % 2 {
@@ -119,9 +117,9 @@ impl<T: Real, const N: usize> Starts<T, N> {
     }
 
     /// The next start of a search in progress.
-    pub(super) fn next_searched<const M: usize, const E: usize>(
+    pub(super) fn next_searched(
         &mut self,
-        problem: &impl Problem<T, N, M, E>,
+        problem: &impl Judged<T, N>,
     ) -> Option<(StartUsed, [T; N])> {
         let search = self.search.as_mut()?;
         while let Some(correction) = search.next() {

@@ -24,20 +24,30 @@ pub struct Tolerance<T> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ToleranceError {
-    /// The tolerance of lengths must be a finite number greater than 0.
-    #[error("the tolerance of lengths must be a finite number greater than 0")]
+    /// The tolerance of lengths must be greater than 0, and not too small or large to be squared.
+    #[error(
+        "the tolerance of lengths must be greater than 0, and not too small or large to be squared"
+    )]
     Length,
-    /// The tolerance of angles must be a finite number greater than 0.
-    #[error("the tolerance of angles must be a finite number greater than 0")]
+    /// The tolerance of angles must be greater than 0, and not too small or large to be squared.
+    #[error(
+        "the tolerance of angles must be greater than 0, and not too small or large to be squared"
+    )]
     Angle,
-    /// The tolerance of the joint zeros must be a finite number greater than 0.
-    #[error("the tolerance of the joints' zeros must be a finite number greater than 0")]
+    /// The tolerance of the joint zeros must be greater than 0, and not too small or large to be squared.
+    #[error(
+        "the tolerance of the joints' zeros must be greater than 0, and not too small or large to be squared"
+    )]
     JointZero,
-    /// The tolerance of the carriage zeros must be a finite number greater than 0.
-    #[error("the tolerance of the carriages' zero must be a finite number greater than 0")]
+    /// The tolerance of the carriage zeros must be greater than 0, and not too small or large to be squared.
+    #[error(
+        "the tolerance of the carriages' zero must be greater than 0, and not too small or large to be squared"
+    )]
     Zero,
-    /// The tolerance of scales must be a finite number greater than 0.
-    #[error("the tolerance of scales must be a finite number greater than 0")]
+    /// The tolerance of scales must be greater than 0, and not too small or large to be squared.
+    #[error(
+        "the tolerance of scales must be greater than 0, and not too small or large to be squared"
+    )]
     Scale,
     /// The tolerance of the common tower radius must be a finite number, 0 or greater.
     #[error("the tolerance of the towers' common radius must be a finite number, 0 or greater")]
@@ -47,9 +57,10 @@ pub enum ToleranceError {
     Forearm,
 }
 
-/// Checks that a σ is a finite number greater than 0.
+/// Checks that a σ is greater than 0 and within its range.
 pub(crate) fn positive<T: Real, E>(sigma: T, error: E) -> Result<(), E> {
-    if sigma > T::ZERO && sigma.finite() {
+    let [least, most] = T::SIGMAS;
+    if sigma >= least && sigma <= most {
         Ok(())
     } else {
         Err(error)
@@ -61,7 +72,7 @@ impl<T: Real> Tolerance<T> {
     /// Dy, Dz, Lb` and the second to the leans and the scale.
     ///
     /// # Errors
-    /// A number that is not finite or not positive.
+    /// A number that is not positive, or too small or large to be squared.
     pub fn new(length: T, angle: T) -> Result<Self, ToleranceError> {
         positive(length, ToleranceError::Length)?;
         positive(angle, ToleranceError::Angle)?;
@@ -87,7 +98,7 @@ impl<T: Real> Tolerance<T> {
     /// Ignored by linear drives.
     ///
     /// # Errors
-    /// A number that is not finite or not positive.
+    /// A number that is not positive, or too small or large to be squared.
     pub fn with_joint_zero(mut self, sigma: T) -> Result<Self, ToleranceError> {
         positive(sigma, ToleranceError::JointZero)?;
         self.joint_zero = Some(sigma);
@@ -103,7 +114,7 @@ impl<T: Real> Tolerance<T> {
     /// travel (no unit).
     ///
     /// # Errors
-    /// A number that is not finite or not positive.
+    /// A number that is not positive, or too small or large to be squared.
     #[cfg(feature = "linear")]
     pub fn with_linear(mut self, zero: T, scale: T) -> Result<Self, ToleranceError> {
         positive(zero, ToleranceError::Zero)?;

@@ -4,7 +4,7 @@ use super::tolerance::Tolerance;
 use super::upper_arm::UpperArm;
 use crate::Real;
 use crate::robot::{Arm, Drive, Parameter};
-use crate::samples::{Triangle, part, put_row};
+use crate::samples::{Triangle, Unknowns, part, put_row};
 
 /// Parameters of an arm.
 const OF_ARM: usize = 8;
@@ -255,12 +255,10 @@ impl<T: Real> Common<T> {
     /// ```text
     /// Rᵢᵢ = √(tᵢ/tᵢ₋₁),   Rᵢⱼ = −γ vᵢ vⱼ/√(tᵢ tᵢ₋₁),   tᵢ = 1 − γ (v₁² + … + vᵢ²)
     /// ```
-    fn couple<const M: usize, const E: usize>(
-        &self,
-        rows: &mut Triangle<T, M, E>,
-        weights: &[T],
-        correction: &[T],
-    ) {
+    fn couple<const N: usize>(&self, rows: &mut Triangle<T, N>, weights: &[T], correction: &[T])
+    where
+        T: Unknowns<N>,
+    {
         let gamma = self.gamma();
         let mut before = T::ONE;
         for index in 0..OF_ROBOT.min(weights.len()) {
@@ -298,14 +296,9 @@ fn put_pair<T>(values: &mut [T], place: usize, pair: [T; 2]) {
     }
 }
 
-impl<T: Real, const N: usize> TolerancePrior<T, N> {
+impl<T: Unknowns<N>, const N: usize> TolerancePrior<T, N> {
     /// Overwrites a triangle with the rows (σ U, σ r) at a correction; U = ∂r/∂δ.
-    pub(crate) fn put_rows<const M: usize, const E: usize>(
-        &self,
-        sigma: T,
-        correction: &[T; N],
-        rows: &mut Triangle<T, M, E>,
-    ) {
+    pub(crate) fn put_rows(&self, sigma: T, correction: &[T; N], rows: &mut Triangle<T, N>) {
         let weights = self.own_weights().map(|weight| weight * sigma);
         let mut rights = [T::ZERO; N];
         for ((right, weight), delta) in rights.iter_mut().zip(&weights).zip(correction) {
@@ -314,11 +307,11 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
         rows.set_diagonal(&weights, &rights);
         for (place, arm) in self.held_arms() {
             let by = part(correction, place);
-            let mut block = [[T::ZERO; 4]; M];
-            let columns = block.get_mut(place..).unwrap_or_default();
+            let mut block = T::columns([T::ZERO; 4]);
+            let columns = block.as_mut().get_mut(place..).unwrap_or_default();
             for (index, ([x, y], r)) in arm.jacobian(by).iter().zip(arm.residuals(by)).enumerate() {
                 put_row(columns, index, 0, &[sigma * *x, sigma * *y]);
-                put_row(columns, index, M - 1 - place, &[sigma * r]);
+                put_row(columns, index, N - place, &[sigma * r]);
             }
             rows.absorb_four(columns);
         }
@@ -328,12 +321,8 @@ impl<T: Real, const N: usize> TolerancePrior<T, N> {
         }
     }
 
-    /// The same, as a new triangle; M = N + 1, E = M (M + 1)/2.
-    pub fn rows<const M: usize, const E: usize>(
-        &self,
-        sigma: T,
-        correction: &[T; N],
-    ) -> Triangle<T, M, E> {
+    /// The same, as a new triangle.
+    pub fn rows(&self, sigma: T, correction: &[T; N]) -> Triangle<T, N> {
         let mut rows = Triangle::zero();
         self.put_rows(sigma, correction, &mut rows);
         rows
@@ -524,7 +513,7 @@ mod tests {
     #[test]
     fn rows_and_gradient_are_derivatives_of_the_cost() {
         let (prior, at) = (prior(Some(&tolerance())), correction());
-        let rows = prior.rows::<27, 378>(0.5, &at);
+        let rows = prior.rows(0.5, &at);
         let gradient = prior.gradient(&at);
         let mut summed = [0.0; 26];
         let mut squares = 0.0;
@@ -573,7 +562,7 @@ mod tests {
     #[test]
     fn the_share_is_of_length_and_direction() {
         let (prior, at) = (prior(Some(&tolerance())), correction());
-        let rows = prior.rows::<27, 378>(1.0, &at);
+        let rows = prior.rows(1.0, &at);
         let mut covariance = [[0.0; 26]; 26];
         for (index, column) in covariance.iter_mut().enumerate() {
             if prior.weights()[index] > 0.0 {

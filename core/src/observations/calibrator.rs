@@ -4,26 +4,27 @@ use super::instruments::{Instruments, OF_ROBOT, OwnInstruments, PLACES};
 use super::observation::{Observation, ObservationError, ObservationRow};
 use super::problem::{ObservationProblem, Prepared};
 use super::solve::{ObservationMinimizer, ObservationOutcome};
-use crate::Real;
+use crate::Busy;
 use crate::calibration::{
-    Minimizer, Phase, Problem, Progress, Refusal, Settings, Start, enough_samples,
+    Judged, Minimizer, Phase, Progress, Refusal, Settings, Start, enough_samples,
 };
 use crate::robot::{ArmIndex, Robot};
+use crate::samples::Unknowns;
 use core::mem::ManuallyDrop;
 use heapless::Vec;
 
 /// More than there are pieces of a start.
 const PIECES: usize = 3 * PLACES + 6;
 
-/// [`FkmCalibrator`] for heights above a single plate: N = 27.
-pub type TouchCalibrator<T, const ROWS: usize> = FkmCalibrator<T, ROWS, 27, 28, 406>;
+/// [`FkmCalibrator`] for heights above a single plate: 27 unknowns.
+pub type TouchCalibrator<T, const ROWS: usize> = FkmCalibrator<T, ROWS, 27>;
 
 /// Calibrates all 24 parameters of a robot, and the placement of its instruments, from up to `ROWS` rows of readings:
 /// heights, distances and single coordinates, in any mixture (the paper's FKM method).
 ///
 /// The calls are those of [`Calibrator`](crate::calibration::Calibrator). There is room for N unknowns (the robot's 24
-/// included), four planes and four points; M = N + 1, E = M (M + 1)/2. A plane takes 3 unknowns, a point 3 or 4, a
-/// sensor frame 6, the transmissions 15.
+/// included), four planes and four points. A plane takes 3 unknowns, a point 3 or 4, a sensor frame 6, the transmissions
+/// 15.
 ///
 /// ```
 /// use delta_cal::observations::{
@@ -58,24 +59,21 @@ pub type TouchCalibrator<T, const ROWS: usize> = FkmCalibrator<T, ROWS, 27, 28, 
 /// # }
 /// ```
 #[derive(Debug, Clone)]
-pub struct FkmCalibrator<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
-{
-    robot: Robot<T>,
+pub struct FkmCalibrator<T: Unknowns<N>, const ROWS: usize, const N: usize> {
+    pub(super) robot: Robot<T>,
     settings: Settings<T>,
-    instruments: OwnInstruments<T>,
+    pub(super) instruments: OwnInstruments<T>,
     /// Never dropped, as it needs no drop: the memory of a calibrator can simply be reused.
-    rows: ManuallyDrop<Vec<ObservationRow<T>, ROWS>>,
+    pub(super) rows: ManuallyDrop<Vec<ObservationRow<T>, ROWS>>,
     prepared: Option<Prepared<T, N>>,
     /// The piece of the start that is located next, or [`PIECES`] and the number of rows that have their weights.
     ready: usize,
-    minimizer: Option<ObservationMinimizer<T, N, M, E>>,
+    minimizer: Option<ObservationMinimizer<T, N>>,
     outcome: Option<ObservationOutcome<T, N>>,
     phase: Phase,
 }
 
-impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
-    FkmCalibrator<T, ROWS, N, M, E>
-{
+impl<T: Unknowns<N>, const ROWS: usize, const N: usize> FkmCalibrator<T, ROWS, N> {
     /// A calibrator without observations; `robot` is the uncalibrated robot: the nominal values of the tolerance and
     /// the start of the iteration. The noise is that of the instruments; that of `settings` is not used, nor its
     /// [`Start`]: there is no free start.
@@ -110,18 +108,18 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
         })
     }
 
-    /// Adds one observation. Discards the outcome of earlier ones. If the nominal robot does not reach it, it is kept
-    /// but ignored.
+    /// Adds one observation. Discards the outcome of earlier ones.
     ///
     /// # Errors
-    /// A fault of the observation, [`ObservationError::Full`] or [`ObservationError::Busy`]; nothing is added.
+    /// A fault of the observation, [`ObservationError::Full`] or [`ObservationError::Busy`]; nothing is added. Also
+    /// [`ObservationError::Unreached`]: a solve starts from the nominal robot, where such a reading has no residual.
     pub fn add(&mut self, observation: &Observation<T>) -> Result<(), ObservationError> {
         if self.solving() {
-            return Err(ObservationError::Busy);
+            return Err(Busy.into());
         }
         observation.check(&self.robot, &self.instruments.view())?;
         let mut row = ObservationRow::new(*observation);
-        row.look_whether_reached(&self.robot)?;
+        row.place(&self.robot)?;
         self.rows.push(row).map_err(|_| ObservationError::Full)?;
         self.phase = Phase::Collecting;
         Ok(())
@@ -203,12 +201,11 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
 
     #[inline(never)]
     fn begin(
-        minimizer: &mut Option<ObservationMinimizer<T, N, M, E>>,
+        minimizer: &mut Option<ObservationMinimizer<T, N>>,
         problem: &ObservationProblem<'_, T, N>,
         settings: &Settings<T>,
     ) -> Result<(), Refusal> {
-        let extent = Problem::<T, N, M, E>::extent(problem);
-        enough_samples(&extent, ArmIndex::First, settings)?;
+        enough_samples(&problem.extent(), ArmIndex::First, settings)?;
         let prior = problem.prior(settings);
         minimizer
             .insert(Minimizer::unstarted(ArmIndex::First, prior, settings))
@@ -242,6 +239,10 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
     /// Discards the observations and everything solved from them.
     pub fn reset(&mut self) {
         self.rows.clear();
+        self.prepared = None;
+        self.ready = 0;
+        self.minimizer = None;
+        self.outcome = None;
         self.stop();
     }
 
@@ -255,7 +256,7 @@ impl<T: Real, const ROWS: usize, const N: usize, const M: usize, const E: usize>
         self.phase.finished()
     }
 
-    /// Number of observations added, including those the nominal robot does not reach.
+    /// Number of observations added.
     pub fn samples(&self) -> u64 {
         self.rows.len() as u64
     }

@@ -5,8 +5,8 @@ use super::instruments::OF_ROBOT;
 use super::observation::{LOWER, ObservationError, ObservationRow, READINGS, lower_rows};
 use crate::Real;
 use crate::robot::{Arm, ArmIndex, Robot, TRANSMISSION_NUMBERS};
-use crate::samples::squares;
 use crate::samples::triangle::reduce;
+use crate::samples::{Unknowns, squares};
 use nalgebra::Vector3;
 
 /// Rounding of a computed position, in ε times the robot's size.
@@ -43,20 +43,14 @@ impl<T: Real> Pose<T> {
 }
 
 impl<T: Real> ObservationRow<T> {
-    /// Excludes the row if the robot does not reach its joint angles.
+    /// Finds the nominal robot's position.
     ///
     /// # Errors
-    /// [`ObservationError::SamePlace`].
-    pub(super) fn look_whether_reached(
-        &mut self,
-        robot: &Robot<T>,
-    ) -> Result<(), ObservationError> {
-        let poses = self.poses(robot);
-        self.left_out = poses.is_none();
-        if let Some((own, _)) = &poses {
-            self.nominal = own.position;
-        }
-        if let Some((own, Some(other))) = poses {
+    /// [`ObservationError::Unreached`] and [`ObservationError::SamePlace`].
+    pub(super) fn place(&mut self, robot: &Robot<T>) -> Result<(), ObservationError> {
+        let (own, other) = self.poses(robot).ok_or(ObservationError::Unreached)?;
+        self.nominal = own.position;
+        if let Some(other) = other {
             let apart = own.position - other.position;
             let least = T::EPSILON.square_root() * own.position.dot(&own.position).square_root();
             if !(apart.dot(&apart).square_root() > least) {
@@ -153,14 +147,18 @@ impl<T: Real> ObservationRow<T> {
         Some(residuals)
     }
 
-    /// The rows (∂r/∂p, r), by columns, M = N + 1. `None` if the robot has no such pose.
-    pub(super) fn linearized<const N: usize, const M: usize>(
+    /// The rows (∂r/∂p, r), by columns. `None` if the robot has no such pose.
+    pub(super) fn linearized<const N: usize>(
         &self,
         at: &At<'_, T>,
         units: &[T; N],
-    ) -> Option<[[T; READINGS]; M]> {
-        let mut columns = [[T::ZERO; READINGS]; M];
-        (self.left_out || self.linearize(at, units, &mut columns)).then_some(columns)
+    ) -> Option<T::Columns<[T; READINGS]>>
+    where
+        T: Unknowns<N>,
+    {
+        let mut columns = T::columns([T::ZERO; READINGS]);
+        let known = self.left_out || self.linearize(at, units, columns.as_mut());
+        known.then_some(columns)
     }
 
     /// Writes (∂r/∂p, r) into columns of zeros; `false` if the robot has no such pose.
@@ -439,7 +437,7 @@ fn cholesky<T: Real>(covariance: &[[T; READINGS]; READINGS]) -> [T; LOWER] {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use crate::fixtures::{instruments, joints, paper, with_forearms};
+    use crate::fixtures::{instruments, joints, paper};
     use crate::observations::{
         Distance, DistanceFrom, Height, Instruments, Observation, ObservationError,
         ObservationNoise, ObservationProblem, ObservationRow, Plane,
@@ -468,15 +466,8 @@ mod tests {
             } else {
                 Ok(())
             };
-            assert_eq!(row.look_whether_reached(&robot), expected, "{part}");
+            assert_eq!(row.place(&robot), expected, "{part}");
         }
-        // A pose out of reach is ignored: near level upper arms, these forearms are almost coplanar.
-        let mut row = ObservationRow::new(Observation {
-            position: [Some(1.0), None, None],
-            ..Observation::at([0.0; 3])
-        });
-        row.look_whether_reached(&with_forearms(420.0)).unwrap();
-        assert!(row.is_left_out());
     }
 
     /// With a noise too small to represent, rounding remains: four ε of the robot's size.

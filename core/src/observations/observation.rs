@@ -1,7 +1,7 @@
 //! Observations, and rows: observations with the weights of their readings.
 
-use crate::Real;
 use crate::samples::SampleError;
+use crate::{Busy, Real};
 use nalgebra::Vector3;
 
 /// Readings taken at one set of joint angles: any of the coordinates, a height, a distance.
@@ -73,15 +73,18 @@ pub enum ObservationError {
     /// No point has this index.
     #[error("there is no point {0}")]
     NoSuchPoint(u8),
+    /// The nominal robot has no pose at the joint angles, or a singular one.
+    #[error("the nominal robot does not reach these joint angles")]
+    Unreached,
     /// The nominal robot puts both poses of a distance in the same place.
     #[error("the two poses of the distance are the same")]
     SamePlace,
     /// The calibrator has no room for more observations.
     #[error("there is no room for another observation")]
     Full,
-    /// A solve is in progress: first call `step` until it has finished.
-    #[error("the calibrator is solving: observations wait until it has finished")]
-    Busy,
+    /// A solve is in progress.
+    #[error(transparent)]
+    Busy(#[from] Busy),
 }
 
 impl<T: Real> Observation<T> {

@@ -6,13 +6,13 @@ use super::linearization::PARTS;
 use super::observation::{ObservationError, ObservationRow, READINGS};
 use super::start::StartValues;
 use crate::Real;
-use crate::calibration::{Extent, Instrument, Piece, Problem, Refusal};
+use crate::calibration::{Extent, Gradient, Instrument, Judged, Piece, Problem, Refusal};
 use crate::frame::RigidTransform;
 use crate::robot::{
     Arm, ArmIndex, GeometryError, Parameter, ParameterKind, Robot, TRANSMISSION_NUMBERS,
     Transmission,
 };
-use crate::samples::{Triangle, moved_arm, part, squares};
+use crate::samples::{Triangle, Unknowns, moved_arm, part, squares};
 use nalgebra::Vector3;
 
 /// Parameters of an arm.
@@ -21,7 +21,7 @@ const ARM: usize = 8;
 const PIECES: usize = 1 + PARTS;
 
 /// The calibration from observations: the robot's 24 parameters, 15 transmission numbers if they are estimated, and the
-/// unknowns of the instruments; at most N parameters, M = N + 1, E = M (M + 1)/2. Unused places keep their values.
+/// unknowns of the instruments; at most N parameters. Unused places keep their values.
 ///
 /// [`FkmCalibrator`](super::FkmCalibrator) solves it in bounded steps.
 #[derive(Debug, Clone)]
@@ -34,7 +34,7 @@ pub struct ObservationProblem<'a, T: Real, const N: usize> {
 
 /// A robot and the unknowns of the instruments at a correction.
 #[derive(Debug, Clone)]
-pub struct InstrumentsAt<T: Real, const N: usize> {
+pub(crate) struct InstrumentsAt<T: Real, const N: usize> {
     /// `None` if there is no such robot.
     robot: Option<Robot<T>>,
     unknowns: [T; N],
@@ -59,7 +59,7 @@ pub enum PrepareError {
 
 impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
     /// Checks the rows, and computes the start of the unknowns and the weights of the readings from the nominal robot.
-    /// A row that the nominal robot does not reach is ignored.
+    /// A row that the nominal robot does not reach [is left out](ObservationRow::is_left_out).
     ///
     /// # Errors
     /// An invalid row, an instrument with fewer readings than unknowns, or more unknowns than fit.
@@ -81,8 +81,11 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
                 .map_err(|error| PrepareError::Row { index, error })?;
         }
         for (index, row) in rows.iter_mut().enumerate() {
-            row.look_whether_reached(robot)
-                .map_err(|error| PrepareError::Row { index, error })?;
+            let placed = row.place(robot);
+            row.left_out = placed == Err(ObservationError::Unreached);
+            if !row.left_out {
+                placed.map_err(|error| PrepareError::Row { index, error })?;
+            }
         }
         let mut prepared =
             Prepared::begun(robot, instruments, rows).map_err(PrepareError::Refused)?;
@@ -141,17 +144,20 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
 
     /// The derivatives of a row's readings by the parameters at a robot and its
     /// [unknowns](super::ObservationOutcome::unknowns), in σ and with the row's weights: ∂r/∂p by columns, p in units of
-    /// [`unit_of`](Problem::unit_of), and the residuals r as the last of the M = N + 1 columns. `None` for a row that
-    /// does not exist.
+    /// [`unit_of`](Self::unit_of), and the residuals r as the last of the N + 1 columns. `None` for a row that does not
+    /// exist.
     ///
     /// A column holds x, y, z, height and distance; 0 for a missing reading. JᵀJ summed over all rows is the
     /// information from the measurements (prior information is in [`prior`](Self::prior)).
-    pub fn linearized_at<const M: usize>(
+    pub fn linearized_at(
         &self,
         robot: &Robot<T>,
         unknowns: &[T; N],
         row: usize,
-    ) -> Option<[[T; 5]; M]> {
+    ) -> Option<T::Columns<[T; 5]>>
+    where
+        T: Unknowns<N>,
+    {
         self.rows
             .get(row)?
             .linearized(&self.at(robot, unknowns), &self.prepared.units)
@@ -170,6 +176,22 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
 
     fn at<'b>(&'b self, robot: &'b Robot<T>, unknowns: &'b [T; N]) -> At<'b, T> {
         self.prepared.start.at(robot, self.instruments, unknowns)
+    }
+
+    /// Σ r² of each row, in order, at a correction of the start in units of [`unit_of`](Self::unit_of); infinite where
+    /// the robot does not reach it.
+    pub fn sums_of_squares_at(&self, correction: &[T; N]) -> impl Iterator<Item = T>
+    where
+        T: Unknowns<N>,
+    {
+        let at = self.displaced(correction);
+        (0..self.rows.len()).map(move |row| self.sum_of_squares(&at, row).sum_of_squares)
+    }
+
+    /// A correction of 1 of a parameter in the caller's units.
+    pub fn unit_of(&self, parameter: usize) -> T {
+        let unit = self.prepared.units.get(parameter);
+        unit.copied().unwrap_or(T::ONE)
     }
 
     /// The start values of the unknowns, at their indices among all parameters.
@@ -225,15 +247,20 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
     }
 }
 
-impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E>
-    for ObservationProblem<'_, T, N>
-{
+/// The rows of a set of readings, by columns.
+#[derive(Debug, Clone)]
+pub(crate) struct ReadingRows<T: Unknowns<N>, const N: usize>(T::Columns<[T; READINGS]>);
+
+impl<T: Unknowns<N>, const N: usize> Default for ReadingRows<T, N> {
+    fn default() -> Self {
+        Self(T::columns([T::ZERO; READINGS]))
+    }
+}
+
+impl<T: Unknowns<N>, const N: usize> Problem<T, N> for ObservationProblem<'_, T, N> {
     type At = InstrumentsAt<T, N>;
-    type Rows = [[T; READINGS]; M];
-    const NO_ROWS: [[T; READINGS]; M] = [[T::ZERO; READINGS]; M];
-    const PIECEWISE: bool = true;
-    const RESIDUALS: u8 = 1;
-    const FREE_STARTS: u8 = 0;
+    type Rows = ReadingRows<T, N>;
+    const GRADIENT: Option<Gradient<T, N, Self, InstrumentsAt<T, N>>> = None;
 
     fn displaced(&self, correction: &[T; N]) -> InstrumentsAt<T, N> {
         InstrumentsAt {
@@ -259,11 +286,12 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
     fn linearize(
         &self,
         at: &InstrumentsAt<T, N>,
-        columns: &mut [[T; READINGS]; M],
-        normal: &mut Triangle<T, M, E>,
+        rows: &mut ReadingRows<T, N>,
+        normal: &mut Triangle<T, N>,
         piece: usize,
     ) -> Piece<T> {
         let (row, part) = (piece / PIECES, piece % PIECES);
+        let columns = rows.0.as_mut();
         let row = self.rows.get(row).zip(at.robot.as_ref());
         let residuals = row.and_then(|(row, robot)| {
             if let Some(part) = part.checked_sub(1) {
@@ -279,20 +307,16 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
         }
     }
 
-    fn free_start(&self, _: u8) -> Option<[T; N]> {
-        None
-    }
-
-    fn least_sum_of_squares(&self) -> T {
-        T::ZERO
-    }
-
-    fn rows_squared(&self) -> T {
-        self.prepared.terms_squared
-    }
-
     fn terms_squared(&self) -> T {
         self.prepared.terms_squared
+    }
+}
+
+impl<T: Unknowns<N>, const N: usize> Judged<T, N> for ObservationProblem<'_, T, N> {
+    const FREE_STARTS: u8 = 0;
+
+    fn free_start(&self, _: u8) -> Option<[T; N]> {
+        None
     }
 
     fn extent(&self) -> Extent<T> {
@@ -300,16 +324,18 @@ impl<T: Real, const N: usize, const M: usize, const E: usize> Problem<T, N, M, E
             samples: self.rows.len() as u64,
             effective_samples: self.prepared.effective_rows,
             residuals: self.prepared.readings,
+            per_sample: 1,
             unit: None,
+            least_sum_of_squares: T::ZERO,
         }
     }
 
+    fn rows_squared(&self) -> T {
+        self.prepared.terms_squared
+    }
+
     fn unit_of(&self, parameter: usize) -> T {
-        self.prepared
-            .units
-            .get(parameter)
-            .copied()
-            .unwrap_or(T::ONE)
+        self.unit_of(parameter)
     }
 
     fn arm(&self, parameter: usize) -> &Arm<T> {

@@ -4,28 +4,24 @@ use super::equation::frame_at;
 use super::instruments::{
     Instruments, OF_FRAME, OF_PLANE, OF_POINT, OF_ROBOT, OF_TRANSMISSIONS, PositionFrame,
 };
-use super::observation::READINGS;
-use super::problem::{InstrumentsAt, ObservationProblem};
+use super::problem::{InstrumentsAt, ObservationProblem, ReadingRows};
 use crate::Real;
 use crate::calibration::{
-    Estimate, JointOutcome, Minimizer, Problem, Progress, Refusal, Settings, Start, TolerancePrior,
+    Estimate, JointOutcome, Judged, Minimizer, Progress, Refusal, Settings, Start, TolerancePrior,
     enough_samples,
 };
 use crate::frame::RigidTransform;
 use crate::robot::{ArmIndex, Robot};
-use crate::samples::part;
+use crate::samples::{Unknowns, part};
 
-impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
+impl<T: Unknowns<N>, const N: usize> ObservationProblem<'_, T, N> {
     /// Calibrates the robot. There is no free start: the [`Start`] of `settings` is not used.
     ///
     /// # Errors
     /// A [`Refusal`]; keep the robot's current parameters.
-    pub fn solve<const M: usize, const E: usize>(
-        &self,
-        settings: &Settings<T>,
-    ) -> Result<ObservationOutcome<T, N>, Refusal> {
+    pub fn solve(&self, settings: &Settings<T>) -> Result<ObservationOutcome<T, N>, Refusal> {
         let mut outcome = ObservationOutcome::vacant(self.robot);
-        let mut minimizer = self.minimizer::<M, E>(settings)?;
+        let mut minimizer = self.minimizer(settings)?;
         while minimizer.step(self, &mut outcome.estimate)? == Progress::Working {}
         self.complete(&mut outcome)?;
         Ok(outcome)
@@ -33,26 +29,24 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
 
     /// The correction at which the minimisation ends, without searching for other solutions and without judging it.
     /// `None` if it does not converge.
-    pub fn end<const M: usize, const E: usize>(&self, settings: &Settings<T>) -> Option<[T; N]> {
-        let minimizer = self.minimizer::<M, E>(settings);
+    pub fn end(&self, settings: &Settings<T>) -> Option<[T; N]> {
+        let minimizer = self.minimizer(settings);
         let mut minimizer = minimizer.ok()?.for_its_end();
         let mut estimate = Estimate::vacant();
         while minimizer.step(self, &mut estimate) == Ok(Progress::Working) {}
         minimizer.end()
     }
 
-    fn minimizer<const M: usize, const E: usize>(
-        &self,
-        settings: &Settings<T>,
-    ) -> Result<ObservationMinimizer<T, N, M, E>, Refusal> {
+    fn minimizer(&self, settings: &Settings<T>) -> Result<ObservationMinimizer<T, N>, Refusal> {
         let settings = &settings.with_start(Start::Nominal);
-        let extent = Problem::<T, N, M, E>::extent(self);
-        enough_samples(&extent, ArmIndex::First, settings)?;
+        enough_samples(&self.extent(), ArmIndex::First, settings)?;
         let mut minimizer = Minimizer::unstarted(ArmIndex::First, self.prior(settings), settings);
         minimizer.begin(self);
         Ok(minimizer)
     }
+}
 
+impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
     /// Converts an estimate to the robot and the unknowns.
     ///
     /// # Errors
@@ -72,7 +66,7 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
         Ok(())
     }
 
-    /// Prior knowledge of the parameters, in units of [`unit_of`](crate::calibration::Problem::unit_of).
+    /// Prior knowledge of the parameters, in units of [`unit_of`](Self::unit_of).
     pub fn prior(&self, settings: &Settings<T>) -> TolerancePrior<T, N> {
         let [first, second, third] = self.robot.arms();
         let arms = [first, second, third];
@@ -135,8 +129,8 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
     }
 }
 
-pub(super) type ObservationMinimizer<T, const N: usize, const M: usize, const E: usize> =
-    Minimizer<T, InstrumentsAt<T, N>, [[T; READINGS]; M], N, M, E>;
+pub(super) type ObservationMinimizer<T, const N: usize> =
+    Minimizer<T, InstrumentsAt<T, N>, ReadingRows<T, N>, N>;
 
 /// A robot calibrated from observations, and the unknowns of the instruments.
 #[derive(Debug, Clone, PartialEq)]

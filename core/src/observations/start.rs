@@ -6,7 +6,7 @@ use super::observation::{DistanceFrom, ObservationRow};
 use crate::Real;
 use crate::frame::{RigidTransform, best_rotation, product};
 use crate::robot::Robot;
-use crate::samples::Triangle;
+use crate::samples::{Triangle, Unknowns, put_row};
 use nalgebra::{Matrix3, Vector3};
 
 /// Passes of the plane fit, each using the tilt found by the previous one.
@@ -61,10 +61,10 @@ impl<T: Real, const N: usize> StartValues<T, N> {
             if let Some((place, _)) = point.known {
                 self.put(column, place.as_slice());
             } else if point.offset
-                && let Some([x, y, z, offset, _]) = self::point::<_, 5, 6, 21>(robot, rows, index)
+                && let Some([x, y, z, offset, _]) = self::point::<_, 5>(robot, rows, index)
             {
                 self.put(column, &[x, y, z, offset]);
-            } else if let Some([x, y, z, _]) = self::point::<_, 4, 5, 15>(robot, rows, index) {
+            } else if let Some([x, y, z, _]) = self::point::<_, 4>(robot, rows, index) {
                 self.put(column, &[x, y, z]);
             }
         } else if sensor {
@@ -250,41 +250,28 @@ fn distances<T: Real>(
 }
 
 /// p and, if it has one, the offset o of |X|² − d² = 2 X·p − 2 d o + k, with k eliminated.
-fn point<T: Real, const N: usize, const M: usize, const E: usize>(
+fn point<T: Unknowns<N>, const N: usize>(
     robot: &Robot<T>,
     rows: &[ObservationRow<T>],
     point: u8,
 ) -> Option<[T; N]> {
     let [first, ..] = robot.arms();
     let unit = first.lb();
-    let mut triangle = Triangle::<T, M, E>::zero();
+    let mut triangle = Triangle::<T, N>::zero();
     for (x, d) in distances(rows, point, unit) {
         let right = d.squared() - x.dot(&x);
         let terms = [T::TWO * x.x, T::TWO * x.y, T::TWO * x.z, -(T::TWO * d)];
-        let mut row = [T::ZERO; M];
-        for (entry, term) in row.iter_mut().zip(terms.into_iter().take(M - 2)) {
-            *entry = term;
-        }
-        if let [.., one, last] = &mut row[..] {
-            (*one, *last) = (T::ONE, right);
-        }
-        absorb(&mut triangle, row);
+        let mut columns = T::columns([T::ZERO; 2]);
+        put_row(columns.as_mut(), 0, 0, &terms);
+        put_row(columns.as_mut(), 0, N - 1, &[T::ONE, right]);
+        T::absorb_two(triangle.entries_mut(), columns.as_mut());
     }
-    let solution: [T; N] = solved(&triangle)?;
+    let solution = solved(&triangle)?;
     Some(solution.map(|value| value * unit))
 }
 
-fn absorb<T: Real, const M: usize, const E: usize>(triangle: &mut Triangle<T, M, E>, row: [T; M]) {
-    T::absorb_two(
-        triangle.entries_mut(),
-        &mut row.map(|entry| [entry, T::ZERO]),
-    );
-}
-
 /// The least-squares solution, if the rows determine it.
-fn solved<T: Real, const N: usize, const M: usize, const E: usize>(
-    triangle: &Triangle<T, M, E>,
-) -> Option<[T; N]> {
+fn solved<T: Unknowns<N>, const N: usize>(triangle: &Triangle<T, N>) -> Option<[T; N]> {
     let rounding = T::from_f64(64.0) * T::EPSILON;
     let smallest = triangle.column_norms().map(|norm| rounding * norm);
     triangle.minimiser(&smallest)
@@ -302,7 +289,7 @@ fn affine<T: Real>(
 ) -> Option<Vector3<T>> {
     let [first, ..] = robot.arms();
     let length = first.lb();
-    let mut triangle = Triangle::<T, 5, 15>::zero();
+    let mut triangle = Triangle::<T, 4>::zero();
     let mut rows = counted(rows).filter_map(|row| {
         let measured = (*row.observation().position.get(axis)?)?;
         let x = row.nominal / length;
@@ -385,7 +372,7 @@ mod tests {
     ) -> StartValues<f64, N> {
         let mut rows = rows.to_owned();
         for row in &mut rows {
-            row.look_whether_reached(robot).unwrap();
+            row.place(robot).unwrap();
         }
         let mut start = StartValues::new(&rows);
         start.locate_all(robot, instruments, &rows);

@@ -1,7 +1,5 @@
 use super::parameter::GeometryError;
 use crate::Real;
-#[cfg(not(feature = "transmission"))]
-use core::{convert::Infallible, marker::PhantomData};
 
 /// Numbers per transmission.
 pub(crate) const NUMBERS: usize = 5;
@@ -38,67 +36,79 @@ pub(crate) const NUMBERS: usize = 5;
 /// # main().unwrap();
 /// # }
 /// ```
-#[cfg(feature = "transmission")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transmission<T> {
-    numbers: [T; NUMBERS],
-}
-
-/// Errors of a joint's gear and encoder; without the feature `transmission` there are none.
-#[cfg(not(feature = "transmission"))]
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Transmission<T> {
-    never: Infallible,
-    of: PhantomData<T>,
+    numbers: Stored<T, NUMBERS>,
 }
 
 /// σ of the transmission numbers to be estimated, each about its nominal value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TransmissionTolerance<T> {
+    sigma: Stored<T, 1>,
+}
+
+/// Numbers that exist only with the feature: without it, neither do the objects that hold them.
+#[cfg(feature = "transmission")]
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Stored<T, const N: usize>([T; N]);
+
+#[cfg(not(feature = "transmission"))]
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Stored<T, const N: usize>(core::convert::Infallible, core::marker::PhantomData<T>);
+
+impl<T: Real, const N: usize> Stored<T, N> {
     #[cfg(feature = "transmission")]
-    sigma: T,
+    const fn new(numbers: [T; N]) -> Option<Self> {
+        Some(Self(numbers))
+    }
+
     #[cfg(not(feature = "transmission"))]
-    never: Infallible,
-    #[cfg(not(feature = "transmission"))]
-    of: PhantomData<T>,
+    const fn new(_: [T; N]) -> Option<Self> {
+        None
+    }
+
+    const fn get(&self) -> [T; N] {
+        #[cfg(feature = "transmission")]
+        return self.0;
+        #[cfg(not(feature = "transmission"))]
+        match self.0 {}
+    }
 }
 
 /// Upper bound on |d(arm angle)/d(joint angle) − 1|.
-#[cfg(feature = "transmission")]
 const STEEPEST: f64 = 0.1;
 /// Newton steps from arm angle to joint angle. The initial error is below π/10 and the second derivative below 2/10, so
 /// each error is less than a ninth of the square of the previous one.
-#[cfg(feature = "transmission")]
 const STEPS: usize = 4;
 
-#[cfg(feature = "transmission")]
 impl<T: Real> Transmission<T> {
     /// The arm angle equals the joint angle.
+    #[cfg(feature = "transmission")]
     pub const EXACT: Self = Self {
-        numbers: [T::ZERO; NUMBERS],
+        numbers: Stored([T::ZERO; NUMBERS]),
     };
 
     /// gain (no unit), c₁, s₁, c₂ and s₂ (radians).
     ///
     /// # Errors
-    /// [`GeometryError::TransmissionTooLarge`] if |gain| + |c₁| + |s₁| + 2 |c₂| + 2 |s₂| is not below 0.1.
+    /// [`GeometryError::TransmissionTooLarge`] if |gain| + |c₁| + |s₁| + 2 |c₂| + 2 |s₂| is not below 0.1, and always
+    /// without the feature `transmission`.
     pub fn new(numbers: [T; NUMBERS]) -> Result<Self, GeometryError> {
         let [gain, c1, s1, c2, s2] = numbers.map(Real::magnitude);
-        if gain + c1 + s1 + T::TWO * (c2 + s2) < T::from_f64(STEEPEST) {
-            Ok(Self { numbers })
-        } else {
-            Err(GeometryError::TransmissionTooLarge)
-        }
+        let usable = gain + c1 + s1 + T::TWO * (c2 + s2) < T::from_f64(STEEPEST);
+        let numbers = Stored::new(numbers).filter(|_| usable);
+        let numbers = numbers.ok_or(GeometryError::TransmissionTooLarge)?;
+        Ok(Self { numbers })
     }
 
     /// gain (no unit), c₁, s₁, c₂ and s₂ (radians).
     pub const fn numbers(&self) -> [T; NUMBERS] {
-        self.numbers
+        self.numbers.get()
     }
 
     /// How far the arm is ahead of the joint, and its derivative by the joint angle. Radians, no unit.
     fn ahead(&self, q: T) -> (T, T) {
-        let [gain, c1, s1, c2, s2] = self.numbers;
+        let [gain, c1, s1, c2, s2] = self.numbers();
         let [_, cosine, sine, double_cosine, double_sine] = by_numbers(q);
         (
             gain * q + c1 * cosine + s1 * sine + c2 * double_cosine + s2 * double_sine,
@@ -128,29 +138,6 @@ impl<T: Real> Transmission<T> {
     }
 }
 
-#[cfg(not(feature = "transmission"))]
-#[allow(clippy::trivially_copy_pass_by_ref)] // same signature as with the feature
-impl<T: Real> Transmission<T> {
-    /// # Errors
-    /// Always [`GeometryError::TransmissionTooLarge`]: no transmission is stored.
-    pub fn new(_: [T; NUMBERS]) -> Result<Self, GeometryError> {
-        Err(GeometryError::TransmissionTooLarge)
-    }
-
-    /// None.
-    pub const fn numbers(&self) -> [T; NUMBERS] {
-        match self.never {}
-    }
-
-    pub(crate) const fn arm_angle(&self, _: T) -> (T, T) {
-        match self.never {}
-    }
-
-    pub(crate) const fn joint_angle(&self, _: T) -> T {
-        match self.never {}
-    }
-}
-
 /// Derivatives of the arm angle by the numbers: q, cos q, sin q, cos 2q, sin 2q. No unit, except the first: radians.
 pub(crate) fn by_numbers<T: Real>(q: T) -> [T; NUMBERS] {
     let (sine, cosine) = q.sine_cosine();
@@ -167,22 +154,19 @@ impl<T: Real> TransmissionTolerance<T> {
     /// σ of c₁, s₁, c₂ and s₂ in radians; the gain has the same σ, without unit.
     ///
     /// # Errors
-    /// [`GeometryError::TransmissionTooLarge`] unless it is above 0 and below 0.1.
-    #[cfg(feature = "transmission")]
+    /// [`GeometryError::TransmissionTooLarge`] unless it is above 0 and below 0.1, and always without the feature
+    /// `transmission`.
     pub fn new(sigma: T) -> Result<Self, GeometryError> {
-        if sigma > T::ZERO && sigma < T::from_f64(STEEPEST) {
-            Ok(Self { sigma })
-        } else {
-            Err(GeometryError::TransmissionTooLarge)
-        }
+        let usable = sigma > T::ZERO && sigma < T::from_f64(STEEPEST);
+        let sigma = Stored::new([sigma]).filter(|_| usable);
+        let sigma = sigma.ok_or(GeometryError::TransmissionTooLarge)?;
+        Ok(Self { sigma })
     }
 
     /// Radians.
     pub const fn sigma(&self) -> T {
-        #[cfg(feature = "transmission")]
-        return self.sigma;
-        #[cfg(not(feature = "transmission"))]
-        match self.never {}
+        let [sigma] = self.sigma.get();
+        sigma
     }
 }
 

@@ -1,12 +1,13 @@
 use super::displacement::Displacement;
+use super::forgetting::Forgetting;
 use super::nominal_arm::{ArmSample, COLUMNS, NominalArm};
 use super::sample::Sample;
 #[cfg(test)]
 use super::sample::SampleError;
 use super::triangle::{Triangle, put_row};
-use crate::Real;
 use crate::robot::{Arm, ArmIndex};
 use crate::state::state;
+use crate::{Busy, Real};
 use nalgebra::Vector3;
 
 /// Rows reduced together when many samples are added at once.
@@ -27,11 +28,11 @@ pub(crate) const BLOCK: usize = 4;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ArmFactor<T: Real> {
     nominal: NominalArm<T>,
-    triangle: Triangle<T, COLUMNS, 91>,
+    triangle: Triangle<T, { COLUMNS - 1 }>,
     count: SampleCount<T>,
 }
 
-state!(ArmFactor<T>: triangle: Triangle<T, COLUMNS, 91>, count: SampleCount<T>);
+state!(ArmFactor<T>: triangle: Triangle<T, { COLUMNS - 1 }>, count: SampleCount<T>);
 
 /// Why two factors cannot be merged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -41,9 +42,9 @@ pub enum MergeError {
     /// The calibrators have different robots or noises.
     #[error("the calibrators are of different robots or noises")]
     DifferentNominal,
-    /// A solve is in progress: the samples cannot change until it has finished.
-    #[error("the calibrator is solving: its samples do not change until it has finished")]
-    Busy,
+    /// A solve is in progress.
+    #[error(transparent)]
+    Busy(#[from] Busy),
 }
 
 impl<T: Real> ArmFactor<T> {
@@ -132,12 +133,6 @@ impl<T: Real> ArmFactor<T> {
         self.absorb(block.get(..count).unwrap_or_default());
     }
 
-    /// Drops all samples.
-    pub(crate) fn clear(&mut self) {
-        self.triangle = Triangle::zero();
-        self.count = SampleCount::none();
-    }
-
     /// Adds everything another factor has accumulated, as if its samples had been added to this one.
     ///
     /// # Errors
@@ -146,7 +141,7 @@ impl<T: Real> ArmFactor<T> {
         if self.nominal != other.nominal {
             return Err(MergeError::DifferentNominal);
         }
-        self.triangle.merge(&other.triangle);
+        self.triangle.merge::<COLUMNS>(&other.triangle);
         self.count.merge(&other.count);
         Ok(())
     }
@@ -160,6 +155,12 @@ impl<T: Real> ArmFactor<T> {
         let lambda = lambda.larger(T::ZERO);
         self.triangle.scale(lambda.square_root());
         self.count.forget(lambda);
+    }
+
+    /// Lets the samples fade for one more, while so many wait and a block may be due.
+    pub(crate) fn fade(&mut self, forgetting: &Forgetting<T>, waiting: usize, due: bool) {
+        let lambda = self.count.fading(forgetting, waiting, due, 2 * BLOCK);
+        self.forget(lambda);
     }
 
     /// Samples added since it last forgot.
@@ -191,7 +192,7 @@ impl<T: Real> ArmFactor<T> {
     }
 
     /// The triangle of the features, and the right-hand side.
-    pub(crate) fn triangle(&self) -> &Triangle<T, COLUMNS, 91> {
+    pub(crate) fn triangle(&self) -> &Triangle<T, { COLUMNS - 1 }> {
         &self.triangle
     }
 }
@@ -203,9 +204,11 @@ pub(crate) struct SampleCount<T> {
     /// Samples since the last forgetting, and the weight of those before it.
     recent: u64,
     remembered: T,
+    /// Samples added with forgetting that nothing has been forgotten for.
+    owed: usize,
 }
 
-state!(SampleCount<T>: seen: u64, recent: u64, remembered: T);
+state!(SampleCount<T>: seen: u64, recent: u64, remembered: T, owed: usize);
 
 impl<T: Real> SampleCount<T> {
     #[inline(always)]
@@ -214,6 +217,7 @@ impl<T: Real> SampleCount<T> {
             seen: 0,
             recent: 0,
             remembered: T::ZERO,
+            owed: 0,
         }
     }
 
@@ -244,6 +248,24 @@ impl<T: Real> SampleCount<T> {
         self.remembered += other.remembered;
     }
 
+    /// Counts a sample that makes those held fade, and returns by how much they do now. Samples that wait are younger than
+    /// those held: nothing fades until a block is `due`, or `most` samples were absorbed already, by a solve.
+    pub(crate) fn fading(
+        &mut self,
+        forgetting: &Forgetting<T>,
+        waiting: usize,
+        due: bool,
+        most: usize,
+    ) -> T {
+        self.owed += 1;
+        let absorbed = self.owed.saturating_sub(waiting);
+        if !due && absorbed < most {
+            return T::ONE;
+        }
+        self.owed -= absorbed;
+        forgetting.after(absorbed as u64)
+    }
+
     /// Multiplies the weight of all samples by λ, λ in [0, 1].
     pub(crate) fn forget(&mut self, lambda: T) {
         self.remembered = self.effective() * lambda;
@@ -265,7 +287,14 @@ pub(crate) struct Waiting<T: Real> {
     taken: [usize; 3],
 }
 
-state!(Waiting<T>: samples: [Sample<T>; CAPACITY], count: usize, taken: [usize; 3]);
+state!(
+    Waiting<T>:
+    samples: [Sample<T>; CAPACITY],
+    count: usize,
+    taken: [usize; 3];
+    [.., count, first, second, third]
+        if usize::from(*count) <= CAPACITY && first.max(second).max(third) <= count
+);
 
 impl<T: Real> Waiting<T> {
     #[inline(always)]
@@ -277,8 +306,15 @@ impl<T: Real> Waiting<T> {
         }
     }
 
-    /// Adds a sample; there is always room if the arm that is due then takes its block.
+    /// Whether there is no room: never, if each sample is followed by a block that is due. Counts that were restored may
+    /// be others.
+    pub(crate) const fn full(&self) -> bool {
+        self.count >= CAPACITY
+    }
+
+    /// Adds a sample, for which there must be room.
     pub(crate) fn push(&mut self, sample: &Sample<T>) {
+        debug_assert!(!self.full());
         if let Some(place) = self.samples.get_mut(self.count) {
             *place = *sample;
             self.count += 1;

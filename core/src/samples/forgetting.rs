@@ -72,7 +72,7 @@ impl<T: Real> Forgetting<T> {
     }
 
     /// λ to the power of a count.
-    pub(crate) fn after(&self, samples: u64) -> T {
+    pub(super) fn after(&self, samples: u64) -> T {
         let (mut power, mut square, mut rest) = (T::ONE, self.factor, samples);
         while rest > 0 {
             if rest & 1 == 1 {

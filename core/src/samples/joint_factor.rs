@@ -1,5 +1,6 @@
 use super::displacement::Displacement;
-use super::factor::{MergeError, SampleCount};
+use super::factor::{BLOCK, MergeError, SampleCount};
+use super::forgetting::Forgetting;
 use super::nominal_arm::NominalArm;
 use super::sample::{Noise, Sample};
 use super::triangle::Triangle;
@@ -28,14 +29,14 @@ pub(crate) const JOINT_COLUMNS: usize = 37;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct JointFactor<T: Real> {
     nominal_arms: [NominalArm<T>; 3],
-    triangle: Triangle<T, JOINT_COLUMNS, 703>,
+    triangle: Triangle<T, { JOINT_COLUMNS - 1 }>,
     count: SampleCount<T>,
     mean: MeanPose<T>,
 }
 
 state!(
     JointFactor<T>:
-    triangle: Triangle<T, JOINT_COLUMNS, 703>,
+    triangle: Triangle<T, { JOINT_COLUMNS - 1 }>,
     count: SampleCount<T>,
     mean: MeanPose<T>,
 );
@@ -92,11 +93,6 @@ impl<T: Real> JointFactor<T> {
         self.count.effective()
     }
 
-    /// Samples since it last forgot.
-    pub(crate) const fn recent(&self) -> u64 {
-        self.count.recent()
-    }
-
     /// Absorbs many checked samples in blocks; a block costs less than its samples one by one.
     pub(crate) fn absorb_many(&mut self, samples: &[Sample<T>]) {
         let (blocks, rest) = samples.as_chunks::<4>();
@@ -106,12 +102,6 @@ impl<T: Real> JointFactor<T> {
         for sample in rest {
             self.absorb_one(&self.prepare(sample));
         }
-    }
-
-    /// Drops all samples.
-    pub(crate) fn clear(&mut self) {
-        self.triangle = Triangle::zero();
-        self.count = SampleCount::none();
     }
 
     /// Absorbs a sample that was checked on arrival.
@@ -223,6 +213,13 @@ impl<T: Real> JointFactor<T> {
         self.mean.weight *= lambda;
     }
 
+    /// Lets the samples fade for one more, while so many wait; not while a pair is half absorbed.
+    pub(crate) fn fade(&mut self, forgetting: &Forgetting<T>, waiting: usize) {
+        let most = if waiting > 2 { usize::MAX } else { BLOCK };
+        let lambda = self.count.fading(forgetting, waiting, waiting == 2, most);
+        self.forget(lambda);
+    }
+
     #[inline(never)]
     pub(crate) fn displaced(&self, corrections: &[[T; 8]; 3]) -> JointDisplacement<T> {
         let [first, second, third] = &self.nominal_arms;
@@ -259,7 +256,7 @@ impl<T: Real> JointFactor<T> {
     }
 
     /// The triangle of the features, and the right-hand side.
-    pub(crate) const fn triangle(&self) -> &Triangle<T, JOINT_COLUMNS, 703> {
+    pub(crate) const fn triangle(&self) -> &Triangle<T, { JOINT_COLUMNS - 1 }> {
         &self.triangle
     }
 }

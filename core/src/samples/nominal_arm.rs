@@ -153,6 +153,11 @@ impl<T: Real> NominalArm<T> {
         self.scale
     }
 
+    /// 1/[`scale`](Self::scale).
+    pub(crate) const fn inverse_scale(&self) -> T {
+        self.inverse_scale
+    }
+
     /// The origin of internal positions.
     pub(crate) const fn centre(&self) -> &Vector3<T> {
         &self.centre
@@ -292,7 +297,7 @@ impl<T: Real> ArmSample<T> {
         Self {
             x: Vector3::new(T::ZERO, T::ZERO, T::ZERO),
             sine: T::ZERO,
-            cosine: T::ONE,
+            cosine: T::ZERO,
             weight: T::ZERO,
             constraint: T::ZERO,
         }

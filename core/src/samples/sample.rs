@@ -1,6 +1,6 @@
-use crate::Real;
 use crate::robot::{ArmIndex, Drive};
 use crate::state::state;
+use crate::{Busy, Real};
 use nalgebra::Vector3;
 
 /// Joint angles beyond ±4π are refused: no joint of a Delta makes two turns, and an angle in degrees mistaken for
@@ -46,9 +46,9 @@ pub enum AddError {
     /// The sample is invalid.
     #[error(transparent)]
     Sample(#[from] SampleError),
-    /// A solve is in progress: first call `step` until it has finished.
-    #[error("the calibrator is solving: samples wait until it has finished")]
-    Busy,
+    /// A solve is in progress.
+    #[error(transparent)]
+    Busy(#[from] Busy),
 }
 
 impl<T: Real> Sample<T> {
@@ -97,17 +97,21 @@ pub struct Noise<T> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum NoiseError {
-    /// The position noise must be a finite number greater than 0.
-    #[error("the position noise must be a finite number greater than 0")]
+    /// The position noise must be greater than 0, and not too large to be squared.
+    #[error("the position noise must be greater than 0, and not too large to be squared")]
     Position,
-    /// The joint noise must be a finite number, 0 or greater.
-    #[error("the joint noise must be a finite number, 0 or greater")]
+    /// The joint noise must be 0 or greater, and not too large to be squared.
+    #[error("the joint noise must be 0 or greater, and not too large to be squared")]
     Joint,
-    /// The noise of a height must be a finite number greater than 0.
-    #[error("the noise of a height must be a finite number greater than 0")]
+    /// The noise of a height must be greater than 0, and not too small or large to be squared.
+    #[error(
+        "the noise of a height must be greater than 0, and not too small or large to be squared"
+    )]
     Height,
-    /// The noise of a distance must be a finite number greater than 0.
-    #[error("the noise of a distance must be a finite number greater than 0")]
+    /// The noise of a distance must be greater than 0, and not too small or large to be squared.
+    #[error(
+        "the noise of a distance must be greater than 0, and not too small or large to be squared"
+    )]
     Distance,
 }
 
@@ -115,7 +119,7 @@ impl<T: Real> Noise<T> {
     /// σx of each coordinate of the position (length), and σq of each joint angle (radians).
     ///
     /// # Errors
-    /// σx not positive, σq negative, or either not finite.
+    /// σx not positive, σq negative, or either too large to be squared.
     ///
     /// ```
     /// use delta_cal::Noise;
@@ -138,12 +142,14 @@ impl<T: Real> Noise<T> {
     /// # Ok::<(), delta_cal::samples::NoiseError>(())
     /// ```
     pub fn by_axis(position: [T; 3], joint: T) -> Result<Self, NoiseError> {
-        let positive = |sigma: T| sigma > T::ZERO && sigma.finite();
+        // No noise is too small: rounding is added to it.
+        let [_, most] = T::SIGMAS;
+        let positive = |sigma: T| sigma > T::ZERO && sigma <= most;
         let [x, y, z] = position;
         if !(positive(x) && positive(y) && positive(z)) {
             return Err(NoiseError::Position);
         }
-        if !(joint >= T::ZERO && joint.finite()) {
+        if !(joint >= T::ZERO && joint <= most) {
             return Err(NoiseError::Joint);
         }
         Ok(Self { position, joint })

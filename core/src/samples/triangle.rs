@@ -1,48 +1,52 @@
 //! The orthogonal reduction behind everything else: Householder reflections absorb rows into an upper triangular
 //! factor.
 
+use super::unknowns::Unknowns;
 use crate::Real;
 use crate::state::{Reader, State, Writer};
 use core::hint::black_box;
 use core::ops::Range;
 
-/// R of a QR factorisation, upper triangular `N × N`, packed by rows into `LENGTH` = N(N+1)/2 numbers. RᵀR is the sum
-/// of the outer products of all absorbed rows.
+/// R of a QR factorisation of rows of N unknowns and the right-hand side: upper triangular, N + 1 columns, packed by
+/// rows. RᵀR is the sum of the outer products of all absorbed rows.
 ///
 /// The sums of outer products are never formed: that would square the condition number, which single precision cannot
 /// tolerate.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(unreachable_pub)] // part of a sealed trait; nameable by no other crate
-pub struct Triangle<T, const N: usize, const LENGTH: usize> {
-    entries: [T; LENGTH],
+pub struct Triangle<T: Unknowns<N>, const N: usize> {
+    entries: T::Triangle,
 }
 
-impl<T: Real, const N: usize, const LENGTH: usize> State<T> for Triangle<T, N, LENGTH> {
-    const BYTES: usize = LENGTH * T::BYTES;
+impl<T: Unknowns<N>, const N: usize> State<T> for Triangle<T, N> {
+    const BYTES: usize = (N + 1) * (N + 2) / 2 * T::BYTES;
 
     fn save(&self, to: &mut Writer<'_>) {
-        self.entries.save(to);
-    }
-
-    fn load(&mut self, from: &mut Reader<'_>) {
-        self.entries.load(from);
-    }
-}
-
-impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
-    #[inline(always)]
-    pub(crate) const fn zero() -> Self {
-        const { assert!(LENGTH == N * (N + 1) / 2) };
-        Self {
-            entries: [T::ZERO; LENGTH],
+        for entry in self.entries.as_ref() {
+            entry.save(to);
         }
     }
 
-    /// The rows, each from its diagonal entry on: lengths N, N − 1, …, 1.
+    fn load(&mut self, from: &mut Reader<'_>) {
+        for entry in self.entries.as_mut() {
+            entry.load(from);
+        }
+    }
+}
+
+impl<T: Unknowns<N>, const N: usize> Triangle<T, N> {
+    const COLUMNS: usize = N + 1;
+
+    #[inline(always)]
+    pub(crate) const fn zero() -> Self {
+        Self { entries: T::ZEROS }
+    }
+
+    /// The rows, each from its diagonal entry on: lengths N + 1, N, …, 1.
     pub fn rows(&self) -> impl Iterator<Item = &[T]> {
-        let mut rest = self.entries.as_slice();
-        (0..N).map_while(move |row| {
-            let (head, tail) = rest.split_at_checked(N - row)?;
+        let mut rest = self.entries.as_ref();
+        (0..Self::COLUMNS).map_while(move |row| {
+            let (head, tail) = rest.split_at_checked(Self::COLUMNS - row)?;
             rest = tail;
             Some(head)
         })
@@ -50,85 +54,83 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
 
     /// One row, from its diagonal entry on.
     pub(crate) fn row(&self, row: usize) -> &[T] {
-        packed_row(&self.entries, N, row)
+        packed_row(self.entries.as_ref(), Self::COLUMNS, row)
     }
 
     /// The same, mutable.
     #[cfg(feature = "linear")]
     pub(crate) fn row_mut(&mut self, row: usize) -> &mut [T] {
-        self.entries_from(N.saturating_sub(row))
-            .get_mut(..N.saturating_sub(row))
+        self.entries_from(Self::COLUMNS.saturating_sub(row))
+            .get_mut(..Self::COLUMNS.saturating_sub(row))
             .unwrap_or_default()
     }
 
-    /// Lengths of the columns.
+    /// Lengths of the unknowns' columns.
     pub(crate) fn column_norms(&self) -> [T; N] {
         let mut norms = [T::ZERO; N];
-        column_norms(&self.entries, &mut norms);
+        column_norms(self.entries.as_ref(), &mut norms);
         norms
     }
 
-    /// The x that minimises |R (x, 1)|, M = N − 1 numbers, by back-substitution. `None` if a pivot does not exceed its
-    /// column's `smallest`: the rows do not determine x.
-    pub(crate) fn minimiser<const M: usize>(&self, smallest: &[T; N]) -> Option<[T; M]> {
-        const { assert!(M + 1 == N) };
-        let mut solution = [T::ZERO; M];
+    /// The x that minimises |R (x, 1)|, by back-substitution. `None` if a pivot does not exceed its column's `smallest`:
+    /// the rows do not determine x.
+    pub(crate) fn minimiser(&self, smallest: &[T; N]) -> Option<[T; N]> {
+        let mut solution = [T::ZERO; N];
         for (right, row) in solution.iter_mut().zip(self.rows()) {
             *right = row.last().copied().unwrap_or(T::ZERO);
         }
-        T::back_substitute(&self.entries, smallest, &mut solution).then_some(solution)
+        T::back_substitute(self.entries.as_ref(), smallest, &mut solution).then_some(solution)
     }
 
     /// −(UᵀU)⁻¹ v and vᵀ (UᵀU)⁻¹ v by two substitutions, U without the last column: the step to the minimum where Jᵀr =
     /// v, and its gain.
-    pub(crate) fn step_against<const M: usize>(&self, mut v: [T; M]) -> Option<([T; M], T)> {
-        const { assert!(M + 1 == N) };
-        left_substitute(&self.entries, N, &mut v);
+    pub(crate) fn step_against(&self, mut v: [T; N]) -> Option<([T; N], T)> {
+        left_substitute(self.entries.as_ref(), Self::COLUMNS, &mut v);
         let mut gain = T::ZERO;
         for entry in v {
             gain += entry.squared();
         }
-        T::back_substitute(&self.entries, &[T::ZERO; N], &mut v).then_some((v, gain))
+        T::back_substitute(self.entries.as_ref(), &[T::ZERO; N], &mut v).then_some((v, gain))
     }
 
     /// Four of the last columns of the inverse of the leading rows and columns, as many as `columns` is long, and the
-    /// products of these `rows` of them added to the lower half of a matrix of N − 1 rows given by columns.
+    /// products of these `rows` of them added to the lower half of a matrix of N rows given by columns.
     pub(crate) fn invert(&self, columns: &mut [[T; 4]], covariance: &mut [T], rows: Range<usize>) {
-        T::invert(&self.entries, N, columns, covariance, rows);
+        let entries = self.entries.as_ref();
+        T::invert(entries, Self::COLUMNS, columns, covariance, rows);
     }
 
     /// Uᵀ v, U without the last row and column.
-    pub(crate) fn leading_transposed<const M: usize>(&self, v: &[T; M]) -> [T; M] {
-        const { assert!(M + 1 == N) };
-        let mut product = [T::ZERO; M];
-        transposed(&self.entries, v, &mut product);
+    pub(crate) fn leading_transposed(&self, v: &[T; N]) -> [T; N] {
+        let mut product = [T::ZERO; N];
+        transposed(self.entries.as_ref(), v, &mut product);
         product
     }
 
     /// U x + c, U without the last row and column, c the entries of the last column beside them.
-    pub(crate) fn leading_residual<const M: usize>(&self, x: &[T; M]) -> [T; M] {
-        const { assert!(M + 1 == N) };
-        let mut residual = [T::ZERO; M];
-        T::affine(&self.entries, x, &mut residual);
+    pub(crate) fn leading_residual(&self, x: &[T; N]) -> [T; N] {
+        let mut residual = [T::ZERO; N];
+        T::affine(self.entries.as_ref(), x, &mut residual);
         residual
     }
 
     /// The square of the last column's diagonal entry: the minimum of |R (x, 1)|² over x.
     pub(crate) fn least_sum_of_squares(&self) -> T {
-        self.entries.last().map_or(T::ZERO, |entry| entry.squared())
+        let last = self.entries.as_ref().last();
+        last.map_or(T::ZERO, |entry| entry.squared())
     }
 
     /// Completes a column whose last entry is given so that the rows above that entry yield zero.
     pub(crate) fn complete_column(&self, column: &mut [T]) {
-        substitute(&self.entries, N, column);
+        substitute(self.entries.as_ref(), Self::COLUMNS, column);
     }
 
     /// Sets the diagonal and the last column, and zeros everywhere else.
     pub(crate) fn set_diagonal(&mut self, diagonal: &[T], last_column: &[T]) {
-        self.entries.fill(T::ZERO);
-        let mut rest = self.entries.as_mut_slice();
+        let mut rest = self.entries.as_mut();
+        rest.fill(T::ZERO);
         for (row, (value, right)) in diagonal.iter().zip(last_column).enumerate() {
-            let Some((head, tail)) = rest.split_at_mut_checked(N - row) else {
+            let Some((head, tail)) = rest.split_at_mut_checked(Self::COLUMNS - row) else {
                 break;
             };
             if let Some(entry) = head.first_mut() {
@@ -150,7 +152,7 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
 
     /// Multiplies every entry.
     pub(crate) fn scale(&mut self, factor: T) {
-        for entry in &mut self.entries {
+        for entry in self.entries.as_mut() {
             *entry *= factor;
         }
     }
@@ -161,8 +163,9 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
     /// One Householder reflection per column, of the diagonal entry with the block's column. Cost: about 2KN²
     /// multiplications and additions, N square roots.
     #[inline(never)]
-    pub(crate) fn absorb<const K: usize>(&mut self, block: &mut [[T; K]; N]) {
-        reduce(&mut self.entries, N, block.as_mut_slice(), N);
+    pub(crate) fn absorb<const K: usize>(&mut self, block: &mut T::Columns<[T; K]>) {
+        let entries = self.entries.as_mut();
+        reduce(entries, Self::COLUMNS, block.as_mut(), Self::COLUMNS);
     }
 
     /// Absorbs four rows that are zero left of some column, given by the columns from there on: one function for
@@ -181,34 +184,41 @@ impl<T: Real, const N: usize, const LENGTH: usize> Triangle<T, N, LENGTH> {
 
     /// All entries, row by row.
     pub(crate) fn entries_mut(&mut self) -> &mut [T] {
-        &mut self.entries
+        self.entries.as_mut()
     }
 
     /// The entries from the row of length `size` on.
     fn entries_from(&mut self, size: usize) -> &mut [T] {
-        let start = LENGTH.saturating_sub(size * (size + 1) / 2);
-        self.entries.get_mut(start..).unwrap_or_default()
+        let entries = self.entries.as_mut();
+        let start = entries.len().saturating_sub(size * (size + 1) / 2);
+        entries.get_mut(start..).unwrap_or_default()
     }
 
-    /// Absorbs another triangle: its rows become a block.
-    pub(crate) fn merge(&mut self, other: &Self) {
-        let mut block = [[T::ZERO; N]; N];
+    /// Absorbs another triangle: its K = N + 1 rows become a block.
+    pub(crate) fn merge<const K: usize>(&mut self, other: &Self) {
+        const { assert!(K == N + 1) };
+        let mut block = T::columns([T::ZERO; K]);
         for (index, row) in other.rows().enumerate() {
-            put_row(&mut block, index, index, row);
+            put_row(block.as_mut(), index, index, row);
         }
         self.absorb(&mut block);
     }
 
     /// The same, four rows at a time: slower, but with a small stack.
     pub(crate) fn merge_by_rows(&mut self, other: &Self) {
-        for first in (0..N).step_by(4) {
-            let mut block = [[T::ZERO; 4]; N];
+        for first in (0..Self::COLUMNS).step_by(4) {
+            let mut block = T::columns([T::ZERO; 4]);
             for index in 0..4 {
-                if first + index < N {
-                    put_row(&mut block, index, first + index, other.row(first + index));
+                if first + index < Self::COLUMNS {
+                    put_row(
+                        block.as_mut(),
+                        index,
+                        first + index,
+                        other.row(first + index),
+                    );
                 }
             }
-            self.absorb_four(block.get_mut(first..).unwrap_or_default());
+            self.absorb_four(block.as_mut().get_mut(first..).unwrap_or_default());
         }
     }
 }
@@ -402,12 +412,15 @@ fn transposed<T: Real>(entries: &[T], v: &[T], product: &mut [T]) {
 
 #[inline(never)]
 fn column_norms<T: Real>(entries: &[T], norms: &mut [T]) {
-    let size = norms.len();
-    for row in 0..size {
-        let entries = packed_row(entries, size, row);
-        for (sum, entry) in norms.iter_mut().skip(row).zip(entries) {
+    let (mut rest, mut later) = (entries, &mut *norms);
+    while let Some((row, [_, below @ ..])) = rest.split_at_checked(later.len()) {
+        for (sum, entry) in later.iter_mut().zip(row) {
             *sum += *entry * *entry;
         }
+        let Some((_, others)) = later.split_first_mut() else {
+            break;
+        };
+        (rest, later) = (below, others);
     }
     for norm in norms {
         *norm = norm.square_root();
@@ -545,7 +558,7 @@ mod tests {
     use crate::fixtures;
     use nalgebra::{SMatrix, SVector};
 
-    type Small = Triangle<f64, 5, 15>;
+    type Small = Triangle<f64, 4>;
 
     /// Random rows as columns of a matrix.
     fn rows<const K: usize>(uniform: &mut impl FnMut() -> f64) -> [SVector<f64, 5>; K] {
@@ -612,7 +625,7 @@ mod tests {
             merged.absorb(&mut by_columns(&[a, b, c, d, e]));
             let mut other = Small::zero();
             other.absorb(&mut by_columns(&[f, g, h, i, j, k, l]));
-            merged.merge(&other);
+            merged.merge::<5>(&other);
             assert!(same(&merged, &expected));
             merged.scale(0.5);
             assert!(same(&merged, &(expected * 0.25)));
@@ -662,20 +675,20 @@ mod tests {
             let right = gram.fixed_view::<4, 1>(0, 4).into_owned();
             let inverse = matrix.try_inverse().unwrap();
             let expected = -(inverse * right);
-            let found: [f64; 4] = triangle.minimiser(&[0.0; 5]).unwrap();
+            let found: [f64; 4] = triangle.minimiser(&[0.0; 4]).unwrap();
             // The normal equations square a condition number of up to some hundreds.
             assert!((SVector::from(found) - expected).norm() < 1e-8 * (1.0 + expected.norm()));
 
-            let (step, gain) = triangle.step_against::<4>(right.into()).unwrap();
+            let (step, gain) = triangle.step_against(right.into()).unwrap();
             assert!((SVector::from(step) - expected).norm() < 1e-8 * (1.0 + expected.norm()));
             assert!((gain + right.dot(&expected)).abs() < 1e-8 * (1.0 + gain));
 
             // Products with the leading part and its transpose.
             let leading = full(&triangle).fixed_view::<4, 4>(0, 0).into_owned();
             let beside = full(&triangle).fixed_view::<4, 1>(0, 4).into_owned();
-            let residual = SVector::from(triangle.leading_residual::<4>(&step));
+            let residual = SVector::from(triangle.leading_residual(&step));
             assert!((residual - (leading * SVector::from(step) + beside)).norm() < SAME);
-            let back = SVector::from(triangle.leading_transposed::<4>(&residual.into()));
+            let back = SVector::from(triangle.leading_transposed(&residual.into()));
             assert!((back - leading.transpose() * residual).norm() < SAME);
 
             // The inverse's last columns, two at a time, for every leading part.
@@ -698,16 +711,16 @@ mod tests {
     fn a_pivot_that_is_not_greater_than_the_smallest_determines_nothing() {
         let diagonal =
             Small::from_diagonal(&[1.0, -2.0, 3.0, 4.0, 5.0], &[3.0, 8.0, 6.0, 4.0, 5.0]);
-        let minimiser = |smallest: &[f64; 5]| diagonal.minimiser::<4>(smallest);
-        assert_eq!(minimiser(&[0.0; 5]), Some([-3.0, 4.0, -2.0, -1.0]));
+        let minimiser = |smallest: &[f64; 4]| diagonal.minimiser(smallest);
+        assert_eq!(minimiser(&[0.0; 4]), Some([-3.0, 4.0, -2.0, -1.0]));
         assert_eq!(
-            minimiser(&[0.9, 1.9, 2.9, 3.9, 99.0]),
+            minimiser(&[0.9, 1.9, 2.9, 3.9]),
             Some([-3.0, 4.0, -2.0, -1.0])
         );
-        assert_eq!(minimiser(&[0.0, 2.0, 0.0, 0.0, 0.0]), None);
-        assert_eq!(minimiser(&[0.0, 0.0, 0.0, 4.1, 0.0]), None);
-        assert_eq!(minimiser(&[f64::NAN, 0.0, 0.0, 0.0, 0.0]), None);
-        assert_eq!(Small::zero().minimiser::<4>(&[0.0; 5]), None);
+        assert_eq!(minimiser(&[0.0, 2.0, 0.0, 0.0]), None);
+        assert_eq!(minimiser(&[0.0, 0.0, 0.0, 4.1]), None);
+        assert_eq!(minimiser(&[f64::NAN, 0.0, 0.0, 0.0]), None);
+        assert_eq!(Small::zero().minimiser(&[0.0; 4]), None);
     }
 
     /// For parameters p₁ … pₖ with pₖ = 1, the others are such that the rows above the last yield zero.

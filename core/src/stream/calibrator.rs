@@ -2,13 +2,13 @@
 
 use super::gate::{Alarm, Gate, GateCounts, GateError, Innovation, Untested, Verdict};
 use super::options::{Added, Selection, StreamRefusal};
-use crate::Real;
 use crate::calibration::limits::MOST_REJECTED;
 use crate::calibration::{Calibrator, Estimator, Parts, Progress, Refusal, Samples, Settings};
 use crate::robot::{ArmIndex, Robot};
 use crate::samples::{AddError, Sample};
 use crate::snapshot::{SnapshotError, longest, read, write};
 use crate::state::{Reader, State, Writer};
+use crate::{Busy, Real};
 use core::mem::MaybeUninit;
 
 /// Identifies a stream's snapshots, with the number of its calibrator: 1 for separate arms, 2 for joint.
@@ -118,9 +118,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// # Errors
     /// An invalid number, or a solve in progress; nothing has changed.
     pub fn add(&mut self, sample: &Sample<T>) -> Result<Added<T>, AddError> {
-        if self.solving() {
-            return Err(AddError::Busy);
-        }
+        self.check_idle()?;
         let forgetting = self.selection.forgetting();
         let mut work = Work::Collecting;
         let added = match &mut self.gated {
@@ -159,19 +157,22 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// it. The work itself is done by [`step`](Self::step).
     ///
     /// # Errors
-    /// The gate's reason for not solving.
+    /// The gate's reason for not solving, which discards an earlier outcome: an alarm until it is
+    /// [acknowledged](Self::acknowledge), or too many rejections. The refusal already known for these samples.
     pub fn solve(&mut self) -> Result<(), StreamRefusal> {
         match self.work {
-            Work::Collecting => {
+            Work::Estimate | Work::Estimating | Work::Adopting(_) => self.asked = true,
+            Work::Solve | Work::Solving => {}
+            Work::Collecting | Work::Solved | Work::Refused(_) => {
                 if let Some(refusal) = self.rejected_too_many() {
                     self.work = Work::Refused(refusal);
-                    return Err(refusal);
                 }
-                self.work = Work::Solve;
+                match self.work {
+                    Work::Refused(refusal) => return Err(refusal),
+                    Work::Collecting => self.work = Work::Solve,
+                    _ => {}
+                }
             }
-            Work::Estimate | Work::Estimating | Work::Adopting(_) => self.asked = true,
-            Work::Refused(refusal) => return Err(refusal),
-            Work::Solve | Work::Solving | Work::Solved => {}
         }
         Ok(())
     }
@@ -197,8 +198,8 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         }
     }
 
-    /// Discards everything received, for a robot that has changed: it is calibrated from new samples only, with the
-    /// same uncalibrated robot, settings and selection.
+    /// Discards everything received, for a robot that has changed: as new, for the same uncalibrated robot, settings and
+    /// selection, and with the same width of the gate.
     pub fn reset(&mut self) {
         if let Some(Gated { gate, .. }) = &mut self.gated {
             gate.counts = GateCounts::default();
@@ -225,6 +226,10 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         self.calibrator.stop();
         self.work = Work::Collecting;
         self.asked = false;
+    }
+
+    fn check_idle(&self) -> Result<(), Busy> {
+        if self.solving() { Err(Busy) } else { Ok(()) }
     }
 
     /// The gate's reason for not solving.
@@ -393,6 +398,23 @@ impl<T: Real, E: Estimator> State<T> for StreamCalibrator<T, E> {
         }
         self.stop();
     }
+
+    fn accepts(&self, bytes: &[u8]) -> bool {
+        let of_samples = <u64 as State<T>>::BYTES + <E as Parts>::Samples::<T>::BYTES;
+        let Some((own, rest)) = bytes.split_at_checked(of_samples) else {
+            return false;
+        };
+        let own = own.get(<u64 as State<T>>::BYTES..).unwrap_or_default();
+        self.calibrator.samples.accepts(own)
+            && match &self.gated {
+                None => rest.is_empty(),
+                Some(Gated { gate, beside }) => rest
+                    .split_at_checked(<E as Parts>::Beside::<T>::BYTES)
+                    .is_some_and(|(of_beside, of_gate)| {
+                        beside.accepts(of_beside) && gate.accepts(of_gate)
+                    }),
+            }
+    }
 }
 
 impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
@@ -405,9 +427,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// # Errors
     /// [`SnapshotError::BufferTooShort`]; [`SnapshotError::Busy`] during a solve.
     pub fn snapshot<'a>(&self, bytes: &'a mut [u8]) -> Result<&'a [u8], SnapshotError> {
-        if self.solving() {
-            return Err(SnapshotError::Busy);
-        }
+        self.check_idle()?;
         write(KIND + E::NUMBER, self.fingerprint(), self, bytes)
     }
 
@@ -418,9 +438,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// # Errors
     /// Damaged bytes, or a snapshot of something else; [`SnapshotError::Busy`] during a solve. The stream is unchanged.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
-        if self.solving() {
-            return Err(SnapshotError::Busy);
-        }
+        self.check_idle()?;
         read(KIND + E::NUMBER, self.fingerprint(), self, bytes)
     }
 

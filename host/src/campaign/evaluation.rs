@@ -58,7 +58,7 @@ type Row = SVector<f64, PARAMETERS>;
 fn rows_of_prior(truth: &Robot<f64>, tolerance: Option<&Tolerance<f64>>) -> Vec<Row> {
     let units = units(truth).map(f64::recip).into();
     let prior = TolerancePrior::new(truth.arms().each_ref(), &units, tolerance);
-    let triangle: Triangle<f64, 25, 325> = prior.rows(1.0, &[0.0; PARAMETERS]);
+    let triangle: Triangle<f64, PARAMETERS> = prior.rows(1.0, &[0.0; PARAMETERS]);
     let rows = triangle.rows().take(PARAMETERS).enumerate();
     rows.map(|(first, row)| {
         let entry = |column: usize| row.get(column.checked_sub(first)?).copied();

@@ -104,7 +104,7 @@ fn fkm(
             PrepareError::Refused(refusal) => refusal,
             _ => Refusal::Unfinished,
         })?;
-        Ok(problem.solve::<25, 325>(settings)?.of_robot())
+        Ok(problem.solve(settings)?.of_robot())
     };
     if let Some(noise) = settings.noise {
         return solve(noise);

@@ -3,13 +3,13 @@
 use super::observations::{instruments, is_stated, observation, places as known_places};
 use super::robust;
 use super::solution::{
-    COLUMNS, ENTRIES, KindNoise, Levels, MOST, PARAMETERS, Places, PlaneFound, PointFound, RowFit,
-    Sensitivity, Solution, Unsolved,
+    KindNoise, Levels, MOST, PARAMETERS, Places, PlaneFound, PointFound, RowFit, Sensitivity,
+    Solution, Unsolved,
 };
 use super::{Frame, Method};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Readings};
-use delta_cal::calibration::{ArmOutcome, Estimate, Problem, StartUsed};
+use delta_cal::calibration::{ArmOutcome, Estimate, StartUsed, Unknowns};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{
     Instruments, ObservationError, ObservationProblem, ObservationRow, PositionFrame,
@@ -23,8 +23,6 @@ use rayon::prelude::*;
 
 /// Parameters of the smaller, faster problem, enough for files with one instrument beside the robot.
 const FEW: usize = 30;
-const FEW_COLUMNS: usize = FEW + 1;
-const FEW_ENTRIES: usize = FEW_COLUMNS * (FEW_COLUMNS + 1) / 2;
 /// At most this many rows, evenly spread, keep their derivatives.
 const MOST_SENSITIVITIES: usize = 5000;
 
@@ -99,9 +97,9 @@ impl Task<'_> {
             .collect::<Result<Vec<_>, Unsolved>>()?;
         let (own, rows) = (&instruments, rows.as_mut_slice());
         if PARAMETERS + instruments.unknowns() <= FEW {
-            self.with_room::<FEW, FEW_COLUMNS, FEW_ENTRIES>(own, rows, &settings, levels, given)
+            self.with_room::<FEW>(own, rows, &settings, levels, given)
         } else {
-            self.with_room::<MOST, COLUMNS, ENTRIES>(own, rows, &settings, levels, given)
+            self.with_room::<MOST>(own, rows, &settings, levels, given)
         }
     }
 
@@ -164,32 +162,33 @@ impl Task<'_> {
         })
     }
 
-    fn with_room<const N: usize, const M: usize, const E: usize>(
+    fn with_room<const N: usize>(
         &self,
         instruments: &Instruments<'_, f64>,
         rows: &mut [ObservationRow<f64>],
         settings: &Settings<f64>,
         levels: &Levels,
         given: Option<Found>,
-    ) -> Result<Solution, Unsolved> {
+    ) -> Result<Solution, Unsolved>
+    where
+        f64: Unknowns<N>,
+    {
         let robot = &self.robot.robot;
         let problem = ObservationProblem::<f64, N>::prepare(robot, instruments, rows)?;
         let count = problem.rows().len();
         let (mut weights, mut suspected, mut worth) = (vec![1.0; count], vec![false; count], 1.0);
         let unknowns = PARAMETERS + instruments.unknowns();
-        let units: Vec<f64> = (0..unknowns)
-            .map(|place| Problem::<f64, N, M, E>::unit_of(&problem, place))
-            .collect();
+        let units: Vec<f64> = (0..unknowns).map(|place| problem.unit_of(place)).collect();
         let start = *problem.start_unknowns();
         let (found, end, frame) = if let Some(given) = given {
             (given, start, RigidTransform::identity())
         } else {
             let outcome = if self.robust {
-                let found = robust::fit::<N, M, E>(&problem, settings)?;
+                let found = robust::fit(&problem, settings)?;
                 (weights, suspected, worth) = (found.weights, found.suspected, found.worth);
                 found.outcome
             } else {
-                problem.solve::<M, E>(settings)?
+                problem.solve(settings)?
             };
             let estimate = &outcome.estimate;
             let moved = std::array::from_fn(|place| estimate.correction[place] * units[place]);
@@ -205,7 +204,7 @@ impl Task<'_> {
             *own = if *unit > 0.0 { moved / unit } else { 0.0 };
         }
         let prior = problem.prior(settings);
-        let triangle: Triangle<f64, M, E> = prior.rows(1.0, &correction);
+        let triangle: Triangle<f64, N> = prior.rows(1.0, &correction);
         let mut prior = DMatrix::zeros(unknowns, unknowns);
         let mut right = DVector::zeros(unknowns);
         for (index, row) in triangle.rows().take(unknowns).enumerate() {
@@ -226,7 +225,7 @@ impl Task<'_> {
         let log_spread = log_spread.map(|row| row.spread().ln()).sum();
         let at = (&found.robot, &end);
         let (rows, sensitivities) =
-            looked_at::<N, M>(&problem, at, &units, &covariance, (&weights, &suspected));
+            looked_at(&problem, at, &units, &covariance, (&weights, &suspected));
         let mut noise = self.noise_of(&rows, levels, worth);
         if let (Some(separate), [own]) = (&found.separate, noise.as_mut_slice()) {
             own.squares = separate.squares;
@@ -320,7 +319,7 @@ fn from_centre(
 fn unusable(index: usize, error: AddError) -> Unsolved {
     let error = match error {
         AddError::Sample(error) => ObservationError::Joints(error),
-        AddError::Busy => ObservationError::Busy,
+        AddError::Busy(busy) => busy.into(),
     };
     Unsolved::Row(index, error)
 }
@@ -365,21 +364,24 @@ fn places<const N: usize>(
 }
 
 /// Residuals and leverage of every row, and the derivatives of some.
-fn looked_at<const N: usize, const M: usize>(
+fn looked_at<const N: usize>(
     problem: &ObservationProblem<'_, f64, N>,
     (robot, end): (&Robot<f64>, &[f64; N]),
     units: &[f64],
     covariance: &DMatrix<f64>,
     (weights, suspected): (&[f64], &[bool]),
-) -> (Vec<RowFit>, Vec<Sensitivity>) {
+) -> (Vec<RowFit>, Vec<Sensitivity>)
+where
+    f64: Unknowns<N>,
+{
     let count = problem.rows().len();
     let every = count.div_ceil(MOST_SENSITIVITIES).max(1);
     let looked = (0..count).into_par_iter().map(|row| {
         let whitened = problem.residuals_at(robot, end, row);
-        let columns = problem.linearized_at::<M>(robot, end, row);
+        let columns = problem.linearized_at(robot, end, row);
         let mut by_unknowns = DMatrix::zeros(READINGS, units.len());
         if let Some(columns) = columns {
-            for (place, (column, unit)) in columns.iter().zip(units).enumerate() {
+            for (place, (column, unit)) in columns.as_ref().iter().zip(units).enumerate() {
                 if *unit > 0.0 {
                     let own = SVector::<f64, READINGS>::from(*column) / -*unit;
                     by_unknowns.set_column(place, &own);

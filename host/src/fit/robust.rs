@@ -13,7 +13,7 @@
 use super::solution::{PARAMETERS, Unsolved};
 use delta_cal::Settings;
 use delta_cal::calibration::limits::SUSPECTED;
-use delta_cal::calibration::{Problem, TolerancePrior};
+use delta_cal::calibration::{TolerancePrior, Unknowns};
 use delta_cal::observations::{ObservationOutcome, ObservationProblem, ObservationRow};
 use statrs::statistics::{Data, OrderStatistics};
 
@@ -104,11 +104,14 @@ pub(super) struct RobustFit<const N: usize> {
     pub(super) worth: f64,
 }
 
-/// Calibrates a robot from rows of which some may be wrong. M = N + 1, E = M (M + 1)/2.
-pub(super) fn fit<const N: usize, const M: usize, const E: usize>(
+/// Calibrates a robot from rows of which some may be wrong.
+pub(super) fn fit<const N: usize>(
     problem: &ObservationProblem<'_, f64, N>,
     settings: &Settings<f64>,
-) -> Result<RobustFit<N>, Unsolved> {
+) -> Result<RobustFit<N>, Unsolved>
+where
+    f64: Unknowns<N>,
+{
     let states: Vec<_> = problem.rows().iter().map(State::of).collect();
     let counted = states.iter().filter(|own| own.readings > 0).count();
     if counted < LEAST_ROWS {
@@ -129,7 +132,7 @@ pub(super) fn fit<const N: usize, const M: usize, const E: usize>(
     };
     // The noise of observations is always stated.
     let settings = settings.with_noise(*problem.instruments().noise.position());
-    let mut search = Search::<N, M, E> {
+    let mut search = Search::<N> {
         problem,
         rows: problem.rows().to_vec(),
         settings,
@@ -149,7 +152,7 @@ pub(super) fn fit<const N: usize, const M: usize, const E: usize>(
     let counted = search.states.iter().zip(&weights);
     let counted = counted.filter(|(own, _)| own.readings > 0);
     Ok(RobustFit {
-        outcome: weighed.solve::<M, E>(&settings)?,
+        outcome: weighed.solve(&settings)?,
         worth: effective / counted.map(|(_, weight)| weight).sum::<f64>(),
         weights,
         suspected,
@@ -185,7 +188,7 @@ impl State {
 }
 
 /// A search for the right rows and the unknowns that fit them.
-struct Search<'a, const N: usize, const M: usize, const E: usize> {
+struct Search<'a, const N: usize> {
     /// The problem with all rows weighted equally.
     problem: &'a ObservationProblem<'a, f64, N>,
     /// The rows with their present weights.
@@ -224,20 +227,22 @@ const ITERATIONS: u16 = 15;
 /// smallest half of good rows has a third of it.
 const GOOD: f64 = 0.75;
 
-impl<const N: usize, const M: usize, const E: usize> Search<'_, N, M, E> {
+impl<const N: usize> Search<'_, N>
+where
+    f64: Unknowns<N>,
+{
     /// Fits the rows with their present weights; `None` if it does not converge. Only the last fit is judged.
     fn fit(&self, most: u16, effective: f64) -> Option<[f64; N]> {
         let settings = self.settings.with_iteration_limit(most);
         let problem = self.problem.weighed(&self.rows, effective);
-        problem.end::<M, E>(&settings)
+        problem.end(&settings)
     }
 
     /// Computes every row's distance at a correction; infinite where the robot does not reach it.
     fn measure(&mut self, correction: &[f64; N]) {
-        let at = Problem::<f64, N, M, E>::displaced(self.problem, correction);
-        for (index, own) in self.states.iter_mut().enumerate() {
-            let row = Problem::<f64, N, M, E>::sum_of_squares(self.problem, &at, index);
-            let distance = row.sum_of_squares.sqrt();
+        let sums = self.problem.sums_of_squares_at(correction);
+        for (own, sum) in self.states.iter_mut().zip(sums) {
+            let distance = sum.sqrt();
             own.distance = if distance.is_nan() {
                 f64::INFINITY
             } else {

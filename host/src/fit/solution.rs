@@ -309,8 +309,6 @@ pub(crate) const PARAMETERS: usize = 24;
 pub(crate) const WITH_TRANSMISSIONS: usize = PARAMETERS + 15;
 /// The robot's parameters and the unknowns of as many instruments as a file may have, such as a frame and 14 points.
 pub(crate) const MOST: usize = 72;
-pub(crate) const COLUMNS: usize = MOST + 1;
-pub(crate) const ENTRIES: usize = COLUMNS * (COLUMNS + 1) / 2;
 
 /// Covariance of the parameters, arm by arm, and of the transmissions' numbers: mm, radians and their products; 0 for
 /// known numbers.

@@ -9,10 +9,7 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{READINGS, Reading};
 use crate::fit::Unsolved;
 use crate::fit::observations::{instruments, levels, observation, tolerance};
-use crate::fit::solution::{
-    COLUMNS, ENTRIES, MOST, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS,
-};
-use delta_cal::calibration::Problem;
+use crate::fit::solution::{MOST, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
 use delta_cal::observations::{ObservationProblem, ObservationRow};
 use delta_cal::simulate::made_robot;
 use delta_cal::{Robot, Sample, Settings};
@@ -232,14 +229,10 @@ impl Information {
         let least = (arm.upper_arm_length() / arm.lb()).powi(2);
         let row = |index: usize| {
             let start = problem.start_unknowns();
-            let columns = problem.linearized_at::<COLUMNS>(robot, start, index);
-            let columns = columns.unwrap_or([[0.0; READINGS]; COLUMNS]);
+            let columns = problem.linearized_at(robot, start, index);
             DMatrix::from_fn(unknowns, READINGS, |unknown, reading| {
-                columns[unknown][reading]
+                columns.map_or(0.0, |columns| columns[unknown][reading])
             })
-        };
-        let unit = |unknown: usize, _: usize| {
-            Problem::<f64, MOST, COLUMNS, ENTRIES>::unit_of(&problem, unknown)
         };
         Ok(Self {
             rows: (0..rows.len()).map(row).collect(),
@@ -247,7 +240,7 @@ impl Information {
                 let least = if row == column { least } else { 0.0 };
                 prior.information(row, column) + least
             }),
-            units: DVector::from_fn(unknowns, unit),
+            units: DVector::from_fn(unknowns, |unknown, _| problem.unit_of(unknown)),
             of_robot: match setup.robot.transmission {
                 Some(_) => WITH_TRANSMISSIONS,
                 None => PARAMETERS,

@@ -4,6 +4,7 @@ use crate::support::simulated::{Instrument, file_of, measured};
 use delta_cal::ArmIndex;
 use delta_cal_host::{Frame, Options, Readings, Report, RobotFile, calibrate};
 use delta_cal_tests::geometries::geometries;
+use delta_cal_tests::size;
 
 /// A robot's fault; joint errors concern one joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -127,7 +128,8 @@ fn faults_are_named_with_their_arm() {
     ];
     for (fault, name, of_a_joint) in faults {
         let (mut named, mut robust) = (0, 0);
-        for seed in 0..8 {
+        let seeds = size(4, 8);
+        for seed in 0..seeds {
             let frame = match fault {
                 // A sag is along the axis of the robot.
                 Fault::Sag(_) => Frame::Base,
@@ -150,8 +152,11 @@ fn faults_are_named_with_their_arm() {
                 Err(remedy) => is_named(&remedy),
             });
         }
-        assert!(named >= 7, "{fault:?}: {named} of 8");
-        assert!(robust >= 7, "{fault:?}: {robust} of 8 robust fits");
+        assert!(named + 1 >= seeds, "{fault:?}: {named} of {seeds}");
+        assert!(
+            robust + 1 >= seeds,
+            "{fault:?}: {robust} of {seeds} robust fits"
+        );
     }
 }
 

@@ -63,7 +63,7 @@ macro_rules! of_scalar {
             use nalgebra::Vector3;
 
             /// With twelve instrument unknowns.
-            type Readings = FkmCalibrator<$t, 40, 36, 37, 703>;
+            type Readings = FkmCalibrator<$t, 40, 36>;
             type Stream = StreamCalibrator<$t, Joint>;
 
             symbols! { $prefix;

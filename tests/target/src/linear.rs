@@ -258,7 +258,7 @@ fn observations<T: Scalar>(
         Ok(problem) => problem,
         Err(error) => return record::<T>(out, format_args!("touched {seed}, {error:?}"), &[]),
     };
-    match problem.solve::<28, 406>(&settings) {
+    match problem.solve(&settings) {
         Err(refusal) => refused::<T>(out, format_args!("touched {seed}"), &refusal),
         Ok(outcome) => {
             record(

@@ -3,13 +3,13 @@
 #![forbid(unsafe_code)]
 
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// The Rust target for Cortex-M with a floating-point unit.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
-/// The cargo profile used for it.
+/// The cargo profile of what ships for it.
 pub const PROFILE: &str = "firmware";
 /// The package whose programs run on both host and target.
 pub const PACKAGE: &str = "delta-cal-target-tests";
@@ -44,12 +44,21 @@ pub fn have(needs: &[&str]) -> bool {
     false
 }
 
-/// Whether a program is in the path or a bare Rust target is installed.
+/// Whether a program is in the path, a bare Rust target is installed, or Python has its module `ensurepip`. The variable
+/// `CHROMIUM` names the browser that stands in for `chromium`.
 pub fn is_here(need: &str) -> bool {
     if need.starts_with("thumb") || need.starts_with("riscv") {
         let mut rustc = at_root("rustc");
         rustc.args(["--print", "target-libdir", "--target", need]);
         return run(rustc).is_ok_and(|path| Path::new(path.trim()).is_dir());
+    }
+    if need == "ensurepip" {
+        let mut python = at_root("python3");
+        python.args(["-c", "import ensurepip"]);
+        return run(python).is_ok();
+    }
+    if need == "chromium" && std::env::var_os("CHROMIUM").is_some() {
+        return true;
     }
     let program = format!("{need}{}", std::env::consts::EXE_SUFFIX);
     let path = std::env::var_os("PATH").unwrap_or_default();
@@ -96,17 +105,6 @@ pub fn cargo(directory: &Path, arguments: &[&str]) -> Result<String, String> {
         .arg("--target-dir")
         .arg(directory);
     run(command)
-}
-
-/// Builds the programs of [`PACKAGE`] for the bare target and returns their folder.
-///
-/// # Errors
-/// A description of the failure.
-pub fn build_for_target(directory: &Path, arguments: &[&str]) -> Result<PathBuf, String> {
-    let build = ["build", "--profile", PROFILE, "--package", PACKAGE];
-    let build = [&build[..], &["--target", TARGET]].concat();
-    cargo(directory, &[&build[..], arguments].concat())?;
-    Ok(directory.join(TARGET).join(PROFILE))
 }
 
 /// Standard output of a program on a board; it must exit successfully.

@@ -9,10 +9,11 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 const USAGE: &str = "\
-Runs every check, two stages at a time, and prints a summary. Output is in target/verify/STAGE.log.
+Runs every check of the code, two stages at a time, and prints a summary. Output is in target/verify/STAGE.log.
 
-Usage: cargo verify [quick | STAGE...]
+Usage: cargo verify [all | quick | STAGE...]
 
+  all         then also the page in a browser and the Python package, or says which of them it skips
   quick       format, clippy on this machine, unit tests (about a minute)
   STAGE...    only these, in sequence, with output on the terminal
   --help      print this and the stages
@@ -41,108 +42,114 @@ const CLIPPY: Stage = Stage {
     name: "clippy",
     about: "clippy on this machine",
     commands: &[
-        "cargo clippy --quiet --workspace --exclude delta-cal-python --exclude delta-cal-web --all-targets \
+        "cargo clippy --quiet --workspace --exclude delta-cal-python --exclude delta-cal-web* --all-targets \
          --features delta-cal/defmt,delta-cal-target-tests/linear -- --deny warnings",
     ],
 };
 
-/// Two lists that run in parallel. The first compiles into one folder, where two builds would block each other; the
-/// second uses other folders, in which the first list's tests find its programs.
-const SIDE_BY_SIDE: [&[Stage]; 2] = [
-    &[
-        CLIPPY,
-        Stage {
-            name: "tests",
-            about: "all tests: units, programs, examples in the documentation, firmware under QEMU, the C library, \
-                    budgets, no panic; LinuxCNC where it is installed",
-            // Optimised, but with debug assertions and overflow checks: `profile.test`.
-            commands: &["cargo test --no-fail-fast"],
-        },
+const BARE: Stage = Stage {
+    name: "bare",
+    about: "clippy on the Cortex-M code",
+    commands: &[
+        "cargo clippy --quiet --all-features --package delta-cal --package delta-cal-protocol --package delta-cal-c \
+         --package delta-cal-target-tests --package delta-cal-link-tests --package delta-cal-firmware-example \
+         --target thumbv7em-none-eabihf -- --deny warnings",
     ],
-    &[
-        Stage {
-            name: "firmware",
-            about: "builds the Cortex-M programs for the tests, and the archives for the panic proof",
-            commands: &[
-                "cargo build --quiet --profile firmware --package delta-cal-target-tests --bin delta-cal-target-tests --bin cases \
-                 --bin measure --bin flash --target thumbv7em-none-eabihf --target-dir target/firmware",
-                "cargo build --quiet --profile firmware --package delta-cal-target-tests --bin linear --features linear \
-                 --target thumbv7em-none-eabihf --target-dir target/firmware",
-                "cargo build --quiet --profile firmware --package delta-cal-link-tests \
-                 --target thumbv7em-none-eabihf --target-dir target/firmware",
-                "cargo build --quiet --profile firmware --package delta-cal-firmware-example --features board \
-                 --target thumbv7em-none-eabihf --target-dir target/firmware",
-                "cargo build --quiet --profile firmware --package delta-cal-firmware-example --features double \
-                 --target thumbv7em-none-eabihf --target-dir target/firmware",
-                "cargo build --quiet --profile small --package delta-cal-firmware-example --features small --bin touch --bin arms \
-                 --target thumbv7em-none-eabihf --target-dir target/firmware",
-                "cargo build --quiet --profile small --package delta-cal-target-tests --bin measure \
-                 --target thumbv7em-none-eabihf --target-dir target/firmware",
-                "cargo build --quiet --profile small --package delta-cal-link-tests \
-                 --target thumbv7em-none-eabihf --target-dir target/firmware",
-                "cargo build --quiet --profile small --package delta-cal-link-tests --config profile.small.opt-level='z' \
-                 --target thumbv7em-none-eabihf --target-dir target/firmware",
-            ],
-        },
-        Stage {
-            name: "c",
-            about: "builds the C library, which the tests link",
-            commands: &[
-                "cargo rustc --quiet --lib --package delta-cal-c --profile firmware --target thumbv7em-none-eabihf \
-                 --features panic-handler --crate-type staticlib --target-dir target/firmware",
-                "cargo rustc --quiet --lib --package delta-cal-c --profile firmware --target thumbv7em-none-eabihf \
-                 --features panic-handler --config target.thumbv7em-none-eabihf.rustflags=['-Ctarget-cpu=cortex-m7'] \
-                 --crate-type staticlib --target-dir target/firmware/cortex-m7",
-                "cargo rustc --quiet --lib --package delta-cal-c --profile firmware --target thumbv7em-none-eabi \
-                 --features panic-handler --crate-type staticlib --target-dir target/firmware",
-                "cargo rustc --quiet --lib --package delta-cal-c --profile release --crate-type staticlib \
-                 --target-dir target/firmware",
-                "cargo rustc --quiet --lib --package delta-cal-c --profile release --crate-type cdylib \
-                 --target-dir target/firmware",
-            ],
-        },
-        Stage {
-            name: "bare",
-            about: "clippy on the Cortex-M code; the core with none and each of its features; the controller for other boards",
-            commands: &[
-                "cargo clippy --quiet --all-features --package delta-cal --package delta-cal-protocol --package delta-cal-c \
-                 --package delta-cal-target-tests --package delta-cal-link-tests --package delta-cal-firmware-example \
-                 --target thumbv7em-none-eabihf --target-dir target/bare -- --deny warnings",
-                "cargo check --quiet --package delta-cal --target thumbv7em-none-eabihf --target-dir target/bare",
-                "cargo check --quiet --package delta-cal --features defmt --target thumbv7em-none-eabihf --target-dir target/bare",
-                "cargo check --quiet --package delta-cal --features linear --target thumbv7em-none-eabihf --target-dir target/bare",
-                "cargo check --quiet --package delta-cal --features simulate --target thumbv7em-none-eabihf --target-dir target/bare",
-                "cargo check --quiet --package delta-cal --features transmission --target thumbv7em-none-eabihf --target-dir target/bare",
-                "cargo check --quiet --package delta-cal-firmware-example --lib --target thumbv6m-none-eabi --target-dir target/bare",
-                "cargo check --quiet --package delta-cal-firmware-example --lib --target riscv32imac-unknown-none-elf \
-                 --target-dir target/bare",
-            ],
-        },
-        Stage {
-            name: "docs",
-            about: "rustdoc without warnings",
-            commands: &[
-                "env RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --no-deps --workspace --exclude delta-cal-python \
-                 --exclude delta-cal-web --features delta-cal/defmt,delta-cal-target-tests/linear --target-dir target/library",
-            ],
-        },
-        Stage {
-            name: "library",
-            about: "the host without its command; the page, which links it for a browser",
-            // What the documentation has read serves the first.
-            commands: &[
-                "cargo check --quiet --package delta-cal-host --no-default-features --features device --target-dir target/library",
-                "cargo clippy --quiet --package delta-cal-host --package delta-cal-web --no-default-features \
-                 --target wasm32-unknown-unknown --target-dir target/library -- --deny warnings",
-            ],
-        },
+};
+
+const DOCS: Stage = Stage {
+    name: "docs",
+    about: "rustdoc without warnings",
+    commands: &[
+        "env RUSTDOCFLAGS=-Dwarnings cargo doc --quiet --no-deps --workspace --exclude delta-cal-python \
+         --exclude delta-cal-web* --features delta-cal/defmt,delta-cal-target-tests/linear",
     ],
-];
+};
+
+const LIBRARY: Stage = Stage {
+    name: "library",
+    about: "the host without its command; the page, which links it for a browser",
+    commands: &[
+        "cargo check --quiet --package delta-cal-host --no-default-features --features device",
+        "cargo clippy --quiet --package delta-cal-host --package delta-cal-web --no-default-features \
+         --target wasm32-unknown-unknown -- --deny warnings",
+    ],
+};
+
+const TESTS: Stage = Stage {
+    name: "tests",
+    about: "all tests: units, programs, examples in the documentation, firmware under QEMU, the C library, \
+            budgets, no panic; LinuxCNC where it is installed",
+    // Optimised, but with debug assertions and overflow checks: `profile.test`.
+    commands: &["cargo test --no-fail-fast"],
+};
+
+const FIRMWARE: Stage = Stage {
+    name: "firmware",
+    about: "builds the Cortex-M programs for the tests, and the archives for the panic proof",
+    commands: &[
+        "cargo build --quiet --profile firmware --package delta-cal-target-tests --bin measure --bin flash \
+         --target thumbv7em-none-eabihf --target-dir target/firmware",
+        "cargo build --quiet --profile firmware --package delta-cal-link-tests \
+         --target thumbv7em-none-eabihf --target-dir target/firmware",
+        "cargo build --quiet --profile firmware --package delta-cal-firmware-example --features board \
+         --target thumbv7em-none-eabihf --target-dir target/firmware",
+        "cargo build --quiet --profile firmware --package delta-cal-firmware-example --features double \
+         --target thumbv7em-none-eabihf --target-dir target/firmware",
+        "cargo build --quiet --profile small --package delta-cal-firmware-example --features small --bin touch --bin arms \
+         --target thumbv7em-none-eabihf --target-dir target/firmware",
+        "cargo build --quiet --profile small --package delta-cal-target-tests --bin measure \
+         --target thumbv7em-none-eabihf --target-dir target/firmware",
+        "cargo build --quiet --profile small --package delta-cal-link-tests \
+         --target thumbv7em-none-eabihf --target-dir target/firmware",
+        "cargo build --quiet --profile small --package delta-cal-link-tests --config profile.small.opt-level='z' \
+         --target thumbv7em-none-eabihf --target-dir target/firmware",
+    ],
+};
+
+const C: Stage = Stage {
+    name: "c",
+    about: "builds the C library, which the tests link",
+    commands: &[
+        "cargo rustc --quiet --lib --package delta-cal-c --profile firmware --target thumbv7em-none-eabihf \
+         --features panic-handler --crate-type staticlib --target-dir target/firmware",
+        "env CARGO_BUILD_BUILD_DIR=target/firmware \
+         cargo rustc --quiet --lib --package delta-cal-c --profile firmware --target thumbv7em-none-eabihf \
+         --features panic-handler --config target.thumbv7em-none-eabihf.rustflags=['-Ctarget-cpu=cortex-m7'] \
+         --crate-type staticlib --target-dir target/firmware/cortex-m7",
+        "cargo rustc --quiet --lib --package delta-cal-c --profile firmware --target thumbv7em-none-eabi \
+         --features panic-handler --crate-type staticlib --target-dir target/firmware",
+        "cargo rustc --quiet --lib --package delta-cal-c --profile release --crate-type staticlib \
+         --target-dir target/firmware",
+        "cargo rustc --quiet --lib --package delta-cal-c --profile release --crate-type cdylib \
+         --target-dir target/firmware",
+    ],
+};
+
+/// Two lists that run in parallel, each with a folder of its own, where two builds would block each other. In the second
+/// the first list's tests find their programs.
+const SIDE_BY_SIDE: [&[Stage]; 2] = [&[CLIPPY, BARE, DOCS, LIBRARY, TESTS], &[FIRMWARE, C]];
 
 const UNITS: Stage = Stage {
     name: "units",
     about: "the unit tests of core and host",
     commands: &["cargo test --quiet --lib"],
+};
+
+/// Runs only on request, and in the workflow: everything else is built with the features that it needs.
+const FEATURES: Stage = Stage {
+    name: "features",
+    about: "the core with none and with each of its features; the controller for boards without a floating-point unit",
+    commands: &[
+        "rustup target add thumbv7em-none-eabihf thumbv6m-none-eabi riscv32imac-unknown-none-elf",
+        "cargo check --quiet --package delta-cal --target thumbv7em-none-eabihf",
+        "cargo check --quiet --package delta-cal --features defmt --target thumbv7em-none-eabihf",
+        "cargo check --quiet --package delta-cal --features linear --target thumbv7em-none-eabihf",
+        "cargo check --quiet --package delta-cal --features simulate --target thumbv7em-none-eabihf",
+        "cargo check --quiet --package delta-cal --features transmission --target thumbv7em-none-eabihf",
+        "cargo check --quiet --package delta-cal-firmware-example --lib --target thumbv6m-none-eabi",
+        "cargo check --quiet --package delta-cal-firmware-example --lib --target riscv32imac-unknown-none-elf",
+    ],
 };
 
 /// Runs only on request, and in the workflow: the controller itself is built and run for the emulated boards.
@@ -170,7 +177,7 @@ const MIRI: Stage = Stage {
 /// Runs only on request.
 const WEB: Stage = Stage {
     name: "web",
-    about: "the page builds and works in a browser (node, npm, python3, chromium; 15 minutes the first time)",
+    about: "the page builds and works in a browser (node, npm, python3, chromium)",
     commands: &[
         "npm ci --prefix bindings/web --no-audit --no-fund",
         "node bindings/web/build.mjs",
@@ -197,7 +204,7 @@ const PYTHON: Stage = Stage {
     ],
 };
 
-/// A required program and the Debian packages that provide it.
+/// A required program and the Debian packages that provide it: of the tests, of the page, and of the Python package.
 const PROGRAMS: [(&str, &str); 5] = [
     ("qemu-system-arm", "qemu-system-arm"),
     ("c++", "g++"),
@@ -208,17 +215,22 @@ const PROGRAMS: [(&str, &str); 5] = [
     ("cmake", "cmake"),
     ("pkg-config", "pkg-config"),
 ];
-const TARGETS: [&str; 5] = [
+const FOR_WEB: [(&str, &str); 4] = [
+    ("node", "nodejs"),
+    ("npm", "npm"),
+    ("python3", "python3"),
+    ("chromium", "chromium"),
+];
+const FOR_PYTHON: [(&str, &str); 2] = [("python3", "python3"), ("ensurepip", "python3-venv")];
+const TARGETS: [&str; 3] = [
     "thumbv7em-none-eabihf",
     "thumbv7em-none-eabi",
-    "thumbv6m-none-eabi",
     "wasm32-unknown-unknown",
-    "riscv32imac-unknown-none-elf",
 ];
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let stages = [FORMAT, CLIPPY, UNITS, BOARD, MIRI, PYTHON, WEB];
+    let stages = [FORMAT, CLIPPY, UNITS, FEATURES, BOARD, MIRI, PYTHON, WEB];
     let all = || stages.iter().chain(SIDE_BY_SIDE.into_iter().flatten());
     if arguments.iter().any(|it| it == "-h" || it == "--help") {
         print!("{USAGE}\nStages:\n");
@@ -231,14 +243,19 @@ fn main() -> ExitCode {
     }
     let begin = Instant::now();
     let mut failed = Vec::new();
-    if arguments.is_empty() {
-        install();
+    let all_that_ships = arguments == ["all"];
+    if arguments.is_empty() || all_that_ships {
+        install(&TARGETS, &PROGRAMS);
         if let Err(error) = fs::create_dir_all(logs()) {
             eprintln!("target/verify: {error}");
             return ExitCode::FAILURE;
         }
         failed.extend(in_silence(&FORMAT));
         failed.extend(side_by_side());
+        if all_that_ships {
+            failed.extend(with_programs(&PYTHON, &FOR_PYTHON));
+            failed.extend(with_programs(&WEB, &FOR_WEB));
+        }
     } else {
         for name in &arguments {
             let quick = [FORMAT, CLIPPY, UNITS];
@@ -262,13 +279,13 @@ fn main() -> ExitCode {
     ExitCode::FAILURE
 }
 
-/// Installs what the stages need besides Rust. If that fails, they report what is missing.
-fn install() {
-    let missing: Vec<&str> = TARGETS.into_iter().filter(|it| !is_here(it)).collect();
+/// Installs what stages need besides Rust. If that fails, they report what is missing.
+fn install(targets: &[&str], programs: &[(&str, &str)]) {
+    let missing: Vec<&str> = targets.iter().filter(|it| !is_here(it)).copied().collect();
     if !missing.is_empty() {
         let _ = attempt(&format!("rustup target add {}", missing.join(" ")), None);
     }
-    let missing = PROGRAMS.iter().filter(|(program, _)| !is_here(program));
+    let missing = programs.iter().filter(|(program, _)| !is_here(program));
     let packages: Vec<&str> = missing.map(|(_, package)| *package).collect();
     if packages.is_empty() {
         return;
@@ -284,6 +301,18 @@ fn install() {
     } else {
         println!("Missing packages; install them: {line}");
     }
+}
+
+/// Runs a stage if its programs are there or can be installed; otherwise prints one line.
+fn with_programs(stage: &Stage, programs: &[(&str, &str)]) -> Option<&'static str> {
+    install(&[], programs);
+    let missing = programs.iter().filter(|(program, _)| !is_here(program));
+    let missing: Vec<&str> = missing.map(|(program, _)| *program).collect();
+    if missing.is_empty() {
+        return in_silence(stage);
+    }
+    println!("{:<9}  skipped: {} missing", stage.name, missing.join(", "));
+    None
 }
 
 /// Runs both lists in parallel and returns the names of failed stages.

@@ -3,7 +3,7 @@
 
 use super::Real;
 use super::outcome::{ArmSummary, Found, deviations_of, index_of};
-use super::sample::Settings;
+use super::sample::{Settings, stated};
 use crate::error::{Error, report, status_of};
 use crate::memory::{Held, HeldMut, In, New, Out, plain};
 use crate::plain::{
@@ -19,8 +19,8 @@ use delta_cal::{Progress, Robot};
 /// The calibrator.
 pub type Own = crate::kind::Fkm<Real>;
 
-/// Stands for a noise that is not stated: a reading of that kind is refused.
-const NOT_STATED: Real = Real::MAX;
+/// Stands for a noise that is not stated: a reading of that kind is refused. The core takes little more.
+const NOT_STATED: Real = 1e12;
 
 plain! {
     /// What was measured at one set of joint angles: any of the coordinates, a height, a distance.
@@ -108,14 +108,12 @@ impl Observation {
         }
         let [x, y, z] = self.position;
         let [read_x, read_y, read_z] = [READ_X, READ_Y, READ_Z].map(|bit| self.reads(bit));
-        let height = if self.reads(READ_HEIGHT) {
-            Some(Height {
-                plane: u8::try_from(self.plane).map_err(|_| Error::from(status::NO_SUCH_PLANE))?,
-                height: self.height,
-            })
-        } else {
-            None
-        };
+        let plane = u8::try_from(self.plane);
+        let height = self.reads(READ_HEIGHT).then(|| {
+            let plane = plane.map_err(|_| Error::from(status::NO_SUCH_PLANE))?;
+            let height = self.height;
+            Ok::<_, Error>(Height { plane, height })
+        });
         let from = if self.reads(READ_DISTANCE) {
             let point = u8::try_from(self.point).map_err(|_| Error::from(status::NO_SUCH_POINT))?;
             Some(DistanceFrom::Point(point))
@@ -131,7 +129,7 @@ impl Observation {
                 read_y.then_some(y),
                 read_z.then_some(z),
             ],
-            height,
+            height: height.transpose()?,
             distance: from.map(|from| Distance {
                 from,
                 distance: self.distance,
@@ -142,11 +140,9 @@ impl Observation {
 
 /// `true` with something known, and an error where it is not usable.
 fn known(numbers: &[Real], sigma: Real) -> Result<bool, Error> {
-    // Exactly zero: it means "unknown".
-    #[allow(clippy::float_cmp)]
-    if sigma == 0.0 {
+    let Some(sigma) = stated(sigma) else {
         return Ok(false);
-    }
+    };
     if sigma > 0.0 && sigma.is_finite() && numbers.iter().all(|number| number.is_finite()) {
         return Ok(true);
     }
@@ -158,7 +154,7 @@ fn known(numbers: &[Real], sigma: Real) -> Result<bool, Error> {
 /// are measured often enough; `instruments` states the noise of heights and distances.
 ///
 /// Errors: `DCAL_NOISE_...`, `DCAL_TOLERANCE_...`, `DCAL_NO_SUCH_CHOICE`, `DCAL_KNOWN_PLACE`, `DCAL_TOO_MANY_UNKNOWNS`.
-#[unsafe(export_name = family!("fkm", "init"))]
+#[unsafe(export_name = family!(fkm, "init"))]
 pub extern "C" fn init(
     mut calibrator: New<Own>,
     size: usize,
@@ -170,8 +166,8 @@ pub extern "C" fn init(
     report(error, || {
         calibrator.usable(size)?;
         let robot = robot.get()?;
-        let (stated, settings) = (instruments.get()?, settings.get()?.checked()?);
-        make(&mut calibrator, size, robot, &stated, &settings)
+        let (own, settings) = (instruments.get()?, settings.get()?.checked()?);
+        make(&mut calibrator, size, robot, &own, &settings)
     })
 }
 
@@ -181,36 +177,33 @@ fn make(
     calibrator: &mut New<Own>,
     size: usize,
     robot: &Robot<Real>,
-    stated: &Instruments,
+    own: &Instruments,
     settings: &delta_cal::Settings<Real>,
 ) -> Result<(), Error> {
     let (mut planes, mut points) = (
         [delta_cal::observations::Plane::default(); PLANES],
         [delta_cal::observations::Point::default(); POINTS],
     );
-    let (plane_count, point_count) = (stated.plane_count as usize, stated.point_count as usize);
+    let (plane_count, point_count) = (own.plane_count as usize, own.point_count as usize);
     let (Some(used_planes), Some(used_points)) =
         (planes.get_mut(..plane_count), points.get_mut(..point_count))
     else {
         return Err(status::TOO_MANY_UNKNOWNS.into());
     };
-    for (own, plane) in used_planes.iter_mut().zip(&stated.planes) {
-        own.known = known(&[plane.known], plane.sigma)?.then_some((plane.known, plane.sigma));
-        own.level = known(&[], plane.level)?.then_some(plane.level);
+    for (used, plane) in used_planes.iter_mut().zip(&own.planes) {
+        used.known = known(&[plane.known], plane.sigma)?.then_some((plane.known, plane.sigma));
+        used.level = known(&[], plane.level)?.then_some(plane.level);
     }
-    for (own, point) in used_points.iter_mut().zip(&stated.points) {
+    for (used, point) in used_points.iter_mut().zip(&own.points) {
         let place = Vector3::from(point.known);
-        own.known = known(&point.known, point.sigma)?.then_some((place, point.sigma));
-        own.offset = point.has_offset != 0;
+        used.known = known(&point.known, point.sigma)?.then_some((place, point.sigma));
+        used.offset = point.has_offset != 0;
     }
     let noise = settings
         .noise
         .ok_or(Error::from(status::NOISE_OF_POSITION))?;
-    // Exactly zero: not stated.
-    #[allow(clippy::float_cmp)]
-    let or_not_stated = |sigma: Real| if sigma == 0.0 { NOT_STATED } else { sigma };
     let instruments = delta_cal::observations::Instruments {
-        frame: match stated.frame {
+        frame: match own.frame {
             FRAME_BASE => PositionFrame::Base,
             FRAME_SENSOR => PositionFrame::Sensor,
             _ => return Err(status::NO_SUCH_CHOICE.into()),
@@ -219,8 +212,8 @@ fn make(
         points: used_points,
         noise: ObservationNoise::new(
             noise,
-            or_not_stated(stated.height_noise),
-            or_not_stated(stated.distance_noise),
+            stated(own.height_noise).unwrap_or(NOT_STATED),
+            stated(own.distance_noise).unwrap_or(NOT_STATED),
         )?,
         transmission: None,
     };
@@ -230,11 +223,12 @@ fn make(
     }
 }
 
-/// Adds one observation, at most `DCAL_FKM_ROWS` in all.
+/// Adds one observation, at most `DCAL_FKM_ROWS` in all. Every one that was added takes part in the calibration.
 ///
-/// Errors: `DCAL_OBSERVATION_...`, `DCAL_SAMPLE_JOINT_...`, `DCAL_NO_SUCH_PLANE` and `..._POINT`, `DCAL_NOISE_...` of a
-/// height or distance if it is not stated, `DCAL_NO_SUCH_CHOICE`, `DCAL_BUSY`; nothing is added.
-#[unsafe(export_name = family!("fkm", "add"))]
+/// Errors: `DCAL_OBSERVATION_...`, also where the uncalibrated robot does not reach the joint angles;
+/// `DCAL_SAMPLE_JOINT_...`, `DCAL_NO_SUCH_PLANE` and `..._POINT`, `DCAL_NOISE_...` of a height or distance if it is not
+/// stated, `DCAL_NO_SUCH_CHOICE`, `DCAL_BUSY`; nothing is added.
+#[unsafe(export_name = family!(fkm, "add"))]
 pub extern "C" fn add(
     mut calibrator: HeldMut<Own>,
     observation: In<Observation>,
@@ -244,13 +238,10 @@ pub extern "C" fn add(
         let own = calibrator.get()?;
         let observation = observation.get()?.checked()?;
         let noise = own.instruments().noise;
-        // Exactly equal: it is the marker itself.
-        #[allow(clippy::float_cmp)]
-        let not_stated = |sigma: Real| sigma == NOT_STATED;
-        if observation.height.is_some() && not_stated(noise.height()) {
+        if observation.height.is_some() && noise.height() >= NOT_STATED {
             return Err(status::NOISE_OF_HEIGHT.into());
         }
-        if observation.distance.is_some() && not_stated(noise.distance()) {
+        if observation.distance.is_some() && noise.distance() >= NOT_STATED {
             return Err(status::NOISE_OF_DISTANCE.into());
         }
         Ok(own.add(&observation)?)
@@ -260,7 +251,7 @@ pub extern "C" fn add(
 /// Writes c (length), a and b of a plane z = c + a x + b y.
 ///
 /// Errors: `DCAL_NO_SUCH_PLANE`, and those of `finish`.
-#[unsafe(export_name = family!("fkm", "plane"))]
+#[unsafe(export_name = family!(fkm, "plane"))]
 pub extern "C" fn plane(
     calibrator: Held<Own>,
     plane: u32,
@@ -277,7 +268,7 @@ pub extern "C" fn plane(
 /// Writes the position of a point and the offset of its sensor: x, y, z, offset. Length.
 ///
 /// Errors: `DCAL_NO_SUCH_POINT`, and those of `finish`.
-#[unsafe(export_name = family!("fkm", "point"))]
+#[unsafe(export_name = family!(fkm, "point"))]
 pub extern "C" fn point(calibrator: Held<Own>, point: u32, mut place: Out<[Real; 4]>) -> Status {
     status_of(|| {
         let own = calibrator.get()?;
@@ -297,7 +288,7 @@ fn place_of<P>(number: u32, all: &[P]) -> Option<u8> {
 /// translation (length). The identity for `DCAL_FRAME_BASE`.
 ///
 /// Errors: those of `finish`.
-#[unsafe(export_name = family!("fkm", "frame"))]
+#[unsafe(export_name = family!(fkm, "frame"))]
 pub extern "C" fn frame(
     calibrator: Held<Own>,
     mut rotation: Out<[[Real; 3]; 3]>,
@@ -316,4 +307,4 @@ pub extern "C" fn frame(
     })
 }
 
-calibrator!("fkm");
+calibrator!(fkm);

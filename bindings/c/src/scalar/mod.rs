@@ -10,24 +10,26 @@ macro_rules! name {
 }
 
 macro_rules! family {
-    ($family:literal, $name:literal) => {
-        concat!("dcal_", $family, "_", $name, suffix!())
+    ($family:ident, $name:literal) => {
+        concat!("dcal_", stringify!($family), "_", $name, suffix!())
     };
 }
 
 #[macro_use]
 mod family;
 pub mod fkm;
-pub mod gate;
 pub mod outcome;
 pub mod robot;
 pub mod sample;
+pub mod verdict;
 
-of_positions!(
+families! {
     /// The per-arm calibrator: each arm separately.
-    ikm, "ikm", Ikm
-);
-of_positions!(
+    ikm Ikm: of_positions calibrator;
     /// The joint calibrator: all 24 parameters at once.
-    joint, "joint", Joint
-);
+    joint Joint: of_positions calibrator;
+    /// The per-arm calibrator behind a gate, which tests each sample before it is added.
+    gate Gate: gated calibrator;
+    /// The joint calibrator behind a gate.
+    joint_gate JointGate: gated calibrator;
+}

@@ -54,6 +54,12 @@ plain! {
     }
 }
 
+/// Nothing for exactly 0, which stands for a number that is not stated.
+#[allow(clippy::float_cmp)]
+pub(crate) fn stated(number: Real) -> Option<Real> {
+    (number != 0.0).then_some(number)
+}
+
 impl Settings {
     /// As the core states them.
     ///
@@ -64,17 +70,15 @@ impl Settings {
             return Err(status::NO_SUCH_CHOICE.into());
         }
         let [x, y, z] = self.position_noise;
-        // Exactly zero: it means "not stated".
-        #[allow(clippy::float_cmp)]
-        let stated = |numbers: &[Real]| numbers.iter().any(|number| *number != 0.0);
+        let any = |numbers: &[Real]| numbers.iter().any(|number| stated(*number).is_some());
         let mut settings = delta_cal::Settings::new();
-        if stated(&[x, y, z, self.joint_noise]) {
+        if any(&[x, y, z, self.joint_noise]) {
             settings = settings.with_noise(Noise::by_axis([x, y, z], self.joint_noise)?);
         }
         let zero = self.joint_zero_tolerance;
-        if stated(&[self.length_tolerance, self.angle_tolerance, zero]) {
+        if any(&[self.length_tolerance, self.angle_tolerance, zero]) {
             let mut tolerance = Tolerance::new(self.length_tolerance, self.angle_tolerance)?;
-            if stated(&[zero]) {
+            if let Some(zero) = stated(zero) {
                 tolerance = tolerance.with_joint_zero(zero)?;
             }
             settings = settings.with_tolerance(tolerance);

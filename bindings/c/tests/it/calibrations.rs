@@ -1,10 +1,8 @@
 //! Robots, and the two calibrators from complete positions: the same bits as the core, in every way of using them.
 
 use crate::place::*;
-use delta_cal::calibration::{Estimator, Ikm, Joint, JointOutcome, Solver, Start};
-use delta_cal::nalgebra::SMatrix;
+use delta_cal::calibration::{Ikm, Joint, Solver, Start};
 use delta_cal::robot::Transmission;
-use delta_cal::{ArmIndex, RobotOutcome};
 use delta_cal_c::double::robot::*;
 use delta_cal_c::double::sample::Settings;
 use delta_cal_c::error::Error;
@@ -96,7 +94,7 @@ fn assumed() -> Vec<(Settings, delta_cal::Settings<f64>, usize, bool)> {
 }
 
 macro_rules! family {
-    ($family:ident, $estimator:ident, $outcome:ty, $together:expr) => {
+    ($family:ident, $estimator:ident) => {
         mod $family {
             use super::*;
 
@@ -163,9 +161,7 @@ macro_rules! family {
 
             fn solved_by_core(calibrator: &mut Own) -> Result<Vec<u64>, Error> {
                 let outcome = calibrator.calibrate()?;
-                let arms = ArmIndex::ALL.map(|arm| $estimator::arm(&outcome, arm));
-                let together: fn(&$outcome) -> Option<&SMatrix<f64, 24, 24>> = $together;
-                Ok(of_core(&outcome.robot, &arms, together(&outcome)))
+                Ok(bits(&found::<_, $estimator>(&outcome).concat()))
             }
 
             #[test]
@@ -318,8 +314,5 @@ macro_rules! family {
     };
 }
 
-family!(ikm, Ikm, RobotOutcome<f64>, |_| None);
-family!(joint, Joint, JointOutcome<f64>, |outcome| outcome
-    .estimate
-    .covariance
-    .as_ref());
+family!(ikm, Ikm);
+family!(joint, Joint);

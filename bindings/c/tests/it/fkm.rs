@@ -80,6 +80,12 @@ fn wrong_observations_and_instruments_are_refused() {
             (o.readings, o.height) = (READ_HEIGHT, f64::NAN);
         }),
         (status::SAMPLE_JOINT_TOO_LARGE, &|o| o.joints[2] = 45.0),
+        (status::OBSERVATION_UNREACHED, &|o| {
+            o.joints = [3.0, 0.0, 0.0];
+        }),
+        (status::OBSERVATION_UNREACHED, &|o| {
+            (o.readings, o.other_joints) = (READ_DISTANCE_BETWEEN, [3.0, 0.0, 0.0]);
+        }),
     ] {
         let (mut wrong, mut calibrator) = (good, made(&stated).unwrap());
         change(&mut wrong);

@@ -22,11 +22,12 @@ const END: &str = "
 #endif
 ";
 
-/// A structure or a function with what is said of it.
+/// An enumeration, a structure or a function, with what is said of it.
+#[derive(Default)]
 struct Item {
     name: String,
     about: Vec<String>,
-    /// Fields or arguments.
+    /// Constants, fields or arguments.
     parts: Vec<Part>,
     /// The type of a function's result.
     result: String,
@@ -39,60 +40,69 @@ struct Part {
     about: Vec<String>,
 }
 
-/// The structures, functions and constants of a source that rustfmt has formatted.
+impl Part {
+    /// From `name: type` or `name: type = value`.
+    fn new(text: &str, about: Vec<String>) -> Self {
+        let (name, of) = text.split_once(": ").unwrap();
+        let of = of.split_once(" = ").map_or(of, |(_, value)| value);
+        Self {
+            name: name.to_owned(),
+            of: of.to_owned(),
+            about,
+        }
+    }
+}
+
+/// What a source that rustfmt has formatted has for the header.
 #[derive(Default)]
 struct Source {
+    enumerations: Vec<Item>,
     structures: Vec<Item>,
     functions: Vec<Item>,
-    constants: Vec<Part>,
 }
 
 impl Source {
-    fn of_file(file: &str) -> Self {
-        Self::read(&text(file), file)
-    }
-
-    fn read(text: &str, file: &str) -> Self {
+    fn read(text: &str) -> Self {
         let mut found = Self::default();
         let mut about = Vec::new();
-        let mut exported = String::new();
+        let mut exported = "";
         let mut lines = text.lines();
         while let Some(line) = lines.next() {
             // Indented in the macros that several calibrators share.
             let line = line.trim_start();
+            let item = |name: &str, about: &mut Vec<String>| Item {
+                name: name.to_owned(),
+                about: std::mem::take(about),
+                ..Item::default()
+            };
             if let Some(line) = line.strip_prefix("///") {
                 about.push(line.trim().to_owned());
             } else if let Some(name) = line.strip_prefix("#[unsafe(export_name = ") {
-                name.trim_end_matches(")]").clone_into(&mut exported);
+                exported = name.rsplit('"').nth(1).unwrap();
             } else if line.starts_with("#[") {
-            } else if let Some(rest) = line.strip_prefix("pub const ")
-                && let Some((name, value)) = rest.split_once(": ")
-                && let Some((_, value)) = value.split_once(" = ")
-                && !about.is_empty()
+            } else if let Some(name) = line.strip_prefix("// enum ") {
+                found.enumerations.push(item(name, &mut about));
+            } else if let Some(constant) = line.strip_prefix("pub const ")
+                && let Some(last) = found.enumerations.last_mut()
             {
-                found.constants.push(Part {
-                    name: name.to_owned(),
-                    of: value.trim_end_matches(';').to_owned(),
-                    about: std::mem::take(&mut about),
-                });
+                let constant = constant.trim_end_matches(';');
+                last.parts
+                    .push(Part::new(constant, std::mem::take(&mut about)));
             } else if let Some(name) = line.strip_prefix("pub struct ") {
-                let name = name.trim_end_matches(" {").to_owned();
-                let (mut parts, mut of_field) = (Vec::new(), Vec::new());
-                for line in lines.by_ref().take_while(|line| line.trim() != "}") {
-                    match line.trim().strip_prefix("///") {
-                        Some(line) => of_field.push(line.trim().to_owned()),
-                        None => parts.push(part(
-                            line.trim().trim_start_matches("pub ").trim_end_matches(','),
-                            std::mem::take(&mut of_field),
-                        )),
+                let mut own = item(name.trim_end_matches(" {"), &mut about);
+                for line in lines
+                    .by_ref()
+                    .map(str::trim)
+                    .take_while(|line| *line != "}")
+                {
+                    if let Some(line) = line.strip_prefix("///") {
+                        about.push(line.trim().to_owned());
+                    } else {
+                        let field = line.trim_start_matches("pub ").trim_end_matches(',');
+                        own.parts.push(Part::new(field, std::mem::take(&mut about)));
                     }
                 }
-                found.structures.push(Item {
-                    name,
-                    about: std::mem::take(&mut about),
-                    parts,
-                    result: String::new(),
-                });
+                found.structures.push(own);
             } else if let Some(start) = line.strip_prefix("pub extern \"C\" fn ") {
                 let mut signature = start.to_owned();
                 while !signature.ends_with('{') {
@@ -100,35 +110,27 @@ impl Source {
                 }
                 let (name, rest) = signature.split_once('(').unwrap();
                 let (arguments, result) = rest.split_once(") -> ").unwrap();
-                let symbol = exported.rsplit('"').nth(1).unwrap();
                 assert!(
-                    symbol.ends_with(name) || name.ends_with(symbol),
-                    "{name}: {exported}"
+                    exported.ends_with(name) || name.ends_with(exported),
+                    "{name}"
                 );
-                found.functions.push(Item {
-                    name: name.to_owned(),
-                    about: std::mem::take(&mut about),
-                    parts: at_depth_0(arguments)
-                        .into_iter()
-                        .map(|argument| part(argument.trim_start_matches("mut "), Vec::new()))
-                        .collect(),
-                    result: result.trim_end_matches(" {").to_owned(),
-                });
+                let mut own = item(name, &mut about);
+                let arguments = arguments
+                    .split(',')
+                    .map(str::trim)
+                    .filter(|own| !own.is_empty());
+                let arguments = arguments.map(|own| own.trim_start_matches("mut "));
+                own.parts = arguments.map(|own| Part::new(own, Vec::new())).collect();
+                result.trim_end_matches(" {").clone_into(&mut own.result);
+                found.functions.push(own);
             } else {
                 about.clear();
             }
         }
-        let mut all = found.structures.iter().chain(&found.functions);
-        assert!(
-            all.all(|item| !item.about.is_empty()),
-            "{file}: not documented"
-        );
+        for Item { name, about, .. } in found.structures.iter().chain(&found.functions) {
+            assert!(!about.is_empty(), "{name} is not documented");
+        }
         found
-    }
-
-    fn append(&mut self, other: Self) {
-        self.structures.extend(other.structures);
-        self.functions.extend(other.functions);
     }
 }
 
@@ -137,48 +139,23 @@ fn text(file: &str) -> String {
     std::fs::read_to_string(path).unwrap()
 }
 
-fn part(text: &str, about: Vec<String>) -> Part {
-    let (name, of) = text.split_once(": ").unwrap();
-    Part {
-        name: name.to_owned(),
-        of: of.to_owned(),
-        about,
-    }
-}
-
-/// What stands between commas that are in no brackets.
-fn at_depth_0(text: &str) -> Vec<&str> {
-    let mut depth = 0;
-    text.split(|letter| {
-        depth += i32::from("<[".contains(letter)) - i32::from(">]".contains(letter));
-        letter == ',' && depth == 0
-    })
-    .map(str::trim)
-    .filter(|part| !part.is_empty())
-    .collect()
-}
-
-/// Each calibrator: its prefix, its type in Rust, and the files and macros with its functions.
-const CALIBRATORS: [(&str, &str, &[&str]); 4] = [
-    ("ikm", "Ikm", &["of_positions", "calibrator", "stored"]),
-    ("joint", "Joint", &["of_positions", "calibrator", "stored"]),
-    ("gate", "Gate", &["gate", "calibrator", "stored"]),
-    ("fkm", "Fkm", &["fkm", "calibrator"]),
-];
-
 /// Everything of one scalar: what calibrators share once for each, with its names and types. In the comments `@` stands
 /// for the scalar's suffix.
 fn of_scalar() -> Source {
-    let mut all = Source::default();
-    for file in ["robot", "sample", "outcome"] {
-        all.append(Source::of_file(&format!("scalar/{file}")));
-    }
-    let family = text("scalar/family");
-    let macros = family.split("macro_rules! ").skip(1);
+    let mut all: String = ["robot", "sample", "outcome", "verdict"]
+        .map(|file| text(&format!("scalar/{file}")))
+        .concat();
+    let (families, macros) = (text("scalar/mod"), text("scalar/family"));
+    let macros = macros.split("macro_rules! ").skip(1);
     let shared: Vec<_> = macros.filter_map(|own| own.split_once(" {")).collect();
-    for (prefix, own, places) in CALIBRATORS {
-        for place in places {
-            let shared = shared.iter().find(|(name, _)| name == place);
+    // As in the source: `ikm Ikm: of_positions calibrator;`.
+    let families = families
+        .lines()
+        .filter_map(|line| line.trim().strip_suffix(';')?.split_once(": "));
+    for (family, places) in families.chain([("fkm Fkm", "fkm calibrator")]) {
+        let (prefix, own) = family.split_once(' ').unwrap();
+        for place in places.split(' ') {
+            let shared = shared.iter().find(|(name, _)| *name == place);
             let text =
                 shared.map_or_else(|| text(&format!("scalar/{place}")), |own| own.1.to_owned());
             let mut text = text
@@ -189,9 +166,10 @@ fn of_scalar() -> Source {
             ] {
                 text = text.replace(&format!("`{name}`"), &format!("`{prefix}_{name}`"));
             }
-            all.append(Source::read(&text, place));
+            all += &text;
         }
     }
+    let mut all = Source::read(&all);
     let names: Vec<String> = all.functions.iter().map(|own| own.name.clone()).collect();
     let items = all.structures.iter_mut().chain(&mut all.functions);
     for line in items.flat_map(|item| &mut item.about) {
@@ -233,14 +211,6 @@ impl Scalar {
         number.to_owned()
     }
 
-    /// The type of an object of this kind.
-    fn object(self, of: &str) -> String {
-        let (name, _) = of.split_once('<').unwrap_or((of, ""));
-        let kind = kind::ALL.iter().find(|kind| kind.name == name);
-        let kind = kind.unwrap_or_else(|| panic!("{name} is no kind of object"));
-        format!("dcal_{}{}", kind.in_c, self.suffix())
-    }
-
     /// The type of a structure.
     fn structure(self, name: &str) -> String {
         let mut text = String::from("dcal");
@@ -274,7 +244,8 @@ impl Scalar {
                 format!("{constant}{} {name}[{number}]", self.value(element))
             }
             ("Held" | "HeldMut" | "New", None) => {
-                format!("{constant}{} *{name}", self.object(inner))
+                let (kind, _) = inner.split_once('<').unwrap_or((inner, ""));
+                format!("{constant}{} *{name}", self.structure(kind))
             }
             ("In" | "Out", None) => format!("{constant}{} *{name}", self.value(inner)),
             _ => panic!("{outer} is no type of the interface"),
@@ -331,32 +302,34 @@ fn header() -> String {
     )
     .unwrap();
 
-    text.push_str("\n/** The result of a call. The numbers never change. */\ntypedef int32_t dcal_status;\n\nenum {\n");
-    for (name, number) in status::ALL {
-        let about = status::text(*number).to_str().unwrap().trim();
-        writeln!(text, "    /** {about} */\n    DCAL_{name} = {number},").unwrap();
-    }
-    close(&mut text);
-    text.push_str("\nenum {\n");
-    for Part { name, of, about } in &Source::of_file("plain").constants {
-        comment(&mut text, "    ", about, Scalar::Single);
-        writeln!(text, "    DCAL_{name} = {of},").unwrap();
-    }
-    close(&mut text);
     text.push_str(
-        "\n/** The kinds of object, for dcal_size. The numbers never change. */\nenum {\n",
+        "\n/** The result of a call. The numbers never change. */\ntypedef int32_t dcal_status;\n",
     );
-    for (index, scalar) in [(0, Scalar::Single), (1, Scalar::Double)] {
-        for kind in kind::ALL {
-            let name = scalar.object(kind.name).to_uppercase();
-            writeln!(text, "    {name} = {},", kind.scalars[index].0).unwrap();
-        }
+    let statuses = status::ALL.iter().map(|(name, number)| Part {
+        name: (*name).to_owned(),
+        of: number.to_string(),
+        about: vec![status::text(*number).to_str().unwrap().trim().to_owned()],
+    });
+    enumeration(&mut text, "status_code", statuses);
+    for own in Source::read(&self::text("plain")).enumerations {
+        enumeration(&mut text, &own.name, own.parts);
     }
-    close(&mut text);
+    text.push_str("\n/** For dcal_size. The numbers never change. */");
+    let kinds = [(0, Scalar::Single), (1, Scalar::Double)].map(|(index, scalar)| {
+        kind::ALL.iter().map(move |kind| Part {
+            name: scalar
+                .structure(kind.name)
+                .to_uppercase()
+                .replace("DCAL_", ""),
+            of: kind.scalars[index].0.to_string(),
+            about: Vec::new(),
+        })
+    });
+    enumeration(&mut text, "kind", kinds.into_iter().flatten());
 
-    let error = &Source::of_file("error").structures[0];
+    let error = &Source::read(&self::text("error")).structures[0];
     structure(&mut text, error, Scalar::Single);
-    for item in &Source::of_file("library").functions {
+    for item in &Source::read(&self::text("library")).functions {
         function(&mut text, item, Scalar::Single, "");
     }
     for (index, scalar, words) in [
@@ -366,7 +339,7 @@ fn header() -> String {
         writeln!(text, "\n/* ---- {words} ---- */").unwrap();
         for kind in kind::ALL {
             let size = kind.scalars[index].1;
-            opaque(&mut text, &scalar.object(kind.name), kind.about, size);
+            opaque(&mut text, &scalar.structure(kind.name), kind.about, size);
         }
         text.push_str("\n/** The bytes of a snapshot. */\n");
         for (of, sizes) in kind::SNAPSHOTS {
@@ -395,9 +368,15 @@ fn opaque(text: &mut String, name: &str, about: &str, size: usize) {
     .unwrap();
 }
 
-/// Without the comma after the last constant.
-fn close(text: &mut String) {
-    text.truncate(text.trim_end_matches(",\n").len());
+fn enumeration(text: &mut String, name: &str, constants: impl IntoIterator<Item = Part>) {
+    write!(text, "\nenum dcal_{name} {{").unwrap();
+    for (index, Part { name, of, about }) in constants.into_iter().enumerate() {
+        text.push_str(if index == 0 { "\n" } else { ",\n" });
+        if !about.is_empty() {
+            comment(text, "    ", &about, Scalar::Single);
+        }
+        write!(text, "    DCAL_{name} = {of}").unwrap();
+    }
     text.push_str("\n};\n");
 }
 

@@ -7,7 +7,7 @@ use core::ptr::null_mut;
 use delta_cal::Robot;
 use delta_cal_c::double::robot::*;
 use delta_cal_c::double::sample::{Sample, Settings};
-use delta_cal_c::double::{fkm, gate, ikm, joint};
+use delta_cal_c::double::{fkm, gate, ikm, joint, joint_gate};
 use delta_cal_c::kind::{Ikm, Joint};
 use delta_cal_c::{error::Error, single, status};
 use delta_cal_target_tests::samples;
@@ -35,12 +35,16 @@ fn every_function(place: *mut u8) -> Vec<(String, i32)> {
                 samples(p!(), p!())
                 solve(p!(), no_error())
                 step(p!())
+                solving(p!())
+                finished(p!())
                 stop(p!())
                 reset(p!())
                 finish(p!(), p!(), ROOM, no_error())
                 arm(p!(), 0, p!())
                 deviations(p!(), p!())
                 covariance(p!(), p!())
+                snapshot(p!(), p!(), ROOM, p!())
+                restore(p!(), p!(), ROOM)
                 $($name($($argument),*))*
             }
         }};
@@ -53,21 +57,23 @@ fn every_function(place: *mut u8) -> Vec<(String, i32)> {
                 flush(p!())
                 merge(p!(), p!())
                 forget(p!(), 0.5)
-                snapshot(p!(), p!(), ROOM, p!())
-                restore(p!(), p!(), ROOM)
+            }
+        };
+    }
+    macro_rules! gated {
+        ($family:ident $prefix:literal) => {
+            calibrator! { $family $prefix:
+                init(p!(), ROOM, p!(), p!(), 0.0, 0.0, no_error())
+                add(p!(), p!(), p!(), no_error())
+                state(p!(), p!())
+                acknowledge(p!())
             }
         };
     }
     of_positions!(ikm "ikm_");
     of_positions!(joint "joint_");
-    calibrator! { gate "gate_":
-        init(p!(), ROOM, p!(), p!(), 0.0, 0.0, no_error())
-        add(p!(), p!(), p!(), no_error())
-        state(p!(), p!())
-        acknowledge(p!())
-        snapshot(p!(), p!(), ROOM, p!())
-        restore(p!(), p!(), ROOM)
-    }
+    gated!(gate "gate_");
+    gated!(joint_gate "joint_gate_");
     calibrator! { fkm "fkm_":
         init(p!(), ROOM, p!(), p!(), p!(), no_error())
         add(p!(), p!(), no_error())

@@ -1,38 +1,20 @@
 //! Memory as C provides it, and objects in it.
 
-use delta_cal::calibration::ArmOutcome;
+use delta_cal::calibration::{Estimator, Ikm, Joint, JointOutcome};
 use delta_cal::nalgebra::SMatrix;
-use delta_cal::{Parameter, Real, Robot};
+use delta_cal::{ArmIndex, Parameter, Real, Robot, RobotOutcome};
 use delta_cal_c::double::robot::{robot_from_parameters, robot_parameters};
 use delta_cal_c::double::sample::{Sample, Settings};
 use delta_cal_c::error::Error;
 use delta_cal_c::kind::Kind;
-use delta_cal_c::{Held, HeldMut, In, New, Out, status};
+use delta_cal_c::{Held, HeldMut, In, New, Out, Pointer, status};
 use delta_cal_target_tests::{noise, nominal, tolerance};
 use std::marker::PhantomData;
 use std::ptr::null_mut;
 
-/// A pointer of the interface.
-pub(crate) trait Pointer {
-    /// As C would hand it over.
-    unsafe fn at(place: *mut u8) -> Self;
-}
-
-macro_rules! pointers {
-    ($($name:ident)+) => {
-        $(impl<T> Pointer for $name<T> {
-            unsafe fn at(place: *mut u8) -> Self {
-                unsafe { Self::from_c(place) }
-            }
-        })+
-    };
-}
-
-pointers! { Held HeldMut In New Out }
-
 /// The tests are in the place of C: what they promise is that the memory is there.
 pub(crate) fn at<P: Pointer>(place: *mut u8) -> P {
-    unsafe { P::at(place) }
+    unsafe { P::from_c(place) }
 }
 
 /// Memory for an object of a kind, as large as in C.
@@ -148,30 +130,38 @@ pub(crate) fn parameters(robot: &mut Place<Robot<f64>>) -> Vec<u64> {
     bits(found.as_flattened())
 }
 
-/// As `solved` of a calibrator, from the core's outcome: parameters, standard uncertainties, and the covariance row by row.
-pub(crate) fn found<T: Real>(
-    robot: &Robot<T>,
-    arms: &[ArmOutcome<T>; 3],
-    together: Option<&SMatrix<T, 24, 24>>,
-) -> [Vec<T>; 3] {
-    let sigma =
-        |arm: &ArmOutcome<T>| Parameter::ROTARY.map(|of| arm.standard_deviation(of).unwrap());
-    let mut apart = SMatrix::<T, 24, 24>::zeros();
-    for (arm, first) in arms.iter().zip([0, 8, 16]) {
-        let block = arm.covariance.as_ref().unwrap();
-        apart.fixed_view_mut::<8, 8>(first, first).copy_from(block);
-    }
-    [
-        robot.parameters().as_flattened().to_vec(),
-        arms.each_ref().map(sigma).as_flattened().to_vec(),
-        together.unwrap_or(&apart).transpose().as_slice().to_vec(),
-    ]
+/// What the core finds.
+pub(crate) trait Found: Estimator {
+    fn covariance<T: Real>(outcome: &Self::Outcome<T>) -> SMatrix<T, 24, 24>;
 }
 
-pub(crate) fn of_core(
-    robot: &Robot<f64>,
-    arms: &[ArmOutcome<f64>; 3],
-    together: Option<&SMatrix<f64, 24, 24>>,
-) -> Vec<u64> {
-    bits(&found(robot, arms, together).concat())
+impl Found for Ikm {
+    fn covariance<T: Real>(outcome: &RobotOutcome<T>) -> SMatrix<T, 24, 24> {
+        let mut all = SMatrix::<T, 24, 24>::zeros();
+        for (arm, first) in outcome.arms.iter().zip([0, 8, 16]) {
+            let block = arm.covariance.as_ref().unwrap();
+            all.fixed_view_mut::<8, 8>(first, first).copy_from(block);
+        }
+        all
+    }
+}
+
+impl Found for Joint {
+    fn covariance<T: Real>(outcome: &JointOutcome<T>) -> SMatrix<T, 24, 24> {
+        outcome.estimate.covariance.unwrap()
+    }
+}
+
+/// Parameters, standard uncertainties, and the covariance row by row.
+pub(crate) fn found<T: Real, E: Found>(outcome: &E::Outcome<T>) -> [Vec<T>; 3] {
+    let sigma = |arm| {
+        let arm = E::arm(outcome, arm);
+        Parameter::ROTARY.map(|of| arm.standard_deviation(of).unwrap())
+    };
+    let covariance = E::covariance(outcome).transpose();
+    [
+        E::robot(outcome).parameters().as_flattened().to_vec(),
+        ArmIndex::ALL.map(sigma).as_flattened().to_vec(),
+        covariance.as_slice().to_vec(),
+    ]
 }

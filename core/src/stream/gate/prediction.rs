@@ -167,7 +167,7 @@ impl<T: Real> Prediction<T> {
 
     /// Relinearises at the current estimate from the factor, which holds the same samples.
     pub(super) fn renew(&mut self, factor: &ArmFactor<T>, prior: &TolerancePrior<T, 8>) {
-        let step: Option<[T; 8]> = self.normal.minimiser(&[T::ZERO; 9]);
+        let step = self.normal.minimiser(&[T::ZERO; 8]);
         if let Some(step) = step {
             let longest = T::from_f64(LONGEST_STEP);
             if step.iter().all(|delta| delta.magnitude() <= longest) {

@@ -147,6 +147,10 @@ impl<T: Real> State<T> for Option<Alarm> {
             _ => None,
         };
     }
+
+    fn accepts(&self, bytes: &[u8]) -> bool {
+        matches!(bytes, [0..=2, first @ ..] if first.len() == 8)
+    }
 }
 
 /// Why a number is not a valid gate width.

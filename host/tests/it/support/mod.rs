@@ -1,6 +1,7 @@
 //! Runs the command, and computes what it should find without its code: the elbows from the
 //! equations of Model 24, the platform by Newton's method on the three sphere equations.
 
+pub(crate) mod schema;
 pub(crate) mod simulated;
 
 use nalgebra::{Matrix3, Vector3};

@@ -12,7 +12,7 @@ use delta_cal_target_tests::{noise, nominal, stack_of, tolerance};
 
 const ROWS: usize = 40;
 
-type Calibrator = FkmCalibrator<f32, ROWS, 36, 37, 703>;
+type Calibrator = FkmCalibrator<f32, ROWS, 36>;
 
 /// By turns a height, two or all coordinates, and a distance.
 fn observation(index: usize, sample: &Sample<f32>, whole: bool) -> Observation<f32> {

@@ -13,8 +13,8 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Reading, Readings};
 use crate::fit::datum::Datum;
 use crate::fit::{Frame, Method, Options, Unsolved};
-use delta_cal::{Noise, Refusal};
-use nalgebra::Vector3;
+use delta_cal::Refusal;
+use delta_cal::frame::RigidTransform;
 
 /// Reads the samples of a robot to be calibrated. If joint angles are outside its limits, the error says what would
 /// explain the file as a whole.
@@ -62,8 +62,7 @@ pub fn calibrate(
     options: &Options,
 ) -> Result<Report, CalibrateError> {
     let moved = checked(robot, readings, options)?;
-    let weighted = with_noise_of_rows(robot, readings);
-    let robot = weighted.as_ref().unwrap_or(robot);
+    let robot = &readings.noise_into(robot);
     let case = Case::new(robot, &moved, *options);
     let diagnosis = diagnose(robot, &moved, options);
     match attempt(&case).and_then(|judged| explained_otherwise(&case, judged)) {
@@ -116,24 +115,6 @@ fn refused(case: &Case<'_>, objection: &Objection, diagnosis: Option<Diagnosis>)
     explained(case, objection, hint.flatten(), diagnosis)
 }
 
-/// The robot with the noise stated in the rows, `None` if no row states any. It replaces the robot file's noise, and
-/// each row's own noise sets its weight.
-fn with_noise_of_rows(robot: &RobotFile, readings: &Readings) -> Option<RobotFile> {
-    let sigmas = Kind::ALL.map(|kind| readings.stated_sigma(kind));
-    let [position, height, distance] = sigmas;
-    if sigmas.iter().all(Option::is_none) {
-        return None;
-    }
-    let facts = &robot.instruments;
-    let joint = robot.noise.map(|noise| noise.joint()).or(facts.joint_noise);
-    let noise = position.and_then(|sigma| Noise::new(sigma, joint.unwrap_or_default()).ok());
-    let mut weighted = robot.clone();
-    weighted.noise = noise.or(robot.noise);
-    weighted.instruments.height_noise = height.or(facts.height_noise);
-    weighted.instruments.distance_noise = distance.or(facts.distance_noise);
-    Some(weighted)
-}
-
 /// The readings to use, after all checks of the files and options.
 fn checked(
     robot: &RobotFile,
@@ -166,17 +147,12 @@ fn checked(
         }
     }
     let datum = datum(robot, readings, options.frame)?;
-    let Some(target) = robot.instruments.target else {
-        return Ok(readings.clone());
+    let in_base = RigidTransform::identity();
+    let frame = match options.frame {
+        Frame::Base => Some(&in_base),
+        Frame::Sensor => datum.as_ref().map(|own| &own.frame),
     };
-    // Converts positions of the target to positions of the platform point. In an unknown frame, the frame's place
-    // absorbs the shift, because the platform does not rotate.
-    let shift = match (options.frame, &datum) {
-        (Frame::Base, _) => target,
-        (Frame::Sensor, Some(datum)) => datum.frame.rotation * target,
-        (Frame::Sensor, None) => Vector3::zeros(),
-    };
-    Ok(readings.clone().moved(&-shift))
+    Ok(readings.of_platform(robot, frame))
 }
 
 /// The sensor's frame, from the points of `[datum]`.

@@ -131,7 +131,7 @@ impl Datum {
 }
 
 /// (I, −[x]×): displacement of a point by a translation and a rotation.
-fn motion(x: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
+pub(crate) fn motion(x: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
     let mut columns = SMatrix::<f64, 3, 6>::zeros();
     columns
         .fixed_columns_mut::<3>(0)

@@ -135,12 +135,7 @@ impl EffectKind {
     pub(crate) const fn is_number(self) -> bool {
         matches!(
             self,
-            Self::Zeros
-                | Self::Gears
-                | Self::Forearm
-                | Self::UpperArm
-                | Self::Radius
-                | Self::Size
+            Self::Zeros | Self::Gears | Self::Forearm | Self::UpperArm | Self::Radius | Self::Size
         )
     }
 
@@ -148,7 +143,9 @@ impl EffectKind {
     pub const fn unit(self, drive: Drive) -> &'static str {
         match (self, drive) {
             (Self::GearRatio | Self::Scale, _) => "ratio",
-            (Self::Gears | Self::Forearm | Self::UpperArm | Self::Radius | Self::Size, _) => "ratio",
+            (Self::Gears | Self::Forearm | Self::UpperArm | Self::Radius | Self::Size, _) => {
+                "ratio"
+            }
             (Self::Eccentricity | Self::SecondHarmonic | Self::Zeros, _)
             | (Self::Backlash | Self::Slip, Drive::Rotary) => "deg",
             _ => "mm",
@@ -295,6 +292,8 @@ pub(crate) struct Course {
     pub(crate) largest: f64,
     /// The robot as far as it is known.
     pub(crate) robot: Robot<f64>,
+    /// The target that the places of planes and points count already, mm.
+    pub(crate) counted: Vector3<f64>,
 }
 
 impl Course {
@@ -329,6 +328,7 @@ impl Course {
             centre: reached().sum::<Vector3<f64>>() / f64::max(reached().count() as f64, 1.0),
             largest,
             robot: robot.clone(),
+            counted: Vector3::zeros(),
         }
     }
 
@@ -360,13 +360,7 @@ impl Course {
         undone
     }
 
-    fn undo(
-        &self,
-        found: &Places,
-        row: usize,
-        own: &mut Reading,
-        effects: &[(Effect, &[f64])],
-    ) {
+    fn undo(&self, found: &Places, row: usize, own: &mut Reading, effects: &[(Effect, &[f64])]) {
         for (effect, by) in effects {
             if let Some(arm) = effect.arm.map(ArmIndex::index) {
                 own.each_pose(|mut joints| {
@@ -393,6 +387,7 @@ impl Course {
         for (coordinate, off) in own.position.iter_mut().zip(&seen) {
             *coordinate = coordinate.map(|value| value - off);
         }
+        let off = off - self.counted;
         if let Some((plane, height)) = &mut own.height {
             let normal = found.planes.get(*plane).map(|own| own.normal);
             *height -= normal.unwrap_or_else(Vector3::z).dot(&off);

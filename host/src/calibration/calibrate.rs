@@ -11,8 +11,10 @@ use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Reading, Readings};
 use crate::fit::datum::Datum;
+use crate::fit::jointly::of_platform_point;
 use crate::fit::{Frame, Method, Options, Unsolved};
-use delta_cal::{Noise, Refusal};
+use delta_cal::Refusal;
+use delta_cal::frame::RigidTransform;
 
 /// Reads the samples of a robot to be calibrated. If joint angles are outside its limits, the error says what would
 /// explain the file as a whole.
@@ -60,10 +62,10 @@ pub fn calibrate(
     options: &Options,
 ) -> Result<Report, CalibrateError> {
     check(robot, readings, options)?;
-    let weighted = with_noise_of_rows(robot, readings);
-    let robot = weighted.as_ref().unwrap_or(robot);
+    let robot = &readings.noise_into(robot);
     let case = Case::new(robot, readings, *options);
-    let diagnosis = diagnose(robot, readings, options);
+    let known = known_frame(robot, options.frame);
+    let diagnosis = diagnose(robot, &of_platform_point(robot, readings, known), options);
     let found = search(&case);
     let found = found.as_ref();
     match attempt(&case, found).and_then(|judged| explained_otherwise(&case, judged, found)) {
@@ -125,22 +127,12 @@ fn refused(
     explained(case, objection, hint.flatten(), diagnosis)
 }
 
-/// The robot with the noise stated in the rows, `None` if no row states any. It replaces the robot file's noise, and
-/// each row's own noise sets its weight.
-fn with_noise_of_rows(robot: &RobotFile, readings: &Readings) -> Option<RobotFile> {
-    let sigmas = Kind::ALL.map(|kind| readings.stated_sigma(kind));
-    let [position, height, distance] = sigmas;
-    if sigmas.iter().all(Option::is_none) {
-        return None;
+/// The frame of the coordinates, if the file says which: the base's, or that of the datum points.
+fn known_frame(robot: &RobotFile, frame: Frame) -> Option<RigidTransform<f64>> {
+    match frame {
+        Frame::Base => Some(RigidTransform::identity()),
+        Frame::Sensor => Some(Datum::of(robot, frame).ok()??.frame),
     }
-    let facts = &robot.instruments;
-    let joint = robot.noise.map(|noise| noise.joint()).or(facts.joint_noise);
-    let noise = position.and_then(|sigma| Noise::new(sigma, joint.unwrap_or_default()).ok());
-    let mut weighted = robot.clone();
-    weighted.noise = noise.or(robot.noise);
-    weighted.instruments.height_noise = height.or(facts.height_noise);
-    weighted.instruments.distance_noise = distance.or(facts.distance_noise);
-    Some(weighted)
 }
 
 /// Checks the files and options.

@@ -9,7 +9,6 @@ use crate::accuracy::quantiles::median;
 use crate::accuracy::rigid_motion::degenerate;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
-use crate::fit::jointly::of_platform_point;
 use crate::fit::{Frame, Options};
 use crate::geometry::outside_limits;
 use crate::text::{capitalised, significant};
@@ -122,7 +121,6 @@ pub(crate) fn diagnose(
     readings: &Readings,
     options: &Options,
 ) -> Option<Diagnosis> {
-    let readings = &of_platform_point(robot, readings, options.frame, None);
     let samples: Vec<_> = readings.samples().map(|row| row.value).collect();
     let needed = match options.frame {
         Frame::Base => SAMPLES_NEEDED,

@@ -67,7 +67,11 @@ pub(crate) fn findings(
             capitalised(&cause.text),
             capitalised(cause.remedy)
         );
-        found.push(warning("cause", json!({ "cause_kind": cause.kind, "line": cause.line }), text));
+        found.push(warning(
+            "cause",
+            json!({ "cause_kind": cause.kind, "line": cause.line }),
+            text,
+        ));
     }
     let hidden = judged.causes.hidden_drift;
     if let Some(up_to) = hidden.filter(|_| case.readings.holds(Kind::Position)) {
@@ -141,8 +145,12 @@ fn of_files(case: &Case<'_>, found: &mut Vec<Finding>) {
             0 => String::new(),
             all => format!("; nothing was measured at {} of joints", count(all, "row")),
         };
+        let ignored = match joined.ignored.as_slice() {
+            [] => String::new(),
+            columns => format!(" Columns not used: {}.", columns.join(", ")),
+        };
         let text = format!(
-            "{} matched with the joints of {} {by}{unused}.",
+            "{} matched with the joints of {} {by}{unused}.{ignored}",
             count(readings.rows.len(), "row"),
             joined.joints_file
         );
@@ -150,6 +158,7 @@ fn of_files(case: &Case<'_>, found: &mut Vec<Finding>) {
             "joints_file": joined.joints_file,
             "by": joined.by,
             "unused": joined.unused,
+            "ignored": joined.ignored,
             "rows": readings.rows.len(),
         });
         found.push(note("joined", figures, text));

@@ -183,11 +183,7 @@ fn judge(case: &Case<'_>, found: Option<&Found>) -> Result<Judged, Objection> {
 }
 
 /// Judges a solution of the case.
-fn judged(
-    case: &Case<'_>,
-    solution: Solution,
-    found: Option<&Found>,
-) -> Result<Judged, Objection> {
+fn judged(case: &Case<'_>, solution: Solution, found: Option<&Found>) -> Result<Judged, Objection> {
     let robot = case.robot;
     let mut noise: Vec<_> = solution.noise.iter().filter_map(NoiseTest::of).collect();
     for test in &mut noise {

@@ -286,22 +286,27 @@ pub struct TransmissionReport {
     pub second_harmonic_deg: f64,
 }
 
-fn planes(readings: &Readings, solution: &Solution, convention: &Convention) -> Vec<PlaneReport> {
+/// Planes and points stand where the target meets them.
+fn planes(readings: &Readings, solution: &Solution, robot: &RobotFile) -> Vec<PlaneReport> {
+    let convention = &robot.convention;
+    let target = robot.instruments.target_place();
     let found = readings.planes.iter().zip(&solution.places.planes);
     let of_plane = |(name, plane): (&String, &PlaneFound)| PlaneReport {
         name: name.clone(),
         normal: convention.vector(&plane.normal).data.0[0],
-        z_mm: convention.vector(&Vector3::z()).z * plane.offset / plane.normal.z,
+        z_mm: convention.vector(&Vector3::z()).z * (plane.offset + plane.normal.dot(&target))
+            / plane.normal.z,
         tilt_deg: degrees(plane.normal.xy().norm().atan2(plane.normal.z)),
     };
     found.map(of_plane).collect()
 }
 
-fn points(readings: &Readings, solution: &Solution, convention: &Convention) -> Vec<PointReport> {
+fn points(readings: &Readings, solution: &Solution, robot: &RobotFile) -> Vec<PointReport> {
+    let target = robot.instruments.target_place();
     let found = readings.points.iter().zip(&solution.places.points);
     let of_point = |(name, point): (&String, &PointFound)| PointReport {
         name: name.clone(),
-        place_mm: convention.vector(&point.place).data.0[0],
+        place_mm: robot.convention.vector(&(point.place + target)).data.0[0],
         offset_mm: point.offset,
     };
     found.map(of_point).collect()
@@ -355,8 +360,8 @@ impl Report {
             sensor_frame: frame
                 .as_ref()
                 .map(|own| FrameReport::of(own, &before.convention)),
-            planes: planes(readings, solution, &before.convention),
-            points: points(readings, solution, &before.convention),
+            planes: planes(readings, solution, before),
+            points: points(readings, solution, before),
             transmissions: transmissions(solution),
             suspected_samples: suspected,
             next_poses: next_poses(before, solution, &judged.poses.inside),

@@ -158,7 +158,9 @@ impl Effect {
         let size = match (by, self.kind) {
             ([only], _) => *only,
             // The size of a move is that of its translation.
-            ([x, y, z, ..], EffectKind::Move | EffectKind::Datum) => Vector3::new(*x, *y, *z).norm(),
+            ([x, y, z, ..], EffectKind::Move | EffectKind::Datum) => {
+                Vector3::new(*x, *y, *z).norm()
+            }
             (several, _) => DVector::from_column_slice(several).norm(),
         };
         let (size, sigma) = (in_unit(size), in_unit(sigma));
@@ -197,110 +199,112 @@ impl Effect {
         let length = |own: f64| significant(own * (1.0 + by[0]), 4);
         let (size, of_sigma) = (significant(signed.abs(), 2), significant(sigma, 1));
         let farther = if signed > 0.0 { "farther" } else { "less far" };
-    let what = match self.kind {
-        EffectKind::GearRatio => format!(
-            "the joint turns {farther} than it reports, in proportion to the angle, by {size} ± {of_sigma} \
+        let what = match self.kind {
+            EffectKind::GearRatio => format!(
+                "the joint turns {farther} than it reports, in proportion to the angle, by {size} ± {of_sigma} \
              of it: a wrong gear ratio"
-        ),
-        EffectKind::Eccentricity => format!(
-            "the joint has an error that repeats once a turn, with an amplitude of \
+            ),
+            EffectKind::Eccentricity => format!(
+                "the joint has an error that repeats once a turn, with an amplitude of \
              {size}° ± {of_sigma}°; an eccentric gear or encoder"
-        ),
-        EffectKind::SecondHarmonic => format!(
-            "the joint has an error that repeats twice a turn, with an amplitude of \
+            ),
+            EffectKind::SecondHarmonic => format!(
+                "the joint has an error that repeats twice a turn, with an amplitude of \
              {size}° ± {of_sigma}°; a misaligned coupling or a distorted encoder disc"
-        ),
-        EffectKind::UnevenTravel => format!(
-            "at the ends of its measured range the carriage is {farther} along its tower than in the middle, by \
+            ),
+            EffectKind::UnevenTravel => format!(
+                "at the ends of its measured range the carriage is {farther} along its tower than in the middle, by \
              {size} ± {of_sigma} mm; a bent tower or an uneven belt or screw"
-        ),
-        EffectKind::Backlash => {
-            let (joint, unit, of) = match drive {
-                Drive::Rotary => ("joint", "°", "backlash or hysteresis of the gear"),
-                Drive::Linear => ("carriage", " mm", "backlash of the belt or the screw"),
-            };
-            format!(
-                "the {joint}'s error changes with the direction of its last move, by \
+            ),
+            EffectKind::Backlash => {
+                let (joint, unit, of) = match drive {
+                    Drive::Rotary => ("joint", "°", "backlash or hysteresis of the gear"),
+                    Drive::Linear => ("carriage", " mm", "backlash of the belt or the screw"),
+                };
+                format!(
+                    "the {joint}'s error changes with the direction of its last move, by \
                  ±{size}{unit} (σ {of_sigma}{unit}): {of}, if the rows are in \
                  measured order"
-            )
-        }
-        EffectKind::Sag => format!(
-            "the platform is {} with its distance from the robot's axis, by {size} ± {of_sigma} mm \
+                )
+            }
+            EffectKind::Sag => format!(
+                "the platform is {} with its distance from the robot's axis, by {size} ± {of_sigma} mm \
              at the largest distance; arms or a frame that bend under the load",
-            if signed > 0.0 { "lower" } else { "higher" }
-        ),
-        EffectKind::Drift => format!(
-            "the measured positions drift by {size} ± {of_sigma} mm from the first row to the \
+                if signed > 0.0 { "lower" } else { "higher" }
+            ),
+            EffectKind::Drift => format!(
+                "the measured positions drift by {size} ± {of_sigma} mm from the first row to the \
              last (x {:+.3}, y {:+.3}, z {:+.3} mm); a sensor that moves or a robot that warms up, if the rows are in \
              measured order",
-            moved.x, moved.y, moved.z
-        ),
-        EffectKind::Slip => format!(
-            "the joint zero jumps by {} ± {of_sigma}{} at line {line}",
-            significant(convention.degrees(by[0]), 2),
-            joint::mark(drive)
-        ),
-        EffectKind::Move if !readings.holds(Kind::Position) => {
-            format!("from line {line} on, all heights are off by {size} mm")
-        }
-        EffectKind::Move => format!(
-            "from line {line} on, the positions are moved by ({:.2}, {:.2}, {:.2}) mm and turned by {}°",
-            moved.x,
-            moved.y,
-            moved.z,
-            significant(vector(&by[3..]).norm().to_degrees(), 2)
-        ),
-        EffectKind::Datum => format!("the datum points put the sensor {size} mm beside its place"),
-        EffectKind::Zeros => {
-            let each: Vec<_> = (1..)
-                .zip(by)
-                .map(|(arm, by)| format!("arm {arm} {:+.1}°", by.to_degrees()))
-                .collect();
-            let hang = if by.iter().all(|own| *own < 0.0) {
-                " (the arms hang lower than their joints read)"
-            } else if by.iter().all(|own| *own > 0.0) {
-                " (the arms hang higher than their joints read)"
-            } else {
-                ""
-            };
-            format!("the joint zeros are off: {}{hang}", list(&each))
-        }
-        EffectKind::Gears if drive == Drive::Linear => {
-            format!("the steps per mm are off by {percent}")
-        }
-        EffectKind::Gears => format!("the gear ratio is off by {percent}"),
-        EffectKind::Radius => format!(
-            "the radius is off by {percent} (base less platform {} mm)",
-            length(arm.d().xy().norm())
-        ),
-        EffectKind::Forearm => {
-            format!("the forearms are {} mm long ({percent})", length(arm.lb()))
-        }
-        EffectKind::UpperArm => format!(
-            "the upper arms are {} mm long ({percent})",
-            length(arm.upper_arm_length())
-        ),
-        EffectKind::Size => format!(
-            "all lengths are {:.2} % {}, or the instrument's scale is that far off",
-            100.0 * signed.abs(),
-            if signed > 0.0 { "larger" } else { "smaller" }
-        ),
-        EffectKind::Target => format!(
-            "the target is {size} ± {of_sigma} mm beside its stated place (x {:+.3}, y {:+.3}, z {:+.3} mm)",
-            moved.x, moved.y, moved.z
-        ),
-        EffectKind::Scale => format!(
-            "all measured lengths are {} ± {} % {} than the robot makes them; a sheet printed at \
+                moved.x, moved.y, moved.z
+            ),
+            EffectKind::Slip => format!(
+                "the joint zero jumps by {} ± {of_sigma}{} at line {line}",
+                significant(convention.degrees(by[0]), 2),
+                joint::mark(drive)
+            ),
+            EffectKind::Move if !readings.holds(Kind::Position) => {
+                format!("from line {line} on, all heights are off by {size} mm")
+            }
+            EffectKind::Move => format!(
+                "from line {line} on, the positions are moved by ({:.2}, {:.2}, {:.2}) mm and turned by {}°",
+                moved.x,
+                moved.y,
+                moved.z,
+                significant(vector(&by[3..]).norm().to_degrees(), 2)
+            ),
+            EffectKind::Datum => {
+                format!("the datum points put the sensor {size} mm beside its place")
+            }
+            EffectKind::Zeros => {
+                let each: Vec<_> = (1..)
+                    .zip(by)
+                    .map(|(arm, by)| format!("arm {arm} {:+.1}°", by.to_degrees()))
+                    .collect();
+                let hang = if by.iter().all(|own| *own < 0.0) {
+                    " (the arms hang lower than their joints read)"
+                } else if by.iter().all(|own| *own > 0.0) {
+                    " (the arms hang higher than their joints read)"
+                } else {
+                    ""
+                };
+                format!("the joint zeros are off: {}{hang}", list(&each))
+            }
+            EffectKind::Gears if drive == Drive::Linear => {
+                format!("the steps per mm are off by {percent}")
+            }
+            EffectKind::Gears => format!("the gear ratio is off by {percent}"),
+            EffectKind::Radius => format!(
+                "the radius is off by {percent} (base less platform {} mm)",
+                length(arm.d().xy().norm())
+            ),
+            EffectKind::Forearm => {
+                format!("the forearms are {} mm long ({percent})", length(arm.lb()))
+            }
+            EffectKind::UpperArm => format!(
+                "the upper arms are {} mm long ({percent})",
+                length(arm.upper_arm_length())
+            ),
+            EffectKind::Size => format!(
+                "all lengths are {:.2} % {}, or the instrument's scale is that far off",
+                100.0 * signed.abs(),
+                if signed > 0.0 { "larger" } else { "smaller" }
+            ),
+            EffectKind::Target => format!(
+                "the target is {size} ± {of_sigma} mm beside its stated place (x {:+.3}, y {:+.3}, z {:+.3} mm)",
+                moved.x, moved.y, moved.z
+            ),
+            EffectKind::Scale => format!(
+                "all measured lengths are {} ± {} % {} than the robot makes them; a sheet printed at \
              another size or an instrument of another scale",
-            significant(100.0 * signed.abs(), 2),
-            significant(100.0 * sigma, 1),
-            if signed > 0.0 { "larger" } else { "smaller" }
-        ),
-    };
-    match self.arm {
-        Some(arm) => format!("{arm}: {what}"),
-        None => what,
+                significant(100.0 * signed.abs(), 2),
+                significant(100.0 * sigma, 1),
+                if signed > 0.0 { "larger" } else { "smaller" }
+            ),
+        };
+        match self.arm {
+            Some(arm) => format!("{arm}: {what}"),
+            None => what,
+        }
     }
-}
 }

@@ -82,7 +82,9 @@ impl Causes {
         };
         let effects = best.hypothesis.effects.iter();
         let outside = effects.filter(|own| !own.kind.is_number());
-        causes.found = outside.filter_map(|own| cause(case, found, best, own)).collect();
+        causes.found = outside
+            .filter_map(|own| cause(case, found, best, own))
+            .collect();
         if causes.found.iter().any(|own| own.kind == EffectKind::Drift) {
             causes.hidden_drift = None;
         }
@@ -102,7 +104,9 @@ fn cause(case: &Case<'_>, found: &Found, best: &Fitted, effect: &Effect) -> Opti
     let by = DVector::from_column_slice(&estimate.by);
     let along = by.normalize();
     let sigma = (along.transpose() * &covariance * &along)[(0, 0)].sqrt();
-    let squares = covariance.cholesky().map_or(0.0, |own| own.solve(&by).dot(&by));
+    let squares = covariance
+        .cholesky()
+        .map_or(0.0, |own| own.solve(&by).dot(&by));
     let drive = case.robot.robot.drive();
     let (own, sigma, text) = effect.described(&estimate.by, sigma, case.robot, case.readings);
     let others: Vec<_> = others(found, effect).collect();
@@ -133,9 +137,14 @@ fn cause(case: &Case<'_>, found: &Found, best: &Fitted, effect: &Effect) -> Opti
 fn others<'a>(found: &'a Found, effect: &'a Effect) -> impl Iterator<Item = &'a Effect> {
     let best = found.best.iter().flat_map(|own| &own.hypothesis.effects);
     let best: Vec<_> = best.collect();
-    let without = found.rivals.iter().filter(|own| !own.hypothesis.effects.contains(effect));
+    let without = found
+        .rivals
+        .iter()
+        .filter(|own| !own.hypothesis.effects.contains(effect));
     let all = without.flat_map(|own| &own.hypothesis.effects);
-    all.filter(move |own| !best.contains(own) && !(own.kind == effect.kind && own.arm == effect.arm))
+    all.filter(move |own| {
+        !best.contains(own) && !(own.kind == effect.kind && own.arm == effect.arm)
+    })
 }
 
 /// How far positions of the calibrated robot are from those of the robot with its causes, rms, mm, absolute and relative,
@@ -143,14 +152,20 @@ fn others<'a>(found: &'a Found, effect: &'a Effect) -> impl Iterator<Item = &'a 
 fn discrepancy(best: &Fitted, solution: &Solution, poses: &[Sample<f64>]) -> [f64; 2] {
     let robot = &best.solution.robot;
     let course = Course::of(robot, &best.solution.places, &best.solution.readings);
-    let own = best.hypothesis.effects.iter().filter(|own| {
-        own.kind.is_of_joint() || own.kind == EffectKind::Sag
-    });
-    let own: Vec<_> = own.filter_map(|own| Some((own.at(0), &best.estimate(own)?.by))).collect();
+    let own = best
+        .hypothesis
+        .effects
+        .iter()
+        .filter(|own| own.kind.is_of_joint() || own.kind == EffectKind::Sag);
+    let own: Vec<_> = own
+        .filter_map(|own| Some((own.at(0), &best.estimate(own)?.by)))
+        .collect();
     let error = |pose: &Sample<f64>, directions: [f64; 3]| {
         let at = At::new(robot, &pose.joints)?;
         let here = course.anywhere(&at, directions);
-        let moved = own.iter().map(|(effect, by)| effect.displacement(&at, &here, 0, by));
+        let moved = own
+            .iter()
+            .map(|(effect, by)| effect.displacement(&at, &here, 0, by));
         let there = at.position + moved.sum::<SVector<f64, 3>>();
         let calibrated = solution.robot.forward(&pose.joints).ok()?;
         Some((*pose, there - calibrated))
@@ -173,7 +188,9 @@ impl Found {
     /// Whether an effect explains the readings, not single rows alone.
     pub(crate) fn is_fault(&self) -> bool {
         let best = self.best.iter();
-        best.flat_map(|own| &own.hypothesis.effects).next().is_some()
+        best.flat_map(|own| &own.hypothesis.effects)
+            .next()
+            .is_some()
     }
 
     /// The explanations, if they leave nothing else to explain.
@@ -216,12 +233,19 @@ fn what(case: &Case<'_>, fitted: &Fitted) -> Option<String> {
     let effects = fitted.hypothesis.effects.iter().filter_map(|own| {
         let estimate = fitted.estimate(own)?;
         let covariance = &fitted.solution.covariance;
-        let variance: f64 = estimate.places().map(|place| covariance[(place, place)]).sum();
+        let variance: f64 = estimate
+            .places()
+            .map(|place| covariance[(place, place)])
+            .sum();
         let (.., text) = own.described(&estimate.by, variance.sqrt(), case.robot, case.readings);
         Some(text)
     });
     let mut all: Vec<_> = effects.collect();
-    let rows = fitted.hypothesis.rows.iter().filter_map(|row| case.readings.rows.get(*row));
+    let rows = fitted
+        .hypothesis
+        .rows
+        .iter()
+        .filter_map(|row| case.readings.rows.get(*row));
     let lines: Vec<_> = rows.map(|row| row.line).collect();
     if !lines.is_empty() {
         all.push(format!("{} disagree with the others", in_lines(&lines)));

@@ -177,9 +177,7 @@ impl Scan {
         let gain = |counted: &Counted| {
             let shared = counted.by_unknowns.transpose();
             let held = &counted.by_unknowns * self.normal.solve(&shared);
-            let read = |reading: &usize| {
-                counted.by_positions[0][*reading] != Vector3::zeros()
-            };
+            let read = |reading: &usize| counted.by_positions[0][*reading] != Vector3::zeros();
             let read: Vec<_> = (0..READINGS).filter(read).collect();
             let left = DMatrix::identity(READINGS, READINGS) - held;
             let left = left.select_rows(&read).select_columns(&read);

@@ -102,7 +102,10 @@ impl Fitted {
 
     /// The estimate of an effect.
     pub(crate) fn estimate(&self, effect: &Effect) -> Option<&Estimated> {
-        self.solution.effects.iter().find(|own| own.effect == *effect)
+        self.solution
+            .effects
+            .iter()
+            .find(|own| own.effect == *effect)
     }
 }
 
@@ -145,7 +148,11 @@ pub(crate) fn search(case: &Case<'_>) -> Option<Found> {
         ..*case
     };
     let mut moves = Directions::default();
-    let directions = case.readings.rows.iter().map(|row| moves.next(&row.value.joints));
+    let directions = case
+        .readings
+        .rows
+        .iter()
+        .map(|row| moves.next(&row.value.joints));
     let mut search = Search {
         case,
         options,
@@ -187,9 +194,16 @@ pub(crate) fn search(case: &Case<'_>) -> Option<Found> {
                 }
             }
         }
-        let misfit = all.iter().chain(&next).map(Fitted::misfit).fold(f64::INFINITY, f64::min);
+        let misfit = all
+            .iter()
+            .chain(&next)
+            .map(Fitted::misfit)
+            .fold(f64::INFINITY, f64::min);
         next.sort_by(|a, b| a.score(misfit).total_cmp(&b.score(misfit)));
-        let before = all.iter().map(|own| own.score(misfit)).fold(f64::INFINITY, f64::min);
+        let before = all
+            .iter()
+            .map(|own| own.score(misfit))
+            .fold(f64::INFINITY, f64::min);
         let gains = next.first().is_some_and(|own| own.score(misfit) < before);
         if !gains {
             break;
@@ -200,7 +214,9 @@ pub(crate) fn search(case: &Case<'_>) -> Option<Found> {
     let misfit = all.iter().map(Fitted::misfit).fold(f64::INFINITY, f64::min);
     all.sort_by(|a, b| a.score(misfit).total_cmp(&b.score(misfit)));
     let base = found.base.score(misfit);
-    let mut ranked = all.into_iter().filter(|own| own.hypothesis != Hypothesis::default());
+    let mut ranked = all
+        .into_iter()
+        .filter(|own| own.hypothesis != Hypothesis::default());
     if let Some(best) = ranked.next().filter(|own| own.score(misfit) < base) {
         found.gain = base - best.score(misfit);
         let count = best.hypothesis.effects.len();
@@ -267,9 +283,15 @@ impl Search<'_> {
         let readings = self.case.readings;
         let penalties = self.penalties(&hypothesis);
         // Before its first move, the direction of a joint is not known.
-        let of_backlash = hypothesis.effects.iter().filter(|own| own.kind == EffectKind::Backlash);
-        let arms: Vec<_> = of_backlash.filter_map(|own| Some(own.arm?.index())).collect();
-        let still = (0..self.rows).filter(|row| arms.iter().any(|arm| self.directions[*row][*arm] == 0.0));
+        let of_backlash = hypothesis
+            .effects
+            .iter()
+            .filter(|own| own.kind == EffectKind::Backlash);
+        let arms: Vec<_> = of_backlash
+            .filter_map(|own| Some(own.arm?.index()))
+            .collect();
+        let still =
+            (0..self.rows).filter(|row| arms.iter().any(|arm| self.directions[*row][*arm] == 0.0));
         hypothesis.rows.extend(still);
         hypothesis.rows.sort_unstable();
         hypothesis.rows.dedup();
@@ -280,13 +302,21 @@ impl Search<'_> {
             !hypothesis.rows.contains(&(index - 1))
         });
         let shifted = |own: &Effect| {
-            let before = hypothesis.rows.iter().filter(|row| **row < own.index).count();
+            let before = hypothesis
+                .rows
+                .iter()
+                .filter(|row| **row < own.index)
+                .count();
             match own.kind {
                 EffectKind::Slip | EffectKind::Move => own.at(own.index - before),
                 _ => *own,
             }
         };
-        let opened: Vec<_> = hypothesis.effects.iter().map(|own| Estimated::open(shifted(own))).collect();
+        let opened: Vec<_> = hypothesis
+            .effects
+            .iter()
+            .map(|own| Estimated::open(shifted(own)))
+            .collect();
         let robot = self.case.robot;
         let mut solution = solve_with(robot, &kept, &self.options, (&opened, false)).ok()?;
         for (own, effect) in opened.iter().zip(&hypothesis.effects) {
@@ -296,14 +326,22 @@ impl Search<'_> {
             }
         }
         let stated = solution.estimated_freedom().is_none();
-        let factor = if stated { self.widened_by(&solution) } else { 1.0 };
+        let factor = if stated {
+            self.widened_by(&solution)
+        } else {
+            1.0
+        };
         let squares = solution.squares() * factor * factor;
         let prior = solution.cost() - solution.squares();
         let freedom = solution.degrees_of_freedom() - hypothesis.unknowns() as f64;
         // Of an estimated noise, its restricted likelihood, with the degrees of freedom of all readings.
         let per_reading = solution.log_spread / f64::max(kept.readings() as f64, 1.0);
         let spread = 2.0 * per_reading * self.freedom.unwrap_or(freedom);
-        let (squares, own) = if stated { (squares, 0.0) } else { (0.0, spread) };
+        let (squares, own) = if stated {
+            (squares, 0.0)
+        } else {
+            (0.0, spread)
+        };
         Some(Fitted {
             squares,
             rest: prior + own + penalties,
@@ -317,7 +355,10 @@ impl Search<'_> {
     fn widened_by(&self, solution: &Solution) -> f64 {
         let facts = &self.case.robot.instruments;
         let stated = [
-            (Kind::Position, self.case.robot.noise.map(|own| own.position())),
+            (
+                Kind::Position,
+                self.case.robot.noise.map(|own| own.position()),
+            ),
             (Kind::Height, facts.height_noise),
             (Kind::Distance, facts.distance_noise),
         ];
@@ -337,7 +378,10 @@ impl Search<'_> {
         };
         while let Some(step) = steps(&best) {
             let beside = [step.index.checked_sub(1), Some(step.index + 1)];
-            let beside = beside.into_iter().flatten().filter(|row| (1..self.rows).contains(row));
+            let beside = beside
+                .into_iter()
+                .flatten()
+                .filter(|row| (1..self.rows).contains(row));
             let moved = beside.filter_map(|row| {
                 let mut hypothesis = best.hypothesis.clone();
                 *hypothesis.effects.last_mut()? = step.at(row);
@@ -361,7 +405,11 @@ impl Search<'_> {
             ..self.options
         };
         let solution = solve(self.case.robot, self.case.readings, &options).ok()?;
-        let rows = solution.rows.iter().enumerate().filter(|(_, fit)| fit.suspected);
+        let rows = solution
+            .rows
+            .iter()
+            .enumerate()
+            .filter(|(_, fit)| fit.suspected);
         let rows: Vec<_> = rows.map(|(row, _)| row).collect();
         (!rows.is_empty()).then(|| Hypothesis::without(&rows))
     }
@@ -387,9 +435,8 @@ impl Search<'_> {
         let drive = self.case.robot.robot.drive();
         let count = left.len();
         let mut kinds: Vec<Vec<Gain>> = Vec::new();
-        let throughout = |effects: &[Effect]| {
-            Some((scan.throughout(effects)?, Hypothesis::of(effects)))
-        };
+        let throughout =
+            |effects: &[Effect]| Some((scan.throughout(effects)?, Hypothesis::of(effects)));
         for kind in EffectKind::all(drive) {
             let gains = match kind {
                 EffectKind::Backlash => sets()
@@ -417,17 +464,19 @@ impl Search<'_> {
                 EffectKind::Size,
             ];
             let turns = drive == Drive::Rotary;
-            let numbers = numbers.into_iter().filter(|kind| {
-                turns || !matches!(kind, EffectKind::Zeros | EffectKind::UpperArm)
-            });
+            let numbers = numbers
+                .into_iter()
+                .filter(|kind| turns || !matches!(kind, EffectKind::Zeros | EffectKind::UpperArm));
             kinds.extend(numbers.map(|kind| throughout(&[Effect::of(kind)]).into_iter().collect()));
         }
-        let slips = ArmIndex::ALL.map(|arm| {
-            scan.steps(Effect::of_arm(EffectKind::Slip, arm), 1..count)
-        });
+        let slips =
+            ArmIndex::ALL.map(|arm| scan.steps(Effect::of_arm(EffectKind::Slip, arm), 1..count));
         kinds.push(slips.into_iter().flatten().collect());
         if count > 2 * LEAST_ROWS {
-            let moves = scan.steps(Effect::of(EffectKind::Move), LEAST_ROWS..count - LEAST_ROWS + 1);
+            let moves = scan.steps(
+                Effect::of(EffectKind::Move),
+                LEAST_ROWS..count - LEAST_ROWS + 1,
+            );
             kinds.push(moves);
         }
         kinds.push(scan.rows());
@@ -435,13 +484,16 @@ impl Search<'_> {
         let stated = state.solution.effects.iter().filter(|own| {
             let each = own.by.iter().zip(&own.mean).zip(&own.sigma);
             let mut sigmas = each.map(|((by, mean), sigma)| (by - mean).abs() / sigma);
-            own.effect.kind == EffectKind::Target && sigmas.any(|own| own > DOUBTFUL && own.is_finite())
+            own.effect.kind == EffectKind::Target
+                && sigmas.any(|own| own > DOUBTFUL && own.is_finite())
         });
         let stated: Vec<_> = stated.map(|own| Hypothesis::of(&[own.effect])).collect();
         let solution = &state.solution;
         let variance = (solution.squares() / solution.degrees_of_freedom().max(1.0)).max(1.0);
-        let mut chosen: Vec<_> =
-            stated.iter().filter_map(|own| state.hypothesis.and(own)).collect();
+        let mut chosen: Vec<_> = stated
+            .iter()
+            .filter_map(|own| state.hypothesis.and(own))
+            .collect();
         for mut gains in kinds {
             gains.sort_by(|a, b| b.0.total_cmp(&a.0));
             for (gain, hypothesis) in gains.into_iter().take(OF_EACH_KIND) {

@@ -279,8 +279,8 @@ impl ColumnMapping {
     /// The quantity mapped to a column number (`place` counts from 0); `None` if one of the names is that number.
     pub(crate) fn of_place(&self, place: usize, names: &[String]) -> Option<ColumnName> {
         let number = (place + 1).to_string();
-        let numbered = !names.contains(&number);
-        numbered.then(|| self.of_column(&number)).flatten()
+        let mapped = self.of_column(&number)?;
+        (!names.contains(&number)).then_some(mapped)
     }
 
     /// The quantity mapped to a column name.

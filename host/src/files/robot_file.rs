@@ -215,6 +215,11 @@ impl InstrumentFacts {
     pub fn target(&self) -> Option<&Target> {
         self.targets.iter().find(|own| own.name == ONLY_TARGET)
     }
+
+    /// Where it is, mm; at the platform point if none is stated.
+    pub fn target_place(&self) -> Vector3<f64> {
+        self.target().map_or_else(Vector3::zeros, |own| own.place)
+    }
 }
 
 /// A plane of known height.

@@ -8,9 +8,9 @@ use super::convention::Convention;
 use super::input::{InputError, InputText};
 use super::robot_file::RobotFile;
 use crate::text::list;
-use delta_cal::Sample;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
+use delta_cal::{Noise, Sample};
 use nalgebra::Vector3;
 pub use pairs::Joined;
 use serde::Serialize;
@@ -203,7 +203,7 @@ impl Readings {
     /// # Errors
     /// The first fault: a missing, unknown or duplicate column, a row of the wrong length, a number that is invalid or
     /// not finite, a joint angle more than 1° outside the limits, no rows; a row without a reading, a coordinate that
-    /// is blank in only a few rows; a distance that is not above 0, or starts nowhere, or starts both at a point and at
+    /// is blank, not -, in only a few rows; a distance that is not above 0, or starts nowhere, or starts both at a point and at
     /// a pose; a plane or point without a reading; all rows identical.
     pub fn read(input: &InputText, robot: &RobotFile) -> Result<Self, InputError> {
         if let Some(joints) = input.beside() {
@@ -213,7 +213,8 @@ impl Readings {
         table.require(&Quantity::joints(robot.limits.drive()))?;
         table.require_readings()?;
         let mut file = Self::of_name(input.name());
-        let rows = table.rows(|row| file.reading(row, row.joints(robot)?, robot))?;
+        let mut rows = table.rows(|row| file.reading(row, row.joints(robot)?, robot))?;
+        rows.retain(|row| row.value.readings() > 0);
         file.with_rows(&table, rows)
     }
 
@@ -233,6 +234,10 @@ impl Readings {
     }
 
     fn with_rows(self, table: &Table<'_>, rows: Vec<Row<Reading>>) -> Result<Self, InputError> {
+        if rows.is_empty() {
+            let error = InputError::new(self.name, "nothing was measured in any row");
+            return Err(error.with_remedy("fill in what was measured"));
+        }
         check_blanks(table, &rows)?;
         let count = rows.len();
         let mut file = Self {
@@ -345,14 +350,14 @@ impl Readings {
         self.rows.iter().map(bits).collect::<BTreeSet<_>>().len()
     }
 
-    /// Transforms every complete position to another frame.
+    /// Transforms every complete position to another frame. Coordinates of incomplete ones have none there.
     #[must_use]
     pub(crate) fn turned(&self, by: &RigidTransform<f64>) -> Self {
         let mut turned = self.clone();
         for row in &mut turned.rows {
-            if let Some(sample) = row.value.sample() {
-                row.value.position = by.apply(&sample.position).data.0[0].map(Some);
-            }
+            let sample = row.value.sample();
+            let turned = |own: Sample<f64>| by.apply(&own.position).data.0[0].map(Some);
+            row.value.position = sample.map_or([None; 3], turned);
         }
         turned
     }
@@ -366,6 +371,19 @@ impl Readings {
             }
         }
         self
+    }
+
+    /// The robot with the noise that rows state in place of its own; the σ of each row sets its weight relative to it.
+    pub(crate) fn noise_into(&self, robot: &RobotFile) -> RobotFile {
+        let [position, height, distance] = Kind::ALL.map(|kind| self.stated_sigma(kind));
+        let mut own = robot.clone();
+        let facts = &mut own.instruments;
+        let joint = robot.noise.map(|noise| noise.joint()).or(facts.joint_noise);
+        let noise = position.and_then(|sigma| Noise::new(sigma, joint.unwrap_or_default()).ok());
+        own.noise = noise.or(robot.noise);
+        facts.height_noise = height.or(facts.height_noise);
+        facts.distance_noise = distance.or(facts.distance_noise);
+        own
     }
 
     /// A fault of the row at an index, with its line.
@@ -393,9 +411,14 @@ impl Readings {
 /// Refuses coordinates that are blank in only a few rows.
 fn check_blanks(table: &Table<'_>, rows: &[Row<Reading>]) -> Result<(), InputError> {
     let has = Quantity::COORDINATES.map(|quantity| table.has_any(&[quantity]));
+    let [x, y, z] = Quantity::COORDINATES.map(|quantity| table.unmeasured(quantity));
+    let unmeasured = [x?, y?, z?];
     let mut groups: BTreeMap<[bool; 3], (usize, u64)> = BTreeMap::new();
     for row in rows {
-        let blank = [0, 1, 2].map(|axis| has[axis] && row.value.position[axis].is_none());
+        let blank = [0, 1, 2].map(|axis| {
+            let missing = has[axis] && row.value.position[axis].is_none();
+            missing && !unmeasured[axis].contains(&row.line)
+        });
         if blank.contains(&true) && blank != has {
             groups.entry(blank).or_insert((0, row.line)).0 += 1;
         }
@@ -409,8 +432,8 @@ fn check_blanks(table: &Table<'_>, rows: &[Row<Reading>]) -> Result<(), InputErr
     let column = table.name_of(Quantity::COORDINATES[axis]);
     let cause = format!("the cell is blank in {count} of {} rows", rows.len());
     let remedy = format!(
-        "fill it in or delete the row; blanks are meant where {LEAST_GROUP} rows and one in {ONE_IN} have the same \
-         cells blank"
+        "fill it in, or write - if it was not measured; a blank means that where at least {LEAST_GROUP} rows, and one in \
+         {ONE_IN}, have the same"
     );
     Err(InputError::new(table.input.name(), cause)
         .at_line(*line)
@@ -456,7 +479,7 @@ impl Readings {
             sigma: sigma(row)?,
             target: self.target(row),
         };
-        if reading.readings() == 0 {
+        if reading.readings() == 0 && !row.is_unmeasured() {
             return Err(row
                 .fault_of_row("nothing was measured in this row")
                 .with_remedy(
@@ -531,6 +554,7 @@ impl Readings {
     ) -> Result<Reading, InputError> {
         let mut own = Reading {
             target: self.target(row),
+            sigma: sigma(row)?,
             ..Reading::at(row.joints(robot)?)
         };
         if let Some(from) = self.start(row, robot)? {

@@ -6,6 +6,7 @@ use crate::files::input::InputError;
 use crate::files::robot_file::{DatumPoint, RobotFile};
 use crate::text::count;
 use delta_cal::frame::RigidTransform;
+use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// Fewest points that determine a frame.
 const LEAST: usize = 3;
@@ -158,4 +159,16 @@ impl Datum {
             .iter()
             .map(move |point| (point, point.sigma.unwrap_or(shown).hypot(noise)))
     }
+}
+
+/// (I, −[x]×): displacement of a point by a translation and a rotation.
+pub(crate) fn motion(x: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
+    let mut columns = SMatrix::<f64, 3, 6>::zeros();
+    columns
+        .fixed_columns_mut::<3>(0)
+        .copy_from(&Matrix3::identity());
+    columns
+        .fixed_columns_mut::<3>(3)
+        .copy_from(&-x.cross_matrix());
+    columns
 }

@@ -1,6 +1,6 @@
 //! The core's three estimators applied to readings with given noise, and the residuals of every row.
 
-use super::observations::{instruments, is_stated, observation, places as known_places};
+use super::observations::{instruments, is_stated, places as known_places, row as weighted};
 use super::robust;
 use super::solution::{
     KindNoise, Levels, MOST, PARAMETERS, Places, PlaneFound, PointFound, RowFit, Sensitivity,
@@ -86,15 +86,8 @@ impl Task<'_> {
         let (planes, points) = known_places(self.robot, self.readings);
         let instruments = instruments(self.robot, self.frame, &planes, &points, levels)?;
         let rows = self.readings.rows.iter();
-        let mut rows = rows
-            .map(|row| {
-                let mut own = ObservationRow::new(observation(&row.value)?);
-                if let (Some(sigma), Some(kind)) = (row.value.sigma, row.value.kind()) {
-                    own.set_weight((levels.of(kind) / sigma).powi(2));
-                }
-                Ok(own)
-            })
-            .collect::<Result<Vec<_>, Unsolved>>()?;
+        let rows = rows.map(|row| weighted(&row.value, levels));
+        let mut rows = rows.collect::<Result<Vec<_>, Unsolved>>()?;
         let (own, rows) = (&instruments, rows.as_mut_slice());
         if PARAMETERS + instruments.unknowns() <= FEW {
             self.with_room::<FEW>(own, rows, &settings, levels, given)

@@ -126,6 +126,7 @@ pub(super) fn jointly(
     }
     let mut state = State {
         own: robot.robot.clone(),
+        counted: robot.instruments.target_place(),
         found: Places {
             frame: datum.as_ref().map(|own| own.frame),
             ..Places::default()
@@ -138,7 +139,7 @@ pub(super) fn jointly(
         state.found.frame = state.aligned(readings);
     }
     for round in 1.. {
-        let course = Course::of(&state.own, &state.found, readings);
+        let course = state.course(readings);
         let undone = state.without(&course, readings);
         let sensor = state.datum.as_ref().and(state.found.frame);
         let (seen, within) = match sensor {
@@ -215,34 +216,35 @@ fn widened(
     Err(why)
 }
 
-/// The readings of the platform point where targets are as stated, in their frame: a known one, or the one in which the
-/// robot of the file fits best.
+/// The readings of the platform point where targets are as stated, in the frame that they are in: a known one, or the one in
+/// which the robot of the file fits best.
 pub(crate) fn of_platform_point(
     robot: &RobotFile,
     readings: &Readings,
-    frame: Frame,
     known: Option<RigidTransform<f64>>,
 ) -> Readings {
-    let datum = Datum::of(robot, frame).ok().flatten();
     let mut state = State {
         own: robot.robot.clone(),
+        counted: robot.instruments.target_place(),
         found: Places {
-            frame: known.or_else(|| datum.as_ref().map(|own| own.frame)),
+            frame: known,
             ..Places::default()
         },
         datum: None,
-        effects: stated(robot, readings, frame),
+        effects: stated(robot, readings, Frame::Base),
     };
-    if frame == Frame::Sensor && state.found.frame.is_none() {
+    if known.is_none() {
         state.found.frame = state.aligned(readings);
     }
-    let course = Course::of(&state.own, &state.found, readings);
+    let course = state.course(readings);
     state.without(&course, readings)
 }
 
 /// What is known of everything so far.
 struct State {
     own: Robot<f64>,
+    /// The target that the places of planes and points count already.
+    counted: Vector3<f64>,
     found: Places,
     datum: Option<Datum>,
     effects: Vec<Estimated>,
@@ -258,13 +260,20 @@ impl State {
             .collect()
     }
 
+    fn course(&self, readings: &Readings) -> Course {
+        Course {
+            counted: self.counted,
+            ..Course::of(&self.own, &self.found, readings)
+        }
+    }
+
     fn without(&self, course: &Course, readings: &Readings) -> Readings {
         course.without(&self.found, readings, &self.removed())
     }
 
     /// A first frame of the sensor, in which the robot of the file fits best.
     fn aligned(&self, readings: &Readings) -> Option<RigidTransform<f64>> {
-        let course = Course::of(&self.own, &self.found, readings);
+        let course = self.course(readings);
         let pairs = readings.rows.iter().enumerate().filter_map(|(index, row)| {
             let sample = row.value.sample()?;
             let at = At::new(&self.own, &sample.joints)?;

@@ -29,7 +29,10 @@ pub enum Unsolved {
 
 impl From<Refusal> for Unsolved {
     fn from(refusal: Refusal) -> Self {
-        Self::Refused(refusal)
+        match refusal {
+            Refusal::TooManyUnknowns { .. } => Self::TooManyInstruments,
+            refusal => Self::Refused(refusal),
+        }
     }
 }
 
@@ -37,7 +40,7 @@ impl From<PrepareError> for Unsolved {
     fn from(error: PrepareError) -> Self {
         match error {
             PrepareError::Row { index, error } => Self::Row(index, error),
-            PrepareError::Refused(refusal) => Self::Refused(refusal),
+            PrepareError::Refused(refusal) => refusal.into(),
             _ => Self::TooManyInstruments,
         }
     }

@@ -7,10 +7,10 @@ use crate::accuracy::information::prior;
 use crate::accuracy::uncertainty::{INSIDE, Sensitivities, first_inside, inside};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{READINGS, Reading};
-use crate::fit::Unsolved;
-use crate::fit::observations::{instruments, levels, observation, tolerance};
+use crate::fit::observations::{instruments, levels, row, tolerance};
 use crate::fit::solution::{MOST, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
-use delta_cal::observations::{ObservationProblem, ObservationRow};
+use crate::fit::{Frame, Unsolved};
+use delta_cal::observations::ObservationProblem;
 use delta_cal::simulate::made_robot;
 use delta_cal::{Robot, Sample, Settings};
 use nalgebra::{DMatrix, DVector};
@@ -207,14 +207,13 @@ impl Information {
             setup.planes.iter().map(|plane| plane.known).collect(),
             setup.points.iter().map(|point| point.known).collect(),
         );
-        let row = |own: &Reading| Ok(ObservationRow::new(observation(own)?));
-        let all = rows.iter().chain(anchors).map(row);
+        let levels = levels(&setup.robot).ok_or(PlanError::Singular)?;
+        let all = rows.iter().chain(anchors).map(|own| row(own, &levels));
         let all: Result<Vec<_>, Unsolved> = all.collect();
         let mut all = all.map_err(|_| PlanError::TooManyInstruments)?;
         for anchor in &mut all[rows.len()..] {
             anchor.set_weight(0.0);
         }
-        let levels = levels(&setup.robot).ok_or(PlanError::Singular)?;
         let instruments = instruments(&setup.robot, setup.frame, &planes, &points, &levels)
             .map_err(|_| PlanError::Singular)?;
         let unknowns = PARAMETERS + instruments.unknowns();
@@ -223,28 +222,39 @@ impl Information {
         }
         let problem = ObservationProblem::<f64, MOST>::prepare(robot, &instruments, &mut all)
             .map_err(|_| PlanError::Singular)?;
-        let settings = Settings::new().with_tolerance(tolerance(&setup.robot, setup.frame));
+        let known = setup.datum.as_ref();
+        let frame = known.map_or(setup.frame, |_| Frame::Base);
+        let settings = Settings::new().with_tolerance(tolerance(&setup.robot, frame));
         let prior = problem.prior(&settings);
         let [arm, ..] = robot.arms();
         let least = (arm.upper_arm_length() / arm.lb()).powi(2);
-        let row = |index: usize| {
+        let sensitivity = |index: usize| {
             let start = problem.start_unknowns();
             let columns = problem.linearized_at(robot, start, index);
             DMatrix::from_fn(unknowns, READINGS, |unknown, reading| {
                 columns.map_or(0.0, |columns| columns[unknown][reading])
             })
         };
+        let units = DVector::from_fn(unknowns, |unknown, _| problem.unit_of(unknown));
+        let of_robot = match setup.robot.transmission {
+            Some(_) => WITH_TRANSMISSIONS,
+            None => PARAMETERS,
+        };
+        let mut prior = DMatrix::from_fn(unknowns, unknowns, |row, column| {
+            let least = if row == column { least } else { 0.0 };
+            prior.information(row, column) + least
+        });
+        if let Some(datum) = known {
+            // Shift and turn of the frame are the first unknowns after the robot's.
+            let units = units.rows(of_robot, 6);
+            let mut of_frame = prior.view_mut((of_robot, of_robot), (6, 6));
+            of_frame += datum.component_mul(&(units * units.transpose()));
+        }
         Ok(Self {
-            rows: (0..rows.len()).map(row).collect(),
-            prior: DMatrix::from_fn(unknowns, unknowns, |row, column| {
-                let least = if row == column { least } else { 0.0 };
-                prior.information(row, column) + least
-            }),
-            units: DVector::from_fn(unknowns, |unknown, _| problem.unit_of(unknown)),
-            of_robot: match setup.robot.transmission {
-                Some(_) => WITH_TRANSMISSIONS,
-                None => PARAMETERS,
-            },
+            rows: (0..rows.len()).map(sensitivity).collect(),
+            prior,
+            units,
+            of_robot,
         })
     }
 

@@ -46,7 +46,7 @@ pub struct Plan {
     pub within: Option<String>,
     /// Noise and tolerance, in words.
     pub assumptions: String,
-    /// The height of each plane, mm.
+    /// The height of each plane, where the target touches it, mm.
     pub planes: Vec<(String, f64)>,
     /// The position of each point, mm.
     pub points: Vec<(String, [f64; 3])>,
@@ -194,9 +194,13 @@ impl<'a> Bench<'a> {
             _ => ExpectedError::of_robot(&setup.robot, robot, &covariance),
         };
         let planes = setup.planes.iter().zip(&setup.places.planes);
-        let height = |offset: f64| convention.vector(&(Vector3::z() * offset)).z;
+        let height = |offset: f64| {
+            convention
+                .vector(&(Vector3::z() * (offset + setup.target.z)))
+                .z
+        };
         let points = setup.points.iter().zip(&setup.places.points);
-        let place = |at: &Vector3<f64>| convention.vector(at).into();
+        let place = |at: &Vector3<f64>| convention.vector(&(at + setup.target)).into();
         Ok(Plan {
             robot_file: request.robot.name.clone(),
             measure: kinds.to_string(),

@@ -32,7 +32,9 @@ fn spoilt(readings: &mut Readings, fault: Fault, seed: usize) -> (usize, usize) 
     let (joint, from) = (seed % 3, 8 + 3 * (seed % 6));
     let mut before: Option<[f64; 3]> = None;
     let mut directions = [1.0; 3];
-    let largest = readings.samples().map(|row| row.value.position.xy().norm_squared());
+    let largest = readings
+        .samples()
+        .map(|row| row.value.position.xy().norm_squared());
     let largest = largest.fold(0.0, f64::max);
     for (index, row) in readings.rows.iter_mut().enumerate() {
         let own = &mut row.value;
@@ -105,7 +107,9 @@ fn words(fault: Fault, (joint, from): (usize, usize)) -> Vec<String> {
     match fault {
         Fault::Slip(_) => vec![format!("arm {arm}: the joint zero jumps")],
         Fault::Move(..) => vec![format!("from line {line} on, the positions are moved")],
-        Fault::Backlash(..) => vec![format!("arm {arm}: the joint's error changes with the direction")],
+        Fault::Backlash(..) => vec![format!(
+            "arm {arm}: the joint's error changes with the direction"
+        )],
         Fault::Gear(_) => vec![
             format!("arm {arm}: the joint turns"),
             format!("gear ratio of arm {arm}"),
@@ -157,7 +161,10 @@ fn faults_of_any_size_are_named() {
                 let (robot, mut readings) = made(seed % 4, seed, noise);
                 let at = spoilt(&mut readings, fault, seed);
                 let text = said(&robot, &readings, Frame::Base).to_lowercase();
-                if words(fault, at).iter().any(|own| text.contains(&own.to_lowercase())) {
+                if words(fault, at)
+                    .iter()
+                    .any(|own| text.contains(&own.to_lowercase()))
+                {
                     named += 1;
                 } else if seed < 3 {
                     println!("  {fault:?} noise {noise} seed {seed} at {at:?}: {text}");

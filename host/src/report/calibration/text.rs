@@ -411,6 +411,17 @@ pub(super) fn findings(report: &Report) -> Section {
 
 /// Whether the limit is met, if there is one.
 pub(super) fn limit(report: &Report) -> Option<Section> {
+    let (passed, figures) = verdict(report)?;
+    let part = if passed {
+        Part::Good(figures)
+    } else {
+        Part::Doubts(figures, Vec::new())
+    };
+    Some(Section::new("").part(part))
+}
+
+/// Whether the limit is met, and the sentence that says so.
+pub(in crate::report) fn verdict(report: &Report) -> Option<(bool, String)> {
     let own = report.acceptance?;
     let figures = match report.expanded_uncertainty {
         None => "the expanded uncertainty is unknown".to_owned(),
@@ -421,10 +432,6 @@ pub(super) fn limit(report: &Report) -> Option<Section> {
             own.limit_mm
         ),
     };
-    let part = if own.passed {
-        Part::Good(format!("Pass: {figures}."))
-    } else {
-        Part::Doubts(format!("Fail: {figures}."), Vec::new())
-    };
-    Some(Section::new("").part(part))
+    let verdict = if own.passed { "Pass" } else { "Fail" };
+    Some((own.passed, format!("{verdict}: {figures}.")))
 }

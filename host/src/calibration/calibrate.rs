@@ -9,7 +9,7 @@ use crate::accuracy::rigid_motion::degenerate;
 use crate::explain::{Found, search};
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, Reading, Readings};
+use crate::files::samples_file::{Kind, ONLY_TARGET, Reading, Readings};
 use crate::fit::datum::Datum;
 use crate::fit::jointly::of_platform_point;
 use crate::fit::{Frame, Method, Options, Unsolved};
@@ -240,5 +240,30 @@ fn check_names(robot: &RobotFile, readings: &Readings) -> Result<(), InputError>
                 .with_remedy("give both files the same names, or delete the section"));
         }
     }
-    Ok(())
+    let stated = &robot.instruments.targets;
+    let missing = readings.targets.iter().find(|name| {
+        let alone = *name == ONLY_TARGET && stated.is_empty();
+        !(alone || stated.iter().any(|own| own.name == **name))
+    });
+    let Some(name) = missing else {
+        return Ok(());
+    };
+    let (cause, remedy) = if name == ONLY_TARGET {
+        (
+            format!(
+                "rows of {} name no target, and there are several",
+                readings.name
+            ),
+            "name the target of each row in a column target, or state [target]".to_owned(),
+        )
+    } else {
+        (
+            format!(
+                "rows of {} name the target {name}, which is not stated",
+                readings.name
+            ),
+            format!("add a section [targets.{name}]"),
+        )
+    };
+    Err(InputError::new(&robot.name, cause).with_remedy(remedy))
 }

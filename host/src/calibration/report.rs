@@ -201,6 +201,10 @@ pub struct ExpectedReport {
     pub relative_worst_mm: f64,
     /// Where that is.
     pub relative_worst_at_mm: [f64; 3],
+    /// Relative, over the tenth of the poses that are outermost, rms.
+    pub relative_outermost_mm: f64,
+    /// Over the others.
+    pub relative_others_mm: f64,
 }
 
 /// An expanded uncertainty.
@@ -531,6 +535,8 @@ pub(crate) fn expected_report(expected: &ExpectedError, convention: &Convention)
         relative_rms_mm: relative.rms,
         relative_worst_mm: relative.max,
         relative_worst_at_mm: convention.vector(&relative.max_at).data.0[0],
+        relative_outermost_mm: relative.outermost,
+        relative_others_mm: relative.others,
     }
 }
 

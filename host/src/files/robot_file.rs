@@ -6,7 +6,7 @@ mod write;
 
 use super::convention::Convention;
 use super::samples_file::ONLY_TARGET;
-use crate::geometry::{LIMIT_MARGIN, Reach, outside_limits};
+use crate::geometry::{LIMIT_MARGIN, Reach, Region, outside_limits};
 use crate::text::joint;
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
@@ -53,6 +53,8 @@ pub struct RobotFile {
     pub limits: JointLimits<f64>,
     /// The largest angle of a forearm out of its arm's plane that the ball joints allow, radians; `None` if unlimited.
     pub forearm_limit: Option<f64>,
+    /// Where the robot works, if stated: what is said of the workspace is said of this.
+    pub within: Option<Region>,
     /// The manufacturing tolerance, if stated.
     pub tolerance: Option<Tolerance<f64>>,
     /// The tolerance of the joints' transmissions, if these are estimated as well.
@@ -78,6 +80,7 @@ impl RobotFile {
             robot,
             limits,
             forearm_limit: None,
+            within: None,
             tolerance: None,
             transmission: None,
             noise: None,
@@ -153,6 +156,7 @@ impl RobotFile {
         Reach {
             limits: self.limits,
             forearm_limit: self.forearm_limit,
+            within: self.within,
         }
     }
 }

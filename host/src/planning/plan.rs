@@ -2,7 +2,6 @@
 
 use super::PlanError;
 use super::judge::{Judge, Precision};
-use super::region::below;
 use super::request::{Kind, LEAST, MOST, Order, PlanRequest};
 use super::search::Search;
 use super::selection::Selection;
@@ -12,6 +11,7 @@ use crate::accuracy::uncertainty::{ExpectedError, WorkspacePoses};
 use crate::calibration::report::{ExpectedReport, expected_report};
 use crate::files::samples_file::ReadingFrom;
 use crate::fit::solution::RobotCovariance;
+use crate::geometry::below;
 use delta_cal::calibration::limits::LARGEST_SIGMA;
 use delta_cal::robot::ParameterKind;
 use delta_cal::{ArmIndex, Parameter, Robot, Sample};

@@ -6,12 +6,12 @@
 use super::PlanError;
 use super::exchange::{Pool, Rows, Set};
 use super::judge::Information;
-use super::region::below;
 use super::request::{Kind, Wishes};
 use super::selection::{Selection, drawn};
 use super::setup::{Planned, Setup};
 use crate::files::samples_file::{Reading, ReadingFrom};
 use crate::fit::solution::RobotCovariance;
+use crate::geometry::below;
 use delta_cal::{Parameter, Sample};
 use nalgebra::{DMatrix, Vector3};
 use rand_core::{Rng, SeedableRng};

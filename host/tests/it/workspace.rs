@@ -63,6 +63,7 @@ fn reach(low: f64, high: f64, forearm: Option<f64>) -> Reach {
     Reach {
         limits: JointLimits::new(low.to_radians(), high.to_radians()).unwrap(),
         forearm_limit: forearm.map(f64::to_radians),
+        within: None,
     }
 }
 
@@ -107,6 +108,7 @@ fn built() -> Vec<Case> {
         let reach = Reach {
             limits: JointLimits::travel(low, high).unwrap(),
             forearm_limit: None,
+            within: None,
         };
         (name, robot, reach)
     });

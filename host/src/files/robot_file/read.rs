@@ -6,7 +6,7 @@ use crate::files::columns::Unit;
 use crate::files::convention::{Convention, JOINT_UNITS, LENGTH_UNITS, Vertical};
 use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::ONLY_TARGET;
-use crate::geometry::reaches_anywhere;
+use crate::geometry::{Region, reaches_anywhere};
 use crate::text::{count, joint};
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::{JointLimits, JointLimitsError};
@@ -28,7 +28,7 @@ const LARGEST_EXPANSION: f64 = 0.01;
 /// Accepted deviation of a rotation matrix in a file, which is due to rounding.
 const ROTATION_ERROR: f64 = 1e-6;
 
-const SECTIONS: &str = "convention nominal arm joints tolerance noise sensor_frame planes distances points platform \
+const SECTIONS: &str = "convention nominal arm joints workspace tolerance noise sensor_frame planes distances points platform \
                         target targets datum robot measurement";
 
 impl RobotFile {
@@ -93,12 +93,32 @@ impl RobotFile {
             platform_radius,
             ..Self::of(input.name(), robot, limits)
         };
+        own.read_workspace(&file)?;
         own.read_tolerance(&file)?;
         own.read_noise(&file)?;
         own.read_instruments(&file)?;
         own.read_sensor_frame(&file)?;
         own.read_record(&file)?;
         Ok(own)
+    }
+
+    /// Where the robot works.
+    fn read_workspace(&mut self, file: &Section<'_>) -> Result<(), InputError> {
+        let Some(own) = file.section("workspace", "within")? else {
+            return Ok(());
+        };
+        let text: String = own.get("within")?;
+        let region: Region = text.parse().map_err(|cause: String| own.fault(cause))?;
+        self.within = Some(region.turned(&self.convention));
+        let turned = region.turned(&self.convention);
+        let mut points = turned.grid();
+        if points.all(|x| self.reach().joints(&self.robot, &x).is_err()) {
+            let cause = format!("the robot reaches no pose within {text}");
+            return Err(own.fault(cause).with_remedy(
+                "check the region, in mm in the axes of [convention], and the [joints]",
+            ));
+        }
+        Ok(())
     }
 
     /// The tolerance of the geometry, and of the transmissions if they are estimated.

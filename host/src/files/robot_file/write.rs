@@ -31,6 +31,7 @@ impl RobotFile {
         file.section("[platform]");
         file.optional("radius_mm", self.platform_radius);
         self.write_joints(&mut file);
+        self.write_workspace(&mut file);
         self.write_tolerance(&mut file);
         self.write_noise(&mut file);
         self.write_instruments(&mut file);
@@ -106,6 +107,13 @@ impl RobotFile {
             }
         }
         file.optional("forearm_max_deg", self.forearm_limit.map(degrees));
+    }
+
+    fn write_workspace(&self, file: &mut File) {
+        if let Some(own) = &self.within {
+            file.section("[workspace]");
+            file.entry("within", own.turned(&self.convention).to_string());
+        }
     }
 
     fn write_tolerance(&self, file: &mut File) {

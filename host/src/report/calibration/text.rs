@@ -210,6 +210,15 @@ pub(super) fn expected(report: &Report) -> Section {
             ),
         );
     let mut section = section.table(table);
+    section = section.text(match &report.before.within {
+        Some(_) => "Over the region of [workspace].".to_owned(),
+        None => format!(
+            "Over all that the robot reaches; relative, the outermost tenth has {} mm, the rest {} mm. State where it works \
+             in [workspace].",
+            significant(own.relative_outermost_mm, 2),
+            significant(own.relative_others_mm, 2)
+        ),
+    });
     if let Some(expanded) = &report.expanded_uncertainty {
         let factor = match expanded.degrees_of_freedom {
             None => format!("k = {:.0}", expanded.coverage_factor),

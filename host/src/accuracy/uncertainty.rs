@@ -97,8 +97,9 @@ impl<const P: usize> Sensitivities<P> {
 pub struct PositionSigma {
     /// Root mean square.
     pub rms: f64,
-    /// The same over the tenth of the poses that are outermost, and over the others.
+    /// The same over the tenth of the poses that are outermost.
     pub outermost: f64,
+    /// Over the others.
     pub others: f64,
     /// Maximum.
     pub max: f64,

@@ -1,6 +1,5 @@
-// Builds the page into dist/: `node bindings/web/build.mjs`. Needs cargo with the target wasm32-unknown-unknown; installs the
-// wasm-bindgen of Cargo.lock's version into target/web-tools if it is not there. With `npm ci` in this folder wasm-opt makes
-// the program smaller, and the page is also written as one file, delta-cal.html.
+// Builds the page into dist/: `node bindings/web/build.mjs`. Needs cargo with the target wasm32-unknown-unknown. With `npm ci`
+// in this folder wasm-opt makes the program smaller, and the page is also written as one file, delta-cal.html.
 
 import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
@@ -12,7 +11,6 @@ import { brotliCompressSync, gzipSync } from "node:zlib";
 const HERE = dirname(fileURLToPath(import.meta.url));
 const ROOT = join(HERE, "../..");
 const TARGET = process.env.CARGO_TARGET_DIR ?? join(ROOT, "target/web");
-const TOOLS = join(ROOT, "target/web-tools");
 const DIST = join(HERE, "dist");
 /** Of everything together, compressed as static hosts do it: with Brotli. */
 const LARGEST = 700_000;
@@ -22,28 +20,11 @@ function run(program, ...values) {
   execFileSync(program, values, { cwd: ROOT, stdio: "inherit" });
 }
 
-function bindgen() {
-  const lock = readFileSync(join(ROOT, "Cargo.lock"), "utf8");
-  const version = /name = "wasm-bindgen"\nversion = "(.*)"/.exec(lock)[1];
-  const candidates = ["wasm-bindgen", join(TOOLS, "bin/wasm-bindgen")];
-  const fits = (program) => {
-    try {
-      return execFileSync(program, ["--version"], { encoding: "utf8" }).includes(version);
-    } catch {
-      return false;
-    }
-  };
-  const found = candidates.find(fits);
-  if (found) return found;
-  run("cargo", "install", "wasm-bindgen-cli", "--version", version, "--root", TOOLS);
-  return candidates[1];
-}
-
 const program = "wasm32-unknown-unknown/web/delta_cal_web.wasm";
 run("cargo", "build", "--profile", "web", "--target", "wasm32-unknown-unknown", "--package", "delta-cal-web", "--target-dir", TARGET);
 rmSync(DIST, { recursive: true, force: true });
 mkdirSync(DIST);
-run(bindgen(), join(TARGET, program), "--target", "web", "--no-typescript", "--remove-name-section", "--remove-producers-section", "--out-dir", DIST);
+run("cargo", "run", "--quiet", "--package", "delta-cal-web-bindgen", "--target-dir", TARGET, "--", join(TARGET, program), DIST);
 
 const optimiser = join(HERE, "node_modules/binaryen/bin/wasm-opt");
 const module = join(DIST, "delta_cal_web_bg.wasm");

@@ -1,12 +1,13 @@
 //! What is reset is new: every field and every byte of its snapshot, and whatever is called next. So is what a stream that
 //! forgets holds after an alarm is acknowledged, but for its statistics.
 
+use crate::stream_calibrator::{selections, statements};
 use delta_cal::calibration::{Calibrator, Estimator, Ikm, Joint};
 use delta_cal::observations::{
     Height, Instruments, Observation, ObservationNoise, Plane, PositionFrame, TouchCalibrator,
 };
-use delta_cal::stream::{Alarm, Forgetting, Selection, StreamCalibrator, StreamRefusal};
-use delta_cal::{Noise, Progress, Real, Robot, Sample, Settings, Tolerance};
+use delta_cal::stream::{Alarm, Forgetting, StreamCalibrator, StreamRefusal};
+use delta_cal::{Noise, Progress, Real, Robot, Sample};
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
 use rand_core::Rng;
 use rand_pcg::Pcg32;
@@ -25,10 +26,6 @@ trait Subject<T: Real>: Debug {
     /// Its snapshot; empty if there is none now.
     fn bytes(&self) -> Vec<u8>;
     fn reset(&mut self);
-}
-
-fn forgetting<T: Real>() -> Forgetting<T> {
-    Forgetting::new(T::from_f64(12.0)).unwrap()
 }
 
 impl<T: Real, E: Estimator> Subject<T> for Calibrator<T, E> {
@@ -50,7 +47,10 @@ impl<T: Real, E: Estimator> Subject<T> for Calibrator<T, E> {
                 format!("{:?}", self.merge(&other))
             }
             8 => format!("{:?}", self.restore(&self.bytes())),
-            9..20 => format!("{:?}", self.add_forgetting(sample, &forgetting())),
+            9..20 => {
+                let forgetting = Forgetting::new(T::from_f64(12.0)).unwrap();
+                format!("{:?}", self.add_forgetting(sample, &forgetting))
+            }
             _ => format!("{:?}", self.add(sample)),
         };
         let state = (self.samples(), self.solving(), self.finished());
@@ -127,7 +127,10 @@ impl<T: Real> Subject<T> for Touches<T> {
     }
 
     fn bytes(&self) -> Vec<u8> {
-        Vec::new()
+        let mut bytes = vec![0; Self::SNAPSHOT_BYTES];
+        let written = self.snapshot(&mut bytes).map_or(0, <[u8]>::len);
+        bytes.truncate(written);
+        bytes
     }
 
     fn reset(&mut self) {
@@ -139,30 +142,6 @@ fn noise() -> Noise<f64> {
     Noise::new(0.02, 3e-5).unwrap()
 }
 
-/// What is stated: nothing, the noise, the tolerance, both.
-fn statements<T: Real>() -> [Settings<T>; 4] {
-    let noise = Noise::new(T::from_f64(0.02), T::from_f64(3e-5)).unwrap();
-    let tolerance = Tolerance::new(T::from_f64(0.5), T::from_f64(3e-3)).unwrap();
-    let nothing = Settings::default();
-    let with_noise = nothing.with_noise(noise);
-    [
-        nothing,
-        with_noise,
-        nothing.with_tolerance(tolerance),
-        with_noise.with_tolerance(tolerance),
-    ]
-}
-
-fn selections<T: Real>() -> [Selection<T>; 4] {
-    let fading = Some(forgetting());
-    [
-        Selection::All { forgetting: None },
-        Selection::All { forgetting: fading },
-        Selection::Gated { forgetting: None },
-        Selection::Gated { forgetting: fading },
-    ]
-}
-
 fn converted<T: Real>(sample: &Sample<f64>) -> Sample<T> {
     Sample {
         joints: sample.joints.map(T::from_f64),
@@ -172,10 +151,10 @@ fn converted<T: Real>(sample: &Sample<f64>) -> Sample<T> {
 
 /// Calls with the samples of one robot, or of one measured upside down; one in twenty samples is wrong, or no number.
 fn episode<T: Real>(truth: &Robot<f64>, calls: usize, rng: &mut Pcg32) -> Vec<Call<T>> {
-    let mirrored = rng.next_u32() % 3 == 0;
+    let (mirrored, noise) = (rng.next_u32() % 3 == 0, noise());
     (0..calls)
         .map(|_| {
-            let mut samples = measurements(truth, 6, Some(&noise()), rng);
+            let mut samples = measurements(truth, 6, Some(&noise), rng);
             for sample in &mut samples {
                 if mirrored {
                     sample.position.z = -sample.position.z;
@@ -311,10 +290,8 @@ fn later(refusal: StreamRefusal, before: u64) -> StreamRefusal {
 }
 
 fn acknowledged_is_new<T: Real, E: Estimator>() {
-    let selection = Selection::Gated {
-        forgetting: Some(forgetting::<T>()),
-    };
-    let mut solved = 0;
+    let [.., selection] = selections();
+    let (mut solved, noise) = (0, noise());
     for (number, settings) in statements().iter().enumerate() {
         for seed in 0..4 {
             let mut rng = generator(1760 + seed, number as u64);
@@ -322,7 +299,7 @@ fn acknowledged_is_new<T: Real, E: Estimator>() {
             let mut found = new();
             // A robot, and after it the same in a frame that is upside down, until the alarm.
             let truth = perturbed(&paper_robot(), 0.4, 2e-3, Spread::Normal, &mut rng);
-            for (index, mut sample) in measurements(&truth, 80, Some(&noise()), &mut rng)
+            for (index, mut sample) in measurements(&truth, 80, Some(&noise), &mut rng)
                 .into_iter()
                 .enumerate()
             {

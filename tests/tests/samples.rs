@@ -1,12 +1,13 @@
 //! The factor holds the same information, however it came
 //! in: one by one, many at once, in any order, merged, in any unit.
 
-use delta_cal::calibration::{Calibrator, Estimator, Ikm, Joint};
+use delta_cal::calibration::{Calibrator, Estimator, Ikm, Joint, ToleranceError};
 use delta_cal::robot::Arm;
 use delta_cal::samples::{MergeError, SampleError};
 use delta_cal::stream::Forgetting;
 use delta_cal::{
-    ArmIndex, IkmCalibrator, Noise, Parameter, Refusal, Robot, Sample, Settings, Tolerance,
+    ArmIndex, IkmCalibrator, JointCalibrator, Noise, Parameter, Real, Refusal, Robot, Sample,
+    Settings, Tolerance,
 };
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed,
@@ -317,4 +318,53 @@ fn calls_that_fail_leave_the_outcome() {
     }
     check::<Ikm>();
     check::<Joint>();
+}
+
+/// What is stated is refused where its square leaves the arithmetic; lengths of any size that make a robot are not.
+#[test]
+fn a_number_that_is_extreme_is_named() {
+    let length = Err(ToleranceError::Length);
+    for (sigma, single, double) in [
+        (1e-150, length, length),
+        (1e-30, length, Ok(())),
+        (1e-9, Ok(()), Ok(())),
+        (1e9, Ok(()), Ok(())),
+        (1e18, length, Ok(())),
+        (1e150, length, length),
+    ] {
+        let [one, other] = [
+            Tolerance::new(f32::from_f64(sigma), 0.003).map(|_| ()),
+            Tolerance::new(sigma, 0.003).map(|_| ()),
+        ];
+        assert_eq!((one, other), (single, double), "{sigma:e}");
+        // Rounding is added to a noise, so none is too small but 0.
+        let [one, other] = [
+            Noise::new(f32::from_f64(sigma), 0.0).map(|_| ()),
+            Noise::new(sigma, 0.0).map(|_| ()),
+        ];
+        let refused = |tolerance: Result<(), _>| sigma > 1.0 && tolerance.is_err();
+        assert_eq!(one.is_err(), refused(single) || sigma < 1e-100, "{sigma:e}");
+        assert_eq!(other.is_err(), refused(double), "{sigma:e}");
+    }
+    let (truth, samples) = noisy(54, 20);
+    for unit in [1e-16, 1e15] {
+        let in_unit = |value: f64| f32::from_f64(value * unit);
+        let robot = paper_robot::<f64>().parameters().map(|mut arm| {
+            for index in [0, 1, 2, 5, 6, 7] {
+                arm[index] *= unit;
+            }
+            arm.map(f32::from_f64)
+        });
+        let robot = Robot::from_parameters(robot).unwrap();
+        let mut calibrator = JointCalibrator::new(&robot, &Settings::default());
+        for sample in &samples {
+            let joints = sample.joints.map(f32::from_f64);
+            let position = sample.position.map(in_unit);
+            calibrator.add(&Sample { joints, position }).unwrap();
+        }
+        let found = calibrator.calibrate().unwrap().robot.arms()[0].lb();
+        let expected = truth.arms()[0].lb();
+        // A few times the noise.
+        assert!((f64::from(found) / unit - expected).abs() < 0.2, "{found}");
+    }
 }

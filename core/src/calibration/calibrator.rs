@@ -437,8 +437,8 @@ mod tests {
     use crate::samples::Forgetting;
 
     /// Both kinds of calibrator, sample by sample and with solves in between, after which nothing is waiting: p plain
-    /// samples and n that make earlier ones fade are worth p λⁿ + (1 − λⁿ)/(1 − λ), or more by what a block is yet to be
-    /// forgotten for.
+    /// samples and n that make earlier ones fade are worth p λⁿ + (1 − λⁿ)/(1 − λ), or more by what three blocks are yet
+    /// to be forgotten for.
     #[test]
     fn every_sample_fades_whatever_was_left_waiting() {
         let robot = with_forearms(480.0);
@@ -473,7 +473,7 @@ mod tests {
                     joint.samples.factor().effective_samples(),
                     apart.samples.arms()[0].effective_samples(),
                 ];
-                for (effective, block) in effective.into_iter().zip([4, 8]) {
+                for (effective, block) in effective.into_iter().zip([6, 12]) {
                     let most = worth(count - block) + f64::from(block);
                     assert!(
                         effective >= worth(count) - f64::from(block) && effective <= most,

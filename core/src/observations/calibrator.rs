@@ -2,7 +2,7 @@
 
 use super::instruments::{Instruments, OF_ROBOT, OwnInstruments, PLACES};
 use super::observation::{Observation, ObservationError, ObservationRow};
-use super::problem::{ObservationProblem, Prepared};
+use super::problem::{Held, ObservationProblem, Prepared};
 use super::solve::{ObservationMinimizer, ObservationOutcome};
 use crate::Busy;
 use crate::calibration::{
@@ -178,7 +178,7 @@ impl<T: Unknowns<N>, const ROWS: usize, const N: usize> FkmCalibrator<T, ROWS, N
             robot: &self.robot,
             instruments: &instruments,
             rows,
-            prepared: *prepared,
+            prepared: Held::Lent(prepared),
         };
         if let (Some(minimizer), Some(outcome)) = (&mut self.minimizer, &mut self.outcome) {
             if minimizer.is_done() {

@@ -13,6 +13,7 @@ use crate::robot::{
     Transmission,
 };
 use crate::samples::{Triangle, Unknowns, moved_arm, part, squares};
+use core::ops::Deref;
 use nalgebra::Vector3;
 
 /// Parameters of an arm.
@@ -29,7 +30,27 @@ pub struct ObservationProblem<'a, T: Real, const N: usize> {
     pub(super) robot: &'a Robot<T>,
     pub(super) instruments: &'a Instruments<'a, T>,
     pub(super) rows: &'a [ObservationRow<T>],
-    pub(super) prepared: Prepared<T, N>,
+    pub(super) prepared: Held<'a, T, N>,
+}
+
+/// Owned, or where a calibrator has it: a copy would take longer than the rest of a short step.
+#[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant)] // the large one is the usual one where memory does not matter
+pub(super) enum Held<'a, T: Real, const N: usize> {
+    Own(Prepared<T, N>),
+    Lent(&'a Prepared<T, N>),
+}
+
+impl<T: Real, const N: usize> Deref for Held<'_, T, N> {
+    type Target = Prepared<T, N>;
+
+    #[inline]
+    fn deref(&self) -> &Prepared<T, N> {
+        match self {
+            Self::Own(own) => own,
+            Self::Lent(lent) => lent,
+        }
+    }
 }
 
 /// A robot and the unknowns of the instruments at a correction.
@@ -97,7 +118,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
             robot,
             instruments,
             rows,
-            prepared,
+            prepared: Held::Own(prepared),
         })
     }
 
@@ -121,7 +142,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
             robot: self.robot,
             instruments: self.instruments,
             rows,
-            prepared,
+            prepared: Held::Own(prepared),
         }
     }
 
@@ -195,12 +216,12 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
     }
 
     /// The start values of the unknowns, at their indices among all parameters.
-    pub const fn start_unknowns(&self) -> &[T; N] {
+    pub fn start_unknowns(&self) -> &[T; N] {
         self.prepared.start.unknowns()
     }
 
     /// The start value of the coordinate frame: the transform from the robot's frame to it.
-    pub const fn start_frame(&self) -> &RigidTransform<T> {
+    pub fn start_frame(&self) -> &RigidTransform<T> {
         self.prepared.start.frame()
     }
 
@@ -240,8 +261,8 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
 
     pub(super) fn unknowns_at(&self, correction: &[T; N]) -> [T; N] {
         let mut values = *self.prepared.start.unknowns();
-        for ((value, delta), unit) in values.iter_mut().zip(correction).zip(self.prepared.units) {
-            *value += *delta * unit;
+        for ((value, delta), unit) in values.iter_mut().zip(correction).zip(&self.prepared.units) {
+            *value += *delta * *unit;
         }
         values
     }
@@ -441,7 +462,7 @@ impl<T: Real, const N: usize> Prepared<T, N> {
         row: &mut ObservationRow<T>,
     ) {
         let start = &self.start;
-        row.take_weights(&start.at(robot, instruments, start.unknowns()));
+        T::weigh_row(row, &start.at(robot, instruments, start.unknowns()));
         self.count(robot, row);
     }
 

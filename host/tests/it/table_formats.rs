@@ -248,13 +248,13 @@ fn a_dash_says_that_a_cell_was_not_measured() {
         let error = rows(changed).unwrap_err();
         assert!(error.contains(part), "{changed}: {error}");
     }
-    let endless = rows(&format!("7,20,30,{},1,2", "1x".repeat(1_000_000))).unwrap_err();
+    let endless = rows(&format!("7,20,30,{},1,2", "1x".repeat(100_000))).unwrap_err();
     assert!(
         endless.len() < 3000 && endless.contains("samples.csv:9: column x_mm"),
         "{}",
         endless.len()
     );
-    // A million columns are read once.
-    let wide = format!("q1_deg{}\n", ",_".repeat(1_000_000));
+    // Many columns are read once.
+    let wide = format!("q1_deg{}\n", ",_".repeat(200_000));
     assert!(Readings::read(&InputText::new("wide.csv", &wide), &robot).is_err());
 }

@@ -272,21 +272,16 @@ impl Key {
         if known(&|own| own.trim().to_lowercase()) {
             return Some("write the names with the same capital letters in both files".to_owned());
         }
-        let last = |own: &str| {
-            own.trim()
-                .rsplit([':', '/', '\\', '.'])
-                .next()
-                .unwrap_or_default()
-                .to_lowercase()
+        // What stands before the last separator, and the rest.
+        let parts = |own: &str| {
+            let at = own.rfind([':', '/', '\\', '.']).map_or(0, |at| at + 1);
+            let (before, name) = own.split_at(at);
+            (before.trim().to_owned(), name.trim().to_lowercase())
         };
-        known(&last).then(|| {
-            let all = self.measured.iter().chain(&self.joints);
-            let mut prefixes = all.map(|own| {
-                own.trim()
-                    .strip_suffix(last(own).as_str())
-                    .unwrap_or_default()
-            });
-            let prefix = prefixes.find(|own| !own.is_empty()).unwrap_or_default();
+        known(&|own| parts(own).1).then(|| {
+            let mut all = self.measured.iter().chain(&self.joints);
+            let prefix = all.find_map(|own| Some(parts(own).0).filter(|own| !own.is_empty()));
+            let prefix = prefix.unwrap_or_default();
             format!("all names match without what is before them: delete {prefix}")
         })
     }

@@ -9,7 +9,7 @@
 
 use super::uncertainty::Sensitivities;
 use crate::effects::{At, EffectKind};
-use crate::files::samples_file::{ONLY_TARGET, READINGS, ReadingFrom};
+use crate::files::samples_file::{ONLY_TARGET, READINGS};
 use crate::fit::solution::{Solution, WITH_TRANSMISSIONS};
 use delta_cal::Sample;
 use nalgebra::{DMatrix, SMatrix};
@@ -151,11 +151,7 @@ fn of_readings(solution: &Solution) -> [DMatrix<f64>; 2] {
     let (mut of_joints, mut of_all) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));
     for own in &solution.sensitivities {
         let row = &solution.readings.rows[own.row].value;
-        let start = match row.distance {
-            Some((ReadingFrom::Pose(joints), _)) => Some(joints),
-            _ => None,
-        };
-        let poses = [Some(row.joints), start].into_iter().zip(&own.by_positions);
+        let poses = row.poses().into_iter().zip(&own.by_positions);
         of_all += own.by_unknowns.tr_mul(&own.by_unknowns);
         for (joints, by_position) in poses {
             let at = joints.and_then(|joints| At::new(&solution.robot, &joints));

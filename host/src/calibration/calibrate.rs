@@ -91,10 +91,13 @@ fn explained_otherwise(
         return Err(Objection::Unsolved(objection));
     }
     let beyond = judged.tolerance.filter(|own| own.test.contradicts());
-    let unexplained = is_understated(&judged.solution) && judged.causes.found.is_empty();
-    let looked_for = beyond.is_some() || unexplained;
-    let explained = looked_for.then(explanation).flatten();
+    let understated = is_understated(&judged.solution);
+    let explained = (beyond.is_some() || understated)
+        .then(explanation)
+        .flatten();
     if !explained.as_ref().is_some_and(|own| own.is_scale) {
+        // Causes are findings of their own.
+        let explained = explained.filter(|_| judged.causes.found.is_empty());
         judged.explained = explained.map(|own| own.text);
         return Ok(judged);
     }

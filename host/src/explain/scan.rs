@@ -7,7 +7,7 @@
 
 use super::search::Hypothesis;
 use crate::effects::{At, Course, Effect, EffectKind};
-use crate::files::samples_file::{Kind, READINGS, ReadingFrom};
+use crate::files::samples_file::{Kind, READINGS};
 use crate::fit::Solution;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
 
@@ -70,10 +70,7 @@ impl Scan {
             rows.push(Counted {
                 row: own.row,
                 at,
-                start: match reading.distance {
-                    Some((ReadingFrom::Pose(joints), _)) => At::new(robot, &joints),
-                    _ => None,
-                },
+                start: reading.poses()[1].and_then(|joints| At::new(robot, &joints)),
                 by_unknowns,
                 by_positions: own.by_positions,
                 weight,

@@ -23,7 +23,7 @@ const BEAM: usize = 2;
 /// A first-order gain may be this much too small.
 const FIRST_ORDER: f64 = 0.5;
 /// Explanations whose cost is within this of the best are named as well.
-const CLEARLY: f64 = 10.0;
+const CLEARLY: f64 = 12.0;
 /// Files with more rows are thinned before they are refitted.
 const MOST_ROWS: usize = 400;
 /// Least degrees of freedom that tell a fault from noise.
@@ -122,8 +122,6 @@ pub(crate) struct Found {
     pub(crate) hidden_drift: Option<f64>,
     /// Why nothing was looked for.
     pub(crate) not_tested: Option<&'static str>,
-    /// Significance of the whole explanation, in χ².
-    pub(crate) gain: f64,
 }
 
 struct Search<'a> {
@@ -168,7 +166,6 @@ pub(crate) fn search(case: &Case<'_>) -> Option<Found> {
         rivals: Vec::new(),
         hidden_drift: None,
         not_tested: None,
-        gain: 0.0,
     };
     let Some(scan) = Scan::of(&base.solution) else {
         found.not_tested = Some("the poses do not determine the parameters well enough");
@@ -214,18 +211,19 @@ pub(crate) fn search(case: &Case<'_>) -> Option<Found> {
     let misfit = all.iter().map(Fitted::misfit).fold(f64::INFINITY, f64::min);
     all.sort_by(|a, b| a.score(misfit).total_cmp(&b.score(misfit)));
     let base = found.base.score(misfit);
-    let mut ranked = all
-        .into_iter()
-        .filter(|own| own.hypothesis != Hypothesis::default());
-    if let Some(best) = ranked.next().filter(|own| own.score(misfit) < base) {
-        found.gain = base - best.score(misfit);
-        let count = best.hypothesis.effects.len();
+    all.retain(|own| own.hypothesis != Hypothesis::default() && own.score(misfit) < base);
+    if let Some(best) = all.first() {
         let limit = best.score(misfit) + CLEARLY;
-        let alike = ranked.filter(|own| {
-            own.score(misfit) < limit.min(base) && own.hypothesis.effects.len() <= count
+        let faults = best.hypothesis.effects.len();
+        all.retain(|own| own.score(misfit) < limit && own.hypothesis.effects.len() <= faults);
+        // What is not clearly better is no reason for more unknowns.
+        all.sort_by_key(|own| {
+            let missing = faults - own.hypothesis.effects.len();
+            (missing, own.hypothesis.unknowns())
         });
-        found.rivals = alike.collect();
-        found.best = Some(best);
+        let mut all = all.into_iter();
+        found.best = all.next();
+        found.rivals = all.collect();
     }
     Some(found)
 }

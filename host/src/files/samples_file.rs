@@ -167,6 +167,14 @@ impl Reading {
         }
     }
 
+    /// Its joints, and those of the pose from which its distance starts.
+    pub(crate) const fn poses(&self) -> [Option<[f64; 3]>; 2] {
+        match self.distance {
+            Some((ReadingFrom::Pose(joints), _)) => [Some(self.joints), Some(joints)],
+            _ => [Some(self.joints), None],
+        }
+    }
+
     /// x, y, z, height, distance; `None` where nothing was read.
     pub fn read(&self) -> [Option<f64>; READINGS] {
         let [x, y, z] = self.position;
@@ -268,6 +276,18 @@ impl Readings {
             joined: None,
             in_degrees: true,
             positions_in: Some(Unit::Millimetre),
+        }
+    }
+
+    /// A file of these rows, starting at line 2.
+    pub(crate) fn of_readings(rows: &[Reading]) -> Self {
+        let rows = (2..).zip(rows).map(|(line, value)| Row {
+            line,
+            value: *value,
+        });
+        Self {
+            rows: rows.collect(),
+            ..Self::of_name("")
         }
     }
 

@@ -15,7 +15,7 @@ use super::datum::Datum;
 use super::solution::{Places, Sensitivity, Solution, Unsolved};
 use crate::effects::{At, Course, Effect, EffectKind, motion, moved};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, ONLY_TARGET, READINGS, ReadingFrom, Readings};
+use crate::files::samples_file::{Kind, ONLY_TARGET, READINGS, Readings};
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Refusal, Robot};
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -72,13 +72,18 @@ impl Estimated {
 
 /// What the robot file states about effects on these readings; in a sensor's own frame, where one target is is the
 /// frame's place.
-fn stated(robot: &RobotFile, readings: &Readings, frame: Frame) -> Vec<Estimated> {
+pub(crate) fn stated(
+    robot: &RobotFile,
+    targets: &[String],
+    scaled: bool,
+    frame: Frame,
+) -> Vec<Estimated> {
     let facts = &robot.instruments;
     let only = [ONLY_TARGET.to_owned()];
-    let names = if readings.targets.is_empty() {
+    let names = if targets.is_empty() {
         &only[..]
     } else {
-        &readings.targets
+        targets
     };
     let targets = names.iter().enumerate().filter_map(|(index, name)| {
         let own = facts.targets.iter().find(|own| own.name == *name)?;
@@ -90,7 +95,6 @@ fn stated(robot: &RobotFile, readings: &Readings, frame: Frame) -> Vec<Estimated
         Some(found)
     });
     let mut all: Vec<_> = targets.collect();
-    let scaled = readings.holds(Kind::Position) || readings.holds(Kind::Distance);
     if scaled && facts.distance_scale.is_none() {
         let sigma = vec![facts.scale.unwrap_or(USUAL_SCALE)];
         all.push(Estimated::new(
@@ -100,6 +104,11 @@ fn stated(robot: &RobotFile, readings: &Readings, frame: Frame) -> Vec<Estimated
         ));
     }
     all
+}
+
+/// Whether any reading has the instrument's scale.
+fn is_scaled(readings: &Readings) -> bool {
+    readings.holds(Kind::Position) || readings.holds(Kind::Distance)
 }
 
 /// Fits the robot and the effects stated in its file, and those opened beside them. `alone`: the robot fitted to readings
@@ -114,7 +123,7 @@ pub(super) fn jointly(
 ) -> Result<Solution, Unsolved> {
     // An invalid datum was refused earlier.
     let datum = Datum::of(robot, frame).ok().flatten();
-    let mut effects = stated(robot, readings, frame);
+    let mut effects = stated(robot, &readings.targets, is_scaled(readings), frame);
     if datum.is_some() {
         effects.push(Estimated::open(Effect::of(EffectKind::Datum)));
     }
@@ -231,7 +240,7 @@ pub(crate) fn of_platform_point(
             ..Places::default()
         },
         datum: None,
-        effects: stated(robot, readings, Frame::Base),
+        effects: stated(robot, &readings.targets, is_scaled(readings), Frame::Base),
     };
     if known.is_none() {
         state.found.frame = state.aligned(readings);
@@ -585,12 +594,7 @@ fn columns_of(
     let Some(row) = readings.rows.get(own.row) else {
         return columns;
     };
-    let start = match row.value.distance {
-        Some((ReadingFrom::Pose(joints), _)) => Some(joints),
-        _ => None,
-    };
-    let poses = [Some(row.value.joints), start];
-    for (by_position, joints) in own.by_positions.iter().zip(poses) {
+    for (by_position, joints) in own.by_positions.iter().zip(row.value.poses()) {
         let Some(at) = joints.and_then(|joints| At::new(&solution.robot, &joints)) else {
             continue;
         };

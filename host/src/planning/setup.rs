@@ -13,7 +13,7 @@ use crate::text::{in_words, joint, rounded};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{Plane, Point};
 use delta_cal::{Noise, Real, Robot, Sample};
-use nalgebra::{Matrix6, Vector3};
+use nalgebra::{SMatrix, Vector3};
 use serde::Serialize;
 
 /// The name of the plane if the robot file states none.
@@ -75,7 +75,7 @@ pub struct Setup {
     /// The frame of coordinates.
     pub frame: Frame,
     /// What datum points say about that frame's shift (mm) and turn (radians) in the sensor's axes: its information.
-    pub datum: Option<Matrix6<f64>>,
+    pub datum: Option<SMatrix<f64, 7, 7>>,
     /// The vector from the platform point to the target, mm.
     pub target: Vector3<f64>,
     /// Whether the robot file states the noise of every kind that is measured.
@@ -204,9 +204,14 @@ impl Setup {
         let with_noise = with_noise(robot);
         let sigma = with_noise.noise.map_or(POSITION, |own| own.position());
         let seen = |frame: RigidTransform<f64>| {
-            let points = facts.datum.iter();
-            let each = points.map(|point| motion(&(frame.rotation * point.place)));
-            each.map(|own| own.tr_mul(&own) / (sigma * sigma)).sum()
+            let each = facts.datum.iter().map(|point| {
+                let place = frame.rotation * point.place;
+                let mut columns = SMatrix::<f64, 3, 7>::zeros();
+                columns.fixed_columns_mut::<6>(0).copy_from(&motion(&place));
+                columns.set_column(6, &place);
+                columns.tr_mul(&columns) / point.sigma.unwrap_or_default().hypot(sigma).powi(2)
+            });
+            each.sum()
         };
         Self {
             robot: with_noise,

@@ -394,7 +394,9 @@ impl Course {
         }
         if let Some((from, distance)) = &mut own.distance {
             let starts = match from {
-                ReadingFrom::Pose(joints) => displaced(joints),
+                ReadingFrom::Pose(joints) => {
+                    displaced(joints).map(|(start, moved)| (start, moved - self.counted))
+                }
                 ReadingFrom::Point(point) => found
                     .points
                     .get(*point)

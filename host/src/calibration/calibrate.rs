@@ -66,7 +66,8 @@ pub fn calibrate(
     let case = Case::new(robot, readings, *options);
     let known = known_frame(robot, options.frame);
     let diagnosis = diagnose(robot, &of_platform_point(robot, readings, known), options);
-    let found = search(&case);
+    // A mistake in all rows needs no further explanation.
+    let found = diagnosis.is_none().then(|| search(&case)).flatten();
     let found = found.as_ref();
     match attempt(&case, found).and_then(|judged| explained_otherwise(&case, judged, found)) {
         Ok(judged) => Ok(Report::new(&case, judged, diagnosis)),

@@ -77,7 +77,8 @@ impl Causes {
             hidden_drift: found.hidden_drift,
             ..Self::default()
         };
-        let Some(best) = &found.best else {
+        let best = found.best.as_ref();
+        let Some(best) = best.filter(|own| own.is_in_residuals(&found.base)) else {
             return causes;
         };
         let effects = best.hypothesis.effects.iter();

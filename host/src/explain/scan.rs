@@ -130,11 +130,9 @@ impl Scan {
 
     fn gain(&self, sums: &Sums) -> Option<f64> {
         let mut left = &sums.own - sums.shared.tr_mul(&self.normal.solve(&sums.shared));
+        // What no reading shows, or others show as well, gains nothing.
         for place in 0..left.nrows() {
-            let whole = sums.own[(place, place)];
-            if !(left[(place, place)] > INDISTINCT * whole) {
-                left[(place, place)] += whole.max(f64::MIN_POSITIVE);
-            }
+            left[(place, place)] += INDISTINCT * sums.own[(place, place)] + f64::MIN_POSITIVE;
         }
         let gain = left.cholesky()?.solve(&sums.right).dot(&sums.right);
         gain.is_finite().then_some(gain)

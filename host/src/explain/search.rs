@@ -12,7 +12,7 @@ use delta_cal::robot::Drive;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Chance that some hypothesis is accepted for a file without any fault, shared by this many kinds.
-const FALSE_ALARM: f64 = 0.01;
+const FALSE_ALARM: f64 = 0.003;
 const KINDS: f64 = 12.0;
 /// Hypotheses of each kind that are refitted.
 const OF_EACH_KIND: usize = 2;
@@ -83,16 +83,32 @@ impl Hypothesis {
 pub(crate) struct Fitted {
     pub(crate) hypothesis: Hypothesis,
     pub(crate) solution: Solution,
-    /// −2 log of the likelihood, and the penalty for the hypothesis.
+    /// Σ r² in units of a stated noise, and the rest of −2 log of the likelihood: of an estimated noise, of the prior, and
+    /// the penalty for the hypothesis.
     squares: f64,
-    rest: f64,
+    spread: f64,
+    prior: f64,
+    penalty: f64,
     freedom: f64,
 }
 
 impl Fitted {
     /// Where residuals exceed the stated noise this many times, they count as noise.
     fn score(&self, misfit: f64) -> f64 {
-        self.squares / (misfit * misfit) + self.rest
+        self.squares / (misfit * misfit) + self.spread + self.prior + self.penalty
+    }
+
+    /// Whether the residuals show it, and not the prior alone: a wrong scale, too, explains a wrong length of the file.
+    pub(super) fn is_in_residuals(&self, base: &Self) -> bool {
+        let misfit = self.misfit().powi(2);
+        let of_readings = (base.squares - self.squares) / misfit + base.spread - self.spread;
+        of_readings > base.prior - self.prior
+    }
+
+    /// Whether what it adds is a wrong number of the robot file, which the prior alone may show.
+    fn is_number(&self) -> bool {
+        let last = self.hypothesis.effects.last();
+        last.is_some_and(|own| own.kind.is_number() || own.kind == EffectKind::Target)
     }
 
     /// Residuals over the stated noise, at least 1.
@@ -186,9 +202,8 @@ pub(crate) fn search(case: &Case<'_>) -> Option<Found> {
         for state in &beam {
             for hypothesis in search.candidates(state) {
                 let known = next.iter().any(|own| own.hypothesis == hypothesis);
-                if let Some(fitted) = (!known).then(|| search.settled(hypothesis)).flatten() {
-                    next.push(fitted);
-                }
+                let fitted = (!known).then(|| search.settled(hypothesis)).flatten();
+                next.extend(fitted.filter(|own| own.is_number() || own.is_in_residuals(state)));
             }
         }
         let misfit = all
@@ -266,6 +281,10 @@ impl Search<'_> {
         for own in &hypothesis.effects {
             match own.kind {
                 EffectKind::Backlash => backlash += 1,
+                // A plate moves up and tilts.
+                EffectKind::Move if !self.case.readings.holds(Kind::Position) => {
+                    sum += self.penalty(3, self.alike(Some(EffectKind::Move)));
+                }
                 kind => sum += self.penalty(kind.unknowns(), self.alike(Some(kind))),
             }
         }
@@ -335,14 +354,16 @@ impl Search<'_> {
         // Of an estimated noise, its restricted likelihood, with the degrees of freedom of all readings.
         let per_reading = solution.log_spread / f64::max(kept.readings() as f64, 1.0);
         let spread = 2.0 * per_reading * self.freedom.unwrap_or(freedom);
-        let (squares, own) = if stated {
+        let (squares, spread) = if stated {
             (squares, 0.0)
         } else {
             (0.0, spread)
         };
         Some(Fitted {
             squares,
-            rest: prior + own + penalties,
+            spread,
+            prior,
+            penalty: penalties,
             freedom,
             solution,
             hypothesis,
@@ -467,10 +488,18 @@ impl Search<'_> {
                 .filter(|kind| turns || !matches!(kind, EffectKind::Zeros | EffectKind::UpperArm));
             kinds.extend(numbers.map(|kind| throughout(&[Effect::of(kind)]).into_iter().collect()));
         }
-        let slips =
-            ArmIndex::ALL.map(|arm| scan.steps(Effect::of_arm(EffectKind::Slip, arm), 1..count));
-        kinds.push(slips.into_iter().flatten().collect());
-        if count > 2 * LEAST_ROWS {
+        // The prints and touches of a printer's configuration have no order, and its joints are not read.
+        let in_order = !self.options.of_printer;
+        let slips = ArmIndex::ALL.map(|arm| {
+            scan.steps(
+                Effect::of_arm(EffectKind::Slip, arm),
+                1..count.saturating_sub(1),
+            )
+        });
+        if in_order {
+            kinds.push(slips.into_iter().flatten().collect());
+        }
+        if in_order && count > 2 * LEAST_ROWS {
             let moves = scan.steps(
                 Effect::of(EffectKind::Move),
                 LEAST_ROWS..count - LEAST_ROWS + 1,

@@ -151,6 +151,21 @@ impl RobotFile {
         loose
     }
 
+    /// A copy for readings of the platform point: planes and points are where it meets them.
+    pub(crate) fn at_platform_point(&self) -> Self {
+        let mut own = self.clone();
+        let target = self.instruments.target_place();
+        let facts = &mut own.instruments;
+        facts.targets.clear();
+        for plane in &mut facts.planes {
+            plane.height -= target.z;
+        }
+        for (place, _) in facts.points.iter_mut().filter_map(|own| own.place.as_mut()) {
+            *place -= target;
+        }
+        own
+    }
+
     /// The limits on poses.
     pub const fn reach(&self) -> Reach {
         Reach {

@@ -17,7 +17,7 @@ const CLEARLY: f64 = 4.0;
 /// A stated place is contradicted beyond this many σ.
 pub(crate) const CONTRADICTED: f64 = 3.0;
 /// σ of a point of the machine, at the least, before that is said, mm.
-const UNSTATED: f64 = 0.2;
+const UNSTATED: f64 = 0.1;
 
 /// Transformation from the robot's base frame to the sensor's, from the points of `[datum]`.
 #[derive(Debug, Clone, PartialEq)]

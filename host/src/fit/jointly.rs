@@ -23,9 +23,11 @@ use nalgebra::{DMatrix, DVector, Vector3};
 /// σ of an instrument's scale and of a robot's expansion together, if none is stated.
 const USUAL_SCALE: f64 = 1e-5;
 /// Fits with the effects of the last one removed; a slip of 30° takes six.
-const ROUNDS: u32 = 10;
+const ROUNDS: u32 = 25;
 /// Noise so many times the stated one is no noise.
 const WIDEST: f64 = 1e6;
+/// Factor by which a widened noise shrinks while that is possible.
+const NARROWED: f64 = 3.0;
 /// A step that would lower the cost by less than this, in units of the residuals' variance, is none: every unknown is
 /// within a tenth of its σ.
 const NOTHING: f64 = 0.01;
@@ -147,6 +149,7 @@ pub(super) fn jointly(
     if is_free {
         state.found.frame = state.aligned(readings);
     }
+    let mut last = f64::INFINITY;
     for round in 1.. {
         let course = state.course(readings);
         let undone = state.without(&course, readings);
@@ -156,13 +159,22 @@ pub(super) fn jointly(
             None => (undone.clone(), frame),
         };
         let exact = alone(&seen, within, 1.0);
-        let mut solution = match exact {
-            Ok(ref solution) => solution.clone(),
-            Err(why) if round < ROUNDS && !state.effects.is_empty() => {
-                widened(why, |factor| alone(&seen, within, factor))?
+        let (mut solution, factor) = match exact {
+            Ok(ref solution) => (solution.clone(), 1.0),
+            Err(why) if !strict || (round < ROUNDS && !state.effects.is_empty()) => {
+                let fit = |factor| alone(&seen, within, factor);
+                let narrower = last / NARROWED;
+                let possible = narrower > 1.0 && narrower.is_finite();
+                match possible.then(|| fit(narrower)) {
+                    Some(Ok(solution)) => (solution, narrower),
+                    _ => widened(why, fit)?,
+                }
             }
             Err(why) => return Err(why),
         };
+        // With less noise, effects and robot are better known.
+        let narrows = factor > 1.0 && factor < last;
+        last = factor;
         if sensor.is_some() {
             (solution.places.frame, solution.places_before.frame) = (sensor, sensor);
         }
@@ -178,7 +190,7 @@ pub(super) fn jointly(
             Turn::default()
         };
         let turns = turn.spread > STILL * solution.levels.position.position();
-        if round < ROUNDS && (turns || step.gains()) {
+        if round < ROUNDS && (turns || narrows || step.gains()) {
             state.take(&step);
             continue;
         }
@@ -201,7 +213,7 @@ pub(super) fn jointly(
 fn widened(
     why: Unsolved,
     fit: impl Fn(f64) -> Result<Solution, Unsolved>,
-) -> Result<Solution, Unsolved> {
+) -> Result<(Solution, f64), Unsolved> {
     let (mut factor, mut last) = (1.0, why);
     while factor < WIDEST {
         factor *= match last {
@@ -218,7 +230,7 @@ fn widened(
             _ => return Err(why),
         };
         match fit(factor) {
-            Ok(solution) => return Ok(solution),
+            Ok(solution) => return Ok((solution, factor)),
             Err(error) => last = error,
         }
     }

@@ -137,7 +137,7 @@ fn of_instruments(
     frame: Frame,
 ) -> Result<Found, CalibrateError> {
     let [arm, ..] = robot.robot.arms();
-    let mut held = robot.clone();
+    let mut held = robot.at_platform_point();
     held.tolerance = Tolerance::new(HELD * arm.lb(), HELD).ok();
     held.transmission = None;
     held.instruments.datum.clear();

@@ -284,7 +284,9 @@ fn agreed(cases: &[(u64, Case)]) -> [[f64; 2]; 2] {
                     let ratio = planned[of] / expected[of];
                     assert!(
                         (0.85..1.18).contains(&ratio),
-                        "{case:?}: {of} {planned:?} {expected:?}"
+                        "{case:?}: {of} {planned:?} {expected:?} {} {:?}",
+                        report.sigma_widened_by,
+                        report.causes.found
                     );
                 }
                 for plane in &report.planes {
@@ -317,7 +319,7 @@ fn agreed(cases: &[(u64, Case)]) -> [[f64; 2]; 2] {
             found.warnings
         );
         let mut parameters = truth.parameters();
-        parameters[ArmIndex::First.index()][Parameter::Lb.index()] += 3.0;
+        parameters[ArmIndex::First.index()][Parameter::Lb.index()] += 6.0;
         right.robot = truth.with_parameters(parameters).unwrap();
         let found = validate(&right, &readings, request).unwrap();
         assert_eq!(found.verdict, Verdict::Fail, "{case:?}: {found:?}");

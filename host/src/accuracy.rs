@@ -1,5 +1,6 @@
 //! Accuracy of positions and parameters.
 
+pub mod budget;
 pub(crate) mod improvement;
 pub mod information;
 pub mod position_error;

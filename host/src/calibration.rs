@@ -7,20 +7,16 @@
 //! ```
 
 mod calibrate;
-pub mod causes;
 pub mod credibility;
 pub mod diagnosis;
-mod explanation;
 mod findings;
 pub(crate) mod judge;
 pub mod known;
 pub mod refusal;
 pub mod report;
-mod step;
 mod wrong_rows;
 
 pub use calibrate::{calibrate, read_samples};
-pub(crate) use explanation::turned;
 pub use refusal::{CalibrateError, Refused};
 pub use report::Report;
 use serde::Serialize;

@@ -7,5 +7,6 @@ pub mod example;
 pub mod input;
 pub mod kinematics;
 pub mod length;
+mod region;
 pub mod robot_file;
 pub mod samples_file;

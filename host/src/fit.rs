@@ -8,6 +8,7 @@
 
 pub(crate) mod datum;
 mod estimators;
+pub(crate) mod jointly;
 pub mod observations;
 mod robust;
 pub mod solution;
@@ -17,6 +18,7 @@ pub(crate) use estimators::{Closure, by_arms};
 use serde::{Deserialize, Serialize};
 pub use solution::{Solution, Unsolved};
 pub use solve::solve;
+pub(crate) use solve::solve_with;
 
 /// The estimator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]

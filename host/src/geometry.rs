@@ -1,10 +1,14 @@
 //! Which poses a robot can take: limits of joints and ball joints, what rules out other poses, and a sweep of the
 //! forward model.
 
+mod region;
+
 use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity, SingularityDistance};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::{ArmIndex, Real, Robot};
 use nalgebra::Vector3;
+pub use region::Region;
+pub(crate) use region::{below, uniform};
 use std::f64::consts::{PI, TAU};
 use std::fmt;
 
@@ -101,9 +105,16 @@ pub struct Reach {
     pub limits: JointLimits<f64>,
     /// The largest angle of a forearm out of its arm's plane, radians; `None` if unlimited.
     pub forearm_limit: Option<f64>,
+    /// Where the robot works; everywhere that it reaches without.
+    pub within: Option<Region>,
 }
 
 impl Reach {
+    /// Whether the robot works at a position, mm.
+    pub fn works_at(&self, x: &Vector3<f64>) -> bool {
+        self.within.is_none_or(|own| own.contains(x))
+    }
+
     /// The platform's position, mm, at these joint angles (radians).
     ///
     /// # Errors
@@ -331,6 +342,7 @@ pub(crate) fn reaches_anywhere(robot: &Robot<f64>, limits: &JointLimits<f64>) ->
     let reach = Reach {
         limits: *limits,
         forearm_limit: None,
+        within: None,
     };
     sweep(&reach).any(|q| robot.forward(&q).is_ok())
 }

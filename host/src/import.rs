@@ -79,7 +79,13 @@ impl Firmware {
         if any(&["[printer]", "[include"]) {
             return Some(Self::Klipper);
         }
-        if lines.any(|line| line.contains("echo:") || line.starts_with("#define DELTA_")) {
+        // A line of M503, which a log may precede with the time; the comments of a Duet may say anything.
+        let answered = |line: &str| {
+            let code = line.split(';').next().unwrap_or_default();
+            let answer = code.split_once("echo:").map(|(_, own)| own.trim_start());
+            answer.is_some_and(|own| own.starts_with("M665") || own.starts_with("M666"))
+        };
+        if lines.any(|line| answered(line) || line.starts_with("#define DELTA_")) {
             return Some(Self::Marlin);
         }
         let of_duet = Path::new(input.name())

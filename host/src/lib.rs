@@ -29,6 +29,8 @@ pub mod campaign;
 pub mod cli;
 #[cfg(feature = "device")]
 pub mod device;
+pub mod effects;
+pub mod explain;
 pub mod export;
 pub mod files;
 pub mod fit;

@@ -12,18 +12,17 @@
 mod exchange;
 mod judge;
 mod plan;
-mod region;
 mod request;
 mod samples;
 mod search;
 mod selection;
 mod setup;
 
+pub use crate::geometry::Region;
 use crate::text::{in_file_units, small};
 use delta_cal::{ArmIndex, Parameter};
 pub use judge::Precision;
 pub use plan::{Plan, plan, plan_for};
-pub use region::Region;
 pub use request::{Kind, LEAST, MOST, Order, PlanRequest, Wish, Wishes};
 pub use samples::Determined;
 pub(crate) use samples::covariance_after;

@@ -45,7 +45,8 @@ impl Document {
         html! {
             dl.document {
                 @for (name, value) in self.entries() { dt { (name) } dd { (value) } }
-                @for (kind, source) in [("Robot file", &self.robot), ("Samples file", &self.samples)] {
+                @let files = [("Robot file", &self.robot), ("Samples file", &self.samples)].into_iter();
+                @for (kind, source) in files.chain(self.beside.iter().map(|own| ("Second samples file", own))) {
                     dt { (kind) }
                     dd { (source.name) br; span.hash { "SHA-256 " (source.sha256) } }
                 }

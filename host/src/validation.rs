@@ -15,8 +15,11 @@ use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
 use crate::fit::datum::Datum;
+use crate::fit::jointly::of_platform_point;
+use crate::fit::observations::is_stated;
 use crate::fit::{Frame, Options};
 use crate::text::count;
+use delta_cal::frame::RigidTransform;
 pub use interval::{Bounded, Deviation, RmsError, Verdict};
 use interval::{Read, largest, rms_error};
 use readings::{Deviations, deviations};
@@ -102,11 +105,16 @@ pub fn validate(
     readings: &Readings,
     request: Request,
 ) -> Result<Validation, CalibrateError> {
-    let (readings, frame) = &in_known_frame(robot, readings, request)?;
-    let options = Options::in_frame(*frame);
+    let known = known_frame(robot, request)?;
+    let frame = known.map_or(Frame::Sensor, |_| Frame::Base);
+    let robot = &readings.noise_into(robot);
+    let readings = &of_platform_point(robot, readings, known);
+    let options = Options::in_frame(frame);
     let refused = |cause: String, remedy: &str| {
         let refused = Refused::new(format!("{}: {cause}", readings.name), remedy);
-        CalibrateError::from(refused.explained(diagnose(robot, readings, &options)))
+        let in_base = known.map(|own| readings.turned(&own.inverse()));
+        let diagnosis = diagnose(robot, in_base.as_ref().unwrap_or(readings), &options);
+        CalibrateError::from(refused.explained(diagnosis))
     };
     let poses = readings.distinct_poses();
     let least = match frame {
@@ -125,7 +133,7 @@ pub fn validate(
         mut rows,
         frame: fitted,
         read,
-    } = deviations(robot, readings, *frame)?;
+    } = deviations(robot, readings, known)?;
     let lengths = rows.iter().map(|row| (Some(row.deviation_mm), row.line));
     let deviation = PositionError::of(lengths);
     if deviation.lies_elsewhere(&robot.robot) {
@@ -143,7 +151,14 @@ pub fn validate(
         return Err(refused(cause, remedy));
     }
     let overstated = overstated(&rows, read);
-    let warnings = warnings(robot, readings, *frame, &rows, &deviation, overstated);
+    let warnings = warnings(
+        robot,
+        readings,
+        request.frame,
+        &rows,
+        &deviation,
+        overstated,
+    );
     if overstated.is_some() {
         for row in &mut rows {
             row.noise = None;
@@ -158,7 +173,7 @@ pub fn validate(
     Ok(Validation {
         robot_file: robot.name.clone(),
         samples_file: readings.name.clone(),
-        frame: *frame,
+        frame,
         verdict: Verdict::of(&rms_error.error, request.limit),
         rms_error,
         largest_error: largest(&rows),
@@ -177,29 +192,23 @@ pub fn validate(
     })
 }
 
-/// Readings of the platform point, in the robot's frame if the sensor's is known: stored, or from datum points.
-fn in_known_frame(
+/// The frame of the coordinates if it is known: the base's, the stored one, or that of the datum points.
+fn known_frame(
     robot: &RobotFile,
-    readings: &Readings,
     request: Request,
-) -> Result<(Readings, Frame), CalibrateError> {
+) -> Result<Option<RigidTransform<f64>>, CalibrateError> {
     let datum = Datum::of(robot, request.frame)?;
-    let frame = match (request.stored, datum) {
-        (true, _) => Some(robot.sensor_frame.ok_or_else(|| {
-            InputError::new(&robot.name, "the robot file has no [sensor_frame]").with_remedy(
-                "`calibrate --frame sensor` writes it; `validate --frame sensor` fits it again",
-            )
-        })?),
-        (false, datum) => datum.map(|datum| datum.frame),
-    };
-    let target = robot.instruments.target.unwrap_or_default();
-    let readings = match (frame, request.frame) {
-        (Some(frame), _) => readings.turned(&frame.inverse()).moved(&-target),
-        (None, Frame::Base) => readings.clone().moved(&-target),
-        // A fitted frame's position absorbs the target offset.
-        (None, Frame::Sensor) => return Ok((readings.clone(), Frame::Sensor)),
-    };
-    Ok((readings, Frame::Base))
+    match (request.frame, request.stored) {
+        (Frame::Base, _) => Ok(Some(RigidTransform::identity())),
+        (Frame::Sensor, false) => Ok(datum.map(|own| own.frame)),
+        (Frame::Sensor, true) => {
+            let missing = InputError::new(&robot.name, "the robot file has no [sensor_frame]");
+            let remedy =
+                "`calibrate --frame sensor` writes it; `validate --frame sensor` fits it again";
+            let stored = robot.sensor_frame.ok_or(missing.with_remedy(remedy));
+            Ok(Some(stored?))
+        }
+    }
 }
 
 /// The mean squared deviation of each pose, and the mean square of the noise. All rows of a pose share the robot's
@@ -250,11 +259,13 @@ fn warnings(
     let outlier = deviation.is_outlier(deviation.max) && !rows.iter().any(largest_is_noise);
     let outlier = deviation.max_at_line.filter(|_| outlier);
     let (poses, row_count) = (readings.distinct_poses(), readings.rows.len());
+    let mut kinds = Kind::ALL.into_iter();
+    let unstated = kinds.any(|kind| readings.holds(kind) && !is_stated(robot, kind));
     let warnings = [
         overstated.map(|ratio| format!(
             "Deviations are only {ratio:.2} × the stated [noise]: the noise is stated too large and was not removed."
         )),
-        robot.noise.is_none().then(|| {
+        unstated.then(|| {
             "No [noise] stated: every figure includes the instrument's noise, so a robot can pass but not fail.".to_owned()
         }),
         (robot.sensor_frame.is_some() && frame == Frame::Base).then(|| {

@@ -264,6 +264,10 @@ pub struct WorkspaceComparison {
     /// of the relative positions. `None` if the robot stays as it is, or if the noise is neither stated nor estimated well
     /// enough.
     pub chance_of_harm: Option<f64>,
+    /// The same of positions in the frame of the base, whether or not the readings show it.
+    pub absolute_chance_of_harm: Option<f64>,
+    /// The same of relative positions.
+    pub relative_chance_of_harm: Option<f64>,
 }
 
 impl WorkspaceComparison {
@@ -306,13 +310,14 @@ impl WorkspaceComparison {
         };
         let whole_change = f64::sqrt(sum / poses);
         let whole_sigma = covariance.component_mul(&absolute).sum().sqrt();
+        let absolute = of(absolute);
+        // Besides the six rigid motions, the unused places of a tower's parameters.
+        let empty = 24 - 3 * before.drive().parameters().len();
+        let relative = of(there.relative()?.mean_square()).without_kernel(6 + empty);
         let (size, change) = if solution.is_absolute() {
-            (whole_change, of(absolute))
+            (whole_change, &absolute)
         } else {
-            // Besides the six rigid motions, the unused places of a tower's parameters.
-            let empty = 24 - 3 * before.drive().parameters().len();
-            let change = of(there.relative()?.mean_square()).without_kernel(6 + empty);
-            (change.size(), change)
+            (relative.size(), &relative)
         };
         let judged = Moved {
             change: size,
@@ -325,9 +330,17 @@ impl WorkspaceComparison {
             judged,
             negligible: NEGLIGIBLE * after.arms().iter().map(Arm::lb).fold(0.0, f64::max),
             chance_of_harm: None,
+            absolute_chance_of_harm: None,
+            relative_chance_of_harm: None,
         };
         if !own.unchanged() {
-            own.chance_of_harm = change.chance_of_harm();
+            own.absolute_chance_of_harm = absolute.chance_of_harm();
+            own.relative_chance_of_harm = relative.chance_of_harm();
+            own.chance_of_harm = if solution.is_absolute() {
+                own.absolute_chance_of_harm
+            } else {
+                own.relative_chance_of_harm
+            };
         }
         Some(own)
     }

@@ -97,6 +97,10 @@ impl<const P: usize> Sensitivities<P> {
 pub struct PositionSigma {
     /// Root mean square.
     pub rms: f64,
+    /// The same over the tenth of the poses that are outermost.
+    pub outermost: f64,
+    /// Over the others.
+    pub others: f64,
     /// Maximum.
     pub max: f64,
     /// Position of the maximum.
@@ -155,7 +159,9 @@ pub(super) fn clear_pose(
     joints: [f64; 3],
 ) -> Option<Sample<f64>> {
     let position = reach.clear_position(robot, &joints).ok()?;
-    Some(Sample { joints, position })
+    reach
+        .works_at(&position)
+        .then_some(Sample { joints, position })
 }
 
 /// The clear poses of a grid over the joints' range with a joint at its limit; and, between neighbours of which only
@@ -270,6 +276,18 @@ impl ExpectedError {
             let mut found: Vec<_> = inside.0.iter().filter_map(of_pose).collect();
             let count = found.iter().fold(0.0, |count, _| count + 1.0);
             let sum: f64 = found.iter().map(|(variance, _)| variance).sum();
+            let centre = found
+                .iter()
+                .map(|(_, pose)| pose.position)
+                .sum::<Vector3<f64>>()
+                / count;
+            let far = |pose: &Sample<f64>| (pose.position - centre).norm_squared();
+            found.sort_by(|a, b| far(&b.1).total_cmp(&far(&a.1)));
+            let (outer, inner) = found.split_at(found.len() / 10);
+            let [outermost, others] = [outer, inner].map(|own| {
+                let sum: f64 = own.iter().map(|(variance, _)| variance).sum();
+                f64::sqrt(sum / f64::max(own.len() as f64, 1.0))
+            });
             found.extend(edge.0.iter().filter_map(of_pose));
             found.sort_by(|a, b| b.0.total_cmp(&a.0));
             let starts = found.into_iter().take(STARTS);
@@ -283,6 +301,8 @@ impl ExpectedError {
                 .max_by(|a, b| a.0.total_cmp(&b.0))?;
             Some(PositionSigma {
                 rms: f64::sqrt(sum / count),
+                outermost,
+                others,
                 max: largest.sqrt(),
                 max_at: worst.position,
             })

@@ -1,20 +1,20 @@
 //! From a robot file and readings to a report, or to the reason why there is none.
 
 use super::diagnosis::{Diagnosis, diagnose};
-use super::explanation::explanation;
 use super::judge::{Case, Judged, Objection, attempt, is_understated};
 use super::refusal::{CalibrateError, Refused, explained};
 use super::report::Report;
-use super::step::step;
 use super::wrong_rows::{FEWEST, MOST_WRONG, beside_the_platform_point, shifted_rows, wrong_rows};
 use crate::accuracy::rigid_motion::degenerate;
+use crate::explain::{Found, search};
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, Reading, Readings};
+use crate::files::samples_file::{Kind, ONLY_TARGET, Reading, Readings};
 use crate::fit::datum::Datum;
+use crate::fit::jointly::of_platform_point;
 use crate::fit::{Frame, Method, Options, Unsolved};
-use delta_cal::{Noise, Refusal};
-use nalgebra::Vector3;
+use delta_cal::Refusal;
+use delta_cal::frame::RigidTransform;
 
 /// Reads the samples of a robot to be calibrated. If joint angles are outside its limits, the error says what would
 /// explain the file as a whole.
@@ -61,33 +61,44 @@ pub fn calibrate(
     readings: &Readings,
     options: &Options,
 ) -> Result<Report, CalibrateError> {
-    let moved = checked(robot, readings, options)?;
-    let weighted = with_noise_of_rows(robot, readings);
-    let robot = weighted.as_ref().unwrap_or(robot);
-    let case = Case::new(robot, &moved, *options);
-    let diagnosis = diagnose(robot, &moved, options);
-    match attempt(&case).and_then(|judged| explained_otherwise(&case, judged)) {
+    check(robot, readings, options)?;
+    let robot = &readings.noise_into(robot);
+    let case = Case::new(robot, readings, *options);
+    let known = known_frame(robot, options.frame);
+    let diagnosis = diagnose(robot, &of_platform_point(robot, readings, known), options);
+    // A mistake in all rows needs no further explanation.
+    let found = diagnosis.is_none().then(|| search(&case)).flatten();
+    let found = found.as_ref();
+    match attempt(&case, found).and_then(|judged| explained_otherwise(&case, judged, found)) {
         Ok(judged) => Ok(Report::new(&case, judged, diagnosis)),
-        Err(objection) => Err(refused(&case, &objection, diagnosis)),
+        Err(objection) => Err(refused(&case, &objection, found, diagnosis)),
     }
 }
 
 /// Looks for what else explains readings that contradict noise or tolerance, or rows that a robust fit left out. An error
 /// that is then unknown is not stated.
-fn explained_otherwise(case: &Case<'_>, mut judged: Judged) -> Result<Judged, Objection> {
+fn explained_otherwise(
+    case: &Case<'_>,
+    mut judged: Judged,
+    found: Option<&Found>,
+) -> Result<Judged, Objection> {
+    let explanation = || found.and_then(|own| own.explained(case));
     let rows = &judged.solution.rows;
     let suspected = rows.iter().filter(|fit| fit.suspected).count();
-    let shifted = shifted_rows(&judged.solution, case.readings).is_some();
-    let explained = || explanation(case).is_some() || step(case).is_some();
+    let shifted = shifted_rows(&judged.solution).is_some();
+    let explained = || found.is_some_and(Found::is_fault);
     if suspected >= FEWEST && !shifted && (MOST_WRONG * suspected > rows.len() || explained()) {
         let objection = Unsolved::TooManySuspected(suspected, rows.len());
         return Err(Objection::Unsolved(objection));
     }
     let beyond = judged.tolerance.filter(|own| own.test.contradicts());
-    let unexplained = is_understated(&judged.solution) && judged.causes.found.is_empty();
-    let looked_for = beyond.is_some() || unexplained;
-    let explained = looked_for.then(|| explanation(case)).flatten();
+    let understated = is_understated(&judged.solution);
+    let explained = (beyond.is_some() || understated)
+        .then(explanation)
+        .flatten();
     if !explained.as_ref().is_some_and(|own| own.is_scale) {
+        // Causes are findings of their own.
+        let explained = explained.filter(|_| judged.causes.found.is_empty());
         judged.explained = explained.map(|own| own.text);
         return Ok(judged);
     }
@@ -102,44 +113,34 @@ fn explained_otherwise(case: &Case<'_>, mut judged: Judged) -> Result<Judged, Ob
     Err(Objection::Unsolved(refusal.into()))
 }
 
-fn refused(case: &Case<'_>, objection: &Objection, diagnosis: Option<Diagnosis>) -> CalibrateError {
-    let by_one = || explanation(case).map(|own| own.text);
+fn refused(
+    case: &Case<'_>,
+    objection: &Objection,
+    found: Option<&Found>,
+    diagnosis: Option<Diagnosis>,
+) -> CalibrateError {
+    let by_one = || Some(found?.explained(case)?.text);
     let hint = diagnosis.is_none().then(|| match objection {
         Objection::Worse(..) => by_one(),
         own if !own.may_be_wrong_rows() => None,
         _ => beside_the_platform_point(case)
             .map(|target| target.text)
             .or_else(by_one)
-            .or_else(|| step(case).map(|step| step.finding.text))
             .or_else(|| wrong_rows(case)),
     });
     explained(case, objection, hint.flatten(), diagnosis)
 }
 
-/// The robot with the noise stated in the rows, `None` if no row states any. It replaces the robot file's noise, and
-/// each row's own noise sets its weight.
-fn with_noise_of_rows(robot: &RobotFile, readings: &Readings) -> Option<RobotFile> {
-    let sigmas = Kind::ALL.map(|kind| readings.stated_sigma(kind));
-    let [position, height, distance] = sigmas;
-    if sigmas.iter().all(Option::is_none) {
-        return None;
+/// The frame of the coordinates, if the file says which: the base's, or that of the datum points.
+fn known_frame(robot: &RobotFile, frame: Frame) -> Option<RigidTransform<f64>> {
+    match frame {
+        Frame::Base => Some(RigidTransform::identity()),
+        Frame::Sensor => Some(Datum::of(robot, frame).ok()??.frame),
     }
-    let facts = &robot.instruments;
-    let joint = robot.noise.map(|noise| noise.joint()).or(facts.joint_noise);
-    let noise = position.and_then(|sigma| Noise::new(sigma, joint.unwrap_or_default()).ok());
-    let mut weighted = robot.clone();
-    weighted.noise = noise.or(robot.noise);
-    weighted.instruments.height_noise = height.or(facts.height_noise);
-    weighted.instruments.distance_noise = distance.or(facts.distance_noise);
-    Some(weighted)
 }
 
-/// The readings to use, after all checks of the files and options.
-fn checked(
-    robot: &RobotFile,
-    readings: &Readings,
-    options: &Options,
-) -> Result<Readings, CalibrateError> {
+/// Checks the files and options.
+fn check(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<(), CalibrateError> {
     check_method(robot, readings, options)?;
     if options.robust && readings.rows.iter().any(|row| row.value.sigma.is_some()) {
         let cause = "--robust weighs the rows itself, and the file states the uncertainty of each";
@@ -165,34 +166,21 @@ fn checked(
             return Err(refused.explained(diagnose(robot, readings, options)).into());
         }
     }
-    let datum = datum(robot, readings, options.frame)?;
-    let Some(target) = robot.instruments.target else {
-        return Ok(readings.clone());
-    };
-    // Converts positions of the target to positions of the platform point. In an unknown frame, the frame's place
-    // absorbs the shift, because the platform does not rotate.
-    let shift = match (options.frame, &datum) {
-        (Frame::Base, _) => target,
-        (Frame::Sensor, Some(datum)) => datum.frame.rotation * target,
-        (Frame::Sensor, None) => Vector3::zeros(),
-    };
-    Ok(readings.clone().moved(&-shift))
+    check_datum(robot, readings, options.frame)
 }
 
-/// The sensor's frame, from the points of `[datum]`.
-fn datum(
-    robot: &RobotFile,
-    readings: &Readings,
-    frame: Frame,
-) -> Result<Option<Datum>, InputError> {
-    let Some(datum) = Datum::of(robot, frame)? else {
-        return Ok(None);
-    };
+/// Checks that the points of `[datum]` give the frame of complete positions.
+fn check_datum(robot: &RobotFile, readings: &Readings, frame: Frame) -> Result<(), CalibrateError> {
+    if Datum::of(robot, frame)?.is_none() {
+        return Ok(());
+    }
     let single = |row: &Reading| row.sample().is_none() && row.kind() == Some(Kind::Position);
     if let Some(index) = readings.rows.iter().position(|row| single(&row.value)) {
-        return Err(readings.fault(index, "with [datum] a row needs all of x, y and z"));
+        return Err(readings
+            .fault(index, "with [datum] a row needs all of x, y and z")
+            .into());
     }
-    Ok(Some(datum))
+    Ok(())
 }
 
 fn check_method(
@@ -256,5 +244,30 @@ fn check_names(robot: &RobotFile, readings: &Readings) -> Result<(), InputError>
                 .with_remedy("give both files the same names, or delete the section"));
         }
     }
-    Ok(())
+    let stated = &robot.instruments.targets;
+    let missing = readings.targets.iter().find(|name| {
+        let alone = *name == ONLY_TARGET && stated.is_empty();
+        !(alone || stated.iter().any(|own| own.name == **name))
+    });
+    let Some(name) = missing else {
+        return Ok(());
+    };
+    let (cause, remedy) = if name == ONLY_TARGET {
+        (
+            format!(
+                "rows of {} name no target, and there are several",
+                readings.name
+            ),
+            "name the target of each row in a column target, or state [target]".to_owned(),
+        )
+    } else {
+        (
+            format!(
+                "rows of {} name the target {name}, which is not stated",
+                readings.name
+            ),
+            format!("add a section [targets.{name}]"),
+        )
+    };
+    Err(InputError::new(&robot.name, cause).with_remedy(remedy))
 }

@@ -309,7 +309,7 @@ impl Evidence<'_> {
             frame: fault.frame,
             ..*self.options
         };
-        let judged = attempt(&Case::new(&robot, &readings, options)).ok()?;
+        let judged = attempt(&Case::new(&robot, &readings, options), None).ok()?;
         Some(fault.unit * judged.errors?.after.median)
     }
 }

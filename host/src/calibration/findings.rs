@@ -1,22 +1,22 @@
 //! Findings of a calibration beside its figures: a sentence each, with the figures that it is based on.
 
-use super::causes::CauseKind;
 use super::credibility::{NoiseVerdict, doubtful};
 use super::diagnosis::Diagnosis;
-use super::judge::{Case, Judged, is_understated};
+use super::judge::{Case, Judged};
 use super::known::Known;
-use super::step::{Step, step};
 use super::wrong_rows::{beside_the_platform_point, shifted_rows};
 use super::{Finding, note, warning};
 use crate::accuracy::position_error::{BeforeAfter, PositionError, sigma_by_tolerance};
+use crate::effects::EffectKind;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Reading, Readings, Row};
 use crate::fit::Frame;
-use crate::fit::datum::Datum;
+use crate::fit::datum::{CONTRADICTED, Datum};
 use crate::fit::solution::RowFit;
 use crate::text::{capitalised, count, in_lines, joint, probability, significant};
 use delta_cal::Parameter;
 use delta_cal::calibration::StartUsed;
+use nalgebra::Vector3;
 use serde_json::json;
 use std::collections::BTreeMap;
 
@@ -34,6 +34,11 @@ const LITTLE: f64 = 0.5;
 /// Above this fraction of the stated noise, residuals suggest that 2 σ was stated instead of σ.
 const HALF: f64 = 0.4;
 
+/// A part of a statement's variance below which the readings say nothing about it.
+const LEAST_SHOWN: f64 = 0.01;
+/// A mistake leaves at most this part of the difference.
+const EXPLAINED: f64 = 0.2;
+
 /// Formats to two significant digits.
 fn mm(value: f64) -> String {
     significant(value, 2)
@@ -49,24 +54,24 @@ pub(crate) fn findings(
     let mut found = Vec::new();
     let explained = diagnosis.map(|own| format!("{own}. {}", own.advice()));
     found.extend(explained.map(|text| warning("diagnosis", json!({}), text)));
-    let shifted = shifted_rows(&judged.solution, case.readings);
+    let shifted = shifted_rows(&judged.solution);
     found.extend(shifted.clone());
     of_rows(case, judged, &mut found);
     of_files(case, &mut found);
     let kinds = Kind::ALL.into_iter();
     found.extend(kinds.filter_map(|kind| repeatability(case.readings, kind)));
-    let step = happened(case, judged).filter(|_| shifted.is_none());
-    let stepped = step.is_some();
-    found.extend(step.map(|own| own.finding));
-    // A step also looks like a drift.
-    let causes = judged.causes.found.iter();
-    for cause in causes.filter(|cause| !stepped || cause.kind != CauseKind::Drift) {
+    let causes = judged.causes.found.iter().filter(|_| shifted.is_none());
+    for cause in causes {
         let text = format!(
             "{}. The model cannot represent this error, so the parameters are biased. {}.",
             capitalised(&cause.text),
             capitalised(cause.remedy)
         );
-        found.push(warning("cause", json!({ "cause_kind": cause.kind }), text));
+        found.push(warning(
+            "cause",
+            json!({ "cause_kind": cause.kind, "line": cause.line }),
+            text,
+        ));
     }
     let hidden = judged.causes.hidden_drift;
     if let Some(up_to) = hidden.filter(|_| case.readings.holds(Kind::Position)) {
@@ -77,19 +82,11 @@ pub(crate) fn findings(
         );
         found.push(note("drift_hidden", json!({ "up_to_mm": up_to }), text));
     }
+    of_stated(case, judged, &mut found);
     of_errors(case, judged, &mut found);
     of_noise(case, judged, &mut found);
     of_parameters(case, judged, known, &mut found);
     found
-}
-
-/// The step at one row, if the residuals show that something is wrong.
-fn happened(case: &Case<'_>, judged: &Judged) -> Option<Step> {
-    let mut causes = judged.causes.found.iter();
-    let drifts = causes.any(|cause| cause.kind == CauseKind::Drift);
-    let wrong = drifts || is_understated(&judged.solution);
-    let step = wrong.then(|| step(case)).flatten();
-    step.filter(|own| !drifts || own.is_no_drift)
 }
 
 /// The lines of the chosen rows.
@@ -148,8 +145,12 @@ fn of_files(case: &Case<'_>, found: &mut Vec<Finding>) {
             0 => String::new(),
             all => format!("; nothing was measured at {} of joints", count(all, "row")),
         };
+        let ignored = match joined.ignored.as_slice() {
+            [] => String::new(),
+            columns => format!(" Columns not used: {}.", columns.join(", ")),
+        };
         let text = format!(
-            "{} matched with the joints of {} {by}{unused}.",
+            "{} matched with the joints of {} {by}{unused}.{ignored}",
             count(readings.rows.len(), "row"),
             joined.joints_file
         );
@@ -157,6 +158,7 @@ fn of_files(case: &Case<'_>, found: &mut Vec<Finding>) {
             "joints_file": joined.joints_file,
             "by": joined.by,
             "unused": joined.unused,
+            "ignored": joined.ignored,
             "rows": readings.rows.len(),
         });
         found.push(note("joined", figures, text));
@@ -222,6 +224,92 @@ fn repeatability(readings: &Readings, kind: Kind) -> Option<Finding> {
     );
     let figures = json!({ "of": kind, "sigma_mm": sigma, "degrees_of_freedom": freedom });
     (freedom > 0.0).then(|| note("repeatability", figures, text))
+}
+
+/// Stated places of targets and datum points, and a stated scale, that the readings contradict.
+fn of_stated(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
+    let (solution, convention) = (&judged.solution, &case.robot.convention);
+    for own in &solution.effects {
+        let each = own
+            .places()
+            .zip(own.by.iter().zip(&own.mean))
+            .zip(&own.sigma);
+        let sigmas = each.filter_map(|((place, (by, mean)), sigma)| {
+            // What the estimate differs by is spread by what the readings add to the statement.
+            let left = sigma * sigma - solution.covariance[(place, place)];
+            let shown = sigma.is_finite() && left > LEAST_SHOWN * sigma * sigma;
+            shown.then(|| (by - mean).abs() / left.sqrt())
+        });
+        let sigmas = sigmas.fold(0.0, f64::max) / judged.widening.max(1.0);
+        if !(sigmas > CONTRADICTED) {
+            continue;
+        }
+        let figures = json!({ "of": own.effect.kind, "sigmas": sigmas });
+        let text = match own.effect.kind {
+            EffectKind::Target => {
+                let name = case.readings.targets.get(own.effect.index);
+                let name = name.map_or("target", String::as_str);
+                let [stated, fitted] = [&own.mean, &own.by]
+                    .map(|own| convention.vector(&Vector3::from_row_slice(own)));
+                let off = (fitted - stated).norm();
+                let [x, y, z] = fitted.data.0[0];
+                format!(
+                    "{name}: {}fitted {} mm from its stated place ({sigmas:.0} σ), at x {x:.2}, y {y:.2}, z {z:.2} mm. \
+                     Check the target's place and the robot file.",
+                    mistaken(&stated, &fitted),
+                    mm(off)
+                )
+            }
+            kind => format!(
+                "{}: fitted {} from what is stated ({sigmas:.0} σ). Measure a known length with the same instrument.",
+                kind.name(),
+                significant(own.by[0] - own.mean[0], 2)
+            ),
+        };
+        found.push(warning("stated", figures, text));
+    }
+    let noise = solution.levels.position.position();
+    if let (Ok(Some(datum)), Some(frame)) = (
+        Datum::of(case.robot, case.options.frame),
+        solution.places.frame,
+    ) {
+        for (point, off, sigmas) in datum.contradicted(&frame, noise) {
+            let text = format!(
+                "Datum {} is {} mm off: {sigmas:.0} σ. Measure it again.",
+                point.name,
+                mm(off)
+            );
+            let figures =
+                json!({ "of": "datum", "point": point.name, "off_mm": off, "sigmas": sigmas });
+            found.push(warning("stated", figures, text));
+        }
+    }
+}
+
+/// A mistake that makes the stated coordinates the fitted ones: two exchanged, or a sign.
+fn mistaken(stated: &Vector3<f64>, fitted: &Vector3<f64>) -> String {
+    let names = ["x", "y", "z"];
+    let pairs = [(0, 1), (1, 2), (0, 2)].map(|(one, other)| {
+        let mut changed = *stated;
+        changed.swap_rows(one, other);
+        (
+            changed,
+            format!("{} and {} look exchanged; ", names[one], names[other]),
+        )
+    });
+    let signs = [0, 1, 2].map(|axis| {
+        let mut changed = *stated;
+        changed[axis] = -changed[axis];
+        (
+            changed,
+            format!("the sign of {} looks wrong; ", names[axis]),
+        )
+    });
+    let all = pairs.into_iter().chain(signs);
+    let left = all.map(|(changed, text)| ((fitted - changed).norm(), text));
+    let best = left.min_by(|a, b| a.0.total_cmp(&b.0));
+    best.filter(|(left, _)| *left < EXPLAINED * (fitted - stated).norm())
+        .map_or_else(String::new, |(_, text)| text)
 }
 
 fn of_errors(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {

@@ -1,12 +1,12 @@
 //! Judges a solution: whether it is credible, reproduced by the robot, and expected to improve it.
 
-use super::causes::{Causes, causes};
 use super::credibility::{self, NoiseTest, NoiseVerdict, PriorTest, ToleranceTest};
 use super::known::Known;
 use crate::accuracy::improvement::{Moved, WorkspaceComparison};
 use crate::accuracy::information::prior;
 use crate::accuracy::position_error::{BeforeAfter, PositionError, sigma_by_tolerance};
 use crate::accuracy::uncertainty::{ExpectedError, Sensitivities, WorkspacePoses};
+use crate::explain::{Causes, Found};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
 use crate::fit::solution::{Places, WITH_TRANSMISSIONS};
@@ -138,19 +138,21 @@ impl Objection {
 }
 
 /// Solves and judges. A stated tolerance that the robot contradicts is widened if the samples determine all parameters.
-pub(crate) fn attempt(case: &Case<'_>) -> Result<Judged, Objection> {
-    match judge(case) {
+///
+/// `found`: what explains the readings beside the robot.
+pub(crate) fn attempt(case: &Case<'_>, found: Option<&Found>) -> Result<Judged, Objection> {
+    match judge(case, found) {
         Err(
             objection @ (Objection::BeyondTolerance(..)
             | Objection::Unsolved(Unsolved::Refused(Refusal::FarFromNominal { .. }))),
-        ) => with_wider_tolerance(case).ok_or(objection),
+        ) => with_wider_tolerance(case, found).ok_or(objection),
         result => result,
     }
 }
 
 /// `None` if the samples alone do not determine a robot that could be this one, or if it does not contradict the
 /// tolerance.
-fn with_wider_tolerance(case: &Case<'_>) -> Option<Judged> {
+fn with_wider_tolerance(case: &Case<'_>, found: Option<&Found>) -> Option<Judged> {
     let tolerance = case.robot.tolerance.as_ref()?;
     let free_file = case.robot.with_tolerance(None);
     let free = solve(&free_file, case.readings, &case.options).ok()?;
@@ -167,7 +169,7 @@ fn with_wider_tolerance(case: &Case<'_>) -> Option<Judged> {
         robot: &wide_file,
         ..*case
     };
-    let mut judged = judge(&wide).ok()?;
+    let mut judged = judge(&wide, found).ok()?;
     judged.tolerance = Some(ToleranceTest {
         test,
         widened: true,
@@ -175,13 +177,13 @@ fn with_wider_tolerance(case: &Case<'_>) -> Option<Judged> {
     Some(judged)
 }
 
-fn judge(case: &Case<'_>) -> Result<Judged, Objection> {
+fn judge(case: &Case<'_>, found: Option<&Found>) -> Result<Judged, Objection> {
     let solution = solve(case.robot, case.readings, &case.options).map_err(Objection::Unsolved)?;
-    judged(case, solution)
+    judged(case, solution, found)
 }
 
 /// Judges a solution of the case.
-fn judged(case: &Case<'_>, solution: Solution) -> Result<Judged, Objection> {
+fn judged(case: &Case<'_>, solution: Solution, found: Option<&Found>) -> Result<Judged, Objection> {
     let robot = case.robot;
     let mut noise: Vec<_> = solution.noise.iter().filter_map(NoiseTest::of).collect();
     for test in &mut noise {
@@ -189,7 +191,9 @@ fn judged(case: &Case<'_>, solution: Solution) -> Result<Judged, Objection> {
     }
     let reach = robot.reach();
     let poses = WorkspacePoses::of(&solution.robot, &reach);
-    let causes = causes(&solution, case.readings, &robot.convention, &poses.inside);
+    let causes = found.map_or_else(Causes::default, |found| {
+        Causes::of(case, found, &solution, &poses.inside)
+    });
     let by_noise = noise
         .iter()
         .map(|test| test.widening(!causes.found.is_empty()))
@@ -255,7 +259,7 @@ pub(super) fn agreeing(case: &Case<'_>) -> Option<Solution> {
     if is_understated(&solution) {
         return None;
     }
-    match judged(case, solution.clone()) {
+    match judged(case, solution.clone(), None) {
         Err(Objection::Worse(..)) => Some(solution),
         judged => judged.ok().map(|own| own.solution),
     }
@@ -353,7 +357,7 @@ pub(crate) fn distance(robot: &Robot<f64>, places: &Places, sample: &Sample<f64>
 /// Over the rows with x, y and z; `None` if there are none.
 fn errors(case: &Case<'_>, solution: &Solution) -> Option<BeforeAfter> {
     let of = |robot: &Robot<f64>, places: &Places| {
-        let rows = case.readings.rows.iter().zip(&solution.rows);
+        let rows = solution.readings.rows.iter().zip(&solution.rows);
         let kept = rows.filter(|(_, fit)| !fit.suspected);
         let samples: Vec<_> = kept
             .filter_map(|(row, _)| Some((distance(robot, places, &row.value.sample()?), row.line)))

@@ -1,17 +1,18 @@
 //! The report of a calibration, the source of the terminal, HTML and JSON output. Lengths in millimetres, angles in
 //! degrees; docs/json.md documents the keys.
 
-use super::causes::Causes;
 use super::credibility::{NoiseTest, ToleranceTest};
 use super::diagnosis::Diagnosis;
 use super::findings::findings;
 use super::judge::{Case, Judged, distance};
 use super::known::{Known, NextPose, next_poses};
 use super::{Finding, Level};
+use crate::accuracy::budget::{Contribution, budget};
 use crate::accuracy::improvement::WorkspaceComparison;
 pub use crate::accuracy::position_error::BeforeAfter;
 use crate::accuracy::quantiles::coverage_factor;
 use crate::accuracy::uncertainty::ExpectedError;
+use crate::explain::Causes;
 use crate::files::convention::Convention;
 use crate::files::document::Document;
 use crate::files::robot_file::RobotFile;
@@ -68,6 +69,8 @@ pub struct Report {
     pub sigma_widened_by: f64,
     /// The position error that the calibrated robot is expected to have.
     pub expected_error: Option<ExpectedReport>,
+    /// What each source contributes to it, the largest first.
+    pub budget: Vec<Contribution>,
     /// The same as an expanded uncertainty of 95 %.
     pub expanded_uncertainty: Option<ExpandedReport>,
     /// Whether `--limit` is met.
@@ -198,6 +201,10 @@ pub struct ExpectedReport {
     pub relative_worst_mm: f64,
     /// Where that is.
     pub relative_worst_at_mm: [f64; 3],
+    /// Relative, over the tenth of the poses that are outermost, rms.
+    pub relative_outermost_mm: f64,
+    /// Over the others.
+    pub relative_others_mm: f64,
 }
 
 /// An expanded uncertainty.
@@ -283,22 +290,27 @@ pub struct TransmissionReport {
     pub second_harmonic_deg: f64,
 }
 
-fn planes(readings: &Readings, solution: &Solution, convention: &Convention) -> Vec<PlaneReport> {
+/// Planes and points stand where the target meets them.
+fn planes(readings: &Readings, solution: &Solution, robot: &RobotFile) -> Vec<PlaneReport> {
+    let convention = &robot.convention;
+    let target = robot.instruments.target_place();
     let found = readings.planes.iter().zip(&solution.places.planes);
     let of_plane = |(name, plane): (&String, &PlaneFound)| PlaneReport {
         name: name.clone(),
         normal: convention.vector(&plane.normal).data.0[0],
-        z_mm: convention.vector(&Vector3::z()).z * plane.offset / plane.normal.z,
+        z_mm: convention.vector(&Vector3::z()).z * (plane.offset + plane.normal.dot(&target))
+            / plane.normal.z,
         tilt_deg: degrees(plane.normal.xy().norm().atan2(plane.normal.z)),
     };
     found.map(of_plane).collect()
 }
 
-fn points(readings: &Readings, solution: &Solution, convention: &Convention) -> Vec<PointReport> {
+fn points(readings: &Readings, solution: &Solution, robot: &RobotFile) -> Vec<PointReport> {
+    let target = robot.instruments.target_place();
     let found = readings.points.iter().zip(&solution.places.points);
     let of_point = |(name, point): (&String, &PointFound)| PointReport {
         name: name.clone(),
-        place_mm: convention.vector(&point.place).data.0[0],
+        place_mm: robot.convention.vector(&(point.place + target)).data.0[0],
         offset_mm: point.offset,
     };
     found.map(of_point).collect()
@@ -308,7 +320,7 @@ impl Report {
     pub(crate) fn new(case: &Case<'_>, judged: Judged, diagnosis: Option<Diagnosis>) -> Self {
         let (before, readings) = (case.before, case.readings);
         let solution = &judged.solution;
-        let frame = solution.places.frame.map(|own| robot_frame(own, case));
+        let frame = solution.places.frame;
         let after = RobotFile {
             robot: solution.robot.clone(),
             sensor_frame: frame.or(before.sensor_frame),
@@ -343,6 +355,7 @@ impl Report {
             causes: judged.causes,
             sigma_widened_by: judged.widening,
             expected_error: expected.map(|own| expected_report(own, &before.convention)),
+            budget: budget(solution, &judged.poses.inside),
             expanded_uncertainty: expected.and_then(|own| expanded(solution, own)),
             acceptance: None,
             tolerance: judged.tolerance,
@@ -351,8 +364,8 @@ impl Report {
             sensor_frame: frame
                 .as_ref()
                 .map(|own| FrameReport::of(own, &before.convention)),
-            planes: planes(readings, solution, &before.convention),
-            points: points(readings, solution, &before.convention),
+            planes: planes(readings, solution, before),
+            points: points(readings, solution, before),
             transmissions: transmissions(solution),
             suspected_samples: suspected,
             next_poses: next_poses(before, solution, &judged.poses.inside),
@@ -451,7 +464,7 @@ fn upper_arm(
 
 fn residuals(case: &Case<'_>, solution: &Solution) -> Vec<KindResiduals> {
     let (robot, places) = (&case.before.robot, &solution.places_before);
-    let rows = || case.readings.rows.iter().zip(&solution.rows);
+    let rows = || solution.readings.rows.iter().zip(&solution.rows);
     let of = |kind: Kind| {
         let counted = rows().filter(|(_, fit)| !fit.suspected && !fit.left_out);
         let errors = counted.flat_map(|(row, _)| {
@@ -481,7 +494,7 @@ fn residuals(case: &Case<'_>, solution: &Solution) -> Vec<KindResiduals> {
 }
 
 fn samples(case: &Case<'_>, solution: &Solution) -> Vec<SampleReport> {
-    let rows = &case.readings.rows;
+    let rows = &solution.readings.rows;
     let of = |index: usize| {
         let (row, fit) = (&rows[index], &solution.rows[index]);
         let error = |robot, places: &Places| {
@@ -513,18 +526,6 @@ fn samples(case: &Case<'_>, solution: &Solution) -> Vec<SampleReport> {
     shown.into_iter().map(of).collect()
 }
 
-/// Converts the frame found for the target to that of the platform point.
-fn robot_frame(found: RigidTransform<f64>, case: &Case<'_>) -> RigidTransform<f64> {
-    let facts = &case.before.instruments;
-    match facts.target {
-        Some(target) if facts.datum.is_empty() => RigidTransform {
-            translation: found.translation - found.rotation * target,
-            ..found
-        },
-        _ => found,
-    }
-}
-
 pub(crate) fn expected_report(expected: &ExpectedError, convention: &Convention) -> ExpectedReport {
     let (absolute, relative) = (&expected.absolute, &expected.intrinsic);
     ExpectedReport {
@@ -534,6 +535,8 @@ pub(crate) fn expected_report(expected: &ExpectedError, convention: &Convention)
         relative_rms_mm: relative.rms,
         relative_worst_mm: relative.max,
         relative_worst_at_mm: convention.vector(&relative.max_at).data.0[0],
+        relative_outermost_mm: relative.outermost,
+        relative_others_mm: relative.others,
     }
 }
 

@@ -24,7 +24,8 @@ const INCH: f64 = 25.4;
 
 /// Rows whose positions belong to the joints of their neighbours, because a row is missing or duplicated, among the rows
 /// that a robust fit rejected.
-pub(super) fn shifted_rows(solution: &Solution, readings: &Readings) -> Option<Finding> {
+pub(super) fn shifted_rows(solution: &Solution) -> Option<Finding> {
+    let readings = &solution.readings;
     let rows = solution.rows.iter().enumerate();
     let suspected: Vec<_> = rows
         .filter(|(_, fit)| fit.suspected)
@@ -125,7 +126,7 @@ pub(super) fn wrong_rows(case: &Case<'_>) -> Option<String> {
             "Line {line} disagrees with all others: measure it again or delete it."
         ));
     };
-    if let Some(shifted) = shifted_rows(&solution, case.readings) {
+    if let Some(shifted) = shifted_rows(&solution) {
         return Some(shifted.text);
     }
     let suspected = all.iter().zip(&solution.rows);
@@ -192,7 +193,7 @@ const SIGMAS: f64 = 3.0;
 /// All points are off by nearly the same: the measured point may be a reflector or a tip.
 pub(super) fn beside_the_platform_point(case: &Case<'_>) -> Option<Finding> {
     let robot = case.robot;
-    if case.options.frame == Frame::Sensor || robot.instruments.target.is_some() {
+    if case.options.frame == Frame::Sensor || !robot.instruments.targets.is_empty() {
         return None;
     }
     let offset = |row: &Sample<f64>| Some(row.position - robot.robot.forward(&row.joints).ok()?);

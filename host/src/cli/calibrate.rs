@@ -3,7 +3,7 @@
 use super::failure::Failure;
 use super::import::{StatedArguments, configuration, includes};
 use super::output::{self, deliver, now};
-use super::paths::{ColumnsArgument, is_toml, read_samples_texts, robot_path};
+use super::paths::{ColumnsArgument, is_robot, is_toml, read_samples_texts, robot_path};
 use super::progress::Progress;
 use crate::files::document::Document;
 use crate::files::example;
@@ -12,9 +12,7 @@ use crate::import::{Firmware, Imported};
 use crate::printer;
 use crate::report::calibration::comment;
 use crate::report::printer::PrinterReport;
-use crate::{
-    CalibrateError, Frame, InputText, Method, Options, Readings, RobotFile, calibrate, read_samples,
-};
+use crate::{Frame, InputText, Method, Options, Readings, RobotFile, calibrate, read_samples};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -27,7 +25,7 @@ SAMPLES.csv, in any mixture:
                                               a calliper, between two poses
 Linear drives: s1_mm,s2_mm,s3_mm. Units: also _rad, _counts, _m, _cm, _um, _in. sigma_mm or u_k2_mm weighs a row. Two files are \
 joined by a common column (name, number, time) or by order. A blank x, y or z counts as not measured where at least 3 \
-rows, and one in 10, have the same blanks; otherwise it is an error.
+rows, and one in 10, have the same blanks; otherwise it is an error. - is not measured in any row.
 
 σ that [noise] does not state is estimated. Without x, y and z a [tolerance] is needed.
 
@@ -75,7 +73,7 @@ pub(crate) struct CalibrateArguments {
     /// Write the lines for a printer's configuration
     #[arg(long, value_name = "FILE")]
     paste: Option<PathBuf>,
-    /// Write report or refusal as JSON
+    /// Write the report, or the refusal in its place, as JSON
     #[arg(long, value_name = "REPORT.json")]
     json: Option<PathBuf>,
     /// Write the report as one HTML file
@@ -95,13 +93,7 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     {
         return Err(without_samples(path));
     }
-    let refused = |error: CalibrateError| {
-        if error.refused() {
-            output::refused(arguments.json.as_deref(), &error.to_json(), error.into())
-        } else {
-            error.into()
-        }
-    };
+    let refused = |error| output::refused(arguments.json.as_deref(), error);
     let mut options = Options {
         method: arguments.method,
         robust: arguments.robust,
@@ -150,14 +142,14 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
 }
 
 fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, Failure> {
+    if arguments.samples.is_none() && arguments.columns.columns.is_some() {
+        return Err(Failure::usage(
+            "--columns needs a samples file",
+            "write for example delta-cal calibrate robot.toml samples.csv --columns q1_deg=A1",
+        ));
+    }
     let Some(path) = &arguments.robot else {
         no_printer(arguments)?;
-        if arguments.columns.columns.is_some() {
-            return Err(Failure::usage(
-                "--columns needs a samples file",
-                "write for example delta-cal calibrate robot.toml samples.csv --columns q1_deg=A1",
-            ));
-        }
         let (robot, readings) = example::load()?;
         let file = InputText::new(&robot.name, example::ROBOT_TOML);
         let samples = InputText::new(&readings.name, example::SAMPLES_CSV);
@@ -169,7 +161,7 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, F
         let read = |own: &PathBuf| read_samples_texts(own, second, &arguments.columns);
         arguments.samples.as_ref().map(read).transpose()
     };
-    if is_toml(path) || text.text().contains("[joints]") {
+    if is_robot(path, &text) {
         no_printer(arguments)?;
         let robot = RobotFile::read(&text)?;
         let samples = samples()?.ok_or_else(|| without_samples(path))?;

@@ -2,7 +2,8 @@
 //! in place of the report.
 
 use super::failure::Failure;
-use super::paths::{folder_of, is_stream};
+use super::paths::{folder_of, identity, is_stream};
+use crate::CalibrateError;
 use std::fmt::Write as _;
 use std::fs;
 use std::io::{self, Write};
@@ -29,14 +30,15 @@ pub(crate) fn deliver<C: AsRef<[u8]>>(
     print(&report)
 }
 
-/// Reports a refusal: writes no file, but prints the JSON refusal if JSON was to go to standard output.
-pub(crate) fn refused(to: Option<&Path>, refusal: &str, failure: Failure) -> Failure {
-    if to.is_some_and(is_stream)
-        && let Err(failure) = print(refusal)
-    {
-        return failure;
-    }
-    failure
+/// Reports a refusal, which replaces the report of an earlier run where JSON is wanted; no other file is written.
+pub(crate) fn refused(to: Option<&Path>, error: CalibrateError) -> Failure {
+    let json = error.refused().then(|| error.to_json());
+    let written = match (to, json) {
+        (Some(path), Some(json)) if is_stream(path) => print(&json),
+        (Some(path), Some(json)) => write_all(&[(path, json)]),
+        _ => Ok(()),
+    };
+    written.map_or_else(|failure| failure, |()| error.into())
 }
 
 /// Prints to standard output, in colour only where it is supported and wanted.
@@ -54,14 +56,22 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
 }
 
 /// Writes all files. Each is first written in full beside its destination; only when all are complete are they renamed.
-/// An existing file is replaced and keeps its permissions; a write-protected one is not replaced.
+/// An existing file is replaced and keeps its permissions; a write-protected one is not replaced. Pipes and devices are
+/// written to.
 ///
 /// # Errors
 /// The first file that could not be written; all files are then as they were.
 pub(super) fn write_all<C: AsRef<[u8]>>(files: &[(&Path, C)]) -> Result<(), Failure> {
+    let (others, files): (Vec<_>, Vec<_>) = files.iter().partition(|(path, _)| takes_bytes(path));
     let prepared = files.iter();
     let prepared = prepared.map(|(path, bytes)| Prepared::new(path, bytes.as_ref()));
-    commit(prepared.collect::<Result<_, _>>()?)
+    let prepared = prepared.collect::<Result<_, _>>()?;
+    for (path, bytes) in others {
+        let file = fs::OpenOptions::new().write(true).open(path);
+        let written = file.and_then(|mut file| file.write_all(bytes.as_ref()));
+        written.map_err(|error| failure(path, &error))?;
+    }
+    commit(prepared)
 }
 
 pub(super) fn make_folder(path: &Path) -> Result<(), Failure> {
@@ -70,7 +80,7 @@ pub(super) fn make_folder(path: &Path) -> Result<(), Failure> {
 
 /// Checks that an output could be written, before doing something that takes long or cannot be undone.
 pub(super) fn check_writable(path: &Path) -> Result<(), Failure> {
-    if !is_stream(path) {
+    if !(is_stream(path) || takes_bytes(path)) {
         Prepared::new(path, &[])?;
     }
     Ok(())
@@ -92,9 +102,9 @@ impl Prepared {
     }
 
     fn write(path: &Path, bytes: &[u8]) -> io::Result<Self> {
-        let existing = path.canonicalize().ok();
-        let replaced = existing.as_deref().map(replaceable).transpose()?;
-        let target = existing.unwrap_or_else(|| path.to_owned());
+        let target = identity(path);
+        let existing = target.exists().then_some(target.as_path());
+        let replaced = existing.map(replaceable).transpose()?;
         let folder = folder_of(&target);
         if !folder.is_dir() {
             let cause = format!("there is no folder {}", folder.display());
@@ -156,13 +166,17 @@ fn commit(prepared: Vec<Prepared>) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Whether this is a pipe, a device or the like.
+fn takes_bytes(path: &Path) -> bool {
+    let metadata = path.metadata();
+    metadata.is_ok_and(|own| !(own.is_file() || own.is_dir()))
+}
+
 /// The permissions of a file, if it may be replaced.
 fn replaceable(existing: &Path) -> io::Result<fs::Permissions> {
     let metadata = existing.metadata()?;
     let cause = if metadata.is_dir() {
         "it is a folder"
-    } else if !metadata.is_file() {
-        "it exists and is not a regular file"
     } else if metadata.permissions().readonly() {
         "it exists and is write-protected, so it is not replaced"
     } else {
@@ -205,6 +219,7 @@ pub(super) fn now() -> Result<u64, Failure> {
 mod tests {
     use super::{Prepared, commit, write_all};
     use std::fs;
+    use std::path::Path;
 
     #[test]
     fn if_a_file_cannot_take_its_name_all_are_as_they_were() {
@@ -226,6 +241,24 @@ mod tests {
         let written = [&old, &new, &last].map(|path| fs::read_to_string(path).unwrap());
         assert_eq!(written, ["1", "2", "3"]);
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 3);
+    }
+
+    /// A device takes the bytes; a link that leads to no file yet stays a link.
+    #[cfg(unix)]
+    #[test]
+    fn devices_and_links_stay_what_they_are() {
+        let folder = tempfile::tempdir().unwrap();
+        let (link, target) = (folder.path().join("link"), folder.path().join("target"));
+        std::os::unix::fs::symlink("target", &link).unwrap();
+        write_all(&[(Path::new("/dev/null"), "lost"), (&link, "kept")]).unwrap();
+        assert_eq!(fs::read_to_string(&target).unwrap(), "kept");
+        assert!(link.is_symlink() && !target.is_symlink());
+        write_all(&[(folder.path(), "1")]).unwrap_err();
+        let (read, written) = std::io::pipe().unwrap();
+        let path = format!("/dev/fd/{}", std::os::fd::AsRawFd::as_raw_fd(&written));
+        write_all(&[(Path::new(&path), "through")]).unwrap();
+        drop(written);
+        assert_eq!(std::io::read_to_string(read).unwrap(), "through");
     }
 
     #[cfg(unix)]

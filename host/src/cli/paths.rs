@@ -13,6 +13,12 @@ pub(crate) fn is_toml(path: &Path) -> bool {
     path.extension().is_some_and(|own| own == "toml")
 }
 
+/// Whether this is a robot file, by its ending or by a section that every robot file has.
+pub(crate) fn is_robot(path: &Path, text: &InputText) -> bool {
+    let mut lines = text.text().lines();
+    is_toml(path) || lines.any(|line| line.trim_start().starts_with("[joints]"))
+}
+
 /// The printer's configuration in a folder; any other path as it is.
 pub(crate) fn in_folder(path: &Path) -> PathBuf {
     let own = ["printer.cfg", "config.g", "Configuration.h"].map(|name| path.join(name));
@@ -107,11 +113,13 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// The file a path leads to, whether or not it exists yet.
-fn identity(path: &Path) -> PathBuf {
+/// The file a path leads to, whether or not it exists yet: also that of a symbolic link.
+pub(crate) fn identity(path: &Path) -> PathBuf {
     if let Ok(existing) = path.canonicalize() {
         return existing;
     }
+    let linked = path.read_link().map(|own| folder_of(path).join(own));
+    let path = linked.as_deref().unwrap_or(path);
     match (folder_of(path).canonicalize(), path.file_name()) {
         (Ok(folder), Some(name)) => folder.join(name),
         _ => path.to_owned(),

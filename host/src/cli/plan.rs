@@ -3,16 +3,17 @@
 use super::failure::Failure;
 use super::import::{configuration, includes};
 use super::output;
-use super::paths::{ColumnsArgument, is_stream, read, robot_path};
+use super::paths::{ColumnsArgument, is_robot, is_stream, read, robot_path};
 use super::progress::Progress;
 use crate::files::length::length;
+use crate::fit::datum::Datum;
 use crate::import::{Firmware, Stated};
 use crate::planning::{
-    Determined, LEAST, MOST, Order, PlanError, PlanRequest, Region, Wishes, plan, plan_for,
+    Determined, Kind, LEAST, MOST, Order, PlanError, PlanRequest, Region, Wishes, plan, plan_for,
 };
 use crate::printer::touches_of_bed;
 use crate::report::plan as report;
-use crate::{Frame, InputError, InputText, Planned, RobotFile};
+use crate::{Frame, InputError, InputText, Planned, Refused, RobotFile};
 use clap::{ArgGroup, Args};
 use std::path::{Path, PathBuf};
 
@@ -54,25 +55,30 @@ pub(crate) struct PlanArguments {
     #[command(flatten)]
     columns: ColumnsArgument,
     /// xyz or some of its letters, plane (heights), distance (between poses), point (from fixed points);
-    /// several with commas, distance=8 for eight at most
-    #[arg(long, value_name = "KINDS", default_value = "xyz")]
-    measure: Wishes,
-    /// The frame of x, y and z: base, or sensor, which is estimated too
-    #[arg(long, value_enum, hide_possible_values = true, default_value_t = Frame::Base)]
-    frame: Frame,
+    /// several with commas, distance=8 for eight at most [default: xyz]
+    #[arg(long, value_name = "KINDS")]
+    measure: Option<Wishes>,
+    /// The frame of x, y and z: base, or sensor, which is estimated too [default: base]
+    #[arg(long, value_enum, hide_possible_values = true)]
+    frame: Option<Frame>,
     /// Only poses within this box or cylinder
     #[arg(long, value_name = "BOX|CYLINDER")]
     within: Option<Region>,
     /// Minimise the absolute error, not the relative one
     #[arg(long)]
     absolute: bool,
-    /// random, or shortest: the shortest path of the joints
-    #[arg(long, value_enum, hide_possible_values = true, default_value_t = Order::Random)]
-    order: Order,
+    /// random, or shortest: the shortest path of the joints [default: random]
+    #[arg(
+        long,
+        value_enum,
+        hide_possible_values = true,
+        conflicts_with = "samples"
+    )]
+    order: Option<Order>,
     /// Write the measurements to this file; - is standard output
     #[arg(long, value_name = "POSES.csv")]
     output: Option<PathBuf>,
-    /// Write the result as JSON; - is standard output
+    /// Write the result, or the refusal in its place, as JSON; - is standard output
     #[arg(long, value_name = "PLAN.json")]
     json: Option<PathBuf>,
     /// Replace POSES.csv even if it holds measurements
@@ -88,24 +94,32 @@ fn whole_number(text: &str) -> Result<usize, String> {
 pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
     let (output, json) = (arguments.output.as_deref(), arguments.json.as_deref());
     let text = configuration(&arguments.robot)?;
-    if Firmware::wrote(&text).is_some() {
+    if !is_robot(&arguments.robot, &text) && Firmware::wrote(&text).is_some() {
         return printer(arguments, &text);
     }
     let robot = RobotFile::read(&text)?;
-    if let (Some(path), false) = (output, arguments.force) {
-        keep_measurements(path, &robot)?;
+    keep(arguments, |text| {
+        Planned::read(text, &robot).is_ok_and(|plan| plan.is_unmeasured())
+    })?;
+    if arguments.samples.is_none() && arguments.columns.columns.is_some() {
+        return Err(Failure::usage(
+            "--columns needs a samples file",
+            "leave it out, or give --samples SAMPLES.csv as well",
+        ));
     }
+    let measure = arguments.measure.clone();
     let request = PlanRequest {
-        frame: arguments.frame,
+        frame: arguments.frame.unwrap_or_default(),
         region: arguments.within,
         absolute: arguments.absolute,
-        order: arguments.order,
+        order: arguments.order.unwrap_or_default(),
         ..PlanRequest::new(
             &robot,
-            arguments.measure.clone(),
+            measure.unwrap_or(Wishes::only(Kind::XYZ)),
             arguments.count.unwrap_or(LEAST),
         )
     };
+    Datum::of(&robot, request.frame)?;
     if let Some(path) = &arguments.samples {
         return samples(arguments, &request, path);
     }
@@ -121,7 +135,7 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
         None => plan(&request),
     };
     drop(waiting);
-    let planned = planned.map_err(|error| failure(&robot, error))?;
+    let planned = planned.map_err(|error| failure(&robot, error, json))?;
     let csv = report::csv(&planned.measurements, &robot.convention);
     let mut text = report::text(&planned);
     if output.is_none() {
@@ -132,6 +146,23 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
 
 /// Writes the commands that touch a printer's bed.
 fn printer(arguments: &PlanArguments, text: &InputText) -> Result<(), Failure> {
+    let given = [
+        ("--accuracy", arguments.accuracy.is_some()),
+        ("--samples", arguments.samples.is_some()),
+        ("--columns", arguments.columns.columns.is_some()),
+        ("--measure", arguments.measure.is_some()),
+        ("--frame", arguments.frame.is_some()),
+        ("--within", arguments.within.is_some()),
+        ("--absolute", arguments.absolute),
+        ("--order", arguments.order.is_some()),
+        ("--json", arguments.json.is_some()),
+    ];
+    if let Some((option, _)) = given.into_iter().find(|(_, given)| *given) {
+        return Err(Failure::usage(
+            format!("{option} does not apply to a printer's configuration"),
+            "leave it out, or plan for the robot file that delta-cal import writes",
+        ));
+    }
     let Some(count) = arguments
         .count
         .filter(|count| (LEAST..=MOST).contains(count))
@@ -153,6 +184,11 @@ fn printer(arguments: &PlanArguments, text: &InputText) -> Result<(), Failure> {
         radius,
         text.name()
     );
+    keep(arguments, |text| {
+        // Only commands, as they are written here.
+        let mut lines = text.text().lines();
+        lines.all(|line| line.starts_with('G') || line == "PROBE")
+    })?;
     let output = arguments.output.as_deref();
     let said = match output {
         Some(_) => said,
@@ -161,15 +197,14 @@ fn printer(arguments: &PlanArguments, text: &InputText) -> Result<(), Failure> {
     output::deliver(&[(output, &commands)], said)
 }
 
-/// Users fill measurements into files of planned poses: refuses to overwrite one that contains any.
-fn keep_measurements(path: &Path, robot: &RobotFile) -> Result<(), Failure> {
-    if is_stream(path) || !path.is_file() {
+/// Users fill measurements into files of planned poses: refuses to overwrite what is not an unmeasured plan.
+fn keep(arguments: &PlanArguments, is_plan: impl Fn(&InputText) -> bool) -> Result<(), Failure> {
+    let path = arguments.output.as_deref();
+    let Some(path) = path.filter(|own| !(arguments.force || is_stream(own)) && own.is_file())
+    else {
         return Ok(());
-    }
-    let replaceable = |text: InputText| {
-        text.text().trim().is_empty()
-            || Planned::read(&text, robot).is_ok_and(|plan| plan.is_unmeasured())
     };
+    let replaceable = |text: InputText| text.text().trim().is_empty() || is_plan(&text);
     if InputText::from_file(path).is_ok_and(replaceable) {
         return Ok(());
     }
@@ -190,13 +225,13 @@ fn samples(
 ) -> Result<(), Failure> {
     let text = read(path, &arguments.columns)?;
     let file = Planned::read(&text, request.robot)?;
+    let (output, to) = (arguments.output.as_deref(), arguments.json.as_deref());
     let waiting = Progress::spinner("looking for measurements to add");
     let determined = Determined::by(request, &file.readings, &file.unmeasured);
     drop(waiting);
-    let determined = determined.map_err(|error| failure(request.robot, error))?;
+    let determined = determined.map_err(|error| failure(request.robot, error, to))?;
     let csv = report::csv(&determined.next, &request.robot.convention);
     let json = report::samples_json(&determined);
-    let (output, to) = (arguments.output.as_deref(), arguments.json.as_deref());
     let text = report::samples_text(&determined);
     output::deliver(&[(output, &csv), (to, &json)], text)?;
     if determined.worthwhile {
@@ -209,7 +244,7 @@ fn samples(
 }
 
 /// The failure for each cause, with its exit code.
-fn failure(robot: &RobotFile, error: PlanError) -> Failure {
+fn failure(robot: &RobotFile, error: PlanError, json: Option<&Path>) -> Failure {
     let remedy = error.remedy();
     match error {
         PlanError::NoPose => Failure::from(
@@ -218,7 +253,7 @@ fn failure(robot: &RobotFile, error: PlanError) -> Failure {
                 .with_remedy(remedy),
         ),
         PlanError::Singular | PlanError::NotDetermined { .. } => {
-            Failure::refused(error.to_string(), remedy)
+            output::refused(json, Refused::new(error.to_string(), remedy).into())
         }
         _ => Failure::usage(error.to_string(), remedy),
     }

@@ -1,7 +1,7 @@
 //! `delta-cal validate`.
 
 use super::failure::Failure;
-use super::output::{deliver, now};
+use super::output::{deliver, now, refused};
 use super::paths::{ColumnsArgument, read_samples_texts, robot_path};
 use crate::files::document::Document;
 use crate::files::length::length;
@@ -48,7 +48,7 @@ pub(crate) struct ValidateArguments {
     /// The frame of the positions: base; sensor, which is fitted; stored, [sensor_frame] of the robot file
     #[arg(long, value_enum, hide_possible_values = true, default_value_t = ValidatedFrame::Base)]
     frame: ValidatedFrame,
-    /// Write the report as JSON to this file, or with - to standard output
+    /// Write the report, or the refusal in its place, as JSON to this file, or with - to standard output
     #[arg(long, value_name = "REPORT.json")]
     json: Option<PathBuf>,
     /// Write a certificate, one HTML page to print, to this file, or with - to standard output
@@ -90,7 +90,8 @@ pub(crate) fn run(arguments: &ValidateArguments) -> Result<(), Failure> {
         frame: options.frame,
         stored: matches!(arguments.frame, ValidatedFrame::Stored),
     };
-    let found = validate(&robot, &samples, request)?;
+    let found = validate(&robot, &samples, request);
+    let found = found.map_err(|error| refused(json_file, error))?;
     let json = report::json(&found, &document);
     let page = match arguments.report {
         Some(_) => report::certificate(&found, &document),

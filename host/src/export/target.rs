@@ -263,7 +263,7 @@ impl Fitted<'_> {
         let (own, home) = (&arms[arm], self.home[arm]);
         let [dx, dy, dz, theta, alpha, la_x, la_y, lb] = self.robot.robot.parameters()[motor];
         let (limits, instruments) = (self.robot.limits, &self.robot.instruments);
-        let flange = instruments.target.unwrap_or_default();
+        let flange = instruments.target_place();
         let stated = self.settings.platform_radius.or(self.robot.platform_radius);
         let platform = stated.unwrap_or(USUAL_PLATFORM);
         let triangle = 2.0 * 3f64.sqrt();

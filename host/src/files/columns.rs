@@ -18,6 +18,7 @@ pub(crate) enum Quantity {
     Plane,
     Distance,
     Point,
+    Target,
     /// Standard uncertainty of the row's readings.
     Sigma,
     /// Expanded uncertainty of the row's readings, k = 2.
@@ -63,7 +64,7 @@ pub(crate) struct ColumnName {
 }
 
 /// The usual name of each quantity comes first.
-const QUANTITIES: [(Quantity, &str, Kind); 23] = [
+const QUANTITIES: [(Quantity, &str, Kind); 24] = [
     (Quantity::Joint(Drive::Rotary, 0), "q1", Kind::Angle),
     (Quantity::Joint(Drive::Rotary, 1), "q2", Kind::Angle),
     (Quantity::Joint(Drive::Rotary, 2), "q3", Kind::Angle),
@@ -74,6 +75,7 @@ const QUANTITIES: [(Quantity, &str, Kind); 23] = [
     (Quantity::Plane, "plane", Kind::Name),
     (Quantity::Distance, "distance", Kind::Length),
     (Quantity::Point, "point", Kind::Name),
+    (Quantity::Target, "target", Kind::Name),
     (Quantity::ToJoint(Drive::Rotary, 0), "to_q1", Kind::Angle),
     (Quantity::ToJoint(Drive::Rotary, 1), "to_q2", Kind::Angle),
     (Quantity::ToJoint(Drive::Rotary, 2), "to_q3", Kind::Angle),
@@ -277,8 +279,8 @@ impl ColumnMapping {
     /// The quantity mapped to a column number (`place` counts from 0); `None` if one of the names is that number.
     pub(crate) fn of_place(&self, place: usize, names: &[String]) -> Option<ColumnName> {
         let number = (place + 1).to_string();
-        let numbered = !names.contains(&number);
-        numbered.then(|| self.of_column(&number)).flatten()
+        let mapped = self.of_column(&number)?;
+        (!names.contains(&number)).then_some(mapped)
     }
 
     /// The quantity mapped to a column name.

@@ -11,6 +11,8 @@ use std::ops::Range;
 const LARGEST_SETTINGS: u64 = 1 << 20;
 /// Size limit of a table: some 70 million rows.
 const LARGEST_TABLE: u64 = 4 << 30;
+/// Most letters of a cause or a remedy.
+const LONGEST: usize = 2000;
 /// Binary data is recognised within this many bytes.
 const START: u64 = 1 << 16;
 
@@ -145,6 +147,9 @@ impl InputText {
         let (left, width) = (letters(begin, span.start), letters(span.start, end).max(1));
         let margin = " ".repeat(line.to_string().len());
         let marks = format!("{:left$}{}", "", "^".repeat(width));
+        if shown.len() > LONGEST {
+            return InputError::new(&self.name, cause).at_line(line);
+        }
         let excerpt = format!("{margin} |\n{line} | {shown}\n{margin} | {marks}");
         InputError {
             excerpt: Some(excerpt.into()),
@@ -264,7 +269,7 @@ impl InputError {
             file: file.into().into(),
             line: None,
             place: None,
-            cause: cause.into().into(),
+            cause: readable(cause.into()),
             excerpt: None,
             remedy: None,
         }
@@ -286,7 +291,7 @@ impl InputError {
     /// The CSV column at fault.
     #[must_use]
     pub fn at_column(mut self, column: impl fmt::Display) -> Self {
-        self.place = Some(format!("column {column}").into());
+        self.place = Some(readable(format!("column {column}")));
         self
     }
 
@@ -300,9 +305,20 @@ impl InputError {
     /// Adds what to do next.
     #[must_use]
     pub fn with_remedy(mut self, remedy: impl Into<String>) -> Self {
-        self.remedy = Some(remedy.into().into());
+        self.remedy = Some(readable(remedy.into()));
         self
     }
+}
+
+/// A text that quotes a file with damaged or endless lines, without its middle.
+fn readable(text: String) -> Box<str> {
+    if text.chars().nth(LONGEST).is_none() {
+        return text.into();
+    }
+    let end: Vec<_> = text.chars().rev().take(LONGEST / 4).collect();
+    let start = text.chars().take(LONGEST / 2);
+    let shown = start.chain(" … ".chars()).chain(end.into_iter().rev());
+    shown.collect::<String>().into()
 }
 
 impl fmt::Display for InputError {

@@ -5,7 +5,8 @@ mod section;
 mod write;
 
 use super::convention::Convention;
-use crate::geometry::{LIMIT_MARGIN, Reach, outside_limits};
+use super::samples_file::ONLY_TARGET;
+use crate::geometry::{LIMIT_MARGIN, Reach, Region, outside_limits};
 use crate::text::joint;
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
@@ -52,6 +53,8 @@ pub struct RobotFile {
     pub limits: JointLimits<f64>,
     /// The largest angle of a forearm out of its arm's plane that the ball joints allow, radians; `None` if unlimited.
     pub forearm_limit: Option<f64>,
+    /// Where the robot works, if stated: what is said of the workspace is said of this.
+    pub within: Option<Region>,
     /// The manufacturing tolerance, if stated.
     pub tolerance: Option<Tolerance<f64>>,
     /// The tolerance of the joints' transmissions, if these are estimated as well.
@@ -77,6 +80,7 @@ impl RobotFile {
             robot,
             limits,
             forearm_limit: None,
+            within: None,
             tolerance: None,
             transmission: None,
             noise: None,
@@ -129,9 +133,8 @@ impl RobotFile {
         }
     }
 
-    /// A copy with the stated noise and the tolerance multiplied by `factor`: the same fit, which then contradicts
-    /// neither.
-    pub(crate) fn loosened(&self, factor: f64) -> Self {
+    /// A copy with the stated noise multiplied by `factor`.
+    pub(crate) fn with_noise_times(&self, factor: f64) -> Self {
         let mut loose = self.clone();
         loose.noise = self.noise.and_then(|noise| {
             let axes = noise.position_by_axis().map(|own| factor * own);
@@ -145,8 +148,22 @@ impl RobotFile {
         ] {
             *own = own.map(|sigma| factor * sigma);
         }
-        loose.tolerance = self.tolerance.and_then(|own| scaled(&own, factor));
         loose
+    }
+
+    /// A copy for readings of the platform point: planes and points are where it meets them.
+    pub(crate) fn at_platform_point(&self) -> Self {
+        let mut own = self.clone();
+        let target = self.instruments.target_place();
+        let facts = &mut own.instruments;
+        facts.targets.clear();
+        for plane in &mut facts.planes {
+            plane.height -= target.z;
+        }
+        for (place, _) in facts.points.iter_mut().filter_map(|own| own.place.as_mut()) {
+            *place -= target;
+        }
+        own
     }
 
     /// The limits on poses.
@@ -154,6 +171,7 @@ impl RobotFile {
         Reach {
             limits: self.limits,
             forearm_limit: self.forearm_limit,
+            within: self.within,
         }
     }
 }
@@ -192,8 +210,35 @@ pub struct InstrumentFacts {
     pub lengths: Option<(f64, f64)>,
     /// Points of the machine that the sensor measured as well, which locate the sensor in the machine's frame.
     pub datum: Vec<DatumPoint>,
-    /// The vector from the platform point to the measured point (reflector or tip), mm, in the robot's frame.
-    pub target: Option<Vector3<f64>>,
+    /// Reflectors and tips.
+    pub targets: Vec<Target>,
+    /// Relative standard uncertainty of the instrument's scale and of the robot's expansion together, if stated.
+    pub scale: Option<f64>,
+    /// The relative excess of all lengths because the robot was not measured at 20 °C.
+    pub expansion: f64,
+}
+
+/// A point on the platform that is measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Target {
+    /// Its name in the samples file.
+    pub name: String,
+    /// From the platform point to it, mm, in the robot's frame.
+    pub place: Vector3<f64>,
+    /// Standard uncertainty of each coordinate, mm.
+    pub sigma: Vector3<f64>,
+}
+
+impl InstrumentFacts {
+    /// The target of rows that name none.
+    pub fn target(&self) -> Option<&Target> {
+        self.targets.iter().find(|own| own.name == ONLY_TARGET)
+    }
+
+    /// Where it is, mm; at the platform point if none is stated.
+    pub fn target_place(&self) -> Vector3<f64> {
+        self.target().map_or_else(Vector3::zeros, |own| own.place)
+    }
 }
 
 /// A plane of known height.
@@ -222,6 +267,8 @@ pub struct DatumPoint {
     pub place: Vector3<f64>,
     /// Its position as measured by the sensor, mm, in the sensor's frame.
     pub seen: Vector3<f64>,
+    /// Standard uncertainty of each coordinate of its place, mm, if stated.
+    pub sigma: Option<f64>,
 }
 
 /// A point from which distances are measured.

@@ -8,9 +8,9 @@ use super::convention::Convention;
 use super::input::{InputError, InputText};
 use super::robot_file::RobotFile;
 use crate::text::list;
-use delta_cal::Sample;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
+use delta_cal::{Noise, Sample};
 use nalgebra::Vector3;
 pub use pairs::Joined;
 use serde::Serialize;
@@ -66,6 +66,8 @@ impl Kind {
 
 /// The plane's name if the file names none.
 const ONLY_PLANE: &str = "plane";
+/// The target's name if the file names none: that of the section `[target]`.
+pub(crate) const ONLY_TARGET: &str = "target";
 /// Blank coordinates are intentional if at least this many rows, and one in `ONE_IN`, have the same cells blank.
 const LEAST_GROUP: usize = 3;
 const ONE_IN: usize = 10;
@@ -85,7 +87,7 @@ pub struct Row<T> {
 /// The content of a samples file: at least one row, with at least one reading in each.
 ///
 /// The columns are `q1_deg, q2_deg, q3_deg` (with linear drives `s1_mm, s2_mm, s3_mm`) and any of `x_mm, y_mm, z_mm`,
-/// `height_mm, plane`, `distance_mm, point` or `distance_mm, to_q1_deg, to_q2_deg, to_q3_deg`, also in other units, in
+/// `target`, `height_mm, plane`, `distance_mm, point` or `distance_mm, to_q1_deg, to_q2_deg, to_q3_deg`, also in other units, in
 /// any order, separated by commas, semicolons, tabs or spaces. Columns whose name starts with `_` are ignored, and so
 /// are lines that start with `#`.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,6 +100,8 @@ pub struct Readings {
     pub planes: Vec<String>,
     /// Names of the points, in order of first use.
     pub points: Vec<String>,
+    /// Names of the targets, in order of first use.
+    pub targets: Vec<String>,
     /// Lines of rows with the same numbers as an earlier row.
     pub copies: Vec<u64>,
     /// How two files were joined, if joints and readings come from two.
@@ -121,6 +125,8 @@ pub struct Reading {
     pub distance: Option<(ReadingFrom, f64)>,
     /// Standard uncertainty of the readings, mm, if the row states it.
     pub sigma: Option<f64>,
+    /// Index of the target that was measured.
+    pub target: usize,
 }
 
 /// Where a distance starts.
@@ -141,6 +147,7 @@ impl Reading {
             height: None,
             distance: None,
             sigma: None,
+            target: 0,
         }
     }
 
@@ -157,6 +164,14 @@ impl Reading {
         self.joints = change(self.joints);
         if let Some((ReadingFrom::Pose(joints), _)) = &mut self.distance {
             *joints = change(*joints);
+        }
+    }
+
+    /// Its joints, and those of the pose from which its distance starts.
+    pub(crate) const fn poses(&self) -> [Option<[f64; 3]>; 2] {
+        match self.distance {
+            Some((ReadingFrom::Pose(joints), _)) => [Some(self.joints), Some(joints)],
+            _ => [Some(self.joints), None],
         }
     }
 
@@ -196,7 +211,7 @@ impl Readings {
     /// # Errors
     /// The first fault: a missing, unknown or duplicate column, a row of the wrong length, a number that is invalid or
     /// not finite, a joint angle more than 1° outside the limits, no rows; a row without a reading, a coordinate that
-    /// is blank in only a few rows; a distance that is not above 0, or starts nowhere, or starts both at a point and at
+    /// is blank, not -, in only a few rows; a distance that is not above 0, or starts nowhere, or starts both at a point and at
     /// a pose; a plane or point without a reading; all rows identical.
     pub fn read(input: &InputText, robot: &RobotFile) -> Result<Self, InputError> {
         if let Some(joints) = input.beside() {
@@ -206,7 +221,8 @@ impl Readings {
         table.require(&Quantity::joints(robot.limits.drive()))?;
         table.require_readings()?;
         let mut file = Self::of_name(input.name());
-        let rows = table.rows(|row| file.reading(row, row.joints(robot)?, robot))?;
+        let mut rows = table.rows(|row| file.reading(row, row.joints(robot)?, robot))?;
+        rows.retain(|row| row.value.readings() > 0);
         file.with_rows(&table, rows)
     }
 
@@ -226,6 +242,10 @@ impl Readings {
     }
 
     fn with_rows(self, table: &Table<'_>, rows: Vec<Row<Reading>>) -> Result<Self, InputError> {
+        if rows.is_empty() {
+            let error = InputError::new(self.name, "nothing was measured in any row");
+            return Err(error.with_remedy("fill in what was measured"));
+        }
         check_blanks(table, &rows)?;
         let count = rows.len();
         let mut file = Self {
@@ -251,10 +271,23 @@ impl Readings {
             rows: Vec::new(),
             planes: Vec::new(),
             points: Vec::new(),
+            targets: Vec::new(),
             copies: Vec::new(),
             joined: None,
             in_degrees: true,
             positions_in: Some(Unit::Millimetre),
+        }
+    }
+
+    /// A file of these rows, starting at line 2.
+    pub(crate) fn of_readings(rows: &[Reading]) -> Self {
+        let rows = (2..).zip(rows).map(|(line, value)| Row {
+            line,
+            value: *value,
+        });
+        Self {
+            rows: rows.collect(),
+            ..Self::of_name("")
         }
     }
 
@@ -337,14 +370,14 @@ impl Readings {
         self.rows.iter().map(bits).collect::<BTreeSet<_>>().len()
     }
 
-    /// Transforms every complete position to another frame.
+    /// Transforms every complete position to another frame. Coordinates of incomplete ones have none there.
     #[must_use]
     pub(crate) fn turned(&self, by: &RigidTransform<f64>) -> Self {
         let mut turned = self.clone();
         for row in &mut turned.rows {
-            if let Some(sample) = row.value.sample() {
-                row.value.position = by.apply(&sample.position).data.0[0].map(Some);
-            }
+            let sample = row.value.sample();
+            let turned = |own: Sample<f64>| by.apply(&own.position).data.0[0].map(Some);
+            row.value.position = sample.map_or([None; 3], turned);
         }
         turned
     }
@@ -358,6 +391,19 @@ impl Readings {
             }
         }
         self
+    }
+
+    /// The robot with the noise that rows state in place of its own; the σ of each row sets its weight relative to it.
+    pub(crate) fn noise_into(&self, robot: &RobotFile) -> RobotFile {
+        let [position, height, distance] = Kind::ALL.map(|kind| self.stated_sigma(kind));
+        let mut own = robot.clone();
+        let facts = &mut own.instruments;
+        let joint = robot.noise.map(|noise| noise.joint()).or(facts.joint_noise);
+        let noise = position.and_then(|sigma| Noise::new(sigma, joint.unwrap_or_default()).ok());
+        own.noise = noise.or(robot.noise);
+        facts.height_noise = height.or(facts.height_noise);
+        facts.distance_noise = distance.or(facts.distance_noise);
+        own
     }
 
     /// A fault of the row at an index, with its line.
@@ -385,9 +431,14 @@ impl Readings {
 /// Refuses coordinates that are blank in only a few rows.
 fn check_blanks(table: &Table<'_>, rows: &[Row<Reading>]) -> Result<(), InputError> {
     let has = Quantity::COORDINATES.map(|quantity| table.has_any(&[quantity]));
+    let [x, y, z] = Quantity::COORDINATES.map(|quantity| table.unmeasured(quantity));
+    let unmeasured = [x?, y?, z?];
     let mut groups: BTreeMap<[bool; 3], (usize, u64)> = BTreeMap::new();
     for row in rows {
-        let blank = [0, 1, 2].map(|axis| has[axis] && row.value.position[axis].is_none());
+        let blank = [0, 1, 2].map(|axis| {
+            let missing = has[axis] && row.value.position[axis].is_none();
+            missing && !unmeasured[axis].contains(&row.line)
+        });
         if blank.contains(&true) && blank != has {
             groups.entry(blank).or_insert((0, row.line)).0 += 1;
         }
@@ -401,8 +452,8 @@ fn check_blanks(table: &Table<'_>, rows: &[Row<Reading>]) -> Result<(), InputErr
     let column = table.name_of(Quantity::COORDINATES[axis]);
     let cause = format!("the cell is blank in {count} of {} rows", rows.len());
     let remedy = format!(
-        "fill it in or delete the row; blanks are meant where {LEAST_GROUP} rows and one in {ONE_IN} have the same \
-         cells blank"
+        "fill it in, or write - if it was not measured; a blank means that where at least {LEAST_GROUP} rows, and one in \
+         {ONE_IN}, have the same"
     );
     Err(InputError::new(table.input.name(), cause)
         .at_line(*line)
@@ -446,8 +497,9 @@ impl Readings {
             height: height.map(|height| (index_of(&mut self.planes, plane), height)),
             distance: self.distance(row, robot)?,
             sigma: sigma(row)?,
+            target: self.target(row),
         };
-        if reading.readings() == 0 {
+        if reading.readings() == 0 && !row.is_unmeasured() {
             return Err(row
                 .fault_of_row("nothing was measured in this row")
                 .with_remedy(
@@ -455,6 +507,14 @@ impl Readings {
                 ));
         }
         Ok(reading)
+    }
+
+    /// The target that a row names, or the only one.
+    fn target(&mut self, row: &TableRow<'_>) -> usize {
+        index_of(
+            &mut self.targets,
+            row.text(Quantity::Target).unwrap_or(ONLY_TARGET),
+        )
     }
 
     fn distance(
@@ -512,7 +572,11 @@ impl Readings {
         row: &TableRow<'_>,
         robot: &RobotFile,
     ) -> Result<Reading, InputError> {
-        let mut own = Reading::at(row.joints(robot)?);
+        let mut own = Reading {
+            target: self.target(row),
+            sigma: sigma(row)?,
+            ..Reading::at(row.joints(robot)?)
+        };
         if let Some(from) = self.start(row, robot)? {
             own.distance = Some((from, 1.0));
         } else if let Some(plane) = row.text(Quantity::Plane) {

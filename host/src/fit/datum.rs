@@ -1,24 +1,29 @@
 //! The sensor's frame from points on the machine that the sensor measured too.
 
 use super::Frame;
-use super::solution::{MOST, Solution};
+use crate::accuracy::rigid_motion::RigidMotions;
 use crate::files::input::InputError;
-use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{READINGS, Readings};
+use crate::files::robot_file::{DatumPoint, RobotFile};
 use crate::text::count;
 use delta_cal::frame::RigidTransform;
-use nalgebra::{DMatrix, Matrix3, Matrix6, SMatrix, Vector3};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 
 /// Fewest points that determine a frame.
 const LEAST: usize = 3;
 /// A datum with residuals of this many σ contains a wrong point.
 const MOST_SIGMAS: f64 = 5.0;
+/// Factor by which an explanation must lower the residuals.
+const CLEARLY: f64 = 4.0;
+/// A stated place is contradicted beyond this many σ.
+pub(crate) const CONTRADICTED: f64 = 3.0;
+/// σ of a point of the machine, at the least, before that is said, mm.
+const UNSTATED: f64 = 0.1;
 
 /// Transformation from the robot's base frame to the sensor's, from the points of `[datum]`.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Datum {
     pub(crate) frame: RigidTransform<f64>,
-    places: Vec<Vector3<f64>>,
+    points: Vec<DatumPoint>,
     /// Residual of each point, mm.
     pub(crate) residuals: Vec<(String, f64)>,
 }
@@ -53,28 +58,89 @@ impl Datum {
             );
             return Err(fault(cause));
         }
-        let pairs = points.iter().map(|point| (point.place, point.seen));
         let on_a_line = "the datum points lie on a line, so they do not fix a frame";
-        let frame = RigidTransform::align(pairs).map_err(|_| fault(on_a_line.to_owned()))?;
+        let datum = Self::fitted(points).ok_or_else(|| fault(on_a_line.to_owned()))?;
+        let rms = datum.rms();
+        let stated = points.iter().filter_map(|point| point.sigma);
+        let stated = stated.fold(UNSTATED, f64::max);
+        match &robot.noise {
+            Some(noise) if rms > MOST_SIGMAS * noise.position().hypot(stated) => {
+                Err(fault(format!(
+                    "the datum points do not fit the sensor's measurements ({rms:.3} mm rms){}",
+                    datum.explanation()
+                )))
+            }
+            _ => Ok(Some(datum)),
+        }
+    }
+
+    /// `None` if the points do not fix a frame.
+    fn fitted(points: &[DatumPoint]) -> Option<Self> {
+        let pairs = points.iter().map(|point| (point.place, point.seen));
+        let frame = RigidTransform::align(pairs).ok()?;
         let residuals = points.iter().map(|point| {
             let off = (point.seen - frame.apply(&point.place)).norm();
             (point.name.clone(), off)
         });
-        let datum = Self {
+        Some(Self {
             frame,
-            places: points.iter().map(|point| point.place).collect(),
+            points: points.to_vec(),
             residuals: residuals.collect(),
-        };
-        let rms = datum.rms();
-        let worst = datum.residuals.iter().max_by(|a, b| a.1.total_cmp(&b.1));
-        if let (Some((point, off)), Some(noise)) = (worst, &robot.noise)
-            && rms > MOST_SIGMAS * noise.position()
-        {
-            return Err(fault(format!(
-                "the datum points do not fit the sensor's measurements ({rms:.3} mm rms), {point} least of all ({off:.3} mm)"
-            )));
+        })
+    }
+
+    /// What would make the points fit: two that are exchanged, or one that is wrong.
+    fn explanation(&self) -> String {
+        let clearly = |own: &Self| own.rms() < self.rms() / CLEARLY;
+        let all = 0..self.points.len();
+        let pairs = all
+            .clone()
+            .flat_map(|one| (one + 1..self.points.len()).map(move |other| (one, other)));
+        let exchanged = pairs.filter_map(|(one, other)| {
+            let mut points = self.points.clone();
+            (points[one].seen, points[other].seen) = (points[other].seen, points[one].seen);
+            let own = Self::fitted(&points).filter(clearly)?;
+            let names = format!("{} and {}", self.points[one].name, self.points[other].name);
+            Some((own.rms(), format!("; {names} look exchanged")))
+        });
+        let without = all
+            .filter(|_| self.points.len() > LEAST)
+            .filter_map(|wrong| {
+                let mut points = self.points.clone();
+                let point = points.remove(wrong);
+                let own = Self::fitted(&points).filter(clearly)?;
+                let off = (point.seen - own.frame.apply(&point.place)).norm();
+                Some((
+                    own.rms(),
+                    format!("; {} is {off:.2} mm off the others", point.name),
+                ))
+            });
+        let best = exchanged.chain(without).min_by(|a, b| a.0.total_cmp(&b.0));
+        let worst = self.residuals.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+        match (best, worst) {
+            (Some((_, text)), _) => text,
+            (None, Some((point, off))) => format!(", {point} least of all ({off:.3} mm)"),
+            (None, None) => String::new(),
         }
-        Ok(Some(datum))
+    }
+
+    /// Points with a stated σ that the others contradict: residual, mm, and the same in its σ.
+    pub(crate) fn contradicted(
+        &self,
+        frame: &RigidTransform<f64>,
+        noise: f64,
+    ) -> Vec<(&DatumPoint, f64, f64)> {
+        let motions = RigidMotions::of(self.points.iter().map(|point| point.place));
+        let points = self.points.iter().filter_map(|point| {
+            let sigma = point.sigma?.hypot(noise);
+            let left = 1.0 - motions.as_ref()?.leverage(&point.place);
+            let off = point.seen - frame.apply(&point.place);
+            let sigmas = off.amax() / (sigma * left.max(0.1).sqrt());
+            Some((point, off.norm(), sigmas))
+        });
+        points
+            .filter(|(_, _, sigmas)| *sigmas > CONTRADICTED)
+            .collect()
     }
 
     /// Residual of the points, mm rms of a coordinate, over the remaining degrees of freedom.
@@ -83,55 +149,20 @@ impl Datum {
         (squares / (3.0 * self.residuals.len() as f64 - 6.0)).sqrt()
     }
 
-    /// The sensor's readings, transformed into the robot's base frame.
-    pub(super) fn turned(&self, readings: &Readings) -> Readings {
-        readings.turned(&self.frame.inverse())
-    }
-
-    /// Transforms a solution from [turned](Self::turned) readings to the sensor's frame and adds the datum's own noise:
-    ///
-    /// ```text
-    /// C + G D Gᵀ,   D = σ² (Σ MᵀM)⁻¹ over the datum points,   G = C Σ Jᵀ B M over the rows,   M(x) = (I, −[x]×)
-    /// ```
-    ///
-    /// J are the derivatives of a row's readings with respect to the unknowns, B with respect to the position.
-    pub(super) fn added_to(&self, mut solution: Solution, readings: &Readings) -> Solution {
-        let sigma = solution.levels.position.position();
-        let information: Matrix6<f64> = self
-            .places
+    /// The points, each with σ of a coordinate for this noise of the sensor: as stated, or as wide as their misfit shows,
+    /// of which few points show little (Student).
+    pub(super) fn points(&self, noise: f64) -> impl Iterator<Item = (&DatumPoint, f64)> {
+        let freedom = 3.0 * self.points.len() as f64 - 6.0;
+        let excess = (self.rms().powi(2) - noise * noise).max(0.0) * freedom / (freedom - 2.0);
+        let shown = excess.sqrt();
+        self.points
             .iter()
-            .map(|x| motion(x).transpose() * motion(x))
-            .sum();
-        let unknowns = solution.covariance.nrows();
-        if let Some(spread) = information.try_inverse() {
-            let mut sum = SMatrix::<f64, MOST, 6>::zeros();
-            for own in &solution.sensitivities {
-                let Some(sample) = readings
-                    .rows
-                    .get(own.row)
-                    .and_then(|row| row.value.sample())
-                else {
-                    continue;
-                };
-                let [by_position, _] = own.by_positions;
-                let by_position =
-                    SMatrix::<f64, READINGS, 3>::from_fn(|r, axis| by_position[r][axis]);
-                sum += own.by_unknowns.transpose() * (by_position * motion(&sample.position));
-            }
-            let every = readings.rows.len() as f64 / (solution.sensitivities.len() as f64).max(1.0);
-            let sum = DMatrix::from_fn(unknowns, 6, |row, column| every * sum[(row, column)]);
-            let gain = &solution.covariance * sum;
-            let spread = DMatrix::from_iterator(6, 6, spread.iter().map(|own| own * sigma * sigma));
-            solution.covariance += &gain * spread * gain.transpose();
-        }
-        solution.places.frame = Some(self.frame);
-        solution.places_before.frame = Some(self.frame);
-        solution
+            .map(move |point| (point, point.sigma.unwrap_or(shown).hypot(noise)))
     }
 }
 
 /// (I, −[x]×): displacement of a point by a translation and a rotation.
-fn motion(x: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
+pub(crate) fn motion(x: &Vector3<f64>) -> SMatrix<f64, 3, 6> {
     let mut columns = SMatrix::<f64, 3, 6>::zeros();
     columns
         .fixed_columns_mut::<3>(0)

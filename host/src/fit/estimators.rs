@@ -1,6 +1,6 @@
 //! The core's three estimators applied to readings with given noise, and the residuals of every row.
 
-use super::observations::{instruments, is_stated, observation, places as known_places};
+use super::observations::{instruments, is_stated, places as known_places, row as weighted};
 use super::robust;
 use super::solution::{
     KindNoise, Levels, MOST, PARAMETERS, Places, PlaneFound, PointFound, RowFit, Sensitivity,
@@ -86,15 +86,8 @@ impl Task<'_> {
         let (planes, points) = known_places(self.robot, self.readings);
         let instruments = instruments(self.robot, self.frame, &planes, &points, levels)?;
         let rows = self.readings.rows.iter();
-        let mut rows = rows
-            .map(|row| {
-                let mut own = ObservationRow::new(observation(&row.value)?);
-                if let (Some(sigma), Some(kind)) = (row.value.sigma, row.value.kind()) {
-                    own.set_weight((levels.of(kind) / sigma).powi(2));
-                }
-                Ok(own)
-            })
-            .collect::<Result<Vec<_>, Unsolved>>()?;
+        let rows = rows.map(|row| weighted(&row.value, levels));
+        let mut rows = rows.collect::<Result<Vec<_>, Unsolved>>()?;
         let (own, rows) = (&instruments, rows.as_mut_slice());
         if PARAMETERS + instruments.unknowns() <= FEW {
             self.with_room::<FEW>(own, rows, &settings, levels, given)
@@ -249,6 +242,8 @@ impl Task<'_> {
             noise,
             rows,
             sensitivities,
+            effects: Vec::new(),
+            readings: Readings::of_name(""),
             levels: *levels,
             log_spread,
             joint_noise_estimated: false,
@@ -377,18 +372,18 @@ where
     let looked = (0..count).into_par_iter().map(|row| {
         let whitened = problem.residuals_at(robot, end, row);
         let columns = problem.linearized_at(robot, end, row);
-        let mut by_unknowns = SMatrix::<f64, READINGS, MOST>::zeros();
+        let mut by_unknowns = DMatrix::zeros(READINGS, units.len());
         if let Some(columns) = columns {
             for (place, (column, unit)) in columns.as_ref().iter().zip(units).enumerate() {
                 if *unit > 0.0 {
-                    let own = SVector::from(*column) / -*unit;
+                    let own = SVector::<f64, READINGS>::from(*column) / -*unit;
                     by_unknowns.set_column(place, &own);
                 }
             }
         }
-        let own = by_unknowns.columns(0, units.len());
-        let product = own * covariance;
-        let leverage = std::array::from_fn(|reading| product.row(reading).dot(&own.row(reading)));
+        let product = &by_unknowns * covariance;
+        let leverage =
+            std::array::from_fn(|reading| product.row(reading).dot(&by_unknowns.row(reading)));
         let fit = RowFit {
             whitened: whitened.unwrap_or_default(),
             leverage,

@@ -5,8 +5,8 @@ use super::solution::{Levels, Unsolved};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings};
 use delta_cal::observations::{
-    Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, Plane, Point,
-    PositionFrame,
+    Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationRow,
+    Plane, Point, PositionFrame,
 };
 use delta_cal::{Noise, Refusal, Tolerance};
 
@@ -80,24 +80,38 @@ pub(crate) fn is_stated(robot: &RobotFile, kind: Kind) -> bool {
     }
 }
 
-/// The planes and points of a file, with what the robot file states about them.
+/// The planes and points of a file, with what the robot file states about them, as the platform point meets them: a target
+/// beside it touches a plane, or is at a distance, where the platform point does so less the target.
 pub fn places(robot: &RobotFile, file: &Readings) -> (Vec<Plane<f64>>, Vec<Point<f64>>) {
     let facts = &robot.instruments;
+    let target = facts.target_place();
     let planes = file.planes.iter().map(|name| {
         let known = facts.planes.iter().find(|plane| plane.name == *name);
         Plane {
-            known: known.map(|plane| (plane.height, plane.sigma)),
+            known: known.map(|plane| (plane.height - target.z, plane.sigma)),
             level: known.and_then(|plane| plane.tilt).map(f64::tan),
         }
     });
     let points = file.points.iter().map(|name| {
         let known = facts.points.iter().find(|point| point.name == *name);
         Point {
-            known: known.and_then(|point| point.place),
+            known: known.and_then(|point| {
+                let (place, sigma) = point.place?;
+                Some((place - target, sigma))
+            }),
             offset: known.is_some_and(|point| point.offset_unknown),
         }
     });
     (planes.collect(), points.collect())
+}
+
+/// A row of the core's problem, weighted by its own σ if it states one.
+pub(crate) fn row(reading: &Reading, levels: &Levels) -> Result<ObservationRow<f64>, Unsolved> {
+    let mut own = ObservationRow::new(observation(reading)?);
+    if let (Some(sigma), Some(kind)) = (reading.sigma, reading.kind()) {
+        own.set_weight((levels.of(kind) / sigma).powi(2));
+    }
+    Ok(own)
 }
 
 /// A row in the core's form.

@@ -1,7 +1,8 @@
 //! The result of an estimator, or why there is none.
 
+use super::jointly::Estimated;
 use super::{Frame, Method};
-use crate::files::samples_file::{Kind, READINGS, Reading, ReadingFrom};
+use crate::files::samples_file::{Kind, READINGS, Reading, ReadingFrom, Readings};
 use delta_cal::calibration::StartUsed;
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{ObservationError, PrepareError};
@@ -28,7 +29,10 @@ pub enum Unsolved {
 
 impl From<Refusal> for Unsolved {
     fn from(refusal: Refusal) -> Self {
-        Self::Refused(refusal)
+        match refusal {
+            Refusal::TooManyUnknowns { .. } => Self::TooManyInstruments,
+            refusal => Self::Refused(refusal),
+        }
     }
 }
 
@@ -36,7 +40,7 @@ impl From<PrepareError> for Unsolved {
     fn from(error: PrepareError) -> Self {
         match error {
             PrepareError::Row { index, error } => Self::Row(index, error),
-            PrepareError::Refused(refusal) => Self::Refused(refusal),
+            PrepareError::Refused(refusal) => refusal.into(),
             _ => Self::TooManyInstruments,
         }
     }
@@ -167,8 +171,8 @@ pub struct RowFit {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Sensitivity {
     pub(crate) row: usize,
-    /// ∂h/∂u for all unknowns u, per mm, radian or unit.
-    pub(crate) by_unknowns: SMatrix<f64, READINGS, MOST>,
+    /// ∂h/∂u for all unknowns u, per mm, radian or unit: a row a reading.
+    pub(crate) by_unknowns: DMatrix<f64>,
     /// ∂h/∂X at the platform's position and, for a distance between two poses, at its start.
     pub(crate) by_positions: [[Vector3<f64>; READINGS]; 2],
 }
@@ -187,8 +191,13 @@ pub struct Solution {
     /// The places of the instruments if the robot of the file is right.
     pub places_before: Places,
     /// Covariance of all unknowns: 24 parameters, 15 numbers of the transmissions if they are unknown, then the frame,
-    /// planes, points and the distances' scale; mm, radians and their products. With an estimated noise it is that of Student's distribution.
+    /// planes, points, the distances' scale and the [effects](Self::effects); mm, radians and their products. With an
+    /// estimated noise it is that of Student's distribution.
     pub covariance: DMatrix<f64>,
+    /// The effects estimated together with the robot.
+    pub(crate) effects: Vec<Estimated>,
+    /// The readings of the platform point, without these effects, in the frame of `places`.
+    pub(crate) readings: Readings,
     /// The part of it that the readings' noise makes; the tolerance makes the rest.
     pub(crate) of_readings: DMatrix<f64>,
     /// The fraction of that by which Student's variance, E[σ²], exceeds that of the expected noise, E[σ]².
@@ -236,12 +245,17 @@ impl Solution {
         self.robots(&self.of_readings)
     }
 
-    fn robots(&self, covariance: &DMatrix<f64>) -> RobotCovariance {
-        let own = if self.transmissions {
+    /// Number of unknowns that belong to the robot.
+    pub(crate) const fn robot_unknowns(&self) -> usize {
+        if self.transmissions {
             WITH_TRANSMISSIONS
         } else {
             PARAMETERS
-        };
+        }
+    }
+
+    fn robots(&self, covariance: &DMatrix<f64>) -> RobotCovariance {
+        let own = self.robot_unknowns();
         RobotCovariance::from_fn(|row, column| {
             if row < own && column < own {
                 covariance[(row, column)]

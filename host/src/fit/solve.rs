@@ -1,7 +1,7 @@
 //! From readings to a solution: chooses the estimator and estimates noise that the robot file does not state.
 
-use super::datum::Datum;
 use super::estimators::Task;
+use super::jointly::{Estimated, jointly};
 use super::observations::{USUAL_DISTANCE, USUAL_HEIGHT, is_stated, levels, tolerance};
 use super::solution::{KindNoise, Levels, Solution, Unsolved};
 use super::{Frame, Method, Options};
@@ -44,16 +44,30 @@ pub fn solve(
     readings: &Readings,
     options: &Options,
 ) -> Result<Solution, Unsolved> {
-    // An invalid datum was refused earlier.
-    if let Ok(Some(datum)) = Datum::of(robot, options.frame) {
-        let turned = datum.turned(readings);
-        let options = Options {
-            frame: Frame::Base,
-            ..*options
-        };
-        let solution = solve(robot, &turned, &options)?;
-        return Ok(datum.added_to(solution, &turned));
-    }
+    solve_with(robot, readings, options, (&[], true))
+}
+
+/// The same with effects opened beside those that the robot file states; if that is not strict, with a noise as large as the
+/// readings need.
+pub(crate) fn solve_with(
+    robot: &RobotFile,
+    readings: &Readings,
+    options: &Options,
+    opened: (&[Estimated], bool),
+) -> Result<Solution, Unsolved> {
+    let alone = |readings: &Readings, frame, factor| {
+        let options = Options { frame, ..*options };
+        if factor > 1.0 {
+            alone(&robot.with_noise_times(factor), readings, &options)
+        } else {
+            alone(robot, readings, &options)
+        }
+    };
+    jointly(robot, readings, options.frame, opened, alone).map(as_student)
+}
+
+/// Fits the robot and the instruments' places to readings without effects.
+fn alone(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<Solution, Unsolved> {
     let complete = readings.is_complete() && options.frame == Frame::Base;
     let weighted = readings.rows.iter().any(|row| row.value.sigma.is_some());
     let closures = complete && robot.transmission.is_none() && !options.robust && !weighted;
@@ -68,8 +82,7 @@ pub fn solve(
     };
     let first = levels(robot).ok_or(Refusal::Unfinished)?;
     let solution = settled(&task, first)?;
-    let solution = with_joints_part(&task, solution);
-    Ok(as_student(solution))
+    Ok(with_joints_part(&task, solution))
 }
 
 /// Solves until every unstated σ has converged.

@@ -412,10 +412,14 @@ impl Imported {
         let plane = (planes.len() > 1).then_some(Quantity::Plane);
         let distance = distances.then_some(Quantity::Distance);
         let to = Quantity::to_joints(convention.drive).map(|own| distances.then_some(own));
+        let mut rows = self.readings.rows.iter();
+        let weighted = rows.any(|row| row.value.sigma.is_some());
+        let sigma = weighted.then_some(Quantity::Sigma);
         let columns = joints
             .into_iter()
             .chain([height, plane, distance])
-            .chain(to);
+            .chain(to)
+            .chain([sigma]);
         let columns: Vec<_> = columns.flatten().collect();
         let header = columns.iter().map(|own| convention.column(*own));
         let mut lines = vec![header.collect::<Vec<_>>().join(",")];
@@ -430,6 +434,7 @@ impl Imported {
                 Quantity::ToJoint(_, joint) => from.map(|from| rounded(from[*joint])),
                 Quantity::Height => own.height.map(|(_, height)| rounded(height)),
                 Quantity::Plane => own.height.and_then(|(plane, _)| planes.get(plane).cloned()),
+                Quantity::Sigma => own.sigma.map(rounded),
                 _ => from
                     .and(own.distance)
                     .map(|(_, distance)| rounded(distance)),

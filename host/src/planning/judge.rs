@@ -5,12 +5,14 @@ use super::PlanError;
 use super::setup::Setup;
 use crate::accuracy::information::prior;
 use crate::accuracy::uncertainty::{INSIDE, Sensitivities, first_inside, inside};
+use crate::effects::{At, Course, EffectKind};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{READINGS, Reading};
-use crate::fit::Unsolved;
-use crate::fit::observations::{instruments, levels, observation, tolerance};
+use crate::files::samples_file::{READINGS, Reading, Readings};
+use crate::fit::jointly::stated;
+use crate::fit::observations::{instruments, levels, row, tolerance};
 use crate::fit::solution::{MOST, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
-use delta_cal::observations::{ObservationProblem, ObservationRow};
+use crate::fit::{Frame, Unsolved};
+use delta_cal::observations::ObservationProblem;
 use delta_cal::simulate::made_robot;
 use delta_cal::{Robot, Sample, Settings};
 use nalgebra::{DMatrix, DVector};
@@ -194,6 +196,9 @@ pub(super) struct Information {
     of_robot: usize,
 }
 
+/// σ of what is exact, mm.
+const LEAST_SIGMA: f64 = 1e-6;
+
 impl Information {
     /// The information of rows about a robot. Their values matter only where they locate the instruments; `anchors` help to locate
     /// the instruments and add no information.
@@ -207,14 +212,13 @@ impl Information {
             setup.planes.iter().map(|plane| plane.known).collect(),
             setup.points.iter().map(|point| point.known).collect(),
         );
-        let row = |own: &Reading| Ok(ObservationRow::new(observation(own)?));
-        let all = rows.iter().chain(anchors).map(row);
+        let levels = levels(&setup.robot).ok_or(PlanError::Singular)?;
+        let all = rows.iter().chain(anchors).map(|own| row(own, &levels));
         let all: Result<Vec<_>, Unsolved> = all.collect();
         let mut all = all.map_err(|_| PlanError::TooManyInstruments)?;
         for anchor in &mut all[rows.len()..] {
             anchor.set_weight(0.0);
         }
-        let levels = levels(&setup.robot).ok_or(PlanError::Singular)?;
         let instruments = instruments(&setup.robot, setup.frame, &planes, &points, &levels)
             .map_err(|_| PlanError::Singular)?;
         let unknowns = PARAMETERS + instruments.unknowns();
@@ -223,28 +227,82 @@ impl Information {
         }
         let problem = ObservationProblem::<f64, MOST>::prepare(robot, &instruments, &mut all)
             .map_err(|_| PlanError::Singular)?;
-        let settings = Settings::new().with_tolerance(tolerance(&setup.robot, setup.frame));
+        let known = setup.datum.as_ref();
+        let frame = known.map_or(setup.frame, |_| Frame::Base);
+        let settings = Settings::new().with_tolerance(tolerance(&setup.robot, frame));
         let prior = problem.prior(&settings);
         let [arm, ..] = robot.arms();
         let least = (arm.upper_arm_length() / arm.lb()).powi(2);
-        let row = |index: usize| {
-            let start = problem.start_unknowns();
+        let effects = stated(&setup.robot, &[], true, frame);
+        let course = Course::of(robot, &setup.places, &Readings::of_readings(rows));
+        let beyond: usize = effects.iter().map(|own| own.effect.unknowns()).sum();
+        let start = problem.start_unknowns();
+        let sensitivity = |index: usize| {
             let columns = problem.linearized_at(robot, start, index);
-            DMatrix::from_fn(unknowns, READINGS, |unknown, reading| {
-                columns.map_or(0.0, |columns| columns[unknown][reading])
-            })
+            let mut all = DMatrix::from_fn(unknowns + beyond, READINGS, |unknown, reading| {
+                columns.map_or(0.0, |columns| {
+                    columns.get(unknown).map_or(0.0, |own| own[reading])
+                })
+            });
+            let by_positions = problem.by_positions_at(robot, start, index);
+            for (by_position, joints) in by_positions.iter().flatten().zip(rows[index].poses()) {
+                let Some(at) = joints.and_then(|joints| At::new(robot, &joints)) else {
+                    continue;
+                };
+                let moves = effects.iter();
+                let moves = moves.flat_map(|own| own.effect.columns(&at, &course, index));
+                for (place, moved) in moves.enumerate() {
+                    for (reading, by_position) in by_position.iter().enumerate() {
+                        all[(unknowns + place, reading)] -= by_position.dot(&moved);
+                    }
+                }
+            }
+            all
         };
+        let units = DVector::from_fn(unknowns + beyond, |unknown, _| {
+            if unknown < unknowns {
+                problem.unit_of(unknown)
+            } else {
+                1.0
+            }
+        });
+        let of_robot = match setup.robot.transmission {
+            Some(_) => WITH_TRANSMISSIONS,
+            None => PARAMETERS,
+        };
+        let mut prior = DMatrix::from_fn(unknowns + beyond, unknowns + beyond, |row, column| {
+            if row.max(column) >= unknowns {
+                return 0.0;
+            }
+            let least = if row == column { least } else { 0.0 };
+            prior.information(row, column) + least
+        });
+        let sigmas = effects.iter().flat_map(|own| &own.sigma);
+        for (place, sigma) in (unknowns..).zip(sigmas) {
+            // Where one target is in a free frame is the frame's place.
+            prior[(place, place)] = sigma.max(LEAST_SIGMA).powi(-2);
+        }
+        if let Some(datum) = known {
+            // Shift and turn of the frame are the first unknowns after the robot's; the points show the scale as well.
+            let scale = effects
+                .iter()
+                .position(|own| own.effect.kind == EffectKind::Scale);
+            let before = effects.iter().take(scale.unwrap_or_default());
+            let scale =
+                scale.map(|_| unknowns + before.map(|own| own.effect.unknowns()).sum::<usize>());
+            let places: Vec<_> = (of_robot..of_robot + 6).chain(scale).collect();
+            for (row, to_row) in places.iter().enumerate() {
+                for (column, to_column) in places.iter().enumerate() {
+                    prior[(*to_row, *to_column)] +=
+                        datum[(row, column)] * units[*to_row] * units[*to_column];
+                }
+            }
+        }
         Ok(Self {
-            rows: (0..rows.len()).map(row).collect(),
-            prior: DMatrix::from_fn(unknowns, unknowns, |row, column| {
-                let least = if row == column { least } else { 0.0 };
-                prior.information(row, column) + least
-            }),
-            units: DVector::from_fn(unknowns, |unknown, _| problem.unit_of(unknown)),
-            of_robot: match setup.robot.transmission {
-                Some(_) => WITH_TRANSMISSIONS,
-                None => PARAMETERS,
-            },
+            rows: (0..rows.len()).map(sensitivity).collect(),
+            prior,
+            units,
+            of_robot,
         })
     }
 

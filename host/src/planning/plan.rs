@@ -2,7 +2,6 @@
 
 use super::PlanError;
 use super::judge::{Judge, Precision};
-use super::region::below;
 use super::request::{Kind, LEAST, MOST, Order, PlanRequest};
 use super::search::Search;
 use super::selection::Selection;
@@ -12,6 +11,7 @@ use crate::accuracy::uncertainty::{ExpectedError, WorkspacePoses};
 use crate::calibration::report::{ExpectedReport, expected_report};
 use crate::files::samples_file::ReadingFrom;
 use crate::fit::solution::RobotCovariance;
+use crate::geometry::below;
 use delta_cal::calibration::limits::LARGEST_SIGMA;
 use delta_cal::robot::ParameterKind;
 use delta_cal::{ArmIndex, Parameter, Robot, Sample};
@@ -46,7 +46,7 @@ pub struct Plan {
     pub within: Option<String>,
     /// Noise and tolerance, in words.
     pub assumptions: String,
-    /// The height of each plane, mm.
+    /// The height of each plane, where the target touches it, mm.
     pub planes: Vec<(String, f64)>,
     /// The position of each point, mm.
     pub points: Vec<(String, [f64; 3])>,
@@ -194,9 +194,13 @@ impl<'a> Bench<'a> {
             _ => ExpectedError::of_robot(&setup.robot, robot, &covariance),
         };
         let planes = setup.planes.iter().zip(&setup.places.planes);
-        let height = |offset: f64| convention.vector(&(Vector3::z() * offset)).z;
+        let height = |offset: f64| {
+            convention
+                .vector(&(Vector3::z() * (offset + setup.target.z)))
+                .z
+        };
         let points = setup.points.iter().zip(&setup.places.points);
-        let place = |at: &Vector3<f64>| convention.vector(at).into();
+        let place = |at: &Vector3<f64>| convention.vector(&(at + setup.target)).into();
         Ok(Plan {
             robot_file: request.robot.name.clone(),
             measure: kinds.to_string(),

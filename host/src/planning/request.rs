@@ -1,9 +1,9 @@
 //! What a plan may contain, and in which order it is measured.
 
-use super::region::Region;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Kind as ReadingKind;
 use crate::fit::Frame;
+use crate::geometry::Region;
 use crate::text::list;
 use serde::{Serialize, Serializer};
 use std::fmt;

@@ -15,8 +15,11 @@ use crate::calibration::report::{ExpectedReport, expected_report};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Reading, ReadingFrom, Readings};
 use crate::fit::Frame;
+use crate::fit::datum::Datum;
+use crate::fit::jointly::of_platform_point;
 use crate::fit::solution::{RobotCovariance, of_parameters};
 use crate::text::in_file_units;
+use delta_cal::frame::RigidTransform;
 use delta_cal::{ArmIndex, Parameter, Robot};
 use nalgebra::DMatrix;
 use rand_core::SeedableRng;
@@ -88,7 +91,16 @@ impl Determined {
         file: &Readings,
         unmeasured: &[u64],
     ) -> Result<Self, PlanError> {
-        let mut setup = Setup::of_rows(request.robot, file, unmeasured, request.frame);
+        let weighted = file.noise_into(request.robot);
+        let known = match request.frame {
+            Frame::Base => Some(RigidTransform::identity()),
+            Frame::Sensor => {
+                let datum = Datum::of(request.robot, request.frame).ok().flatten();
+                datum.map(|own| own.frame)
+            }
+        };
+        let mut setup = Setup::of_rows(&weighted, file, unmeasured, request.frame);
+        let file = &of_platform_point(request.robot, file, known);
         let robot = setup.robot.robot.clone();
         let rows = file.rows.iter();
         let rows: Vec<_> = rows.map(|row| setup.read(&robot, &row.value)).collect();

@@ -6,12 +6,12 @@
 use super::PlanError;
 use super::exchange::{Pool, Rows, Set};
 use super::judge::Information;
-use super::region::below;
 use super::request::{Kind, Wishes};
 use super::selection::{Selection, drawn};
 use super::setup::{Planned, Setup};
 use crate::files::samples_file::{Reading, ReadingFrom};
 use crate::fit::solution::RobotCovariance;
+use crate::geometry::below;
 use delta_cal::{Parameter, Sample};
 use nalgebra::{DMatrix, Vector3};
 use rand_core::{Rng, SeedableRng};
@@ -282,6 +282,10 @@ impl<'a> Search<'a> {
                 }
             }
         }
+        let clear = |pose: &Sample<f64>| setup.is_above_planes(&pose.position);
+        if kind != Kind::Plane && !std::iter::once(&pose).chain(&other).all(clear) {
+            return None;
+        }
         // From complete positions a calibration converges anywhere.
         let mut poses = std::iter::once(&pose).chain(&other);
         if kind != Kind::XYZ && !poses.all(|pose| self.steepness(pose) <= self.steep) {
@@ -296,10 +300,13 @@ impl<'a> Search<'a> {
             ..Reading::at(pose.joints)
         };
         let convention = &setup.robot.convention;
+        let at = pose.position + setup.target;
+        let seen = setup.places.frame.map_or(at, |frame| frame.apply(&at));
         Some(Planned {
             kind,
             joints: convention.joints(&pose.joints),
-            position_mm: convention.vector(&pose.position).into(),
+            position_mm: convention.vector(&at).into(),
+            nominal_mm: convention.vector(&seen).into(),
             to_joints: other.map(|other| convention.joints(&other.joints)),
             plane: plane.map(|plane| plane.name.clone()),
             block_mm: block.filter(|_| plane.is_some()),

@@ -1,9 +1,9 @@
 //! The allowed poses: within the limits with a margin, clear of singularities, and in the requested region.
 
 use super::PlanError;
-use super::region::{Region, uniform};
 use crate::files::robot_file::RobotFile;
 use crate::geometry::{Reach, forearm_angle, range};
+use crate::geometry::{Region, uniform};
 use delta_cal::kinematics::{JointLimits, SingularityDistance};
 use delta_cal::robot::Drive;
 use delta_cal::simulate::standard_normal;
@@ -78,6 +78,7 @@ impl<'a> Selection<'a> {
             reach: Reach {
                 limits: narrowed(&file.limits),
                 forearm_limit: file.forearm_limit,
+                within: None,
             },
             region,
             drawn: region.and_then(|region| region.clipped(&box_of_the_arms(&file.robot))),

@@ -4,14 +4,16 @@ use super::request::{Kind, PlanRequest};
 use crate::accuracy::uncertainty::inside;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind as ReadingKind, Reading, ReadingFrom, Readings};
+use crate::fit::datum::{Datum, motion};
 use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT, is_stated, places};
 use crate::fit::solution::{Places, PlaneFound, PointFound};
 use crate::fit::{Frame, Options, solve};
 use crate::geometry::range;
 use crate::text::{in_words, joint, rounded};
+use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{Plane, Point};
 use delta_cal::{Noise, Real, Robot, Sample};
-use nalgebra::Vector3;
+use nalgebra::{SMatrix, Vector3};
 use serde::Serialize;
 
 /// The name of the plane if the robot file states none.
@@ -30,6 +32,8 @@ const POSITION: f64 = 0.02;
 const JOINT_DEGREES: f64 = 0.002;
 /// Heights closer together than this belong to the same gauge block, and distances to the same bar, mm.
 const SAME: f64 = 1.0;
+/// Poses stay above planes by so many σ of their height.
+const CLEAR: f64 = 3.0;
 /// A file with more different heights than this was not measured on gauge blocks.
 const MOST_BLOCKS: usize = 8;
 
@@ -70,6 +74,10 @@ pub struct Setup {
     pub lengths: (f64, f64),
     /// The frame of coordinates.
     pub frame: Frame,
+    /// What datum points say about that frame's shift (mm) and turn (radians) in the sensor's axes: its information.
+    pub datum: Option<SMatrix<f64, 7, 7>>,
+    /// The vector from the platform point to the target, mm.
+    pub target: Vector3<f64>,
     /// Whether the robot file states the noise of every kind that is measured.
     pub noise_stated: bool,
 }
@@ -82,8 +90,11 @@ pub struct Planned {
     pub kind: Kind,
     /// Whole thousandths of a degree or of a millimetre of travel.
     pub joints: [f64; 3],
-    /// Position of the nominal robot.
+    /// Position of the nominal robot's target, or of its platform point if no target is stated.
     pub position_mm: [f64; 3],
+    /// The same in the frame of the coordinates if that is known.
+    #[serde(skip)]
+    pub nominal_mm: [f64; 3],
     /// Joints of the pose from which a distance between poses is measured.
     pub to_joints: Option<[f64; 3]>,
     /// Name of the plane.
@@ -117,7 +128,9 @@ impl Setup {
         let measured = |kind| kinds.read(kind);
         let mut setup = Self::unplaced(request.robot, &named, request.frame, measured);
         let poses = inside(&request.robot.robot, &request.robot.reach());
-        setup.place(|_| broadest(within.unwrap_or(&poses)), &poses);
+        let target = setup.target;
+        let level = broadest(&shifted(within.unwrap_or(&poses), &target)) - target.z;
+        setup.place(|_| level, &poses);
         setup
     }
 
@@ -162,9 +175,12 @@ impl Setup {
             place: own.known.map_or_else(Vector3::zeros, |(place, _)| place),
             offset: 0.0,
         };
+        // An invalid datum was refused earlier.
+        let datum = Datum::of(robot, frame).ok().flatten().map(|own| own.frame);
         let places = Places {
             planes: planes.iter().map(level_at).collect(),
             points: points.iter().map(still_at).collect(),
+            frame: datum,
             ..Places::default()
         };
         let planes = named.planes.iter().zip(planes).map(|(name, known)| {
@@ -185,13 +201,27 @@ impl Setup {
             }
         });
         let mut kinds = ReadingKind::ALL.into_iter();
+        let with_noise = with_noise(robot);
+        let sigma = with_noise.noise.map_or(POSITION, |own| own.position());
+        let seen = |frame: RigidTransform<f64>| {
+            let each = facts.datum.iter().map(|point| {
+                let place = frame.rotation * point.place;
+                let mut columns = SMatrix::<f64, 3, 7>::zeros();
+                columns.fixed_columns_mut::<6>(0).copy_from(&motion(&place));
+                columns.set_column(6, &place);
+                columns.tr_mul(&columns) / point.sigma.unwrap_or_default().hypot(sigma).powi(2)
+            });
+            each.sum()
+        };
         Self {
-            robot: with_noise(robot),
+            robot: with_noise,
             planes: planes.collect(),
             points: points.collect(),
             places,
             lengths: facts.lengths.unwrap_or(LENGTHS),
             frame,
+            datum: datum.map(seen),
+            target: facts.target_place(),
             noise_stated: kinds.all(|kind| !measured(kind) || is_stated(robot, kind)),
         }
     }
@@ -204,6 +234,8 @@ impl Setup {
                 at.offset = height(index);
             }
         }
+        let target = self.target;
+        let poses = &shifted(poses, &target);
         let squares = poses.iter().map(|pose| pose.position.xy().norm_squared());
         let count = f64::max(poses.len() as f64, 1.0);
         let out = POINTS_OUT * (squares.fold(0.0, |sum, own| sum + own) / count).square_root();
@@ -215,8 +247,14 @@ impl Setup {
             let angle = std::f64::consts::TAU * index as f64 / number;
             let (sine, cosine) = angle.sine_cosine();
             let place = Vector3::new(out * cosine, out * sine, low(poses));
-            at.place = place.map(|c| (c / 10.0).round() * 10.0 + 0.0);
+            at.place = place.map(|c| (c / 10.0).round() * 10.0 + 0.0) - target;
         }
+    }
+
+    /// Whether the target stays above every plane of known height with the platform here; the height may be off by three σ.
+    pub(super) fn is_above_planes(&self, platform: &Vector3<f64>) -> bool {
+        let mut planes = self.robot.instruments.planes.iter();
+        planes.all(|own| platform.z + self.target.z >= own.height + CLEAR * own.sigma)
     }
 
     /// Whether the points stand on a table, below the platform.
@@ -324,6 +362,15 @@ fn with_noise(robot: &RobotFile) -> RobotFile {
     with.instruments.height_noise = facts.height_noise.or(Some(USUAL_HEIGHT));
     with.instruments.distance_noise = facts.distance_noise.or(Some(USUAL_DISTANCE));
     with
+}
+
+/// The poses, with the target's positions.
+fn shifted(poses: &[Sample<f64>], target: &Vector3<f64>) -> Vec<Sample<f64>> {
+    let target_of = |pose: &Sample<f64>| Sample {
+        position: pose.position + target,
+        ..*pose
+    };
+    poses.iter().map(target_of).collect()
 }
 
 /// The height of the plane, such that most poses lie between it and the tallest gauge block.

@@ -1,7 +1,7 @@
 //! What an owner must know of readings and lines beside the figures: an offset of the probe, a common scale, a move of
 //! the end stops that may crash.
 
-use crate::calibration::turned;
+use crate::effects::turned;
 use crate::files::samples_file::ReadingFrom;
 use crate::fit::Solution;
 use crate::import::Imported;

@@ -4,6 +4,8 @@ mod figures;
 mod html;
 mod text;
 
+pub(super) use text::verdict;
+
 use crate::calibration::diagnosis::Diagnosis;
 use crate::calibration::refusal::CalibrateError;
 pub use crate::calibration::report::*;

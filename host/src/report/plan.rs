@@ -99,7 +99,11 @@ fn places(plan: &Plan) -> Vec<String> {
         sentences.push(format!("Distances between poses are {lengths}."));
     }
     if setup.frame == Frame::Sensor {
-        sentences.push("The frame of the coordinates is unknown (--frame sensor).".to_owned());
+        let known = match setup.datum {
+            Some(_) => "known from the datum points",
+            None => "unknown (--frame sensor)",
+        };
+        sentences.push(format!("The frame of the coordinates is {known}."));
     }
     sentences
 }
@@ -159,7 +163,10 @@ pub fn csv(planned: &[Planned], convention: &Convention) -> String {
         let cells = planned.iter().map(|own| cell(own).unwrap_or_default());
         let cells = std::iter::once(name.to_owned()).chain(cells);
         for (line, cell) in lines.iter_mut().zip(cells) {
-            line.push(cell);
+            line.push(match cell.contains([',', '"']) {
+                true => format!("\"{}\"", cell.replace('"', "\"\"")),
+                false => cell,
+            });
         }
     };
     let empty = |_: &Planned| None;
@@ -189,7 +196,7 @@ pub fn csv(planned: &[Planned], convention: &Convention) -> String {
     }
     for (axis, name) in positions.iter().enumerate() {
         column(&format!("_nominal_{name}"), &|own| {
-            let position = convention.vector(&Vector3::from(own.position_mm));
+            let position = convention.vector(&Vector3::from(own.nominal_mm));
             Some(rounded(convention.position(&position)[axis]))
         });
     }

@@ -1,6 +1,6 @@
 //! What the report of a printer says first: some ten statements and the lines to paste.
 
-use super::calibration::Report;
+use super::calibration::{Report, verdict};
 use crate::calibration::Level;
 use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::files::input::InputError;
@@ -243,6 +243,7 @@ fn statements(report: &Report, printer: &Printer) -> Vec<String> {
     if let Some(next) = &printer.next {
         lines.extend(proposals(otherwise, next));
     }
+    lines.extend(verdict(report).map(|(_, own)| own));
     lines.push(paste(printer));
     lines
 }

@@ -28,19 +28,20 @@ pub(super) struct Deviations {
     pub(super) read: Read,
 }
 
-/// Computes the deviations of readings of any kind, with a known or a fitted frame.
+/// Computes the deviations of readings of any kind. `known`: the transform from the robot's frame to that of the
+/// coordinates; it is fitted if it is unknown.
 ///
 /// # Errors
 /// The readings do not determine where the instruments are, or this robot cannot produce them.
 pub(super) fn deviations(
     robot: &RobotFile,
     readings: &Readings,
-    frame: Frame,
+    known: Option<RigidTransform<f64>>,
 ) -> Result<Deviations, CalibrateError> {
-    let (places, leverages) = if readings.is_complete() {
-        of_positions(robot, readings, frame)?
-    } else {
-        of_instruments(robot, readings, frame)?
+    let (places, leverages) = match known {
+        Some(_) => of_other_instruments(robot, readings, known)?,
+        None if readings.is_complete() => of_positions(robot, readings)?,
+        None => of_instruments(robot, readings, Frame::Sensor)?,
     };
     let mut rows = Vec::new();
     let mut read = Read::default();
@@ -71,7 +72,7 @@ pub(super) fn deviations(
     read.coordinates /= (rows.len() as f64).max(1.0);
     Ok(Deviations {
         rows,
-        frame: places.frame,
+        frame: places.frame.filter(|_| known.is_none()),
         read,
     })
 }
@@ -79,13 +80,36 @@ pub(super) fn deviations(
 /// Where the instruments are, and the fraction of each reading's deviation absorbed by fitting them, 0 to 1.
 type Found = (Places, Vec<[f64; READINGS]>);
 
-/// For complete positions; the sensor's frame is the best rigid motion.
-fn of_positions(robot: &RobotFile, readings: &Readings, frame: Frame) -> Result<Found, Refused> {
+/// In a known frame: coordinates say nothing about planes and points.
+fn of_other_instruments(
+    robot: &RobotFile,
+    readings: &Readings,
+    known: Option<RigidTransform<f64>>,
+) -> Result<Found, CalibrateError> {
+    let mut leverages = vec![[0.0; READINGS]; readings.rows.len()];
+    let mut others = readings.clone();
+    for row in &mut others.rows {
+        row.value.position = [None; 3];
+    }
+    let rows = others.rows.iter();
+    let used: Vec<_> = rows.map(|row| row.value.readings() > 0).collect();
+    let mut keep = used.iter();
+    others.rows.retain(|_| keep.next() == Some(&true));
+    let mut places = Places::default();
+    if !others.rows.is_empty() {
+        let (found, of_others) = of_instruments(robot, &others, Frame::Base)?;
+        places = found;
+        let own = leverages.iter_mut().zip(used).filter(|(_, used)| *used);
+        own.zip(of_others).for_each(|((own, _), of)| *own = of);
+    }
+    places.frame = known;
+    Ok((places, leverages))
+}
+
+/// For complete positions: the frame is the best rigid motion.
+fn of_positions(robot: &RobotFile, readings: &Readings) -> Result<Found, Refused> {
     let mut places = Places::default();
     let mut leverages = vec![[0.0; READINGS]; readings.rows.len()];
-    if frame == Frame::Base {
-        return Ok((places, leverages));
-    }
     let samples: Vec<_> = readings.samples().collect();
     let [arm, ..] = robot.robot.arms();
     let points = samples.iter().map(|row| row.value.position);
@@ -113,9 +137,10 @@ fn of_instruments(
     frame: Frame,
 ) -> Result<Found, CalibrateError> {
     let [arm, ..] = robot.robot.arms();
-    let mut held = robot.clone();
+    let mut held = robot.at_platform_point();
     held.tolerance = Tolerance::new(HELD * arm.lb(), HELD).ok();
     held.transmission = None;
+    held.instruments.datum.clear();
     // An inaccurate robot is no reason to refuse, so the noise is taken from the deviations.
     held.noise = None;
     held.instruments.height_noise = None;
@@ -186,11 +211,13 @@ fn noise(
     let joint = robot.noise.map(|own| own.joint()).or(facts.joint_noise);
     let joint = joint.unwrap_or_default();
     let variance = |place: &usize| {
-        let sigma = match Kind::of_place(*place) {
+        let kind = Kind::of_place(*place);
+        let stated = match kind {
             Kind::Position => robot.noise.map(|own| own.position_by_axis()[*place]),
             Kind::Height => facts.height_noise,
             Kind::Distance => facts.distance_noise,
         };
+        let sigma = row.sigma.filter(|_| row.kind() == Some(kind)).or(stated);
         sigma.map(|sigma| sigma * sigma)
     };
     let variances = own.iter().map(variance).collect::<Option<Vec<_>>>()?;

@@ -1,5 +1,6 @@
 //! The complete analysis of a robot's workspace.
 
+use super::grid::PART;
 use super::{
     Cylinder, Influence, Mesh, Options, ParameterInfluence, ToleranceBand, Volume, Workspace,
     WorkspaceError, cylinders,
@@ -173,7 +174,8 @@ fn furthest(workspace: &Workspace, axis: usize, sign: f64) -> f64 {
             let origin = best + (b * cos + c * sin) * step;
             let pieces = workspace.pieces(&origin, &direction, workspace.grid.spacing);
             let (_, end) = pieces.last()?;
-            (*end > 0.0).then(|| origin + direction * *end)
+            // Less is rounding.
+            (*end > workspace.tolerance * PART).then(|| origin + direction * *end)
         });
         match further {
             Some(further) => best = further,

@@ -4,6 +4,7 @@ use crate::support::{
     Folder, HEADER, NOISE, NOMINAL, Point, TOLERANCE, TOWERS, assert_fails, assert_refused, cases,
     csv, exact, good_samples, noisy, nominal_arms, platform, true_arms,
 };
+use std::fmt::Write as _;
 
 /// The samples with a line replaced, with a text replaced throughout, or replaced as a whole.
 fn changed(from: &str, to: &str) -> String {
@@ -101,7 +102,8 @@ const SETS: &str = "
     bare.toml already.csv ⇒ 1 ⇒ chance of making the robot worse | [tolerance]
     precise.toml rough.csv ⇒ 1 ⇒ rough.csv: residuals are | --robust
     precise.toml one_wrong.csv ⇒ 1 ⇒ one_wrong.csv: | Line 12 disagrees with all others
-    tolerant.toml longer.csv ⇒ 1 ⇒ longer.csv: Residuals ( | state a larger [tolerance]
+    tolerant.toml longer.csv ⇒ 1 ⇒ longer.csv: The robot is | the forearms are | set length_mm
+    stated.toml planes.csv ⇒ 3 ⇒ planes.csv: the rows name more planes and points | at most 14 points or 16 planes
     stated.toml gap.csv ⇒ 3 ⇒ gap.csv:6: column z_mm: the cell is blank in 1 of 20 rows
     stated.toml copies.csv ⇒ 3 ⇒ equal to the last digit
     stated.toml two.csv --frame sensor ⇒ 1 ⇒ do not determine where the sensor frame is
@@ -160,6 +162,11 @@ fn measurements_that_cannot_calibrate_are_refused_with_a_remedy() {
     }
     let gap = good_samples().replacen(&format!("{}\n", good[4].1[2]), "\n", 1);
     folder.write("gap.csv", gap);
+    let mut touches = "q1_deg,q2_deg,q3_deg,height_mm,plane\n".to_owned();
+    for (index, ([q1, q2, q3], x)) in exact(&arms, 85).into_iter().enumerate() {
+        let _ = writeln!(touches, "{q1},{q2},{q3},{},p{}", x[2] + 700.0, index % 17);
+    }
+    folder.write("planes.csv", touches);
     folder.write("copies.csv", format!("{HEADER}1,2,3,4,5,6\n1,2,3,4,5,6\n"));
     assert_refused(
         &folder,
@@ -237,7 +244,9 @@ const RADII: &str = r#"
     = 194 ⇒ = inf ⇒ robot.toml:2: invalid value: inf
     = 480 ⇒ = -480 ⇒ robot.toml:5: invalid value: -480, expected a number above 0
     = 260 ⇒ = 0 ⇒ robot.toml:4: invalid value: 0, expected a number above 0
-    = 480 ⇒ = 1e300 ⇒ robot.toml:1: the geometry is impossible
+    = 480 ⇒ = 1e300 ⇒ robot.toml:5: 1e300 is too large | in mm
+    = 480 ⇒ = 99999999999999999999 ⇒ robot.toml:5: 1e20 is too large
+    ⇒ [tolerance]\nlength_mm = 1e155\nangle_deg = 1 ⇒ robot.toml:11: 1e155 is too large
     = 480 ⇒ = 480\nazimuth_deg = [0, 120, 120] ⇒ robot.toml:1: two arms are in the same place
     = 30 ⇒ = -30 ⇒ robot.toml:1: the geometry is impossible: the base and platform radii
     = 480 ⇒ = 48 ⇒ robot.toml:1: the geometry is impossible: the forearms do not meet

@@ -10,6 +10,8 @@ use delta_cal_host::ReadingFrom;
 use delta_cal_host::planning::{Kind, PlanRequest, plan};
 use delta_cal_tests::generator;
 use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
 
 const KNOWN: &str = "[tolerance]\nlength_mm = 0.5\nangle_deg = 0.2\n[noise]\nposition_mm = 0.02\n\
                      joint_deg = 0.002\n";
@@ -475,4 +477,108 @@ fn robots_made_to_the_tolerance_reach_every_planned_pose() {
             }
         }
     }
+}
+
+/// The cells of a plan by their column.
+fn cells(csv: &str) -> Vec<BTreeMap<&str, &str>> {
+    let mut lines = csv.lines();
+    let header: Vec<_> = lines.next().unwrap().split(',').collect();
+    let rows = lines.map(|line| header.iter().copied().zip(line.split(',')).collect());
+    rows.collect()
+}
+
+fn numbers(row: &BTreeMap<&str, &str>, names: [&str; 3]) -> [f64; 3] {
+    names.map(|name| row[name].parse().unwrap())
+}
+
+/// The tip touches the plate and its blocks, not the platform point, and at other poses it is above the plate.
+#[test]
+fn no_plan_drives_a_tip_into_its_plate() {
+    let folder = folder();
+    let tip = "[target]\nx_mm = 5\ny_mm = 0\nz_mm = -50\n";
+    let table = "[planes.table]\nz_mm = -560\nsigma_mm = 5\nblocks_mm = [0, 60]\n";
+    folder.write("known.toml", format!("{TO_MEASURE}{tip}{table}"));
+    folder.write("unknown.toml", format!("{TO_MEASURE}{tip}"));
+    for (robot, kinds) in [("known", "plane,distance=6"), ("unknown", "plane")] {
+        let plan =
+            format!("plan {robot}.toml --measure {kinds} --count 14 --json plan.json --output -");
+        folder.write("plan.json", "");
+        let csv = folder.run(&plan).ok().stdout;
+        let plate = number(&folder.json("plan.json"), "planes/0/1");
+        assert!(
+            robot == "unknown" || (plate + 560.0).abs() < 1e-9,
+            "{plate}"
+        );
+        let rows = cells(&csv);
+        for row in &rows {
+            let pose = numbers(row, ["q1_deg", "q2_deg", "q3_deg"]);
+            let [x, y, z] = platform(&nominal_arms(), pose);
+            let tip = [x + 5.0, y, z - 50.0];
+            let nominal = numbers(row, ["_nominal_x_mm", "_nominal_y_mm", "_nominal_z_mm"]);
+            assert!(distance(tip, nominal) < 1e-5, "{tip:?} {nominal:?}");
+            if row["_block_mm"].is_empty() {
+                let other = numbers(row, ["to_q1_deg", "to_q2_deg", "to_q3_deg"]);
+                let [.., other] = platform(&nominal_arms(), other);
+                assert!(tip[2].min(other - 50.0) > plate + 14.9, "{row:?}");
+            } else {
+                let block: f64 = row["_block_mm"].parse().unwrap();
+                assert!((tip[2] - plate - block).abs() < 0.02, "{row:?}");
+            }
+        }
+    }
+}
+
+/// Datum points say where the sensor stands: what is read is in its frame, and the absolute error is known.
+#[test]
+fn datum_points_locate_the_sensor_of_a_plan() {
+    let folder = folder();
+    let mut datum = String::from("[target]\nx_mm = 10\ny_mm = 0\nz_mm = -20\n");
+    for (name, [x, y, z]) in [
+        ("A", [400, 0, -700]),
+        ("B", [-300, 300, -700]),
+        ("C", [-300, -300, -500]),
+    ] {
+        let _ = write!(
+            datum,
+            "[datum.{name}]\nx_mm = {x}\ny_mm = {y}\nz_mm = {z}\nsensor_mm = [{}, {}, {}]\n",
+            700 - y,
+            x + 10,
+            z - 5
+        );
+    }
+    folder.write("datum.toml", format!("{NOMINAL}{KNOWN}{datum}"));
+    let absolute = |robot: &str| {
+        let plan = json(&folder, &format!("{robot}.toml --count 16 --frame sensor"));
+        number(&plan, "planned/absolute_rms_mm")
+    };
+    let [unknown, known] = [absolute("robot"), absolute("datum")];
+    assert!(unknown > 0.5 && known < 0.1, "{unknown} {known}");
+    let csv = folder
+        .run("plan datum.toml --count 8 --frame sensor --output -")
+        .ok()
+        .stdout;
+    for row in &cells(&csv) {
+        let pose = numbers(row, ["q1_deg", "q2_deg", "q3_deg"]);
+        let [x, y, z] = platform(&nominal_arms(), pose);
+        let seen = [700.0 - y, x + 20.0, z - 25.0];
+        let nominal = numbers(row, ["_nominal_x_mm", "_nominal_y_mm", "_nominal_z_mm"]);
+        assert!(distance(seen, nominal) < 1e-5, "{seen:?} {nominal:?}");
+    }
+    let table = "⇒ 3 ⇒ [datum] | --frame sensor";
+    assert_refused(&folder, "plan datum.toml --count 8", table);
+}
+
+/// A plan can be read back, whatever its planes are called, and a weight counts as in a calibration.
+#[test]
+fn a_plane_may_have_a_comma_in_its_name() {
+    let folder = folder();
+    let table = "[planes.\"left, \\\"near\\\"\"]\nz_mm = -560\nsigma_mm = 5\nblocks_mm = [0, 60]\n";
+    folder.write("robot.toml", format!("{TO_MEASURE}{table}"));
+    folder
+        .run("plan robot.toml --measure plane --count 12 --output plan.csv")
+        .ok();
+    let run = folder
+        .run("plan robot.toml --samples plan.csv --json -")
+        .json();
+    assert_eq!(run["unmeasured_lines"].as_array().unwrap().len(), 13);
 }

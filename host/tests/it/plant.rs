@@ -16,6 +16,8 @@ use std::fmt::Write;
 const SIGMA: f64 = 0.03;
 const JOINT_DEG: f64 = 0.001;
 const REFLECTOR: [f64; 3] = [12.0, 5.0, -25.0];
+/// One σ of it if none is stated, mm.
+const UNSTATED: f64 = 0.05;
 
 /// The controller's conventions and the instruments' formats.
 struct Plant {
@@ -185,7 +187,9 @@ fn tables(plant: &Plant, samples: &[([f64; 3], Vector3<f64>)]) -> InputText {
 
 fn written(plant: &Plant, rows: usize, seed: u64) -> Written {
     let mut rng = Pcg32::seed_from_u64(seed);
-    let tolerance = Tolerance::new(0.4, 0.15_f64.to_radians()).unwrap();
+    let angle = 0.15_f64.to_radians();
+    let tolerance = Tolerance::new(0.4, angle).unwrap();
+    let tolerance = tolerance.with_joint_zero(angle).unwrap();
     let truth = made_robot(&nominal(), &tolerance, &mut rng).unwrap();
     let frame = RigidTransform {
         rotation: Rotation3::from_euler_angles(0.2, -0.4, 1.1).into_inner(),
@@ -205,13 +209,15 @@ fn written(plant: &Plant, rows: usize, seed: u64) -> Written {
     let robot = RobotFile::read(&InputText::new("robot.toml", &plant.robot_file(&datum))).unwrap();
     let mut samples = Vec::new();
     let mut rng = Pcg32::seed_from_u64(seed + 1000);
+    let beside = Vector3::from_fn(|_, _| UNSTATED * standard_normal::<f64, _>(&mut rng));
+    let reflector = Vector3::from(REFLECTOR) + beside;
     while samples.len() < rows {
         let q = random_pose(&nominal(), &robot.limits, &mut rng)
             .unwrap()
             .joints;
         let Ok(x) = truth.forward(&q) else { continue };
         let noise = Vector3::from_fn(|_, _| SIGMA * standard_normal::<f64, _>(&mut rng));
-        let seen = frame.apply(&(x + Vector3::from(REFLECTOR))) + noise;
+        let seen = frame.apply(&(x + reflector)) + noise;
         let read = q.map(|q| q + JOINT_DEG.to_radians() * standard_normal::<f64, _>(&mut rng));
         samples.push((read, seen));
     }
@@ -245,8 +251,8 @@ fn a_plant_in_its_own_convention_is_calibrated() {
             let stated = [stated.absolute_rms_mm, stated.relative_rms_mm];
             all.push([errors[0] / stated[0], errors[1] / stated[1]]);
             if plant.has("datum") {
-                assert!(errors[0] < 0.15, "plant {index}: {errors:?} mm");
-                assert!(stated[0] < 0.15, "plant {index}: stated {stated:?} mm");
+                assert!(errors[0] < 0.4, "plant {index}: {errors:?} mm");
+                assert!(stated[0] < 0.2, "plant {index}: stated {stated:?} mm");
             }
             assert!(errors[1] < 0.15, "plant {index}: {errors:?} mm");
             // The frame belongs to the platform point, not to the reflector.

@@ -1,6 +1,7 @@
 //! Tables in the forms that users have: the same numbers give the same calibration in any format.
 
 use crate::support::{Folder, HEADER, NOMINAL, TOLERANCE, assert_refused, good_samples};
+use delta_cal_host::{InputText, Readings, RobotFile};
 use std::fmt::Write;
 
 /// The report of a calibration from these samples, without the file's name.
@@ -129,4 +130,131 @@ fn every_command_takes_tables_in_any_form() {
             "{command}"
         );
     }
+}
+
+/// The joints of each measured row, or the cause and the remedy of the refusal.
+fn joined(joints: &[String], measured: &[String]) -> Result<Vec<f64>, String> {
+    let robot = RobotFile::read(&InputText::new("robot.toml", NOMINAL)).unwrap();
+    let plc = InputText::new("plc.csv", &(joints.join("\n") + "\n"));
+    let tracker = InputText::new("tracker.csv", &(measured.join("\n") + "\n"));
+    let found = Readings::read(&tracker.with_beside(plc), &robot);
+    let found = found
+        .map_err(|error| format!("{error} | {}", error.remedy.as_deref().unwrap_or_default()))?;
+    let rows = found.rows.iter();
+    Ok(rows
+        .map(|row| row.value.joints[0].to_degrees().round())
+        .collect())
+}
+
+/// Names match whatever the header; what would make them match is said, and so is every name that does not.
+#[test]
+fn two_files_are_joined_by_names_or_the_difference_is_named() {
+    let plc = |name: &str, cells: [&str; 3]| -> Vec<String> {
+        let rows = (1..)
+            .zip(cells)
+            .map(|(q, cell)| format!("{cell},{q},20,{}", 7 * q));
+        let header = format!("{name},q1_deg,q2_deg,q3_deg");
+        std::iter::once(header).chain(rows).collect()
+    };
+    let tracker = |name: &str, cells: &[&str]| -> Vec<String> {
+        let rows = (1..)
+            .zip(cells)
+            .map(|(x, cell)| format!("{cell},{x},2,-400"));
+        let header = format!("{name},x_mm,y_mm,z_mm");
+        std::iter::once(header).chain(rows).collect()
+    };
+    let points = ["P01", "P02", "P03"];
+    let times = ["10:00:00", "10:00:20", "10:00:55"];
+    let utc = [
+        "2026-03-02T10:00:00Z",
+        "2026-03-02T10:00:20Z",
+        "2026-03-02T10:00:55Z",
+    ];
+    for (joints, measured, expected) in [
+        (
+            plc("Name", points),
+            tracker("Point", &["P03", "P01", "P02"]),
+            "[3.0, 1.0, 2.0]",
+        ),
+        (
+            plc("time", utc),
+            tracker("Time", &[utc[2], utc[0]]),
+            "[3.0, 1.0]",
+        ),
+        (
+            plc("Name", points),
+            tracker("Name", &["P01", "P31", "P02", "Q7"]),
+            "tracker.csv:3: plc.csv has no Name P31, Q7",
+        ),
+        (
+            plc("Name", points),
+            tracker("Name", &["p03", "p01"]),
+            "has no Name p03, p01 | same capital letters",
+        ),
+        (
+            plc("Name", ["Packer3::P01", "Packer3::P02", "Packer3::P03"]),
+            tracker("Name", &points),
+            "delete Packer3::",
+        ),
+        (
+            plc("Time", times),
+            tracker("Time", &["10:00:30", "10:00:50", "10:01:25"]),
+            "if -30.000 s are added to Time",
+        ),
+        (
+            plc("n", ["1", "2", "3"]),
+            tracker("U95,n", &["1,1", "1,2"]),
+            "column U95: an uncertainty | u_k2_mm=NAME",
+        ),
+    ] {
+        let found = match joined(&joints, &measured) {
+            Ok(found) => format!("{found:?}"),
+            Err(error) => error,
+        };
+        for part in expected.split(" | ") {
+            assert!(found.contains(part), "{part}: {found}");
+        }
+    }
+}
+
+/// A cell with - was not measured, in any row; a blank is a mistake unless others share it.
+#[test]
+fn a_dash_says_that_a_cell_was_not_measured() {
+    let robot = RobotFile::read(&InputText::new("robot.toml", NOMINAL)).unwrap();
+    let rows = |changed: &str| {
+        let rows = (0..40).map(|row| match row {
+            7 => format!("{changed}\n"),
+            row => format!("{row},20,30,{row},1,-400\n"),
+        });
+        let text = HEADER.to_owned() + &rows.collect::<String>();
+        let read = Readings::read(&InputText::new("samples.csv", &text), &robot);
+        read.map(|own| (own.rows.len(), own.readings()))
+            .map_err(|error| error.to_string())
+    };
+    assert_eq!(rows("7,20,30,7,1,-"), Ok((40, 119)));
+    assert_eq!(rows("7,20,30,-,-,-"), Ok((39, 117)));
+    for (changed, part) in [
+        (
+            "7,20,30,7,1,",
+            "samples.csv:9: column z_mm: the cell is blank in 1 of 40 rows",
+        ),
+        ("-,20,30,7,1,2", "column q1_deg: \"-\" is not a number"),
+        (
+            "338603,20,30,7,1,2",
+            "column q1_deg: the number is no angle of an arm",
+        ),
+        ("7,20,30,,,", "nothing was measured in this row"),
+    ] {
+        let error = rows(changed).unwrap_err();
+        assert!(error.contains(part), "{changed}: {error}");
+    }
+    let endless = rows(&format!("7,20,30,{},1,2", "1x".repeat(100_000))).unwrap_err();
+    assert!(
+        endless.len() < 3000 && endless.contains("samples.csv:9: column x_mm"),
+        "{}",
+        endless.len()
+    );
+    // Many columns are read once.
+    let wide = format!("q1_deg{}\n", ",_".repeat(200_000));
+    assert!(Readings::read(&InputText::new("wide.csv", &wide), &robot).is_err());
 }

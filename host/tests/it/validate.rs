@@ -236,7 +236,7 @@ fn datum_points_that_are_none_are_refused() {
     for (name, third) in [
         ("two", String::new()),
         ("line", point("C", [150.0, 150.0], [-150.0, 150.0])),
-        ("off", point("C", [0.0, 0.0], [-300.0, 1.0])),
+        ("off", point("C", [0.0, 0.0], [-300.0, 5.0])),
     ] {
         folder.write(&format!("{name}.toml"), format!("{}{two}{third}", stated()));
     }

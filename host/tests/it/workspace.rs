@@ -6,10 +6,11 @@ use crate::support::{
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Drive, ParameterKind};
 use delta_cal::{Parameter, Robot, SymmetricRobot, Tolerance};
+use delta_cal_host::RobotFile;
 use delta_cal_host::files::convention::Convention;
 use delta_cal_host::geometry::Reach;
 use delta_cal_host::report::workspace::NAMES;
-use delta_cal_host::workspace::{Influence, Mesh, Options, Workspace, cylinders};
+use delta_cal_host::workspace::{Analysis, Influence, Mesh, Options, Workspace, cylinders};
 use delta_cal_tests::geometries::{geometries, linear_geometries};
 use delta_cal_tests::{Spread, perturbed, size, uniform};
 use nalgebra::Vector3;
@@ -62,6 +63,7 @@ fn reach(low: f64, high: f64, forearm: Option<f64>) -> Reach {
     Reach {
         limits: JointLimits::new(low.to_radians(), high.to_radians()).unwrap(),
         forearm_limit: forearm.map(f64::to_radians),
+        within: None,
     }
 }
 
@@ -106,10 +108,30 @@ fn built() -> Vec<Case> {
         let reach = Reach {
             limits: JointLimits::travel(low, high).unwrap(),
             forearm_limit: None,
+            within: None,
         };
         (name, robot, reach)
     });
     arms.chain(towers).map(Case::new).collect()
+}
+
+/// Below rounding there is nothing to bisect.
+#[test]
+fn a_tolerance_below_rounding_ends() {
+    let reach = reach(-60.0, 90.0, Some(40.0));
+    let robot = RobotFile {
+        forearm_limit: reach.forearm_limit,
+        ..RobotFile::of("robot.toml", paper(), reach.limits)
+    };
+    let analyse = |tolerance: f64| {
+        let options = Options {
+            tolerance,
+            spacing: Some(60.0),
+        };
+        Analysis::compute(&robot, &options, &mut |_| ()).unwrap()
+    };
+    let (fine, usual) = (analyse(1e-13), analyse(0.01));
+    assert!((fine.extent_mm.z.0 - usual.extent_mm.z.0).abs() < 0.02);
 }
 
 /// Inside there are joint angles that lead to the position; outside there are none.

@@ -284,7 +284,7 @@ impl Files<'_> {
 
     /// Joint k's angle is in column `order[k]`, or the arms are in another order.
     fn order(&self, order: [usize; 3], frame: Frame) -> [String; 2] {
-        let (robot, samples) = (&self.robot.name, &self.readings.name);
+        let (robot, samples) = (&self.robot.name, self.joints_file());
         let column = |joint: usize| format!("q{}{}", joint + 1, self.angle_unit());
         let clockwise = frame == Frame::Sensor && order == EXCHANGED[0];
         let moved: Vec<_> = (0..3).filter(|joint| order[*joint] != *joint).collect();
@@ -341,14 +341,20 @@ impl Files<'_> {
         };
         let remedy = format!(
             "change the sign of {joints} in {} (a positive angle swings the arm towards the platform){or}",
-            self.readings.name
+            self.joints_file()
         );
         [cause, remedy]
     }
 
+    /// The file that holds the joints.
+    fn joints_file(&self) -> &str {
+        let joined = self.readings.joined.as_ref();
+        joined.map_or(&self.readings.name, |own| &own.joints_file)
+    }
+
     /// Columns of joint angles in radians, or in degrees, and not in the unit of the header.
     fn angles(&self, columns: [bool; 3], radians: bool) -> [String; 2] {
-        let samples = &self.readings.name;
+        let samples = self.joints_file();
         let (are, says, named) = if radians {
             ("radians", "degrees", "q1_rad,q2_rad,q3_rad")
         } else {

@@ -1,11 +1,12 @@
 //! Parses a robot file.
 
 use super::section::{OneOrThree, Positive, Section, parse};
-use super::{DatumPoint, KnownPlane, NamedPoint, RobotFile, TRANSMISSION_KEYS, arm_key};
+use super::{DatumPoint, KnownPlane, NamedPoint, RobotFile, TRANSMISSION_KEYS, Target, arm_key};
 use crate::files::columns::Unit;
 use crate::files::convention::{Convention, JOINT_UNITS, LENGTH_UNITS, Vertical};
 use crate::files::input::{InputError, InputText};
-use crate::geometry::reaches_anywhere;
+use crate::files::samples_file::ONLY_TARGET;
+use crate::geometry::{Region, reaches_anywhere};
 use crate::text::{count, joint};
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::{JointLimits, JointLimitsError};
@@ -16,11 +17,19 @@ use delta_cal::robot::{
 use delta_cal::{Noise, Parameter, Robot, SymmetricRobot, Tolerance};
 use nalgebra::{Matrix3, Vector3};
 
+const TARGET_KEYS: &str = "x_mm y_mm z_mm sigma_mm";
+/// Typical σ of a reflector's or a tip's place on the platform, mm.
+const USUAL_TARGET: f64 = 0.05;
+/// The temperature for which lengths are stated (ISO 1), °C.
+const REFERENCE_TEMPERATURE: f64 = 20.0;
+/// A larger expansion is a mistake: 1 %.
+const LARGEST_EXPANSION: f64 = 0.01;
+
 /// Accepted deviation of a rotation matrix in a file, which is due to rounding.
 const ROTATION_ERROR: f64 = 1e-6;
 
-const SECTIONS: &str = "convention nominal arm joints tolerance noise sensor_frame planes distances points platform \
-                        target datum robot measurement";
+const SECTIONS: &str = "convention nominal arm joints workspace tolerance noise sensor_frame planes distances points platform \
+                        target targets datum robot measurement";
 
 impl RobotFile {
     /// Reads a robot file.
@@ -84,12 +93,32 @@ impl RobotFile {
             platform_radius,
             ..Self::of(input.name(), robot, limits)
         };
+        own.read_workspace(&file)?;
         own.read_tolerance(&file)?;
         own.read_noise(&file)?;
         own.read_instruments(&file)?;
         own.read_sensor_frame(&file)?;
         own.read_record(&file)?;
         Ok(own)
+    }
+
+    /// Where the robot works.
+    fn read_workspace(&mut self, file: &Section<'_>) -> Result<(), InputError> {
+        let Some(own) = file.section("workspace", "within")? else {
+            return Ok(());
+        };
+        let text: String = own.get("within")?;
+        let region: Region = text.parse().map_err(|cause: String| own.fault(cause))?;
+        self.within = Some(region.turned(&self.convention));
+        let turned = region.turned(&self.convention);
+        let mut points = turned.grid();
+        if points.all(|x| self.reach().joints(&self.robot, &x).is_err()) {
+            let cause = format!("the robot reaches no pose within {text}");
+            return Err(own.fault(cause).with_remedy(
+                "check the region, in mm in the axes of [convention], and the [joints]",
+            ));
+        }
+        Ok(())
     }
 
     /// The tolerance of the geometry, and of the transmissions if they are estimated.
@@ -107,7 +136,9 @@ impl RobotFile {
         let stated = match drive {
             Drive::Rotary => match own.optional_positive("zero_deg")? {
                 Some(zero) => stated.and_then(|stated| stated.with_joint_zero(zero.to_radians())),
-                None => stated,
+                None => {
+                    stated.and_then(|stated| stated.with_joint_zero(stated.of(Parameter::Theta)))
+                }
             },
             Drive::Linear => {
                 let zero = own.optional_positive("zero_mm")?.unwrap_or(length);
@@ -132,7 +163,7 @@ impl RobotFile {
     fn read_noise(&mut self, file: &Section<'_>) -> Result<(), InputError> {
         let drive = self.robot.drive();
         let key = joint::key("joint", drive);
-        let keys = format!("position_mm height_mm distance_mm distance_scale {key}");
+        let keys = format!("position_mm height_mm distance_mm distance_scale scale {key}");
         let Some(own) = file.section("noise", &keys)? else {
             return Ok(());
         };
@@ -142,6 +173,7 @@ impl RobotFile {
         facts.height_noise = own.optional_positive("height_mm")?;
         facts.distance_noise = own.optional_positive("distance_mm")?;
         facts.distance_scale = own.optional_positive("distance_scale")?;
+        facts.scale = own.optional_positive("scale")?;
         let joint = own.number(&key)?;
         let joint = match drive {
             Drive::Rotary => joint.to_radians(),
@@ -196,16 +228,31 @@ impl RobotFile {
                 lengths: lengths(&own)?,
             });
         }
-        for (name, own) in file.named("datum", "x_mm y_mm z_mm sensor_mm")? {
+        for (name, own) in file.named("datum", "x_mm y_mm z_mm sensor_mm sigma_mm")? {
             let seen = Vector3::from(own.get::<[f64; 3]>("sensor_mm")?);
             facts.datum.push(DatumPoint {
                 name,
                 place: vector(&own, convention)?,
                 seen: convention.vector(&seen),
+                sigma: own.optional_positive("sigma_mm")?,
             });
         }
-        if let Some(own) = file.section("target", "x_mm y_mm z_mm")? {
-            facts.target = Some(vector(&own, convention)?);
+        let only = file.section("target", TARGET_KEYS)?;
+        let only = only.map(|own| (ONLY_TARGET.to_owned(), own));
+        for (name, own) in only.into_iter().chain(file.named("targets", TARGET_KEYS)?) {
+            if facts.targets.iter().any(|target| target.name == name) {
+                let cause = format!("[target] is the target of this name, {name}");
+                return Err(own
+                    .fault(cause)
+                    .with_remedy("name the other one differently"));
+            }
+            let sigma = own.optional("sigma_mm")?;
+            let sigma = sigma.map(|OneOrThree(own)| own.map(|Positive(sigma)| sigma));
+            facts.targets.push(Target {
+                name,
+                place: vector(&own, convention)?,
+                sigma: sigma.map_or_else(|| Vector3::repeat(USUAL_TARGET), Vector3::from),
+            });
         }
         Ok(())
     }
@@ -235,10 +282,25 @@ impl RobotFile {
             self.record.name = own.optional("name")?;
             self.record.serial = own.optional("serial")?;
         }
-        if let Some(own) = file.section("measurement", "operator instrument date")? {
+        let keys = "operator instrument date temperature_c expansion_per_k";
+        if let Some(own) = file.section("measurement", keys)? {
             self.record.operator = own.optional("operator")?;
             self.record.instrument = own.optional("instrument")?;
             self.record.date = own.optional("date")?;
+            let temperature: Option<f64> = own.optional("temperature_c")?;
+            let expansion: Option<f64> = own.optional("expansion_per_k")?;
+            self.instruments.expansion = match (temperature, expansion) {
+                (None, None) => 0.0,
+                (Some(_), None) => return Err(own.missing("expansion_per_k")),
+                (None, Some(_)) => return Err(own.missing("temperature_c")),
+                (Some(here), Some(per_kelvin)) => (here - REFERENCE_TEMPERATURE) * per_kelvin,
+            };
+            if !(self.instruments.expansion.abs() <= LARGEST_EXPANSION) {
+                let cause = "temperature_c and expansion_per_k make an expansion of more than 1 %";
+                return Err(own
+                    .fault(cause)
+                    .with_remedy("state the temperature in °C; steel expands by 1.15e-5 per K"));
+            }
         }
         Ok(())
     }

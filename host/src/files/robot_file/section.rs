@@ -11,6 +11,9 @@ const REMEDY: &str = "`delta-cal init --output -` prints a robot file with every
 /// Most characters in a text entry, so that a certificate fits on one page.
 const LONGEST: usize = 60;
 
+/// No length, angle or count is larger.
+const LARGEST: f64 = 1e9;
+
 /// Parses the tables of a file, or returns the TOML parser's error.
 pub(super) fn parse(input: &InputText) -> Result<Spanned<DeTable<'_>>, InputError> {
     DeTable::parse(input.text()).map_err(|error| {
@@ -218,11 +221,16 @@ fn number(
     let number = match value.get_ref() {
         DeValue::Integer(own) => i64::from_str_radix(own.as_str(), own.radix())
             .map(|own| own as f64)
+            .or_else(|_| own.as_str().parse())
             .ok(),
         DeValue::Float(own) => own.as_str().parse().ok(),
         _ => return Err(no_value(value, expected)),
     };
     match number {
+        Some(number) if number.is_finite() && number.abs() > LARGEST => {
+            let cause = format!("{number:e} is too large: lengths are in mm, angles in degrees");
+            Err((value.span(), cause))
+        }
         Some(number) if number.is_finite() && allowed(number) => Ok(number),
         number => {
             let number = number.unwrap_or(f64::INFINITY);

@@ -3,6 +3,7 @@
 use super::{RobotFile, TRANSMISSION_KEYS, arm_key};
 use crate::files::columns::Unit;
 use crate::files::convention::{JOINT_UNITS, LENGTH_UNITS, Vertical};
+use crate::files::samples_file::ONLY_TARGET;
 use crate::text::{degrees, joint, tolerance_keys};
 use delta_cal::robot::{Drive, ParameterKind};
 use nalgebra::Vector3;
@@ -30,6 +31,7 @@ impl RobotFile {
         file.section("[platform]");
         file.optional("radius_mm", self.platform_radius);
         self.write_joints(&mut file);
+        self.write_workspace(&mut file);
         self.write_tolerance(&mut file);
         self.write_noise(&mut file);
         self.write_instruments(&mut file);
@@ -107,6 +109,13 @@ impl RobotFile {
         file.optional("forearm_max_deg", self.forearm_limit.map(degrees));
     }
 
+    fn write_workspace(&self, file: &mut File) {
+        if let Some(own) = &self.within {
+            file.section("[workspace]");
+            file.entry("within", own.turned(&self.convention).to_string());
+        }
+    }
+
     fn write_tolerance(&self, file: &mut File) {
         let Some(own) = &self.tolerance else { return };
         file.section("[tolerance]");
@@ -129,6 +138,7 @@ impl RobotFile {
         file.optional("height_mm", facts.height_noise);
         file.optional("distance_mm", facts.distance_noise);
         file.optional("distance_scale", facts.distance_scale);
+        file.optional("scale", facts.scale);
         let joint = self.noise.map(|noise| noise.joint()).or(facts.joint_noise);
         let joint = joint.map(|own| joint::in_file(drive, own));
         file.optional(&joint::key("joint", drive), joint);
@@ -160,10 +170,16 @@ impl RobotFile {
             file.named("datum", &point.name);
             file.vector(self.outwards(&point.place));
             file.entry("sensor_mm", self.outwards(&point.seen));
+            file.optional("sigma_mm", point.sigma);
         }
-        if let Some(target) = &facts.target {
-            file.section("[target]");
-            file.vector(self.outwards(target));
+        for target in &facts.targets {
+            if target.name == ONLY_TARGET {
+                file.section("[target]");
+            } else {
+                file.named("targets", &target.name);
+            }
+            file.vector(self.outwards(&target.place));
+            file.entry("sigma_mm", <[f64; 3]>::from(target.sigma));
         }
     }
 }

@@ -7,6 +7,7 @@ use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
 use crate::text::count;
 use delta_cal::robot::Drive;
+use jiff::Timestamp;
 use jiff::civil::{DateTime, Time, date};
 use serde::Serialize;
 use std::collections::{HashMap, HashSet};
@@ -23,11 +24,16 @@ pub struct Joined {
     pub by: Option<String>,
     /// Number of rows of joints without a measurement.
     pub unused: usize,
+    /// Columns that neither file needs.
+    pub ignored: Vec<String>,
 }
 
-/// A column common to both files.
+/// A column of each file that may say which rows belong together.
 struct Key {
+    /// In the file of readings.
     name: String,
+    /// In that of joints.
+    other: String,
     joints: Vec<String>,
     measured: Vec<String>,
 }
@@ -65,28 +71,38 @@ impl Readings {
         let keys = keys(&joints, &measured)?;
         let by = chosen(&keys);
         let pairs = match by {
-            Some(key) if key.is_time() => by_time(key),
+            Some(key) if key.is_time() => by_time(key, 0.0),
             Some(key) => by_name(key, &poses, &joints)?,
-            None => by_order(&poses, &rows, &joints, &measured, &keys)?,
+            None => by_order(&poses, &rows, &joints, &measured)?,
         };
-        let mut used = vec![false; poses.len()];
-        for (row, pair) in rows.iter_mut().zip(pairs) {
-            let Some((pose, used)) =
-                pair.and_then(|own| Some((poses.get(own)?, used.get_mut(own)?)))
-            else {
-                let of = by.map_or("", |key| key.name.as_str());
-                let cause = format!("no row of {} has this {of}", joints.input.name());
-                return Err(InputError::new(measured.input.name(), cause)
-                    .at_line(row.line)
-                    .with_remedy("add the joints of this pose, or delete the row"));
-            };
-            *used = true;
-            row.value.joints = pose.value;
+        if let (Some(key), Some(first)) = (by, pairs.iter().position(Option::is_none)) {
+            let cells = key.measured.iter().zip(&pairs);
+            let cells = cells.filter(|(_, pair)| pair.is_none());
+            let cells: Vec<_> = cells.map(|(cell, _)| cell.as_str()).collect();
+            let (cause, remedy) = key.unmatched(&cells, joints.input.name());
+            return Err(InputError::new(measured.input.name(), cause)
+                .at_line(rows.get(first).map_or(0, |row| row.line))
+                .with_remedy(remedy));
         }
+        let mut used = vec![false; poses.len()];
+        for (row, pair) in rows.iter_mut().zip(pairs.into_iter().flatten()) {
+            if let (Some(pose), Some(used)) = (poses.get(pair), used.get_mut(pair)) {
+                *used = true;
+                row.value.joints = pose.value;
+            }
+        }
+        rows.retain(|row| row.value.readings() > 0);
+        let unread = measured
+            .unread()
+            .filter(|own| by.is_none_or(|by| by.name != **own));
+        let others = joints
+            .unread()
+            .filter(|own| by.is_none_or(|by| by.other != **own));
         let joined = Joined {
             joints_file: joints.input.name().to_owned(),
             by: by.map(|key| key.name.clone()),
             unused: used.iter().filter(|used| !**used).count(),
+            ignored: unread.chain(others).cloned().collect(),
         };
         Ok(Self {
             in_degrees: joints.unit_of(&Quantity::joints(Drive::Rotary)) == Some(Unit::Degree),
@@ -96,23 +112,45 @@ impl Readings {
     }
 }
 
-/// Columns common to both files, other than those read as joints or readings.
+/// Columns of the same name in both files, other than those read as joints or readings; then columns of names that hold
+/// the same ones, whatever their headers.
 fn keys(joints: &Table<'_>, measured: &Table<'_>) -> Result<Vec<Key>, InputError> {
+    let (of_joints, of_measured) = (joints.unread_cells()?, measured.unread_cells()?);
+    let same = |one: &str, other: &str| one.trim().eq_ignore_ascii_case(other.trim());
     let mut keys = Vec::new();
-    for name in joints.unread() {
-        let same = |own: &&String| own.trim().eq_ignore_ascii_case(name.trim());
-        if let Some(other) = measured.unread().find(same) {
-            keys.push(Key {
-                name: name.clone(),
-                joints: joints.cells(name)?,
-                measured: measured.cells(other)?,
-            });
+    for named in [true, false] {
+        for (other, joints) in &of_joints {
+            for (name, measured) in &of_measured {
+                let key = || Key {
+                    name: name.clone(),
+                    other: other.clone(),
+                    joints: joints.clone(),
+                    measured: measured.clone(),
+                };
+                if same(name, other) && named {
+                    keys.push(key());
+                } else if !(named || same(name, other)) && are_the_same_names(joints, measured) {
+                    keys.push(key());
+                }
+            }
         }
     }
     Ok(keys)
 }
 
-/// The name or number column that matches all rows, else a time column, else the name column with most matches.
+/// Whether each of these cells is a name of its own, and occurs among the others.
+fn are_the_same_names(joints: &[String], measured: &[String]) -> bool {
+    let is_name =
+        |cell: &String| !cell.trim().is_empty() && comparable(cell).parse::<f64>().is_err();
+    let known: HashSet<_> = joints.iter().map(|own| comparable(own)).collect();
+    known.len() == joints.len()
+        && measured
+            .iter()
+            .all(|own| is_name(own) && known.contains(&comparable(own)))
+}
+
+/// The name or number column that matches all rows, else a time column, else the name column with most matches or of the
+/// same header.
 fn chosen(keys: &[Key]) -> Option<&Key> {
     let found = |key: &Key| {
         let known: HashSet<String> = key.joints.iter().map(|own| comparable(own)).collect();
@@ -123,7 +161,7 @@ fn chosen(keys: &[Key]) -> Option<&Key> {
     let all = keys.iter().find(complete);
     let time = || keys.iter().find(|key| key.is_time());
     let most = || {
-        let some = keys.iter().filter(|key| found(key) > 0);
+        let some = keys.iter().filter(|key| found(key) > 0 || key.is_names());
         some.max_by_key(|key| found(key))
     };
     all.or_else(time).or_else(most)
@@ -156,11 +194,15 @@ impl Key {
     }
 }
 
-/// Parses seconds, a time of day, or a date with time.
+/// Parses seconds, a time of day, or a date with time, in UTC or not.
 fn seconds(cell: &str) -> Option<f64> {
     let cell = cell.trim();
     if let Ok(number) = cell.replace(',', ".").parse() {
         return Some(number);
+    }
+    // 2026-03-02T10:00:00Z, or with another offset from UTC.
+    if let Ok(time) = cell.parse::<Timestamp>() {
+        return Some(time.as_duration().as_secs_f64());
     }
     let since = match cell.parse::<Time>() {
         Ok(time) => time.duration_since(Time::midnight()),
@@ -196,8 +238,77 @@ fn by_name(
     Ok(key.measured.iter().map(find).collect())
 }
 
-/// For each measured row, the row of joints nearest in time, if it is near enough.
-fn by_time(key: &Key) -> Vec<Option<usize>> {
+/// Most names in a message, and most rows whose clocks are compared.
+const MOST_NAMED: usize = 8;
+const MOST_COMPARED: usize = 2000;
+
+impl Key {
+    /// Cause and remedy for cells that no row of joints has: what would make all of them match.
+    fn unmatched(&self, cells: &[&str], joints_file: &str) -> (String, String) {
+        let more = match cells.len().saturating_sub(MOST_NAMED) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let named = &cells[..cells.len().min(MOST_NAMED)];
+        let cause = format!(
+            "{joints_file} has no {} {}{more}",
+            self.name,
+            named.join(", ")
+        );
+        let remedy = match self.is_time() {
+            true => self.other_clock(),
+            false => self.other_spelling(),
+        };
+        let usual = "add the joints of these poses, or delete the rows";
+        (cause, remedy.unwrap_or_else(|| usual.to_owned()))
+    }
+
+    /// A prefix or capital letters without which all names match.
+    fn other_spelling(&self) -> Option<String> {
+        let known = |change: &dyn Fn(&str) -> String| {
+            let known: HashSet<_> = self.joints.iter().map(|own| change(own)).collect();
+            self.measured.iter().all(|own| known.contains(&change(own)))
+        };
+        if known(&|own| own.trim().to_lowercase()) {
+            return Some("write the names with the same capital letters in both files".to_owned());
+        }
+        // What stands before the last separator, and the rest.
+        let parts = |own: &str| {
+            let at = own.rfind([':', '/', '\\', '.']).map_or(0, |at| at + 1);
+            let (before, name) = own.split_at(at);
+            (before.trim().to_owned(), name.trim().to_lowercase())
+        };
+        known(&|own| parts(own).1).then(|| {
+            let mut all = self.measured.iter().chain(&self.joints);
+            let prefix = all.find_map(|own| Some(parts(own).0).filter(|own| !own.is_empty()));
+            let prefix = prefix.unwrap_or_default();
+            format!("all names match without what is before them: delete {prefix}")
+        })
+    }
+
+    /// A constant difference of the clocks with which all times match.
+    fn other_clock(&self) -> Option<String> {
+        let first = seconds(self.measured.first()?)?;
+        if self.joints.len().max(self.measured.len()) > MOST_COMPARED {
+            return None;
+        }
+        let apart = self
+            .joints
+            .iter()
+            .filter_map(|own| Some(seconds(own)? - first));
+        let mut fitting = apart.filter(|apart| by_time(self, *apart).iter().all(Option::is_some));
+        let apart = fitting.next()?;
+        fitting.next().is_none().then(|| {
+            format!(
+                "all times match if {apart:.3} s are added to {} of the measurements: the clocks differ",
+                self.name
+            )
+        })
+    }
+}
+
+/// For each measured row, the row of joints nearest in time, if it is near enough once `later` (seconds) is added.
+fn by_time(key: &Key, later: f64) -> Vec<Option<usize>> {
     let of =
         |cells: &[String]| -> Vec<f64> { cells.iter().filter_map(|own| seconds(own)).collect() };
     let (joints, measured) = (of(&key.joints), of(&key.measured));
@@ -211,7 +322,7 @@ fn by_time(key: &Key) -> Vec<Option<usize>> {
     };
     let near = NEAR * between(&joints).min(between(&measured));
     let nearest = |time: &f64| {
-        let apart = |other: &f64| (other - time).abs();
+        let apart = |other: &f64| (other - time - later).abs();
         let places = joints.iter().enumerate();
         let (index, other) = places.min_by(|a, b| apart(a.1).total_cmp(&apart(b.1)))?;
         (apart(other) <= near).then_some(index)
@@ -219,22 +330,13 @@ fn by_time(key: &Key) -> Vec<Option<usize>> {
     measured.iter().map(nearest).collect()
 }
 
-/// Matches rows one to one; their numbers must be equal, and no column may say otherwise.
+/// Matches rows one to one; their numbers must be equal.
 fn by_order<T>(
     poses: &[Row<[f64; 3]>],
     rows: &[Row<T>],
     joints: &Table<'_>,
     measured: &Table<'_>,
-    keys: &[Key],
 ) -> Result<Vec<Option<usize>>, InputError> {
-    if let Some(key) = keys.iter().find(|own| own.is_names()) {
-        let cause = format!("no cell of it is in {}", joints.input.name());
-        return Err(InputError::new(measured.input.name(), cause)
-            .at_column(&key.name)
-            .with_remedy(
-                "write the same names in both files, or _ before the name of the column",
-            ));
-    }
     if poses.len() == rows.len() {
         return Ok((0..rows.len()).map(Some).collect());
     }

@@ -9,6 +9,7 @@ use crate::text::{count, decimal_comma, list};
 use csv::{ReaderBuilder, StringRecord};
 use std::borrow::Cow;
 use std::cell::RefCell;
+use std::collections::HashSet;
 use std::f64::consts::TAU;
 
 const KNOWN: &str = "the columns are q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm (or _rad, and _cm, _m, \
@@ -19,6 +20,8 @@ const KNOWN: &str = "the columns are q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm (or _ra
 
 /// Columns whose name starts with this are ignored.
 const IGNORED: char = '_';
+/// A cell that was not measured.
+const NOT_MEASURED: &str = "-";
 /// Possible field separators; several spaces count as one.
 const SEPARATORS: [(char, &str); 4] = [
     (',', "commas"),
@@ -172,6 +175,15 @@ impl<'a> Table<'a> {
             _ if name.replace(',', ".").parse::<f64>().is_ok() => {
                 return Err(self.without_header());
             }
+            _ if is_uncertainty(name)
+                && !(mapping.has(Quantity::Sigma) || mapping.has(Quantity::Expanded)) =>
+            {
+                (
+                    "an uncertainty whose unit and meaning the name does not say",
+                    "say what it is, as --columns sigma_mm=NAME (standard uncertainty of a coordinate) or u_k2_mm=NAME (k = \
+                 2), or write _ before its name",
+                )
+            }
             _ if self.others => return Ok(None),
             _ if name.starts_with('[') => (
                 "this looks like a robot file, but a table of samples is needed here",
@@ -238,8 +250,7 @@ impl<'a> Table<'a> {
         let read = |place| self.columns.iter().any(|own| own.place == place);
         let names = self.names.iter().enumerate();
         let unread = names.filter(move |(place, _)| !read(*place));
-        let unread = unread.map(|(_, name)| name);
-        unread.filter(|name| !(name.is_empty() || name.starts_with(IGNORED)))
+        unread.map(|(_, name)| name).filter(|name| is_named(name))
     }
 
     /// The common unit of these quantities.
@@ -351,16 +362,33 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// The cells of a column, row by row.
-    pub(super) fn cells(&self, name: &str) -> Result<Vec<String>, InputError> {
-        let place = self.names.iter().position(|own| own == name);
-        let mut cells = Vec::new();
+    /// The columns that are not read: name and cells, row by row.
+    pub(super) fn unread_cells(&self) -> Result<Vec<(String, Vec<String>)>, InputError> {
+        let mut columns: Vec<_> = self.unread().map(|own| (own.clone(), Vec::new())).collect();
+        let read: HashSet<_> = self.columns.iter().map(|own| own.place).collect();
+        let unread = |place: &usize| !read.contains(place) && is_named(&self.names[*place]);
+        let places: Vec<_> = (0..self.names.len()).filter(unread).collect();
         self.each(|_, record| {
-            let cell = place.and_then(|place| record.get(place));
-            cells.push(cell.map(ToString::to_string).unwrap_or_default());
+            for ((_, cells), place) in columns.iter_mut().zip(&places) {
+                let cell = record.get(*place);
+                cells.push(cell.map(ToString::to_string).unwrap_or_default());
+            }
             Ok(())
         })?;
-        Ok(cells)
+        Ok(columns)
+    }
+
+    /// The lines in which the cell of a quantity says that it was not measured.
+    pub(super) fn unmeasured(&self, quantity: Quantity) -> Result<HashSet<u64>, InputError> {
+        let place = self.column(quantity).map_or(usize::MAX, |own| own.place);
+        let mut lines = HashSet::new();
+        self.each(|line, record| {
+            if record.get(place).is_some_and(|cell| cell == NOT_MEASURED) {
+                lines.insert(line);
+            }
+            Ok(())
+        })?;
+        Ok(lines)
     }
 
     /// Calls back for each record below the header, with its line; skips comments and empty lines.
@@ -435,6 +463,24 @@ impl<'a> Table<'a> {
             "the fields of this row are separated by {row}, those of the header by {header}"
         ))
     }
+}
+
+/// Whether a column has a name and is not to be ignored.
+fn is_named(name: &str) -> bool {
+    !(name.is_empty() || name.starts_with(IGNORED))
+}
+
+/// Whether a name looks as if it were an uncertainty: U95, Ux, Uncertainty, sigma X.
+fn is_uncertainty(name: &str) -> bool {
+    let name = name.to_lowercase();
+    let word = name
+        .split(|own: char| !own.is_alphanumeric())
+        .next()
+        .unwrap_or_default();
+    let of_u = ["ux", "uy", "uz", "uxyz", "u95", "u99", "uk2", "uc"].contains(&word);
+    of_u || ["sigma", "uncert", "unsicher", "std"]
+        .iter()
+        .any(|own| word.starts_with(own))
 }
 
 /// The line of column names and its number; `None` if the file holds only comments. Lines that an instrument writes
@@ -534,7 +580,12 @@ impl TableRow<'_> {
     pub(super) fn text(&self, quantity: Quantity) -> Option<&str> {
         let column = self.table.column(quantity)?;
         let field = self.record.get(column.place)?;
-        (!field.is_empty()).then_some(field)
+        (!(field.is_empty() || *field == NOT_MEASURED)).then_some(field)
+    }
+
+    /// Whether a cell says that it was not measured.
+    pub(super) fn is_unmeasured(&self) -> bool {
+        self.record.iter().any(|cell| cell == NOT_MEASURED)
     }
 
     /// Joint angles in radians or travels in mm, within the limits plus a margin.
@@ -550,6 +601,13 @@ impl TableRow<'_> {
     ) -> Result<[f64; 3], InputError> {
         let joints = self.numbers(quantities)?;
         for (joint, quantity) in joints.into_iter().zip(quantities) {
+            if quantity.is_angle() && joint.abs() > MOST_TURNS * TAU {
+                let cause = "the number is no angle of an arm";
+                return Err(self.fault_of(quantity, cause).with_remedy(
+                    "if these are encoder counts, name the columns q1_counts,q2_counts,q3_counts and state counts_per_deg in \
+                     [convention]",
+                ));
+            }
             if let Some(cause) = robot.outside_limits(joint) {
                 return Err(self.fault_of(quantity, cause).with_remedy(
                     "check the number, its sign, its unit in the header (_deg or _rad, of a travel _mm or _m) and \
@@ -589,6 +647,8 @@ impl TableRow<'_> {
     }
 }
 
+/// No arm's angle is more turns.
+const MOST_TURNS: f64 = 10.0;
 /// Larger numbers, in mm or rad, indicate a wrong unit or exponent.
 const LARGEST: f64 = 1e9;
 

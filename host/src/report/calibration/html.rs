@@ -26,6 +26,7 @@ pub(super) fn render(report: &Report, first: Option<&Markup>) -> String {
         text::causes(report).unwrap_or_else(|| text::no_causes(report)),
         text::expected(report).note(text::CONTENTS),
     ];
+    parts.extend(text::budget(report));
     parts.extend(text::places(report));
     parts.extend(text::next(report));
     parts.push(glossary());

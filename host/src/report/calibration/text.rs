@@ -2,8 +2,8 @@
 
 use super::{ArmReport, ParameterReport, Report};
 use crate::calibration::Level;
-use crate::calibration::causes::CauseKind;
 use crate::calibration::credibility::NoiseVerdict;
+use crate::effects::EffectKind;
 use crate::fit::Frame;
 use crate::render::{Part, Section, Table, terminal};
 use crate::text::{count, freedom, list, probability, significant, small};
@@ -17,6 +17,7 @@ pub(super) const CONTENTS: &str = "The expanded uncertainty covers the noise of 
 pub(super) fn render(report: &Report) -> String {
     let mut sections = vec![heading(report), parameters(report), errors(report)];
     sections.extend([noise(report), expected(report)]);
+    sections.extend(budget(report));
     sections.extend(causes(report));
     sections.extend(places(report));
     sections.extend(next(report));
@@ -209,6 +210,15 @@ pub(super) fn expected(report: &Report) -> Section {
             ),
         );
     let mut section = section.table(table);
+    section = section.text(match &report.before.within {
+        Some(_) => "Over the region of [workspace].".to_owned(),
+        None => format!(
+            "Over all that the robot reaches; relative, the outermost tenth has {} mm, the rest {} mm. State where it works \
+             in [workspace].",
+            significant(own.relative_outermost_mm, 2),
+            significant(own.relative_others_mm, 2)
+        ),
+    });
     if let Some(expanded) = &report.expanded_uncertainty {
         let factor = match expanded.degrees_of_freedom {
             None => format!("k = {:.0}", expanded.coverage_factor),
@@ -225,12 +235,45 @@ pub(super) fn expected(report: &Report) -> Section {
         && let Some(chance) = own.chance_of_harm
     {
         section = section.text(format!(
-            "The calibration moves positions by {} mm rms. Chance that it makes the robot worse: {}.",
+            "The calibration moves positions by {} mm rms. Chance that it makes the robot worse: {}{}.",
             significant(own.change, 2),
-            probability(chance)
+            probability(chance),
+            match (own.absolute_chance_of_harm, own.relative_chance_of_harm) {
+                (Some(absolute), Some(relative)) => format!(
+                    " (absolute {}, relative {})",
+                    probability(absolute),
+                    probability(relative)
+                ),
+                _ => String::new(),
+            }
         ));
     }
     section
+}
+
+/// What each source contributes to the expected error.
+pub(super) fn budget(report: &Report) -> Option<Section> {
+    let two = |value: f64| significant(value, 2);
+    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+    let stated = report
+        .budget
+        .iter()
+        .any(|own| own.without_absolute_mm.is_some());
+    let table = Table::of(&report.budget)
+        .column("uncertainty due to", |own| own.source.clone())
+        .column("absolute, mm", |own| two(own.absolute_mm))
+        .column("of variance", |own| percent(own.absolute_share))
+        .column_if(stated, "if it were exact", |own| {
+            own.without_absolute_mm.map_or_else(String::new, two)
+        })
+        .column("relative, mm", |own| two(own.relative_mm))
+        .column("of its variance", |own| percent(own.relative_share))
+        .column_if(stated, "without it", |own| {
+            own.without_relative_mm.map_or_else(String::new, two)
+        })
+        .table();
+    let title = "Uncertainty budget of a position, rms over the workspace (σ)";
+    (!report.budget.is_empty()).then(|| Section::new(title).table(table))
 }
 
 /// The causes found, or the reason why none was looked for.
@@ -258,7 +301,7 @@ pub(super) fn causes(report: &Report) -> Option<Section> {
 
 /// That no cause was found, with a list of those tested.
 pub(super) fn no_causes(report: &Report) -> Section {
-    let kinds = CauseKind::all(report.before.robot.drive());
+    let kinds = EffectKind::all(report.before.robot.drive());
     let kinds: Vec<_> = kinds.map(|kind| kind.name().replace('_', " ")).collect();
     Section::new("Errors that the model cannot represent")
         .text(format!("None found. Tested: {}.", list(&kinds)))
@@ -377,6 +420,17 @@ pub(super) fn findings(report: &Report) -> Section {
 
 /// Whether the limit is met, if there is one.
 pub(super) fn limit(report: &Report) -> Option<Section> {
+    let (passed, figures) = verdict(report)?;
+    let part = if passed {
+        Part::Good(figures)
+    } else {
+        Part::Doubts(figures, Vec::new())
+    };
+    Some(Section::new("").part(part))
+}
+
+/// Whether the limit is met, and the sentence that says so.
+pub(in crate::report) fn verdict(report: &Report) -> Option<(bool, String)> {
     let own = report.acceptance?;
     let figures = match report.expanded_uncertainty {
         None => "the expanded uncertainty is unknown".to_owned(),
@@ -387,10 +441,6 @@ pub(super) fn limit(report: &Report) -> Option<Section> {
             own.limit_mm
         ),
     };
-    let part = if own.passed {
-        Part::Good(format!("Pass: {figures}."))
-    } else {
-        Part::Doubts(format!("Fail: {figures}."), Vec::new())
-    };
-    Some(Section::new("").part(part))
+    let verdict = if own.passed { "Pass" } else { "Fail" };
+    Some((own.passed, format!("{verdict}: {figures}.")))
 }

@@ -1,7 +1,7 @@
 //! What an owner states beside the configuration, plans for it, and the pictures of the bed.
 
 use crate::import::fixtures::{Row, folder, printer};
-use crate::support::{Folder, number};
+use crate::support::{Folder, NOMINAL, assert_refused, number};
 
 /// A printer as configured, with heights of 0 and twelve distances that all are longer by this part.
 fn scaled(part: f64) -> Folder {
@@ -50,6 +50,25 @@ fn a_printed_length_is_a_measurement() {
     let hundred = number(&report, "printer/before/hundred_mm_become_mm");
     assert!((99.4..99.7).contains(&hundred), "{hundred}");
     assert_eq!(report["printer"]["distances"], 3);
+    // One reading of a calliper is not three: each has √3 times its σ in the samples file too.
+    let import = "import klipper printer.cfg --output mine --printed 100=99.5 --shrinkage 0%";
+    folder.run(import).ok();
+    let samples = folder.read("mine/samples.csv");
+    assert!(
+        samples.contains(",sigma_mm\n") && samples.contains(",0.173205081\n"),
+        "{samples}"
+    );
+    for (limit, code, verdict) in [("50mm", 0, "Pass: "), ("0.001mm", 6, "Fail: ")] {
+        let run = folder.run(&format!("calibrate printer.cfg --limit {limit}"));
+        assert_eq!(run.code, code, "{}", run.stderr);
+        assert!(
+            run.stdout.contains(verdict) && run.stdout.contains("limit"),
+            "{}",
+            run.stdout
+        );
+    }
+    let table = "--columns q1_deg=A ⇒ 2 ⇒ --columns needs a samples file";
+    assert_refused(&folder, "calibrate printer.cfg", table);
 }
 
 /// Touches on the bed, within its radius, no place twice, in the firmware's commands.
@@ -91,6 +110,57 @@ fn touches_of_the_bed_are_planned_in_machine_coordinates() {
         places.dedup();
         assert_eq!(places.len(), 9, "{commands}");
     }
+}
+
+/// Measurements, other options' files and their meaning are never lost; commands may be planned again.
+#[test]
+fn touches_replace_no_measurements_and_ignore_no_option() {
+    let folder = folder(&printer("01").configuration());
+    let samples = "q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n10,20,30,5,6,-400\n";
+    folder.write("mysamples.csv", samples);
+    let table = "
+        --output mysamples.csv ⇒ 2 ⇒ holds measurements | --force
+        --output missing/t.gcode ⇒ 4 ⇒ no folder
+        --samples mysamples.csv ⇒ 2 ⇒ --samples does not apply
+        --measure xyz ⇒ 2 ⇒ --measure does not apply
+        --order random ⇒ 2 ⇒ --order does not apply
+        --json plan.json ⇒ 2 ⇒ --json does not apply
+        ";
+    assert_refused(&folder, "plan printer.cfg --count 9", table);
+    assert_eq!(folder.read("mysamples.csv"), samples);
+    folder.write("robot.toml", NOMINAL);
+    let table = "--columns q1_deg=A ⇒ 2 ⇒ --columns needs a samples file";
+    assert_refused(&folder, "plan robot.toml --count 9", table);
+    for _ in 0..2 {
+        let plan = "plan printer.cfg --count 9 --output touches.gcode";
+        folder.run(plan).ok();
+    }
+    folder
+        .run("plan printer.cfg --count 9 --output mysamples.csv --force")
+        .ok();
+}
+
+/// A comment decides neither the firmware, whose end stops have other signs, nor whether this is a robot file.
+#[test]
+fn comments_do_not_change_what_a_file_is() {
+    let duet = "M665 R141.2 L330.1 B120 H412.5\nM666 X0.3 Y0 Z0\n";
+    let folder = folder(&printer("01").configuration());
+    folder.write("plain.g", duet);
+    folder.write("commented.g", format!("; echo: M665 is below\n{duet}"));
+    folder.write("reset.g", format!("M550 P\"echo:\" ; name\n{duet}"));
+    let commented = format!("# not [joints]\n{}", folder.read("printer.cfg"));
+    folder.write("printer.cfg", commented);
+    let plan = |name: &str| {
+        let plan = format!("plan {name} --count 9 --output -");
+        folder.run(&plan).ok().stdout
+    };
+    let plain = plan("plain.g");
+    assert!(plain.contains("G30 S-1"), "{plain}");
+    assert_eq!(
+        [plan("commented.g"), plan("reset.g")],
+        [plain.clone(), plain]
+    );
+    folder.run("calibrate printer.cfg").ok();
 }
 
 /// Both maps of a bed that the lines improve, with the touches.

@@ -1,0 +1,168 @@
+//! The uncertainty budget: what each source contributes to the variance of a position over the workspace (JCGM 100:2008,
+//! 5.1 and annex H).
+//!
+//! ```text
+//! C⁻¹ = Σ Nₖ,   C = Σ C Nₖ C,   variance of a position = Σ tr(J C Nₖ C Jᵀ)
+//! ```
+//!
+//! Nₖ is the information of a source: the readings, the tolerance, a target, datum points, a scale.
+
+use super::uncertainty::Sensitivities;
+use crate::effects::{At, EffectKind};
+use crate::files::samples_file::{ONLY_TARGET, READINGS};
+use crate::fit::solution::{Solution, WITH_TRANSMISSIONS};
+use delta_cal::Sample;
+use nalgebra::{DMatrix, SMatrix};
+use serde::Serialize;
+
+/// What one source contributes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Contribution {
+    /// The source: `readings`, `joint readings`, `tolerance`, `planes and points`, `scale`, `datum`, `target` or the name
+    /// of a target.
+    pub source: String,
+    /// σ of a position in the frame of the base due to it, rms over the workspace, mm.
+    pub absolute_mm: f64,
+    /// Its share of the variance, 0 to 1.
+    pub absolute_share: f64,
+    /// The same for relative positions.
+    pub relative_mm: f64,
+    /// Its share of the variance.
+    pub relative_share: f64,
+    /// σ of a position if the source were exact; `None` for readings and tolerance.
+    pub without_absolute_mm: Option<f64>,
+    /// The same for relative positions.
+    pub without_relative_mm: Option<f64>,
+}
+
+/// The budget over these poses, largest contribution to the absolute error first; to the relative error if the robot's
+/// place is not measured. Empty if the poses do not determine a rigid motion.
+pub(crate) fn budget(solution: &Solution, poses: &[Sample<f64>]) -> Vec<Contribution> {
+    let inside = Sensitivities::<WITH_TRANSMISSIONS>::of(&solution.robot, poses.iter().copied());
+    let Some(relative) = inside.relative() else {
+        return Vec::new();
+    };
+    let weights = [inside.mean_square(), relative.mean_square()];
+    let covariance = &solution.covariance;
+    let own = solution.robot_unknowns();
+    let mean = |part: &DMatrix<f64>| {
+        weights.map(|weights| {
+            let all = (0..own).flat_map(|row| (0..own).map(move |column| (row, column)));
+            all.map(|place| weights[place] * part[place])
+                .sum::<f64>()
+                .max(0.0)
+        })
+    };
+    let total = mean(covariance);
+    let sandwich = |information: &DMatrix<f64>| mean(&(covariance * information * covariance));
+    let mut sources: Vec<(String, [f64; 2], Option<[f64; 2]>)> = Vec::new();
+    let readings = mean(&solution.of_readings);
+    let [joints, all] = of_readings(solution).map(|own| sandwich(&own));
+    let share = |kind: usize| (joints[kind] / all[kind]).clamp(0.0, 1.0);
+    let by_joints =
+        [0, 1].map(|kind| readings[kind] * if all[kind] > 0.0 { share(kind) } else { 0.0 });
+    let by_readings = [0, 1].map(|kind| readings[kind] - by_joints[kind]);
+    sources.push(("readings".to_owned(), by_readings, None));
+    sources.push(("joint readings".to_owned(), by_joints, None));
+    let information = solution.prior.tr_mul(&solution.prior);
+    let effects = solution
+        .effects
+        .first()
+        .map_or(covariance.nrows(), |own| own.first);
+    let block = |places: std::ops::Range<usize>| {
+        DMatrix::from_fn(covariance.nrows(), covariance.ncols(), |row, column| {
+            if places.contains(&row) && places.contains(&column) {
+                information[(row, column)]
+            } else {
+                0.0
+            }
+        })
+    };
+    sources.push(("tolerance".to_owned(), sandwich(&block(0..own)), None));
+    sources.push((
+        "planes and points".to_owned(),
+        sandwich(&block(own..effects)),
+        None,
+    ));
+    let exact = |places: std::ops::Range<usize>| {
+        let size = places.len();
+        let cross = covariance.columns(places.start, size).into_owned();
+        let inverse = covariance
+            .view((places.start, places.start), (size, size))
+            .into_owned()
+            .try_inverse()?;
+        Some(mean(&(covariance - &cross * inverse * cross.transpose())))
+    };
+    let mut others = block(effects..covariance.nrows());
+    for effect in solution
+        .effects
+        .iter()
+        .filter(|own| own.effect.kind != EffectKind::Datum)
+    {
+        let mut stated = DMatrix::zeros(covariance.nrows(), covariance.ncols());
+        for (place, sigma) in effect.places().zip(&effect.sigma) {
+            if *sigma > 0.0 {
+                stated[(place, place)] = sigma.powi(-2);
+            }
+        }
+        others -= &stated;
+        let name = match effect.effect.kind {
+            EffectKind::Target => match solution.readings.targets.get(effect.effect.index) {
+                Some(name) if name != ONLY_TARGET => format!("target {name}"),
+                _ => ONLY_TARGET.to_owned(),
+            },
+            kind => kind.name().to_owned(),
+        };
+        sources.push((name, sandwich(&stated), exact(effect.places())));
+    }
+    if let Some(datum) = solution
+        .effects
+        .iter()
+        .find(|own| own.effect.kind == EffectKind::Datum)
+    {
+        sources.push(("datum".to_owned(), sandwich(&others), exact(datum.places())));
+    }
+    let own = usize::from(!solution.is_absolute());
+    sources.retain(|(_, parts, _)| (0..2).any(|kind| parts[kind] > LEAST * total[kind]));
+    sources.sort_by(|a, b| b.1[own].total_cmp(&a.1[own]));
+    let line = |(source, [absolute, relative], exact): (String, [f64; 2], Option<[f64; 2]>)| {
+        Contribution {
+            source,
+            absolute_mm: absolute.sqrt(),
+            absolute_share: absolute / total[0],
+            relative_mm: relative.sqrt(),
+            relative_share: relative / total[1],
+            without_absolute_mm: exact.map(|own| own[0].sqrt()),
+            without_relative_mm: exact.map(|own| own[1].sqrt()),
+        }
+    };
+    sources.into_iter().map(line).collect()
+}
+
+/// A smaller share of the variance is not listed.
+const LEAST: f64 = 1e-4;
+
+/// The joints' part of the readings' information, and all of it.
+///
+/// A whitened row has the covariance I = Lᵀ⁻¹(σ² + σq² Jq Jqᵀ)L⁻¹; the second term is the joints' part.
+fn of_readings(solution: &Solution) -> [DMatrix<f64>; 2] {
+    let size = solution.covariance.nrows();
+    let joint = solution.levels.position.joint();
+    let (mut of_joints, mut of_all) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));
+    for own in &solution.sensitivities {
+        let row = &solution.readings.rows[own.row].value;
+        let poses = row.poses().into_iter().zip(&own.by_positions);
+        of_all += own.by_unknowns.tr_mul(&own.by_unknowns);
+        for (joints, by_position) in poses {
+            let at = joints.and_then(|joints| At::new(&solution.robot, &joints));
+            let Some(at) = at else { continue };
+            let by_position = SMatrix::<f64, READINGS, 3>::from_fn(|r, axis| by_position[r][axis]);
+            let noise = by_position * at.by_joints * joint;
+            let shown =
+                own.by_unknowns
+                    .tr_mul(&DMatrix::from_column_slice(READINGS, 3, noise.as_slice()));
+            of_joints += &shown * shown.transpose();
+        }
+    }
+    [of_joints, of_all]
+}

@@ -1,0 +1,255 @@
+//! What the search found, for a report: errors that the model cannot represent, and explanations in sentences.
+
+use super::search::{Fitted, Found};
+use crate::accuracy::uncertainty::Sensitivities;
+use crate::calibration::judge::Case;
+use crate::effects::{At, Course, Effect, EffectKind};
+use crate::fit::Solution;
+use crate::text::{capitalised, in_lines, list};
+use delta_cal::Sample;
+use nalgebra::{DVector, SVector};
+use serde::Serialize;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// Residuals of an explanation, over the stated noise.
+const EXPLAINED: f64 = 1.3;
+/// An explanation of most leaves less than one in so many.
+const MOSTLY: f64 = 3.0;
+
+/// Errors outside the model that the residuals reveal.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Causes {
+    /// The causes found, the one that explains most first.
+    #[serde(rename = "causes")]
+    pub found: Vec<Cause>,
+    /// The reason why the residuals were not tested, if they were not.
+    #[serde(rename = "causes_not_tested")]
+    pub not_tested: Option<&'static str>,
+    /// The largest drift of the positions, from the first row to the last, that the order of the rows hides, mm: three
+    /// σ. `None` if the order separates drift from geometry.
+    #[serde(skip)]
+    pub hidden_drift: Option<f64>,
+    /// Error of the calibrated robot's positions due to the causes, rms over the workspace, mm: their own effect and
+    /// what the parameters have absorbed of them. 0 if none was found.
+    #[serde(rename = "causes_position_error_mm")]
+    pub position_error: f64,
+    /// The same of relative positions.
+    #[serde(skip)]
+    pub relative_error: f64,
+}
+
+/// An error outside the model.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Cause {
+    /// Its kind.
+    pub kind: EffectKind,
+    /// 1, 2 or 3; `null` for a cause that does not belong to an arm.
+    pub arm: Option<usize>,
+    /// The line at which a step happened.
+    pub line: Option<u64>,
+    /// Its size: the amplitude of a periodic error, half of a backlash, the sag at the largest distance from the
+    /// robot's axis, the drift from the first row to the last. Signed if there is only one coefficient.
+    pub size: f64,
+    /// `ratio`, `deg` or `mm`.
+    pub unit: &'static str,
+    /// One σ of the size.
+    pub sigma: f64,
+    /// The probability that chance shows as much in this test alone, given the other causes found.
+    pub p: f64,
+    /// Alternatives that explain the residuals about as well.
+    pub alternatives: Vec<String>,
+    /// The cause in one sentence.
+    pub text: String,
+    /// The remedy.
+    pub remedy: &'static str,
+}
+
+impl Causes {
+    /// What the search found beside a solution; `poses` cover the workspace.
+    pub(crate) fn of(
+        case: &Case<'_>,
+        found: &Found,
+        solution: &Solution,
+        poses: &[Sample<f64>],
+    ) -> Self {
+        let mut causes = Self {
+            not_tested: found.not_tested,
+            hidden_drift: found.hidden_drift,
+            ..Self::default()
+        };
+        let best = found.best.as_ref();
+        let Some(best) = best.filter(|own| own.is_in_residuals(&found.base)) else {
+            return causes;
+        };
+        let effects = best.hypothesis.effects.iter();
+        let outside = effects.filter(|own| !own.kind.is_number());
+        causes.found = outside
+            .filter_map(|own| cause(case, found, best, own))
+            .collect();
+        if causes.found.iter().any(|own| own.kind == EffectKind::Drift) {
+            causes.hidden_drift = None;
+        }
+        if !causes.found.is_empty() {
+            [causes.position_error, causes.relative_error] = discrepancy(best, solution, poses);
+        }
+        causes
+    }
+}
+
+fn cause(case: &Case<'_>, found: &Found, best: &Fitted, effect: &Effect) -> Option<Cause> {
+    let estimate = best.estimate(effect)?;
+    let size = estimate.by.len();
+    let variance = (best.solution.squares() / best.solution.degrees_of_freedom()).max(1.0);
+    let covariance = &best.solution.covariance;
+    let covariance = covariance.view((estimate.first, estimate.first), (size, size)) * variance;
+    let by = DVector::from_column_slice(&estimate.by);
+    let along = by.normalize();
+    let sigma = (along.transpose() * &covariance * &along)[(0, 0)].sqrt();
+    let squares = covariance
+        .cholesky()
+        .map_or(0.0, |own| own.solve(&by).dot(&by));
+    let drive = case.robot.robot.drive();
+    let (own, sigma, text) = effect.described(&estimate.by, sigma, case.robot, case.readings);
+    let others: Vec<_> = others(found, effect).collect();
+    let mut alternatives: Vec<_> = others.iter().map(|own| own.named()).collect();
+    alternatives.dedup();
+    let text = match alternatives.len() {
+        0 => text,
+        _ => format!("{text}; about as likely: {}", alternatives.join(" or ")),
+    };
+    let kinds: Vec<_> = others.iter().map(|own| own.kind).collect();
+    let is_step = matches!(effect.kind, EffectKind::Slip | EffectKind::Move);
+    let line = case.readings.rows.get(effect.index).map(|row| row.line);
+    Some(Cause {
+        kind: effect.kind,
+        arm: effect.arm.map(|arm| arm.index() + 1),
+        line: line.filter(|_| is_step),
+        size: own,
+        unit: effect.kind.unit(drive),
+        sigma,
+        p: ChiSquared::new(size as f64).map_or(1.0, |own| own.sf(squares)),
+        alternatives,
+        text,
+        remedy: effect.kind.remedy(&kinds),
+    })
+}
+
+/// What rivals have in place of an effect.
+fn others<'a>(found: &'a Found, effect: &'a Effect) -> impl Iterator<Item = &'a Effect> {
+    let best = found.best.iter().flat_map(|own| &own.hypothesis.effects);
+    let best: Vec<_> = best.collect();
+    let without = found
+        .rivals
+        .iter()
+        .filter(|own| !own.hypothesis.effects.contains(effect));
+    let all = without.flat_map(|own| &own.hypothesis.effects);
+    all.filter(move |own| {
+        !best.contains(own) && !(own.kind == effect.kind && own.arm == effect.arm)
+    })
+}
+
+/// How far positions of the calibrated robot are from those of the robot with its causes, rms, mm, absolute and relative,
+/// in both directions of a backlash. Drift, scale and what moved belong to the instrument.
+fn discrepancy(best: &Fitted, solution: &Solution, poses: &[Sample<f64>]) -> [f64; 2] {
+    let robot = &best.solution.robot;
+    let course = Course::of(robot, &best.solution.places, &best.solution.readings);
+    let own = best
+        .hypothesis
+        .effects
+        .iter()
+        .filter(|own| own.kind.is_of_joint() || own.kind == EffectKind::Sag);
+    let own: Vec<_> = own
+        .filter_map(|own| Some((own.at(0), &best.estimate(own)?.by)))
+        .collect();
+    let error = |pose: &Sample<f64>, directions: [f64; 3]| {
+        let at = At::new(robot, &pose.joints)?;
+        let here = course.anywhere(&at, directions);
+        let moved = own
+            .iter()
+            .map(|(effect, by)| effect.displacement(&at, &here, 0, by));
+        let there = at.position + moved.sum::<SVector<f64, 3>>();
+        let calibrated = solution.robot.forward(&pose.joints).ok()?;
+        Some((*pose, there - calibrated))
+    };
+    let ways = [1.0, -1.0].map(|way| poses.iter().filter_map(move |pose| error(pose, [way; 3])));
+    let errors = Sensitivities(ways.into_iter().flatten().collect());
+    let rms = |errors: &Sensitivities<1>| errors.mean_square().trace().sqrt();
+    [rms(&errors), errors.relative().as_ref().map_or(0.0, rms)]
+}
+
+/// What explains readings that contradict noise or tolerance, in sentences with remedies.
+#[derive(Debug, Clone)]
+pub(crate) struct Explained {
+    pub(crate) text: String,
+    /// Whether it may be the scale of the instrument: then the robot's size is unknown.
+    pub(crate) is_scale: bool,
+}
+
+impl Found {
+    /// Whether an effect explains the readings, not single rows alone.
+    pub(crate) fn is_fault(&self) -> bool {
+        let best = self.best.iter();
+        best.flat_map(|own| &own.hypothesis.effects)
+            .next()
+            .is_some()
+    }
+
+    /// The explanations, if they leave nothing else to explain.
+    pub(crate) fn explained(&self, case: &Case<'_>) -> Option<Explained> {
+        let best = self.best.as_ref()?;
+        let (before, after) = (self.base.misfit(), best.misfit());
+        // The faults of real robots do not have exactly the shapes of the columns.
+        let explains = if after < EXPLAINED {
+            "explains the readings".to_owned()
+        } else if before > MOSTLY * after {
+            format!("explains most of the residuals ({before:.1} → {after:.1} × the stated noise)")
+        } else {
+            return None;
+        };
+        let all: Vec<_> = [best].into_iter().chain(&self.rivals).collect();
+        let what: Vec<_> = all.iter().filter_map(|own| what(case, own)).collect();
+        let remedy = match best.hypothesis.effects.first() {
+            Some(own) => {
+                let others: Vec<_> = others(self, own).map(|own| own.kind).collect();
+                own.kind.remedy(&others)
+            }
+            None => "measure these rows again, or delete them; --robust leaves them out",
+        };
+        let remedy = capitalised(remedy);
+        let text = match &what[..] {
+            [] => return None,
+            [one] => format!("This {explains}: {one}. {remedy}."),
+            several => format!(
+                "Each of these {explains} about equally well: {}. {remedy}.",
+                several.join("; or ")
+            ),
+        };
+        let mut effects = all.iter().flat_map(|own| &own.hypothesis.effects);
+        let is_scale = effects.any(|own| matches!(own.kind, EffectKind::Size | EffectKind::Scale));
+        Some(Explained { text, is_scale })
+    }
+}
+
+fn what(case: &Case<'_>, fitted: &Fitted) -> Option<String> {
+    let effects = fitted.hypothesis.effects.iter().filter_map(|own| {
+        let estimate = fitted.estimate(own)?;
+        let covariance = &fitted.solution.covariance;
+        let variance: f64 = estimate
+            .places()
+            .map(|place| covariance[(place, place)])
+            .sum();
+        let (.., text) = own.described(&estimate.by, variance.sqrt(), case.robot, case.readings);
+        Some(text)
+    });
+    let mut all: Vec<_> = effects.collect();
+    let rows = fitted
+        .hypothesis
+        .rows
+        .iter()
+        .filter_map(|row| case.readings.rows.get(*row));
+    let lines: Vec<_> = rows.map(|row| row.line).collect();
+    if !lines.is_empty() {
+        all.push(format!("{} disagree with the others", in_lines(&lines)));
+    }
+    (!all.is_empty()).then(|| list(&all))
+}

@@ -1,0 +1,199 @@
+//! The gain of every hypothesis to first order, all unknowns refitted.
+//!
+//! ```text
+//! residuals r, derivatives A by unknowns with prior U, E by the hypothesis:   M = AᵀA + UᵀU
+//! a = S⁻¹ Eᵀ(r − A δ),   S = EᵀE − EᵀA M⁻¹ AᵀE,   gain = aᵀ S a
+//! ```
+
+use super::search::Hypothesis;
+use crate::effects::{At, Course, Effect, EffectKind};
+use crate::files::samples_file::{Kind, READINGS};
+use crate::fit::Solution;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
+
+/// Below this part of a column, nothing of it is left beside the unknowns.
+const INDISTINCT: f64 = 1e-8;
+
+/// A row that takes part.
+struct Counted {
+    row: usize,
+    at: At,
+    start: Option<At>,
+    /// By unknowns and by positions, weighted.
+    by_unknowns: DMatrix<f64>,
+    by_positions: [[Vector3<f64>; READINGS]; 2],
+    weight: f64,
+    /// With all unknowns refitted.
+    residuals: DVector<f64>,
+    is_distance: bool,
+}
+
+/// The residuals of a solution.
+pub(super) struct Scan {
+    course: Course,
+    rows: Vec<Counted>,
+    normal: Cholesky<f64, Dyn>,
+    unknowns: usize,
+}
+
+/// Sums over rows: EᵀE, AᵀE, Eᵀr.
+#[derive(Clone)]
+struct Sums {
+    own: DMatrix<f64>,
+    shared: DMatrix<f64>,
+    right: DVector<f64>,
+}
+
+/// A gain in the sum of squares, in σ² of the solution's noise.
+pub(super) type Gain = (f64, Hypothesis);
+
+impl Scan {
+    /// `None` if the rows do not determine the unknowns.
+    pub(super) fn of(solution: &Solution) -> Option<Self> {
+        let readings = &solution.readings;
+        let (robot, unknowns) = (&solution.robot, solution.covariance.nrows());
+        let course = Course::of(robot, &solution.places, readings);
+        let mut normal = solution.prior.tr_mul(&solution.prior);
+        let mut right = -(solution.prior.tr_mul(&(&solution.prior * &solution.moved)));
+        let every = solution.rows.len() as f64 / (solution.sensitivities.len() as f64).max(1.0);
+        let mut rows = Vec::new();
+        for own in &solution.sensitivities {
+            let reading = &readings.rows.get(own.row)?.value;
+            let Some(at) = At::new(robot, &reading.joints) else {
+                continue;
+            };
+            let weight = (every * solution.rows[own.row].weight).sqrt();
+            let by_unknowns = &own.by_unknowns * weight;
+            let residuals = DVector::from_row_slice(&solution.rows[own.row].whitened) * weight;
+            normal += by_unknowns.tr_mul(&by_unknowns);
+            right += by_unknowns.tr_mul(&residuals);
+            rows.push(Counted {
+                row: own.row,
+                at,
+                start: reading.poses()[1].and_then(|joints| At::new(robot, &joints)),
+                by_unknowns,
+                by_positions: own.by_positions,
+                weight,
+                residuals,
+                is_distance: reading.kind() == Some(Kind::Distance),
+            });
+        }
+        for place in 0..unknowns {
+            if !(normal[(place, place)] > 0.0) {
+                normal[(place, place)] = 1.0;
+            }
+        }
+        let normal = normal.cholesky()?;
+        let step = normal.solve(&right);
+        for row in &mut rows {
+            row.residuals -= &row.by_unknowns * &step;
+        }
+        Some(Self {
+            course,
+            rows,
+            normal,
+            unknowns,
+        })
+    }
+
+    fn sums(&self, columns: usize) -> Sums {
+        Sums {
+            own: DMatrix::zeros(columns, columns),
+            shared: DMatrix::zeros(self.unknowns, columns),
+            right: DVector::zeros(columns),
+        }
+    }
+
+    /// E of a row for these effects.
+    fn columns(&self, counted: &Counted, effects: &[Effect]) -> DMatrix<f64> {
+        let number = effects.iter().map(Effect::unknowns).sum();
+        let mut columns = DMatrix::zeros(READINGS, number);
+        let poses = [Some(&counted.at), counted.start.as_ref()];
+        for (at, by_position) in poses.into_iter().zip(&counted.by_positions) {
+            let Some(at) = at else { continue };
+            let moves = effects.iter();
+            let moves = moves.flat_map(|own| own.columns(at, &self.course, counted.row));
+            for (place, moved) in moves.enumerate() {
+                for (reading, by_position) in by_position.iter().enumerate() {
+                    columns[(reading, place)] += counted.weight * by_position.dot(&moved);
+                }
+            }
+        }
+        columns
+    }
+
+    fn add(sums: &mut Sums, counted: &Counted, columns: &DMatrix<f64>) {
+        sums.own += columns.tr_mul(columns);
+        sums.shared += counted.by_unknowns.tr_mul(columns);
+        sums.right += columns.tr_mul(&counted.residuals);
+    }
+
+    fn gain(&self, sums: &Sums) -> Option<f64> {
+        let mut left = &sums.own - sums.shared.tr_mul(&self.normal.solve(&sums.shared));
+        // What no reading shows, or others show as well, gains nothing.
+        for place in 0..left.nrows() {
+            left[(place, place)] += INDISTINCT * sums.own[(place, place)] + f64::MIN_POSITIVE;
+        }
+        let gain = left.cholesky()?.solve(&sums.right).dot(&sums.right);
+        gain.is_finite().then_some(gain)
+    }
+
+    /// The gain of effects that concern all rows.
+    pub(super) fn throughout(&self, effects: &[Effect]) -> Option<f64> {
+        let mut sums = self.sums(effects.iter().map(Effect::unknowns).sum());
+        for counted in &self.rows {
+            Self::add(&mut sums, counted, &self.columns(counted, effects));
+        }
+        self.gain(&sums)
+    }
+
+    /// The gains of an effect that happened at each of these rows.
+    pub(super) fn steps(&self, effect: Effect, rows: std::ops::Range<usize>) -> Vec<Gain> {
+        // From the last row backwards, each row adds its own sums.
+        let everywhere = effect.at(0);
+        let mut sums = self.sums(effect.unknowns());
+        let mut found = Vec::new();
+        for counted in self.rows.iter().rev() {
+            if !(counted.is_distance && effect.kind == EffectKind::Move) {
+                let columns = self.columns(counted, &[everywhere]);
+                Self::add(&mut sums, counted, &columns);
+            }
+            if rows.contains(&counted.row)
+                && let Some(gain) = self.gain(&sums)
+            {
+                found.push((gain, Hypothesis::of(&[effect.at(counted.row)])));
+            }
+        }
+        found
+    }
+
+    /// The gains of leaving out each row.
+    pub(super) fn rows(&self) -> Vec<Gain> {
+        let gain = |counted: &Counted| {
+            let shared = counted.by_unknowns.transpose();
+            let held = &counted.by_unknowns * self.normal.solve(&shared);
+            let read = |reading: &usize| counted.by_positions[0][*reading] != Vector3::zeros();
+            let read: Vec<_> = (0..READINGS).filter(read).collect();
+            let left = DMatrix::identity(READINGS, READINGS) - held;
+            let left = left.select_rows(&read).select_columns(&read);
+            let residuals = counted.residuals.select_rows(&read);
+            let gain = left.cholesky()?.solve(&residuals).dot(&residuals);
+            Some((gain, Hypothesis::without(&[counted.row])))
+        };
+        self.rows.iter().filter_map(gain).collect()
+    }
+
+    /// Three σ of a drift if the unknowns absorb most of it.
+    pub(super) fn hidden_drift(&self, taken_up: f64) -> Option<f64> {
+        let drift = [Effect::of(EffectKind::Drift)];
+        let mut sums = self.sums(3);
+        for counted in &self.rows {
+            Self::add(&mut sums, counted, &self.columns(counted, &drift));
+        }
+        let left = &sums.own - sums.shared.tr_mul(&self.normal.solve(&sums.shared));
+        let covariance = left.cholesky()?.inverse();
+        let inflation = (0..3).map(|axis| covariance[(axis, axis)] * sums.own[(axis, axis)] / 3.0);
+        let sigma = covariance.trace().sqrt();
+        (inflation.sum::<f64>() > taken_up).then_some(3.0 * sigma)
+    }
+}

@@ -1,0 +1,543 @@
+//! The search: hypotheses are scanned, refitted and ranked, up to three at once.
+
+use super::scan::{Gain, Scan};
+use crate::calibration::judge::Case;
+use crate::effects::{Effect, EffectKind};
+use crate::files::samples_file::{Kind, Readings};
+use crate::fit::jointly::Estimated;
+use crate::fit::{Options, Solution, solve, solve_with};
+use crate::geometry::Directions;
+use delta_cal::ArmIndex;
+use delta_cal::robot::Drive;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// Chance that some hypothesis is accepted for a file without any fault, shared by this many kinds.
+const FALSE_ALARM: f64 = 0.003;
+const KINDS: f64 = 12.0;
+/// Hypotheses of each kind that are refitted.
+const OF_EACH_KIND: usize = 2;
+/// Most faults at once.
+const MOST: usize = 3;
+/// Sets of faults that are extended.
+const BEAM: usize = 2;
+/// A first-order gain may be this much too small.
+const FIRST_ORDER: f64 = 0.5;
+/// Explanations whose cost is within this of the best are named as well.
+const CLEARLY: f64 = 12.0;
+/// Files with more rows are thinned before they are refitted.
+const MOST_ROWS: usize = 400;
+/// Least degrees of freedom that tell a fault from noise.
+const LEAST_FREEDOM: f64 = 5.0;
+/// A stated target that the readings put so many σ beside its place is doubtful.
+const DOUBTFUL: f64 = 2.5;
+/// Rows on either side of a move.
+const LEAST_ROWS: usize = 2;
+
+/// What may be wrong: effects, and rows to leave out.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Hypothesis {
+    pub(crate) effects: Vec<Effect>,
+    pub(crate) rows: Vec<usize>,
+}
+
+impl Hypothesis {
+    pub(super) fn of(effects: &[Effect]) -> Self {
+        Self {
+            effects: effects.to_vec(),
+            rows: Vec::new(),
+        }
+    }
+
+    pub(super) fn without(rows: &[usize]) -> Self {
+        Self {
+            effects: Vec::new(),
+            rows: rows.to_vec(),
+        }
+    }
+
+    fn and(&self, other: &Self) -> Option<Self> {
+        let mut both = self.clone();
+        for own in &other.effects {
+            if both.effects.contains(own) {
+                return None;
+            }
+            both.effects.push(*own);
+        }
+        both.rows.extend(&other.rows);
+        both.rows.sort_unstable();
+        both.rows.dedup();
+        (both != *self).then_some(both)
+    }
+
+    fn kind(&self) -> Option<EffectKind> {
+        self.effects.first().map(|own| own.kind)
+    }
+
+    fn unknowns(&self) -> usize {
+        self.effects.iter().map(Effect::unknowns).sum()
+    }
+}
+
+/// A hypothesis, fitted.
+#[derive(Debug, Clone)]
+pub(crate) struct Fitted {
+    pub(crate) hypothesis: Hypothesis,
+    pub(crate) solution: Solution,
+    /// Σ r² in units of a stated noise, and the rest of −2 log of the likelihood: of an estimated noise, of the prior, and
+    /// the penalty for the hypothesis.
+    squares: f64,
+    spread: f64,
+    prior: f64,
+    penalty: f64,
+    freedom: f64,
+}
+
+impl Fitted {
+    /// Where residuals exceed the stated noise this many times, they count as noise.
+    fn score(&self, misfit: f64) -> f64 {
+        self.squares / (misfit * misfit) + self.spread + self.prior + self.penalty
+    }
+
+    /// Whether the residuals show it, and not the prior alone: a wrong scale, too, explains a wrong length of the file.
+    pub(super) fn is_in_residuals(&self, base: &Self) -> bool {
+        let misfit = self.misfit().powi(2);
+        let of_readings = (base.squares - self.squares) / misfit + base.spread - self.spread;
+        of_readings > base.prior - self.prior
+    }
+
+    /// Whether what it adds is a wrong number of the robot file, which the prior alone may show.
+    fn is_number(&self) -> bool {
+        let last = self.hypothesis.effects.last();
+        last.is_some_and(|own| own.kind.is_number() || own.kind == EffectKind::Target)
+    }
+
+    /// Residuals over the stated noise, at least 1.
+    pub(super) fn misfit(&self) -> f64 {
+        (self.squares / self.freedom.max(1.0)).sqrt().max(1.0)
+    }
+
+    /// The estimate of an effect.
+    pub(crate) fn estimate(&self, effect: &Effect) -> Option<&Estimated> {
+        self.solution
+            .effects
+            .iter()
+            .find(|own| own.effect == *effect)
+    }
+}
+
+/// What was found.
+#[derive(Debug, Clone)]
+pub(crate) struct Found {
+    /// As it is.
+    pub(crate) base: Fitted,
+    /// With what explains the readings best.
+    pub(crate) best: Option<Fitted>,
+    /// Others that explain them about as well.
+    pub(crate) rivals: Vec<Fitted>,
+    /// The largest drift that the order of the rows hides, mm.
+    pub(crate) hidden_drift: Option<f64>,
+    /// Why nothing was looked for.
+    pub(crate) not_tested: Option<&'static str>,
+}
+
+struct Search<'a> {
+    case: &'a Case<'a>,
+    options: Options,
+    /// Degrees of freedom of the readings as they are.
+    freedom: Option<f64>,
+    rows: usize,
+    /// Of each joint's last move at each row.
+    directions: Vec<[f64; 3]>,
+}
+
+/// Looks for what explains the readings better than the robot alone; `None` if they cannot be fitted at all.
+pub(crate) fn search(case: &Case<'_>) -> Option<Found> {
+    let options = Options {
+        robust: false,
+        ..case.options
+    };
+    let thinned = thinned(case.readings);
+    let case = &Case {
+        readings: thinned.as_ref().unwrap_or(case.readings),
+        ..*case
+    };
+    let mut moves = Directions::default();
+    let directions = case
+        .readings
+        .rows
+        .iter()
+        .map(|row| moves.next(&row.value.joints));
+    let mut search = Search {
+        case,
+        options,
+        freedom: None,
+        rows: case.readings.rows.len(),
+        directions: directions.collect(),
+    };
+    let base = search.fitted(Hypothesis::default())?;
+    search.freedom = Some(base.freedom);
+    let mut found = Found {
+        base: base.clone(),
+        best: None,
+        rivals: Vec::new(),
+        hidden_drift: None,
+        not_tested: None,
+    };
+    let Some(scan) = Scan::of(&base.solution) else {
+        found.not_tested = Some("the poses do not determine the parameters well enough");
+        return Some(found);
+    };
+    found.hidden_drift = scan.hidden_drift(TAKEN_UP);
+    if base.freedom < LEAST_FREEDOM {
+        found.not_tested = Some("too few samples are left over to tell causes from noise");
+        return Some(found);
+    }
+    let mut beam = vec![base.clone()];
+    let mut all = vec![base];
+    for depth in 0..MOST {
+        let mut next: Vec<Fitted> = Vec::new();
+        if depth == 0 {
+            next.extend(search.robust().and_then(|own| search.fitted(own)));
+        }
+        for state in &beam {
+            for hypothesis in search.candidates(state) {
+                let known = next.iter().any(|own| own.hypothesis == hypothesis);
+                let fitted = (!known).then(|| search.settled(hypothesis)).flatten();
+                next.extend(fitted.filter(|own| own.is_number() || own.is_in_residuals(state)));
+            }
+        }
+        let misfit = all
+            .iter()
+            .chain(&next)
+            .map(Fitted::misfit)
+            .fold(f64::INFINITY, f64::min);
+        next.sort_by(|a, b| a.score(misfit).total_cmp(&b.score(misfit)));
+        let before = all
+            .iter()
+            .map(|own| own.score(misfit))
+            .fold(f64::INFINITY, f64::min);
+        let gains = next.first().is_some_and(|own| own.score(misfit) < before);
+        if !gains {
+            break;
+        }
+        beam = next.iter().take(BEAM).cloned().collect();
+        all.extend(next);
+    }
+    let misfit = all.iter().map(Fitted::misfit).fold(f64::INFINITY, f64::min);
+    all.sort_by(|a, b| a.score(misfit).total_cmp(&b.score(misfit)));
+    let base = found.base.score(misfit);
+    all.retain(|own| own.hypothesis != Hypothesis::default() && own.score(misfit) < base);
+    if let Some(best) = all.first() {
+        let limit = best.score(misfit) + CLEARLY;
+        let faults = best.hypothesis.effects.len();
+        all.retain(|own| own.score(misfit) < limit && own.hypothesis.effects.len() <= faults);
+        // What is not clearly better is no reason for more unknowns.
+        all.sort_by_key(|own| {
+            let missing = faults - own.hypothesis.effects.len();
+            (missing, own.hypothesis.unknowns())
+        });
+        let mut all = all.into_iter();
+        found.best = all.next();
+        found.rivals = all.collect();
+    }
+    Some(found)
+}
+
+/// A drift is hidden if the unknowns increase its variance by more than this factor.
+const TAKEN_UP: f64 = 4.0;
+
+/// An even selection of many rows.
+fn thinned(readings: &Readings) -> Option<Readings> {
+    let every = readings.rows.len().div_ceil(MOST_ROWS);
+    (every > 1).then(|| {
+        let mut few = readings.clone();
+        few.rows = few.rows.into_iter().step_by(every).collect();
+        few
+    })
+}
+
+impl Search<'_> {
+    /// The χ² that a hypothesis must explain: of so many of its kind, with so many unknowns.
+    fn penalty(&self, unknowns: usize, of_kind: f64) -> f64 {
+        let level = FALSE_ALARM / KINDS / of_kind.max(1.0);
+        ChiSquared::new(unknowns as f64).map_or(f64::INFINITY, |own| own.inverse_cdf(1.0 - level))
+    }
+
+    /// How many hypotheses are like this one.
+    fn alike(&self, kind: Option<EffectKind>) -> f64 {
+        let rows = self.rows as f64;
+        match kind {
+            None | Some(EffectKind::Move) => rows,
+            Some(EffectKind::Slip) => 3.0 * rows,
+            Some(EffectKind::Backlash) => 7.0,
+            Some(own) if own.is_of_joint() => 3.0,
+            Some(_) => 1.0,
+        }
+    }
+
+    fn penalties(&self, hypothesis: &Hypothesis) -> f64 {
+        let mut sum = 0.0;
+        let mut backlash = 0;
+        for own in &hypothesis.effects {
+            match own.kind {
+                EffectKind::Backlash => backlash += 1,
+                // A plate moves up and tilts.
+                EffectKind::Move if !self.case.readings.holds(Kind::Position) => {
+                    sum += self.penalty(3, self.alike(Some(EffectKind::Move)));
+                }
+                kind => sum += self.penalty(kind.unknowns(), self.alike(Some(kind))),
+            }
+        }
+        if backlash > 0 {
+            sum += self.penalty(backlash, self.alike(Some(EffectKind::Backlash)));
+        }
+        let rows = hypothesis.rows.len() as f64;
+        sum + rows * self.penalty(3, self.alike(None))
+    }
+
+    /// Fits the robot and the hypothesis.
+    fn fitted(&self, mut hypothesis: Hypothesis) -> Option<Fitted> {
+        let readings = self.case.readings;
+        let penalties = self.penalties(&hypothesis);
+        // Before its first move, the direction of a joint is not known.
+        let of_backlash = hypothesis
+            .effects
+            .iter()
+            .filter(|own| own.kind == EffectKind::Backlash);
+        let arms: Vec<_> = of_backlash
+            .filter_map(|own| Some(own.arm?.index()))
+            .collect();
+        let still =
+            (0..self.rows).filter(|row| arms.iter().any(|arm| self.directions[*row][*arm] == 0.0));
+        hypothesis.rows.extend(still);
+        hypothesis.rows.sort_unstable();
+        hypothesis.rows.dedup();
+        let mut kept = readings.clone();
+        let mut index = 0;
+        kept.rows.retain(|_| {
+            index += 1;
+            !hypothesis.rows.contains(&(index - 1))
+        });
+        let shifted = |own: &Effect| {
+            let before = hypothesis
+                .rows
+                .iter()
+                .filter(|row| **row < own.index)
+                .count();
+            match own.kind {
+                EffectKind::Slip | EffectKind::Move => own.at(own.index - before),
+                _ => *own,
+            }
+        };
+        let opened: Vec<_> = hypothesis
+            .effects
+            .iter()
+            .map(|own| Estimated::open(shifted(own)))
+            .collect();
+        let robot = self.case.robot;
+        let mut solution = solve_with(robot, &kept, &self.options, (&opened, false)).ok()?;
+        for (own, effect) in opened.iter().zip(&hypothesis.effects) {
+            let mut all = solution.effects.iter_mut();
+            if let Some(found) = all.find(|found| found.effect == own.effect) {
+                found.effect = *effect;
+            }
+        }
+        let stated = solution.estimated_freedom().is_none();
+        let factor = if stated {
+            self.widened_by(&solution)
+        } else {
+            1.0
+        };
+        let squares = solution.squares() * factor * factor;
+        let prior = solution.cost() - solution.squares();
+        let freedom = solution.degrees_of_freedom() - hypothesis.unknowns() as f64;
+        // Of an estimated noise, its restricted likelihood, with the degrees of freedom of all readings.
+        let per_reading = solution.log_spread / f64::max(kept.readings() as f64, 1.0);
+        let spread = 2.0 * per_reading * self.freedom.unwrap_or(freedom);
+        let (squares, spread) = if stated {
+            (squares, 0.0)
+        } else {
+            (0.0, spread)
+        };
+        Some(Fitted {
+            squares,
+            spread,
+            prior,
+            penalty: penalties,
+            freedom,
+            solution,
+            hypothesis,
+        })
+    }
+
+    /// By how much the noise was widened for the fit.
+    fn widened_by(&self, solution: &Solution) -> f64 {
+        let facts = &self.case.robot.instruments;
+        let stated = [
+            (
+                Kind::Position,
+                self.case.robot.noise.map(|own| own.position()),
+            ),
+            (Kind::Height, facts.height_noise),
+            (Kind::Distance, facts.distance_noise),
+        ];
+        let factors = solution.noise.iter().filter_map(|own| {
+            let (_, stated) = stated.iter().find(|(kind, _)| *kind == own.kind)?;
+            Some(own.sigma / (*stated)?)
+        });
+        factors.fold(1.0, f64::max)
+    }
+
+    /// The same with its last step at the row where it fits best.
+    fn settled(&self, hypothesis: Hypothesis) -> Option<Fitted> {
+        let mut best = self.fitted(hypothesis)?;
+        let steps = |own: &Fitted| {
+            let last = own.hypothesis.effects.last().copied();
+            last.filter(|own| matches!(own.kind, EffectKind::Slip | EffectKind::Move))
+        };
+        while let Some(step) = steps(&best) {
+            let beside = [step.index.checked_sub(1), Some(step.index + 1)];
+            let beside = beside
+                .into_iter()
+                .flatten()
+                .filter(|row| (1..self.rows).contains(row));
+            let moved = beside.filter_map(|row| {
+                let mut hypothesis = best.hypothesis.clone();
+                *hypothesis.effects.last_mut()? = step.at(row);
+                self.fitted(hypothesis)
+            });
+            let misfit = best.misfit();
+            let next = moved.min_by(|a, b| a.score(misfit).total_cmp(&b.score(misfit)));
+            match next {
+                Some(next) if next.score(misfit) < best.score(misfit) => best = next,
+                _ => break,
+            }
+        }
+        Some(best)
+    }
+
+    /// The rows that a robust fit rejects, several of them.
+    fn robust(&self) -> Option<Hypothesis> {
+        let options = Options {
+            robust: true,
+            method: None,
+            ..self.options
+        };
+        let solution = solve(self.case.robot, self.case.readings, &options).ok()?;
+        let rows = solution
+            .rows
+            .iter()
+            .enumerate()
+            .filter(|(_, fit)| fit.suspected);
+        let rows: Vec<_> = rows.map(|(row, _)| row).collect();
+        (!rows.is_empty()).then(|| Hypothesis::without(&rows))
+    }
+
+    /// The best hypotheses of each kind beside those of a state, to first order.
+    fn candidates(&self, state: &Fitted) -> Vec<Hypothesis> {
+        let rows = &state.hypothesis.rows;
+        let Some(scan) = Scan::of(&state.solution) else {
+            return Vec::new();
+        };
+        let left: Vec<_> = (0..self.rows).filter(|row| !rows.contains(row)).collect();
+        let original = |own: Hypothesis| Hypothesis {
+            effects: own
+                .effects
+                .into_iter()
+                .map(|own| match own.kind {
+                    EffectKind::Slip | EffectKind::Move => own.at(left[own.index]),
+                    _ => own,
+                })
+                .collect(),
+            rows: own.rows.into_iter().map(|row| left[row]).collect(),
+        };
+        let drive = self.case.robot.robot.drive();
+        let count = left.len();
+        let mut kinds: Vec<Vec<Gain>> = Vec::new();
+        let throughout =
+            |effects: &[Effect]| Some((scan.throughout(effects)?, Hypothesis::of(effects)));
+        for kind in EffectKind::all(drive) {
+            let gains = match kind {
+                EffectKind::Backlash => sets()
+                    .filter_map(|set| {
+                        let arms = ArmIndex::ALL.into_iter().filter(|arm| set[arm.index()]);
+                        let effects: Vec<_> = arms.map(|arm| Effect::of_arm(kind, arm)).collect();
+                        throughout(&effects)
+                    })
+                    .collect(),
+                kind if kind.is_of_joint() => ArmIndex::ALL
+                    .into_iter()
+                    .filter_map(|arm| throughout(&[Effect::of_arm(kind, arm)]))
+                    .collect(),
+                kind => throughout(&[Effect::of(kind)]).into_iter().collect(),
+            };
+            kinds.push(gains);
+        }
+        if self.case.robot.tolerance.is_some() {
+            let numbers = [
+                EffectKind::Zeros,
+                EffectKind::Gears,
+                EffectKind::Forearm,
+                EffectKind::UpperArm,
+                EffectKind::Radius,
+                EffectKind::Size,
+            ];
+            let turns = drive == Drive::Rotary;
+            let numbers = numbers
+                .into_iter()
+                .filter(|kind| turns || !matches!(kind, EffectKind::Zeros | EffectKind::UpperArm));
+            kinds.extend(numbers.map(|kind| throughout(&[Effect::of(kind)]).into_iter().collect()));
+        }
+        // The prints and touches of a printer's configuration have no order, and its joints are not read.
+        let in_order = !self.options.of_printer;
+        let slips = ArmIndex::ALL.map(|arm| {
+            scan.steps(
+                Effect::of_arm(EffectKind::Slip, arm),
+                1..count.saturating_sub(1),
+            )
+        });
+        if in_order {
+            kinds.push(slips.into_iter().flatten().collect());
+        }
+        if in_order && count > 2 * LEAST_ROWS {
+            let moves = scan.steps(
+                Effect::of(EffectKind::Move),
+                LEAST_ROWS..count - LEAST_ROWS + 1,
+            );
+            kinds.push(moves);
+        }
+        kinds.push(scan.rows());
+        // What is stated of a target is among the unknowns: opening it frees them.
+        let stated = state.solution.effects.iter().filter(|own| {
+            let each = own.by.iter().zip(&own.mean).zip(&own.sigma);
+            let mut sigmas = each.map(|((by, mean), sigma)| (by - mean).abs() / sigma);
+            own.effect.kind == EffectKind::Target
+                && sigmas.any(|own| own > DOUBTFUL && own.is_finite())
+        });
+        let stated: Vec<_> = stated.map(|own| Hypothesis::of(&[own.effect])).collect();
+        let solution = &state.solution;
+        let variance = (solution.squares() / solution.degrees_of_freedom().max(1.0)).max(1.0);
+        let mut chosen: Vec<_> = stated
+            .iter()
+            .filter_map(|own| state.hypothesis.and(own))
+            .collect();
+        for mut gains in kinds {
+            gains.sort_by(|a, b| b.0.total_cmp(&a.0));
+            for (gain, hypothesis) in gains.into_iter().take(OF_EACH_KIND) {
+                let unknowns = hypothesis.unknowns() + 3 * hypothesis.rows.len();
+                let penalty = self.penalty(unknowns, self.alike(hypothesis.kind()));
+                if gain / variance > FIRST_ORDER * penalty
+                    && let Some(both) = state.hypothesis.and(&original(hypothesis))
+                {
+                    chosen.push(both);
+                }
+            }
+        }
+        chosen
+    }
+}
+
+/// All non-empty sets of the three arms.
+fn sets() -> impl Iterator<Item = [bool; 3]> {
+    (1_usize..8).map(|bits| [bits & 1 != 0, bits & 2 != 0, bits & 4 != 0])
+}

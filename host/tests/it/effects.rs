@@ -1,0 +1,173 @@
+//! Targets, datum points and scales are off by what is stated of them, and the stated errors are right all the same.
+
+use crate::support::simulated::{judged, position_errors, rotary, somewhere};
+use delta_cal::simulate::{made_robot, random_pose, standard_normal};
+use delta_cal_host::files::robot_file::{DatumPoint, Target};
+use delta_cal_host::{Frame, Options, Reading, Readings, RobotFile, Row, calibrate};
+use nalgebra::Vector3;
+use rand_core::SeedableRng;
+use rand_pcg::Pcg32;
+
+/// One σ of a target's coordinates and of a datum point's, mm, and of the scale, all as stated; 0: nothing is off, and
+/// what the file leaves out is used.
+struct Case {
+    name: &'static str,
+    target: f64,
+    datum: f64,
+    scale: f64,
+    /// Number of targets.
+    targets: usize,
+    frame: Frame,
+}
+
+const fn case(name: &'static str, [target, datum, scale]: [f64; 3], frame: Frame) -> Case {
+    Case {
+        name,
+        target,
+        datum,
+        scale,
+        targets: 1,
+        frame,
+    }
+}
+
+const CASES: [Case; 7] = [
+    case("target", [0.3, 0.0, 0.0], Frame::Base),
+    case("scale", [0.0, 0.0, 1e-3], Frame::Base),
+    case("datum", [0.0, 0.2, 0.0], Frame::Sensor),
+    case("all, in the datum's frame", [0.3, 0.2, 1e-3], Frame::Sensor),
+    case("all, small", [0.1, 0.05, 1e-4], Frame::Sensor),
+    Case {
+        targets: 3,
+        ..case("three targets", [0.3, 0.0, 1e-4], Frame::Base)
+    },
+    Case {
+        targets: 3,
+        ..case("three targets, free frame", [0.2, 0.0, 1e-4], Frame::Sensor)
+    },
+];
+
+const NOISE: f64 = 0.02;
+
+/// A robot and its readings, with everything off by its σ; the true robot.
+fn made(case: &Case, file: &RobotFile, seed: u64) -> (RobotFile, Readings, delta_cal::Robot<f64>) {
+    let mut rng = Pcg32::seed_from_u64(seed);
+    let angle = 0.2_f64.to_radians();
+    let tolerance = file.tolerance.unwrap().with_joint_zero(angle).unwrap();
+    let truth = made_robot(&file.robot, &tolerance, &mut rng).unwrap();
+    let frame = match case.frame {
+        Frame::Base => delta_cal::frame::RigidTransform::identity(),
+        Frame::Sensor => somewhere(1.0, 500.0, &mut rng),
+    };
+    let size = file.robot.arms()[0].lb();
+    let mut normal =
+        |sigma: f64| Vector3::from_fn(|_, _| sigma * standard_normal::<f64, _>(&mut rng));
+    let scale = 1.0 + normal(case.scale).x;
+    let mut file = file.clone();
+    file.tolerance = Some(tolerance);
+    file.instruments.scale = (case.scale > 0.0).then_some(case.scale);
+    let places = [
+        [12.0, 5.0, -25.0],
+        [60.0, -10.0, -40.0],
+        [-40.0, 50.0, -5.0],
+    ]
+    .map(Vector3::from);
+    let mut truly = Vec::new();
+    for (index, place) in places.into_iter().take(case.targets).enumerate() {
+        truly.push(place + normal(case.target));
+        file.instruments.targets.push(Target {
+            name: if case.targets == 1 {
+                "target".to_owned()
+            } else {
+                format!("T{index}")
+            },
+            place,
+            sigma: Vector3::repeat(if case.target > 0.0 { case.target } else { 1e-3 }),
+        });
+    }
+    if case.frame == Frame::Sensor && case.targets == 1 {
+        let corners = [
+            [0.6, 0.0, -0.6],
+            [-0.5, 0.6, -0.7],
+            [-0.4, -0.6, -0.5],
+            [0.0, 0.0, -1.4],
+        ];
+        for (index, corner) in corners.into_iter().enumerate() {
+            let place = Vector3::from(corner) * size;
+            let there = place + normal(case.datum);
+            file.instruments.datum.push(DatumPoint {
+                name: format!("D{index}"),
+                place,
+                seen: frame.apply(&(there * scale)) + normal(NOISE),
+                sigma: Some(case.datum),
+            });
+        }
+    }
+    let mut readings = Readings::of_name("samples.csv");
+    readings.targets = file
+        .instruments
+        .targets
+        .iter()
+        .map(|own| own.name.clone())
+        .collect();
+    let mut rng = Pcg32::seed_from_u64(seed + 1_000_000);
+    for index in 0..31 {
+        let joints = loop {
+            let joints = random_pose(&truth, &file.limits, &mut rng).unwrap().joints;
+            let clear = [&file.robot, &truth].map(|own| file.reach().clear_position(own, &joints));
+            if clear.iter().all(Result::is_ok) {
+                break joints;
+            }
+        };
+        let mut normal = |sigma: f64| sigma * standard_normal::<f64, _>(&mut rng);
+        let target = index % case.targets;
+        let seen = frame.apply(&((truth.forward(&joints).unwrap() + truly[target]) * scale));
+        readings.rows.push(Row {
+            line: index as u64 + 2,
+            value: Reading {
+                position: [0, 1, 2].map(|axis| Some(seen[axis] + normal(NOISE))),
+                target,
+                ..Reading::at(joints.map(|q| q + normal(0.002_f64.to_radians())))
+            },
+        });
+    }
+    (file, readings, truth)
+}
+
+/// Achieved over stated errors, absolute and relative, over all rotary geometries. In a free frame nothing is absolute.
+#[test]
+fn what_is_off_by_its_sigma_is_in_the_stated_error() {
+    let seeds = delta_cal_tests::size(3, 25);
+    for case in CASES {
+        let (mut squares, mut number) = ([[0.0, 0.0]; 2], 0.0);
+        let (mut refused, mut all) = (0, 0);
+        for (index, file) in rotary(true).iter().enumerate() {
+            for seed in 0..seeds {
+                let (file, readings, truth) = made(&case, file, 97 * seed + index as u64);
+                all += 1;
+                let report = match calibrate(&file, &readings, &Options::in_frame(case.frame)) {
+                    Ok(report) => report,
+                    Err(error) => {
+                        println!("{} {index} {seed}: {error}", case.name);
+                        refused += 1;
+                        continue;
+                    }
+                };
+                let stated = report.expected_error.unwrap();
+                let poses = judged(&file.reach(), &truth, seed);
+                let errors = position_errors(&file.reach(), &poses, &report.after.robot, &truth);
+                number += 1.0;
+                let stated = [stated.absolute_rms_mm, stated.relative_rms_mm];
+                for kind in 0..2 {
+                    squares[kind][0] += errors[kind] / stated[kind].powi(2);
+                    squares[kind][1] += stated[kind] / stated[1];
+                }
+            }
+        }
+        let [absolute, relative] = squares.map(|own: [f64; 2]| f64::sqrt(own[0] / number));
+        println!(
+            "{}: achieved/stated absolute {absolute:.3}, relative {relative:.3}, {refused} of {all} refused",
+            case.name
+        );
+    }
+}

@@ -408,14 +408,14 @@ typedef struct dcal_joint_f32 {
 DCAL_OBJECT(dcal_joint_f32, DCAL_JOINT_F32_SIZE);
 
 /** The per-arm calibrator behind a gate, which tests each sample before it is taken in. */
-#define DCAL_GATE_F32_SIZE 6528
+#define DCAL_GATE_F32_SIZE 6592
 typedef struct dcal_gate_f32 {
     DCAL_ALIGNED unsigned char memory[DCAL_GATE_F32_SIZE];
 } dcal_gate_f32;
 DCAL_OBJECT(dcal_gate_f32, DCAL_GATE_F32_SIZE);
 
 /** The joint calibrator behind a gate, which tests each sample before it is taken in. */
-#define DCAL_JOINT_GATE_F32_SIZE 15232
+#define DCAL_JOINT_GATE_F32_SIZE 15360
 typedef struct dcal_joint_gate_f32 {
     DCAL_ALIGNED unsigned char memory[DCAL_JOINT_GATE_F32_SIZE];
 } dcal_joint_gate_f32;
@@ -1312,14 +1312,14 @@ typedef struct dcal_joint_f64 {
 DCAL_OBJECT(dcal_joint_f64, DCAL_JOINT_F64_SIZE);
 
 /** The per-arm calibrator behind a gate, which tests each sample before it is taken in. */
-#define DCAL_GATE_F64_SIZE 12544
+#define DCAL_GATE_F64_SIZE 12672
 typedef struct dcal_gate_f64 {
     DCAL_ALIGNED unsigned char memory[DCAL_GATE_F64_SIZE];
 } dcal_gate_f64;
 DCAL_OBJECT(dcal_gate_f64, DCAL_GATE_F64_SIZE);
 
 /** The joint calibrator behind a gate, which tests each sample before it is taken in. */
-#define DCAL_JOINT_GATE_F64_SIZE 30016
+#define DCAL_JOINT_GATE_F64_SIZE 30208
 typedef struct dcal_joint_gate_f64 {
     DCAL_ALIGNED unsigned char memory[DCAL_JOINT_GATE_F64_SIZE];
 } dcal_joint_gate_f64;

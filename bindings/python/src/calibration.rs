@@ -199,21 +199,6 @@ pub(crate) fn calibrate_again(
     asked.calibrated(py, robot.known(None, None, None)?, samples.clone())
 }
 
-impl Calibration {
-    /// From the platform point to what was measured, in the frame of the readings.
-    fn target(&self) -> Vector3<f64> {
-        let RobotFile { instruments, .. } = &self.report.before;
-        let places = &self.report.solution.places;
-        match (instruments.target, self.report.frame, &places.frame) {
-            (Some(target), Frame::Base, _) => target,
-            (Some(target), Frame::Sensor, Some(frame)) if !instruments.datum.is_empty() => {
-                frame.rotation * target
-            }
-            _ => Vector3::zeros(),
-        }
-    }
-}
-
 #[pymethods]
 impl Calibration {
     /// The calibrated robot, with all else that its file said.
@@ -255,21 +240,20 @@ impl Calibration {
     #[getter]
     fn residuals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let solution = &self.report.solution;
-        let rows = &self.readings.rows;
+        let rows = &solution.readings.rows;
         let coordinates = rows.iter().all(|row| {
             let [.., height, distance] = row.value.read();
             height.is_none() && distance.is_none()
         });
         let width = if coordinates { 3 } else { 5 };
-        let (target, axes) = (self.target(), self.report.before.convention);
+        let axes = self.report.before.convention;
         let mut found = Vec::with_capacity(width * rows.len());
         for row in rows {
             let expected = solution.places.expected(&solution.robot, &row.value);
             let mut own = [f64::NAN; 5];
             for (place, read) in row.value.read().into_iter().enumerate() {
-                let shift = if place < 3 { target[place] } else { 0.0 };
                 if let (Some(read), Some(expected)) = (read, expected[place]) {
-                    own[place] = read - shift - expected;
+                    own[place] = read - expected;
                 }
             }
             let turned = axes.vector(&Vector3::new(own[0], own[1], own[2]));

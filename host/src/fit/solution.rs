@@ -197,7 +197,7 @@ pub struct Solution {
     /// The effects estimated together with the robot.
     pub(crate) effects: Vec<Estimated>,
     /// The readings of the platform point, without these effects, in the frame of `places`.
-    pub(crate) readings: Readings,
+    pub readings: Readings,
     /// The part of it that the readings' noise makes; the tolerance makes the rest.
     pub(crate) of_readings: DMatrix<f64>,
     /// The fraction of that by which Student's variance, E[σ²], exceeds that of the expected noise, E[σ]².

@@ -58,6 +58,7 @@ struct Stored<T, const N: usize>(core::convert::Infallible, core::marker::Phanto
 
 impl<T: Real, const N: usize> Stored<T, N> {
     #[cfg(feature = "transmission")]
+    #[expect(clippy::unnecessary_wraps, reason = "`None` without the feature")]
     const fn new(numbers: [T; N]) -> Option<Self> {
         Some(Self(numbers))
     }

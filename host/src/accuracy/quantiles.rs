@@ -21,7 +21,9 @@ pub(crate) fn quantile(freedom: f64, probability: f64) -> Option<f64> {
         let normal = Normal::standard().inverse_cdf(probability);
         return Some(freedom * (1.0 - part + normal * part.sqrt()).powi(3));
     }
-    Some(ChiSquared::new(freedom).ok()?.inverse_cdf(probability))
+    let found = ChiSquared::new(freedom).ok()?.inverse_cdf(probability);
+    // The library's search fails for some degrees of freedom near 1.
+    (found > 0.0).then_some(found)
 }
 
 /// Probability of a normal distribution within two standard deviations, for which k = 2.

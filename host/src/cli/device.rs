@@ -1,7 +1,7 @@
 //! `delta-cal device`.
 
 use super::failure::Failure;
-use super::output::deliver;
+use super::output::{deliver, refused};
 use super::paths::{ColumnsArgument, is_stream, read, robot_path};
 use super::progress::Progress;
 use crate::accuracy::position_error::position_errors;
@@ -190,12 +190,12 @@ pub(crate) fn run(arguments: &DeviceArguments) -> Result<(), Failure> {
     })?;
     let mut client = Client::new(link, Patience::default(), seed);
     let identity = client.identity()?;
+    let json = arguments.json.as_deref();
     let report = match identity.scalar {
-        Scalar::Single => job.run::<f32>(&mut client, &port),
-        Scalar::Double => job.run::<f64>(&mut client, &port),
+        Scalar::Single => job.run::<f32>(&mut client, &port, json),
+        Scalar::Double => job.run::<f64>(&mut client, &port, json),
     };
     let report = report?.of(&port, &identity);
-    let json = arguments.json.as_deref();
     let output = match &arguments.command {
         DeviceCommand::Parameters(own) => match own.output.as_deref() {
             // The robot file is itself the report.
@@ -236,10 +236,15 @@ fn closed(port: &Port, error: &io::Error) -> Failure {
 }
 
 impl Job<'_> {
-    fn run<T: Number>(self, client: &mut Client<Link>, port: &Port) -> Result<Report, Failure> {
+    fn run<T: Number>(
+        self,
+        client: &mut Client<Link>,
+        port: &Port,
+        json: Option<&Path>,
+    ) -> Result<Report, Failure> {
         match self {
             Self::Calibrate(own, robot, samples) => {
-                calibrate_there::<T>(client, own, &robot, &samples)
+                calibrate_there::<T>(client, own, (&robot, &samples), json)
             }
             Self::Apply(robot) => apply::<T>(client, &robot),
             Self::Status => status::<T>(client),
@@ -287,8 +292,8 @@ fn rotary(path: &Path) -> Result<RobotFile, InputError> {
 fn calibrate_there<T: Number>(
     client: &mut Client<Link>,
     arguments: &CalibrateArguments,
-    robot: &RobotFile,
-    samples: &Readings,
+    (robot, samples): (&RobotFile, &Readings),
+    json: Option<&Path>,
 ) -> Result<Report, Failure> {
     let nominal = client.parameters::<T>(ParameterSet::Nominal)?;
     check_nominal(robot, &nominal.geometry)?;
@@ -296,7 +301,7 @@ fn calibrate_there<T: Number>(
         method: Some(arguments.method),
         ..Options::default()
     };
-    let here = calibrate(robot, samples, &options)?;
+    let here = calibrate(robot, samples, &options).map_err(|error| refused(json, error))?;
     let estimator = match arguments.method {
         Method::Ikm => Estimator::Arms,
         _ => Estimator::Joint,

@@ -26,6 +26,8 @@ const FIRST_ORDER: f64 = 0.5;
 const CLEARLY: f64 = 12.0;
 /// Files with more rows are thinned before they are refitted.
 const MOST_ROWS: usize = 400;
+/// Σ r² for each degree of freedom below which nothing is left to explain.
+const EXPLAINED: f64 = 1.1;
 /// Least degrees of freedom that tell a fault from noise.
 const LEAST_FREEDOM: f64 = 5.0;
 /// A stated target that the readings put so many σ beside its place is doubtful.
@@ -103,6 +105,11 @@ impl Fitted {
         let misfit = self.misfit().powi(2);
         let of_readings = (base.squares - self.squares) / misfit + base.spread - self.spread;
         of_readings > base.prior - self.prior
+    }
+
+    /// Whether the residuals are no larger than a stated noise.
+    fn is_explained(&self) -> bool {
+        self.squares > 0.0 && self.squares < EXPLAINED * self.freedom
     }
 
     /// Whether what it adds is a wrong number of the robot file, which the prior alone may show.
@@ -199,7 +206,9 @@ pub(crate) fn search(case: &Case<'_>) -> Option<Found> {
         if depth == 0 {
             next.extend(search.robust().and_then(|own| search.fitted(own)));
         }
-        for state in &beam {
+        // What explains a stated noise needs no further fault.
+        let open = |own: &&Fitted| depth == 0 || !own.is_explained();
+        for state in beam.iter().filter(open) {
             for hypothesis in search.candidates(state) {
                 let known = next.iter().any(|own| own.hypothesis == hypothesis);
                 let fitted = (!known).then(|| search.settled(hypothesis)).flatten();

@@ -310,8 +310,9 @@ impl InputError {
     }
 }
 
-/// A text that quotes a file with damaged or endless lines, without its middle.
+/// A text that quotes a file with damaged or endless lines: in one line, without its middle.
 fn readable(text: String) -> Box<str> {
+    let text = text.replace(['\n', '\r'], " ");
     if text.chars().nth(LONGEST).is_none() {
         return text.into();
     }

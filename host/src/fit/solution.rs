@@ -191,7 +191,7 @@ pub struct Solution {
     /// The places of the instruments if the robot of the file is right.
     pub places_before: Places,
     /// Covariance of all unknowns: 24 parameters, 15 numbers of the transmissions if they are unknown, then the frame,
-    /// planes, points, the distances' scale and the [effects](Self::effects); mm, radians and their products. With an
+    /// planes, points, the distances' scale and the effects; mm, radians and their products. With an
     /// estimated noise it is that of Student's distribution.
     pub covariance: DMatrix<f64>,
     /// The effects estimated together with the robot.

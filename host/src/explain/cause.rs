@@ -6,7 +6,7 @@ use crate::calibration::judge::Case;
 use crate::effects::{At, Course, Effect, EffectKind};
 use crate::fit::Solution;
 use crate::text::{capitalised, in_lines, list};
-use delta_cal::Sample;
+use delta_cal::{ArmIndex, Robot, Sample};
 use nalgebra::{DVector, SVector};
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -230,6 +230,12 @@ impl Found {
     }
 }
 
+/// The direction of an upper arm where its joint reads 0, radians.
+fn zero(robot: &Robot<f64>, arm: ArmIndex) -> f64 {
+    let (x, y) = robot.arm(arm).la();
+    y.atan2(x)
+}
+
 fn what(case: &Case<'_>, fitted: &Fitted) -> Option<String> {
     let effects = fitted.hypothesis.effects.iter().filter_map(|own| {
         let estimate = fitted.estimate(own)?;
@@ -238,7 +244,14 @@ fn what(case: &Case<'_>, fitted: &Fitted) -> Option<String> {
             .places()
             .map(|place| covariance[(place, place)])
             .sum();
-        let (.., text) = own.described(&estimate.by, variance.sqrt(), case.robot, case.readings);
+        let mut by = estimate.by.clone();
+        if own.kind == EffectKind::Zeros {
+            // The fitted robot has a part of them, within the tolerance.
+            for (by, arm) in by.iter_mut().zip(ArmIndex::ALL) {
+                *by += zero(&fitted.solution.robot, arm) - zero(&case.robot.robot, arm);
+            }
+        }
+        let (.., text) = own.described(&by, variance.sqrt(), case.robot, case.readings);
         Some(text)
     });
     let mut all: Vec<_> = effects.collect();

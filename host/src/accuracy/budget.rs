@@ -42,11 +42,14 @@ pub(crate) fn budget(solution: &Solution, poses: &[Sample<f64>]) -> Vec<Contribu
     let Some(relative) = inside.relative() else {
         return Vec::new();
     };
-    let weights = [inside.mean_square(), relative.mean_square()];
+    let (absolute, relative) = (
+        Box::new(inside.mean_square()),
+        Box::new(relative.mean_square()),
+    );
     let covariance = &solution.covariance;
     let own = solution.robot_unknowns();
     let mean = |part: &DMatrix<f64>| {
-        weights.map(|weights| {
+        [&absolute, &relative].map(|weights| {
             let all = (0..own).flat_map(|row| (0..own).map(move |column| (row, column)));
             all.map(|place| weights[place] * part[place])
                 .sum::<f64>()

@@ -160,7 +160,7 @@ const BAUD: u32 = 115_200;
 
 /// A command for a controller, with its files already read.
 enum Job<'a> {
-    Calibrate(&'a CalibrateArguments, RobotFile, Readings),
+    Calibrate(&'a CalibrateArguments, Box<RobotFile>, Readings),
     Apply(RobotFile),
     Status,
     /// The robot file, if any, supplies everything but the geometry.
@@ -172,7 +172,7 @@ pub(crate) fn run(arguments: &DeviceArguments) -> Result<(), Failure> {
     let job = match &arguments.command {
         DeviceCommand::Calibrate(own) => {
             let (robot, samples) = inputs(own)?;
-            Job::Calibrate(own, robot, samples)
+            Job::Calibrate(own, Box::new(robot), samples)
         }
         DeviceCommand::Apply { robot } => Job::Apply(rotary(robot)?),
         DeviceCommand::Status => Job::Status,

@@ -17,14 +17,12 @@ pub(super) fn columns(
         _ => 0.0,
     };
     let axes = [0, 1, 2].map(|axis| Vector3::ith(axis, part));
-    match effect.kind {
-        EffectKind::Drift => axes.into(),
-        _ => {
-            let lever = position - course.centre;
-            let turns = axes.map(|axis| axis.cross(&lever));
-            axes.into_iter().chain(turns).collect()
-        }
+    if effect.kind == EffectKind::Drift {
+        return axes.into();
     }
+    let lever = position - course.centre;
+    let turns = axes.map(|axis| axis.cross(&lever));
+    axes.into_iter().chain(turns).collect()
 }
 
 /// A point after a move by a translation and a rotation vector about a centre.

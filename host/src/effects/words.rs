@@ -16,6 +16,7 @@ impl EffectKind {
     }
 
     /// Its name, the noun for a sentence, and the remedy.
+    #[expect(clippy::too_many_lines, reason = "one entry a kind")]
     const fn words(self) -> [&'static str; 3] {
         match self {
             Self::GearRatio => [
@@ -180,6 +181,7 @@ impl Effect {
 impl Effect {
     /// In words, with its size and σ in the [unit](EffectKind::unit): "arm 2: the joint has an error that repeats once a
     /// turn, with an amplitude of 0.051° ± 0.004°, as with an eccentric gear or encoder".
+    #[expect(clippy::too_many_lines, reason = "one sentence a kind")]
     fn words(
         &self,
         by: &[f64],

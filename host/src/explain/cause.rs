@@ -143,9 +143,7 @@ fn others<'a>(found: &'a Found, effect: &'a Effect) -> impl Iterator<Item = &'a 
         .iter()
         .filter(|own| !own.hypothesis.effects.contains(effect));
     let all = without.flat_map(|own| &own.hypothesis.effects);
-    all.filter(move |own| {
-        !best.contains(own) && !(own.kind == effect.kind && own.arm == effect.arm)
-    })
+    all.filter(move |own| !(best.contains(own) || own.kind == effect.kind && own.arm == effect.arm))
 }
 
 /// How far positions of the calibrated robot are from those of the robot with its causes, rms, mm, absolute and relative,

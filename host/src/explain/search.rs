@@ -267,7 +267,7 @@ fn thinned(readings: &Readings) -> Option<Readings> {
 
 impl Search<'_> {
     /// The χ² that a hypothesis must explain: of so many of its kind, with so many unknowns.
-    fn penalty(&self, unknowns: usize, of_kind: f64) -> f64 {
+    fn penalty(unknowns: usize, of_kind: f64) -> f64 {
         let level = FALSE_ALARM / KINDS / of_kind.max(1.0);
         ChiSquared::new(unknowns as f64).map_or(f64::INFINITY, |own| own.inverse_cdf(1.0 - level))
     }
@@ -292,16 +292,16 @@ impl Search<'_> {
                 EffectKind::Backlash => backlash += 1,
                 // A plate moves up and tilts.
                 EffectKind::Move if !self.case.readings.holds(Kind::Position) => {
-                    sum += self.penalty(3, self.alike(Some(EffectKind::Move)));
+                    sum += Self::penalty(3, self.alike(Some(EffectKind::Move)));
                 }
-                kind => sum += self.penalty(kind.unknowns(), self.alike(Some(kind))),
+                kind => sum += Self::penalty(kind.unknowns(), self.alike(Some(kind))),
             }
         }
         if backlash > 0 {
-            sum += self.penalty(backlash, self.alike(Some(EffectKind::Backlash)));
+            sum += Self::penalty(backlash, self.alike(Some(EffectKind::Backlash)));
         }
         let rows = hypothesis.rows.len() as f64;
-        sum + rows * self.penalty(3, self.alike(None))
+        sum + rows * Self::penalty(3, self.alike(None))
     }
 
     /// Fits the robot and the hypothesis.
@@ -534,7 +534,7 @@ impl Search<'_> {
             gains.sort_by(|a, b| b.0.total_cmp(&a.0));
             for (gain, hypothesis) in gains.into_iter().take(OF_EACH_KIND) {
                 let unknowns = hypothesis.unknowns() + 3 * hypothesis.rows.len();
-                let penalty = self.penalty(unknowns, self.alike(hypothesis.kind()));
+                let penalty = Self::penalty(unknowns, self.alike(hypothesis.kind()));
                 if gain / variance > FIRST_ORDER * penalty
                     && let Some(both) = state.hypothesis.and(&original(hypothesis))
                 {

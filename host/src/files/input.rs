@@ -269,7 +269,7 @@ impl InputError {
             file: file.into().into(),
             line: None,
             place: None,
-            cause: readable(cause.into()),
+            cause: readable(&cause.into()),
             excerpt: None,
             remedy: None,
         }
@@ -291,7 +291,7 @@ impl InputError {
     /// The CSV column at fault.
     #[must_use]
     pub fn at_column(mut self, column: impl fmt::Display) -> Self {
-        self.place = Some(readable(format!("column {column}")));
+        self.place = Some(readable(&format!("column {column}")));
         self
     }
 
@@ -305,13 +305,13 @@ impl InputError {
     /// Adds what to do next.
     #[must_use]
     pub fn with_remedy(mut self, remedy: impl Into<String>) -> Self {
-        self.remedy = Some(readable(remedy.into()));
+        self.remedy = Some(readable(&remedy.into()));
         self
     }
 }
 
 /// A text that quotes a file with damaged or endless lines: in one line, without its middle.
-fn readable(text: String) -> Box<str> {
+fn readable(text: &str) -> Box<str> {
     let text = text.replace(['\n', '\r'], " ");
     if text.chars().nth(LONGEST).is_none() {
         return text.into();

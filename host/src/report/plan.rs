@@ -163,9 +163,10 @@ pub fn csv(planned: &[Planned], convention: &Convention) -> String {
         let cells = planned.iter().map(|own| cell(own).unwrap_or_default());
         let cells = std::iter::once(name.to_owned()).chain(cells);
         for (line, cell) in lines.iter_mut().zip(cells) {
-            line.push(match cell.contains([',', '"']) {
-                true => format!("\"{}\"", cell.replace('"', "\"\"")),
-                false => cell,
+            line.push(if cell.contains([',', '"']) {
+                format!("\"{}\"", cell.replace('"', "\"\""))
+            } else {
+                cell
             });
         }
     };

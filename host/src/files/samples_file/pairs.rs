@@ -127,9 +127,9 @@ fn keys(joints: &Table<'_>, measured: &Table<'_>) -> Result<Vec<Key>, InputError
                     joints: joints.clone(),
                     measured: measured.clone(),
                 };
-                if same(name, other) && named {
-                    keys.push(key());
-                } else if !(named || same(name, other)) && are_the_same_names(joints, measured) {
+                let alike = same(name, other);
+                let by_content = !(named || alike) && are_the_same_names(joints, measured);
+                if alike && named || by_content {
                     keys.push(key());
                 }
             }
@@ -255,9 +255,10 @@ impl Key {
             self.name,
             named.join(", ")
         );
-        let remedy = match self.is_time() {
-            true => self.other_clock(),
-            false => self.other_spelling(),
+        let remedy = if self.is_time() {
+            self.other_clock()
+        } else {
+            self.other_spelling()
         };
         let usual = "add the joints of these poses, or delete the rows";
         (cause, remedy.unwrap_or_else(|| usual.to_owned()))

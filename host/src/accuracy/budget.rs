@@ -10,6 +10,7 @@
 use super::uncertainty::Sensitivities;
 use crate::effects::{At, EffectKind};
 use crate::files::samples_file::{ONLY_TARGET, READINGS};
+use crate::fit::jointly::Estimated;
 use crate::fit::solution::{Solution, WITH_TRANSMISSIONS};
 use delta_cal::Sample;
 use nalgebra::{DMatrix, SMatrix};
@@ -109,13 +110,7 @@ pub(crate) fn budget(solution: &Solution, poses: &[Sample<f64>]) -> Vec<Contribu
             }
         }
         others -= &stated;
-        let name = match effect.effect.kind {
-            EffectKind::Target => match solution.readings.targets.get(effect.effect.index) {
-                Some(name) if name != ONLY_TARGET => format!("target {name}"),
-                _ => ONLY_TARGET.to_owned(),
-            },
-            kind => kind.name().to_owned(),
-        };
+        let name = source_of(solution, effect);
         sources.push((name, sandwich(&stated), exact(effect.places())));
     }
     if let Some(datum) = solution
@@ -140,6 +135,17 @@ pub(crate) fn budget(solution: &Solution, poses: &[Sample<f64>]) -> Vec<Contribu
         }
     };
     sources.into_iter().map(line).collect()
+}
+
+/// The name of an effect as a source.
+fn source_of(solution: &Solution, effect: &Estimated) -> String {
+    match effect.effect.kind {
+        EffectKind::Target => match solution.readings.targets.get(effect.effect.index) {
+            Some(name) if name != ONLY_TARGET => format!("target {name}"),
+            _ => ONLY_TARGET.to_owned(),
+        },
+        kind => kind.name().to_owned(),
+    }
 }
 
 /// A smaller share of the variance is not listed.

@@ -159,7 +159,7 @@ pub(crate) fn check_pages(of: &str, figures: &Figures) {
                 }
                 shown = show(measured, decimals);
             }
-            written += &format!("{text}{shown}<!--{item}-->");
+            written.extend([text, &shown.to_string(), "<!--", item, "-->"]);
             rest = after;
         }
         written += rest;

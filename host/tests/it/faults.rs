@@ -7,6 +7,10 @@ use nalgebra::{Rotation3, Vector3};
 
 const ROWS: usize = 31;
 
+fn number(index: usize) -> f64 {
+    f64::from(u32::try_from(index).unwrap())
+}
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Fault {
     /// Of one joint, degrees, from a row on.
@@ -40,7 +44,7 @@ fn spoilt(readings: &mut Readings, fault: Fault, seed: usize) -> (usize, usize) 
         let own = &mut row.value;
         let last = before.replace(own.joints).unwrap_or(own.joints);
         for axis in 0..3 {
-            if own.joints[axis] != last[axis] {
+            if (own.joints[axis] - last[axis]).abs() > 0.0 {
                 directions[axis] = (own.joints[axis] - last[axis]).signum();
             }
         }
@@ -69,11 +73,11 @@ fn spoilt(readings: &mut Readings, fault: Fault, seed: usize) -> (usize, usize) 
             }
             Fault::Sag(by) => x.z -= by * x.xy().norm_squared() / largest,
             Fault::Drift(by) => {
-                x += Vector3::new(0.6, 0.64, 0.48) * by * index as f64 / ROWS as f64;
+                x += Vector3::new(0.6, 0.64, 0.48) * by * number(index) / number(ROWS);
             }
             Fault::Scale(by) => x *= 1.0 + by,
             Fault::Rows(by) if index % 3 == seed % 3 => {
-                let turn = (index * 7 % 11) as f64;
+                let turn = number(index * 7 % 11);
                 x += Vector3::new(turn.cos(), turn.sin(), 0.3) * by;
             }
             _ => {}
@@ -152,12 +156,12 @@ fn faults_of_any_size_are_named() {
         Fault::Rows(5.0),
         Fault::Rows(50.0),
     ];
-    let count = delta_cal_tests::size(3, 20);
+    let count = delta_cal_tests::size(1, 20);
     let mut missed = Vec::new();
     for fault in faults {
         for noise in [true, false] {
             let mut named = 0;
-            for seed in 0..count as usize {
+            for seed in 0..count {
                 let (robot, mut readings) = made(seed % 4, seed, noise);
                 let at = spoilt(&mut readings, fault, seed);
                 let text = said(&robot, &readings, Frame::Base).to_lowercase();
@@ -181,7 +185,7 @@ fn faults_of_any_size_are_named() {
 
 #[test]
 fn clean_files_have_no_fault() {
-    let count = delta_cal_tests::size(40, 400) as usize;
+    let count = delta_cal_tests::size(40, 400);
     let mut alarms = 0;
     for seed in 0..count {
         let (robot, readings) = made(seed % 5, 1000 + seed, seed % 2 == 0);

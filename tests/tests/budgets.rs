@@ -159,7 +159,7 @@ pub(crate) fn check_pages(of: &str, figures: &Figures) {
                 }
                 shown = show(measured, decimals);
             }
-            written.extend([text, &shown.to_string(), "<!--", item, "-->"]);
+            written.extend([text, &shown, "<!--", item, "-->"]);
             rest = after;
         }
         written += rest;

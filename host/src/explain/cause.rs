@@ -236,20 +236,22 @@ fn zero(robot: &Robot<f64>, arm: ArmIndex) -> f64 {
 
 fn what(case: &Case<'_>, fitted: &Fitted) -> Option<String> {
     let effects = fitted.hypothesis.effects.iter().filter_map(|own| {
+        if own.kind == EffectKind::Zeros {
+            let robots = [&fitted.solution.robot, &case.robot.robot];
+            let off = ArmIndex::ALL.map(|arm| {
+                let [found, stated] = robots.map(|robot| zero(robot, arm));
+                found - stated
+            });
+            return Some(own.described(&off, 0.0, case.robot, case.readings).2);
+        }
         let estimate = fitted.estimate(own)?;
         let covariance = &fitted.solution.covariance;
         let variance: f64 = estimate
             .places()
             .map(|place| covariance[(place, place)])
             .sum();
-        let mut by = estimate.by.clone();
-        if own.kind == EffectKind::Zeros {
-            // The fitted robot has a part of them, within the tolerance.
-            for (by, arm) in by.iter_mut().zip(ArmIndex::ALL) {
-                *by += zero(&fitted.solution.robot, arm) - zero(&case.robot.robot, arm);
-            }
-        }
-        let (.., text) = own.described(&by, variance.sqrt(), case.robot, case.readings);
+        let by = &estimate.by;
+        let (.., text) = own.described(by, variance.sqrt(), case.robot, case.readings);
         Some(text)
     });
     let mut all: Vec<_> = effects.collect();

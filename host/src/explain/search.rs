@@ -28,6 +28,8 @@ const CLEARLY: f64 = 12.0;
 const MOST_ROWS: usize = 400;
 /// Σ r² for each degree of freedom below which nothing is left to explain.
 const EXPLAINED: f64 = 1.1;
+/// σ of entirely unknown joint zeros: 15°.
+const UNKNOWN_ZERO: f64 = 0.26;
 /// Least degrees of freedom that tell a fault from noise.
 const LEAST_FREEDOM: f64 = 5.0;
 /// A stated target that the readings put so many σ beside its place is doubtful.
@@ -338,14 +340,25 @@ impl Search<'_> {
                 _ => *own,
             }
         };
+        // Joint zeros are parameters of the robot, of which nothing is known.
+        let zeros = |own: &&Effect| own.kind == EffectKind::Zeros;
+        let tolerance = self
+            .case
+            .robot
+            .tolerance
+            .filter(|_| hypothesis.effects.iter().any(|own| zeros(&own)));
+        let unknown = tolerance.and_then(|own| own.with_joint_zero(UNKNOWN_ZERO).ok());
+        let freed = unknown.map(|own| self.case.robot.with_tolerance(Some(own)));
         let opened: Vec<_> = hypothesis
             .effects
             .iter()
+            .filter(|own| !zeros(own))
             .map(|own| Estimated::open(shifted(own)))
             .collect();
-        let robot = self.case.robot;
+        let robot = freed.as_ref().unwrap_or(self.case.robot);
         let mut solution = solve_with(robot, &kept, &self.options, (&opened, false)).ok()?;
-        for (own, effect) in opened.iter().zip(&hypothesis.effects) {
+        let effects = hypothesis.effects.iter().filter(|own| !zeros(own));
+        for (own, effect) in opened.iter().zip(effects) {
             let mut all = solution.effects.iter_mut();
             if let Some(found) = all.find(|found| found.effect == own.effect) {
                 found.effect = *effect;

@@ -23,7 +23,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 /// σ of an instrument's scale and of a robot's expansion together, if none is stated.
 const USUAL_SCALE: f64 = 1e-5;
 /// Fits with the effects of the last one removed; a slip of 30° takes six.
-const ROUNDS: u32 = 25;
+const ROUNDS: u32 = 12;
 /// Noise so many times the stated one is no noise.
 const WIDEST: f64 = 1e6;
 /// Factor by which a widened noise shrinks while that is possible.

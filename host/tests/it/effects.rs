@@ -169,5 +169,20 @@ fn what_is_off_by_its_sigma_is_in_the_stated_error() {
             "{}: achieved/stated absolute {absolute:.3}, relative {relative:.3}, {refused} of {all} refused",
             case.name
         );
+        // Absolute errors have two or three effective dimensions, and a scale has one.
+        let [of_absolute, of_relative] = delta_cal_tests::size([0.45, 0.25], [0.12, 0.1]);
+        assert!(20 * refused <= all, "{}: {refused} of {all}", case.name);
+        assert!(
+            (relative - 1.0).abs() < of_relative,
+            "{}: {relative}",
+            case.name
+        );
+        if !(case.frame == Frame::Sensor && case.targets > 1) {
+            assert!(
+                (absolute - 1.0).abs() < of_absolute,
+                "{}: {absolute}",
+                case.name
+            );
+        }
     }
 }

@@ -13,14 +13,15 @@ mod instrument;
 mod joints;
 mod load;
 mod numbers;
+mod places;
 mod words;
 
 pub(crate) use course::moved;
 pub(crate) use instrument::motion;
 pub(crate) use numbers::turned;
+pub use places::{Places, PlaneFound, PointFound};
 
 use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
-use crate::fit::solution::Places;
 use crate::geometry::{Directions, range};
 use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Robot};
@@ -247,6 +248,42 @@ impl Effect {
                 columns.map(|(own, by)| own * *by).sum()
             }
         }
+    }
+}
+
+/// An effect that a fit estimates.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Estimated {
+    pub(crate) effect: Effect,
+    /// What is stated of its unknowns, and one σ of each; infinite if nothing is stated.
+    pub(crate) mean: Vec<f64>,
+    pub(crate) sigma: Vec<f64>,
+    /// The estimate.
+    pub(crate) by: Vec<f64>,
+    /// Index of the first of its unknowns.
+    pub(crate) first: usize,
+}
+
+impl Estimated {
+    pub(crate) fn new(effect: Effect, mean: Vec<f64>, sigma: Vec<f64>) -> Self {
+        Self {
+            effect,
+            by: mean.clone(),
+            mean,
+            sigma,
+            first: 0,
+        }
+    }
+
+    /// Of which nothing is known.
+    pub(crate) fn open(effect: Effect) -> Self {
+        let unknowns = effect.unknowns();
+        Self::new(effect, vec![0.0; unknowns], vec![f64::INFINITY; unknowns])
+    }
+
+    /// Its unknowns.
+    pub(crate) fn places(&self) -> std::ops::Range<usize> {
+        self.first..self.first + self.by.len()
     }
 }
 

@@ -8,9 +8,9 @@
 //! Nₖ is the information of a source: the readings, the tolerance, a target, datum points, a scale.
 
 use super::uncertainty::Sensitivities;
-use crate::effects::{At, EffectKind};
-use crate::files::samples_file::{ONLY_TARGET, READINGS};
-use crate::fit::jointly::Estimated;
+use crate::effects::{At, EffectKind, Estimated};
+use crate::files::robot_file::ONLY_TARGET;
+use crate::files::samples_file::READINGS;
 use crate::fit::solution::{Solution, WITH_TRANSMISSIONS};
 use delta_cal::Sample;
 use nalgebra::{DMatrix, SMatrix};

@@ -8,8 +8,8 @@ use super::wrong_rows::{FEWEST, MOST_WRONG, beside_the_platform_point, shifted_r
 use crate::accuracy::rigid_motion::degenerate;
 use crate::explain::{Found, search};
 use crate::files::input::{InputError, InputText};
-use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, ONLY_TARGET, Reading, Readings};
+use crate::files::robot_file::{ONLY_TARGET, RobotFile};
+use crate::files::samples_file::{Kind, Reading, Readings};
 use crate::fit::datum::Datum;
 use crate::fit::jointly::of_platform_point;
 use crate::fit::{Frame, Method, Options, Unsolved};

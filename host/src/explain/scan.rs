@@ -5,7 +5,6 @@
 //! a = S⁻¹ Eᵀ(r − A δ),   S = EᵀE − EᵀA M⁻¹ AᵀE,   gain = aᵀ S a
 //! ```
 
-use super::search::Hypothesis;
 use crate::effects::{At, Course, Effect, EffectKind};
 use crate::files::samples_file::{Kind, READINGS};
 use crate::fit::Solution;
@@ -13,6 +12,51 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
 
 /// Below this part of a column, nothing of it is left beside the unknowns.
 const INDISTINCT: f64 = 1e-8;
+
+/// What may be wrong: effects, and rows to leave out.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Hypothesis {
+    pub(crate) effects: Vec<Effect>,
+    pub(crate) rows: Vec<usize>,
+}
+
+impl Hypothesis {
+    pub(super) fn of(effects: &[Effect]) -> Self {
+        Self {
+            effects: effects.to_vec(),
+            rows: Vec::new(),
+        }
+    }
+
+    pub(super) fn without(rows: &[usize]) -> Self {
+        Self {
+            effects: Vec::new(),
+            rows: rows.to_vec(),
+        }
+    }
+
+    pub(super) fn and(&self, other: &Self) -> Option<Self> {
+        let mut both = self.clone();
+        for own in &other.effects {
+            if both.effects.contains(own) {
+                return None;
+            }
+            both.effects.push(*own);
+        }
+        both.rows.extend(&other.rows);
+        both.rows.sort_unstable();
+        both.rows.dedup();
+        (both != *self).then_some(both)
+    }
+
+    pub(super) fn kind(&self) -> Option<EffectKind> {
+        self.effects.first().map(|own| own.kind)
+    }
+
+    pub(super) fn unknowns(&self) -> usize {
+        self.effects.iter().map(Effect::unknowns).sum()
+    }
+}
 
 /// A row that takes part.
 struct Counted {

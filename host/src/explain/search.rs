@@ -1,10 +1,9 @@
 //! The search: hypotheses are scanned, refitted and ranked, up to three at once.
 
-use super::scan::{Gain, Scan};
+use super::scan::{Gain, Hypothesis, Scan};
 use crate::calibration::judge::Case;
-use crate::effects::{Effect, EffectKind};
+use crate::effects::{Effect, EffectKind, Estimated};
 use crate::files::samples_file::{Kind, Readings};
-use crate::fit::jointly::Estimated;
 use crate::fit::{Options, Solution, solve, solve_with};
 use crate::geometry::Directions;
 use delta_cal::ArmIndex;
@@ -36,51 +35,6 @@ const LEAST_FREEDOM: f64 = 5.0;
 const DOUBTFUL: f64 = 2.5;
 /// Rows on either side of a move.
 const LEAST_ROWS: usize = 2;
-
-/// What may be wrong: effects, and rows to leave out.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Hypothesis {
-    pub(crate) effects: Vec<Effect>,
-    pub(crate) rows: Vec<usize>,
-}
-
-impl Hypothesis {
-    pub(super) fn of(effects: &[Effect]) -> Self {
-        Self {
-            effects: effects.to_vec(),
-            rows: Vec::new(),
-        }
-    }
-
-    pub(super) fn without(rows: &[usize]) -> Self {
-        Self {
-            effects: Vec::new(),
-            rows: rows.to_vec(),
-        }
-    }
-
-    fn and(&self, other: &Self) -> Option<Self> {
-        let mut both = self.clone();
-        for own in &other.effects {
-            if both.effects.contains(own) {
-                return None;
-            }
-            both.effects.push(*own);
-        }
-        both.rows.extend(&other.rows);
-        both.rows.sort_unstable();
-        both.rows.dedup();
-        (both != *self).then_some(both)
-    }
-
-    fn kind(&self) -> Option<EffectKind> {
-        self.effects.first().map(|own| own.kind)
-    }
-
-    fn unknowns(&self) -> usize {
-        self.effects.iter().map(Effect::unknowns).sum()
-    }
-}
 
 /// A hypothesis, fitted.
 #[derive(Debug, Clone)]

@@ -5,7 +5,6 @@ mod section;
 mod write;
 
 use super::convention::Convention;
-use super::samples_file::ONLY_TARGET;
 use crate::geometry::{LIMIT_MARGIN, Reach, Region, outside_limits};
 use crate::text::joint;
 use delta_cal::frame::RigidTransform;
@@ -13,6 +12,9 @@ use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Drive, TransmissionTolerance};
 use delta_cal::{Noise, Parameter, Robot, Tolerance};
 use nalgebra::Vector3;
+
+/// The target's name if the samples name none: that of the section `[target]`.
+pub(crate) const ONLY_TARGET: &str = "target";
 
 /// The key of a parameter in an `[[arm]]` section.
 const fn arm_key(parameter: Parameter) -> &'static str {

@@ -6,7 +6,7 @@ mod table;
 use super::columns::{Quantity, Unit};
 use super::convention::Convention;
 use super::input::{InputError, InputText};
-use super::robot_file::RobotFile;
+use super::robot_file::{ONLY_TARGET, RobotFile};
 use crate::text::list;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
@@ -66,8 +66,6 @@ impl Kind {
 
 /// The plane's name if the file names none.
 const ONLY_PLANE: &str = "plane";
-/// The target's name if the file names none: that of the section `[target]`.
-pub(crate) const ONLY_TARGET: &str = "target";
 /// Blank coordinates are intentional if at least this many rows, and one in `ONE_IN`, have the same cells blank.
 const LEAST_GROUP: usize = 3;
 const ONE_IN: usize = 10;

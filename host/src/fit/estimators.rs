@@ -3,10 +3,10 @@
 use super::observations::{instruments, is_stated, places as known_places, row as weighted};
 use super::robust;
 use super::solution::{
-    KindNoise, Levels, MOST, PARAMETERS, Places, PlaneFound, PointFound, RowFit, Sensitivity,
-    Solution, Unsolved,
+    KindNoise, Levels, MOST, PARAMETERS, RowFit, Sensitivity, Solution, Unsolved,
 };
 use super::{Frame, Method};
+use crate::effects::{Places, PlaneFound, PointFound};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Readings};
 use delta_cal::calibration::{ArmOutcome, Estimate, StartUsed, Unknowns};

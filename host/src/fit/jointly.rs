@@ -12,10 +12,10 @@
 
 use super::Frame;
 use super::datum::Datum;
-use super::solution::{Places, Sensitivity, Solution, Unsolved};
-use crate::effects::{At, Course, Effect, EffectKind, motion, moved};
-use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, ONLY_TARGET, READINGS, Readings};
+use super::solution::{Sensitivity, Solution, Unsolved};
+use crate::effects::{At, Course, Effect, EffectKind, Estimated, Places, motion, moved};
+use crate::files::robot_file::{ONLY_TARGET, RobotFile};
+use crate::files::samples_file::{Kind, READINGS, Readings};
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Refusal, Robot};
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -35,42 +35,6 @@ const NOTHING: f64 = 0.01;
 const STILL: f64 = 0.05;
 /// Weight of 0 for an effect without a prior, as a fraction of its column.
 const INDISTINCT: f64 = 1e-6;
-
-/// An effect that a fit estimates.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Estimated {
-    pub(crate) effect: Effect,
-    /// What is stated of its unknowns, and one σ of each; infinite if nothing is stated.
-    pub(crate) mean: Vec<f64>,
-    pub(crate) sigma: Vec<f64>,
-    /// The estimate.
-    pub(crate) by: Vec<f64>,
-    /// Index of the first of its unknowns.
-    pub(crate) first: usize,
-}
-
-impl Estimated {
-    fn new(effect: Effect, mean: Vec<f64>, sigma: Vec<f64>) -> Self {
-        Self {
-            effect,
-            by: mean.clone(),
-            mean,
-            sigma,
-            first: 0,
-        }
-    }
-
-    /// Of which nothing is known.
-    pub(crate) fn open(effect: Effect) -> Self {
-        let unknowns = effect.unknowns();
-        Self::new(effect, vec![0.0; unknowns], vec![f64::INFINITY; unknowns])
-    }
-
-    /// Its unknowns.
-    pub(crate) fn places(&self) -> std::ops::Range<usize> {
-        self.first..self.first + self.by.len()
-    }
-}
 
 /// What the robot file states about effects on these readings; in a sensor's own frame, where one target is is the
 /// frame's place.

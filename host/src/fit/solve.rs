@@ -1,10 +1,11 @@
 //! From readings to a solution: chooses the estimator and estimates noise that the robot file does not state.
 
 use super::estimators::Task;
-use super::jointly::{Estimated, jointly};
+use super::jointly::jointly;
 use super::observations::{USUAL_DISTANCE, USUAL_HEIGHT, is_stated, levels, tolerance};
 use super::solution::{KindNoise, Levels, Solution, Unsolved};
 use super::{Frame, Method, Options};
+use crate::effects::Estimated;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
 use delta_cal::{Noise, Refusal};

@@ -2,11 +2,11 @@
 
 use super::request::{Kind, PlanRequest};
 use crate::accuracy::uncertainty::inside;
+use crate::effects::{Places, PlaneFound, PointFound};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind as ReadingKind, Reading, ReadingFrom, Readings};
 use crate::fit::datum::{Datum, motion};
 use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT, is_stated, places};
-use crate::fit::solution::{Places, PlaneFound, PointFound};
 use crate::fit::{Frame, Options, solve};
 use crate::geometry::range;
 use crate::text::{in_words, joint, rounded};

@@ -4,9 +4,9 @@
 use super::interval::{Deviation, Read, RowNoise};
 use crate::accuracy::rigid_motion::{RigidMotions, degenerate};
 use crate::calibration::refusal::{CalibrateError, Refused};
+use crate::effects::Places;
 use crate::files::robot_file::{KnownPlane, RobotFile};
 use crate::files::samples_file::{Kind, READINGS, Reading, Readings};
-use crate::fit::solution::Places;
 use crate::fit::{Frame, Options, Unsolved, solve};
 use delta_cal::Tolerance;
 use delta_cal::frame::RigidTransform;

@@ -1,11 +1,12 @@
 //! Parses a robot file.
 
 use super::section::{OneOrThree, Positive, Section, parse};
-use super::{DatumPoint, KnownPlane, NamedPoint, RobotFile, TRANSMISSION_KEYS, Target, arm_key};
+use super::{
+    DatumPoint, KnownPlane, NamedPoint, ONLY_TARGET, RobotFile, TRANSMISSION_KEYS, Target, arm_key,
+};
 use crate::files::columns::Unit;
 use crate::files::convention::{Convention, JOINT_UNITS, LENGTH_UNITS, Vertical};
 use crate::files::input::{InputError, InputText};
-use crate::files::samples_file::ONLY_TARGET;
 use crate::geometry::{Region, reaches_anywhere};
 use crate::text::{count, joint};
 use delta_cal::frame::RigidTransform;

@@ -1,9 +1,8 @@
 //! Writes a robot file.
 
-use super::{RobotFile, TRANSMISSION_KEYS, arm_key};
+use super::{ONLY_TARGET, RobotFile, TRANSMISSION_KEYS, arm_key};
 use crate::files::columns::Unit;
 use crate::files::convention::{JOINT_UNITS, LENGTH_UNITS, Vertical};
-use crate::files::samples_file::ONLY_TARGET;
 use crate::text::{degrees, joint, tolerance_keys};
 use delta_cal::robot::{Drive, ParameterKind};
 use nalgebra::Vector3;

@@ -132,6 +132,11 @@ impl EffectKind {
         )
     }
 
+    /// Whether it happens at one row.
+    pub(crate) const fn is_step(self) -> bool {
+        matches!(self, Self::Slip | Self::Move)
+    }
+
     /// Whether it is a wrong number of the robot file.
     pub(crate) const fn is_number(self) -> bool {
         matches!(

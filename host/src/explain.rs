@@ -9,5 +9,5 @@ mod cause;
 mod scan;
 mod search;
 
-pub use cause::{Cause, Causes};
+pub use cause::{Cause, Causes, Step};
 pub(crate) use search::{Found, search};

@@ -9,8 +9,10 @@ mod readings;
 
 use crate::accuracy::position_error::PositionError;
 use crate::calibration::diagnosis::diagnose;
+use crate::calibration::judge::Case;
 use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::calibration::report::FrameReport;
+use crate::explain::{Step, search};
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
@@ -33,6 +35,8 @@ const LEAST_POSES: usize = 8;
 const LEAST_POSES_OF_SENSOR: usize = 10;
 /// The stated noise is too large if deviations this small are less probable than this: one-sided 3 σ (normal).
 const IMPROBABLE: f64 = 0.00135;
+/// The stored frame is an old one if another leaves less than this part of the deviations.
+const MOVED: f64 = 0.5;
 
 /// The question to be answered.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,6 +60,8 @@ pub struct Validation {
     pub frame: Frame,
     /// Whether the limit is met.
     pub verdict: Verdict,
+    /// What happened during the measurement: everything here is of the rows before it.
+    pub step: Option<Step>,
     /// Over the measured region, without the noise.
     pub rms_error: RmsError,
     /// The largest position error at the measured poses, without the noise.
@@ -108,13 +114,22 @@ pub fn validate(
     let known = known_frame(robot, request)?;
     let frame = known.map_or(Frame::Sensor, |_| Frame::Base);
     let robot = &readings.noise_into(robot);
-    let readings = &of_platform_point(robot, readings, known);
+    let mut readings = of_platform_point(robot, readings, known);
     let options = Options::in_frame(frame);
+    let in_base = known.map(|own| readings.turned(&own.inverse()));
+    let diagnosis = diagnose(robot, in_base.as_ref().unwrap_or(&readings), &options);
+    let step = match diagnosis {
+        None => step(robot, in_base.as_ref().unwrap_or(&readings), options),
+        // A mistake in all rows needs no further explanation.
+        Some(_) => None,
+    };
+    if let Some(step) = &step {
+        readings.rows.truncate(step.row);
+    }
+    let readings = &readings;
     let refused = |cause: String, remedy: &str| {
         let refused = Refused::new(format!("{}: {cause}", readings.name), remedy);
-        let in_base = known.map(|own| readings.turned(&own.inverse()));
-        let diagnosis = diagnose(robot, in_base.as_ref().unwrap_or(readings), &options);
-        CalibrateError::from(refused.explained(diagnosis))
+        CalibrateError::from(refused.explained(diagnosis.clone()))
     };
     let poses = readings.distinct_poses();
     let least = match frame {
@@ -122,7 +137,10 @@ pub fn validate(
         Frame::Sensor => LEAST_POSES_OF_SENSOR,
     };
     if poses < least {
-        let found = count(poses, "different pose");
+        let mut found = count(poses, "different pose");
+        if let Some(Step { text, remedy, .. }) = &step {
+            found = format!("{text}; {remedy}; {found} before it");
+        }
         let remedy = "Measure about 20 poses, spread over the region in which the robot works.";
         return Err(refused(
             format!("{found}; at least {least} are needed."),
@@ -150,6 +168,10 @@ pub fn validate(
         };
         return Err(refused(cause, remedy));
     }
+    let fitted_again = match known {
+        Some(_) if request.stored => deviations(robot, readings, None).ok(),
+        _ => None,
+    };
     let overstated = overstated(&rows, read);
     let warnings = warnings(
         robot,
@@ -158,6 +180,7 @@ pub fn validate(
         &rows,
         &deviation,
         overstated,
+        fitted_again.map_or(f64::INFINITY, |own| rms(&own.rows)),
     );
     if overstated.is_some() {
         for row in &mut rows {
@@ -174,7 +197,11 @@ pub fn validate(
         robot_file: robot.name.clone(),
         samples_file: readings.name.clone(),
         frame,
-        verdict: Verdict::of(&rms_error.error, request.limit),
+        verdict: match step {
+            Some(_) => Verdict::NotJudged,
+            None => Verdict::of(&rms_error.error, request.limit),
+        },
+        step,
         rms_error,
         largest_error: largest(&rows),
         deviation_mm: deviation,
@@ -190,6 +217,16 @@ pub fn validate(
             _ => None,
         },
     })
+}
+
+/// What happened during the measurement, if anything did: the robot is fitted to the readings and then explains them but for
+/// a step.
+fn step(robot: &RobotFile, readings: &Readings, options: Options) -> Option<Step> {
+    let mut robot = robot.at_platform_point();
+    // The frame is known, or fitted.
+    robot.instruments.datum.clear();
+    let case = Case::new(&robot, readings, options);
+    search(&case)?.step(&case)
 }
 
 /// The frame of the coordinates if it is known: the base's, the stored one, or that of the datum points.
@@ -246,6 +283,11 @@ fn overstated(rows: &[Deviation], read: Read) -> Option<f64> {
     improbable.then(|| (squares / freedom).sqrt())
 }
 
+fn rms(rows: &[Deviation]) -> f64 {
+    let squares: f64 = rows.iter().map(Deviation::square).sum();
+    (squares / rows.len() as f64).sqrt()
+}
+
 fn warnings(
     robot: &RobotFile,
     readings: &Readings,
@@ -253,6 +295,7 @@ fn warnings(
     rows: &[Deviation],
     deviation: &PositionError,
     overstated: Option<f64>,
+    fitted_again: f64,
 ) -> Vec<String> {
     let largest = |row: &Deviation| Some(row.line) == deviation.max_at_line;
     let largest_is_noise = |row: &Deviation| largest(row) && row.is_noise(rows.len());
@@ -271,6 +314,10 @@ fn warnings(
         (robot.sensor_frame.is_some() && frame == Frame::Base).then(|| {
             "[sensor_frame] of the robot file was not used; use --frame sensor if the positions are in that frame.".to_owned()
         }),
+        (fitted_again < MOVED * rms(rows)).then(|| format!(
+            "In a frame fitted again the deviations are {fitted_again:.3} mm rms: the sensor or the robot has moved since \
+             [sensor_frame] was stored. --frame sensor fits it again."
+        )),
         outlier.map(|line| format!(
             "Line {line}: {:.3} mm off; half of the samples are within {:.3} mm. This may be a wrong row: measure it again.",
             deviation.max, deviation.median

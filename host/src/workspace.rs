@@ -66,6 +66,9 @@ pub struct Workspace {
     pub points: Vec<BoundaryPoint>,
 }
 
+/// A tolerance below this fraction of the workspace is rounding, which bisection would never reach.
+const ROUNDING: f64 = 1e-10;
+
 impl Workspace {
     /// Computes the boundary.
     ///
@@ -95,7 +98,7 @@ impl Workspace {
             let mut workspace = Self {
                 robot: robot.clone(),
                 reach: *reach,
-                tolerance: options.tolerance,
+                tolerance: options.tolerance.max(ROUNDING * longest),
                 grid: Grid::between(&low, &high, spacing)?,
                 lines: Default::default(),
                 points: Vec::new(),

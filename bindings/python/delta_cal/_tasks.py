@@ -109,7 +109,7 @@ class Validation:
     """A robot against independent measurements. Lengths in mm."""
 
     verdict: str
-    """``"pass"``, ``"fail"`` or ``"undecided"``."""
+    """``"pass"``, ``"fail"``, ``"undecided"`` or ``"not_judged"``."""
     rms: float
     """The rms position error, without the instrument's noise."""
     interval: tuple[float, float | None]

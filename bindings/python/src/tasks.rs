@@ -13,7 +13,7 @@ use delta_cal_host::planning::{
     self, LEAST, MOST, Order, PlanError, PlanRequest, Region, Wishes, plan_for,
 };
 use delta_cal_host::report::{plan as plan_report, validation};
-use delta_cal_host::validation::{Request, Verdict, check_independent};
+use delta_cal_host::validation::{Request, check_independent};
 use delta_cal_host::{Frame, InputError, InputText, Options};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -121,13 +121,8 @@ pub(crate) fn validate<'py>(
     let found = found.map_err(|error| calibrate_error(py, &error, samples.rows_of()))?;
     let document = document(robot, &samples, now());
     let deviations = found.rows.iter().map(|own| own.deviation_mm).collect();
-    let verdict = match found.verdict {
-        Verdict::Pass => "pass",
-        Verdict::Undecided => "undecided",
-        Verdict::Fail => "fail",
-    };
     let dict = PyDict::new(py);
-    dict.set_item("verdict", verdict)?;
+    dict.set_item("verdict", found.verdict.name())?;
     dict.set_item("rms", found.rms_error.error.value)?;
     dict.set_item("interval", found.rms_error.error.interval)?;
     dict.set_item("largest", found.largest_error.value)?;

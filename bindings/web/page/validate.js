@@ -4,7 +4,7 @@ import { byId, downloadButton, element, faultBox, options, say } from "./dom.js"
 import { waiting } from "./calibrate.js";
 import { reportElement } from "./report.js";
 
-const VERDICTS = { pass: "Passed.", fail: "Failed.", undecided: "Undecided." };
+const VERDICTS = { pass: "Passed.", fail: "Failed.", undecided: "Undecided.", not_judged: "Not judged." };
 
 export class Validate {
   #engine;

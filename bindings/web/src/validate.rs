@@ -5,7 +5,7 @@ use crate::folder::Folder;
 use crate::inputs::Request;
 use delta_cal_host::files::document::Document;
 use delta_cal_host::report::validation as report;
-use delta_cal_host::validation::{self, Verdict, check_independent, validate};
+use delta_cal_host::validation::{self, check_independent, validate};
 use delta_cal_host::{RobotFile, read_samples};
 use serde::Serialize;
 
@@ -35,11 +35,7 @@ pub(crate) fn run(files: &Folder, request: &Request) -> Result<Validated, Fault>
     };
     let found = validate(&robot, &readings, asked)?;
     Ok(Validated {
-        verdict: match found.verdict {
-            Verdict::Pass => "pass",
-            Verdict::Fail => "fail",
-            Verdict::Undecided => "undecided",
-        },
+        verdict: found.verdict.name(),
         text: report::text(&found),
         html: report::certificate(&found, &document),
         json: report::json(&found, &document),

@@ -18,7 +18,8 @@ CHECK.csv holds what delta-cal calibrate takes: positions, heights, distances. T
 Planes, points and a frame that the robot file does not know are fitted first, with the robot as it is.
 
 Pass: the 95 % confidence interval of the rms position error ends below the limit. Fail: it begins above it. \
-Otherwise undecided, and the report says how many poses would decide.
+Otherwise undecided, and the report says how many poses would decide. Not judged: an encoder slipped or the sensor moved \
+during the measurement; the report says at which line.
 
 Examples:
   delta-cal validate calibrated.toml check.csv --limit 0.1mm
@@ -104,6 +105,9 @@ pub(crate) fn run(arguments: &ValidateArguments) -> Result<(), Failure> {
     match found.verdict {
         Verdict::Pass => Ok(()),
         Verdict::Fail => Err(Failure::not_passed("the robot fails its limit")),
+        Verdict::NotJudged => Err(Failure::not_passed(
+            "something moved during the measurement, so the robot is not judged",
+        )),
         Verdict::Undecided => Err(Failure::not_passed(
             "the measurements do not decide whether the robot meets its limit",
         )),

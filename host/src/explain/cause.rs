@@ -118,12 +118,11 @@ fn cause(case: &Case<'_>, found: &Found, best: &Fitted, effect: &Effect) -> Opti
         _ => format!("{text}; about as likely: {}", alternatives.join(" or ")),
     };
     let kinds: Vec<_> = others.iter().map(|own| own.kind).collect();
-    let is_step = matches!(effect.kind, EffectKind::Slip | EffectKind::Move);
     let line = case.readings.rows.get(effect.index).map(|row| row.line);
     Some(Cause {
         kind: effect.kind,
         arm: effect.arm.map(|arm| arm.index() + 1),
-        line: line.filter(|_| is_step),
+        line: line.filter(|_| effect.kind.is_step()),
         size: own,
         unit: effect.kind.unit(drive),
         sigma,
@@ -225,6 +224,37 @@ impl Found {
         let mut effects = all.iter().flat_map(|own| &own.hypothesis.effects);
         let is_scale = effects.any(|own| matches!(own.kind, EffectKind::Size | EffectKind::Scale));
         Some(Explained { text, is_scale })
+    }
+}
+
+/// A row from which on the readings are of another robot or in another frame.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Step {
+    /// Its index in the file.
+    #[serde(skip)]
+    pub(crate) row: usize,
+    /// Its line.
+    pub line: u64,
+    /// What happened, in one sentence.
+    pub text: String,
+    /// The remedy.
+    pub remedy: &'static str,
+}
+
+impl Found {
+    /// The first step that the residuals show.
+    pub(crate) fn step(&self, case: &Case<'_>) -> Option<Step> {
+        let best = self.best.as_ref()?;
+        let effects = best.hypothesis.effects.iter();
+        let steps = effects.filter(|own| own.kind.is_step());
+        let first = steps.min_by_key(|own| own.index)?;
+        let own = cause(case, self, best, first)?;
+        best.is_in_residuals(&self.base).then_some(Step {
+            row: first.index,
+            line: own.line?,
+            text: own.text,
+            remedy: own.remedy,
+        })
     }
 }
 

@@ -290,7 +290,7 @@ impl Search<'_> {
                 .filter(|row| **row < own.index)
                 .count();
             match own.kind {
-                EffectKind::Slip | EffectKind::Move => own.at(own.index - before),
+                kind if kind.is_step() => own.at(own.index - before),
                 _ => *own,
             }
         };
@@ -369,7 +369,7 @@ impl Search<'_> {
         let mut best = self.fitted(hypothesis)?;
         let steps = |own: &Fitted| {
             let last = own.hypothesis.effects.last().copied();
-            last.filter(|own| matches!(own.kind, EffectKind::Slip | EffectKind::Move))
+            last.filter(|own| own.kind.is_step())
         };
         while let Some(step) = steps(&best) {
             let beside = [step.index.checked_sub(1), Some(step.index + 1)];
@@ -421,7 +421,7 @@ impl Search<'_> {
                 .effects
                 .into_iter()
                 .map(|own| match own.kind {
-                    EffectKind::Slip | EffectKind::Move => own.at(left[own.index]),
+                    kind if kind.is_step() => own.at(left[own.index]),
                     _ => own,
                 })
                 .collect(),

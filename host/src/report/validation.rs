@@ -2,6 +2,7 @@
 
 use super::Versioned;
 use crate::calibration::report::{MANY, shown};
+use crate::explain::Step;
 use crate::files::document::Document;
 use crate::files::samples_file::Kind;
 use crate::fit::Frame;
@@ -23,7 +24,7 @@ pub fn text(found: &Validation) -> String {
     let figures = Section::new("").table(figures(found)).text(measured(found));
     let verdict = match found.verdict {
         Verdict::Pass => Part::Good(verdict(found)),
-        Verdict::Undecided | Verdict::Fail => Part::Doubts(verdict(found), Vec::new()),
+        _ => Part::Doubts(verdict(found), Vec::new()),
     };
     let mut sections = vec![Section::new("").text(headline(found)), figures];
     sections.extend(warnings(found).map(|part| Section::new("").part(part)));
@@ -37,7 +38,7 @@ pub fn certificate(found: &Validation, document: &Document) -> String {
     let heading = format!("Validation of {}", robot.unwrap_or(&found.robot_file));
     let class = match found.verdict {
         Verdict::Pass => "verdict good",
-        Verdict::Undecided | Verdict::Fail => "verdict doubtful",
+        _ => "verdict doubtful",
     };
     let body = html! {
         article.certificate {
@@ -89,11 +90,19 @@ const fn title(verdict: Verdict) -> &'static str {
         Verdict::Pass => "Pass",
         Verdict::Undecided => "Undecided",
         Verdict::Fail => "Fail",
+        Verdict::NotJudged => "Not judged",
     }
 }
 
 /// The reason for the verdict.
 fn reason(found: &Validation) -> String {
+    if let Some(Step { text, remedy, .. }) = &found.step {
+        let rows = count(found.row_count, "row");
+        return format!(
+            "{text}. The figures are of the {rows} before. {}.",
+            capitalised(remedy)
+        );
+    }
     let RmsError {
         limit_mm: limit,
         confidence_below_limit: below,
@@ -103,7 +112,7 @@ fn reason(found: &Validation) -> String {
     let (side, sure) = match found.verdict {
         Verdict::Pass => ("below", below),
         Verdict::Fail => ("above", 1.0 - below),
-        Verdict::Undecided => {
+        Verdict::Undecided | Verdict::NotJudged => {
             let what_decides = match poses_to_decide {
                 Some(poses) => {
                     let more = count(poses.saturating_sub(found.pose_count), "more pose");

@@ -160,7 +160,7 @@ pub(super) fn largest(rows: &[Deviation]) -> Bounded {
 
 /// Whether the robot meets a limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// The upper confidence limit is not above the limit.
     Pass,
@@ -168,9 +168,21 @@ pub enum Verdict {
     Undecided,
     /// The lower confidence limit is above the limit.
     Fail,
+    /// Something happened during the measurement; the figures are of the rows before it.
+    NotJudged,
 }
 
 impl Verdict {
+    /// As in JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Undecided => "undecided",
+            Self::Fail => "fail",
+            Self::NotJudged => "not_judged",
+        }
+    }
+
     pub(super) fn of(figure: &Bounded, limit: f64) -> Self {
         if figure.interval.1.is_some_and(|upper| upper <= limit) {
             Self::Pass

@@ -174,7 +174,6 @@ fn furthest(workspace: &Workspace, axis: usize, sign: f64) -> f64 {
             let origin = best + (b * cos + c * sin) * step;
             let pieces = workspace.pieces(&origin, &direction, workspace.grid.spacing);
             let (_, end) = pieces.last()?;
-            // Less is rounding.
             (*end > workspace.tolerance * PART).then(|| origin + direction * *end)
         });
         match further {

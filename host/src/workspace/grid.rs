@@ -215,9 +215,6 @@ impl Workspace {
                     let (mut low, mut high) = (before, place);
                     while high - low > self.tolerance {
                         let middle = f64::midpoint(low, high);
-                        if !(low < middle && middle < high) {
-                            break;
-                        }
                         match fault(middle) {
                             None => {
                                 pieces.push((edge(middle, low), edge(middle, high)));

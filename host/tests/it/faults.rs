@@ -1,6 +1,8 @@
 //! Faults of any size are named: kind, arm, line and size; clean files have none.
 
 use crate::support::simulated::{Instrument, file_of, measured};
+use delta_cal::Robot;
+use delta_cal_host::validation::{Request, Verdict, validate};
 use delta_cal_host::{Frame, Options, Readings, RobotFile, calibrate};
 use delta_cal_tests::geometries::geometries;
 use nalgebra::{Rotation3, Vector3};
@@ -95,14 +97,14 @@ fn said(robot: &RobotFile, readings: &Readings, frame: Frame) -> String {
     }
 }
 
-fn made(geometry: usize, seed: usize, noise: bool) -> (RobotFile, Readings) {
+fn made(geometry: usize, seed: usize, noise: bool) -> (RobotFile, Readings, Robot<f64>) {
     let (_, nominal) = geometries().swap_remove(geometry);
     let mut robot = file_of(&nominal, [-60.0, 75.0].map(f64::to_radians), true);
-    let readings = measured(&robot, Instrument::Positions, ROWS, seed as u64).1;
+    let (truth, readings) = measured(&robot, Instrument::Positions, ROWS, seed as u64);
     if !noise {
         robot.noise = None;
     }
-    (robot, readings)
+    (robot, readings, truth)
 }
 
 /// The words for a fault, of which one must be said.
@@ -167,7 +169,7 @@ fn faults_of_any_size_are_named() {
         {
             let mut named = 0;
             for seed in 0..count {
-                let (robot, mut readings) = made(seed % 4, seed, noise);
+                let (robot, mut readings, _) = made(seed % 4, seed, noise);
                 let at = spoilt(&mut readings, fault, seed);
                 let text = said(&robot, &readings, Frame::Base).to_lowercase();
                 if words(fault, at)
@@ -193,7 +195,7 @@ fn clean_files_have_no_fault() {
     let count = delta_cal_tests::size(40, 400);
     let mut alarms = 0;
     for seed in 0..count {
-        let (robot, readings) = made(seed % 5, 1000 + seed, seed % 2 == 0);
+        let (robot, readings, _) = made(seed % 5, 1000 + seed, seed % 2 == 0);
         let report = calibrate(&robot, &readings, &Options::default());
         if let Ok(report) = report
             && !report.causes.found.is_empty()
@@ -204,4 +206,49 @@ fn clean_files_have_no_fault() {
     }
     println!("{alarms} of {count}");
     assert!(50 * alarms <= count.max(50), "{alarms} of {count}");
+}
+
+#[test]
+fn a_step_during_a_validation_is_named_and_the_rows_before_it_are_shown() {
+    let request = Request {
+        limit: 0.2,
+        frame: Frame::Base,
+        stored: false,
+    };
+    for (seed, fault) in [
+        Fault::Slip(0.5),
+        Fault::Move(0.5, 0.0),
+        Fault::Move(20.0, 1.0),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        for noise in [true, false] {
+            let (mut robot, mut readings, truth) = made(seed, seed, noise);
+            robot.robot = truth;
+            let clean = validate(&robot, &readings, request).unwrap();
+            assert_eq!(
+                (clean.verdict, clean.step),
+                (Verdict::Pass, None),
+                "{fault:?}"
+            );
+            let at = spoilt(&mut readings, fault, seed);
+            let found = validate(&robot, &readings, request).unwrap();
+            let step = found.step.unwrap_or_else(|| panic!("{fault:?} {noise}"));
+            assert_eq!(found.verdict, Verdict::NotJudged);
+            assert_eq!(step.line as usize, at.1 + 2, "{fault:?}: {}", step.text);
+            let words = words(fault, at).remove(0);
+            assert!(
+                step.text.to_lowercase().contains(&words),
+                "{fault:?}: {}",
+                step.text
+            );
+            assert_eq!(found.row_count, at.1);
+            assert!(
+                found.deviation_mm.rms < 0.1,
+                "{fault:?}: {}",
+                found.deviation_mm.rms
+            );
+        }
+    }
 }

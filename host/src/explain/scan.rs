@@ -14,24 +14,33 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
 const INDISTINCT: f64 = 1e-8;
 
 /// What may be wrong: effects, and rows to leave out.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Hypothesis {
     pub(crate) effects: Vec<Effect>,
     pub(crate) rows: Vec<usize>,
+    /// Where a fit of the effects starts: all their unknowns.
+    pub(super) from: Vec<f64>,
+}
+
+impl PartialEq for Hypothesis {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.effects, &self.rows) == (&other.effects, &other.rows)
+    }
 }
 
 impl Hypothesis {
-    pub(super) fn of(effects: &[Effect]) -> Self {
+    pub(super) fn of(effects: &[Effect], from: Vec<f64>) -> Self {
         Self {
             effects: effects.to_vec(),
-            rows: Vec::new(),
+            from,
+            ..Self::default()
         }
     }
 
     pub(super) fn without(rows: &[usize]) -> Self {
         Self {
-            effects: Vec::new(),
             rows: rows.to_vec(),
+            ..Self::default()
         }
     }
 
@@ -43,6 +52,7 @@ impl Hypothesis {
             }
             both.effects.push(*own);
         }
+        both.from.extend(&other.from);
         both.rows.extend(&other.rows);
         both.rows.sort_unstable();
         both.rows.dedup();
@@ -57,6 +67,14 @@ impl Hypothesis {
         self.effects.iter().map(Effect::unknowns).sum()
     }
 }
+
+/// σ of a reading over the median of the rows' rms residuals, of which the unknowns take up a third.
+const OF_MEDIAN: f64 = 1.4;
+/// Factor by which the scale of a robust fit shrinks, and how often.
+const SHRUNK: f64 = 0.6;
+const SHRINKAGES: u32 = 24;
+/// Residuals of a suspected row, in σ.
+const SUSPECTED: f64 = 4.0;
 
 /// A row that takes part.
 struct Counted {
@@ -77,6 +95,8 @@ pub(super) struct Scan {
     course: Course,
     rows: Vec<Counted>,
     normal: Cholesky<f64, Dyn>,
+    /// Of that, what is known without the readings.
+    prior: DMatrix<f64>,
     unknowns: usize,
 }
 
@@ -97,7 +117,8 @@ impl Scan {
         let readings = &solution.readings;
         let (robot, unknowns) = (&solution.robot, solution.covariance.nrows());
         let course = Course::of(robot, &solution.places, readings);
-        let mut normal = solution.prior.tr_mul(&solution.prior);
+        let mut prior = solution.prior.tr_mul(&solution.prior);
+        let mut normal = prior.clone();
         let mut right = -(solution.prior.tr_mul(&(&solution.prior * &solution.moved)));
         let every = solution.rows.len() as f64 / (solution.sensitivities.len() as f64).max(1.0);
         let mut rows = Vec::new();
@@ -125,6 +146,7 @@ impl Scan {
         for place in 0..unknowns {
             if !(normal[(place, place)] > 0.0) {
                 normal[(place, place)] = 1.0;
+                prior[(place, place)] = 1.0;
             }
         }
         let normal = normal.cholesky()?;
@@ -136,6 +158,7 @@ impl Scan {
             course,
             rows,
             normal,
+            prior,
             unknowns,
         })
     }
@@ -172,23 +195,26 @@ impl Scan {
         sums.right += columns.tr_mul(&counted.residuals);
     }
 
-    fn gain(&self, sums: &Sums) -> Option<f64> {
+    /// The gain of these effects, which starts a fit at a = S⁻¹ Eᵀ(r − A δ).
+    fn gain(&self, sums: &Sums, effects: &[Effect]) -> Option<Gain> {
         let mut left = &sums.own - sums.shared.tr_mul(&self.normal.solve(&sums.shared));
         // What no reading shows, or others show as well, gains nothing.
         for place in 0..left.nrows() {
             left[(place, place)] += INDISTINCT * sums.own[(place, place)] + f64::MIN_POSITIVE;
         }
-        let gain = left.cholesky()?.solve(&sums.right).dot(&sums.right);
-        gain.is_finite().then_some(gain)
+        let by = left.cholesky()?.solve(&sums.right);
+        let gain = by.dot(&sums.right);
+        let hypothesis = Hypothesis::of(effects, by.as_slice().to_vec());
+        gain.is_finite().then_some((gain, hypothesis))
     }
 
     /// The gain of effects that concern all rows.
-    pub(super) fn throughout(&self, effects: &[Effect]) -> Option<f64> {
+    pub(super) fn throughout(&self, effects: &[Effect]) -> Option<Gain> {
         let mut sums = self.sums(effects.iter().map(Effect::unknowns).sum());
         for counted in &self.rows {
             Self::add(&mut sums, counted, &self.columns(counted, effects));
         }
-        self.gain(&sums)
+        self.gain(&sums, effects)
     }
 
     /// The gains of an effect that happened at each of these rows.
@@ -202,10 +228,8 @@ impl Scan {
                 let columns = self.columns(counted, &[everywhere]);
                 Self::add(&mut sums, counted, &columns);
             }
-            if rows.contains(&counted.row)
-                && let Some(gain) = self.gain(&sums)
-            {
-                found.push((gain, Hypothesis::of(&[effect.at(counted.row)])));
+            if rows.contains(&counted.row) {
+                found.extend(self.gain(&sums, &[effect.at(counted.row)]));
             }
         }
         found
@@ -225,6 +249,50 @@ impl Scan {
             Some((gain, Hypothesis::without(&[counted.row])))
         };
         self.rows.iter().filter_map(gain).collect()
+    }
+
+    /// The rows that disagree with most others, by a robust fit about the solution: weights of Geman and McClure (1987),
+    /// whose scale shrinks to the noise of half of the rows.
+    pub(super) fn suspected(&self) -> Vec<usize> {
+        let held = self
+            .rows
+            .iter()
+            .fold(DVector::zeros(self.unknowns), |sum: DVector<f64>, own| {
+                sum + own.by_unknowns.tr_mul(&own.residuals)
+            });
+        let off = |step: &DVector<f64>| -> Vec<f64> {
+            let rows = self.rows.iter();
+            rows.map(|own| {
+                let left = &own.residuals - &own.by_unknowns * step;
+                let read = own.residuals.iter().filter(|own| **own != 0.0).count();
+                (left.norm_squared() / read.max(1) as f64).sqrt()
+            })
+            .collect()
+        };
+        let noise = |off: &[f64]| {
+            let mut sorted = off.to_vec();
+            sorted.sort_by(f64::total_cmp);
+            OF_MEDIAN * sorted.get(sorted.len() / 2).copied().unwrap_or_default()
+        };
+        let mut left = off(&DVector::zeros(self.unknowns));
+        let mut scale = left.iter().copied().fold(0.0, f64::max);
+        for _ in 0..SHRINKAGES {
+            scale = f64::max(scale * SHRUNK, noise(&left));
+            let (mut normal, mut right) = (self.prior.clone(), -&held);
+            for (own, left) in self.rows.iter().zip(&left) {
+                let weight = (1.0 + (left / scale).powi(2)).powi(-2);
+                normal += weight * own.by_unknowns.tr_mul(&own.by_unknowns);
+                right += weight * own.by_unknowns.tr_mul(&own.residuals);
+            }
+            let Some(normal) = normal.cholesky() else {
+                return Vec::new();
+            };
+            left = off(&normal.solve(&right));
+        }
+        let limit = SUSPECTED * noise(&left);
+        let rows = self.rows.iter().zip(&left);
+        let rows = rows.filter(|(_, left)| **left > limit);
+        rows.map(|(own, _)| own.row).collect()
     }
 
     /// Three σ of a drift if the unknowns absorb most of it.

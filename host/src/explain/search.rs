@@ -3,8 +3,10 @@
 use super::scan::{Gain, Hypothesis, Scan};
 use crate::calibration::judge::Case;
 use crate::effects::{Effect, EffectKind, Estimated};
+use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
-use crate::fit::{Options, Solution, solve, solve_with};
+use crate::fit::solution::Levels;
+use crate::fit::{Options, Solution, solve_with};
 use crate::geometry::Directions;
 use delta_cal::ArmIndex;
 use delta_cal::robot::Drive;
@@ -33,6 +35,11 @@ const UNKNOWN_ZERO: f64 = 0.26;
 const LEAST_FREEDOM: f64 = 5.0;
 /// A stated target that the readings put so many σ beside its place is doubtful.
 const DOUBTFUL: f64 = 2.5;
+/// A hypothesis that explains less than this part of what the best of all explains is not refitted.
+const WORTHWHILE: f64 = 0.05;
+/// An estimated noise has converged if the variance that it leaves is within this.
+const SETTLED: std::ops::Range<f64> = 0.9..1.1;
+const NARROWINGS: u32 = 8;
 /// Rows on either side of a move.
 const LEAST_ROWS: usize = 2;
 
@@ -79,6 +86,18 @@ impl Fitted {
         (self.squares / self.freedom.max(1.0)).sqrt().max(1.0)
     }
 
+    /// Names rows as in a file of which these were fitted.
+    fn spread(&mut self, chosen: &[usize]) {
+        let effects = self.solution.effects.iter_mut().map(|own| &mut own.effect);
+        let effects = effects.chain(&mut self.hypothesis.effects);
+        for own in effects.filter(|own| own.kind.is_step()) {
+            own.index = chosen[own.index];
+        }
+        for row in &mut self.hypothesis.rows {
+            *row = chosen[*row];
+        }
+    }
+
     /// The estimate of an effect.
     pub(crate) fn estimate(&self, effect: &Effect) -> Option<&Estimated> {
         self.solution
@@ -108,21 +127,53 @@ struct Search<'a> {
     options: Options,
     /// Degrees of freedom of the readings as they are.
     freedom: Option<f64>,
+    /// The noise of the readings as they are, if it is estimated.
+    levels: Option<Levels>,
     rows: usize,
     /// Of each joint's last move at each row.
     directions: Vec<[f64; 3]>,
 }
 
 /// Looks for what explains the readings better than the robot alone; `None` if they cannot be fitted at all.
+///
+/// Many rows are thinned, and then all between those on either side of a step are looked at.
 pub(crate) fn search(case: &Case<'_>) -> Option<Found> {
+    let count = case.readings.rows.len();
+    let mut chosen: Vec<_> = evenly(0, count, MOST_ROWS).collect();
+    for last in [false, false, true] {
+        let mut some = case.readings.clone();
+        some.rows = chosen.iter().map(|row| some.rows[*row]).collect();
+        let mut found = searched(&Case {
+            readings: &some,
+            ..*case
+        })?;
+        let best = found.best.iter();
+        let steps = best.flat_map(|own| &own.hypothesis.effects);
+        let steps = steps.filter(|own| own.kind.is_step());
+        let gaps = steps.map(|own| (chosen[own.index - 1] + 1, chosen[own.index]));
+        let between = gaps.flat_map(|(from, to)| evenly(from, to, MOST_ROWS / 2));
+        let between: Vec<_> = between.collect();
+        if last || between.is_empty() {
+            for own in found.best.iter_mut().chain(&mut found.rivals) {
+                own.spread(&chosen);
+            }
+            return Some(found);
+        }
+        chosen.extend(between);
+        chosen.sort_unstable();
+    }
+    None
+}
+
+/// At most so many of these rows.
+fn evenly(from: usize, to: usize, most: usize) -> impl Iterator<Item = usize> {
+    (from..to).step_by((to - from).div_ceil(most).max(1))
+}
+
+fn searched(case: &Case<'_>) -> Option<Found> {
     let options = Options {
         robust: false,
         ..case.options
-    };
-    let thinned = thinned(case.readings);
-    let case = &Case {
-        readings: thinned.as_ref().unwrap_or(case.readings),
-        ..*case
     };
     let mut moves = Directions::default();
     let directions = case
@@ -134,11 +185,14 @@ pub(crate) fn search(case: &Case<'_>) -> Option<Found> {
         case,
         options,
         freedom: None,
+        levels: None,
         rows: case.readings.rows.len(),
         directions: directions.collect(),
     };
     let base = search.fitted(Hypothesis::default())?;
     search.freedom = Some(base.freedom);
+    let estimated = base.solution.estimated_freedom();
+    search.levels = estimated.map(|_| base.solution.levels);
     let mut found = Found {
         base: base.clone(),
         best: None,
@@ -160,12 +214,16 @@ pub(crate) fn search(case: &Case<'_>) -> Option<Found> {
     for depth in 0..MOST {
         let mut next: Vec<Fitted> = Vec::new();
         if depth == 0 {
-            next.extend(search.robust().and_then(|own| search.fitted(own)));
+            let rows = scan.suspected();
+            if !rows.is_empty() {
+                next.extend(search.fitted(Hypothesis::without(&rows)));
+            }
         }
         // What explains a stated noise needs no further fault.
         let open = |own: &&Fitted| depth == 0 || !own.is_explained();
         for state in beam.iter().filter(open) {
-            for hypothesis in search.candidates(state) {
+            let cand = search.candidates(state);
+            for hypothesis in cand {
                 let known = next.iter().any(|own| own.hypothesis == hypothesis);
                 let fitted = (!known).then(|| search.settled(hypothesis)).flatten();
                 next.extend(fitted.filter(|own| own.is_number() || own.is_in_residuals(state)));
@@ -210,16 +268,6 @@ pub(crate) fn search(case: &Case<'_>) -> Option<Found> {
 
 /// A drift is hidden if the unknowns increase its variance by more than this factor.
 const TAKEN_UP: f64 = 4.0;
-
-/// An even selection of many rows.
-fn thinned(readings: &Readings) -> Option<Readings> {
-    let every = readings.rows.len().div_ceil(MOST_ROWS);
-    (every > 1).then(|| {
-        let mut few = readings.clone();
-        few.rows = few.rows.into_iter().step_by(every).collect();
-        few
-    })
-}
 
 impl Search<'_> {
     /// The χ² that a hypothesis must explain: of so many of its kind, with so many unknowns.
@@ -303,14 +351,19 @@ impl Search<'_> {
             .filter(|_| hypothesis.effects.iter().any(|own| zeros(&own)));
         let unknown = tolerance.and_then(|own| own.with_joint_zero(UNKNOWN_ZERO).ok());
         let freed = unknown.map(|own| self.case.robot.with_tolerance(Some(own)));
-        let opened: Vec<_> = hypothesis
-            .effects
-            .iter()
-            .filter(|own| !zeros(own))
-            .map(|own| Estimated::open(shifted(own)))
-            .collect();
+        let mut from = hypothesis.from.iter().copied();
+        let started = hypothesis.effects.iter().map(|own| {
+            let mut opened = Estimated::open(shifted(own));
+            opened
+                .by
+                .iter_mut()
+                .zip(from.by_ref())
+                .for_each(|(by, from)| *by = from);
+            opened
+        });
+        let opened: Vec<_> = started.filter(|own| !zeros(&&own.effect)).collect();
         let robot = freed.as_ref().unwrap_or(self.case.robot);
-        let mut solution = solve_with(robot, &kept, &self.options, (&opened, false)).ok()?;
+        let mut solution = self.solved(robot, &kept, opened.clone())?;
         let effects = hypothesis.effects.iter().filter(|own| !zeros(own));
         for (own, effect) in opened.iter().zip(effects) {
             let mut all = solution.effects.iter_mut();
@@ -318,7 +371,12 @@ impl Search<'_> {
                 found.effect = *effect;
             }
         }
-        let stated = solution.estimated_freedom().is_none();
+        let estimates = hypothesis.effects.iter().flat_map(|own| {
+            let found = solution.effects.iter().find(|found| found.effect == *own);
+            found.map_or_else(|| vec![0.0; own.unknowns()], |own| own.by.clone())
+        });
+        hypothesis.from = estimates.collect();
+        let stated = self.levels.is_none() && solution.estimated_freedom().is_none();
         let factor = if stated {
             self.widened_by(&solution)
         } else {
@@ -329,7 +387,11 @@ impl Search<'_> {
         let freedom = solution.degrees_of_freedom() - hypothesis.unknowns() as f64;
         // Of an estimated noise, its restricted likelihood, with the degrees of freedom of all readings.
         let per_reading = solution.log_spread / f64::max(kept.readings() as f64, 1.0);
-        let spread = 2.0 * per_reading * self.freedom.unwrap_or(freedom);
+        let variance = solution.squares() / solution.degrees_of_freedom();
+        if self.levels.is_some() && !(variance > 0.0) {
+            return None;
+        }
+        let spread = (2.0 * per_reading + variance.ln()) * self.freedom.unwrap_or(freedom);
         let (squares, spread) = if stated {
             (squares, 0.0)
         } else {
@@ -344,6 +406,36 @@ impl Search<'_> {
             solution,
             hypothesis,
         })
+    }
+
+    /// A fit with these effects opened. An estimated noise is the one that the readings show with them; all of its parts
+    /// are scaled together.
+    fn solved(
+        &self,
+        robot: &RobotFile,
+        readings: &Readings,
+        mut opened: Vec<Estimated>,
+    ) -> Option<Solution> {
+        let mut stated = self
+            .levels
+            .map(|own| robot.with_noise(own.position, own.height, own.distance));
+        for _ in 0..NARROWINGS {
+            let with = stated.as_ref().unwrap_or(robot);
+            let solution = solve_with(with, readings, &self.options, (&opened, false)).ok()?;
+            let variance = solution.squares() / solution.degrees_of_freedom();
+            let Some(narrower) = stated.filter(|_| !SETTLED.contains(&variance)) else {
+                return Some(solution);
+            };
+            for own in &mut opened {
+                let mut found = solution.effects.iter();
+                if let Some(found) = found.find(|found| found.effect == own.effect) {
+                    own.by.clone_from(&found.by);
+                }
+            }
+            stated = Some(narrower.with_noise_times(variance.sqrt()));
+        }
+        let with = stated.as_ref().unwrap_or(robot);
+        solve_with(with, readings, &self.options, (&opened, false)).ok()
     }
 
     /// By how much the noise was widened for the fit.
@@ -392,23 +484,6 @@ impl Search<'_> {
         Some(best)
     }
 
-    /// The rows that a robust fit rejects, several of them.
-    fn robust(&self) -> Option<Hypothesis> {
-        let options = Options {
-            robust: true,
-            method: None,
-            ..self.options
-        };
-        let solution = solve(self.case.robot, self.case.readings, &options).ok()?;
-        let rows = solution
-            .rows
-            .iter()
-            .enumerate()
-            .filter(|(_, fit)| fit.suspected);
-        let rows: Vec<_> = rows.map(|(row, _)| row).collect();
-        (!rows.is_empty()).then(|| Hypothesis::without(&rows))
-    }
-
     /// The best hypotheses of each kind beside those of a state, to first order.
     fn candidates(&self, state: &Fitted) -> Vec<Hypothesis> {
         let rows = &state.hypothesis.rows;
@@ -426,12 +501,12 @@ impl Search<'_> {
                 })
                 .collect(),
             rows: own.rows.into_iter().map(|row| left[row]).collect(),
+            from: own.from,
         };
         let drive = self.case.robot.robot.drive();
         let count = left.len();
         let mut kinds: Vec<Vec<Gain>> = Vec::new();
-        let throughout =
-            |effects: &[Effect]| Some((scan.throughout(effects)?, Hypothesis::of(effects)));
+        let throughout = |effects: &[Effect]| scan.throughout(effects);
         for kind in EffectKind::all(drive) {
             let gains = match kind {
                 EffectKind::Backlash => sets()
@@ -490,14 +565,19 @@ impl Search<'_> {
             own.effect.kind == EffectKind::Target
                 && sigmas.any(|own| own > DOUBTFUL && own.is_finite())
         });
-        let stated: Vec<_> = stated.map(|own| Hypothesis::of(&[own.effect])).collect();
+        let stated: Vec<_> = stated
+            .map(|own| Hypothesis::of(&[own.effect], own.by.clone()))
+            .collect();
         let solution = &state.solution;
         let variance = (solution.squares() / solution.degrees_of_freedom().max(1.0)).max(1.0);
         let mut chosen: Vec<_> = stated
             .iter()
             .filter_map(|own| state.hypothesis.and(own))
             .collect();
+        let gains = kinds.iter().flatten().map(|own| own.0);
+        let least = WORTHWHILE * gains.fold(0.0, f64::max);
         for mut gains in kinds {
+            gains.retain(|own| own.0 > least);
             gains.sort_by(|a, b| b.0.total_cmp(&a.0));
             for (gain, hypothesis) in gains.into_iter().take(OF_EACH_KIND) {
                 let unknowns = hypothesis.unknowns() + 3 * hypothesis.rows.len();

@@ -153,6 +153,15 @@ impl RobotFile {
         loose
     }
 
+    /// A copy with these σ of all readings.
+    pub(crate) fn with_noise(&self, position: Noise<f64>, height: f64, distance: f64) -> Self {
+        let mut stated = self.clone();
+        stated.noise = Some(position);
+        stated.instruments.height_noise = Some(height);
+        stated.instruments.distance_noise = Some(distance);
+        stated
+    }
+
     /// A copy for readings of the platform point: planes and points are where it meets them.
     pub(crate) fn at_platform_point(&self) -> Self {
         let mut own = self.clone();

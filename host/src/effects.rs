@@ -380,11 +380,12 @@ impl Course {
         }
     }
 
-    /// The same for one pose anywhere, with joints last moved in these directions.
+    /// The same for a position measured anywhere, with joints last moved in these directions.
     pub(crate) fn anywhere(&self, at: &At, directions: [f64; 3]) -> Self {
         let place = Place {
             directions,
             radius_squared: share(at.position.xy().norm_squared(), self.largest),
+            scaled: 1.0,
             ..Place::default()
         };
         Self {

@@ -3,12 +3,14 @@
 use super::credibility::in_tolerances;
 use crate::accuracy::information::parameter_at;
 use crate::accuracy::uncertainty::{ExpectedError, Sensitivities};
+use crate::effects::{At, Course};
 use crate::files::robot_file::RobotFile;
-use crate::fit::Solution;
+use crate::files::samples_file::Kind;
 use crate::fit::solution::PARAMETERS;
+use crate::fit::{Frame, Solution};
 use delta_cal::robot::{Parameter, ParameterKind};
 use delta_cal::{Robot, Sample, Tolerance};
-use nalgebra::{DVector, Matrix3, SMatrix, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector3};
 use serde::Serialize;
 
 /// Degrees of freedom of the robot's place in space.
@@ -98,47 +100,100 @@ const CANDIDATES: usize = 250;
 pub struct NextPose {
     /// Joint angles or travels, in the unit and direction of the robot file.
     pub joints: [f64; 3],
-    /// The expected position error with x, y and z of this pose and those before it, mm rms.
+    /// The expected position error with x, y and z of this pose and those before it, mm rms: relative where a sensor's frame
+    /// is fitted.
     pub expected_error_mm: f64,
 }
 
-/// Greedy choice among these poses of those whose positions would reduce the expected position error most; empty if nothing
-/// is measured in the frame of the base.
+/// Greedy choice among these poses of those whose positions would reduce the expected position error most; empty if no
+/// position is measured.
+///
+/// Frame, target, scale and datum points are unknowns, and the joints have noise: C ← C − C Aᵀ (A C Aᵀ + N)⁻¹ A C, with A
+/// the derivatives of x, y and z at the pose by all unknowns, N = diag(σ²) + σq² Jq Jqᵀ.
 pub(crate) fn next_poses(
     robot: &RobotFile,
     solution: &Solution,
     poses: &[Sample<f64>],
 ) -> Vec<NextPose> {
-    if !solution.is_absolute() {
+    if !solution.readings.holds(Kind::Position) {
         return Vec::new();
     }
-    let mut covariance = solution.of_parameters();
     let every = poses.len().div_ceil(CANDIDATES).max(1);
     let candidates = poses.iter().step_by(every).copied();
     let candidates = Sensitivities::<PARAMETERS>::of(&solution.robot, candidates);
-    let sensitivity = candidates.mean_square();
-    let axes = Vector3::from(solution.levels.position.position_by_axis());
-    let noise = Matrix3::from_diagonal(&axes.component_mul(&axes));
+    let judged = if solution.is_absolute() {
+        Some(candidates.mean_square())
+    } else {
+        candidates.relative().map(|own| own.mean_square())
+    };
+    let Some(weights) = judged else {
+        return Vec::new();
+    };
+    let error = |covariance: &DMatrix<f64>| {
+        let of_parameters = covariance.view((0, 0), (PARAMETERS, PARAMETERS));
+        weights.dot(&of_parameters).max(0.0)
+    };
+    let course = Course::of(&solution.robot, &solution.places, &solution.readings);
+    let all = candidates.0.iter();
+    let all = all.filter_map(|(pose, jacobian)| measured(solution, &course, pose, jacobian));
+    let all: Vec<_> = all.collect();
+    let mut covariance = solution.covariance.clone();
     let mut found = Vec::new();
     for _ in 0..PROPOSED {
-        let gain = |jacobian: &SMatrix<f64, 3, PARAMETERS>| {
-            let shared = covariance * jacobian.transpose();
-            let inverse = (jacobian * shared + noise).try_inverse()?;
-            let reduction = shared * inverse * shared.transpose();
-            Some((sensitivity.component_mul(&reduction).sum(), reduction))
+        let gain = |(joints, rows, noise): &Measured| {
+            let shared = &covariance * rows.transpose();
+            let inverse = (rows * &shared + noise).try_inverse()?;
+            let left = shared.rows(0, PARAMETERS);
+            let gained = (left.transpose() * weights * left).dot(&inverse);
+            Some((gained, *joints, &shared * inverse * shared.transpose()))
         };
-        let all = candidates.0.iter();
-        let best = all
-            .filter_map(|(pose, jacobian)| Some((pose, gain(jacobian)?)))
-            .max_by(|a, b| a.1.0.total_cmp(&b.1.0));
-        let Some((pose, (_, reduction))) = best else {
+        let best = all.iter().filter_map(gain);
+        let Some((_, joints, reduction)) = best.max_by(|a, b| a.0.total_cmp(&b.0)) else {
             break;
         };
         covariance -= reduction;
         found.push(NextPose {
-            joints: robot.convention.joints(&pose.joints),
-            expected_error_mm: sensitivity.component_mul(&covariance).sum().max(0.0).sqrt(),
+            joints: robot.convention.joints(&joints),
+            expected_error_mm: error(&covariance).sqrt(),
         });
     }
     found
+}
+
+/// Joints, A and N of a pose.
+type Measured = ([f64; 3], DMatrix<f64>, Matrix3<f64>);
+
+fn measured(
+    solution: &Solution,
+    course: &Course,
+    pose: &Sample<f64>,
+    jacobian: &SMatrix<f64, 3, PARAMETERS>,
+) -> Option<Measured> {
+    let at = At::new(&solution.robot, &pose.joints)?;
+    let turn = solution
+        .places
+        .frame
+        .map_or_else(Matrix3::identity, |own| own.rotation);
+    let mut rows = DMatrix::zeros(3, solution.covariance.nrows());
+    rows.columns_mut(0, PARAMETERS)
+        .copy_from(&(turn * jacobian));
+    if solution.frame == Frame::Sensor {
+        // Its shift, and its turn about the sensor's origin.
+        let first = solution.robot_unknowns();
+        let about = -(turn * pose.position).cross_matrix();
+        rows.columns_mut(first, 3).fill_with_identity();
+        rows.columns_mut(first + 3, 3).copy_from(&about);
+    }
+    let here = course.anywhere(&at, [0.0; 3]);
+    for own in &solution.effects {
+        for (place, moved) in own.places().zip(own.effect.columns(&at, &here, 0)) {
+            rows.set_column(place, &(turn * moved));
+        }
+    }
+    let noise = solution.levels.position;
+    let axes = Vector3::from(noise.position_by_axis());
+    let of_joints = turn * at.by_joints * noise.joint();
+    let noise =
+        Matrix3::from_diagonal(&axes.component_mul(&axes)) + of_joints * of_joints.transpose();
+    Some((pose.joints, rows, noise))
 }

@@ -222,8 +222,7 @@ fn searched(case: &Case<'_>) -> Option<Found> {
         // What explains a stated noise needs no further fault.
         let open = |own: &&Fitted| depth == 0 || !own.is_explained();
         for state in beam.iter().filter(open) {
-            let cand = search.candidates(state);
-            for hypothesis in cand {
+            for hypothesis in search.candidates(state) {
                 let known = next.iter().any(|own| own.hypothesis == hypothesis);
                 let fitted = (!known).then(|| search.settled(hypothesis)).flatten();
                 next.extend(fitted.filter(|own| own.is_number() || own.is_in_residuals(state)));

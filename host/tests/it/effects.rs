@@ -49,8 +49,13 @@ const CASES: [Case; 7] = [
 
 const NOISE: f64 = 0.02;
 
-/// A robot and its readings, with everything off by its σ; the true robot.
-fn made(case: &Case, file: &RobotFile, seed: u64) -> (RobotFile, Readings, delta_cal::Robot<f64>) {
+/// A robot and its readings at random poses and then at others, with everything off by its σ; the true robot.
+fn made(
+    case: &Case,
+    file: &RobotFile,
+    seed: u64,
+    (random, others): (usize, &[[f64; 3]]),
+) -> (RobotFile, Readings, delta_cal::Robot<f64>) {
     let mut rng = Pcg32::seed_from_u64(seed);
     let angle = 0.2_f64.to_radians();
     let tolerance = file.tolerance.unwrap().with_joint_zero(angle).unwrap();
@@ -111,8 +116,11 @@ fn made(case: &Case, file: &RobotFile, seed: u64) -> (RobotFile, Readings, delta
         .map(|own| own.name.clone())
         .collect();
     let mut rng = Pcg32::seed_from_u64(seed + 1_000_000);
-    for index in 0..31 {
+    for index in 0..random + others.len() {
         let joints = loop {
+            if index >= random {
+                break others[index - random];
+            }
             let joints = random_pose(&truth, &file.limits, &mut rng).unwrap().joints;
             let clear = [&file.robot, &truth].map(|own| file.reach().clear_position(own, &joints));
             if clear.iter().all(Result::is_ok) {
@@ -143,7 +151,8 @@ fn what_is_off_by_its_sigma_is_in_the_stated_error() {
         let (mut refused, mut all) = (0, 0);
         for (index, file) in rotary(true).iter().enumerate() {
             for seed in 0..seeds {
-                let (file, readings, truth) = made(&case, file, 97 * seed + index as u64);
+                let seed = 97 * seed + index as u64;
+                let (file, readings, truth) = made(&case, file, seed, (31, &[]));
                 all += 1;
                 let report = match calibrate(&file, &readings, &Options::in_frame(case.frame)) {
                     Ok(report) => report,
@@ -184,5 +193,49 @@ fn what_is_off_by_its_sigma_is_in_the_stated_error() {
                 case.name
             );
         }
+    }
+}
+
+/// Poses to measure next bring what is promised of them, whatever else is unknown.
+#[test]
+fn poses_to_measure_next_keep_their_promise() {
+    let seeds = delta_cal_tests::size(1, 5);
+    for case in [&CASES[0], &CASES[3], &CASES[6]] {
+        let mut ratios = Vec::new();
+        for (index, file) in rotary(true).iter().enumerate() {
+            for seed in 0..seeds {
+                let options = Options::in_frame(case.frame);
+                let calibrated = |others: &[[f64; 3]]| {
+                    let (file, readings, _) =
+                        made(case, file, 31 * seed + index as u64, (14, others));
+                    calibrate(&file, &readings, &options).ok()
+                };
+                let Some(report) = calibrated(&[]) else {
+                    continue;
+                };
+                let joints: Vec<_> = report
+                    .next_poses
+                    .iter()
+                    .map(|own| own.joints.map(f64::to_radians))
+                    .collect();
+                let promised = report.next_poses.last().expect("poses").expected_error_mm;
+                let Some(report) = calibrated(&joints) else {
+                    continue;
+                };
+                let reached = report.expected_error.unwrap();
+                let reached = match (case.frame, case.targets) {
+                    (Frame::Sensor, 3) => reached.relative_rms_mm,
+                    _ => reached.absolute_rms_mm,
+                };
+                ratios.push(reached / promised);
+            }
+        }
+        let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+        println!("{}: reached/promised {mean:.3}, {ratios:.2?}", case.name);
+        assert!(
+            ratios.len() >= 6 && (0.85..1.15).contains(&mean),
+            "{}: {mean}",
+            case.name
+        );
     }
 }

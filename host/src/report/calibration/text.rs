@@ -369,7 +369,7 @@ pub(super) fn places(report: &Report) -> Vec<Section> {
 /// What to measure next.
 pub(super) fn next(report: &Report) -> Option<Section> {
     let title = Section::new("What to measure next");
-    if !report.solution.is_absolute() {
+    if report.next_poses.is_empty() {
         let frame = match report.frame {
             Frame::Base => "",
             Frame::Sensor => " --frame sensor",
@@ -379,24 +379,66 @@ pub(super) fn next(report: &Report) -> Option<Section> {
             report.robot_file, report.samples_file
         )));
     }
-    let now = report.expected_error?.absolute_rms_mm;
+    let expected = report.expected_error?;
+    let (now, of) = if report.solution.is_absolute() {
+        (expected.absolute_rms_mm, "expected error")
+    } else {
+        (expected.relative_rms_mm, "expected relative error")
+    };
+    let limiting = limiting(report, now);
     let last = report.next_poses.last();
-    let last = last.filter(|own| own.expected_error_mm < now)?;
+    let Some(last) = last.filter(|own| own.expected_error_mm < now) else {
+        return limiting.map(|own| title.text(own));
+    };
     let names = report.before.convention.joint_names();
     let table = Table::of(&report.next_poses)
         .column(names[0].clone(), |own| format!("{:.1}", own.joints[0]))
         .column(names[1].clone(), |own| format!("{:.1}", own.joints[1]))
         .column(names[2].clone(), |own| format!("{:.1}", own.joints[2]))
-        .column("expected error, mm", |own| {
+        .column(format!("{of}, mm"), |own| {
             significant(own.expected_error_mm, 2)
         })
         .table();
-    Some(title.table(table).text(format!(
-        "x, y and z at these poses would lower the expected error from {} to {} mm.",
+    let poses = format!(
+        "x, y and z at these poses would lower the {of} from {} to {} mm.",
         significant(now, 2),
         significant(last.expected_error_mm, 2)
-    )))
+    );
+    Some(
+        limiting
+            .into_iter()
+            .fold(title.table(table).text(poses), Section::text),
+    )
 }
+
+/// What to measure in place of poses where a datum or a target makes most of the expected error.
+fn limiting(report: &Report, now: f64) -> Option<String> {
+    let largest = report.budget.first()?;
+    let absolute = report.solution.is_absolute();
+    let (share, exact) = if absolute {
+        (largest.absolute_share, largest.without_absolute_mm?)
+    } else {
+        (largest.relative_share, largest.without_relative_mm?)
+    };
+    let what = match largest.source.as_str() {
+        "datum" => "more datum points, or their coordinates more accurately",
+        "scale" => {
+            "a longer known distance, or the temperature of the robot, and state the [noise] scale"
+        }
+        _ => "the place of the target on the platform, or add a second target",
+    };
+    (share > MOST_OF_ALL).then(|| {
+        format!(
+            "Most of the expected error comes from the {}: measure {what}. Were it exact, the error would be {} in place of {} mm.",
+            largest.source,
+            significant(exact, 2),
+            significant(now, 2)
+        )
+    })
+}
+
+/// Share of the variance of one source that is worth measuring first.
+const MOST_OF_ALL: f64 = 0.5;
 
 pub(super) fn findings(report: &Report) -> Section {
     let of = |level: Level| -> Vec<String> {

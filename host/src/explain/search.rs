@@ -219,8 +219,8 @@ fn searched(case: &Case<'_>) -> Option<Found> {
                 next.extend(search.fitted(Hypothesis::without(&rows)));
             }
         }
-        // What explains a stated noise needs no further fault.
-        let open = |own: &&Fitted| depth == 0 || !own.is_explained();
+        // What explains a stated noise needs no further fault, and a wrong number of the robot file is corrected first.
+        let open = |own: &&Fitted| depth == 0 || !(own.is_explained() || own.is_number());
         for state in beam.iter().filter(open) {
             for hypothesis in search.candidates(state) {
                 let known = next.iter().any(|own| own.hypothesis == hypothesis);

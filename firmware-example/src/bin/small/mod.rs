@@ -19,11 +19,19 @@ use cortex_m_semihosting::hio;
 use critical_section::Mutex;
 use delta_cal::nalgebra::Vector3;
 use delta_cal::{Real, Refusal, Robot};
-use delta_cal_firmware_example::{
-    ControlLoop, Halves, NewParameters, ParameterFlash, Path, nominal,
-};
+use delta_cal_controller::{ControlLoop, Halves, Limits, NewParameters, ParameterFlash, Path};
+
+use delta_cal_firmware_example::{TURNS_A_SECOND, nominal};
 use emulated::TICKS_A_TURN;
 use plant::Plant;
+
+/// The simulated drives are at full speed within a turn. State the limits of yours.
+const LIMITS: Limits<f32> = Limits {
+    turns_a_second: TURNS_A_SECOND,
+    blend_turns: TURNS_A_SECOND / 2,
+    speed: 5.0,
+    acceleration: 5000.0,
+};
 
 /// Straight to a target, at most `step` per turn. Replace by your motion planner.
 #[derive(Clone, Copy)]
@@ -113,8 +121,9 @@ fn start(timer: &mut SYST, robot: &Robot<f32>, plant: Plant) {
         target: home,
         step: 0.0,
     };
+    // A real board reads where its joints are: here at 0. They approach the path from there.
     let machine = Machine {
-        control_loop: ControlLoop::new(&new(robot), line),
+        control_loop: ControlLoop::new(&new(robot), line, &LIMITS, [0.0; 3]),
         plant,
         probe: None,
         touched: None,
@@ -157,7 +166,7 @@ pub(crate) fn joints() -> [f32; 3] {
     with(|machine| machine.control_loop.state.joints)
 }
 
-/// Stores new parameters and hands them to the control loop, which blends over within half a second.
+/// Stores new parameters, for the next start.
 fn take_over(store: &mut Store, robot: &Robot<f32>) {
     let mut bytes = [0; size_of::<Parameters>()];
     let parameters = robot.parameters();
@@ -169,10 +178,6 @@ fn take_over(store: &mut Store, robot: &Robot<f32>) {
         fail("not stored");
     }
     show("calibrated and stored", 0);
-    while !with(|machine| machine.control_loop.switch_to(&new(robot))) {}
-    while with(|machine| machine.control_loop.switching()) {
-        cortex_m::asm::wfi();
-    }
 }
 
 pub(crate) type Store = Halves<&'static mut ParameterFlash>;

@@ -38,7 +38,8 @@ def frames(name, T):
     yield "identify", REQUEST, [u8(0)]
     yield "parameters", REQUEST, [u8(1), u8(1)]
     yield f"begin_{name}", REQUEST, [
-        u8(2), u32(SESSION), SOME, T(0.5, 0.0078125), SOME, T(0.0625, 0.0625, 0.125), T(0.0), u8(1), u8(0), SOME, T(20.0)]
+        u8(2), u32(SESSION), SOME, T(0.5, 0.0078125), SOME, T(0.125), SOME, T(0.0625, 0.0625, 0.125), T(0.0), u8(1), u8(0),
+        SOME, T(20.0)]
     yield f"sample_{name}", REQUEST, [u8(3), u32(SESSION, 7), T(0.5, 0.25, -0.125), T(1.5, -2.5, -450.0)]
     yield "solve", REQUEST, [u8(4), u32(SESSION, 40)]
     yield "status", REQUEST, [u8(5)]

@@ -290,3 +290,22 @@ fn a_peer_that_is_no_controller_is_reported() {
         ";
     assert_refused(&folder, &format!("device --port {port}"), table);
 }
+
+/// A driver that was written from docs/protocol.md alone, in another language.
+#[test]
+fn the_page_is_enough_for_another_driver() {
+    if !delta_cal_verify::have(&["python3"]) {
+        return;
+    }
+    for port in [controller::<f32>(false), controller::<f64>(false)] {
+        let address = port.strip_prefix("tcp:").unwrap();
+        let run = std::process::Command::new("python3")
+            .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+            .args(["-B", "tests/driver/driver.py", address])
+            .arg("protocol/src/golden.txt")
+            .arg("host/examples/paper-robot/samples.csv")
+            .output()
+            .unwrap();
+        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    }
+}

@@ -194,7 +194,7 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
                 control.turns
             );
         }
-        self.geometries.spare(&control);
+        self.geometries.note(&control);
         self.control = control;
     }
 
@@ -259,17 +259,17 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
                 if there != *fingerprint {
                     return Err(Fault::OtherParameters { there });
                 }
-                let switched = self.geometries.apply(*from, &robot, &self.control)?;
+                let switched = self.geometries.apply(*from, &robot)?;
                 self.streams.forget();
                 self.switched(switched)
             }
             Request::Revert { from, to } => {
-                let switched = self.geometries.revert(*from, *to, &self.control)?;
+                let switched = self.geometries.revert(*from, *to)?;
                 self.switched(switched)
             }
             Request::Adopt { from, geometry } => {
                 let robot = geometry.robot().map_err(Fault::Geometry)?;
-                let switched = self.geometries.apply(*from, &robot, &self.control)?;
+                let switched = self.geometries.apply(*from, &robot)?;
                 self.switched(switched)
             }
             _ => return Err(Fault::UnknownRequest),

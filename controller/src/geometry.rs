@@ -49,6 +49,8 @@ pub(crate) struct Geometries<T: Number, F> {
     /// The changes that may follow, and the turn that allowed the last of them.
     spare: u32,
     spared: u32,
+    /// The point that the joints follow, mm.
+    at: Option<Vector3<T>>,
     pub(crate) store: Halves<F>,
 }
 
@@ -75,6 +77,7 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
             other: false,
             spare: CHANGES,
             spared: 0,
+            at: None,
         };
         if let Err(error) = geometries.read() {
             log!(warn, "nothing usable stored: {}", error);
@@ -140,8 +143,9 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
         robot.arms().iter().all(|arm| arm.la().0 > T::ZERO) && self.work.iter().all(near)
     }
 
-    /// Allows for another change when its time has come.
-    pub(crate) fn spare(&mut self, control: &ControlLoop<T>) {
+    /// Notes where the joints are, and allows for another change when its time has come.
+    pub(crate) fn note(&mut self, control: &ControlLoop<T>) {
+        self.at = (control.motion == Motion::Following).then(|| control.point.into());
         let turns = control
             .turns_a_second
             .max(1)
@@ -170,22 +174,12 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
 
     /// Makes a calibrated robot current, replacing the parameters of generation `from`; returns whether it was not
     /// already.
-    pub(crate) fn apply(
-        &mut self,
-        from: u32,
-        robot: &Robot<T>,
-        control: &ControlLoop<T>,
-    ) -> Result<bool, Fault> {
-        self.change_to(from, Some(Geometry::of(robot)), self.sets.0, control)
+    pub(crate) fn apply(&mut self, from: u32, robot: &Robot<T>) -> Result<bool, Fault> {
+        self.change_to(from, Some(Geometry::of(robot)), self.sets.0)
     }
 
     /// Reverts the parameters of generation `from`; returns whether that changed anything.
-    pub(crate) fn revert(
-        &mut self,
-        from: u32,
-        to: RevertTo,
-        control: &ControlLoop<T>,
-    ) -> Result<bool, Fault> {
+    pub(crate) fn revert(&mut self, from: u32, to: RevertTo) -> Result<bool, Fault> {
         let (_, previous) = self.sets;
         let geometry = match to {
             RevertTo::Previous if self.other => return Err(Fault::OtherStore),
@@ -193,7 +187,7 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
             RevertTo::Nominal => None,
         };
         // A rejected calibration cannot be reverted to.
-        self.change_to(from, geometry, previous, control)
+        self.change_to(from, geometry, previous)
     }
 
     /// Updates flash before anything else.
@@ -203,7 +197,6 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
         from: u32,
         geometry: Option<Geometry<T>>,
         previous: Option<Geometry<T>>,
-        control: &ControlLoop<T>,
     ) -> Result<bool, Fault> {
         if self.other && geometry.is_some() {
             return Err(Fault::OtherStore);
@@ -221,8 +214,7 @@ impl<T: Number, F: NorFlash> Geometries<T, F> {
             return Err(Fault::OtherRobot);
         }
         // The joints would have to jump. Where they stand still anyway, nothing moves.
-        let following = control.motion == Motion::Following;
-        if following && new.robot.inverse(&control.point.into()).is_err() {
+        if (self.at).is_some_and(|point| new.robot.inverse(&point).is_err()) {
             return Err(Fault::Unreachable);
         }
         self.spare = self.spare.checked_sub(1).ok_or(Fault::TooOften)?;

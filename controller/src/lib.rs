@@ -31,6 +31,6 @@ pub use controller::Controller;
 pub use geometry::Machine;
 pub use halves::{Halves, StoreError};
 pub use handover::{Background, Foreground, Handover, Timer};
-pub use limiter::Limits;
+pub use limiter::{Limiter, Limits};
 pub use ram_flash::{PAGE, ParameterFlash, RamFlash, StreamFlash, WORD};
 pub use stream_store::{Number, StreamPace};

@@ -19,9 +19,9 @@ pub struct Limits<T> {
 /// The joint targets and their last moves. No move exceeds the limits: neither when it follows, nor when it stops or
 /// approaches.
 #[derive(Debug, Clone)]
-pub(crate) struct Limiter<T: Real> {
+pub struct Limiter<T: Real> {
     /// The targets, rad.
-    pub(crate) joints: [T; 3],
+    pub joints: [T; 3],
     /// How far they moved in the last turn, rad.
     moved: [T; 3],
     /// Largest move in a turn, rad, and the largest change of a move from one turn to the next.
@@ -31,7 +31,7 @@ pub(crate) struct Limiter<T: Real> {
 
 impl<T: Real> Limiter<T> {
     /// At rest.
-    pub(crate) fn new(limits: &Limits<T>, joints: [T; 3]) -> Self {
+    pub fn new(limits: &Limits<T>, joints: [T; 3]) -> Self {
         let turns = T::from_f64(limits.turns_a_second.max(1).into());
         let most = limits.speed / turns;
         // Two angles that are right to a few roundings differ by as much without any acceleration.
@@ -51,7 +51,7 @@ impl<T: Real> Limiter<T> {
 
     /// Moves to exactly these targets, or if that would exceed a limit (or they are not numbers) returns `false` and
     /// moves nothing.
-    pub(crate) fn follow(&mut self, wanted: &[T; 3]) -> bool {
+    pub fn follow(&mut self, wanted: &[T; 3]) -> bool {
         let mut moves = [T::ZERO; 3];
         for (arm, own) in moves.iter_mut().enumerate() {
             *own = wanted[arm] - self.joints[arm];

@@ -27,15 +27,11 @@ pub fn nominal<T: Real>() -> Result<Robot<T>, GeometryError> {
 }
 
 /// Corners of the work space, mm.
-const WORK: [[f32; 3]; 8] = [
+const WORK: [[f32; 3]; 4] = [
     [120.0, 120.0, -380.0],
-    [120.0, -120.0, -380.0],
-    [-120.0, 120.0, -380.0],
     [-120.0, -120.0, -380.0],
-    [120.0, 120.0, -520.0],
     [120.0, -120.0, -520.0],
     [-120.0, 120.0, -520.0],
-    [-120.0, -120.0, -520.0],
 ];
 
 /// What the board states of its robot; `processor` is the core's CPUID.

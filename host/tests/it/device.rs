@@ -306,6 +306,10 @@ fn the_page_is_enough_for_another_driver() {
             .arg("host/examples/paper-robot/samples.csv")
             .output()
             .unwrap();
-        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+        assert!(
+            run.status.success(),
+            "{}",
+            String::from_utf8_lossy(&run.stderr)
+        );
     }
 }

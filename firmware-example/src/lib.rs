@@ -49,13 +49,13 @@ pub fn machine<T: Real>(processor: u32) -> Result<Machine<T>, GeometryError> {
 /// Turns of the control loop per second.
 pub const TURNS_A_SECOND: u32 = 1000;
 
-/// Half a second to blend; 360°/s and 6000°/s².
+/// Half a second to blend; 6 rad/s and 100 rad/s².
 pub fn limits<T: Real>() -> Limits<T> {
     Limits {
         turns_a_second: TURNS_A_SECOND,
         blend_turns: TURNS_A_SECOND / 2,
-        speed: T::from_f64(6.28),
-        acceleration: T::from_f64(105.0),
+        speed: T::from_f64(6.0),
+        acceleration: T::from_f64(100.0),
     }
 }
 

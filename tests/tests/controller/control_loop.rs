@@ -84,9 +84,7 @@ impl<const HERTZ: u32> Timer for Clock<HERTZ> {
 const TURNS: u32 = 1000;
 const PERIOD: u32 = <Clock>::TICKS_A_SECOND / TURNS;
 
-fn split<'a>(
-    handover: &'a mut Handover<f32>,
-) -> (Background<'a, f32>, Foreground<'a, f32, Circle<f32>>) {
+fn split(handover: &mut Handover<f32>) -> (Background<'_, f32>, Foreground<'_, f32, Circle<f32>>) {
     handover.split(
         &named(&paper_robot()),
         Circle::default(),

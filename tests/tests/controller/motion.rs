@@ -180,8 +180,8 @@ fn runs<T: Number>(seed: u64, counts: &mut Counts) {
         }
         if rng.next_u32().is_multiple_of(100) {
             // Of the last stop, or a late one.
-            background
-                .let_resume(state.stopped - u32::from(rng.next_u32() % 4 == 0).min(state.stopped));
+            let late = u32::from(rng.next_u32().is_multiple_of(4));
+            background.let_resume(state.stopped.saturating_sub(late));
         }
         let stop = state.stopped == state.turns;
         counts.too_fast += u32::from(stop && state.motion == Motion::TooFast);

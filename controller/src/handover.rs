@@ -119,7 +119,9 @@ impl<T: Real, P: Path<T>> Foreground<'_, T, P> {
     pub fn turn<C: Timer>(&mut self, timer: &C, drive: impl FnOnce(&[T; 3])) {
         let (now, period) = (timer.now(), i64::from(C::TICKS_A_SECOND));
         let turns = i64::from(self.control_loop.state.turns_a_second);
-        debug_assert!(period / 10 >= turns && i64::from(C::MASK / 2) >= period / turns);
+        debug_assert!(
+            turns > 0 && period / 10 >= turns && i64::from(C::MASK / 2) >= period / turns
+        );
         if let Some(began) = self.began {
             let ticks = now.wrapping_sub(began) & C::MASK;
             let time = i64::from(ticks) * turns;

@@ -313,3 +313,15 @@ fn the_page_is_enough_for_another_driver() {
         );
     }
 }
+
+/// Two programs would each take bytes from the other.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_serial_port_is_open_once() {
+    let port: delta_cal_host::device::Port = "/dev/ptmx".parse().unwrap();
+    let first = port.open(115_200).unwrap();
+    let again = port.open(115_200).unwrap_err();
+    assert_eq!(again.kind(), ErrorKind::ResourceBusy);
+    drop(first);
+    assert!(port.open(115_200).is_ok());
+}

@@ -42,7 +42,8 @@
 //! | [`JointCalibrator`] | all 24 parameters together | complete positions | constant |
 //! | [`FkmCalibrator`] | the same, and instrument placement | touches, distances, single coordinates | rows |
 //!
-//! The repository's `firmware-example` is a whole controller, and two small ones.
+//! The package `delta-cal-controller` is a whole controller; the repository's `firmware-example` has it on boards, and two
+//! small ones.
 //!
 //! The modules follow the flow of data; each uses only those above it:
 //!

@@ -14,7 +14,8 @@ use cortex_m::peripheral::NVIC;
 use critical_section::Mutex;
 use defmt_semihosting as _;
 use delta_cal::Real;
-use delta_cal_firmware_example::{Foreground, Timer};
+use delta_cal_controller::{Foreground, Timer};
+use delta_cal_firmware_example::Circle;
 use heapless::spsc::Producer;
 
 const BAUD: u32 = 115_200;
@@ -101,7 +102,9 @@ unsafe impl InterruptNumber for Received {
 #[unsafe(no_mangle)]
 static __INTERRUPTS: [extern "C" fn(); 1] = [receive];
 
-static CONTROL: Mutex<Cell<Option<Foreground<'static, Number>>>> = Mutex::new(Cell::new(None));
+type Control = Foreground<'static, Number, Circle<Number>>;
+
+static CONTROL: Mutex<Cell<Option<Control>>> = Mutex::new(Cell::new(None));
 static RECEIVED: Mutex<Cell<Option<Producer<'static, u8>>>> = Mutex::new(Cell::new(None));
 
 static OVERRUN: AtomicU32 = AtomicU32::new(0);
@@ -127,11 +130,7 @@ pub(crate) struct Link {
 
 impl Link {
     /// Enables the interrupts: the control loop runs and bytes are received from now on.
-    pub(crate) fn start(
-        &mut self,
-        control_loop: Foreground<'static, Number>,
-        received: Producer<'static, u8>,
-    ) {
+    pub(crate) fn start(&mut self, control_loop: Control, received: Producer<'static, u8>) {
         critical_section::with(|section| {
             CONTROL.borrow(section).set(Some(control_loop));
             RECEIVED.borrow(section).set(Some(received));
@@ -166,7 +165,7 @@ impl Link {
 
 #[cortex_m_rt::exception]
 fn SysTick() {
-    static mut CONTROL_LOOP: Option<Foreground<'static, Number>> = None;
+    static mut CONTROL_LOOP: Option<Control> = None;
     if CONTROL_LOOP.is_none() {
         *CONTROL_LOOP = critical_section::with(|section| CONTROL.borrow(section).take());
     }

@@ -5,7 +5,8 @@ use core::mem::MaybeUninit;
 use cortex_m::Peripherals;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
-use delta_cal_firmware_example::{ParameterFlash, StreamFlash, TURNS_A_SECOND};
+use delta_cal_controller::{ParameterFlash, StreamFlash};
+use delta_cal_firmware_example::TURNS_A_SECOND;
 
 /// Clock frequency of the core and its timers, Hz.
 pub(crate) const CLOCK: u32 = 25_000_000;

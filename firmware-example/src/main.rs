@@ -12,9 +12,8 @@ mod emulated;
 mod faults;
 
 use board::Link;
-use delta_cal_firmware_example::{
-    Background, Circle, Controller, Handover, ParameterFlash, StreamFlash, nominal,
-};
+use delta_cal_controller::{Background, Controller, Handover, ParameterFlash, StreamFlash};
+use delta_cal_firmware_example::{Circle, limits, machine};
 use emulated::Flash;
 use faults::fail;
 use heapless::spsc::{Producer, Queue};
@@ -53,9 +52,15 @@ fn start(
     static HANDOVER: StaticCell<Handover<Number>> = StaticCell::new();
     let (flash, mut link, processor) = board::take();
     let controller = place(flash, processor);
+    if controller.check().is_err() {
+        fail("impossible flash regions or work points")
+    }
     controller.resume();
     let handover = HANDOVER.init(Handover::default());
-    let (background, foreground) = handover.split(&controller.current(), Circle::default());
+    // A real board reads where its joints are: they approach the path from there.
+    let joints = [0.0; 3];
+    let (background, foreground) =
+        handover.split(&controller.current(), Circle::default(), &limits(), joints);
     link.start(foreground, received);
     (controller, background, link)
 }
@@ -64,10 +69,10 @@ fn start(
 fn place(flash: &'static mut Flash, processor: u32) -> &'static mut Firmware {
     static CONTROLLER: StaticCell<Firmware> = StaticCell::new();
     let (parameters, samples) = (&mut flash.parameters, &mut flash.samples);
-    let Ok(nominal) = nominal() else {
+    let Ok(machine) = machine(processor) else {
         fail("no robot")
     };
-    CONTROLLER.init_with(|| Controller::new(nominal, parameters, samples, processor))
+    CONTROLLER.init_with(|| Controller::new(machine, parameters, samples))
 }
 
 #[inline(never)]

@@ -7,7 +7,7 @@ use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use heapless::Vec;
 
 /// The protocol version, part of every frame.
-pub const VERSION: u8 = 5;
+pub const VERSION: u8 = 6;
 
 /// Sequence number of the answer to a frame whose own is unreadable. Requests never use it.
 pub const UNKNOWN_SEQUENCE: u16 = 0;

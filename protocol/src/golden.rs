@@ -30,7 +30,7 @@ fn golden() -> BTreeMap<&'static str, Vec<u8>> {
 }
 
 /// The requests as `Debug` prints them. 16909060 is session 0x01020304, 2712847316 fingerprint 0xa1b2c3d4.
-const REQUESTS: [(&str, &str); 11] = [
+const REQUESTS: [(&str, &str); 12] = [
     ("identify", "Identify"),
     ("parameters", "Parameters(Nominal)"),
     (
@@ -56,6 +56,7 @@ const REQUESTS: [(&str, &str); 11] = [
         "adopt",
         "Adopt { from: 3, geometry: Geometry { arms: ARMS, transmissions: Some(GEARS) } }",
     ),
+    ("resume", "Resume { stopped: 900 }"),
 ];
 
 /// The responses as `Debug` prints them.
@@ -101,8 +102,8 @@ const RESPONSES: [(&str, &str); 10] = [
 const ARM: [f64; 8] = [164.0, 0.5, -0.25, 0.0, 0.125, 260.75, 0.5, 480.5];
 const GEAR: [f64; 5] = [0.007_812_5, 0.0, -0.5, 0.25, 0.0];
 const CONTROL: &str = "ControlLoop { turns: 1000, longest_ticks: 850, longest_ticks_calibrating: 851, \
-                       ticks_a_second: 25000000, late: 0, unreachable: 0, switches: 1, fingerprint: 2712847316, \
-                       point: [1.5, -2.5, -450.0], joints: [0.5, 0.25, -0.125] }";
+                       ticks_a_second: 25000000, late: 0, stops: 0, switches: 1, fingerprint: 2712847316, \
+                       turns_a_second: 1000, stopped: 900, motion: TooFast, point: [1.5, -2.5, -450.0], joints: [0.5, 0.25, -0.125] }";
 
 /// Reads the single message of a frame through a receiver.
 fn read<M: Wire>(direction: Direction, bytes: &[u8]) -> M {
@@ -187,7 +188,7 @@ fn the_page_shows_these_frames() {
         assert!(golden.values().any(|bytes| *bytes == frame), "{frame:02x?}");
         shown += 1;
     }
-    assert_eq!(shown, 10);
+    assert_eq!(shown, 11);
 }
 
 /// The numbers of refusals, faults and other reasons: every statement of the core about samples survives a round trip.

@@ -3,7 +3,8 @@
 //!
 //! The controller answers each of the driver's requests once and sends nothing unasked. Any frame may be lost, damaged,
 //! repeated or delayed: the driver repeats a request until it is answered, and every request is idempotent, even if a
-//! copy arrives after later requests. Lengths are in millimetres, angles in radians.
+//! copy arrives after later requests; only a late `Begin` discards the open session, which the driver then begins again.
+//! There is no authentication. Lengths are in millimetres, angles in radians.
 //!
 //! ```text
 //! driver                                   controller
@@ -42,7 +43,8 @@ pub use frame::{
 };
 pub use geometry::Geometry;
 pub use messages::{
-    ArmReport, Begin, ControlLoop, Counters, Estimator, Fault, GateStatus, Identity, Origin,
-    ParameterSet, Parameters, Phase, Request, Response, RevertTo, SampleMessage, Scalar, Status,
+    ArmReport, Begin, ControlLoop, Counters, Estimator, Fault, GateStatus, Identity, Motion,
+    Origin, ParameterSet, Parameters, Phase, Request, Response, RevertTo, SampleMessage, Scalar,
+    Status,
 };
 pub use wire::{Reader, Wire, Writer};

@@ -65,6 +65,12 @@ pub enum Request<T> {
         /// The geometry.
         geometry: Geometry<T>,
     },
+    /// Lets the joints approach the path again after a stop; nothing changes if they did not stop at that turn. Answer:
+    /// [`Response::Status`], of the turn before.
+    Resume {
+        /// The turn of the [stop](ControlLoop::stopped).
+        stopped: u32,
+    },
 }
 
 /// One of the controller's geometries.
@@ -191,6 +197,18 @@ pub enum Fault {
     Store,
     /// The numbers of an [`Request::Adopt`] do not describe a valid robot.
     Geometry(GeometryError),
+    /// Not the controller's robot: an arm is not positive, or a work point is out of reach or moves by more than a
+    /// twentieth of the nominal forearm.
+    OtherRobot,
+    /// The robot cannot reach the point that the platform is at.
+    Unreachable,
+    /// The store holds parameters of another firmware version or robot. Only a [`Request::Revert`] to the nominal robot
+    /// replaces them.
+    OtherStore,
+    /// Too many changes in the last hour: each wears the flash.
+    TooOften,
+    /// A flash region does not fit: too small, or not two halves of whole pages.
+    Region,
 }
 
 /// Identity of a controller.
@@ -233,13 +251,15 @@ pub struct Parameters<T> {
 pub enum Origin {
     /// The nominal robot: nothing else was ever stored, or it was reverted to.
     Nominal,
-    /// The nominal robot, because the stored data is damaged or belongs to another robot.
+    /// The nominal robot, because the stored data is damaged.
     NominalStoreDamaged,
     /// A calibration.
     Calibration,
     /// A calibration, but part of the store is damaged or was interrupted while being written: it may be the one before
     /// the last.
     CalibrationStoreDamaged,
+    /// The nominal robot, because the stored parameters are those of another firmware version or robot.
+    NominalStoreOther,
 }
 
 /// Status of the controller.
@@ -309,6 +329,20 @@ pub enum Phase {
     },
 }
 
+/// What the joints do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Motion {
+    /// They approach the last point.
+    Approaching,
+    /// They follow the path.
+    Following,
+    /// They stopped, because a point was out of reach.
+    Unreachable,
+    /// They stopped, because the path asked for more speed or acceleration than the drives have.
+    TooFast,
+}
+
 /// Statistics of the control loop since the controller started.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControlLoop<T> {
@@ -322,15 +356,21 @@ pub struct ControlLoop<T> {
     pub ticks_a_second: u32,
     /// Cycles that began late or were skipped.
     pub late: u32,
-    /// Cycles whose point was unreachable: the joints kept their targets.
-    pub unreachable: u32,
+    /// Number of stops, see [`Motion`].
+    pub stops: u32,
     /// Number of switches to other parameters.
     pub switches: u32,
     /// Fingerprint of the parameters in use.
     pub fingerprint: u32,
+    /// Cycles per second.
+    pub turns_a_second: u32,
+    /// The cycle of the last stop; 0 if there was none.
+    pub stopped: u32,
+    /// What the joints do.
+    pub motion: Motion,
     /// The last point of the path, mm.
     pub point: [T; 3],
-    /// The joint angles of that point, radians.
+    /// The joint targets, radians; while following, those of that point.
     pub joints: [T; 3],
 }
 
@@ -343,9 +383,12 @@ impl<T: Real> ControlLoop<T> {
             longest_ticks_calibrating: 0,
             ticks_a_second: 1,
             late: 0,
-            unreachable: 0,
+            stops: 0,
             switches: 0,
             fingerprint,
+            turns_a_second: 0,
+            stopped: 0,
+            motion: Motion::Approaching,
             point: [T::ZERO; 3],
             joints: [T::ZERO; 3],
         }
@@ -478,6 +521,7 @@ numbers! {
         8: Revert { from, to },
         9: Counters,
         10: Adopt { from, geometry },
+        11: Resume { stopped },
     }
 
     Response<T> {
@@ -503,6 +547,11 @@ numbers! {
         9: OtherParameters { there },
         10: Store,
         11: Geometry(error),
+        12: OtherRobot,
+        13: Unreachable,
+        14: OtherStore,
+        15: TooOften,
+        16: Region,
     }
 
     ParameterSet {
@@ -525,6 +574,14 @@ numbers! {
         1: NominalStoreDamaged,
         2: Calibration,
         3: CalibrationStoreDamaged,
+        4: NominalStoreOther,
+    }
+
+    Motion {
+        0: Approaching,
+        1: Following,
+        2: Unreachable,
+        3: TooFast,
     }
 
     Phase {
@@ -549,8 +606,8 @@ fields! {
     Status<T> { session, phase, gate, control }
     GateStatus { taken, untested, rejected, alarm }
     ControlLoop<T> {
-        turns, longest_ticks, longest_ticks_calibrating, ticks_a_second, late, unreachable, switches, fingerprint, point,
-        joints,
+        turns, longest_ticks, longest_ticks_calibrating, ticks_a_second, late, stops, switches, fingerprint,
+        turns_a_second, stopped, motion, point, joints,
     }
     ArmReport<T> {
         arm, parameters, transmission, sigma, residual_rms, estimated_noise, degrees_of_freedom, samples, iterations,

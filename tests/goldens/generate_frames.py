@@ -3,7 +3,7 @@
 import struct
 import zlib
 
-VERSION, SEQUENCE = 5, 0x1234
+VERSION, SEQUENCE = 6, 0x1234
 
 
 def stuffed(content):
@@ -33,12 +33,13 @@ REQUEST, RESPONSE = 0, 1
 
 
 def frames(name, T):
-    control = u32(1000, 850, 851, 25_000_000, 0, 0, 1, FINGERPRINT) + T(1.5, -2.5, -450.0) + T(0.5, 0.25, -0.125)
+    control = u32(1000, 850, 851, 25_000_000, 0, 0, 1, FINGERPRINT, 1000, 900) + u8(3) + T(1.5, -2.5, -450.0) + T(0.5, 0.25, -0.125)
     geometry = T(*ARM * 3)
     yield "identify", REQUEST, [u8(0)]
     yield "parameters", REQUEST, [u8(1), u8(1)]
     yield f"begin_{name}", REQUEST, [
-        u8(2), u32(SESSION), SOME, T(0.5, 0.0078125), SOME, T(0.0625, 0.0625, 0.125), T(0.0), u8(1), u8(0), SOME, T(20.0)]
+        u8(2), u32(SESSION), SOME, T(0.5, 0.0078125), SOME, T(0.125), SOME, T(0.0625, 0.0625, 0.125), T(0.0), u8(1), u8(0),
+        SOME, T(20.0)]
     yield f"sample_{name}", REQUEST, [u8(3), u32(SESSION, 7), T(0.5, 0.25, -0.125), T(1.5, -2.5, -450.0)]
     yield "solve", REQUEST, [u8(4), u32(SESSION, 40)]
     yield "status", REQUEST, [u8(5)]
@@ -47,6 +48,7 @@ def frames(name, T):
     yield "revert", REQUEST, [u8(8), u32(GENERATION), u8(1)]
     yield "counters", REQUEST, [u8(9)]
     yield f"adopt_{name}", REQUEST, [u8(10), u32(GENERATION), geometry, SOME, T(*GEAR * 3)]
+    yield "resume", REQUEST, [u8(11), u32(900)]
     yield "fault_out_of_order", RESPONSE, [u8(0), u8(4), u32(5)]
     yield "fault_sample", RESPONSE, [u8(0), u8(5), u8(52), u8(1)]
     yield "fault_geometry", RESPONSE, [u8(0), u8(11), u8(31), u8(7)]

@@ -1,4 +1,4 @@
-//! The controller of `firmware-example`, run in this process and driven with real frames: sessions,
+//! The controller, run in this process and driven with real frames: sessions,
 //! faults of the link, faults of the store, and the control loop beside it.
 
 // Numbers that must be the same are compared as such.
@@ -6,6 +6,7 @@
 
 mod control_loop;
 mod driver;
+mod motion;
 mod parameters;
 mod sessions;
 mod store;

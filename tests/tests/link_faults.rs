@@ -4,10 +4,11 @@
 mod stubborn;
 
 use delta_cal::Sample;
-use delta_cal_firmware_example::{
-    Background, Circle, Controller, Foreground, Handover, Number, ParameterFlash, StreamFlash,
-    StreamPace, Timer, nominal,
+use delta_cal_controller::{
+    Background, Controller, Foreground, Handover, Number, ParameterFlash, StreamFlash, StreamPace,
+    Timer,
 };
+use delta_cal_firmware_example::{Circle, limits, machine};
 use delta_cal_host::device::{
     Client, DeviceError, Patience, Transport, apply, begin, calibrate, check_nominal, samples,
 };
@@ -186,11 +187,11 @@ fn every_byte_turned_into_a_delimiter_or_preceded_by_one() {
 /// Every sample is stored, or none before a minute has passed.
 const PACES: [StreamPace; 2] = [
     StreamPace {
-        turns: 0,
+        seconds: 0,
         part: u32::MAX,
     },
     StreamPace {
-        turns: 60_000,
+        seconds: 60,
         part: 16,
     },
 ];
@@ -296,14 +297,14 @@ fn a_harmed_link_loses_requests() {
 /// Turns of the control loop between two looks at the link.
 const TURNS: u32 = 20;
 
-/// Time stands still: nothing here depends on it.
-struct Still;
+/// Every turn is punctual: nothing here depends on time.
+struct Turns(u32);
 
-impl Timer for Still {
-    const TICKS_A_SECOND: u32 = 25_000_000;
-    const MASK: u32 = 0x00ff_ffff;
+impl Timer for Turns {
+    const TICKS_A_SECOND: u32 = 1_000_000;
+    const MASK: u32 = u32::MAX;
     fn now(&self) -> u32 {
-        0
+        self.0.wrapping_mul(1000)
     }
 }
 
@@ -311,17 +312,22 @@ impl Timer for Still {
 struct On<T: Number> {
     controller: Controller<T, ParameterFlash, StreamFlash>,
     background: Background<'static, T>,
-    foreground: Foreground<'static, T>,
+    foreground: Foreground<'static, T, Circle<T>>,
 }
 
 impl<T: Number> On<T> {
     fn start(flash: ParameterFlash, stream_flash: StreamFlash, pace: StreamPace) -> Self {
-        let mut controller = Controller::new(nominal().unwrap(), flash, stream_flash, 0);
+        let mut controller = Controller::new(machine(0).unwrap(), flash, stream_flash);
         controller.set_stream_pace(pace);
         controller.resume();
         // Static memory on a controller; here a kilobyte that stays allocated after each start.
         let handover = Box::leak(Box::new(Handover::default()));
-        let (background, foreground) = handover.split(&controller.current(), Circle::default());
+        let (background, foreground) = handover.split(
+            &controller.current(),
+            Circle::default(),
+            &limits(),
+            [T::ZERO; 3],
+        );
         Self {
             controller,
             background,
@@ -453,7 +459,8 @@ impl<T: Number> Bench<T> {
     fn run(&mut self) {
         let on = self.on.as_mut().unwrap();
         for _ in 0..TURNS {
-            on.foreground.turn(&Still, |_| {});
+            let now = Turns(on.foreground.control_loop.state.turns);
+            on.foreground.turn(&now, |_| {});
             on.background.exchange(&mut on.controller);
         }
         on.controller.idle();

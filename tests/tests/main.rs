@@ -10,6 +10,7 @@
     clippy::cast_sign_loss
 )]
 
+mod board_page;
 mod budgets;
 mod controller;
 mod derivatives;

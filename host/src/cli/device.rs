@@ -20,7 +20,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::Drive;
-use delta_cal_protocol::{Estimator, ParameterSet, Parameters, RevertTo, Scalar};
+use delta_cal_protocol::{Estimator, ParameterSet, Parameters, Request, RevertTo, Scalar};
 use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write;
 use std::io;
@@ -34,7 +34,7 @@ Examples:
   delta-cal device --port tcp:192.168.0.7:4000 apply calibrated.toml
   delta-cal device --port /dev/ttyACM0 revert
 
-The controller keeps its parameters until --apply, apply or revert asks it for others. If the link \
+There is no authentication: whoever reaches a network port can change the robot. The controller keeps its parameters until --apply, apply or revert asks it for others. If the link \
 breaks or the command is interrupted after that, status shows which are in use. Repeating a command does no harm.";
 
 const CALIBRATE_HELP: &str = "\
@@ -69,7 +69,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = DEVICE_HELP)]
 pub(crate) struct DeviceArguments {
-    /// Address of the controller: a serial port (/dev/ttyACM0, COM3) or tcp:HOST:PORT
+    /// Address of the controller: a serial port (/dev/ttyACM0, COM3), tcp:HOST:PORT, or tcp:PORT on this computer
     #[arg(
         long,
         global = true,
@@ -115,6 +115,8 @@ enum DeviceCommand {
         #[arg(long)]
         nominal: bool,
     },
+    /// Let the joints approach the path again after a stop that status shows
+    Resume,
 }
 
 #[derive(Debug, Args)]
@@ -166,6 +168,7 @@ enum Job<'a> {
     /// The robot file, if any, supplies everything but the geometry.
     Parameters(&'a ParametersArguments, Option<RobotFile>),
     Revert(RevertTo),
+    Resume,
 }
 
 pub(crate) fn run(arguments: &DeviceArguments) -> Result<(), Failure> {
@@ -181,6 +184,7 @@ pub(crate) fn run(arguments: &DeviceArguments) -> Result<(), Failure> {
         }
         DeviceCommand::Revert { nominal: true } => Job::Revert(RevertTo::Nominal),
         DeviceCommand::Revert { nominal: false } => Job::Revert(RevertTo::Previous),
+        DeviceCommand::Resume => Job::Resume,
     };
     let port = port(arguments)?;
     let link = port.open(arguments.baud.unwrap_or(BAUD));
@@ -250,6 +254,11 @@ impl Job<'_> {
             Self::Status => status::<T>(client),
             Self::Parameters(own, template) => parameters::<T>(client, own, template, port),
             Self::Revert(to) => revert::<T>(client, to),
+            Self::Resume => {
+                let stopped = client.status::<T>()?.control.stopped;
+                client.ask(&Request::<T>::Resume { stopped })?;
+                status::<T>(client)
+            }
         }
     }
 }

@@ -33,10 +33,12 @@ pub trait Transport {
     }
 }
 
-/// The address of a controller: `/dev/ttyACM0` or `tcp:HOST:PORT`.
+/// The address of a controller: `/dev/ttyACM0`, `tcp:HOST:PORT`, or `tcp:PORT` on this computer. The protocol has no
+/// authentication: whoever reaches the port can change the robot.
 ///
 /// ```
 /// use delta_cal_host::device::Port;
+/// assert_eq!("tcp:4000".parse(), Ok(Port::Tcp("127.0.0.1:4000".into())));
 /// assert_eq!("tcp:10.0.0.7:4000".parse(), Ok(Port::Tcp("10.0.0.7:4000".into())));
 /// assert_eq!("/dev/ttyACM0".parse(), Ok(Port::Serial("/dev/ttyACM0".into())));
 /// ```
@@ -62,12 +64,11 @@ impl FromStr for Port {
 
     fn from_str(text: &str) -> Result<Self, &'static str> {
         if let Some(address) = text.strip_prefix("tcp:") {
-            return match address.rsplit_once(':') {
-                Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok() => {
-                    Ok(Self::Tcp(address.to_owned()))
-                }
-                _ => Err("tcp: needs a host and a port number, as in tcp:192.168.0.7:4000"),
-            };
+            let (host, port) = address.rsplit_once(':').unwrap_or(("127.0.0.1", address));
+            if host.is_empty() || port.parse::<u16>().is_err() {
+                return Err("tcp: needs a host and a port number, as in tcp:192.168.0.7:4000");
+            }
+            return Ok(Self::Tcp(format!("{host}:{port}")));
         }
         if text.is_empty() {
             return Err("a port is needed: /dev/ttyACM0 or tcp:HOST:PORT");
@@ -77,8 +78,8 @@ impl FromStr for Port {
 }
 
 impl Port {
-    /// Opens a serial port at `baud`, with 8 data bits, no parity, one stop bit and no flow control, and discards bytes
-    /// received earlier; or connects to the first address of a host that answers.
+    /// Opens a serial port at `baud`, for this program alone, with 8 data bits, no parity, one stop bit and no flow
+    /// control, and discards bytes received earlier; or connects to the first address of a host that answers.
     ///
     /// # Errors
     /// The port or host does not exist, is in use or not permitted, does not support the rate, or does not answer.
@@ -86,6 +87,7 @@ impl Port {
         match self {
             Self::Serial(path) => {
                 let mut port = SerialPort::open(path, baud)?;
+                exclusively(&port)?;
                 port.set_write_timeout(TIMEOUT)?;
                 port.discard_input_buffer()?;
                 Ok(Link::Serial(port))
@@ -106,6 +108,26 @@ impl Port {
             }
         }
     }
+}
+
+/// Locks a serial port as minicom and picocom do: of two programs, each would take bytes from the other. Windows opens a
+/// port only once.
+fn exclusively(port: &SerialPort) -> io::Result<()> {
+    #[cfg(unix)]
+    {
+        // The lock belongs to the open port, which the copy shares, and ends with it.
+        let copy = std::os::fd::AsFd::as_fd(port).try_clone_to_owned()?;
+        std::fs::File::from(copy)
+            .try_lock()
+            .map_err(|error| match error {
+                std::fs::TryLockError::WouldBlock => {
+                    io::Error::new(io::ErrorKind::ResourceBusy, "another program uses it")
+                }
+                std::fs::TryLockError::Error(error) => error,
+            })?;
+    }
+    let _ = port;
+    Ok(())
 }
 
 /// An open port.
@@ -196,7 +218,8 @@ pub enum DeviceError {
     /// A change of parameters was requested; whether the controller uses them is unknown.
     #[error("{0}; the controller may use the new parameters")]
     Unconfirmed(#[source] Box<Self>),
-    /// The parameters were applied, but the controller does not use them.
+    /// The parameters were applied, but the control loop does not use them: it does not turn, or the platform is where
+    /// they cannot reach.
     #[error("the controller stored the new parameters but does not use them")]
     NotInUse,
     /// The controller's parameters are not a robot's geometry.
@@ -233,6 +256,19 @@ impl DeviceError {
             Self::SessionsLost(_) => {
                 "check its power supply, and that no other program uses it; its parameters are unchanged"
             }
+            Self::NotInUse => "look at its control loop with delta-cal device status",
+            Self::Fault(Fault::OtherRobot) => {
+                "its robot is the one that delta-cal device parameters --nominal writes"
+            }
+            Self::Fault(Fault::Unreachable) => {
+                "move the platform to the middle, and repeat the command"
+            }
+            Self::Fault(Fault::OtherStore) => {
+                "save them with the firmware that stored them (delta-cal device parameters), or discard them: \
+                 delta-cal device revert --nominal"
+            }
+            Self::Fault(Fault::TooOften) => "wait a minute: each change wears its flash",
+            Self::Fault(Fault::Region) => "correct its firmware: see docs/board.md",
             Self::Fault(Fault::Store) => {
                 "its parameters are unchanged; its flash may be worn or full"
             }
@@ -267,6 +303,14 @@ const fn fault_in_words(fault: Fault) -> &'static str {
         Fault::OtherParameters { .. } => "the controller's parameters changed meanwhile",
         Fault::Store => "the controller could not store the parameters",
         Fault::Geometry(_) => "the controller does not accept the robot",
+        Fault::OtherRobot => {
+            "not the controller's robot: an arm is not positive, a work point is out of reach, or positions \
+             differ by more than a twentieth of the forearm"
+        }
+        Fault::Unreachable => "the robot cannot reach the point that the platform is at",
+        Fault::OtherStore => "the controller keeps parameters of another firmware version or robot",
+        Fault::TooOften => "too many changes of the controller's parameters",
+        Fault::Region => "a flash region of the controller does not fit",
         _ => "the controller refused the request",
     }
 }

@@ -7,7 +7,7 @@ use crate::report::Versioned;
 use crate::text::{in_unit, small};
 use delta_cal::Parameter;
 use delta_cal_protocol::{
-    ControlLoop, Counters, Geometry, Identity, Origin, Parameters, Phase, Scalar, Status,
+    ControlLoop, Counters, Geometry, Identity, Motion, Origin, Parameters, Phase, Scalar, Status,
 };
 use serde_json::{Map, Value, json};
 use std::fmt::Display;
@@ -87,6 +87,9 @@ pub(crate) const fn origin(origin: Origin) -> &'static str {
         Origin::CalibrationStoreDamaged => {
             "calibrated: part of the store is damaged, it may be the calibration before the last"
         }
+        Origin::NominalStoreOther => {
+            "nominal: the stored parameters are those of another firmware version or robot"
+        }
         _ => "unknown",
     }
 }
@@ -120,6 +123,19 @@ fn microseconds(time: Option<f64>) -> String {
     time.map_or_else(|| "unknown".to_owned(), |time| format!("{time:.1} µs"))
 }
 
+/// What the joints do.
+pub(crate) const fn motion<T>(control: &ControlLoop<T>) -> &'static str {
+    match control.motion {
+        Motion::Approaching => "approaches the path",
+        Motion::Following => "follows the path",
+        Motion::Unreachable => "stopped: a point is out of reach (go on: delta-cal device resume)",
+        Motion::TooFast => {
+            "stopped: the path is faster than the drives (go on: delta-cal device resume)"
+        }
+        _ => "unknown",
+    }
+}
+
 /// The last point of the path, mm, and its joint angles, degrees.
 fn pose<T: Number>(control: &ControlLoop<T>) -> [[f64; 3]; 2] {
     let joints = control.joints.map(|q| q.to_f64().to_degrees());
@@ -132,7 +148,9 @@ fn control_loop<T: Number>(control: &ControlLoop<T>) -> Value {
     json!({
         "turns": control.turns,
         "late": control.late,
-        "unreachable": control.unreachable,
+        "stops": control.stops,
+        "motion": motion(control),
+        "turns_a_second": control.turns_a_second,
         "longest_turn_us": duration(control, control.longest_ticks),
         "longest_turn_calibrating_us": duration(control, control.longest_ticks_calibrating),
         "switches": control.switches,
@@ -190,9 +208,11 @@ pub(crate) fn status<T: Number>(
     let turns = rows(
         "Control loop since the start",
         [
+            ("motion", &motion(control)),
+            ("turns per second", &control.turns_a_second),
             ("turns", &control.turns),
             ("late or left out", &control.late),
-            ("point out of reach", &control.unreachable),
+            ("stops", &control.stops),
             ("longest turn", &longest),
             ("longest turn while calibrating", &calibrating),
             ("switches to other parameters", &control.switches),

@@ -12,8 +12,9 @@ use delta_cal_protocol::{
 
 /// How often a calibration is started over if the controller loses it, and goes on after a restart.
 const SESSIONS: u32 = 5;
-/// Polls for the control loop to switch.
-const LOOKS_AT_SWITCH: u32 = 50;
+/// Polls of a control loop that does not turn, and seconds of its turns, within which it switches.
+const STILL: u32 = 50;
+const LONGEST_SWITCH: u32 = 60;
 
 /// The result for each arm, or the refusal.
 pub type Outcome<T> = Result<[ArmReport<T>; 3], StreamRefusal>;
@@ -42,13 +43,17 @@ impl<T: Number> Finished<T> {
         self.result.as_ref().map(geometry).map_err(|own| *own)
     }
 
-    /// The control loop during the calibration: counters start at the first sample, not at the controller's start.
+    /// The control loop during the calibration: counters start at the first sample, not at the controller's start. If
+    /// it has restarted since, at the restart.
     pub fn control_loop(&self) -> ControlLoop<T> {
         let [before, after] = [&self.status_before, &self.status_after].map(|own| &own.control);
+        if after.turns < before.turns {
+            return *after;
+        }
         ControlLoop {
-            turns: after.turns.wrapping_sub(before.turns),
+            turns: after.turns - before.turns,
             late: after.late.wrapping_sub(before.late),
-            unreachable: after.unreachable.wrapping_sub(before.unreachable),
+            stops: after.stops.wrapping_sub(before.stops),
             ..*after
         }
     }
@@ -292,14 +297,25 @@ pub fn in_use<T: Number, L: Transport>(
     let parameters: Parameters<T> = client
         .parameters(ParameterSet::Current)
         .map_err(DeviceError::unconfirmed)?;
-    if parameters.geometry.fingerprint() == expected {
-        for _ in 0..LOOKS_AT_SWITCH {
-            let status = client.status::<T>().map_err(DeviceError::unconfirmed)?;
-            if status.control.fingerprint == expected {
-                return Ok(parameters);
-            }
-            std::thread::sleep(client.patience().pause);
+    let (mut first, mut last, mut still) = (None, None, 0);
+    // The loop's turns are the clock: only the controller knows how long a blend takes.
+    while parameters.geometry.fingerprint() == expected && still < STILL {
+        let control = client
+            .status::<T>()
+            .map_err(DeviceError::unconfirmed)?
+            .control;
+        if control.fingerprint == expected {
+            return Ok(parameters);
         }
+        let turns = control
+            .turns
+            .wrapping_sub(*first.get_or_insert(control.turns));
+        if turns > control.turns_a_second.saturating_mul(LONGEST_SWITCH) {
+            break;
+        }
+        let turned = last.replace(control.turns) != Some(control.turns);
+        still = if turned { 0 } else { still + 1 };
+        std::thread::sleep(client.patience().pause);
     }
     Err(DeviceError::NotInUse)
 }

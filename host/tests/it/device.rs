@@ -4,21 +4,21 @@ use crate::support::{
     Folder, HEADER, NOMINAL, Run, TOLERANCE, TOWERS, arms_of, assert_refused, csv, exact, noisy,
     number, robot_toml, true_arms,
 };
-use delta_cal_firmware_example::{
-    Circle, Controller, Handover, Number, ParameterFlash, StreamFlash, Timer, nominal,
-};
+use delta_cal_controller::{Controller, Handover, Number, ParameterFlash, StreamFlash, Timer};
+use delta_cal_firmware_example::{Circle, limits, machine};
 use delta_cal_tests::observed::{OBSERVED_ROBOT, observed_rows};
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpListener;
 use std::time::Duration;
 
-struct Still;
+/// Every turn is punctual.
+struct Turns(u32);
 
-impl Timer for Still {
+impl Timer for Turns {
     const TICKS_A_SECOND: u32 = 1_000_000;
-    const MASK: u32 = 0x00ff_ffff;
+    const MASK: u32 = u32::MAX;
     fn now(&self) -> u32 {
-        0
+        self.0.wrapping_mul(1000)
     }
 }
 
@@ -28,12 +28,16 @@ pub(crate) fn controller<T: Number>(mut hangs_up: bool) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = format!("tcp:{}", listener.local_addr().unwrap());
     std::thread::spawn(move || {
-        let robot = nominal::<T>().unwrap();
+        let machine = machine::<T>(0x410f_c241).unwrap();
         let flash = ParameterFlash::new();
-        let mut controller = Controller::new(robot, flash, StreamFlash::new(), 0x410f_c241);
+        let mut controller = Controller::new(machine, flash, StreamFlash::new());
         let mut handover = Handover::default();
-        let (mut background, mut foreground) =
-            handover.split(&controller.current(), Circle::default());
+        let (mut background, mut foreground) = handover.split(
+            &controller.current(),
+            Circle::default(),
+            &limits(),
+            [T::ZERO; 3],
+        );
         for stream in listener.incoming() {
             let mut stream = stream.unwrap();
             let timeout = Some(Duration::from_millis(1));
@@ -60,7 +64,8 @@ pub(crate) fn controller<T: Number>(mut hangs_up: bool) -> String {
                     }
                 }
                 for _ in 0..100 {
-                    foreground.turn(&Still, |_| {});
+                    let now = Turns(foreground.control_loop.state.turns);
+                    foreground.turn(&now, |_| {});
                     background.exchange(&mut controller);
                     controller.idle();
                 }
@@ -284,4 +289,39 @@ fn a_peer_that_is_no_controller_is_reported() {
         status ⇒ 5 ⇒ the link | cable
         ";
     assert_refused(&folder, &format!("device --port {port}"), table);
+}
+
+/// A driver that was written from docs/protocol.md alone, in another language.
+#[test]
+fn the_page_is_enough_for_another_driver() {
+    if !delta_cal_verify::have(&["python3"]) {
+        return;
+    }
+    for port in [controller::<f32>(false), controller::<f64>(false)] {
+        let address = port.strip_prefix("tcp:").unwrap();
+        let run = std::process::Command::new("python3")
+            .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+            .args(["-B", "tests/driver/driver.py", address])
+            .arg("protocol/src/golden.txt")
+            .arg("host/examples/paper-robot/samples.csv")
+            .output()
+            .unwrap();
+        assert!(
+            run.status.success(),
+            "{}",
+            String::from_utf8_lossy(&run.stderr)
+        );
+    }
+}
+
+/// Two programs would each take bytes from the other.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_serial_port_is_open_once() {
+    let port: delta_cal_host::device::Port = "/dev/ptmx".parse().unwrap();
+    let first = port.open(115_200).unwrap();
+    let again = port.open(115_200).unwrap_err();
+    assert_eq!(again.kind(), ErrorKind::ResourceBusy);
+    drop(first);
+    assert!(port.open(115_200).is_ok());
 }

@@ -2,7 +2,8 @@
 
 use crate::numbers::{Bits, Source, finite_robot};
 use delta_cal::ArmIndex;
-use delta_cal_firmware_example::{Controller, ParameterFlash, StreamFlash, StreamPace, nominal};
+use delta_cal_controller::{Controller, ParameterFlash, StreamFlash, StreamPace};
+use delta_cal_firmware_example::machine;
 use delta_cal_protocol::Estimator;
 use delta_cal_protocol::{
     Begin, ControlLoop, Direction, LARGEST_FRAME, Origin, ParameterSet, Phase, Reader as From,
@@ -38,10 +39,10 @@ impl<T: Bits> Bench<T> {
 
     /// Starts a controller that stores every sample.
     pub(crate) fn start_with((flash, stream_flash): (ParameterFlash, StreamFlash)) -> Self {
-        let robot = nominal().expect("the robot as drawn is a robot");
-        let mut controller = Controller::new(robot, flash, stream_flash, 0);
+        let machine = machine(0).expect("the robot as drawn is a robot");
+        let mut controller = Controller::new(machine, flash, stream_flash);
         controller.set_stream_pace(StreamPace {
-            turns: 0,
+            seconds: 0,
             part: u32::MAX,
         });
         controller.resume();

@@ -2,7 +2,7 @@
 
 use crate::controller::{Bench, Raw, frame, messages};
 use crate::numbers::{Bits, Source, finite_robot};
-use delta_cal_firmware_example::ParameterFlash;
+use delta_cal_controller::ParameterFlash;
 use delta_cal_host::device::{self, Client, DeviceError, Patience, Transport, apply, calibrate};
 use delta_cal_host::files::example;
 use delta_cal_host::{InputText, Readings, RobotFile};

@@ -5,7 +5,8 @@ use arbitrary::Unstructured;
 use delta_cal::calibration::{Solver, Start};
 use delta_cal::robot::{Arm, GeometryError};
 use delta_cal::{Noise, Parameter, Real, Robot, RobotOutcome, Sample, Settings, Tolerance};
-use delta_cal_firmware_example::{Number, nominal};
+use delta_cal_controller::Number;
+use delta_cal_firmware_example::nominal;
 use nalgebra::Vector3;
 
 /// A scalar with arbitrary bits.

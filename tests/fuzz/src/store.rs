@@ -3,7 +3,8 @@
 use crate::controller::Bench;
 use crate::numbers::{Bits, Source, finite_robot};
 use crc::{CRC_32_ISO_HDLC, Crc};
-use delta_cal_firmware_example::{PAGE, ParameterFlash, nominal};
+use delta_cal_controller::{PAGE, ParameterFlash};
+use delta_cal_firmware_example::nominal;
 use delta_cal_protocol::{
     Geometry, Origin, ParameterSet, Request, Response, RevertTo, SampleMessage, Wire, Writer,
 };

@@ -2,10 +2,9 @@
 
 use crate::controller::driver::{Driver, Flash, named};
 use core::cell::Cell;
-use delta_cal::{Robot, SymmetricRobot};
-use delta_cal_firmware_example::{
-    BLEND_TURNS, Circle, ControlLoop, Handover, Path, TURNS_A_SECOND, Timer,
-};
+use delta_cal::Robot;
+use delta_cal_controller::{Background, Foreground, Handover, Timer};
+use delta_cal_firmware_example::{Circle, limits};
 use delta_cal_tests::{Spread, generator, paper_robot, perturbed};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -16,94 +15,6 @@ fn robot(number: u64) -> Robot<f32> {
         .unwrap()
 }
 
-#[test]
-fn the_whole_path_is_reached() {
-    for robot in [paper_robot(), robot(1), robot(2)] {
-        let mut control = ControlLoop::new(&named(&robot), Circle::default());
-        let mut path = Circle::default();
-        for _ in 0..5000 {
-            let joints = *control.turn();
-            let point = path.next_point();
-            assert_eq!(joints, robot.inverse(&point).expect("reachable"));
-            let there = robot.forward(&joints).expect("a pose");
-            assert!((there - point).norm() < 1e-3, "{there} instead of {point}");
-        }
-        assert_eq!(control.state.unreachable, 0);
-        assert_eq!(control.state.turns, 5000);
-    }
-}
-
-/// Between two turns the targets move by no more than the path and a cubic blend of the difference
-/// ask for: its steepest slope is 3/2 of the mean one.
-#[test]
-fn joint_targets_do_not_jump_when_the_parameters_change() {
-    let (old, new) = (paper_robot::<f32>(), robot(3));
-    let mut control = ControlLoop::new(&named(&old), Circle::default());
-    let mut path = Circle::default();
-    for _ in 0..777 {
-        control.turn();
-        path.next_point();
-    }
-    assert!(control.switch_to(&named(&new)));
-    let mut before = control.state.joints;
-    let mut old_before = before;
-    let mut new_before = None;
-    let mut largest: f32 = 0.0;
-    for turn in 1..=BLEND_TURNS {
-        assert!(control.switching());
-        assert!(!control.switch_to(&named(&old)), "two blends at once");
-        let joints = *control.turn();
-        let point = path.next_point();
-        let (from, to) = (old.inverse(&point).unwrap(), new.inverse(&point).unwrap());
-        for arm in 0..3 {
-            let difference = (to[arm] - from[arm]).abs();
-            let path_step = (from[arm] - old_before[arm])
-                .abs()
-                .max(new_before.map_or(0.0, |before: [f32; 3]| (to[arm] - before[arm]).abs()));
-            let step = (joints[arm] - before[arm]).abs();
-            let rounding = 8.0 * f32::EPSILON;
-            #[allow(clippy::cast_precision_loss)]
-            let allowed = path_step + 1.5 * difference / BLEND_TURNS as f32 + rounding;
-            assert!(
-                step <= allowed,
-                "turn {turn}: {step} rad, {allowed} allowed"
-            );
-            largest = largest.max(difference);
-        }
-        (before, old_before, new_before) = (joints, from, Some(to));
-    }
-    assert!(largest > 1e-3, "the two robots hardly differ");
-    assert!(!control.switching());
-    assert_eq!(control.state.switches, 1);
-    let joints = *control.turn();
-    assert_eq!(joints, new.inverse(&path.next_point()).unwrap());
-}
-
-#[test]
-fn an_unreachable_point_leaves_the_joints_where_they_are() {
-    let short = SymmetricRobot {
-        base_radius: 194.0_f32,
-        platform_radius: 30.0,
-        upper_arm: 130.0,
-        forearm: 370.0,
-    };
-    let short = short.robot().unwrap();
-    let mut control = ControlLoop::new(&named(&short), Circle::default());
-    let (mut missed, mut last) = (0, [0.0; 3]);
-    for _ in 0..4000 {
-        let joints = *control.turn();
-        if let Ok(reached) = short.inverse(&control.state.point.into()) {
-            assert_eq!(joints, reached);
-        } else {
-            missed += 1;
-            assert_eq!(joints, last);
-        }
-        last = joints;
-    }
-    assert!(missed > 0 && missed < 4000, "{missed} of 4000");
-    assert_eq!(control.state.unreachable, missed);
-}
-
 /// The two sides on two threads: a queue that handed over anything but whole values would show as
 /// parameters that are not those of their fingerprint.
 #[test]
@@ -111,14 +22,19 @@ fn parameters_are_handed_over_whole() {
     const SWITCHES: u32 = 100;
     let sets: Vec<_> = (0..SWITCHES).map(|n| named(&robot(n.into()))).collect();
     let mut handover = Handover::default();
-    let (mut background, mut foreground) =
-        handover.split(&named(&paper_robot()), Circle::default());
+    let (mut background, mut foreground) = handover.split(
+        &named(&paper_robot()),
+        Circle::default(),
+        &limits(),
+        [0.0; 3],
+    );
     let done = AtomicBool::new(false);
     std::thread::scope(|scope| {
         let turning = scope.spawn(|| {
             let clock = <Clock>::default();
             let mut seen = 0;
             while !done.load(Ordering::Relaxed) {
+                clock.0.set(clock.0.get().wrapping_add(PERIOD));
                 foreground.turn(&clock, |joints| {
                     assert!(joints.iter().all(|q| q.is_finite()));
                 });
@@ -165,13 +81,23 @@ impl<const HERTZ: u32> Timer for Clock<HERTZ> {
     }
 }
 
-const PERIOD: u32 = <Clock>::TICKS_A_SECOND / TURNS_A_SECOND;
+const TURNS: u32 = 1000;
+const PERIOD: u32 = <Clock>::TICKS_A_SECOND / TURNS;
+
+fn split(handover: &mut Handover<f32>) -> (Background<'_, f32>, Foreground<'_, f32, Circle<f32>>) {
+    handover.split(
+        &named(&paper_robot()),
+        Circle::default(),
+        &limits(),
+        [0.0; 3],
+    )
+}
 
 /// Late turns after turns that began at these ticks.
 fn late<const HERTZ: u32>(began: impl Iterator<Item = u64>) -> u32 {
     let clock = Clock::<HERTZ>::default();
     let mut handover = Handover::default();
-    let (_, mut foreground) = handover.split(&named(&paper_robot()), Circle::default());
+    let (_, mut foreground) = split(&mut handover);
     for ticks in began {
         #[allow(clippy::cast_possible_truncation)]
         clock.0.set(ticks as u32);
@@ -182,7 +108,7 @@ fn late<const HERTZ: u32>(began: impl Iterator<Item = u64>) -> u32 {
 
 /// Whole ticks of a timer that counts `hertz` when a turn begins that is punctual.
 fn punctual(hertz: u32, turns: u64) -> impl Iterator<Item = u64> {
-    (0..turns).map(move |turn| turn * u64::from(hertz) / u64::from(TURNS_A_SECOND))
+    (0..turns).map(move |turn| turn * u64::from(hertz) / u64::from(TURNS))
 }
 
 /// A turn of 33,333.333 ticks or of 32.768 is no whole number of them.
@@ -199,12 +125,12 @@ fn punctual_turns_are_punctual_at_any_rate_of_the_timer() {
 /// Ten minutes, with one turn late and two left out in the middle: three, and no others.
 #[test]
 fn turns_are_counted_right_with_clocks_that_differ() {
-    const TURNS: u64 = 600_000;
+    const ALL: u64 = 600_000;
     for millionths in [-200, -20, -1, 0, 1, 20, 200_i64] {
         let hertz = u64::try_from(33_333_333 * (1_000_000 + millionths) / 1_000_000).unwrap();
-        let tick = |turn: u64| turn * hertz / u64::from(TURNS_A_SECOND);
+        let tick = |turn: u64| turn * hertz / u64::from(TURNS);
         for at in [300_000, 300_001, 300_037, 300_063] {
-            let began = (0..TURNS)
+            let began = (0..ALL)
                 .filter(|turn| !(at + 200..at + 202).contains(turn))
                 .map(|turn| tick(turn) + u64::from(turn == at) * 33_333 / 5);
             let what = format!("{millionths} millionths, at turn {at}");
@@ -217,7 +143,7 @@ fn turns_are_counted_right_with_clocks_that_differ() {
 fn late_and_left_out_turns_are_counted() {
     let clock = <Clock>::default();
     let mut handover = Handover::default();
-    let (_, mut foreground) = handover.split(&named(&paper_robot()), Circle::default());
+    let (_, mut foreground) = split(&mut handover);
     let mut late_after = |at: u32| {
         clock.0.set(at);
         foreground.turn(&clock, |_| ());
@@ -256,7 +182,8 @@ fn the_longest_turn_is_kept_apart_while_a_calibration_is_at_work() {
     let mut driver = Driver::<f32, _>::start(Flash::new());
     let mut handover = Handover::default();
     let current = driver.controller.current();
-    let (mut background, mut foreground) = handover.split(&current, Circle::default());
+    let (mut background, mut foreground) =
+        handover.split(&current, Circle::default(), &limits(), [0.0; 3]);
     for (session, ticks, expected) in [
         (None, 900, (900, 0)),
         (Some(1), 700, (900, 700)),

@@ -1,10 +1,9 @@
 //! The other end of the link.
 
 use delta_cal::{IkmCalibrator, Noise, Robot, Sample};
-pub(crate) use delta_cal_firmware_example::ParameterFlash as Flash;
-use delta_cal_firmware_example::{
-    Controller, NewParameters, Number, PAGE, RamFlash, StreamFlash, WORD, nominal,
-};
+pub(crate) use delta_cal_controller::ParameterFlash as Flash;
+use delta_cal_controller::{Controller, NewParameters, Number, PAGE, RamFlash, StreamFlash, WORD};
+use delta_cal_firmware_example::machine;
 use delta_cal_protocol::{
     Begin, Direction, Estimator, Fault, Geometry, LARGEST_FRAME, ParameterSet, Parameters, Phase,
     Receiver, Request, Response, RevertTo, SampleMessage, Status, encode,
@@ -37,7 +36,7 @@ impl<T: Number, F: NorFlash> Driver<T, F> {
 
 impl<T: Number, F: NorFlash, S: NorFlash> Driver<T, F, S> {
     pub(crate) fn start_with(flash: F, stream_flash: S) -> Self {
-        let mut controller = Controller::new(nominal().expect("a robot"), flash, stream_flash, 0);
+        let mut controller = Controller::new(machine(0).expect("a robot"), flash, stream_flash);
         controller.resume();
         Self {
             controller,

@@ -2,8 +2,9 @@
 
 use crate::controller::driver::{Driver, Flash, message, on_the_host, samples};
 use delta_cal::robot::{GeometryError, Transmission};
-use delta_cal_firmware_example::{Circle, ControlLoop};
-use delta_cal_protocol::{Fault, Geometry, Origin, Phase, Request, Response, RevertTo};
+use delta_cal_controller::{ControlLoop, Path};
+use delta_cal_firmware_example::{Circle, limits};
+use delta_cal_protocol::{Fault, Geometry, Motion, Origin, Phase, Request, Response, RevertTo};
 use delta_cal_tests::{Spread, generator, paper_robot, perturbed};
 
 #[test]
@@ -240,10 +241,10 @@ fn a_geometry_from_elsewhere_is_stored_and_used() {
     assert!(driver.controller.take_switch().is_none());
 
     // The joint targets of the control loop are those of the robot with its gears.
-    let mut control_loop = ControlLoop::new(&switch, Circle::default());
-    let joints = *control_loop.turn();
+    let joints = robot.inverse(&Circle::default().next_point()).unwrap();
+    let mut control_loop = ControlLoop::new(&switch, Circle::default(), &limits(), joints);
+    assert_eq!(*control_loop.turn(), joints);
     let point = control_loop.state.point.into();
-    assert_eq!(joints, robot.inverse(&point).unwrap());
     let parameters = robot.parameters();
     let exact = delta_cal::Robot::from_parameters(parameters).unwrap();
     assert_ne!(joints, exact.inverse(&point).unwrap());
@@ -254,4 +255,93 @@ fn a_geometry_from_elsewhere_is_stored_and_used() {
         panic!("not reverted")
     };
     assert_eq!(before.geometry.fingerprint(), there);
+}
+
+/// A robot that differs from the nominal one in one number of each arm: the lengths and the place of the upper arm in
+/// them, mm.
+fn changed(index: usize, by: f32) -> Geometry<f32> {
+    let mut geometry = Geometry::of(&paper_robot::<f32>());
+    for arm in &mut geometry.arms {
+        arm[index] += by;
+    }
+    geometry
+}
+
+/// Whoever asks, and whatever that computer checked.
+#[test]
+fn only_the_controllers_robot_is_adopted() {
+    const DZ: usize = 2;
+    const UPPER_ARM: usize = 5;
+    const FOREARM: usize = 7;
+    for (index, by, adopted) in [
+        (UPPER_ARM, -80.0, false),
+        (UPPER_ARM, -265.0, false),
+        (UPPER_ARM, -520.0, false),
+        (FOREARM, 1e6, false),
+        (FOREARM, -130.0, false),
+        // A twentieth of the forearm is 24 mm.
+        (DZ, 25.0, false),
+        (DZ, 23.0, true),
+        (UPPER_ARM, 2.0, true),
+        (FOREARM, -2.0, true),
+    ] {
+        let mut driver = Driver::<f32, _>::start(Flash::new());
+        let geometry = changed(index, by);
+        let answer = driver.ask(&Request::Adopt { from: 0, geometry });
+        if adopted {
+            assert!(
+                matches!(answer, Response::Parameters(_)),
+                "{index} {by}: {answer:?}"
+            );
+        } else {
+            assert_eq!(answer, Response::Fault(Fault::OtherRobot), "{index} {by}");
+            assert!(driver.controller.take_switch().is_none());
+            assert_eq!(driver.into_flash(), Flash::new());
+        }
+    }
+}
+
+/// While the joints follow the path they would have to jump; while they stand still they do not move.
+#[test]
+fn a_robot_that_cannot_be_where_the_platform_is_is_refused() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let geometry = changed(7, -10.0);
+    let (robot, nominal) = (geometry.robot().unwrap(), paper_robot::<f32>());
+    let heights = (0..400_u16).map(|mm| [0.0, 0.0, -450.0 - f32::from(mm)]);
+    let mut edge = heights.filter(|point| robot.inverse(&(*point).into()).is_err());
+    let mut control = driver.status().control;
+    control.point = edge.next().expect("an edge");
+    assert!(nominal.inverse(&control.point.into()).is_ok());
+    control.motion = Motion::Following;
+    driver.controller.set_control(control);
+    let adopt = Request::Adopt { from: 0, geometry };
+    assert_eq!(driver.fault(&adopt), Fault::Unreachable);
+    assert_eq!(driver.parameters().origin, Origin::Nominal);
+    control.motion = Motion::Unreachable;
+    driver.controller.set_control(control);
+    assert!(matches!(driver.ask(&adopt), Response::Parameters(_)));
+}
+
+#[test]
+fn changes_are_as_rare_as_the_flash_lasts() {
+    let mut driver = Driver::<f32, _>::start(Flash::new());
+    let change = |driver: &mut Driver<f32, _>, number: u16| {
+        let geometry = changed(7, 0.01 * f32::from(number));
+        let from = driver.parameters().generation;
+        driver.ask(&Request::Adopt { from, geometry })
+    };
+    for number in 1..=60 {
+        assert!(matches!(
+            change(&mut driver, number),
+            Response::Parameters(_)
+        ));
+    }
+    assert_eq!(change(&mut driver, 61), Response::Fault(Fault::TooOften));
+    // The same again wears nothing.
+    assert!(matches!(change(&mut driver, 60), Response::Parameters(_)));
+    let mut control = driver.status().control;
+    (control.turns_a_second, control.turns) = (50, 60 * 50);
+    driver.controller.set_control(control);
+    assert!(matches!(change(&mut driver, 61), Response::Parameters(_)));
+    assert_eq!(change(&mut driver, 62), Response::Fault(Fault::TooOften));
 }

@@ -5,7 +5,7 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use delta_cal::samples::SampleError;
 use delta_cal::stream::StreamRefusal;
 use delta_cal::{ArmIndex, Refusal};
-use delta_cal_firmware_example::Number;
+use delta_cal_controller::Number;
 use delta_cal_protocol::{
     Begin, Counters, Direction, Fault, Geometry, Phase, Request, Response, Scalar,
     UNKNOWN_SEQUENCE, VERSION, encode,

@@ -1,8 +1,9 @@
 //! A store whose flash was damaged, and one whose flash cannot be read.
 
-use crate::controller::driver::{Cut, Driver, FailingFlash, Flash, samples, stored};
-use delta_cal::SymmetricRobot;
-use delta_cal_firmware_example::{Controller, StreamFlash};
+use crate::controller::driver::{Cut, Driver, FailingFlash, Flash, begin, samples, stored};
+use delta_cal::Robot;
+use delta_cal_controller::{Controller, PAGE, RamFlash, StreamFlash};
+use delta_cal_firmware_example::machine;
 use delta_cal_protocol::{Fault, Geometry, Origin, Request, Response, RevertTo};
 use delta_cal_tests::paper_robot;
 use std::ops::Range;
@@ -153,30 +154,92 @@ fn what_is_current_is_not_written_again() {
     assert_eq!(driver.into_flash().operations, 0);
 }
 
+/// As after an update whose nominal robot differs by one bit: nothing replaces the stored parameters but a request for the
+/// nominal robot.
 #[test]
-fn parameters_of_another_robot_or_scalar_are_not_taken() {
-    let (flash, _) = stored(2);
+fn parameters_of_another_robot_or_scalar_are_kept_until_told_otherwise() {
+    let (flash, sets) = stored(2);
     let mut other = Driver::<f64, _>::start(flash.clone());
-    assert_eq!(other.parameters().origin, Origin::NominalStoreDamaged);
+    assert_eq!(other.parameters().origin, Origin::NominalStoreOther);
 
-    let longer = SymmetricRobot {
-        base_radius: 194.0_f32,
-        platform_radius: 30.0,
-        upper_arm: 260.0,
-        forearm: 480.5,
-    };
+    let mut updated = machine::<f32>(0).unwrap();
+    let mut arms = updated.nominal.parameters();
+    arms[0][7] = f32::from_bits(arms[0][7].to_bits() + 1);
+    updated.nominal = Robot::from_parameters(arms).unwrap();
+    let mut kept = flash.clone();
     let mut driver = Driver {
-        controller: Controller::new(longer.robot().unwrap(), flash, StreamFlash::new(), 0),
+        controller: Controller::new(updated, &mut kept, StreamFlash::new()),
         sequence: 0,
     };
     let parameters = driver.parameters();
-    assert_eq!(parameters.origin, Origin::NominalStoreDamaged);
-    let [first, ..] = parameters.geometry.arms;
-    assert_eq!(first[7].to_bits(), 480.5_f32.to_bits());
+    assert_eq!(parameters.origin, Origin::NominalStoreOther);
+    assert_eq!(parameters.geometry.arms, arms);
+    let fingerprint = driver.solved(5, &samples(1, 12));
+    for answer in [
+        driver.apply(5, fingerprint),
+        driver.revert(RevertTo::Previous),
+    ] {
+        assert_eq!(answer, Response::Fault(Fault::OtherStore));
+    }
+    let Response::Parameters(nominal) = driver.revert(RevertTo::Nominal) else {
+        panic!("not discarded")
+    };
+    assert_eq!(nominal.origin, Origin::Nominal);
     assert!(matches!(
-        driver.ask(&Request::Identify),
-        Response::Identity(_)
+        driver.apply(5, fingerprint),
+        Response::Parameters(_)
     ));
+    // The former firmware finds that, as this one found the former's.
+    assert_eq!(
+        start(&mut FailingFlash::new(kept)).1,
+        Origin::NominalStoreOther
+    );
+    assert_eq!(
+        start(&mut FailingFlash::new(flash)),
+        (sets[1], Origin::Calibration)
+    );
+}
+
+/// The half of the newest set is blank, as after an erase that went wrong: the set before is in use, and that is said.
+#[test]
+fn a_blank_half_is_missed() {
+    for count in [3, 4] {
+        let (flash, sets) = stored(count);
+        let found = [LOWER, UPPER].map(|half| {
+            let mut blank = flash.clone();
+            blank.bytes[half.start as usize..half.end as usize].fill(0xff);
+            start(&mut FailingFlash::new(blank))
+        });
+        let [before, newest] = [sets[sets.len() - 2], sets[sets.len() - 1]];
+        let damaged = Origin::CalibrationStoreDamaged;
+        assert!(found.contains(&(before, damaged)) && found.contains(&(newest, damaged)));
+    }
+}
+
+#[test]
+fn flash_regions_that_do_not_fit_are_named() {
+    fn of<const P: usize, const S: usize>() -> Fault {
+        let (parameters, samples) = (RamFlash::<P>::new(), RamFlash::<S>::new());
+        let controller = Controller::new(machine(0).unwrap(), parameters, samples);
+        let fault = controller.check().unwrap_err();
+        let mut driver = Driver::<f32, _, _> {
+            controller,
+            sequence: 0,
+        };
+        assert!(matches!(
+            driver.ask(&Request::Identify),
+            Response::Identity(_)
+        ));
+        assert_eq!(driver.fault(&Request::Begin(begin(1))), fault);
+        fault
+    }
+    const SAMPLES: usize = 16 * PAGE;
+    let faults = [
+        of::<PAGE, SAMPLES>(),
+        of::<{ 2 * PAGE }, { 2 * PAGE }>(),
+        of::<0, SAMPLES>(),
+    ];
+    assert_eq!(faults, [Fault::Region; 3]);
 }
 
 /// A byte of either set is damaged after it was stored whole; nothing was cut. The controller works with one of the sets

@@ -4,7 +4,7 @@ use crate::controller::driver::{Cut, Driver, FailingFlash, Flash, begin, message
 use delta_cal::calibration::{Ikm, Joint};
 use delta_cal::stream::{Forgetting, Selection, StreamCalibrator, StreamRefusal};
 use delta_cal::{ArmIndex, Progress, Sample, calibration};
-use delta_cal_firmware_example::{Number, PAGE, StreamFlash, StreamPace};
+use delta_cal_controller::{Number, PAGE, StreamFlash, StreamPace};
 use delta_cal_protocol::{
     ArmReport, Begin, Estimator, Fault, GateStatus, Geometry, Phase, Request, Response,
 };
@@ -196,7 +196,7 @@ const SAMPLES: usize = 16 * PAGE;
 
 /// Every sample is stored.
 const ALWAYS: StreamPace = StreamPace {
-    turns: 0,
+    seconds: 0,
     part: u32::MAX,
 };
 
@@ -345,7 +345,7 @@ fn samples_that_cannot_be_used_are_not() {
 /// Turns of the control loop, as its interrupt would report them.
 fn at_turn<S: NorFlash>(driver: &mut Driver<f32, Flash, S>, turns: u32) {
     let mut control = driver.status().control;
-    control.turns = turns;
+    (control.turns, control.turns_a_second) = (turns, 1000);
     driver.controller.set_control(control);
     driver.rest();
 }
@@ -365,7 +365,8 @@ fn stored(pace: StreamPace, forgetting: Option<f32>, count: u32) -> (u32, u32) {
         at_turn(&mut driver, 1000 * (second + 60));
     }
     let (parameters, flash) = driver.controller.into_flash();
-    let erasures = flash.erasures;
+    // Both halves have the same pages.
+    let erasures = flash.erasures / u32::try_from(SAMPLES / 2 / PAGE).unwrap();
     let mut driver = Driver::<f32, Flash, _>::start_with(parameters, flash.flash);
     (erasures, count - kept(&mut driver).unwrap())
 }
@@ -382,7 +383,7 @@ fn samples_are_stored_as_rarely_as_stated() {
         assert!(lost < 7200 / 16, "{lost}");
     }
     // However fast: one for each of the first 17, and then for a sixteenth more, 17 + ln(7200/17)/ln(17/16).
-    let fast = |part| StreamPace { turns: 0, part };
+    let fast = |part| StreamPace { seconds: 0, part };
     let (records, lost) = stored(fast(16), None, 7200);
     println!("{records} records of 7200 samples without a pause, {lost} would be lost");
     assert!(
@@ -423,7 +424,7 @@ fn samples_of_an_applied_calibration_do_not_come_back() {
     assert_eq!(kept(&mut driver), None);
 
     // After a long session a new one is stored from its first sample on; and never, where that is asked for.
-    for (turns, part, expected) in [(0, 16, Some(1)), (u32::MAX, u32::MAX, Some(30))] {
+    for (seconds, part, expected) in [(0, 16, Some(1)), (u32::MAX, u32::MAX, Some(30))] {
         let mut driver = started::<f32, _>(long.clone());
         driver.begin_with(Begin {
             forgetting: Some(1000.0),
@@ -432,7 +433,7 @@ fn samples_of_an_applied_calibration_do_not_come_back() {
         send(&mut driver, 0, &samples[0]);
         driver
             .controller
-            .set_stream_pace(StreamPace { turns, part });
+            .set_stream_pace(StreamPace { seconds, part });
         at_turn(&mut driver, u32::MAX);
         let (_, stream_flash) = driver.controller.into_flash();
         assert_eq!(kept(&mut started::<f32, _>(stream_flash)), expected);

@@ -2,7 +2,7 @@
 
 use delta_cal::stream::StreamRefusal;
 use delta_cal::{Refusal, Sample};
-use delta_cal_host::device::{Client, DeviceError, Patience, Transport, calibrate};
+use delta_cal_host::device::{Client, DeviceError, Patience, Transport, calibrate, in_use};
 use delta_cal_protocol::{
     Begin, ControlLoop, Direction, Estimator, Fault, Geometry, LARGEST_FRAME, Origin, Parameters,
     Phase, Receiver, Request, Response, Status, encode,
@@ -298,4 +298,34 @@ fn a_restart_before_the_session_is_no_part_of_it() {
     assert_eq!(finished.result, Err(refusal));
     let [before, after] = [finished.status_before, finished.status_after].map(|s| s.control.turns);
     assert!(before < after && after <= 25, "{before}, {after}");
+}
+
+/// A loop of 50 Hz and one of 20 kHz take as many turns as their boards say; one that does not turn is not waited for.
+#[test]
+fn a_switch_is_waited_for_while_the_loop_turns() {
+    for (step, switches, used) in [
+        (1, 2000, true),
+        (400, 2000, true),
+        (0, 2000, false),
+        (9, 9000, false),
+    ] {
+        let mut turns = 0;
+        let mut client = Scripted::client(|request: &Request<f32>| {
+            let fingerprint = Geometry::of(&paper_robot::<f32>()).fingerprint();
+            turns += step;
+            let mut answer = match request {
+                Request::Status => status(0, Phase::Idle, turns),
+                request => honest(request, &Cell::new(0)),
+            };
+            if let Response::Status(status) = &mut answer {
+                status.control.turns_a_second = 50 * step;
+                status.control.fingerprint =
+                    fingerprint * u32::from(step > 0 && turns >= switches * step);
+            }
+            answer
+        });
+        let fingerprint = Geometry::of(&paper_robot::<f32>()).fingerprint();
+        let found = in_use::<f32, _>(&mut client, fingerprint);
+        assert_eq!(found.is_ok(), used, "{step}");
+    }
 }

@@ -52,7 +52,8 @@ const BARE: Stage = Stage {
     about: "clippy on the Cortex-M code",
     commands: &[
         "cargo clippy --quiet --all-features --package delta-cal --package delta-cal-protocol --package delta-cal-c \
-         --package delta-cal-target-tests --package delta-cal-link-tests --package delta-cal-firmware-example \
+         --package delta-cal-target-tests --package delta-cal-link-tests --package delta-cal-controller \
+         --package delta-cal-firmware-example \
          --target thumbv7em-none-eabihf -- --deny warnings",
     ],
 };
@@ -147,8 +148,8 @@ const FEATURES: Stage = Stage {
         "cargo check --quiet --package delta-cal --features linear --target thumbv7em-none-eabihf",
         "cargo check --quiet --package delta-cal --features simulate --target thumbv7em-none-eabihf",
         "cargo check --quiet --package delta-cal --features transmission --target thumbv7em-none-eabihf",
-        "cargo check --quiet --package delta-cal-firmware-example --lib --target thumbv6m-none-eabi",
-        "cargo check --quiet --package delta-cal-firmware-example --lib --target riscv32imac-unknown-none-elf",
+        "cargo check --quiet --package delta-cal-controller --target thumbv6m-none-eabi",
+        "cargo check --quiet --package delta-cal-controller --target riscv32imac-unknown-none-elf",
     ],
 };
 

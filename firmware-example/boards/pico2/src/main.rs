@@ -16,21 +16,21 @@
 
 use core::cell::RefCell;
 use cortex_m_rt as _;
-use delta_cal_firmware_example::{
-    Circle, Controller, Foreground, Handover, TURNS_A_SECOND, Timer, nominal,
-};
+use delta_cal_controller::{Controller, Foreground, Handover, Timer};
+use delta_cal_firmware_example::{Circle, TURNS_A_SECOND, limits, machine};
 use embassy_embedded_hal::flash::partition::BlockingPartition;
 use embassy_executor::{InterruptExecutor, Spawner};
+use embassy_futures::select::{Either, select};
 use embassy_futures::yield_now;
 use embassy_rp::bind_interrupts;
 use embassy_rp::flash::{Blocking, ERASE_SIZE, Flash};
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use embassy_rp::peripherals::{FLASH, UART0};
-use embassy_rp::uart::{BufferedInterruptHandler, BufferedUart, Config};
+use embassy_rp::uart::{BufferedInterruptHandler, BufferedUart, Config, Error};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
-use embassy_time::{Duration, Instant, Ticker};
-use embedded_io_async::{Read, ReadReady, Write};
+use embassy_time::{Duration, Instant};
+use embedded_io_async::{Read, Write};
 use panic_halt as _;
 use static_cell::{ConstStaticCell, StaticCell};
 
@@ -72,10 +72,15 @@ unsafe fn SWI_IRQ_1() {
 
 /// The control loop. Its targets would go to the drives.
 #[embassy_executor::task]
-async fn control_loop(mut foreground: Foreground<'static, f32>) {
-    let mut ticker = Ticker::every(Duration::from_hz(TURNS_A_SECOND.into()));
+async fn control_loop(mut foreground: Foreground<'static, f32, Circle<f32>>) {
+    let period = Duration::from_hz(TURNS_A_SECOND.into());
+    let mut due = Instant::now();
     loop {
-        ticker.next().await;
+        // A `Ticker` makes up at once for what it missed while the flash was erased.
+        while due <= Instant::now() {
+            due += period;
+        }
+        embassy_time::Timer::at(due).await;
         foreground.turn(&Clock, |_joints| {});
     }
 }
@@ -95,15 +100,22 @@ async fn main(_spawner: Spawner) {
     let parameters = BlockingPartition::new(chip, end - PARAMETERS, PARAMETERS);
     let samples = BlockingPartition::new(chip, end - PARAMETERS - SAMPLES, SAMPLES);
 
-    // The robot of the example is one.
-    let Ok(robot) = nominal() else { return };
     // CPUID, which tells processors apart.
     let processor = cortex_m::Peripherals::take().map_or(0, |core| core.CPUID.base.read());
-    let controller =
-        CONTROLLER.init_with(|| Controller::new(robot, parameters, samples, processor));
+    // The robot of the example is one.
+    let Ok(machine) = machine(processor) else {
+        return;
+    };
+    let controller = CONTROLLER.init_with(|| Controller::new(machine, parameters, samples));
     controller.resume();
     let handover = HANDOVER.init(Handover::default());
-    let (mut background, foreground) = handover.split(&controller.current(), Circle::default());
+    // Where the joints are, which encoders would say.
+    let (mut background, foreground) = handover.split(
+        &controller.current(),
+        Circle::default(),
+        &limits(),
+        [0.0; 3],
+    );
 
     // Above the loop is only the clock, which wakes it.
     interrupt::UART0_IRQ.set_priority(Priority::P3);
@@ -125,9 +137,14 @@ async fn main(_spawner: Spawner) {
     );
     let mut buffer = [0; 64];
     loop {
-        // An error of the line, such as a break, is over with the next byte.
-        let count = match uart.read_ready() {
-            Ok(true) => uart.read(&mut buffer).await.unwrap_or(0),
+        // Only `read` turns the receiver on again after an error of the line, such as a break: it is always asked.
+        let count = match select(uart.read(&mut buffer), yield_now()).await {
+            Either::First(Ok(count)) => count,
+            Either::First(Err(Error::Overrun)) => {
+                let lost = &mut controller.counters.overrun;
+                *lost = lost.wrapping_add(1);
+                0
+            }
             _ => 0,
         };
         for byte in &buffer[..count] {
@@ -139,7 +156,6 @@ async fn main(_spawner: Spawner) {
         if count == 0 {
             controller.idle();
             background.exchange(controller);
-            yield_now().await;
         }
     }
 }

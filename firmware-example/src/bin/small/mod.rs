@@ -19,11 +19,18 @@ use cortex_m_semihosting::hio;
 use critical_section::Mutex;
 use delta_cal::nalgebra::Vector3;
 use delta_cal::{Real, Refusal, Robot};
-use delta_cal_firmware_example::{
-    ControlLoop, Halves, NewParameters, ParameterFlash, Path, nominal,
-};
+use delta_cal_controller::{Halves, Limiter, Limits, ParameterFlash, Path};
+use delta_cal_firmware_example::{TURNS_A_SECOND, nominal};
 use emulated::TICKS_A_TURN;
 use plant::Plant;
+
+/// The simulated drives are at full speed within a turn. State the limits of yours.
+const LIMITS: Limits<f32> = Limits {
+    turns_a_second: TURNS_A_SECOND,
+    blend_turns: 0,
+    speed: 5.0,
+    acceleration: 5000.0,
+};
 
 /// Straight to a target, at most `step` per turn. Replace by your motion planner.
 #[derive(Clone, Copy)]
@@ -48,7 +55,9 @@ impl Path<f32> for Line {
 
 /// Data of the interrupt.
 pub(crate) struct Machine {
-    control_loop: ControlLoop<f32, Line>,
+    line: Line,
+    robot: Robot<f32>,
+    limiter: Limiter<f32>,
     pub(crate) plant: Plant,
     /// Whether the probe touches, if it stops the platform, and where it did. A function: `arms` contains none.
     probe: Option<fn(&Plant, &[f32; 3]) -> bool>,
@@ -77,10 +86,14 @@ static __INTERRUPTS: [usize; 1] = [0];
 #[exception]
 fn SysTick() {
     with(|machine| {
-        let joints = *machine.control_loop.turn();
+        let line = &mut machine.line;
+        let wanted = machine.robot.inverse(&line.next_point());
+        if !wanted.is_ok_and(|joints| machine.limiter.follow(&joints)) {
+            fail("out of reach, or too fast")
+        }
+        let joints = machine.limiter.joints;
         if (machine.probe).is_some_and(|touches| touches(&machine.plant, &joints)) {
             machine.probe = None;
-            let line = &mut machine.control_loop.path;
             line.target = line.point;
             machine.touched = Some((joints, line.point.z));
         }
@@ -97,14 +110,6 @@ pub(crate) fn with<R: Default>(work: impl FnOnce(&mut Machine) -> R) -> R {
     })
 }
 
-/// Nobody asks for the fingerprint.
-fn new(robot: &Robot<f32>) -> NewParameters<f32> {
-    NewParameters {
-        robot: robot.clone(),
-        fingerprint: 0,
-    }
-}
-
 /// Starts the control loop.
 fn start(timer: &mut SYST, robot: &Robot<f32>, plant: Plant) {
     let home = Vector3::new(0.0, 0.0, -350.0);
@@ -113,8 +118,14 @@ fn start(timer: &mut SYST, robot: &Robot<f32>, plant: Plant) {
         target: home,
         step: 0.0,
     };
+    // Here the joints are at home. A real board reads where they are, and begins there.
+    let Ok(joints) = robot.inverse(&home) else {
+        fail("home is out of reach")
+    };
     let machine = Machine {
-        control_loop: ControlLoop::new(&new(robot), line),
+        line,
+        robot: robot.clone(),
+        limiter: Limiter::new(&LIMITS, joints),
         plant,
         probe: None,
         touched: None,
@@ -127,12 +138,12 @@ fn start(timer: &mut SYST, robot: &Robot<f32>, plant: Plant) {
 /// Moves in a straight line at a speed (mm/s), and returns when the platform is there.
 pub(crate) fn go([x, y, z]: [f32; 3], speed: f32) {
     with(|machine| {
-        let line = &mut machine.control_loop.path;
+        let line = &mut machine.line;
         line.target = Vector3::new(x, y, z);
         line.step = speed / 1000.0;
     });
     while !with(|machine| {
-        let line = &mut machine.control_loop.path;
+        let line = &mut machine.line;
         line.point.as_slice() == line.target.as_slice()
     }) {
         cortex_m::asm::wfi();
@@ -154,10 +165,10 @@ pub(crate) fn probe(to: [f32; 3], speed: f32) -> Option<([f32; 3], f32)> {
 
 /// The joint angles at the current position.
 pub(crate) fn joints() -> [f32; 3] {
-    with(|machine| machine.control_loop.state.joints)
+    with(|machine| machine.limiter.joints)
 }
 
-/// Stores new parameters and hands them to the control loop, which blends over within half a second.
+/// Stores new parameters, for the next start.
 fn take_over(store: &mut Store, robot: &Robot<f32>) {
     let mut bytes = [0; size_of::<Parameters>()];
     let parameters = robot.parameters();
@@ -169,10 +180,6 @@ fn take_over(store: &mut Store, robot: &Robot<f32>) {
         fail("not stored");
     }
     show("calibrated and stored", 0);
-    while !with(|machine| machine.control_loop.switch_to(&new(robot))) {}
-    while with(|machine| machine.control_loop.switching()) {
-        cortex_m::asm::wfi();
-    }
 }
 
 pub(crate) type Store = Halves<&'static mut ParameterFlash>;

@@ -23,8 +23,10 @@ pub enum StoreError {
     Region,
     /// The flash failed.
     Flash,
-    /// The stored record is damaged, belongs to another version or robot, or does not read back as written.
+    /// The stored record is damaged, or does not read back as written.
     Record,
+    /// The stored record is whole and has another mark: it belongs to another version or robot.
+    Other,
 }
 
 /// A region of NOR flash in two halves, erased and written alternately.
@@ -35,7 +37,7 @@ pub enum StoreError {
 #[derive(Debug)]
 pub struct Halves<F> {
     pub(crate) flash: F,
-    /// The mark at the start of a record. A record with another mark is ignored.
+    /// The mark at the start of a record.
     mark: u32,
     /// Maximum size of a content, bytes.
     largest: usize,
@@ -51,7 +53,12 @@ struct Found {
     generation: u32,
     length: usize,
     checksum: u32,
+    /// Whether the other half held nothing that counts when it was written.
+    alone: bool,
 }
+
+/// In a header's length: the record is alone.
+const ALONE: u32 = 1 << 31;
 
 /// Indices of the halves.
 const LOWER: usize = 0;
@@ -77,7 +84,7 @@ impl<F: NorFlash> Halves<F> {
 
     /// Number of the newest record, which counts every record; 0 if there is none.
     pub fn generation(&self) -> u32 {
-        self.newest().map_or(0, |(_, found)| found.generation)
+        self.newest().map_or(0, |(_, generation)| generation)
     }
 
     /// Whether the newest record is certainly there: no half is damaged or unreadable, and no record was lost.
@@ -88,17 +95,22 @@ impl<F: NorFlash> Halves<F> {
                 let gap = lower.generation.wrapping_sub(upper.generation);
                 gap == 1 || gap == u32::MAX
             }
+            [Ok(Some(only)), Ok(None)] | [Ok(None), Ok(Some(only))] => {
+                only.alone || only.generation == 1
+            }
             [lower, upper] => lower.is_ok() && upper.is_ok(),
         }
     }
 
-    fn newest(&self) -> Option<(usize, Found)> {
-        match self.found.map(|half| half.ok().flatten()) {
+    /// The half of the newest record, and its generation.
+    fn newest(&self) -> Option<(usize, u32)> {
+        let generations = self
+            .found
+            .map(|half| half.ok().flatten().map(|own| own.generation));
+        match generations {
             [None, None] => None,
             [Some(lower), None] => Some((LOWER, lower)),
-            [Some(lower), Some(upper)] if follows(lower.generation, upper.generation) => {
-                Some((LOWER, lower))
-            }
+            [Some(lower), Some(upper)] if follows(lower, upper) => Some((LOWER, lower)),
             [_, Some(upper)] => Some((UPPER, upper)),
         }
     }
@@ -111,16 +123,19 @@ impl<F: NorFlash> Halves<F> {
         for half in [LOWER, UPPER] {
             let _ = self.look(half);
         }
-        while let Some((half, found)) = self.newest() {
+        while let Some((half, _)) = self.newest() {
             // Failing flash may return different bytes at the second reading.
             match self.read(half, content) {
-                Ok(Some(again)) if again == found => return Ok(content.get(..found.length)),
+                Ok(Some(again)) if self.found[half] == Ok(Some(again)) => {
+                    return Ok(content.get(..again.length));
+                }
                 // It can no longer be read: fall back to the previous record.
                 Ok(_) => self.found[half] = Err(StoreError::Record),
                 Err(error) => self.found[half] = Err(error),
             }
         }
         match self.found {
+            [Err(StoreError::Other), _] | [_, Err(StoreError::Other)] => Err(StoreError::Other),
             [Err(error), _] | [_, Err(error)] => Err(error),
             _ => Ok(None),
         }
@@ -162,12 +177,12 @@ impl<F: NorFlash> Halves<F> {
 
     /// Replaces the record in a half.
     fn replace(&mut self, half: usize, content: &[u8]) -> Result<(), StoreError> {
-        let generation = self.generation().wrapping_add(1);
-        let written = self.write(half, content, generation)?;
+        let other = UPPER - half;
+        let alone = self.found[other].is_err();
+        let written = self.write(half, content, self.generation().wrapping_add(1), alone)?;
         if self.look(half)? != Some(written) {
             return Err(StoreError::Record);
         }
-        let other = UPPER - half;
         match self.found[other] {
             Ok(_) => Ok(()),
             // The next start would take garbage for a lost record, and what it can read again may have a higher
@@ -189,7 +204,7 @@ impl<F: NorFlash> Halves<F> {
     fn read(&mut self, half: usize, content: &mut [u8]) -> Result<Option<Found>, StoreError> {
         let Range { start, .. } = self.range(half)?;
         let mut content = content.iter_mut();
-        let (mut erased, mut header, mut stored, mut place) = (true, None, 0, 0);
+        let (mut erased, mut ours, mut header, mut stored, mut place) = (true, false, None, 0, 0);
         let mut digest = CRC.digest();
         for offset in (0..self.room()).step_by(CHUNK) {
             let mut bytes = [0; CHUNK];
@@ -197,12 +212,12 @@ impl<F: NorFlash> Halves<F> {
                 .read(start + offset, &mut bytes)
                 .map_err(|_| StoreError::Flash)?;
             if offset == 0 {
-                header = self.header(&bytes);
+                (ours, header) = self.header(&bytes);
             }
             for &byte in &bytes {
                 erased &= byte == ERASED;
-                let Some((_, length)) = header else { continue };
-                let end = HEADER + length;
+                let Some(found) = header else { continue };
+                let end = HEADER + found.length;
                 if place < end {
                     digest.update(&[byte]);
                     if place >= HEADER
@@ -218,29 +233,38 @@ impl<F: NorFlash> Halves<F> {
         }
         let checksum = digest.finalize();
         match header {
-            Some((generation, length)) if checksum == stored => Ok(Some(Found {
-                generation,
-                length,
-                checksum,
-            })),
+            Some(_) if checksum == stored && !ours => Err(StoreError::Other),
+            Some(found) if checksum == stored => Ok(Some(Found { checksum, ..found })),
             _ if erased => Ok(None),
             _ => Err(StoreError::Record),
         }
     }
 
-    /// The generation and length of a record; `None` if the bytes do not begin with one of our headers.
-    fn header(&self, bytes: &[u8; CHUNK]) -> Option<(u32, usize)> {
-        let [mark, generation, length]: [u32; 3] = Wire::get(&mut Reader::new(bytes))?;
-        let length = usize::try_from(length).ok()?;
-        let ours = mark == self.mark && length > 0 && length <= self.largest;
-        ours.then_some((generation, length))
+    /// Whether a record has our mark, and its header; `None` if the bytes do not begin with one.
+    fn header(&self, bytes: &[u8; CHUNK]) -> (bool, Option<Found>) {
+        let [mark, generation, length] = Wire::get(&mut Reader::new(bytes)).unwrap_or([0; 3]);
+        let found = Found {
+            generation,
+            length: (length & !ALONE) as usize,
+            checksum: 0,
+            alone: length & ALONE != 0,
+        };
+        let fits = found.length > 0 && found.length <= self.largest;
+        (mark == self.mark, fits.then_some(found))
     }
 
     #[inline(never)]
-    fn write(&mut self, half: usize, content: &[u8], generation: u32) -> Result<Found, StoreError> {
+    fn write(
+        &mut self,
+        half: usize,
+        content: &[u8],
+        generation: u32,
+        alone: bool,
+    ) -> Result<Found, StoreError> {
         let mut header = [0; HEADER];
         #[allow(clippy::cast_possible_truncation)] // some kilobytes
-        [self.mark, generation, content.len() as u32].put(&mut Writer::new(&mut header));
+        let length = content.len() as u32 | if alone { ALONE } else { 0 };
+        [self.mark, generation, length].put(&mut Writer::new(&mut header));
         let mut digest = CRC.digest();
         for byte in header.iter().chain(content) {
             digest.update(&[*byte]);
@@ -263,6 +287,7 @@ impl<F: NorFlash> Halves<F> {
             generation,
             length: content.len(),
             checksum,
+            alone,
         })
     }
 
@@ -270,9 +295,14 @@ impl<F: NorFlash> Halves<F> {
         let Range { start, end } = self.range(half)?;
         // Until it has been examined again.
         self.found[half] = Err(StoreError::Flash);
-        self.flash
-            .erase(start, end)
-            .map_err(|_| StoreError::Flash)?;
+        // Page by page: where a busy flash stalls the processor, interrupts run between two pages.
+        #[allow(clippy::cast_possible_truncation)] // some kilobytes
+        let page = F::ERASE_SIZE as u32;
+        for start in (start..end).step_by(F::ERASE_SIZE) {
+            self.flash
+                .erase(start, start + page)
+                .map_err(|_| StoreError::Flash)?;
+        }
         self.found[half] = Ok(None);
         Ok(())
     }
@@ -283,7 +313,11 @@ impl<F: NorFlash> Halves<F> {
         ((HEADER + self.largest + CHECKSUM).div_ceil(CHUNK) * CHUNK) as u32
     }
 
-    fn range(&self, half: usize) -> Result<Range<u32>, StoreError> {
+    /// Where a half is.
+    ///
+    /// # Errors
+    /// The region is not two halves of whole pages with room for a record.
+    pub(crate) fn range(&self, half: usize) -> Result<Range<u32>, StoreError> {
         let capacity = u32::try_from(self.flash.capacity()).map_err(|_| StoreError::Region)?;
         let length = capacity / 2;
         let pages = (length as usize).is_multiple_of(F::ERASE_SIZE);

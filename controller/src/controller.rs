@@ -1,11 +1,9 @@
 //! Handles the bytes received by the controller.
 
-use crate::NewParameters;
-use crate::Number;
-use crate::geometry::Geometries;
+use crate::geometry::{Geometries, Machine};
 use crate::session::Session;
 use crate::stream_store::{StreamPace, StreamStore};
-use delta_cal::Robot;
+use crate::{NewParameters, Number};
 use delta_cal_protocol::{
     ControlLoop, Counters, Direction, Fault, FrameError, Geometry, Identity, LARGEST_FRAME,
     ParameterSet, Receiver, Request, Response, Status, UNKNOWN_SEQUENCE, VERSION, encode,
@@ -24,10 +22,14 @@ const LARGEST_REQUEST: usize = 384;
 /// the samples of a session: two halves of whole pages, at least 8 KiB each, 16 KiB in `f64`.
 ///
 /// ```
-/// use delta_cal_firmware_example::{Controller, ParameterFlash, StreamFlash, nominal};
+/// use delta_cal::SymmetricRobot;
+/// use delta_cal_controller::{Controller, Machine, ParameterFlash, StreamFlash};
 /// use delta_cal_protocol::{Direction, Request, encode};
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
-/// let mut controller = Controller::new(nominal::<f32>()?, ParameterFlash::new(), StreamFlash::new(), 0);
+/// let nominal = SymmetricRobot { base_radius: 194.0_f32, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 };
+/// let machine = Machine { nominal: nominal.robot()?, work: &[[0.0, 0.0, -450.0]], processor: 0 };
+/// let mut controller = Controller::new(machine, ParameterFlash::new(), StreamFlash::new());
+/// assert_eq!(controller.check(), Ok(()));
 /// let request = encode(Direction::Request, 1, &Request::<f32>::Identify)?;
 /// let answer = request.iter().find_map(|byte| controller.receive(*byte));
 /// assert!(answer.is_some());
@@ -47,13 +49,18 @@ pub struct Controller<T: Number, F, S> {
     streams: StreamStore<T, S>,
     /// Parameters not yet handed to the control loop.
     switch: Option<NewParameters<T>>,
+    /// The stop after which the joints may move again.
+    pub(crate) resume: u32,
+    /// What the board states and cannot be.
+    wrong: Option<Fault>,
     control: ControlLoop<T>,
 }
 
 impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
-    /// Reads the parameters from `flash`; [`resume`](Self::resume) reads `stream_flash`. `processor` is the core's
-    /// CPUID.
-    pub fn new(nominal: Robot<T>, flash: F, stream_flash: S, processor: u32) -> Self {
+    /// Reads the parameters from `flash`; [`resume`](Self::resume) reads `stream_flash`. Whether the regions and the
+    /// machine are possible says [`check`](Self::check).
+    pub fn new(machine: Machine<T>, flash: F, stream_flash: S) -> Self {
+        let processor = machine.processor;
         log!(
             info,
             "start: firmware {}, {} bytes a number, processor {=u32:08x}",
@@ -61,10 +68,19 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
             size_of::<T>(),
             processor
         );
-        let geometries = Geometries::load(nominal, flash);
+        let geometries = Geometries::load(machine, flash);
         let fingerprint = geometries.current.fingerprint;
+        let streams = StreamStore::new(stream_flash, geometries.nominal.fingerprint);
+        let regions = [geometries.store.range(0), streams.halves.range(0)];
+        let wrong = if regions.iter().any(Result::is_err) {
+            Some(Fault::Region)
+        } else {
+            (!geometries.near(&geometries.nominal.robot)).then_some(Fault::OtherRobot)
+        };
         Self {
-            streams: StreamStore::new(stream_flash, geometries.nominal.fingerprint),
+            streams,
+            resume: 0,
+            wrong,
             processor,
             receiver: Receiver::new(Direction::Request),
             counters: Counters::default(),
@@ -74,6 +90,15 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
             switch: None,
             control: ControlLoop::new(fingerprint),
         }
+    }
+
+    /// Whether the board's regions and machine are possible. If not, the controller answers, and refuses with the same
+    /// fault whatever changes its state.
+    ///
+    /// # Errors
+    /// [`Fault::Region`]; [`Fault::OtherRobot`] if the nominal robot does not reach a work point.
+    pub fn check(&self) -> Result<(), Fault> {
+        self.wrong.map_or(Ok(()), Err)
     }
 
     /// Resumes a session interrupted by a restart, if its samples are stored. Call it once, before the first byte. It
@@ -128,7 +153,7 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
         if self.session.step() {
             return true;
         }
-        self.streams.store(&self.session, self.control.turns);
+        self.streams.store(&self.session, &self.control);
         false
     }
 
@@ -169,6 +194,7 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
                 control.turns
             );
         }
+        self.geometries.note(&control);
         self.control = control;
     }
 
@@ -189,6 +215,10 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
     }
 
     fn handle(&mut self, request: &Request<T>) -> Result<Response<T>, Fault> {
+        use Request::{Counters, Identify, Parameters, Status};
+        if !matches!(request, Identify | Parameters(_) | Status | Counters) {
+            self.check()?;
+        }
         Ok(match request {
             Request::Identify => Response::Identity(Identity {
                 firmware: FIRMWARE,
@@ -197,6 +227,12 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
                 nominal: self.geometries.nominal.fingerprint,
             }),
             Request::Parameters(set) => Response::Parameters(self.geometries.message(*set)),
+            Request::Status => self.status(),
+            Request::Counters => Response::Counters(self.counters),
+            Request::Resume { stopped } => {
+                self.resume = *stopped;
+                self.status()
+            }
             Request::Begin(begin) => {
                 let nominal = &self.geometries.nominal.robot;
                 self.session.begin(nominal, begin)?;
@@ -210,7 +246,6 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
                 self.session.solve(*session, *samples)?;
                 self.status()
             }
-            Request::Status => self.status(),
             Request::Outcome { session, arm } => {
                 Response::Outcome(self.session.report(*session, *arm)?)
             }
@@ -232,7 +267,6 @@ impl<T: Number, F: NorFlash, S: NorFlash> Controller<T, F, S> {
                 let switched = self.geometries.revert(*from, *to)?;
                 self.switched(switched)
             }
-            Request::Counters => Response::Counters(self.counters),
             Request::Adopt { from, geometry } => {
                 let robot = geometry.robot().map_err(Fault::Geometry)?;
                 let switched = self.geometries.apply(*from, &robot)?;

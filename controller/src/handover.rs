@@ -1,7 +1,7 @@
 //! The control loop's interrupt, its timing, and its communication with the background.
 
-use crate::{Circle, ControlLoop, Controller, NewParameters, Number, Path, TURNS_A_SECOND};
-use core::sync::atomic::{AtomicBool, Ordering};
+use crate::{ControlLoop, Controller, Limits, NewParameters, Number, Path};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use delta_cal::Real;
 use delta_cal_protocol::ControlLoop as State;
 use embedded_storage::nor_flash::NorFlash;
@@ -14,14 +14,19 @@ pub struct Handover<T: Real> {
     parameters: Queue<NewParameters<T>, 2>,
     state: Queue<State<T>, 2>,
     calibrating: AtomicBool,
+    /// The stop after which the joints may move again.
+    resume: AtomicU32,
 }
 
 impl<T: Real> Handover<T> {
-    /// Splits it into its two sides; the control loop starts with `parameters` and follows a path.
+    /// Splits it into its two sides; the control loop starts with `parameters`, and with the joints at rest at these
+    /// angles, rad.
     pub fn split<P: Path<T>>(
         &mut self,
         parameters: &NewParameters<T>,
         path: P,
+        limits: &Limits<T>,
+        joints: [T; 3],
     ) -> (Background<'_, T>, Foreground<'_, T, P>) {
         let (parameters_in, parameters_out) = self.parameters.split();
         let (state_in, state_out) = self.state.split();
@@ -30,14 +35,16 @@ impl<T: Real> Handover<T> {
                 parameters: parameters_in,
                 state: state_out,
                 calibrating: &self.calibrating,
+                resume: &self.resume,
             },
             Foreground {
-                control_loop: ControlLoop::new(parameters, path),
+                control_loop: ControlLoop::new(parameters, path, limits, joints),
                 began: None,
                 late_by: 0,
                 parameters: parameters_out,
                 state: state_in,
                 calibrating: &self.calibrating,
+                resume: &self.resume,
             },
         )
     }
@@ -49,6 +56,7 @@ pub struct Background<'a, T: Real> {
     parameters: Producer<'a, NewParameters<T>>,
     state: Consumer<'a, State<T>>,
     calibrating: &'a AtomicBool,
+    resume: &'a AtomicU32,
 }
 
 impl<T: Number> Background<'_, T> {
@@ -64,6 +72,7 @@ impl<T: Number> Background<'_, T> {
             // There is room: nothing else fills the queue.
             let _ = self.hand_over(parameters);
         }
+        self.let_resume(controller.resume);
         self.calibrating
             .store(controller.session.calibrating(), Ordering::Relaxed);
     }
@@ -76,6 +85,11 @@ impl<T: Number> Background<'_, T> {
         self.parameters.enqueue(parameters)
     }
 
+    /// Lets the joints approach the path again after the [stop](State::stopped) at this turn.
+    pub fn let_resume(&self, stopped: u32) {
+        self.resume.store(stopped, Ordering::Relaxed);
+    }
+
     /// The last state of the control loop, if it is new: the queue holds one.
     pub fn state(&mut self) -> Option<State<T>> {
         self.state.dequeue()
@@ -84,7 +98,7 @@ impl<T: Number> Background<'_, T> {
 
 /// The side of the control loop's interrupt, including the loop. It measures the turns against a [`Timer`].
 #[allow(missing_debug_implementations)] // the ends of a queue implement no `Debug`
-pub struct Foreground<'a, T: Real, P = Circle<T>> {
+pub struct Foreground<'a, T: Real, P> {
     /// The control loop.
     pub control_loop: ControlLoop<T, P>,
     /// Start of the last turn, in ticks; `None` before the first.
@@ -95,33 +109,34 @@ pub struct Foreground<'a, T: Real, P = Circle<T>> {
     parameters: Consumer<'a, NewParameters<T>>,
     state: Producer<'a, State<T>>,
     calibrating: &'a AtomicBool,
+    resume: &'a AtomicU32,
 }
 
 impl<T: Real, P: Path<T>> Foreground<'_, T, P> {
     /// One turn, timed with `timer`; passes the joint targets to `drive`.
+    ///
+    /// A call within half a turn after the last one is left out: turns missed in a stall are not made up for in a burst.
     pub fn turn<C: Timer>(&mut self, timer: &C, drive: impl FnOnce(&[T; 3])) {
-        const {
-            assert!(
-                C::TICKS_A_SECOND / 10 >= TURNS_A_SECOND,
-                "a timer needs ten ticks for each turn of the control loop"
-            );
-            assert!(
-                C::MASK / 2 >= C::TICKS_A_SECOND / TURNS_A_SECOND,
-                "the timer comes around within two turns of the control loop"
-            );
-        }
-        let now = timer.now();
-        if let Some(began) = self.began.replace(now) {
+        let (now, period) = (timer.now(), i64::from(C::TICKS_A_SECOND));
+        let turns = i64::from(self.control_loop.state.turns_a_second);
+        debug_assert!(
+            turns > 0 && period / 10 >= turns && i64::from(C::MASK / 2) >= period / turns
+        );
+        if let Some(began) = self.began {
             let ticks = now.wrapping_sub(began) & C::MASK;
-            self.due(
-                i64::from(ticks) * i64::from(TURNS_A_SECOND) + self.late_by,
-                C::TICKS_A_SECOND.into(),
-            );
+            let time = i64::from(ticks) * turns;
+            if 2 * time < period {
+                return;
+            }
+            self.due(time + self.late_by, period);
         }
-        if !self.control_loop.switching()
-            && let Some(new) = self.parameters.dequeue()
+        self.began = Some(now);
+        self.control_loop
+            .resume(self.resume.load(Ordering::Relaxed));
+        if let Some(new) = self.parameters.peek()
+            && self.control_loop.switch_to(new)
         {
-            self.control_loop.switch_to(&new);
+            self.parameters.dequeue();
         }
         drive(self.control_loop.turn());
         let state = &mut self.control_loop.state;
@@ -158,7 +173,7 @@ impl<T: Real, P: Path<T>> Foreground<'_, T, P> {
 
 /// A free-running timer of the board.
 ///
-/// It only measures; a different clock may start the turns, and the two may differ by 200 ppm.
+/// It must run; a different clock may start the turns, and the two may differ by 200 ppm.
 pub trait Timer {
     /// Ticks per second: at least ten per turn, to resolve a tenth of a turn.
     const TICKS_A_SECOND: u32;

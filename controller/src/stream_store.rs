@@ -6,7 +6,7 @@ use core::fmt::Debug;
 use delta_cal::calibration::Joint;
 use delta_cal::stream::StreamCalibrator;
 use delta_cal::{Real, Robot};
-use delta_cal_protocol::{Begin, Reader, Scalar, Wire, Writer};
+use delta_cal_protocol::{Begin, ControlLoop, Reader, Scalar, Wire, Writer};
 use embedded_storage::nor_flash::NorFlash;
 
 /// The firmware's scalar type: `f32` or `f64`.
@@ -51,8 +51,8 @@ const VERSION: u8 = 0x83;
 /// sixteenth more samples: a million samples take about 200 records.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StreamPace {
-    /// Minimum number of control-loop turns between two records.
-    pub turns: u32,
+    /// Minimum time between two records, s; `u32::MAX`: never stores.
+    pub seconds: u32,
     /// A record waits until the number of new samples is the number of stored ones divided by this; with forgetting, of
     /// their mean age if that is smaller.
     pub part: u32,
@@ -61,7 +61,7 @@ pub struct StreamPace {
 impl Default for StreamPace {
     fn default() -> Self {
         Self {
-            turns: 60 * crate::TURNS_A_SECOND,
+            seconds: 60,
             part: 16,
         }
     }
@@ -123,12 +123,12 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
     }
 
     /// Stores the session when that is due at this turn of the control loop.
-    pub(crate) fn store(&mut self, session: &Session<T>, turn: u32) {
+    pub(crate) fn store(&mut self, session: &Session<T>, control: &ControlLoop<T>) {
         if let Some(begin) = session.storable()
-            && self.due(begin, session.samples(), turn)
+            && self.due(begin, session.samples(), control)
         {
             // Also before a failure, so that failing flash is not retried at every turn.
-            self.turn = turn;
+            self.turn = control.turns;
             match self.save(begin, session) {
                 Ok(()) => log!(info, "session {=u32:08x} stored", begin.session),
                 Err(error) => log!(warn, "session not stored: {}", error),
@@ -136,7 +136,7 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
         }
     }
 
-    fn due(&self, begin: &Begin<T>, samples: u32, turn: u32) -> bool {
+    fn due(&self, begin: &Begin<T>, samples: u32, control: &ControlLoop<T>) -> bool {
         let stored = match &self.stored {
             Some((session, stored)) if session == begin => *stored,
             _ => 0,
@@ -147,8 +147,12 @@ impl<T: Number, F: NorFlash> StreamStore<T, F> {
             .map_or(f64::INFINITY, Real::to_f64)
             .min(f64::from(stored));
         let enough = f64::from(new) * f64::from(self.pace.part) >= remembered;
-        let never = self.pace.turns == u32::MAX;
-        !never && new > 0 && enough && turn.wrapping_sub(self.turn) >= self.pace.turns
+        let never = self.pace.seconds == u32::MAX;
+        let turns = self
+            .pace
+            .seconds
+            .saturating_mul(control.turns_a_second.max(1));
+        !never && new > 0 && enough && control.turns.wrapping_sub(self.turn) >= turns
     }
 
     /// Keeps the stored session from being resumed: its result is in use.

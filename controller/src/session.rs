@@ -175,23 +175,7 @@ impl<T: Number> Session<T> {
         }
         let working = either!(stream, own => own.step()) == Progress::Working;
         if !working && stream.finished() {
-            match self.phase() {
-                Phase::Solved { fingerprint, .. } => log!(
-                    info,
-                    "session {=u32:08x}: solved, {=u32:08x}",
-                    self.number(),
-                    fingerprint
-                ),
-                Phase::CalibrationRefused { refusal, .. } => {
-                    log!(
-                        warn,
-                        "session {=u32:08x}: refused, {}",
-                        self.number(),
-                        refusal
-                    );
-                }
-                _ => {}
-            }
+            log!(info, "session {=u32:08x}: solve finished", self.number());
         }
         working
     }

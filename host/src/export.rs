@@ -57,6 +57,8 @@ pub struct Settings {
     pub inches: bool,
     /// The largest error of interpolation between the nodes of a correction table, mm.
     pub limit: Option<f64>,
+    /// The radius of the printed area, mm; `None` for the largest distance of a wanted position from the axis.
+    pub bed_radius: Option<f64>,
     /// The motion after which z is the height above the bed, if heights were measured. The fit keeps its level.
     pub level: Option<Frame>,
 }

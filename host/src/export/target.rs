@@ -331,8 +331,11 @@ impl Fitted<'_> {
             // No carriage moves up from its end stop.
             "lowest_endstop" => mm(lowest_endstop),
             "below_endstop" => mm(lowest_endstop - endstops[arm]),
-            // The largest distance of a wanted position from the z axis.
-            "reach" => text(format!("{:.1}", self.reach.ceil())),
+            // Of the printed area: as stated, or the largest distance of a wanted position from the z axis.
+            "reach" => {
+                let reach = self.settings.bed_radius.unwrap_or(self.reach.ceil());
+                text(format!("{reach:.1}"))
+            }
             // The robot's own parameters, their number, and the range of the joints.
             "dx" => mm(dx),
             "dy" => mm(dy),
@@ -453,7 +456,7 @@ mod tests {
 
     #[test]
     fn the_file_of_targets_is_read_and_its_quantities_are_known() {
-        assert_eq!(targets().len(), 15);
+        assert_eq!(targets().len(), 16);
         let robot = RobotFile::read(&InputText::new("robot.toml", ROBOT_TOML)).unwrap();
         let shapes = Shape::all(&robot.robot, &[0.0; 3], &RigidTransform::identity());
         let drive = robot.robot.drive();

@@ -34,13 +34,8 @@ pub struct Change {
     pub unit: &'static str,
 }
 
-/// Of what was read, and of lines that are worth pasting.
-pub(super) fn notes(
-    imported: &Imported,
-    solution: &Solution,
-    pasted: bool,
-    changes: &[Change],
-) -> Vec<String> {
+/// Of what was read.
+pub(super) fn notes(imported: &Imported, solution: &Solution) -> Vec<String> {
     let mut notes = Vec::new();
     if let [bed, probe] = solution.places.planes.as_slice() {
         let off = probe.offset - bed.offset;
@@ -53,16 +48,20 @@ pub(super) fn notes(
         }
     }
     notes.extend(common_scale(imported));
+    notes
+}
+
+/// The warning of lines that move an end stop far.
+pub(super) fn crash(changes: &[Change]) -> Option<String> {
     let endstops = changes.iter().filter(|own| is_endstop(&own.name));
     let moved = endstops.map(|own| (own.after - own.before).abs());
     let most = moved.fold(0.0, f64::max);
-    if pasted && most > CRASH {
-        notes.push(format!(
-            "An end stop moves by {most:.1} mm: after pasting, home and lower the nozzle onto the bed by hand in steps of 1 mm \
-             before anything else. A wrong end stop drives it into the bed."
-        ));
-    }
-    notes
+    (most > CRASH).then(|| {
+        format!(
+            "WARNING: an end stop moves by {most:.1} mm. After pasting, home, and lower the nozzle by hand in steps of 1 mm \
+             before anything else: a wrong end stop drives it into the bed."
+        )
+    })
 }
 
 fn is_endstop(name: &str) -> bool {

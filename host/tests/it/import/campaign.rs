@@ -372,8 +372,9 @@ impl Found {
         };
         if let (Some(own), Some(_)) = (found.better_probability, &found.lines) {
             let [[height, _, across], before] = [ours, controller].map(|own| prints(&made, &own));
-            self.better.push((own.height, height < before[HEIGHT]));
-            self.better.push((own.across, across < before[2]));
+            let flatter = own.height.map(|own| (own, height < before[HEIGHT]));
+            let nearer = own.across.map(|own| (own, across < before[2]));
+            self.better.extend(flatter.into_iter().chain(nearer));
         }
         let extended = fitted(&controller, &rows);
         rows.retain(|row| matches!(row, Row::Height(..)));

@@ -6,6 +6,7 @@ mod assess;
 mod contradiction;
 mod next;
 mod notes;
+mod shape;
 
 use crate::calibration::{CalibrateError, Refused, read_samples};
 use crate::files::input::InputText;

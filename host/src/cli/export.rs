@@ -116,13 +116,13 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         return Err(error.with_remedy(remedy).into());
     }
     let settings = Settings {
-        bed_radius: None,
         height: arguments.height,
         home: home(arguments, drive)?,
         platform_radius: arguments.platform_radius,
         inches,
         limit: arguments.limit,
         level: level(arguments, &robot)?,
+        ..Settings::default()
     };
     let wanted = match &arguments.positions {
         Some(path) => {

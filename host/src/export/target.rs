@@ -383,6 +383,9 @@ impl Fitted<'_> {
 
     /// With towers: the height of the nozzle at x = y = 0 with each carriage at its end stop, mm.
     fn endstops(&self) -> [f64; 3] {
+        if let Some(kept) = self.settings.endstops {
+            return kept;
+        }
         let mut endstops = self.home;
         for (endstop, tower) in endstops.iter_mut().zip(&self.geometry.arms) {
             let square = tower.lower * tower.lower - tower.radius * tower.radius;

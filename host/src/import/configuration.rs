@@ -15,9 +15,7 @@ pub(super) const SAVED: &str = "[delta_calibrate]";
 /// The bed as probed last.
 pub(super) const MESH: &str = "[bed_mesh default]";
 /// The sections that are read. Everything else is skipped.
-const SECTIONS: [&str; 6] = [
-    PRINTER, STEPPERS[0], STEPPERS[1], STEPPERS[2], SAVED, MESH,
-];
+const SECTIONS: [&str; 6] = [PRINTER, STEPPERS[0], STEPPERS[1], STEPPERS[2], SAVED, MESH];
 /// The probe's section, under any of its names.
 pub(super) const PROBE: &str = "[probe]";
 const PROBES: [&str; 5] = [

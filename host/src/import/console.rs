@@ -205,8 +205,13 @@ fn answers(imported: &Imported, text: &InputText, content: &str) -> Result<Vec<T
 
 /// Numbers separated by these marks; `None` if anything else stands between them.
 fn numbers(text: &str, marks: &[char]) -> Option<Vec<f64>> {
-    let parts = text.split(marks).map(str::trim).filter(|own| !own.is_empty());
-    parts.map(|own| own.parse().ok().filter(|own: &f64| own.is_finite())).collect()
+    let parts = text
+        .split(marks)
+        .map(str::trim)
+        .filter(|own| !own.is_empty());
+    parts
+        .map(|own| own.parse().ok().filter(|own: &f64| own.is_finite()))
+        .collect()
 }
 
 /// A table `x_mm,y_mm,height_mm`: places of the nozzle.

@@ -72,8 +72,7 @@ fn command(line: &str) -> Option<Vec<Word>> {
         .into_iter()
         .find_map(|known| Some((known, upper.find(known)?)))?;
     let printed = |word: &str| {
-        word.ends_with([':', '>', ']', '<'])
-            || word.starts_with(|own: char| own.is_ascii_digit())
+        word.ends_with([':', '>', ']', '<']) || word.starts_with(|own: char| own.is_ascii_digit())
     };
     let (before, words) = (&upper[..at], &upper[at + command.len()..]);
     let glued = !before.is_empty() && !before.ends_with([' ', '\t', ':', '>']);
@@ -140,7 +139,9 @@ fn read(
     let mut entries = BTreeMap::new();
     for input in files(input, firmware, includes)? {
         for (line, own) in (1..).zip(input.text().lines()) {
-            let words = command(own).or_else(|| constant(own)).or_else(|| answer(own));
+            let words = command(own)
+                .or_else(|| constant(own))
+                .or_else(|| answer(own));
             for (command, letter, numbers) in words.unwrap_or_default() {
                 let value = numbers.ok_or_else(|| {
                     let constant = own.trim_start().strip_prefix("#define ");
@@ -210,7 +211,9 @@ impl Settings {
 
 /// Refuses Smoothieware's M665, whose letters mean something else.
 fn refuse_smoothieware(words: &Settings, input: &InputText) -> Result<(), InputError> {
-    let own = OF_SMOOTHIEWARE.into_iter().find(|own| words.get(M665, own).is_some());
+    let own = OF_SMOOTHIEWARE
+        .into_iter()
+        .find(|own| words.get(M665, own).is_some());
     if own.is_none() && !input.text().contains(MAX_Z) {
         return Ok(());
     }
@@ -334,7 +337,9 @@ pub(super) fn import(
     };
     // G33 keeps nozzle and probe within the printable radius; Marlin 1.1 states the circle itself.
     let margin = words.number(M665, "Q")?.unwrap_or(USUAL_MARGIN);
-    let within = words.number(M665, "P")?.map(|own| own - margin - imported.probe.distance());
+    let within = words
+        .number(M665, "P")?
+        .map(|own| own - margin - imported.probe.distance());
     imported.probed_radius = within.or(bed);
     imported.one_rod = one_rod;
     Ok(imported)

@@ -1,7 +1,7 @@
 //! The result of an import.
 
-use super::settings::Settings;
 use super::probe::Probe;
+use super::settings::Settings;
 use super::{Firmware, Stated};
 use crate::files::columns::Quantity;
 use crate::files::input::InputError;
@@ -53,7 +53,14 @@ pub(super) fn kept(text: &str) -> Option<[[f64; 4]; 2]> {
     let line = text.lines().rev().find_map(|own| own.split_once(KEPT))?.1;
     let numbers = line.split(|own: char| !(own.is_ascii_digit() || own == '.'));
     let mut numbers = numbers.filter_map(|own| own.parse().ok());
-    let mut four = || Some([numbers.next()?, numbers.next()?, numbers.next()?, numbers.next()?]);
+    let mut four = || {
+        Some([
+            numbers.next()?,
+            numbers.next()?,
+            numbers.next()?,
+            numbers.next()?,
+        ])
+    };
     Some([four()?, four()?])
 }
 
@@ -384,15 +391,18 @@ impl Imported {
         let at = |[x, y]: &[f64; 2]| self.configured.inverse(&Vector3::new(*x, *y, 0.0)).ok();
         let held: Vec<_> = places.iter().filter_map(at).collect();
         self.held = held.len();
-        self.names.extend(vec!["the bed as configured".to_owned(); held.len()]);
-        self.readings.rows.extend(held.into_iter().map(|joints| Row {
-            line: 0,
-            value: Reading {
-                height: Some((0, 0.0)),
-                sigma: Some(BED),
-                ..Reading::at(joints)
-            },
-        }));
+        self.names
+            .extend(vec!["the bed as configured".to_owned(); held.len()]);
+        self.readings
+            .rows
+            .extend(held.into_iter().map(|joints| Row {
+                line: 0,
+                value: Reading {
+                    height: Some((0, 0.0)),
+                    sigma: Some(BED),
+                    ..Reading::at(joints)
+                },
+            }));
         self.readings.planes = vec!["plane".to_owned()];
         self.robot.instruments.height_noise = Some(BED);
         self.robot.instruments.planes =
@@ -464,7 +474,8 @@ impl Imported {
 
     /// The comment of lines that says what was configured before any was pasted.
     pub(crate) fn kept(&self, controller: &Robot<f64>) -> Option<String> {
-        if controller.drive() == Drive::Rotary {
+        // Marlin keeps no comments.
+        if controller.drive() == Drive::Rotary || self.firmware == Firmware::Marlin {
             return None;
         }
         let [first, ..] = controller.arms();

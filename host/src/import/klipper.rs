@@ -68,8 +68,14 @@ pub(super) fn import(
     let mut imported = machine.imported(&settings, home, readings, notes)?;
     imported.names = names;
     imported.probe = Probe {
-        clearance: settings.number(SAVED, "horizontal_move_z")?.unwrap_or_default(),
-        ..Probe::of(&settings, configuration::PROBE, ["x_offset", "y_offset", "z_offset"])?
+        clearance: settings
+            .number(SAVED, "horizontal_move_z")?
+            .unwrap_or_default(),
+        ..Probe::of(
+            &settings,
+            configuration::PROBE,
+            ["x_offset", "y_offset", "z_offset"],
+        )?
     };
     if imported.readings.rows.is_empty() && broken.is_none() {
         let meshed = mesh(&settings)?;
@@ -226,8 +232,7 @@ fn mesh(settings: &Settings) -> Result<Vec<Touch>, InputError> {
         return Ok(Vec::new());
     };
     let side = |axis: &str| {
-        let [low, high] =
-            ["min", "max"].map(|end| settings.number(MESH, &format!("{end}_{axis}")));
+        let [low, high] = ["min", "max"].map(|end| settings.number(MESH, &format!("{end}_{axis}")));
         Ok::<_, InputError>(low?.zip(high?))
     };
     let (Some(x), Some(y)) = (side("x")?, side("y")?) else {
@@ -243,7 +248,11 @@ fn mesh(settings: &Settings) -> Result<Vec<Touch>, InputError> {
     for (at, row) in rows.iter().enumerate() {
         let values: Vec<_> = row.split(',').collect();
         for (index, value) in values.iter().enumerate() {
-            let z = value.trim().parse().ok().filter(|own: &f64| own.is_finite());
+            let z = value
+                .trim()
+                .parse()
+                .ok()
+                .filter(|own: &f64| own.is_finite());
             let z = z.ok_or_else(|| settings.damaged(MESH, "points", "rows of numbers"))?;
             let place = [along(x, index, values.len()), along(y, at, rows.len())];
             if place[0].hypot(place[1]) <= out {

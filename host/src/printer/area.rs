@@ -273,7 +273,11 @@ impl Off {
     /// Without what the readings say nothing of.
     pub(super) fn of_readings(mut self, judged: Judged) -> Self {
         if !judged.height {
-            for own in [&mut self.height, &mut self.height_sigma, &mut self.worst_height] {
+            for own in [
+                &mut self.height,
+                &mut self.height_sigma,
+                &mut self.worst_height,
+            ] {
                 *own = f64::NAN;
             }
             self.map.clear();
@@ -287,12 +291,12 @@ impl Off {
         self
     }
 
-    /// Whether it prints clearly better than another one, higher or wider, and not worse in the other, as far as that is
-    /// judged.
+    /// Whether it prints clearly better than another one in what is judged, and nowhere worse.
     pub(super) fn is_better_than(&self, other: &Self, judged: Judged) -> bool {
-        let height = judged.height.then_some(self.height / other.height);
-        let across = judged.across.then_some(self.across / other.across);
-        let parts = || height.into_iter().chain(across);
-        parts().any(|own| own < BETTER) && parts().all(|own| own < 1.0 / BETTER)
+        let height = (judged.height, self.height / other.height);
+        let across = (judged.across, self.across / other.across);
+        let parts = [height, across];
+        parts.iter().any(|(judged, own)| *judged && *own < BETTER)
+            && parts.iter().all(|(_, own)| *own < 1.0 / BETTER)
     }
 }

@@ -11,9 +11,9 @@ use crate::export::target::{Entry, Target, Written};
 use crate::export::{Case, Settings, held, target};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Kind;
+use crate::fit::Solution;
 use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT};
 use crate::fit::solution::RowFit;
-use crate::fit::Solution;
 use crate::import::{Imported, SHRINKAGE};
 use delta_cal::Robot;
 use nalgebra::Vector3;
@@ -88,7 +88,10 @@ fn lines(
     let comments = comments.map(|own| format!("{comment} {own}\n"));
     let kept = controller.and_then(|own| imported.kept(own));
     let kept = kept.map(|own| format!("{comment} {own}\n"));
-    comments.chain(kept).chain([written.lines.clone()]).collect()
+    comments
+        .chain(kept)
+        .chain([written.lines.clone()])
+        .collect()
 }
 
 /// Where the bed was touched, mm.
@@ -136,6 +139,14 @@ impl Printer {
             bed_radius: imported.bed_radius,
             ..Settings::default()
         };
+        let [heights, distances] = imported.counts();
+        // Where nothing was touched, no height changes.
+        let origin = imported.towers.inverse(&Vector3::zeros()).ok();
+        let kept = origin.map(|low| [0, 1, 2].map(|arm| imported.home[arm] - low[arm]));
+        let settings = Settings {
+            endstops: kept.filter(|_| heights == 0),
+            ..settings
+        };
         let target = target(imported.target(), robot.robot.drive())?;
         let export = Case {
             robot: calibrated,
@@ -150,7 +161,6 @@ impl Printer {
         let uncertain = Uncertain::of(calibrated, &poses).ok_or(ExportError::TooFewPositions(0))?;
         let covariance = solution.expected_of_robot();
         let sigmas = [&uncertain.height, &uncertain.across].map(|own| own.dot(&covariance).sqrt());
-        let [heights, distances] = imported.counts();
         let judged = Judged {
             height: heights > 0,
             across: distances > 0,
@@ -223,7 +233,9 @@ impl Printer {
 
     /// What the configuration calls the reading that fits worst.
     pub(crate) fn worst(imported: &Imported, solution: &Solution) -> Option<String> {
-        imported.names.get(Self::furthest(solution)?).cloned()
+        let measured = imported.readings.rows.len() - imported.held;
+        let furthest = Self::furthest(solution).filter(|own| *own < measured)?;
+        imported.names.get(furthest).cloned()
     }
 
     /// The reading without which the squared residuals shrink most.

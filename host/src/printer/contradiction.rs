@@ -25,8 +25,9 @@ pub(crate) fn contradicting(
     let first = Printer::noise(solution);
     let (mut others, mut solution) = (imported.clone(), solution.clone());
     let (mut names, mut kinds) = (Vec::new(), Vec::new());
-    for _ in 0..=imported.readings.rows.len() / READINGS_FOR_ONE {
-        let index = Printer::furthest(&solution)?;
+    let measured = imported.readings.rows.len() - imported.held;
+    for _ in 0..=measured / READINGS_FOR_ONE {
+        let index = Printer::furthest(&solution).filter(|own| *own < measured - names.len())?;
         kinds.push(others.readings.rows.remove(index).value.kind()?);
         names.push(others.names.remove(index));
         solution = solve(&others.robot, &others.readings, &Options::default()).ok()?;
@@ -84,9 +85,14 @@ pub(crate) fn bad_touch(imported: &Imported) -> Option<Refused> {
     let squares: Vec<_> = off.iter().map(|own| own.1.norm_squared()).collect();
     let (mean, spread) = scatter(&squares);
     let bowl = off.iter().zip(&squares);
-    let bowl = bowl.map(|(own, square)| own.2 * (square - mean)).sum::<f64>()
+    let bowl = bowl
+        .map(|(own, square)| own.2 * (square - mean))
+        .sum::<f64>()
         / (off.len() as f64 * spread * spread).max(f64::MIN_POSITIVE);
-    let flat = off.iter().zip(&squares).map(|(own, square)| own.2 - bowl * square);
+    let flat = off
+        .iter()
+        .zip(&squares)
+        .map(|(own, square)| own.2 - bowl * square);
     if scatter(&flat.collect::<Vec<_>>()).1 < 2.0 * left.max(TOUCH) {
         return None;
     }

@@ -47,6 +47,7 @@ pub(super) fn notes(imported: &Imported, solution: &Solution) -> Vec<String> {
             ));
         }
     }
+    notes.extend(super::shape::note(imported, solution));
     notes.extend(common_scale(imported));
     notes
 }
@@ -126,7 +127,7 @@ pub(crate) fn common_scale(imported: &Imported) -> Option<String> {
         Some(distance / (to - from).norm())
     });
     let parts: Vec<_> = parts.collect();
-    if parts.len() < LEAST_DISTANCES || robot.drive() != Drive::Linear {
+    if parts.len() < LEAST_DISTANCES {
         return None;
     }
     let count = parts.len() as f64;
@@ -138,11 +139,20 @@ pub(crate) fn common_scale(imported: &Imported) -> Option<String> {
         return None;
     }
     let percent = 100.0 * off;
-    let lengths = lengths_for(robot, imported.bed_radius, mean);
-    let lengths = lengths.map_or_else(
-        || "other rods".to_owned(),
-        |[rods, radius]| format!("rods of {rods:.1} mm with a radius of {radius:.1} mm"),
-    );
+    let towers = robot.drive() == Drive::Linear;
+    let lengths = towers.then(|| lengths_for(robot, imported.bed_radius, mean));
+    let lengths = match lengths {
+        Some(Some([rods, radius])) => {
+            format!("rods of {rods:.1} mm with a radius of {radius:.1} mm")
+        }
+        Some(None) => "other rods".to_owned(),
+        None => "other forearms or another shoulder_radius".to_owned(),
+    };
+    let measure = if towers {
+        "the rods between their joints with a calliper and state them: --rods 345±0.1mm"
+    } else {
+        "the forearms between their joints with a calliper and correct lower_arm_length"
+    };
     let (word, shrink) = if mean < 1.0 {
         let shrink = format!("; prints that shrink by {percent:.1} % (--shrinkage)");
         ("short", shrink)
@@ -150,9 +160,8 @@ pub(crate) fn common_scale(imported: &Imported) -> Option<String> {
         ("long", String::new())
     };
     Some(format!(
-        "All {} distances are {percent:.1} % (±{:.2} %) too {word}: a common scale. Possible causes: {lengths}; a belt or steps \
-         per mm {percent:.1} % off{shrink}. Measure the rods between their joints with a calliper and state them: --rods \
-         345±0.1mm.",
+        "All {} distances are {percent:.1} % (±{:.2} %) too {word}: a common scale. Possible causes: {lengths}; a belt, gear or \
+         steps per mm {percent:.1} % off{shrink}. Measure {measure}.",
         parts.len(),
         100.0 * scatter / count.sqrt(),
     ))

@@ -337,7 +337,8 @@ fn proposal(report: &Report, printer: &Printer, next: &Next) -> String {
             places.collect::<Vec<_>>().join(" ")
         )
     } else {
-        "touch the bed at more places: delta-cal plan with --count 16 writes the G30 commands".to_owned()
+        "touch the bed at more places: delta-cal plan with --count 16 writes the G30 commands"
+            .to_owned()
     };
     let print = if klipper {
         "print Klipper's docs/prints/calibrate_size.stl and measure its twelve distances (DELTA_ANALYZE)"
@@ -345,7 +346,9 @@ fn proposal(report: &Report, printer: &Printer, next: &Next) -> String {
         "print a long part, measure it with a calliper, and state its length (--printed 100=99.7)"
     };
     // One printed length is no substitute for twelve, but all that other firmware can be told.
-    let object = next.with_object.filter(|_| klipper || printer.distances == 0);
+    let object = next
+        .with_object
+        .filter(|_| klipper || printer.distances == 0);
     let both = [(object, print.to_owned()), (next.with_heights, touch)];
     let both = both
         .into_iter()

@@ -38,12 +38,11 @@ pub fn read(
 ) -> Result<Imported, CalibrateError> {
     let mut printer = firmware.import(text, stated, includes)?;
     if let Some(samples) = samples {
-        printer = match touched(&printer, samples)? {
-            Some(touched) => touched,
-            None => {
-                let readings = read_samples(samples, &printer.robot, options)?;
-                printer.with_readings(readings)
-            }
+        printer = if let Some(touched) = touched(&printer, samples)? {
+            touched
+        } else {
+            let readings = read_samples(samples, &printer.robot, options)?;
+            printer.with_readings(readings)
         };
     } else if printer.readings.rows.is_empty()
         && let Some(touched) = touched(&printer, text)?

@@ -154,9 +154,10 @@ fn answers(imported: &Imported, text: &InputText, content: &str) -> Result<Vec<T
         if let Some(rest) = after("probe at ").or(after("probe: at ")) {
             let (x, y) = rest.split_once(',').unwrap_or_default();
             // Since January 2026 Klipper names the place of the probe.
-            let named = match own.contains("bed will contact") {
-                true => Named::Probe,
-                false => Named::Nozzle,
+            let named = if own.contains("bed will contact") {
+                Named::Probe
+            } else {
+                Named::Nozzle
             };
             add(named, first(x), first(y), number("z="));
         } else if let Some(rest) = after("bed x:") {

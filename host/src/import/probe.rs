@@ -64,27 +64,20 @@ impl Imported {
             Firmware::RepRapFirmware => "M112 (then M999)",
             Firmware::Marlin => "M112 or the power switch",
         };
-        let mut commands = format!(
+        let [beside_x, beside_y] = self.probe.offset.unwrap_or_default();
+        let touch = |[x, y]: &[f64; 2]| match self.firmware {
+            Firmware::Klipper => format!("G1 X{x:.1} Y{y:.1} F3000\nPROBE"),
+            Firmware::RepRapFirmware => format!("G1 X{x:.1} Y{y:.1} F6000\nG30 S-1"),
+            // Marlin moves the probe there, not the nozzle.
+            Firmware::Marlin => format!("G30 X{:.1} Y{:.1}", x + beside_x, y + beside_y),
+        };
+        let touches = places.iter().map(touch);
+        let touches = touches.map(|own| format!("{own}\nG1 Z{clear} F600\n"));
+        format!(
             "; To stop at once: {stop}. Watch the first touch: the probe must be deployed and clear of the bed.\n\
              G28\n\
-             G1 Z{clear} F600 ; slowly, from above\n"
-        );
-        let [beside_x, beside_y] = self.probe.offset.unwrap_or_default();
-        for [x, y] in places {
-            commands += &match self.firmware {
-                Firmware::Klipper => {
-                    format!("G1 Z{clear} F600\nG1 X{x:.1} Y{y:.1} F3000\nPROBE\n")
-                }
-                Firmware::RepRapFirmware => {
-                    format!("G1 Z{clear} F600\nG1 X{x:.1} Y{y:.1} F6000\nG30 S-1\n")
-                }
-                // Marlin moves the probe there, not the nozzle.
-                Firmware::Marlin => {
-                    let (x, y) = (x + beside_x, y + beside_y);
-                    format!("G1 Z{clear} F600\nG30 X{x:.1} Y{y:.1}\n")
-                }
-            };
-        }
-        commands + &format!("G1 Z{clear} F600\n")
+             G1 Z{clear} F600 ; slowly, from above\n{}",
+            touches.collect::<String>()
+        )
     }
 }

@@ -98,13 +98,8 @@ impl Uncertain {
     /// ⟨|m₁|² − |m₂|²⟩ + 2 ⟨(m₁ − m₂)ᵀ J⟩ δ,   δ ~ N(0, C)
     /// ```
     ///
-    /// `None` if both know the same.
-    pub(super) fn better(
-        &self,
-        before: &Off,
-        after: &Off,
-        covariance: &RobotCovariance,
-    ) -> Option<Better> {
+    /// `None` where both know the same.
+    pub(super) fn better(&self, before: &Off, after: &Off, covariance: &RobotCovariance) -> Better {
         let of = |axes: Vector3<f64>| {
             let (mut mean, mut by_parameters) = (0.0, SVector::zeros());
             for (position, jacobian) in &self.on_bed {
@@ -121,10 +116,10 @@ impl Uncertain {
             let sigma = by_parameters.dot(&(covariance * by_parameters)).sqrt();
             Some(Normal::new(mean, sigma).ok()?.sf(0.0))
         };
-        Some(Better {
+        Better {
             height: of(Vector3::new(0.0, 0.0, 1.0)),
             across: of(Vector3::new(1.0, 1.0, 0.0)),
-        })
+        }
     }
 }
 

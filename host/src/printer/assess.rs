@@ -173,7 +173,7 @@ impl Printer {
         let after = pasted.and_then(look);
         let both = before.as_ref().zip(after.as_ref());
         let better_probability =
-            both.and_then(|(before, after)| uncertain.better(before, after, &covariance));
+            both.map(|(before, after)| uncertain.better(before, after, &covariance));
         let better_probability = better_probability.map(|own| own.of(judged));
         let better = match (&before, &after) {
             (Some(before), Some(after)) => after.is_better_than(before, judged),

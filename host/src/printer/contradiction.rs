@@ -2,11 +2,14 @@
 
 use super::assess::Printer;
 use crate::calibration::Refused;
+use crate::fit::solution::PARAMETERS;
 use crate::fit::{Options, Solution, solve};
 use crate::import::Imported;
 use crate::text::rounded;
-use delta_cal::Robot;
+use delta_cal::calibration::ToleranceError;
 use delta_cal::robot::{Arm, Drive};
+use delta_cal::{Robot, Tolerance};
+use nalgebra::SVector;
 
 /// Noise so many times the usual is doubtful.
 pub(crate) const DOUBTFUL: f64 = 3.0;
@@ -116,61 +119,78 @@ const CONTRADICTED: f64 = 3.0;
 /// The refusal of a stated length of the rods, or radius, that the distances contradict.
 pub(crate) fn contradicted_length(imported: &Imported) -> Option<Refused> {
     let [_, distances] = imported.counts();
-    let robot = &imported.robot;
-    if distances == 0 || robot.robot.drive() == Drive::Rotary {
+    if distances == 0 || imported.robot.robot.drive() == Drive::Rotary {
         return None;
     }
-    let tolerance = robot.tolerance?;
     let (rods, radius) = imported.stated;
-    let mean = |robot: &Robot<f64>, of: fn(&Arm<f64>) -> f64| {
-        robot.arms().iter().map(of).sum::<f64>() / 3.0
+    let rods = rods.then(|| {
+        let by = |_: &Arm<f64>| vec![(LB, 1.0)];
+        contradicted(
+            imported,
+            Tolerance::with_forearm,
+            Tolerance::forearm,
+            (Arm::lb, by),
+        )
+        .map(|own| format!("--rods states rods of {own}"))
+    });
+    let radius_contradicted = || {
+        let of = |arm: &Arm<f64>| arm.d().xy().norm();
+        let by = |arm: &Arm<f64>| {
+            let out = arm.d().xy().normalize();
+            vec![(0, out.x), (1, out.y)]
+        };
+        contradicted(
+            imported,
+            Tolerance::with_radius,
+            Tolerance::radius,
+            (of, by),
+        )
+        .map(|own| format!("--radius states a radius of {own}"))
     };
-    let radius_of = |arm: &Arm<f64>| arm.d().xy().norm();
-    let lengths: [(bool, &str, &str, fn(&Arm<f64>) -> f64, f64); 2] = [
-        (rods, "rods", "--rods", Arm::lb, tolerance.forearm()),
-        (radius, "radius", "--radius", radius_of, tolerance.radius()),
-    ];
-    lengths.into_iter().find_map(|(stated, what, option, of, sigma)| {
-        let open = match what {
-            "rods" => tolerance.with_forearm(UNKNOWN),
-            _ => tolerance.with_radius(UNKNOWN),
-        };
-        let mut other = robot.clone();
-        other.tolerance = Some(open.ok().filter(|_| stated)?);
-        let found = solve(&other, &imported.readings, &Options::default()).ok()?;
-        let [own, found_length] = [&robot.robot, &found.robot].map(|own| mean(own, of));
-        // The columns of the common length: each arm's own, or its distance from the axis.
-        let covariance = found.of_parameters();
-        let mut variance = 0.0;
-        let by = |arm: usize| {
-            let [x, y] = match what {
-                "rods" => return vec![(8 * arm + 7, 1.0 / 3.0)],
-                _ => {
-                    let out = robot.robot.arms()[arm].d().xy().normalize();
-                    [out.x / 3.0, out.y / 3.0]
-                }
-            };
-            vec![(8 * arm, x), (8 * arm + 1, y)]
-        };
-        let columns: Vec<_> = (0..3).flat_map(by).collect();
-        for (row, one) in &columns {
-            for (column, two) in &columns {
-                variance += one * two * covariance[(*row, *column)];
-            }
+    let cause = rods
+        .flatten()
+        .or_else(|| radius.then(radius_contradicted).flatten())?;
+    Some(Refused::new(
+        cause,
+        "Measure it again, between the joints of a rod or from the towers' axis to that of the platform's joints. If it is \
+         right, the distances share an error: state --shrinkage.",
+    ))
+}
+
+/// Index of the rod among an arm's parameters.
+const LB: usize = 7;
+
+/// A stated mean length of the arms and what the readings say of it if its σ is open, in words, if these contradict each
+/// other.
+fn contradicted(
+    imported: &Imported,
+    opened: impl Fn(Tolerance<f64>, f64) -> Result<Tolerance<f64>, ToleranceError>,
+    sigma: impl Fn(&Tolerance<f64>) -> f64,
+    (of, by): (
+        impl Fn(&Arm<f64>) -> f64,
+        impl Fn(&Arm<f64>) -> Vec<(usize, f64)>,
+    ),
+) -> Option<String> {
+    let robot = &imported.robot;
+    let tolerance = robot.tolerance?;
+    let mut open = robot.clone();
+    open.tolerance = Some(opened(tolerance, UNKNOWN).ok()?);
+    let found = solve(&open, &imported.readings, &Options::default()).ok()?;
+    let mean = |robot: &Robot<f64>| robot.arms().iter().map(&of).sum::<f64>() / 3.0;
+    let [own, is] = [mean(&robot.robot), mean(&found.robot)];
+    let mut by_parameters = SVector::<f64, PARAMETERS>::zeros();
+    for (index, arm) in robot.robot.arms().iter().enumerate() {
+        for (parameter, part) in by(arm) {
+            by_parameters[8 * index + parameter] = part / 3.0;
         }
-        let spread = (variance.max(0.0) + sigma * sigma).sqrt();
-        let off = found_length - own;
-        (off.abs() > CONTRADICTED * spread).then(|| {
-            Refused::new(
-                format!(
-                    "{option} states a {what} of {} mm; the distances say {found_length:.1} ± {:.1} mm.",
-                    rounded(own),
-                    variance.max(0.0).sqrt()
-                )
-                .replace("a rods", "rods"),
-                "Measure it again, between the joints of a rod or from the towers' axis to that of the platform's joints. \
-                 If it is right, the distances share an error: state --shrinkage.",
-            )
-        })
+    }
+    let variance = by_parameters.dot(&(found.of_parameters() * by_parameters));
+    let spread = (variance + sigma(&tolerance).powi(2)).sqrt();
+    ((is - own).abs() > CONTRADICTED * spread).then(|| {
+        format!(
+            "{} mm; the distances say {is:.1} ± {:.1} mm.",
+            rounded(own),
+            variance.max(0.0).sqrt()
+        )
     })
 }

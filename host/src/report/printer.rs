@@ -356,9 +356,10 @@ fn proposal(report: &Report, printer: &Printer, next: &Next) -> String {
     let worthwhile = both.filter(|(error, _)| *error < (1.0 - WORTH) * next.now);
     let best = worthwhile.min_by(|one, other| one.0.total_cmp(&other.0));
     if let Some((error, proposal)) = best {
-        let then = match klipper {
-            true => format!(" (expected position error then {error:.2} mm)"),
-            false => String::new(),
+        let then = if klipper {
+            format!(" (expected position error then {error:.2} mm)")
+        } else {
+            String::new()
         };
         return format!("Measure next: {proposal}{then}.");
     }

@@ -69,8 +69,8 @@ fn flat(firmware: Firmware, text: &str, answers: &str, made: &Made, told: &Told)
 fn uneven_beds_offset_probes_and_tilts_are_calibrated_as_well() {
     let set = set("A1");
     let mut squares = [[0.0; 2]; 4];
-    for index in 0..size(10, 40) {
-        let mut rng = generator(970, index as u64);
+    for index in 0..size(4_u32, 40) {
+        let mut rng = generator(970, u64::from(index));
         let mut made = Made::new(&set, &mut rng);
         made.bed = [0; 6].map(|_| 0.03 * normal(&mut rng));
         let level = Told {
@@ -132,7 +132,7 @@ fn uneven_beds_offset_probes_and_tilts_are_calibrated_as_well() {
             sums[1] += stated * stated;
         }
     }
-    let rms = squares.map(|own| own.map(|own| f64::sqrt(own / size(10, 40) as f64)));
+    let rms = squares.map(|own| own.map(|own| f64::sqrt(own / f64::from(size(4_u32, 40)))));
     eprintln!("is, stated: below, beside, tilted, Marlin: {rms:.4?}");
     let [[below, _], others @ ..] = rms;
     for [own, _] in others {
@@ -145,8 +145,8 @@ fn uneven_beds_offset_probes_and_tilts_are_calibrated_as_well() {
 fn one_bad_touch_of_seven_is_named() {
     let set = set("A2");
     let (mut named, mut tried) = (0, 0);
-    for index in 0..size(6, 20) {
-        let mut rng = generator(971, index as u64);
+    for index in 0..size(6_u32, 20) {
+        let mut rng = generator(971, u64::from(index));
         let (_, controller, rows) = set_up(&set, &mut rng);
         let right = Printer {
             number: String::new(),
@@ -184,8 +184,8 @@ fn one_bad_touch_of_seven_is_named() {
 fn ten_rounds_do_not_move_what_no_reading_determines() {
     let set = set("A1");
     let mut sums = [0.0; 4];
-    for index in 0..size(4, 20) {
-        let mut rng = generator(972, index as u64);
+    for index in 0..size(4_u32, 20) {
+        let mut rng = generator(972, u64::from(index));
         let (made, mut controller, mut rows) = set_up(&set, &mut rng);
         let mut text = String::new();
         for round in 0..10 {
@@ -243,8 +243,8 @@ fn touched(made: &Made, own: &Delta, at: [f64; 2], rng: &mut rand_pcg::Pcg32) ->
 #[test]
 fn stated_rods_that_distances_contradict_are_refused() {
     let set = set("A4");
-    for index in 0..size(4, 20) {
-        let mut rng = generator(973, index as u64);
+    for index in 0..size(4_u32, 20) {
+        let mut rng = generator(973, u64::from(index));
         let (_, controller, rows) = set_up(&set, &mut rng);
         let own = Printer {
             number: String::new(),

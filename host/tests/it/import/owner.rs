@@ -105,8 +105,8 @@ fn touches_of_the_bed_are_planned_in_machine_coordinates() {
             "{commands}"
         );
         let word = |line: &str, letter: char| -> Option<f64> {
-            let words = line.split_whitespace();
-            let own = words.filter_map(|own| own.strip_prefix(letter)).next()?;
+            let mut words = line.split_whitespace();
+            let own = words.find_map(|own| own.strip_prefix(letter))?;
             own.parse().ok()
         };
         let lines: Vec<_> = commands.lines().collect();

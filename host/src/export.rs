@@ -57,6 +57,10 @@ pub struct Settings {
     pub inches: bool,
     /// The largest error of interpolation between the nodes of a correction table, mm.
     pub limit: Option<f64>,
+    /// The radius of the printed area, mm; `None` for the largest distance of a wanted position from the axis.
+    pub bed_radius: Option<f64>,
+    /// With towers: the heights of the nozzle at x = y = 0 with each carriage at its end stop, mm, if they are kept.
+    pub endstops: Option<[f64; 3]>,
     /// The motion after which z is the height above the bed, if heights were measured. The fit keeps its level.
     pub level: Option<Frame>,
 }

@@ -12,11 +12,12 @@ mod console;
 mod gcode;
 mod imported;
 mod klipper;
+mod probe;
 mod settings;
 mod stated;
 
 use crate::files::input::{InputError, InputText};
-pub use console::touches;
+pub use console::touched;
 pub use imported::Imported;
 pub(crate) use imported::{SHRINKAGE, USUAL_TOWERS};
 pub use stated::{Stated, printed, shrinkage};
@@ -59,12 +60,12 @@ impl Firmware {
         }
     }
 
-    /// The commands that touch the bed at x and y, mm.
-    pub fn touch(self, [x, y]: [f64; 2]) -> String {
+    /// The option that states where the probe is beside the nozzle.
+    const fn offset_option(self) -> &'static str {
         match self {
-            Self::Klipper => format!("G1 X{x:.1} Y{y:.1} Z10 F3000\nPROBE\n"),
-            Self::RepRapFirmware => format!("G1 X{x:.1} Y{y:.1} Z10 F6000\nG30 S-1\n"),
-            Self::Marlin => format!("G30 X{x:.1} Y{y:.1}\n"),
+            Self::Klipper => "x_offset and y_offset of [probe]",
+            Self::RepRapFirmware => "G31 X Y",
+            Self::Marlin => "M851 X Y",
         }
     }
 
@@ -87,6 +88,10 @@ impl Firmware {
         };
         if lines.any(|line| answered(line) || line.starts_with("#define DELTA_")) {
             return Some(Self::Marlin);
+        }
+        // What RepRapFirmware answers to M665.
+        if input.text().to_lowercase().contains("homed height") {
+            return Some(Self::RepRapFirmware);
         }
         let of_duet = Path::new(input.name())
             .extension()
@@ -127,6 +132,10 @@ impl Firmware {
         stated: &Stated,
         includes: &Includes<'_>,
     ) -> Result<Imported, InputError> {
+        let stated = &Stated {
+            kept: imported::kept(input.text()),
+            ..*stated
+        };
         match self {
             Self::Klipper => klipper::import(input, stated, includes),
             Self::RepRapFirmware | Self::Marlin => gcode::import(input, self, stated, includes),

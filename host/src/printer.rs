@@ -3,19 +3,25 @@
 
 mod area;
 mod assess;
+mod contradiction;
 mod next;
 mod notes;
+mod shape;
 
 use crate::calibration::{CalibrateError, Refused, read_samples};
 use crate::files::input::InputText;
 use crate::fit::Options;
-use crate::import::{Firmware, Imported, Includes, Stated, touches};
+use crate::import::{Firmware, Imported, Includes, Stated, touched};
 pub use area::{ACROSS, Better, Map, Off};
+use area::{bed, radius_of};
 pub use assess::Printer;
-pub(crate) use assess::{DOUBTFUL, contradicting};
+pub(crate) use contradiction::{DOUBTFUL, bad_touch, contradicted_length, contradicting};
 pub use next::{Next, touches_of_bed};
 pub use notes::Change;
 pub(crate) use notes::{alike, common_scale};
+
+/// How far out the bed is held as configured where nothing was touched, as a part of its radius.
+const HELD_OUT: f64 = 0.9;
 
 /// A printer's configuration with its measurements: those of a samples file, of a console's answers, or those that the
 /// configuration holds, and what its owner states.
@@ -32,25 +38,36 @@ pub fn read(
 ) -> Result<Imported, CalibrateError> {
     let mut printer = firmware.import(text, stated, includes)?;
     if let Some(samples) = samples {
-        let readings = match touches(&printer, samples)? {
-            Some(readings) => readings,
-            None => read_samples(samples, &printer.robot, options)?,
+        printer = if let Some(touched) = touched(&printer, samples)? {
+            touched
+        } else {
+            let readings = read_samples(samples, &printer.robot, options)?;
+            printer.with_readings(readings)
         };
-        printer = printer.with_readings(readings);
     } else if printer.readings.rows.is_empty()
-        && let Some(readings) = touches(&printer, text)?
+        && let Some(touched) = touched(&printer, text)?
     {
-        printer = printer.with_readings(readings);
+        printer = touched;
     }
     printer = printer.with_prints(stated)?;
     if printer.readings.rows.is_empty() {
         return Err(printer.without_readings().into());
     }
+    if printer.counts()[0] == 0 {
+        // Distances say nothing of the bed.
+        let radius = radius_of(&printer);
+        printer = printer.holding(&bed(HELD_OUT * radius, 2, 6));
+    }
     Ok(printer)
 }
 
-/// A refusal with what explains a printer's distances, if they share a scale.
+/// A refusal with what explains a printer's readings: one bad touch, or distances that share a scale.
 pub fn explained(error: CalibrateError, printer: Option<&Imported>) -> CalibrateError {
+    if error.refused()
+        && let Some(bad) = printer.and_then(bad_touch)
+    {
+        return bad.into();
+    }
     match printer.and_then(common_scale) {
         Some(scale) if error.refused() => Refused::new(error.to_string(), scale).into(),
         _ => error,

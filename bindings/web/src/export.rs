@@ -90,6 +90,7 @@ pub(crate) fn run(files: &Folder, request: &Request) -> Result<Exported, Fault> 
         inches: request.inches,
         limit: request.limit,
         level,
+        ..Settings::default()
     };
     let wanted = match request.positions.as_deref() {
         Some(name) => {

@@ -65,9 +65,16 @@ pub fn calibrate(
     let robot = &readings.noise_into(robot);
     let case = Case::new(robot, readings, *options);
     let known = known_frame(robot, options.frame);
-    let diagnosis = diagnose(robot, &of_platform_point(robot, readings, known), options);
+    // A printer that prints has no exchanged joints or wrong signs, and what its towers could do to a touch of the bed, the
+    // bed's own shape does as well.
+    let explained = !options.of_printer;
+    let diagnosis = explained
+        .then(|| diagnose(robot, &of_platform_point(robot, readings, known), options))
+        .flatten();
     // A mistake in all rows needs no further explanation.
-    let found = diagnosis.is_none().then(|| search(&case)).flatten();
+    let found = (explained && diagnosis.is_none())
+        .then(|| search(&case))
+        .flatten();
     let found = found.as_ref();
     match attempt(&case, found).and_then(|judged| explained_otherwise(&case, judged, found)) {
         Ok(judged) => Ok(Report::new(&case, judged, diagnosis)),

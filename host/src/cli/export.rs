@@ -20,6 +20,7 @@ TARGET is one of:
   klipper             rotary_delta, 14 parameters; with towers delta, 10
   reprapfirmware      M669 K10 and M666, 16; with towers M665 and M666, 10
   marlin              with towers: M665 and M666, 10 parameters
+  marlin-1.1          the same with one rod, 8 parameters
   b-and-r             B&R mapp Motion, Delta/3AxesDeltaA, 18 parameters
   linuxcnc            rotarydeltakins with home offsets, 6 parameters
   linuxcnc-component  deltacalkins, all 24 parameters (docs/linuxcnc.md)
@@ -122,6 +123,7 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
         inches,
         limit: arguments.limit,
         level: level(arguments, &robot)?,
+        ..Settings::default()
     };
     let wanted = match &arguments.positions {
         Some(path) => {

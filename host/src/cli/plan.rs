@@ -175,8 +175,7 @@ fn printer(arguments: &PlanArguments, text: &InputText) -> Result<(), Failure> {
     let firmware = Firmware::of(text)?;
     let imported = firmware.import(text, &Stated::default(), &includes)?;
     let (radius, places) = touches_of_bed(&imported, count);
-    let touches = places.iter().map(|place| firmware.touch(*place));
-    let commands = "G28\n".to_owned() + &touches.collect::<String>();
+    let commands = imported.touches(&places);
     let said = format!(
         "{} touches of the bed within {:.0} mm of the centre, in machine coordinates.\nRun the commands, save the \
          console output, and run delta-cal calibrate {} console.txt\n",
@@ -187,7 +186,7 @@ fn printer(arguments: &PlanArguments, text: &InputText) -> Result<(), Failure> {
     keep(arguments, |text| {
         // Only commands, as they are written here.
         let mut lines = text.text().lines();
-        lines.all(|line| line.starts_with('G') || line == "PROBE")
+        lines.all(|line| line.starts_with(['G', ';']) || line == "PROBE")
     })?;
     let output = arguments.output.as_deref();
     let said = match output {

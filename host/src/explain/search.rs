@@ -538,18 +538,14 @@ impl Search<'_> {
                 .filter(|kind| turns || !matches!(kind, EffectKind::Zeros | EffectKind::UpperArm));
             kinds.extend(numbers.map(|kind| throughout(&[Effect::of(kind)]).into_iter().collect()));
         }
-        // The prints and touches of a printer's configuration have no order, and its joints are not read.
-        let in_order = !self.options.of_printer;
         let slips = ArmIndex::ALL.map(|arm| {
             scan.steps(
                 Effect::of_arm(EffectKind::Slip, arm),
                 1..count.saturating_sub(1),
             )
         });
-        if in_order {
-            kinds.push(slips.into_iter().flatten().collect());
-        }
-        if in_order && count > 2 * LEAST_ROWS {
+        kinds.push(slips.into_iter().flatten().collect());
+        if count > 2 * LEAST_ROWS {
             let moves = scan.steps(
                 Effect::of(EffectKind::Move),
                 LEAST_ROWS..count - LEAST_ROWS + 1,

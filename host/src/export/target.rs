@@ -331,8 +331,11 @@ impl Fitted<'_> {
             // No carriage moves up from its end stop.
             "lowest_endstop" => mm(lowest_endstop),
             "below_endstop" => mm(lowest_endstop - endstops[arm]),
-            // The largest distance of a wanted position from the z axis.
-            "reach" => text(format!("{:.1}", self.reach.ceil())),
+            // Of the printed area: as stated, or the largest distance of a wanted position from the z axis.
+            "reach" => {
+                let reach = self.settings.bed_radius.unwrap_or(self.reach.ceil());
+                text(format!("{reach:.1}"))
+            }
             // The robot's own parameters, their number, and the range of the joints.
             "dx" => mm(dx),
             "dy" => mm(dy),
@@ -380,6 +383,9 @@ impl Fitted<'_> {
 
     /// With towers: the height of the nozzle at x = y = 0 with each carriage at its end stop, mm.
     fn endstops(&self) -> [f64; 3] {
+        if let Some(kept) = self.settings.endstops {
+            return kept;
+        }
         let mut endstops = self.home;
         for (endstop, tower) in endstops.iter_mut().zip(&self.geometry.arms) {
             let square = tower.lower * tower.lower - tower.radius * tower.radius;
@@ -453,7 +459,7 @@ mod tests {
 
     #[test]
     fn the_file_of_targets_is_read_and_its_quantities_are_known() {
-        assert_eq!(targets().len(), 15);
+        assert_eq!(targets().len(), 16);
         let robot = RobotFile::read(&InputText::new("robot.toml", ROBOT_TOML)).unwrap();
         let shapes = Shape::all(&robot.robot, &[0.0; 3], &RigidTransform::identity());
         let drive = robot.robot.drive();

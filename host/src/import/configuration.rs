@@ -12,8 +12,19 @@ const DEEPEST: usize = 64;
 pub(super) const PRINTER: &str = "[printer]";
 pub(super) const STEPPERS: [&str; 3] = ["[stepper_a]", "[stepper_b]", "[stepper_c]"];
 pub(super) const SAVED: &str = "[delta_calibrate]";
+/// The bed as probed last.
+pub(super) const MESH: &str = "[bed_mesh default]";
 /// The sections that are read. Everything else is skipped.
-const SECTIONS: [&str; 5] = [PRINTER, STEPPERS[0], STEPPERS[1], STEPPERS[2], SAVED];
+const SECTIONS: [&str; 6] = [PRINTER, STEPPERS[0], STEPPERS[1], STEPPERS[2], SAVED, MESH];
+/// The probe's section, under any of its names.
+pub(super) const PROBE: &str = "[probe]";
+const PROBES: [&str; 5] = [
+    "probe",
+    "bltouch",
+    "smart_effector",
+    "probe_eddy_current",
+    "load_cell_probe",
+];
 
 /// The start of every line of the saved block, and the block's first lines.
 const MARK: &str = "#*#";
@@ -103,7 +114,9 @@ impl Reader<'_> {
                     self.include(text, *line, wanted.trim(), saved)?;
                 }
                 let named = |own: &&str| own.trim_matches(['[', ']']) == header;
-                section = SECTIONS.into_iter().find(named);
+                let kind = header.split_whitespace().next().unwrap_or_default();
+                let probe = PROBES.contains(&kind).then_some(PROBE);
+                section = SECTIONS.into_iter().find(named).or(probe);
                 continue;
             }
             let Some(section) = section else {
@@ -112,6 +125,9 @@ impl Reader<'_> {
                 continue;
             };
             let Some((option, value)) = value.split_once([':', '=']) else {
+                if section == PROBE {
+                    continue;
+                }
                 let cause =
                     format!("this line of {section} is not an option: it has neither : nor =");
                 return Err(InputError::new(text.name(), cause)
@@ -175,7 +191,8 @@ impl Reader<'_> {
 pub(super) fn refuse_foreign(settings: &Settings) -> Result<(), InputError> {
     for (section, option) in settings.entries.keys() {
         let foreign = option.split('_').any(|word| GEOMETRY.contains(&word));
-        if section != SAVED && foreign && !OPTIONS.contains(&option.as_str()) {
+        let read = ![SAVED, MESH, PROBE].contains(&section.as_str());
+        if read && foreign && !OPTIONS.contains(&option.as_str()) {
             let cause = "this geometry option is not Klipper's own, and its meaning is unknown";
             let remedy = "set it to have no effect, delete it from this copy, and calibrate again";
             let fault = settings.fault(section, option, cause);

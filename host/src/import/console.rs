@@ -1,9 +1,12 @@
-//! The answers of a firmware's console to probing: touches of the bed.
+//! The answers of a firmware's console to probing, its saved maps, and tables of heights: touches of the bed.
 //!
 //! ```text
 //! Klipper          probe at 10.000,20.000 is z=2.345        probe: at 10.000,20.000 bed will contact at z=2.345
 //! Marlin           Bed X: 10.00 Y: 20.00 Z: 0.12            G33:  c:+0.36  x:+0.63  y:+0.21  z:-0.72
-//! RepRapFirmware   G1 X10 Y20, then: Stopped at height 0.032 mm
+//! RepRapFirmware   G1 X10 Y20, then: Stopped at height 0.032 mm          heightmap.csv
+//! Repetier         Z-probe:12.45 X:-80.00 Y:80.00           X: -80 0 80, then: y: 80 12.45 12.40 12.42
+//! Smoothieware     PROBE: X:0.0000,Y:0.0000,Z:5.2410
+//! a table          x_mm,y_mm,height_mm
 //! ```
 
 use super::Imported;
@@ -22,88 +25,159 @@ const POINTS: [(&str, f64, f64); 7] = [
     ("zx:", 150.0, 1.0),
     ("xy:", 270.0, 1.0),
 ];
+/// Answers that state heights and no places.
+const WITHOUT_PLACES: [&str; 5] = [
+    "leveling grid",
+    "mesh leveling probed",
+    "bed probe heights",
+    "\nox:",
+    "\nmesh:",
+];
 /// Places closer than this are the same, mm.
 const SAME: f64 = 0.01;
 
-/// The line of an answer, and the nozzle's commanded x, y and z at the touch.
-type Touch = (u64, [f64; 3]);
+/// What an answer names the place of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Named {
+    Nozzle,
+    Probe,
+}
 
-/// The touches in the answers of a console, one for each place. Each height is their mean, which is the probe's offset.
-/// `None` if there are no answers.
+/// A touch of the bed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Touch {
+    /// The line of the answer.
+    pub(super) line: u64,
+    /// Its place, and the commanded z of the nozzle apart from an offset common to all touches, mm.
+    pub(super) at: [f64; 3],
+    pub(super) named: Named,
+}
+
+/// The printer with the touches in the answers of a console, one for each place. Each height is their mean, which is the
+/// probe's offset. `None` if there are no answers.
 ///
 /// # Errors
-/// A place that the printer does not reach; G33 without the radius of its circle.
-pub fn touches(imported: &Imported, text: &InputText) -> Result<Option<Readings>, InputError> {
+/// Answers without places; a place that the printer does not reach; G33 without the radius of its circle.
+pub fn touched(imported: &Imported, text: &InputText) -> Result<Option<Imported>, InputError> {
+    let content = text.text().to_lowercase();
+    let mut touches = match table(&content).or_else(|| height_map(&content)) {
+        Some(found) => found,
+        None => answers(imported, text, &content)?,
+    };
+    touches.extend(repetier_map(&content));
+    if touches.is_empty() {
+        let lines = format!("\n{content}");
+        if WITHOUT_PLACES.iter().any(|own| lines.contains(own)) {
+            let cause = "these are heights without places";
+            return Err(InputError::new(text.name(), cause).with_remedy(
+                "write a table x_mm,y_mm,height_mm with the places, or touch the bed by the commands of delta-cal plan \
+                 and give that answer",
+            ));
+        }
+        return Ok(None);
+    }
+    with_touches(imported.clone(), text.name(), touches).map(Some)
+}
+
+/// The printer with these touches in place of its readings.
+pub(super) fn with_touches(
+    imported: Imported,
+    name: &str,
+    touches: Vec<Touch>,
+) -> Result<Imported, InputError> {
     let mut found: Vec<(Touch, f64)> = Vec::new();
-    for (line, at) in all(imported, text)? {
-        let same = |own: &(Touch, f64)| {
-            let [x, y, _] = own.0.1;
-            (x - at[0]).hypot(y - at[1]) < SAME
+    for own in touches {
+        let same = |(last, _): &(Touch, f64)| {
+            (last.at[0] - own.at[0]).hypot(last.at[1] - own.at[1]) < SAME
         };
         let repeated = found.last().is_some_and(same);
         match found.last_mut().filter(|_| repeated) {
             // Repeated touches of a place are averaged.
             Some((touch, count)) => {
                 *count += 1.0;
-                touch.1[2] += (at[2] - touch.1[2]) / *count;
+                touch.at[2] += (own.at[2] - touch.at[2]) / *count;
             }
-            None => found.push(((line, at), 1.0)),
+            None => found.push((own, 1.0)),
         }
     }
-    if found.is_empty() {
-        return Ok(None);
-    }
-    let heights = found.iter().map(|((_, at), _)| at[2]);
+    let heights = found.iter().map(|(own, _)| own.at[2]);
     let mean = heights.sum::<f64>() / found.len() as f64;
-    let mut readings = Readings::of_name(text.name());
+    let [beside_x, beside_y] = imported.probe.offset.unwrap_or_default();
+    let mut readings = Readings::of_name(name);
     readings.planes = vec!["plane".to_owned()];
-    for ((line, [x, y, z]), _) in found {
+    for (own, _) in &found {
+        let [mut x, mut y, z] = own.at;
+        if own.named == Named::Probe {
+            (x, y) = (x - beside_x, y - beside_y);
+        }
         let joints = imported.configured.inverse(&Vector3::new(x, y, z));
         let joints = joints.map_err(|_| {
-            InputError::new(text.name(), "the printer does not reach this place")
-                .at_line(line)
+            InputError::new(name, "the printer does not reach this place")
+                .at_line(own.line)
                 .with_remedy("check that configuration and answers belong to the same printer")
         })?;
         readings.rows.push(Row {
-            line,
+            line: own.line,
             value: Reading {
                 height: Some((0, mean)),
                 ..Reading::at(joints)
             },
         });
     }
-    Ok(Some(readings))
+    let asked = imported.probe.offset.is_none();
+    let asked = asked && found.iter().any(|(own, _)| own.named == Named::Probe);
+    let mut imported = imported.with_readings(readings);
+    if asked {
+        imported.notes.push(format!(
+            "{name} names where the probe touched, and the configuration does not state where the probe is beside the \
+             nozzle: it is taken to be below it. If it is not, add {}: 25 mm may change the bed by 0.05 mm.",
+            imported.firmware.offset_option()
+        ));
+    }
+    Ok(imported)
 }
 
-fn all(imported: &Imported, text: &InputText) -> Result<Vec<Touch>, InputError> {
+/// The touches that a console answered, line by line in lower case.
+fn answers(imported: &Imported, text: &InputText, content: &str) -> Result<Vec<Touch>, InputError> {
     let mut touches = Vec::new();
     let mut commanded = [None; 2];
     let mut of_g33 = Vec::new();
-    for (line, own) in (1..).zip(text.text().lines()) {
+    for (line, own) in (1..).zip(content.lines()) {
         let after = |words: &str| own.find(words).map(|at| &own[at + words.len()..]);
+        let number = |key: &str| after(key).and_then(first);
+        let mut add = |named, x: Option<f64>, y: Option<f64>, z: Option<f64>| {
+            if let (Some(x), Some(y), Some(z)) = (x, y, z) {
+                let at = [x, y, z];
+                touches.push(Touch { line, at, named });
+            }
+        };
         if let Some(rest) = after("probe at ").or(after("probe: at ")) {
-            if let Some(at) = klipper(rest) {
-                touches.push((line, at));
-            }
-        } else if let Some(rest) = after("Bed X:") {
-            let number = |key: &str| rest.find(key).and_then(|at| first(&rest[at + key.len()..]));
-            if let (Some(x), Some(y), Some(z)) = (first(rest), number("Y:"), number("Z:")) {
-                touches.push((line, [x, y, z]));
-            }
-        } else if let Some(rest) = after("Stopped at height") {
-            if let ([Some(x), Some(y)], Some(z)) = (commanded, first(rest)) {
-                touches.push((line, [x, y, z]));
-            }
-        } else if own.contains("Iteration") {
+            let (x, y) = rest.split_once(',').unwrap_or_default();
+            // Since January 2026 Klipper names the place of the probe.
+            let named = if own.contains("bed will contact") {
+                Named::Probe
+            } else {
+                Named::Nozzle
+            };
+            add(named, first(x), first(y), number("z="));
+        } else if let Some(rest) = after("bed x:") {
+            add(Named::Probe, first(rest), number("y:"), number("z:"));
+        } else if let Some(rest) = after("z-probe:") {
+            add(Named::Nozzle, number("x:"), number("y:"), first(rest));
+        } else if own.contains("probe: x:") {
+            add(Named::Nozzle, number("x:"), number("y:"), number("z:"));
+        } else if let Some(rest) = after("stopped at height") {
+            add(Named::Nozzle, commanded[0], commanded[1], first(rest));
+        } else if own.contains("iteration") {
             // The following points were measured with other parameters.
             break;
         } else if let Some(points) = g33(own) {
             of_g33.extend(points.into_iter().map(|point| (line, point)));
-        } else if let Some(at) = own.find("G1 ").or(own.find("G0 ")) {
+        } else if let Some(at) = own.find("g1 ").or(own.find("g0 ")) {
             for word in own[at + 3..].split_whitespace() {
                 match word.split_at_checked(1) {
-                    Some(("X", value)) => commanded[0] = first(value),
-                    Some(("Y", value)) => commanded[1] = first(value),
+                    Some(("x", value)) => commanded[0] = first(value),
+                    Some(("y", value)) => commanded[1] = first(value),
                     _ => {}
                 }
             }
@@ -112,7 +186,7 @@ fn all(imported: &Imported, text: &InputText) -> Result<Vec<Touch>, InputError> 
     let Some((line, _)) = of_g33.first() else {
         return Ok(touches);
     };
-    let radius = imported.bed_radius.ok_or_else(|| {
+    let radius = imported.probed_radius.ok_or_else(|| {
         let remedy =
             "give Configuration.h with PRINTABLE_RADIUS as the configuration, and this file as the samples";
         InputError::new(text.name(), "G33 does not state the radius at which it probed")
@@ -121,23 +195,110 @@ fn all(imported: &Imported, text: &InputText) -> Result<Vec<Touch>, InputError> 
     })?;
     for (line, (direction, out, z)) in of_g33 {
         let (sine, cosine) = f64::to_radians(direction).sin_cos();
-        touches.push((line, [out * radius * cosine, out * radius * sine, z]));
+        touches.push(Touch {
+            line,
+            at: [out * radius * cosine, out * radius * sine, z],
+            named: Named::Nozzle,
+        });
     }
     Ok(touches)
+}
+
+/// Numbers separated by these marks; `None` if anything else stands between them.
+fn numbers(text: &str, marks: &[char]) -> Option<Vec<f64>> {
+    let parts = text
+        .split(marks)
+        .map(str::trim)
+        .filter(|own| !own.is_empty());
+    parts
+        .map(|own| own.parse().ok().filter(|own: &f64| own.is_finite()))
+        .collect()
+}
+
+/// A table `x_mm,y_mm,height_mm`: places of the nozzle.
+fn table(content: &str) -> Option<Vec<Touch>> {
+    let mut lines = (1..).zip(content.lines()).filter(|(_, own)| {
+        let own = own.trim();
+        !own.is_empty() && !own.starts_with('#')
+    });
+    let (_, header) = lines.next()?;
+    let names: Vec<_> = header.split([',', ';', '\t']).map(str::trim).collect();
+    if names != ["x_mm", "y_mm", "height_mm"] {
+        return None;
+    }
+    let touch = |(line, own): (u64, &str)| {
+        let at = numbers(own, &[',', ';', '\t'])?.try_into().ok()?;
+        let named = Named::Nozzle;
+        Some(Touch { line, at, named })
+    };
+    lines.map(touch).collect()
+}
+
+/// RepRapFirmware's heightmap.csv: places of the probe; what it did not probe is 0 without decimals.
+fn height_map(content: &str) -> Option<Vec<Touch>> {
+    let mut lines = (1..).zip(content.lines());
+    lines.find(|(_, own)| own.contains("height map file"))?;
+    let (_, header) = lines.next()?;
+    let names: Vec<_> = header.split(',').map(str::trim).collect();
+    let (_, values) = lines.next()?;
+    let values = values.split(',').map(str::trim);
+    let facts: Vec<_> = names.into_iter().zip(values).collect();
+    let of = |wanted: [&str; 2]| {
+        let mut facts = facts.iter();
+        let own = facts.find(|(name, _)| wanted.contains(name))?;
+        own.1.parse::<f64>().ok()
+    };
+    let low = [of(["xmin", "min0"])?, of(["ymin", "min1"])?];
+    let step = [of(["xspacing", "spacing0"])?, of(["yspacing", "spacing1"])?];
+    let mut touches = Vec::new();
+    for (row, (line, own)) in lines.enumerate() {
+        for (column, value) in own.split(',').map(str::trim).enumerate() {
+            if value != "0"
+                && let Ok(z) = value.parse()
+            {
+                let place = |axis: usize, index: usize| low[axis] + step[axis] * index as f64;
+                touches.push(Touch {
+                    line,
+                    at: [place(0, column), place(1, row), z],
+                    named: Named::Probe,
+                });
+            }
+        }
+    }
+    Some(touches)
+}
+
+/// Repetier's map: a line of x, then lines of y with their heights.
+fn repetier_map(content: &str) -> Vec<Touch> {
+    let mut touches = Vec::new();
+    let mut across: Vec<f64> = Vec::new();
+    for (line, own) in (1..).zip(content.lines()) {
+        let after = |key: &str| {
+            let (before, own) = own.rsplit_once(key)?;
+            let alone = before.is_empty() || before.ends_with([' ', '\t', ':']);
+            numbers(own, &[' ', '\t', ',']).filter(|own| alone && own.len() >= 2)
+        };
+        if let Some(found) = after("x:") {
+            across = found;
+        } else if let Some(found) = after("y:")
+            && let [y, heights @ ..] = found.as_slice()
+            && heights.len() == across.len()
+        {
+            touches.extend(across.iter().zip(heights).map(|(x, z)| Touch {
+                line,
+                at: [*x, *y, *z],
+                named: Named::Nozzle,
+            }));
+        }
+    }
+    touches
 }
 
 /// The number at the start.
 fn first(text: &str) -> Option<f64> {
     let own = text.trim_start();
-    let end = own.find(|own: char| !"+-.0123456789eE".contains(own));
+    let end = own.find(|own: char| !"+-.0123456789e".contains(own));
     own[..end.unwrap_or(own.len())].parse().ok()
-}
-
-/// "x,y is z=…".
-fn klipper(text: &str) -> Option<[f64; 3]> {
-    let (x, rest) = text.split_once(',')?;
-    let (_, z) = rest.split_once("z=")?;
-    Some([first(x)?, first(rest)?, first(z)?])
 }
 
 /// Direction, fraction of the radius, and height of each point in a line of G33's table.

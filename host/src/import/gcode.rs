@@ -1,6 +1,7 @@
 //! M665 and M666 of RepRapFirmware and Marlin, and the same values in Marlin's `Configuration.h`.
 
 use super::imported::{Imported, Machine, Towers, USUAL_TOWERS};
+use super::probe::Probe;
 use super::settings::{Entry, Settings};
 use super::{Firmware, Includes, Stated};
 use crate::files::input::{InputError, InputText};
@@ -14,8 +15,13 @@ const OVERRIDE: &str = "config-override.g";
 
 const M665: &str = "M665";
 const M666: &str = "M666";
+/// The probe's offsets: Marlin's, RepRapFirmware's, and the latter's height between touches.
+const M851: &str = "M851";
+const G31: &str = "G31";
+const M558: &str = "M558";
+const COMMANDS: [&str; 5] = [M665, M666, M851, G31, M558];
 /// Constants of Marlin's `Configuration.h`, with command and words.
-const CONSTANTS: [(&str, &str, &str); 9] = [
+const CONSTANTS: [(&str, &str, &str); 13] = [
     ("DELTA_DIAGONAL_ROD", M665, "L"),
     ("DELTA_RADIUS", M665, "R"),
     ("DELTA_HEIGHT", M665, "H"),
@@ -24,10 +30,29 @@ const CONSTANTS: [(&str, &str, &str); 9] = [
     ("DELTA_ENDSTOP_ADJ", M666, "XYZ"),
     ("PRINTABLE_RADIUS", M665, "P"),
     ("DELTA_PRINTABLE_RADIUS", M665, "P"),
+    ("PROBING_MARGIN", M665, "Q"),
     (RADIUS_TRIMS, M665, "U"),
+    ("NOZZLE_TO_PROBE_OFFSET", M851, "XYZ"),
+    ("X_PROBE_OFFSET_FROM_EXTRUDER", M851, "X"),
+    ("Y_PROBE_OFFSET_FROM_EXTRUDER", M851, "Y"),
 ];
 /// A constant that M665 cannot state.
 const RADIUS_TRIMS: &str = "DELTA_RADIUS_TRIM_TOWER";
+/// Marlin's `PROBING_MARGIN` if it is not stated, mm.
+const USUAL_MARGIN: f64 = 10.0;
+/// Words of M665 that only Smoothieware has, and a comment of its M503.
+const OF_SMOOTHIEWARE: [&str; 5] = ["D", "E", "I", "J", "K"];
+const MAX_Z: &str = ";Max Z";
+/// What RepRapFirmware answers to M665 and M666 without words, and the words that would state it.
+const ANSWERS: [(&str, &str); 7] = [
+    ("diagonals ", "M665 L"),
+    ("diagonal ", "M665 L"),
+    ("delta radius ", "R"),
+    ("homed height ", "H"),
+    ("bed radius ", "B"),
+    ("endstop adjustments ", "M666 "),
+    ("tilt x", "A"),
+];
 
 /// Command, letter, and the numbers with colons between them; `None` if they cannot be read.
 type Word = (&'static str, char, Option<String>);
@@ -39,29 +64,53 @@ fn joined<'a>(numbers: impl Iterator<Item = &'a str>) -> Option<String> {
     (!all.is_empty() && all.iter().all(finite)).then(|| all.join(":"))
 }
 
-/// The words of M665 or M666 in a line, after any prefix that a controller or a terminal prints.
+/// The words of a command in a line, after any prefix that a controller or a terminal prints.
 fn command(line: &str) -> Option<Vec<Word>> {
-    let own = line.split([';', '(']).next().unwrap_or_default();
-    let mut words = own.split_whitespace();
-    loop {
-        let word = words.next()?;
-        let bare = word.rsplit([':', '>']).next().unwrap_or_default();
-        let mut known = [M665, M666].into_iter();
-        if let Some(command) = known.find(|known| bare.eq_ignore_ascii_case(known)) {
-            let words = words.map(|word| {
-                let letter = word.chars().next().unwrap_or_default();
-                let numbers = joined(word.get(1..).unwrap_or_default().split(':'));
-                let numbers = numbers.filter(|_| letter.is_ascii_alphabetic());
-                (command, letter.to_ascii_uppercase(), numbers)
-            });
-            return Some(words.collect());
-        }
-        let printed = word.ends_with([':', '>', ']', '<'])
-            || word.starts_with(|own: char| own.is_ascii_digit());
-        if !printed {
-            return None;
-        }
+    let own = line.split([';', '(', '*']).next().unwrap_or_default();
+    let upper = own.to_ascii_uppercase();
+    let (command, at) = COMMANDS
+        .into_iter()
+        .find_map(|known| Some((known, upper.find(known)?)))?;
+    let printed = |word: &str| {
+        word.ends_with([':', '>', ']', '<']) || word.starts_with(|own: char| own.is_ascii_digit())
+    };
+    let (before, words) = (&upper[..at], &upper[at + command.len()..]);
+    let glued = !before.is_empty() && !before.ends_with([' ', '\t', ':', '>']);
+    if glued
+        || words.starts_with(|own: char| own.is_ascii_digit())
+        || !before.split_whitespace().all(printed)
+    {
+        return None;
     }
+    // A letter begins a word, with or without a blank before it.
+    let letters = words.match_indices(|own: char| own.is_ascii_alphabetic());
+    let starts: Vec<_> = letters.map(|(at, _)| at).collect();
+    let ends = starts.iter().skip(1).copied().chain([words.len()]);
+    let words = starts.iter().zip(ends).map(|(start, end)| {
+        let word = &words[*start..end];
+        let letter = word.chars().next().unwrap_or_default();
+        let numbers = word[1..].trim_matches([' ', '\t', ',', '\r']);
+        (command, letter, joined(numbers.split(':')))
+    });
+    let words = words.collect::<Vec<_>>();
+    // Commands of the probe state pins and expressions too.
+    let geometry = [M665, M666].contains(&command);
+    let read = words.into_iter().filter(|own| geometry || own.2.is_some());
+    Some(read.collect())
+}
+
+/// The words of M665 or M666 that an answer to it states.
+fn answer(line: &str) -> Option<Vec<Word>> {
+    let mut own = line.to_ascii_lowercase();
+    if !(own.contains("delta radius") || own.contains("endstop adjustments")) {
+        return None;
+    }
+    own = own.replace("% y", " b").replace(['\u{b0}', '%', ','], " ");
+    for (text, words) in ANSWERS {
+        own = own.replace(text, words);
+    }
+    let start = own.find('M')?;
+    command(&own[start..])
 }
 
 /// The words that a constant of `Configuration.h` states.
@@ -90,7 +139,9 @@ fn read(
     let mut entries = BTreeMap::new();
     for input in files(input, firmware, includes)? {
         for (line, own) in (1..).zip(input.text().lines()) {
-            let words = command(own).or_else(|| constant(own));
+            let words = command(own)
+                .or_else(|| constant(own))
+                .or_else(|| answer(own));
             for (command, letter, numbers) in words.unwrap_or_default() {
                 let value = numbers.ok_or_else(|| {
                     let constant = own.trim_start().strip_prefix("#define ");
@@ -158,6 +209,22 @@ impl Settings {
     }
 }
 
+/// Refuses Smoothieware's M665, whose letters mean something else.
+fn refuse_smoothieware(words: &Settings, input: &InputText) -> Result<(), InputError> {
+    let own = OF_SMOOTHIEWARE
+        .into_iter()
+        .find(|own| words.get(M665, own).is_some());
+    if own.is_none() && !input.text().contains(MAX_Z) {
+        return Ok(());
+    }
+    let cause = "this is Smoothieware's M665: its A to E, H and Z are not those of RepRapFirmware and Marlin";
+    let letter = own.unwrap_or("Z");
+    Err(words.fault(M665, letter, cause).with_remedy(
+        "write it as Marlin does: M665 L, R, H (its Z), X, Y, Z (its D, E, H), A, B, C (its I, J, K), and M666 as it \
+         is; its A, B, C must be 0",
+    ))
+}
+
 /// A configuration and the file that overrides it.
 fn files(
     input: &InputText,
@@ -209,6 +276,7 @@ pub(super) fn import(
              M503 or Configuration.h",
         ));
     }
+    refuse_smoothieware(&words, input)?;
     if words.all(M665, "U")?.iter().any(|own| own.abs() > 0.0) {
         let cause = format!("{RADIUS_TRIMS} is not 0, and M665 cannot state it");
         return Err(words
@@ -217,29 +285,31 @@ pub(super) fn import(
     }
     let radius = words.require_above_zero(M665, "R")?;
     let rod = words.require_above_zero(M665, "L")?;
-    let height = words.number(M665, "H")?;
-    let height = height.ok_or_else(|| words.lacking(M665, "H"))?;
+    let height = words.number(M665, "H")?.ok_or_else(|| {
+        words.lacking(M665, "H").with_remedy(
+            "add H, the homed height: that of the nozzle above the bed with all carriages at their end stops",
+        )
+    })?;
     let corrections = words.three(M665, ["X", "Y", "Z"])?;
     let stops = words.three(M666, ["X", "Y", "Z"])?;
-    let mut notes = Vec::new();
+    let mut one_rod = false;
+    let mut tilt = [0.0; 2];
     let (rods, endstops, bed) = if firmware == Firmware::Marlin {
         // Without A and C, B is the calibration radius of Marlin 1.1.
-        let old = !["A", "C"]
-            .iter()
-            .any(|letter| words.get(M665, letter).is_some());
+        one_rod = words.get(M665, "B").is_some()
+            && !["A", "C"]
+                .iter()
+                .any(|letter| words.get(M665, letter).is_some());
         let bed = words.number(M665, "P")?;
-        let bed = bed.or(words.number(M665, "B")?.filter(|_| old));
-        let rods = words.trims(old)?.map(|by| rod + by);
+        let bed = bed.or(words.number(M665, "B")?.filter(|_| one_rod));
+        let rods = words.trims(one_rod)?.map(|by| rod + by);
         (rods, stops.map(|by| height - by), bed)
     } else {
         let each = words.all(M665, "L")?;
         let rods = [0, 1, 2].map(|tower| each.get(tower).copied().unwrap_or(rod));
-        let tilts = words.three(M666, ["A", "B", "B"])?;
-        if tilts.iter().any(|tilt| tilt.abs() > 0.0) {
-            let note =
-                "The tilt of the bed (M666 A and B) is ignored: measure heights above the bed.";
-            notes.push(note.to_owned());
-        }
+        // M666 A and B are percent.
+        let [by_x, by_y, _] = words.three(M666, ["A", "B", "B"])?;
+        tilt = [0.01 * by_x, 0.01 * by_y];
         (rods, stops.map(|by| height + by), words.number(M665, "B")?)
     };
     let configured = Towers {
@@ -253,7 +323,24 @@ pub(super) fn import(
         return Err(words.fault(M665, "L", "a rod is not longer than the radius R"));
     }
     let bed = bed.filter(|radius| *radius > 0.0);
-    let machine = Machine::towers(name, &configured, stated, (bed, 0.0))?;
+    let mut machine = Machine::towers(name, &configured, stated, (bed, 0.0))?;
     let home = machine.home().map(|home| home.unwrap_or(height));
-    machine.imported(&words, home, Readings::of_name(name), notes)
+    machine.tilt = tilt;
+    let mut imported = machine.imported(&words, home, Readings::of_name(name), Vec::new())?;
+    let probe = match firmware {
+        Firmware::RepRapFirmware => G31,
+        _ => M851,
+    };
+    imported.probe = Probe {
+        clearance: words.number(M558, "H")?.unwrap_or_default(),
+        ..Probe::of(&words, probe, ["X", "Y", "Z"])?
+    };
+    // G33 keeps nozzle and probe within the printable radius; Marlin 1.1 states the circle itself.
+    let margin = words.number(M665, "Q")?.unwrap_or(USUAL_MARGIN);
+    let within = words
+        .number(M665, "P")?
+        .map(|own| own - margin - imported.probe.distance());
+    imported.probed_radius = within.or(bed);
+    imported.one_rod = one_rod;
+    Ok(imported)
 }

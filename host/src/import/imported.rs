@@ -1,5 +1,6 @@
 //! The result of an import.
 
+use super::probe::Probe;
 use super::settings::Settings;
 use super::{Firmware, Stated};
 use crate::files::columns::Quantity;
@@ -11,7 +12,7 @@ use crate::text::rounded;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Arm, Drive, GeometryError};
 use delta_cal::{Robot, Tolerance};
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 
 /// Where the towers of a printer usually stand, degrees.
 pub(crate) const USUAL_TOWERS: [f64; 3] = [210.0, 330.0, 90.0];
@@ -42,6 +43,27 @@ const USUAL_BED: f64 = 0.6;
 /// As-made rods have lengths that are multiples of this, mm.
 const ROUND: f64 = 0.1;
 
+/// How a comment of pasted lines begins that says what was configured before.
+const KEPT: &str = "delta-cal keeps:";
+/// Pasted lengths are the same as those that a comment states within this, mm.
+const PASTED: f64 = 0.001;
+
+/// The radius and the rods' lengths as first configured, and those that were pasted in their place.
+pub(super) fn kept(text: &str) -> Option<[[f64; 4]; 2]> {
+    let line = text.lines().rev().find_map(|own| own.split_once(KEPT))?.1;
+    let numbers = line.split(|own: char| !(own.is_ascii_digit() || own == '.'));
+    let mut numbers = numbers.filter_map(|own| own.parse().ok());
+    let mut four = || {
+        Some([
+            numbers.next()?,
+            numbers.next()?,
+            numbers.next()?,
+            numbers.next()?,
+        ])
+    };
+    Some([four()?, four()?])
+}
+
 /// The geometry of a controller with towers: lengths in mm, azimuths in degrees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Towers {
@@ -53,13 +75,27 @@ pub(super) struct Towers {
 }
 
 impl Towers {
-    /// With the owner's values in place of the configuration's.
+    /// With the owner's values in place of the configuration's, or with those that were first configured if the present
+    /// ones were pasted.
     pub(super) fn as_stated(self, stated: &Stated) -> Self {
+        let [radius, rods @ ..] = self.first(stated);
         Self {
-            radius: stated.radius.unwrap_or(self.radius),
-            rods: stated.rods.unwrap_or(self.rods),
+            radius: stated.radius.unwrap_or(radius),
+            rods: stated.rods.unwrap_or(rods),
             ..self
         }
+    }
+
+    /// The radius and the rods as first configured: no reading of the bed determines them, so that a calibration from each
+    /// paste would let them drift.
+    fn first(&self, stated: &Stated) -> [f64; 4] {
+        let [a, b, c] = self.rods;
+        let own = [self.radius, a, b, c];
+        let kept = stated.kept.filter(|[_, pasted]| {
+            let mut pairs = pasted.iter().zip(&own);
+            pairs.all(|(pasted, own)| (pasted - own).abs() < PASTED)
+        });
+        kept.map_or(own, |[first, _]| first)
     }
 
     /// Upright towers with these carriage heights at a travel of 0.
@@ -89,14 +125,28 @@ pub struct Imported {
     pub robot: RobotFile,
     /// The controller's robot as configured, with the same joints.
     pub configured: Robot<f64>,
+    /// The same without the tilt of the bed that the controller adds.
+    pub towers: Robot<f64>,
     /// The readings; the line of each is that of the configuration.
     pub readings: Readings,
     /// The name of each reading in the configuration.
     pub names: Vec<String>,
+    /// The number of readings at their end that hold the bed as configured, because none measures it.
+    pub(crate) held: usize,
     /// The joints at their end stops: radians, or mm of travel.
     pub home: [f64; 3],
     /// The radius of the printable area, mm.
     pub bed_radius: Option<f64>,
+    /// The radius of the circle that Marlin's `G33` probes, mm.
+    pub(super) probed_radius: Option<f64>,
+    /// Whether the firmware is Marlin 1.1, which holds one length for all rods.
+    pub(super) one_rod: bool,
+    /// The probe.
+    pub probe: Probe,
+    /// The radius and the rods of towers as first configured, mm.
+    first: [f64; 4],
+    /// Whether the owner states the rods, and the radius.
+    pub(crate) stated: (bool, bool),
     /// Whether Klipper ignores the block that `SAVE_CONFIG` wrote.
     pub saved_ignored: bool,
     /// Notes on the import, in sentences.
@@ -108,6 +158,11 @@ pub(super) struct Machine {
     robot: Robot<f64>,
     /// As configured, without the owner's values.
     configured: Robot<f64>,
+    /// The tilt of the bed that the controller adds: height per x and y.
+    pub(super) tilt: [f64; 2],
+    /// As [`Imported::first`] and [`Imported::stated`].
+    first: [f64; 4],
+    stated: (bool, bool),
     /// The height of the nozzle at x = y = 0 with each joint at its end stop, mm.
     endstops: [f64; 3],
     /// The radius of the printed area if it is stated, the assumed one, and its lowest height, mm.
@@ -151,13 +206,14 @@ impl Machine {
             robot: robot.clone(),
             // The owner may state rods because those of the configuration are impossible.
             configured: configured.robot(name, shift).unwrap_or(robot),
+            tilt: [0.0; 2],
             endstops: own.endstops,
             bed_radius,
             area: (bed_radius.unwrap_or(usual), lowest),
             tolerance: tolerance.ok(),
-            notes: rods_note(stated.rods, configured.rods)
-                .into_iter()
-                .collect(),
+            notes: rods_note(stated, configured).into_iter().collect(),
+            first: configured.first(stated),
+            stated: (stated.rods.is_some(), stated.radius.is_some()),
         })
     }
 
@@ -174,6 +230,9 @@ impl Machine {
         Ok(Self {
             robot: robot.clone(),
             configured: robot,
+            tilt: [0.0; 2],
+            first: [0.0; 4],
+            stated: (false, false),
             endstops,
             bed_radius,
             area: (0.0, 0.0),
@@ -220,7 +279,8 @@ impl Machine {
             return Err(impossible(name, "the forearms do not meet anywhere"));
         }
         let planes = level_planes(&readings.planes, self.robot.drive());
-        let mut robot = RobotFile::of(name, self.robot, limits);
+        let [own, configured] = [&self.robot, &self.configured].map(|own| tilted(own, self.tilt));
+        let mut robot = RobotFile::of(name, own, limits);
         robot.tolerance = self.tolerance;
         robot.instruments.joint_noise = Some(0.0);
         robot.instruments.planes = planes;
@@ -228,15 +288,38 @@ impl Machine {
         Ok(Imported {
             firmware: settings.firmware,
             robot,
-            configured: self.configured,
+            configured,
+            towers: self.configured,
             readings,
             names: Vec::new(),
+            held: 0,
             home,
             bed_radius: self.bed_radius,
+            probed_radius: None,
+            one_rod: false,
+            probe: Probe::default(),
+            first: self.first,
+            stated: self.stated,
             saved_ignored: false,
             notes,
         })
     }
+}
+
+/// Towers as seen by a controller that adds to each height a part of x and of y.
+fn tilted(robot: &Robot<f64>, [by_x, by_y]: [f64; 2]) -> Robot<f64> {
+    if by_x == 0.0 && by_y == 0.0 {
+        return robot.clone();
+    }
+    let normal = Vector3::new(-by_x, -by_y, 1.0);
+    let turn = Rotation3::rotation_between(&normal, &Vector3::z()).unwrap_or_default();
+    let arm = |index: usize| {
+        let arm = &robot.arms()[index];
+        let (at, up) = (turn * arm.d(), turn * Vector3::z());
+        Arm::linear([at.x, at.y, at.z, up.x.asin(), up.y.asin(), 1.0, arm.lb()])
+    };
+    let arms = || Robot::new([arm(0)?, arm(1)?, arm(2)?]);
+    arms().unwrap_or_else(|_| robot.clone())
 }
 
 /// The bed is level at z = 0, and so is the plane that a probe measures.
@@ -272,13 +355,15 @@ fn lowest_travel(robot: &Robot<f64>, (radius, lowest): (f64, f64)) -> f64 {
 }
 
 /// A note if `--rods` replaces other rods, or if the configured rods may come from an earlier calibration.
-fn rods_note(stated: Option<[f64; 3]>, configured: [f64; 3]) -> Option<String> {
+fn rods_note(stated: &Stated, own: &Towers) -> Option<String> {
     let of = |rods: [f64; 3]| rods.map(rounded).join(", ");
-    if let Some(rods) = stated {
+    let configured = own.rods;
+    if let Some(rods) = stated.rods {
         let (own, rods) = (of(configured), of(rods));
         let note = format!("--rods sets the rods to {rods} mm; the configuration has {own}.");
         return (rods != own).then_some(note);
     }
+    let [_, configured @ ..] = own.first(stated);
     let round = |rod: &f64| (rod / ROUND - (rod / ROUND).round()).abs() < 1e-6;
     (!configured.iter().all(round)).then(|| {
         format!(
@@ -297,6 +382,31 @@ impl Imported {
         let drive = self.robot.robot.drive();
         self.robot.instruments.planes = level_planes(&readings.planes, drive);
         self.readings = readings;
+        self
+    }
+
+    /// With the bed at these places as the configuration has it.
+    #[must_use]
+    pub(crate) fn holding(mut self, places: &[[f64; 2]]) -> Self {
+        let at = |[x, y]: &[f64; 2]| self.configured.inverse(&Vector3::new(*x, *y, 0.0)).ok();
+        let held: Vec<_> = places.iter().filter_map(at).collect();
+        self.held = held.len();
+        self.names
+            .extend(vec!["the bed as configured".to_owned(); held.len()]);
+        self.readings
+            .rows
+            .extend(held.into_iter().map(|joints| Row {
+                line: 0,
+                value: Reading {
+                    height: Some((0, 0.0)),
+                    sigma: Some(BED),
+                    ..Reading::at(joints)
+                },
+            }));
+        self.readings.planes = vec!["plane".to_owned()];
+        self.robot.instruments.height_noise = Some(BED);
+        self.robot.instruments.planes =
+            level_planes(&self.readings.planes, self.robot.robot.drive());
         self
     }
 
@@ -362,9 +472,44 @@ impl Imported {
         InputError::new(&self.robot.name, cause).with_remedy(remedy)
     }
 
+    /// The comment of lines that says what was configured before any was pasted.
+    pub(crate) fn kept(&self, controller: &Robot<f64>) -> Option<String> {
+        // Marlin keeps no comments.
+        if controller.drive() == Drive::Rotary || self.firmware == Firmware::Marlin {
+            return None;
+        }
+        let [first, ..] = controller.arms();
+        let rods = controller.arms().each_ref().map(|arm| rounded(arm.lb()));
+        let [radius, own @ ..] = self.first.map(rounded);
+        Some(format!(
+            "{KEPT} radius {radius} and rods {} as first configured, for {} and {} here",
+            own.join(", "),
+            rounded(first.d().xy().norm()),
+            rods.join(", ")
+        ))
+    }
+
+    /// The kinematics, as Klipper names it.
+    pub fn kinematics(&self) -> &'static str {
+        match self.robot.robot.drive() {
+            Drive::Linear => "delta",
+            Drive::Rotary => "rotary_delta",
+        }
+    }
+
+    /// The export target whose lines its controller reads.
+    pub fn target(&self) -> &'static str {
+        if self.one_rod {
+            "marlin-1.1"
+        } else {
+            self.firmware.name()
+        }
+    }
+
     /// The number of heights and of distances.
     pub fn counts(&self) -> [usize; 2] {
-        let rows = || self.readings.rows.iter();
+        let measured = self.readings.rows.len() - self.held;
+        let rows = || self.readings.rows.iter().take(measured);
         [
             rows().filter(|row| row.value.height.is_some()).count(),
             rows().filter(|row| row.value.distance.is_some()).count(),

@@ -1,7 +1,9 @@
 //! A Delta's Klipper configuration, and the measurements saved in its `[delta_calibrate]`.
 
-use super::configuration::{self, PRINTER, SAVED, STEPPERS};
+use super::configuration::{self, MESH, PRINTER, SAVED, STEPPERS};
+use super::console::{Named, Touch, with_touches};
 use super::imported::{Imported, Machine, PROBE, Towers, USUAL_TOWERS};
+use super::probe::Probe;
 use super::settings::Settings;
 use super::{Includes, Stated};
 use crate::files::input::{InputError, InputText};
@@ -18,6 +20,8 @@ const USUAL_ARMS: [f64; 3] = [30.0, 150.0, 270.0];
 
 /// A pose this far below its measured height was saved with another configuration, mm.
 const BELOW: f64 = 20.0;
+/// A place of a mesh this far outside a round bed is at its rim, mm.
+const SAME: f64 = 0.01;
 /// Klipper's parameters fit the heights saved with them far better than this, mm rms.
 const STALE: f64 = 4.0;
 
@@ -63,6 +67,22 @@ pub(super) fn import(
     let notes = configuration::notes(&settings, broken);
     let mut imported = machine.imported(&settings, home, readings, notes)?;
     imported.names = names;
+    imported.probe = Probe {
+        clearance: settings
+            .number(SAVED, "horizontal_move_z")?
+            .unwrap_or_default(),
+        ..Probe::of(
+            &settings,
+            configuration::PROBE,
+            ["x_offset", "y_offset", "z_offset"],
+        )?
+    };
+    if imported.readings.rows.is_empty() && broken.is_none() {
+        let meshed = mesh(&settings)?;
+        if !meshed.is_empty() {
+            imported = with_touches(imported, &settings.name, meshed)?;
+        }
+    }
     imported.saved_ignored = broken.is_some();
     if !rotary {
         refuse_elsewhere(&settings, &imported)?;
@@ -204,6 +224,47 @@ fn measured(
         }
     }
     Ok((file, names))
+}
+
+/// The bed as `BED_MESH_CALIBRATE` saved it; outside a round bed its values are extrapolated.
+fn mesh(settings: &Settings) -> Result<Vec<Touch>, InputError> {
+    let Some(entry) = settings.get(MESH, "points") else {
+        return Ok(Vec::new());
+    };
+    let side = |axis: &str| {
+        let [low, high] = ["min", "max"].map(|end| settings.number(MESH, &format!("{end}_{axis}")));
+        Ok::<_, InputError>(low?.zip(high?))
+    };
+    let (Some(x), Some(y)) = (side("x")?, side("y")?) else {
+        return Ok(Vec::new());
+    };
+    let out = x.1.max(y.1) + SAME;
+    let rows = entry.value.lines().filter(|row| !row.trim().is_empty());
+    let rows: Vec<_> = rows.collect();
+    let along = |(low, high): (f64, f64), index: usize, count: usize| {
+        low + (high - low) * index as f64 / (count.max(2) - 1) as f64
+    };
+    let mut touches = Vec::new();
+    for (at, row) in rows.iter().enumerate() {
+        let values: Vec<_> = row.split(',').collect();
+        for (index, value) in values.iter().enumerate() {
+            let z = value
+                .trim()
+                .parse()
+                .ok()
+                .filter(|own: &f64| own.is_finite());
+            let z = z.ok_or_else(|| settings.damaged(MESH, "points", "rows of numbers"))?;
+            let place = [along(x, index, values.len()), along(y, at, rows.len())];
+            if place[0].hypot(place[1]) <= out {
+                touches.push(Touch {
+                    line: entry.line,
+                    at: [place[0], place[1], z],
+                    named: Named::Probe,
+                });
+            }
+        }
+    }
+    Ok(touches)
 }
 
 /// The steps of the three motors from their end stops.

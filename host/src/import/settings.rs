@@ -31,6 +31,11 @@ impl Settings {
         self.entries.get(&(section.to_owned(), option.to_owned()))
     }
 
+    /// Whether it states anything in this section or command.
+    pub(super) fn states(&self, section: &str) -> bool {
+        self.entries.keys().any(|(own, _)| own == section)
+    }
+
     /// A fault of an option, at its place if it is stated.
     pub(super) fn fault(&self, section: &str, option: &str, cause: &str) -> InputError {
         let fault = match self.get(section, option) {

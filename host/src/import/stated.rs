@@ -18,6 +18,9 @@ pub struct Stated {
     pub printed: Option<[f64; 2]>,
     /// The fraction by which prints shrink.
     pub shrinkage: Option<f64>,
+    /// The radius and the rods as first configured, and those pasted in their place, as a comment of the configuration
+    /// states them.
+    pub kept: Option<[[f64; 4]; 2]>,
 }
 
 impl Stated {

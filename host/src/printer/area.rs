@@ -75,12 +75,10 @@ impl Uncertain {
         let on_bed = on_bed.filter(|(pose, _)| pose.position.z.abs() < ON_THE_BED);
         let on_bed: Vec<_> = on_bed.collect();
         let count = on_bed.len() as f64;
-        let sum: SMatrix<f64, 3, WITH_TRANSMISSIONS> = on_bed.iter().map(|(_, own)| own).sum();
         let on_bed = on_bed.into_iter();
+        let on_bed = on_bed.map(|(pose, jacobian)| (pose.position, *jacobian));
         let mut found = Self {
-            on_bed: on_bed
-                .map(|(pose, jacobian)| (pose.position, jacobian - sum / count))
-                .collect(),
+            on_bed: without_place(on_bed.collect(), |at| [at.x, at.y]),
             relative: all.relative()?.mean_square(),
             height: RobotCovariance::zeros(),
             across: RobotCovariance::zeros(),
@@ -100,13 +98,8 @@ impl Uncertain {
     /// ⟨|m₁|² − |m₂|²⟩ + 2 ⟨(m₁ − m₂)ᵀ J⟩ δ,   δ ~ N(0, C)
     /// ```
     ///
-    /// `None` if both know the same.
-    pub(super) fn better(
-        &self,
-        before: &Off,
-        after: &Off,
-        covariance: &RobotCovariance,
-    ) -> Option<Better> {
+    /// `None` where both know the same.
+    pub(super) fn better(&self, before: &Off, after: &Off, covariance: &RobotCovariance) -> Better {
         let of = |axes: Vector3<f64>| {
             let (mut mean, mut by_parameters) = (0.0, SVector::zeros());
             for (position, jacobian) in &self.on_bed {
@@ -123,21 +116,64 @@ impl Uncertain {
             let sigma = by_parameters.dot(&(covariance * by_parameters)).sqrt();
             Some(Normal::new(mean, sigma).ok()?.sf(0.0))
         };
-        Some(Better {
-            height: of(Vector3::new(0.0, 0.0, 1.0))?,
-            across: of(Vector3::new(1.0, 1.0, 0.0))?,
-        })
+        Better {
+            height: of(Vector3::new(0.0, 0.0, 1.0)),
+            across: of(Vector3::new(1.0, 1.0, 0.0)),
+        }
     }
+}
+
+/// Displacements about their mean, after the turn about z that leaves least of x and y: nobody sees where a part stands.
+fn without_place<P, const N: usize>(
+    mut all: Vec<(P, SMatrix<f64, 3, N>)>,
+    at: impl Fn(&P) -> [f64; 2],
+) -> Vec<(P, SMatrix<f64, 3, N>)> {
+    let count = all.len().max(1) as f64;
+    let mean = all.iter().map(|(_, own)| own).sum::<SMatrix<f64, 3, N>>() / count;
+    let mut squares = 0.0;
+    let mut turn = SMatrix::<f64, 1, N>::zeros();
+    for (place, own) in &mut all {
+        *own -= mean;
+        let [x, y] = at(place);
+        turn += own.row(1) * x - own.row(0) * y;
+        squares += x * x + y * y;
+    }
+    turn /= f64::max(squares, f64::MIN_POSITIVE);
+    for (place, own) in &mut all {
+        let [x, y] = at(place);
+        let [by_x, by_y] = [own.row(0) + turn * y, own.row(1) - turn * x];
+        own.set_row(0, &by_x);
+        own.set_row(1, &by_y);
+    }
+    all
 }
 
 /// The probabilities that the lines print better than the configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Better {
-    /// A flatter bed.
-    pub height: f64,
-    /// More accurate x and y on the bed.
+    /// A flatter bed; `None` if it was not touched.
+    pub height: Option<f64>,
+    /// More accurate x and y on the bed; `None` without distances.
     #[serde(rename = "xy")]
-    pub across: f64,
+    pub across: Option<f64>,
+}
+
+/// What the readings say something of.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Judged {
+    /// The bed.
+    pub(super) height: bool,
+    /// x and y.
+    pub(super) across: bool,
+}
+
+impl Better {
+    pub(super) fn of(self, judged: Judged) -> Self {
+        Self {
+            height: self.height.filter(|_| judged.height),
+            across: self.across.filter(|_| judged.across),
+        }
+    }
 }
 
 /// The centre and circles around it, the largest of this radius.
@@ -201,14 +237,8 @@ impl Off {
             let is = reached(calibrated, controller, &wanted)?;
             Some(([x, y], frame.apply(&is) - wanted))
         };
-        let about_mean = |places: Vec<[f64; 2]>| {
-            let mut all: Map = places.into_iter().filter_map(off).collect();
-            let mean =
-                all.iter().map(|(_, off)| off).sum::<Vector3<f64>>() / all.len().max(1) as f64;
-            for (_, off) in &mut all {
-                *off -= mean;
-            }
-            all
+        let about_mean = |places: Vec<[f64; 2]>| -> Map {
+            without_place(places.into_iter().filter_map(off).collect(), |at| *at)
         };
         let all = about_mean(bed(radius, CIRCLES, ON_A_CIRCLE));
         if all.len() < 3 {
@@ -235,9 +265,33 @@ impl Off {
         })
     }
 
-    /// Whether it prints clearly better than another one: higher or wider, and not worse in the other.
-    pub(super) fn is_better_than(&self, other: &Self) -> bool {
-        let [height, across] = [self.height / other.height, self.across / other.across];
-        height.min(across) < BETTER && height.max(across) < 1.0 / BETTER
+    /// Without what the readings say nothing of.
+    pub(super) fn of_readings(mut self, judged: Judged) -> Self {
+        if !judged.height {
+            for own in [
+                &mut self.height,
+                &mut self.height_sigma,
+                &mut self.worst_height,
+            ] {
+                *own = f64::NAN;
+            }
+            self.map.clear();
+        }
+        if !judged.across {
+            self.across = f64::NAN;
+            for (_, off) in &mut self.map {
+                (off.x, off.y) = (0.0, 0.0);
+            }
+        }
+        self
+    }
+
+    /// Whether it prints clearly better than another one in what is judged, and nowhere worse.
+    pub(super) fn is_better_than(&self, other: &Self, judged: Judged) -> bool {
+        let height = (judged.height, self.height / other.height);
+        let across = (judged.across, self.across / other.across);
+        let parts = [height, across];
+        parts.iter().any(|(judged, own)| *judged && *own < BETTER)
+            && parts.iter().all(|(_, own)| *own < 1.0 / BETTER)
     }
 }

@@ -1,8 +1,8 @@
 //! A printer assessed: what its configuration is off, what to paste instead, and what that leaves.
 
-use super::area::{Better, ON_THE_BED, Off, Uncertain, poses, radius_of};
+use super::area::{Better, Judged, ON_THE_BED, Off, Uncertain, poses, radius_of};
 use super::next::{Next, next};
-use super::notes::{Change, notes};
+use super::notes::{Change, crash, notes};
 use crate::accuracy::information::prior;
 use crate::export::error::ExportError;
 use crate::export::geometry::Frame;
@@ -11,53 +11,16 @@ use crate::export::target::{Entry, Target, Written};
 use crate::export::{Case, Settings, held, target};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Kind;
+use crate::fit::Solution;
 use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT};
 use crate::fit::solution::RowFit;
-use crate::fit::{Options, Solution, solve};
 use crate::import::{Imported, SHRINKAGE};
 use delta_cal::Robot;
-use delta_cal::robot::Drive;
 use nalgebra::Vector3;
 use serde::Serialize;
 
 /// What is fitted on the bed counts so many times, for the first layer depends on it.
 const FIRST_LAYER: f64 = 50.0;
-
-/// Noise so many times the usual is doubtful.
-pub(crate) const DOUBTFUL: f64 = 3.0;
-/// One reading of so many may contradict the others.
-const READINGS_FOR_ONE: usize = 8;
-/// The readings without which the noise is at most this part of itself explain it, with few degrees of freedom for each of
-/// these: simulated printers with rough beds are then never refused (of 560), and 0.4 mm are found in 16 touches (266 of 280).
-const EXPLAINED: f64 = 1.0 / 3.0;
-const EXPLAINED_FOR_EACH: f64 = 0.1;
-
-/// The names of readings that alone make the noise doubtful, and the noise of the others, in usual ones.
-pub(crate) fn contradicting(
-    imported: &Imported,
-    solution: &Solution,
-) -> Option<(Vec<String>, f64)> {
-    let first = Printer::noise(solution);
-    let (mut others, mut solution) = (imported.clone(), solution.clone());
-    let (mut names, mut kinds) = (Vec::new(), Vec::new());
-    for _ in 0..=imported.readings.rows.len() / READINGS_FOR_ONE {
-        let index = Printer::furthest(&solution)?;
-        kinds.push(others.readings.rows.remove(index).value.kind()?);
-        names.push(others.names.remove(index));
-        solution = solve(&others.robot, &others.readings, &Options::default()).ok()?;
-        let own = solution
-            .noise
-            .iter()
-            .filter(|own| kinds.contains(&own.kind));
-        let freedom = own.map(|own| own.freedom).fold(f64::INFINITY, f64::min);
-        let left = Printer::noise(&solution);
-        let explained = first * EXPLAINED.min(EXPLAINED_FOR_EACH * freedom);
-        if left < DOUBTFUL.min(explained) {
-            return Some((names, left));
-        }
-    }
-    None
-}
 
 /// What is known of a printer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -113,9 +76,28 @@ fn changes(held: Written, pasted: &Written) -> Vec<Change> {
     changes.collect()
 }
 
+/// The lines to paste, after a warning of a crash, and what was configured before any of them.
+fn lines(
+    imported: &Imported,
+    target: &Target,
+    changes: &[Change],
+    (written, controller): (&Written, Option<&Robot<f64>>),
+) -> String {
+    let Target { comment, paste, .. } = target;
+    let comments = crash(changes).into_iter().chain([paste.clone()]);
+    let comments = comments.map(|own| format!("{comment} {own}\n"));
+    let kept = controller.and_then(|own| imported.kept(own));
+    let kept = kept.map(|own| format!("{comment} {own}\n"));
+    comments
+        .chain(kept)
+        .chain([written.lines.clone()])
+        .collect()
+}
+
 /// Where the bed was touched, mm.
 fn touches(imported: &Imported, robot: &Robot<f64>) -> Vec<[f64; 2]> {
-    let rows = imported.readings.rows.iter();
+    let measured = imported.readings.rows.len() - imported.held;
+    let rows = imported.readings.rows.iter().take(measured);
     let touched = rows.filter(|row| row.value.height.is_some());
     let at = touched.filter_map(|row| robot.forward(&row.value.joints).ok());
     at.map(|at| [at.x, at.y]).collect()
@@ -154,9 +136,18 @@ impl Printer {
             home: Some(imported.home),
             level: Some(level),
             height: Some(0.0),
+            bed_radius: imported.bed_radius,
             ..Settings::default()
         };
-        let target = target(imported.firmware.name(), robot.robot.drive())?;
+        let [heights, distances] = imported.counts();
+        // Where nothing was touched, no height changes.
+        let origin = imported.towers.inverse(&Vector3::zeros()).ok();
+        let kept = origin.map(|low| [0, 1, 2].map(|arm| imported.home[arm] - low[arm]));
+        let settings = Settings {
+            endstops: kept.filter(|_| heights == 0),
+            ..settings
+        };
+        let target = target(imported.target(), robot.robot.drive())?;
         let export = Case {
             robot: calibrated,
             nominal: Some(&configured),
@@ -164,11 +155,16 @@ impl Printer {
             settings,
         }
         .export(target)?;
-        let held = held(&configured, &settings, imported.home, target)?;
+        let towers = robot.with_robot(&imported.towers);
+        let held = held(&towers, &settings, imported.home, target)?;
         let changes = changes(held, &export.written);
         let uncertain = Uncertain::of(calibrated, &poses).ok_or(ExportError::TooFewPositions(0))?;
         let covariance = solution.expected_of_robot();
         let sigmas = [&uncertain.height, &uncertain.across].map(|own| own.dot(&covariance).sqrt());
+        let judged = Judged {
+            height: heights > 0,
+            across: distances > 0,
+        };
         let look = |(controller, frame): (&Robot<f64>, Frame)| {
             Off::of(&calibrated.robot, (controller, frame), radius, sigmas)
         };
@@ -177,12 +173,13 @@ impl Printer {
         let after = pasted.and_then(look);
         let both = before.as_ref().zip(after.as_ref());
         let better_probability =
-            both.and_then(|(before, after)| uncertain.better(before, after, &covariance));
+            both.map(|(before, after)| uncertain.better(before, after, &covariance));
+        let better_probability = better_probability.map(|own| own.of(judged));
         let better = match (&before, &after) {
-            (Some(before), Some(after)) => after.is_better_than(before),
+            (Some(before), Some(after)) => after.is_better_than(before, judged),
             _ => true,
         };
-        let [heights, distances] = imported.counts();
+        let [before, after] = [before, after].map(|own| own.map(|own| own.of_readings(judged)));
         // More readings are as good as those that there are.
         let mut as_measured = calibrated.clone();
         as_measured.instruments.height_noise = Some(solution.levels.height);
@@ -192,15 +189,8 @@ impl Printer {
         }
         Ok(Self {
             firmware: imported.firmware.name(),
-            kinematics: match robot.robot.drive() {
-                Drive::Linear => "delta",
-                Drive::Rotary => "rotary_delta",
-            },
-            notes: [
-                imported.notes.clone(),
-                notes(imported, solution, better, &changes),
-            ]
-            .concat(),
+            kinematics: imported.kinematics(),
+            notes: [imported.notes.clone(), notes(imported, solution)].concat(),
             heights,
             distances,
             bed_radius_mm: radius,
@@ -210,6 +200,10 @@ impl Printer {
             after,
             better_probability,
             touches: touches(imported, &calibrated.robot),
+            lines: better.then(|| {
+                let written = (&export.written, export.controller.as_ref());
+                lines(imported, target, &changes, written)
+            }),
             changes,
             sigma_before_mm: prior(robot).map(|own| uncertain.relative.dot(&own).sqrt()),
             next: next(
@@ -220,10 +214,6 @@ impl Printer {
             ),
             loss: export.loss,
             not_calibrated: export.not_calibrated,
-            lines: better.then(|| {
-                let Target { comment, paste, .. } = target;
-                format!("{comment} {paste}\n{}", export.written.lines)
-            }),
         })
     }
 
@@ -243,11 +233,13 @@ impl Printer {
 
     /// What the configuration calls the reading that fits worst.
     pub(crate) fn worst(imported: &Imported, solution: &Solution) -> Option<String> {
-        imported.names.get(Self::furthest(solution)?).cloned()
+        let measured = imported.readings.rows.len() - imported.held;
+        let furthest = Self::furthest(solution).filter(|own| *own < measured)?;
+        imported.names.get(furthest).cloned()
     }
 
     /// The reading without which the squared residuals shrink most.
-    fn furthest(solution: &Solution) -> Option<usize> {
+    pub(super) fn furthest(solution: &Solution) -> Option<usize> {
         let explains = |own: &RowFit| {
             let readings = own.whitened.iter().zip(&own.leverage);
             let squares = readings.map(|(own, leverage)| own * own / (1.0 - leverage));

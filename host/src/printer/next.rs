@@ -119,7 +119,7 @@ fn height(robot: &RobotFile, [x, y]: [f64; 2]) -> Option<Row<Reading>> {
 }
 
 /// Where to touch a printer's bed so many times, each at another place, for the flattest bed: the radius of the bed, and
-/// x and y in the controller's frame, mm.
+/// x and y of the nozzle in the controller's frame, mm. Nozzle and probe stay over the bed.
 pub fn touches_of_bed(imported: &Imported, count: usize) -> (f64, Vec<[f64; 2]>) {
     let radius = radius_of(imported);
     let mut nothing = Readings::of_name(&imported.robot.name);
@@ -135,7 +135,8 @@ pub fn touches_of_bed(imported: &Imported, count: usize) -> (f64, Vec<[f64; 2]>)
     };
     let on_a_circle = usize::try_from(ON_A_CIRCLE).unwrap_or(1);
     let circles = u32::try_from(count / on_a_circle).unwrap_or(0) + CIRCLES;
-    let places = bed(OUT * radius, circles, ON_A_CIRCLE);
+    let out = f64::min(OUT * radius, radius - imported.probe.distance());
+    let places = bed(out.max(0.0), circles, ON_A_CIRCLE);
     let (places, _) = chosen(robot, &imported.readings, places, count, leaves);
     (radius, places)
 }

@@ -34,13 +34,8 @@ pub struct Change {
     pub unit: &'static str,
 }
 
-/// Of what was read, and of lines that are worth pasting.
-pub(super) fn notes(
-    imported: &Imported,
-    solution: &Solution,
-    pasted: bool,
-    changes: &[Change],
-) -> Vec<String> {
+/// Of what was read.
+pub(super) fn notes(imported: &Imported, solution: &Solution) -> Vec<String> {
     let mut notes = Vec::new();
     if let [bed, probe] = solution.places.planes.as_slice() {
         let off = probe.offset - bed.offset;
@@ -52,17 +47,22 @@ pub(super) fn notes(
             ));
         }
     }
+    notes.extend(super::shape::note(imported, solution));
     notes.extend(common_scale(imported));
+    notes
+}
+
+/// The warning of lines that move an end stop far.
+pub(super) fn crash(changes: &[Change]) -> Option<String> {
     let endstops = changes.iter().filter(|own| is_endstop(&own.name));
     let moved = endstops.map(|own| (own.after - own.before).abs());
     let most = moved.fold(0.0, f64::max);
-    if pasted && most > CRASH {
-        notes.push(format!(
-            "An end stop moves by {most:.1} mm: after pasting, home and lower the nozzle onto the bed by hand in steps of 1 mm \
-             before anything else. A wrong end stop drives it into the bed."
-        ));
-    }
-    notes
+    (most > CRASH).then(|| {
+        format!(
+            "WARNING: an end stop moves by {most:.1} mm. After pasting, home, and lower the nozzle by hand in steps of 1 mm \
+             before anything else: a wrong end stop drives it into the bed."
+        )
+    })
 }
 
 fn is_endstop(name: &str) -> bool {
@@ -127,7 +127,7 @@ pub(crate) fn common_scale(imported: &Imported) -> Option<String> {
         Some(distance / (to - from).norm())
     });
     let parts: Vec<_> = parts.collect();
-    if parts.len() < LEAST_DISTANCES || robot.drive() != Drive::Linear {
+    if parts.len() < LEAST_DISTANCES {
         return None;
     }
     let count = parts.len() as f64;
@@ -139,11 +139,20 @@ pub(crate) fn common_scale(imported: &Imported) -> Option<String> {
         return None;
     }
     let percent = 100.0 * off;
-    let lengths = lengths_for(robot, imported.bed_radius, mean);
-    let lengths = lengths.map_or_else(
-        || "other rods".to_owned(),
-        |[rods, radius]| format!("rods of {rods:.1} mm with a radius of {radius:.1} mm"),
-    );
+    let towers = robot.drive() == Drive::Linear;
+    let lengths = towers.then(|| lengths_for(robot, imported.bed_radius, mean));
+    let lengths = match lengths {
+        Some(Some([rods, radius])) => {
+            format!("rods of {rods:.1} mm with a radius of {radius:.1} mm")
+        }
+        Some(None) => "other rods".to_owned(),
+        None => "other forearms or another shoulder_radius".to_owned(),
+    };
+    let measure = if towers {
+        "the rods between their joints with a calliper and state them: --rods 345±0.1mm"
+    } else {
+        "the forearms between their joints with a calliper and correct lower_arm_length"
+    };
     let (word, shrink) = if mean < 1.0 {
         let shrink = format!("; prints that shrink by {percent:.1} % (--shrinkage)");
         ("short", shrink)
@@ -151,9 +160,8 @@ pub(crate) fn common_scale(imported: &Imported) -> Option<String> {
         ("long", String::new())
     };
     Some(format!(
-        "All {} distances are {percent:.1} % (±{:.2} %) too {word}: a common scale. Possible causes: {lengths}; a belt or steps \
-         per mm {percent:.1} % off{shrink}. Measure the rods between their joints with a calliper and state them: --rods \
-         345±0.1mm.",
+        "All {} distances are {percent:.1} % (±{:.2} %) too {word}: a common scale. Possible causes: {lengths}; a belt, gear or \
+         steps per mm {percent:.1} % off{shrink}. Measure {measure}.",
         parts.len(),
         100.0 * scatter / count.sqrt(),
     ))

@@ -1,12 +1,13 @@
-//! What the report of a printer says first: some ten statements and the lines to paste.
+//! What the report of a printer says: at most six statements in its owner's words, the lines to paste, then the details.
 
 use super::calibration::{Report, verdict};
 use crate::calibration::Level;
 use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::files::input::InputError;
-use crate::import::Imported;
+use crate::import::{Firmware, Imported};
 use crate::printer::{
-    ACROSS, Change, DOUBTFUL, Map, Next, Printer, alike, common_scale, contradicting,
+    ACROSS, Change, DOUBTFUL, Map, Next, Off, Printer, alike, bad_touch, common_scale,
+    contradicted_length, contradicting,
 };
 use crate::render::page::figure;
 use crate::render::plot::{Axis, Colour, Figure, Shape};
@@ -46,6 +47,9 @@ impl PrinterReport {
     /// # Errors
     /// Readings that no printer within the tolerance explains; a robot that its controller cannot hold.
     pub fn of(imported: &Imported, calibration: Report) -> Result<Self, CalibrateError> {
+        if let Some(refused) = bad_touch(imported).or_else(|| contradicted_length(imported)) {
+            return Err(refused.into());
+        }
         let worst = Printer::noise(&calibration.solution);
         if worst > DOUBTFUL
             && let Some((names, left)) = contradicting(imported, &calibration.solution)
@@ -62,7 +66,9 @@ impl PrinterReport {
             let cause = format!(
                 "No printer within the tolerance explains these measurements (residuals {worst:.0} × the usual)."
             );
-            let first = if imported.robot.robot == imported.configured {
+            let first = if imported.kinematics() != "delta" {
+                "the gears (gear_ratio, microsteps), the arms' lengths"
+            } else if imported.robot.robot == imported.configured {
                 "the steps (rotation_distance, microsteps), the rods' length (--rods)"
             } else {
                 "--rods or --radius"
@@ -101,22 +107,26 @@ impl PrinterReport {
         })
     }
 
-    /// For a terminal: numbered statements, warnings, what to paste.
+    /// For a terminal: numbered statements, what to paste, warnings, details.
     pub fn to_text(&self) -> String {
         let (report, printer) = (&self.calibration, &self.printer);
         let mut text = String::new();
         for (number, statement) in (1..).zip(statements(report, printer)) {
-            let _ = writeln!(text, "{number:>2}. {}", wrapped(&statement, "    "));
-        }
-        let warnings = report.findings.iter();
-        for own in warnings.filter(|own| own.level == Level::Warning) {
-            let _ = write!(text, "\nWarning: {}\n", wrapped(&own.text, ""));
+            let _ = writeln!(text, "{number}. {}", wrapped(&statement, "   "));
         }
         if let Some(lines) = &printer.lines {
             let _ = write!(text, "\n{lines}");
         }
         for note in &printer.notes {
             let _ = write!(text, "\n{}\n", wrapped(note, ""));
+        }
+        let warnings = report.findings.iter();
+        for own in warnings.filter(|own| own.level == Level::Warning) {
+            let _ = write!(text, "\nWarning: {}\n", wrapped(&own.text, ""));
+        }
+        text.push_str("\nDetails:\n");
+        for own in details(report, printer) {
+            let _ = writeln!(text, "- {}", wrapped(&own, "  "));
         }
         text
     }
@@ -134,6 +144,7 @@ impl PrinterReport {
             div.views { @for (drawn, caption) in maps(printer) { (figure(&drawn, caption)) } }
             @if let Some(lines) = &printer.lines { pre { (lines) } }
             @for note in &printer.notes { p.note { (note) } }
+            ul { @for own in details(&self.calibration, printer) { li { (own) } } }
         })
     }
 }
@@ -192,11 +203,11 @@ fn map_of(printer: &Printer, map: &Map, shade: f64, times: f64) -> Figure {
         .with_equal_scales()
 }
 
-/// What is wrong, how sure that is, what to measure next, what the lines to paste do.
+/// What is wrong, how sure that is, what to do next, what the lines to paste do.
 fn statements(report: &Report, printer: &Printer) -> Vec<String> {
     let mut lines = vec![measured(report, printer)];
-    let scale = report.determined.scale;
-    if let Some(off) = &printer.before {
+    let after = printer.after.as_ref().filter(|_| printer.lines.is_some());
+    if let Some(off) = printer.before.as_ref().filter(|_| printer.heights > 0) {
         let mut line = format!("Bed error now: {:.2} mm rms", off.height);
         // What is not known may be more than the worst that is.
         if off.worst_height > off.height {
@@ -207,19 +218,54 @@ fn statements(report: &Report, printer: &Printer) -> Vec<String> {
             " within {:.0} mm of the centre",
             printer.bed_radius_mm
         );
-        // Nothing is said of a size that was not measured.
-        if scale {
-            let _ = write!(line, "; 100 mm come out as {:.2} mm", off.hundred);
+        if let Some(off) = after {
+            let _ = write!(line, ". With the lines below: {:.2} mm rms", off.height);
+            if off.worst_height > off.height {
+                let _ = write!(line, " ({:.2} mm worst)", off.worst_height);
+            }
+            let _ = write!(line, ", uncertain by {:.2} mm (σ)", off.height_sigma);
         }
         lines.push(line + ".");
     }
+    lines.push(size(report, printer));
+    if let Some(next) = &printer.next {
+        lines.push(proposal(report, printer, next));
+    }
+    lines.extend(verdict(report).map(|(_, own)| own));
+    lines.push(paste(printer));
+    lines
+}
+
+/// The size of parts, which distances alone show.
+fn size(report: &Report, printer: &Printer) -> String {
+    if !report.determined.scale {
+        let why = if report.after.instruments.distance_scale.is_some() {
+            "uncertain: the shrinkage of prints is unknown (--shrinkage)"
+        } else {
+            "not measured"
+        };
+        return format!("Part size is {why}.");
+    }
+    let hundred = |off: &Off| format!("{:.2} mm", off.hundred);
+    let now = printer.before.as_ref().map_or_else(String::new, hundred);
+    let then = printer.after.as_ref().filter(|_| printer.lines.is_some());
+    let then = then.map_or_else(String::new, |off| {
+        format!(", with the lines below as {}", hundred(off))
+    });
+    format!("100 mm come out as {now} now{then}.")
+}
+
+/// What the figures come from.
+fn details(report: &Report, printer: &Printer) -> Vec<String> {
+    let mut lines = vec![noise(report, printer)];
     if printer.lines.is_some() {
         lines.extend(changes(&printer.changes));
     }
-    lines.push(noise(report, printer));
     lines.push(format!(
         "The {} readings improve {} of {} parameter combinations; the rest stay at the tolerance.",
-        report.reading_count, report.determined.combinations, report.determined.of
+        printer.heights + printer.distances,
+        report.determined.combinations,
+        report.determined.of
     ));
     if let Some(next) = &printer.next {
         let before = printer.sigma_before_mm.map_or_else(String::new, |before| {
@@ -230,21 +276,6 @@ fn statements(report: &Report, printer: &Printer) -> Vec<String> {
             next.now
         ));
     }
-    let mut otherwise = "nothing";
-    if !scale && report.after.instruments.distance_scale.is_some() {
-        let size = "Part size is uncertain: the shrinkage of prints is unknown. State --shrinkage if you know it.";
-        lines.push(size.to_owned());
-        otherwise = "the rods between their joints with a calliper (--rods 345.2±0.1mm)";
-    } else if !scale {
-        let size = "Part size is not measured: measure distances.";
-        lines.push(size.to_owned());
-        otherwise = "longer distances, more exactly";
-    }
-    if let Some(next) = &printer.next {
-        lines.extend(proposals(otherwise, next));
-    }
-    lines.extend(verdict(report).map(|(_, own)| own));
-    lines.push(paste(printer));
     lines
 }
 
@@ -295,57 +326,68 @@ fn noise(report: &Report, printer: &Printer) -> String {
     format!("Noise of {}{worst}.", list(&kinds))
 }
 
-/// What to measure next, the better proposal first; `otherwise` if neither is worthwhile.
-fn proposals(otherwise: &str, next: &Next) -> Vec<String> {
+/// The one thing to do next, in the commands of the printer's firmware.
+fn proposal(report: &Report, printer: &Printer, next: &Next) -> String {
+    let klipper = printer.firmware == Firmware::Klipper.name();
     let places = next.heights.iter();
     let places = places.map(|[x, y]| format!("({}, {})", x.round() + 0.0, y.round() + 0.0));
-    let print = "print Klipper's docs/prints/calibrate_size.stl and measure its twelve distances (DELTA_ANALYZE)";
-    let touch = format!(
-        "nozzle on a sheet of paper at x, y = {} (DELTA_ANALYZE MANUAL_HEIGHT=0.1 at each)",
-        places.collect::<Vec<_>>().join(" ")
-    );
-    let both = [
-        (next.with_object, print.to_owned()),
-        (next.with_heights, touch),
-    ];
+    let touch = if klipper {
+        format!(
+            "nozzle on a sheet of paper at x, y = {} (DELTA_ANALYZE MANUAL_HEIGHT=0.1 at each)",
+            places.collect::<Vec<_>>().join(" ")
+        )
+    } else {
+        "touch the bed at more places: delta-cal plan with --count 16 writes the G30 commands"
+            .to_owned()
+    };
+    let print = if klipper {
+        "print Klipper's docs/prints/calibrate_size.stl and measure its twelve distances (DELTA_ANALYZE)"
+    } else {
+        "print a long part, measure it with a calliper, and state its length (--printed 100=99.7)"
+    };
+    // One printed length is no substitute for twelve, but all that other firmware can be told.
+    let object = next
+        .with_object
+        .filter(|_| klipper || printer.distances == 0);
+    let both = [(object, print.to_owned()), (next.with_heights, touch)];
     let both = both
         .into_iter()
         .filter_map(|(error, proposal)| Some((error?, proposal)));
-    let mut worthwhile: Vec<_> = both
-        .filter(|(error, _)| *error < (1.0 - WORTH) * next.now)
-        .collect();
-    worthwhile.sort_by(|one, other| one.0.total_cmp(&other.0));
-    if worthwhile.is_empty() {
-        let more = "heights and printed distances bring little more";
-        return vec![format!("Measure next: {otherwise}; {more}.")];
+    let worthwhile = both.filter(|(error, _)| *error < (1.0 - WORTH) * next.now);
+    let best = worthwhile.min_by(|one, other| one.0.total_cmp(&other.0));
+    if let Some((error, proposal)) = best {
+        let then = if klipper {
+            format!(" (expected position error then {error:.2} mm)")
+        } else {
+            String::new()
+        };
+        return format!("Measure next: {proposal}{then}.");
     }
-    let proposals = ["Measure next", "Or"].into_iter().zip(worthwhile);
-    proposals
-        .map(|(words, (error, proposal))| {
-            format!("{words}: {proposal} (expected error then {error:.2} mm).")
-        })
-        .collect()
+    let otherwise = match (report.determined.scale, printer.kinematics) {
+        (true, _) => "nothing",
+        (false, "delta") => "the rods between their joints with a calliper (--rods 345.2±0.1mm)",
+        (false, _) => "the forearms between their joints with a calliper (lower_arm_length)",
+    };
+    format!("Measure next: {otherwise}; heights and printed distances bring little more.")
 }
 
 fn paste(printer: &Printer) -> String {
     let chances = printer.better_probability.map(|own| {
-        let [flatter, nearer] = [own.height, own.across].map(probability);
-        format!("{flatter} chance of a flatter bed, {nearer} of better x and y")
+        let flatter = own
+            .height
+            .map(|own| format!("{} chance of a flatter bed", probability(own)));
+        let nearer = own
+            .across
+            .map(|own| format!("{} chance of better x and y", probability(own)));
+        list(&flatter.into_iter().chain(nearer).collect::<Vec<_>>())
     });
+    let chances = chances.filter(|own| !own.is_empty());
     if printer.lines.is_none() {
         let chances = chances.map_or_else(String::new, |own| format!(" (best: {own})"));
         return format!(
             "Nothing to change: no other parameters would print clearly better{chances}."
         );
     }
-    let (loss, before) = (&printer.loss, &printer.not_calibrated);
-    let after = printer.after.as_ref().zip(chances);
-    let after = after.map_or_else(String::new, |(off, chances)| {
-        let [height, unknown] = [off.height, off.height_sigma];
-        format!(" Bed error then: {height:.2} mm rms (uncertainty {unknown:.2} mm, σ); {chances}.")
-    });
-    format!(
-        "Paste the lines below. They leave a position error of {:.2} mm rms (now {:.2} mm): the firmware has fewer parameters.{after}",
-        loss.rms, before.rms
-    )
+    let chances = chances.map_or_else(String::new, |own| format!(": {own}"));
+    format!("Paste the lines below{chances}.")
 }

@@ -1,7 +1,7 @@
 //! `delta-cal export`: its output is read back and evaluated with kinematics written here from each controller's
 //! equations; the loss must be the one the command states.
 
-mod controllers;
+pub(crate) mod controllers;
 pub(crate) mod klipper;
 mod refusals;
 mod robots;

@@ -3,6 +3,7 @@
 
 mod agreement;
 mod assessed;
+mod beds;
 mod campaign;
 mod fixtures;
 mod gcode;

@@ -15,19 +15,19 @@ use delta_cal_tests::{generator, size};
 use nalgebra::{DMatrix, DVector, Vector3};
 use rand_pcg::Pcg32;
 
-const OF_PRINTER: Options = Options {
+pub(super) const OF_PRINTER: Options = Options {
     method: None,
     robust: false,
     frame: Frame::Base,
     of_printer: true,
 };
-const RADIUS: f64 = 120.0;
+pub(super) const RADIUS: f64 = 120.0;
 const STEP: f64 = 0.0125;
-const STEPS: Point = [STEP; 3];
+pub(super) const STEPS: Point = [STEP; 3];
 
 /// What the printers of a set have in common, and what the set should meet.
 #[derive(serde::Deserialize)]
-struct Set {
+pub(super) struct Set {
     name: String,
     number: u64,
     /// The bed's roughness and one touch's error, mm.
@@ -85,16 +85,21 @@ fn sets() -> Vec<Set> {
     table.map(Result::unwrap).collect()
 }
 
+/// The first set of this name.
+pub(super) fn set(name: &str) -> Set {
+    sets().into_iter().find(|own| own.name == name).unwrap()
+}
+
 /// A printer as it was built; steps count down from its end stops.
-struct Made {
+pub(super) struct Made {
     robot: Robot<f64>,
     high: Point,
     steps: Point,
-    bed: [f64; 6],
+    pub(super) bed: [f64; 6],
     touch: f64,
 }
 
-fn normal(rng: &mut Pcg32) -> f64 {
+pub(super) fn normal(rng: &mut Pcg32) -> f64 {
     standard_normal::<f64, _>(rng)
 }
 
@@ -103,7 +108,7 @@ fn between([low, high]: [f64; 2], rng: &mut Pcg32) -> f64 {
 }
 
 /// As drawn: what the owner writes.
-fn drawn() -> Delta {
+pub(super) fn drawn() -> Delta {
     Delta {
         radius: 140.0,
         angles: [210.0, 330.0, 90.0],
@@ -114,7 +119,7 @@ fn drawn() -> Delta {
 }
 
 impl Made {
-    fn new(set: &Set, rng: &mut Pcg32) -> Self {
+    pub(super) fn new(set: &Set, rng: &mut Pcg32) -> Self {
         let drawn = drawn();
         let radius = drawn.radius + 0.5 * normal(rng);
         let leaning = (rand_core::Rng::next_u32(rng) % 3) as usize;
@@ -140,12 +145,12 @@ impl Made {
         }
     }
 
-    fn position(&self, steps: Point) -> Vector3<f64> {
+    pub(super) fn position(&self, steps: Point) -> Vector3<f64> {
         let travel = [0, 1, 2].map(|k| self.high[k] - steps[k] * self.steps[k]);
         self.robot.forward(&travel).unwrap()
     }
 
-    fn bed(&self, x: f64, y: f64) -> f64 {
+    pub(super) fn bed(&self, x: f64, y: f64) -> f64 {
         let (x, y) = (3.0 * x / RADIUS, 3.0 * y / RADIUS);
         let waves = [
             x.sin(),
@@ -238,7 +243,7 @@ fn changed(own: &Delta, by: &DVector<f64>) -> Delta {
 }
 
 /// A set's printer, its controller, and the readings from which both Klipper and the program start.
-fn set_up(set: &Set, rng: &mut Pcg32) -> (Made, Delta, Vec<Row>) {
+pub(super) fn set_up(set: &Set, rng: &mut Pcg32) -> (Made, Delta, Vec<Row>) {
     let made = Made::new(set, rng);
     let mut controller = drawn();
     let mut rows = measured(&made, set, &controller, rng);
@@ -262,7 +267,7 @@ fn residual(controller: &Delta, row: &Row) -> f64 {
 }
 
 /// Klipper's own least squares: of six parameters, or of nine with distances.
-fn fitted(start: &Delta, rows: &[Row]) -> Delta {
+pub(super) fn fitted(start: &Delta, rows: &[Row]) -> Delta {
     let distances = rows.iter().any(|row| matches!(row, Row::Distance(..)));
     let count = if distances { 9 } else { 6 };
     let residuals = |by: &DVector<f64>| {
@@ -284,7 +289,7 @@ fn fitted(start: &Delta, rows: &[Row]) -> Delta {
 }
 
 /// So many places all over the printed circle.
-fn spread(count: u32) -> Vec<[f64; 2]> {
+pub(super) fn spread(count: u32) -> Vec<[f64; 2]> {
     let place = |index| {
         let part = (f64::from(index) + 0.5) / f64::from(count);
         towards(137.507_764 * f64::from(index), RADIUS * part.sqrt())
@@ -293,7 +298,7 @@ fn spread(count: u32) -> Vec<[f64; 2]> {
 }
 
 /// How a printer prints with a configuration: height about its mean, rms; size; x and y, rms after a shift.
-fn prints(made: &Made, controller: &Delta) -> [f64; 3] {
+pub(super) fn prints(made: &Made, controller: &Delta) -> [f64; 3] {
     let places = spread(300);
     let there = places
         .iter()
@@ -317,7 +322,11 @@ fn prints(made: &Made, controller: &Delta) -> [f64; 3] {
 }
 
 /// What the program makes of the configuration that Klipper has after these readings.
-fn reported(controller: &Delta, rows: &[Row], stated: &Stated) -> (PrinterReport, Imported) {
+pub(super) fn reported(
+    controller: &Delta,
+    rows: &[Row],
+    stated: &Stated,
+) -> (PrinterReport, Imported) {
     let own = Printer {
         number: String::new(),
         klipper: *controller,
@@ -338,7 +347,7 @@ fn imported(text: &str, stated: &Stated) -> Imported {
 type Errors = [[f64; 3]; 3];
 const OURS: usize = 0;
 const PEERS: [(usize, &str); 2] = [(1, "basic"), (2, "extended")];
-const HEIGHT: usize = 0;
+pub(super) const HEIGHT: usize = 0;
 /// Bounds of the rms of size and of x and y over a set, relative to a peer's: of 20 sizes it scatters by 0.15.
 const SIZE: f64 = 1.2;
 const ACROSS: f64 = 1.02;
@@ -372,8 +381,9 @@ impl Found {
         };
         if let (Some(own), Some(_)) = (found.better_probability, &found.lines) {
             let [[height, _, across], before] = [ours, controller].map(|own| prints(&made, &own));
-            self.better.push((own.height, height < before[HEIGHT]));
-            self.better.push((own.across, across < before[2]));
+            let flatter = own.height.map(|own| (own, height < before[HEIGHT]));
+            let nearer = own.across.map(|own| (own, across < before[2]));
+            self.better.extend(flatter.into_iter().chain(nearer));
         }
         let extended = fitted(&controller, &rows);
         rows.retain(|row| matches!(row, Row::Height(..)));

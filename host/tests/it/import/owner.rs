@@ -71,42 +71,61 @@ fn a_printed_length_is_a_measurement() {
     assert_refused(&folder, "calibrate printer.cfg", table);
 }
 
-/// Touches on the bed, within its radius, no place twice, in the firmware's commands.
+/// Touches of the bed in the firmware's commands, no place twice; nozzle and probe within the bed's radius, and clear of
+/// the bed by 5 mm or what is stated, from above the first touch on. Marlin is told the probe's place.
 #[test]
 fn touches_of_the_bed_are_planned_in_machine_coordinates() {
-    let folder = folder(&printer("01").configuration());
-    folder.write(
-        "config.g",
-        "M665 R141.2 L330.1 B120 H412.5\nM666 X0 Y0 Z0\n",
-    );
-    folder.write(
-        "m503.txt",
-        "echo:  M665 L330 R141 H411 B100\necho:  M666 X0 Y0 Z0\n",
-    );
-    for (name, radius, command) in [
-        ("printer.cfg", 120.0, "PROBE"),
-        ("config.g", 120.0, "G30 S-1"),
-        ("m503.txt", 100.0, "G30 X"),
+    let klipper = printer("01").configuration();
+    let high = klipper.replace("horizontal_move_z: 10", "horizontal_move_z: 27");
+    let beside = format!("[bltouch]\nx_offset: -24\ny_offset: 7\nz_offset: 2\n{klipper}");
+    let duet = "M665 R141.2 L330.1 B120 H412.5\nM666 X0 Y0 Z0\nG31 X0 Y-30 Z13.5\nM558 P1 H4 C\"hunter2\"\n";
+    let marlin = "echo:  M665 L330 R141 H411 B100\necho:  M666 X0 Y0 Z0\necho:  M851 X20 Y10 Z-2\n";
+    // The saved heights of this printer are 18.224 mm.
+    for (name, text, [radius, clear], beside, command) in [
+        (
+            "printer.cfg",
+            klipper.as_str(),
+            [120.0, 23.2],
+            [0.0; 2],
+            "PROBE",
+        ),
+        ("high.cfg", &high, [120.0, 27.0], [0.0; 2], "PROBE"),
+        ("beside.cfg", &beside, [120.0, 23.2], [-24.0, 7.0], "PROBE"),
+        ("config.g", duet, [120.0, 18.5], [0.0, -30.0], "G30 S-1"),
+        ("m503.txt", marlin, [100.0, 10.0], [20.0, 10.0], "G30 X"),
     ] {
-        folder
-            .run(&format!("plan {name} --count 9 --output {name}.gcode"))
-            .ok();
-        let commands = folder.read(&format!("{name}.gcode"));
+        let folder = Folder::new();
+        folder.write(name, text);
+        let plan = format!("plan {name} --count 9 --output touches.gcode");
+        folder.run(&plan).ok();
+        let commands = folder.read("touches.gcode");
         assert_eq!(commands.matches(command).count(), 9, "{commands}");
-        let mut places: Vec<_> = commands
-            .lines()
-            .filter(|line| line.contains(" X"))
-            .collect();
-        for line in &places {
-            let number = |letter: char| -> f64 {
-                let word = line
-                    .split_whitespace()
-                    .find_map(|word| word.strip_prefix(letter));
-                word.unwrap().parse().unwrap()
-            };
-            assert!(number('X').hypot(number('Y')) <= radius, "{line}");
+        assert!(
+            commands.starts_with("; To stop at once: M112"),
+            "{commands}"
+        );
+        let word = |line: &str, letter: char| -> Option<f64> {
+            let mut words = line.split_whitespace();
+            let own = words.find_map(|own| own.strip_prefix(letter))?;
+            own.parse().ok()
+        };
+        let lines: Vec<_> = commands.lines().collect();
+        let first = lines.iter().find(|line| line.starts_with("G1"));
+        assert!(first.unwrap().contains("F600"), "{commands}");
+        for height in lines.iter().filter_map(|line| word(line, 'Z')) {
+            assert!((height - clear).abs() < 0.06, "{name}: {commands}");
         }
-        places.sort_unstable();
+        let places = lines
+            .iter()
+            .filter_map(|line| Some([word(line, 'X')?, word(line, 'Y')?]));
+        let mut places: Vec<_> = places.collect();
+        for [x, y] in &places {
+            let sign = if command == "G30 X" { -1.0 } else { 1.0 };
+            for [x, y] in [[*x, *y], [x + sign * beside[0], y + sign * beside[1]]] {
+                assert!(x.hypot(y) <= radius + 0.1, "{name}: {commands}");
+            }
+        }
+        places.sort_unstable_by(|one, other| one.partial_cmp(other).unwrap());
         places.dedup();
         assert_eq!(places.len(), 9, "{commands}");
     }

@@ -1,0 +1,83 @@
+//! The probe beside the nozzle, and the commands that touch the bed with it.
+
+use super::settings::Settings;
+use super::{Firmware, Imported};
+use crate::files::input::InputError;
+
+/// A probe is this far above the bed between touches if nothing says that it has to be higher, mm.
+const USUAL_CLEARANCE: f64 = 10.0;
+/// Above the height at which the probe triggers, mm.
+const ABOVE_TRIGGER: f64 = 5.0;
+
+/// What a configuration states of the probe.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Probe {
+    /// Where the probe is beside the nozzle, mm; `None` if it is not stated.
+    pub offset: Option<[f64; 2]>,
+    /// How high the nozzle is above the bed when the probe triggers, mm.
+    pub(super) trigger: f64,
+    /// The height of the nozzle between touches that is stated, mm.
+    pub(super) clearance: f64,
+}
+
+impl Probe {
+    /// With the offset and the height at which it triggers in these options of a section or words of a command; without x
+    /// and y it is below the nozzle where the firmware assumes so.
+    pub(super) fn of(
+        settings: &Settings,
+        section: &str,
+        [x, y, z]: [&str; 3],
+    ) -> Result<Self, InputError> {
+        let number = |option| settings.number(section, option);
+        let (own_x, own_y, z) = (number(x)?, number(y)?, number(z)?);
+        let assumed = settings.firmware != Firmware::Marlin && settings.states(section);
+        let stated = own_x.is_some() || own_y.is_some() || assumed;
+        let offset = [own_x, own_y].map(Option::unwrap_or_default);
+        Ok(Self {
+            offset: stated.then_some(offset),
+            trigger: z.unwrap_or_default().abs(),
+            clearance: 0.0,
+        })
+    }
+
+    /// How far it is from the nozzle, mm.
+    pub fn distance(&self) -> f64 {
+        self.offset.map_or(0.0, |[x, y]| x.hypot(y))
+    }
+}
+
+impl Imported {
+    /// The height of the nozzle at which the probe is clear of the bed, mm.
+    fn clearance(&self) -> f64 {
+        let rows = self.readings.rows.iter();
+        let heights = rows.filter_map(|row| row.value.height.map(|(_, height)| height));
+        let highest = heights.fold(self.probe.trigger, f64::max);
+        let above = highest + ABOVE_TRIGGER;
+        above.max(self.probe.clearance).max(USUAL_CLEARANCE)
+    }
+
+    /// The commands that touch the bed with the nozzle at these places, mm.
+    pub fn touches(&self, places: &[[f64; 2]]) -> String {
+        let clear = format!("{:.1}", self.clearance());
+        let stop = match self.firmware {
+            Firmware::Klipper => "M112 (then FIRMWARE_RESTART)",
+            Firmware::RepRapFirmware => "M112 (then M999)",
+            Firmware::Marlin => "M112 or the power switch",
+        };
+        let [beside_x, beside_y] = self.probe.offset.unwrap_or_default();
+        let touch = |[x, y]: &[f64; 2]| match self.firmware {
+            Firmware::Klipper => format!("G1 X{x:.1} Y{y:.1} F3000\nPROBE"),
+            Firmware::RepRapFirmware => format!("G1 X{x:.1} Y{y:.1} F6000\nG30 S-1"),
+            // Marlin moves the probe there, not the nozzle.
+            Firmware::Marlin => format!("G30 X{:.1} Y{:.1}", x + beside_x, y + beside_y),
+        };
+        let touches = places.iter().map(touch);
+        let touches = touches.map(|own| format!("{own}\nG1 Z{clear} F600\n"));
+        format!(
+            "; To stop at once: {stop}. Watch the first touch: the probe must be deployed and clear of the bed.\n\
+             G28\n\
+             G1 Z{clear} F600 ; slowly, from above\n{}",
+            touches.collect::<String>()
+        )
+    }
+}

@@ -1,0 +1,196 @@
+//! Readings and statements of a printer that contradict each other.
+
+use super::assess::Printer;
+use crate::calibration::Refused;
+use crate::fit::solution::PARAMETERS;
+use crate::fit::{Options, Solution, solve};
+use crate::import::Imported;
+use crate::text::rounded;
+use delta_cal::calibration::ToleranceError;
+use delta_cal::robot::{Arm, Drive};
+use delta_cal::{Robot, Tolerance};
+use nalgebra::SVector;
+
+/// Noise so many times the usual is doubtful.
+pub(crate) const DOUBTFUL: f64 = 3.0;
+/// One reading of so many may contradict the others.
+const READINGS_FOR_ONE: usize = 8;
+/// The readings without which the noise is at most this part of itself explain it, with few degrees of freedom for each of
+/// these: simulated printers with rough beds are then never refused (of 560), and 0.4 mm are found in 16 touches (266 of 280).
+const EXPLAINED: f64 = 1.0 / 3.0;
+const EXPLAINED_FOR_EACH: f64 = 0.1;
+
+/// The names of readings that alone make the noise doubtful, and the noise of the others, in usual ones.
+pub(crate) fn contradicting(
+    imported: &Imported,
+    solution: &Solution,
+) -> Option<(Vec<String>, f64)> {
+    let first = Printer::noise(solution);
+    let (mut others, mut solution) = (imported.clone(), solution.clone());
+    let (mut names, mut kinds) = (Vec::new(), Vec::new());
+    let measured = imported.readings.rows.len() - imported.held;
+    for _ in 0..=measured / READINGS_FOR_ONE {
+        let index = Printer::furthest(&solution).filter(|own| *own < measured - names.len())?;
+        kinds.push(others.readings.rows.remove(index).value.kind()?);
+        names.push(others.names.remove(index));
+        solution = solve(&others.robot, &others.readings, &Options::default()).ok()?;
+        let own = solution
+            .noise
+            .iter()
+            .filter(|own| kinds.contains(&own.kind));
+        let freedom = own.map(|own| own.freedom).fold(f64::INFINITY, f64::min);
+        let left = Printer::noise(&solution);
+        let explained = first * EXPLAINED.min(EXPLAINED_FOR_EACH * freedom);
+        if left < DOUBTFUL.min(explained) {
+            return Some((names, left));
+        }
+    }
+    None
+}
+
+/// One touch of so many may be bad.
+const LEAST_TOUCHES: usize = 6;
+/// The others agree with the configuration to this, mm rms, as those of a calibrated printer do; a bad one is off by so
+/// many times as much, and never by less than that many times the usual noise.
+const AGREE: f64 = 0.06;
+const BAD: f64 = 6.0;
+const TOUCH: f64 = 0.02;
+
+/// The refusal of touches that agree with the configuration but for one. A bowl, which a wrong radius makes, is none.
+pub(crate) fn bad_touch(imported: &Imported) -> Option<Refused> {
+    let measured = imported.readings.rows.len() - imported.held;
+    let rows = imported.readings.rows.iter().take(measured).enumerate();
+    let off = rows.filter_map(|(index, row)| {
+        let (_, height) = row.value.height.filter(|(plane, _)| *plane == 0)?;
+        let at = imported.configured.forward(&row.value.joints).ok()?;
+        Some((index, at.xy(), at.z - height))
+    });
+    let off: Vec<_> = off.collect();
+    if off.len() < LEAST_TOUCHES {
+        return None;
+    }
+    let scatter = |values: &[f64]| {
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let squares = values.iter().map(|own| (own - mean).powi(2)).sum::<f64>();
+        (mean, (squares / values.len() as f64).sqrt())
+    };
+    let without = |(index, at, own): &(usize, _, f64)| {
+        let others = off.iter().filter(|other| other.0 != *index);
+        let (mean, left) = scatter(&others.map(|other| other.2).collect::<Vec<_>>());
+        (left, *index, *at, own - mean)
+    };
+    let tried = off.iter().map(without);
+    let (left, index, at, by) = tried.min_by(|one, other| one.0.total_cmp(&other.0))?;
+    if left > AGREE || by.abs() < BAD * left.max(TOUCH) {
+        return None;
+    }
+    // What a bowl leaves.
+    let squares: Vec<_> = off.iter().map(|own| own.1.norm_squared()).collect();
+    let (mean, spread) = scatter(&squares);
+    let bowl = off.iter().zip(&squares);
+    let bowl = bowl
+        .map(|(own, square)| own.2 * (square - mean))
+        .sum::<f64>()
+        / (off.len() as f64 * spread * spread).max(f64::MIN_POSITIVE);
+    let flat = off
+        .iter()
+        .zip(&squares)
+        .map(|(own, square)| own.2 - bowl * square);
+    if scatter(&flat.collect::<Vec<_>>()).1 < 2.0 * left.max(TOUCH) {
+        return None;
+    }
+    let name = imported.names.get(index)?;
+    Some(Refused::new(
+        format!(
+            "One touch decides: {name}, at x {:.0}, y {:.0} mm, is {by:+.2} mm off, and the {} others agree with the \
+             configuration to {left:.2} mm rms.",
+            at.x,
+            at.y,
+            off.len() - 1
+        ),
+        "Clean bed and nozzle, and touch that place again. If it is the same again, touch four more places around it.",
+    ))
+}
+
+/// A common length with this σ is unknown, mm, and what is stated is contradicted by so many σ.
+const UNKNOWN: f64 = 20.0;
+const CONTRADICTED: f64 = 3.0;
+
+/// The refusal of a stated length of the rods, or radius, that the distances contradict.
+pub(crate) fn contradicted_length(imported: &Imported) -> Option<Refused> {
+    let [_, distances] = imported.counts();
+    if distances == 0 || imported.robot.robot.drive() == Drive::Rotary {
+        return None;
+    }
+    let (rods, radius) = imported.stated;
+    let rods = rods.then(|| {
+        let by = |_: &Arm<f64>| vec![(LB, 1.0)];
+        contradicted(
+            imported,
+            Tolerance::with_forearm,
+            Tolerance::forearm,
+            (Arm::lb, by),
+        )
+        .map(|own| format!("--rods states rods of {own}"))
+    });
+    let radius_contradicted = || {
+        let of = |arm: &Arm<f64>| arm.d().xy().norm();
+        let by = |arm: &Arm<f64>| {
+            let out = arm.d().xy().normalize();
+            vec![(0, out.x), (1, out.y)]
+        };
+        contradicted(
+            imported,
+            Tolerance::with_radius,
+            Tolerance::radius,
+            (of, by),
+        )
+        .map(|own| format!("--radius states a radius of {own}"))
+    };
+    let cause = rods
+        .flatten()
+        .or_else(|| radius.then(radius_contradicted).flatten())?;
+    Some(Refused::new(
+        cause,
+        "Measure it again, between the joints of a rod or from the towers' axis to that of the platform's joints. If it is \
+         right, the distances share an error: state --shrinkage.",
+    ))
+}
+
+/// Index of the rod among an arm's parameters.
+const LB: usize = 7;
+
+/// A stated mean length of the arms and what the readings say of it if its σ is open, in words, if these contradict each
+/// other.
+fn contradicted(
+    imported: &Imported,
+    opened: impl Fn(Tolerance<f64>, f64) -> Result<Tolerance<f64>, ToleranceError>,
+    sigma: impl Fn(&Tolerance<f64>) -> f64,
+    (of, by): (
+        impl Fn(&Arm<f64>) -> f64,
+        impl Fn(&Arm<f64>) -> Vec<(usize, f64)>,
+    ),
+) -> Option<String> {
+    let robot = &imported.robot;
+    let tolerance = robot.tolerance?;
+    let mut open = robot.clone();
+    open.tolerance = Some(opened(tolerance, UNKNOWN).ok()?);
+    let found = solve(&open, &imported.readings, &Options::default()).ok()?;
+    let mean = |robot: &Robot<f64>| robot.arms().iter().map(&of).sum::<f64>() / 3.0;
+    let [own, is] = [mean(&robot.robot), mean(&found.robot)];
+    let mut by_parameters = SVector::<f64, PARAMETERS>::zeros();
+    for (index, arm) in robot.robot.arms().iter().enumerate() {
+        for (parameter, part) in by(arm) {
+            by_parameters[8 * index + parameter] = part / 3.0;
+        }
+    }
+    let variance = by_parameters.dot(&(found.of_parameters() * by_parameters));
+    let spread = (variance + sigma(&tolerance).powi(2)).sqrt();
+    ((is - own).abs() > CONTRADICTED * spread).then(|| {
+        format!(
+            "{} mm; the distances say {is:.1} ± {:.1} mm.",
+            rounded(own),
+            variance.max(0.0).sqrt()
+        )
+    })
+}

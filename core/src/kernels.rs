@@ -7,14 +7,17 @@
 #![allow(private_interfaces)] // no other crate can name the trait
 
 use crate::Real;
-use crate::calibration::{JointSamples, JointSolver, Normal, Progress, Refusal};
+use crate::calibration::{JointNormal, JointSamples, Means, Normal, correction_of, is_below};
 use crate::frame::RigidTransform;
 use crate::kinematics::KinematicsError;
 use crate::observations::{
     At, Equation, Observation, ObservationRow, Pose, READINGS, align, nearest_rotation,
 };
-use crate::robot::{ArmIndex, Robot};
-use crate::samples::{ArmFactor, Displacement, NominalArm, Sample, Waiting, triangle};
+use crate::robot::{ArmIndex, OF_ARM, Robot};
+use crate::samples::{
+    ArmFactor, Displacement, FEATURES, JointDisplacement, JointFactor, NominalArm, Sample, Waiting,
+    triangle,
+};
 use crate::stream::{Prediction, Row};
 use core::ops::Range;
 use nalgebra::{Matrix3, Vector3};
@@ -76,6 +79,16 @@ kernels! { [f32, f64]
         Displacement::exactly(nominal, correction)
     }
 
+    /// [`correction_of`].
+    fn correction(nominal: &NominalArm<Self>, delta: &[Self; FEATURES]) -> Option<[Self; OF_ARM]> {
+        correction_of(nominal, delta)
+    }
+
+    /// [`is_below`].
+    fn is_below(robot: &Robot<Self>, of: [&NominalArm<Self>; 3], means: &[Means<Self>; 3]) -> bool {
+        is_below(robot, of, means)
+    }
+
     /// [`Prediction::row_of`].
     fn gate_row(
         prediction: &Prediction<Self>,
@@ -95,12 +108,14 @@ kernels! { [f32, f64]
         samples.absorb_waiting();
     }
 
-    /// [`JointSolver::advance`].
-    fn step_joint(
-        solver: &mut JointSolver<Self>,
-        samples: &JointSamples<Self>,
-    ) -> Result<Progress, Refusal> {
-        solver.advance(samples)
+    /// [`JointFactor::linearized`].
+    fn linearize_joint(
+        factor: &JointFactor<Self>,
+        at: &JointDisplacement<Self>,
+        normal: &mut JointNormal<Self>,
+        piece: usize,
+    ) -> Self {
+        factor.linearized(at, normal, piece)
     }
 
     /// [`Pose::new`].
@@ -128,16 +143,6 @@ kernels! { [f32, f64]
         row.derive(at, units, columns)
     }
 
-    /// [`ObservationRow::absorb`].
-    fn absorb_row(
-        row: &ObservationRow<Self>,
-        part: usize,
-        columns: &mut [[Self; READINGS]],
-        entries: &mut [Self],
-    ) {
-        row.absorb(part, columns, entries);
-    }
-
     /// The frame that best fits complete coordinates.
     fn align(rows: &[ObservationRow<Self>]) -> Option<RigidTransform<Self>> {
         align(rows)
@@ -148,14 +153,34 @@ kernels! { [f32, f64]
         nearest_rotation(rows)
     }
 
-    /// Absorbs four rows.
-    fn absorb_four(entries: &mut [Self], columns: &mut [[Self; 4]]) {
-        triangle::reduce(entries, columns.len(), columns, columns.len());
+    /// Absorbs rows into a packed triangle for the first `pivots` of their columns.
+    fn absorb_five(entries: &mut [Self], columns: &mut [[Self; READINGS]], pivots: usize) {
+        triangle::reduce(entries, columns.len(), columns, pivots);
     }
 
-    /// Absorbs two rows.
-    fn absorb_two(entries: &mut [Self], columns: &mut [[Self; 2]]) {
-        triangle::reduce(entries, columns.len(), columns, columns.len());
+    /// Four rows.
+    fn absorb_four(entries: &mut [Self], columns: &mut [[Self; 4]], pivots: usize) {
+        triangle::reduce(entries, columns.len(), columns, pivots);
+    }
+
+    /// One row.
+    fn absorb_one(entries: &mut [Self], columns: &mut [[Self; 1]], pivots: usize) {
+        triangle::reduce(entries, columns.len(), columns, pivots);
+    }
+
+    /// Two rows.
+    fn absorb_two(entries: &mut [Self], columns: &mut [[Self; 2]], pivots: usize) {
+        triangle::reduce(entries, columns.len(), columns, pivots);
+    }
+
+    /// Lengths of a packed triangle's columns but for the last.
+    fn column_norms(entries: &[Self], norms: &mut [Self]) {
+        triangle::column_norms(entries, norms);
+    }
+
+    /// Adds a multiple of one vector to another.
+    fn add_multiple(to: &mut [Self], factor: Self, vector: &[Self]) {
+        triangle::add_multiple(to, factor, vector);
     }
 
     /// U x + c of a packed triangle.

@@ -86,6 +86,10 @@ pub trait Real:
     }
 }
 
+fn inverse_square_root(x: f64) -> f64 {
+    1.0 / square_root(x)
+}
+
 #[cfg(not(target_arch = "wasm32"))]
 fn square_root(x: f64) -> f64 {
     libm::sqrt(x)
@@ -99,119 +103,97 @@ fn square_root(x: f64) -> f64 {
     f64x2_extract_lane::<0>(f64x2_sqrt(f64x2_splat(x)))
 }
 
-impl Real for f64 {
-    const ZERO: Self = 0.0;
-    const ONE: Self = 1.0;
-    const TWO: Self = 2.0;
-    const HALF: Self = 0.5;
-    const PI: Self = core::f64::consts::PI;
-    const EPSILON: Self = Self::EPSILON;
-    const INFINITY: Self = Self::INFINITY;
-    const SMALLEST_SQUARE: Self = Self::MIN_POSITIVE / <Self as Real>::EPSILON;
-    const SIGMAS: [Self; 2] = [1e-140, 1e140];
-    const BYTES: usize = 8;
+/// Implements the scalar by its bits, those of its exponent, the range of a σ, and its functions.
+macro_rules! real {
+    (
+        $scalar:ident, $bits:ident, $exponent:literal, $sigmas:expr,
+        $root:path, $inverse_root:path, $sine_cosine:path,
+        $magnitude:path, $angle:path, $logarithm:path, $round:path
+    ) => {
+        // Counts and numbers round, as documented; the upper half of a single number's bits is empty.
+        #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation)]
+        impl Real for $scalar {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const TWO: Self = 2.0;
+            const HALF: Self = 0.5;
+            const PI: Self = core::$scalar::consts::PI;
+            const EPSILON: Self = Self::EPSILON;
+            const INFINITY: Self = Self::INFINITY;
+            const SMALLEST_SQUARE: Self = Self::MIN_POSITIVE / <Self as Real>::EPSILON;
+            const SIGMAS: [Self; 2] = $sigmas;
+            const BYTES: usize = size_of::<Self>();
 
-    fn bit_pattern(self) -> u64 {
-        self.to_bits()
-    }
-    fn from_bit_pattern(bits: u64) -> Self {
-        Self::from_bits(bits)
-    }
-    fn from_f64(value: f64) -> Self {
-        value
-    }
-    fn to_f64(self) -> f64 {
-        self
-    }
-    #[allow(clippy::cast_precision_loss)] // rounding is documented
-    fn from_count(count: u64) -> Self {
-        count as Self
-    }
-    fn finite(self) -> bool {
-        self.is_finite()
-    }
-    fn magnitude(self) -> Self {
-        libm::fabs(self)
-    }
-    fn square_root(self) -> Self {
-        square_root(self)
-    }
-    fn inverse_square_root(self) -> Self {
-        1.0 / square_root(self)
-    }
-    #[inline]
-    fn sine_cosine(self) -> (Self, Self) {
-        libm::sincos(self)
-    }
-    fn angle_over(self, x: Self) -> Self {
-        libm::atan2(self, x)
-    }
-    fn natural_logarithm(self) -> Self {
-        libm::log(self)
-    }
-    fn nearest_integer(self) -> Self {
-        libm::round(self)
-    }
-    fn power_of_two_below(self) -> Self {
-        Self::from_bits(self.to_bits() & 0x7ff0_0000_0000_0000)
-    }
+            fn bit_pattern(self) -> u64 {
+                u64::from(self.to_bits())
+            }
+            fn from_bit_pattern(bits: u64) -> Self {
+                Self::from_bits(bits as $bits)
+            }
+            fn from_f64(value: f64) -> Self {
+                value as Self
+            }
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+            fn from_count(count: u64) -> Self {
+                count as Self
+            }
+            fn finite(self) -> bool {
+                self.is_finite()
+            }
+            fn magnitude(self) -> Self {
+                $magnitude(self)
+            }
+            fn square_root(self) -> Self {
+                $root(self)
+            }
+            fn inverse_square_root(self) -> Self {
+                $inverse_root(self)
+            }
+            #[inline]
+            fn sine_cosine(self) -> (Self, Self) {
+                $sine_cosine(self)
+            }
+            fn angle_over(self, x: Self) -> Self {
+                $angle(self, x)
+            }
+            fn natural_logarithm(self) -> Self {
+                $logarithm(self)
+            }
+            fn nearest_integer(self) -> Self {
+                $round(self)
+            }
+            fn power_of_two_below(self) -> Self {
+                Self::from_bits(self.to_bits() & $exponent)
+            }
+        }
+    };
 }
 
-impl Real for f32 {
-    const ZERO: Self = 0.0;
-    const ONE: Self = 1.0;
-    const TWO: Self = 2.0;
-    const HALF: Self = 0.5;
-    const PI: Self = core::f32::consts::PI;
-    const EPSILON: Self = Self::EPSILON;
-    const INFINITY: Self = Self::INFINITY;
-    const SMALLEST_SQUARE: Self = Self::MIN_POSITIVE / <Self as Real>::EPSILON;
-    const SIGMAS: [Self; 2] = [1e-15, 1e12];
-    const BYTES: usize = 4;
-
-    fn bit_pattern(self) -> u64 {
-        u64::from(self.to_bits())
-    }
-    #[allow(clippy::cast_possible_truncation)] // the upper half is empty
-    fn from_bit_pattern(bits: u64) -> Self {
-        Self::from_bits(bits as u32)
-    }
-    #[allow(clippy::cast_possible_truncation)] // rounding to nearest is the meaning
-    fn from_f64(value: f64) -> Self {
-        value as Self
-    }
-    fn to_f64(self) -> f64 {
-        f64::from(self)
-    }
-    #[allow(clippy::cast_precision_loss)] // rounding is documented
-    fn from_count(count: u64) -> Self {
-        count as Self
-    }
-    fn finite(self) -> bool {
-        self.is_finite()
-    }
-    fn magnitude(self) -> Self {
-        libm::fabsf(self)
-    }
-    fn square_root(self) -> Self {
-        single::square_root(self)
-    }
-    fn inverse_square_root(self) -> Self {
-        single::inverse_square_root(self)
-    }
-    fn sine_cosine(self) -> (Self, Self) {
-        single::sine_cosine(self)
-    }
-    fn angle_over(self, x: Self) -> Self {
-        libm::atan2f(self, x)
-    }
-    fn natural_logarithm(self) -> Self {
-        libm::logf(self)
-    }
-    fn nearest_integer(self) -> Self {
-        libm::roundf(self)
-    }
-    fn power_of_two_below(self) -> Self {
-        Self::from_bits(self.to_bits() & 0x7f80_0000)
-    }
-}
+real!(
+    f64,
+    u64,
+    0x7ff0_0000_0000_0000,
+    [1e-140, 1e140],
+    square_root,
+    inverse_square_root,
+    libm::sincos,
+    libm::fabs,
+    libm::atan2,
+    libm::log,
+    libm::round
+);
+real!(
+    f32,
+    u32,
+    0x7f80_0000,
+    [1e-15, 1e12],
+    single::square_root,
+    single::inverse_square_root,
+    single::sine_cosine,
+    libm::fabsf,
+    libm::atan2f,
+    libm::logf,
+    libm::roundf
+);

@@ -7,8 +7,8 @@ mod transmission;
 
 pub(crate) use arm::ArmAt;
 pub use arm::{Arm, ArmBasis};
-pub(crate) use parameter::DriveOf;
 pub use parameter::{ArmIndex, Drive, GeometryError, Parameter, ParameterKind};
+pub(crate) use parameter::{DriveOf, OF_ARM, OF_ROBOT};
 #[cfg(feature = "linear")]
 pub use three_arms::SymmetricLinearRobot;
 pub use three_arms::{Robot, SymmetricRobot};

@@ -16,7 +16,7 @@ pub use factor::MergeError;
 pub(crate) use factor::{ArmFactor, Waiting};
 pub use forgetting::{Forgetting, ForgettingError};
 pub(crate) use joint_factor::{JOINT_COLUMNS, JointFactor, LeftOver};
-pub(crate) use nominal_arm::{FARTHEST_SQUARED, NominalArm};
+pub(crate) use nominal_arm::{FARTHEST_SQUARED, FEATURES, NominalArm, ONE};
 pub(crate) use sample::check_joint;
 pub use sample::{AddError, Noise, NoiseError, Sample, SampleError};
 pub use triangle::Triangle;

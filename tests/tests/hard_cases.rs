@@ -281,18 +281,18 @@ fn samples_without_any_residual_are_not_undetermined() {
     a_sample_without_a_residual_calibrates::<f32>();
 }
 
-/// Angles that are known as well as can be stated in single precision: the samples say nothing of them there, and as
-/// little in double precision.
+/// Angles that are known as well as can be stated in single precision, far better than their rounding: the samples say
+/// nothing of them there, and as little in double precision.
 #[test]
 fn angles_that_are_known_exactly_are_not_determined_by_the_samples() {
     let mut rng = generator(2, 1);
     let truth = perturbed(&paper_robot(), 0.5, 0.0, Spread::Normal, &mut rng);
     let noise = Noise::new(1e-3, 0.0).unwrap();
     let samples = measurements(&truth, 13, Some(&noise), &mut rng);
-    let tolerance = Tolerance::new(0.5, 2e-15).unwrap();
+    let tolerance = Tolerance::new(0.5, 1e-15).unwrap();
     let settings = Settings::default().with_tolerance(tolerance);
     let double = factor(&paper_robot(), &samples, &settings).unwrap();
-    let tolerance = Tolerance::new(0.5, 2e-15).unwrap();
+    let tolerance = Tolerance::new(0.5, 1e-15).unwrap();
     let settings = Settings::default().with_tolerance(tolerance);
     let single = factor(&paper_robot(), &to_single(&samples), &settings).unwrap();
     for (single, double) in single.arms.iter().zip(&double.arms) {

@@ -1,14 +1,18 @@
 //! What is reset is new: every field and every byte of its snapshot, and whatever is called next. So is what a stream that
-//! forgets holds after an alarm is acknowledged, but for its statistics.
+//! forgets holds after an alarm is acknowledged, but for its statistics. What is restored goes on to the same bits, and
+//! bytes that are no snapshot are refused.
 
 use crate::stream_calibrator::{selections, statements};
 use delta_cal::calibration::{Calibrator, Estimator, Ikm, Joint};
 use delta_cal::observations::{
-    Height, Instruments, Observation, ObservationNoise, Plane, PositionFrame, TouchCalibrator,
+    Distance, DistanceFrom, FkmCalibrator, Height, Instruments, Observation, ObservationNoise,
+    Plane, Point, PositionFrame,
 };
+use delta_cal::snapshot::SnapshotError;
 use delta_cal::stream::{Alarm, Forgetting, StreamCalibrator, StreamRefusal};
 use delta_cal::{Noise, Progress, Real, Robot, Sample};
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
+use nalgebra::Vector3;
 use rand_core::Rng;
 use rand_pcg::Pcg32;
 use std::fmt::Debug;
@@ -23,9 +27,54 @@ struct Call<T: Real> {
 trait Subject<T: Real>: Debug {
     /// The answer, and everything that can be asked for afterwards.
     fn call(&mut self, call: &Call<T>) -> String;
-    /// Its snapshot; empty if there is none now.
-    fn bytes(&self) -> Vec<u8>;
+    /// Writes its snapshot; an error if there is none now.
+    fn snapshot<'a>(&self, bytes: &'a mut [u8]) -> Result<&'a [u8], SnapshotError>;
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotError>;
+    fn samples(&self) -> u64;
     fn reset(&mut self);
+
+    /// Its snapshot; empty if there is none now.
+    fn bytes(&self) -> Vec<u8> {
+        let mut bytes = vec![0; 16_384];
+        let written = self.snapshot(&mut bytes).map_or(0, <[u8]>::len);
+        bytes.truncate(written);
+        bytes
+    }
+}
+
+/// What the three kinds of calibrator have alike.
+macro_rules! alike {
+    () => {
+        fn snapshot<'a>(&self, bytes: &'a mut [u8]) -> Result<&'a [u8], SnapshotError> {
+            Self::snapshot(self, bytes)
+        }
+
+        fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
+            Self::restore(self, bytes)
+        }
+
+        fn samples(&self) -> u64 {
+            Self::samples(self)
+        }
+
+        fn reset(&mut self) {
+            Self::reset(self);
+        }
+    };
+}
+
+/// Calls that all understand alike.
+const SOLVE: u32 = 0;
+const STEP: u32 = 1;
+const ADD: u32 = 39;
+
+fn call<T: Real>(kind: u32, count: usize, sample: &Sample<f64>) -> Call<T> {
+    let samples = vec![converted(sample)];
+    Call {
+        kind,
+        count,
+        samples,
+    }
 }
 
 impl<T: Real, E: Estimator> Subject<T> for Calibrator<T, E> {
@@ -57,14 +106,7 @@ impl<T: Real, E: Estimator> Subject<T> for Calibrator<T, E> {
         format!("{answer} {state:?} {:?}", self.outcome())
     }
 
-    fn bytes(&self) -> Vec<u8> {
-        let mut bytes = vec![0; Self::SNAPSHOT_BYTES];
-        self.snapshot(&mut bytes).unwrap().to_vec()
-    }
-
-    fn reset(&mut self) {
-        Self::reset(self);
-    }
+    alike!();
 }
 
 impl<T: Real, E: Estimator> Subject<T> for StreamCalibrator<T, E> {
@@ -73,8 +115,8 @@ impl<T: Real, E: Estimator> Subject<T> for StreamCalibrator<T, E> {
             panic!("no sample")
         };
         let answer = match call.kind {
-            0..3 => format!("{:?}", self.solve()),
-            3..6 => format!("{:?}", (0..4 * call.count).map(|_| self.step()).last()),
+            0 | 2 | 3 => format!("{:?}", self.solve()),
+            1 | 4 | 5 => format!("{:?}", (0..4 * call.count).map(|_| self.step()).last()),
             6 => format!("{:?}", self.stop()),
             7 => format!("{:?}", self.restore(&self.bytes())),
             8 => format!("{:?}", self.innovations(sample)),
@@ -90,35 +132,39 @@ impl<T: Real, E: Estimator> Subject<T> for StreamCalibrator<T, E> {
         format!("{answer} {state:?} {gate:?} {:?}", self.outcome())
     }
 
-    fn bytes(&self) -> Vec<u8> {
-        let mut bytes = vec![0; Self::SNAPSHOT_BYTES];
-        let written = self.snapshot(&mut bytes).map_or(0, <[u8]>::len);
-        bytes.truncate(written);
-        bytes
-    }
-
-    fn reset(&mut self) {
-        Self::reset(self);
-    }
+    alike!();
 }
 
 /// Room for fewer rows than are added.
-type Touches<T> = TouchCalibrator<T, 40>;
+type Rows<T> = FkmCalibrator<T, 40, 30>;
 
-impl<T: Real> Subject<T> for Touches<T> {
+impl<T: Real> Subject<T> for Rows<T> {
     fn call(&mut self, call: &Call<T>) -> String {
         let answer = match call.kind {
             0 => format!("{:?}", self.solve()),
             1 => format!("{:?}", (0..4 * call.count).map(|_| self.step()).last()),
             2 => format!("{:?}", self.calibrate()),
             3 => format!("{:?}", self.stop()),
+            4 => format!("{:?}", self.restore(&self.bytes())),
             _ => {
-                let sample = &call.samples[0];
-                let height = sample.position.z + T::from_f64(560.0);
-                let observation = Observation {
-                    height: Some(Height { plane: 0, height }),
-                    ..Observation::at(sample.joints)
-                };
+                let Sample { joints, position } = call.samples[0];
+                let mut observation = Observation::at(joints);
+                let distance = |from, distance| Some(Distance { from, distance });
+                match call.count % 4 {
+                    0 => observation.position = [Some(position.x), None, Some(position.z)],
+                    1 => {
+                        observation.distance = distance(DistanceFrom::Point(0), length(&position));
+                    }
+                    2 => {
+                        let other = [T::from_f64(0.1); 3];
+                        let apart = position - self.robot().forward(&other).unwrap();
+                        observation.distance = distance(DistanceFrom::Pose(other), length(&apart));
+                    }
+                    _ => {
+                        let height = position.z + T::from_f64(560.0);
+                        observation.height = Some(Height { plane: 0, height });
+                    }
+                }
                 format!("{:?}", self.add(&observation))
             }
         };
@@ -126,16 +172,11 @@ impl<T: Real> Subject<T> for Touches<T> {
         format!("{answer} {state:?} {:?}", self.outcome())
     }
 
-    fn bytes(&self) -> Vec<u8> {
-        let mut bytes = vec![0; Self::SNAPSHOT_BYTES];
-        let written = self.snapshot(&mut bytes).map_or(0, <[u8]>::len);
-        bytes.truncate(written);
-        bytes
-    }
+    alike!();
+}
 
-    fn reset(&mut self) {
-        Self::reset(self);
-    }
+fn length<T: Real>(of: &Vector3<T>) -> T {
+    of.dot(of).square_root()
 }
 
 fn noise() -> Noise<f64> {
@@ -208,15 +249,127 @@ fn reset_is_new<T: Real, S: Subject<T>>(what: &str, seed: u64, new: impl Fn() ->
     }
 }
 
-fn resets<T: Real, E: Estimator>(kind: &str) {
+/// Written, and restored into another that holds something else, after every sample.
+fn restored_goes_on<T: Real, S: Subject<T>>(what: &str, seed: u64, new: impl Fn() -> S) {
+    let mut rng = generator(1770, seed);
+    let truth = perturbed(&paper_robot(), 0.4, 2e-3, Spread::Normal, &mut rng);
+    let mut samples = measurements(&truth, 32, Some(&noise()), &mut rng);
+    samples[15].position.x += 5.0;
+    let (mut whole, mut broken) = (new(), new());
+    for (index, sample) in samples.iter().enumerate() {
+        let kind = if index % 3 == 0 { 12 } else { ADD };
+        let added = call(kind, index, sample);
+        let bytes = broken.bytes();
+        broken = new();
+        broken.call(&call(ADD, 3, &samples[31 - index]));
+        broken.restore(&bytes).unwrap();
+        assert_eq!(broken.call(&added), whole.call(&added), "{what}: {index}");
+    }
+    let ends = [whole, broken].map(|mut own| {
+        own.call(&call(SOLVE, 0, &samples[0]));
+        own.call(&call(STEP, 10_000, &samples[0]))
+    });
+    assert_eq!(ends[0], ends[1], "{what}");
+}
+
+/// With the length and the checksum that belong to it.
+fn sealed(content: &[u8]) -> Vec<u8> {
+    let mut bytes = content.to_vec();
+    let length = u32::try_from(bytes.len() + 4).unwrap();
+    bytes[4..8].copy_from_slice(&length.to_le_bytes());
+    let checksum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&bytes);
+    bytes.extend(checksum.to_le_bytes());
+    bytes
+}
+
+/// Every bit of a snapshot, every length of it, and what flash holds before anything was written are refused and change
+/// nothing. What other software wrote, with a valid checksum, is refused if its length is another; otherwise it is
+/// refused, or every later sample counts.
+fn damage_is_refused<T: Real, S: Subject<T>>(what: &str, new: impl Fn() -> S) {
+    let mut rng = generator(1780, 0);
+    let samples = measurements(&paper_robot(), 33, Some(&noise()), &mut rng);
+    let filled = |count: usize| {
+        let mut own = new();
+        for (index, sample) in samples.iter().enumerate().take(count) {
+            own.call(&call(ADD, index, sample));
+        }
+        own
+    };
+    let (good, mut target) = (filled(23).bytes(), filled(7));
+    let before = target.bytes();
+    let mut refused = |bytes: &[u8]| {
+        assert!(target.restore(bytes).is_err(), "{what}");
+        assert!(target.bytes() == before, "{what}");
+    };
+    // All bits of the header, and one in seven of the rest.
+    for bit in (0..8 * good.len()).filter(|bit| *bit < 200 || bit % 7 == 0) {
+        let mut damaged = good.clone();
+        damaged[bit / 8] ^= 1 << (bit % 8);
+        refused(&damaged);
+    }
+    for length in (0..good.len()).step_by(13) {
+        refused(&good[..length]);
+    }
+    refused(&vec![0xff; good.len()]);
+    refused(&vec![0; good.len()]);
+    let content = &good[..good.len() - 4];
+    for length in [
+        12,
+        200,
+        content.len() - 1,
+        content.len() + 1,
+        good.len() + 100,
+    ] {
+        let mut cut = content.to_vec();
+        cut.resize(length, 0);
+        refused(&sealed(&cut));
+    }
+    // What stands behind it does not matter: flash is read in whole pages.
+    let longer = [&good[..], &[0xff; 500]].concat();
+    target.restore(&longer).unwrap();
+    assert!(target.bytes() == good, "{what}");
+
+    assert_eq!(new().restore(&sealed(content)), Ok(()));
+    let mut refused = 0;
+    // The first and the last counts, and one byte in five of the rest.
+    for place in 12..content.len() {
+        if !place.is_multiple_of(5) && (30..content.len() - 200).contains(&place) {
+            continue;
+        }
+        let mut changed = content.to_vec();
+        changed[place] = if changed[place] == 5 { 4 } else { 5 };
+        let mut restored = new();
+        if restored.restore(&sealed(&changed)).is_err() {
+            refused += 1;
+            continue;
+        }
+        let count = restored.samples();
+        for (index, sample) in samples.iter().enumerate().skip(23) {
+            restored.call(&call(ADD, index, sample));
+        }
+        assert_eq!(restored.samples(), count + 10, "{what}: {place}");
+    }
+    assert!(refused > 0, "{what}");
+}
+
+/// All of it, of one that states what the statement of this number does.
+fn holds<T: Real, S: Subject<T>>(what: &str, statement: u64, new: impl Fn() -> S) {
+    reset_is_new(what, statement, &new);
+    restored_goes_on(what, statement, &new);
+    if statement == 3 && T::BYTES == 4 {
+        damage_is_refused(what, &new);
+    }
+}
+
+fn of_positions<T: Real, E: Estimator>(kind: &str) {
     let nominal = paper_robot::<T>();
     for (number, settings) in statements().iter().enumerate() {
         let seed = number as u64;
         let what = format!("{kind}, statement {number}");
-        reset_is_new(&what, seed, || Calibrator::<T, E>::new(&nominal, settings));
+        holds(&what, seed, || Calibrator::<T, E>::new(&nominal, settings));
         for selection in selections() {
             let what = format!("{kind} stream, statement {number}, {selection:?}");
-            reset_is_new(&what, seed, || {
+            holds(&what, seed, || {
                 let mut new = StreamCalibrator::<T, E>::new(&nominal, settings, &selection);
                 // The width is a setting, and stays.
                 new.set_sigmas(T::from_f64(6.0)).unwrap();
@@ -227,43 +380,49 @@ fn resets<T: Real, E: Estimator>(kind: &str) {
 }
 
 #[test]
-fn what_calibrates_each_arm_is_new_once_reset() {
-    resets::<f64, Ikm>("arms");
-    resets::<f32, Ikm>("arms");
+fn what_calibrates_each_arm_is_new_once_reset_and_goes_on_once_restored() {
+    of_positions::<f64, Ikm>("arms");
+    of_positions::<f32, Ikm>("arms");
 }
 
 #[test]
-fn what_calibrates_all_arms_jointly_is_new_once_reset() {
-    resets::<f64, Joint>("joint");
-    resets::<f32, Joint>("joint");
+fn what_calibrates_all_arms_jointly_is_new_once_reset_and_goes_on_once_restored() {
+    of_positions::<f64, Joint>("joint");
+    of_positions::<f32, Joint>("joint");
 }
 
-fn resets_of_touches<T: Real>() {
-    let instruments = Instruments {
-        frame: PositionFrame::Base,
-        planes: &[Plane::default()],
-        points: &[],
-        noise: ObservationNoise::new(
-            Noise::new(T::from_f64(0.02), T::ZERO).unwrap(),
-            T::from_f64(0.02),
-            T::from_f64(0.02),
-        )
-        .unwrap(),
-        transmission: None,
+fn of_readings<T: Real>() {
+    let nominal = paper_robot::<T>();
+    let number = T::from_f64;
+    let noise = Noise::new(number(0.02), T::ZERO).unwrap();
+    let known = |height: f64| Plane {
+        known: Some((number(height), number(1.0))),
+        level: None,
     };
-    for (number, settings) in statements().iter().enumerate() {
-        let what = format!("touches, statement {number}");
-        let nominal = paper_robot::<T>();
-        reset_is_new(&what, number as u64, || {
-            Touches::<T>::new(&nominal, &instruments, settings).unwrap()
-        });
+    let made = |plane: Plane<T>, settings: &_| {
+        let instruments = Instruments {
+            frame: PositionFrame::Base,
+            planes: &[plane],
+            points: &[Point::default()],
+            noise: ObservationNoise::new(noise, number(0.02), number(0.02)).unwrap(),
+            transmission: None,
+        };
+        Rows::<T>::new(&nominal, &instruments, settings).unwrap()
+    };
+    for (number, settings) in (0..).zip(&statements()) {
+        let what = format!("readings, statement {number}");
+        holds(&what, number, || made(known(-560.0), settings));
+        for other in [known(-561.0), Plane::default()] {
+            let refused = made(other, settings).restore(&made(known(-560.0), settings).bytes());
+            assert_eq!(refused, Err(SnapshotError::OtherCalibration));
+        }
     }
 }
 
 #[test]
-fn what_calibrates_from_touches_is_new_once_reset() {
-    resets_of_touches::<f64>();
-    resets_of_touches::<f32>();
+fn what_calibrates_from_readings_is_new_once_reset_and_goes_on_once_restored() {
+    of_readings::<f64>();
+    of_readings::<f32>();
 }
 
 /// Bytes of a stream's snapshot without the count of samples before, and the gate's statistics and checksum behind.

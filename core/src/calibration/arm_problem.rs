@@ -2,18 +2,17 @@ use super::free_start::{Means, SPREAD_STARTS, free_start, spread_start};
 use super::problem::{Extent, Gradient, Judged, Piece, Problem};
 use super::refusal::Instrument;
 use crate::Real;
-use crate::robot::Arm;
-use crate::samples::{ArmFactor, Displacement, Triangle, Unknowns, put_row};
+use crate::robot::{Arm, OF_ARM};
+use crate::samples::{ArmFactor, Displacement, ONE, Triangle, Unknowns, put_row};
 use nalgebra::Vector3;
 
 /// The triangular factor of an arm's linearised problem: eight columns ∂r/∂P and the residual r.
 pub(crate) type Normal<T> = Triangle<T, 8>;
 
-/// Columns of the features x, cos q and 1 in the factor.
+/// Columns of the features x and cos q in the factor.
 const COORDINATES: usize = 0;
 const COSINE: usize = 3;
 const SINE: usize = 4;
-const ONE: usize = 11;
 
 /// √(⟨x²⟩ − ⟨x⟩²): the rms distance from the mean.
 fn spread<T: Real>(mean_square: T, mean: &Vector3<T>) -> T {
@@ -86,12 +85,12 @@ impl<T: Real> Problem<T, 8> for ArmFactor<T> {
         }
     }
 
-    fn damp(&self, damped: &mut Normal<T>, diagonal: &[T; 8], _: usize) -> bool {
+    fn damp(&self, damped: &mut Normal<T>, diagonal: impl Fn(usize) -> T, _: usize) -> bool {
         // As many rows as in a linearisation, so that both share one reduction.
         let mut block = [[T::ZERO; 12]; 9];
-        for (index, (column, value)) in block.iter_mut().zip(diagonal).enumerate() {
+        for (index, column) in block.iter_mut().take(OF_ARM).enumerate() {
             if let Some(entry) = column.get_mut(index) {
-                *entry = *value;
+                *entry = diagonal(index);
             }
         }
         T::absorb_twelve(damped, &mut block);
@@ -143,9 +142,8 @@ impl<T: Real> Judged<T, 8> for ArmFactor<T> {
         sum
     }
 
-    fn unit_of(&self, parameter: usize) -> T {
-        let units = self.nominal().units();
-        units.get(parameter).copied().unwrap_or(T::ONE)
+    fn units(&self) -> [T; 8] {
+        self.nominal().units()
     }
 
     fn arm(&self, _: usize) -> &Arm<T> {

@@ -70,14 +70,10 @@ impl<T: Real> Samples<T> for ArmSamples<T> {
 
     fn take_in(&mut self, samples: &[Sample<T>]) {
         for (factor, arm) in self.arms.iter_mut().zip(ArmIndex::ALL) {
-            let own = samples
-                .iter()
-                .map(|sample| (&sample.position, sample.joints[arm.index()]));
-            factor.absorb_many(own);
+            factor.absorb_many(samples, arm);
         }
     }
 
-    #[inline(never)]
     fn flush(&mut self) {
         for arm in &ArmIndex::ALL {
             self.take_in_waiting_of(*arm);

@@ -91,26 +91,7 @@ pub type IkmCalibrator<T> = Calibrator<T, Ikm>;
 ///
 /// [`IkmCalibrator`], which treats the arms as independent, costs a third as much; its errors are 1.05 to 1.9 times as
 /// large, depending on the robot's proportions.
-///
-/// ```
-/// use delta_cal::{ArmIndex, JointCalibrator, Noise, Parameter, Sample, Settings, SymmetricRobot};
-/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
-/// let nominal = SymmetricRobot { base_radius: 200.0, platform_radius: 45.0, upper_arm: 235.0, forearm: 800.0 };
-/// let truth = SymmetricRobot { upper_arm: 235.7, forearm: 799.1, ..nominal }.robot()?;
-///
-/// let settings = Settings::default().with_noise(Noise::new(0.02, 0.0)?);
-/// let mut calibrator = JointCalibrator::new(&nominal.robot()?, &settings);
-/// for k in 0..20 {
-///     let t = f64::from(k);
-///     let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
-///     calibrator.add(&Sample { joints, position: truth.forward(&joints)? })?;
-/// }
-/// let outcome = calibrator.calibrate()?;
-/// assert!((outcome.robot.arms()[2].lb() - 799.1).abs() < 1e-6);
-/// assert!(outcome.standard_deviation(ArmIndex::Third, Parameter::Lb).is_some_and(|sigma| sigma < 1.0));
-/// # Ok(())
-/// # }
-/// ```
+/// The calls are those of [`IkmCalibrator`]; of its outcome see [`JointOutcome`].
 pub type JointCalibrator<T> = Calibrator<T, Joint>;
 
 /// Calibrates a robot from complete positions: [`IkmCalibrator`] or [`JointCalibrator`].
@@ -411,13 +392,8 @@ pub(super) mod estimators {
             Self: Estimator;
         /// Without samples.
         fn beside<T: Real>(robot: &Robot<T>, settings: &Settings<T>) -> Self::Beside<T>;
-        /// The samples of the separate arms, read-only.
+        /// The samples of the separate arms, and `Samples` if that is something else.
         fn arms<'a, T: Real>(
-            samples: &'a Self::Samples<T>,
-            beside: &'a Self::Beside<T>,
-        ) -> &'a ArmSamples<T>;
-        /// The samples of the separate arms, to add to, and `Samples` if that is something else.
-        fn arms_mut<'a, T: Real>(
             samples: &'a mut Self::Samples<T>,
             beside: &'a mut Self::Beside<T>,
         ) -> (&'a mut ArmSamples<T>, Option<&'a mut Self::Samples<T>>);

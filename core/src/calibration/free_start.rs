@@ -24,12 +24,11 @@ pub(crate) fn free_start<T: Real>(factor: &ArmFactor<T>) -> Option<[T; 8]> {
     let rounding = T::from_f64(16.0) * T::EPSILON;
     let smallest = factor.triangle().column_norms().map(|norm| rounding * norm);
     let delta = factor.triangle().minimiser(&smallest)?;
-    correction_of(factor.nominal(), &delta)
+    T::correction(factor.nominal(), &delta)
 }
 
 /// Derives the correction δP from the difference δc of the coefficients.
-#[inline(never)]
-pub(super) fn correction_of<T: Real>(nominal: &NominalArm<T>, delta: &[T; 12]) -> Option<[T; 8]> {
+pub(crate) fn correction_of<T: Real>(nominal: &NominalArm<T>, delta: &[T; 12]) -> Option<[T; 8]> {
     if nominal.arm().drive() == Drive::Linear {
         return linear_correction_of(nominal, delta);
     }

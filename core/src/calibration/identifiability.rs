@@ -1,12 +1,10 @@
 //! Identifiability of the parameters from the triangular factor of the Jacobian.
 
 use crate::Real;
-use crate::samples::triangle::add_multiple;
+use crate::robot::OF_ARM;
 use crate::samples::{Triangle, Unknowns, squares};
 use nalgebra::SMatrix;
 
-/// Parameters of an arm.
-const ARM: usize = 8;
 /// Columns inverted together.
 const COLUMNS: usize = 4;
 /// Budget of a piece, as a sum of squared column lengths: further columns are started while below it.
@@ -127,16 +125,16 @@ impl<T: Unknowns<N>, const N: usize> Identifiability<T, N> {
     /// figure per arm, whose mean square is that of all.
     pub(crate) fn condition(&self, arm: usize) -> T {
         let mut total = T::ZERO;
-        for inflation in self.inflation.iter().skip(ARM * arm).take(ARM) {
+        for inflation in self.inflation.iter().skip(OF_ARM * arm).take(OF_ARM) {
             total += *inflation;
         }
-        (total / T::from_f64(8.0)).square_root()
+        (total / T::from_count(OF_ARM as u64)).square_root()
     }
 
     /// The largest condition number of any arm, or of eight unknowns after the arms.
     pub(crate) fn largest_condition(&self) -> T {
         let mut largest = T::ZERO;
-        for arm in 0..N.div_ceil(ARM) {
+        for arm in 0..N.div_ceil(OF_ARM) {
             largest = largest.larger(self.condition(arm));
         }
         largest
@@ -153,7 +151,7 @@ impl<T: Unknowns<N>, const N: usize> Identifiability<T, N> {
         for _ in 0..3 {
             let mut product = [T::ZERO; N];
             for (column, part) in covariance.as_slice().chunks_exact(N).zip(direction) {
-                add_multiple(&mut product, part, column);
+                T::add_multiple(&mut product, part, column);
             }
             let length = squares(&product).square_root();
             if !(length > T::ZERO && length.finite()) {

@@ -7,10 +7,8 @@ use super::problem::Problem;
 use super::settings::Solver;
 use super::step_control::{self, LONGEST_STEP, Prospect, Refinement, StepControl, StepResult};
 use super::tolerance_prior::TolerancePrior;
+use crate::robot::OF_ROBOT;
 use crate::samples::{Triangle, Unknowns};
-
-/// Parameters of the robot; any further ones do not belong to it.
-const OF_ROBOT: usize = 24;
 
 /// State of an iteration: a correction, and the problem linearised there.
 #[derive(Debug, Clone)]
@@ -35,12 +33,12 @@ enum Work<T: Unknowns<N>, A, R, const N: usize> {
     },
     /// Summing the residuals at the trial correction.
     Trying(Trial<T, A, N>),
-    /// A step was taken, and chord steps may follow before the next linearisation.
-    Refining { at: A },
-    /// Damping the step to be tried.
+    /// A step was taken, and chord steps may follow before the next linearisation. Their gradient has a step of its own.
+    Refining { at: A, gradient: Option<[T; N]> },
+    /// Damping the step to be tried; no piece is left before the last step.
     Damping {
         damped: Triangle<T, N>,
-        piece: usize,
+        piece: Option<usize>,
         prospect: Prospect<T>,
     },
 }
@@ -152,16 +150,18 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
                 if trial.add_piece(problem) {
                     return None;
                 }
-                let trial = trial.clone();
-                self.work = Work::None;
-                self.decide(problem, prior, &trial)
+                self.decide(problem, prior)
             }
-            Work::Refining { at } => match P::GRADIENT {
-                Some(gradient) => {
-                    let at = at.clone();
-                    self.refine(problem, prior, gradient(problem, &at), &at)
+            Work::Refining { at, gradient } => match (P::GRADIENT, *gradient) {
+                (None, _) => self.propose(problem, prior),
+                (Some(compute), None) => {
+                    *gradient = Some(compute(problem, at));
+                    None
                 }
-                None => self.propose(problem, prior),
+                (Some(_), Some(found)) => {
+                    let at = at.clone();
+                    self.refine(problem, prior, found, &at)
+                }
             },
             Work::None => self.propose(problem, prior),
             Work::Damping {
@@ -169,9 +169,10 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
                 piece,
                 prospect,
             } => {
-                let diagonal = damping_rows(&self.point.normal, self.control.damping);
-                if problem.damp(damped, &diagonal, *piece) {
-                    *piece += 1;
+                if let Some(next) = *piece {
+                    let diagonal = damping_row(&self.point.normal, self.control.damping);
+                    let more = problem.damp(damped, diagonal, next);
+                    *piece = more.then_some(next + 1);
                     return None;
                 }
                 let prospect = *prospect;
@@ -204,7 +205,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
         if self.control.damping > T::ZERO {
             self.work = Work::Damping {
                 damped: self.point.normal.clone(),
-                piece: 0,
+                piece: Some(0),
                 prospect,
             };
             return None;
@@ -288,14 +289,19 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
         None
     }
 
-    /// Accepts or rejects a trial.
+    /// Accepts or rejects a trial. Its copy is on no other step's stack: 0.5 kB jointly.
     #[inline(never)]
     fn decide<P: Problem<T, N, At = A, Rows = R>>(
         &mut self,
         problem: &P,
         prior: &Weighted<T, N>,
-        trial: &Trial<T, A, N>,
     ) -> Option<StepResult> {
+        let Work::Trying(trial) = &self.work else {
+            debug_assert!(false, "nothing is tried");
+            return None;
+        };
+        let trial = trial.clone();
+        self.work = Work::None;
         let cost = trial.sum_of_squares + prior.cost(&trial.correction);
         let taken = match &trial.prospect {
             Some(prospect) => self.control.accepts(prospect, cost),
@@ -325,7 +331,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
         }
         if refined {
             let at = trial.at.clone();
-            self.work = Work::Refining { at };
+            self.work = Work::Refining { at, gradient: None };
         } else {
             self.linearize(prior, &trial.at, then);
         }
@@ -364,21 +370,20 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
     }
 }
 
-/// √λ D, D the lengths of the columns.
-fn damping_rows<T: Unknowns<N>, const N: usize>(normal: &Triangle<T, N>, damping: T) -> [T; N] {
+/// √λ D by its diagonal, D the lengths of the columns.
+fn damping_row<T: Unknowns<N>, const N: usize>(
+    normal: &Triangle<T, N>,
+    damping: T,
+) -> impl Fn(usize) -> T {
     let root = damping.square_root();
-    let mut rows = [T::ZERO; N];
-    for (row, norm) in rows.iter_mut().zip(normal.column_norms()) {
-        *row = root * norm;
-    }
-    rows
+    move |column| root * normal.column_norm(column)
 }
 
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use super::{TolerancePrior, Work, damping_rows};
+    use super::{TolerancePrior, Work, damping_row};
     use crate::calibration::arm_problem::Normal;
     use crate::calibration::point::Weighted;
     use crate::calibration::step_control::{StepControl, StepResult};
@@ -401,8 +406,8 @@ mod tests {
         let mut damped = iteration.point.normal.clone();
         let damping = iteration.control.damping;
         if damping > 0.0 {
-            let rows = damping_rows(&iteration.point.normal, damping);
-            assert!(!problem.damp(&mut damped, &rows, 0));
+            let diagonal = damping_row(&iteration.point.normal, damping);
+            assert!(!problem.damp(&mut damped, diagonal, 0));
         }
         damped
             .minimiser(&[0.0; 8])

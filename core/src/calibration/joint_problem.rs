@@ -2,58 +2,36 @@
 
 use super::arm_problem::product_of_columns;
 use super::free_start::Means;
-use super::free_start::correction_of;
 use super::problem::{Extent, Gradient, Judged, Piece, Problem};
 use super::refusal::{Instrument, Refusal};
 use super::robot_solver::check_side;
 use crate::Real;
-use crate::robot::{Arm, ArmIndex, Robot};
+use crate::robot::{Arm, ArmIndex, OF_ARM, Robot};
 use crate::samples::{
-    JOINT_COLUMNS, JointDisplacement, JointFactor, NominalArm, Triangle, corrected_arm, part,
-    put_row,
+    FEATURES, JOINT_COLUMNS, JointDisplacement, JointFactor, NominalArm, ONE, Triangle,
+    corrected_arm, part, put_row,
 };
 use core::iter::once;
 
 /// The triangular factor of the linearised problem: 24 columns ∂r/∂P and the residual r.
 pub(crate) type JointNormal<T> = Triangle<T, 24>;
 
-const PARAMETERS: usize = 8;
-const FEATURES: usize = 12;
 /// Rows of R reduced in one piece: as many as a short step allows, since every piece turns all columns.
 const ROWS: usize = 6;
-/// Index of the feature 1 of an arm.
-const ONE: usize = 11;
 
-impl<T: Real> Problem<T, 24> for JointFactor<T> {
-    type At = JointDisplacement<T>;
-    type Rows = ();
-    const GRADIENT: Option<Gradient<T, 24, Self, JointDisplacement<T>>> = Some(Self::gradient);
-
-    fn displaced(&self, correction: &[T; 24]) -> JointDisplacement<T> {
-        self.displaced(&by_arms(correction))
-    }
-
-    fn sum_of_squares(&self, at: &JointDisplacement<T>, _: usize) -> Piece<T> {
-        Piece {
-            sum_of_squares: self.residual_sum(at),
-            more: false,
-        }
-    }
-
-    /// Six rows of R times ∂c/∂P. A row of R starts at its own column, so rows of the second arm's columns do not
-    /// affect the first arm's parameters.
-    #[inline(never)]
-    fn linearize(
+impl<T: Real> JointFactor<T> {
+    /// Absorbs a piece of the rows (∂r/∂P, r) into `normal`; returns their Σ r². Six rows of R times ∂c/∂P. A row of R
+    /// starts at its own column, so rows of the second arm's columns do not affect the first arm's parameters.
+    pub(crate) fn linearized(
         &self,
         at: &JointDisplacement<T>,
-        (): &mut (),
         normal: &mut JointNormal<T>,
         piece: usize,
-    ) -> Piece<T> {
+    ) -> T {
         let first_row = ROWS * piece;
         let arm = first_row / FEATURES;
         let mut block = [[T::ZERO; ROWS]; 25];
-        let columns = block.get_mut(PARAMETERS * arm..).unwrap_or_default();
+        let columns = block.get_mut(OF_ARM * arm..).unwrap_or_default();
         let mut sum = T::ZERO;
         for index in 0..ROWS {
             let row = first_row + index;
@@ -74,19 +52,49 @@ impl<T: Real> Problem<T, 24> for JointFactor<T> {
                     residual += *feature * *coefficient;
                 }
                 put_row(columns, index, start, &displacement.gradient_of(features));
-                start += PARAMETERS;
+                start += OF_ARM;
             }
             sum += residual.squared();
             put_row(columns, index, start, &[residual]);
         }
         let pivots = columns.len();
         normal.eliminate(columns, pivots);
-        let more = first_row + ROWS < JOINT_COLUMNS - 1;
-        if !more {
-            sum += self.least_sum_of_squares();
-        }
+        sum
+    }
+}
+
+impl<T: Real> Problem<T, 24> for JointFactor<T> {
+    type At = JointDisplacement<T>;
+    type Rows = ();
+    const GRADIENT: Option<Gradient<T, 24, Self, JointDisplacement<T>>> = Some(Self::gradient);
+
+    fn displaced(&self, correction: &[T; 24]) -> JointDisplacement<T> {
+        self.displaced(&by_arms(correction))
+    }
+
+    fn sum_of_squares(&self, at: &JointDisplacement<T>, _: usize) -> Piece<T> {
         Piece {
-            sum_of_squares: sum,
+            sum_of_squares: self.residual_sum(at),
+            more: false,
+        }
+    }
+
+    fn linearize(
+        &self,
+        at: &JointDisplacement<T>,
+        (): &mut (),
+        normal: &mut JointNormal<T>,
+        piece: usize,
+    ) -> Piece<T> {
+        let sum = T::linearize_joint(self, at, normal, piece);
+        let more = ROWS * (piece + 1) < JOINT_COLUMNS - 1;
+        let rest = if more {
+            T::ZERO
+        } else {
+            self.least_sum_of_squares()
+        };
+        Piece {
+            sum_of_squares: sum + rest,
             more,
         }
     }
@@ -107,11 +115,11 @@ impl<T: Real> Judged<T, 24> for JointFactor<T> {
         let coefficients = self.triangle().minimiser(&smallest)?;
         let mut correction = [T::ZERO; 24];
         for ((own, delta), nominal) in correction
-            .chunks_exact_mut(PARAMETERS)
+            .chunks_exact_mut(OF_ARM)
             .zip(coefficients.as_chunks::<FEATURES>().0)
             .zip(self.nominal_arms())
         {
-            own.copy_from_slice(&correction_of(nominal, delta)?);
+            own.copy_from_slice(&T::correction(nominal, delta)?);
         }
         Some(correction)
     }
@@ -128,24 +136,24 @@ impl<T: Real> Judged<T, 24> for JointFactor<T> {
     }
 
     fn rows_squared(&self) -> T {
-        let [first, second, third, right] = [ONE, FEATURES + ONE, 2 * FEATURES + ONE, 36]
-            .map(|column| product_of_columns(self.triangle(), column, column));
+        let [first, second, third, right] =
+            [ONE, FEATURES + ONE, 2 * FEATURES + ONE, JOINT_COLUMNS - 1]
+                .map(|column| product_of_columns(self.triangle(), column, column));
         first + second + third + right
     }
 
-    fn unit_of(&self, parameter: usize) -> T {
-        let arm = self.nominal_arms().get(parameter / PARAMETERS);
-        let unit = arm.and_then(|arm| arm.units().get(parameter % PARAMETERS).copied());
-        unit.unwrap_or(T::ONE)
+    fn units(&self) -> [T; 24] {
+        let mut units = [T::ZERO; 24];
+        for (own, nominal) in units.chunks_exact_mut(OF_ARM).zip(self.nominal_arms()) {
+            own.copy_from_slice(&nominal.units());
+        }
+        units
     }
 
     fn arm(&self, parameter: usize) -> &Arm<T> {
-        let [first, second, third] = self.nominal_arms();
-        match parameter / PARAMETERS {
-            1 => second.arm(),
-            2 => third.arm(),
-            _ => first.arm(),
-        }
+        let arms = self.nominal_arms();
+        let [first, ..] = arms;
+        arms.get(parameter / OF_ARM).unwrap_or(first).arm()
     }
 
     fn instrument_of(&self, _: usize) -> Option<Instrument> {
@@ -157,7 +165,6 @@ impl<T: Real> Judged<T, 24> for JointFactor<T> {
 ///
 /// # Errors
 /// [`Refusal::ImpossibleGeometry`], [`Refusal::ImpossibleRobot`] or [`Refusal::WrongSide`].
-#[inline(never)]
 pub(super) fn corrected_robot<T: Real>(
     factor: &JointFactor<T>,
     correction: &[T; 24],
@@ -174,7 +181,7 @@ pub(super) fn corrected_robot<T: Real>(
         arm(ArmIndex::Third, third, &three)?,
     ])
     .map_err(Refusal::ImpossibleRobot)?;
-    check_side(&robot, [first, second, third], means(factor))?;
+    check_side(&robot, [first, second, third], &means(factor))?;
     Ok(robot)
 }
 
@@ -192,7 +199,7 @@ fn means<T: Real>(factor: &JointFactor<T>) -> [Means<T>; 3] {
 }
 
 fn by_arms<T: Real>(correction: &[T; 24]) -> [[T; 8]; 3] {
-    [0, 8, 16].map(|first| part(correction, first))
+    [0, OF_ARM, 2 * OF_ARM].map(|first| part(correction, first))
 }
 
 #[cfg(test)]
@@ -220,7 +227,7 @@ mod tests {
             expected[(index, index)] += *entry * *entry;
         }
         let mut pieces = 1;
-        while factor.damp(&mut normal, &diagonal, pieces - 1) {
+        while factor.damp(&mut normal, |index| diagonal[index], pieces - 1) {
             pieces += 1;
         }
         assert_eq!(pieces, 6);

@@ -176,25 +176,21 @@ impl<T: Real> Solver<T, JointSamples<T>> for JointSolver<T> {
     }
 
     fn step(&mut self, samples: &JointSamples<T>) -> Result<Progress, Refusal> {
-        T::step_joint(self, samples)
-    }
-}
-
-impl<T: Real> JointSolver<T> {
-    /// One short step.
-    pub(crate) fn advance(&mut self, samples: &JointSamples<T>) -> Result<Progress, Refusal> {
         let factor = &samples.factor;
         if let (Some(minimizer), Some(outcome)) = (&mut self.minimizer, &mut self.outcome) {
-            let progress = minimizer.step(factor, &mut outcome.estimate)?;
-            if progress == Progress::Finished {
-                outcome.robot = corrected_robot(factor, &outcome.estimate.correction)?;
+            if minimizer.is_done() {
+                complete(factor, outcome)?;
+                return Ok(Progress::Finished);
             }
-            return Ok(progress);
+            minimizer.step(factor, &mut outcome.estimate)?;
+            return Ok(Progress::Working);
         }
         self.start(samples);
         Ok(Progress::Working)
     }
+}
 
+impl<T: Real> JointSolver<T> {
     #[inline(never)]
     fn start(&mut self, samples: &JointSamples<T>) {
         let (factor, settings) = (&samples.factor, &samples.settings);
@@ -224,11 +220,7 @@ impl Parts for Joint {
         ArmSamples::new(robot, settings)
     }
 
-    fn arms<'a, T: Real>(_: &'a JointSamples<T>, beside: &'a ArmSamples<T>) -> &'a ArmSamples<T> {
-        beside
-    }
-
-    fn arms_mut<'a, T: Real>(
+    fn arms<'a, T: Real>(
         samples: &'a mut JointSamples<T>,
         beside: &'a mut ArmSamples<T>,
     ) -> (&'a mut ArmSamples<T>, Option<&'a mut JointSamples<T>>) {
@@ -236,89 +228,36 @@ impl Parts for Joint {
     }
 }
 
+/// Not inlined: the robot would be on every step's stack.
+#[inline(never)]
+fn complete<T: Real>(
+    factor: &JointFactor<T>,
+    outcome: &mut JointOutcome<T>,
+) -> Result<(), Refusal> {
+    outcome.robot = corrected_robot(factor, &outcome.estimate.correction)?;
+    Ok(())
+}
+
 /// The tolerance prior in internal units.
 pub(crate) fn tolerance_prior<T: Real>(
     factor: &JointFactor<T>,
     settings: &Settings<T>,
 ) -> TolerancePrior<T, 24> {
-    let nominal = factor.nominal_arms();
-    let mut units = [T::ZERO; 24];
-    for (own, nominal) in units.chunks_exact_mut(8).zip(nominal) {
-        own.copy_from_slice(&nominal.units());
-    }
-    let arms = nominal.each_ref().map(NominalArm::arm);
-    TolerancePrior::new(arms, &units, settings.tolerance.as_ref())
+    let arms = factor.nominal_arms().each_ref().map(NominalArm::arm);
+    TolerancePrior::new(arms, &factor.units(), settings.tolerance.as_ref())
 }
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::cast_precision_loss, clippy::float_cmp, clippy::unwrap_used)]
+    #![allow(clippy::float_cmp, clippy::unwrap_used)]
 
     use crate::calibration::{JointCalibrator, Refusal, Settings, Tolerance};
     use crate::fixtures::{changed, robot, samples};
-    use crate::robot::{ArmIndex, Parameter, Robot};
-    use crate::samples::{Noise, Sample};
-    use rand_core::{Rng, SeedableRng};
-    use rand_pcg::Pcg32;
+    use crate::robot::{ArmIndex, Parameter};
+    use crate::samples::Noise;
 
     fn settings() -> Settings<f64> {
         Settings::default().with_noise(Noise::new(0.03, 1e-5).unwrap())
-    }
-
-    /// Parameters agree to 1e-9 of a millimetre and a radian; noisy samples determine them to some hundredths.
-    fn assert_same(a: &mut JointCalibrator<f64>, b: &mut JointCalibrator<f64>) {
-        assert_eq!(a.samples(), b.samples());
-        match (a.calibrate(), b.calibrate()) {
-            (Ok(a), Ok(b)) => {
-                let (a, b) = (a.robot.parameters(), b.robot.parameters());
-                for (a, b) in a.iter().flatten().zip(b.iter().flatten()) {
-                    assert!((a - b).abs() < 1e-9, "{a} {b}");
-                }
-            }
-            (a, b) => assert_eq!(a.map(|_| ()), b.map(|_| ())),
-        }
-    }
-
-    /// Absorbing a pair takes two calls; whatever happens in between, every sample is absorbed once.
-    #[test]
-    fn every_order_of_adding_flushing_and_solving_gives_the_same() {
-        let measured = samples::<40>(&changed(1), 21);
-        for seed in 0..40 {
-            let mut rng = Pcg32::seed_from_u64(seed);
-            let mut calibrator = JointCalibrator::new(&robot(), &settings());
-            let mut taken = 0;
-            let count = 20 + (rng.next_u32() % 20) as usize;
-            while taken < count {
-                match rng.next_u32() % 8 {
-                    0 => calibrator.flush(),
-                    1 => drop(calibrator.calibrate()),
-                    2 => {
-                        let some = (rng.next_u32() % 6) as usize;
-                        let next = (taken + some).min(count);
-                        calibrator.add_many(&measured[taken..next]).unwrap();
-                        taken = next;
-                    }
-                    3 => {
-                        let mut other = JointCalibrator::new(&robot(), &settings());
-                        let next = (taken + (rng.next_u32() % 4) as usize).min(count);
-                        for sample in &measured[taken..next] {
-                            other.add(sample).unwrap();
-                        }
-                        calibrator.merge(&other).unwrap();
-                        taken = next;
-                    }
-                    4 => calibrator.forget(1.0).unwrap(),
-                    _ => {
-                        calibrator.add(&measured[taken]).unwrap();
-                        taken += 1;
-                    }
-                }
-                assert_eq!(calibrator.samples(), taken as u64);
-            }
-            let mut expected = JointCalibrator::new(&robot(), &settings());
-            expected.add_many(&measured[..count]).unwrap();
-            assert_same(&mut calibrator, &mut expected);
-        }
     }
 
     /// The covariance's blocks of eight and the roots of its diagonal, by arm and parameter.
@@ -348,26 +287,6 @@ mod tests {
             // Of eight parameters, the samples determine those that the tolerance does not hold.
             assert!((own.degrees_of_freedom - (25.0 - (8.0 - held))).abs() < 1e-12);
         }
-    }
-
-    /// From an error of a ten-thousandth of the robot's size, whose square is 1e-8 and whose fourth power is rounding:
-    /// after the second linearisation, chord steps do the rest.
-    #[test]
-    fn chord_steps_spare_the_last_linearisation() {
-        let mut parameters = robot().parameters();
-        for arm in &mut parameters {
-            for (index, by) in [(0, 0.02), (3, 1e-4), (5, -0.03), (7, 0.02)] {
-                arm[index] += by;
-            }
-        }
-        let near = Robot::from_parameters(parameters).unwrap();
-        let measured = samples::<30>(&near, 29).map(|sample| Sample {
-            position: near.forward(&sample.joints).unwrap(),
-            ..sample
-        });
-        let mut calibrator = JointCalibrator::new(&robot(), &settings());
-        calibrator.add_many(&measured).unwrap();
-        assert_eq!(calibrator.calibrate().unwrap().estimate.iterations, 2);
     }
 
     /// A contradiction of all three arms together cannot be attributed to one arm.

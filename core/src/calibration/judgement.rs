@@ -12,14 +12,9 @@ use super::refusal::Refusal;
 use super::tolerance::Tolerance;
 use super::tolerance_prior::TolerancePrior;
 use crate::Real;
-use crate::robot::{ArmIndex, Parameter, ParameterKind};
+use crate::robot::{ArmIndex, OF_ARM, OF_ROBOT, Parameter, ParameterKind};
 use crate::samples::Unknowns;
 use nalgebra::SMatrix;
-
-/// Parameters of an arm.
-const PARAMETERS: usize = 8;
-/// Parameters of three arms; any further ones do not belong to the robot.
-const OF_ROBOT: usize = 24;
 
 /// An end point and the criteria for judging it.
 pub(super) struct Judgement<'a, T: Unknowns<N>, const N: usize> {
@@ -117,7 +112,6 @@ impl<T: Unknowns<N>, const N: usize> Judgement<'_, T, N> {
 
     /// Why an iteration did not converge: in a flat valley, the poses or the stated noise leave no well-defined
     /// minimum.
-    #[inline(never)]
     fn not_converged(&self, problem: &impl Judged<T, N>, covariance: &SMatrix<T, N, N>) -> Refusal {
         let condition = self.identifiability.largest_condition();
         if !(condition < T::from_f64(CONDITION_OF_A_VALLEY)) {
@@ -144,15 +138,15 @@ impl<T: Unknowns<N>, const N: usize> Judgement<'_, T, N> {
         Refusal::Undetermined {
             arm,
             parameter,
-            condition: to_single(self.identifiability.condition(weakest / PARAMETERS)),
+            condition: to_single(self.identifiability.condition(weakest / OF_ARM)),
         }
     }
 
     /// The arm and parameter at an index.
     fn place(&self, problem: &impl Judged<T, N>, index: usize) -> (ArmIndex, Parameter) {
-        let arm = ArmIndex::ALL.get(self.first_arm.index() + index / PARAMETERS);
+        let arm = ArmIndex::ALL.get(self.first_arm.index() + index / OF_ARM);
         let places = problem.arm(0).drive().places();
-        let parameter = places.get(index % PARAMETERS).copied().flatten();
+        let parameter = places.get(index % OF_ARM).copied().flatten();
         (
             arm.copied().unwrap_or(self.first_arm),
             parameter.unwrap_or(Parameter::Dx),
@@ -191,7 +185,7 @@ impl<T: Unknowns<N>, const N: usize> Judgement<'_, T, N> {
             self.far_from_nominal(problem)
         } else {
             Refusal::ResidualContradictsNoise {
-                arm: (N == PARAMETERS).then_some(self.first_arm),
+                arm: (N == OF_ARM).then_some(self.first_arm),
                 ratio,
             }
         })
@@ -216,16 +210,17 @@ impl<T: Unknowns<N>, const N: usize> Judgement<'_, T, N> {
         let variances = covariance.as_slice().iter().step_by(N + 1);
         let places = problem.arm(0).drive().places();
         let mut upper_arm = T::ONE;
-        for (index, variance) in variances.enumerate().take(OF_ROBOT) {
-            if index % PARAMETERS == 0 {
+        let judged = variances.zip(problem.units()).enumerate();
+        for (index, (variance, own)) in judged.take(OF_ROBOT) {
+            if index % OF_ARM == 0 {
                 upper_arm = problem.arm(index).upper_arm_length();
             }
-            let parameter = places.get(index % PARAMETERS).copied().flatten();
+            let parameter = places.get(index % OF_ARM).copied().flatten();
             let unit = match parameter.map_or(ParameterKind::Length, Parameter::kind) {
                 ParameterKind::Length => upper_arm,
                 ParameterKind::Angle | ParameterKind::Ratio => T::ONE,
             };
-            let own = problem.unit_of(index) * sigma;
+            let own = own * sigma;
             let variance = *variance * (own * own);
             // Comparing squares is faster than computing each root.
             if !(variance <= (T::from_f64(LARGEST_SIGMA) * unit).squared()) {
@@ -271,10 +266,7 @@ fn in_units<T: Unknowns<N>, const N: usize>(
     problem: &impl Judged<T, N>,
     sigma: T,
 ) {
-    let mut units = [T::ZERO; N];
-    for (index, unit) in units.iter_mut().enumerate() {
-        *unit = problem.unit_of(index) * sigma;
-    }
+    let units = problem.units().map(|unit| unit * sigma);
     let columns = covariance.as_mut_slice().chunks_exact_mut(N);
     for (column, unit) in columns.zip(units) {
         scale_column(column, unit, &units);
@@ -329,7 +321,7 @@ mod tests {
                 let judged = |sigma: f64| {
                     let mut covariance = SMatrix::<f64, 24, 24>::zeros();
                     let index = 8 * number + place;
-                    let unit = factor.unit_of(index);
+                    let unit = factor.units()[index];
                     covariance[(index, index)] = (sigma / unit).powi(2);
                     judgement.check_sigmas(&covariance, 1.0, &factor)
                 };

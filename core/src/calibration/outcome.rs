@@ -1,5 +1,5 @@
 use crate::Real;
-use crate::robot::{Arm, ArmIndex, Parameter, Robot};
+use crate::robot::{Arm, ArmIndex, OF_ARM, Parameter, Robot};
 use crate::samples::part;
 use nalgebra::{SMatrix, SVector};
 
@@ -201,8 +201,8 @@ impl<T: Real> JointOutcome<T> {
     /// The result for one arm. Residual and noise are those of the robot; the degrees of freedom are the samples minus
     /// the arm's parameters.
     pub fn arm(&self, arm: ArmIndex) -> ArmOutcome<T> {
-        let own = self.estimate.part(8 * arm.index());
-        let mut determined = T::from_f64(8.0);
+        let own = self.estimate.part(OF_ARM * arm.index());
+        let mut determined = T::from_count(OF_ARM as u64);
         for share in own.prior_share {
             determined -= share;
         }
@@ -216,7 +216,7 @@ impl<T: Real> JointOutcome<T> {
 
     /// σ of a parameter: length or radians. `None` if the covariance is `None`.
     pub fn standard_deviation(&self, arm: ArmIndex, parameter: Parameter) -> Option<T> {
-        let index = 8 * arm.index() + parameter.index();
+        let index = OF_ARM * arm.index() + parameter.index();
         sigma(self.estimate.covariance.as_ref(), index)
     }
 }

@@ -1,5 +1,5 @@
 use super::refusal::Instrument;
-use crate::robot::Arm;
+use crate::robot::{Arm, OF_ROBOT};
 use crate::samples::{Triangle, Unknowns, put_row};
 
 /// Computes the gradient of a problem's sum of squares.
@@ -31,8 +31,18 @@ pub(crate) trait Problem<T: Unknowns<N>, const N: usize> {
     fn terms_squared(&self) -> T;
 
     /// Absorbs a piece of the rows of a diagonal matrix into a triangle; returns whether there are more.
-    fn damp(&self, damped: &mut Triangle<T, N>, diagonal: &[T; N], piece: usize) -> bool {
-        damp_rows(damped, diagonal, piece)
+    fn damp(
+        &self,
+        damped: &mut Triangle<T, N>,
+        diagonal: impl Fn(usize) -> T,
+        piece: usize,
+    ) -> bool {
+        // Of more unknowns than a robot has, four rows take longer than a short step.
+        if N > OF_ROBOT {
+            damp_rows(damped, diagonal, piece, T::absorb_two)
+        } else {
+            damp_rows(damped, diagonal, piece, T::absorb_four)
+        }
     }
 }
 
@@ -52,8 +62,8 @@ pub(crate) trait Judged<T: Unknowns<N>, const N: usize>: Problem<T, N> {
     fn rounding_of_cost(&self) -> T {
         self.rows_squared() * (T::from_f64(32.0) * T::EPSILON).squared()
     }
-    /// A correction of 1 in the caller's units.
-    fn unit_of(&self, parameter: usize) -> T;
+    /// A correction of 1 of each parameter in the caller's units.
+    fn units(&self) -> [T; N];
     /// The arm to which a parameter belongs, or the first.
     fn arm(&self, parameter: usize) -> &Arm<T>;
     /// The instrument to which a parameter beyond the robot's belongs.
@@ -94,24 +104,23 @@ pub(crate) fn sum_of_squares<T: Unknowns<N>, A, const N: usize>(
     sum
 }
 
-/// Rows of a diagonal reduced in one piece.
-const ROWS: usize = 4;
-
-/// Absorbs a piece of a diagonal matrix, four rows of N; returns whether there are more.
+/// Absorbs a piece of a diagonal matrix, K rows of N; returns whether there are more.
 #[inline(never)]
-fn damp_rows<T: Unknowns<N>, const N: usize>(
+fn damp_rows<T: Unknowns<N>, const N: usize, const K: usize>(
     damped: &mut Triangle<T, N>,
-    diagonal: &[T; N],
+    diagonal: impl Fn(usize) -> T,
     piece: usize,
+    absorb: fn(&mut [T], &mut [[T; K]], usize),
 ) -> bool {
-    let first = ROWS * piece;
-    let mut block = T::columns([T::ZERO; ROWS]);
+    let first = K * piece;
+    let mut block = T::columns([T::ZERO; K]);
     let columns = block.as_mut().get_mut(first..).unwrap_or_default();
-    for (index, value) in diagonal.iter().skip(first).take(ROWS).enumerate() {
-        put_row(columns, index, index, &[*value]);
+    for index in 0..K.min(N.saturating_sub(first)) {
+        put_row(columns, index, index, &[diagonal(first + index)]);
     }
-    damped.absorb_four(columns);
-    first + ROWS < N
+    let pivots = columns.len();
+    absorb(damped.entries_from(pivots), columns, pivots);
+    first + K < N
 }
 
 /// A piece of a linearisation, or of a sum of squares.

@@ -120,7 +120,6 @@ pub enum Refusal {
 
 impl Refusal {
     /// A number that never changes, for a display or log; the same as the status code in C.
-    #[inline(never)]
     pub const fn code(&self) -> u8 {
         match self {
             Self::UnusableInstrument(_) => 28,

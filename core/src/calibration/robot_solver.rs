@@ -41,7 +41,6 @@ impl<T: Real> Solver<T, ArmSamples<T>> for RobotSolver<T> {
         }
     }
 
-    #[inline(never)]
     fn begin(&mut self, samples: &ArmSamples<T>) -> Result<(), Refusal> {
         self.solver = None;
         self.arm = ArmIndex::First;
@@ -124,7 +123,7 @@ impl<T: Real> RobotSolver<T> {
         check_side(
             &outcome.robot,
             samples.nominal_arms(),
-            [first.means(), second.means(), third.means()],
+            &[first.means(), second.means(), third.means()],
         )
     }
 }
@@ -155,11 +154,7 @@ impl Parts for Ikm {
 
     fn beside<T: Real>(_: &Robot<T>, _: &Settings<T>) {}
 
-    fn arms<'a, T: Real>(samples: &'a ArmSamples<T>, (): &'a ()) -> &'a ArmSamples<T> {
-        samples
-    }
-
-    fn arms_mut<'a, T: Real>(
+    fn arms<'a, T: Real>(
         samples: &'a mut ArmSamples<T>,
         (): &'a mut (),
     ) -> (&'a mut ArmSamples<T>, Option<&'a mut ArmSamples<T>>) {
@@ -167,20 +162,31 @@ impl Parts for Ikm {
     }
 }
 
-/// The constraints hold on both sides of the plane of the elbows, forward kinematics only below it: the mean measured
-/// point must be below the plane of the mean elbows.
-#[inline(never)]
+/// The constraints hold on both sides of the plane of the elbows, forward kinematics only below it.
 pub(super) fn check_side<T: Real>(
     robot: &Robot<T>,
     nominal_arms: [&NominalArm<T>; 3],
-    means: [Means<T>; 3],
+    means: &[Means<T>; 3],
 ) -> Result<(), Refusal> {
+    if T::is_below(robot, nominal_arms, means) {
+        Ok(())
+    } else {
+        Err(Refusal::WrongSide)
+    }
+}
+
+/// Whether the mean measured point is below the plane of the mean elbows.
+pub(crate) fn is_below<T: Real>(
+    robot: &Robot<T>,
+    nominal_arms: [&NominalArm<T>; 3],
+    means: &[Means<T>; 3],
+) -> bool {
     let mut elbows = [Vector3::zeros(); 3];
     let mut point = Vector3::zeros();
     for (((elbow, arm), means), nominal) in elbows
         .iter_mut()
         .zip(robot.arms())
-        .zip(&means)
+        .zip(means)
         .zip(nominal_arms)
     {
         *elbow = match arm.drive() {
@@ -199,9 +205,5 @@ pub(super) fn check_side<T: Real>(
     } else {
         side
     };
-    if above < T::ZERO {
-        Ok(())
-    } else {
-        Err(Refusal::WrongSide)
-    }
+    above < T::ZERO
 }

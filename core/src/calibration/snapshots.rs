@@ -19,14 +19,11 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
     /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
     /// let robot = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 }
     ///     .robot()?;
-    /// let sample = |k: u32| {
+    /// let mut calibrator = IkmCalibrator::new(&robot, &Settings::default());
+    /// for k in 0..20 {
     ///     let t = f64::from(k);
     ///     let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
-    ///     robot.forward(&joints).map(|position| Sample { joints, position })
-    /// };
-    /// let mut calibrator = IkmCalibrator::new(&robot, &Settings::default());
-    /// for k in 0..14 {
-    ///     calibrator.add(&sample(k)?)?;
+    ///     calibrator.add(&Sample { joints, position: robot.forward(&joints)? })?;
     /// }
     /// let mut flash = [0; IkmCalibrator::<f64>::SNAPSHOT_BYTES];
     /// calibrator.snapshot(&mut flash)?;
@@ -34,10 +31,6 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
     /// // After a restart: the same robot and settings.
     /// let mut restored = IkmCalibrator::new(&robot, &Settings::default());
     /// restored.restore(&flash)?;
-    /// for k in 14..20 {
-    ///     calibrator.add(&sample(k)?)?;
-    ///     restored.add(&sample(k)?)?;
-    /// }
     /// assert_eq!(restored.calibrate()?, calibrator.calibrate()?);
     /// # Ok(())
     /// # }

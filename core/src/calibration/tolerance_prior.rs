@@ -3,14 +3,11 @@
 use super::tolerance::Tolerance;
 use super::upper_arm::UpperArm;
 use crate::Real;
-use crate::robot::{Arm, Drive, Parameter};
+#[cfg(feature = "linear")]
+use crate::robot::OF_ROBOT;
+use crate::robot::{Arm, Drive, OF_ARM, Parameter};
 use crate::samples::{Triangle, Unknowns, part, put_row};
 
-/// Parameters of an arm.
-const OF_ARM: usize = 8;
-/// Parameters of the robot, which precede any others.
-#[cfg(feature = "linear")]
-const OF_ROBOT: usize = 24;
 /// Indices of the upper arm among an arm's parameters.
 const LA_X: usize = Parameter::LaX.index();
 const LA_Y: usize = Parameter::LaY.index();
@@ -238,11 +235,11 @@ impl<T: Real> Common<T> {
     fn at(&self, index: usize) -> T {
         use crate::robot::Parameter;
         const LB: usize = Parameter::Lb.index();
-        let [x, y, forearm] = match self.direction.get(index / 8) {
+        let [x, y, forearm] = match self.direction.get(index / OF_ARM) {
             Some(arm) => *arm,
             None => return T::ZERO,
         };
-        match index % 8 {
+        match index % OF_ARM {
             0 => x,
             1 => y,
             LB => forearm,
@@ -369,6 +366,7 @@ impl<T: Unknowns<N>, const N: usize> TolerancePrior<T, N> {
     }
 
     /// The correction after a step; an upper arm of known direction follows its circle.
+    #[inline(never)]
     pub(crate) fn advanced(&self, correction: &[T; N], step: &[T; N]) -> [T; N] {
         let mut advanced = *correction;
         for (value, delta) in advanced.iter_mut().zip(step) {
@@ -388,6 +386,7 @@ impl<T: Unknowns<N>, const N: usize> TolerancePrior<T, N> {
     }
 
     /// Each parameter's distance from nominal, in tolerances.
+    #[inline(never)]
     pub(crate) fn distances(&self, correction: &[T; N]) -> [T; N] {
         let mut distances = self.weights;
         for (weight, delta) in distances.iter_mut().zip(correction) {

@@ -1,6 +1,6 @@
 //! The calibrator from any readings: rows and solver in one object.
 
-use super::instruments::{Instruments, OF_ROBOT, OwnInstruments, PLACES};
+use super::instruments::{Instruments, OwnInstruments, PLACES};
 use super::observation::{Observation, ObservationError, ObservationRow};
 use super::problem::{Held, ObservationProblem, Prepared};
 use super::solve::{ObservationMinimizer, ObservationOutcome};
@@ -8,7 +8,7 @@ use crate::Busy;
 use crate::calibration::{
     Judged, Minimizer, Phase, Progress, Refusal, Settings, Start, enough_samples,
 };
-use crate::robot::{ArmIndex, Robot};
+use crate::robot::{ArmIndex, OF_ROBOT, Robot};
 use crate::samples::Unknowns;
 use core::mem::ManuallyDrop;
 use heapless::Vec;

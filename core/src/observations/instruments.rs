@@ -1,6 +1,6 @@
 use crate::Real;
 use crate::calibration::{Instrument, positive};
-use crate::robot::{ArmIndex, TRANSMISSION_NUMBERS, TransmissionTolerance};
+use crate::robot::{ArmIndex, OF_ROBOT, TRANSMISSION_NUMBERS, TransmissionTolerance};
 use crate::samples::{Noise, NoiseError};
 use core::mem::ManuallyDrop;
 use heapless::Vec;
@@ -10,8 +10,6 @@ use nalgebra::Vector3;
 pub(super) const OF_FRAME: usize = 6;
 pub(super) const OF_PLANE: usize = 3;
 pub(super) const OF_POINT: usize = 3;
-/// Geometric parameters of the robot, which precede all other unknowns.
-pub(super) const OF_ROBOT: usize = 24;
 /// Numbers of the three transmissions, which come next if they are estimated.
 pub(super) const OF_TRANSMISSIONS: usize = 3 * TRANSMISSION_NUMBERS;
 

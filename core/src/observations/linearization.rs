@@ -1,18 +1,14 @@
 //! Weights of the rows, their residuals and derivatives.
 
 use super::equation::{At, Equation};
-use super::instruments::OF_ROBOT;
 use super::observation::{LOWER, ObservationError, ObservationRow, READINGS, lower_rows};
 use crate::Real;
-use crate::robot::{Arm, ArmIndex, Robot, TRANSMISSION_NUMBERS};
-use crate::samples::triangle::reduce;
+use crate::robot::{Arm, ArmIndex, OF_ARM, OF_ROBOT, Robot, TRANSMISSION_NUMBERS};
 use crate::samples::{Unknowns, squares};
 use nalgebra::Vector3;
 
 /// Rounding of a computed position, in ε times the robot's size.
 const ROUNDING: f64 = 4.0;
-/// Parameters of an arm.
-const ARM: usize = 8;
 /// Parts in which the rows of a set of readings are absorbed.
 pub(super) const PARTS: usize = 2;
 
@@ -219,26 +215,17 @@ impl<T: Real> ObservationRow<T> {
     }
 
     /// Absorbs the rows from [`derive`](Self::derive) into a triangle: the reflections of the leading columns, or in the
-    /// last part those of all others. The parts cost about the same.
-    pub(crate) fn absorb(&self, part: usize, columns: &mut [[T; READINGS]], entries: &mut [T]) {
+    /// last part those of all others.
+    pub(super) fn absorb(&self, part: usize, columns: &mut [[T; READINGS]], entries: &mut [T]) {
         let size = columns.len();
-        let leading = size * 3 / 10;
-        let (first, pivots) = match part {
-            0 => (0, leading),
-            _ => (leading, size - leading),
-        };
-        let rest = size - first;
-        let above = entries.len().saturating_sub(rest * (rest + 1) / 2);
-        let entries = entries.get_mut(above..).unwrap_or_default();
         // Rows of zeros change nothing but cost time.
         if self.left_out {
         } else if self.observation.readings() <= 2 {
             let (twos, _) = columns.as_flattened_mut().as_chunks_mut::<2>();
-            let twos = twos.get_mut(first..size).unwrap_or_default();
-            reduce(entries, rest, twos, pivots);
+            let twos = twos.get_mut(..size).unwrap_or_default();
+            absorb_part(part, twos, entries, T::absorb_two);
         } else {
-            let columns = columns.get_mut(first..).unwrap_or_default();
-            reduce(entries, rest, columns, pivots);
+            absorb_part(part, columns, entries, T::absorb_five);
         }
     }
 
@@ -335,6 +322,28 @@ impl<T: Real> ObservationRow<T> {
     }
 }
 
+/// A part of the absorption of rows into the last columns of a triangle. The parts cost about the same.
+fn absorb_part<T: Real, const K: usize>(
+    part: usize,
+    columns: &mut [[T; K]],
+    entries: &mut [T],
+    absorb: impl FnOnce(&mut [T], &mut [[T; K]], usize),
+) {
+    let leading = columns.len() * 3 / 10;
+    let (first, pivots) = match part {
+        0 => (0, leading),
+        _ => (leading, columns.len() - leading),
+    };
+    let columns = columns.get_mut(first..).unwrap_or_default();
+    let rest = columns.len();
+    let above = entries.len().saturating_sub(rest * (rest + 1) / 2);
+    absorb(
+        entries.get_mut(above..).unwrap_or_default(),
+        columns,
+        pivots,
+    );
+}
+
 /// Adds ∂h/∂P of a reading whose derivative by the pose's position is `by_position`.
 #[inline(never)]
 fn add_by_parameters<T: Real>(
@@ -348,7 +357,7 @@ fn add_by_parameters<T: Real>(
     let parts = pose.by_constraints(by_position);
     let of_arm = |index: ArmIndex| -> &Arm<T> { robot.arm(index) };
     for (((own, part), q), index) in columns
-        .chunks_exact_mut(ARM)
+        .chunks_exact_mut(OF_ARM)
         .zip(parts)
         .zip(joints)
         .zip(ArmIndex::ALL)
@@ -440,36 +449,10 @@ mod tests {
 
     use crate::fixtures::{instruments, joints, paper};
     use crate::observations::{
-        Distance, DistanceFrom, Height, Instruments, Observation, ObservationError,
-        ObservationNoise, ObservationProblem, ObservationRow, Plane,
+        Height, Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow,
+        Plane,
     };
     use crate::samples::Noise;
-    use nalgebra::Vector3;
-
-    /// Two poses are the same place if they are closer than √ε times the distance from the base.
-    #[test]
-    fn a_distance_needs_two_places() {
-        let robot = paper();
-        let own = joints(4);
-        let x = robot.forward(&own).unwrap();
-        for (part, same) in [(0.0, true), (0.5, true), (2.0, false), (1e6, false)] {
-            let apart = Vector3::new(0.3, -0.4, 0.5).normalize() * (part * 1.5e-8 * x.norm());
-            let other = robot.inverse(&(x + apart)).unwrap();
-            let mut row = ObservationRow::new(Observation {
-                distance: Some(Distance {
-                    from: DistanceFrom::Pose(other),
-                    distance: 1.0,
-                }),
-                ..Observation::at(own)
-            });
-            let expected = if same {
-                Err(ObservationError::SamePlace)
-            } else {
-                Ok(())
-            };
-            assert_eq!(row.place(&robot), expected, "{part}");
-        }
-    }
 
     /// With a noise too small to represent, rounding remains: four ε of the robot's size.
     #[test]

@@ -1,7 +1,7 @@
 //! The least-squares problem of the observations.
 
 use super::equation::At;
-use super::instruments::{Instruments, OF_PLANE, OF_ROBOT, OF_TRANSMISSIONS, PositionFrame};
+use super::instruments::{Instruments, OF_PLANE, OF_TRANSMISSIONS, PositionFrame};
 use super::linearization::PARTS;
 use super::observation::{ObservationError, ObservationRow, READINGS};
 use super::start::StartValues;
@@ -9,15 +9,13 @@ use crate::Real;
 use crate::calibration::{Extent, Gradient, Instrument, Judged, Piece, Problem, Refusal};
 use crate::frame::RigidTransform;
 use crate::robot::{
-    Arm, ArmIndex, GeometryError, Parameter, ParameterKind, Robot, TRANSMISSION_NUMBERS,
-    Transmission,
+    Arm, ArmIndex, GeometryError, OF_ARM, OF_ROBOT, Parameter, ParameterKind, Robot,
+    TRANSMISSION_NUMBERS, Transmission,
 };
 use crate::samples::{Triangle, Unknowns, moved_arm, part, squares};
 use core::ops::Deref;
 use nalgebra::Vector3;
 
-/// Parameters of an arm.
-const ARM: usize = 8;
 /// Pieces of a row's linearisation: its derivatives, and the parts in which they are absorbed.
 const PIECES: usize = 1 + PARTS;
 
@@ -236,7 +234,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
 
     /// An arm with its parameters and transmission displaced by their parts of the correction.
     fn moved(&self, index: ArmIndex, correction: &[T; N]) -> Result<Arm<T>, GeometryError> {
-        let first = ARM * index.index();
+        let first = OF_ARM * index.index();
         let mut displacement = part(correction, first);
         for (value, unit) in displacement
             .iter_mut()
@@ -316,7 +314,7 @@ impl<T: Unknowns<N>, const N: usize> Problem<T, N> for ObservationProblem<'_, T,
         let row = self.rows.get(row).zip(at.robot.as_ref());
         let residuals = row.and_then(|(row, robot)| {
             if let Some(part) = part.checked_sub(1) {
-                T::absorb_row(row, part, columns, normal.entries_mut());
+                row.absorb(part, columns, normal.entries_mut());
                 return Some(T::ZERO);
             }
             let at = self.at(robot, &at.unknowns);
@@ -355,17 +353,14 @@ impl<T: Unknowns<N>, const N: usize> Judged<T, N> for ObservationProblem<'_, T, 
         self.prepared.terms_squared
     }
 
-    fn unit_of(&self, parameter: usize) -> T {
-        self.unit_of(parameter)
+    fn units(&self) -> [T; N] {
+        self.prepared.units
     }
 
     fn arm(&self, parameter: usize) -> &Arm<T> {
-        let [first, second, third] = self.robot.arms();
-        match parameter / ARM {
-            1 => second,
-            2 => third,
-            _ => first,
-        }
+        let arms = self.robot.arms();
+        let [first, ..] = arms;
+        arms.get(parameter / OF_ARM).unwrap_or(first)
     }
 
     fn instrument_of(&self, parameter: usize) -> Option<Instrument> {

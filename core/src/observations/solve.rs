@@ -2,7 +2,7 @@
 
 use super::equation::frame_at;
 use super::instruments::{
-    Instruments, OF_FRAME, OF_PLANE, OF_POINT, OF_ROBOT, OF_TRANSMISSIONS, PositionFrame,
+    Instruments, OF_FRAME, OF_PLANE, OF_POINT, OF_TRANSMISSIONS, PositionFrame,
 };
 use super::problem::{InstrumentsAt, ObservationProblem, ReadingRows};
 use crate::Real;
@@ -11,7 +11,7 @@ use crate::calibration::{
     enough_samples,
 };
 use crate::frame::RigidTransform;
-use crate::robot::{ArmIndex, Robot};
+use crate::robot::{ArmIndex, OF_ROBOT, Robot};
 use crate::samples::{Unknowns, part};
 
 impl<T: Unknowns<N>, const N: usize> ObservationProblem<'_, T, N> {

@@ -264,7 +264,7 @@ fn point<T: Unknowns<N>, const N: usize>(
         let mut columns = T::columns([T::ZERO; 2]);
         put_row(columns.as_mut(), 0, 0, &terms);
         put_row(columns.as_mut(), 0, N - 1, &[T::ONE, right]);
-        T::absorb_two(triangle.entries_mut(), columns.as_mut());
+        T::absorb_two(triangle.entries_mut(), columns.as_mut(), N + 1);
     }
     let solution = solved(&triangle)?;
     Some(solution.map(|value| value * unit))
@@ -302,7 +302,7 @@ fn affine<T: Real>(
         for ([_, place], entry) in columns.iter_mut().zip(second) {
             *place = entry;
         }
-        T::absorb_two(triangle.entries_mut(), &mut columns);
+        T::absorb_two(triangle.entries_mut(), &mut columns, 5);
     }
     let [x, y, z, _] = solved(&triangle)?;
     Some(Vector3::new(x, y, z))

@@ -1,5 +1,9 @@
 use core::fmt;
 
+/// Parameters of an arm, and of a robot, whose parameters precede all other unknowns.
+pub(crate) const OF_ARM: usize = Parameter::ROTARY.len();
+pub(crate) const OF_ROBOT: usize = 3 * OF_ARM;
+
 /// A geometric parameter of an arm: eight for a rotary drive (paper, equation (3.6)), seven for a carriage on a tower.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -1,6 +1,6 @@
 use super::displacement::Displacement;
 use super::forgetting::Forgetting;
-use super::nominal_arm::{ArmSample, COLUMNS, NominalArm};
+use super::nominal_arm::{COLUMNS, FEATURES, NominalArm};
 use super::sample::Sample;
 #[cfg(test)]
 use super::sample::SampleError;
@@ -28,11 +28,11 @@ pub(crate) const BLOCK: usize = 4;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ArmFactor<T: Real> {
     nominal: NominalArm<T>,
-    triangle: Triangle<T, { COLUMNS - 1 }>,
+    triangle: Triangle<T, FEATURES>,
     count: SampleCount<T>,
 }
 
-state!(ArmFactor<T>: triangle: Triangle<T, { COLUMNS - 1 }>, count: SampleCount<T>);
+state!(ArmFactor<T>: triangle: Triangle<T, FEATURES>, count: SampleCount<T>);
 
 /// Why two factors cannot be merged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -95,42 +95,27 @@ impl<T: Real> ArmFactor<T> {
         self.count.add(count);
     }
 
-    /// Absorbs prepared samples.
-    fn absorb(&mut self, samples: &[ArmSample<T>]) {
-        let (blocks, rest) = samples.as_chunks::<LARGE_BLOCK>();
-        for block in blocks {
-            self.absorb_block::<LARGE_BLOCK>(block);
-        }
-        for block in rest.chunks(BLOCK) {
-            self.absorb_block::<BLOCK>(block);
-        }
-    }
-
     /// Absorbs up to K samples.
-    fn absorb_block<const K: usize>(&mut self, samples: &[ArmSample<T>]) {
+    fn absorb_block<const K: usize>(&mut self, samples: &[Sample<T>], joint: usize) {
         let mut columns = [[T::ZERO; K]; COLUMNS];
         for (index, sample) in samples.iter().enumerate() {
-            put_row(&mut columns, index, 0, &sample.row());
+            let q = sample.joints.get(joint).copied().unwrap_or(T::ZERO);
+            let row = self.nominal.prepare(&sample.position, q).row();
+            put_row(&mut columns, index, 0, &row);
         }
         self.triangle.absorb(&mut columns);
         self.count.add(samples.len() as u64);
     }
 
     /// Absorbs many checked samples in blocks; a block costs less than its samples one by one.
-    pub(crate) fn absorb_many<'a>(&mut self, samples: impl Iterator<Item = (&'a Vector3<T>, T)>) {
-        let mut block = [ArmSample::vacant(); LARGE_BLOCK];
-        let mut count = 0;
-        for (x, q) in samples {
-            if let Some(place) = block.get_mut(count) {
-                *place = self.nominal.prepare(x, q);
-                count += 1;
-            }
-            if count == LARGE_BLOCK {
-                self.absorb(&block);
-                count = 0;
-            }
+    pub(crate) fn absorb_many(&mut self, samples: &[Sample<T>], arm: ArmIndex) {
+        let (blocks, rest) = samples.as_chunks::<LARGE_BLOCK>();
+        for block in blocks {
+            self.absorb_block::<LARGE_BLOCK>(block, arm.index());
         }
-        self.absorb(block.get(..count).unwrap_or_default());
+        for block in rest.chunks(BLOCK) {
+            self.absorb_block::<BLOCK>(block, arm.index());
+        }
     }
 
     /// Adds everything another factor has accumulated, as if its samples had been added to this one.
@@ -192,7 +177,7 @@ impl<T: Real> ArmFactor<T> {
     }
 
     /// The triangle of the features, and the right-hand side.
-    pub(crate) fn triangle(&self) -> &Triangle<T, { COLUMNS - 1 }> {
+    pub(crate) fn triangle(&self) -> &Triangle<T, FEATURES> {
         &self.triangle
     }
 }

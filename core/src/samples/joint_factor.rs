@@ -1,17 +1,17 @@
 use super::displacement::Displacement;
 use super::factor::{BLOCK, MergeError, SampleCount};
 use super::forgetting::Forgetting;
-use super::nominal_arm::NominalArm;
+use super::nominal_arm::{FEATURES, NominalArm};
 use super::sample::{Noise, Sample};
 use super::triangle::Triangle;
-use super::whitened_sample::{FEATURES, JointDisplacement, MeanPose, WhitenedSample};
+use super::whitened_sample::{JointDisplacement, MeanPose, WhitenedSample};
 use crate::Real;
 use crate::robot::Robot;
 use crate::state::state;
 use nalgebra::Vector3;
 
 /// Twelve features per arm, and the right-hand side.
-pub(crate) const JOINT_COLUMNS: usize = 37;
+pub(crate) const JOINT_COLUMNS: usize = 3 * FEATURES + 1;
 
 /// All samples of a robot, in constant memory: the 37 × 37 triangular factor R of the whitened rows of all three
 /// closures, 703 numbers.

@@ -1,12 +1,14 @@
 use super::sample::{Noise, SampleError};
 use crate::Real;
-use crate::robot::{Arm, ArmIndex, Drive, Parameter, ParameterKind, Transmission};
+use crate::robot::{Arm, ArmIndex, Drive, ParameterKind, Transmission};
 use crate::snapshot::Fingerprint;
 use crate::state::state;
 use nalgebra::Vector3;
 
-/// Columns of a sample's row: twelve features and the constraint at the nominal arm.
-pub(crate) const COLUMNS: usize = 13;
+/// Features of a sample, the last of which is 1, and columns of its row: these and the constraint at the nominal arm.
+pub(crate) const FEATURES: usize = 12;
+pub(crate) const ONE: usize = FEATURES - 1;
+pub(crate) const COLUMNS: usize = FEATURES + 1;
 
 /// Fourth powers of such distances, times the largest weight, stay finite in single precision.
 pub(crate) const FARTHEST_SQUARED: f64 = 1e8;
@@ -283,12 +285,11 @@ impl<T: Real> NominalArm<T> {
     /// The factor from internal units to the caller's at each place; 0 at an empty one.
     #[inline(never)]
     pub(crate) fn units(&self) -> [T; 8] {
-        let places = self.arm.drive().places();
-        places.map(|parameter| match parameter.map(Parameter::kind) {
-            Some(ParameterKind::Length) => self.scale,
-            Some(ParameterKind::Angle | ParameterKind::Ratio) => T::ONE,
-            None => T::ZERO,
-        })
+        let (length, other) = (self.scale, T::ONE);
+        match self.arm.drive() {
+            Drive::Rotary => [length, length, length, other, other, length, length, length],
+            Drive::Linear => [length, length, length, other, other, other, T::ZERO, length],
+        }
     }
 }
 

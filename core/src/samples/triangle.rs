@@ -68,8 +68,17 @@ impl<T: Unknowns<N>, const N: usize> Triangle<T, N> {
     /// Lengths of the unknowns' columns.
     pub(crate) fn column_norms(&self) -> [T; N] {
         let mut norms = [T::ZERO; N];
-        column_norms(self.entries.as_ref(), &mut norms);
+        T::column_norms(self.entries.as_ref(), &mut norms);
         norms
+    }
+
+    /// Length of an unknown's column.
+    pub(crate) fn column_norm(&self, column: usize) -> T {
+        let rows = self.rows().take(column + 1).enumerate();
+        let entries = rows.filter_map(|(row, entries)| entries.get(column.saturating_sub(row)));
+        entries
+            .fold(T::ZERO, |sum, entry| sum + entry.squared())
+            .square_root()
     }
 
     /// The x that minimises |R (x, 1)|, by back-substitution. `None` if a pivot does not exceed its column's `smallest`:
@@ -171,7 +180,8 @@ impl<T: Unknowns<N>, const N: usize> Triangle<T, N> {
     /// Absorbs four rows that are zero left of some column, given by the columns from there on: one function for
     /// triangles of all sizes.
     pub(crate) fn absorb_four(&mut self, columns: &mut [[T; 4]]) {
-        T::absorb_four(self.entries_from(columns.len()), columns);
+        let pivots = columns.len();
+        T::absorb_four(self.entries_from(pivots), columns, pivots);
     }
 
     /// Absorbs K rows that are zero left of some column, given by the columns from there on, for the first `pivots` of
@@ -188,7 +198,7 @@ impl<T: Unknowns<N>, const N: usize> Triangle<T, N> {
     }
 
     /// The entries from the row of length `size` on.
-    fn entries_from(&mut self, size: usize) -> &mut [T] {
+    pub(crate) fn entries_from(&mut self, size: usize) -> &mut [T] {
         let entries = self.entries.as_mut();
         let start = entries.len().saturating_sub(size * (size + 1) / 2);
         entries.get_mut(start..).unwrap_or_default()
@@ -256,7 +266,7 @@ pub(crate) fn put_row<T: Copy, const K: usize>(
 }
 
 /// Householder reflections of the leading columns of a triangle of `size` columns with a block of rows.
-#[inline(always)] // each caller's sizes are constants that unroll it
+#[inline(always)] // each caller's number of rows unrolls it
 pub(crate) fn reduce<T: Real, const K: usize>(
     entries: &mut [T],
     size: usize,
@@ -365,7 +375,6 @@ fn plus_products<T: Real>(value: T, a: &[T], b: &[T]) -> T {
 }
 
 /// Adds a multiple of one vector to another, in fours as well.
-#[inline]
 pub(crate) fn add_multiple<T: Real>(to: &mut [T], factor: T, vector: &[T]) {
     let length = to.len().min(vector.len());
     let (to, last_to) = to
@@ -402,7 +411,7 @@ fn transposed<T: Real>(entries: &[T], v: &[T], product: &mut [T]) {
         let Some((row, [_, below @ ..])) = rest.split_at_checked(product.len()) else {
             return;
         };
-        add_multiple(product, *part, row);
+        T::add_multiple(product, *part, row);
         let Some((_, others)) = product.split_first_mut() else {
             return;
         };
@@ -410,8 +419,7 @@ fn transposed<T: Real>(entries: &[T], v: &[T], product: &mut [T]) {
     }
 }
 
-#[inline(never)]
-fn column_norms<T: Real>(entries: &[T], norms: &mut [T]) {
+pub(crate) fn column_norms<T: Real>(entries: &[T], norms: &mut [T]) {
     let (mut rest, mut later) = (entries, &mut *norms);
     while let Some((row, [_, below @ ..])) = rest.split_at_checked(later.len()) {
         for (sum, entry) in later.iter_mut().zip(row) {
@@ -438,7 +446,7 @@ fn left_substitute<T: Real>(entries: &[T], size: usize, vector: &mut [T]) {
             return;
         };
         *target /= *pivot;
-        add_multiple(later, -*target, row);
+        T::add_multiple(later, -*target, row);
         (rows, rest) = (below, later);
     }
 }

@@ -1,14 +1,12 @@
 //! A sample of all arms, whitened by the shared covariance of their closures.
 
 use super::displacement::Displacement;
-use super::nominal_arm::{ArmSample, COLUMNS};
+use super::nominal_arm::{ArmSample, COLUMNS, FEATURES};
 use super::triangle::put_row;
 use crate::Real;
+use crate::robot::{OF_ARM, OF_ROBOT};
 use crate::state::state;
 use nalgebra::Vector3;
-
-/// Features per arm.
-pub(super) const FEATURES: usize = 12;
 
 /// The three arms displaced by their corrections, as [`JointFactor`](super::JointFactor) needs them.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,10 +25,14 @@ impl<T: Real> JointDisplacement<T> {
     }
 
     /// Features times ∂c/∂P, arm by arm.
-    pub(super) fn gradient_of(&self, features: &[T; 3 * FEATURES]) -> [T; 24] {
-        let mut gradient = [T::ZERO; 24];
+    pub(super) fn gradient_of(&self, features: &[T; 3 * FEATURES]) -> [T; OF_ROBOT] {
+        let mut gradient = [T::ZERO; OF_ROBOT];
         let features = features.as_chunks::<FEATURES>().0;
-        for ((own, arm), features) in gradient.chunks_exact_mut(8).zip(&self.arms).zip(features) {
+        for ((own, arm), features) in gradient
+            .chunks_exact_mut(OF_ARM)
+            .zip(&self.arms)
+            .zip(features)
+        {
             own.copy_from_slice(&arm.gradient_of(features));
         }
         gradient

@@ -135,7 +135,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
             }
             Some(Gated { gate, beside }) => {
                 self.calibrator.check(sample)?;
-                let (arms, others) = E::arms_mut(&mut self.calibrator.samples, beside);
+                let (arms, others) = E::arms(&mut self.calibrator.samples, beside);
                 gate.catch_up(arms, forgetting.as_ref());
                 let verdict = gate.add(arms, sample, forgetting.as_ref());
                 match (&verdict, others, &forgetting) {
@@ -213,11 +213,10 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         self.samples = 0;
     }
 
-    #[inline(never)]
     fn begin_again(&mut self) {
         self.calibrator.reset();
         if let Some(Gated { gate, beside }) = &mut self.gated {
-            let (arms, _) = E::arms_mut(&mut self.calibrator.samples, beside);
+            let (arms, _) = E::arms(&mut self.calibrator.samples, beside);
             arms.reset();
             gate.begin_again(arms);
         }
@@ -270,7 +269,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         let Some(Gated { gate, beside }) = &mut self.gated else {
             return false;
         };
-        let (arms, _) = E::arms_mut(&mut self.calibrator.samples, beside);
+        let (arms, _) = E::arms(&mut self.calibrator.samples, beside);
         gate.catch_up(arms, forgetting.as_ref())
     }
 
@@ -305,14 +304,13 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     }
 
     /// One arm a step: it is linearised anew.
-    #[inline(never)]
     fn adopt(&mut self, arms: usize) -> Work {
         let robot = self.calibrator.outcome().map(E::robot).cloned();
         let (Some(gated), Ok(robot), Some(arm)) = (&mut self.gated, robot, ArmIndex::ALL.get(arms))
         else {
             return self.end_estimate();
         };
-        let (samples, _) = E::arms_mut(&mut self.calibrator.samples, &mut gated.beside);
+        let (samples, _) = E::arms(&mut self.calibrator.samples, &mut gated.beside);
         gated.gate.adopt(samples, *arm, robot.arm(*arm));
         Work::Adopting(arms + 1)
     }
@@ -374,9 +372,9 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
 
     /// The innovation of a sample in each arm, without adding or counting it. `None` without a gate.
     pub fn innovations(&self, sample: &Sample<T>) -> Option<Result<[Innovation<T>; 3], Untested>> {
-        let Gated { gate, beside } = self.gated.as_ref()?;
-        let arms = E::arms(&self.calibrator.samples, beside);
-        Some(gate.innovations(arms, sample))
+        let Gated { gate, .. } = self.gated.as_ref()?;
+        let samples = &self.calibrator.samples;
+        Some(gate.innovations(samples.nominal_arms(), samples.settings(), sample))
     }
 
     /// The gate's statistics, if there is a gate.
@@ -417,7 +415,7 @@ impl<T: Real, E: Estimator> State<T> for StreamCalibrator<T, E> {
         if let Some(Gated { gate, beside }) = &mut self.gated {
             beside.load(from);
             gate.load(from);
-            gate.displace(E::arms(&self.calibrator.samples, beside));
+            gate.displace(self.calibrator.samples.nominal_arms());
         }
         self.stop();
     }
@@ -468,9 +466,11 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     fn fingerprint(&self) -> u32 {
         let mut fingerprint = self.calibrator.marked();
         self.selection.mark(&mut fingerprint);
-        if let Some(Gated { gate, beside }) = &self.gated {
-            let arms = E::arms(&self.calibrator.samples, beside);
-            gate.mark(arms, &mut fingerprint);
+        if let Some(Gated { gate, .. }) = &self.gated {
+            let [arm, ..] = self.calibrator.samples.nominal_arms();
+            let drive = arm.arm().drive();
+            self.settings().mark_prior(drive, &mut fingerprint);
+            fingerprint.number(gate.sigmas);
         }
         fingerprint.finish()
     }

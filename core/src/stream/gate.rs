@@ -17,9 +17,8 @@ mod verdict;
 use crate::Real;
 use crate::calibration::limits::{REJECTIONS_OF_A_CHANGE, SAMPLES_FOR_FREE_START, SUSPECTED};
 use crate::calibration::{ArmSamples, Samples, Settings, TolerancePrior};
-use crate::robot::{Arm, ArmIndex, Robot};
+use crate::robot::{Arm, ArmIndex, OF_ARM, Robot};
 use crate::samples::{Forgetting, NominalArm, Sample};
-use crate::snapshot::Fingerprint;
 use crate::state::state;
 use prediction::Predicted;
 pub(crate) use prediction::{Prediction, Row};
@@ -93,8 +92,8 @@ impl<T: Real> Gate<T> {
         sample: &Sample<T>,
         forgetting: Option<&Forgetting<T>>,
     ) -> Verdict<T> {
-        let rows = self.rows(samples, sample);
-        let verdict = self.judge(samples, &rows);
+        let rows = self.rows(samples.nominal_arms(), sample);
+        let verdict = self.judge(samples.nominal_arms(), samples.settings(), &rows);
         if let Verdict::Rejected(_) = verdict {
             self.note_rejection();
             return verdict;
@@ -115,13 +114,12 @@ impl<T: Real> Gate<T> {
     }
 
     #[inline(never)]
-    fn rows(&self, samples: &ArmSamples<T>, sample: &Sample<T>) -> [Row<T>; 3] {
+    fn rows(&self, nominal_arms: [&NominalArm<T>; 3], sample: &Sample<T>) -> [Row<T>; 3] {
         let [first, second, third] = &self.arms;
-        let [one, two, three] = samples.arms();
+        let [one, two, three] = nominal_arms;
         let [q1, q2, q3] = sample.joints;
-        [(first, one, q1), (second, two, q2), (third, three, q3)].map(|(prediction, factor, q)| {
-            T::gate_row(prediction, factor.nominal(), (&sample.position, q))
-        })
+        [(first, one, q1), (second, two, q2), (third, three, q3)]
+            .map(|(prediction, nominal, q)| T::gate_row(prediction, nominal, (&sample.position, q)))
     }
 
     /// The innovation of a sample in each arm, without adding or counting it.
@@ -130,32 +128,34 @@ impl<T: Real> Gate<T> {
     /// Why the sample cannot be tested.
     pub(super) fn innovations(
         &self,
-        samples: &ArmSamples<T>,
+        nominal_arms: [&NominalArm<T>; 3],
+        settings: &Settings<T>,
         sample: &Sample<T>,
     ) -> Result<[Innovation<T>; 3], Untested> {
-        self.compare(samples, &self.rows(samples, sample))
+        self.compare(nominal_arms, settings, &self.rows(nominal_arms, sample))
     }
 
     #[inline(never)]
     fn compare(
         &self,
-        samples: &ArmSamples<T>,
+        nominal_arms: [&NominalArm<T>; 3],
+        settings: &Settings<T>,
         rows: &[Row<T>; 3],
     ) -> Result<[Innovation<T>; 3], Untested> {
         if !self.estimated {
             return Err(Untested::NoEstimate);
         }
-        let stated = samples.settings().noise.is_some();
+        let stated = settings.noise.is_some();
         let mut innovations = ArmIndex::ALL.map(|arm| Innovation {
             arm,
             distance: T::ZERO,
             normalized: T::ZERO,
         });
-        for (((prediction, row), factor), target) in self
+        for (((prediction, row), nominal), target) in self
             .arms
             .iter()
             .zip(rows)
-            .zip(samples.arms())
+            .zip(nominal_arms)
             .zip(&mut innovations)
         {
             if !stated && !prediction.knows_noise() {
@@ -167,7 +167,6 @@ impl<T: Real> Gate<T> {
             } = prediction
                 .predict(row, stated)
                 .ok_or(Untested::NoEstimate)?;
-            let nominal = factor.nominal();
             target.distance = innovation * T::HALF / (row.weight * nominal.lb) * nominal.scale();
             target.normalized = normalized;
         }
@@ -176,8 +175,13 @@ impl<T: Real> Gate<T> {
 
     /// Decides, and counts the arms that reject.
     #[inline(never)]
-    fn judge(&mut self, samples: &ArmSamples<T>, rows: &[Row<T>; 3]) -> Verdict<T> {
-        let innovations = match self.compare(samples, rows) {
+    fn judge(
+        &mut self,
+        nominal_arms: [&NominalArm<T>; 3],
+        settings: &Settings<T>,
+        rows: &[Row<T>; 3],
+    ) -> Verdict<T> {
+        let innovations = match self.compare(nominal_arms, settings, rows) {
             Ok(innovations) => innovations,
             Err(untested) => return Verdict::Untested(untested),
         };
@@ -208,7 +212,7 @@ impl<T: Real> Gate<T> {
         if counts.run == REJECTIONS_OF_A_CHANGE && self.alarm.is_none() {
             let first = (came + 1).saturating_sub(counts.run);
             // Eight samples determine an arm; the others agreed with it.
-            let agreed = self.unexcused().0.saturating_sub(PARAMETERS);
+            let agreed = self.unexcused().0.saturating_sub(OF_ARM as u64);
             self.alarm = Some(if agreed >= REJECTIONS_OF_A_CHANGE {
                 Alarm::RobotChanged { first }
             } else {
@@ -281,9 +285,6 @@ impl<T: Real> Gate<T> {
     }
 }
 
-/// Number of samples that determine an arm.
-const PARAMETERS: u64 = 8;
-
 /// In internal units. Without a stated noise, a tolerance cannot be weighted against the samples and is ignored.
 fn prior<T: Real>(nominal: &NominalArm<T>, settings: &Settings<T>) -> TolerancePrior<T, 8> {
     let tolerance = settings.tolerance.filter(|_| settings.noise.is_some());
@@ -302,18 +303,10 @@ state!(
 
 impl<T: Real> Gate<T> {
     /// Recomputes derived state after a snapshot was restored.
-    pub(super) fn displace(&mut self, samples: &ArmSamples<T>) {
-        for (prediction, factor) in self.arms.iter_mut().zip(samples.arms()) {
-            prediction.displace(factor);
+    pub(super) fn displace(&mut self, nominal_arms: [&NominalArm<T>; 3]) {
+        for (prediction, nominal) in self.arms.iter_mut().zip(nominal_arms) {
+            prediction.displace(nominal);
         }
-    }
-
-    /// Everything the predictions depend on apart from the samples.
-    pub(super) fn mark(&self, samples: &ArmSamples<T>, fingerprint: &mut Fingerprint) {
-        let [first, ..] = samples.arms();
-        let drive = first.nominal().arm().drive();
-        samples.settings().mark_prior(drive, fingerprint);
-        fingerprint.number(self.sigmas);
     }
 }
 
@@ -322,7 +315,7 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use super::{ArmIndex, Gate, Untested};
-    use crate::calibration::{IkmCalibrator, Settings};
+    use crate::calibration::{IkmCalibrator, Samples, Settings};
     use crate::fixtures::{changed, robot, samples};
 
     /// Eleven samples leave three degrees of freedom, enough to estimate the noise; ten do not.
@@ -340,7 +333,11 @@ mod tests {
             for arm in ArmIndex::ALL {
                 gate.adopt(&mut calibrator.samples, arm, found.arm(arm));
             }
-            let off = gate.innovations(&calibrator.samples, &measured[count]);
+            let off = gate.innovations(
+                calibrator.samples.nominal_arms(),
+                calibrator.settings(),
+                &measured[count],
+            );
             assert_eq!(off.is_ok(), known);
             assert!(known || off == Err(Untested::NoNoise));
         }

@@ -4,14 +4,12 @@ use super::prior;
 use crate::Real;
 use crate::calibration::step_control::LONGEST_STEP;
 use crate::calibration::{Normal, Settings, TolerancePrior, workspace_centre};
-use crate::robot::{ArmIndex, Robot};
+use crate::robot::{ArmIndex, OF_ARM, Robot};
 use crate::samples::{ArmFactor, Displacement, NominalArm, put_row};
 use crate::state::state;
 use nalgebra::Vector3;
 
-/// Without a stated noise the parameters take eight degrees of freedom from the residuals, and the variance of
-/// Student's t exists above two degrees of freedom.
-const PARAMETERS: f64 = 8.0;
+/// The variance of Student's t exists above two degrees of freedom.
 const LEAST_FREEDOM: f64 = 3.0;
 /// Above this many degrees of freedom, Student's t is treated as normal.
 const NORMAL_FREEDOM: f64 = 1000.0;
@@ -88,8 +86,8 @@ impl<T: Real> Prediction<T> {
     }
 
     /// Recomputes derived state after its correction was restored.
-    pub(super) fn displace(&mut self, factor: &ArmFactor<T>) {
-        self.at = Displacement::new(factor.nominal(), &self.correction);
+    pub(super) fn displace(&mut self, nominal: &NominalArm<T>) {
+        self.at = Displacement::new(nominal, &self.correction);
     }
 
     /// A position and a joint angle as the arm sees them.
@@ -108,7 +106,7 @@ impl<T: Real> Prediction<T> {
         let mut rest = row.entries;
         let mut spread = T::ZERO;
         let mut rest = rest.as_mut_slice();
-        for row in self.normal.rows().take(8) {
+        for row in self.normal.rows().take(OF_ARM) {
             let (Some((pivot, right)), Some((value, later))) =
                 (row.split_first(), rest.split_first_mut())
             else {
@@ -147,25 +145,32 @@ impl<T: Real> Prediction<T> {
         self.freedom() >= T::from_f64(LEAST_FREEDOM)
     }
 
+    /// Without a stated noise the parameters take eight degrees of freedom from the residuals.
     fn freedom(&self) -> T {
-        self.samples - T::from_f64(PARAMETERS)
+        self.samples - T::from_count(OF_ARM as u64)
     }
 
     fn residual(&self) -> T {
-        let last = self.normal.row(8).first().copied();
+        let last = self.normal.row(OF_ARM).first().copied();
         last.map_or(T::ZERO, T::squared) + self.beyond
     }
 
     /// Takes in one or two rows.
     pub(super) fn take_in(&mut self, rows: [Option<&Row<T>>; 2]) {
-        // A row of zeros changes nothing.
+        if let [Some(row), None] = rows {
+            let mut columns = row.entries.map(|entry| [entry]);
+            self.samples += T::ONE;
+            self.since += 1;
+            T::absorb_one(self.normal.entries_mut(), &mut columns, OF_ARM + 1);
+            return;
+        }
         let mut columns = [[T::ZERO; 2]; 9];
         for (index, row) in rows.into_iter().flatten().enumerate() {
             put_row(&mut columns, index, 0, &row.entries);
             self.samples += T::ONE;
             self.since += 1;
         }
-        T::absorb_two(self.normal.entries_mut(), &mut columns);
+        T::absorb_two(self.normal.entries_mut(), &mut columns, OF_ARM + 1);
     }
 
     /// Whether enough samples were added for a new linearisation. The first samples are few enough for each to move the

@@ -191,8 +191,6 @@ pub fn validate(
     let rms_error = rms_error(&squares, noise.unwrap_or(0.0), read, request.limit);
     let convention = &robot.convention;
     let along = |axis: usize| crate::geometry::range(rows.iter().map(|row| row.position[axis]));
-    let kinds = Kind::ALL.into_iter().filter(|kind| readings.holds(*kind));
-    let kinds: Vec<_> = kinds.collect();
     Ok(Validation {
         robot_file: robot.name.clone(),
         samples_file: readings.name.clone(),
@@ -212,10 +210,7 @@ pub fn validate(
         sensor_frame: fitted.map(|own| FrameReport::of(&own, convention)),
         warnings,
         rows,
-        kind: match kinds[..] {
-            [kind] => Some(kind),
-            _ => None,
-        },
+        kind: only_kind(readings),
     })
 }
 
@@ -227,6 +222,12 @@ fn step(robot: &RobotFile, readings: &Readings, options: Options) -> Option<Step
     robot.instruments.datum.clear();
     let case = Case::new(&robot, readings, options);
     search(&case)?.step(&case)
+}
+
+/// The kind of the readings if they are all of one kind.
+fn only_kind(readings: &Readings) -> Option<Kind> {
+    let mut kinds = Kind::ALL.into_iter().filter(|kind| readings.holds(*kind));
+    kinds.next().filter(|_| kinds.next().is_none())
 }
 
 /// The frame of the coordinates if it is known: the base's, the stored one, or that of the datum points.

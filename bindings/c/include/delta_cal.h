@@ -401,7 +401,7 @@ typedef struct dcal_ikm_f32 {
 DCAL_OBJECT(dcal_ikm_f32, DCAL_IKM_F32_SIZE);
 
 /** The joint calibrator: samples and solver, all 24 parameters together. */
-#define DCAL_JOINT_F32_SIZE 11904
+#define DCAL_JOINT_F32_SIZE 11920
 typedef struct dcal_joint_f32 {
     DCAL_ALIGNED unsigned char memory[DCAL_JOINT_F32_SIZE];
 } dcal_joint_f32;
@@ -422,7 +422,7 @@ typedef struct dcal_joint_gate_f32 {
 DCAL_OBJECT(dcal_joint_gate_f32, DCAL_JOINT_GATE_F32_SIZE);
 
 /** The calibrator from any readings: up to DCAL_FKM_ROWS observations and solver. */
-#define DCAL_FKM_F32_SIZE 26240
+#define DCAL_FKM_F32_SIZE 26256
 typedef struct dcal_fkm_f32 {
     DCAL_ALIGNED unsigned char memory[DCAL_FKM_F32_SIZE];
 } dcal_fkm_f32;

@@ -278,7 +278,9 @@ impl Scan {
         let mut scale = left.iter().copied().fold(0.0, f64::max);
         for _ in 0..SHRINKAGES {
             scale = f64::max(scale * SHRUNK, noise(&left));
-            let (mut normal, mut right) = (self.prior.clone(), -&held);
+            // The prior weighs as it does against readings of this noise.
+            let square = scale * scale;
+            let (mut normal, mut right) = (&self.prior * square, -square * &held);
             for (own, left) in self.rows.iter().zip(&left) {
                 let weight = (1.0 + (left / scale).powi(2)).powi(-2);
                 normal += weight * own.by_unknowns.tr_mul(&own.by_unknowns);

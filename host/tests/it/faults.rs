@@ -236,7 +236,7 @@ fn a_step_during_a_validation_is_named_and_the_rows_before_it_are_shown() {
             let found = validate(&robot, &readings, request).unwrap();
             let step = found.step.unwrap_or_else(|| panic!("{fault:?} {noise}"));
             assert_eq!(found.verdict, Verdict::NotJudged);
-            assert_eq!(step.line as usize, at.1 + 2, "{fault:?}: {}", step.text);
+            assert_eq!(step.line, at.1 as u64 + 2, "{fault:?}: {}", step.text);
             let words = words(fault, at).remove(0);
             assert!(
                 step.text.to_lowercase().contains(&words),

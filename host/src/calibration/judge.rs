@@ -22,7 +22,7 @@ const FAR_OFF: f64 = 0.05;
 /// this likely.
 const MORE_LIKELY: f64 = 0.5;
 /// Noise below this fraction of the forearm is rounding of the digits.
-const COMPUTED: f64 = 2e-6;
+pub(crate) const COMPUTED: f64 = 2e-6;
 
 /// A solution judged good.
 #[derive(Debug, Clone)]

@@ -2,7 +2,7 @@
 
 use super::search::{Fitted, Found};
 use crate::accuracy::uncertainty::Sensitivities;
-use crate::calibration::judge::Case;
+use crate::calibration::judge::{COMPUTED, Case};
 use crate::effects::{At, Course, Effect, EffectKind};
 use crate::fit::Solution;
 use crate::text::{capitalised, in_lines, list};
@@ -249,7 +249,9 @@ impl Found {
         let steps = effects.filter(|own| own.kind.is_step());
         let first = steps.min_by_key(|own| own.index)?;
         let own = cause(case, self, best, first)?;
-        best.is_in_residuals(&self.base).then_some(Step {
+        let [arm, ..] = case.robot.robot.arms();
+        let is_rounding = best.solution.levels.position.position() < COMPUTED * arm.lb();
+        (best.is_in_residuals(&self.base) && !is_rounding).then_some(Step {
             row: first.index,
             line: own.line?,
             text: own.text,

@@ -176,7 +176,10 @@ impl Printer {
             both.map(|(before, after)| uncertain.better(before, after, &covariance));
         let better_probability = better_probability.map(|own| own.of(judged));
         let better = match (&before, &after) {
-            (Some(before), Some(after)) => after.is_better_than(before, judged),
+            (Some(before), Some(after)) => {
+                let sure = better_probability.is_none_or(Better::is_likely);
+                sure && after.is_better_than(before, judged)
+            }
             _ => true,
         };
         let [before, after] = [before, after].map(|own| own.map(|own| own.of_readings(judged)));

@@ -369,15 +369,16 @@ pub(super) fn places(report: &Report) -> Vec<Section> {
 /// What to measure next.
 pub(super) fn next(report: &Report) -> Option<Section> {
     let title = Section::new("What to measure next");
+    let frame = match report.frame {
+        Frame::Base => "",
+        Frame::Sensor => " --frame sensor",
+    };
+    let plan = format!(
+        "delta-cal plan {} --samples {}{frame} --count 8",
+        report.robot_file, report.samples_file
+    );
     if report.next_poses.is_empty() {
-        let frame = match report.frame {
-            Frame::Base => "",
-            Frame::Sensor => " --frame sensor",
-        };
-        return Some(title.text(format!(
-            "delta-cal plan {} --samples {}{frame} --count 8",
-            report.robot_file, report.samples_file
-        )));
+        return Some(title.text(plan));
     }
     let expected = report.expected_error?;
     let (now, of) = if report.solution.is_absolute() {
@@ -404,11 +405,9 @@ pub(super) fn next(report: &Report) -> Option<Section> {
         significant(now, 2),
         significant(last.expected_error_mm, 2)
     );
-    Some(
-        limiting
-            .into_iter()
-            .fold(title.table(table).text(poses), Section::text),
-    )
+    let more = (!report.solution.is_absolute()).then_some(plan);
+    let others = limiting.into_iter().chain(more);
+    Some(others.fold(title.table(table).text(poses), Section::text))
 }
 
 /// What to measure in place of poses where a datum or a target makes most of the expected error.

@@ -82,7 +82,7 @@ fn arms_that_are_numbered_clockwise_keep_their_motors() {
 fn targets_refuse_the_other_drives_and_name_those_that_do_not() {
     let folder = Folder::new();
     with_towers(&folder, &upright());
-    let others = "3 ⇒ this robot has towers: it can be exported for klipper, reprapfirmware, marlin and correction-table";
+    let others = "3 ⇒ this robot has towers: it can be exported for klipper, reprapfirmware, marlin, marlin-1.1 and correction-table";
     for target in ["b-and-r", "linuxcnc", "smoothieware", "codesys"] {
         let case = format!("calibrated.toml --for {target} ⇒ {others}");
         assert_refused(&folder, "export", &case);

@@ -150,7 +150,13 @@ impl<T: Unknowns<N>, const N: usize> Identifiability<T, N> {
         }
         for _ in 0..3 {
             let mut product = [T::ZERO; N];
-            for (column, part) in covariance.as_slice().chunks_exact(N).zip(direction) {
+            for (column, part) in covariance
+                .as_slice()
+                .as_chunks::<N>()
+                .0
+                .iter()
+                .zip(direction)
+            {
                 T::add_multiple(&mut product, part, column);
             }
             let length = squares(&product).square_root();

@@ -114,12 +114,13 @@ impl<T: Real> Judged<T, 24> for JointFactor<T> {
         let smallest = self.triangle().column_norms().map(|norm| rounding * norm);
         let coefficients = self.triangle().minimiser(&smallest)?;
         let mut correction = [T::ZERO; 24];
-        for ((own, delta), nominal) in correction
-            .chunks_exact_mut(OF_ARM)
+        let (of_arms, _) = correction.as_chunks_mut();
+        for ((own, delta), nominal) in of_arms
+            .iter_mut()
             .zip(coefficients.as_chunks::<FEATURES>().0)
             .zip(self.nominal_arms())
         {
-            own.copy_from_slice(&T::correction(nominal, delta)?);
+            *own = T::correction(nominal, delta)?;
         }
         Some(correction)
     }
@@ -144,8 +145,9 @@ impl<T: Real> Judged<T, 24> for JointFactor<T> {
 
     fn units(&self) -> [T; 24] {
         let mut units = [T::ZERO; 24];
-        for (own, nominal) in units.chunks_exact_mut(OF_ARM).zip(self.nominal_arms()) {
-            own.copy_from_slice(&nominal.units());
+        let (of_arms, _) = units.as_chunks_mut();
+        for (own, nominal) in of_arms.iter_mut().zip(self.nominal_arms()) {
+            *own = nominal.units();
         }
         units
     }

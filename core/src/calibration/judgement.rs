@@ -267,8 +267,8 @@ fn in_units<T: Unknowns<N>, const N: usize>(
     sigma: T,
 ) {
     let units = problem.units().map(|unit| unit * sigma);
-    let columns = covariance.as_mut_slice().chunks_exact_mut(N);
-    for (column, unit) in columns.zip(units) {
+    let (columns, _) = covariance.as_mut_slice().as_chunks_mut::<N>();
+    for (column, unit) in columns.iter_mut().zip(units) {
         scale_column(column, unit, &units);
     }
 }

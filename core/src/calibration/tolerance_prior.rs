@@ -424,7 +424,7 @@ impl<T: Unknowns<N>, const N: usize> TolerancePrior<T, N> {
         }
         #[cfg(feature = "linear")]
         for common in self.common.iter().flatten() {
-            let columns = covariance.chunks_exact(N.max(1));
+            let (columns, _) = covariance.as_chunks::<N>();
             let own = shares.iter_mut().zip(columns).zip(&self.weights);
             for (index, ((share, column), weight)) in own.enumerate() {
                 let mut along = T::ZERO;

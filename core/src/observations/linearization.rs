@@ -356,12 +356,9 @@ fn add_by_parameters<T: Real>(
 ) {
     let parts = pose.by_constraints(by_position);
     let of_arm = |index: ArmIndex| -> &Arm<T> { robot.arm(index) };
-    for (((own, part), q), index) in columns
-        .chunks_exact_mut(OF_ARM)
-        .zip(parts)
-        .zip(joints)
-        .zip(ArmIndex::ALL)
-    {
+    // Not `chunks_exact_mut`, which can divide by zero where it is not inlined.
+    let (of_arms, _) = columns.as_chunks_mut::<OF_ARM>();
+    for (((own, part), q), index) in of_arms.iter_mut().zip(parts).zip(joints).zip(ArmIndex::ALL) {
         let gradient = of_arm(index).constraint_by_parameters(&pose.position, *q);
         add_products(own, reading, part, gradient.as_slice());
     }

@@ -18,8 +18,9 @@ impl<T: Real> JointDisplacement<T> {
     /// The coefficients of one arm after the other.
     pub(super) fn coefficients(&self) -> [T; 3 * FEATURES] {
         let mut coefficients = [T::ZERO; 3 * FEATURES];
-        for (own, arm) in coefficients.chunks_exact_mut(FEATURES).zip(&self.arms) {
-            own.copy_from_slice(&arm.coefficients);
+        let (of_arms, _) = coefficients.as_chunks_mut();
+        for (own, arm) in of_arms.iter_mut().zip(&self.arms) {
+            *own = arm.coefficients;
         }
         coefficients
     }
@@ -28,12 +29,9 @@ impl<T: Real> JointDisplacement<T> {
     pub(super) fn gradient_of(&self, features: &[T; 3 * FEATURES]) -> [T; OF_ROBOT] {
         let mut gradient = [T::ZERO; OF_ROBOT];
         let features = features.as_chunks::<FEATURES>().0;
-        for ((own, arm), features) in gradient
-            .chunks_exact_mut(OF_ARM)
-            .zip(&self.arms)
-            .zip(features)
-        {
-            own.copy_from_slice(&arm.gradient_of(features));
+        let (of_arms, _) = gradient.as_chunks_mut::<OF_ARM>();
+        for ((own, arm), features) in of_arms.iter_mut().zip(&self.arms).zip(features) {
+            *own = arm.gradient_of(features);
         }
         gradient
     }

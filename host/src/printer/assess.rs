@@ -175,13 +175,8 @@ impl Printer {
         let better_probability =
             both.map(|(before, after)| uncertain.better(before, after, &covariance));
         let better_probability = better_probability.map(|own| own.of(judged));
-        let better = match (&before, &after) {
-            (Some(before), Some(after)) => {
-                let sure = better_probability.is_none_or(Better::is_likely);
-                sure && after.is_better_than(before, judged)
-            }
-            _ => true,
-        };
+        let better = both.is_none_or(|(before, after)| after.is_better_than(before, judged))
+            && better_probability.is_none_or(Better::is_likely);
         let [before, after] = [before, after].map(|own| own.map(|own| own.of_readings(judged)));
         // More readings are as good as those that there are.
         let mut as_measured = calibrated.clone();

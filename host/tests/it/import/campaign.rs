@@ -535,7 +535,8 @@ fn pasted_lines_print_better_than_klippers_own() {
             came_true += f64::from(u8::from(*is));
         }
         told(
-            f64::abs(came_true - stated) < 3.0 * variance.sqrt(),
+            // Where nothing is stated, nothing can be wrong.
+            f64::abs(came_true - stated) <= 3.0 * variance.sqrt(),
             format!("{low} to {high}: {stated:.1} expected to print better, {came_true} do"),
         );
     }

@@ -138,8 +138,8 @@ pub fn validate(
     };
     if poses < least {
         let mut found = count(poses, "different pose");
-        if let Some(Step { text, remedy, .. }) = &step {
-            found = format!("{text}; {remedy}; {found} before it");
+        if let Some(Step { text, .. }) = &step {
+            found = format!("{text}, and there are {found} before");
         }
         let remedy = "Measure about 20 poses, spread over the region in which the robot works.";
         return Err(refused(

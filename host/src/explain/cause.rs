@@ -237,8 +237,6 @@ pub struct Step {
     pub line: u64,
     /// What happened, in one sentence.
     pub text: String,
-    /// The remedy.
-    pub remedy: &'static str,
 }
 
 impl Found {
@@ -255,7 +253,6 @@ impl Found {
             row: first.index,
             line: own.line?,
             text: own.text,
-            remedy: own.remedy,
         })
     }
 }

@@ -268,7 +268,7 @@ pub(super) fn budget(report: &Report) -> Option<Section> {
         })
         .column("relative, mm", |own| two(own.relative_mm))
         .column("of its variance", |own| percent(own.relative_share))
-        .column_if(stated, "without it", |own| {
+        .column_if(stated, "if it were exact, relative", |own| {
             own.without_relative_mm.map_or_else(String::new, two)
         })
         .table();

@@ -3,8 +3,8 @@
 use crate::export::controllers::towers;
 use crate::export::klipper::Delta;
 use crate::import::campaign::{
-    HEIGHT, Made, OF_PRINTER, RADIUS, STEPS, drawn, fitted, normal, prints, reported, set, set_up,
-    spread,
+    HEIGHT, Made, OF_PRINTER, RADIUS, STEPS, Set, drawn, fitted, normal, prints, reported, set,
+    set_up, spread,
 };
 use crate::import::fixtures::{Printer, Row, folder, printer};
 use crate::support::{Folder, Point};
@@ -140,26 +140,29 @@ fn uneven_beds_offset_probes_and_tilts_are_calibrated_as_well() {
     }
 }
 
+fn made(set: &Set, seed: u64, index: u32) -> Printer {
+    let (_, klipper, rows) = set_up(set, &mut generator(seed, u64::from(index)));
+    Printer {
+        number: String::new(),
+        klipper,
+        rows,
+    }
+}
+
 /// One of seven touches of a calibrated printer off by 0.3 to 1 mm: named, and no lines. The right ones are calibrated.
 #[test]
 fn one_bad_touch_of_seven_is_named() {
     let set = set("A2");
     let (mut named, mut tried) = (0, 0);
     for index in 0..size(6_u32, 20) {
-        let mut rng = generator(971, u64::from(index));
-        let (_, controller, rows) = set_up(&set, &mut rng);
-        let right = Printer {
-            number: String::new(),
-            klipper: controller,
-            rows,
-        };
+        let right = made(&set, 971, index);
         let run = folder(&right.configuration()).run("calibrate printer.cfg");
         assert_eq!(run.code, 0, "{}", run.stderr);
         for (bad, off) in [(1, 0.3), (4, -0.5), (6, 1.0)] {
             let mut wrong = right.clone();
             if let Row::Height(steps, height) = wrong.rows[bad] {
-                let [x, y, z] = controller.position(steps);
-                wrong.rows[bad] = Row::Height(controller.steps([x, y, z + off]), height);
+                let [x, y, z] = right.klipper.position(steps);
+                wrong.rows[bad] = Row::Height(right.klipper.steps([x, y, z + off]), height);
             }
             let own = folder(&wrong.configuration());
             let run = own.run("calibrate printer.cfg --paste paste.cfg");
@@ -244,13 +247,7 @@ fn touched(made: &Made, own: &Delta, at: [f64; 2], rng: &mut rand_pcg::Pcg32) ->
 fn stated_rods_that_distances_contradict_are_refused() {
     let set = set("A4");
     for index in 0..size(4_u32, 20) {
-        let mut rng = generator(973, u64::from(index));
-        let (_, controller, rows) = set_up(&set, &mut rng);
-        let own = Printer {
-            number: String::new(),
-            klipper: controller,
-            rows,
-        };
+        let own = made(&set, 973, index);
         let folder = folder(&own.configuration());
         for (rods, code) in [("330mm", 0), ("334mm", 1)] {
             let run = folder.run(&format!(

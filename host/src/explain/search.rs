@@ -222,9 +222,13 @@ fn searched(case: &Case<'_>) -> Option<Found> {
         let open = |own: &&Fitted| depth == 0 || !(own.is_explained() || own.is_number());
         for state in beam.iter().filter(open) {
             for hypothesis in search.candidates(state) {
-                let known = next.iter().any(|own| own.hypothesis == hypothesis);
-                let fitted = (!known).then(|| search.settled(hypothesis)).flatten();
-                next.extend(fitted.filter(|own| own.is_number() || own.is_in_residuals(state)));
+                let known = |own: &Hypothesis| next.iter().any(|other| other.hypothesis == *own);
+                let fitted = (!known(&hypothesis)).then(|| search.settled(hypothesis));
+                let fitted = fitted.flatten().filter(|own| {
+                    // Steps that begin at different rows may settle at the same one.
+                    (own.is_number() || own.is_in_residuals(state)) && !known(&own.hypothesis)
+                });
+                next.extend(fitted);
             }
         }
         let misfit = all

@@ -9,6 +9,7 @@ mod bad_input;
 mod calibrate;
 mod cases;
 mod causes;
+mod conventions;
 mod cross;
 mod device;
 mod device_on_target;

@@ -1,12 +1,7 @@
 //! The report of a calibration, the source of the terminal, HTML and JSON output. Lengths in millimetres, angles in
 //! degrees; docs/json.md documents the keys.
 
-use super::credibility::{NoiseTest, ToleranceTest};
-use super::diagnosis::Diagnosis;
 use super::findings::findings;
-use super::judge::{Case, Judged, distance};
-use super::known::{Known, NextPose, next_poses};
-use super::{Finding, Level};
 use crate::accuracy::budget::{Contribution, budget};
 use crate::accuracy::expanded::{COVERAGE, Spread, of_vectors};
 use crate::accuracy::improvement::WorkspaceComparison;
@@ -14,13 +9,18 @@ pub use crate::accuracy::position_error::BeforeAfter;
 use crate::accuracy::repeats::{Attained, Repeatability};
 use crate::accuracy::rigid_motion::RigidMotions;
 use crate::accuracy::uncertainty::ExpectedError;
+use crate::diagnosis::Diagnosis;
 use crate::effects::{EffectKind, Estimated, Places, PlaneFound, PointFound};
 use crate::explain::Causes;
 use crate::files::convention::Convention;
 use crate::files::document::Document;
 use crate::files::robot_file::{RobotFile, Target};
 use crate::files::samples_file::{Kind, READINGS, Readings};
-use crate::fit::{Frame, Method, Solution};
+use crate::finding::{Finding, Level};
+use crate::fit::{Case, Frame, Method, Solution};
+use crate::judge::credibility::{NoiseTest, ToleranceTest};
+use crate::judge::known::{Known, NextPose, next_poses};
+use crate::judge::{Judged, distance};
 use crate::text::{degrees, in_unit, unit};
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::{Arm, Drive, ParameterKind, Transmission};

@@ -2,10 +2,10 @@
 
 use super::{ArmReport, ParameterReport, Report, TargetReport};
 use crate::accuracy::budget::Contribution;
-use crate::calibration::Level;
-use crate::calibration::credibility::NoiseVerdict;
 use crate::effects::EffectKind;
+use crate::finding::Level;
 use crate::fit::Frame;
+use crate::judge::credibility::NoiseVerdict;
 use crate::render::{Part, Section, Table, terminal};
 use crate::report::repeatability;
 use crate::text::{count, freedom, list, probability, significant, small};

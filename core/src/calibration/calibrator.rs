@@ -6,7 +6,7 @@ use super::parts::{Samples, Solver};
 use super::refusal::Refusal;
 use super::settings::Settings;
 use crate::robot::{ArmIndex, Robot};
-use crate::samples::{AddError, Forgetting, MergeError, Sample, SampleError};
+use crate::samples::{Forgetting, MergeError, Sample, SampleError};
 use crate::{Busy, Real};
 use core::fmt::Debug;
 use estimators::Parts;
@@ -184,8 +184,8 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
     /// Adds one sample in bounded time. Discards the outcome of earlier samples.
     ///
     /// # Errors
-    /// An invalid number, or [`AddError::Busy`]; the sample is not added.
-    pub fn add(&mut self, sample: &Sample<T>) -> Result<(), AddError> {
+    /// An invalid number, or [`SampleError::Busy`]; the sample is not added.
+    pub fn add(&mut self, sample: &Sample<T>) -> Result<(), SampleError> {
         self.samples.check(sample)?;
         self.idle()?.push(sample);
         Ok(())
@@ -225,7 +225,7 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
         &mut self,
         sample: &Sample<T>,
         forgetting: &Forgetting<T>,
-    ) -> Result<(), AddError> {
+    ) -> Result<(), SampleError> {
         self.samples.check(sample)?;
         self.idle()?.push_forgetting(sample, forgetting);
         Ok(())
@@ -242,10 +242,10 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
     /// Adds many samples; cheaper than one at a time. Discards the outcome of earlier samples.
     ///
     /// # Errors
-    /// The index of the first invalid sample and its fault, or 0 and [`AddError::Busy`]. Nothing has changed.
-    pub fn add_many(&mut self, samples: &[Sample<T>]) -> Result<(), (usize, AddError)> {
+    /// The index of the first invalid sample and its fault, or 0 and [`SampleError::Busy`]. Nothing has changed.
+    pub fn add_many(&mut self, samples: &[Sample<T>]) -> Result<(), (usize, SampleError)> {
         for (index, sample) in samples.iter().enumerate() {
-            self.check(sample).map_err(|error| (index, error.into()))?;
+            self.check(sample).map_err(|error| (index, error))?;
         }
         let own = self.idle().map_err(|busy| (0, busy.into()))?;
         own.flush();

@@ -139,14 +139,13 @@ impl Phase {
         }
     }
 
-    /// A step of a solve in progress.
-    pub(crate) fn step(&mut self, step: impl FnOnce() -> Result<Progress, Refusal>) -> Progress {
-        if self.solving() {
-            match step() {
-                Ok(Progress::Working) => return Progress::Working,
-                Ok(Progress::Finished) => *self = Self::Finished,
-                Err(refusal) => *self = Self::Refused(refusal),
-            }
+    /// After a step of a solve in progress.
+    pub(crate) fn stepped(&mut self, step: Result<Progress, Refusal>) -> Progress {
+        debug_assert!(self.solving());
+        match step {
+            Ok(Progress::Working) => return Progress::Working,
+            Ok(Progress::Finished) => *self = Self::Finished,
+            Err(refusal) => *self = Self::Refused(refusal),
         }
         Progress::Finished
     }
@@ -299,7 +298,10 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
 
     /// One short step of the solve started by [`solve`](Self::solve); does nothing once finished.
     pub fn step(&mut self) -> Progress {
-        self.phase.step(|| self.solver.step(&self.samples))
+        if !self.solving() {
+            return Progress::Finished;
+        }
+        self.phase.stepped(self.solver.step(&self.samples))
     }
 
     /// The calibrated robot, or the reason for refusal.

@@ -144,10 +144,11 @@ impl<T: Unknowns<N>, const ROWS: usize, const N: usize> FkmCalibrator<T, ROWS, N
     /// One step of the solve started by [`solve`](Self::solve); does nothing once finished. The first steps check
     /// the rows and locate one instrument each: their duration grows with the number of rows.
     pub fn step(&mut self) -> Progress {
-        let mut phase = self.phase;
-        let progress = phase.step(|| self.advance());
-        self.phase = phase;
-        progress
+        if !self.solving() {
+            return Progress::Finished;
+        }
+        let step = self.advance();
+        self.phase.stepped(step)
     }
 
     fn advance(&mut self) -> Result<Progress, Refusal> {

@@ -133,6 +133,11 @@ kernels! { [f32, f64]
         at.equations(observation, own, other)
     }
 
+    /// [`ObservationRow::take_weights`].
+    fn weigh_row(row: &mut ObservationRow<Self>, at: &At<'_, Self>) {
+        row.take_weights(at);
+    }
+
     /// [`ObservationRow::derive`].
     fn derive_row(
         row: &ObservationRow<Self>,

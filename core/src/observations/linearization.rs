@@ -57,8 +57,7 @@ impl<T: Real> ObservationRow<T> {
     }
 
     /// Computes the weights of the readings.
-    #[inline(never)]
-    pub(super) fn take_weights(&mut self, at: &At<'_, T>) {
+    pub(crate) fn take_weights(&mut self, at: &At<'_, T>) {
         let robot = at.robot;
         let Some((own, other)) = self.poses(robot) else {
             return;

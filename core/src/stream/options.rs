@@ -1,8 +1,6 @@
-//! Selection of samples, the fate of a sample, and refusals of a stream.
+//! Selection of samples.
 
-use super::gate::{Alarm, Verdict};
 use crate::Real;
-use crate::calibration::Refusal;
 use crate::samples::Forgetting;
 use crate::snapshot::Fingerprint;
 
@@ -41,49 +39,5 @@ impl<T: Real> Selection<T> {
             Selection::Gated { .. } => 1,
         });
         fingerprint.optional(self.forgetting().map(|forgetting| [forgetting.mean_age()]));
-    }
-}
-
-/// The fate of a sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Added<T> {
-    /// Added without a test.
-    Taken,
-    /// The gate's verdict.
-    Tested(Verdict<T>),
-}
-
-/// Why a stream of samples does not calibrate the robot. Keep its current parameters.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum StreamRefusal {
-    /// The calibration was refused.
-    #[error(transparent)]
-    Calibration(#[from] Refusal),
-    /// The gate rejected a run of samples.
-    #[error("{0}")]
-    Alarm(Alarm),
-    /// The gate rejected so many samples that it is unclear which are wrong.
-    #[error(
-        "the gate rejected {rejected} of {samples} samples: it is not known which of them are wrong"
-    )]
-    TooManyRejected {
-        /// Number rejected.
-        rejected: u64,
-        /// Number received.
-        samples: u64,
-    },
-}
-
-impl StreamRefusal {
-    /// A number that never changes, for a display or log; the same as the status code in C.
-    pub const fn code(&self) -> u8 {
-        match self {
-            Self::Calibration(refusal) => refusal.code(),
-            Self::Alarm(alarm) => alarm.code(),
-            Self::TooManyRejected { .. } => 94,
-        }
     }
 }

@@ -10,12 +10,11 @@ use crate::files::input::{InputError, InputText};
 use crate::geometry::{Region, reaches_anywhere};
 use crate::text::{count, joint};
 use delta_cal::frame::RigidTransform;
-use delta_cal::kinematics::{JointLimits, JointLimitsError};
+use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{
-    Arm, Drive, GeometryError, ParameterKind, SymmetricLinearRobot, Transmission,
-    TransmissionTolerance,
+    Arm, Drive, GeometryError, ParameterKind, Transmission, TransmissionTolerance,
 };
-use delta_cal::{Noise, Parameter, Robot, SymmetricRobot, Tolerance};
+use delta_cal::{Noise, Parameter, Robot, SettingError, SymmetricRobot, Tolerance};
 use nalgebra::{Matrix3, Vector3};
 
 const TARGET_KEYS: &str = "x_mm y_mm z_mm sigma_mm";
@@ -409,13 +408,11 @@ fn robot(nominal: &Section<'_>, convention: &Convention) -> Result<Robot<f64>, I
         }
         Drive::Linear => {
             nominal.only("kind tower_radius_mm tower_deg forearm_mm")?;
-            let lengths = SymmetricLinearRobot {
-                tower_radius: nominal.positive("tower_radius_mm")?,
-                forearm: nominal.positive("forearm_mm")?,
-            };
+            let radius = nominal.positive("tower_radius_mm")?;
+            let forearm = nominal.positive("forearm_mm")?;
             match azimuths(nominal, "tower_deg", convention)? {
-                None => lengths.robot(),
-                Some(azimuths) => lengths.robot_at(azimuths),
+                None => Robot::linear(radius, forearm),
+                Some(azimuths) => Robot::linear_at(radius, forearm, azimuths),
             }
         }
     };
@@ -529,7 +526,7 @@ fn limits(
         Drive::Linear => JointLimits::travel(least, most),
     };
     let limits = limits.map_err(|error| match error {
-        JointLimitsError::Empty => own.fault(format!(
+        SettingError::JointLimitsEmpty => own.fault(format!(
             "the largest {}, {high}, is not above the smallest, {low}",
             joint::name(drive)
         )),

@@ -455,7 +455,7 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, known: &Known, found: &mut Ve
         }
         of_determined(known, readings, found);
     } else {
-        if let Some(changes) = doubtful(&robot.robot, &solution.robot) {
+        if let Some(changes) = doubtful(robot, &solution.robot) {
             let text = format!(
                 "The calibrated robot differs much from the robot file: {changes}. Check units, signs and frame of the samples."
             );

@@ -1,24 +1,24 @@
 //! The report of a calibration, the source of the terminal, HTML and JSON output. Lengths in millimetres, angles in
 //! degrees; docs/json.md documents the keys.
 
-use super::credibility::{NoiseTest, ToleranceTest};
-use super::diagnosis::Diagnosis;
 use super::findings::findings;
-use super::judge::{Case, Judged, distance};
-use super::known::{Known, NextPose, next_poses};
-use super::{Finding, Level};
 use crate::accuracy::budget::{Contribution, budget};
 use crate::accuracy::improvement::WorkspaceComparison;
 pub use crate::accuracy::position_error::BeforeAfter;
 use crate::accuracy::quantiles::coverage_factor;
 use crate::accuracy::uncertainty::ExpectedError;
+use crate::diagnosis::Diagnosis;
 use crate::effects::{Places, PlaneFound, PointFound};
 use crate::explain::Causes;
 use crate::files::convention::Convention;
 use crate::files::document::Document;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Readings};
-use crate::fit::{Frame, Method, Solution};
+use crate::finding::{Finding, Level};
+use crate::fit::{Case, Frame, Method, Solution};
+use crate::judge::credibility::{NoiseTest, ToleranceTest};
+use crate::judge::known::{Known, NextPose, next_poses};
+use crate::judge::{Judged, distance};
 use crate::text::{degrees, in_unit, unit};
 use delta_cal::Parameter;
 use delta_cal::frame::RigidTransform;

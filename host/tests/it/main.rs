@@ -8,7 +8,6 @@ mod support;
 mod bad_input;
 mod calibrate;
 mod cases;
-mod causes;
 mod cross;
 mod device;
 mod device_on_target;

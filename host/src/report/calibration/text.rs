@@ -1,10 +1,10 @@
 //! Text shared by the terminal and the HTML page.
 
 use super::{ArmReport, ParameterReport, Report};
-use crate::calibration::Level;
-use crate::calibration::credibility::NoiseVerdict;
 use crate::effects::EffectKind;
+use crate::finding::Level;
 use crate::fit::Frame;
+use crate::judge::credibility::NoiseVerdict;
 use crate::render::{Part, Section, Table, terminal};
 use crate::text::{count, freedom, list, probability, significant, small};
 

@@ -36,7 +36,10 @@ struct Stream<T: Real = f64>(StreamCalibrator<T, Ikm>);
 
 impl<T: Real> Stream<T> {
     fn new(settings: &Settings<T>) -> Self {
-        let gated = Selection::Gated { forgetting: None };
+        let gated = Selection {
+            gated: true,
+            forgetting: None,
+        };
         Self(StreamCalibrator::new(&paper_robot(), settings, &gated))
     }
 
@@ -413,7 +416,10 @@ fn a_changed_robot_is_followed_with_forgetting_alone() {
             let changed = perturbed(&truth, change, change / 260.0, Spread::Normal, &mut rng);
             let mut all = measurements(&truth, 60, Some(&noise()), &mut rng);
             all.extend(measurements(&changed, 540, Some(&noise()), &mut rng));
-            let gated = Selection::Gated { forgetting };
+            let gated = Selection {
+                gated: true,
+                forgetting,
+            };
             let mut stream = Stream(StreamCalibrator::new(&paper_robot(), &settings, &gated));
             for sample in &all {
                 stream.add(sample);

@@ -14,6 +14,8 @@ mod robust;
 pub mod solution;
 pub(crate) mod solve;
 
+use crate::files::robot_file::RobotFile;
+use crate::files::samples_file::Readings;
 pub(crate) use estimators::{Closure, by_arms};
 use serde::{Deserialize, Serialize};
 pub use solution::{Solution, Unsolved};
@@ -78,6 +80,31 @@ impl Options {
         Self {
             frame,
             ..Self::default()
+        }
+    }
+}
+
+/// The data of a calibration. `before` is the original robot file, `robot` may have a wider tolerance.
+#[derive(Clone, Copy)]
+pub(crate) struct Case<'a> {
+    pub(crate) robot: &'a RobotFile,
+    pub(crate) before: &'a RobotFile,
+    pub(crate) readings: &'a Readings,
+    pub(crate) options: Options,
+}
+
+impl<'a> Case<'a> {
+    /// For the original robot file.
+    pub(crate) const fn new(
+        robot: &'a RobotFile,
+        readings: &'a Readings,
+        options: Options,
+    ) -> Self {
+        Self {
+            robot,
+            before: robot,
+            readings,
+            options,
         }
     }
 }

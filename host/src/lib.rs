@@ -29,13 +29,16 @@ pub mod campaign;
 pub mod cli;
 #[cfg(feature = "device")]
 pub mod device;
+pub mod diagnosis;
 pub mod effects;
 pub mod explain;
 pub mod export;
 pub mod files;
+pub mod finding;
 pub mod fit;
 pub mod geometry;
 pub mod import;
+pub mod judge;
 pub mod planning;
 pub mod printer;
 pub mod render;
@@ -47,13 +50,14 @@ pub mod workspace;
 pub use accuracy::improvement::WorkspaceComparison;
 pub use accuracy::position_error::PositionError;
 pub use accuracy::uncertainty::ExpectedError;
-pub use calibration::{CalibrateError, Finding, Level, Refused, Report, calibrate, read_samples};
+pub use calibration::{CalibrateError, Refused, Report, calibrate, read_samples};
 pub use files::columns::ColumnMapping;
 pub use files::input::{InputError, InputText};
 pub use files::robot_file::{InstrumentFacts, Record, RobotFile};
 pub use files::samples_file::{
     Planned, Reading, ReadingFrom, Readings, Row, read_joints, read_positions,
 };
+pub use finding::{Finding, Level};
 pub use fit::{Frame, Method, Options, Solution};
 pub use planning::{Plan, PlanRequest, plan};
 pub use validation::validate;

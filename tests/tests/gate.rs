@@ -9,7 +9,7 @@ use delta_cal::{
     Settings, Tolerance,
 };
 use delta_cal_tests::{
-    Spread, generator, measurements, paper_robot, perturbed, to_single, uniform,
+    Spread, generator, measurements, paper_robot, perturbed, size, to_single, uniform,
 };
 use nalgebra::Vector3;
 use rand_pcg::Pcg32;
@@ -122,7 +122,7 @@ fn gross_outliers_are_rejected_once_a_few_samples_are_in() {
     for after in [0, 8, 12, 20] {
         let (mut wrong, mut found, mut falsely) = (0, 0, 0);
         let (mut alarms, mut error, mut clean_error) = (0, 0.0, 0.0);
-        for number in 0..400 {
+        for number in 0..size(100, 400) {
             let mut rng = generator(910, number);
             let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
             let mut stream = Stream::new(&settings);
@@ -208,7 +208,7 @@ fn single_precision_decides_as_double() {
         .with_noise(Noise::<f32>::new(0.02, 3.490_658_5e-5).unwrap())
         .with_tolerance(Tolerance::<f32>::new(0.5, 3.490_658_5e-3).unwrap());
     let (mut samples, mut otherwise, mut apart) = (0, 0, 0.0_f64);
-    for number in 0..20 {
+    for number in 0..size(5, 20) {
         let mut rng = generator(916, number);
         let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
         let mut wide = Stream::new(&settings);
@@ -282,7 +282,7 @@ const EXPECTED: [f64; 3] = [0.045_500, 0.002_699_8, 0.000_063_342];
 
 fn innovations(campaign: u64, settings: &Settings<f64>, length: f64, angle: f64) -> Innovations {
     let mut found = Innovations::default();
-    for number in 0..300 {
+    for number in 0..size(150, 300) {
         let mut rng = generator(campaign, number);
         let truth = robot(length, angle, &mut rng);
         let mut stream = Stream::new(settings);
@@ -360,10 +360,10 @@ fn good_samples_are_rejected_as_often_as_chi_square_has_it() {
 /// What a changed robot does, and after how many samples the gate says so.
 #[test]
 fn a_robot_that_changes_is_detected() {
-    let settings = stated(0.5, 0.2 * DEGREE);
+    let (settings, robots) = (stated(0.5, 0.2 * DEGREE), size(60, 300));
     for change in [0.05, 0.1, 0.2, 0.5, 2.0] {
         let (mut detected, mut delay, mut at_once, mut early) = (0, 0, 0, 0);
-        for number in 0..300 {
+        for number in 0..robots {
             let mut rng = generator(911, number);
             let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
             // As after a crash: every parameter is off.
@@ -387,12 +387,15 @@ fn a_robot_that_changes_is_detected() {
             }
         }
         println!(
-            "| {change} mm | {detected} of 300 | {:.1} | {at_once} |",
+            "| {change} mm | {detected} of {robots} | {:.1} | {at_once} |",
             delay as f64 / f64::from(detected).max(1.0),
         );
         assert_eq!(early, 0);
         if change >= 2.0 {
-            assert!(detected == 300 && delay < 300 * 10, "{detected}, {delay}");
+            assert!(
+                detected == robots && delay < robots * 10,
+                "{detected}, {delay}"
+            );
         }
     }
 }

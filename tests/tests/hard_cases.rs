@@ -7,7 +7,7 @@ use delta_cal::{
     Settings, SymmetricRobot, Tolerance,
 };
 use delta_cal_tests::{
-    Spread, generator, measurements, paper_robot, parameter_differences, perturbed, to_single,
+    Spread, generator, measurements, paper_robot, parameter_differences, perturbed, size, to_single,
 };
 use nalgebra::Vector3;
 
@@ -55,7 +55,7 @@ fn a_tolerance_without_a_stated_noise_refuses_no_honest_data() {
                 // all that can be said of them.
                 continue;
             }
-            for seed in 0..60 {
+            for seed in 0..size(20, 60) {
                 let (_, samples) = robot_and_samples(seed, count, noise);
                 let single = to_single(&samples);
                 for (form, result) in [

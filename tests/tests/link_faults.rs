@@ -33,6 +33,8 @@ const PATIENCE: Patience = Patience {
     looks: 5000,
 };
 
+const SAMPLES: usize = 16;
+
 /// All that a session brought about.
 #[derive(Debug, Clone, PartialEq)]
 struct Outcome {
@@ -50,10 +52,12 @@ struct Outcome {
     reverted: (u32, Origin),
 }
 
-/// Forty positions, as they are sent.
+/// Sixteen positions, as they are sent.
 fn positions<T: Number>() -> (Begin<T>, Vec<Sample<T>>) {
     let (robot, file) = example::load().unwrap();
-    (begin(&robot, Estimator::Joint), samples(&file))
+    let mut samples = samples(&file);
+    samples.truncate(SAMPLES);
+    (begin(&robot, Estimator::Joint), samples)
 }
 
 /// The calibration of the example from the first request to the last: looked at, applied, read
@@ -112,7 +116,7 @@ fn undisturbed<T: Number>() -> (Outcome, [usize; 2], usize) {
     let (outcome, bench) = run(Bench::<T>::new(Harms::None), 1);
     let outcome = outcome.unwrap();
     let bench = bench.borrow();
-    assert_eq!(outcome.samples, 40);
+    assert_eq!(outcome.samples as usize, SAMPLES);
     assert_eq!(
         bench.used,
         [outcome.reverted.0, outcome.applied, outcome.reverted.0]
@@ -206,7 +210,7 @@ fn controller_restarts<T: Number>(pace: StreamPace) {
             let [_, answered] = comes_out(bench, 1, &expected, &what);
             // Identity, nominal, beginning, status and current parameters come before the samples; the first is not stored
             // before it is answered.
-            if pace == PACES[0] && (6..40).contains(&index) {
+            if pace == PACES[0] && (6..SAMPLES).contains(&index) {
                 // No sample is sent again but the one that was not stored yet.
                 assert!(answered <= requests + 4, "{answered} of {requests}");
             }

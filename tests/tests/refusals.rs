@@ -177,7 +177,7 @@ fn a_noise_beyond_the_tolerance_is_refused_and_one_within_it_never() {
     for (index, (name, nominal, travel)) in (8200..).zip(all) {
         let tolerance = Tolerance::new(length, angle).unwrap();
         let in_single = Tolerance::new(f32::from_f64(length), f32::from_f64(angle)).unwrap();
-        for robot in 0..size(10, 100) {
+        for robot in 0..size(5, 100) {
             let mut rng = generator(index, robot);
             let truth = made_robot(&nominal, &tolerance, &mut rng).unwrap();
             let count = [1, 3, 12, 20, 40][robot as usize % 5];

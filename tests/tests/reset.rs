@@ -11,7 +11,7 @@ use delta_cal::observations::{
 use delta_cal::snapshot::SnapshotError;
 use delta_cal::stream::{Forgetting, StreamCalibrator};
 use delta_cal::{Noise, Progress, Real, Refusal, Robot, Sample};
-use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed};
+use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed, size};
 use nalgebra::Vector3;
 use rand_core::Rng;
 use rand_pcg::Pcg32;
@@ -232,7 +232,7 @@ fn assert_same<T: Real>(what: &str, found: &impl Subject<T>, expected: &impl Sub
 fn reset_is_new<T: Real, S: Subject<T>>(what: &str, seed: u64, new: impl Fn() -> S) {
     let mut rng = generator(1750, seed);
     let mut found = new();
-    for _ in 0..3 {
+    for _ in 0..size(1, 3) {
         let truth = perturbed(&paper_robot(), 0.4, 2e-3, Spread::Normal, &mut rng);
         let calls = 20 + (rng.next_u32() % 50) as usize;
         for call in episode(&truth, calls, &mut rng) {

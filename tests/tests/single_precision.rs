@@ -1,11 +1,12 @@
-//! The single-precision functions against double precision, in ULP; and a million samples in constant memory.
+//! The single-precision functions against double precision, in ULP; and many samples in constant memory.
 
 use delta_cal::calibration::JointCalibrator;
 use delta_cal::simulate::standard_normal;
 use delta_cal::{IkmCalibrator, Noise, Real, Sample, Settings};
 use delta_cal_tests::geometries::geometries;
 use delta_cal_tests::{
-    Spread, generator, largest_difference, measurements, paper_robot, perturbed, to_single, uniform,
+    Spread, generator, largest_difference, measurements, paper_robot, perturbed, size, to_single,
+    uniform,
 };
 use nalgebra::Vector3;
 
@@ -123,10 +124,15 @@ fn powers_of_two_below_are_exact() {
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
-/// A million samples in single precision, beside double precision: one by one, of which four wait
-/// for each other; many at once; and in parts of a thousand that are merged.
+/// How many thousands of samples. What is asserted of rounding holds at any number.
+fn thousands() -> usize {
+    size(100, 1000)
+}
+
+/// Samples in single precision, beside double precision: one by one, of which four wait for each other; many at once;
+/// and in parts of a thousand that are merged.
 #[test]
-fn a_million_samples_leave_single_precision_intact() {
+fn any_number_of_samples_leaves_single_precision_intact() {
     let mut rng = generator(74, 0);
     let nominal = paper_robot::<f64>();
     let single_nominal = nominal.cast().unwrap();
@@ -137,7 +143,7 @@ fn a_million_samples_leave_single_precision_intact() {
     let empty = IkmCalibrator::<f32>::new(&single_nominal, &single);
     let (mut singly, mut in_blocks, mut merged) = (empty.clone(), empty.clone(), empty.clone());
     let mut exact = IkmCalibrator::<f64>::new(&nominal, &double);
-    for _ in 0..1000 {
+    for _ in 0..thousands() {
         let measured: Vec<_> = poses
             .iter()
             .map(|pose| {
@@ -158,7 +164,7 @@ fn a_million_samples_leave_single_precision_intact() {
         merged.merge(&part).unwrap();
         exact.add_many(&measured).unwrap();
     }
-    assert_eq!(merged.samples(), 1_000_000);
+    assert_eq!(merged.samples(), 1000 * thousands() as u64);
     let error = |calibrator: &IkmCalibrator<f32>| {
         let mut calibrator = calibrator.clone();
         let robot = calibrator.calibrate().unwrap().robot.cast().unwrap();
@@ -167,23 +173,22 @@ fn a_million_samples_leave_single_precision_intact() {
     let limit = largest_difference(&exact.calibrate().unwrap().robot, &truth) * 1e3;
     let (singly, in_blocks, merged) = (error(&singly), error(&in_blocks), error(&merged));
     println!(
-        "a million samples of 20 µm, worst parameter: f32 one by one {singly:.2} µm, many at once \
-         {in_blocks:.2} µm, merged {merged:.2} µm; f64 {limit:.2} µm"
+        "{},000 samples of 20 µm, worst parameter: f32 one by one {singly:.2} µm, many at once \
+         {in_blocks:.2} µm, merged {merged:.2} µm; f64 {limit:.2} µm",
+        thousands()
     );
-    // A block rounds R by ε/2 at random: ε √(1e6/4)/2 = 3e-5 of a millimetre's correction, times a
-    // condition of some 30. In blocks of sixteen half of that, merged in parts of a thousand a
-    // sixteenth.
-    assert!(singly < limit + 0.9);
-    assert!(in_blocks < limit + 0.45);
-    assert!(merged < limit + 0.06);
+    // A block rounds R by ε/2 at random: of a million ε √(1e6/4)/2 = 3e-5 of a millimetre's correction, times a condition
+    // of some 30. In blocks of sixteen half of that, merged in parts of a thousand a sixteenth.
+    let rounding = 0.9 * (thousands() as f64 / 1000.0).sqrt();
+    assert!(singly < limit + rounding);
+    assert!(in_blocks < limit + 0.5 * rounding);
+    assert!(merged < limit + rounding / 16.0);
 }
 
-const SAMPLES: usize = 1_000_000;
-
-/// A million samples in single precision: rounding neither grows with their number nor with the noise
+/// Many samples in single precision: rounding neither grows with their number nor with the noise
 /// that they average out. Two robots, one by one and many at once.
 #[test]
-fn a_million_samples_leave_the_joint_calibrator_intact() {
+fn any_number_of_samples_leaves_the_joint_calibrator_intact() {
     let noise = Noise::new(0.02_f32, 3e-5).unwrap();
     let geometries = geometries();
     for (index, at_once) in [(0, false), (1, true)] {
@@ -194,7 +199,7 @@ fn a_million_samples_leave_the_joint_calibrator_intact() {
         let settings = Settings::default().with_noise(noise);
         let mut calibrator = JointCalibrator::new(&nominal.cast::<f32>().unwrap(), &settings);
         let mut block = Vec::new();
-        for sample in exact.iter().cycle().take(SAMPLES) {
+        for sample in exact.iter().cycle().take(1000 * thousands()) {
             let mut normal = |sigma: f32| sigma * standard_normal::<f32, _>(&mut rng);
             let error = Vector3::new(normal(0.02), normal(0.02), normal(0.02));
             let measured = Sample {
@@ -211,7 +216,7 @@ fn a_million_samples_leave_the_joint_calibrator_intact() {
                 calibrator.add(&measured).unwrap();
             }
         }
-        assert_eq!(calibrator.samples(), SAMPLES as u64);
+        assert_eq!(calibrator.samples(), 1000 * thousands() as u64);
         let outcome = calibrator.calibrate().unwrap();
         let robot = outcome.robot.cast::<f64>().unwrap();
         let mut worst = 0.0_f64;
@@ -223,11 +228,11 @@ fn a_million_samples_leave_the_joint_calibrator_intact() {
             }
         }
         println!(
-            "{name}, a million samples: at most {:.3} µm off, residual {:.4} σ",
+            "{name}, many samples: at most {:.3} µm off, residual {:.4} σ",
             1e3 * worst,
             outcome.estimate.residual_rms.to_f64()
         );
-        // The noise itself leaves 0.02 µm in the mean, and W at the nominal robot instead of the true one
+        // The noise itself leaves 0.02 µm to 0.06 µm in the mean, and W at the nominal robot instead of the true one
         // nothing; half a digit of a position in single precision is 0.015 µm to 0.03 µm.
         assert!(worst < 1e-3, "{worst}");
         // A χ² of three million residuals is known to 4e-4 of its root; W at the nominal robot is off by

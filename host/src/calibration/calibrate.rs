@@ -1,18 +1,19 @@
 //! From a robot file and readings to a report, or to the reason why there is none.
 
-use super::diagnosis::{Diagnosis, diagnose};
-use super::judge::{Case, Judged, Objection, attempt, is_understated};
 use super::refusal::{CalibrateError, Refused, explained};
 use super::report::Report;
-use super::wrong_rows::{FEWEST, MOST_WRONG, beside_the_platform_point, shifted_rows, wrong_rows};
 use crate::accuracy::rigid_motion::degenerate;
+use crate::diagnosis::{
+    Diagnosis, FEWEST, MOST_WRONG, beside_the_platform_point, diagnose, shifted_rows, wrong_rows,
+};
 use crate::explain::{Found, search};
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, Reading, Readings};
 use crate::fit::datum::Datum;
 use crate::fit::jointly::of_platform_point;
-use crate::fit::{Frame, Method, Options, Unsolved};
+use crate::fit::{Case, Frame, Method, Options, Unsolved};
+use crate::judge::{Judged, Objection, attempt, is_understated};
 use delta_cal::Refusal;
 use delta_cal::frame::RigidTransform;
 
@@ -61,8 +62,8 @@ pub fn calibrate(
     readings: &Readings,
     options: &Options,
 ) -> Result<Report, CalibrateError> {
-    check(robot, readings, options)?;
     let robot = &readings.noise_into(robot);
+    check(robot, readings, options)?;
     let case = Case::new(robot, readings, *options);
     let known = known_frame(robot, options.frame);
     // A printer that prints has no exchanged joints or wrong signs, and what its towers could do to a touch of the bed, the
@@ -180,6 +181,9 @@ fn check(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<()
 fn check_datum(robot: &RobotFile, readings: &Readings, frame: Frame) -> Result<(), CalibrateError> {
     if Datum::of(robot, frame)?.is_none() {
         return Ok(());
+    }
+    if let Some(missing) = readings.missing_datum(robot) {
+        return Err(missing.into());
     }
     let single = |row: &Reading| row.sample().is_none() && row.kind() == Some(Kind::Position);
     if let Some(index) = readings.rows.iter().position(|row| single(&row.value)) {

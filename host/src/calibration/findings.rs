@@ -1,18 +1,17 @@
 //! Findings of a calibration beside its figures: a sentence each, with the figures that it is based on.
 
-use super::credibility::{NoiseVerdict, doubtful};
-use super::diagnosis::Diagnosis;
-use super::judge::{Case, Judged};
-use super::known::Known;
-use super::wrong_rows::{beside_the_platform_point, shifted_rows};
-use super::{Finding, note, warning};
 use crate::accuracy::position_error::{BeforeAfter, PositionError, sigma_by_tolerance};
+use crate::diagnosis::{Diagnosis, beside_the_platform_point, shifted_rows};
 use crate::effects::EffectKind;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Reading, Readings, Row};
-use crate::fit::Frame;
+use crate::finding::{Finding, note, warning};
 use crate::fit::datum::{CONTRADICTED, Datum};
 use crate::fit::solution::RowFit;
+use crate::fit::{Case, Frame};
+use crate::judge::Judged;
+use crate::judge::credibility::{NoiseVerdict, doubtful};
+use crate::judge::known::Known;
 use crate::text::{capitalised, count, in_lines, joint, probability, significant};
 use delta_cal::Parameter;
 use delta_cal::calibration::Start;
@@ -456,7 +455,7 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, known: &Known, found: &mut Ve
         }
         of_determined(known, readings, found);
     } else {
-        if let Some(changes) = doubtful(&robot.robot, &solution.robot) {
+        if let Some(changes) = doubtful(robot, &solution.robot) {
             let text = format!(
                 "The calibrated robot differs much from the robot file: {changes}. Check units, signs and frame of the samples."
             );

@@ -1,11 +1,11 @@
 //! Why a calibration is refused: the finding and the remedy.
 
-use super::diagnosis::Diagnosis;
-use super::judge::{Case, Objection};
+use crate::diagnosis::Diagnosis;
 use crate::files::input::InputError;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
-use crate::fit::{Frame, Unsolved};
+use crate::fit::{Case, Frame, Unsolved};
+use crate::judge::Objection;
 use crate::text::{count, in_file_units, probability, significant};
 use delta_cal::observations::Instrument;
 use delta_cal::{ArmIndex, Parameter, Refusal};

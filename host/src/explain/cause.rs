@@ -2,9 +2,9 @@
 
 use super::search::{Fitted, Found};
 use crate::accuracy::uncertainty::Sensitivities;
-use crate::calibration::judge::{COMPUTED, Case};
 use crate::effects::{At, Course, Effect, EffectKind};
-use crate::fit::Solution;
+use crate::fit::solution::COMPUTED;
+use crate::fit::{Case, Solution};
 use crate::text::{capitalised, in_lines, list};
 use delta_cal::{ArmIndex, Robot, Sample};
 use nalgebra::{DVector, SVector};

@@ -1,12 +1,11 @@
 //! The search: hypotheses are scanned, refitted and ranked, up to three at once.
 
 use super::scan::{Gain, Hypothesis, Scan};
-use crate::calibration::judge::Case;
 use crate::effects::{Effect, EffectKind, Estimated};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
 use crate::fit::solution::Levels;
-use crate::fit::{Options, Solution, solve_with};
+use crate::fit::{Case, Options, Solution, solve_with};
 use crate::geometry::Directions;
 use delta_cal::ArmIndex;
 use delta_cal::robot::Drive;

@@ -4,7 +4,6 @@ use super::convention::Convention;
 use super::input::{InputError, InputText};
 use super::robot_file::RobotFile;
 use super::samples_file::{read_joints, read_positions};
-use crate::files::convention::Vertical;
 use crate::geometry::hangs_below;
 use crate::text::{joint, rounded};
 use delta_cal::kinematics::KinematicsError;
@@ -51,13 +50,10 @@ pub fn inverse(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>,
             None => (
                 "the platform would be above its elbows, and no joint angles hold it there"
                     .to_owned(),
-                match robot.convention.z_axis {
-                    Vertical::Up => {
-                        "check the position and its frame: z is negative below the base"
-                    }
-                    Vertical::Down => {
-                        "check the position and its frame: z is positive below the base"
-                    }
+                if robot.convention.height(1.0) > 0.0 {
+                    "check the position and its frame: z is negative below the base"
+                } else {
+                    "check the position and its frame: z is positive below the base"
                 },
             ),
         };

@@ -249,6 +249,8 @@ impl Solution {
 
 /// Number of parameters of Model 24.
 pub(crate) const PARAMETERS: usize = 24;
+/// Noise below this fraction of the forearm is rounding of the digits.
+pub(crate) const COMPUTED: f64 = 2e-6;
 /// With the numbers of the transmissions.
 pub(crate) const WITH_TRANSMISSIONS: usize = PARAMETERS + 15;
 /// The robot's parameters and the unknowns of as many instruments as a file may have, such as a frame and 14 points.

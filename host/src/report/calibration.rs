@@ -6,9 +6,9 @@ mod text;
 
 pub(super) use text::verdict;
 
-use crate::calibration::diagnosis::Diagnosis;
 use crate::calibration::refusal::CalibrateError;
 pub use crate::calibration::report::*;
+use crate::diagnosis::Diagnosis;
 use crate::files::samples_file::Readings;
 use maud::Markup;
 use serde::Serialize;

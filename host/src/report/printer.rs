@@ -1,9 +1,9 @@
 //! What the report of a printer says: at most six statements in its owner's words, the lines to paste, then the details.
 
 use super::calibration::{Report, verdict};
-use crate::calibration::Level;
 use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::files::input::InputError;
+use crate::finding::Level;
 use crate::import::{Firmware, Imported};
 use crate::printer::{
     ACROSS, Change, DOUBTFUL, Map, Next, Off, Printer, alike, bad_touch, common_scale,

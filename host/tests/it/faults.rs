@@ -5,6 +5,7 @@ use delta_cal::Robot;
 use delta_cal_host::validation::{Request, Verdict, validate};
 use delta_cal_host::{Frame, Options, Readings, RobotFile, calibrate};
 use delta_cal_tests::geometries::geometries;
+use delta_cal_tests::size;
 use nalgebra::{Rotation3, Vector3};
 
 const ROWS: usize = 31;
@@ -24,6 +25,8 @@ enum Fault {
     Gear(f64),
     /// Degrees.
     Eccentric(f64),
+    /// Degrees.
+    TwiceATurn(f64),
     /// mm at the largest radius.
     Sag(f64),
     /// mm over all rows.
@@ -33,7 +36,7 @@ enum Fault {
     Rows(f64),
 }
 
-/// Adds a fault to readings in the base frame; returns the joint that it concerns and its row.
+/// Adds a fault to positions; returns the joint that it concerns and its row.
 fn spoilt(readings: &mut Readings, fault: Fault, seed: usize) -> (usize, usize) {
     let (joint, from) = (seed % 3, 8 + 3 * (seed % 6));
     let mut before: Option<[f64; 3]> = None;
@@ -60,11 +63,16 @@ fn spoilt(readings: &mut Readings, fault: Fault, seed: usize) -> (usize, usize) 
                 }
             }
             Fault::Gear(by) => q[joint] /= 1.0 + by,
-            Fault::Eccentric(by) => {
+            Fault::Eccentric(by) | Fault::TwiceATurn(by) => {
+                let times = if matches!(fault, Fault::Eccentric(_)) {
+                    1.0
+                } else {
+                    2.0
+                };
                 // The error is a function of what the encoder reads.
                 let angle = q[joint];
                 for _ in 0..20 {
-                    q[joint] = angle - by.to_radians() * (q[joint] + 0.7).cos();
+                    q[joint] = angle - by.to_radians() * (times * q[joint] + 0.7).cos();
                 }
             }
             Fault::Move(by, turn) if index >= from => {
@@ -89,18 +97,31 @@ fn spoilt(readings: &mut Readings, fault: Fault, seed: usize) -> (usize, usize) 
     (joint, from)
 }
 
-/// What a calibration says: kinds with arm and line, and text.
-fn said(robot: &RobotFile, readings: &Readings, frame: Frame) -> String {
-    match calibrate(robot, readings, &Options::in_frame(frame)) {
-        Ok(report) => report.warnings.join(" "),
-        Err(error) => format!("{error} {}", error.remedy().unwrap_or_default()),
+/// What a calibration says: kinds with arm and line, and text; how many rows it suspects.
+fn said(robot: &RobotFile, readings: &Readings, options: &Options) -> (String, usize) {
+    match calibrate(robot, readings, options) {
+        Ok(report) => (report.warnings.join(" "), report.suspected_samples.len()),
+        Err(error) => (format!("{error} {}", error.remedy().unwrap_or_default()), 0),
     }
 }
 
-fn made(geometry: usize, seed: usize, noise: bool) -> (RobotFile, Readings, Robot<f64>) {
+fn nominal(geometry: usize) -> RobotFile {
     let (_, nominal) = geometries().swap_remove(geometry);
-    let mut robot = file_of(&nominal, [-60.0, 75.0].map(f64::to_radians), true);
-    let (truth, readings) = measured(&robot, Instrument::Positions, ROWS, seed as u64);
+    file_of(&nominal, [-60.0, 75.0].map(f64::to_radians), true)
+}
+
+fn made(
+    (geometry, rows): (usize, usize),
+    frame: Frame,
+    seed: usize,
+    noise: bool,
+) -> (RobotFile, Readings, Robot<f64>) {
+    let mut robot = nominal(geometry);
+    let instrument = match frame {
+        Frame::Base => Instrument::Positions,
+        Frame::Sensor => Instrument::Tracker,
+    };
+    let (truth, readings) = measured(&robot, instrument, rows, seed as u64);
     if !noise {
         robot.noise = None;
     }
@@ -125,6 +146,11 @@ fn words(fault: Fault, (joint, from): (usize, usize)) -> Vec<String> {
             format!("arm {arm}: the joint has an error that repeats"),
             format!("arm {arm}: the joint turns"),
         ],
+        // Or listed as an alternative that is about as likely.
+        Fault::TwiceATurn(_) => vec![
+            format!("arm {arm}: the joint has an error that repeats twice a turn"),
+            format!("an error twice a turn of arm {arm}"),
+        ],
         Fault::Sag(_) => vec!["the platform is lower".to_owned()],
         Fault::Drift(_) => vec!["drift".to_owned()],
         Fault::Scale(_) => vec!["lengths are".to_owned()],
@@ -132,6 +158,8 @@ fn words(fault: Fault, (joint, from): (usize, usize)) -> Vec<String> {
     }
 }
 
+/// In the base frame, and of the faults that do not depend on one every fourth in a sensor's. With `--robust` none is
+/// taken for wrong rows. Otherwise than in the long campaign every second one has its noise stated.
 #[test]
 fn faults_of_any_size_are_named() {
     let faults = [
@@ -145,66 +173,83 @@ fn faults_of_any_size_are_named() {
         Fault::Backlash(0.02, false),
         Fault::Backlash(0.1, true),
         Fault::Backlash(0.5, false),
+        Fault::Gear(2e-3),
         Fault::Gear(5e-3),
         Fault::Gear(2e-2),
         Fault::Eccentric(0.1),
         Fault::Eccentric(2.0),
+        Fault::TwiceATurn(0.03),
         Fault::Sag(0.5),
         Fault::Sag(5.0),
         Fault::Drift(0.4),
         Fault::Drift(3.0),
-        Fault::Scale(1e-2),
+        Fault::Scale(5e-3),
+        Fault::Scale(-2e-2),
         Fault::Scale(5e-2),
         Fault::Rows(5.0),
         Fault::Rows(50.0),
     ];
-    let count = delta_cal_tests::size(1, 20);
+    let count = size(1, 20);
     let mut missed = Vec::new();
-    let long = count > 1;
     for (index, fault) in faults.into_iter().enumerate() {
-        // Otherwise every second fault has its noise stated.
-        for noise in [true, false]
-            .into_iter()
-            .filter(|noise| long || *noise == (index % 2 == 0))
-        {
-            let mut named = 0;
+        let stated = [true, false].into_iter();
+        for noise in stated.filter(|noise| count > 1 || *noise == (index % 2 == 0)) {
+            let (mut named, mut robust) = (0, 0);
             for seed in 0..count {
-                let (robot, mut readings, _) = made(seed % 4, seed, noise);
+                let frame = match fault {
+                    Fault::Sag(_) | Fault::Move(..) => Frame::Base,
+                    _ if (index + seed) % 4 == 3 => Frame::Sensor,
+                    _ => Frame::Base,
+                };
+                let (robot, mut readings, _) = made((seed % 4, ROWS), frame, seed, noise);
                 let at = spoilt(&mut readings, fault, seed);
-                let text = said(&robot, &readings, Frame::Base).to_lowercase();
-                if words(fault, at)
-                    .iter()
-                    .any(|own| text.contains(&own.to_lowercase()))
-                {
+                let words = words(fault, at).into_iter().map(|own| own.to_lowercase());
+                let words: Vec<_> = words.collect();
+                let mut options = Options::in_frame(frame);
+                let (text, _) = said(&robot, &readings, &options);
+                let is_named = |text: &str| {
+                    let text = text.to_lowercase();
+                    words.iter().any(|own| text.contains(own))
+                };
+                if is_named(&text) {
                     named += 1;
                 } else if seed < 3 {
                     println!("  {fault:?} noise {noise} seed {seed} at {at:?}: {text}");
                 }
+                options.robust = true;
+                let (text, suspected) = said(&robot, &readings, &options);
+                let many = matches!(fault, Fault::Rows(_));
+                robust += usize::from(many || suspected < 3 || is_named(&text));
             }
-            println!("{fault:?}, noise stated {noise}: {named} of {count}");
-            if 10 * named < 9 * count {
-                missed.push((fault, noise, named));
+            println!("{fault:?}, noise stated {noise}: {named} and {robust} of {count}");
+            if 10 * named.min(robust) < 9 * count {
+                missed.push((fault, noise, named, robust));
             }
         }
     }
     assert_eq!(missed, []);
 }
 
+/// At most 2 % in the long campaign, whatever is stated and wherever the sensor stands.
 #[test]
 fn clean_files_have_no_fault() {
-    let count = delta_cal_tests::size(40, 400);
-    let mut alarms = 0;
+    let count = size(48, 400);
+    let (mut tested, mut alarms) = (0, 0);
     for seed in 0..count {
-        let (robot, readings, _) = made(seed % 5, 1000 + seed, seed % 2 == 0);
-        let report = calibrate(&robot, &readings, &Options::default());
-        if let Ok(report) = report
-            && !report.causes.found.is_empty()
-        {
-            println!("{seed}: {:?}", report.causes.found);
-            alarms += 1;
+        let frame = [Frame::Base, Frame::Sensor][seed / 2 % 2];
+        let of = (seed % 5, 14 + 7 * seed % 47);
+        let (mut robot, readings, _) = made(of, frame, 1000 + seed, seed % 2 == 0);
+        robot.tolerance.take_if(|_| seed % 8 == 4);
+        if let Ok(report) = calibrate(&robot, &readings, &Options::in_frame(frame)) {
+            tested += usize::from(report.causes.not_tested.is_none());
+            if !report.causes.found.is_empty() {
+                println!("{seed}: {:?}", report.causes.found);
+                alarms += 1;
+            }
         }
     }
-    println!("{alarms} of {count}");
+    println!("{alarms} of {tested}, {count} files");
+    assert!(2 * tested > count, "{tested} of {count}");
     assert!(50 * alarms <= count.max(50), "{alarms} of {count}");
 }
 
@@ -224,7 +269,7 @@ fn a_step_during_a_validation_is_named_and_the_rows_before_it_are_shown() {
     .enumerate()
     {
         for noise in [true, false] {
-            let (mut robot, mut readings, truth) = made(seed, seed, noise);
+            let (mut robot, mut readings, truth) = made((seed, ROWS), Frame::Base, seed, noise);
             robot.robot = truth;
             let clean = validate(&robot, &readings, request).unwrap();
             assert_eq!(
@@ -251,4 +296,69 @@ fn a_step_during_a_validation_is_named_and_the_rows_before_it_are_shown() {
             );
         }
     }
+}
+
+#[test]
+fn a_scale_of_distances_alone_is_named() {
+    let robot = nominal(0);
+    for seed in 0..4 {
+        let (_, mut readings) = measured(&robot, Instrument::PlateAndCalliper, 45, seed);
+        for row in &mut readings.rows {
+            row.value.distance = row.value.distance.map(|(from, own)| (from, 0.98 * own));
+            row.value.height.take_if(|_| row.value.distance.is_some());
+        }
+        let error = calibrate(&robot, &readings, &Options::default()).unwrap_err();
+        let remedy = error.remedy().unwrap_or_default();
+        assert!(remedy.contains("lengths are 2.0"), "{remedy}");
+    }
+}
+
+#[test]
+fn a_plate_that_moved_is_named_with_its_line() {
+    let robot = nominal(0);
+    let mut named = 0;
+    for (seed, by) in [0.2, -0.2, 0.5, -0.5, 2.0, -2.0].into_iter().enumerate() {
+        let (_, mut readings) = measured(&robot, Instrument::Plate, 40, seed as u64);
+        for row in readings.rows.iter_mut().skip(15 + seed) {
+            row.value.height = row.value.height.map(|(plane, own)| (plane, own + by));
+        }
+        let said = match calibrate(&robot, &readings, &Options::default()) {
+            Ok(report) => report.warnings.join(" "),
+            Err(error) => error.remedy().unwrap_or_default(),
+        };
+        let line = format!("rom line {} on, all heights", 17 + seed);
+        named += usize::from(said.contains(&line));
+    }
+    assert!(named >= 5, "{named} of 6");
+}
+
+/// The file's forearms are 1.2 % too long: the robot can have such forearms, so they are named and no scale error is.
+#[test]
+fn a_wrong_length_of_the_file_is_named_and_no_cause() {
+    let (mut accepted, mut named) = (0, 0);
+    for geometry in 0..6 {
+        let (mut file, readings, _) = made((geometry, 40), Frame::Base, geometry, true);
+        let mut parameters = file.robot.parameters();
+        for arm in &mut parameters {
+            arm[7] *= 1.012;
+        }
+        file.robot = file.robot.with_parameters(parameters).unwrap();
+        let report = match calibrate(&file, &readings, &Options::default()) {
+            Ok(report) => report,
+            Err(error) => {
+                // With forearms hardly longer than the upper arms, the size explains it as well.
+                let remedy = error.remedy().unwrap_or_default();
+                named += usize::from(remedy.contains("the forearms are"));
+                continue;
+            }
+        };
+        let mut warnings = report.warnings.iter();
+        assert!(
+            warnings.any(|own| own.contains("the forearms are")),
+            "{geometry}"
+        );
+        accepted += 1;
+        assert_eq!(report.causes.found, [], "{geometry}");
+    }
+    assert!(accepted + named >= 5, "{accepted} {named}");
 }

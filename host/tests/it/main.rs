@@ -8,7 +8,7 @@ mod support;
 mod bad_input;
 mod calibrate;
 mod cases;
-mod causes;
+mod conventions;
 mod cross;
 mod device;
 mod device_on_target;

@@ -5,7 +5,7 @@ use delta_cal::Robot;
 use delta_cal_controller::{Controller, PAGE, RamFlash, StreamFlash};
 use delta_cal_firmware_example::machine;
 use delta_cal_protocol::{Fault, Geometry, Origin, Request, Response, RevertTo};
-use delta_cal_tests::paper_robot;
+use delta_cal_tests::{is_long, paper_robot};
 use std::ops::Range;
 
 /// One change of the parameters.
@@ -104,7 +104,10 @@ fn power_cut_at_every_write_leaves_the_old_or_the_new_set() {
                     (found, origin),
                     "another set at the next start"
                 );
-                again += recovers(&left.flash, found);
+                // The long campaign cuts the next change after each.
+                if is_long() || cuts % 4 == 0 {
+                    again += recovers(&left.flash, found);
+                }
             }
         }
         flash = whole.flash;

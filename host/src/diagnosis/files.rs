@@ -2,19 +2,17 @@
 //! undone and the samples compared with the robot of the file; the faults without which they agree clearly better are
 //! named. Nothing is ever corrected.
 
-mod fault;
-
-use super::judge::{Case, attempt};
+use super::fault::{Fault, Files};
 use crate::accuracy::quantiles::median;
 use crate::accuracy::rigid_motion::degenerate;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
-use crate::fit::{Frame, Options};
+use crate::fit::{Case, Frame, Options};
 use crate::geometry::outside_limits;
+use crate::judge::attempt;
 use crate::text::{capitalised, significant};
 use delta_cal::Sample;
 use delta_cal::frame::RigidTransform;
-use fault::{Fault, Files};
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::fmt;

@@ -1,7 +1,8 @@
 //! Judges a solution: whether it is credible, reproduced by the robot, and expected to improve it.
 
-use super::credibility::{self, NoiseTest, NoiseVerdict, PriorTest, ToleranceTest};
-use super::known::Known;
+pub mod credibility;
+pub mod known;
+
 use crate::accuracy::improvement::{Moved, WorkspaceComparison};
 use crate::accuracy::information::prior;
 use crate::accuracy::position_error::{BeforeAfter, PositionError, sigma_by_tolerance};
@@ -9,11 +10,13 @@ use crate::accuracy::uncertainty::{ExpectedError, Sensitivities, WorkspacePoses}
 use crate::effects::Places;
 use crate::explain::{Causes, Found};
 use crate::files::robot_file::RobotFile;
-use crate::files::samples_file::{Kind, Readings};
-use crate::fit::solution::WITH_TRANSMISSIONS;
-use crate::fit::{Options, Solution, Unsolved, solve};
+use crate::files::samples_file::Kind;
+use crate::fit::solution::{COMPUTED, WITH_TRANSMISSIONS};
+use crate::fit::{Case, Solution, Unsolved, solve};
+use credibility::{NoiseTest, NoiseVerdict, PriorTest, ToleranceTest};
 use delta_cal::robot::Drive;
 use delta_cal::{Refusal, Robot, Sample, Tolerance};
+use known::Known;
 use nalgebra::Vector3;
 
 /// A noise below this fraction of the stated one indicates another unit.
@@ -21,8 +24,6 @@ const FAR_OFF: f64 = 0.05;
 /// Heights and distances of towers find the bed, and leave all else to the tolerance: they are refused only if harm is
 /// this likely.
 const MORE_LIKELY: f64 = 0.5;
-/// Noise below this fraction of the forearm is rounding of the digits.
-pub(crate) const COMPUTED: f64 = 2e-6;
 
 /// A solution judged good.
 #[derive(Debug, Clone)]
@@ -66,31 +67,6 @@ impl Judged {
             expected.as_ref(),
         );
         (expected, known)
-    }
-}
-
-/// The data of a calibration. `before` is the original robot file, `robot` may have a wider tolerance.
-#[derive(Clone, Copy)]
-pub(crate) struct Case<'a> {
-    pub(crate) robot: &'a RobotFile,
-    pub(crate) before: &'a RobotFile,
-    pub(crate) readings: &'a Readings,
-    pub(crate) options: Options,
-}
-
-impl<'a> Case<'a> {
-    /// For the original robot file.
-    pub(crate) const fn new(
-        robot: &'a RobotFile,
-        readings: &'a Readings,
-        options: Options,
-    ) -> Self {
-        Self {
-            robot,
-            before: robot,
-            readings,
-            options,
-        }
     }
 }
 
@@ -255,7 +231,7 @@ fn by_causes(solution: &Solution, causes: &Causes, poses: &WorkspacePoses) -> f6
 }
 
 /// The solution, if the readings agree with the stated noise and tolerance.
-pub(super) fn agreeing(case: &Case<'_>) -> Option<Solution> {
+pub(crate) fn agreeing(case: &Case<'_>) -> Option<Solution> {
     let solution = solve(case.robot, case.readings, &case.options).ok()?;
     if is_understated(&solution) {
         return None;
@@ -267,7 +243,7 @@ pub(super) fn agreeing(case: &Case<'_>) -> Option<Solution> {
 }
 
 /// Whether the residuals contradict a stated noise.
-pub(super) fn is_understated(solution: &Solution) -> bool {
+pub(crate) fn is_understated(solution: &Solution) -> bool {
     let mut tests = solution.noise.iter().filter_map(NoiseTest::of);
     tests.any(|test| test.verdict == NoiseVerdict::Understated)
 }
@@ -315,7 +291,7 @@ fn contradiction(
     let robot = case.robot;
     // A stated tolerance already keeps undetermined parameters near their start.
     if robot.tolerance.is_none() {
-        if let Some(change) = credibility::implausible(&robot.robot, &solution.robot) {
+        if let Some(change) = credibility::implausible(robot, &solution.robot) {
             return Err(Objection::Implausible(change));
         }
         if solution.degrees_of_freedom() < 1.0 {

@@ -1,10 +1,10 @@
 //! Explanations of readings that do not fit: rows that disagree, rows shifted by one, or one mistake in all rows.
 
-use super::judge::{Case, agreeing, is_understated};
-use super::{Finding, warning};
 use crate::accuracy::quantiles::median;
 use crate::files::samples_file::{Kind, Reading, Readings};
-use crate::fit::{Frame, Options, Solution, solve};
+use crate::finding::{Finding, warning};
+use crate::fit::{Case, Frame, Options, Solution, solve};
+use crate::judge::{agreeing, is_understated};
 use crate::text::{count, in_lines};
 use delta_cal::Sample;
 use nalgebra::Vector3;
@@ -15,16 +15,16 @@ const MOST_ROWS: usize = 2000;
 /// Most rows for which each is left out in turn.
 const ROWS_TRIED: usize = 100;
 /// Fewer samples that disagree are individually wrong.
-pub(super) const FEWEST: usize = 3;
+pub(crate) const FEWEST: usize = 3;
 /// At most one row in this many is a single mistake.
-pub(super) const MOST_WRONG: usize = 4;
+pub(crate) const MOST_WRONG: usize = 4;
 /// Rows are shifted if a shift reduces their distance to this fraction.
 const SHIFTED: f64 = 0.1;
 const INCH: f64 = 25.4;
 
 /// Rows whose positions belong to the joints of their neighbours, because a row is missing or duplicated, among the rows
 /// that a robust fit rejected.
-pub(super) fn shifted_rows(solution: &Solution) -> Option<Finding> {
+pub(crate) fn shifted_rows(solution: &Solution) -> Option<Finding> {
     let readings = &solution.readings;
     let rows = solution.rows.iter().enumerate();
     let suspected: Vec<_> = rows
@@ -101,7 +101,7 @@ fn scaled(row: &mut Reading, heights: f64, distances: f64) {
 }
 
 /// Wrong rows, or a mistake in all rows, that explain refused readings: a sentence with the remedy.
-pub(super) fn wrong_rows(case: &Case<'_>) -> Option<String> {
+pub(crate) fn wrong_rows(case: &Case<'_>) -> Option<String> {
     let all = &case.readings.rows;
     if all.len() > MOST_ROWS {
         return None;
@@ -191,7 +191,7 @@ const LEAST: f64 = 0.005;
 const SIGMAS: f64 = 3.0;
 
 /// All points are off by nearly the same: the measured point may be a reflector or a tip.
-pub(super) fn beside_the_platform_point(case: &Case<'_>) -> Option<Finding> {
+pub(crate) fn beside_the_platform_point(case: &Case<'_>) -> Option<Finding> {
     let robot = case.robot;
     if case.options.frame == Frame::Sensor || !robot.instruments.targets.is_empty() {
         return None;

@@ -380,7 +380,7 @@ fn a_robot_that_changes_is_detected() {
                 stream.add(sample);
                 if let Some(alarm) = stream.0.alarm() {
                     detected += 1;
-                    delay += index + 1;
+                    delay += index as u64 + 1;
                     at_once += u32::from(alarm == Refusal::RobotChanged { first: 40 });
                     break;
                 }
@@ -388,7 +388,7 @@ fn a_robot_that_changes_is_detected() {
         }
         println!(
             "| {change} mm | {detected} of {robots} | {:.1} | {at_once} |",
-            delay as f64 / f64::from(detected).max(1.0),
+            delay as f64 / (detected as f64).max(1.0),
         );
         assert_eq!(early, 0);
         if change >= 2.0 {

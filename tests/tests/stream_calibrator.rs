@@ -113,7 +113,7 @@ fn by_hand<T: Real, E: Estimator>(
     added: &[Verdict<T>],
 ) -> Result<E::Outcome<T>, Refusal> {
     let mut calibrator = Calibrator::<T, E>::new(robot, settings);
-    let forgetting = selection.forgetting;
+    let forgetting = selection.forgetting.as_ref();
     for (sample, added) in samples.iter().zip(added) {
         if matches!(added, Verdict::Rejected(_)) {
             continue;

@@ -18,39 +18,25 @@ pub enum SettingError {
     #[error("the joint noise must be 0 or greater, and not too large to be squared")]
     JointNoise,
     /// The noise of a height must be greater than 0, and not too small or large to be squared.
-    #[error(
-        "the noise of a height must be greater than 0, and not too small or large to be squared"
-    )]
+    #[error("the noise of a height must be greater than 0, and its square in range")]
     HeightNoise,
     /// The noise of a distance must be greater than 0, and not too small or large to be squared.
-    #[error(
-        "the noise of a distance must be greater than 0, and not too small or large to be squared"
-    )]
+    #[error("the noise of a distance must be greater than 0, and its square in range")]
     DistanceNoise,
     /// The tolerance of lengths must be greater than 0, and not too small or large to be squared.
-    #[error(
-        "the tolerance of lengths must be greater than 0, and not too small or large to be squared"
-    )]
+    #[error("the tolerance of lengths must be greater than 0, and its square in range")]
     LengthTolerance,
     /// The tolerance of angles must be greater than 0, and not too small or large to be squared.
-    #[error(
-        "the tolerance of angles must be greater than 0, and not too small or large to be squared"
-    )]
+    #[error("the tolerance of angles must be greater than 0, and its square in range")]
     AngleTolerance,
     /// The tolerance of the joint zeros must be greater than 0, and not too small or large to be squared.
-    #[error(
-        "the tolerance of the joints' zeros must be greater than 0, and not too small or large to be squared"
-    )]
+    #[error("the tolerance of the joints' zeros must be greater than 0, and its square in range")]
     JointZeroTolerance,
     /// The tolerance of the carriage zeros must be greater than 0, and not too small or large to be squared.
-    #[error(
-        "the tolerance of the carriages' zero must be greater than 0, and not too small or large to be squared"
-    )]
+    #[error("the tolerance of the carriages' zero must be greater than 0, and its square in range")]
     CarriageZeroTolerance,
     /// The tolerance of scales must be greater than 0, and not too small or large to be squared.
-    #[error(
-        "the tolerance of scales must be greater than 0, and not too small or large to be squared"
-    )]
+    #[error("the tolerance of scales must be greater than 0, and its square in range")]
     ScaleTolerance,
     /// The tolerance of the common tower radius must be a finite number, 0 or greater.
     #[error("the tolerance of the towers' common radius must be a finite number, 0 or greater")]
@@ -62,9 +48,7 @@ pub enum SettingError {
     #[error("the mean age of the samples must be one sample or more")]
     AgeTooShort,
     /// λ would be known to less than a hundredth of 1 − λ: above 65,536 samples in single precision.
-    #[error(
-        "the mean age of the samples is too large for this arithmetic: add the samples without forgetting"
-    )]
+    #[error("the mean age is too large for this arithmetic: add the samples without forgetting")]
     AgeTooLong,
     /// The width of the gate must be a finite number of σ greater than 0.
     #[error("the gate must be a finite number of sigma greater than 0")]

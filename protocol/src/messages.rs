@@ -473,11 +473,8 @@ impl<T: Real> Begin<T> {
         let forgetting = self.forgetting.map(Forgetting::new);
         let forgetting = forgetting.transpose().map_err(|_| Fault::Settings)?;
         let settings = Settings::default().with_noise(noise);
-        let selection = if self.gate {
-            Selection::Gated { forgetting }
-        } else {
-            Selection::All { forgetting }
-        };
+        let gated = self.gate;
+        let selection = Selection { gated, forgetting };
         Ok((settings.with_tolerance(tolerance), selection))
     }
 }

@@ -149,7 +149,7 @@ pub fn position_jacobian(robot: &Robot<f64>, joints: &[f64; 3]) -> Option<SMatri
 /// forearms, and one with leaning, uneven towers and unequal forearms.
 pub fn linear_geometries() -> Vec<(&'static str, Robot<f64>, [f64; 2])> {
     let symmetric = |tower_radius: f64, forearm: f64| {
-        Robot::linear(tower_radius, forearm).expect("the robot is valid")
+        Robot::linear(tower_radius, forearm, None).expect("the robot is valid")
     };
     let printer = symmetric(140.0, 330.0);
     let mut arms = *printer.arms();

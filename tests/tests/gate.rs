@@ -36,7 +36,10 @@ struct Stream<T: Real = f64>(StreamCalibrator<T, Ikm>);
 
 impl<T: Real> Stream<T> {
     fn new(settings: &Settings<T>) -> Self {
-        let gated = Selection::Gated { forgetting: None };
+        let gated = Selection {
+            gated: true,
+            forgetting: None,
+        };
         Self(StreamCalibrator::new(&paper_robot(), settings, &gated))
     }
 
@@ -377,7 +380,7 @@ fn a_robot_that_changes_is_detected() {
                 stream.add(sample);
                 if let Some(alarm) = stream.0.alarm() {
                     detected += 1;
-                    delay += index + 1;
+                    delay += index as u64 + 1;
                     at_once += u32::from(alarm == Refusal::RobotChanged { first: 40 });
                     break;
                 }
@@ -385,7 +388,7 @@ fn a_robot_that_changes_is_detected() {
         }
         println!(
             "| {change} mm | {detected} of {robots} | {:.1} | {at_once} |",
-            delay as f64 / f64::from(detected).max(1.0),
+            delay as f64 / (detected as f64).max(1.0),
         );
         assert_eq!(early, 0);
         if change >= 2.0 {
@@ -416,7 +419,10 @@ fn a_changed_robot_is_followed_with_forgetting_alone() {
             let changed = perturbed(&truth, change, change / 260.0, Spread::Normal, &mut rng);
             let mut all = measurements(&truth, 60, Some(&noise()), &mut rng);
             all.extend(measurements(&changed, 540, Some(&noise()), &mut rng));
-            let gated = Selection::Gated { forgetting };
+            let gated = Selection {
+                gated: true,
+                forgetting,
+            };
             let mut stream = Stream(StreamCalibrator::new(&paper_robot(), &settings, &gated));
             for sample in &all {
                 stream.add(sample);

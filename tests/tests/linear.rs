@@ -224,7 +224,7 @@ fn the_unit_of_length_makes_no_difference() {
 /// Where the forearm is square to its tower, just beyond, and at a number that has no square.
 #[test]
 fn the_edge_of_a_towers_reach_is_singular_and_beyond_is_unreachable() {
-    let robot = Robot::linear(140.0, 330.0).unwrap();
+    let robot = Robot::linear(140.0, 330.0, None).unwrap();
     let first = ArmIndex::First;
     let outwards = robot.arms()[0].d() / 140.0;
     // As far from the first tower as its forearm is long, and nearer to both others.

@@ -667,7 +667,7 @@ fn what_the_robot_does_not_reach_is_refused_and_takes_no_room() {
     };
     let (rotary, linear) = (
         rotary.robot().unwrap(),
-        Robot::linear(140.0, 330.0).unwrap(),
+        Robot::linear(140.0, 330.0, None).unwrap(),
     );
     let (level, far) = ([0.0; 3], [[0.0, 0.0, 700.0], [1e18, 0.0, 0.0]]);
     for (robot, centre, reach, unreached) in [

@@ -37,10 +37,22 @@ pub(crate) fn statements<T: Real>() -> Vec<Settings<T>> {
 pub(crate) fn selections<T: Real>() -> [Selection<T>; 4] {
     let fading = Some(Forgetting::new(T::from_f64(20.0)).unwrap());
     [
-        Selection::All { forgetting: None },
-        Selection::All { forgetting: fading },
-        Selection::Gated { forgetting: None },
-        Selection::Gated { forgetting: fading },
+        Selection {
+            gated: false,
+            forgetting: None,
+        },
+        Selection {
+            gated: false,
+            forgetting: fading,
+        },
+        Selection {
+            gated: true,
+            forgetting: None,
+        },
+        Selection {
+            gated: true,
+            forgetting: fading,
+        },
     ]
 }
 
@@ -101,7 +113,7 @@ fn by_hand<T: Real, E: Estimator>(
     added: &[Verdict<T>],
 ) -> Result<E::Outcome<T>, Refusal> {
     let mut calibrator = Calibrator::<T, E>::new(robot, settings);
-    let (Selection::All { forgetting } | Selection::Gated { forgetting }) = selection;
+    let forgetting = selection.forgetting.as_ref();
     for (sample, added) in samples.iter().zip(added) {
         if matches!(added, Verdict::Rejected(_)) {
             continue;
@@ -152,7 +164,10 @@ fn a_stream_is_its_calibrator_of_the_samples_that_it_takes() {
 /// after it, and one that is asked for twice comes once.
 #[test]
 fn a_solve_that_is_asked_for_during_an_estimate_comes_after_it() {
-    let gated = Selection::Gated { forgetting: None };
+    let gated = Selection {
+        gated: true,
+        forgetting: None,
+    };
     for (robot, samples) in &streams::<f64>(32) {
         for asked_at in [0, 1, 3] {
             let settings = Settings::default();
@@ -202,11 +217,21 @@ fn foreign_bytes_are_refused_as_what_they_are() {
         settings.with_tolerance(Tolerance::new(0.6, 0.2 * DEGREE).unwrap()),
         settings.with_tolerance(Tolerance::new(0.5, 0.3 * DEGREE).unwrap()),
     ];
-    let gated = Selection::Gated { forgetting: None };
-    let fading = |age| Selection::Gated {
+    let gated = Selection {
+        gated: true,
+        forgetting: None,
+    };
+    let fading = |age| Selection {
+        gated: true,
         forgetting: Some(Forgetting::new(age).unwrap()),
     };
-    let other_selections = [Selection::All { forgetting: None }, fading(20.0)];
+    let other_selections = [
+        Selection {
+            gated: false,
+            forgetting: None,
+        },
+        fading(20.0),
+    ];
 
     let mut stream = Arms::new(robot, &settings, &gated);
     for sample in samples {
@@ -252,7 +277,10 @@ fn foreign_bytes_are_refused_as_what_they_are() {
 /// Early samples that a run contradicts, and many of them: the alarm and its sample outlast a power cut.
 #[test]
 fn an_alarm_is_in_the_snapshot() {
-    let gated = Selection::Gated { forgetting: None };
+    let gated = Selection {
+        gated: true,
+        forgetting: None,
+    };
     let settings = statements::<f64>()[3];
     let (robot, samples) = &streams::<f64>(80)[0];
     for good in [9, 30] {
@@ -283,7 +311,10 @@ fn an_alarm_is_in_the_snapshot() {
     }
 }
 
-const GATED: Selection<f64> = Selection::Gated { forgetting: None };
+const GATED: Selection<f64> = Selection {
+    gated: true,
+    forgetting: None,
+};
 
 fn stated() -> Settings<f64> {
     statements()[3]

@@ -116,8 +116,7 @@ pub enum Refusal {
     /// The result was requested before the solver finished.
     #[error("the solver has not finished")]
     Unfinished,
-    /// The gate's alarm, [`REJECTIONS_OF_A_CHANGE`](super::limits::REJECTIONS_OF_A_CHANGE) consecutive rejections: the
-    /// robot or its measuring frame has changed. Enough consistent samples came before the run to determine an arm and
+    /// The gate's alarm, eight consecutive rejections: the robot or its measuring frame has changed. Enough consistent samples came before the run to determine an arm and
     /// to outnumber the run.
     #[error("the robot, or its measuring frame, has changed before sample {first}")]
     RobotChanged {

@@ -104,7 +104,7 @@ impl<T: Real> Settings<T> {
     }
 
     /// Number of samples a calibration with these settings needs: 8, 12 with a free start, 1 with a tolerance.
-    pub const fn samples_needed(&self) -> u64 {
+    pub(crate) const fn samples_needed(&self) -> u64 {
         match (self.free_start, &self.tolerance) {
             (true, _) => SAMPLES_FOR_FREE_START,
             (false, None) => 8,

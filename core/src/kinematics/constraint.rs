@@ -35,7 +35,11 @@ impl<T: Real> Arm<T> {
 
     /// ∂f by the numbers of the [transmission](crate::robot::Transmission) of a rotary drive: ∂f/∂(arm angle) times q,
     /// cos q, sin q, cos 2q and sin 2q. Length² per radian; length² for the first.
-    pub fn constraint_by_transmission(&self, x: &Vector3<T>, q: T) -> [T; TRANSMISSION_NUMBERS] {
+    pub(crate) fn constraint_by_transmission(
+        &self,
+        x: &Vector3<T>,
+        q: T,
+    ) -> [T; TRANSMISSION_NUMBERS] {
         let slope = match self.transmission() {
             None => T::ONE,
             Some(transmission) => transmission.arm_angle(q).1,

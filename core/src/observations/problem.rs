@@ -457,7 +457,7 @@ impl<T: Real, const N: usize> Prepared<T, N> {
         row: &mut ObservationRow<T>,
     ) {
         let start = &self.start;
-        T::weigh_row(row, &start.at(robot, instruments, start.unknowns()));
+        row.take_weights(&start.at(robot, instruments, start.unknowns()));
         self.count(robot, row);
     }
 

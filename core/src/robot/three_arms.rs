@@ -246,9 +246,10 @@ impl SymmetricRobot<f64> {
 #[cfg(feature = "linear")]
 impl<T: Real> Robot<T> {
     /// The nominal robot with linear drives as a data sheet specifies it: three upright towers at the same distance from
-    /// the centre, at 210°, 330° and 90°, the usual numbering on printers. Travel is measured upwards from z = 0.
+    /// the centre. Travel is measured upwards from z = 0.
     ///
     /// `tower_radius`: centre to the upper ends of the forearms, minus the platform radius ("delta radius"). Lengths.
+    /// `azimuths`: radians; `None` for 210°, 330° and 90°, the usual numbering on printers.
     ///
     /// # Errors
     /// A [`GeometryError`] if a length is not finite, the forearm length is not positive or the radius is negative.
@@ -256,7 +257,7 @@ impl<T: Real> Robot<T> {
     /// ```
     /// use delta_cal::Robot;
     /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
-    /// let printer = Robot::linear(140.0_f64, 330.0)?;
+    /// let printer = Robot::linear(140.0_f64, 330.0, None)?;
     /// // With all carriages at the same height, the platform hangs below the centre.
     /// let position = printer.forward(&[400.0; 3])?;
     /// let below = f64::sqrt(330.0 * 330.0 - 140.0 * 140.0);
@@ -264,17 +265,11 @@ impl<T: Real> Robot<T> {
     /// # Ok(())
     /// # }
     /// ```
-    pub fn linear(tower_radius: T, forearm: T) -> Result<Self, GeometryError> {
-        let sixth = T::PI / T::from_f64(6.0);
-        let azimuths = [7.0, 11.0, 3.0].map(|sixths| sixth * T::from_f64(sixths));
-        Self::linear_at(tower_radius, forearm, azimuths)
-    }
-
-    /// The same with its towers at the given azimuths, radians.
-    ///
-    /// # Errors
-    /// Same as [`linear`](Self::linear).
-    pub fn linear_at(tower_radius: T, forearm: T, azimuths: [T; 3]) -> Result<Self, GeometryError> {
+    pub fn linear(
+        tower_radius: T,
+        forearm: T,
+        azimuths: Option<[T; 3]>,
+    ) -> Result<Self, GeometryError> {
         if !(tower_radius >= T::ZERO) {
             return Err(GeometryError::RadiusInvalid);
         }
@@ -291,7 +286,9 @@ impl<T: Real> Robot<T> {
                 forearm,
             ])
         };
-        let [first, second, third] = azimuths;
+        let sixth = T::PI / T::from_f64(6.0);
+        let usual = [7.0, 11.0, 3.0].map(|sixths| sixth * T::from_f64(sixths));
+        let [first, second, third] = azimuths.unwrap_or(usual);
         Self::new([arm(first)?, arm(second)?, arm(third)?])
     }
 }

@@ -25,7 +25,7 @@ const KIND: u8 = 4;
 /// let nominal = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 };
 /// let truth = SymmetricRobot { upper_arm: 260.4, ..nominal }.robot()?;
 /// let settings = Settings::default().with_noise(Noise::new(0.02, 0.0)?).with_tolerance(Tolerance::new(0.5, 0.003)?);
-/// let gated = Selection::Gated { forgetting: None };
+/// let gated = Selection { gated: true, forgetting: None };
 /// let mut stream = StreamCalibrator::<_, Joint>::new(&nominal.robot()?, &settings, &gated);
 /// for k in 0..40 {
 ///     let t = f64::from(k);
@@ -88,13 +88,10 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         Self {
             calibrator: Calibrator::new(robot, settings),
             selection: *selection,
-            gated: match selection {
-                Selection::All { .. } => None,
-                Selection::Gated { .. } => Some(Gated {
-                    gate: Gate::new(robot, settings),
-                    beside: E::beside(robot, settings),
-                }),
-            },
+            gated: selection.gated.then(|| Gated {
+                gate: Gate::new(robot, settings),
+                beside: E::beside(robot, settings),
+            }),
             samples: 0,
             work: Work::Collecting,
             asked: false,
@@ -123,7 +120,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// An invalid number, or a solve in progress; nothing has changed.
     pub fn add(&mut self, sample: &Sample<T>) -> Result<Verdict<T>, SampleError> {
         self.check_idle()?;
-        let forgetting = self.selection.forgetting();
+        let forgetting = self.selection.forgetting;
         let mut work = Work::Collecting;
         let verdict = match &mut self.gated {
             None => {
@@ -134,7 +131,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
                 Verdict::Ungated
             }
             Some(Gated { gate, beside }) => {
-                self.calibrator.check(sample)?;
+                T::check_sample(self.calibrator.samples.nominal_arms(), sample)?;
                 let (arms, others) = E::arms(&mut self.calibrator.samples, beside);
                 gate.catch_up(arms, forgetting.as_ref());
                 let verdict = gate.add(arms, sample, forgetting.as_ref());
@@ -189,7 +186,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// samples, which would otherwise reject the changed robot's for ever, and the gate begins again, as when new. Its
     /// statistics and [`samples`](Self::samples) go on.
     pub fn acknowledge(&mut self) {
-        let begins_again = self.alarm().is_some() && self.selection.forgetting().is_some();
+        let begins_again = self.alarm().is_some() && self.selection.forgetting.is_some();
         if let Some(Gated { gate, .. }) = &mut self.gated {
             gate.acknowledge();
         }
@@ -268,7 +265,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// What the gate has left to do after a sample; returns whether there was any. It comes before all other work, so
     /// that the results are the same at whatever call it is done.
     fn catch_up(&mut self) -> bool {
-        let forgetting = self.selection.forgetting();
+        let forgetting = self.selection.forgetting;
         let Some(Gated { gate, beside }) = &mut self.gated else {
             return false;
         };

@@ -55,6 +55,7 @@ macro_rules! of_scalar {
                 FkmCalibrator, Instruments, Observation, ObservationError, ObservationOutcome,
             };
             use delta_cal::robot::GeometryError;
+            use delta_cal::samples::SampleError;
             use delta_cal::snapshot::SnapshotError;
             use delta_cal::stream::{Forgetting, Innovation, StreamCalibrator, Verdict};
             use delta_cal::{
@@ -75,7 +76,7 @@ macro_rules! of_scalar {
                     robot.with_parameters(*own)
                 }
                 fn linear(radius: $t, forearm: $t) -> Result<Robot<$t>, GeometryError> {
-                    Robot::linear(radius, forearm)
+                    Robot::linear(radius, forearm, None)
                 }
                 fn jacobian(
                     robot: &Robot<$t>,

@@ -55,7 +55,7 @@ fn run<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
 }
 
 fn printer<T: Real>([tower_radius, forearm]: [f64; 2]) -> Robot<T> {
-    Robot::linear(T::from_f64(tower_radius), T::from_f64(forearm))
+    Robot::linear(T::from_f64(tower_radius), T::from_f64(forearm), None)
         .expect("the dimensions are a robot's")
 }
 

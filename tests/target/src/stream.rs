@@ -49,7 +49,10 @@ fn gated<T: Scalar>(
     changed: &Robot<T>,
     rng: &mut Pcg32,
 ) -> fmt::Result {
-    let selection = Selection::Gated { forgetting: memory };
+    let selection = Selection {
+        gated: true,
+        forgetting: memory,
+    };
     let mut stream = StreamCalibrator::<T, Ikm>::new(&nominal::<T>(), settings, &selection);
     for index in 0..SAMPLES.0 + SAMPLES.1 {
         let robot = if index < SAMPLES.0 { truth } else { changed };

@@ -23,11 +23,8 @@ pub(crate) fn options<T: Number>() -> Vec<(Selection<T>, Begin<T>)> {
             (true, None, None),
             (true, Some(age), fading),
         ] {
-            let selection = if gate {
-                Selection::Gated { forgetting }
-            } else {
-                Selection::All { forgetting }
-            };
+            let gated = gate;
+            let selection = Selection { gated, forgetting };
             let begin = Begin {
                 estimator,
                 gate,

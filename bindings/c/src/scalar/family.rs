@@ -279,7 +279,10 @@ macro_rules! gated {
             report(error, || {
                 calibrator.usable(size)?;
                 let forgetting = stated(age).map(Forgetting::new).transpose()?;
-                let selection = Selection::Gated { forgetting };
+                let selection = Selection {
+                    gated: true,
+                    forgetting,
+                };
                 let (robot, settings) = (robot.get()?.clone(), settings.get()?.checked()?);
                 let width = stated(sigmas);
                 if width.is_some_and(|sigmas| !(sigmas > 0.0 && sigmas.is_finite())) {

@@ -438,10 +438,7 @@ fn robot(nominal: &Section<'_>, convention: &Convention) -> Result<Robot<f64>, I
             nominal.only("kind tower_radius_mm tower_deg forearm_mm")?;
             let radius = nominal.positive("tower_radius_mm")?;
             let forearm = nominal.positive("forearm_mm")?;
-            match azimuths(nominal, "tower_deg", convention)? {
-                None => Robot::linear(radius, forearm),
-                Some(azimuths) => Robot::linear_at(radius, forearm, azimuths),
-            }
+            Robot::linear(radius, forearm, azimuths(nominal, "tower_deg", convention)?)
         }
     };
     made.map_err(|error| impossible(nominal, error))

@@ -6,7 +6,7 @@ use super::robot_file::RobotFile;
 use super::samples_file::{read_joints, read_positions};
 use crate::geometry::hangs_below;
 use crate::text::{joint, rounded};
-use delta_cal::kinematics::{KinematicsError, Singularity};
+use delta_cal::kinematics::KinematicsError;
 use delta_cal::{ArmIndex, Sample};
 
 /// The platform position at each row's joint angles.
@@ -83,10 +83,10 @@ fn no_pose(input: &InputText, line: u64, error: KinematicsError) -> InputError {
         KinematicsError::Unreachable(_) => {
             "the robot cannot be there; check the numbers, their units and the robot file"
         }
-        KinematicsError::Singular(_, Singularity::Serial) => {
+        KinematicsError::Serial(_) => {
             "this is the edge of the workspace; move the position inwards"
         }
-        KinematicsError::Singular(_, Singularity::Parallel) => {
+        KinematicsError::Parallel(_) => {
             "at a singularity the joints do not hold the platform; choose another pose"
         }
         _ => "the number is too large to compute with",

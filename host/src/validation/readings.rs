@@ -127,8 +127,10 @@ fn of_positions(robot: &RobotFile, readings: &Readings) -> Result<Found, Refused
         let expected = robot.robot.forward(&row.value.joints).ok()?;
         Some((expected, row.value.position))
     });
-    let found = RigidTransform::align(pairs);
-    places.frame = Some(found.map_err(|error| unknown_frame(readings, &error.to_string()))?);
+    let found = RigidTransform::align(pairs).ok_or_else(|| {
+        unknown_frame(readings, "the positions do not determine the sensor frame")
+    })?;
+    places.frame = Some(found);
     if let Some(motions) = RigidMotions::of(points.clone()) {
         for (leverage, point) in leverages.iter_mut().zip(points) {
             leverage[..3].fill(motions.leverage(&point));

@@ -11,12 +11,11 @@ use crate::files::input::{InputError, InputText};
 use crate::geometry::{Region, reaches_anywhere};
 use crate::text::{count, joint};
 use delta_cal::frame::RigidTransform;
-use delta_cal::kinematics::{JointLimits, JointLimitsError};
+use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{
-    Arm, Drive, GeometryError, ParameterKind, SymmetricLinearRobot, Transmission,
-    TransmissionTolerance,
+    Arm, Drive, GeometryError, ParameterKind, Transmission, TransmissionTolerance,
 };
-use delta_cal::{Noise, Parameter, Robot, SymmetricRobot, Tolerance};
+use delta_cal::{Noise, Parameter, Robot, SettingError, SymmetricRobot, Tolerance};
 use nalgebra::{Matrix3, Vector3};
 
 const TARGET_KEYS: &str = "x_mm y_mm z_mm sigma_mm";
@@ -174,7 +173,9 @@ impl RobotFile {
     fn read_noise(&mut self, file: &Section<'_>) -> Result<(), InputError> {
         let drive = self.robot.drive();
         let key = joint::key("joint", drive);
-        let keys = format!("position_mm height_mm distance_mm distance_scale scale {key}");
+        let keys = format!(
+            "position_mm height_mm distance_mm distance_scale oversize_mm scale bed_mm {key}"
+        );
         let Some(own) = file.section("noise", &keys)? else {
             return Ok(());
         };
@@ -185,6 +186,8 @@ impl RobotFile {
         facts.distance_noise = own.optional_positive("distance_mm")?;
         facts.distance_scale = own.optional_positive("distance_scale")?;
         facts.scale = own.optional_positive("scale")?;
+        facts.oversize = own.optional_positive("oversize_mm")?;
+        facts.bed = own.optional_positive("bed_mm")?;
         let joint = own.number(&key)?;
         let joint = match drive {
             Drive::Rotary => joint.to_radians(),
@@ -433,14 +436,9 @@ fn robot(nominal: &Section<'_>, convention: &Convention) -> Result<Robot<f64>, I
         }
         Drive::Linear => {
             nominal.only("kind tower_radius_mm tower_deg forearm_mm")?;
-            let lengths = SymmetricLinearRobot {
-                tower_radius: nominal.positive("tower_radius_mm")?,
-                forearm: nominal.positive("forearm_mm")?,
-            };
-            match azimuths(nominal, "tower_deg", convention)? {
-                None => lengths.robot(),
-                Some(azimuths) => lengths.robot_at(azimuths),
-            }
+            let radius = nominal.positive("tower_radius_mm")?;
+            let forearm = nominal.positive("forearm_mm")?;
+            Robot::linear(radius, forearm, azimuths(nominal, "tower_deg", convention)?)
         }
     };
     made.map_err(|error| impossible(nominal, error))
@@ -553,7 +551,7 @@ fn limits(
         Drive::Linear => JointLimits::travel(least, most),
     };
     let limits = limits.map_err(|error| match error {
-        JointLimitsError::Empty => own.fault(format!(
+        SettingError::JointLimitsEmpty => own.fault(format!(
             "the largest {}, {high}, is not above the smallest, {low}",
             joint::name(drive)
         )),

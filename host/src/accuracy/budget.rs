@@ -9,10 +9,12 @@
 
 use super::uncertainty::Sensitivities;
 use crate::effects::{At, EffectKind, Estimated};
-use crate::files::robot_file::ONLY_TARGET;
-use crate::files::samples_file::READINGS;
+use crate::files::robot_file::{ONLY_TARGET, RobotFile};
+use crate::files::samples_file::{Kind, READINGS};
 use crate::fit::solution::{Solution, WITH_TRANSMISSIONS};
-use delta_cal::Sample;
+use crate::text::joint;
+use delta_cal::robot::Drive;
+use delta_cal::{Parameter, Sample};
 use nalgebra::{DMatrix, SMatrix};
 use serde::Serialize;
 
@@ -22,6 +24,13 @@ pub struct Contribution {
     /// The source: `readings`, `joint readings`, `tolerance`, `planes and points`, `scale`, `datum`, `target` or the name
     /// of a target.
     pub source: String,
+    /// How its σ was evaluated: `A` by statistics of these readings, `B` otherwise (JCGM 100:2008, 3.3.4).
+    #[serde(rename = "type")]
+    pub kind: &'static str,
+    /// Its σ, in the unit; `None` where it has several.
+    pub sigma: Option<f64>,
+    /// `mm`, `deg`, or nothing of a ratio.
+    pub unit: &'static str,
     /// σ of a position in the frame of the base due to it, rms over the workspace, mm.
     pub absolute_mm: f64,
     /// Its share of the variance, 0 to 1.
@@ -38,7 +47,12 @@ pub struct Contribution {
 
 /// The budget over these poses, largest contribution to the absolute error first; to the relative error if the robot's
 /// place is not measured. Empty if the poses do not determine a rigid motion.
-pub(crate) fn budget(solution: &Solution, poses: &[Sample<f64>]) -> Vec<Contribution> {
+pub(crate) fn budget(
+    solution: &Solution,
+    robot: &RobotFile,
+    poses: &[Sample<f64>],
+) -> Vec<Contribution> {
+    let estimated = solution.estimated_freedom().is_some();
     let inside = Sensitivities::<WITH_TRANSMISSIONS>::of(&solution.robot, poses.iter().copied());
     let Some(relative) = inside.relative() else {
         return Vec::new();
@@ -125,6 +139,17 @@ pub(crate) fn budget(solution: &Solution, poses: &[Sample<f64>]) -> Vec<Contribu
     sources.sort_by(|a, b| b.1[own].total_cmp(&a.1[own]));
     let line = |(source, [absolute, relative], exact): (String, [f64; 2], Option<[f64; 2]>)| {
         Contribution {
+            kind: if estimated && source.ends_with("readings") || source == "datum" {
+                "A"
+            } else {
+                "B"
+            },
+            sigma: sigma(solution, robot, &source),
+            unit: match source.as_str() {
+                "joint readings" if robot.robot.drive() == Drive::Rotary => "deg",
+                "scale" => "",
+                _ => "mm",
+            },
             source,
             absolute_mm: absolute.sqrt(),
             absolute_share: absolute / total[0],
@@ -135,6 +160,41 @@ pub(crate) fn budget(solution: &Solution, poses: &[Sample<f64>]) -> Vec<Contribu
         }
     };
     sources.into_iter().map(line).collect()
+}
+
+/// σ of a source, if it is one number: mm, degrees or a ratio.
+fn sigma(solution: &Solution, robot: &RobotFile, source: &str) -> Option<f64> {
+    let noise = solution.levels.position;
+    match source {
+        "readings" => {
+            let readings = &solution.readings;
+            let only = readings.holds(Kind::Position)
+                && Kind::ALL
+                    .into_iter()
+                    .filter(|own| readings.holds(*own))
+                    .count()
+                    == 1;
+            only.then(|| noise.position())
+        }
+        "joint readings" => Some(joint::in_file(robot.robot.drive(), noise.joint())),
+        "tolerance" => robot.tolerance.map(|own| own.of(Parameter::Lb)),
+        "datum" => {
+            let all: Option<Vec<_>> = robot
+                .instruments
+                .datum
+                .iter()
+                .map(|own| own.sigma)
+                .collect();
+            let all = all.filter(|all| !all.is_empty())?;
+            Some((all.iter().map(|own| own * own).sum::<f64>() / all.len() as f64).sqrt())
+        }
+        other => {
+            let mut effects = solution.effects.iter();
+            let own = effects.find(|own| source_of(solution, own) == other)?;
+            let squares = own.sigma.iter().map(|own| own * own).sum::<f64>();
+            Some((squares / own.sigma.len().max(1) as f64).sqrt())
+        }
+    }
 }
 
 /// The name of an effect as a source.

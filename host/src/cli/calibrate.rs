@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::import::{StatedArguments, configuration, includes};
-use super::output::{self, deliver, now};
+use super::output::{self, command, deliver, now};
 use super::paths::{ColumnsArgument, is_robot, is_toml, read_samples_texts, robot_path};
 use super::progress::Progress;
 use crate::files::document::Document;
@@ -107,7 +107,7 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     let mut report =
         calibrated.map_err(|error| refused(printer::explained(error, printer.as_ref())))?;
     drop(waiting);
-    report.document = Some(Document::new(&robot, &file, &samples, now()?));
+    report.document = Some(Document::new(&robot, &file, &samples, now()?).with_options(command()));
     if arguments.robot.is_none() {
         report.origin = Some("The built-in example: its measurements are simulated.");
     }

@@ -231,7 +231,7 @@ const OTHERS: &[(&str, Change)] = &[
 /// Number of robots, enough for every combination of sample count, frame, and tolerance and noise stated or not.
 const ROBOTS: u64 = 240;
 /// Robots per fault.
-const SOME: u64 = 6;
+const SOME: u64 = 12;
 
 /// The robots `0, 7, 14, …`, so that a few of them still cover all settings; the next fault gets the next robots.
 fn robots(fault: usize) -> impl Iterator<Item = u64> {

@@ -146,9 +146,11 @@ fn words(fault: Fault, (joint, from): (usize, usize)) -> Vec<String> {
             format!("arm {arm}: the joint has an error that repeats"),
             format!("arm {arm}: the joint turns"),
         ],
-        Fault::TwiceATurn(_) => vec![format!(
-            "arm {arm}: the joint has an error that repeats twice a turn"
-        )],
+        // Or listed as an alternative that is about as likely.
+        Fault::TwiceATurn(_) => vec![
+            format!("arm {arm}: the joint has an error that repeats twice a turn"),
+            format!("an error twice a turn of arm {arm}"),
+        ],
         Fault::Sag(_) => vec!["the platform is lower".to_owned()],
         Fault::Drift(_) => vec!["drift".to_owned()],
         Fault::Scale(_) => vec!["lengths are".to_owned()],

@@ -577,7 +577,7 @@ pub(in crate::report) fn verdict(report: &Report) -> Option<(bool, String)> {
     let figures = match report.expanded_uncertainty {
         None => "the expanded uncertainty is unknown".to_owned(),
         Some(expanded) => format!(
-            "expanded uncertainty ({}, 95 %) {} mm, limit {} mm",
+            "expanded uncertainty ({}) {} mm for 95 % of positions, limit {} mm",
             expanded.of,
             significant(expanded.workspace_mm, 2),
             own.limit_mm

@@ -12,7 +12,7 @@ import math
 import random
 import sys
 
-rng = random.Random(54)
+rng = random.Random(57)
 REFLECTOR = (12.0, 0.0, -25.0)
 DATUM = [(500.0, 0.0, -400.0), (-400.0, 450.0, -500.0), (-300.0, -500.0, -300.0), (0.0, 0.0, -1000.0)]
 DATUM_AS_MADE = [[c + rng.gauss(0.0, 0.02) for c in place] for place in DATUM]

@@ -360,11 +360,11 @@ fn good_samples_are_rejected_as_often_as_chi_square_has_it() {
 /// What a changed robot does, and after how many samples the gate says so.
 #[test]
 fn a_robot_that_changes_is_detected() {
-    let (settings, robots) = (stated(0.5, 0.2 * DEGREE), size(60, 300));
+    let (settings, robots) = (stated(0.5, 0.2 * DEGREE), size(60_u32, 300));
     for change in [0.05, 0.1, 0.2, 0.5, 2.0] {
         let (mut detected, mut delay, mut at_once, mut early) = (0, 0, 0, 0);
         for number in 0..robots {
-            let mut rng = generator(911, number);
+            let mut rng = generator(911, number.into());
             let truth = robot(0.5, 0.2 * DEGREE, &mut rng);
             // As after a crash: every parameter is off.
             let changed = perturbed(&truth, change, change / 260.0, Spread::Normal, &mut rng);
@@ -393,7 +393,7 @@ fn a_robot_that_changes_is_detected() {
         assert_eq!(early, 0);
         if change >= 2.0 {
             assert!(
-                detected == robots && delay < robots * 10,
+                detected == robots && delay < 10 * robots as usize,
                 "{detected}, {delay}"
             );
         }

@@ -53,6 +53,11 @@ pub(crate) fn budget(
     poses: &[Sample<f64>],
 ) -> Vec<Contribution> {
     let estimated = solution.estimated_freedom().is_some();
+    let of_misfit = robot
+        .instruments
+        .datum
+        .iter()
+        .any(|own| own.sigma.is_none());
     let inside = Sensitivities::<WITH_TRANSMISSIONS>::of(&solution.robot, poses.iter().copied());
     let Some(relative) = inside.relative() else {
         return Vec::new();
@@ -139,7 +144,7 @@ pub(crate) fn budget(
     sources.sort_by(|a, b| b.1[own].total_cmp(&a.1[own]));
     let line = |(source, [absolute, relative], exact): (String, [f64; 2], Option<[f64; 2]>)| {
         Contribution {
-            kind: if estimated && source.ends_with("readings") || source == "datum" {
+            kind: if estimated && source.ends_with("readings") || source == "datum" && of_misfit {
                 "A"
             } else {
                 "B"

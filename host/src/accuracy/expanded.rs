@@ -151,7 +151,10 @@ pub(crate) fn of_vectors(vectors: &[Vector3<f64>]) -> [[f64; 3]; 4] {
         let (sum, squares, most) = all.fold((0.0, 0.0, 0.0), |(sum, squares, most), own| {
             (sum + own, squares + own * own, f64::max(most, own.abs()))
         });
-        [sum / count, f64::sqrt(squares / count), most]
+        let (mean, rms) = (sum / count, f64::sqrt(squares / count));
+        // A mean that is rounding.
+        let mean = if mean.abs() < 1e-9 * rms { 0.0 } else { mean };
+        [mean, rms, most]
     })
 }
 

@@ -24,8 +24,8 @@ SAMPLES.csv, in any mixture:
   q1_deg,q2_deg,q3_deg,distance_mm,to_q1_deg,to_q2_deg,to_q3_deg
                                               a calliper, between two poses
 Linear drives: s1_mm,s2_mm,s3_mm. Units: also _rad, _counts, _m, _cm, _um, _in. sigma_mm or u_k2_mm weighs a row. Two files are \
-joined by a common column (name, number, time) or by order. A blank x, y or z counts as not measured where at least 3 \
-rows, and one in 10, have the same blanks; otherwise it is an error. - is not measured in any row.
+joined by a common column (name, number, time) or by order. Blank x, y or z: not measured, where 3 \
+rows and one in 10 have the same blanks; otherwise an error. - is not measured. use = 0 leaves a row out.
 
 σ that [noise] does not state is estimated. Without x, y and z a [tolerance] is needed.
 

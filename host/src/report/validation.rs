@@ -101,10 +101,10 @@ const fn title(verdict: Verdict) -> &'static str {
 
 /// The reason for the verdict.
 fn reason(found: &Validation) -> String {
-    if let Some(Step { text, .. }) = &found.step {
+    if let Some(Step { text, line, .. }) = &found.step {
         let rows = count(found.row_count, "row");
         return format!(
-            "{text}. The figures are of the {rows} before. Validate the rows from there on by themselves, or measure again."
+            "{text}. The figures are of the {rows} before. Validate the rows from there on by themselves (--rows {line}..), or measure again."
         );
     }
     let RmsError {

@@ -388,12 +388,12 @@ fn a_robot_that_changes_is_detected() {
         }
         println!(
             "| {change} mm | {detected} of {robots} | {:.1} | {at_once} |",
-            delay as f64 / (detected as f64).max(1.0),
+            delay as f64 / f64::from(detected).max(1.0),
         );
         assert_eq!(early, 0);
         if change >= 2.0 {
             assert!(
-                detected == robots && delay < 10 * robots as usize,
+                detected == robots && delay < 10 * u64::from(robots),
                 "{detected}, {delay}"
             );
         }

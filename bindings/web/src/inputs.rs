@@ -108,7 +108,7 @@ impl Request {
         let printer = printer::read(
             self.firmware(&text)?,
             &text,
-            samples.as_slice(),
+            samples.as_ref(),
             &self.stated()?,
             &|from, wanted| files.included(from, wanted),
             &self.options(),
@@ -142,8 +142,7 @@ impl Request {
             all.collect::<Result<Vec<_>, _>>()
                 .map_err(|cause| Fault::of_request(format!("{name}: {cause}")))
         };
-        let all = self.printed.split([',', ';']).filter_map(given);
-        let printed = all.map(printed).collect::<Result<Vec<_>, _>>();
+        let printed = given(&self.printed).map(printed).transpose();
         let shrinkage = given(&self.shrinkage).map(shrinkage).transpose();
         let stated = Stated {
             printed: printed.map_err(Fault::of_request)?,

@@ -47,6 +47,7 @@ pub(super) fn notes(imported: &Imported, solution: &Solution) -> Vec<String> {
             ));
         }
     }
+    notes.extend(super::shape::note(imported, solution));
     notes.extend(common_scale(imported));
     notes
 }

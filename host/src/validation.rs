@@ -203,11 +203,9 @@ pub fn validate(
     let options = Options::in_frame(frame);
     let in_base = known.map(|own| readings.turned(&own.inverse()));
     let diagnosis = diagnose(robot, in_base.as_ref().unwrap_or(&readings), &options);
-    let step = match diagnosis {
-        None => step(robot, in_base.as_ref().unwrap_or(&readings), options),
-        // A mistake in all rows needs no further explanation.
-        Some(_) => None,
-    };
+    // A mistake in all rows needs no further explanation.
+    let judged = Some(in_base.as_ref().unwrap_or(&readings)).filter(|_| diagnosis.is_none());
+    let step = judged.and_then(|own| step(robot, own, options));
     if let Some(step) = &step {
         readings.rows.truncate(step.row);
     }
@@ -217,20 +215,9 @@ pub fn validate(
         CalibrateError::from(refused.explained(diagnosis.clone()))
     };
     let poses = readings.distinct_poses();
-    let least = match frame {
-        Frame::Base => LEAST_POSES,
-        Frame::Sensor => LEAST_POSES_OF_SENSOR,
-    };
-    if poses < least {
-        let mut found = count(poses, "different pose");
-        if let Some(Step { text, .. }) = &step {
-            found = format!("{text}, and there are {found} before");
-        }
+    if let Some(cause) = too_few(poses, frame, step.as_ref()) {
         let remedy = "Measure about 20 poses, spread over the region in which the robot works.";
-        return Err(refused(
-            format!("{found}; at least {least} are needed."),
-            remedy,
-        ));
+        return Err(refused(cause, remedy));
     }
     let Deviations {
         mut rows,
@@ -246,13 +233,7 @@ pub fn validate(
             "half of the measured positions are more than {:.0} mm from those computed with {}.",
             deviation.median, robot.name
         );
-        let remedy = match frame {
-            Frame::Base => {
-                "Check units and columns; use --frame sensor if the positions are in a sensor frame."
-            }
-            Frame::Sensor => "Check units and columns.",
-        };
-        return Err(refused(cause, remedy));
+        return Err(refused(cause, where_else(frame)));
     }
     let fitted_again = match known {
         Some(_) if request.stored => deviations(robot, readings, None).ok(),
@@ -268,10 +249,8 @@ pub fn validate(
         overstated,
         fitted_again.map_or(f64::INFINITY, |own| rms(&own.rows)),
     );
-    if overstated.is_some() {
-        for row in &mut rows {
-            row.noise = None;
-        }
+    for row in rows.iter_mut().filter(|_| overstated.is_some()) {
+        row.noise = None;
     }
     let (squares, noise) = by_poses(&rows);
     let rms_error = rms_error(&squares, noise.unwrap_or(0.0), read, request.limit);
@@ -313,6 +292,32 @@ pub fn validate(
         kind: only_kind(readings),
         of_datum: request.frame == Frame::Sensor && !request.stored,
     })
+}
+
+/// What is said of too few poses, `None` if there are enough.
+fn too_few(poses: usize, frame: Frame, step: Option<&Step>) -> Option<String> {
+    let least = match frame {
+        Frame::Base => LEAST_POSES,
+        Frame::Sensor => LEAST_POSES_OF_SENSOR,
+    };
+    if poses >= least {
+        return None;
+    }
+    let mut found = count(poses, "different pose");
+    if let Some(Step { text, .. }) = step {
+        found = format!("{text}, and there are {found} before");
+    }
+    Some(format!("{found}; at least {least} are needed."))
+}
+
+/// The remedy if most positions lie elsewhere.
+const fn where_else(frame: Frame) -> &'static str {
+    match frame {
+        Frame::Base => {
+            "Check units and columns; use --frame sensor if the positions are in a sensor frame."
+        }
+        Frame::Sensor => "Check units and columns.",
+    }
 }
 
 /// What happened during the measurement, if anything did: the robot is fitted to the readings and then explains them but for

@@ -466,8 +466,8 @@ fn a_travel_of_thousands_of_forearms_is_refused() {
         };
         sample.joints[1] = 2e12;
         let error = SampleError::JointTooLarge(ArmIndex::Second);
-        assert_eq!(calibrator.add(&sample), Err(error.into()), "{name}");
-        assert_eq!(joint.add(&sample), Err(error.into()), "{name}");
+        assert_eq!(calibrator.add(&sample), Err(error), "{name}");
+        assert_eq!(joint.add(&sample), Err(error), "{name}");
         sample.joints[1] = 100.0 * robot.arms()[1].lb();
         assert_eq!(calibrator.add(&sample), Ok(()), "{name}");
         assert_eq!(joint.add(&sample), Ok(()), "{name}");

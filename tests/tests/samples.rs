@@ -149,12 +149,12 @@ proptest! {
         };
         let mut calibrator = filled(&samples, &weighted());
         let before = calibrator.clone();
-        prop_assert_eq!(calibrator.add(&spoilt), Err(expected.into()));
+        prop_assert_eq!(calibrator.add(&spoilt), Err(expected));
         prop_assert!(calibrator == before);
 
         let mut many = samples.clone();
         many[7] = spoilt;
-        prop_assert_eq!(calibrator.add_many(&many), Err((7, expected.into())));
+        prop_assert_eq!(calibrator.add_many(&many), Err((7, expected)));
         prop_assert!(calibrator == before);
 
     }

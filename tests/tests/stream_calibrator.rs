@@ -138,8 +138,11 @@ fn compare<T: Real, E: Estimator>(ends: &mut [u32; 3]) {
                 let (added, found) = end(stream, added);
                 ends[match &found {
                     Ok(_) => 0,
-                    Err(Refusal::RobotChanged { .. } | Refusal::EarlySamplesWrong { .. })
-                    | Err(Refusal::TooManyRejected { .. }) => 2,
+                    Err(
+                        Refusal::RobotChanged { .. }
+                        | Refusal::EarlySamplesWrong { .. }
+                        | Refusal::TooManyRejected { .. },
+                    ) => 2,
                     Err(_) => 1,
                 }] += 1;
                 let expected = by_hand::<T, E>(robot, settings, &selection, samples, &added);

@@ -291,11 +291,6 @@ fn moved(pairs: Vec<(Vector3<f64>, Vector3<f64>)>) -> Vec<(Vector3<f64>, Vector3
     moved.collect()
 }
 
-/// The rms error over all that the joints reach, as a calibration states it.
-pub(crate) fn error_anywhere(robot: &Made, rng: &mut Pcg32) -> f64 {
-    rms(&anywhere(robot, rng))
-}
-
 /// Where the robot is, and where its file says it is, all over what the joints reach.
 fn anywhere(robot: &Made, rng: &mut Pcg32) -> Vec<(Vector3<f64>, Vector3<f64>)> {
     let joints: Vec<_> = (0..HELD_OUT)

@@ -53,11 +53,8 @@ pub(crate) fn budget(
     poses: &[Sample<f64>],
 ) -> Vec<Contribution> {
     let estimated = solution.estimated_freedom().is_some();
-    let of_misfit = robot
-        .instruments
-        .datum
-        .iter()
-        .any(|own| own.sigma.is_none());
+    let mut datum = robot.instruments.datum.iter();
+    let of_misfit = datum.any(|own| own.sigma.is_none());
     let inside = Sensitivities::<WITH_TRANSMISSIONS>::of(&solution.robot, poses.iter().copied());
     let Some(relative) = inside.relative() else {
         return Vec::new();
@@ -92,15 +89,7 @@ pub(crate) fn budget(
         .effects
         .first()
         .map_or(covariance.nrows(), |own| own.first);
-    let block = |places: std::ops::Range<usize>| {
-        DMatrix::from_fn(covariance.nrows(), covariance.ncols(), |row, column| {
-            if places.contains(&row) && places.contains(&column) {
-                information[(row, column)]
-            } else {
-                0.0
-            }
-        })
-    };
+    let block = |places| block(&information, &places);
     sources.push(("tolerance".to_owned(), sandwich(&block(0..own)), None));
     sources.push((
         "planes and points".to_owned(),
@@ -150,11 +139,7 @@ pub(crate) fn budget(
                 "B"
             },
             sigma: sigma(solution, robot, &source),
-            unit: match source.as_str() {
-                "joint readings" if robot.robot.drive() == Drive::Rotary => "deg",
-                "scale" => "",
-                _ => "mm",
-            },
+            unit: unit(robot, &source),
             source,
             absolute_mm: absolute.sqrt(),
             absolute_share: absolute / total[0],
@@ -165,6 +150,26 @@ pub(crate) fn budget(
         }
     };
     sources.into_iter().map(line).collect()
+}
+
+/// The part of a matrix that belongs to these unknowns; 0 elsewhere.
+fn block(of: &DMatrix<f64>, places: &std::ops::Range<usize>) -> DMatrix<f64> {
+    DMatrix::from_fn(of.nrows(), of.ncols(), |row, column| {
+        if places.contains(&row) && places.contains(&column) {
+            of[(row, column)]
+        } else {
+            0.0
+        }
+    })
+}
+
+/// Of a source's σ.
+fn unit(robot: &RobotFile, source: &str) -> &'static str {
+    match source {
+        "joint readings" if robot.robot.drive() == Drive::Rotary => "deg",
+        "scale" => "",
+        _ => "mm",
+    }
 }
 
 /// σ of a source, if it is one number: mm, degrees or a ratio.

@@ -277,14 +277,6 @@ impl Fitted<'_> {
         let (own, home) = (&arms[arm], self.home[arm]);
         let (limits, instruments) = (self.robot.limits, &self.robot.instruments);
         let convention = &self.convention;
-        let mut parameters = self.robot.robot.parameters()[motor];
-        for (own, sign) in parameters.iter_mut().zip(convention.signs()) {
-            *own *= sign;
-        }
-        let [dx, dy, dz, theta, alpha, la_x, la_y, lb] = parameters;
-        let transmission = self.robot.robot.transmissions()[motor].numbers();
-        let [gain, cos, sin, cos2, sin2] = convention.transmission(transmission);
-        let precise = |value: f64| Value::Text(decimals(value, 9));
         let flange = convention.vector(&instruments.target_place());
         let stated = self.settings.platform_radius.or(self.robot.platform_radius);
         let platform = stated.unwrap_or(USUAL_PLATFORM);
@@ -364,21 +356,7 @@ impl Fitted<'_> {
                 let reach = self.settings.bed_radius.unwrap_or(self.reach.ceil());
                 text(format!("{reach:.1}"))
             }
-            // The robot's own parameters, their number, and the range of the joints.
-            "dx" => mm(dx),
-            "dy" => mm(dy),
-            "dz" => mm(dz),
-            "theta" => degrees(theta),
-            "alpha" => degrees(alpha),
-            "la_x" => mm(la_x),
-            "la_y" => mm(la_y),
-            "lb" => mm(lb),
-            // The transmission of its joint: the gain, and harmonics in degrees.
-            "gain" => precise(gain),
-            "cos_1" => precise(cos.to_degrees()),
-            "sin_1" => precise(sin.to_degrees()),
-            "cos_2" => precise(cos2.to_degrees()),
-            "sin_2" => precise(sin2.to_degrees()),
+            // The parameters' number, and the range of the joints.
             "joint_sign" => text(format!("{:.1}", convention.sense())),
             "z_sign" => text(format!("{:.1}", convention.height(1.0))),
             "revision" => {
@@ -394,7 +372,39 @@ impl Fitted<'_> {
                 let offset = decimals(home[motor].to_degrees(), 4);
                 format!("# HOME_OFFSET = {offset}\n")
             })),
-            unknown => text(format!("{{{unknown}}}")),
+            unknown => self
+                .parameter(unknown, motor)
+                .unwrap_or_else(|| text(format!("{{{unknown}}}"))),
+        })
+    }
+
+    /// A parameter of the robot's arm, or of the transmission of its joint: the gain, and harmonics in degrees.
+    fn parameter(&self, quantity: &str, motor: usize) -> Option<Value> {
+        let convention = &self.convention;
+        let mut parameters = self.robot.robot.parameters()[motor];
+        for (own, sign) in parameters.iter_mut().zip(convention.signs()) {
+            *own *= sign;
+        }
+        let [dx, dy, dz, theta, alpha, la_x, la_y, lb] = parameters;
+        let transmission = self.robot.robot.transmissions()[motor].numbers();
+        let [gain, cos, sin, cos2, sin2] = convention.transmission(transmission);
+        let precise = |value: f64| Value::Text(decimals(value, 9));
+        let (mm, degrees) = (Value::Length, |own: f64| Value::Degrees(own.to_degrees()));
+        Some(match quantity {
+            "dx" => mm(dx),
+            "dy" => mm(dy),
+            "dz" => mm(dz),
+            "theta" => degrees(theta),
+            "alpha" => degrees(alpha),
+            "la_x" => mm(la_x),
+            "la_y" => mm(la_y),
+            "lb" => mm(lb),
+            "gain" => precise(gain),
+            "cos_1" => precise(cos.to_degrees()),
+            "sin_1" => precise(sin.to_degrees()),
+            "cos_2" => precise(cos2.to_degrees()),
+            "sin_2" => precise(sin2.to_degrees()),
+            _ => return None,
         })
     }
 

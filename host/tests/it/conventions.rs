@@ -150,7 +150,7 @@ fn truth() -> [Arm; 3] {
 }
 
 /// What a tracker in its own frame reads: the same numbers whatever the robot's convention.
-fn seen() -> (Vec<(Point, Point)>, Vec<(Point, Point)>) {
+fn seen() -> [Vec<(Point, Point)>; 2] {
     let mut rng = generator(3, 54);
     let mut noise = move || 0.03 * (f64::from(rng.next_u32()) / f64::from(u32::MAX) - 0.5);
     let turn = Rotation3::from_euler_angles(0.2, -0.4, 1.1);
@@ -170,7 +170,7 @@ fn seen() -> (Vec<(Point, Point)>, Vec<(Point, Point)>) {
         [-200.0, -400.0, -300.0],
         [0.0, 0.0, -800.0],
     ];
-    (rows, places.map(|place| (place, look(place))).into())
+    [rows, places.map(|place| (place, look(place))).into()]
 }
 
 /// Everything that the commands say, as in the usual convention.
@@ -218,7 +218,7 @@ fn motion(own: Convention, export: &Value) -> [f64; 12] {
 #[expect(clippy::too_many_lines, reason = "one command after another")]
 fn said(own: Convention) -> Said {
     let (folder, mut said) = (Folder::new(), Said::default());
-    let (rows, datum) = seen();
+    let [rows, datum] = seen();
     let names = match own.unit {
         "deg" => "q1_deg,q2_deg,q3_deg",
         "rad" => "q1_rad,q2_rad,q3_rad",

@@ -98,8 +98,8 @@ fn spoilt(readings: &mut Readings, fault: Fault, seed: usize) -> (usize, usize) 
 }
 
 /// What a calibration says: kinds with arm and line, and text; how many rows it suspects.
-fn said(robot: &RobotFile, readings: &Readings, options: &Options) -> (String, usize) {
-    match calibrate(robot, readings, options) {
+fn said(robot: &RobotFile, readings: &Readings, options: Options) -> (String, usize) {
+    match calibrate(robot, readings, &options) {
         Ok(report) => (report.warnings.join(" "), report.suspected_samples.len()),
         Err(error) => (format!("{error} {}", error.remedy().unwrap_or_default()), 0),
     }
@@ -206,7 +206,7 @@ fn faults_of_any_size_are_named() {
                 let words = words(fault, at).into_iter().map(|own| own.to_lowercase());
                 let words: Vec<_> = words.collect();
                 let mut options = Options::in_frame(frame);
-                let (text, _) = said(&robot, &readings, &options);
+                let (text, _) = said(&robot, &readings, options);
                 let is_named = |text: &str| {
                     let text = text.to_lowercase();
                     words.iter().any(|own| text.contains(own))
@@ -217,7 +217,7 @@ fn faults_of_any_size_are_named() {
                     println!("  {fault:?} noise {noise} seed {seed} at {at:?}: {text}");
                 }
                 options.robust = true;
-                let (text, suspected) = said(&robot, &readings, &options);
+                let (text, suspected) = said(&robot, &readings, options);
                 let many = matches!(fault, Fault::Rows(_));
                 robust += usize::from(many || suspected < 3 || is_named(&text));
             }

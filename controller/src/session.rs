@@ -2,10 +2,10 @@
 
 use crate::Number;
 use delta_cal::calibration::{ArmOutcome, Estimator, Ikm, Joint};
-use delta_cal::samples::AddError;
+use delta_cal::samples::SampleError;
 use delta_cal::snapshot::SnapshotError;
-use delta_cal::stream::{Added, StreamCalibrator, StreamRefusal};
-use delta_cal::{ArmIndex, Progress, Real, Robot, Sample};
+use delta_cal::stream::StreamCalibrator;
+use delta_cal::{ArmIndex, Progress, Real, Refusal, Robot, Sample};
 use delta_cal_protocol::{
     ArmReport, Begin, Estimator as Chosen, Fault, GateStatus, Geometry, Phase, SampleMessage,
 };
@@ -51,12 +51,12 @@ impl<T: Real> Stream<T> {
 
     /// The calibrated robot.
     #[inline(never)]
-    fn robot(&self) -> Result<Robot<T>, StreamRefusal> {
+    fn robot(&self) -> Result<Robot<T>, Refusal> {
         either!(self, own => own.outcome().map(|outcome| outcome.robot.clone()))
     }
 
     #[inline(never)]
-    fn arm(&self, arm: ArmIndex) -> Result<ArmOutcome<T>, StreamRefusal> {
+    fn arm(&self, arm: ArmIndex) -> Result<ArmOutcome<T>, Refusal> {
         match self {
             Self::Arms(own) => own.outcome().map(|outcome| Ikm::arm(outcome, arm)),
             Self::Joint(own) => own.outcome().map(|outcome| outcome.arm(arm)),
@@ -141,11 +141,11 @@ impl<T: Number> Session<T> {
             joints: message.joints,
             position: Vector3::new(x, y, z),
         };
-        let added = either!(stream, own => own.add(&sample)).map_err(|error| match error {
-            AddError::Sample(error) => Fault::Sample(error),
-            AddError::Busy(_) => Fault::Busy,
+        either!(stream, own => own.add(&sample)).map_err(|error| match error {
+            SampleError::Busy(_) => Fault::Busy,
+            error => Fault::Sample(error),
         })?;
-        if let (Some(alarm), Added::Tested(_)) = (either!(stream, own => own.alarm()), &added) {
+        if let Some(alarm) = either!(stream, own => own.alarm()) {
             log!(warn, "session {=u32:08x}: {}", message.session, alarm);
         }
         Ok(())

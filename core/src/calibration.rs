@@ -43,14 +43,14 @@ pub(crate) use joint_samples::JointSamples;
 pub(crate) use minimizer::Minimizer;
 pub use minimizer::Progress;
 pub(crate) use minimizer::enough_samples;
-pub use outcome::{ArmOutcome, Estimate, JointOutcome, RobotOutcome, StartUsed, Termination};
+pub use outcome::{ArmOutcome, Estimate, JointOutcome, RobotOutcome, Start, Termination};
 pub(crate) use parts::Samples;
 #[cfg(test)]
 pub(crate) use problem::sum_of_squares;
 pub(crate) use problem::{Extent, Gradient, Judged, Piece, Problem};
 pub use refusal::{Instrument, Refusal};
 pub(crate) use robot_solver::is_below;
-pub use settings::{Settings, Solver, Start};
+pub use settings::Settings;
+pub use tolerance::Tolerance;
 pub(crate) use tolerance::positive;
-pub use tolerance::{Tolerance, ToleranceError};
 pub use tolerance_prior::TolerancePrior;

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use crate::observations::{Instruments, ObservationNoise, Plane, Point, PositionFrame};
+use crate::observations::{Instruments, ObservationNoise, Plane, Point};
 use crate::robot::{Arm, Robot, SymmetricRobot};
 use crate::samples::{JointFactor, Noise, Sample, Triangle, Unknowns};
 use nalgebra::{SMatrix, SVector, Vector3};
@@ -92,7 +92,7 @@ pub(crate) fn instruments<'a>(
     points: &'a [Point<f64>],
 ) -> Instruments<'a, f64> {
     Instruments {
-        frame: PositionFrame::Base,
+        sensor_frame: false,
         planes,
         points,
         noise: ObservationNoise::new(Noise::new(0.02, 0.0).unwrap(), 0.02, 0.05).unwrap(),

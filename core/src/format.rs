@@ -3,7 +3,7 @@
 use crate::Real;
 use crate::calibration::{ArmOutcome, Calibrator, Estimator, RobotOutcome};
 use crate::robot::{Arm, Parameter, Robot};
-use crate::samples::{ArmFactor, NominalArm, Sample};
+use crate::samples::Sample;
 use defmt::{Format, Formatter, write};
 
 impl<T: Real + Format> Format for Arm<T> {
@@ -21,30 +21,6 @@ impl<T: Real + Format> Format for Robot<T> {
 impl<T: Real + Format> Format for Sample<T> {
     fn format(&self, formatter: Formatter<'_>) {
         write!(formatter, "{} at {}", self.position.data.0, self.joints);
-    }
-}
-
-impl<T: Real + Format> Format for NominalArm<T> {
-    fn format(&self, formatter: Formatter<'_>) {
-        write!(
-            formatter,
-            "{} noise {} centre {} scale {}",
-            self.arm(),
-            self.noise(),
-            self.centre().data.0,
-            self.scale()
-        );
-    }
-}
-
-impl<T: Real + Format> Format for ArmFactor<T> {
-    fn format(&self, formatter: Formatter<'_>) {
-        write!(
-            formatter,
-            "factor of {} samples, {} effective",
-            self.samples(),
-            self.effective_samples()
-        );
     }
 }
 

@@ -12,22 +12,6 @@ pub struct RigidTransform<T: Real> {
     pub translation: Vector3<T>,
 }
 
-/// Why two sets of points do not determine a rigid transform.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum AlignmentError {
-    /// Fewer than three pairs of points.
-    #[error("a frame needs at least three points")]
-    TooFewPoints,
-    /// All points lie on one line.
-    #[error("all points lie on one line, which leaves the frame undetermined")]
-    Collinear,
-    /// A coordinate is NaN, infinite, or too large to be squared.
-    #[error("a coordinate is not a finite number")]
-    NonFinite,
-}
-
 impl<T: Real> Default for RigidTransform<T> {
     fn default() -> Self {
         Self::identity()
@@ -63,31 +47,25 @@ impl<T: Real> RigidTransform<T> {
     ///
     /// The iterator is traversed twice; nothing is stored.
     ///
-    /// # Errors
-    /// Fewer than three pairs, collinear points, or a non-finite coordinate.
+    /// `None` for fewer than three pairs, collinear points, or a coordinate that is not finite or too large to be squared.
     ///
     /// ```
     /// use delta_cal::frame::RigidTransform;
     /// use nalgebra::Vector3;
-    /// # fn main() -> Result<(), delta_cal::frame::AlignmentError> {
     /// let from = [Vector3::new(0.0, 0.0, 0.0), Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.0, 2.0, 0.0)];
     /// // A quarter turn about z and a shift by 5 along x.
     /// let pairs = from.iter().map(|p| (*p, Vector3::new(5.0 - p.y, p.x, p.z)));
-    /// let found: RigidTransform<f64> = RigidTransform::align(pairs)?;
+    /// let found: RigidTransform<f64> = RigidTransform::align(pairs).unwrap();
     /// assert!((found.translation - Vector3::new(5.0, 0.0, 0.0)).norm() < 1e-12);
-    /// # Ok(())
-    /// # }
     /// ```
-    pub fn align<I>(pairs: I) -> Result<Self, AlignmentError>
+    pub fn align<I>(pairs: I) -> Option<Self>
     where
         I: IntoIterator<Item = (Vector3<T>, Vector3<T>)>,
         I::IntoIter: Clone,
     {
         let pairs = pairs.into_iter();
         // Relative to the first pair, so that a distant origin does not cost precision in the sums.
-        let Some((from_first, to_first)) = pairs.clone().next() else {
-            return Err(AlignmentError::TooFewPoints);
-        };
+        let (from_first, to_first) = pairs.clone().next()?;
         let mut count = T::ZERO;
         let (mut from_sum, mut to_sum) = (Vector3::<T>::zeros(), Vector3::<T>::zeros());
         for (from, to) in pairs.clone() {
@@ -96,7 +74,7 @@ impl<T: Real> RigidTransform<T> {
             to_sum += to - to_first;
         }
         if !(count >= T::from_f64(3.0)) {
-            return Err(AlignmentError::TooFewPoints);
+            return None;
         }
         let (from_mean, to_mean) = (from_sum / count, to_sum / count);
         let mut columns = [Vector3::<T>::zeros(); 3];
@@ -110,7 +88,7 @@ impl<T: Real> RigidTransform<T> {
         }
         let rotation = best_rotation(&Matrix3::from_columns(&columns), spread)?;
         let turned = product(&rotation, &(from_first + from_mean));
-        Ok(Self {
+        Some(Self {
             rotation,
             translation: to_first + (to_mean - turned),
         })
@@ -119,22 +97,16 @@ impl<T: Real> RigidTransform<T> {
 
 /// The rotation R that maximises Σ to · R from; `products` is Σ from · toᵀ, and `spread` the sum of all squares.
 #[inline(never)]
-pub(crate) fn best_rotation<T: Real>(
-    products: &Matrix3<T>,
-    spread: T,
-) -> Result<Matrix3<T>, AlignmentError> {
-    if !(spread * spread).finite() {
-        return Err(AlignmentError::NonFinite);
-    }
-    if !(spread > T::ZERO) {
-        return Err(AlignmentError::Collinear);
+pub(crate) fn best_rotation<T: Real>(products: &Matrix3<T>, spread: T) -> Option<Matrix3<T>> {
+    if !((spread * spread).finite() && spread > T::ZERO) {
+        return None;
     }
     let ([largest, second], quaternion) = two_largest(&horn_matrix(&(products / spread)));
     // If the points are collinear, any rotation about their line fits equally well.
     if !(largest - second > T::EPSILON * T::from_f64(128.0)) {
-        return Err(AlignmentError::Collinear);
+        return None;
     }
-    Ok(rotation_of(&quaternion))
+    Some(rotation_of(&quaternion))
 }
 
 /// A matrix times a vector. Not nalgebra's product, which has a path to a panic in a program built for size.

@@ -15,8 +15,8 @@ use crate::observations::{
 };
 use crate::robot::{ArmIndex, OF_ARM, Robot};
 use crate::samples::{
-    ArmFactor, Displacement, FEATURES, JointDisplacement, JointFactor, NominalArm, Sample, Waiting,
-    triangle,
+    ArmFactor, Displacement, FEATURES, JointDisplacement, JointFactor, NominalArm, Sample,
+    SampleError, Waiting, triangle,
 };
 use crate::stream::{Prediction, Row};
 use core::ops::Range;
@@ -53,6 +53,11 @@ kernels! { [f32, f64]
     /// [`Robot::inverse`].
     fn inverse(robot: &Robot<Self>, x: &Vector3<Self>) -> Result<[Self; 3], KinematicsError> {
         robot.joints_at(x)
+    }
+
+    /// [`NominalArm::check_sample`].
+    fn check_sample(of: [&NominalArm<Self>; 3], sample: &Sample<Self>) -> Result<(), SampleError> {
+        NominalArm::check_sample(of, sample)
     }
 
     /// Absorbs an arm's block of waiting samples.
@@ -96,6 +101,11 @@ kernels! { [f32, f64]
         sample: (&Vector3<Self>, Self),
     ) -> Row<Self> {
         prediction.row_of(nominal, sample)
+    }
+
+    /// [`Prediction::innovation`].
+    fn gate_innovation(prediction: &Prediction<Self>, row: &Row<Self>) -> Option<(Self, Self)> {
+        prediction.innovation(row)
     }
 
     /// [`JointSamples::take`].
@@ -163,9 +173,10 @@ kernels! { [f32, f64]
         triangle::reduce(entries, columns.len(), columns, pivots);
     }
 
-    /// One row.
-    fn absorb_one(entries: &mut [Self], columns: &mut [[Self; 1]], pivots: usize) {
-        triangle::reduce(entries, columns.len(), columns, pivots);
+    /// One row of nine columns.
+    fn absorb_nine(entries: &mut [Self], row: &mut [[Self; 1]; 9]) {
+        let whole = triangle::absorb_nine(entries, row);
+        debug_assert!(whole.is_some());
     }
 
     /// Two rows.

@@ -12,4 +12,4 @@ mod poses;
 
 pub(crate) use constraint::constraint_gradient;
 pub use constraint::{PlatformJacobian, SingularityDistance};
-pub use poses::{JointLimits, JointLimitsError, KinematicsError, Singularity};
+pub use poses::{JointLimits, KinematicsError};

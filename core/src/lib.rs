@@ -72,6 +72,7 @@
 )]
 
 pub mod calibration;
+mod errors;
 #[cfg(test)]
 mod fixtures;
 #[cfg(feature = "defmt")]
@@ -92,17 +93,12 @@ pub mod stream;
 pub use calibration::{
     IkmCalibrator, JointCalibrator, Progress, Refusal, RobotOutcome, Settings, Tolerance,
 };
+pub use errors::{Busy, SettingError};
 pub use nalgebra;
 pub use observations::FkmCalibrator;
 pub use real::Real;
 pub use robot::{ArmIndex, Parameter, Robot, SymmetricRobot};
 pub use samples::{Noise, Sample};
-
-/// A solve is in progress: call `step` until it has finished. Until then samples, merges and snapshots are refused.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[error("the calibrator is solving: first call step until it has finished")]
-pub struct Busy;
 
 /// Compiles and runs the README's example as a doc test.
 #[cfg(doctest)]

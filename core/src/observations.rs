@@ -27,9 +27,9 @@ mod solve;
 mod start;
 
 pub use crate::calibration::Instrument;
-pub use calibrator::{FkmCalibrator, TouchCalibrator};
+pub use calibrator::FkmCalibrator;
 pub(crate) use equation::{At, Equation};
-pub use instruments::{Instruments, ObservationNoise, Plane, Point, PositionFrame};
+pub use instruments::{Instruments, ObservationNoise, Plane, Point};
 pub(crate) use linearization::Pose;
 pub(crate) use observation::READINGS;
 pub use observation::{

@@ -9,8 +9,6 @@ pub(crate) use arm::ArmAt;
 pub use arm::{Arm, ArmBasis};
 pub use parameter::{ArmIndex, Drive, GeometryError, Parameter, ParameterKind};
 pub(crate) use parameter::{DriveOf, OF_ARM, OF_ROBOT};
-#[cfg(feature = "linear")]
-pub use three_arms::SymmetricLinearRobot;
 pub use three_arms::{Robot, SymmetricRobot};
 pub(crate) use transmission::{NUMBERS as TRANSMISSION_NUMBERS, by_numbers as by_transmission};
 pub use transmission::{Transmission, TransmissionTolerance};

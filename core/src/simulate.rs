@@ -8,12 +8,6 @@ use crate::samples::{Noise, Sample};
 use nalgebra::Vector3;
 use rand_core::Rng;
 
-/// No pose was found: within its joint limits the robot has (almost) no reachable, well-conditioned pose.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[error("no usable pose within the joint limits in 10,000 draws")]
-pub struct PoseError;
-
 /// A number from the standard normal distribution (Marsaglia's polar method).
 pub fn standard_normal<T: Real, R: Rng + ?Sized>(rng: &mut R) -> T {
     // Accepts π/4 of the draws: 64 failures in a row have probability 1e-43. The bound prevents a stuck generator from
@@ -39,23 +33,22 @@ fn uniform<T: Real, R: Rng + ?Sized>(rng: &mut R) -> T {
 /// |det| of the forearms' unit vectors at least 0.05 (type 2), and each forearm at least 6° off its upper arm's line
 /// (type 1). With linear drives the carriages are above the platform.
 ///
-/// # Errors
-/// [`PoseError`] after 10,000 draws.
+/// `None` after 10,000 draws: within its limits the robot has (almost) no such pose.
 pub fn random_pose<T: Real, R: Rng + ?Sized>(
     robot: &Robot<T>,
     limits: &JointLimits<T>,
     rng: &mut R,
-) -> Result<Sample<T>, PoseError> {
+) -> Option<Sample<T>> {
     for _ in 0..10_000 {
         let joints = [(); 3].map(|()| limits.at(uniform(rng)));
         if let Ok(position) = robot.forward(&joints)
             && robot.singularity_distance(&position, &joints).is_clear()
             && robot.has_carriages_above(&position, &joints)
         {
-            return Ok(Sample { joints, position });
+            return Some(Sample { joints, position });
         }
     }
-    Err(PoseError)
+    None
 }
 
 /// A robot manufactured to a tolerance: each parameter is normal about its nominal value; if the tolerance states
@@ -130,7 +123,7 @@ pub fn made_robot<T: Real, R: Rng + ?Sized>(
 ///     .robot()?;
 /// let limits = JointLimits::new(-60f64.to_radians(), 90f64.to_radians())?;
 /// let mut rng = rand_pcg::Pcg32::seed_from_u64(1);
-/// let pose = random_pose(&robot, &limits, &mut rng)?;
+/// let pose = random_pose(&robot, &limits, &mut rng).ok_or("no pose")?;
 /// let measured = simulate_sample(&robot, &pose.joints, Some(&Noise::new(0.01, 0.0)?), &mut rng)?;
 /// assert!((measured.position - pose.position).norm() < 0.1);
 /// # Ok(())

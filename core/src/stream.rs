@@ -5,8 +5,8 @@ mod calibrator;
 mod gate;
 mod options;
 
-pub use crate::samples::{AddError, Forgetting, ForgettingError};
+pub use crate::samples::Forgetting;
 pub use calibrator::StreamCalibrator;
-pub use gate::{Alarm, GateCounts, GateError, Innovation, Untested, Verdict};
+pub use gate::{GateCounts, Innovation, Verdict};
 pub(crate) use gate::{Prediction, Row};
-pub use options::{Added, Selection, StreamRefusal};
+pub use options::Selection;

@@ -119,8 +119,8 @@ pub fn check_nominal<T: Number>(file: &RobotFile, nominal: &Geometry<T>) -> Resu
             if !((own - device).abs() <= ROUNDINGS * T::EPSILON.to_f64() * size) {
                 different.push(format!(
                     "{parameter} of {index} is {} in the file and {} in the controller",
-                    in_file_units(parameter, own),
-                    in_file_units(parameter, device)
+                    in_file_units(parameter, file.convention.parameter(parameter, own)),
+                    in_file_units(parameter, file.convention.parameter(parameter, device))
                 ));
             }
         }

@@ -15,6 +15,7 @@ pub mod geometry;
 pub mod positions;
 pub mod target;
 
+use crate::files::convention::Convention;
 use crate::files::robot_file::RobotFile;
 use crate::text::{degrees, joint, rounded};
 pub use correction_table::Table;
@@ -187,19 +188,22 @@ impl Case<'_> {
         };
         match target.content {
             Content::Fitted => {
-                let (fitted, frame) = self.fitted(&target.holds)?;
+                let (fitted, frame) = self.fitted(target)?;
                 let controller = fitted.geometry.robot();
                 let controller = controller.map_err(|_| ExportError::Unreached)?;
                 export.written = target.write(&fitted)?;
                 export.loss = Loss::of_controller(robot, &controller, &frame.transform(), wanted);
                 export.fitted_parameters = Some(target.holds.count());
                 export.controller = Some(controller);
-                export.frame = Some(frame);
+                export.frame = Some(frame.between(&self.robot.convention, &fitted.convention));
             }
             Content::Everything => {
                 let same = RigidTransform::identity();
                 export.written = held(self.robot, &self.settings, [0.0; 3], target)?;
                 export.loss = Loss::of_controller(robot, robot, &same, wanted);
+                let controller = target.convention(self.robot);
+                let frame = Frame::default().between(&self.robot.convention, &controller);
+                export.frame = (frame != Frame::default()).then_some(frame);
             }
             Content::Corrections => {
                 let limit = self.settings.limit;
@@ -209,7 +213,7 @@ impl Case<'_> {
                 }
                 export.written.lines = table.lines();
                 if self.nominal.is_none() {
-                    let warning = assumed(&shapes, robot.drive());
+                    let warning = assumed(&shapes, &self.robot.convention);
                     export.written.warnings.push(warning);
                 }
                 export.loss = loss;
@@ -217,6 +221,14 @@ impl Case<'_> {
             }
         }
         export.kept = (before.rms > NO_GAIN).then(|| 1.0 - export.loss.rms / before.rms);
+        let losses = [
+            &mut export.loss,
+            &mut export.not_calibrated,
+            &mut export.not_calibrated_after_rigid_motion,
+        ];
+        for loss in losses {
+            loss.at = self.robot.convention.vector(&loss.at);
+        }
         Ok(export)
     }
 
@@ -232,7 +244,9 @@ impl Case<'_> {
         }
     }
 
-    fn fitted(&self, holds: &Holds) -> Result<(Fitted<'_>, Frame), ExportError> {
+    fn fitted(&self, target: &Target) -> Result<(Fitted<'_>, Frame), ExportError> {
+        let convention = target.convention(self.robot);
+        let holds = &target.holds.turned(&convention);
         let level = self.settings.level;
         let robot = &self.robot.robot;
         let drive = robot.drive();
@@ -277,6 +291,7 @@ impl Case<'_> {
         };
         let fitted = Fitted {
             robot: self.robot,
+            convention,
             settings: &self.settings,
             geometry,
             home: self.settings.home.unwrap_or_else(usual),
@@ -297,6 +312,7 @@ pub(crate) fn held(
     let shapes = Shape::all(&robot.robot, &home, &RigidTransform::identity());
     target.write(&Fitted {
         robot,
+        convention: target.convention(robot),
         settings,
         geometry: Geometry::start(drive, &shapes, &target.holds, 0.0),
         home,
@@ -361,17 +377,17 @@ fn highest(robot: &RobotFile) -> f64 {
 }
 
 /// The warning about a controller's robot that the user did not state.
-fn assumed(arms: &[Shape; 3], drive: Drive) -> String {
+fn assumed(arms: &[Shape; 3], convention: &Convention) -> String {
     let mean = Shape::mean(arms);
     let (radius, lower) = (mean.radius, mean.lower);
-    let robot = match drive {
+    let robot = match convention.drive {
         Drive::Rotary => format!(
             "base minus platform radius {radius:.4}, height {:.4}, upper arm {:.4}, forearm {lower:.4} mm, first arm at \
              {:.4}°, upper arm level at {:.4}°",
-            mean.height,
+            convention.height(mean.height),
             mean.upper,
-            degrees(even_azimuths(arms)[0]),
-            degrees(mean.zero)
+            degrees(convention.angle(even_azimuths(arms)[0])),
+            convention.degrees(mean.zero)
         ),
         Drive::Linear => format!("radius {radius:.4} mm, rods {lower:.4} mm"),
     };

@@ -3,7 +3,7 @@
 
 mod region;
 
-use delta_cal::kinematics::{JointLimits, KinematicsError, Singularity, SingularityDistance};
+use delta_cal::kinematics::{JointLimits, KinematicsError, SingularityDistance};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::{ArmIndex, Real, Robot};
 use nalgebra::Vector3;
@@ -76,10 +76,8 @@ impl fmt::Display for Limit {
                 formatter,
                 "the forearm of {arm} is further out of its arm's plane than forearm_max_deg allows"
             ),
-            Self::Serial(_) => KinematicsError::Singular(arm, Singularity::Serial).fmt(formatter),
-            Self::Parallel(_) => {
-                KinematicsError::Singular(arm, Singularity::Parallel).fmt(formatter)
-            }
+            Self::Serial(_) => KinematicsError::Serial(arm).fmt(formatter),
+            Self::Parallel(_) => KinematicsError::Parallel(arm).fmt(formatter),
             Self::Assembly(_) => formatter.write_str("the plane of the elbows would stand upright"),
             Self::Unreachable(_) => KinematicsError::Unreachable(arm).fmt(formatter),
             Self::NonFinite(_) => KinematicsError::NonFinite(arm).fmt(formatter),
@@ -90,8 +88,8 @@ impl fmt::Display for Limit {
 impl From<KinematicsError> for Limit {
     fn from(error: KinematicsError) -> Self {
         match error {
-            KinematicsError::Singular(arm, Singularity::Serial) => Self::Serial(arm),
-            KinematicsError::Singular(arm, Singularity::Parallel) => Self::Parallel(arm),
+            KinematicsError::Serial(arm) => Self::Serial(arm),
+            KinematicsError::Parallel(arm) => Self::Parallel(arm),
             KinematicsError::Unreachable(arm) => Self::Unreachable(arm),
             error => Self::NonFinite(error.arm()),
         }

@@ -291,7 +291,7 @@ fn contradiction(
     let robot = case.robot;
     // A stated tolerance already keeps undetermined parameters near their start.
     if robot.tolerance.is_none() {
-        if let Some(change) = credibility::implausible(&robot.robot, &solution.robot) {
+        if let Some(change) = credibility::implausible(robot, &solution.robot) {
             return Err(Objection::Implausible(change));
         }
         if solution.degrees_of_freedom() < 1.0 {

@@ -2,16 +2,63 @@
 
 pub mod calibration;
 pub mod campaign;
+pub mod comparison;
 pub mod export;
 pub mod plan;
 pub mod printer;
 pub mod validation;
 pub mod workspace;
 
+use crate::accuracy::repeats::{Repeatability, RepeatedPose};
 pub use crate::files::document;
+use crate::render::{Section, Table};
+use crate::text::significant;
 use document::Document;
 use maud::{Markup, html};
 use serde::Serialize;
+
+/// Pose accuracy and repeatability of repeated poses, for pages and the terminal.
+pub(crate) fn repeatability(found: &Repeatability) -> Section {
+    let mm = |value: f64| significant(value, 2);
+    let of = |own: &RepeatedPose, axis: usize| format!("{:+.4}", own.ap_xyz_mm[axis] + 0.0);
+    let approached = found.poses.iter().any(|own| own.approach.is_some());
+    let table = Table::of(&found.poses)
+        .column("pose", |own| own.name.clone())
+        .column_if(approached, "approach", |own| {
+            own.approach.clone().unwrap_or_default()
+        })
+        .column("repetitions", |own| own.count)
+        .column("AP, mm", |own| mm(own.ap_mm))
+        .column("x", |own| of(own, 0))
+        .column("y", |own| of(own, 1))
+        .column("z", |own| of(own, 2))
+        .column("RP, mm", |own| mm(own.rp_mm))
+        .table();
+    let optional = |name: &'static str, value: Option<f64>| Some((name, mm(value?)));
+    let facts = [
+        Some((
+            "Pose accuracy AP (VDI 2861: position deviation)",
+            mm(found.ap_mm),
+        )),
+        Some((
+            "Pose repeatability RP (VDI 2861: position scatter)",
+            mm(found.rp_mm),
+        )),
+        optional(
+            "Multi-directional pose accuracy variation vAP (VDI 2861: reversal error)",
+            found.vap_mm,
+        ),
+        optional("Drift of pose accuracy dAP", found.drift_ap_mm),
+        optional("Drift of pose repeatability dRP", found.drift_rp_mm),
+    ];
+    Section::new("Pose accuracy and repeatability (ISO 9283), mm")
+        .table(Table::facts(facts.into_iter().flatten()))
+        .table(table)
+        .note(
+            "Largest of all poses. Drift: from the first half of a pose's repetitions to the last. ISO 9283 asks for five poses \
+             and 30 repetitions at rated load and speed.",
+        )
+}
 
 /// The common header of all JSON reports.
 #[derive(Debug, Serialize)]

@@ -4,10 +4,13 @@
 //! RobotFile, SamplesFile, Request ─→ deviations ─→ rms and largest error with their intervals ─→ verdict
 //! ```
 
+mod comparison;
 mod interval;
 mod readings;
 
+use crate::accuracy::expanded::of_vectors;
 use crate::accuracy::position_error::PositionError;
+use crate::accuracy::repeats::{Attained, Repeatability};
 use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::calibration::report::FrameReport;
 use crate::diagnosis::diagnose;
@@ -20,9 +23,11 @@ use crate::fit::jointly::of_platform_point;
 use crate::fit::observations::is_stated;
 use crate::fit::{Case, Frame, Options};
 use crate::text::count;
+pub use comparison::Comparison;
 use delta_cal::frame::RigidTransform;
 pub use interval::{Bounded, Deviation, RmsError, Verdict};
 use interval::{Read, largest, rms_error};
+use nalgebra::Vector3;
 use readings::{Deviations, deviations};
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -67,6 +72,12 @@ pub struct Validation {
     pub largest_error: Bounded,
     /// Deviations over all rows, including the instrument's noise.
     pub deviation_mm: PositionError,
+    /// Mean, rms and largest absolute deviation along x, y and z of the robot file and in space, of rows with all three.
+    pub axes_mm: Vec<[f64; 3]>,
+    /// Pose accuracy and repeatability, if poses were repeated.
+    pub repeatability: Option<Repeatability>,
+    /// By what the limit is narrowed to pass, and widened to fail (ISO 14253-1); `None` with simple acceptance.
+    pub guard_band_mm: Option<f64>,
     /// rms noise removed from the deviations; `None` if none was removed.
     pub noise_mm: Option<f64>,
     /// Number of rows.
@@ -79,12 +90,81 @@ pub struct Validation {
     pub sensor_frame: Option<FrameReport>,
     /// Warnings.
     pub warnings: Vec<String>,
+    /// Names of rows, by line.
+    #[serde(skip)]
+    pub names: BTreeMap<u64, String>,
     /// Deviations in file order.
     #[serde(skip)]
     pub rows: Vec<Deviation>,
     /// The kind of the readings if they are all of one kind.
     #[serde(skip)]
     pub kind: Option<Kind>,
+    /// Whether datum points give the frame.
+    #[serde(skip)]
+    of_datum: bool,
+}
+
+/// σ of an instrument's scale, if none is stated.
+const USUAL_SCALE: f64 = 1e-5;
+/// Of the expanded uncertainty of the instrument.
+const COVERAGE_FACTOR: f64 = 2.0;
+
+impl Validation {
+    /// Judges with a guard band (ISO 14253-1): the expanded uncertainty of what the instrument adds to all deviations alike,
+    /// its scale, target and datum. Its noise is part of the interval.
+    #[must_use]
+    pub fn guarded(mut self, robot: &RobotFile) -> Self {
+        let facts = &robot.instruments;
+        let count = self.rows.len().max(1) as f64;
+        let mean_square = |from: &Vector3<f64>| {
+            let all = self
+                .rows
+                .iter()
+                .map(|row| (row.position - from).norm_squared());
+            all.sum::<f64>() / count
+        };
+        let sum: Vector3<f64> = self.rows.iter().map(|row| row.position).sum();
+        let known = self.frame == Frame::Base;
+        let from = if known { Vector3::zeros() } else { sum / count };
+        let mut variance = facts.scale.unwrap_or(USUAL_SCALE).powi(2) * mean_square(&from);
+        if known && let Some(target) = facts.targets.first() {
+            variance += target.sigma.norm_squared();
+        }
+        if known && self.of_datum && !facts.datum.is_empty() {
+            let points = facts.datum.len() as f64;
+            let noise = robot.noise.map_or(0.0, |own| own.position());
+            let stated = facts
+                .datum
+                .iter()
+                .map(|own| own.sigma.unwrap_or(noise).powi(2));
+            let square = stated.sum::<f64>() / points;
+            let centre = facts
+                .datum
+                .iter()
+                .map(|own| own.place)
+                .sum::<Vector3<f64>>()
+                / points;
+            let out = facts
+                .datum
+                .iter()
+                .map(|own| (own.place - centre).norm_squared());
+            let out = out.sum::<f64>() / points;
+            variance += 3.0 * square / points * (1.0 + mean_square(&centre) / out.max(1.0));
+        }
+        let band = COVERAGE_FACTOR * variance.sqrt();
+        let limit = self.rms_error.limit_mm;
+        self.guard_band_mm = Some(band);
+        if self.verdict != Verdict::NotJudged {
+            let passes = Verdict::of(&self.rms_error.error, limit - band) == Verdict::Pass;
+            let fails = Verdict::of(&self.rms_error.error, limit + band) == Verdict::Fail;
+            self.verdict = match (passes, fails) {
+                (true, _) => Verdict::Pass,
+                (_, true) => Verdict::Fail,
+                _ => Verdict::Undecided,
+            };
+        }
+        self
+    }
 }
 
 /// Checks that a robot was not calibrated from these samples: `calibrate` writes their SHA-256 to its file.
@@ -110,18 +190,22 @@ pub fn validate(
     readings: &Readings,
     request: Request,
 ) -> Result<Validation, CalibrateError> {
+    let robot = &readings.noise_into(robot);
+    if request.frame == Frame::Sensor
+        && !request.stored
+        && let Some(missing) = readings.missing_datum(robot)
+    {
+        return Err(missing.into());
+    }
     let known = known_frame(robot, request)?;
     let frame = known.map_or(Frame::Sensor, |_| Frame::Base);
-    let robot = &readings.noise_into(robot);
     let mut readings = of_platform_point(robot, readings, known);
     let options = Options::in_frame(frame);
     let in_base = known.map(|own| readings.turned(&own.inverse()));
     let diagnosis = diagnose(robot, in_base.as_ref().unwrap_or(&readings), &options);
-    let step = match diagnosis {
-        None => step(robot, in_base.as_ref().unwrap_or(&readings), options),
-        // A mistake in all rows needs no further explanation.
-        Some(_) => None,
-    };
+    // A mistake in all rows needs no further explanation.
+    let judged = Some(in_base.as_ref().unwrap_or(&readings)).filter(|_| diagnosis.is_none());
+    let step = judged.and_then(|own| step(robot, own, options));
     if let Some(step) = &step {
         readings.rows.truncate(step.row);
     }
@@ -131,23 +215,13 @@ pub fn validate(
         CalibrateError::from(refused.explained(diagnosis.clone()))
     };
     let poses = readings.distinct_poses();
-    let least = match frame {
-        Frame::Base => LEAST_POSES,
-        Frame::Sensor => LEAST_POSES_OF_SENSOR,
-    };
-    if poses < least {
-        let mut found = count(poses, "different pose");
-        if let Some(Step { text, .. }) = &step {
-            found = format!("{text}, and there are {found} before");
-        }
+    if let Some(cause) = too_few(poses, frame, step.as_ref()) {
         let remedy = "Measure about 20 poses, spread over the region in which the robot works.";
-        return Err(refused(
-            format!("{found}; at least {least} are needed."),
-            remedy,
-        ));
+        return Err(refused(cause, remedy));
     }
     let Deviations {
         mut rows,
+        attained,
         frame: fitted,
         read,
     } = deviations(robot, readings, known)?;
@@ -159,13 +233,7 @@ pub fn validate(
             "half of the measured positions are more than {:.0} mm from those computed with {}.",
             deviation.median, robot.name
         );
-        let remedy = match frame {
-            Frame::Base => {
-                "Check units and columns; use --frame sensor if the positions are in a sensor frame."
-            }
-            Frame::Sensor => "Check units and columns.",
-        };
-        return Err(refused(cause, remedy));
+        return Err(refused(cause, where_else(frame)));
     }
     let fitted_again = match known {
         Some(_) if request.stored => deviations(robot, readings, None).ok(),
@@ -181,14 +249,18 @@ pub fn validate(
         overstated,
         fitted_again.map_or(f64::INFINITY, |own| rms(&own.rows)),
     );
-    if overstated.is_some() {
-        for row in &mut rows {
-            row.noise = None;
-        }
+    for row in rows.iter_mut().filter(|_| overstated.is_some()) {
+        row.noise = None;
     }
     let (squares, noise) = by_poses(&rows);
     let rms_error = rms_error(&squares, noise.unwrap_or(0.0), read, request.limit);
     let convention = &robot.convention;
+    let stated = |(computed, is): Attained| (convention.vector(&computed), convention.vector(&is));
+    let attained: Vec<_> = attained.into_iter().map(|own| own.map(stated)).collect();
+    let complete = attained.iter().flatten();
+    let complete: Vec<_> = complete.map(|(computed, is)| is - computed).collect();
+    let names = readings.labels.iter();
+    let names = names.filter_map(|(line, own)| Some((*line, own.name.clone()?)));
     let along = |axis: usize| crate::geometry::range(rows.iter().map(|row| row.position[axis]));
     Ok(Validation {
         robot_file: robot.name.clone(),
@@ -202,15 +274,50 @@ pub fn validate(
         rms_error,
         largest_error: largest(&rows),
         deviation_mm: deviation,
+        axes_mm: if complete.is_empty() {
+            Vec::new()
+        } else {
+            of_vectors(&complete).to_vec()
+        },
+        repeatability: Repeatability::of(readings, &attained),
+        guard_band_mm: None,
         noise_mm: noise.map(f64::sqrt),
         row_count: rows.len(),
         pose_count: poses,
         region_mm: convention.ranges([0, 1, 2].map(along)),
         sensor_frame: fitted.map(|own| FrameReport::of(&own, convention)),
         warnings,
+        names: names.collect(),
         rows,
         kind: only_kind(readings),
+        of_datum: request.frame == Frame::Sensor && !request.stored,
     })
+}
+
+/// What is said of too few poses, `None` if there are enough.
+fn too_few(poses: usize, frame: Frame, step: Option<&Step>) -> Option<String> {
+    let least = match frame {
+        Frame::Base => LEAST_POSES,
+        Frame::Sensor => LEAST_POSES_OF_SENSOR,
+    };
+    if poses >= least {
+        return None;
+    }
+    let mut found = count(poses, "different pose");
+    if let Some(Step { text, .. }) = step {
+        found = format!("{text}, and there are {found} before");
+    }
+    Some(format!("{found}; at least {least} are needed."))
+}
+
+/// The remedy if most positions lie elsewhere.
+const fn where_else(frame: Frame) -> &'static str {
+    match frame {
+        Frame::Base => {
+            "Check units and columns; use --frame sensor if the positions are in a sensor frame."
+        }
+        Frame::Sensor => "Check units and columns.",
+    }
 }
 
 /// What happened during the measurement, if anything did: the robot is fitted to the readings and then explains them but for

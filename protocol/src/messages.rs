@@ -2,11 +2,11 @@
 
 use crate::geometry::Geometry;
 use crate::wire::{fields, numbers};
-use delta_cal::calibration::{ArmOutcome, StartUsed, Termination};
+use delta_cal::calibration::{ArmOutcome, Start, Termination};
 use delta_cal::robot::{GeometryError, Transmission};
 use delta_cal::samples::SampleError;
-use delta_cal::stream::{Alarm, Forgetting, GateCounts, Selection, StreamRefusal};
-use delta_cal::{ArmIndex, Noise, Real, Settings, Tolerance};
+use delta_cal::stream::{Forgetting, GateCounts, Selection};
+use delta_cal::{ArmIndex, Noise, Real, Refusal, Settings, Tolerance};
 
 /// Requests of the driver, with numbers of type `T` (`f32` or `f64`, see [`Identity::scalar`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -276,7 +276,7 @@ pub struct Status<T> {
 }
 
 /// Counts of the gate that rejects outliers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GateStatus {
     /// Samples accepted, untested ones included.
     pub taken: u64,
@@ -285,12 +285,12 @@ pub struct GateStatus {
     /// Rejected samples.
     pub rejected: u64,
     /// Cause of the first run of eight rejected samples, if any.
-    pub alarm: Option<Alarm>,
+    pub alarm: Option<Refusal>,
 }
 
 impl GateStatus {
     /// The status from a gate's counts.
-    pub const fn new(counts: &GateCounts, alarm: Option<Alarm>) -> Self {
+    pub const fn new(counts: &GateCounts, alarm: Option<Refusal>) -> Self {
         Self {
             taken: counts.taken,
             untested: counts.untested,
@@ -325,7 +325,7 @@ pub enum Phase {
         /// Number of samples received, rejected ones included.
         samples: u32,
         /// The reason.
-        refusal: StreamRefusal,
+        refusal: Refusal,
     },
 }
 
@@ -419,7 +419,7 @@ pub struct ArmReport<T> {
     /// Why the iteration stopped.
     pub termination: Termination,
     /// Starting point of the iteration.
-    pub start: StartUsed,
+    pub start: Start,
     /// Condition number of the problem.
     pub condition: T,
     /// Share of each parameter that comes from the tolerance.
@@ -473,11 +473,8 @@ impl<T: Real> Begin<T> {
         let forgetting = self.forgetting.map(Forgetting::new);
         let forgetting = forgetting.transpose().map_err(|_| Fault::Settings)?;
         let settings = Settings::default().with_noise(noise);
-        let selection = if self.gate {
-            Selection::Gated { forgetting }
-        } else {
-            Selection::All { forgetting }
-        };
+        let gated = self.gate;
+        let selection = Selection { gated, forgetting };
         Ok((settings.with_tolerance(tolerance), selection))
     }
 }

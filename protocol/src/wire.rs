@@ -1,10 +1,9 @@
 //! Serialisation: little-endian integers and numbers of fixed width, fields in sequence, and enum variants identified
 //! by numbers assigned explicitly here rather than by declaration order.
 
-use delta_cal::calibration::{StartUsed, Termination};
+use delta_cal::calibration::{Start, Termination};
 use delta_cal::robot::GeometryError;
 use delta_cal::samples::SampleError;
-use delta_cal::stream::{Alarm, StreamRefusal};
 use delta_cal::{ArmIndex, Parameter, Refusal};
 
 /// A value that can be sent over the wire.
@@ -214,7 +213,7 @@ numbers! {
         1: RoundingReached,
     }
 
-    StartUsed {
+    Start {
         0: Nominal,
         1: Free,
         2: Search,
@@ -253,39 +252,8 @@ numbers! {
         78: WrongSide,
         81: NonFinite { arm },
         82: Unfinished,
-    }
-
-    Alarm {
         92: RobotChanged { first },
         93: EarlySamplesWrong { first },
-    }
-}
-
-/// Refusals of the calibration and of the gate share one list of numbers.
-impl Wire for StreamRefusal {
-    fn put(&self, to: &mut Writer<'_>) {
-        match self {
-            Self::Calibration(refusal) => refusal.put(to),
-            Self::Alarm(alarm) => alarm.put(to),
-            Self::TooManyRejected { rejected, samples } => {
-                to.bytes(&[94]);
-                rejected.put(to);
-                samples.put(to);
-            }
-            _ => to.bytes(&[NO_NUMBER]),
-        }
-    }
-    fn get(from: &mut Reader<'_>) -> Option<Self> {
-        match from.rest().first()? {
-            92 | 93 => Alarm::get(from).map(Self::Alarm),
-            94 => {
-                u8::get(from)?;
-                Some(Self::TooManyRejected {
-                    rejected: u64::get(from)?,
-                    samples: u64::get(from)?,
-                })
-            }
-            _ => Refusal::get(from).map(Self::Calibration),
-        }
+        94: TooManyRejected { rejected, samples },
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::closures::inverse_of;
 use crate::paper_limits;
-use delta_cal::robot::{Arm, Drive, ParameterKind, SymmetricLinearRobot};
+use delta_cal::robot::{Arm, Drive, ParameterKind};
 use delta_cal::simulate::random_pose;
 use delta_cal::{Noise, Parameter, Robot, Sample, SymmetricRobot, Tolerance};
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, Vector3};
@@ -149,11 +149,7 @@ pub fn position_jacobian(robot: &Robot<f64>, joints: &[f64; 3]) -> Option<SMatri
 /// forearms, and one with leaning, uneven towers and unequal forearms.
 pub fn linear_geometries() -> Vec<(&'static str, Robot<f64>, [f64; 2])> {
     let symmetric = |tower_radius: f64, forearm: f64| {
-        let robot = SymmetricLinearRobot {
-            tower_radius,
-            forearm,
-        };
-        robot.robot().expect("the robot is valid")
+        Robot::linear(tower_radius, forearm, None).expect("the robot is valid")
     };
     let printer = symmetric(140.0, 330.0);
     let mut arms = *printer.arms();

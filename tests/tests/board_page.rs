@@ -3,13 +3,16 @@
 use delta_cal_verify::{TARGET, cargo, have};
 use std::path::Path;
 
-/// The block of the page in this language that contains a text.
-fn block<'a>(page: &'a str, language: &str, part: &str) -> &'a str {
+/// The blocks of the page in this language that contain a text.
+fn blocks<'a>(page: &'a str, language: &str, part: &str) -> Vec<&'a str> {
     let blocks = page.split("```");
-    let mut ours = blocks.filter_map(|own| own.strip_prefix(language));
-    ours.find(|own| own.contains(part)).expect(part)
+    let ours = blocks.filter_map(|own| own.strip_prefix(language));
+    let found: Vec<_> = ours.filter(|own| own.contains(part)).collect();
+    assert!(!found.is_empty(), "{part}");
+    found
 }
 
+/// Without and with the gears of the joints, and as tasks of Embassy.
 #[test]
 fn its_code_compiles_with_what_it_lists() {
     if !have(&[TARGET]) {
@@ -17,8 +20,10 @@ fn its_code_compiles_with_what_it_lists() {
     }
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let page = std::fs::read_to_string(root.join("docs/board.md")).expect("the page");
-    let code = block(&page, "rust\n", "impl Timer");
-    let lines = block(&page, "toml\n", "[dependencies]").lines();
+    let [code] = blocks(&page, "rust\n", "impl Timer")[..] else {
+        panic!("one program")
+    };
+    let tasks = blocks(&page, "rust\n", "embassy_executor::task").concat();
     let place = |line: &str| match line
         .split_once(" = { git = \"https://github.com/delta-cal/delta-cal\"")
     {
@@ -28,10 +33,21 @@ fn its_code_compiles_with_what_it_lists() {
         }
         None => format!("{line}\n"),
     };
-    let dependencies: String = lines.map(place).collect();
-    let without = dependencies.replace(", features = [\"transmission\"]", "");
-    assert_ne!(dependencies, without, "the page lists the feature");
-    for dependencies in [dependencies, without] {
+    let listed = |part| -> String {
+        let lists = blocks(&page, "toml\n", part).concat();
+        lists.lines().map(place).collect()
+    };
+    let usual = listed("[dependencies]");
+    let without = usual.replace(", features = [\"transmission\"]", "");
+    assert_ne!(usual, without, "the page lists the feature");
+    let embassy = usual.clone() + &listed("embassy-executor");
+    // The versions of everything else here.
+    let [own, of_pico] = ["Cargo.lock", "firmware-example/boards/pico2/Cargo.lock"];
+    for (dependencies, code, lock) in [
+        (usual, code.to_owned(), own),
+        (without, code.to_owned(), own),
+        (embassy, code.to_owned() + &tasks, of_pico),
+    ] {
         let folder = tempfile::tempdir().expect("a folder");
         let package =
             "[package]\nname = \"board\"\nversion = \"0.1.0\"\nedition = \"2024\"\n[workspace]\n";
@@ -41,9 +57,8 @@ fn its_code_compiles_with_what_it_lists() {
             std::fs::write(path, text).expect("a file");
         };
         write("Cargo.toml", &format!("{package}{dependencies}"));
-        write("src/lib.rs", code);
-        // The versions of everything else here.
-        std::fs::copy(root.join("Cargo.lock"), folder.path().join("Cargo.lock")).expect("a copy");
+        write("src/lib.rs", &code);
+        std::fs::copy(root.join(lock), folder.path().join("Cargo.lock")).expect("a copy");
         let manifest = folder.path().join("Cargo.toml");
         let manifest = manifest.to_str().expect("a path");
         let check = ["check", "--target", TARGET, "--manifest-path", manifest];

@@ -2,7 +2,7 @@
 //! of every other geometry and drive.
 
 use crate::linear;
-use delta_cal::calibration::{Calibrator, Estimator, Ikm, Joint, Start, StartUsed};
+use delta_cal::calibration::{Calibrator, Estimator, Ikm, Joint, Start};
 use delta_cal::robot::Drive;
 use delta_cal::{IkmCalibrator, Real, Robot, RobotOutcome, Sample, Settings, SymmetricRobot};
 use delta_cal_tests::geometries::{geometries, linear_geometries};
@@ -89,7 +89,7 @@ fn every_geometry_and_drive_is_returned() {
                 assert!(robot.is_returned::<Ikm>(&settings), "{poses} {index}");
             }
             if [12, 20].contains(&poses) {
-                let free = settings.with_start(Start::Free);
+                let free = settings.with_free_start(true);
                 assert!(robot.is_returned::<Joint>(&free), "{poses} {index}");
             }
         }
@@ -173,19 +173,19 @@ fn twelve_poses_return_500_of_500_robots_without_a_guess() {
     for count in [12, 20, 60] {
         for robot in 0..ROBOTS {
             let (truth, samples) = case(35, robot, count);
-            for start in [Start::Free, Start::Nominal] {
-                let settings = Settings::default().with_start(start);
+            for free in [true, false] {
+                let settings = Settings::default().with_free_start(free);
                 let outcome = calibrate(&no_guess(), &samples, &settings)
-                    .unwrap_or_else(|| panic!("{count} poses, robot {robot}, {start:?}: refused"));
+                    .unwrap_or_else(|| panic!("{count} poses, robot {robot}, {free}: refused"));
                 let error = largest_difference(&turned_near(&outcome.robot, &truth), &truth);
                 assert!(
                     error < 1e-6,
-                    "{count} poses, robot {robot}, {start:?}: {error:e} mm"
+                    "{count} poses, robot {robot}, {free}: {error:e} mm"
                 );
                 fallen_back += outcome
                     .arms
                     .iter()
-                    .filter(|arm| start == Start::Nominal && arm.start == StartUsed::Free)
+                    .filter(|arm| !free && arm.start == Start::Free)
                     .count();
             }
         }

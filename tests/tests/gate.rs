@@ -2,12 +2,11 @@
 //! says that the robot has changed.
 
 use delta_cal::calibration::Ikm;
-use delta_cal::stream::{
-    AddError, Added, Alarm, Forgetting, ForgettingError, GateCounts, GateError, Innovation,
-    Selection, StreamCalibrator, StreamRefusal, Untested, Verdict,
-};
+use delta_cal::samples::SampleError;
+use delta_cal::stream::{Forgetting, GateCounts, Innovation, Selection, StreamCalibrator, Verdict};
 use delta_cal::{
-    Busy, IkmCalibrator, Noise, Progress, Real, Robot, RobotOutcome, Sample, Settings, Tolerance,
+    Busy, IkmCalibrator, Noise, Progress, Real, Refusal, Robot, RobotOutcome, Sample, SettingError,
+    Settings, Tolerance,
 };
 use delta_cal_tests::{
     Spread, generator, measurements, paper_robot, perturbed, size, to_single, uniform,
@@ -37,27 +36,28 @@ struct Stream<T: Real = f64>(StreamCalibrator<T, Ikm>);
 
 impl<T: Real> Stream<T> {
     fn new(settings: &Settings<T>) -> Self {
-        let gated = Selection::Gated { forgetting: None };
+        let gated = Selection {
+            gated: true,
+            forgetting: None,
+        };
         Self(StreamCalibrator::new(&paper_robot(), settings, &gated))
     }
 
     fn add(&mut self, sample: &Sample<T>) -> Verdict<T> {
-        let Ok(Added::Tested(verdict)) = self.0.add(sample) else {
-            panic!("not tested")
-        };
+        let verdict = self.0.add(sample).unwrap();
         while self.0.step() == Progress::Working {}
         verdict
     }
 
-    fn innovations(&self, sample: &Sample<T>) -> Result<[Innovation<T>; 3], Untested> {
-        self.0.innovations(sample).unwrap()
+    fn innovations(&self, sample: &Sample<T>) -> Result<[Innovation<T>; 3], Verdict<T>> {
+        self.0.innovations(sample)
     }
 
     fn counts(&self) -> &GateCounts {
         self.0.gate_counts().unwrap()
     }
 
-    fn solve(&mut self) -> Result<RobotOutcome<T>, StreamRefusal> {
+    fn solve(&mut self) -> Result<RobotOutcome<T>, Refusal> {
         self.0.solve()?;
         while self.0.step() == Progress::Working {}
         self.0.outcome().cloned()
@@ -72,11 +72,11 @@ fn a_memory_is_a_forgetting_factor() {
         assert!((memory.factor() - factor).abs() < 1e-15);
         assert!((memory.mean_age() - samples).abs() < 1e-12);
     }
-    assert_eq!(Forgetting::new(0.999), Err(ForgettingError::TooShort));
-    assert_eq!(Forgetting::new(f64::NAN), Err(ForgettingError::TooShort));
+    assert_eq!(Forgetting::new(0.999), Err(SettingError::AgeTooShort));
+    assert_eq!(Forgetting::new(f64::NAN), Err(SettingError::AgeTooShort));
     // ε of single precision is 2⁻²³: 2¹⁶ samples and no more.
     assert!(Forgetting::new(65_536.0_f32).is_ok());
-    assert_eq!(Forgetting::new(65_540.0_f32), Err(ForgettingError::TooLong));
+    assert_eq!(Forgetting::new(65_540.0_f32), Err(SettingError::AgeTooLong));
 }
 
 #[test]
@@ -87,7 +87,7 @@ fn a_gate_has_a_width() {
     let rejected = |sigmas: f64| {
         let mut stream = Stream::new(&stated(0.5, 0.2 * DEGREE));
         for sigmas in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert_eq!(stream.0.set_sigmas(sigmas), Err(GateError::Sigmas));
+            assert_eq!(stream.0.set_sigmas(sigmas), Err(SettingError::GateWidth));
         }
         stream.0.set_sigmas(sigmas).unwrap();
         for sample in &all {
@@ -173,15 +173,14 @@ fn without_prior_and_estimate_the_gate_takes_everything_and_says_so() {
         .iter()
         .enumerate()
     {
-        let untested = Verdict::Untested(Untested::NoEstimate);
-        assert_eq!(stream.0.add(sample), Ok(Added::Tested(untested)));
+        assert_eq!(stream.0.add(sample), Ok(Verdict::NoEstimate));
         // The estimate is solved then.
         assert_eq!(stream.0.solving(), index == 11, "{index}");
     }
     let [sample, wrong] = &measurements(&truth, 2, Some(&noise()), &mut rng)[..] else {
         panic!("two samples")
     };
-    assert_eq!(stream.0.add(sample), Err(AddError::Busy(Busy)));
+    assert_eq!(stream.0.add(sample), Err(SampleError::Busy(Busy)));
     while stream.0.step() == Progress::Working {}
     assert!(matches!(stream.add(sample), Verdict::Taken(_)));
     let mut wrong = *wrong;
@@ -381,8 +380,8 @@ fn a_robot_that_changes_is_detected() {
                 stream.add(sample);
                 if let Some(alarm) = stream.0.alarm() {
                     detected += 1;
-                    delay += index + 1;
-                    at_once += u32::from(alarm == Alarm::RobotChanged { first: 40 });
+                    delay += index as u64 + 1;
+                    at_once += u32::from(alarm == Refusal::RobotChanged { first: 40 });
                     break;
                 }
             }
@@ -394,7 +393,7 @@ fn a_robot_that_changes_is_detected() {
         assert_eq!(early, 0);
         if change >= 2.0 {
             assert!(
-                detected == robots && delay < 10 * robots as usize,
+                detected == robots && delay < 10 * u64::from(robots),
                 "{detected}, {delay}"
             );
         }
@@ -420,7 +419,10 @@ fn a_changed_robot_is_followed_with_forgetting_alone() {
             let changed = perturbed(&truth, change, change / 260.0, Spread::Normal, &mut rng);
             let mut all = measurements(&truth, 60, Some(&noise()), &mut rng);
             all.extend(measurements(&changed, 540, Some(&noise()), &mut rng));
-            let gated = Selection::Gated { forgetting };
+            let gated = Selection {
+                gated: true,
+                forgetting,
+            };
             let mut stream = Stream(StreamCalibrator::new(&paper_robot(), &settings, &gated));
             for sample in &all {
                 stream.add(sample);
@@ -461,7 +463,7 @@ fn early_samples_that_are_wrong_are_not_taken_for_a_changed_robot() {
         }
         if let Some(alarm) = stream.0.alarm() {
             alarmed += 1;
-            as_early += u32::from(matches!(alarm, Alarm::EarlySamplesWrong { .. }));
+            as_early += u32::from(matches!(alarm, Refusal::EarlySamplesWrong { .. }));
         }
     }
     println!(
@@ -486,6 +488,9 @@ fn exchanged_joints_are_rejected_from_the_first_sample_on() {
             });
         }
         let alarm = stream.0.alarm().expect("an alarm");
-        assert!(matches!(alarm, Alarm::EarlySamplesWrong { .. }), "{alarm}");
+        assert!(
+            matches!(alarm, Refusal::EarlySamplesWrong { .. }),
+            "{alarm}"
+        );
     }
 }

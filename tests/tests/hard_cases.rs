@@ -1,7 +1,6 @@
 //! Data that are honest and hard: noise as large as the tolerance, hardly a sample to spare, a
 //! robot far from the origin, single precision. None may be refused or end short of the optimum.
 
-use delta_cal::calibration::Solver;
 use delta_cal::robot::Arm;
 use delta_cal::{
     ArmIndex, IkmCalibrator, Noise, Parameter, Real, Refusal, Robot, RobotOutcome, Sample,
@@ -217,8 +216,8 @@ fn an_azimuth_may_cross_the_full_turn() {
     let (nominal, truth) = (turned(359.95), turned(360.1));
     let mut rng = generator(4, 0);
     let samples = measurements(&truth, 20, None, &mut rng);
-    for method in [Solver::LevenbergMarquardt, Solver::GaussNewton] {
-        let settings = Settings::default().with_solver(method);
+    for damped in [true, false] {
+        let settings = Settings::default().with_damping(damped);
         let outcome = factor(&nominal, &samples, &settings).unwrap();
         for sample in &samples {
             let x = outcome.robot.forward(&sample.joints).unwrap();

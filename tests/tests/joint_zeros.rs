@@ -2,7 +2,7 @@
 
 use delta_cal::calibration::{JointCalibrator, Settings};
 use delta_cal::observations::{
-    Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, PositionFrame,
+    Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow,
 };
 use delta_cal::simulate::{made_robot, random_pose, standard_normal};
 use delta_cal::{IkmCalibrator, Noise, Real, Refusal, Robot, Sample, Tolerance};
@@ -146,10 +146,7 @@ fn calibrated(
         }
         _ => {
             let instruments = Instruments {
-                frame: match kind {
-                    Kind::Frame => PositionFrame::Sensor,
-                    _ => PositionFrame::Base,
-                },
+                sensor_frame: matches!(kind, Kind::Frame),
                 planes: &[],
                 points: &[],
                 noise: noise(),

@@ -1,7 +1,7 @@
 //! Forward and inverse kinematics: published robots, round trips, frames, and every error.
 
-use delta_cal::frame::{AlignmentError, RigidTransform};
-use delta_cal::kinematics::{KinematicsError, Singularity, SingularityDistance};
+use delta_cal::frame::RigidTransform;
+use delta_cal::kinematics::{KinematicsError, SingularityDistance};
 use delta_cal::robot::{Arm, GeometryError};
 use delta_cal::{ArmIndex, Parameter, Robot, SymmetricRobot};
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed, uniform};
@@ -193,10 +193,7 @@ fn a_stretched_arm_is_a_serial_singularity() {
     let x = Vector3::new(164.0, 0.0, 0.0) + direction * 740.0;
     assert_eq!(
         robot.inverse(&x),
-        Err(KinematicsError::Singular(
-            ArmIndex::First,
-            Singularity::Serial
-        ))
+        Err(KinematicsError::Serial(ArmIndex::First))
     );
     assert_eq!(
         robot.inverse(&(x + direction)),
@@ -287,10 +284,7 @@ fn random_motion(seed: u64) -> (RigidTransform<f64>, Vec<Vector3<f64>>) {
     (motion, points)
 }
 
-fn aligned(
-    motion: &RigidTransform<f64>,
-    points: &[Vector3<f64>],
-) -> Result<RigidTransform<f64>, AlignmentError> {
+fn aligned(motion: &RigidTransform<f64>, points: &[Vector3<f64>]) -> Option<RigidTransform<f64>> {
     RigidTransform::align(points.iter().map(|p| (*p, motion.apply(p))))
 }
 
@@ -335,27 +329,14 @@ fn noisy_and_mirrored_points_get_kabschs_rotation() {
 #[test]
 fn too_few_points_and_bad_numbers_are_refused() {
     let (motion, points) = random_motion(0);
-    assert_eq!(
-        aligned(&motion, &points[..2]),
-        Err(AlignmentError::TooFewPoints)
-    );
-    assert_eq!(
-        aligned(&motion, &[points[0]; 5]),
-        Err(AlignmentError::Collinear)
-    );
+    assert_eq!(aligned(&motion, &points[..2]), None);
+    assert_eq!(aligned(&motion, &[points[0]; 5]), None);
     for bad in [f64::NAN, f64::INFINITY, 1e200] {
         let mut spoilt = points.clone();
         spoilt[3].y = bad;
-        assert_eq!(
-            aligned(&motion, &spoilt),
-            Err(AlignmentError::NonFinite),
-            "{bad}"
-        );
+        assert_eq!(aligned(&motion, &spoilt), None, "{bad}");
     }
 }
-
-const PARALLEL: Singularity = Singularity::Parallel;
-const SERIAL: Singularity = Singularity::Serial;
 
 fn symmetric(radius: f64, upper_arm: f64, forearm: f64) -> Robot<f64> {
     SymmetricRobot {
@@ -445,7 +426,7 @@ fn elbows_may_lie_close_together() {
 #[test]
 fn elbows_in_one_place_or_on_one_line_hold_nothing() {
     let arm = |x: f64| Arm::new([x, 0.0, 0.0, 0.0, 0.0, 260.0, 0.0, 480.0]).unwrap();
-    let singular = Err(KinematicsError::Singular(ArmIndex::First, PARALLEL));
+    let singular = Err(KinematicsError::Parallel(ArmIndex::First));
     let same = Robot::new([arm(164.0); 3]).unwrap();
     assert_eq!(same.forward(&[0.1; 3]), singular);
     let line = Robot::new([arm(0.0), arm(100.0), arm(250.0)]).unwrap();
@@ -465,7 +446,7 @@ fn the_platform_may_come_close_to_the_elbows_plane() {
             let found = robot.forward(&[0.0; 3]);
             if refused {
                 assert!(
-                    matches!(found, Err(KinematicsError::Singular(_, PARALLEL))),
+                    matches!(found, Err(KinematicsError::Parallel(_))),
                     "{forearm} {found:?}"
                 );
             } else {
@@ -498,7 +479,7 @@ fn an_arm_folded_onto_its_motor_axis_is_a_serial_singularity() {
     let axis = robot.arm(ArmIndex::First).d();
     assert_eq!(
         robot.inverse(&axis),
-        Err(KinematicsError::Singular(ArmIndex::First, SERIAL))
+        Err(KinematicsError::Serial(ArmIndex::First))
     );
 }
 
@@ -528,7 +509,7 @@ fn a_joint_that_does_not_move_the_platform_has_no_jacobian() {
     let (robot, x, q) = nearly_stretched(0.7 * limit);
     assert_eq!(
         robot.platform_jacobian(&x, &q),
-        Err(KinematicsError::Singular(ArmIndex::First, SERIAL))
+        Err(KinematicsError::Serial(ArmIndex::First))
     );
     let (robot, x, q) = nearly_stretched(1.4 * limit);
     assert!(robot.platform_jacobian(&x, &q).is_ok());
@@ -545,13 +526,13 @@ fn a_platform_close_to_the_elbows_plane_has_no_jacobian() {
         };
         let within = at(0.7 * limit);
         assert!(
-            matches!(within, Err(KinematicsError::Singular(_, PARALLEL))),
+            matches!(within, Err(KinematicsError::Parallel(_))),
             "{forearm} {within:?}"
         );
         // Beyond it what fails, if anything, are the joints.
         let beyond = at(1.4 * limit);
         assert!(
-            !matches!(beyond, Err(KinematicsError::Singular(_, PARALLEL))),
+            !matches!(beyond, Err(KinematicsError::Parallel(_))),
             "{forearm} {beyond:?}"
         );
     }
@@ -584,7 +565,7 @@ fn the_forearm_nearest_to_the_plane_of_the_others_is_named() {
             let robot = Robot::new(arms).unwrap();
             assert_eq!(
                 robot.platform_jacobian(&Vector3::zeros(), &[0.0; 3]),
-                Err(KinematicsError::Singular(ArmIndex::ALL[named], PARALLEL)),
+                Err(KinematicsError::Parallel(ArmIndex::ALL[named])),
                 "{lengths:?}"
             );
         }
@@ -594,6 +575,6 @@ fn the_forearm_nearest_to_the_plane_of_the_others_is_named() {
     let elbow = robot.arm(ArmIndex::First).elbow(0.2);
     assert!(matches!(
         robot.platform_jacobian(&elbow, &[0.2; 3]),
-        Err(KinematicsError::Singular(_, PARALLEL))
+        Err(KinematicsError::Parallel(_))
     ));
 }

@@ -5,9 +5,9 @@ use delta_cal::calibration::Settings;
 use delta_cal::observations::{
     Distance, DistanceFrom, FkmCalibrator, Height, Instrument, Instruments, Observation,
     ObservationError, ObservationNoise, ObservationOutcome, ObservationProblem, ObservationRow,
-    Plane, Point, PositionFrame, PrepareError, TouchCalibrator,
+    Plane, Point, PrepareError,
 };
-use delta_cal::robot::{SymmetricLinearRobot, TransmissionTolerance};
+use delta_cal::robot::TransmissionTolerance;
 use delta_cal::samples::SampleError;
 use delta_cal::simulate::{random_pose, standard_normal};
 use delta_cal::{ArmIndex, Noise, Real, Refusal, Robot, SymmetricRobot, Tolerance};
@@ -135,10 +135,7 @@ fn solved<T: Real>(case: &Case) -> Result<Found, Refusal> {
     let points: Vec<Point<T>> = points.collect();
     let noise: Vec<T> = case.noise.iter().map(|sigma| real(sigma)).collect();
     let instruments = Instruments {
-        frame: match case.frame.as_str() {
-            "base" => PositionFrame::Base,
-            _ => PositionFrame::Sensor,
-        },
+        sensor_frame: case.frame != "base",
         planes: &planes,
         points: &points,
         noise: ObservationNoise::new(
@@ -369,11 +366,8 @@ impl Kind {
         }
     }
 
-    fn frame(self) -> PositionFrame {
-        match self {
-            Self::CameraFrame | Self::HolePlate => PositionFrame::Sensor,
-            _ => PositionFrame::Base,
-        }
+    fn sensor_frame(self) -> bool {
+        matches!(self, Self::CameraFrame | Self::HolePlate)
     }
 }
 
@@ -483,7 +477,7 @@ fn with_instruments<F>(
     };
     let points = vec![point; kind.points()];
     let instruments = Instruments {
-        frame: kind.frame(),
+        sensor_frame: kind.sensor_frame(),
         planes: &planes,
         points: &points,
         noise: noise(),
@@ -580,7 +574,7 @@ fn relative_positions_are_as_good_as_reported() {
 
 fn instruments_of<'a>(planes: &'a [Plane<f64>], points: &'a [Point<f64>]) -> Instruments<'a, f64> {
     Instruments {
-        frame: PositionFrame::Base,
+        sensor_frame: false,
         planes,
         points,
         noise: noise(),
@@ -671,11 +665,10 @@ fn what_the_robot_does_not_reach_is_refused_and_takes_no_room() {
         upper_arm: 260.0,
         forearm: 420.0,
     };
-    let linear = SymmetricLinearRobot {
-        tower_radius: 140.0,
-        forearm: 330.0,
-    };
-    let (rotary, linear) = (rotary.robot().unwrap(), linear.robot().unwrap());
+    let (rotary, linear) = (
+        rotary.robot().unwrap(),
+        Robot::linear(140.0, 330.0, None).unwrap(),
+    );
     let (level, far) = ([0.0; 3], [[0.0, 0.0, 700.0], [1e18, 0.0, 0.0]]);
     for (robot, centre, reach, unreached) in [
         (&rotary, 0.6, 0.3, [level, [0.05, 0.0, 0.1]]),
@@ -696,7 +689,7 @@ fn some_are_unreached<T: Real>(
     let planes = [Plane::default()];
     let noise = Noise::new(number(0.02), T::ZERO).unwrap();
     let instruments = Instruments {
-        frame: PositionFrame::Base,
+        sensor_frame: false,
         planes: &planes,
         points: &[],
         noise: ObservationNoise::new(noise, number(0.02), number(0.02)).unwrap(),
@@ -704,7 +697,7 @@ fn some_are_unreached<T: Real>(
     };
     let tolerance = Tolerance::new(number(0.5), number(0.0035)).unwrap();
     let settings = Settings::new().with_tolerance(tolerance);
-    let made = TouchCalibrator::<T, 40>::new(robot, &instruments, &settings);
+    let made = FkmCalibrator::<T, 40, 27>::new(robot, &instruments, &settings);
     let mut calibrator = made.unwrap();
     let touch = |joints: [f64; 3]| {
         let joints = joints.map(number);

@@ -1,8 +1,8 @@
 //! What a calibration reports, against the definitions: residuals, noise, covariance, the share of the
 //! prior, the limits of a refusal, iterations.
 
+use delta_cal::calibration::Start;
 use delta_cal::calibration::limits::chi_square_quantile;
-use delta_cal::calibration::{Start, StartUsed};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::{
     ArmIndex, IkmCalibrator, Noise, Parameter, Refusal, Robot, RobotOutcome, Sample, Settings,
@@ -265,7 +265,7 @@ fn a_good_fit_is_not_started_again() {
             let (_, samples) = case(seed, count);
             let outcome = calibrate(&samples, &settings).unwrap();
             for arm in &outcome.arms {
-                assert_eq!(arm.start, StartUsed::Nominal);
+                assert_eq!(arm.start, Start::Nominal);
                 assert!((2..6).contains(&arm.iterations), "{}", arm.iterations);
             }
         }
@@ -277,7 +277,7 @@ fn no_start_takes_more_linearisations_than_allowed() {
     let (_, samples) = case(34, 20);
     let settings = Settings::default()
         .with_iteration_limit(2)
-        .with_start(Start::Free);
+        .with_free_start(true);
     let refused = calibrate(&samples, &settings);
     let Err(Refusal::NotConverged { iterations, .. }) = refused else {
         panic!("{refused:?}");

@@ -2,14 +2,14 @@
 
 use crate::joint::joint;
 use crate::linear;
-use delta_cal::calibration::{Instrument, Solver, Start, ToleranceError};
-use delta_cal::kinematics::{JointLimits, JointLimitsError};
+use delta_cal::calibration::Instrument;
+use delta_cal::kinematics::JointLimits;
 use delta_cal::observations::ObservationNoise;
 use delta_cal::robot::GeometryError;
-use delta_cal::samples::NoiseError;
 use delta_cal::simulate::made_robot;
 use delta_cal::{
-    ArmIndex, IkmCalibrator, Noise, Parameter, Real, Refusal, Robot, Sample, Settings, Tolerance,
+    ArmIndex, IkmCalibrator, Noise, Parameter, Real, Refusal, Robot, Sample, SettingError,
+    Settings, Tolerance,
 };
 use delta_cal_tests::geometries::{geometries, linear_geometries};
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed, size, to_single};
@@ -45,7 +45,7 @@ fn too_few_samples() {
             needed: 8
         })
     );
-    let free = Settings::default().with_start(Start::Free);
+    let free = Settings::default().with_free_start(true);
     assert_eq!(
         solve(&samples, &free),
         Err(Refusal::TooFewSamples {
@@ -95,13 +95,13 @@ fn poses_that_do_not_determine_the_parameters() {
     let one_pose = taken(&|_| [0.2, 0.3, 0.4]);
     let still = taken(&|t| [0.5 * t.sin(), 0.2, 0.5 * (1.7 * t).cos()]);
     let equal = taken(&|k| [-0.5 + 0.05 * k; 3]);
-    for (samples, start, expected) in [
-        (&one_pose, Start::Nominal, ArmIndex::First),
-        (&one_pose, Start::Free, ArmIndex::First),
-        (&still, Start::Nominal, ArmIndex::Second),
-        (&equal, Start::Nominal, ArmIndex::First),
+    for (samples, free, expected) in [
+        (&one_pose, false, ArmIndex::First),
+        (&one_pose, true, ArmIndex::First),
+        (&still, false, ArmIndex::Second),
+        (&equal, false, ArmIndex::First),
     ] {
-        let refusal = solve(samples, &Settings::default().with_start(start)).unwrap_err();
+        let refusal = solve(samples, &Settings::default().with_free_start(free)).unwrap_err();
         assert!(
             matches!(refusal, Refusal::Undetermined { arm, .. } if arm == expected),
             "{refusal:?}"
@@ -222,14 +222,11 @@ fn samples_of_no_delta_robot_are_never_accepted_with_a_stated_noise() {
                 position: Vector3::new(random(), random(), random() - 2.0) * 200.0,
             })
             .collect();
-        for method in [Solver::LevenbergMarquardt, Solver::GaussNewton] {
+        for damped in [true, false] {
             let settings = Settings::default()
-                .with_solver(method)
+                .with_damping(damped)
                 .with_noise(Noise::new(0.05, 0.01 * DEGREE).unwrap());
-            assert!(
-                solve(&samples, &settings).is_err(),
-                "seed {seed} {method:?}"
-            );
+            assert!(solve(&samples, &settings).is_err(), "seed {seed} {damped}");
         }
     }
 }
@@ -240,8 +237,8 @@ fn an_accepted_calibration_never_fits_worse_than_before() {
     for seed in 0..300 {
         let noise = Noise::new(0.05, 0.01 * DEGREE).unwrap();
         let (_, samples) = robot_and_samples(seed, 8 + seed as usize % 30, Some(&noise));
-        for method in [Solver::LevenbergMarquardt, Solver::GaussNewton] {
-            let settings = Settings::default().with_solver(method);
+        for damped in [true, false] {
+            let settings = Settings::default().with_damping(damped);
             let mut calibrator = IkmCalibrator::new(&paper_robot(), &settings);
             calibrator.add_many(&samples).unwrap();
             let Ok(outcome) = calibrator.calibrate() else {
@@ -264,27 +261,39 @@ fn an_accepted_calibration_never_fits_worse_than_before() {
 #[test]
 fn noises_and_tolerances_that_are_none() {
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert_eq!(Noise::new(bad, 0.0), Err(NoiseError::Position));
-        assert_eq!(Tolerance::new(bad, 0.1), Err(ToleranceError::Length));
-        assert_eq!(Tolerance::new(0.1, bad), Err(ToleranceError::Angle));
+        assert_eq!(Noise::new(bad, 0.0), Err(SettingError::PositionNoise));
+        assert_eq!(Tolerance::new(bad, 0.1), Err(SettingError::LengthTolerance));
+        assert_eq!(Tolerance::new(0.1, bad), Err(SettingError::AngleTolerance));
         let tolerance = Tolerance::new(0.1, 0.1).unwrap();
-        assert_eq!(tolerance.with_linear(bad, 0.1), Err(ToleranceError::Zero));
-        assert_eq!(tolerance.with_linear(0.1, bad), Err(ToleranceError::Scale));
+        assert_eq!(
+            tolerance.with_linear(bad, 0.1),
+            Err(SettingError::CarriageZeroTolerance)
+        );
+        assert_eq!(
+            tolerance.with_linear(0.1, bad),
+            Err(SettingError::ScaleTolerance)
+        );
         let noise = ObservationNoise::new(Noise::new(1.0, 0.0).unwrap(), bad, 1.0);
-        assert_eq!(noise, Err(NoiseError::Height));
+        assert_eq!(noise, Err(SettingError::HeightNoise));
         let noise = ObservationNoise::new(Noise::new(1.0, 0.0).unwrap(), 1.0, bad);
-        assert_eq!(noise, Err(NoiseError::Distance));
+        assert_eq!(noise, Err(SettingError::DistanceNoise));
     }
     for bad in [-1.0, f64::NAN, f64::INFINITY] {
-        assert_eq!(Noise::new(1.0, bad), Err(NoiseError::Joint));
+        assert_eq!(Noise::new(1.0, bad), Err(SettingError::JointNoise));
         let tolerance = Tolerance::new(0.1, 0.1).unwrap();
-        assert_eq!(tolerance.with_radius(bad), Err(ToleranceError::Radius));
+        assert_eq!(
+            tolerance.with_radius(bad),
+            Err(SettingError::RadiusTolerance)
+        );
     }
     for (least, most) in [(f64::NAN, 1.0), (1.0, f64::NAN), (1.0, f64::INFINITY)] {
         let limits = JointLimits::travel(least, most);
-        assert_eq!(limits, Err(JointLimitsError::NonFinite));
+        assert_eq!(limits, Err(SettingError::JointLimitNonFinite));
     }
-    assert_eq!(JointLimits::travel(1.0, 1.0), Err(JointLimitsError::Empty));
+    assert_eq!(
+        JointLimits::travel(1.0, 1.0),
+        Err(SettingError::JointLimitsEmpty)
+    );
 }
 
 /// An error's message, and words that its reader cannot do without.

@@ -6,11 +6,11 @@ use crate::stream_calibrator::{selections, statements};
 use delta_cal::calibration::{Calibrator, Estimator, Ikm, Joint};
 use delta_cal::observations::{
     Distance, DistanceFrom, FkmCalibrator, Height, Instruments, Observation, ObservationNoise,
-    Plane, Point, PositionFrame,
+    Plane, Point,
 };
 use delta_cal::snapshot::SnapshotError;
-use delta_cal::stream::{Alarm, Forgetting, StreamCalibrator, StreamRefusal};
-use delta_cal::{Noise, Progress, Real, Robot, Sample};
+use delta_cal::stream::{Forgetting, StreamCalibrator};
+use delta_cal::{Noise, Progress, Real, Refusal, Robot, Sample};
 use delta_cal_tests::{Spread, generator, measurements, paper_robot, perturbed, size};
 use nalgebra::Vector3;
 use rand_core::Rng;
@@ -401,7 +401,7 @@ fn of_readings<T: Real>() {
     };
     let made = |plane: Plane<T>, settings: &_| {
         let instruments = Instruments {
-            frame: PositionFrame::Base,
+            sensor_frame: false,
             planes: &[plane],
             points: &[Point::default()],
             noise: ObservationNoise::new(noise, number(0.02), number(0.02)).unwrap(),
@@ -436,16 +436,16 @@ fn without_statistics<T: Real, E: Estimator>(stream: &StreamCalibrator<T, E>) ->
 }
 
 /// The same with indices that begin at the acknowledgement.
-fn later(refusal: StreamRefusal, before: u64) -> StreamRefusal {
-    StreamRefusal::Alarm(match refusal {
-        StreamRefusal::Alarm(Alarm::RobotChanged { first }) => Alarm::RobotChanged {
+fn later(refusal: Refusal, before: u64) -> Refusal {
+    match refusal {
+        Refusal::RobotChanged { first } => Refusal::RobotChanged {
             first: first - before,
         },
-        StreamRefusal::Alarm(Alarm::EarlySamplesWrong { first }) => Alarm::EarlySamplesWrong {
+        Refusal::EarlySamplesWrong { first } => Refusal::EarlySamplesWrong {
             first: first - before,
         },
-        other => return other,
-    })
+        other => other,
+    }
 }
 
 fn acknowledged_is_new<T: Real, E: Estimator>() {

@@ -1,13 +1,13 @@
 //! The factor holds the same information, however it came
 //! in: one by one, many at once, in any order, merged, in any unit.
 
-use delta_cal::calibration::{Calibrator, Estimator, Ikm, Joint, ToleranceError};
+use delta_cal::calibration::{Calibrator, Estimator, Ikm, Joint};
 use delta_cal::robot::Arm;
 use delta_cal::samples::{MergeError, SampleError};
 use delta_cal::stream::Forgetting;
 use delta_cal::{
     ArmIndex, IkmCalibrator, JointCalibrator, Noise, Parameter, Real, Refusal, Robot, Sample,
-    Settings, Tolerance,
+    SettingError, Settings, Tolerance,
 };
 use delta_cal_tests::{
     Spread, generator, largest_difference, measurements, paper_robot, perturbed,
@@ -149,12 +149,12 @@ proptest! {
         };
         let mut calibrator = filled(&samples, &weighted());
         let before = calibrator.clone();
-        prop_assert_eq!(calibrator.add(&spoilt), Err(expected.into()));
+        prop_assert_eq!(calibrator.add(&spoilt), Err(expected));
         prop_assert!(calibrator == before);
 
         let mut many = samples.clone();
         many[7] = spoilt;
-        prop_assert_eq!(calibrator.add_many(&many), Err((7, expected.into())));
+        prop_assert_eq!(calibrator.add_many(&many), Err((7, expected)));
         prop_assert!(calibrator == before);
 
     }
@@ -326,7 +326,7 @@ fn calls_that_fail_leave_the_outcome() {
 /// What is stated is refused where its square leaves the arithmetic; lengths of any size that make a robot are not.
 #[test]
 fn a_number_that_is_extreme_is_named() {
-    let length = Err(ToleranceError::Length);
+    let length = Err(SettingError::LengthTolerance);
     for (sigma, single, double) in [
         (1e-150, length, length),
         (1e-30, length, Ok(())),

@@ -291,8 +291,8 @@ fn moved(pairs: Vec<(Vector3<f64>, Vector3<f64>)>) -> Vec<(Vector3<f64>, Vector3
     moved.collect()
 }
 
-/// The rms error over all that the joints reach, as a calibration states it.
-pub(crate) fn error_anywhere(robot: &Made, rng: &mut Pcg32) -> f64 {
+/// Where the robot is, and where its file says it is, all over what the joints reach.
+fn anywhere(robot: &Made, rng: &mut Pcg32) -> Vec<(Vector3<f64>, Vector3<f64>)> {
     let joints: Vec<_> = (0..HELD_OUT)
         .map(|_| {
             random_pose(&robot.truth, &paper_limits(), rng)
@@ -300,7 +300,7 @@ pub(crate) fn error_anywhere(robot: &Made, rng: &mut Pcg32) -> f64 {
                 .joints
         })
         .collect();
-    rms(&pairs(robot, joints.into_iter()))
+    pairs(robot, joints.into_iter())
 }
 
 /// The rms error over the region.
@@ -351,10 +351,10 @@ pub(crate) fn samples_file(robot: &Made, frame: Frame) -> Readings {
 /// Rows of each file; without a stated noise 36 − 24 = 12 and 96 degrees of freedom.
 const CALIBRATED_ROWS: [usize; 2] = [12, 40];
 
-/// The share of calibrated robots whose rms error over the workspace is below the expanded uncertainty, percent.
+/// The share of the positions of calibrated robots that are within the expanded uncertainty, percent.
 fn covered(rows: usize, stated: bool, files: u64) -> f64 {
     let geometries = geometries();
-    let (mut robots, mut within) = (0.0, 0.0);
+    let (mut positions, mut within) = (0.0, 0.0);
     for number in 0..files {
         let index = usize::try_from(number).unwrap() % geometries.len();
         let (_, nominal): &(_, Robot<f64>) = &geometries[index];
@@ -372,24 +372,23 @@ fn covered(rows: usize, stated: bool, files: u64) -> f64 {
             continue;
         };
         robot.nominal = found.after.robot;
-        robots += 1.0;
-        within += f64::from(u8::from(
-            error_anywhere(&robot, &mut rng) <= expanded.rms_mm,
-        ));
+        for (is, said) in anywhere(&robot, &mut rng) {
+            positions += 1.0;
+            within += f64::from(u8::from((is - said).norm() <= expanded.workspace_mm));
+        }
     }
-    100.0 * within / robots
+    100.0 * within / positions
 }
 
-/// The rms over the workspace sums up several combinations of parameters, so that it scatters less than one number
-/// would, and the expanded uncertainty holds it more often than in 95 % of the robots.
+/// 95 of 100 positions, wherever the robots are; errors of one robot are alike, so that 64 robots scatter by 1.
 #[test]
-fn the_expanded_uncertainty_holds_at_least_95_percent_of_the_robots() {
+fn the_expanded_uncertainty_holds_95_percent_of_the_positions() {
     for stated in [true, false] {
         for rows in CALIBRATED_ROWS {
             let within = covered(rows, stated, 64);
             let noise = if stated { "stated" } else { "estimated" };
             println!("noise {noise}, {rows} rows: {within:.1} %");
-            assert!(within >= 95.0, "{noise} {rows}: {within}");
+            assert!((93.0..=97.5).contains(&within), "{noise} {rows}: {within}");
         }
     }
 }

@@ -3,14 +3,13 @@
 use crate::memory::{Out, plain};
 use crate::plain::{FRAME, NO_ARM, NO_PARAMETER, PLANE, POINT, TRANSMISSION};
 use crate::status::{self, Status};
-use delta_cal::calibration::{Instrument, ToleranceError};
-use delta_cal::kinematics::{KinematicsError, Singularity};
+use delta_cal::calibration::Instrument;
+use delta_cal::kinematics::KinematicsError;
 use delta_cal::observations::ObservationError;
 use delta_cal::robot::GeometryError;
-use delta_cal::samples::{AddError, MergeError, NoiseError, SampleError};
+use delta_cal::samples::{MergeError, SampleError};
 use delta_cal::snapshot::SnapshotError;
-use delta_cal::stream::{ForgettingError, GateError, StreamRefusal, Untested};
-use delta_cal::{ArmIndex, Busy, Parameter, Refusal};
+use delta_cal::{ArmIndex, Busy, Parameter, Refusal, SettingError};
 
 plain! {
     /// Why a call failed. Every function that takes a pointer to one accepts NULL.
@@ -128,8 +127,8 @@ impl From<KinematicsError> for Error {
     fn from(error: KinematicsError) -> Self {
         Self::from(match error {
             KinematicsError::Unreachable(_) => status::UNREACHABLE,
-            KinematicsError::Singular(_, Singularity::Serial) => status::SINGULAR_SERIAL,
-            KinematicsError::Singular(_, Singularity::Parallel) => status::SINGULAR_PARALLEL,
+            KinematicsError::Serial(_) => status::SINGULAR_SERIAL,
+            KinematicsError::Parallel(_) => status::SINGULAR_PARALLEL,
             KinematicsError::NonFinite(_) => status::POSE_NOT_FINITE,
             _ => status::OTHER,
         })
@@ -150,16 +149,8 @@ impl From<SampleError> for Error {
             SampleError::JointTooLarge(arm) => {
                 Self::from(status::SAMPLE_JOINT_TOO_LARGE).of_arm(arm)
             }
+            SampleError::Busy(busy) => busy.into(),
             _ => status::OTHER.into(),
-        }
-    }
-}
-
-impl From<AddError> for Error {
-    fn from(error: AddError) -> Self {
-        match error {
-            AddError::Sample(error) => error.into(),
-            AddError::Busy(busy) => busy.into(),
         }
     }
 }
@@ -189,16 +180,17 @@ statuses! {
         DifferentNominal => DIFFERENT_NOMINAL,
         Busy { .. } => BUSY,
     }
-    NoiseError {
-        Position => NOISE_OF_POSITION,
-        Joint => NOISE_OF_JOINT,
-        Height => NOISE_OF_HEIGHT,
-        Distance => NOISE_OF_DISTANCE,
-    }
-    ToleranceError {
-        Length => TOLERANCE_OF_LENGTH,
-        Angle => TOLERANCE_OF_ANGLE,
-        JointZero => TOLERANCE_OF_JOINT_ZERO,
+    SettingError {
+        PositionNoise => NOISE_OF_POSITION,
+        JointNoise => NOISE_OF_JOINT,
+        HeightNoise => NOISE_OF_HEIGHT,
+        DistanceNoise => NOISE_OF_DISTANCE,
+        LengthTolerance => TOLERANCE_OF_LENGTH,
+        AngleTolerance => TOLERANCE_OF_ANGLE,
+        JointZeroTolerance => TOLERANCE_OF_JOINT_ZERO,
+        AgeTooShort => FORGETTING,
+        AgeTooLong => FORGETTING,
+        GateWidth => WIDTH_OF_GATE,
     }
     SnapshotError {
         BufferTooShort => SNAPSHOT_BUFFER,
@@ -207,22 +199,6 @@ statuses! {
         OtherKind => SNAPSHOT_OTHER_KIND,
         OtherCalibration => SNAPSHOT_OTHER_CALIBRATION,
         Busy { .. } => BUSY,
-    }
-    Untested {
-        NoEstimate => NO_ESTIMATE,
-        NoNoise => NO_NOISE,
-    }
-}
-
-impl From<ForgettingError> for Error {
-    fn from(_: ForgettingError) -> Self {
-        status::FORGETTING.into()
-    }
-}
-
-impl From<GateError> for Error {
-    fn from(_: GateError) -> Self {
-        status::WIDTH_OF_GATE.into()
     }
 }
 
@@ -243,21 +219,6 @@ impl From<ObservationError> for Error {
             ObservationError::Busy(_) => status::BUSY,
             _ => status::OTHER,
         })
-    }
-}
-
-impl From<StreamRefusal> for Error {
-    fn from(refusal: StreamRefusal) -> Self {
-        let count = match refusal {
-            StreamRefusal::Calibration(refusal) => return refusal.into(),
-            StreamRefusal::Alarm(alarm) => alarm.first(),
-            StreamRefusal::TooManyRejected { rejected, .. } => rejected,
-            _ => 0,
-        };
-        Self {
-            count,
-            ..Self::from(Status::from(refusal.code()))
-        }
     }
 }
 
@@ -287,6 +248,11 @@ impl From<Refusal> for Error {
                 error.figure = figure;
             }
             Refusal::NotConverged { iterations, .. } => error.count = iterations.into(),
+            Refusal::RobotChanged { first: count }
+            | Refusal::EarlySamplesWrong { first: count }
+            | Refusal::TooManyRejected {
+                rejected: count, ..
+            } => error.count = count,
             Refusal::ResidualContradictsNoise { ratio, .. } => error.figure = ratio,
             Refusal::ImpossibleGeometry { error: cause, .. } | Refusal::ImpossibleRobot(cause) => {
                 let cause = Self::from(cause);

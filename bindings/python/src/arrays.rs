@@ -2,7 +2,6 @@
 
 use crate::errors::value_error;
 use delta_cal::robot::Drive;
-use delta_cal_host::files::convention::Convention;
 use delta_cal_host::{InputText, RobotFile};
 use nalgebra::Vector3;
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
@@ -135,33 +134,6 @@ pub(crate) fn radians(argument: &str, rows: &[[f64; 3]], drive: Drive) -> PyResu
         }
     }
     Ok(())
-}
-
-/// From the directions and axes of a robot's controller to those inside, and back.
-#[derive(Clone, Copy)]
-pub(crate) struct Directions {
-    pub(crate) sense: f64,
-    pub(crate) axes: [f64; 3],
-}
-
-impl Directions {
-    pub(crate) fn of(convention: &Convention) -> Self {
-        Self {
-            sense: match convention.drive {
-                Drive::Rotary => convention.degrees(1.0).signum(),
-                Drive::Linear => 1.0,
-            },
-            axes: convention.vector(&Vector3::repeat(1.0)).into(),
-        }
-    }
-
-    pub(crate) fn joints(self, joints: &[f64; 3]) -> [f64; 3] {
-        joints.map(|own| self.sense * own)
-    }
-
-    pub(crate) fn position(self, position: &[f64; 3]) -> [f64; 3] {
-        std::array::from_fn(|axis| self.axes[axis] * position[axis])
-    }
 }
 
 /// Whether a joint is more than a degree or a millimetre outside the limits: encoder zeros differ.

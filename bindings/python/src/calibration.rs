@@ -2,7 +2,7 @@
 
 use crate::arrays::{array, hexadecimal, with_cores};
 use crate::errors::{calibrate_error, value_error};
-use crate::robot::Robot;
+use crate::robot::{Robot, parameters_of};
 use crate::samples::{Again, Samples};
 use delta_cal_host::calibration::report::FrameReport;
 use delta_cal_host::files::document::Document;
@@ -216,8 +216,8 @@ impl Calibration {
     /// The 24 parameters, array (3, 8): mm and radians, as `Robot.parameters`.
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let parameters = self.report.solution.robot.parameters();
-        array(py, parameters.concat(), &[3, 8])
+        let robot = &self.report.solution.robot;
+        parameters_of(py, robot, &self.report.before.convention)
     }
 
     /// Their standard uncertainties, array (3, 8): mm and radians.
@@ -232,7 +232,12 @@ impl Calibration {
     #[getter]
     fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let own = self.report.solution.of_parameters();
-        array(py, own.transpose().as_slice().to_vec(), &[24, 24])
+        let signs = self.report.before.convention.signs();
+        let stated = |place: usize| {
+            let (row, column) = (place / 24, place % 24);
+            signs[row % 8] * signs[column % 8] * own[(row, column)]
+        };
+        array(py, (0..576).map(stated).collect(), &[24, 24])
     }
 
     /// Readings less what the calibrated robot gives, mm, a row a sample: array (n, 3) of x, y, z, with heights or

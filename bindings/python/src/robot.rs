@@ -1,13 +1,14 @@
 //! A robot: what a robot file says, and the kinematics of whole arrays.
 
 use crate::arrays::{
-    Directions, Rows, array, as_table, each_row, hexadecimal, is_frame, numbers, outside, radians,
-    rows, rows_of,
+    Rows, array, as_table, each_row, hexadecimal, is_frame, numbers, outside, radians, rows,
+    rows_of,
 };
 use crate::errors::{input_error, value_error};
 use delta_cal::kinematics::{JointLimits, KinematicsError};
 use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Noise, Parameter, Robot as Geometry, SymmetricRobot, Tolerance};
+use delta_cal_host::files::convention::Convention;
 use delta_cal_host::geometry::hangs_below;
 use delta_cal_host::{InputText, RobotFile, read_joints, read_positions};
 use nalgebra::Vector3;
@@ -118,10 +119,6 @@ impl Robot {
         Self::of_file(&file, "")
     }
 
-    fn directions(&self) -> Directions {
-        Directions::of(&self.file.convention)
-    }
-
     /// Joints in the controller's direction.
     pub(crate) fn joints<'py>(&self, given: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
         let drive = self.file.robot.drive();
@@ -132,8 +129,8 @@ impl Robot {
         }
         let read = read_joints(&as_table("q", given)?, &self.file);
         let read = read.map_err(|error| input_error(&error, Some("q")))?;
-        let directions = self.directions();
-        let rows = read.iter().map(|row| directions.joints(&row.value));
+        let convention = self.file.convention;
+        let rows = read.iter().map(|row| convention.directed(&row.value));
         rows_of(given.py(), rows)
     }
 
@@ -144,10 +141,8 @@ impl Robot {
         }
         let read = read_positions(&as_table("x", given)?, &self.file.convention);
         let read = read.map_err(|error| input_error(&error, Some("x")))?;
-        let directions = self.directions();
-        let rows = read
-            .iter()
-            .map(|row| directions.position(&row.value.into()));
+        let convention = self.file.convention;
+        let rows = read.iter().map(|row| convention.vector(&row.value).into());
         rows_of(given.py(), rows)
     }
 
@@ -348,10 +343,10 @@ impl Robot {
         q: &Bound<'py, PyAny>,
         errors: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let directions = self.directions();
+        let convention = self.file.convention;
         each_row(py, "q", &self.joints(q)?, &[3], raises(errors)?, |q| {
-            let at = self.pose(&directions.joints(q))?;
-            Ok::<_, NoPose>(directions.position(&at.into()))
+            let at = self.pose(&convention.directed(q))?;
+            Ok::<[f64; 3], NoPose>(convention.vector(&at).into())
         })
     }
 
@@ -375,9 +370,9 @@ impl Robot {
         x: &Bound<'py, PyAny>,
         errors: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let (directions, robot) = (self.directions(), &self.file.robot);
+        let (convention, robot) = (self.file.convention, &self.file.robot);
         each_row(py, "x", &self.positions(x)?, &[3], raises(errors)?, |x| {
-            let x = Vector3::from(directions.position(x));
+            let x = convention.vector(&Vector3::from(*x));
             let q = robot.inverse(&x)?;
             if outside(&self.file, &q) {
                 return Err(NoPose::Limits);
@@ -385,7 +380,7 @@ impl Robot {
             if !hangs_below(robot, &x, &q) {
                 return Err(NoPose::AboveElbows);
             }
-            Ok(directions.joints(&q))
+            Ok(convention.directed(&q))
         })
     }
 
@@ -407,10 +402,10 @@ impl Robot {
         q: &Bound<'py, PyAny>,
         errors: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let directions = self.directions();
-        let Directions { sense, axes } = directions;
+        let convention = self.file.convention;
+        let (sense, axes) = (convention.sense(), convention.axes());
         each_row(py, "q", &self.joints(q)?, &[3, 3], raises(errors)?, |q| {
-            let q = directions.joints(q);
+            let q = convention.directed(q);
             let own = self.file.robot.platform_jacobian(&self.pose(&q)?, &q)?;
             Ok::<[f64; 9], NoPose>(std::array::from_fn(|place| {
                 let (row, column) = (place / 3, place % 3);
@@ -437,14 +432,14 @@ impl Robot {
         q: &Bound<'py, PyAny>,
         errors: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let directions = self.directions();
-        let axes = directions.axes;
+        let convention = self.file.convention;
+        let (axes, signs) = (convention.axes(), convention.signs());
         each_row(py, "q", &self.joints(q)?, &[3, 24], raises(errors)?, |q| {
-            let q = directions.joints(q);
+            let q = convention.directed(q);
             let own = self.file.robot.platform_jacobian(&self.pose(&q)?, &q)?;
             Ok::<[f64; 72], NoPose>(std::array::from_fn(|place| {
                 let (row, column) = (place / 24, place % 24);
-                axes[row] * own.by_parameters[column / 8][(row, column % 8)]
+                axes[row] * signs[column % 8] * own.by_parameters[column / 8][(row, column % 8)]
             }))
         })
     }
@@ -453,19 +448,14 @@ impl Robot {
     /// linear drives Dx, Dy, Dz (mm), lean_x, lean_y (radians), scale, 0, Lb (mm).
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        array(py, self.file.robot.parameters().concat(), &[3, 8])
+        parameters_of(py, &self.file.robot, &self.file.convention)
     }
 
     /// Smallest and largest joint, radians (mm of travel), in the controller's direction.
     #[getter]
     fn limits(&self) -> (f64, f64) {
-        let sense = self.directions().sense;
-        let (low, high) = (self.file.limits.minimum(), self.file.limits.maximum());
-        if sense < 0.0 {
-            (-high, -low)
-        } else {
-            (low, high)
-        }
+        let own = self.file.limits;
+        self.file.convention.limits(own.minimum(), own.maximum())
     }
 
     /// One σ of lengths (mm) and angles (radians) as made, or None.
@@ -520,13 +510,26 @@ impl Robot {
         for (arm, index) in self.file.robot.arms().iter().zip(ArmIndex::ALL) {
             let values = arm.drive().parameters().iter().map(|own| {
                 let decimals = 4;
-                format!("{} {:.decimals$}", own.symbol(), arm.get(*own))
+                let value = self.file.convention.parameter(*own, arm.get(*own));
+                format!("{} {value:.decimals$}", own.symbol())
             });
             let values = values.collect::<Vec<_>>().join(", ");
             text = format!("{text}\n  arm {}: {values}", index.index() + 1);
         }
         text + ">"
     }
+}
+
+/// The 24 parameters of a robot in its file's convention: array (3, 8).
+pub(crate) fn parameters_of<'py>(
+    py: Python<'py>,
+    robot: &Geometry<f64>,
+    convention: &Convention,
+) -> PyResult<Bound<'py, PyAny>> {
+    let signs = convention.signs();
+    let own = robot.parameters().into_iter();
+    let stated = own.flat_map(|arm| std::array::from_fn::<_, 8, _>(|at| signs[at] * arm[at] + 0.0));
+    array(py, stated.collect(), &[3, 8])
 }
 
 /// Of the name and text of a robot file.

@@ -1,6 +1,6 @@
 //! Samples: files, frames and arrays as one text, which the reader of samples files reads.
 
-use crate::arrays::{Directions, array, finite, frame_text, hexadecimal, is_frame};
+use crate::arrays::{array, finite, frame_text, hexadecimal, is_frame};
 use crate::errors::{input_error, value_error};
 use crate::robot::Robot;
 use delta_cal::robot::Drive;
@@ -136,14 +136,15 @@ impl Samples {
     fn arrays<'py>(&self, py: Python<'py>, robot: &Robot) -> PyResult<Bound<'py, PyDict>> {
         let readings = Readings::read(&self.text, &robot.file);
         let readings = readings.map_err(|error| input_error(&error, self.rows_of()))?;
-        let directions = Directions::of(&robot.file.convention);
+        let convention = robot.file.convention;
         let rows = &readings.rows;
         let count = rows.len();
         let q = rows
             .iter()
-            .flat_map(|row| directions.joints(&row.value.joints));
+            .flat_map(|row| convention.directed(&row.value.joints));
         let x = rows.iter().flat_map(|row| {
-            directions.position(&row.value.position.map(|own| own.unwrap_or(f64::NAN)))
+            let own = row.value.position.map(|own| own.unwrap_or(f64::NAN));
+            <[f64; 3]>::from(convention.vector(&own.into()))
         });
         let number = |own: Option<f64>| own.unwrap_or(f64::NAN);
         let height = rows.iter().map(|row| number(row.value.read()[3]));

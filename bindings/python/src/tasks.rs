@@ -1,6 +1,6 @@
 //! What is done with a robot beside its calibration. The package wraps each in a dataclass.
 
-use crate::arrays::{Directions, array, with_cores};
+use crate::arrays::{array, with_cores};
 use crate::calibration::{document, frame_of, loads, method_of, now, plain};
 use crate::errors::{calibrate_error, in_python, input_error, refusal, value_error};
 use crate::robot::Robot;
@@ -71,11 +71,11 @@ pub(crate) fn plan<'py>(
         }
         _ => value_error("measure", in_python(format!("{error}\n{}", error.remedy()))),
     })?;
-    let directions = Directions::of(&robot.file.convention);
+    let convention = robot.file.convention;
     let rows = &found.measurements;
     let q = rows
         .iter()
-        .flat_map(|own| directions.joints(&own.reading.joints));
+        .flat_map(|own| convention.directed(&own.reading.joints));
     let x = rows.iter().flat_map(|own| own.position_mm);
     let json = plan_report::json(&found);
     let dict = PyDict::new(py);
@@ -162,12 +162,12 @@ pub(crate) fn export<'py>(
     let positions = match x {
         None => None,
         Some(x) => {
-            let directions = Directions::of(&robot.file.convention);
+            let convention = robot.file.convention;
             let rows = robot.positions(x)?;
             let inside = rows
                 .get()?
                 .iter()
-                .map(|own| directions.position(own).into());
+                .map(|own| convention.vector(&(*own).into()));
             Some(inside.collect())
         }
     };

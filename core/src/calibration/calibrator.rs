@@ -6,7 +6,7 @@ use super::parts::{Samples, Solver};
 use super::refusal::Refusal;
 use super::settings::Settings;
 use crate::robot::{ArmIndex, Robot};
-use crate::samples::{AddError, Forgetting, MergeError, Sample, SampleError};
+use crate::samples::{Forgetting, MergeError, Sample, SampleError};
 use crate::{Busy, Real};
 use core::fmt::Debug;
 use estimators::Parts;
@@ -139,14 +139,13 @@ impl Phase {
         }
     }
 
-    /// A step of a solve in progress.
-    pub(crate) fn step(&mut self, step: impl FnOnce() -> Result<Progress, Refusal>) -> Progress {
-        if self.solving() {
-            match step() {
-                Ok(Progress::Working) => return Progress::Working,
-                Ok(Progress::Finished) => *self = Self::Finished,
-                Err(refusal) => *self = Self::Refused(refusal),
-            }
+    /// After a step of a solve in progress.
+    pub(crate) fn stepped(&mut self, step: Result<Progress, Refusal>) -> Progress {
+        debug_assert!(self.solving());
+        match step {
+            Ok(Progress::Working) => return Progress::Working,
+            Ok(Progress::Finished) => *self = Self::Finished,
+            Err(refusal) => *self = Self::Refused(refusal),
         }
         Progress::Finished
     }
@@ -184,8 +183,8 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
     /// Adds one sample in bounded time. Discards the outcome of earlier samples.
     ///
     /// # Errors
-    /// An invalid number, or [`AddError::Busy`]; the sample is not added.
-    pub fn add(&mut self, sample: &Sample<T>) -> Result<(), AddError> {
+    /// An invalid number, or [`SampleError::Busy`]; the sample is not added.
+    pub fn add(&mut self, sample: &Sample<T>) -> Result<(), SampleError> {
         self.samples.check(sample)?;
         self.idle()?.push(sample);
         Ok(())
@@ -225,7 +224,7 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
         &mut self,
         sample: &Sample<T>,
         forgetting: &Forgetting<T>,
-    ) -> Result<(), AddError> {
+    ) -> Result<(), SampleError> {
         self.samples.check(sample)?;
         self.idle()?.push_forgetting(sample, forgetting);
         Ok(())
@@ -242,10 +241,10 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
     /// Adds many samples; cheaper than one at a time. Discards the outcome of earlier samples.
     ///
     /// # Errors
-    /// The index of the first invalid sample and its fault, or 0 and [`AddError::Busy`]. Nothing has changed.
-    pub fn add_many(&mut self, samples: &[Sample<T>]) -> Result<(), (usize, AddError)> {
+    /// The index of the first invalid sample and its fault, or 0 and [`SampleError::Busy`]. Nothing has changed.
+    pub fn add_many(&mut self, samples: &[Sample<T>]) -> Result<(), (usize, SampleError)> {
         for (index, sample) in samples.iter().enumerate() {
-            self.check(sample).map_err(|error| (index, error.into()))?;
+            self.check(sample).map_err(|error| (index, error))?;
         }
         let own = self.idle().map_err(|busy| (0, busy.into()))?;
         own.flush();
@@ -299,7 +298,10 @@ impl<T: Real, E: Estimator> Calibrator<T, E> {
 
     /// One short step of the solve started by [`solve`](Self::solve); does nothing once finished.
     pub fn step(&mut self) -> Progress {
-        self.phase.step(|| self.solver.step(&self.samples))
+        if !self.solving() {
+            return Progress::Finished;
+        }
+        self.phase.stepped(self.solver.step(&self.samples))
     }
 
     /// The calibrated robot, or the reason for refusal.

@@ -4,7 +4,6 @@ use super::limits::LARGEST_TOLERANCES;
 use super::outcome::Termination;
 use super::point::{Point, Weighted};
 use super::problem::Problem;
-use super::settings::Solver;
 use super::step_control::{self, LONGEST_STEP, Prospect, Refinement, StepControl, StepResult};
 use super::tolerance_prior::TolerancePrior;
 use crate::robot::OF_ROBOT;
@@ -68,9 +67,9 @@ impl<T: Unknowns<N>, A, const N: usize> Trial<T, A, N> {
 impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, A, R, N> {
     /// Before its [`restart`](Self::restart).
     #[inline(always)]
-    pub(crate) const fn unstarted(solver: Solver, held: bool) -> Self {
+    pub(crate) const fn unstarted(damped: bool, held: bool) -> Self {
         Self {
-            control: StepControl::new(solver, held),
+            control: StepControl::new(damped, held),
             point: Point::unstarted(),
             iterations: 0,
             work: Work::None,
@@ -356,17 +355,15 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Iteration<T, 
     fn usable(&self, prior: &TolerancePrior<T, N>, step: &[T; N]) -> bool {
         let longest = T::from_f64(LONGEST_STEP);
         let most = T::from_f64(LARGEST_TOLERANCES);
-        match self.control.solver {
-            Solver::GaussNewton => step.iter().all(|delta| delta.finite()),
-            Solver::LevenbergMarquardt => {
-                let distances = prior.distances(step);
-                let mut deltas = step.iter().zip(distances).enumerate();
-                deltas.all(|(parameter, (delta, tolerances))| {
-                    let expected = tolerances > T::ZERO && tolerances <= most;
-                    delta.magnitude() <= longest || parameter >= OF_ROBOT || expected
-                })
-            }
+        if !self.control.damped {
+            return step.iter().all(|delta| delta.finite());
         }
+        let distances = prior.distances(step);
+        let mut deltas = step.iter().zip(distances).enumerate();
+        deltas.all(|(parameter, (delta, tolerances))| {
+            let expected = tolerances > T::ZERO && tolerances <= most;
+            delta.magnitude() <= longest || parameter >= OF_ROBOT || expected
+        })
     }
 }
 
@@ -384,10 +381,10 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use super::{TolerancePrior, Work, damping_row};
+    use crate::calibration::Problem;
     use crate::calibration::arm_problem::Normal;
     use crate::calibration::point::Weighted;
     use crate::calibration::step_control::{StepControl, StepResult};
-    use crate::calibration::{Problem, Solver};
     use crate::fixtures::{changed, filled, linearized, noises, samples};
     use crate::robot::Arm;
     use crate::samples::{ArmFactor, Displacement, JointDisplacement, NominalArm};
@@ -416,7 +413,7 @@ mod tests {
 
     /// An iteration at a random linearised problem.
     fn iteration(normal: Normal<f64>) -> Iteration {
-        let mut iteration = Iteration::unstarted(Solver::LevenbergMarquardt, false);
+        let mut iteration = Iteration::unstarted(true, false);
         iteration.point.normal = normal;
         iteration
     }
@@ -429,7 +426,7 @@ mod tests {
             let mut iteration = iteration(normal);
             let information = jacobian.transpose() * jacobian;
             let right = -(jacobian.transpose() * residual);
-            let mut control = StepControl::new(Solver::LevenbergMarquardt, false);
+            let mut control = StepControl::new(true, false);
             for _ in 0..5 {
                 let mut damped = information;
                 for k in 0..8 {
@@ -449,15 +446,15 @@ mod tests {
     fn a_step_that_is_too_long_is_taken_by_gauss_newton_alone() {
         let mut diagonal = [1.0; 8];
         diagonal[5] = 0.01;
-        let mut iteration = Iteration::unstarted(Solver::LevenbergMarquardt, false);
+        let mut iteration = Iteration::unstarted(true, false);
         for (right, short) in [(0.002_49, true), (0.002_51, false), (-0.003, false)] {
             let mut rights = [0.0; 8];
             rights[5] = right;
             iteration.point.normal = Normal::from_diagonal(&diagonal, &rights);
-            iteration.control = StepControl::new(Solver::LevenbergMarquardt, false);
+            iteration.control = StepControl::new(true, false);
             // At most a quarter of the unit.
             assert_eq!(trial_step(&iteration, &problem()).is_some(), short);
-            iteration.control = StepControl::new(Solver::GaussNewton, false);
+            iteration.control = StepControl::new(false, false);
             let step = trial_step(&iteration, &problem()).unwrap();
             assert!((step[5] + right / 0.01).abs() < 1e-12);
         }
@@ -472,7 +469,7 @@ mod tests {
         for azimuth in [0.0, 0.01, 0.8] {
             let mut from = [0.0; 24];
             from[3] = azimuth;
-            let mut iteration = Joint::unstarted(Solver::LevenbergMarquardt, false);
+            let mut iteration = Joint::unstarted(true, false);
             iteration.restart(&factor, &weighted, &from);
             while iteration.is_linearizing() {
                 iteration.step(&factor, &weighted);

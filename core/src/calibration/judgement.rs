@@ -5,7 +5,7 @@ use super::limits::{
     CONDITION_OF_A_VALLEY, LARGEST_SIGMA, LARGEST_TOLERANCES, LEAST_FREEDOM, NOISE_MARGIN,
     chi_square_quantile,
 };
-use super::outcome::{Estimate, StartUsed, Termination};
+use super::outcome::{Estimate, Start, Termination};
 use super::point::Point;
 use super::problem::{Extent, Judged};
 use super::refusal::Refusal;
@@ -23,7 +23,7 @@ pub(super) struct Judgement<'a, T: Unknowns<N>, const N: usize> {
     pub(super) point: &'a Point<T, N>,
     pub(super) identifiability: &'a Identifiability<T, N>,
     /// How the iteration ended and where it started; `None` if it did not converge.
-    pub(super) end: Option<(Termination, StartUsed)>,
+    pub(super) end: Option<(Termination, Start)>,
     pub(super) prior: &'a TolerancePrior<T, N>,
     pub(super) tolerance: Option<&'a Tolerance<T>>,
     /// σ of the residuals, which weights the prior against them.

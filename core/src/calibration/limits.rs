@@ -3,37 +3,37 @@
 use crate::Real;
 
 /// Parameters further from nominal than this many tolerances cause a refusal.
-pub const LARGEST_TOLERANCES: f64 = 6.0;
+pub(crate) const LARGEST_TOLERANCES: f64 = 6.0;
 /// Residuals beyond this quantile of the normal distribution contradict the stated noise: one valid calibration in
 /// three million.
-pub const LARGEST_DEVIATION: f64 = 5.0;
+pub(crate) const LARGEST_DEVIATION: f64 = 5.0;
 /// Additional margin on the stated variance: the noise is rarely known to better than 40 %, and the weights are
 /// computed from the uncalibrated arm.
-pub const NOISE_MARGIN: f64 = 2.0;
+pub(crate) const NOISE_MARGIN: f64 = 2.0;
 /// A parameter whose σ exceeds this fraction of the upper arm (or this many radians) counts as unknown.
 pub const LARGEST_SIGMA: f64 = 0.1;
 /// An iteration that fails with a condition number above this fails because of its poses: eight random poses have a
 /// condition number of about 50, twenty of 9.
-pub const CONDITION_OF_A_VALLEY: f64 = 1e4;
+pub(crate) const CONDITION_OF_A_VALLEY: f64 = 1e4;
 /// With the noise estimated from ν redundant samples, the parameters follow Student's t, whose variance exists above
 /// two degrees of freedom.
 pub const LEAST_FREEDOM: f64 = 2.0;
 /// Two solutions are indistinguishable under a stated noise if they differ by less than this in Σ (f/σf)².
-pub const INDISTINGUISHABLE: f64 = 4.0;
+pub(crate) const INDISTINGUISHABLE: f64 = 4.0;
 /// End points whose costs differ by less than this fraction of the better one tie: if two starts reach the same point,
 /// the first is kept.
-pub const TIE: f64 = 1e-3;
+pub(crate) const TIE: f64 = 1e-3;
 /// Two tied end points are the same point if the linear model's cost changes between them by at most this many ties.
-pub const SAME_POINT: f64 = 16.0;
+pub(crate) const SAME_POINT: f64 = 16.0;
 /// Of two solutions that fit equally well, the later is taken only if its squared distance from nominal is below this
 /// fraction of the other's, so that rounding does not decide.
-pub const NEARER: f64 = 0.999;
+pub(crate) const NEARER: f64 = 0.999;
 /// A free start is tried if the sum of squares exceeds its lower bound by more than this many residual variances: the
 /// iteration may have ended in another minimum.
-pub const EXCESS_OF_ANOTHER_MINIMUM: f64 = 50.0;
+pub(crate) const EXCESS_OF_ANOTHER_MINIMUM: f64 = 50.0;
 /// Samples needed for a free start: they determine the twelve coefficients c(P). With fewer there may be several
 /// solutions.
-pub const SAMPLES_FOR_FREE_START: u64 = 12;
+pub(crate) const SAMPLES_FOR_FREE_START: u64 = 12;
 
 /// A residual of this many scales is an outlier for any loss function: three in a million normal residuals are as
 /// large. It is c of Tukey's loss.
@@ -43,13 +43,12 @@ pub const SUSPECTED: f64 = 4.685;
 /// run of m starts at any sample with probability (1 − p)pᵐ: once in half a million samples for a fifth, once in 2,500
 /// for two fifths; noise alone never causes one. This many samples also determine an arm, so the next calibration can
 /// start.
-pub const REJECTIONS_OF_A_CHANGE: u64 = 8;
+pub(crate) const REJECTIONS_OF_A_CHANGE: u64 = 8;
 /// Up to one sample in this many may be wrong by accident. If the gate rejects more, the model or the stated noise is
 /// wrong, and the accepted samples are merely those that happen to agree.
-pub const MOST_REJECTED: u64 = 5;
+pub(crate) const MOST_REJECTED: u64 = 5;
 
-/// The quantile of χ² with ν degrees of freedom at [`LARGEST_DEVIATION`], z standard deviations of the normal
-/// distribution, by Wilson and Hilferty (1931): ν (1 − 2/(9ν) + z √(2/(9ν)))³.
+/// The quantile of χ² with ν degrees of freedom at z = 5 standard deviations of the normal distribution, by Wilson and Hilferty (1931): ν (1 − 2/(9ν) + z √(2/(9ν)))³.
 pub fn chi_square_quantile<T: Real>(freedom: T) -> T {
     let spread = T::from_f64(2.0 / 9.0) / freedom;
     let root = T::ONE - spread + T::from_f64(LARGEST_DEVIATION) * spread.square_root();

@@ -1,11 +1,11 @@
 use super::identifiability::Identifiability;
 use super::iteration::Iteration;
 use super::judgement::Judgement;
-use super::outcome::{Estimate, StartUsed, Termination};
+use super::outcome::{Estimate, Start, Termination};
 use super::point::{EndPoint, Point, Weighted};
 use super::problem::{Extent, Judged};
 use super::refusal::Refusal;
-use super::settings::{Settings, Start};
+use super::settings::Settings;
 use super::starts::{Next, Starts};
 use super::step_control::StepResult;
 use super::tolerance_prior::TolerancePrior;
@@ -54,13 +54,13 @@ pub(crate) struct Minimizer<T: Unknowns<N>, A, R, const N: usize> {
 enum Phase {
     /// The free start is still to be found: a step for each that is tried, another to start there.
     Beginning,
-    From(StartUsed),
+    From(Start),
     /// A start without a guess or a further one was found.
-    Again(StartUsed),
+    Again(Start),
     /// A further start is tried; whether the covariance at the best end point is known.
     Elsewhere(bool),
     /// An iteration has ended.
-    Ended(StartUsed, Option<Termination>),
+    Ended(Start, Option<Termination>),
     /// The covariance at the best end point is being computed.
     Identifying,
     /// There is no free start: identifying what the samples leave undetermined.
@@ -85,10 +85,10 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Minimizer<T, 
             phase: Phase::Done,
             starting_cost: T::ZERO,
             awaits_cost: false,
-            iteration: Iteration::unstarted(settings.solver, settings.tolerance.is_some()),
+            iteration: Iteration::unstarted(settings.damped, settings.tolerance.is_some()),
             best: None,
             identifiability: Identifiability::unstarted(),
-            starts: Starts::new(settings.start),
+            starts: Starts::new(settings.free_start),
             end_alone: false,
             iterations: 0,
         }
@@ -111,14 +111,15 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Minimizer<T, 
             self.prior.sigma = T::from_f64(0.01) * tolerance.of(Parameter::Lb) / unit;
         }
         self.awaits_cost = true;
-        match self.settings.start {
-            Start::Nominal => self.start_at(StartUsed::Nominal, [T::ZERO; N]),
-            Start::Free => self.phase = Phase::Beginning,
+        if self.settings.free_start {
+            self.phase = Phase::Beginning;
+        } else {
+            self.start_at(Start::Nominal, [T::ZERO; N]);
         }
     }
 
     /// The next step starts there.
-    fn start_at(&mut self, start: StartUsed, correction: [T; N]) {
+    fn start_at(&mut self, start: Start, correction: [T; N]) {
         self.iteration.point.correction = correction;
         self.phase = Phase::Again(start);
     }
@@ -170,7 +171,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Minimizer<T, 
         })
     }
 
-    fn iterate(&mut self, problem: &impl Judged<T, N, At = A, Rows = R>, start: StartUsed) {
+    fn iterate(&mut self, problem: &impl Judged<T, N, At = A, Rows = R>, start: Start) {
         if self.awaits_cost && !self.iteration.is_linearizing() {
             self.awaits_cost = false;
             self.starting_cost = self.iteration.point.cost;
@@ -194,7 +195,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Minimizer<T, 
     fn settle(
         &mut self,
         problem: &impl Judged<T, N, At = A, Rows = R>,
-        start: StartUsed,
+        start: Start,
         termination: Option<Termination>,
     ) {
         if let Some(termination) = termination {
@@ -229,7 +230,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Minimizer<T, 
     fn keep_better(
         &mut self,
         problem: &impl Judged<T, N, At = A, Rows = R>,
-        start: StartUsed,
+        start: Start,
         termination: Termination,
     ) {
         let point = &self.iteration.point;
@@ -337,7 +338,7 @@ impl<T: Unknowns<N>, A: Clone, R: Clone + Default, const N: usize> Minimizer<T, 
             self.phase = Phase::Judging;
             return;
         }
-        let (start, from) = best.map_or((StartUsed::Nominal, [T::ZERO; N]), |best| {
+        let (start, from) = best.map_or((Start::Nominal, [T::ZERO; N]), |best| {
             (best.start, best.point.correction)
         });
         self.awaits_cost = true;

@@ -16,7 +16,7 @@ pub enum Termination {
 /// The start that led to the result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum StartUsed {
+pub enum Start {
     /// The nominal robot.
     Nominal,
     /// The linear fit, without an initial guess.
@@ -47,7 +47,7 @@ pub struct Estimate<T: Real, const N: usize> {
     /// Why the iteration stopped.
     pub termination: Termination,
     /// Where the iteration started.
-    pub start: StartUsed,
+    pub start: Start,
     /// Condition number of each arm's parameters; see [`ArmOutcome::condition`].
     pub conditions: [T; 3],
     /// Share of each parameter decided by the prior; see [`ArmOutcome::prior_share`].
@@ -92,7 +92,7 @@ impl<T: Real, const N: usize> Estimate<T, N> {
             samples: 0,
             iterations: 0,
             termination: Termination::GradientVanished,
-            start: StartUsed::Nominal,
+            start: Start::Nominal,
             conditions: [T::ZERO; 3],
             prior_share: [T::ZERO; N],
         }
@@ -123,7 +123,7 @@ pub struct ArmOutcome<T: Real> {
     /// Why the iteration stopped.
     pub termination: Termination,
     /// Where the iteration started.
-    pub start: StartUsed,
+    pub start: Start,
     /// Condition number of the weighted Jacobian with columns scaled to unit length, prior included: ‖A‖‖A⁻¹‖/8 in
     /// Frobenius norms, 1 for orthogonal columns. The condition number in the 2-norm is between one and eight times
     /// this.

@@ -4,7 +4,7 @@ use super::minimizer::Progress;
 use super::refusal::Refusal;
 use super::settings::Settings;
 use crate::Real;
-use crate::robot::{ArmIndex, Robot};
+use crate::robot::Robot;
 use crate::samples::{Forgetting, MergeError, NominalArm, Sample, SampleError};
 use crate::state::{Reader, State};
 use core::fmt::Debug;
@@ -19,14 +19,7 @@ pub trait Samples<T: Real>: Clone + Debug + PartialEq + State<T> {
     }
     /// Checks that the numbers of a sample are usable.
     fn check(&self, sample: &Sample<T>) -> Result<(), SampleError> {
-        let nominal_arms = self.nominal_arms();
-        let [first, ..] = nominal_arms;
-        sample.check(first.arm().drive())?;
-        let joints = sample.joints.iter().zip(&ArmIndex::ALL);
-        for (nominal, (q, arm)) in nominal_arms.iter().zip(joints) {
-            nominal.check(&sample.position, *q, *arm)?;
-        }
-        Ok(())
+        NominalArm::check_sample(self.nominal_arms(), sample)
     }
     /// Adds a checked sample.
     fn push(&mut self, sample: &Sample<T>);

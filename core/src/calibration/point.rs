@@ -1,7 +1,7 @@
 //! A correction at which a problem is linearised, and the prior's share of the cost there.
 
 use super::limits::{INDISTINGUISHABLE, NEARER, SAME_POINT, TIE};
-use super::outcome::{StartUsed, Termination};
+use super::outcome::{Start, Termination};
 use super::problem::{Extent, Judged};
 use super::tolerance_prior::TolerancePrior;
 use crate::Real;
@@ -133,7 +133,7 @@ impl<T: Unknowns<N>, const N: usize> Weighted<T, N> {
 pub(super) struct EndPoint<T: Unknowns<N>, const N: usize> {
     pub(super) point: Point<T, N>,
     pub(super) termination: Termination,
-    pub(super) start: StartUsed,
+    pub(super) start: Start,
     /// σ of the residuals when samples and tolerance were balanced.
     pub(super) residual_sigma: T,
 }
@@ -175,7 +175,7 @@ mod tests {
     #![allow(clippy::cast_precision_loss, clippy::unwrap_used)]
 
     use super::EndPoint;
-    use crate::calibration::outcome::{StartUsed, Termination};
+    use crate::calibration::outcome::{Start, Termination};
     use crate::calibration::point::Point;
     use crate::robot::Arm;
     use crate::samples::{ArmFactor, Noise, NominalArm, Triangle};
@@ -206,7 +206,7 @@ mod tests {
         let best = EndPoint {
             point: end(2.0, 10.0),
             termination: Termination::GradientVanished,
-            start: StartUsed::Nominal,
+            start: Start::Nominal,
             residual_sigma: 1.0,
         };
         let (nearer, farther) = (1.0, 3.0);

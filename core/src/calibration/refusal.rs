@@ -116,6 +116,32 @@ pub enum Refusal {
     /// The result was requested before the solver finished.
     #[error("the solver has not finished")]
     Unfinished,
+    /// The gate's alarm, eight consecutive rejections: the robot or its measuring frame has changed. Enough consistent samples came before the run to determine an arm and
+    /// to outnumber the run.
+    #[error("the robot, or its measuring frame, has changed before sample {first}")]
+    RobotChanged {
+        /// Index of the run's first sample, from 0, counting all samples received.
+        first: u64,
+    },
+    /// The same alarm, where too few samples came before the run to decide which are wrong: those samples, together with
+    /// the stated robot and tolerance, or the samples of the run.
+    #[error(
+        "the samples before sample {first}, or the stated robot and tolerance, are wrong, or the robot has changed since"
+    )]
+    EarlySamplesWrong {
+        /// Index of the run's first sample, from 0, counting all samples received.
+        first: u64,
+    },
+    /// The gate rejected so many samples that it is unclear which are wrong.
+    #[error(
+        "the gate rejected {rejected} of {samples} samples: it is not known which of them are wrong"
+    )]
+    TooManyRejected {
+        /// Number rejected.
+        rejected: u64,
+        /// Number received.
+        samples: u64,
+    },
 }
 
 impl Refusal {
@@ -137,6 +163,9 @@ impl Refusal {
             Self::UndeterminedInstrument(_) => 80,
             Self::NonFinite { .. } => 81,
             Self::Unfinished => 82,
+            Self::RobotChanged { .. } => 92,
+            Self::EarlySamplesWrong { .. } => 93,
+            Self::TooManyRejected { .. } => 94,
         }
     }
 

@@ -5,41 +5,17 @@ use crate::robot::Drive;
 use crate::samples::Noise;
 use crate::snapshot::Fingerprint;
 
-/// How a step is computed from the linearised problem.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Solver {
-    /// Always the full step of the linearised problem. It can diverge, and reports this.
-    GaussNewton,
-    /// Damped until the step reduces the sum of squares (Levenberg 1944, Marquardt 1963).
-    #[default]
-    LevenbergMarquardt,
-}
-
-/// Where the iteration starts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Start {
-    /// From the nominal robot. If the result fits worse than it should and there are 12 or more samples, the free start
-    /// is tried as well.
-    #[default]
-    Nominal,
-    /// From the linear fit of c(P), without an initial guess. Needs 12 samples.
-    Free,
-}
-
 /// What a calibration assumes and how it is solved. Default: no noise weights, no prior, Levenberg–Marquardt from the
 /// nominal robot, at most 50 iterations.
 ///
 /// ```
-/// use delta_cal::calibration::{Settings, Solver};
-/// use delta_cal::{Noise, Tolerance};
+/// use delta_cal::{Noise, Settings, Tolerance};
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
 /// const QUICK: Settings<f32> = Settings::new().with_iteration_limit(15);
 /// let settings = QUICK
 ///     .with_noise(Noise::new(0.02, 0.0)?)
 ///     .with_tolerance(Tolerance::new(0.5, 0.003)?);
-/// assert_eq!(settings.solver, Solver::LevenbergMarquardt);
+/// assert!(settings.damped && settings.iteration_limit == 15);
 /// # Ok(())
 /// # }
 /// ```
@@ -51,10 +27,13 @@ pub struct Settings<T> {
     pub noise: Option<Noise<T>>,
     /// Manufacturing tolerance: the prior about the nominal robot.
     pub tolerance: Option<Tolerance<T>>,
-    /// Gauss–Newton or Levenberg–Marquardt.
-    pub solver: Solver,
-    /// Where to start.
-    pub start: Start,
+    /// Whether a step is damped until it reduces the sum of squares (Levenberg 1944, Marquardt 1963). Otherwise it is
+    /// always the full step of the linearised problem (Gauss–Newton), which can diverge, and reports this.
+    pub damped: bool,
+    /// Whether to start from the linear fit of c(P), without an initial guess, which needs 12 samples. Otherwise from the
+    /// nominal robot; if the result then fits worse than it should and there are 12 or more samples, the free start is
+    /// tried as well.
+    pub free_start: bool,
     /// Most linearisations per start, at least 1; a solve may make several starts.
     pub iteration_limit: u16,
 }
@@ -71,8 +50,8 @@ impl<T: Real> Settings<T> {
         Self {
             noise: None,
             tolerance: None,
-            solver: Solver::LevenbergMarquardt,
-            start: Start::Nominal,
+            damped: true,
+            free_start: false,
             iteration_limit: 50,
         }
     }
@@ -89,15 +68,15 @@ impl<T: Real> Settings<T> {
         self
     }
 
-    /// Sets the solver.
-    pub const fn with_solver(mut self, solver: Solver) -> Self {
-        self.solver = solver;
+    /// Levenberg–Marquardt, or Gauss–Newton.
+    pub const fn with_damping(mut self, damped: bool) -> Self {
+        self.damped = damped;
         self
     }
 
-    /// Sets the start.
-    pub const fn with_start(mut self, start: Start) -> Self {
-        self.start = start;
+    /// Free, or from the nominal robot.
+    pub const fn with_free_start(mut self, free_start: bool) -> Self {
+        self.free_start = free_start;
         self
     }
 
@@ -125,11 +104,11 @@ impl<T: Real> Settings<T> {
     }
 
     /// Number of samples a calibration with these settings needs: 8, 12 with a free start, 1 with a tolerance.
-    pub const fn samples_needed(&self) -> u64 {
-        match (self.start, &self.tolerance) {
-            (Start::Free, _) => SAMPLES_FOR_FREE_START,
-            (Start::Nominal, None) => 8,
-            (Start::Nominal, Some(_)) => 1,
+    pub(crate) const fn samples_needed(&self) -> u64 {
+        match (self.free_start, &self.tolerance) {
+            (true, _) => SAMPLES_FOR_FREE_START,
+            (false, None) => 8,
+            (false, Some(_)) => 1,
         }
     }
 }

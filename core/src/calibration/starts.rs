@@ -1,18 +1,17 @@
 //! Further starts of a minimisation once one has ended.
 
 use super::limits::{EXCESS_OF_ANOTHER_MINIMUM, SAMPLES_FOR_FREE_START, TIE};
-use super::outcome::StartUsed;
+use super::outcome::Start;
 use super::point::{EndPoint, Point};
 use super::problem::{Extent, Judged};
-use super::settings::Start;
 use crate::Real;
 use crate::samples::Unknowns;
 
 /// The starts used so far, and the next: free, or along the combination that the samples determine least.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Starts<T, const N: usize> {
-    /// The first start.
-    first: Start,
+    /// Whether the first was free.
+    free_first: bool,
     /// Number of free starts tried.
     free: u8,
     /// Whether the next is a free one, if there is any.
@@ -23,7 +22,7 @@ pub(super) struct Starts<T, const N: usize> {
 
 /// What [`Starts::next`] finds.
 pub(super) enum Next<T, const N: usize> {
-    Start(StartUsed, [T; N]),
+    Start(Start, [T; N]),
     /// The samples do not determine this one: ask again.
     Undetermined,
     /// There is none left.
@@ -31,11 +30,11 @@ pub(super) enum Next<T, const N: usize> {
 }
 
 impl<T: Unknowns<N>, const N: usize> Starts<T, N> {
-    pub(super) const fn new(first: Start) -> Self {
+    pub(super) const fn new(free_first: bool) -> Self {
         Self {
-            first,
+            free_first,
             free: 0,
-            freely: matches!(first, Start::Free),
+            freely: free_first,
             search: None,
         }
     }
@@ -49,15 +48,12 @@ impl<T: Unknowns<N>, const N: usize> Starts<T, N> {
     pub(super) fn next<P: Judged<T, N>>(&mut self, problem: &P) -> Next<T, N> {
         if self.freely {
             // After another start one is tried, without any all, the best first.
-            let last = match self.first {
-                Start::Nominal => 1,
-                Start::Free => P::FREE_STARTS,
-            };
+            let last = if self.free_first { P::FREE_STARTS } else { 1 };
             self.freely = false;
             if self.free < last {
                 self.free += 1;
                 if let Some(correction) = problem.free_start(self.free - 1) {
-                    return Next::Start(StartUsed::Free, correction);
+                    return Next::Start(Start::Free, correction);
                 }
                 self.freely = true;
                 return Next::Undetermined;
@@ -67,7 +63,7 @@ impl<T: Unknowns<N>, const N: usize> Starts<T, N> {
             return Next::None;
         };
         if let Some(correction) = search.next() {
-            return Next::Start(StartUsed::Search, correction);
+            return Next::Start(Start::Search, correction);
         }
         if self.free == 0 {
             // Even few samples may determine a free start.
@@ -84,13 +80,13 @@ impl<T: Unknowns<N>, const N: usize> Starts<T, N> {
     pub(super) fn better_free<P: Judged<T, N>>(
         &mut self,
         problem: &P,
-        ended: StartUsed,
+        ended: Start,
         best: Option<&EndPoint<T, N>>,
     ) {
         let enough = T::from_count(SAMPLES_FOR_FREE_START);
         let extent = problem.extent();
         let spare = extent.effective_samples - enough;
-        if self.first == Start::Nominal && (ended != StartUsed::Nominal || spare < T::ZERO) {
+        if !self.free_first && (ended != Start::Nominal || spare < T::ZERO) {
             return;
         }
         if let Some(best) = best {
@@ -132,11 +128,11 @@ impl<T: Unknowns<N>, const N: usize> Starts<T, N> {
     /// Records where the iteration from a start converged.
     pub(super) fn converged(
         &mut self,
-        start: StartUsed,
+        start: Start,
         to: &Point<T, N>,
         problem: &impl Judged<T, N>,
     ) {
-        let Some(search) = self.search.as_mut().filter(|_| start == StartUsed::Search) else {
+        let Some(search) = self.search.as_mut().filter(|_| start == Start::Search) else {
             return;
         };
         let tie = T::from_f64(TIE) * to.cost + problem.rounding_of_cost();

@@ -7,7 +7,6 @@
 //! column norms would hold back poorly determined parameters, and the iteration would creep.
 
 use super::outcome::Termination;
-use super::settings::Solver;
 use crate::Real;
 
 /// Damping after the first rejected step, relative to the squared column norms.
@@ -88,7 +87,7 @@ pub(crate) struct Prospect<T> {
 /// Solver and damping of an iteration, and the expected gain of its last step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StepControl<T> {
-    pub(super) solver: Solver,
+    pub(super) damped: bool,
     /// Whether a rejected step is shortened before it is damped. There are few such attempts per linearisation, and
     /// they are not counted.
     shortens: bool,
@@ -108,9 +107,9 @@ pub(crate) struct StepControl<T> {
 impl<T: Real> StepControl<T> {
     /// Before the first step, which is a full one. `held`: whether a prior holds the parameters.
     #[inline]
-    pub(crate) const fn new(solver: Solver, held: bool) -> Self {
+    pub(crate) const fn new(damped: bool, held: bool) -> Self {
         Self {
-            solver,
+            damped,
             shortens: held,
             part: T::ONE,
             damping: T::ZERO,
@@ -124,7 +123,7 @@ impl<T: Real> StepControl<T> {
     /// The same control before the first step.
     #[inline]
     pub(crate) const fn renewed(&self) -> Self {
-        Self::new(self.solver, self.shortens)
+        Self::new(self.damped, self.shortens)
     }
 
     /// A full step does not exist, so no shorter one does either.
@@ -202,12 +201,10 @@ impl<T: Real> StepControl<T> {
     /// to within rounding.
     #[inline]
     pub(crate) fn accepts(&self, prospect: &Prospect<T>, cost: T) -> bool {
-        match self.solver {
-            Solver::GaussNewton => cost.finite(),
-            Solver::LevenbergMarquardt => {
-                cost < prospect.cost
-                    || (prospect.at_rounding && cost <= prospect.cost + prospect.blur)
-            }
+        if self.damped {
+            cost < prospect.cost || (prospect.at_rounding && cost <= prospect.cost + prospect.blur)
+        } else {
+            cost.finite()
         }
     }
 
@@ -231,13 +228,12 @@ impl<T: Real> StepControl<T> {
     /// The step was rejected or does not exist: increases the damping, unless the iteration ends.
     #[inline]
     pub(crate) fn rejected(&mut self, prospect: &Prospect<T>) -> StepResult {
-        let full_steps_only = self.solver == Solver::GaussNewton;
         // A full step that fails may be too long rather than lost in rounding.
         let short = self.damping > T::from_f64(ENOUGH_DAMPING) || self.part < T::from_f64(SHORTEST);
-        if prospect.at_rounding && (full_steps_only || short) {
+        if prospect.at_rounding && (!self.damped || short) {
             return StepResult::Finished(Termination::RoundingReached);
         }
-        if full_steps_only || self.damping > T::from_f64(MOST_DAMPING) {
+        if !self.damped || self.damping > T::from_f64(MOST_DAMPING) {
             return StepResult::Failed;
         }
         if self.shortens && self.part >= T::from_f64(SHORTEST) {
@@ -257,7 +253,6 @@ impl<T: Real> StepControl<T> {
 #[cfg(test)]
 mod tests {
     use super::{Refinement, StepControl, StepResult, blur};
-    use crate::calibration::Solver::{GaussNewton, LevenbergMarquardt};
     use crate::calibration::Termination::{GradientVanished, RoundingReached};
 
     /// Costs of about 1 from terms of about 1: everything is far above its rounding.
@@ -270,8 +265,7 @@ mod tests {
 
     #[test]
     fn only_rejected_steps_are_damped() {
-        let mut control = StepControl::<f64>::new(LevenbergMarquardt, false);
-        assert_eq!(control.solver, LevenbergMarquardt);
+        let mut control = StepControl::<f64>::new(true, false);
         assert!(control.damping <= 0.0);
         let prospect = control.judge(0.5, 1.0, TERMS);
         assert!(!prospect.settled);
@@ -299,14 +293,14 @@ mod tests {
     fn a_full_step_lost_in_rounding_is_the_end_of_full_steps_only() {
         // The predicted gain is below the rounding of the cost.
         let gain = 1e-16;
-        let mut full = StepControl::<f64>::new(GaussNewton, false);
+        let mut full = StepControl::<f64>::new(false, false);
         let prospect = full.judge(gain, 1.0, TERMS);
         assert_eq!(
             full.rejected(&prospect),
             StepResult::Finished(RoundingReached)
         );
         // A damped step may have been too long.
-        let mut damped = StepControl::<f64>::new(LevenbergMarquardt, false);
+        let mut damped = StepControl::<f64>::new(true, false);
         let prospect = damped.judge(gain, 1.0, TERMS);
         let mut rejections = 0;
         let end = loop {
@@ -324,7 +318,7 @@ mod tests {
 
     #[test]
     fn levenberg_marquardt_takes_what_leads_down() {
-        let mut control = StepControl::<f64>::new(LevenbergMarquardt, false);
+        let mut control = StepControl::<f64>::new(true, false);
         let seen = control.judge(0.5, 1.0, TERMS);
         assert!(control.accepts(&seen, 0.999_999));
         assert!(!control.accepts(&seen, 1.0));
@@ -336,7 +330,7 @@ mod tests {
         assert!(control.accepts(&lost, 1.0 + 0.9 * blur(1.0, TERMS)));
         assert!(!control.accepts(&lost, 1.0 + 1.1 * blur(1.0, TERMS)));
         // Gauss–Newton accepts any finite cost.
-        let mut full = StepControl::<f64>::new(GaussNewton, false);
+        let mut full = StepControl::<f64>::new(false, false);
         let seen = full.judge(0.5, 1.0, TERMS);
         assert!(full.accepts(&seen, 1e300));
         assert!(!full.accepts(&seen, f64::INFINITY));
@@ -348,7 +342,7 @@ mod tests {
     #[test]
     fn the_step_before_nothing_is_the_last() {
         let judge = |gains: &[f64], cost: f64, terms: f64| {
-            let mut control = StepControl::<f64>::new(LevenbergMarquardt, false);
+            let mut control = StepControl::<f64>::new(true, false);
             let mut last = false;
             for gain in gains {
                 last = control.judge(*gain, cost, terms).settled;
@@ -382,7 +376,7 @@ mod tests {
     #[test]
     fn an_iteration_that_creeps_ends_where_it_no_longer_matters() {
         let end = |gains: &[f64], cost: f64| {
-            let mut control = StepControl::<f64>::new(LevenbergMarquardt, false);
+            let mut control = StepControl::<f64>::new(true, false);
             let mut result = StepResult::Continue;
             for gain in gains {
                 let prospect = control.judge(*gain, cost, TERMS);
@@ -410,7 +404,7 @@ mod tests {
     /// If a prior makes steps lead downhill, a rejected one is halved six times, then damped; the next is full again.
     #[test]
     fn where_a_prior_holds_a_rejected_step_is_halved_first() {
-        let mut control = StepControl::<f64>::new(LevenbergMarquardt, true);
+        let mut control = StepControl::<f64>::new(true, true);
         let prospect = control.judge(0.5, 1.0, TERMS);
         for part in [0.5, 0.25, 0.125, 0.0625, 0.031_25, 0.015_625] {
             assert_eq!(control.rejected(&prospect), StepResult::Continue);
@@ -422,13 +416,13 @@ mod tests {
         assert_eq!(control.accepted(&prospect), StepResult::Continue);
         assert!(same(control.part, 1.0) && control.damping <= 0.0);
         // Without a step there is nothing to halve.
-        let mut control = StepControl::<f64>::new(LevenbergMarquardt, true);
+        let mut control = StepControl::<f64>::new(true, true);
         control.damp();
         assert_eq!(control.rejected(&prospect), StepResult::Continue);
         assert!(same(control.part, 1.0) && same(control.damping, 1e-3));
         // A gain within rounding is not pursued for long.
         let rounding = control.judge(1e-14, 1.0, TERMS);
-        let mut control = StepControl::<f64>::new(LevenbergMarquardt, true);
+        let mut control = StepControl::<f64>::new(true, true);
         let mut tries = 1;
         while control.rejected(&rounding) == StepResult::Continue {
             tries += 1;
@@ -441,7 +435,7 @@ mod tests {
     #[test]
     fn chord_steps_go_on_as_long_as_they_lead_far() {
         let begun = || {
-            let mut control = StepControl::<f64>::new(LevenbergMarquardt, false);
+            let mut control = StepControl::<f64>::new(true, false);
             control.judge(1e-6, 1.0, 4.0);
             control
         };

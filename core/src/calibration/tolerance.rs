@@ -1,5 +1,5 @@
-use crate::Real;
 use crate::robot::{Arm, Drive, Parameter, ParameterKind};
+use crate::{Real, SettingError};
 
 /// Manufacturing tolerance: σ of each parameter about its nominal value. As a prior it adds the eight rows (p −
 /// `p_nominal`)/tolerance to an arm's least-squares problem.
@@ -19,44 +19,6 @@ pub struct Tolerance<T> {
     forearm: T,
 }
 
-/// Why numbers are not a valid tolerance.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum ToleranceError {
-    /// The tolerance of lengths must be greater than 0, and not too small or large to be squared.
-    #[error(
-        "the tolerance of lengths must be greater than 0, and not too small or large to be squared"
-    )]
-    Length,
-    /// The tolerance of angles must be greater than 0, and not too small or large to be squared.
-    #[error(
-        "the tolerance of angles must be greater than 0, and not too small or large to be squared"
-    )]
-    Angle,
-    /// The tolerance of the joint zeros must be greater than 0, and not too small or large to be squared.
-    #[error(
-        "the tolerance of the joints' zeros must be greater than 0, and not too small or large to be squared"
-    )]
-    JointZero,
-    /// The tolerance of the carriage zeros must be greater than 0, and not too small or large to be squared.
-    #[error(
-        "the tolerance of the carriages' zero must be greater than 0, and not too small or large to be squared"
-    )]
-    Zero,
-    /// The tolerance of scales must be greater than 0, and not too small or large to be squared.
-    #[error(
-        "the tolerance of scales must be greater than 0, and not too small or large to be squared"
-    )]
-    Scale,
-    /// The tolerance of the common tower radius must be a finite number, 0 or greater.
-    #[error("the tolerance of the towers' common radius must be a finite number, 0 or greater")]
-    Radius,
-    /// The tolerance of the common forearm length must be a finite number, 0 or greater.
-    #[error("the tolerance of the forearms' common length must be a finite number, 0 or greater")]
-    Forearm,
-}
-
 /// Checks that a σ is greater than 0 and within its range.
 pub(crate) fn positive<T: Real, E>(sigma: T, error: E) -> Result<(), E> {
     let [least, most] = T::SIGMAS;
@@ -73,9 +35,9 @@ impl<T: Real> Tolerance<T> {
     ///
     /// # Errors
     /// A number that is not positive, or too small or large to be squared.
-    pub fn new(length: T, angle: T) -> Result<Self, ToleranceError> {
-        positive(length, ToleranceError::Length)?;
-        positive(angle, ToleranceError::Angle)?;
+    pub fn new(length: T, angle: T) -> Result<Self, SettingError> {
+        positive(length, SettingError::LengthTolerance)?;
+        positive(angle, SettingError::AngleTolerance)?;
         Ok(Self {
             length,
             angle,
@@ -99,8 +61,8 @@ impl<T: Real> Tolerance<T> {
     ///
     /// # Errors
     /// A number that is not positive, or too small or large to be squared.
-    pub fn with_joint_zero(mut self, sigma: T) -> Result<Self, ToleranceError> {
-        positive(sigma, ToleranceError::JointZero)?;
+    pub fn with_joint_zero(mut self, sigma: T) -> Result<Self, SettingError> {
+        positive(sigma, SettingError::JointZeroTolerance)?;
         self.joint_zero = Some(sigma);
         Ok(self)
     }
@@ -116,9 +78,9 @@ impl<T: Real> Tolerance<T> {
     /// # Errors
     /// A number that is not positive, or too small or large to be squared.
     #[cfg(feature = "linear")]
-    pub fn with_linear(mut self, zero: T, scale: T) -> Result<Self, ToleranceError> {
-        positive(zero, ToleranceError::Zero)?;
-        positive(scale, ToleranceError::Scale)?;
+    pub fn with_linear(mut self, zero: T, scale: T) -> Result<Self, SettingError> {
+        positive(zero, SettingError::CarriageZeroTolerance)?;
+        positive(scale, SettingError::ScaleTolerance)?;
         (self.zero, self.scale) = (zero, scale);
         Ok(self)
     }
@@ -129,9 +91,9 @@ impl<T: Real> Tolerance<T> {
     /// # Errors
     /// A number that is not finite or is negative.
     #[cfg(feature = "linear")]
-    pub fn with_radius(mut self, radius: T) -> Result<Self, ToleranceError> {
+    pub fn with_radius(mut self, radius: T) -> Result<Self, SettingError> {
         if !(radius >= T::ZERO && radius.finite()) {
-            return Err(ToleranceError::Radius);
+            return Err(SettingError::RadiusTolerance);
         }
         self.radius = radius;
         Ok(self)
@@ -149,9 +111,9 @@ impl<T: Real> Tolerance<T> {
     /// # Errors
     /// A number that is not finite or is negative.
     #[cfg(feature = "linear")]
-    pub fn with_forearm(mut self, forearm: T) -> Result<Self, ToleranceError> {
+    pub fn with_forearm(mut self, forearm: T) -> Result<Self, SettingError> {
         if !(forearm >= T::ZERO && forearm.finite()) {
-            return Err(ToleranceError::Forearm);
+            return Err(SettingError::ForearmTolerance);
         }
         self.forearm = forearm;
         Ok(self)

@@ -1,4 +1,4 @@
-use super::poses::{KinematicsError, Singularity};
+use super::poses::KinematicsError;
 use crate::Real;
 use crate::robot::{
     Arm, ArmAt, ArmBasis, ArmIndex, Drive, Robot, TRANSMISSION_NUMBERS, by_transmission,
@@ -35,7 +35,11 @@ impl<T: Real> Arm<T> {
 
     /// ∂f by the numbers of the [transmission](crate::robot::Transmission) of a rotary drive: ∂f/∂(arm angle) times q,
     /// cos q, sin q, cos 2q and sin 2q. Length² per radian; length² for the first.
-    pub fn constraint_by_transmission(&self, x: &Vector3<T>, q: T) -> [T; TRANSMISSION_NUMBERS] {
+    pub(crate) fn constraint_by_transmission(
+        &self,
+        x: &Vector3<T>,
+        q: T,
+    ) -> [T; TRANSMISSION_NUMBERS] {
         let slope = match self.transmission() {
             None => T::ONE,
             Some(transmission) => transmission.arm_angle(q).1,
@@ -129,8 +133,8 @@ impl<T: Real> Robot<T> {
     /// constraints (as `x = self.forward(q)` does).
     ///
     /// # Errors
-    /// [`Singularity::Parallel`] if |det| of the forearms' unit vectors is below √ε, naming the arm whose forearm is
-    /// nearest to the plane of the other two; [`Singularity::Serial`] if a joint does not move the platform; non-finite
+    /// [`KinematicsError::Parallel`] if |det| of the forearms' unit vectors is below √ε, naming the arm whose forearm is
+    /// nearest to the plane of the other two; [`KinematicsError::Serial`] if a joint does not move the platform; non-finite
     /// numbers.
     ///
     /// ```
@@ -162,7 +166,7 @@ impl<T: Real> Robot<T> {
             if by_joint.magnitude() > T::EPSILON.square_root() * scale {
                 Ok(column * -by_joint)
             } else {
-                Err(KinematicsError::Singular(index, Singularity::Serial))
+                Err(KinematicsError::Serial(index))
             }
         };
         let parameter_block = |arm: &Arm<T>, at: &ArmAt<T>, column: &Vector3<T>| {
@@ -258,7 +262,7 @@ impl<T: Real> Robot<T> {
                     flattest = (index, flatness);
                 }
             }
-            return Err(KinematicsError::Singular(flattest.0, Singularity::Parallel));
+            return Err(KinematicsError::Parallel(flattest.0));
         }
         let scale = T::HALF / determinant / unit;
         Ok([c1 * scale, c2 * scale, c3 * scale])

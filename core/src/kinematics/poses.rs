@@ -1,18 +1,6 @@
-use crate::Real;
 use crate::robot::{Arm, ArmIndex, Drive, DriveOf, Robot};
-use core::fmt;
+use crate::{Real, SettingError};
 use nalgebra::Vector3;
-
-/// Type of a singularity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Singularity {
-    /// Type 1: upper arm and forearm are in line (in the arm plane), so the joint cannot move the platform along the
-    /// forearm. This is the edge of the workspace.
-    Serial,
-    /// Type 2: ∂f/∂X is singular because the forearms are coplanar; the joints do not hold the platform.
-    Parallel,
-}
 
 /// Why the kinematics have no solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -23,34 +11,27 @@ pub enum KinematicsError {
     /// (inverse).
     #[error("unreachable for {0}")]
     Unreachable(ArmIndex),
-    /// The pose exists but is singular at the named arm. For [`Singularity::Parallel`] that is the arm whose forearm is
-    /// nearest to the plane of the other two.
-    #[error(fmt = singular)]
-    Singular(ArmIndex, Singularity),
+    /// The pose exists but is singular (type 1): upper arm and forearm are in line (in the arm plane), so the joint
+    /// cannot move the platform along the forearm. This is the edge of the workspace.
+    #[error("singular (type 1): upper arm and forearm of {0} are in line")]
+    Serial(ArmIndex),
+    /// The pose exists but is singular (type 2): ∂f/∂X is singular because the forearms are coplanar; the joints do not
+    /// hold the platform. Names the arm whose forearm is nearest to the plane of the other two.
+    #[error("singular (type 2): the forearm of {0} lies in the plane of the other two")]
+    Parallel(ArmIndex),
     /// A joint angle or coordinate of this arm is NaN, infinite, or beyond the sine's range.
     #[error("a number of {0} is not finite")]
     NonFinite(ArmIndex),
-}
-
-#[allow(clippy::trivially_copy_pass_by_ref)] // as thiserror calls it
-fn singular(arm: &ArmIndex, kind: &Singularity, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-    match kind {
-        Singularity::Serial => write!(
-            formatter,
-            "singular (type 1): upper arm and forearm of {arm} are in line"
-        ),
-        Singularity::Parallel => write!(
-            formatter,
-            "singular (type 2): the forearm of {arm} lies in the plane of the other two"
-        ),
-    }
 }
 
 impl KinematicsError {
     /// The arm at fault.
     pub const fn arm(&self) -> ArmIndex {
         match self {
-            Self::Unreachable(arm) | Self::Singular(arm, _) | Self::NonFinite(arm) => *arm,
+            Self::Unreachable(arm)
+            | Self::Serial(arm)
+            | Self::Parallel(arm)
+            | Self::NonFinite(arm) => *arm,
         }
     }
 }
@@ -63,8 +44,7 @@ impl<T: Real> Robot<T> {
     /// either order of the arms.
     ///
     /// # Errors
-    /// [`KinematicsError::Unreachable`] if the forearms do not meet, [`KinematicsError::Singular`] with
-    /// [`Singularity::Parallel`] if the elbows are collinear or the platform lies in their plane (within 4√ε),
+    /// [`KinematicsError::Unreachable`] if the forearms do not meet, [`KinematicsError::Parallel`] if the elbows are collinear or the platform lies in their plane (within 4√ε),
     /// [`KinematicsError::NonFinite`] for a non-finite joint angle.
     ///
     /// ```
@@ -105,7 +85,7 @@ impl<T: Real> Robot<T> {
             let faulty = arms.find(|(elbow, _)| !elbow.dot(elbow).finite());
             return Err(match faulty {
                 Some((_, index)) => KinematicsError::NonFinite(index),
-                None => KinematicsError::Singular(ArmIndex::First, Singularity::Parallel),
+                None => KinematicsError::Parallel(ArmIndex::First),
             });
         }
         let [r1, r2, r3] = [arm1, arm2, arm3].map(|arm| (arm.lb() * inverse_unit).squared());
@@ -126,7 +106,7 @@ impl<T: Real> Robot<T> {
             return Err(if height_squared.magnitude() > least {
                 KinematicsError::Unreachable(arm)
             } else {
-                KinematicsError::Singular(arm, Singularity::Parallel)
+                KinematicsError::Parallel(arm)
             });
         }
         let height = (height_squared / normal_squared).square_root();
@@ -182,7 +162,7 @@ impl<T: Real> Arm<T> {
         // S/√(A²+B²) is the sine of the angle between the arm's two links, projected onto its plane; below 4√ε its
         // square is rounding, and the joint angle has lost half of its digits.
         if !(root_squared.magnitude() > T::from_f64(16.0) * T::EPSILON * reach_squared) {
-            return Err(KinematicsError::Singular(arm, Singularity::Serial));
+            return Err(KinematicsError::Serial(arm));
         }
         if !(root_squared > T::ZERO) {
             return Err(KinematicsError::Unreachable(arm));
@@ -205,7 +185,7 @@ impl<T: Real> Arm<T> {
             return Err(KinematicsError::NonFinite(arm));
         }
         if !(rise_squared.magnitude() > T::from_f64(16.0) * T::EPSILON * lb_squared) {
-            return Err(KinematicsError::Singular(arm, Singularity::Serial));
+            return Err(KinematicsError::Serial(arm));
         }
         if !(rise_squared > T::ZERO) {
             return Err(KinematicsError::Unreachable(arm));
@@ -237,7 +217,7 @@ impl<T: Real> Robot<T> {
     /// swung through the line of its forearm is on the other branch, so a different joint angle is returned.
     ///
     /// # Errors
-    /// The first arm that does not reach the point, is fully stretched or folded ([`Singularity::Serial`], |C| within a
+    /// The first arm that does not reach the point, is fully stretched or folded ([`KinematicsError::Serial`], |C| within a
     /// few ε of √(A²+B²)), or has a non-finite coordinate.
     ///
     /// ```
@@ -280,41 +260,25 @@ pub struct JointLimits<T> {
     drive: DriveOf,
 }
 
-/// Why two numbers are not a joint range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum JointLimitsError {
-    /// An angle is NaN or infinite.
-    #[error("a joint limit is not a finite number")]
-    NonFinite,
-    /// The minimum is not below the maximum.
-    #[error("the smallest joint limit must be below the largest")]
-    Empty,
-    /// The range is wider than a full turn.
-    #[error("the joint limits span more than one turn")]
-    TooWide,
-}
-
 impl<T: Real> JointLimits<T> {
     /// All joints range from `minimum` to `maximum`, in radians.
     ///
     /// # Errors
     /// Limits that are not finite, empty or wider than a full turn.
-    pub fn new(minimum: T, maximum: T) -> Result<Self, JointLimitsError> {
+    pub fn new(minimum: T, maximum: T) -> Result<Self, SettingError> {
         let limits = Self::of(minimum, maximum, DriveOf::ROTARY)?;
         if !(maximum - minimum <= T::TWO * T::PI) {
-            return Err(JointLimitsError::TooWide);
+            return Err(SettingError::JointLimitsTooWide);
         }
         Ok(limits)
     }
 
-    fn of(minimum: T, maximum: T, drive: DriveOf) -> Result<Self, JointLimitsError> {
+    fn of(minimum: T, maximum: T, drive: DriveOf) -> Result<Self, SettingError> {
         if !(minimum.finite() && maximum.finite()) {
-            return Err(JointLimitsError::NonFinite);
+            return Err(SettingError::JointLimitNonFinite);
         }
         if !(minimum < maximum) {
-            return Err(JointLimitsError::Empty);
+            return Err(SettingError::JointLimitsEmpty);
         }
         Ok(Self {
             minimum,
@@ -328,7 +292,7 @@ impl<T: Real> JointLimits<T> {
     /// # Errors
     /// Limits that are not finite, or empty.
     #[cfg(feature = "linear")]
-    pub fn travel(minimum: T, maximum: T) -> Result<Self, JointLimitsError> {
+    pub fn travel(minimum: T, maximum: T) -> Result<Self, SettingError> {
         Self::of(minimum, maximum, DriveOf::LINEAR)
     }
 

@@ -5,9 +5,7 @@ use super::observation::{Observation, ObservationError, ObservationRow};
 use super::problem::{Held, ObservationProblem, Prepared};
 use super::solve::{ObservationMinimizer, ObservationOutcome};
 use crate::Busy;
-use crate::calibration::{
-    Judged, Minimizer, Phase, Progress, Refusal, Settings, Start, enough_samples,
-};
+use crate::calibration::{Judged, Minimizer, Phase, Progress, Refusal, Settings, enough_samples};
 use crate::robot::{ArmIndex, OF_ROBOT, Robot};
 use crate::samples::Unknowns;
 use core::mem::ManuallyDrop;
@@ -15,9 +13,6 @@ use heapless::Vec;
 
 /// More than there are pieces of a start.
 const PIECES: usize = 3 * PLACES + 6;
-
-/// [`FkmCalibrator`] for heights above a single plate: 27 unknowns.
-pub type TouchCalibrator<T, const ROWS: usize> = FkmCalibrator<T, ROWS, 27>;
 
 /// Calibrates all 24 parameters of a robot, and the placement of its instruments, from up to `ROWS` rows of readings:
 /// heights, distances and single coordinates, in any mixture (the paper's FKM method).
@@ -28,7 +23,7 @@ pub type TouchCalibrator<T, const ROWS: usize> = FkmCalibrator<T, ROWS, 27>;
 ///
 /// ```
 /// use delta_cal::observations::{
-///     Height, Instruments, Observation, ObservationNoise, Plane, PositionFrame, TouchCalibrator,
+///     FkmCalibrator, Height, Instruments, Observation, ObservationNoise, Plane,
 /// };
 /// use delta_cal::{Noise, Progress, Settings, SymmetricRobot, Tolerance};
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
@@ -36,14 +31,14 @@ pub type TouchCalibrator<T, const ROWS: usize> = FkmCalibrator<T, ROWS, 27>;
 /// let built = SymmetricRobot { upper_arm: 260.7, forearm: 479.1, ..drawn }.robot()?;
 /// // Gauge blocks on a plate somewhere below the robot.
 /// let instruments = Instruments {
-///     frame: PositionFrame::Base,
+///     sensor_frame: false,
 ///     planes: &[Plane::default()],
 ///     points: &[],
 ///     noise: ObservationNoise::new(Noise::new(0.02, 0.0)?, 0.02, 0.02)?,
 ///     transmission: None,
 /// };
 /// let settings = Settings::new().with_tolerance(Tolerance::new(0.5, 0.0035)?);
-/// let mut touches = TouchCalibrator::<f64, 45>::new(&drawn.robot()?, &instruments, &settings)?;
+/// let mut touches = FkmCalibrator::<f64, 45, 27>::new(&drawn.robot()?, &instruments, &settings)?;
 /// for k in 0..45 {
 ///     let t = f64::from(k);
 ///     let joints = [0.4 * t.sin(), 0.4 * (1.7 * t).cos(), 0.4 * (2.3 * t).sin()];
@@ -75,8 +70,8 @@ pub struct FkmCalibrator<T: Unknowns<N>, const ROWS: usize, const N: usize> {
 
 impl<T: Unknowns<N>, const ROWS: usize, const N: usize> FkmCalibrator<T, ROWS, N> {
     /// A calibrator without observations; `robot` is the uncalibrated robot: the nominal values of the tolerance and
-    /// the start of the iteration. The noise is that of the instruments; that of `settings` is not used, nor its
-    /// [`Start`]: there is no free start.
+    /// the start of the iteration. The noise is that of the instruments; that of `settings` is not used, nor its free
+    /// start.
     ///
     /// # Errors
     /// [`Refusal::TooManyUnknowns`] and [`Refusal::UnusableInstrument`].
@@ -97,7 +92,7 @@ impl<T: Unknowns<N>, const ROWS: usize, const N: usize> FkmCalibrator<T, ROWS, N
         };
         Ok(Self {
             robot: robot.clone(),
-            settings: settings.with_start(Start::Nominal),
+            settings: settings.with_free_start(false),
             instruments,
             rows: ManuallyDrop::new(Vec::new()),
             prepared: None,
@@ -149,10 +144,11 @@ impl<T: Unknowns<N>, const ROWS: usize, const N: usize> FkmCalibrator<T, ROWS, N
     /// One step of the solve started by [`solve`](Self::solve); does nothing once finished. The first steps check
     /// the rows and locate one instrument each: their duration grows with the number of rows.
     pub fn step(&mut self) -> Progress {
-        let mut phase = self.phase;
-        let progress = phase.step(|| self.advance());
-        self.phase = phase;
-        progress
+        if !self.solving() {
+            return Progress::Finished;
+        }
+        let step = self.advance();
+        self.phase.stepped(step)
     }
 
     fn advance(&mut self) -> Result<Progress, Refusal> {

@@ -1,6 +1,6 @@
 //! The expected reading of an instrument and its derivatives.
 
-use super::instruments::{Instruments, PositionFrame};
+use super::instruments::Instruments;
 use super::observation::{Distance, DistanceFrom, Height, Observation, READINGS};
 use crate::Real;
 use crate::frame::{RigidTransform, product, rotation_of};
@@ -74,7 +74,7 @@ fn coordinates<T: Real>(
     unknowns: &[T],
     position: &Vector3<T>,
 ) -> [Option<Equation<T>>; 3] {
-    let sensor = instruments.frame == PositionFrame::Sensor;
+    let sensor = instruments.sensor_frame;
     let (half, rotation, translation) = if sensor {
         frame_at(
             start,

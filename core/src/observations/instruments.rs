@@ -1,7 +1,7 @@
-use crate::Real;
 use crate::calibration::{Instrument, positive};
 use crate::robot::{ArmIndex, OF_ROBOT, TRANSMISSION_NUMBERS, TransmissionTolerance};
-use crate::samples::{Noise, NoiseError};
+use crate::samples::Noise;
+use crate::{Real, SettingError};
 use core::mem::ManuallyDrop;
 use heapless::Vec;
 use nalgebra::Vector3;
@@ -21,16 +21,6 @@ pub struct ObservationNoise<T> {
     distance: T,
     #[cfg(feature = "linear")]
     scale: Option<T>,
-}
-
-/// The frame in which coordinates are measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum PositionFrame {
-    /// The robot's own frame.
-    #[default]
-    Base,
-    /// An arbitrarily placed frame: six unknowns.
-    Sensor,
 }
 
 /// A plane z = c + a x + b y, with unknown c (length), a and b (slopes).
@@ -54,8 +44,9 @@ pub struct Point<T: Real> {
 /// The instruments the readings refer to, and their noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instruments<'a, T: Real> {
-    /// The frame of the coordinates.
-    pub frame: PositionFrame,
+    /// Whether the coordinates are in the frame of a sensor, placed arbitrarily: six unknowns. Otherwise they are in the
+    /// robot's own frame.
+    pub sensor_frame: bool,
     /// The planes above which heights are measured.
     pub planes: &'a [Plane<T>],
     /// The points from which distances are measured.
@@ -72,7 +63,7 @@ pub(super) const PLACES: usize = 4;
 /// [`Instruments`] that own their planes and points. Never dropped, as they need no drop.
 #[derive(Debug, Clone)]
 pub(super) struct OwnInstruments<T: Real> {
-    frame: PositionFrame,
+    sensor_frame: bool,
     noise: ObservationNoise<T>,
     transmission: Option<TransmissionTolerance<T>>,
     planes: ManuallyDrop<Vec<Plane<T>, PLACES>>,
@@ -83,7 +74,7 @@ impl<T: Real> OwnInstruments<T> {
     /// `None` if there are too many.
     pub(super) fn new(stated: &Instruments<'_, T>) -> Option<Self> {
         Some(Self {
-            frame: stated.frame,
+            sensor_frame: stated.sensor_frame,
             noise: stated.noise,
             transmission: stated.transmission,
             planes: ManuallyDrop::new(Vec::from_slice(stated.planes).ok()?),
@@ -95,7 +86,7 @@ impl<T: Real> OwnInstruments<T> {
         Instruments {
             planes: &self.planes,
             points: &self.points,
-            frame: self.frame,
+            sensor_frame: self.sensor_frame,
             noise: self.noise,
             transmission: self.transmission,
         }
@@ -107,9 +98,9 @@ impl<T: Real> ObservationNoise<T> {
     ///
     /// # Errors
     /// A σ of a height or distance that is not finite and greater than 0.
-    pub fn new(position: Noise<T>, height: T, distance: T) -> Result<Self, NoiseError> {
-        positive(height, NoiseError::Height)?;
-        positive(distance, NoiseError::Distance)?;
+    pub fn new(position: Noise<T>, height: T, distance: T) -> Result<Self, SettingError> {
+        positive(height, SettingError::HeightNoise)?;
+        positive(distance, SettingError::DistanceNoise)?;
         Ok(Self {
             position,
             height,
@@ -125,8 +116,8 @@ impl<T: Real> ObservationNoise<T> {
     /// # Errors
     /// A σ that is not finite and greater than 0.
     #[cfg(feature = "linear")]
-    pub fn with_scale(self, sigma: T) -> Result<Self, NoiseError> {
-        positive(sigma, NoiseError::Distance)?;
+    pub fn with_scale(self, sigma: T) -> Result<Self, SettingError> {
+        positive(sigma, SettingError::DistanceNoise)?;
         Ok(Self {
             scale: Some(sigma),
             ..self
@@ -196,10 +187,7 @@ impl<T: Real> Instruments<'_, T> {
     }
 
     fn frame_unknowns(&self) -> usize {
-        match self.frame {
-            PositionFrame::Base => 0,
-            PositionFrame::Sensor => OF_FRAME,
-        }
+        if self.sensor_frame { OF_FRAME } else { 0 }
     }
 
     /// Index of a plane's first unknown among all parameters; the order is c, a, b.
@@ -244,7 +232,7 @@ impl<T: Real> Instruments<'_, T> {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use super::{Instruments, Plane, Point, PositionFrame};
+    use super::{Instruments, Plane, Point};
     use crate::calibration::Instrument;
     use crate::fixtures;
     use crate::robot::{ArmIndex, TransmissionTolerance};
@@ -268,7 +256,7 @@ mod tests {
     /// two planes, 4 for a point with offset, 3 for one without.
     fn instruments() -> Instruments<'static, f64> {
         Instruments {
-            frame: PositionFrame::Sensor,
+            sensor_frame: true,
             transmission: Some(TransmissionTolerance::new(1e-3).unwrap()),
             ..fixtures::instruments(&[PLANE; 2], &POINTS)
         }
@@ -300,7 +288,7 @@ mod tests {
 
         // The robot's own frame and exact joints: the planes come first.
         let few = Instruments {
-            frame: PositionFrame::Base,
+            sensor_frame: false,
             transmission: None,
             ..instruments()
         };

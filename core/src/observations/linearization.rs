@@ -97,14 +97,17 @@ impl<T: Real> ObservationRow<T> {
             .zip(&equations)
             .enumerate()
         {
-            for (entry, other) in row.iter_mut().zip(&shares) {
+            let Some(equation) = equation else {
+                if let Some(diagonal) = row.get_mut(index) {
+                    *diagonal = T::ONE;
+                }
+                continue;
+            };
+            for (entry, other) in row.iter_mut().zip(&shares).take(index + 1) {
                 *entry = product(share, other);
             }
             if let Some(diagonal) = row.get_mut(index) {
-                *diagonal += match equation {
-                    Some(equation) => equation.sigma.squared() + rounding,
-                    None => T::ONE,
-                };
+                *diagonal += equation.sigma.squared() + rounding;
             }
         }
         self.factor = cholesky(&covariance);

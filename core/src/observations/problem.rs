@@ -1,7 +1,7 @@
 //! The least-squares problem of the observations.
 
 use super::equation::At;
-use super::instruments::{Instruments, OF_PLANE, OF_TRANSMISSIONS, PositionFrame};
+use super::instruments::{Instruments, OF_PLANE, OF_TRANSMISSIONS};
 use super::linearization::PARTS;
 use super::observation::{ObservationError, ObservationRow, READINGS};
 use super::start::StartValues;
@@ -431,7 +431,7 @@ impl<T: Real, const N: usize> Prepared<T, N> {
         if instruments.transmission.is_some() {
             angles(OF_ROBOT, OF_TRANSMISSIONS);
         }
-        if instruments.frame == PositionFrame::Sensor {
+        if instruments.sensor_frame {
             angles(instruments.frame_column() + 3, 3);
         }
         for (index, _) in (0..).zip(instruments.planes) {

@@ -1,7 +1,7 @@
 //! Snapshots of the calibrator from any readings: its observations.
 
 use super::calibrator::FkmCalibrator;
-use super::instruments::{Instruments, PositionFrame};
+use super::instruments::Instruments;
 use super::observation::{Distance, DistanceFrom, Height, Observation, ObservationRow};
 use crate::robot::Robot;
 use crate::samples::Unknowns;
@@ -159,7 +159,7 @@ impl<T: Real> State<T> for Observation<T> {
 
 impl<T: Real> Instruments<'_, T> {
     fn mark(&self, fingerprint: &mut Fingerprint) {
-        fingerprint.byte(u8::from(self.frame == PositionFrame::Sensor));
+        fingerprint.byte(u8::from(self.sensor_frame));
         fingerprint.count(self.planes.len() as u64);
         for plane in self.planes {
             fingerprint.optional(plane.known.map(|(height, sigma)| [height, sigma]));

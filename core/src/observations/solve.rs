@@ -1,13 +1,11 @@
 //! The prior, a one-call solve, and the outcome.
 
 use super::equation::frame_at;
-use super::instruments::{
-    Instruments, OF_FRAME, OF_PLANE, OF_POINT, OF_TRANSMISSIONS, PositionFrame,
-};
+use super::instruments::{Instruments, OF_FRAME, OF_PLANE, OF_POINT, OF_TRANSMISSIONS};
 use super::problem::{InstrumentsAt, ObservationProblem, ReadingRows};
 use crate::Real;
 use crate::calibration::{
-    Estimate, JointOutcome, Judged, Minimizer, Progress, Refusal, Settings, Start, TolerancePrior,
+    Estimate, JointOutcome, Judged, Minimizer, Progress, Refusal, Settings, TolerancePrior,
     enough_samples,
 };
 use crate::frame::RigidTransform;
@@ -15,7 +13,7 @@ use crate::robot::{ArmIndex, OF_ROBOT, Robot};
 use crate::samples::{Unknowns, part};
 
 impl<T: Unknowns<N>, const N: usize> ObservationProblem<'_, T, N> {
-    /// Calibrates the robot. There is no free start: the [`Start`] of `settings` is not used.
+    /// Calibrates the robot. There is no free start, whatever `settings` ask for.
     ///
     /// # Errors
     /// A [`Refusal`]; keep the robot's current parameters.
@@ -38,7 +36,7 @@ impl<T: Unknowns<N>, const N: usize> ObservationProblem<'_, T, N> {
     }
 
     fn minimizer(&self, settings: &Settings<T>) -> Result<ObservationMinimizer<T, N>, Refusal> {
-        let settings = &settings.with_start(Start::Nominal);
+        let settings = &settings.with_free_start(false);
         enough_samples(&self.extent(), ArmIndex::First, settings)?;
         let mut minimizer = Minimizer::unstarted(ArmIndex::First, self.prior(settings), settings);
         minimizer.begin(self);
@@ -117,7 +115,7 @@ impl<T: Real, const N: usize> ObservationProblem<'_, T, N> {
         for weight in weights.iter_mut().skip(used) {
             *weight = T::ONE;
         }
-        if self.instruments.frame == PositionFrame::Sensor {
+        if self.instruments.sensor_frame {
             let first = self.instruments.frame_column();
             let numbers = weights.iter_mut().skip(first).take(OF_FRAME);
             for (number, weight) in numbers.enumerate() {

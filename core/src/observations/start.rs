@@ -1,7 +1,7 @@
 //! Start values for the instruments' unknowns: closed forms from the nominal robot's forward kinematics.
 
 use super::equation::At;
-use super::instruments::{Instruments, PositionFrame};
+use super::instruments::Instruments;
 use super::observation::{DistanceFrom, ObservationRow};
 use crate::Real;
 use crate::frame::{RigidTransform, best_rotation, product};
@@ -51,7 +51,7 @@ impl<T: Real, const N: usize> StartValues<T, N> {
     ) -> bool {
         let (planes, points) = (instruments.planes, instruments.points);
         let of_points = piece.saturating_sub(planes.len());
-        let sensor = instruments.frame == PositionFrame::Sensor;
+        let sensor = instruments.sensor_frame;
         if let Some((index, plane)) = (0..).zip(planes).nth(piece) {
             let [height, a, b] = self::plane(robot, rows, index, plane.level.is_none());
             let height = plane.known.map_or(height, |(height, _)| height);
@@ -320,7 +320,7 @@ pub(crate) fn align<T: Real>(rows: &[ObservationRow<T>]) -> Option<RigidTransfor
         let measured = row.observation().position.iter().flatten().count();
         measured == 0 || measured == 3
     });
-    let frame = everything.then(|| RigidTransform::align(whole).ok());
+    let frame = everything.then(|| RigidTransform::align(whole));
     frame.flatten()
 }
 
@@ -335,7 +335,7 @@ pub(crate) fn nearest_rotation<T: Real>(rows: &[Vector3<T>; 3]) -> Option<Matrix
         _ => return None,
     };
     let spread = T::from_f64(3.0) + x.dot(&x) + y.dot(&y) + z.dot(&z);
-    best_rotation(&Matrix3::from_columns(&[x, y, z]), spread).ok()
+    best_rotation(&Matrix3::from_columns(&[x, y, z]), spread)
 }
 
 fn mean_shift<T: Real>(rows: &[ObservationRow<T>], axis: usize, rotation: &Matrix3<T>) -> T {
@@ -359,7 +359,7 @@ mod tests {
     use super::StartValues;
     use crate::fixtures::{instruments, joints, paper};
     use crate::frame::RigidTransform;
-    use crate::observations::{Instruments, Observation, ObservationRow, PositionFrame};
+    use crate::observations::{Instruments, Observation, ObservationRow};
     use crate::robot::Robot;
     use alloc::borrow::ToOwned;
     use nalgebra::{Rotation3, Vector3};
@@ -389,7 +389,7 @@ mod tests {
             translation: Vector3::new(40.0, -70.0, 300.0),
         };
         let instruments = Instruments {
-            frame: PositionFrame::Sensor,
+            sensor_frame: true,
             ..instruments(&[], &[])
         };
         for pattern in [

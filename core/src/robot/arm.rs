@@ -319,7 +319,7 @@ impl<T: Real> Arm<T> {
     }
 
     /// |B′(q)|, which is constant: the upper arm length, or the scale of a linear drive. Length per radian, or no unit.
-    pub fn elbow_speed(&self) -> T {
+    pub(crate) fn elbow_speed(&self) -> T {
         let (la_x, la_y) = self.la();
         (la_x * la_x + la_y * la_y).square_root()
     }

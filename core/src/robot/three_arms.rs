@@ -243,63 +243,52 @@ impl SymmetricRobot<f64> {
     };
 }
 
-/// The nominal robot with linear drives as a data sheet specifies it: three upright towers at the same distance from
-/// the centre. Travel is measured upwards from z = 0.
-///
-/// ```
-/// use delta_cal::robot::SymmetricLinearRobot;
-/// # fn main() -> Result<(), Box<dyn core::error::Error>> {
-/// let printer = SymmetricLinearRobot { tower_radius: 140.0_f64, forearm: 330.0 }.robot()?;
-/// // With all carriages at the same height, the platform hangs below the centre.
-/// let position = printer.forward(&[400.0; 3])?;
-/// let below = f64::sqrt(330.0 * 330.0 - 140.0 * 140.0);
-/// assert!(position.x.abs() < 1e-9 && (position.z - (400.0 - below)).abs() < 1e-9);
-/// # Ok(())
-/// # }
-/// ```
 #[cfg(feature = "linear")]
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct SymmetricLinearRobot<T> {
-    /// Centre to the upper ends of the forearms, minus the platform radius ("delta radius"). Length.
-    pub tower_radius: T,
-    /// Lb: forearm. Length.
-    pub forearm: T,
-}
-
-#[cfg(feature = "linear")]
-impl<T: Real> SymmetricLinearRobot<T> {
-    /// The robot with its towers at 210°, 330° and 90°, the usual numbering on printers.
+impl<T: Real> Robot<T> {
+    /// The nominal robot with linear drives as a data sheet specifies it: three upright towers at the same distance from
+    /// the centre. Travel is measured upwards from z = 0.
+    ///
+    /// `tower_radius`: centre to the upper ends of the forearms, minus the platform radius ("delta radius"). Lengths.
+    /// `azimuths`: radians; `None` for 210°, 330° and 90°, the usual numbering on printers.
     ///
     /// # Errors
     /// A [`GeometryError`] if a length is not finite, the forearm length is not positive or the radius is negative.
-    pub fn robot(&self) -> Result<Robot<T>, GeometryError> {
-        let sixth = T::PI / T::from_f64(6.0);
-        self.robot_at([7.0, 11.0, 3.0].map(|sixths| sixth * T::from_f64(sixths)))
-    }
-
-    /// The robot with its towers at the given azimuths, radians.
     ///
-    /// # Errors
-    /// Same as [`robot`](Self::robot).
-    pub fn robot_at(&self, azimuths: [T; 3]) -> Result<Robot<T>, GeometryError> {
-        if !(self.tower_radius >= T::ZERO) {
+    /// ```
+    /// use delta_cal::Robot;
+    /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
+    /// let printer = Robot::linear(140.0_f64, 330.0, None)?;
+    /// // With all carriages at the same height, the platform hangs below the centre.
+    /// let position = printer.forward(&[400.0; 3])?;
+    /// let below = f64::sqrt(330.0 * 330.0 - 140.0 * 140.0);
+    /// assert!(position.x.abs() < 1e-9 && (position.z - (400.0 - below)).abs() < 1e-9);
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn linear(
+        tower_radius: T,
+        forearm: T,
+        azimuths: Option<[T; 3]>,
+    ) -> Result<Self, GeometryError> {
+        if !(tower_radius >= T::ZERO) {
             return Err(GeometryError::RadiusInvalid);
         }
         let arm = |azimuth: T| {
             let (sine, cosine) = azimuth.sine_cosine();
             let zero = T::ZERO;
             Arm::linear([
-                self.tower_radius * cosine,
-                self.tower_radius * sine,
+                tower_radius * cosine,
+                tower_radius * sine,
                 zero,
                 zero,
                 zero,
                 T::ONE,
-                self.forearm,
+                forearm,
             ])
         };
-        let [first, second, third] = azimuths;
-        Robot::new([arm(first)?, arm(second)?, arm(third)?])
+        let sixth = T::PI / T::from_f64(6.0);
+        let usual = [7.0, 11.0, 3.0].map(|sixths| sixth * T::from_f64(sixths));
+        let [first, second, third] = azimuths.unwrap_or(usual);
+        Self::new([arm(first)?, arm(second)?, arm(third)?])
     }
 }

@@ -118,13 +118,13 @@ impl<T: Real> Transmission<T> {
     }
 
     /// The arm angle for a joint angle, and its derivative. Radians, no unit.
-    pub fn arm_angle(&self, q: T) -> (T, T) {
+    pub(crate) fn arm_angle(&self, q: T) -> (T, T) {
         let (ahead, slope) = self.ahead(q);
         (q + ahead, T::ONE + slope)
     }
 
     /// The joint angle for an arm angle, by Newton's method. Radians.
-    pub fn joint_angle(&self, arm_angle: T) -> T {
+    pub(crate) fn joint_angle(&self, arm_angle: T) -> T {
         let mut q = arm_angle;
         for _ in 0..STEPS {
             let (ahead, slope) = self.ahead(q);

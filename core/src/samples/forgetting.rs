@@ -1,6 +1,6 @@
 //! Exponential forgetting of older samples.
 
-use crate::Real;
+use crate::{Real, SettingError};
 
 /// Exponential forgetting: a sample that is k samples old has weight λᵏ. The forgetting factor λ = N/(N + 1) is
 /// specified by N, the mean age of the samples in the estimate.
@@ -21,21 +21,6 @@ pub struct Forgetting<T> {
     factor: T,
 }
 
-/// Why a number cannot be the mean age.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum ForgettingError {
-    /// NaN, or less than one sample.
-    #[error("the mean age of the samples must be one sample or more")]
-    TooShort,
-    /// λ would be known to less than a hundredth of 1 − λ: above 65,536 samples in single precision.
-    #[error(
-        "the mean age of the samples is too large for this arithmetic: add the samples without forgetting"
-    )]
-    TooLong,
-}
-
 impl<T: Real> Forgetting<T> {
     /// Exponential forgetting with mean age N, in samples.
     ///
@@ -46,14 +31,14 @@ impl<T: Real> Forgetting<T> {
     /// use delta_cal::stream::Forgetting;
     /// assert_eq!(Forgetting::new(49.0)?.factor(), 0.98);
     /// assert!(Forgetting::new(0.5).is_err() && Forgetting::new(1e6_f32).is_err());
-    /// # Ok::<(), delta_cal::stream::ForgettingError>(())
+    /// # Ok::<(), delta_cal::SettingError>(())
     /// ```
-    pub fn new(mean_age: T) -> Result<Self, ForgettingError> {
+    pub fn new(mean_age: T) -> Result<Self, SettingError> {
         if !(mean_age >= T::ONE) {
-            return Err(ForgettingError::TooShort);
+            return Err(SettingError::AgeTooShort);
         }
         if !(mean_age * T::EPSILON <= T::from_f64(1.0 / 128.0)) {
-            return Err(ForgettingError::TooLong);
+            return Err(SettingError::AgeTooLong);
         }
         Ok(Self {
             mean_age,

@@ -1,4 +1,4 @@
-use super::sample::{Noise, SampleError};
+use super::sample::{Noise, Sample, SampleError};
 use crate::Real;
 use crate::robot::{Arm, ArmIndex, Drive, ParameterKind, Transmission};
 use crate::snapshot::Fingerprint;
@@ -251,6 +251,17 @@ impl<T: Real> NominalArm<T> {
                 + self.constraint_rounding_squared(),
             sample,
         }
+    }
+
+    /// Checks that every number of a sample is usable by a robot of these arms, and none too far away.
+    pub(crate) fn check_sample(of: [&Self; 3], sample: &Sample<T>) -> Result<(), SampleError> {
+        let [first, ..] = of;
+        sample.check(first.arm.drive())?;
+        let joints = sample.joints.iter().zip(&ArmIndex::ALL);
+        for (nominal, (q, arm)) in of.iter().zip(joints) {
+            nominal.check(&sample.position, *q, *arm)?;
+        }
+        Ok(())
     }
 
     /// Checks that a sample whose numbers are usable can be squared and summed: the position must be within 10,000

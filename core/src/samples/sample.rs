@@ -1,6 +1,6 @@
 use crate::robot::{ArmIndex, Drive};
 use crate::state::state;
-use crate::{Busy, Real};
+use crate::{Busy, Real, SettingError};
 use nalgebra::Vector3;
 
 /// Joint angles beyond ±4π are refused: no joint of a Delta makes two turns, and an angle in degrees mistaken for
@@ -18,7 +18,7 @@ pub struct Sample<T: Real> {
 
 state!(Sample<T>: joints: [T; 3], position: Vector3<T>);
 
-/// Why a sample is refused. The factor or store that refused it is unchanged.
+/// Why a sample is refused. Nothing has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -37,15 +37,6 @@ pub enum SampleError {
         "the joint angle of {0} is beyond two turns (joint angles are in radians), or its travel thousands of forearms"
     )]
     JointTooLarge(ArmIndex),
-}
-
-/// Why a calibrator refuses a sample. Nothing has changed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum AddError {
-    /// The sample is invalid.
-    #[error(transparent)]
-    Sample(#[from] SampleError),
     /// A solve is in progress.
     #[error(transparent)]
     Busy(#[from] Busy),
@@ -92,29 +83,6 @@ pub struct Noise<T> {
     joint: T,
 }
 
-/// Why numbers are not a valid noise.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum NoiseError {
-    /// The position noise must be greater than 0, and not too large to be squared.
-    #[error("the position noise must be greater than 0, and not too large to be squared")]
-    Position,
-    /// The joint noise must be 0 or greater, and not too large to be squared.
-    #[error("the joint noise must be 0 or greater, and not too large to be squared")]
-    Joint,
-    /// The noise of a height must be greater than 0, and not too small or large to be squared.
-    #[error(
-        "the noise of a height must be greater than 0, and not too small or large to be squared"
-    )]
-    Height,
-    /// The noise of a distance must be greater than 0, and not too small or large to be squared.
-    #[error(
-        "the noise of a distance must be greater than 0, and not too small or large to be squared"
-    )]
-    Distance,
-}
-
 impl<T: Real> Noise<T> {
     /// σx of each coordinate of the position (length), and σq of each joint angle (radians).
     ///
@@ -126,7 +94,7 @@ impl<T: Real> Noise<T> {
     /// assert!(Noise::new(0.001, 0.0).is_ok());
     /// assert!(Noise::new(0.0, 1e-4).is_err());
     /// ```
-    pub fn new(position: T, joint: T) -> Result<Self, NoiseError> {
+    pub fn new(position: T, joint: T) -> Result<Self, SettingError> {
         Self::by_axis([position, position, position], joint)
     }
 
@@ -139,18 +107,18 @@ impl<T: Real> Noise<T> {
     /// use delta_cal::Noise;
     /// let noise = Noise::by_axis([0.02, 0.02, 0.1], 0.0)?;
     /// assert!(noise.isotropic().is_none() && noise.position() > 0.06);
-    /// # Ok::<(), delta_cal::samples::NoiseError>(())
+    /// # Ok::<(), delta_cal::SettingError>(())
     /// ```
-    pub fn by_axis(position: [T; 3], joint: T) -> Result<Self, NoiseError> {
+    pub fn by_axis(position: [T; 3], joint: T) -> Result<Self, SettingError> {
         // No noise is too small: rounding is added to it.
         let [_, most] = T::SIGMAS;
         let positive = |sigma: T| sigma > T::ZERO && sigma <= most;
         let [x, y, z] = position;
         if !(positive(x) && positive(y) && positive(z)) {
-            return Err(NoiseError::Position);
+            return Err(SettingError::PositionNoise);
         }
         if !(joint >= T::ZERO && joint <= most) {
-            return Err(NoiseError::Joint);
+            return Err(SettingError::JointNoise);
         }
         Ok(Self { position, joint })
     }

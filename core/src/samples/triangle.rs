@@ -187,12 +187,17 @@ impl<T: Unknowns<N>, const N: usize> Triangle<T, N> {
     /// Absorbs K rows that are zero left of some column, given by the columns from there on, for the first `pivots` of
     /// these columns. The remainder of the rows is left in the other columns.
     #[inline(never)]
-    pub fn eliminate<const K: usize>(&mut self, columns: &mut [[T; K]], pivots: usize) {
+    pub(crate) fn eliminate<const K: usize>(&mut self, columns: &mut [[T; K]], pivots: usize) {
         let size = columns.len();
         reduce(self.entries_from(size), size, columns, pivots);
     }
 
     /// All entries, row by row.
+    pub(crate) fn entries(&self) -> &[T] {
+        self.entries.as_ref()
+    }
+
+    /// The same, mutable.
     pub(crate) fn entries_mut(&mut self) -> &mut [T] {
         self.entries.as_mut()
     }
@@ -285,34 +290,76 @@ pub(crate) fn reduce<T: Real, const K: usize>(
             return;
         };
         columns = later;
-        let below = dot(column, column);
-        // Nothing to eliminate, or so little that its square underflows: the rounding left in a column if the block has
-        // fewer rows than columns.
-        if !(below > T::SMALLEST_SQUARE) {
-            continue;
-        }
-        let squared = *diagonal * *diagonal + below;
-        let inverse_norm = squared.inverse_square_root();
-        // The reflection v = (r ∓ norm, column) that keeps the sign of r (Parlett 1971): in a long stream each entry of
-        // R changes by a small correction with small rounding. The usual sign would flip R at every block and round all
-        // of it.
-        let sum = diagonal.magnitude() + squared * inverse_norm;
-        let growth = below / sum;
-        let growth = if *diagonal < T::ZERO { -growth } else { growth };
-        let pivot = -growth;
-        let scale = sum * inverse_norm / below;
-        *diagonal += growth;
-        for (entry, other) in right.iter_mut().zip(columns.iter_mut()) {
-            let projection = (pivot * *entry + dot(column, other)) * scale;
-            *entry -= projection * pivot;
-            // By index, here and in `dot`: in a program compiled in several units, iterators over two slices are not
-            // inlined, and a sample costs four times as much.
-            for index in 0..K {
-                if let (Some(target), Some(source)) = (other.get_mut(index), column.get(index)) {
-                    *target -= projection * *source;
-                }
+        reflect(diagonal, right, column, columns);
+    }
+}
+
+/// Absorbs a row of nine columns into its triangle, one pivot of constant length at a time: in a program built for size
+/// the compiler unrolls no loop.
+pub(crate) fn absorb_nine<T: Real>(entries: &mut [T], row: &mut [[T; 1]; 9]) -> Option<()> {
+    let (mut rest, mut columns) = (entries, &mut row[..]);
+    macro_rules! reflections {
+        ($($length:literal)+) => {$(
+            let (head, below) = rest.split_first_chunk_mut::<$length>()?;
+            let own = columns.first_chunk_mut::<$length>()?;
+            let ([diagonal, right @ ..], [column, later @ ..]) = (head, own);
+            reflect(diagonal, right, column, later);
+            (rest, columns) = (below, later);
+        )+};
+    }
+    reflections! { 9 8 7 6 5 4 3 2 1 }
+    (rest.is_empty() && columns.is_empty()).then_some(())
+}
+
+/// The reflection of a triangle's row, from its diagonal entry on, with a column of a block and those to its right.
+#[inline(always)]
+fn reflect<T: Real, const K: usize>(
+    diagonal: &mut T,
+    right: &mut [T],
+    column: &[T; K],
+    later: &mut [[T; K]],
+) {
+    let below = dot(column, column);
+    // Nothing to eliminate, or so little that its square underflows: the rounding left in a column if the block has
+    // fewer rows than columns.
+    if !(below > T::SMALLEST_SQUARE) {
+        return;
+    }
+    let squared = *diagonal * *diagonal + below;
+    let inverse_norm = squared.inverse_square_root();
+    // The reflection v = (r ∓ norm, column) that keeps the sign of r (Parlett 1971): in a long stream each entry of R
+    // changes by a small correction with small rounding. The usual sign would flip R at every block and round all of it.
+    let sum = diagonal.magnitude() + squared * inverse_norm;
+    let growth = below / sum;
+    let growth = if *diagonal < T::ZERO { -growth } else { growth };
+    let pivot = -growth;
+    let scale = sum * inverse_norm / below;
+    *diagonal += growth;
+    let project = |entry: &mut T, other: &mut [T; K]| {
+        let projection = (pivot * *entry + dot(column, other)) * scale;
+        *entry -= projection * pivot;
+        // By index, here and in `dot`: in a program compiled in several units, iterators over two slices are not
+        // inlined, and a sample costs four times as much.
+        for index in 0..K {
+            if let (Some(target), Some(source)) = (other.get_mut(index), column.get(index)) {
+                *target -= projection * *source;
             }
         }
+    };
+    let (mut right, mut later) = (right, later);
+    if K == 2 {
+        let ((fours, rest), (columns, others)) =
+            (right.as_chunks_mut::<4>(), later.as_chunks_mut::<4>());
+        for ([e0, e1, e2, e3], [c0, c1, c2, c3]) in fours.iter_mut().zip(columns) {
+            project(e0, c0);
+            project(e1, c1);
+            project(e2, c2);
+            project(e3, c3);
+        }
+        (right, later) = (rest, others);
+    }
+    for (entry, other) in right.iter_mut().zip(later) {
+        project(entry, other);
     }
 }
 

@@ -1,14 +1,14 @@
 //! Calibration of a stream in bounded steps, with gating and forgetting.
 
-use super::gate::{Alarm, Gate, GateCounts, GateError, Innovation, Untested, Verdict};
-use super::options::{Added, Selection, StreamRefusal};
+use super::gate::{Gate, GateCounts, Innovation, Verdict};
+use super::options::Selection;
 use crate::calibration::limits::MOST_REJECTED;
 use crate::calibration::{Calibrator, Estimator, Parts, Progress, Refusal, Samples, Settings};
 use crate::robot::{ArmIndex, Robot};
-use crate::samples::{AddError, Sample};
+use crate::samples::{Sample, SampleError};
 use crate::snapshot::{SnapshotError, longest, read, write};
 use crate::state::{Reader, State, Writer};
-use crate::{Busy, Real};
+use crate::{Busy, Real, SettingError};
 use core::mem::MaybeUninit;
 
 /// Identifies a stream's snapshots, with the number of its calibrator: 1 for separate arms, 2 for joint.
@@ -20,12 +20,12 @@ const KIND: u8 = 4;
 /// ```
 /// use delta_cal::calibration::Joint;
 /// use delta_cal::{Noise, Progress, Sample, Settings, SymmetricRobot, Tolerance};
-/// use delta_cal::stream::{Added, Selection, StreamCalibrator, Verdict};
+/// use delta_cal::stream::{Selection, StreamCalibrator, Verdict};
 /// # fn main() -> Result<(), Box<dyn core::error::Error>> {
 /// let nominal = SymmetricRobot { base_radius: 194.0, platform_radius: 30.0, upper_arm: 260.0, forearm: 480.0 };
 /// let truth = SymmetricRobot { upper_arm: 260.4, ..nominal }.robot()?;
 /// let settings = Settings::default().with_noise(Noise::new(0.02, 0.0)?).with_tolerance(Tolerance::new(0.5, 0.003)?);
-/// let gated = Selection::Gated { forgetting: None };
+/// let gated = Selection { gated: true, forgetting: None };
 /// let mut stream = StreamCalibrator::<_, Joint>::new(&nominal.robot()?, &settings, &gated);
 /// for k in 0..40 {
 ///     let t = f64::from(k);
@@ -34,8 +34,8 @@ const KIND: u8 = 4;
 ///     if k == 30 {
 ///         position.x += 5.0; // the reflector slipped
 ///     }
-///     let added = stream.add(&Sample { joints, position })?;
-///     assert_eq!(matches!(added, Added::Tested(Verdict::Rejected(_))), k == 30);
+///     let verdict = stream.add(&Sample { joints, position })?;
+///     assert_eq!(matches!(verdict, Verdict::Rejected(_)), k == 30);
 ///     // Without a stated noise or tolerance, the gate first needs an estimate.
 ///     while stream.step() == Progress::Working {}
 /// }
@@ -78,7 +78,7 @@ enum Work {
     Solve,
     Solving,
     Solved,
-    Refused(StreamRefusal),
+    Refused(Refusal),
 }
 
 impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
@@ -88,13 +88,10 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         Self {
             calibrator: Calibrator::new(robot, settings),
             selection: *selection,
-            gated: match selection {
-                Selection::All { .. } => None,
-                Selection::Gated { .. } => Some(Gated {
-                    gate: Gate::new(robot, settings),
-                    beside: E::beside(robot, settings),
-                }),
-            },
+            gated: selection.gated.then(|| Gated {
+                gate: Gate::new(robot, settings),
+                beside: E::beside(robot, settings),
+            }),
             samples: 0,
             work: Work::Collecting,
             asked: false,
@@ -121,20 +118,20 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     ///
     /// # Errors
     /// An invalid number, or a solve in progress; nothing has changed.
-    pub fn add(&mut self, sample: &Sample<T>) -> Result<Added<T>, AddError> {
+    pub fn add(&mut self, sample: &Sample<T>) -> Result<Verdict<T>, SampleError> {
         self.check_idle()?;
-        let forgetting = self.selection.forgetting();
+        let forgetting = self.selection.forgetting;
         let mut work = Work::Collecting;
-        let added = match &mut self.gated {
+        let verdict = match &mut self.gated {
             None => {
                 match &forgetting {
                     Some(forgetting) => self.calibrator.add_forgetting(sample, forgetting)?,
                     None => self.calibrator.add(sample)?,
                 }
-                Added::Taken
+                Verdict::Ungated
             }
             Some(Gated { gate, beside }) => {
-                self.calibrator.check(sample)?;
+                T::check_sample(self.calibrator.samples.nominal_arms(), sample)?;
                 let (arms, others) = E::arms(&mut self.calibrator.samples, beside);
                 gate.catch_up(arms, forgetting.as_ref());
                 let verdict = gate.add(arms, sample, forgetting.as_ref());
@@ -150,12 +147,12 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
                         work = Work::Estimate;
                     }
                 }
-                Added::Tested(verdict)
+                verdict
             }
         };
         self.samples = self.samples.saturating_add(1);
         self.work = work;
-        Ok(added)
+        Ok(verdict)
     }
 
     /// Starts a solve unless one is in progress or finished. If the gate's estimate is being solved, the solve follows
@@ -164,7 +161,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// # Errors
     /// The gate's reason for not solving, which discards an earlier outcome: an alarm until it is
     /// [acknowledged](Self::acknowledge), or too many rejections. The refusal already known for these samples.
-    pub fn solve(&mut self) -> Result<(), StreamRefusal> {
+    pub fn solve(&mut self) -> Result<(), Refusal> {
         match self.work {
             Work::Estimate | Work::Estimating | Work::Adopting(_) => self.asked = true,
             Work::Solve | Work::Solving => {}
@@ -189,15 +186,18 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// samples, which would otherwise reject the changed robot's for ever, and the gate begins again, as when new. Its
     /// statistics and [`samples`](Self::samples) go on.
     pub fn acknowledge(&mut self) {
-        let begins_again = self.alarm().is_some() && self.selection.forgetting().is_some();
+        let begins_again = self.alarm().is_some() && self.selection.forgetting.is_some();
         if let Some(Gated { gate, .. }) = &mut self.gated {
             gate.acknowledge();
         }
         if begins_again {
             self.begin_again();
         }
-        if let Work::Refused(StreamRefusal::Alarm(_) | StreamRefusal::TooManyRejected { .. }) =
-            self.work
+        if let Work::Refused(
+            Refusal::RobotChanged { .. }
+            | Refusal::EarlySamplesWrong { .. }
+            | Refusal::TooManyRejected { .. },
+        ) = self.work
         {
             self.work = Work::Collecting;
         }
@@ -237,15 +237,15 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     }
 
     /// The gate's reason for not solving.
-    fn rejected_too_many(&self) -> Option<StreamRefusal> {
+    fn rejected_too_many(&self) -> Option<Refusal> {
         let Gated { gate, .. } = self.gated.as_ref()?;
         if let Some(alarm) = gate.alarm {
-            return Some(StreamRefusal::Alarm(alarm));
+            return Some(alarm);
         }
         let (taken, rejected) = gate.unexcused();
         let samples = taken.saturating_add(rejected);
         (rejected.saturating_mul(MOST_REJECTED) > samples)
-            .then_some(StreamRefusal::TooManyRejected { rejected, samples })
+            .then_some(Refusal::TooManyRejected { rejected, samples })
     }
 
     /// One bounded step of the pending work. After the last step of a solve there is an outcome; after the last step of
@@ -265,7 +265,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     /// What the gate has left to do after a sample; returns whether there was any. It comes before all other work, so
     /// that the results are the same at whatever call it is done.
     fn catch_up(&mut self) -> bool {
-        let forgetting = self.selection.forgetting();
+        let forgetting = self.selection.forgetting;
         let Some(Gated { gate, beside }) = &mut self.gated else {
             return false;
         };
@@ -282,7 +282,7 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
             Work::Adopting(arms) => self.adopt(arms),
             Work::Solve => match self.calibrator.solve() {
                 Ok(()) => Work::Solving,
-                Err(refusal) => Work::Refused(refusal.into()),
+                Err(refusal) => Work::Refused(refusal),
             },
             Work::Estimating if self.calibrator.step() == Progress::Finished => Work::Adopting(0),
             Work::Solving if self.calibrator.step() == Progress::Finished => Work::Solved,
@@ -332,14 +332,11 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     ///
     /// # Errors
     /// Why the samples do not calibrate the robot; [`Refusal::Unfinished`] before the last step.
-    pub fn outcome(&self) -> Result<&E::Outcome<T>, StreamRefusal> {
+    pub fn outcome(&self) -> Result<&E::Outcome<T>, Refusal> {
         match self.work {
             Work::Refused(refusal) => Err(refusal),
-            Work::Solved => self
-                .calibrator
-                .outcome()
-                .map_err(StreamRefusal::Calibration),
-            _ => Err(StreamRefusal::Calibration(Refusal::Unfinished)),
+            Work::Solved => self.calibrator.outcome(),
+            _ => Err(Refusal::Unfinished),
         }
     }
 
@@ -363,18 +360,22 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
     ///
     /// # Errors
     /// A number that is not finite and positive.
-    pub fn set_sigmas(&mut self, sigmas: T) -> Result<(), GateError> {
+    pub fn set_sigmas(&mut self, sigmas: T) -> Result<(), SettingError> {
         match &mut self.gated {
             Some(Gated { gate, .. }) => gate.set_sigmas(sigmas),
             None => Ok(()),
         }
     }
 
-    /// The innovation of a sample in each arm, without adding or counting it. `None` without a gate.
-    pub fn innovations(&self, sample: &Sample<T>) -> Option<Result<[Innovation<T>; 3], Untested>> {
-        let Gated { gate, .. } = self.gated.as_ref()?;
+    /// The innovation of a sample in each arm, without adding or counting it.
+    ///
+    /// # Errors
+    /// The verdict on a sample that cannot be tested: [`Verdict::Ungated`], [`Verdict::NoEstimate`] or
+    /// [`Verdict::NoNoise`].
+    pub fn innovations(&self, sample: &Sample<T>) -> Result<[Innovation<T>; 3], Verdict<T>> {
+        let Gated { gate, .. } = self.gated.as_ref().ok_or(Verdict::Ungated)?;
         let samples = &self.calibrator.samples;
-        Some(gate.innovations(samples.nominal_arms(), samples.settings(), sample))
+        gate.innovations(samples.nominal_arms(), samples.settings(), sample)
     }
 
     /// The gate's statistics, if there is a gate.
@@ -385,8 +386,9 @@ impl<T: Real, E: Estimator> StreamCalibrator<T, E> {
         }
     }
 
-    /// The meaning of a run of rejections, if there was one since the last [acknowledgement](Self::acknowledge).
-    pub const fn alarm(&self) -> Option<Alarm> {
+    /// The meaning of a run of rejections, if there was one since the last [acknowledgement](Self::acknowledge):
+    /// [`Refusal::RobotChanged`] or [`Refusal::EarlySamplesWrong`].
+    pub const fn alarm(&self) -> Option<Refusal> {
         match &self.gated {
             Some(Gated { gate, .. }) => gate.alarm,
             None => None,

@@ -14,15 +14,15 @@
 mod prediction;
 mod verdict;
 
-use crate::Real;
 use crate::calibration::limits::{REJECTIONS_OF_A_CHANGE, SAMPLES_FOR_FREE_START, SUSPECTED};
-use crate::calibration::{ArmSamples, Samples, Settings, TolerancePrior};
+use crate::calibration::{ArmSamples, Refusal, Samples, Settings, TolerancePrior};
 use crate::robot::{Arm, ArmIndex, OF_ARM, Robot};
 use crate::samples::{Forgetting, NominalArm, Sample};
 use crate::state::state;
+use crate::{Real, SettingError};
 use prediction::Predicted;
 pub(crate) use prediction::{Prediction, Row};
-pub use verdict::{Alarm, GateCounts, GateError, Innovation, Untested, Verdict};
+pub use verdict::{GateCounts, Innovation, Verdict};
 
 /// Tests each sample before it is added to the arms' samples. Constant memory, no sample is stored.
 ///
@@ -41,7 +41,7 @@ pub(crate) struct Gate<T: Real> {
     /// The statistics so far.
     pub(super) counts: GateCounts,
     /// The meaning of the first run of rejections since the last [acknowledgement](Self::acknowledge), if any.
-    pub(super) alarm: Option<Alarm>,
+    pub(super) alarm: Option<Refusal>,
 }
 
 impl<T: Real> Gate<T> {
@@ -77,9 +77,9 @@ impl<T: Real> Gate<T> {
     }
 
     /// Sets its width, in σ.
-    pub(super) fn set_sigmas(&mut self, sigmas: T) -> Result<(), GateError> {
+    pub(super) fn set_sigmas(&mut self, sigmas: T) -> Result<(), SettingError> {
         if !(sigmas > T::ZERO && sigmas.finite()) {
-            return Err(GateError::Sigmas);
+            return Err(SettingError::GateWidth);
         }
         self.sigmas = sigmas;
         Ok(())
@@ -104,7 +104,7 @@ impl<T: Real> Gate<T> {
         }
         self.counts.taken = self.counts.taken.saturating_add(1);
         self.counts.run = 0;
-        if let Verdict::Untested(_) = verdict {
+        if let Verdict::NoEstimate | Verdict::NoNoise = verdict {
             self.counts.untested = self.counts.untested.saturating_add(1);
         }
         for (prediction, row) in self.arms.iter_mut().zip(&rows) {
@@ -125,13 +125,13 @@ impl<T: Real> Gate<T> {
     /// The innovation of a sample in each arm, without adding or counting it.
     ///
     /// # Errors
-    /// Why the sample cannot be tested.
+    /// The verdict on a sample that cannot be tested.
     pub(super) fn innovations(
         &self,
         nominal_arms: [&NominalArm<T>; 3],
         settings: &Settings<T>,
         sample: &Sample<T>,
-    ) -> Result<[Innovation<T>; 3], Untested> {
+    ) -> Result<[Innovation<T>; 3], Verdict<T>> {
         self.compare(nominal_arms, settings, &self.rows(nominal_arms, sample))
     }
 
@@ -141,9 +141,9 @@ impl<T: Real> Gate<T> {
         nominal_arms: [&NominalArm<T>; 3],
         settings: &Settings<T>,
         rows: &[Row<T>; 3],
-    ) -> Result<[Innovation<T>; 3], Untested> {
+    ) -> Result<[Innovation<T>; 3], Verdict<T>> {
         if !self.estimated {
-            return Err(Untested::NoEstimate);
+            return Err(Verdict::NoEstimate);
         }
         let stated = settings.noise.is_some();
         let mut innovations = ArmIndex::ALL.map(|arm| Innovation {
@@ -159,14 +159,12 @@ impl<T: Real> Gate<T> {
             .zip(&mut innovations)
         {
             if !stated && !prediction.knows_noise() {
-                return Err(Untested::NoNoise);
+                return Err(Verdict::NoNoise);
             }
             let Predicted {
                 innovation,
                 normalized,
-            } = prediction
-                .predict(row, stated)
-                .ok_or(Untested::NoEstimate)?;
+            } = prediction.predict(row, stated).ok_or(Verdict::NoEstimate)?;
             target.distance = innovation * T::HALF / (row.weight * nominal.lb) * nominal.scale();
             target.normalized = normalized;
         }
@@ -183,7 +181,7 @@ impl<T: Real> Gate<T> {
     ) -> Verdict<T> {
         let innovations = match self.compare(nominal_arms, settings, rows) {
             Ok(innovations) => innovations,
-            Err(untested) => return Verdict::Untested(untested),
+            Err(untested) => return untested,
         };
         let [mut worst, ..] = innovations;
         for (innovation, count) in innovations.iter().zip(&mut self.counts.rejected_by_arm) {
@@ -214,9 +212,9 @@ impl<T: Real> Gate<T> {
             // Eight samples determine an arm; the others agreed with it.
             let agreed = self.unexcused().0.saturating_sub(OF_ARM as u64);
             self.alarm = Some(if agreed >= REJECTIONS_OF_A_CHANGE {
-                Alarm::RobotChanged { first }
+                Refusal::RobotChanged { first }
             } else {
-                Alarm::EarlySamplesWrong { first }
+                Refusal::EarlySamplesWrong { first }
             });
         }
     }
@@ -298,7 +296,7 @@ state!(
     needed: u64,
     excused: [u64; 2],
     counts: GateCounts,
-    alarm: Option<Alarm>,
+    alarm: Option<Refusal>,
 );
 
 impl<T: Real> Gate<T> {
@@ -314,7 +312,7 @@ impl<T: Real> Gate<T> {
 mod tests {
     #![allow(clippy::unwrap_used)]
 
-    use super::{ArmIndex, Gate, Untested};
+    use super::{ArmIndex, Gate, Verdict};
     use crate::calibration::{IkmCalibrator, Samples, Settings};
     use crate::fixtures::{changed, robot, samples};
 
@@ -339,7 +337,7 @@ mod tests {
                 &measured[count],
             );
             assert_eq!(off.is_ok(), known);
-            assert!(known || off == Err(Untested::NoNoise));
+            assert!(known || off == Err(Verdict::NoNoise));
         }
     }
 }

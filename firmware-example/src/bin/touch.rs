@@ -10,7 +10,7 @@
 mod small;
 
 use delta_cal::observations::{
-    Height, Instruments, Observation, ObservationNoise, Plane, PositionFrame, TouchCalibrator,
+    FkmCalibrator, Height, Instruments, Observation, ObservationNoise, Plane,
 };
 use delta_cal::{Noise, Progress, Refusal, Robot, Settings, Tolerance};
 use small::{Store, conclude, fail, go, probe, with};
@@ -46,7 +46,7 @@ const CREEP: f32 = 1.0;
 const REPEATABILITY: f32 = 0.005;
 
 /// Touches and solver, for the robot's 24 parameters and the plate's three.
-type Calibrator = TouchCalibrator<f32, TOUCHES>;
+type Calibrator = FkmCalibrator<f32, TOUCHES, 27>;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -81,7 +81,7 @@ fn prepare(place: &'static StaticCell<Calibrator>, drawn: &Robot<f32>) -> &'stat
 fn known() -> Option<(Instruments<'static, f32>, Settings<f32>)> {
     let positions = Noise::new(REPEATABILITY, 0.0).ok()?;
     let instruments = Instruments {
-        frame: PositionFrame::Base,
+        sensor_frame: false,
         planes: &[Plane {
             known: None,
             level: None,

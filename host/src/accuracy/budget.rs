@@ -9,10 +9,12 @@
 
 use super::uncertainty::Sensitivities;
 use crate::effects::{At, EffectKind, Estimated};
-use crate::files::robot_file::ONLY_TARGET;
-use crate::files::samples_file::READINGS;
+use crate::files::robot_file::{ONLY_TARGET, RobotFile};
+use crate::files::samples_file::{Kind, READINGS};
 use crate::fit::solution::{Solution, WITH_TRANSMISSIONS};
-use delta_cal::Sample;
+use crate::text::joint;
+use delta_cal::robot::Drive;
+use delta_cal::{Parameter, Sample};
 use nalgebra::{DMatrix, SMatrix};
 use serde::Serialize;
 
@@ -22,6 +24,13 @@ pub struct Contribution {
     /// The source: `readings`, `joint readings`, `tolerance`, `planes and points`, `scale`, `datum`, `target` or the name
     /// of a target.
     pub source: String,
+    /// How its σ was evaluated: `A` by statistics of these readings, `B` otherwise (JCGM 100:2008, 3.3.4).
+    #[serde(rename = "type")]
+    pub kind: &'static str,
+    /// Its σ, in the unit; `None` where it has several.
+    pub sigma: Option<f64>,
+    /// `mm`, `deg`, or nothing of a ratio.
+    pub unit: &'static str,
     /// σ of a position in the frame of the base due to it, rms over the workspace, mm.
     pub absolute_mm: f64,
     /// Its share of the variance, 0 to 1.
@@ -38,7 +47,14 @@ pub struct Contribution {
 
 /// The budget over these poses, largest contribution to the absolute error first; to the relative error if the robot's
 /// place is not measured. Empty if the poses do not determine a rigid motion.
-pub(crate) fn budget(solution: &Solution, poses: &[Sample<f64>]) -> Vec<Contribution> {
+pub(crate) fn budget(
+    solution: &Solution,
+    robot: &RobotFile,
+    poses: &[Sample<f64>],
+) -> Vec<Contribution> {
+    let estimated = solution.estimated_freedom().is_some();
+    let mut datum = robot.instruments.datum.iter();
+    let of_misfit = datum.any(|own| own.sigma.is_none());
     let inside = Sensitivities::<WITH_TRANSMISSIONS>::of(&solution.robot, poses.iter().copied());
     let Some(relative) = inside.relative() else {
         return Vec::new();
@@ -73,15 +89,7 @@ pub(crate) fn budget(solution: &Solution, poses: &[Sample<f64>]) -> Vec<Contribu
         .effects
         .first()
         .map_or(covariance.nrows(), |own| own.first);
-    let block = |places: std::ops::Range<usize>| {
-        DMatrix::from_fn(covariance.nrows(), covariance.ncols(), |row, column| {
-            if places.contains(&row) && places.contains(&column) {
-                information[(row, column)]
-            } else {
-                0.0
-            }
-        })
-    };
+    let block = |places| block(&information, &places);
     sources.push(("tolerance".to_owned(), sandwich(&block(0..own)), None));
     sources.push((
         "planes and points".to_owned(),
@@ -125,6 +133,13 @@ pub(crate) fn budget(solution: &Solution, poses: &[Sample<f64>]) -> Vec<Contribu
     sources.sort_by(|a, b| b.1[own].total_cmp(&a.1[own]));
     let line = |(source, [absolute, relative], exact): (String, [f64; 2], Option<[f64; 2]>)| {
         Contribution {
+            kind: if estimated && source.ends_with("readings") || source == "datum" && of_misfit {
+                "A"
+            } else {
+                "B"
+            },
+            sigma: sigma(solution, robot, &source),
+            unit: unit(robot, &source),
             source,
             absolute_mm: absolute.sqrt(),
             absolute_share: absolute / total[0],
@@ -135,6 +150,61 @@ pub(crate) fn budget(solution: &Solution, poses: &[Sample<f64>]) -> Vec<Contribu
         }
     };
     sources.into_iter().map(line).collect()
+}
+
+/// The part of a matrix that belongs to these unknowns; 0 elsewhere.
+fn block(of: &DMatrix<f64>, places: &std::ops::Range<usize>) -> DMatrix<f64> {
+    DMatrix::from_fn(of.nrows(), of.ncols(), |row, column| {
+        if places.contains(&row) && places.contains(&column) {
+            of[(row, column)]
+        } else {
+            0.0
+        }
+    })
+}
+
+/// Of a source's σ.
+fn unit(robot: &RobotFile, source: &str) -> &'static str {
+    match source {
+        "joint readings" if robot.robot.drive() == Drive::Rotary => "deg",
+        "scale" => "",
+        _ => "mm",
+    }
+}
+
+/// σ of a source, if it is one number: mm, degrees or a ratio.
+fn sigma(solution: &Solution, robot: &RobotFile, source: &str) -> Option<f64> {
+    let noise = solution.levels.position;
+    match source {
+        "readings" => {
+            let readings = &solution.readings;
+            let only = readings.holds(Kind::Position)
+                && Kind::ALL
+                    .into_iter()
+                    .filter(|own| readings.holds(*own))
+                    .count()
+                    == 1;
+            only.then(|| noise.position())
+        }
+        "joint readings" => Some(joint::in_file(robot.robot.drive(), noise.joint())),
+        "tolerance" => robot.tolerance.map(|own| own.of(Parameter::Lb)),
+        "datum" => {
+            let all: Option<Vec<_>> = robot
+                .instruments
+                .datum
+                .iter()
+                .map(|own| own.sigma)
+                .collect();
+            let all = all.filter(|all| !all.is_empty())?;
+            Some((all.iter().map(|own| own * own).sum::<f64>() / all.len() as f64).sqrt())
+        }
+        other => {
+            let mut effects = solution.effects.iter();
+            let own = effects.find(|own| source_of(solution, own) == other)?;
+            let squares = own.sigma.iter().map(|own| own * own).sum::<f64>();
+            Some((squares / own.sigma.len().max(1) as f64).sqrt())
+        }
+    }
 }
 
 /// The name of an effect as a source.

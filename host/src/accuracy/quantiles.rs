@@ -1,6 +1,6 @@
-//! Medians, quantiles of χ², and coverage factors.
+//! Medians and quantiles of χ².
 
-use statrs::distribution::{ChiSquared, ContinuousCDF, Normal, StudentsT};
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 /// The median, the upper of two; `None` of nothing.
 pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
@@ -24,31 +24,6 @@ pub(crate) fn quantile(freedom: f64, probability: f64) -> Option<f64> {
     let found = ChiSquared::new(freedom).ok()?.inverse_cdf(probability);
     // The library's search fails for some degrees of freedom near 1.
     (found > 0.0).then_some(found)
-}
-
-/// Probability of a normal distribution within two standard deviations, for which k = 2.
-const LEVEL: f64 = 0.9545;
-/// Up to this, Student's distribution has no variance.
-const LEAST_FREEDOM: f64 = 2.0;
-
-/// k for a stated noise.
-const STATED: f64 = 2.0;
-
-/// The coverage factor k for an expanded uncertainty of 95 % (GUM, 6.2 and G.3).
-///
-/// For a noise estimated with ν degrees of freedom, k is Student's: the standard uncertainties of a calibration are
-/// that distribution's standard deviations and already include √(ν/(ν − 2)). `None` where it has none.
-pub(crate) fn coverage_factor(estimated_freedom: Option<f64>) -> Option<f64> {
-    let Some(freedom) = estimated_freedom else {
-        return Some(STATED);
-    };
-    if !(freedom > LEAST_FREEDOM) {
-        return None;
-    }
-    let student = StudentsT::new(0.0, 1.0, freedom).ok()?;
-    let quantile = student.inverse_cdf(f64::midpoint(1.0, LEVEL));
-    let factor = quantile * ((freedom - LEAST_FREEDOM) / freedom).sqrt();
-    factor.is_finite().then_some(factor)
 }
 
 #[cfg(test)]

@@ -62,8 +62,8 @@ pub fn calibrate(
     readings: &Readings,
     options: &Options,
 ) -> Result<Report, CalibrateError> {
-    check(robot, readings, options)?;
     let robot = &readings.noise_into(robot);
+    check(robot, readings, options)?;
     let case = Case::new(robot, readings, *options);
     let known = known_frame(robot, options.frame);
     // A printer that prints has no exchanged joints or wrong signs, and what its towers could do to a touch of the bed, the
@@ -181,6 +181,9 @@ fn check(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<()
 fn check_datum(robot: &RobotFile, readings: &Readings, frame: Frame) -> Result<(), CalibrateError> {
     if Datum::of(robot, frame)?.is_none() {
         return Ok(());
+    }
+    if let Some(missing) = readings.missing_datum(robot) {
+        return Err(missing.into());
     }
     let single = |row: &Reading| row.sample().is_none() && row.kind() == Some(Kind::Position);
     if let Some(index) = readings.rows.iter().position(|row| single(&row.value)) {

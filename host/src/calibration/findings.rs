@@ -14,7 +14,7 @@ use crate::judge::credibility::{NoiseVerdict, doubtful};
 use crate::judge::known::Known;
 use crate::text::{capitalised, count, in_lines, joint, probability, significant};
 use delta_cal::Parameter;
-use delta_cal::calibration::StartUsed;
+use delta_cal::calibration::Start;
 use nalgebra::Vector3;
 use serde_json::json;
 use std::collections::BTreeMap;
@@ -455,7 +455,7 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, known: &Known, found: &mut Ve
         }
         of_determined(known, readings, found);
     } else {
-        if let Some(changes) = doubtful(&robot.robot, &solution.robot) {
+        if let Some(changes) = doubtful(robot, &solution.robot) {
             let text = format!(
                 "The calibrated robot differs much from the robot file: {changes}. Check units, signs and frame of the samples."
             );
@@ -486,7 +486,7 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, known: &Known, found: &mut Ve
             found.push(warning("condition", figures, text));
         }
     }
-    if solution.start == StartUsed::Search {
+    if solution.start == Start::Search {
         let text = "Several solutions fit the samples; this one fits best or is nearest to the robot file.";
         found.push(note("several_solutions", none.clone(), text));
     }

@@ -3,16 +3,18 @@
 
 use super::findings::findings;
 use crate::accuracy::budget::{Contribution, budget};
+use crate::accuracy::expanded::{COVERAGE, Spread, of_vectors};
 use crate::accuracy::improvement::WorkspaceComparison;
 pub use crate::accuracy::position_error::BeforeAfter;
-use crate::accuracy::quantiles::coverage_factor;
+use crate::accuracy::repeats::{Attained, Repeatability};
+use crate::accuracy::rigid_motion::RigidMotions;
 use crate::accuracy::uncertainty::ExpectedError;
 use crate::diagnosis::Diagnosis;
-use crate::effects::{Places, PlaneFound, PointFound};
+use crate::effects::{EffectKind, Estimated, Places, PlaneFound, PointFound};
 use crate::explain::Causes;
 use crate::files::convention::Convention;
 use crate::files::document::Document;
-use crate::files::robot_file::RobotFile;
+use crate::files::robot_file::{RobotFile, Target};
 use crate::files::samples_file::{Kind, READINGS, Readings};
 use crate::finding::{Finding, Level};
 use crate::fit::{Case, Frame, Method, Solution};
@@ -20,14 +22,14 @@ use crate::judge::credibility::{NoiseTest, ToleranceTest};
 use crate::judge::known::{Known, NextPose, next_poses};
 use crate::judge::{Judged, distance};
 use crate::text::{degrees, in_unit, unit};
-use delta_cal::Parameter;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::{Arm, Drive, ParameterKind, Transmission};
+use delta_cal::{Parameter, Robot};
 use nalgebra::{Vector2, Vector3};
 use serde::Serialize;
 
 /// Incremented whenever a field changes its name or meaning or is removed.
-pub const SCHEMA_VERSION: u32 = 2;
+pub const SCHEMA_VERSION: u32 = 3;
 
 /// A calibration and everything known about it.
 #[derive(Debug, Clone, Serialize)]
@@ -71,6 +73,14 @@ pub struct Report {
     pub expected_error: Option<ExpectedReport>,
     /// What each source contributes to it, the largest first.
     pub budget: Vec<Contribution>,
+    /// Position errors as found and as left, over the samples and over the workspace.
+    pub found_and_left: Vec<FoundAndLeft>,
+    /// Pose accuracy and repeatability, if poses were repeated.
+    pub repeatability: Option<Repeatability>,
+    /// What the datum points leave unexplained.
+    pub datum: Vec<DatumReport>,
+    /// Where the targets are.
+    pub targets: Vec<TargetReport>,
     /// The same as an expanded uncertainty of 95 %.
     pub expanded_uncertainty: Option<ExpandedReport>,
     /// Whether `--limit` is met.
@@ -122,8 +132,8 @@ pub struct ArmReport {
     pub arm: usize,
     /// In the order of the file's keys.
     pub parameters: Vec<ParameterReport>,
-    /// For a rotary arm, the length of the upper arm and the joint zero: its direction where the joint reads 0,
-    /// negative where it hangs below level.
+    /// For a rotary arm, the length of the upper arm and the joint zero: its angle to level where the joint reads 0,
+    /// positive towards z.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub upper_arm: Vec<ParameterReport>,
     /// Condition number of the scaled problem, 1 at best.
@@ -167,10 +177,14 @@ pub struct KindResiduals {
 }
 
 /// One sample.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SampleReport {
     /// Its line in the samples file.
     pub line: u64,
+    /// Its name, if the file has names.
+    pub name: Option<String>,
+    /// The position less that of the calibrated robot, in the axes of the robot file.
+    pub residual_mm: Option<[f64; 3]>,
     /// Distance of a position, or the largest residual of other readings, with the robot file; `null` where that does not
     /// reach the joint angles.
     pub error_before_mm: Option<f64>,
@@ -212,14 +226,52 @@ pub struct ExpectedReport {
 pub struct ExpandedReport {
     /// `absolute`, in the frame of the base, or `relative` where no reading tells its place.
     pub of: &'static str,
-    /// k.
+    /// The probability that the error in space of a position is within it.
+    pub coverage: f64,
+    /// k, by which the rms of the standard uncertainty is multiplied.
     pub coverage_factor: f64,
     /// Of an estimated noise.
     pub degrees_of_freedom: Option<f64>,
-    /// rms over the workspace.
-    pub rms_mm: f64,
+    /// Over the workspace.
+    pub workspace_mm: f64,
     /// At the worst place.
     pub worst_mm: f64,
+}
+
+/// Position errors as found, with the robot file, and as left, with the calibrated robot, along one axis of the robot file
+/// or in space. A position error is the position less the one that the controller computes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct FoundAndLeft {
+    /// `samples` or `workspace`.
+    pub over: &'static str,
+    /// `x`, `y`, `z` or `distance`.
+    pub of: &'static str,
+    /// Mean, rms and worst as found.
+    pub found_mm: [f64; 3],
+    /// The same as left; over the workspace the mean is 0, and rms and worst are standard uncertainties.
+    pub left_mm: [f64; 3],
+}
+
+/// A datum point.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DatumReport {
+    /// Its name.
+    pub name: String,
+    /// Where the sensor saw it less where it is stated, in the frame of the base.
+    pub off_mm: [f64; 3],
+}
+
+/// A target.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TargetReport {
+    /// Its name.
+    pub name: String,
+    /// Where the robot file states it.
+    pub stated_mm: [f64; 3],
+    /// σ of that.
+    pub sigma_mm: [f64; 3],
+    /// Where the readings put it, less that.
+    pub moved_mm: Option<[f64; 3]>,
 }
 
 /// Whether a limit is met.
@@ -298,8 +350,7 @@ fn planes(readings: &Readings, solution: &Solution, robot: &RobotFile) -> Vec<Pl
     let of_plane = |(name, plane): (&String, &PlaneFound)| PlaneReport {
         name: name.clone(),
         normal: convention.vector(&plane.normal).data.0[0],
-        z_mm: convention.vector(&Vector3::z()).z * (plane.offset + plane.normal.dot(&target))
-            / plane.normal.z,
+        z_mm: convention.height((plane.offset + plane.normal.dot(&target)) / plane.normal.z),
         tilt_deg: degrees(plane.normal.xy().norm().atan2(plane.normal.z)),
     };
     found.map(of_plane).collect()
@@ -321,13 +372,16 @@ impl Report {
         let (before, readings) = (case.before, case.readings);
         let solution = &judged.solution;
         let frame = solution.places.frame;
-        let after = RobotFile {
+        let mut after = RobotFile {
             robot: solution.robot.clone(),
             sensor_frame: frame.or(before.sensor_frame),
-            record: before.record.of_the_robot(),
             ..before.clone()
         };
         let (expected, known) = judged.expected();
+        after.instruments.expected = expected
+            .as_ref()
+            .map(|own| [own.absolute.rms, own.intrinsic.rms]);
+        let spread = Spread::of(solution, &judged.poses.inside, solution.is_absolute());
         let expected = expected.as_ref();
         let lines = readings.rows.iter().zip(&solution.rows);
         let suspected = lines
@@ -355,8 +409,19 @@ impl Report {
             causes: judged.causes,
             sigma_widened_by: judged.widening,
             expected_error: expected.map(|own| expected_report(own, &before.convention)),
-            budget: budget(solution, &judged.poses.inside),
-            expanded_uncertainty: expected.and_then(|own| expanded(solution, own)),
+            budget: budget(solution, before, &judged.poses.inside),
+            found_and_left: spread
+                .as_ref()
+                .map_or_else(Vec::new, |spread| found_and_left(case, solution, spread)),
+            repeatability: Repeatability::of(
+                readings,
+                &attained(case, solution, &solution.robot, &solution.places),
+            ),
+            datum: datum(before, frame.as_ref()),
+            targets: targets(before, solution),
+            expanded_uncertainty: expected
+                .zip(spread.as_ref())
+                .and_then(|(own, spread)| expanded(solution, own, spread)),
             acceptance: None,
             tolerance: judged.tolerance,
             workspace: judged.workspace,
@@ -366,7 +431,7 @@ impl Report {
                 .map(|own| FrameReport::of(own, &before.convention)),
             planes: planes(readings, solution, before),
             points: points(readings, solution, before),
-            transmissions: transmissions(solution),
+            transmissions: transmissions(solution, &before.convention),
             suspected_samples: suspected,
             next_poses: next_poses(before, solution, &judged.poses.inside),
             diagnosis,
@@ -380,10 +445,10 @@ impl Report {
         }
     }
 
-    /// Sets a limit for the expanded uncertainty (rms over the workspace), mm.
+    /// Sets a limit for the expanded uncertainty over the workspace, mm.
     #[must_use]
     pub fn with_limit(mut self, limit: f64) -> Self {
-        let expanded = self.expanded_uncertainty.map(|own| own.rms_mm);
+        let expanded = self.expanded_uncertainty.map(|own| own.workspace_mm);
         self.acceptance = Some(AcceptanceReport {
             limit_mm: limit,
             expanded_mm: expanded,
@@ -394,7 +459,7 @@ impl Report {
 }
 
 fn arms(before: &RobotFile, solution: &Solution) -> Vec<ArmReport> {
-    let drive = before.robot.drive();
+    let (drive, convention) = (before.robot.drive(), &before.convention);
     let arms = before.robot.arms().iter().zip(solution.robot.arms());
     let arms = arms.enumerate().map(|(arm, (from, to))| {
         let of = |parameter: &Parameter| {
@@ -404,7 +469,8 @@ fn arms(before: &RobotFile, solution: &Solution) -> Vec<ArmReport> {
                 ParameterKind::Length | ParameterKind::Ratio => value,
                 ParameterKind::Angle => degrees(value),
             };
-            let (before, after) = (from.get(parameter), to.get(parameter));
+            let [before, after] =
+                [from, to].map(|arm| convention.parameter(parameter, arm.get(parameter)));
             ParameterReport {
                 symbol: parameter.symbol(),
                 unit: unit(parameter),
@@ -419,7 +485,7 @@ fn arms(before: &RobotFile, solution: &Solution) -> Vec<ArmReport> {
             arm: arm + 1,
             parameters: drive.parameters().iter().map(of).collect(),
             upper_arm: match drive {
-                Drive::Rotary => upper_arm(arm, from, to, solution).into(),
+                Drive::Rotary => upper_arm(arm, [from, to], solution, convention).into(),
                 Drive::Linear => Vec::new(),
             },
             condition: solution.conditions[arm],
@@ -431,16 +497,16 @@ fn arms(before: &RobotFile, solution: &Solution) -> Vec<ArmReport> {
 /// Length and direction, to first order in `La_x` and `La_y`.
 fn upper_arm(
     arm: usize,
-    from: &Arm<f64>,
-    to: &Arm<f64>,
+    [from, to]: [&Arm<f64>; 2],
     solution: &Solution,
+    convention: &Convention,
 ) -> [ParameterReport; 2] {
     let place = 8 * arm + Parameter::LaX.index();
     let covariance = solution.covariance.fixed_view::<2, 2>(place, place);
     let lengths = [from, to].map(Arm::upper_arm_length);
     let zeros = [from, to].map(|arm| {
         let (x, y) = arm.la();
-        degrees(y.atan2(x))
+        degrees(convention.angle(y.atan2(x)))
     });
     let of =
         |symbol, unit, [before, after]: [f64; 2], by: Vector2<f64>, prior_share| ParameterReport {
@@ -495,6 +561,7 @@ fn residuals(case: &Case<'_>, solution: &Solution) -> Vec<KindResiduals> {
 
 fn samples(case: &Case<'_>, solution: &Solution) -> Vec<SampleReport> {
     let rows = &solution.readings.rows;
+    let attained = attained(case, solution, &solution.robot, &solution.places);
     let of = |index: usize| {
         let (row, fit) = (&rows[index], &solution.rows[index]);
         let error = |robot, places: &Places| {
@@ -510,6 +577,8 @@ fn samples(case: &Case<'_>, solution: &Solution) -> Vec<SampleReport> {
         let count = row.value.readings().max(1) as f64;
         SampleReport {
             line: row.line,
+            name: case.readings.name_of(row.line).map(str::to_owned),
+            residual_mm: attained[index].map(|(computed, is)| (is - computed).into()),
             error_before_mm: error(&case.before.robot, &solution.places_before),
             error_after_mm: error(&solution.robot, &solution.places),
             error_after_sigma: (squares / count).sqrt(),
@@ -540,24 +609,128 @@ pub(crate) fn expected_report(expected: &ExpectedError, convention: &Convention)
     }
 }
 
-fn expanded(solution: &Solution, expected: &ExpectedError) -> Option<ExpandedReport> {
-    let degrees_of_freedom = solution.estimated_freedom();
-    let factor = coverage_factor(degrees_of_freedom)?;
+fn expanded(
+    solution: &Solution,
+    expected: &ExpectedError,
+    spread: &Spread,
+) -> Option<ExpandedReport> {
     let (of, sigma) = if solution.is_absolute() {
         ("absolute", &expected.absolute)
     } else {
         ("relative", &expected.intrinsic)
     };
+    let workspace_mm = spread.expanded()?;
     Some(ExpandedReport {
         of,
-        coverage_factor: factor,
-        degrees_of_freedom,
-        rms_mm: factor * sigma.rms,
-        worst_mm: factor * sigma.max,
+        coverage: COVERAGE,
+        coverage_factor: workspace_mm / sigma.rms,
+        degrees_of_freedom: solution.estimated_freedom(),
+        workspace_mm,
+        worst_mm: spread.factor_at_worst()? * sigma.max,
     })
 }
 
-fn transmissions(solution: &Solution) -> Vec<TransmissionReport> {
+/// Each complete position as a robot computes it and as it was measured, in the axes of the robot file.
+fn attained(
+    case: &Case<'_>,
+    solution: &Solution,
+    robot: &Robot<f64>,
+    places: &Places,
+) -> Vec<Option<Attained>> {
+    let convention = &case.before.convention;
+    let rows = solution.readings.rows.iter();
+    let of_row = rows.map(|row| {
+        let (computed, is) = places.attained(robot, &row.value)?;
+        Some((convention.vector(&computed), convention.vector(&is)))
+    });
+    of_row.collect()
+}
+
+fn found_and_left(case: &Case<'_>, solution: &Solution, spread: &Spread) -> Vec<FoundAndLeft> {
+    const AXES: [&str; 4] = ["x", "y", "z", "distance"];
+    let (before, convention) = (&case.before.robot, &case.before.convention);
+    let counted =
+        |index: &usize| !(solution.rows[*index].suspected || solution.rows[*index].left_out);
+    let over_samples = |robot: &Robot<f64>, places: &Places| {
+        let all = attained(case, solution, robot, places);
+        let counted = (0..all.len()).filter(counted);
+        let errors: Vec<_> = counted
+            .filter_map(|index| all[index].map(|(computed, is)| is - computed))
+            .collect();
+        (!errors.is_empty()).then(|| of_vectors(&errors))
+    };
+    let mut lines = Vec::new();
+    let found = over_samples(before, &solution.places_before);
+    let left = over_samples(&solution.robot, &solution.places);
+    if let (Some(found), Some(left)) = (found, left) {
+        lines.extend((0..4).map(|axis| FoundAndLeft {
+            over: "samples",
+            of: AXES[axis],
+            found_mm: found[axis],
+            left_mm: left[axis],
+        }));
+    }
+    let moved = spread.poses.iter().filter_map(|pose| {
+        let computed = before.forward(&pose.joints).ok()?;
+        Some((pose.position, pose.position - computed))
+    });
+    let moved: Vec<_> = moved.collect();
+    let errors = if solution.is_absolute() {
+        Some(moved.iter().map(|(_, error)| *error).collect())
+    } else {
+        let motions = RigidMotions::of(moved.iter().map(|(at, _)| *at));
+        motions.map(|own| own.removed(&moved))
+    };
+    let Some(errors) = errors else { return lines };
+    let errors: Vec<_> = errors.iter().map(|own| convention.vector(own)).collect();
+    let found = of_vectors(&errors);
+    let left = spread.sigmas();
+    lines.extend((0..4).map(|axis| FoundAndLeft {
+        over: "workspace",
+        of: AXES[axis],
+        found_mm: found[axis],
+        left_mm: [0.0, left[axis].0, left[axis].1],
+    }));
+    lines
+}
+
+fn datum(robot: &RobotFile, frame: Option<&RigidTransform<f64>>) -> Vec<DatumReport> {
+    let Some(frame) = frame else {
+        return Vec::new();
+    };
+    let points = robot.instruments.datum.iter();
+    let of_point = points.map(|own| DatumReport {
+        name: own.name.clone(),
+        off_mm: (robot.convention)
+            .vector(&(frame.inverse().apply(&own.seen) - own.place))
+            .into(),
+    });
+    of_point.collect()
+}
+
+fn targets(robot: &RobotFile, solution: &Solution) -> Vec<TargetReport> {
+    let of_target = |own: &Target| {
+        let names = &solution.readings.targets;
+        let index = names.iter().position(|name| *name == own.name).unwrap_or(0);
+        let mut effects = solution.effects.iter();
+        let is = |effect: &&Estimated| {
+            effect.effect.kind == EffectKind::Target && effect.effect.index == index
+        };
+        let found = effects
+            .find(is)
+            .filter(|found| found.sigma.iter().any(|own| *own > 0.0));
+        let moved = found.map(|found| Vector3::from_row_slice(&found.by) - own.place);
+        TargetReport {
+            name: own.name.clone(),
+            stated_mm: robot.convention.vector(&own.place).into(),
+            sigma_mm: own.sigma.into(),
+            moved_mm: moved.map(|own| robot.convention.vector(&own).into()),
+        }
+    };
+    robot.instruments.targets.iter().map(of_target).collect()
+}
+
+fn transmissions(solution: &Solution, convention: &Convention) -> Vec<TransmissionReport> {
     if !solution.transmissions {
         return Vec::new();
     }
@@ -568,7 +741,7 @@ fn transmissions(solution: &Solution) -> Vec<TransmissionReport> {
             [gain, cos, sin, cos2, sin2]
         };
         let sigma = |index| solution.covariance[(index, index)].sqrt();
-        let numbers = in_degrees(transmission.numbers());
+        let numbers = in_degrees(convention.transmission(transmission.numbers()));
         let [_, cos, sin, cos2, sin2] = numbers;
         TransmissionReport {
             arm: arm + 1,

@@ -70,7 +70,7 @@ pub(super) fn simulate(
     for index in 0..count {
         let pose = match planned {
             Some(joints) => simulate_sample(&truth, joints.get(index)?, None, &mut rng).ok()?,
-            None => random_pose(&truth, &plan.robot.limits, &mut rng).ok()?,
+            None => random_pose(&truth, &plan.robot.limits, &mut rng)?,
         };
         measured.push(pose.joints);
         samples.push(match &noise {
@@ -80,8 +80,7 @@ pub(super) fn simulate(
     }
     let held_out = (0..HELD_OUT_POSES)
         .map(|_| random_pose(&truth, &plan.robot.limits, &mut rng).map(|pose| pose.joints))
-        .collect::<Result<_, _>>()
-        .ok()?;
+        .collect::<Option<_>>()?;
     Some(SimulatedRobot {
         truth,
         samples,

@@ -4,10 +4,9 @@ use super::plan::{CampaignSolver, Case};
 use crate::accuracy::information::units;
 use crate::accuracy::uncertainty::Sensitivities;
 use crate::fit::{Method, by_arms};
-use delta_cal::calibration::{JointCalibrator, JointOutcome, Solver, StartUsed};
+use delta_cal::calibration::{JointCalibrator, JointOutcome, Start};
 use delta_cal::observations::{
-    Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, PositionFrame,
-    PrepareError,
+    Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, PrepareError,
 };
 use delta_cal::{IkmCalibrator, Noise, Parameter, Refusal, Robot, RobotOutcome, Sample, Settings};
 use nalgebra::SMatrix;
@@ -51,10 +50,7 @@ pub(super) fn calibrate(
     let settings = Settings::default()
         .with_noise(case.noise().filter(|_| case.weights))
         .with_tolerance(case.tolerance().filter(|_| case.prior))
-        .with_solver(match case.solver {
-            CampaignSolver::Lm => Solver::LevenbergMarquardt,
-            CampaignSolver::Gn => Solver::GaussNewton,
-        });
+        .with_damping(case.solver == CampaignSolver::Lm);
     let outcome = match case.method {
         Method::Ikm => {
             let mut calibrator = IkmCalibrator::new(nominal, &settings);
@@ -93,7 +89,7 @@ fn fkm(
         .collect();
     let mut solve = |noise: Noise<f64>| {
         let instruments = Instruments {
-            frame: PositionFrame::Base,
+            sensor_frame: false,
             planes: &[],
             points: &[],
             noise: ObservationNoise::new(noise, 1.0, 1.0).map_err(|_| Refusal::Unfinished)?,
@@ -140,7 +136,7 @@ fn of_arms(outcome: &RobotOutcome<f64>, covariance: Option<&Covariance>) -> Cali
         robot: outcome.robot.clone(),
         covariance: covariance.copied().or_else(|| by_arms(&outcome.arms)),
         whole: covariance.is_some(),
-        from_nominal: arms.all(|arm| arm.start == StartUsed::Nominal),
+        from_nominal: arms.all(|arm| arm.start == Start::Nominal),
     }
 }
 

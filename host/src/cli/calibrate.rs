@@ -2,7 +2,7 @@
 
 use super::failure::Failure;
 use super::import::{StatedArguments, configuration, includes};
-use super::output::{self, deliver, now};
+use super::output::{self, command, deliver, now};
 use super::paths::{ColumnsArgument, is_robot, is_toml, read_samples_texts, robot_path};
 use super::progress::Progress;
 use crate::files::document::Document;
@@ -24,8 +24,8 @@ SAMPLES.csv, in any mixture:
   q1_deg,q2_deg,q3_deg,distance_mm,to_q1_deg,to_q2_deg,to_q3_deg
                                               a calliper, between two poses
 Linear drives: s1_mm,s2_mm,s3_mm. Units: also _rad, _counts, _m, _cm, _um, _in. sigma_mm or u_k2_mm weighs a row. Two files are \
-joined by a common column (name, number, time) or by order. A blank x, y or z counts as not measured where at least 3 \
-rows, and one in 10, have the same blanks; otherwise it is an error. - is not measured in any row.
+joined by a common column (name, number, time) or by order. Blank x, y or z: not measured, where 3 \
+rows and one in 10 have the same blanks; otherwise an error. - is not measured. use = 0 leaves a row out.
 
 σ that [noise] does not state is estimated. Without x, y and z a [tolerance] is needed.
 
@@ -107,7 +107,7 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
     let mut report =
         calibrated.map_err(|error| refused(printer::explained(error, printer.as_ref())))?;
     drop(waiting);
-    report.document = Some(Document::new(&robot, &file, &samples, now()?));
+    report.document = Some(Document::new(&robot, &file, &samples, now()?).with_options(command()));
     if arguments.robot.is_none() {
         report.origin = Some("The built-in example: its measurements are simulated.");
     }
@@ -142,11 +142,9 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Result<(), Failure> {
 }
 
 fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, Failure> {
-    if arguments.samples.is_none() && arguments.columns.columns.is_some() {
-        return Err(Failure::usage(
-            "--columns needs a samples file",
-            "write for example delta-cal calibrate robot.toml samples.csv --columns q1_deg=A1",
-        ));
+    if arguments.samples.is_none() {
+        let example = "delta-cal calibrate robot.toml samples.csv";
+        arguments.columns.without_table(example)?;
     }
     let Some(path) = &arguments.robot else {
         no_printer(arguments)?;

@@ -13,8 +13,8 @@ use crate::device::{
 use crate::files::example;
 use crate::text::small;
 use crate::{
-    CalibrateError, InputError, InputText, InstrumentFacts, Method, Options, Readings, RobotFile,
-    calibrate, read_samples,
+    CalibrateError, InputError, InputText, InstrumentFacts, Method, Options, Readings, Record,
+    RobotFile, calibrate, read_samples,
 };
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
@@ -419,7 +419,11 @@ fn robot_file<T: Number>(
             sensor_frame: None,
             transmission: None,
             instruments: InstrumentFacts::default(),
-            record: template.record.of_the_robot(),
+            record: Record {
+                name: template.record.name.clone(),
+                serial: template.record.serial.clone(),
+                ..Record::default()
+            },
             ..template
         }
     } else {

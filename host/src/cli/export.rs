@@ -27,6 +27,7 @@ TARGET is one of:
   smoothieware        rotary_delta with M206, 7 parameters
   fluidnc, grblhal, ucnc, delta-x, codesys
                       four lengths, of which 3 count
+  structured-text     IEC 61131-3 function block with all 24 parameters
   correction-table    CSV of position corrections on a grid, for any controller
 
 The target's parameters and a rigid motion are fitted, and the loss is stated. docs/export.md has the conventions.

@@ -41,6 +41,13 @@ pub(crate) fn refused(to: Option<&Path>, error: CalibrateError) -> Failure {
     written.map_or_else(|failure| failure, |()| error.into())
 }
 
+/// The command line of this process.
+pub(crate) fn command() -> String {
+    let words = std::env::args_os().skip(1);
+    let words = words.map(|own| own.to_string_lossy().into_owned());
+    format!("delta-cal {}", words.collect::<Vec<_>>().join(" "))
+}
+
 /// Prints to standard output, in colour only where it is supported and wanted.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = anstream::stdout().lock();

@@ -6,6 +6,7 @@ use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{ArgMatches, Args};
 use std::fs::File;
 use std::io::{IsTerminal, Write};
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 /// Whether a robot file has the usual ending, which no printer's configuration has.
@@ -48,6 +49,39 @@ pub(crate) struct ColumnsArgument {
     /// Other column names: the standard name before each =, the name in the file after it
     #[arg(long, value_name = "q1_deg=A1,x_mm=X,...")]
     pub(crate) columns: Option<ColumnMapping>,
+    /// Use only the rows in these lines
+    #[arg(long, value_name = "FIRST..LAST", value_parser = lines)]
+    pub(crate) rows: Option<RangeInclusive<u64>>,
+}
+
+impl ColumnsArgument {
+    /// Refuses what is said of a table where there is none.
+    pub(crate) fn without_table(&self, example: &str) -> Result<(), Failure> {
+        let given = [
+            ("--columns", self.columns.is_some()),
+            ("--rows", self.rows.is_some()),
+        ];
+        match given.iter().find(|(_, is_given)| *is_given) {
+            None => Ok(()),
+            Some((option, _)) => Err(Failure::usage(
+                format!("{option} needs a samples file"),
+                format!("leave it out, or give one as well: {example}"),
+            )),
+        }
+    }
+}
+
+/// `2..23`, `24..` or `..23`: the last line is included.
+fn lines(text: &str) -> Result<RangeInclusive<u64>, String> {
+    let end = |own: &str, open: u64| match own.trim() {
+        "" => Some(open),
+        own => own.parse().ok(),
+    };
+    let (first, last) = text.split_once("..").unwrap_or((text, text));
+    match (end(first, 1), end(last, u64::MAX)) {
+        (Some(first), Some(last)) if first <= last => Ok(first..=last),
+        _ => Err("the first and the last line are needed, such as 2..23".to_owned()),
+    }
 }
 
 impl InputText {
@@ -86,8 +120,12 @@ pub(crate) fn read(path: &Path, columns: &ColumnsArgument) -> Result<InputText, 
     } else {
         InputText::from_table(path)?
     };
-    Ok(match &columns.columns {
+    let text = match &columns.columns {
         Some(columns) => text.with_columns(columns.clone()),
+        None => text,
+    };
+    Ok(match &columns.rows {
+        Some(lines) => text.with_lines(lines.clone()),
         None => text,
     })
 }

@@ -9,11 +9,12 @@ use crate::files::length::length;
 use crate::fit::datum::Datum;
 use crate::import::{Firmware, Stated};
 use crate::planning::{
-    Determined, Kind, LEAST, MOST, Order, PlanError, PlanRequest, Region, Wishes, plan, plan_for,
+    Determined, Kind, LEAST, MOST, Order, PlanError, PlanRequest, Region, Wishes, labelled, others,
+    plan, plan_for,
 };
 use crate::printer::touches_of_bed;
 use crate::report::plan as report;
-use crate::{Frame, InputError, InputText, Planned, Refused, RobotFile};
+use crate::{Frame, InputError, InputText, Planned, Refused, RobotFile, read_joints};
 use clap::{ArgGroup, Args};
 use std::path::{Path, PathBuf};
 
@@ -28,11 +29,15 @@ ROBOT.toml states [noise], [tolerance], [planes.NAME] with blocks_mm, [points.NA
 
 Examples:
   delta-cal plan robot.toml --count 20 --output poses.csv
+  delta-cal plan robot.toml --validation samples.csv --count 20 --seed 7
   delta-cal plan robot.toml --accuracy 0.05mm --output poses.csv
   delta-cal plan robot.toml --measure plane,distance=8 --count 40 \\
       --output touches.csv
   delta-cal plan robot.toml --samples samples.csv
   delta-cal plan printer.cfg --count 16";
+
+/// Most repetitions of a plan.
+const MOST_REPEATS: usize = 100;
 
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("what").args(["count", "accuracy", "samples"]).required(true).multiple(true))]
@@ -81,6 +86,18 @@ pub(crate) struct PlanArguments {
     /// Write the result, or the refusal in its place, as JSON; - is standard output
     #[arg(long, value_name = "PLAN.json")]
     json: Option<PathBuf>,
+    /// Plan poses to validate with, at random, other than those of this file
+    #[arg(long, value_name = "SAMPLES.csv", requires = "count", conflicts_with_all = ["accuracy", "samples", "measure"])]
+    validation: Option<PathBuf>,
+    /// Another seed gives other poses
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Name the points, such as P01 with P
+    #[arg(long, value_name = "PREFIX")]
+    names: Option<String>,
+    /// Repeat all poses so many times, for pose repeatability (ISO 9283)
+    #[arg(long, value_name = "N", value_parser = repetitions, allow_negative_numbers = true)]
+    repeats: Option<usize>,
     /// Replace POSES.csv even if it holds measurements
     #[arg(long)]
     force: bool,
@@ -89,6 +106,13 @@ pub(crate) struct PlanArguments {
 fn whole_number(text: &str) -> Result<usize, String> {
     text.parse()
         .map_err(|_| format!("a whole number is needed, {LEAST} to {MOST}"))
+}
+
+fn repetitions(text: &str) -> Result<usize, String> {
+    let number = text.parse().ok();
+    number
+        .filter(|own| (2..=MOST_REPEATS).contains(own))
+        .ok_or_else(|| format!("a whole number is needed, 2 to {MOST_REPEATS}"))
 }
 
 pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
@@ -101,11 +125,9 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
     keep(arguments, |text| {
         Planned::read(text, &robot).is_ok_and(|plan| plan.is_unmeasured())
     })?;
-    if arguments.samples.is_none() && arguments.columns.columns.is_some() {
-        return Err(Failure::usage(
-            "--columns needs a samples file",
-            "leave it out, or give --samples SAMPLES.csv as well",
-        ));
+    if arguments.samples.is_none() && arguments.validation.is_none() {
+        let example = "delta-cal plan robot.toml --samples samples.csv";
+        arguments.columns.without_table(example)?;
     }
     let measure = arguments.measure.clone();
     let request = PlanRequest {
@@ -113,6 +135,7 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
         region: arguments.within,
         absolute: arguments.absolute,
         order: arguments.order.unwrap_or_default(),
+        seed: arguments.seed,
         ..PlanRequest::new(
             &robot,
             measure.unwrap_or(Wishes::only(Kind::XYZ)),
@@ -122,6 +145,30 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
     Datum::of(&robot, request.frame)?;
     if let Some(path) = &arguments.samples {
         return samples(arguments, &request, path);
+    }
+    if let Some(path) = &arguments.validation {
+        let measured = read_joints(&read(path, &arguments.columns)?, &robot)?;
+        let used: Vec<_> = measured.iter().map(|row| row.value).collect();
+        let found = others(&request, &used).map_err(|error| failure(&robot, error, json))?;
+        let rows = labelled(
+            found,
+            arguments.names.as_deref(),
+            arguments.repeats.unwrap_or(1),
+        );
+        let csv = report::csv(&rows, &robot.convention);
+        let text = format!(
+            "{} random poses to validate {} with, none of them in {}.\n{}",
+            request.count,
+            robot.name,
+            path.display(),
+            if output.is_none() {
+                format!("\n{csv}")
+            } else {
+                String::new()
+            },
+        );
+        let json_text = crate::report::json(&rows);
+        return output::deliver(&[(output, &csv), (json, &json_text)], text);
     }
     if request.frame == Frame::Sensor && !request.kinds.positions() {
         return Err(Failure::usage(
@@ -135,7 +182,12 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<(), Failure> {
         None => plan(&request),
     };
     drop(waiting);
-    let planned = planned.map_err(|error| failure(&robot, error, json))?;
+    let mut planned = planned.map_err(|error| failure(&robot, error, json))?;
+    planned.measurements = labelled(
+        planned.measurements,
+        arguments.names.as_deref(),
+        arguments.repeats.unwrap_or(1),
+    );
     let csv = report::csv(&planned.measurements, &robot.convention);
     let mut text = report::text(&planned);
     if output.is_none() {
@@ -156,6 +208,9 @@ fn printer(arguments: &PlanArguments, text: &InputText) -> Result<(), Failure> {
         ("--absolute", arguments.absolute),
         ("--order", arguments.order.is_some()),
         ("--json", arguments.json.is_some()),
+        ("--validation", arguments.validation.is_some()),
+        ("--names", arguments.names.is_some()),
+        ("--repeats", arguments.repeats.is_some()),
     ];
     if let Some((option, _)) = given.into_iter().find(|(_, given)| *given) {
         return Err(Failure::usage(

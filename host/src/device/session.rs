@@ -3,8 +3,7 @@
 use super::Number;
 use super::client::{Client, Patience, unexpected};
 use super::link::{DeviceError, Transport};
-use delta_cal::stream::StreamRefusal;
-use delta_cal::{ArmIndex, Robot, Sample};
+use delta_cal::{ArmIndex, Refusal, Robot, Sample};
 use delta_cal_protocol::{
     ArmReport, Begin, ControlLoop, Fault, Geometry, ParameterSet, Parameters, Phase, Request,
     Response, SampleMessage, Status,
@@ -17,7 +16,7 @@ const STILL: u32 = 50;
 const LONGEST_SWITCH: u32 = 60;
 
 /// The result for each arm, or the refusal.
-pub type Outcome<T> = Result<[ArmReport<T>; 3], StreamRefusal>;
+pub type Outcome<T> = Result<[ArmReport<T>; 3], Refusal>;
 
 /// A calibration that the controller has finished, accepted or refused.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,7 +38,7 @@ impl<T: Number> Finished<T> {
     ///
     /// # Errors
     /// The controller refused the calibration.
-    pub fn geometry(&self) -> Result<Geometry<T>, StreamRefusal> {
+    pub fn geometry(&self) -> Result<Geometry<T>, Refusal> {
         self.result.as_ref().map(geometry).map_err(|own| *own)
     }
 

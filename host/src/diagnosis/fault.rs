@@ -6,7 +6,7 @@ use crate::files::samples_file::Readings;
 use crate::fit::Frame;
 use crate::text::list;
 use delta_cal::kinematics::JointLimits;
-use delta_cal::{Robot, Sample};
+use delta_cal::{Parameter, Robot, Sample};
 use nalgebra::Matrix3;
 use std::f64::consts::PI;
 
@@ -266,9 +266,10 @@ impl Files<'_> {
             return both;
         }
         let (robot, samples) = (&self.robot.name, &self.readings.name);
+        let (other, _) = self.directions();
         Fault {
-            cause: format!("all joints count upwards in {samples} and in [joints] of {robot}"),
-            remedy: format!("state joint_positive = \"up\" in [convention] of {robot}"),
+            cause: format!("all joints count {other}wards in {samples} and in [joints] of {robot}"),
+            remedy: format!("state joint_positive = \"{other}\" in [convention] of {robot}"),
             ..both
         }
     }
@@ -287,6 +288,8 @@ impl Files<'_> {
         let (robot, samples) = (&self.robot.name, self.joints_file());
         let column = |joint: usize| format!("q{}{}", joint + 1, self.angle_unit());
         let clockwise = frame == Frame::Sensor && order == EXCHANGED[0];
+        let arms = self.robot.robot.arms();
+        let azimuths = arms.each_ref().map(|arm| arm.get(Parameter::Theta));
         let moved: Vec<_> = (0..3).filter(|joint| order[*joint] != *joint).collect();
         let cause = if let [first, second] = moved[..] {
             format!(
@@ -294,10 +297,11 @@ impl Files<'_> {
                 list(&[column(first), column(second)]),
                 first + 1,
                 second + 1,
-                if clockwise {
-                    ", as if the arms were numbered clockwise seen from above"
-                } else {
-                    ""
+                match (clockwise, (azimuths[1] - azimuths[0]).sin() > 0.0) {
+                    (false, _) => "",
+                    (true, true) => ", as if the arms were numbered clockwise seen from above",
+                    (true, false) =>
+                        ", as if the arms were numbered counter-clockwise seen from above",
                 }
             )
         } else {
@@ -308,8 +312,13 @@ impl Files<'_> {
             )
         };
         if clockwise {
+            let [first, second, third] = azimuths.map(|azimuth| {
+                let stated = self.robot.convention.angle(azimuth).to_degrees();
+                stated.rem_euclid(360.0).round()
+            });
             let remedy = format!(
-                "state azimuth_deg = [0, 240, 120] in [nominal] of {robot}, or exchange the names of q2 and q3 in {samples}"
+                "state azimuth_deg = [{first}, {third}, {second}] in [nominal] of {robot}, or exchange the names of q2 and q3 in \
+                 {samples}"
             );
             return [cause, remedy];
         }
@@ -328,22 +337,34 @@ impl Files<'_> {
     /// Columns of joint angles with the wrong sign.
     fn reversed(&self, columns: [bool; 3]) -> [String; 2] {
         let joints = self.joints(columns);
+        let (other, positive) = self.directions();
         let (cause, or) = if columns == [true; 3] {
             (
                 "all joint angles have the wrong sign".to_owned(),
-                ", or state [convention] joint_positive = \"up\" and the limits in the same sense",
+                format!(
+                    ", or state [convention] joint_positive = \"{other}\" and the limits in the same sense"
+                ),
             )
         } else {
             (
                 format!("the sign of the joint angles in {joints} is wrong"),
-                "",
+                String::new(),
             )
         };
         let remedy = format!(
-            "change the sign of {joints} in {} (a positive angle swings the arm towards the platform){or}",
+            "change the sign of {joints} in {} (a positive angle swings the arm {positive} the platform){or}",
             self.joints_file()
         );
         [cause, remedy]
+    }
+
+    /// The direction in which joints do not count, and where a positive joint angle swings the arm.
+    fn directions(&self) -> (&'static str, &'static str) {
+        if self.robot.convention.sense() < 0.0 {
+            ("down", "away from")
+        } else {
+            ("up", "towards")
+        }
     }
 
     /// The file that holds the joints.
@@ -380,6 +401,8 @@ impl Files<'_> {
     /// Coordinate k of the robot's frame is `signs[k]` times the file's coordinate `order[k]`.
     fn axes(&self, order: [usize; 3], signs: [f64; 3], frame: Frame) -> [String; 2] {
         let samples = &self.readings.name;
+        let stated = self.robot.convention.axes();
+        let signs = [0, 1, 2].map(|axis| stated[axis] * signs[axis] * stated[order[axis]]);
         if frame == Frame::Sensor {
             return [
                 "the sensor frame is mirrored (left-handed), as if a coordinate had the wrong sign or two were \
@@ -471,11 +494,12 @@ impl Files<'_> {
 
     fn limits(&self) -> [String; 2] {
         let robot = &self.robot.name;
+        let (_, positive) = self.directions();
         [
             format!("the limits in [joints] of {robot} have the wrong sign"),
             format!(
                 "change the signs of min_deg and max_deg in {robot} (0 is level, a positive angle swings the arm \
-                 towards the platform)"
+                 {positive} the platform)"
             ),
         ]
     }

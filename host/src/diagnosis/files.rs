@@ -212,7 +212,7 @@ impl Evidence<'_> {
         }
         let pairs = expected.iter().zip(samples);
         let known = pairs.filter_map(|(expected, sample)| Some(((*expected)?, sample.position)));
-        RigidTransform::align(known).ok()
+        RigidTransform::align(known)
     }
 
     /// The fault and its median, which is infinite if the joint limits exclude the samples.

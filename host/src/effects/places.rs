@@ -37,6 +37,20 @@ pub struct Places {
 }
 
 impl Places {
+    /// A complete position as the robot computes it and as it was measured, both in the robot's frame.
+    pub(crate) fn attained(
+        &self,
+        robot: &Robot<f64>,
+        reading: &Reading,
+    ) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let computed = robot.forward(&reading.joints).ok()?;
+        let read = reading.sample()?.position;
+        let is = self
+            .frame
+            .map_or(read, |frame| frame.inverse().apply(&read));
+        Some((computed, is))
+    }
+
     /// The readings of a row expected of a robot: x, y, z, height, distance; `None` where nothing was read or the robot
     /// does not reach the row.
     pub fn expected(&self, robot: &Robot<f64>, reading: &Reading) -> [Option<f64>; READINGS] {

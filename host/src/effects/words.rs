@@ -261,7 +261,9 @@ impl Effect {
             EffectKind::Zeros => {
                 let each: Vec<_> = (1..)
                     .zip(by)
-                    .map(|(arm, by)| format!("arm {arm} {:+.1}°", by.to_degrees()))
+                    .map(|(arm, by)| {
+                        format!("arm {arm} {:+.1}°", convention.angle(*by).to_degrees())
+                    })
                     .collect();
                 let hang = if by.iter().all(|own| *own < 0.0) {
                     " (the arms hang lower than their joints read)"

@@ -84,9 +84,11 @@ impl Table {
         spacing: f64,
     ) -> Option<(Self, Loss)> {
         let infinite = Vector3::repeat(f64::INFINITY);
-        let each = wanted.evaluated.iter();
+        // The grid is in the axes of the robot file.
+        let turned = |at: &Vector3<f64>| robot.convention.vector(at);
+        let each = wanted.evaluated.iter().map(turned);
         let (low, high) = each.fold((infinite, -infinite), |(low, high), at| {
-            (low.inf(at), high.sup(at))
+            (low.inf(&at), high.sup(&at))
         });
         let origin = low.map(|value| (value / spacing).floor() * spacing);
         let counts = (high - origin).map(|size| (size / spacing).floor() + 2.0);
@@ -106,7 +108,10 @@ impl Table {
         };
         let count = table.counts.iter().product();
         let computed: Vec<_> = (0..count)
-            .map(|node| correction(&robot.robot, nominal, &table.position(node)))
+            .map(|node| {
+                let at = turned(&table.position(node));
+                correction(&robot.robot, nominal, &at).map(|by| turned(&by))
+            })
             .collect();
         for (node, own) in computed.iter().enumerate() {
             let extrapolated = own.is_none().then(|| table.extrapolate(&computed, node));
@@ -117,13 +122,13 @@ impl Table {
             table.corrections.push(own.or(extrapolated).map(Into::into));
         }
         let is = |at: &Vector3<f64>| {
-            let commanded = at + table.interpolated(at)?;
+            let commanded = at + turned(&table.interpolated(&turned(at))?);
             reached(&robot.robot, nominal, &commanded)
         };
         let inside = |at: &Vector3<f64>| {
             let in_box = (0..3).all(|axis| (low[axis]..=high[axis]).contains(&at[axis]));
             let out = matches!(wanted.place, Place::Within(within) if at.xy().norm() > within);
-            in_box && !out && controller_reaches(robot, at)
+            in_box && !out && controller_reaches(robot, &turned(at))
         };
         let half = Vector3::repeat(spacing / 2.0);
         let centres: Vec<_> = (0..count)
@@ -131,7 +136,10 @@ impl Table {
             .filter(inside)
             .collect();
         let loss = Loss::of(wanted.evaluated.iter().map(|at| (at, is(at))));
-        table.centres = Loss::of(centres.iter().map(|at| (at, is(at))));
+        let at_centres = centres
+            .iter()
+            .map(|at| (at, is(&turned(at)).map(|own| turned(&own))));
+        table.centres = Loss::of(at_centres);
         Some((table, loss))
     }
 

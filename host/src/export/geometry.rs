@@ -1,5 +1,6 @@
 //! An arm or a tower in the parameters that controllers use, and which of these a controller holds.
 
+use crate::files::convention::Convention;
 use crate::import::USUAL_TOWERS;
 use delta_cal::Robot;
 use delta_cal::frame::RigidTransform;
@@ -216,6 +217,13 @@ impl Holds {
         ]
     }
 
+    /// With azimuths about the internal z axis.
+    pub(super) fn turned(mut self, convention: &Convention) -> Self {
+        let stated = self.azimuths_deg;
+        self.azimuths_deg = stated.map(|all| all.map(|own| convention.angle(own)));
+        self
+    }
+
     /// The number of fitted parameters, without the frame.
     pub fn count(&self) -> usize {
         let counts = self.each().map(|each| match each {
@@ -352,6 +360,19 @@ impl Frame {
         let (x, y, z) = turn.euler_angles();
         Self {
             shift: Vector3::new(0.0, 0.0, -offset),
+            turns: Vector3::new(x, y, z),
+        }
+    }
+
+    /// This motion between internal axes, for positions in the axes of a robot file and of a controller.
+    pub(super) fn between(self, from: &Convention, to: &Convention) -> Self {
+        if [from, to].iter().all(|own| own.height(1.0) > 0.0) {
+            return self;
+        }
+        let rotation = to.turn() * self.transform().rotation * from.turn();
+        let (x, y, z) = Rotation3::from_matrix_unchecked(rotation).euler_angles();
+        Self {
+            shift: to.vector(&self.shift),
             turns: Vector3::new(x, y, z),
         }
     }

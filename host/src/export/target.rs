@@ -3,7 +3,7 @@
 use super::Settings;
 use super::error::ExportError;
 use super::geometry::{Geometry, Holds, Shape, to_decimals};
-use crate::files::convention::Vertical;
+use crate::files::convention::Convention;
 use crate::files::robot_file::RobotFile;
 use crate::import::USUAL_TOWERS;
 use delta_cal::ArmIndex;
@@ -34,6 +34,9 @@ pub struct Target {
     /// What it receives.
     #[serde(default, skip_serializing)]
     pub content: Content,
+    /// Whether its axes are those of the robot file; otherwise its z points up.
+    #[serde(default, skip_serializing)]
+    pub stated_axes: bool,
     /// The parameters that it holds, if these are fitted.
     #[serde(default, skip_serializing)]
     pub holds: Holds,
@@ -126,6 +129,8 @@ pub struct Written {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fitted<'a> {
     pub(super) robot: &'a RobotFile,
+    /// Of the controller.
+    pub(super) convention: Convention,
     pub(super) settings: &'a Settings,
     /// The fitted geometry, rounded.
     pub(super) geometry: Geometry,
@@ -189,6 +194,15 @@ fn decimals(value: f64, decimals: usize) -> String {
 }
 
 impl Target {
+    /// The controller's convention for the robot of a file.
+    pub(super) const fn convention(&self, robot: &RobotFile) -> Convention {
+        if self.stated_axes {
+            robot.convention
+        } else {
+            robot.convention.upright()
+        }
+    }
+
     /// The lines and what to know of them.
     pub(super) fn write(&self, fitted: &Fitted<'_>) -> Result<Written, ExportError> {
         let (entries, lines) = self.fill(&self.lines, fitted)?;
@@ -261,13 +275,12 @@ impl Fitted<'_> {
         let arms = &self.geometry.arms;
         let arm = self.geometry.motors[motor];
         let (own, home) = (&arms[arm], self.home[arm]);
-        let [dx, dy, dz, theta, alpha, la_x, la_y, lb] = self.robot.robot.parameters()[motor];
         let (limits, instruments) = (self.robot.limits, &self.robot.instruments);
-        let flange = instruments.target_place();
+        let convention = &self.convention;
+        let flange = convention.vector(&instruments.target_place());
         let stated = self.settings.platform_radius.or(self.robot.platform_radius);
         let platform = stated.unwrap_or(USUAL_PLATFORM);
         let triangle = 2.0 * 3f64.sqrt();
-        let up = self.robot.convention.joint_positive == Vertical::Up;
         // Above level the upper limit is at the smallest joint angle.
         let highest = -self.home.into_iter().fold(f64::INFINITY, f64::min);
         let endstops = self.endstops();
@@ -281,7 +294,10 @@ impl Fitted<'_> {
             // The number of the arm.
             "arm" => text((arm + 1).to_string()),
             // From 0° to 360°, and from 210°, 330° or 90°.
-            "azimuth" => Value::Degrees(own.azimuth.to_degrees().rem_euclid(360.0)),
+            "azimuth" => {
+                let stated = convention.angle(own.azimuth).to_degrees();
+                Value::Degrees(stated.rem_euclid(360.0))
+            }
             "correction" => degrees(own.azimuth_beyond(USUAL_TOWERS[arm])),
             // Of the motor axis or tower minus that of the platform.
             "radius" => mm(own.radius),
@@ -296,10 +312,11 @@ impl Fitted<'_> {
             "flange_z" => mm(flange.z),
             "nothing" => mm(0.0),
             // Of the motor axis, and of the platform with the upper arms level.
-            "height" => mm(own.height),
+            "height" => mm(convention.height(own.height)),
             "height_with_arms_level" => {
                 let out = own.radius + own.upper;
-                mm(own.height - (own.lower * own.lower - out * out).max(0.0).sqrt())
+                let height = own.height - (own.lower * own.lower - out * out).max(0.0).sqrt();
+                mm(self.robot.convention.height(height))
             }
             "upper" => mm(own.upper),
             // The forearm or rod.
@@ -308,8 +325,11 @@ impl Fitted<'_> {
             "above_mean_rod" => mm(own.lower - mean_rod),
             // The joint angle with the upper arm level, reversed; the same as the joints count.
             "minus_zero" => degrees(-own.zero),
-            "zero_as_counted" => degrees(if up { -own.zero } else { own.zero }),
-            "count_direction" => text(if up { "Inverse" } else { "Standard" }.to_owned()),
+            "zero_as_counted" => degrees(convention.sense() * own.zero),
+            "count_direction" => {
+                let upwards = convention.sense() < 0.0;
+                text(if upwards { "Inverse" } else { "Standard" }.to_owned())
+            }
             // The joint angle at the end stop, counted from where the upper arm is level.
             "home_offset" => degrees(home - own.zero),
             // The height of the nozzle at x = y = 0 with the arm at its end stop.
@@ -336,15 +356,9 @@ impl Fitted<'_> {
                 let reach = self.settings.bed_radius.unwrap_or(self.reach.ceil());
                 text(format!("{reach:.1}"))
             }
-            // The robot's own parameters, their number, and the range of the joints.
-            "dx" => mm(dx),
-            "dy" => mm(dy),
-            "dz" => mm(dz),
-            "theta" => degrees(theta),
-            "alpha" => degrees(alpha),
-            "la_x" => mm(la_x),
-            "la_y" => mm(la_y),
-            "lb" => mm(lb),
+            // The parameters' number, and the range of the joints.
+            "joint_sign" => text(format!("{:.1}", convention.sense())),
+            "z_sign" => text(format!("{:.1}", convention.height(1.0))),
             "revision" => {
                 let geometry = delta_cal_protocol::Geometry {
                     arms: self.robot.robot.parameters(),
@@ -358,7 +372,39 @@ impl Fitted<'_> {
                 let offset = decimals(home[motor].to_degrees(), 4);
                 format!("# HOME_OFFSET = {offset}\n")
             })),
-            unknown => text(format!("{{{unknown}}}")),
+            unknown => self
+                .parameter(unknown, motor)
+                .unwrap_or_else(|| text(format!("{{{unknown}}}"))),
+        })
+    }
+
+    /// A parameter of the robot's arm, or of the transmission of its joint: the gain, and harmonics in degrees.
+    fn parameter(&self, quantity: &str, motor: usize) -> Option<Value> {
+        let convention = &self.convention;
+        let mut parameters = self.robot.robot.parameters()[motor];
+        for (own, sign) in parameters.iter_mut().zip(convention.signs()) {
+            *own *= sign;
+        }
+        let [dx, dy, dz, theta, alpha, la_x, la_y, lb] = parameters;
+        let transmission = self.robot.robot.transmissions()[motor].numbers();
+        let [gain, cos, sin, cos2, sin2] = convention.transmission(transmission);
+        let precise = |value: f64| Value::Text(decimals(value, 9));
+        let (mm, degrees) = (Value::Length, |own: f64| Value::Degrees(own.to_degrees()));
+        Some(match quantity {
+            "dx" => mm(dx),
+            "dy" => mm(dy),
+            "dz" => mm(dz),
+            "theta" => degrees(theta),
+            "alpha" => degrees(alpha),
+            "la_x" => mm(la_x),
+            "la_y" => mm(la_y),
+            "lb" => mm(lb),
+            "gain" => precise(gain),
+            "cos_1" => precise(cos.to_degrees()),
+            "sin_1" => precise(sin.to_degrees()),
+            "cos_2" => precise(cos2.to_degrees()),
+            "sin_2" => precise(sin2.to_degrees()),
+            _ => return None,
         })
     }
 
@@ -403,7 +449,8 @@ impl Fitted<'_> {
             let place = if linear {
                 format!("a travel of {home:.3} mm, the largest of [joints]")
             } else {
-                format!("joint angles of {:.0}°", home.to_degrees())
+                let home = self.robot.convention.degrees(home);
+                format!("joint angles of {home:.0}°")
             };
             warnings.push(format!(
                 "The end stops are assumed at {place}. If they are elsewhere the lines are wrong: state them with --home."
@@ -411,7 +458,7 @@ impl Fitted<'_> {
         }
         if linear && self.settings.level.is_none() {
             warnings.push(
-                "z = 0 and level are the robot file's. After a calibration from heights the bed is elsewhere: give the \
+                "z = 0 and level are those of the robot file. After a calibration from heights the bed is elsewhere: give the \
                  file of the heights with --bed."
                     .to_owned(),
             );
@@ -459,12 +506,13 @@ mod tests {
 
     #[test]
     fn the_file_of_targets_is_read_and_its_quantities_are_known() {
-        assert_eq!(targets().len(), 16);
+        assert_eq!(targets().len(), 17);
         let robot = RobotFile::read(&InputText::new("robot.toml", ROBOT_TOML)).unwrap();
         let shapes = Shape::all(&robot.robot, &[0.0; 3], &RigidTransform::identity());
         let drive = robot.robot.drive();
         let fitted = Fitted {
             robot: &robot,
+            convention: robot.convention,
             settings: &Settings::default(),
             geometry: Geometry::start(drive, &shapes, &Holds::default(), 500.0),
             home: [-0.5; 3],

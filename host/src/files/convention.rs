@@ -4,6 +4,7 @@
 use super::columns::{Quantity, Unit};
 use crate::geometry::Limit;
 use crate::text::{degrees, list, rounded};
+use delta_cal::Parameter;
 use delta_cal::robot::Drive;
 use nalgebra::{Matrix3, Vector3};
 use std::fmt;
@@ -68,13 +69,19 @@ impl Convention {
         }
     }
 
+    /// The same with z upwards.
+    pub(crate) const fn upright(mut self) -> Self {
+        self.z_axis = Vertical::Up;
+        self
+    }
+
     /// Whether this is the default.
     pub fn is_usual(&self) -> bool {
         *self == Self::usual(self.drive)
     }
 
     /// 1, or −1 where the controller's joints count upwards.
-    pub(crate) fn sense(&self) -> f64 {
+    pub fn sense(&self) -> f64 {
         match (self.drive, self.joint_positive) {
             (Drive::Rotary, Vertical::Up) => -1.0,
             _ => 1.0,
@@ -82,7 +89,7 @@ impl Convention {
     }
 
     /// Signs that convert the file's axes to the internal ones, and back.
-    fn axes(&self) -> [f64; 3] {
+    pub const fn axes(&self) -> [f64; 3] {
         match self.z_axis {
             Vertical::Up => [1.0, 1.0, 1.0],
             Vertical::Down => [1.0, -1.0, -1.0],
@@ -129,6 +136,11 @@ impl Convention {
         })
     }
 
+    /// Converts joint angles (radians) or travels (mm) to the file's direction, and back.
+    pub fn directed(&self, joints: &[f64; 3]) -> [f64; 3] {
+        joints.map(|own| self.sense() * own)
+    }
+
     /// Converts a joint angle (radians) to degrees in the file's direction; a travel stays in mm.
     pub fn degrees(&self, joint: f64) -> f64 {
         match self.drive {
@@ -138,7 +150,7 @@ impl Convention {
     }
 
     /// Converts lower and upper joint limits (radians or mm) to the file's direction, and back.
-    pub(crate) fn limits(&self, low: f64, high: f64) -> (f64, f64) {
+    pub fn limits(&self, low: f64, high: f64) -> (f64, f64) {
         turned(self.sense(), (low, high))
     }
 
@@ -162,10 +174,62 @@ impl Convention {
         [0, 1, 2].map(|axis| turned(axes[axis], ranges[axis]))
     }
 
+    /// [`sign`](Self::sign) of each of the eight parameters of an arm, in their order.
+    pub fn signs(&self) -> [f64; 8] {
+        let mut signs = [1.0; 8];
+        for parameter in self.drive.parameters() {
+            signs[parameter.index()] = self.sign(*parameter);
+        }
+        signs
+    }
+
+    /// 1, or −1 for a parameter whose sign changes with the direction of z. In the stated axes the model's formulas hold
+    /// with these signs and with [`sense`](Self::sense) of the joints.
+    pub const fn sign(&self, parameter: Parameter) -> f64 {
+        match (self.z_axis, parameter) {
+            (
+                Vertical::Down,
+                Parameter::Dy
+                | Parameter::Dz
+                | Parameter::Zero
+                | Parameter::Theta
+                | Parameter::LaY
+                | Parameter::LeanY,
+            ) => -1.0,
+            _ => 1.0,
+        }
+    }
+
+    /// Converts a parameter (mm, radians or a ratio) to the file's axes, and back.
+    pub fn parameter(&self, parameter: Parameter, value: f64) -> f64 {
+        // Without −0.
+        self.sign(parameter) * value + 0.0
+    }
+
+    /// Converts an azimuth about z or an angle above level, positive towards z, to the file's axes, and back.
+    pub(crate) fn angle(&self, angle: f64) -> f64 {
+        self.parameter(Parameter::Theta, angle)
+    }
+
+    /// Converts a height to the file's axes, and back.
+    pub(crate) fn height(&self, height: f64) -> f64 {
+        self.parameter(Parameter::Dz, height)
+    }
+
+    /// Converts the numbers of a transmission to the file's direction of joints, and back: cosines are even.
+    pub(crate) fn transmission(&self, [gain, cos, sin, cos2, sin2]: [f64; 5]) -> [f64; 5] {
+        let even = |value| self.sense() * value + 0.0;
+        [gain, even(cos), sin, even(cos2), sin2]
+    }
+
+    /// The rotation from internal axes to those of the file.
+    pub(crate) fn turn(&self) -> Matrix3<f64> {
+        Matrix3::from_diagonal(&Vector3::from(self.axes()))
+    }
+
     /// Converts a rotation between two frames from internal axes to those of the file, and back.
     pub fn rotation(&self, rotation: &Matrix3<f64>) -> Matrix3<f64> {
-        let axes = Matrix3::from_diagonal(&Vector3::from(self.axes()));
-        axes * rotation * axes
+        self.turn() * rotation * self.turn()
     }
 
     /// Converts an internal position (mm) to the file's unit and axes.

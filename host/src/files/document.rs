@@ -4,7 +4,6 @@ use crate::files::input::InputText;
 use crate::files::robot_file::{Record, RobotFile};
 use jiff::Timestamp;
 use serde::{Serialize, Serializer};
-use std::fmt::Write;
 
 /// An input file, identified by name and content.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -45,6 +44,9 @@ pub struct Document {
         skip_serializing_if = "Option::is_none"
     )]
     pub beside: Option<Source>,
+    /// The command with its options, if there was one.
+    #[serde(rename = "command", skip_serializing_if = "Option::is_none")]
+    pub options: Option<String>,
 }
 
 fn as_day<S: Serializer>(seconds: &u64, serializer: S) -> Result<S::Ok, S::Error> {
@@ -67,6 +69,7 @@ impl Document {
             robot: Source::from(file),
             samples: Source::from(samples),
             beside: samples.beside().map(Source::from),
+            options: None,
         }
     }
 
@@ -75,45 +78,29 @@ impl Document {
         day(self.written)
     }
 
-    /// Comment for a calibrated robot file: the input files, and the measurement record, which the file itself omits.
+    /// The same with the options of the command.
+    #[must_use]
+    pub fn with_options(mut self, options: impl Into<String>) -> Self {
+        self.options = Some(options.into());
+        self
+    }
+
+    /// Comment for a calibrated robot file: the files with the measurements.
     pub fn comment(&self) -> String {
         let files = [Some(&self.samples), self.beside.as_ref()];
         let lines = files
             .into_iter()
             .flatten()
             .map(|Source { name, sha256 }| format!("SHA-256 of {name}: {sha256}"));
-        let mut text = lines.collect::<Vec<_>>().join("\n");
-        let record = &self.record;
-        let measurement = [
-            ("on", &record.date),
-            ("by", &record.operator),
-            ("with", &record.instrument),
-        ];
-        let stated = measurement
-            .into_iter()
-            .filter_map(|(word, value)| Some(format!(" {word} {}", value.as_ref()?)));
-        let stated: String = stated.collect();
-        if !stated.is_empty() {
-            let _ = write!(text, "\nMeasured{stated}.");
-        }
-        text
+        lines.collect::<Vec<_>>().join("\n")
     }
 
     /// The known entries, each with its name.
     pub(crate) fn entries(&self) -> Vec<(&'static str, String)> {
-        let record = &self.record;
-        let stated = [
-            ("Robot", &record.name),
-            ("Serial number", &record.serial),
-            ("Operator", &record.operator),
-            ("Instrument", &record.instrument),
-            ("Measured on", &record.date),
-        ];
-        let stated = stated
-            .into_iter()
-            .filter_map(|(name, value)| Some((name, value.clone()?)));
         let version = env!("CARGO_PKG_VERSION");
         let written = format!("{} (UTC), by delta-cal {version}", self.date());
-        stated.chain([("Report written on", written)]).collect()
+        let options = self.options.clone().map(|own| ("Command", own));
+        let ends = [("Report written on", written)].into_iter().chain(options);
+        self.record.entries().into_iter().chain(ends).collect()
     }
 }

@@ -5,7 +5,7 @@ use sha2::{Digest, Sha256};
 use std::error::Error;
 use std::fmt::{self, Write};
 use std::io::{self, Read};
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 /// Size limit of robot and campaign files, far above any real one.
 const LARGEST_SETTINGS: u64 = 1 << 20;
@@ -23,6 +23,8 @@ pub struct InputText {
     text: String,
     sha256: String,
     columns: ColumnMapping,
+    /// The lines whose rows are to be used, if not all.
+    lines: Option<RangeInclusive<u64>>,
     /// A second file for the same samples.
     beside: Option<Box<InputText>>,
 }
@@ -86,6 +88,7 @@ impl InputText {
             text: text.replace("\r\n", "\n").replace('\r', "\n"),
             sha256,
             columns: ColumnMapping::default(),
+            lines: None,
             beside: None,
         }
     }
@@ -107,6 +110,18 @@ impl InputText {
     pub fn with_columns(mut self, columns: ColumnMapping) -> Self {
         self.columns = columns;
         self
+    }
+
+    /// Restricts the rows to those of these lines.
+    #[must_use]
+    pub fn with_lines(mut self, lines: RangeInclusive<u64>) -> Self {
+        self.lines = Some(lines);
+        self
+    }
+
+    /// The lines whose rows are to be used, if not all.
+    pub(crate) const fn lines(&self) -> Option<&RangeInclusive<u64>> {
+        self.lines.as_ref()
     }
 
     /// The column mapping.

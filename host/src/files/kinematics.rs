@@ -4,10 +4,9 @@ use super::convention::Convention;
 use super::input::{InputError, InputText};
 use super::robot_file::RobotFile;
 use super::samples_file::{read_joints, read_positions};
-use crate::files::convention::Vertical;
 use crate::geometry::hangs_below;
 use crate::text::{joint, rounded};
-use delta_cal::kinematics::{KinematicsError, Singularity};
+use delta_cal::kinematics::KinematicsError;
 use delta_cal::{ArmIndex, Sample};
 
 /// The platform position at each row's joint angles.
@@ -51,13 +50,10 @@ pub fn inverse(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>,
             None => (
                 "the platform would be above its elbows, and no joint angles hold it there"
                     .to_owned(),
-                match robot.convention.z_axis {
-                    Vertical::Up => {
-                        "check the position and its frame: z is negative below the base"
-                    }
-                    Vertical::Down => {
-                        "check the position and its frame: z is positive below the base"
-                    }
+                if robot.convention.height(1.0) > 0.0 {
+                    "check the position and its frame: z is negative below the base"
+                } else {
+                    "check the position and its frame: z is positive below the base"
                 },
             ),
         };
@@ -87,10 +83,10 @@ fn no_pose(input: &InputText, line: u64, error: KinematicsError) -> InputError {
         KinematicsError::Unreachable(_) => {
             "the robot cannot be there; check the numbers, their units and the robot file"
         }
-        KinematicsError::Singular(_, Singularity::Serial) => {
+        KinematicsError::Serial(_) => {
             "this is the edge of the workspace; move the position inwards"
         }
-        KinematicsError::Singular(_, Singularity::Parallel) => {
+        KinematicsError::Parallel(_) => {
             "at a singularity the joints do not hold the platform; choose another pose"
         }
         _ => "the number is too large to compute with",

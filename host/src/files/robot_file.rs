@@ -221,10 +221,15 @@ pub struct InstrumentFacts {
     pub lengths: Option<(f64, f64)>,
     /// Points of the machine that the sensor measured as well, which locate the sensor in the machine's frame.
     pub datum: Vec<DatumPoint>,
+    /// Datum points that the file of the measurements holds, each with its name there; until it is read, they count as seen in
+    /// the frame of the base.
+    pub datum_measured: Vec<(String, String)>,
     /// Reflectors and tips.
     pub targets: Vec<Target>,
     /// Relative standard uncertainty of the instrument's scale and of the robot's expansion together, if stated.
     pub scale: Option<f64>,
+    /// The expected absolute and relative position error of a calibrated robot, σ, mm.
+    pub expected: Option<[f64; 2]>,
     /// The relative excess of all lengths because the robot was not measured at 20 °C.
     pub expansion: f64,
 }
@@ -297,32 +302,68 @@ pub struct NamedPoint {
     pub lengths: Option<(f64, f64)>,
 }
 
+/// The keys of `[measurement]` that are for reports only, each with its name there, in the order of a certificate.
+pub(crate) const MEASUREMENT: [(&str, &str); 15] = [
+    ("number", "Certificate number"),
+    ("customer", "Customer"),
+    ("place", "Place"),
+    ("date", "Measured on"),
+    ("operator", "Operator"),
+    ("instrument", "Instrument"),
+    ("instrument_serial", "Instrument, serial number"),
+    ("instrument_certificate", "Instrument, certificate"),
+    ("instrument_due", "Instrument, calibration due"),
+    ("air_temperature_c", "Air temperature, °C"),
+    ("load_kg", "Load, kg"),
+    ("speed", "Speed"),
+    ("approach", "Direction of approach"),
+    ("warm_up", "Warm-up"),
+    ("remarks", "Remarks"),
+];
+
 /// Identification of a robot and its measurement, for reports only. `None` where the file states nothing.
-#[derive(Debug, Clone, PartialEq, Eq, Default, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Record {
     /// The robot's name.
-    #[serde(rename = "robot_name")]
     pub name: Option<String>,
     /// The robot's serial number.
-    #[serde(rename = "robot_serial")]
     pub serial: Option<String>,
-    /// The person who measured.
-    pub operator: Option<String>,
-    /// The instrument.
-    pub instrument: Option<String>,
-    /// The date of the measurement.
-    #[serde(rename = "measured_on")]
-    pub date: Option<String>,
+    /// How it was measured: keys of `[measurement]` and their values, in the order of a certificate.
+    pub measurement: Vec<(&'static str, String)>,
 }
 
 impl Record {
-    /// The record without the measurement: that of a calibration does not apply to later measurements.
-    #[must_use]
-    pub fn of_the_robot(&self) -> Self {
-        Self {
-            name: self.name.clone(),
-            serial: self.serial.clone(),
-            ..Self::default()
+    /// The value of a key of `[measurement]`.
+    pub fn stated(&self, key: &str) -> Option<&str> {
+        let mut all = self.measurement.iter();
+        let (_, value) = all.find(|(own, _)| *own == key)?;
+        Some(value)
+    }
+
+    /// Everything stated, each with its name on a certificate.
+    pub(crate) fn entries(&self) -> Vec<(&'static str, String)> {
+        let robot = [
+            ("Robot", self.name.as_deref()),
+            ("Robot, serial number", self.serial.as_deref()),
+        ];
+        let measurement = MEASUREMENT.map(|(key, name)| (name, self.stated(key)));
+        let all = robot.into_iter().chain(measurement);
+        all.filter_map(|(name, value)| Some((name, value?.to_owned())))
+            .collect()
+    }
+}
+
+/// `robot_name`, `robot_serial`, and each key of `[measurement]`.
+impl serde::Serialize for Record {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        use serde::ser::SerializeMap;
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("robot_name", &self.name)?;
+        map.serialize_entry("robot_serial", &self.serial)?;
+        for (key, _) in MEASUREMENT {
+            let name = if key == "date" { "measured_on" } else { key };
+            map.serialize_entry(name, &self.stated(key))?;
         }
+        map.end()
     }
 }

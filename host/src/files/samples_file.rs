@@ -86,7 +86,7 @@ pub struct Row<T> {
 ///
 /// The columns are `q1_deg, q2_deg, q3_deg` (with linear drives `s1_mm, s2_mm, s3_mm`) and any of `x_mm, y_mm, z_mm`,
 /// `target`, `height_mm, plane`, `distance_mm, point` or `distance_mm, to_q1_deg, to_q2_deg, to_q3_deg`, also in other units, in
-/// any order, separated by commas, semicolons, tabs or spaces. Columns whose name starts with `_` are ignored, and so
+/// any order, `name`, `repeat`, `approach` and `use`, separated by commas, semicolons, tabs or spaces. Columns whose name starts with `_` are ignored, and so
 /// are lines that start with `#`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Readings {
@@ -100,6 +100,10 @@ pub struct Readings {
     pub points: Vec<String>,
     /// Names of the targets, in order of first use.
     pub targets: Vec<String>,
+    /// What rows say beside their numbers, by line.
+    pub labels: BTreeMap<u64, Label>,
+    /// Datum points that the instrument measured: their names, and where, mm.
+    pub datum: Vec<(String, Vector3<f64>)>,
     /// Lines of rows with the same numbers as an earlier row.
     pub copies: Vec<u64>,
     /// How two files were joined, if joints and readings come from two.
@@ -108,6 +112,28 @@ pub struct Readings {
     pub in_degrees: bool,
     /// The unit of all three coordinates in the header, if they have the same.
     pub positions_in: Option<Unit>,
+}
+
+/// What a row says beside its numbers: the columns `name` (or `point` without distances), `repeat` and `approach`.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Label {
+    /// The name of the point.
+    pub name: Option<String>,
+    /// Which repetition of the pose it is.
+    pub repeat: Option<String>,
+    /// From where the pose was approached.
+    pub approach: Option<String>,
+}
+
+impl Label {
+    /// With what another file says where this one says nothing.
+    fn or(self, other: Self) -> Self {
+        Self {
+            name: self.name.or(other.name),
+            repeat: self.repeat.or(other.repeat),
+            approach: self.approach.or(other.approach),
+        }
+    }
 }
 
 /// The readings at one pose.
@@ -219,8 +245,22 @@ impl Readings {
         table.require(&Quantity::joints(robot.limits.drive()))?;
         table.require_readings()?;
         let mut file = Self::of_name(input.name());
-        let mut rows = table.rows(|row| file.reading(row, row.joints(robot)?, robot))?;
+        let names = robot.instruments.datum_measured.iter();
+        let names: BTreeSet<_> = names.map(|(_, name)| name.as_str()).collect();
+        let (labels, _) = table.labels()?;
+        let datum = |line: u64| {
+            let name = labels.get(&line)?.name.as_deref()?;
+            names.contains(name).then(|| name.to_owned())
+        };
+        let mut rows = table.rows(|row| {
+            let joints = match datum(row.line) {
+                Some(_) => [0.0; 3],
+                None => row.joints(robot)?,
+            };
+            file.reading(row, joints, robot)
+        })?;
         rows.retain(|row| row.value.readings() > 0);
+        rows = file.without_datum(rows, |_, line| datum(line));
         file.with_rows(&table, rows)
     }
 
@@ -239,7 +279,9 @@ impl Readings {
         Self::of_name(input.name()).with_rows(&table, rows)
     }
 
-    fn with_rows(self, table: &Table<'_>, rows: Vec<Row<Reading>>) -> Result<Self, InputError> {
+    fn with_rows(self, table: &Table<'_>, mut rows: Vec<Row<Reading>>) -> Result<Self, InputError> {
+        let (labels, left_out) = table.labels()?;
+        rows.retain(|row| !left_out.contains(&row.line));
         if rows.is_empty() {
             let error = InputError::new(self.name, "nothing was measured in any row");
             return Err(error.with_remedy("fill in what was measured"));
@@ -248,6 +290,7 @@ impl Readings {
         let count = rows.len();
         let mut file = Self {
             rows,
+            labels,
             in_degrees: table.unit_of(&Quantity::joints(Drive::Rotary)) == Some(Unit::Degree),
             positions_in: table.unit_of(&Quantity::COORDINATES),
             ..self
@@ -270,6 +313,8 @@ impl Readings {
             planes: Vec::new(),
             points: Vec::new(),
             targets: Vec::new(),
+            labels: BTreeMap::new(),
+            datum: Vec::new(),
             copies: Vec::new(),
             joined: None,
             in_degrees: true,
@@ -317,6 +362,47 @@ impl Readings {
             }
             new
         });
+    }
+
+    /// Takes the positions of datum points, by index and line, from rows; the mean if there are several of a name.
+    fn without_datum(
+        &mut self,
+        rows: Vec<Row<Reading>>,
+        name: impl Fn(usize, u64) -> Option<String>,
+    ) -> Vec<Row<Reading>> {
+        let mut found: BTreeMap<String, Vec<Vector3<f64>>> = BTreeMap::new();
+        let mut others = Vec::new();
+        for (index, row) in rows.into_iter().enumerate() {
+            match (name(index, row.line), row.value.sample()) {
+                (Some(name), Some(own)) => found.entry(name).or_default().push(own.position),
+                (Some(_), None) => {}
+                (None, _) => others.push(row),
+            }
+        }
+        self.datum = found
+            .into_iter()
+            .map(|(name, all)| (name, all.iter().sum::<Vector3<f64>>() / all.len() as f64))
+            .collect();
+        others
+    }
+
+    /// A datum point of the robot file that these measurements should hold and do not.
+    pub(crate) fn missing_datum(&self, robot: &RobotFile) -> Option<InputError> {
+        let mut wanted = robot.instruments.datum_measured.iter();
+        let known = |name: &String| self.datum.iter().any(|(own, _)| own == name);
+        let (name, point) = wanted.find(|(_, point)| !known(point))?;
+        let cause = format!("no row of {} is named {point}", self.name);
+        let fault = InputError::new(&robot.name, cause).at_key(format!("[datum.{name}]"));
+        Some(
+            fault.with_remedy(
+                "measure the point with the others, or state sensor_mm in place of point",
+            ),
+        )
+    }
+
+    /// The name of the row in a line, if the file has names.
+    pub fn name_of(&self, line: u64) -> Option<&str> {
+        self.labels.get(&line)?.name.as_deref()
     }
 
     /// The rows with x, y and z.
@@ -391,11 +477,18 @@ impl Readings {
         self
     }
 
-    /// The robot with the noise that rows state in place of its own; the σ of each row sets its weight relative to it.
+    /// The robot with the datum points that were measured here, and the noise that rows state in place of its own; the σ of each row sets its weight relative to it.
     pub(crate) fn noise_into(&self, robot: &RobotFile) -> RobotFile {
         let [position, height, distance] = Kind::ALL.map(|kind| self.stated_sigma(kind));
         let mut own = robot.clone();
         let facts = &mut own.instruments;
+        for (name, point) in &facts.datum_measured {
+            let seen = self.datum.iter().find(|(own, _)| own == point);
+            let datum = facts.datum.iter_mut().find(|own| own.name == *name);
+            if let (Some((_, seen)), Some(datum)) = (seen, datum) {
+                datum.seen = *seen;
+            }
+        }
         let joint = robot.noise.map(|noise| noise.joint()).or(facts.joint_noise);
         let noise = position.and_then(|sigma| Noise::new(sigma, joint.unwrap_or_default()).ok());
         own.noise = noise.or(robot.noise);
@@ -611,17 +704,18 @@ fn sigma(row: &TableRow<'_>) -> Result<Option<f64>, InputError> {
     Ok(None)
 }
 
-/// Reads the joint angles (radians) of a file; positions are ignored.
+/// Reads the joint angles (radians) of a file; all other columns are ignored.
 ///
 /// # Errors
 /// Same as [`Readings::read`].
 pub fn read_joints(input: &InputText, robot: &RobotFile) -> Result<Vec<Row<[f64; 3]>>, InputError> {
-    let table = Table::parse(input, &robot.convention, false)?;
+    let table = Table::parse(input, &robot.convention, true)?;
+    table.check()?;
     table.require(&Quantity::joints(robot.limits.drive()))?;
     table.rows(|row| row.joints(robot))
 }
 
-/// Reads the positions (millimetres) of a file; joint angles are ignored.
+/// Reads the positions (millimetres) of a file; all other columns are ignored.
 ///
 /// # Errors
 /// Same as [`Readings::read`].
@@ -629,7 +723,8 @@ pub fn read_positions(
     input: &InputText,
     convention: &Convention,
 ) -> Result<Vec<Row<Vector3<f64>>>, InputError> {
-    let table = Table::parse(input, convention, false)?;
+    let table = Table::parse(input, convention, true)?;
+    table.check()?;
     table.require(&Quantity::COORDINATES)?;
     table.rows(|row| row.numbers(Quantity::COORDINATES).map(Vector3::from))
 }

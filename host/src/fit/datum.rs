@@ -77,7 +77,7 @@ impl Datum {
     /// `None` if the points do not fix a frame.
     fn fitted(points: &[DatumPoint]) -> Option<Self> {
         let pairs = points.iter().map(|point| (point.place, point.seen));
-        let frame = RigidTransform::align(pairs).ok()?;
+        let frame = RigidTransform::align(pairs)?;
         let residuals = points.iter().map(|point| {
             let off = (point.seen - frame.apply(&point.place)).norm();
             (point.name.clone(), off)

@@ -9,12 +9,10 @@ use super::{Frame, Method};
 use crate::effects::{Places, PlaneFound, PointFound};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Readings};
-use delta_cal::calibration::{ArmOutcome, Estimate, StartUsed, Unknowns};
+use delta_cal::calibration::{ArmOutcome, Estimate, Start, Unknowns};
 use delta_cal::frame::RigidTransform;
-use delta_cal::observations::{
-    Instruments, ObservationError, ObservationProblem, ObservationRow, PositionFrame,
-};
-use delta_cal::samples::{AddError, Triangle};
+use delta_cal::observations::{Instruments, ObservationError, ObservationProblem, ObservationRow};
+use delta_cal::samples::{SampleError, Triangle};
 use delta_cal::{
     ArmIndex, IkmCalibrator, JointCalibrator, Noise, Robot, Sample, Settings, Tolerance,
 };
@@ -46,7 +44,7 @@ struct Found {
     covariance: DMatrix<f64>,
     prior_share: [f64; PARAMETERS],
     conditions: [f64; 3],
-    start: StartUsed,
+    start: Start,
     separate: Option<Separate>,
 }
 
@@ -309,10 +307,10 @@ fn from_centre(
     moved
 }
 
-fn unusable(index: usize, error: AddError) -> Unsolved {
+fn unusable(index: usize, error: SampleError) -> Unsolved {
     let error = match error {
-        AddError::Sample(error) => ObservationError::Joints(error),
-        AddError::Busy(busy) => busy.into(),
+        SampleError::Busy(busy) => busy.into(),
+        error => ObservationError::Joints(error),
     };
     Unsolved::Row(index, error)
 }
@@ -349,7 +347,7 @@ fn places<const N: usize>(
         }
     });
     Places {
-        frame: (instruments.frame == PositionFrame::Sensor).then_some(frame),
+        frame: instruments.sensor_frame.then_some(frame),
         planes: planes.collect(),
         points: points.collect(),
         distance_scale: instruments.of_scale().map_or(0.0, |place| unknowns[place]),

@@ -267,7 +267,7 @@ impl State {
             let beside = own.map(|own| own.effect.displacement(&at, &course, index, &own.by));
             Some((at.position + beside.sum::<Vector3<f64>>(), sample.position))
         });
-        RigidTransform::align(pairs.collect::<Vec<_>>()).ok()
+        RigidTransform::align(pairs.collect::<Vec<_>>())
     }
 
     /// How the frame that was found moves targets against where the last frame had them.

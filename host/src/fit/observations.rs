@@ -6,7 +6,7 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings};
 use delta_cal::observations::{
     Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationRow,
-    Plane, Point, PositionFrame,
+    Plane, Point,
 };
 use delta_cal::{Noise, Refusal, Tolerance};
 
@@ -35,10 +35,7 @@ pub(crate) fn instruments<'a>(
         None => Ok(own),
     });
     Ok(Instruments {
-        frame: match frame {
-            Frame::Base => PositionFrame::Base,
-            Frame::Sensor => PositionFrame::Sensor,
-        },
+        sensor_frame: frame == Frame::Sensor,
         planes,
         points,
         noise: noise.map_err(|_| Refusal::Unfinished)?,

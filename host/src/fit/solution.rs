@@ -3,7 +3,7 @@
 use super::{Frame, Method};
 use crate::effects::{Estimated, Places};
 use crate::files::samples_file::{Kind, READINGS, Readings};
-use delta_cal::calibration::StartUsed;
+use delta_cal::calibration::Start;
 use delta_cal::observations::{ObservationError, PrepareError};
 use delta_cal::{Noise, Refusal, Robot};
 use nalgebra::{DMatrix, DVector, SMatrix, Vector3};
@@ -166,7 +166,7 @@ pub struct Solution {
     /// Condition number of each arm's parameters, 1 at best.
     pub conditions: [f64; 3],
     /// The start used.
-    pub start: StartUsed,
+    pub start: Start,
 }
 
 impl Solution {

@@ -2,7 +2,7 @@
 
 use crate::accuracy::information::{is_empty, parameters, prior_covariance};
 use crate::accuracy::quantiles::quantile;
-use crate::files::robot_file::scaled;
+use crate::files::robot_file::{RobotFile, scaled};
 use crate::files::samples_file::Kind;
 use crate::fit::Solution;
 use crate::fit::solution::{KindNoise, PARAMETERS};
@@ -283,8 +283,12 @@ fn changes(before: &Robot<f64>, after: &Robot<f64>) -> Vec<Change> {
 
 /// The largest change, if it is too large for an error of manufacture: "theta of arm 1 is … in the robot file and came
 /// out as …".
-pub(crate) fn implausible(before: &Robot<f64>, after: &Robot<f64>) -> Option<String> {
-    let largest = changes(before, after).into_iter().next()?;
+pub(crate) fn implausible(before: &RobotFile, after: &Robot<f64>) -> Option<String> {
+    let convention = &before.convention;
+    let stated = |own: &Change, value| {
+        in_file_units(own.parameter, convention.parameter(own.parameter, value))
+    };
+    let largest = changes(&before.robot, after).into_iter().next()?;
     let of = match largest.parameter.kind() {
         ParameterKind::Length => " % of the forearm",
         ParameterKind::Angle => "°",
@@ -296,8 +300,8 @@ pub(crate) fn implausible(before: &Robot<f64>, after: &Robot<f64>) -> Option<Str
              stated [tolerance].",
             largest.parameter,
             largest.arm,
-            in_file_units(largest.parameter, largest.before),
-            in_file_units(largest.parameter, largest.after),
+            stated(&largest, largest.before),
+            stated(&largest, largest.after),
         )
     })
 }
@@ -311,18 +315,20 @@ pub(crate) fn is_another_robot(before: &Robot<f64>, after: &Robot<f64>) -> bool 
 }
 
 /// The largest changes, if they are doubtful: "La_y of arm 2 by +12.000 mm (…), … and …".
-pub(crate) fn doubtful(before: &Robot<f64>, after: &Robot<f64>) -> Option<String> {
+pub(crate) fn doubtful(file: &RobotFile, after: &Robot<f64>) -> Option<String> {
+    let (before, convention) = (&file.robot, &file.convention);
     let large = changes(before, after)
         .into_iter()
         .filter(|own| own.size > DOUBTFUL);
     let named = large.take(NAMED).map(|change| {
-        let by = in_file_units(change.parameter, change.after - change.before);
+        let by = convention.parameter(change.parameter, change.after - change.before);
+        let by = in_file_units(change.parameter, by);
         let zero = |robot: &Robot<f64>| {
             let (x, y) = robot.arm(change.arm).la();
             y.angle_over(x)
         };
         let zero = if change.parameter == Parameter::LaY {
-            let by = zero(after) - zero(before);
+            let by = convention.angle(zero(after) - zero(before));
             format!(" (the joint's zero by {:.3}°)", by.to_degrees())
         } else {
             String::new()

@@ -300,18 +300,13 @@ impl<'a> Search<'a> {
             ..Reading::at(pose.joints)
         };
         let convention = &setup.robot.convention;
-        let at = pose.position + setup.target;
-        let seen = setup.places.frame.map_or(at, |frame| frame.apply(&at));
         Some(Planned {
-            kind,
-            joints: convention.joints(&pose.joints),
-            position_mm: convention.vector(&at).into(),
-            nominal_mm: convention.vector(&seen).into(),
             to_joints: other.map(|other| convention.joints(&other.joints)),
             plane: plane.map(|plane| plane.name.clone()),
             block_mm: block.filter(|_| plane.is_some()),
             point: point.map(|point| point.name.clone()),
             reading: setup.read(&setup.robot.robot, &asked),
+            ..setup.planned(kind, &pose)
         })
     }
 

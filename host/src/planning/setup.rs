@@ -85,6 +85,12 @@ pub struct Setup {
 /// A measurement to take, in the units and axes of the robot file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Planned {
+    /// Its name, if names were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Which repetition it is, if the poses are repeated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub repeat: Option<usize>,
     /// What is read.
     #[serde(rename = "measure")]
     pub kind: Kind,
@@ -109,6 +115,30 @@ pub struct Planned {
 }
 
 impl Setup {
+    /// Coordinates to measure at a pose.
+    pub(super) fn planned(&self, kind: Kind, pose: &Sample<f64>) -> Planned {
+        let convention = &self.robot.convention;
+        let at = pose.position + self.target;
+        let seen = self.places.frame.map_or(at, |frame| frame.apply(&at));
+        let asked = Reading {
+            position: kind.coordinates().map(|read| read.then_some(0.0)),
+            ..Reading::at(pose.joints)
+        };
+        Planned {
+            name: None,
+            repeat: None,
+            kind,
+            joints: convention.joints(&pose.joints),
+            position_mm: convention.vector(&at).into(),
+            nominal_mm: convention.vector(&seen).into(),
+            to_joints: None,
+            plane: None,
+            block_mm: None,
+            point: None,
+            reading: self.read(&self.robot.robot, &asked),
+        }
+    }
+
     /// The set-up for a request: what the robot file states, and defaults for the rest. `within`: poses in the region.
     pub fn of(request: &PlanRequest<'_>, within: Option<&[Sample<f64>]>) -> Self {
         let facts = &request.robot.instruments;

@@ -6,9 +6,8 @@ use crate::fit::solution::PARAMETERS;
 use crate::fit::{Options, Solution, solve};
 use crate::import::Imported;
 use crate::text::rounded;
-use delta_cal::calibration::ToleranceError;
 use delta_cal::robot::{Arm, Drive};
-use delta_cal::{Robot, Tolerance};
+use delta_cal::{Robot, SettingError, Tolerance};
 use nalgebra::SVector;
 
 /// Noise so many times the usual is doubtful.
@@ -164,7 +163,7 @@ const LB: usize = 7;
 /// other.
 fn contradicted(
     imported: &Imported,
-    opened: impl Fn(Tolerance<f64>, f64) -> Result<Tolerance<f64>, ToleranceError>,
+    opened: impl Fn(Tolerance<f64>, f64) -> Result<Tolerance<f64>, SettingError>,
     sigma: impl Fn(&Tolerance<f64>) -> f64,
     (of, by): (
         impl Fn(&Arm<f64>) -> f64,

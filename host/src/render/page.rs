@@ -48,6 +48,11 @@ pub(crate) fn drawing() -> Markup {
     html! { figure.model { div.scroll { (PreEscaped(DRAWING)) } } }
 }
 
+/// Where to sign.
+pub(crate) fn signature() -> Markup {
+    html! { div.signature { span { "Date" } span { "Name and signature" } } }
+}
+
 /// A key figure with a note.
 pub(crate) fn tile(name: &str, value: &str, note: &str) -> Markup {
     html! {

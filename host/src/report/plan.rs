@@ -171,6 +171,12 @@ pub fn csv(planned: &[Planned], convention: &Convention) -> String {
         }
     };
     let empty = |_: &Planned| None;
+    if has(&|own| own.name.is_some()) {
+        column("name", &|own| own.name.clone());
+    }
+    if has(&|own| own.repeat.is_some()) {
+        column("repeat", &|own| own.repeat.map(|own| own.to_string()));
+    }
     for (joint, name) in joints.iter().enumerate() {
         column(name, &|own| Some(rounded(own.joints[joint])));
     }

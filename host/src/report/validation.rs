@@ -1,6 +1,6 @@
 //! A [`Validation`] for the terminal, as a one-page certificate, and as JSON.
 
-use super::Versioned;
+use super::{Versioned, repeatability};
 use crate::calibration::report::{MANY, shown};
 use crate::explain::Step;
 use crate::files::document::Document;
@@ -15,7 +15,7 @@ use maud::{Markup, html};
 use serde::Serialize;
 
 /// Incremented whenever a field of the JSON is renamed, removed or changes its meaning.
-pub const SCHEMA_VERSION: u32 = 2;
+pub const SCHEMA_VERSION: u32 = 3;
 /// The page's figure shows a selection if there are more rows than this.
 const MANY_ON_A_PAGE: usize = 2_500;
 
@@ -27,6 +27,7 @@ pub fn text(found: &Validation) -> String {
         _ => Part::Doubts(verdict(found), Vec::new()),
     };
     let mut sections = vec![Section::new("").text(headline(found)), figures];
+    sections.extend(found.repeatability.as_ref().map(repeatability));
     sections.extend(warnings(found).map(|part| Section::new("").part(part)));
     sections.push(Section::new("").part(verdict));
     terminal::text(sections)
@@ -51,10 +52,14 @@ pub fn certificate(found: &Validation, document: &Document) -> String {
             (document.page())
             div.scroll { (figures(found)) }
             p { (measured(found)) }
+            @if !found.axes_mm.is_empty() { div.scroll { (axes(found)) } }
+            p { (rule(found)) }
             (deviations(found))
+            @if let Some(own) = &found.repeatability { (repeatability(own)) }
+            @if !found.names.is_empty() { (named(found)) }
             @if let Some(warnings) = warnings(found) { (warnings) }
             p.note { (CONTENTS) }
-            div.signature { span { "Date" } span { "Signature" } }
+            (page::signature())
         }
     };
     page::render(&heading, &body)
@@ -64,8 +69,8 @@ pub fn certificate(found: &Validation, document: &Document) -> String {
 const CONTENTS: &str = "The rms position error is the root mean square distance between the robot's position and \
     that of its file, over the measured region. Its interval takes the poses as a random sample of the region \
     (chi-square distribution with effective degrees of freedom). The interval of the largest error holds at the \
-    measured poses. Systematic errors of the instrument, such as of its scale, and other temperatures, loads and \
-    speeds are not included.";
+    measured poses. Other temperatures, loads and speeds are not included; nor, without a guard band, are systematic errors of \
+    the instrument, such as of its scale.";
 
 /// "calibrated.toml against 24 rows of check.csv".
 fn headline(found: &Validation) -> String {
@@ -96,10 +101,10 @@ const fn title(verdict: Verdict) -> &'static str {
 
 /// The reason for the verdict.
 fn reason(found: &Validation) -> String {
-    if let Some(Step { text, .. }) = &found.step {
+    if let Some(Step { text, line, .. }) = &found.step {
         let rows = count(found.row_count, "row");
         return format!(
-            "{text}. The figures are of the {rows} before. Validate the rows from there on by themselves, or measure again."
+            "{text}. The figures are of the {rows} before. Validate the rows from there on by themselves (--rows {line}..), or measure again."
         );
     }
     let RmsError {
@@ -123,11 +128,59 @@ fn reason(found: &Validation) -> String {
                 }
                 None => ", too close to the error for more poses to decide.".to_owned(),
             };
+            if let Some(band) = found.guard_band_mm {
+                let band = significant(band, 2);
+                return format!(
+                    "the interval reaches within the guard band of {band} mm of {limit} mm{what_decides}"
+                );
+            }
             return format!("{limit} mm lies within the interval{what_decides}");
         }
     };
     let (of, sure) = (error_of(found), confidence(sure));
-    format!("rms {of} {side} the limit of {limit} mm (confidence {sure}).")
+    let guarded = found.guard_band_mm.map_or_else(String::new, |band| {
+        format!(
+            " by more than the guard band of {} mm",
+            significant(band, 2)
+        )
+    });
+    format!("rms {of} {side} the limit of {limit} mm{guarded} (confidence {sure}).")
+}
+
+/// The decision rule.
+fn rule(found: &Validation) -> String {
+    match found.guard_band_mm {
+        None => "Decision rule: simple acceptance. Pass if the 95 % interval of the rms error ends below the limit.".to_owned(),
+        Some(band) => format!(
+            "Decision rule: ISO 14253-1 with a guard band of {} mm, the expanded uncertainty (k = 2) of the instrument's scale, \
+             target and datum. Pass if the 95 % interval of the rms error ends below the limit less the guard band, fail if it begins \
+             above the limit plus the guard band.",
+            significant(band, 2)
+        ),
+    }
+}
+
+/// Deviations along each axis.
+fn axes(found: &Validation) -> Table {
+    let rows = ["x", "y", "z", "distance"].into_iter().zip(&found.axes_mm);
+    Table::of(rows)
+        .column("deviation as measured, mm", |(axis, _)| *axis)
+        .column("mean", |(_, own)| significant(own[0], 2))
+        .column("rms", |(_, own)| significant(own[1], 2))
+        .column("worst", |(_, own)| significant(own[2], 2))
+        .table()
+}
+
+/// The deviation of each named point.
+fn named(found: &Validation) -> Table {
+    let rows = found.rows.iter().take(MANY_ON_A_PAGE);
+    Table::of(rows)
+        .column("line", |own| own.line)
+        .column("point", |own| {
+            found.names.get(&own.line).cloned().unwrap_or_default()
+        })
+        .column("deviation, mm", |own| significant(own.deviation_mm, 3))
+        .table()
 }
 
 /// The kind of error, within a sentence.

@@ -2,7 +2,7 @@
 
 use super::Versioned;
 use crate::accuracy::information::parameters;
-use crate::files::convention::{Convention, Vertical};
+use crate::files::convention::Convention;
 use crate::geometry::Limit;
 use crate::render::plot::{Axis, Colour, Figure, Shape};
 use crate::render::{Section, Table, terminal};
@@ -67,7 +67,8 @@ fn influence_csv(analysis: &Analysis) -> String {
         let _ = write!(csv, "{place},{x:.6},{y:.6},{z:.6}");
         for (arm, parameter) in parameters(robot) {
             let value = moved.map(|moved| moved[8 * arm.index() + parameter.index()]);
-            let value = value.map(|value| format!("{:.6}", value * unit(parameter)));
+            let unit = analysis.convention.sign(parameter) * unit(parameter);
+            let value = value.map(|value| format!("{:.6}", value * unit + 0.0));
             let _ = write!(csv, ",{}", value.unwrap_or_default());
         }
         csv.push('\n');
@@ -225,10 +226,8 @@ fn section(analysis: &Analysis) -> Figure {
     // The internal axes: upright whichever way z points.
     let Extent { x, y, z } = analysis.extent_mm;
     let [x, _, z] = analysis.convention.ranges([x, y, z]);
-    let label = match analysis.convention.z_axis {
-        Vertical::Up => "z, mm",
-        Vertical::Down => "−z, mm",
-    };
+    let upright = analysis.convention.height(1.0) > 0.0;
+    let label = if upright { "z, mm" } else { "−z, mm" };
     let mut figure = Figure::new(axis("x, mm", x), axis(label, z))
         .sized(460, 460)
         .with_equal_scales();

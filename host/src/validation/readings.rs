@@ -2,6 +2,7 @@
 //! robot held fixed.
 
 use super::interval::{Deviation, Read, RowNoise};
+use crate::accuracy::repeats::Attained;
 use crate::accuracy::rigid_motion::{RigidMotions, degenerate};
 use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::effects::Places;
@@ -25,6 +26,8 @@ pub(super) struct Deviations {
     pub(super) rows: Vec<Deviation>,
     /// Transform from the robot's frame to the sensor's, if fitted.
     pub(super) frame: Option<RigidTransform<f64>>,
+    /// Of each row of the file, in the robot's frame.
+    pub(super) attained: Vec<Option<Attained>>,
     pub(super) read: Read,
 }
 
@@ -70,8 +73,11 @@ pub(super) fn deviations(
         }
     }
     read.coordinates /= (rows.len() as f64).max(1.0);
+    let attained = readings.rows.iter();
+    let attained = attained.map(|row| places.attained(&robot.robot, &row.value));
     Ok(Deviations {
         rows,
+        attained: attained.collect(),
         frame: places.frame.filter(|_| known.is_none()),
         read,
     })
@@ -121,8 +127,10 @@ fn of_positions(robot: &RobotFile, readings: &Readings) -> Result<Found, Refused
         let expected = robot.robot.forward(&row.value.joints).ok()?;
         Some((expected, row.value.position))
     });
-    let found = RigidTransform::align(pairs);
-    places.frame = Some(found.map_err(|error| unknown_frame(readings, &error.to_string()))?);
+    let found = RigidTransform::align(pairs).ok_or_else(|| {
+        unknown_frame(readings, "the positions do not determine the sensor frame")
+    })?;
+    places.frame = Some(found);
     if let Some(motions) = RigidMotions::of(points.clone()) {
         for (leverage, point) in leverages.iter_mut().zip(points) {
             leverage[..3].fill(motions.leverage(&point));

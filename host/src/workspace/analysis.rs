@@ -146,7 +146,7 @@ impl Analysis {
             limits: limits(&workspace, &convention),
             largest_cylinder,
             cylinders: cylinders.collect(),
-            influence: displacements.of_parameters(&workspace),
+            influence: displacements.of_parameters(&workspace, &convention),
             tolerance_band: tolerance.map(|own| displacements.within(&workspace, own)),
             conditioning,
             convention,

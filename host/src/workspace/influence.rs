@@ -3,6 +3,7 @@
 use super::Workspace;
 use super::surface::{Surface, Varied};
 use crate::accuracy::information::{parameters, prior_covariance};
+use crate::files::convention::Convention;
 use delta_cal::robot::ParameterKind;
 use delta_cal::{ArmIndex, Parameter, Tolerance};
 use nalgebra::SVector;
@@ -66,14 +67,18 @@ impl Influence {
         points.filter_map(|(point, moved)| Some((point.area, moved.as_ref()?)))
     }
 
-    /// The influence of each parameter, arm by arm.
-    pub fn of_parameters(&self, workspace: &Workspace) -> Vec<ParameterInfluence> {
+    /// The influence of each parameter in a convention, arm by arm.
+    pub fn of_parameters(
+        &self,
+        workspace: &Workspace,
+        convention: &Convention,
+    ) -> Vec<ParameterInfluence> {
         let of = |(arm, parameter): (ArmIndex, Parameter)| {
             let index = 8 * arm.index() + parameter.index();
             let (mut square, mut volume, mut sum) = (0.0, 0.0, 0.0);
             let (mut outwards_mm, mut inwards_mm) = (0.0_f64, 0.0_f64);
             for (area, moved) in self.by_area(workspace) {
-                let moved = moved[index] * unit(parameter);
+                let moved = convention.sign(parameter) * moved[index] * unit(parameter);
                 sum += area;
                 square += moved * moved * area;
                 volume += moved * area;

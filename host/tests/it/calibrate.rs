@@ -76,7 +76,7 @@ fn the_schema_of_the_json_holds_every_key() {
     let page = include_str!("../../../docs/json.md");
     for files in ["robot.toml samples.csv", "printer.cfg"] {
         let json = json(&folder, files);
-        assert_eq!(json["schema_version"], 2);
+        assert_eq!(json["schema_version"], 3);
         let found = violations(&schema, &json);
         assert!(found.is_empty(), "{files}: {found:#?}");
         for key in json.as_object().unwrap().keys() {

@@ -6,4 +6,5 @@ pub(crate) mod klipper;
 mod refusals;
 mod robots;
 mod round_trip;
+mod structured_text;
 mod tables;

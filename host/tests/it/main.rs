@@ -8,6 +8,7 @@ mod support;
 mod bad_input;
 mod calibrate;
 mod cases;
+mod conventions;
 mod cross;
 mod device;
 mod device_on_target;

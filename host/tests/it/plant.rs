@@ -2,7 +2,7 @@
 //! tracker that measures a reflector in its own frame, joints and positions in two files. Values in the files are
 //! converted here, without the program's code.
 
-use crate::support::simulated::{judged, position_errors};
+use crate::support::simulated::{judged, position_errors, position_lengths};
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Arm;
 use delta_cal::simulate::{made_robot, random_pose, standard_normal};
@@ -231,11 +231,12 @@ fn written(plant: &Plant, rows: usize, seed: u64) -> Written {
 }
 
 /// Every plant is calibrated without converting a number by hand, and errors are as stated.
+#[allow(clippy::cast_precision_loss)] // some hundred
 #[test]
 fn a_plant_in_its_own_convention_is_calibrated() {
     let options = Options::in_frame(Frame::Sensor);
     let seeds = delta_cal_tests::size(6, 60);
-    let (mut all, mut refused) = (Vec::new(), 0);
+    let (mut all, mut covered, mut refused) = (Vec::new(), Vec::new(), 0);
     for (index, plant) in PLANTS.iter().enumerate() {
         for seed in 0..seeds {
             let written = written(plant, 30, 17 * seed + index as u64);
@@ -249,6 +250,14 @@ fn a_plant_in_its_own_convention_is_calibrated() {
             let poses = judged(&reach, truth, seed);
             let errors = position_errors(&reach, &poses, &report.after.robot, truth).map(f64::sqrt);
             let stated = [stated.absolute_rms_mm, stated.relative_rms_mm];
+            let expanded = report.expanded_uncertainty.unwrap();
+            let kind = usize::from(!plant.has("datum"));
+            assert_eq!(expanded.of, ["absolute", "relative"][kind]);
+            let lengths = position_lengths(&reach, &poses, &report.after.robot, truth);
+            let within = lengths
+                .iter()
+                .filter(|own| own[kind] <= expanded.workspace_mm);
+            covered.push(within.fold(0.0, |count, _| count + 1.0) / lengths.len() as f64);
             all.push([errors[0] / stated[0], errors[1] / stated[1]]);
             if plant.has("datum") {
                 assert!(errors[0] < 0.4, "plant {index}: {errors:?} mm");
@@ -270,6 +279,11 @@ fn a_plant_in_its_own_convention_is_calibrated() {
     // A robot at the edge of its tolerance is refused once in some hundred cases.
     let plants = all.len() as u64 + refused;
     assert!(50 * refused <= plants, "{refused} of {plants} refused");
+    // Of the positions of all plants: 93 to 97 of 100.
+    let share = covered.iter().sum::<f64>() / all.len() as f64;
+    println!("within the expanded uncertainty: {:.1} %", 100.0 * share);
+    let off = delta_cal_tests::size(0.04, 0.02);
+    assert!((share - 0.95).abs() < off, "{share}");
     for (own, what) in ["absolute", "relative"].into_iter().enumerate() {
         let squares: f64 = all.iter().map(|ratios| ratios[own].powi(2)).sum();
         let ratio = f64::sqrt(squares / all.iter().fold(0.0, |count, _| count + 1.0));

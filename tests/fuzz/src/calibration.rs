@@ -46,6 +46,7 @@ pub fn calibration(data: &[u8]) {
         robot: Origin::from(&robot_text),
         samples: Origin::from(&samples_text),
         beside: None,
+        options: None,
     };
     let calibrated = read_samples(&samples_text, &file, &options)
         .and_then(|readings| Ok((calibrate(&file, &readings, &options)?, readings)));

@@ -2,7 +2,6 @@
 //! that hold for every accepted result.
 
 use arbitrary::Unstructured;
-use delta_cal::calibration::{Solver, Start};
 use delta_cal::robot::{Arm, GeometryError};
 use delta_cal::{Noise, Parameter, Real, Robot, RobotOutcome, Sample, Settings, Tolerance};
 use delta_cal_controller::Number;
@@ -145,16 +144,8 @@ impl<'a> Source<'a> {
         Settings::default()
             .with_noise(noise.flatten())
             .with_tolerance(tolerance.flatten())
-            .with_solver(if kind & 4 == 0 {
-                Solver::LevenbergMarquardt
-            } else {
-                Solver::GaussNewton
-            })
-            .with_start(if kind & 0x18 == 0x18 {
-                Start::Free
-            } else {
-                Start::Nominal
-            })
+            .with_damping(kind & 4 == 0)
+            .with_free_start(kind & 0x18 == 0x18)
             .with_iteration_limit(if kind & 0x20 == 0 {
                 50
             } else {

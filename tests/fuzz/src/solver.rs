@@ -1,7 +1,6 @@
 //! Calibration step by step.
 
 use crate::numbers::{Bits, Source, finite_outcome};
-use delta_cal::calibration::Start;
 use delta_cal::{
     IkmCalibrator, JointCalibrator, Progress, Real, Robot, RobotOutcome, Sample, Settings,
 };
@@ -156,7 +155,7 @@ fn steps<T: Bits>(settings: &Settings<T>) -> u32 {
 
 /// Up to rounding, an iteration ends with residuals no larger than those of the nominal robot at which it started.
 fn not_worse<T: Bits>(calibrator: &mut IkmCalibrator<T>, outcome: &RobotOutcome<T>) {
-    if calibrator.settings().start != Start::Nominal {
+    if calibrator.settings().free_start {
         return;
     }
     calibrator.flush();

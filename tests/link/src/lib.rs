@@ -13,6 +13,7 @@
 #[cfg(target_os = "none")]
 mod handler {
     use core::panic::PanicInfo;
+    use delta_cal::samples::SampleError;
 
     unsafe extern "C" {
         fn a_panic_path_survives() -> !;
@@ -53,13 +54,13 @@ macro_rules! of_scalar {
             use delta_cal::observations::{
                 FkmCalibrator, Instruments, Observation, ObservationError, ObservationOutcome,
             };
-            use delta_cal::robot::{GeometryError, SymmetricLinearRobot};
-            use delta_cal::samples::{AddError, NoiseError};
+            use delta_cal::robot::GeometryError;
+            use delta_cal::samples::SampleError;
             use delta_cal::snapshot::SnapshotError;
-            use delta_cal::stream::{
-                Added, Forgetting, Innovation, StreamCalibrator, StreamRefusal, Untested,
+            use delta_cal::stream::{Forgetting, Innovation, StreamCalibrator, Verdict};
+            use delta_cal::{
+                IkmCalibrator, Noise, Progress, Refusal, Robot, Sample, SettingError, Settings,
             };
-            use delta_cal::{IkmCalibrator, Noise, Progress, Refusal, Robot, Sample, Settings};
             use nalgebra::Vector3;
 
             /// With twelve instrument unknowns.
@@ -74,8 +75,8 @@ macro_rules! of_scalar {
                 ) -> Result<Robot<$t>, GeometryError> {
                     robot.with_parameters(*own)
                 }
-                fn linear(own: &SymmetricLinearRobot<$t>) -> Result<Robot<$t>, GeometryError> {
-                    own.robot()
+                fn linear(radius: $t, forearm: $t) -> Result<Robot<$t>, GeometryError> {
+                    Robot::linear(radius, forearm, None)
                 }
                 fn jacobian(
                     robot: &Robot<$t>,
@@ -91,7 +92,7 @@ macro_rules! of_scalar {
                 ) -> SingularityDistance<$t> {
                     robot.singularity_distance(x, q)
                 }
-                fn noise(position: &[$t; 3], joint: $t) -> Result<Noise<$t>, NoiseError> {
+                fn noise(position: &[$t; 3], joint: $t) -> Result<Noise<$t>, SettingError> {
                     Noise::by_axis(*position, joint)
                 }
 
@@ -99,14 +100,14 @@ macro_rules! of_scalar {
                 fn arms_add_many(
                     own: &mut IkmCalibrator<$t>,
                     samples: &[Sample<$t>; 40],
-                ) -> Result<(), (usize, AddError)> {
+                ) -> Result<(), (usize, SampleError)> {
                     own.add_many(samples)
                 }
                 fn arms_add_forgetting(
                     own: &mut IkmCalibrator<$t>,
                     sample: &Sample<$t>,
                     memory: &Forgetting<$t>,
-                ) -> Result<(), AddError> {
+                ) -> Result<(), SampleError> {
                     own.add_forgetting(sample, memory)
                 }
 
@@ -147,21 +148,21 @@ macro_rules! of_scalar {
                 fn stream_innovations(
                     stream: &Stream,
                     sample: &Sample<$t>,
-                ) -> Option<Result<[Innovation<$t>; 3], Untested>> {
+                ) -> Result<[Innovation<$t>; 3], Verdict<$t>> {
                     stream.innovations(sample)
                 }
                 fn stream_add(
                     stream: &mut Stream,
                     sample: &Sample<$t>,
-                ) -> Result<Added<$t>, AddError> {
+                ) -> Result<Verdict<$t>, SampleError> {
                     stream.add(sample)
                 }
-                fn stream_solve(stream: &mut Stream) -> Result<(), StreamRefusal> { stream.solve() }
+                fn stream_solve(stream: &mut Stream) -> Result<(), Refusal> { stream.solve() }
                 fn stream_step(stream: &mut Stream) -> Progress { stream.step() }
                 fn stream_reset(stream: &mut Stream) -> () { stream.reset(); }
                 fn stream_outcome(
                     stream: &Stream,
-                ) -> Result<JointOutcome<$t>, StreamRefusal> {
+                ) -> Result<JointOutcome<$t>, Refusal> {
                     stream.outcome().cloned()
                 }
                 fn stream_snapshot(

@@ -6,7 +6,7 @@ use crate::measurements::{measured, robot_near, tolerance};
 use crate::measurements::{noise, nominal};
 use core::fmt;
 use crc::{CRC_64_XZ, Crc, Digest, NoTable};
-use delta_cal::calibration::{ArmOutcome, Solver, Start};
+use delta_cal::calibration::ArmOutcome;
 use delta_cal::simulate::{simulate_sample, standard_normal};
 use delta_cal::{IkmCalibrator, Noise, Real, Robot, RobotOutcome, Sample, Settings};
 use heapless::Vec;
@@ -114,10 +114,8 @@ impl<T: Real> Case<T> {
         let mut settings = Settings::default()
             .with_noise((draw(2) == 0).then(noise))
             .with_tolerance((draw(3) == 0).then(tolerance))
-            .with_solver(
-                [Solver::LevenbergMarquardt, Solver::GaussNewton][usize::from(draw(8) == 0)],
-            )
-            .with_start([Start::Nominal, Start::Free][usize::from(draw(4) == 0)]);
+            .with_damping(draw(8) != 0)
+            .with_free_start(draw(4) == 0);
         let far_from_nominal = draw(8) == 0 || fault == Fault::FewIterations;
         match fault {
             Fault::NoiseOverstated => {

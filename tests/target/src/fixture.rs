@@ -124,8 +124,8 @@ fn frame<T: Scalar + RealField>(out: &mut dyn Write) -> fmt::Result {
         Some((sample.position, own))
     });
     match RigidTransform::align(pairs) {
-        Err(error) => record::<T>(out, format_args!("align {error:?}"), &[]),
-        Ok(transform) => {
+        None => record::<T>(out, format_args!("not aligned"), &[]),
+        Some(transform) => {
             record(out, format_args!("rotation"), transform.rotation.as_slice())?;
             record(
                 out,

@@ -3,13 +3,12 @@
 use crate::fixture::{Scalar, record};
 use crate::fixture::{accepted, refused};
 use core::fmt::{self, Write};
-use delta_cal::calibration::{JointCalibrator, Settings, Start};
+use delta_cal::calibration::{JointCalibrator, Settings};
 use delta_cal::kinematics::JointLimits;
 use delta_cal::observations::{
     Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationProblem,
-    ObservationRow, Plane, PositionFrame,
+    ObservationRow, Plane,
 };
-use delta_cal::robot::SymmetricLinearRobot;
 use delta_cal::simulate::{made_robot, random_pose, simulate_sample, standard_normal};
 use delta_cal::{IkmCalibrator, Noise, Real, Robot, RobotOutcome, Sample, Tolerance};
 use heapless::Vec;
@@ -56,12 +55,8 @@ fn run<T: Scalar>(out: &mut dyn Write) -> fmt::Result {
 }
 
 fn printer<T: Real>([tower_radius, forearm]: [f64; 2]) -> Robot<T> {
-    SymmetricLinearRobot {
-        tower_radius: T::from_f64(tower_radius),
-        forearm: T::from_f64(forearm),
-    }
-    .robot()
-    .expect("the dimensions are a robot's")
+    Robot::linear(T::from_f64(tower_radius), T::from_f64(forearm), None)
+        .expect("the dimensions are a robot's")
 }
 
 fn noise<T: Real>() -> Noise<T> {
@@ -148,14 +143,10 @@ fn calibrations<T: Scalar>(
     let settings = Settings::default()
         .with_noise(noise)
         .with_tolerance((seed % 4 > 0).then(|| tolerance(radius)))
-        .with_start(if seed % 8 == 6 {
-            Start::Free
-        } else {
-            Start::Nominal
-        });
+        .with_free_start(seed % 8 == 6);
     let mut samples = Vec::<Sample<T>, 60>::new();
     for _ in 0..count {
-        let pose = random_pose(&truth, limits, &mut rng).ok();
+        let pose = random_pose(&truth, limits, &mut rng);
         let sample = pose
             .and_then(|pose| simulate_sample(&truth, &pose.joints, noise.as_ref(), &mut rng).ok());
         if samples.extend_from_slice(sample.as_slice()).is_err() {
@@ -224,7 +215,7 @@ fn observations<T: Scalar>(
     };
     let mut rows = Vec::<ObservationRow<T>, ROWS>::new();
     while rows.len() < ROWS {
-        let poses = [(); 2].map(|()| random_pose(&truth, limits, &mut rng).ok());
+        let poses = [(); 2].map(|()| random_pose(&truth, limits, &mut rng));
         let [Some(pose), Some(other)] = poses else {
             return record::<T>(out, format_args!("tower {seed}, no pose"), &[]);
         };
@@ -246,7 +237,7 @@ fn observations<T: Scalar>(
     }
     let number = T::from_f64;
     let instruments = Instruments {
-        frame: PositionFrame::Base,
+        sensor_frame: false,
         planes: &[Plane::default()],
         points: &[],
         noise: ObservationNoise::new(noise(), number(0.05), number(0.05))

@@ -87,7 +87,7 @@ pub(crate) fn measured<T: Real>(
 ) -> Option<Sample<T>> {
     let angle = |degrees: f64| T::from_f64(degrees.to_radians());
     let limits = JointLimits::new(angle(-60.0), angle(90.0)).expect("the limits are valid");
-    let pose = random_pose(robot, &limits, rng).ok()?;
+    let pose = random_pose(robot, &limits, rng)?;
     simulate_sample(robot, &pose.joints, noise, rng).ok()
 }
 

@@ -5,7 +5,7 @@ use crate::measurements::{measured, robot_near, tolerance};
 use crate::measurements::{noise, nominal};
 use core::fmt::{self, Write};
 use delta_cal::calibration::{Ikm, Progress};
-use delta_cal::stream::{Added, Forgetting, Innovation, Selection, StreamCalibrator, Verdict};
+use delta_cal::stream::{Forgetting, Innovation, Selection, StreamCalibrator, Verdict};
 use delta_cal::{ArmIndex, IkmCalibrator, Robot, Sample, Settings};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
@@ -49,7 +49,10 @@ fn gated<T: Scalar>(
     changed: &Robot<T>,
     rng: &mut Pcg32,
 ) -> fmt::Result {
-    let selection = Selection::Gated { forgetting: memory };
+    let selection = Selection {
+        gated: true,
+        forgetting: memory,
+    };
     let mut stream = StreamCalibrator::<T, Ikm>::new(&nominal::<T>(), settings, &selection);
     for index in 0..SAMPLES.0 + SAMPLES.1 {
         let robot = if index < SAMPLES.0 { truth } else { changed };
@@ -60,12 +63,10 @@ fn gated<T: Scalar>(
         if index % 11 == 10 && index > 12 {
             sample.position.x += T::from_f64(5.0);
         }
-        let Added::Tested(verdict) = stream.add(&sample).expect("finite numbers") else {
-            continue;
-        };
-        match verdict {
-            Verdict::Untested(why) => {
-                record::<T>(out, format_args!("gate {seed} {index} {why:?}"), &[])?;
+        match stream.add(&sample).expect("finite numbers") {
+            Verdict::Ungated => continue,
+            untested @ (Verdict::NoEstimate | Verdict::NoNoise) => {
+                record::<T>(out, format_args!("gate {seed} {index} {untested:?}"), &[])?;
             }
             Verdict::Taken(innovation) => {
                 recorded(out, format_args!("gate {seed} {index} taken"), &innovation)?;

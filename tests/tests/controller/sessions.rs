@@ -3,7 +3,6 @@
 use crate::controller::driver::{Driver, Flash, begin, message, on_the_host, samples, taken};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use delta_cal::samples::SampleError;
-use delta_cal::stream::StreamRefusal;
 use delta_cal::{ArmIndex, Refusal};
 use delta_cal_controller::Number;
 use delta_cal_protocol::{
@@ -206,11 +205,11 @@ fn more_samples_may_follow_a_result_and_a_refusal() {
                 phase,
                 Phase::CalibrationRefused {
                     samples: 4,
-                    refusal: StreamRefusal::Calibration(Refusal::TooFewSamples {
+                    refusal: Refusal::TooFewSamples {
                         arm: ArmIndex::First,
                         samples: 4,
                         needed: 8
-                    })
+                    }
                 }
             );
             assert_eq!(driver.solve(9, next), phase);

@@ -2,8 +2,8 @@
 
 use crate::controller::driver::{Cut, Driver, FailingFlash, Flash, begin, message, samples};
 use delta_cal::calibration::{Ikm, Joint};
-use delta_cal::stream::{Forgetting, Selection, StreamCalibrator, StreamRefusal};
-use delta_cal::{ArmIndex, Progress, Sample, calibration};
+use delta_cal::stream::{Forgetting, Selection, StreamCalibrator};
+use delta_cal::{ArmIndex, Progress, Refusal, Sample, calibration};
 use delta_cal_controller::{Number, PAGE, StreamFlash, StreamPace};
 use delta_cal_protocol::{
     ArmReport, Begin, Estimator, Fault, GateStatus, Geometry, Phase, Request, Response,
@@ -23,11 +23,8 @@ pub(crate) fn options<T: Number>() -> Vec<(Selection<T>, Begin<T>)> {
             (true, None, None),
             (true, Some(age), fading),
         ] {
-            let selection = if gate {
-                Selection::Gated { forgetting }
-            } else {
-                Selection::All { forgetting }
-            };
+            let gated = gate;
+            let selection = Selection { gated, forgetting };
             let begin = Begin {
                 estimator,
                 gate,
@@ -175,10 +172,8 @@ fn a_robot_that_changes_is_told_before_the_solve_and_refused_by_it() {
         send(&mut driver, index, sample);
         let alarm = driver.status().gate.and_then(|gate| gate.alarm);
         // Eight in a row, the first of them the fiftieth, counted from 0.
-        assert_eq!(
-            alarm.map(|alarm| alarm.first()),
-            (index >= 57).then_some(50)
-        );
+        let expected = Refusal::RobotChanged { first: 50 };
+        assert_eq!(alarm, (index >= 57).then_some(expected));
     }
     driver.solve(1, 60);
     driver.rest();
@@ -186,7 +181,7 @@ fn a_robot_that_changes_is_told_before_the_solve_and_refused_by_it() {
         driver.status().phase,
         Phase::CalibrationRefused {
             samples: 60,
-            refusal: StreamRefusal::Alarm(_)
+            refusal: Refusal::RobotChanged { .. }
         }
     ));
 }

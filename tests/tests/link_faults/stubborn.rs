@@ -1,6 +1,5 @@
 //! Ports and controllers that keep a client busy: every request and every session comes to its end.
 
-use delta_cal::stream::StreamRefusal;
 use delta_cal::{Refusal, Sample};
 use delta_cal_host::device::{Client, DeviceError, Patience, Transport, calibrate, in_use};
 use delta_cal_protocol::{
@@ -277,7 +276,7 @@ fn a_session_that_has_samples_already_is_another_clients() {
 fn a_restart_before_the_session_is_no_part_of_it() {
     let open = Cell::new(0);
     let mut turns = 1_000_000;
-    let refusal = StreamRefusal::Calibration(Refusal::WrongSide);
+    let refusal = Refusal::WrongSide;
     let mut client = Scripted::client(|request: &Request<f32>| {
         turns += 1;
         match request {

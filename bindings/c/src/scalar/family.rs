@@ -257,7 +257,8 @@ macro_rules! gated {
     ($family:ident) => {
         use super::sample::stated;
         use super::verdict::{GateCounts, Verdict};
-        use delta_cal::stream::{Forgetting, GateError, Selection};
+        use delta_cal::SettingError;
+        use delta_cal::stream::{Forgetting, Selection};
 
         /// Makes a calibrator with a gate and without samples, in `size` bytes of memory: write `sizeof *calibrator`. `sigmas` is
         /// the width of the gate; 0 selects the width that rejects three good samples in a million for each arm. `age` is the mean
@@ -278,11 +279,14 @@ macro_rules! gated {
             report(error, || {
                 calibrator.usable(size)?;
                 let forgetting = stated(age).map(Forgetting::new).transpose()?;
-                let selection = Selection::Gated { forgetting };
+                let selection = Selection {
+                    gated: true,
+                    forgetting,
+                };
                 let (robot, settings) = (robot.get()?.clone(), settings.get()?.checked()?);
                 let width = stated(sigmas);
                 if width.is_some_and(|sigmas| !(sigmas > 0.0 && sigmas.is_finite())) {
-                    return Err(GateError::Sigmas.into());
+                    return Err(SettingError::GateWidth.into());
                 }
                 calibrator.make(size, |place| {
                     let made = Own::new_in(place, &robot, &settings, &selection);

@@ -13,7 +13,7 @@ use crate::plain::{
 use crate::status::{self, Status};
 use delta_cal::frame::RigidTransform;
 use delta_cal::nalgebra::Vector3;
-use delta_cal::observations::{Distance, DistanceFrom, Height, ObservationNoise, PositionFrame};
+use delta_cal::observations::{Distance, DistanceFrom, Height, ObservationNoise};
 use delta_cal::{Progress, Robot};
 
 /// The calibrator.
@@ -203,9 +203,9 @@ fn make(
         .noise
         .ok_or(Error::from(status::NOISE_OF_POSITION))?;
     let instruments = delta_cal::observations::Instruments {
-        frame: match own.frame {
-            FRAME_BASE => PositionFrame::Base,
-            FRAME_SENSOR => PositionFrame::Sensor,
+        sensor_frame: match own.frame {
+            FRAME_BASE => false,
+            FRAME_SENSOR => true,
             _ => return Err(status::NO_SUCH_CHOICE.into()),
         },
         planes: used_planes,
@@ -298,9 +298,11 @@ pub extern "C" fn frame(
         rotation.usable()?;
         translation.usable()?;
         let own = calibrator.get()?;
-        let frame = match (own.outcome()?, own.instruments().frame) {
-            (_, PositionFrame::Base) => RigidTransform::identity(),
-            (outcome, PositionFrame::Sensor) => outcome.frame(),
+        let outcome = own.outcome()?;
+        let frame = if own.instruments().sensor_frame {
+            outcome.frame()
+        } else {
+            RigidTransform::identity()
         };
         rotation.put(frame.rotation.transpose().into())?;
         Ok(translation.put(frame.translation.into())?)

@@ -7,7 +7,7 @@ use crate::plain::{GRADIENT_VANISHED, ROUNDING_REACHED, USED_FREE, USED_NOMINAL,
 use crate::status;
 use core::array;
 use delta_cal::calibration::{
-    ArmOutcome, Estimate, Estimator, Ikm, Joint, JointOutcome, StartUsed, Termination,
+    ArmOutcome, Estimate, Estimator, Ikm, Joint, JointOutcome, Start, Termination,
 };
 use delta_cal::observations::ObservationOutcome;
 use delta_cal::{ArmIndex, Real as _, RobotOutcome};
@@ -52,9 +52,9 @@ impl From<&ArmOutcome<Real>> for ArmSummary {
                 Termination::RoundingReached => ROUNDING_REACHED,
             },
             start: match arm.start {
-                StartUsed::Nominal => USED_NOMINAL,
-                StartUsed::Free => USED_FREE,
-                StartUsed::Search => USED_SEARCH,
+                Start::Nominal => USED_NOMINAL,
+                Start::Free => USED_FREE,
+                Start::Search => USED_SEARCH,
             },
             has_covariance: i32::from(arm.covariance.is_some()),
             has_estimated_noise: i32::from(arm.estimated_noise.is_some()),

@@ -5,7 +5,6 @@ use crate::error::Error;
 use crate::memory::plain;
 use crate::plain::{GAUSS_NEWTON, LEVENBERG_MARQUARDT, START_FREE, START_NOMINAL};
 use crate::status;
-use delta_cal::calibration::{Solver, Start};
 use delta_cal::nalgebra::Vector3;
 use delta_cal::{Noise, Tolerance};
 
@@ -83,14 +82,14 @@ impl Settings {
             }
             settings = settings.with_tolerance(tolerance);
         }
-        settings = settings.with_solver(match self.solver {
-            LEVENBERG_MARQUARDT => Solver::LevenbergMarquardt,
-            GAUSS_NEWTON => Solver::GaussNewton,
+        settings = settings.with_damping(match self.solver {
+            LEVENBERG_MARQUARDT => true,
+            GAUSS_NEWTON => false,
             _ => return Err(status::NO_SUCH_CHOICE.into()),
         });
-        settings = settings.with_start(match self.start {
-            START_NOMINAL => Start::Nominal,
-            START_FREE => Start::Free,
+        settings = settings.with_free_start(match self.start {
+            START_NOMINAL => false,
+            START_FREE => true,
             _ => return Err(status::NO_SUCH_CHOICE.into()),
         });
         let limit = u16::try_from(self.iteration_limit);

@@ -1,14 +1,15 @@
 //! What a gate says of a sample and of all samples.
 
 use super::Real;
-use crate::error::{Error, number_of};
+use crate::error::number_of;
 use crate::memory::plain;
 use crate::plain::{
     EARLY_SAMPLES_WRONG, NO_ALARM, NO_ARM, REJECTED, ROBOT_CHANGED, TAKEN, UNTESTED,
 };
 use crate::status::{self, Status};
+use delta_cal::Refusal;
 use delta_cal::calibration::Estimator;
-use delta_cal::stream::{Added, Alarm, StreamCalibrator, Verdict as Tested};
+use delta_cal::stream::{StreamCalibrator, Verdict as Tested};
 
 plain! {
     /// What happened to a sample.
@@ -53,13 +54,14 @@ plain! {
     }
 }
 
-impl From<Added<Real>> for Verdict {
-    fn from(added: Added<Real>) -> Self {
-        let (verdict, reason, innovation) = match &added {
-            Added::Taken => (TAKEN, status::OK, None),
-            Added::Tested(Tested::Taken(innovation)) => (TAKEN, status::OK, Some(innovation)),
-            Added::Tested(Tested::Rejected(innovation)) => (REJECTED, status::OK, Some(innovation)),
-            Added::Tested(Tested::Untested(why)) => (UNTESTED, Error::from(*why).status, None),
+impl From<Tested<Real>> for Verdict {
+    fn from(tested: Tested<Real>) -> Self {
+        let (verdict, reason, innovation) = match &tested {
+            Tested::Ungated => (TAKEN, status::OK, None),
+            Tested::NoEstimate => (UNTESTED, status::NO_ESTIMATE, None),
+            Tested::NoNoise => (UNTESTED, status::NO_NOISE, None),
+            Tested::Taken(innovation) => (TAKEN, status::OK, Some(innovation)),
+            Tested::Rejected(innovation) => (REJECTED, status::OK, Some(innovation)),
         };
         Self {
             verdict,
@@ -75,7 +77,11 @@ impl From<Added<Real>> for Verdict {
 impl<E: Estimator> From<&StreamCalibrator<Real, E>> for GateCounts {
     fn from(gated: &StreamCalibrator<Real, E>) -> Self {
         let counts = gated.gate_counts().copied().unwrap_or_default();
-        let alarm = gated.alarm();
+        let (alarm, alarm_sample) = match gated.alarm() {
+            Some(Refusal::RobotChanged { first }) => (ROBOT_CHANGED, first),
+            Some(Refusal::EarlySamplesWrong { first }) => (EARLY_SAMPLES_WRONG, first),
+            _ => (NO_ALARM, 0),
+        };
         Self {
             taken: counts.taken,
             untested: counts.untested,
@@ -83,13 +89,9 @@ impl<E: Estimator> From<&StreamCalibrator<Real, E>> for GateCounts {
             rejected_by_arm: counts.rejected_by_arm,
             run: counts.run,
             longest_run: counts.longest_run,
-            alarm: match alarm {
-                Some(Alarm::RobotChanged { .. }) => ROBOT_CHANGED,
-                Some(_) => EARLY_SAMPLES_WRONG,
-                None => NO_ALARM,
-            },
+            alarm,
             reserved: 0,
-            alarm_sample: alarm.map_or(0, |alarm| alarm.first()),
+            alarm_sample,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Robots, and the two calibrators from complete positions: the same bits as the core, in every way of using them.
 
 use crate::place::*;
-use delta_cal::calibration::{Ikm, Joint, Solver, Start};
+use delta_cal::calibration::{Ikm, Joint};
 use delta_cal::robot::Transmission;
 use delta_cal_c::double::robot::*;
 use delta_cal_c::double::sample::Settings;
@@ -79,9 +79,9 @@ fn assumed() -> Vec<(Settings, delta_cal::Settings<f64>, usize, bool)> {
         settings
     };
     let free = with(&|settings| settings.start = START_FREE);
-    let of_core_free = of_core.with_start(Start::Free);
+    let of_core_free = of_core.with_free_start(true);
     let newton = with(&|settings| settings.solver = GAUSS_NEWTON);
-    let of_core_newton = of_core.with_solver(Solver::GaussNewton);
+    let of_core_newton = of_core.with_damping(false);
     let one = with(&|settings| settings.iteration_limit = 1);
     vec![
         (in_c, of_core, 40, true),

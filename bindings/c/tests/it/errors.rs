@@ -57,6 +57,10 @@ fn every_refusal_says_all_in_c() {
     let many = Refusal::TooManyUnknowns { parameters: 39 };
     let (plane, point) = (Instrument::Plane(2), Instrument::Point(1));
     let infinite = Refusal::NonFinite { arm: second };
+    let changed = Refusal::RobotChanged { first: 40 };
+    let early = Refusal::EarlySamplesWrong { first: 5 };
+    let (rejected, samples) = (9, 12);
+    let rejected = Refusal::TooManyRejected { rejected, samples };
     let (dx, theta, lb) = (Parameter::Dx, Parameter::Theta, Parameter::Lb);
     for (refusal, expected, figure) in [
         (unusable(plane), [28, -1, -1, 0, 2, 2, 0, 0], 0.0),
@@ -76,6 +80,9 @@ fn every_refusal_says_all_in_c() {
         (unknown(point), [80, -1, -1, 0, 3, 1, 0, 0], 0.0),
         (infinite, [81, 1, -1, 0, 0, 0, 0, 0], 0.0),
         (Refusal::Unfinished, [82, -1, -1, 0, 0, 0, 0, 0], 0.0),
+        (changed, [92, -1, -1, 0, 0, 0, 40, 0], 0.0),
+        (early, [93, -1, -1, 0, 0, 0, 5, 0], 0.0),
+        (rejected, [94, -1, -1, 0, 0, 0, 9, 0], 0.0),
     ] {
         assert_eq!(details(refusal), (expected, figure), "{refusal:?}");
     }

@@ -1,11 +1,11 @@
 #![allow(clippy::unwrap_used, clippy::indexing_slicing)]
 
 use super::super::{
-    Distance, DistanceFrom, Height, Instruments, Observation, ObservationError, ObservationNoise,
-    ObservationProblem, ObservationRow, Plane, Point, PositionFrame, TouchCalibrator,
+    Distance, DistanceFrom, FkmCalibrator, Height, Instruments, Observation, ObservationError,
+    ObservationNoise, ObservationProblem, ObservationRow, Plane, Point,
 };
 use super::{PIECES, ReadingRows};
-use crate::calibration::{Problem, Progress, Refusal, Settings, Start, Tolerance, sum_of_squares};
+use crate::calibration::{Problem, Progress, Refusal, Settings, Tolerance, sum_of_squares};
 use crate::fixtures::{instruments, joints, paper};
 #[cfg(feature = "transmission")]
 use crate::robot::Transmission;
@@ -72,7 +72,7 @@ fn check_derivatives<const N: usize>(
 {
     #[allow(unused_mut)]
     let mut instruments = Instruments {
-        frame: PositionFrame::Sensor,
+        sensor_frame: true,
         planes: &[Plane::default()],
         points: &[
             Point {
@@ -158,8 +158,8 @@ fn the_steps_end_with_the_outcome_of_the_problem() {
         }
     });
     // There is no free start.
-    let free = settings.with_start(Start::Free);
-    let mut calibrator = TouchCalibrator::<f64, 31>::new(&robot, &instruments, &free).unwrap();
+    let free = settings.with_free_start(true);
+    let mut calibrator = FkmCalibrator::<f64, 31, 27>::new(&robot, &instruments, &free).unwrap();
     let refused = calibrator.solve();
     assert!(matches!(
         refused,
@@ -190,6 +190,6 @@ fn the_steps_end_with_the_outcome_of_the_problem() {
         ..instruments
     };
     let refused = Refusal::TooManyUnknowns { parameters: 30 };
-    let made = TouchCalibrator::<f64, 31>::new(&robot, &two, &settings);
+    let made = FkmCalibrator::<f64, 31, 27>::new(&robot, &two, &settings);
     assert_eq!(made.unwrap_err(), refused);
 }

@@ -101,29 +101,36 @@ impl<T: Real> Prediction<T> {
         }
     }
 
-    /// `None` if the samples so far and the prior do not determine the arm.
-    pub(super) fn predict(&self, row: &Row<T>, noise_stated: bool) -> Option<Predicted<T>> {
-        let mut rest = row.entries;
-        let mut spread = T::ZERO;
-        let mut rest = rest.as_mut_slice();
-        for row in self.normal.rows().take(OF_ARM) {
-            let (Some((pivot, right)), Some((value, later))) =
-                (row.split_first(), rest.split_first_mut())
-            else {
-                return None;
-            };
-            if !(pivot.magnitude() > T::ZERO) {
-                return None;
-            }
-            let part = *value / *pivot;
-            spread += part.squared();
-            for (entry, factor) in later.iter_mut().zip(right) {
-                *entry -= part * *factor;
-            }
-            rest = later;
+    /// The innovation of a sample, and its variance. `None` if the samples so far and the prior do not determine the arm.
+    pub(crate) fn innovation(&self, row: &Row<T>) -> Option<(T, T)> {
+        let (mut rest, mut spread) = (&mut { row.entries }[..], T::ZERO);
+        let mut below = self.normal.entries();
+        // A row of constant length at a time: in a program built for size the compiler unrolls no loop.
+        macro_rules! substitute {
+            ($($length:literal)+) => {$(
+                let (first, others) = below.split_first_chunk::<$length>()?;
+                below = others;
+                let values = rest.first_chunk_mut::<$length>()?;
+                let ([pivot, right @ ..], [value, later @ ..]) = (first, values);
+                if !(pivot.magnitude() > T::ZERO) {
+                    return None;
+                }
+                let part = *value / *pivot;
+                spread += part.squared();
+                for (entry, factor) in later.iter_mut().zip(right) {
+                    *entry -= part * *factor;
+                }
+                rest = later;
+            )+};
         }
-        let innovation = *rest.first()?;
-        let variance = T::ONE + spread;
+        substitute! { 9 8 7 6 5 4 3 2 }
+        let _ = below;
+        Some((*rest.first()?, T::ONE + spread))
+    }
+
+    /// `None` as of [`innovation`](Self::innovation).
+    pub(super) fn predict(&self, row: &Row<T>, noise_stated: bool) -> Option<Predicted<T>> {
+        let (innovation, variance) = T::gate_innovation(self, row)?;
         let normalized = if noise_stated {
             innovation / variance.square_root()
         } else {
@@ -161,7 +168,7 @@ impl<T: Real> Prediction<T> {
             let mut columns = row.entries.map(|entry| [entry]);
             self.samples += T::ONE;
             self.since += 1;
-            T::absorb_one(self.normal.entries_mut(), &mut columns, OF_ARM + 1);
+            T::absorb_nine(self.normal.entries_mut(), &mut columns);
             return;
         }
         let mut columns = [[T::ZERO; 2]; 9];

@@ -1,9 +1,9 @@
-//! The gate's verdicts, alarms and statistics.
+//! The gate's verdicts and statistics.
 
 use crate::Real;
+use crate::calibration::Refusal;
 use crate::robot::ArmIndex;
 use crate::state::{Reader, State, Writer, state};
-use core::fmt;
 
 /// A sample compared to the prediction for one arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,80 +19,21 @@ pub struct Innovation<T> {
     pub normalized: T,
 }
 
-/// Why a sample was not tested.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum Untested {
-    /// There is neither a prior (a stated tolerance and a stated noise to weight it) nor a solved estimate: the stream
-    /// solves one at the twelfth sample, and each time the number of samples has doubled.
-    NoEstimate,
-    /// The noise is not stated, and too few redundant samples exist to estimate it.
-    NoNoise,
-}
-
-/// The gate's decision on a sample.
+/// The fate of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Verdict<T> {
+    /// Added; there is no gate.
+    Ungated,
+    /// Added untested: there is neither a prior (a stated tolerance and a stated noise to weight it) nor a solved
+    /// estimate: the stream solves one at the twelfth sample, and each time the number of samples has doubled.
+    NoEstimate,
+    /// Added untested: the noise is not stated, and too few redundant samples exist to estimate it.
+    NoNoise,
     /// It agrees, and was added.
     Taken(Innovation<T>),
-    /// It could not be tested, and was added.
-    Untested(Untested),
     /// It disagrees, and was not added.
     Rejected(Innovation<T>),
-}
-
-/// Meaning of [`REJECTIONS_OF_A_CHANGE`](crate::calibration::limits::REJECTIONS_OF_A_CHANGE) consecutive rejections.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum Alarm {
-    /// The robot or its measuring frame has changed: enough consistent samples came before the run to determine an arm
-    /// and to outnumber the run.
-    RobotChanged {
-        /// Index of the run's first sample, from 0, counting all samples received.
-        first: u64,
-    },
-    /// Too few samples came before the run to decide which are wrong: those samples, together with the stated robot and
-    /// tolerance, or the samples of the run.
-    EarlySamplesWrong {
-        /// Index of the run's first sample, from 0, counting all samples received.
-        first: u64,
-    },
-}
-
-impl Alarm {
-    /// Index of the run's first sample, from 0, counting all samples received.
-    pub const fn first(&self) -> u64 {
-        match self {
-            Self::RobotChanged { first } | Self::EarlySamplesWrong { first } => *first,
-        }
-    }
-
-    /// A number that never changes, as of a [`Refusal`](crate::Refusal).
-    pub const fn code(&self) -> u8 {
-        match self {
-            Self::RobotChanged { .. } => 92,
-            Self::EarlySamplesWrong { .. } => 93,
-        }
-    }
-}
-
-impl fmt::Display for Alarm {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::RobotChanged { first } => write!(
-                formatter,
-                "the robot, or its measuring frame, has changed before sample {first}"
-            ),
-            Self::EarlySamplesWrong { first } => write!(
-                formatter,
-                "the samples before sample {first}, or the stated robot and tolerance, are wrong, \
-                 or the robot has changed since"
-            ),
-        }
-    }
 }
 
 /// The gate's statistics.
@@ -124,17 +65,18 @@ state!(
     longest_run: u64,
 );
 
-impl<T: Real> State<T> for Option<Alarm> {
+/// The alarm of a gate.
+impl<T: Real> State<T> for Option<Refusal> {
     const BYTES: usize = 9;
 
     fn save(&self, to: &mut Writer<'_>) {
-        let kind: usize = match self {
-            None => 0,
-            Some(Alarm::RobotChanged { .. }) => 1,
-            Some(Alarm::EarlySamplesWrong { .. }) => 2,
+        let (kind, first): (usize, u64) = match self {
+            Some(Refusal::RobotChanged { first }) => (1, *first),
+            Some(Refusal::EarlySamplesWrong { first }) => (2, *first),
+            _ => (0, 0),
         };
         State::<T>::save(&kind, to);
-        State::<T>::save(&self.map_or(0, |alarm| alarm.first()), to);
+        State::<T>::save(&first, to);
     }
 
     fn load(&mut self, from: &mut Reader<'_>) {
@@ -142,8 +84,8 @@ impl<T: Real> State<T> for Option<Alarm> {
         State::<T>::load(&mut kind, from);
         State::<T>::load(&mut first, from);
         *self = match kind {
-            1 => Some(Alarm::RobotChanged { first }),
-            2 => Some(Alarm::EarlySamplesWrong { first }),
+            1 => Some(Refusal::RobotChanged { first }),
+            2 => Some(Refusal::EarlySamplesWrong { first }),
             _ => None,
         };
     }
@@ -151,14 +93,4 @@ impl<T: Real> State<T> for Option<Alarm> {
     fn accepts(&self, bytes: &[u8]) -> bool {
         matches!(bytes, [0..=2, first @ ..] if first.len() == 8)
     }
-}
-
-/// Why a number is not a valid gate width.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum GateError {
-    /// The gate must be a finite number of σ greater than 0.
-    #[error("the gate must be a finite number of sigma greater than 0")]
-    Sigmas,
 }

@@ -2,7 +2,8 @@
 
 use super::section::{OneOrThree, Positive, Section, parse};
 use super::{
-    DatumPoint, KnownPlane, NamedPoint, ONLY_TARGET, RobotFile, TRANSMISSION_KEYS, Target, arm_key,
+    DatumPoint, KnownPlane, MEASUREMENT, NamedPoint, ONLY_TARGET, RobotFile, TRANSMISSION_KEYS,
+    Target, arm_key,
 };
 use crate::files::columns::Unit;
 use crate::files::convention::{Convention, JOINT_UNITS, LENGTH_UNITS, Vertical};
@@ -10,12 +11,11 @@ use crate::files::input::{InputError, InputText};
 use crate::geometry::{Region, reaches_anywhere};
 use crate::text::{count, joint};
 use delta_cal::frame::RigidTransform;
-use delta_cal::kinematics::{JointLimits, JointLimitsError};
+use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{
-    Arm, Drive, GeometryError, ParameterKind, SymmetricLinearRobot, Transmission,
-    TransmissionTolerance,
+    Arm, Drive, GeometryError, ParameterKind, Transmission, TransmissionTolerance,
 };
-use delta_cal::{Noise, Parameter, Robot, SymmetricRobot, Tolerance};
+use delta_cal::{Noise, Parameter, Robot, SettingError, SymmetricRobot, Tolerance};
 use nalgebra::{Matrix3, Vector3};
 
 const TARGET_KEYS: &str = "x_mm y_mm z_mm sigma_mm";
@@ -30,7 +30,7 @@ const LARGEST_EXPANSION: f64 = 0.01;
 const ROTATION_ERROR: f64 = 1e-6;
 
 const SECTIONS: &str = "convention nominal arm joints workspace tolerance noise sensor_frame planes distances points platform \
-                        target targets datum robot measurement";
+                        target targets datum robot measurement calibration";
 
 impl RobotFile {
     /// Reads a robot file.
@@ -48,7 +48,9 @@ impl RobotFile {
         let robot = match (&nominal, arms.as_slice()) {
             (Some(nominal), []) => robot(nominal, &convention)?,
             (None, [first, second, third]) => {
-                let arms = [arm(first, drive)?, arm(second, drive)?, arm(third, drive)?];
+                let arms = [first, second, third].map(|own| arm(own, &convention));
+                let [first_arm, second_arm, third_arm] = arms;
+                let arms = [first_arm?, second_arm?, third_arm?];
                 Robot::new(arms).map_err(|error| impossible(first, error))?
             }
             (Some(nominal), _) => {
@@ -100,6 +102,13 @@ impl RobotFile {
         own.read_instruments(&file)?;
         own.read_sensor_frame(&file)?;
         own.read_record(&file)?;
+        if let Some(stated) = file.section("calibration", "absolute_mm relative_mm")? {
+            let expected = [
+                stated.positive("absolute_mm")?,
+                stated.positive("relative_mm")?,
+            ];
+            own.instruments.expected = Some(expected);
+        }
         Ok(own)
     }
 
@@ -204,7 +213,7 @@ impl RobotFile {
             facts.planes.push(KnownPlane {
                 name,
                 line: own.line(),
-                height: convention.vector(&(own.number("z_mm")? * Vector3::z())).z,
+                height: convention.height(own.number("z_mm")?),
                 sigma: own.positive("sigma_mm")?,
                 tilt: tilt.map(f64::to_radians),
                 blocks,
@@ -229,12 +238,23 @@ impl RobotFile {
                 lengths: lengths(&own)?,
             });
         }
-        for (name, own) in file.named("datum", "x_mm y_mm z_mm sensor_mm sigma_mm")? {
-            let seen = Vector3::from(own.get::<[f64; 3]>("sensor_mm")?);
+        for (name, own) in file.named("datum", "x_mm y_mm z_mm sensor_mm point sigma_mm")? {
+            let place = vector(&own, convention)?;
+            let seen = if let Some(point) = own.optional::<String>("point")? {
+                if own.has("sensor_mm") {
+                    let fault = own.fault("state either sensor_mm or point");
+                    return Err(fault.with_remedy("delete one of them"));
+                }
+                facts.datum_measured.push((name.clone(), point));
+                place
+            } else {
+                let seen = Vector3::from(own.get::<[f64; 3]>("sensor_mm")?);
+                convention.vector(&seen)
+            };
             facts.datum.push(DatumPoint {
                 name,
-                place: vector(&own, convention)?,
-                seen: convention.vector(&seen),
+                place,
+                seen,
                 sigma: own.optional_positive("sigma_mm")?,
             });
         }
@@ -283,11 +303,14 @@ impl RobotFile {
             self.record.name = own.optional("name")?;
             self.record.serial = own.optional("serial")?;
         }
-        let keys = "operator instrument date temperature_c expansion_per_k";
-        if let Some(own) = file.section("measurement", keys)? {
-            self.record.operator = own.optional("operator")?;
-            self.record.instrument = own.optional("instrument")?;
-            self.record.date = own.optional("date")?;
+        let keys = MEASUREMENT.map(|(key, _)| key);
+        let keys = format!("{} temperature_c expansion_per_k", keys.join(" "));
+        if let Some(own) = file.section("measurement", &keys)? {
+            for (key, _) in MEASUREMENT {
+                let stated = own.optional(key)?;
+                let stated = stated.map(|value| (key, value));
+                self.record.measurement.extend(stated);
+            }
             let temperature: Option<f64> = own.optional("temperature_c")?;
             let expansion: Option<f64> = own.optional("expansion_per_k")?;
             self.instruments.expansion = match (temperature, expansion) {
@@ -402,21 +425,16 @@ fn robot(nominal: &Section<'_>, convention: &Convention) -> Result<Robot<f64>, I
                     turned(
                         &lengths,
                         azimuths.unwrap_or(usual),
-                        zeros.unwrap_or_default(),
+                        zeros.unwrap_or_default().map(|zero| convention.angle(zero)),
                     )
                 }
             })
         }
         Drive::Linear => {
             nominal.only("kind tower_radius_mm tower_deg forearm_mm")?;
-            let lengths = SymmetricLinearRobot {
-                tower_radius: nominal.positive("tower_radius_mm")?,
-                forearm: nominal.positive("forearm_mm")?,
-            };
-            match azimuths(nominal, "tower_deg", convention)? {
-                None => lengths.robot(),
-                Some(azimuths) => lengths.robot_at(azimuths),
-            }
+            let radius = nominal.positive("tower_radius_mm")?;
+            let forearm = nominal.positive("forearm_mm")?;
+            Robot::linear(radius, forearm, azimuths(nominal, "tower_deg", convention)?)
         }
     };
     made.map_err(|error| impossible(nominal, error))
@@ -458,14 +476,13 @@ fn azimuths(
     if stated.iter().any(|azimuth| azimuth.abs() > 720.0) {
         return Err(impossible(nominal, GeometryError::AzimuthTooLarge));
     }
-    let sense = match convention.z_axis {
-        Vertical::Up => 1.0,
-        Vertical::Down => -1.0,
-    };
-    Ok(Some(stated.map(|azimuth| sense * azimuth.to_radians())))
+    Ok(Some(
+        stated.map(|azimuth| convention.angle(azimuth.to_radians())),
+    ))
 }
 
-fn arm(section: &Section<'_>, drive: Drive) -> Result<Arm<f64>, InputError> {
+fn arm(section: &Section<'_>, convention: &Convention) -> Result<Arm<f64>, InputError> {
+    let drive = convention.drive;
     let parameters = drive.parameters().iter().copied();
     let keys: Vec<_> = parameters.clone().map(arm_key).collect();
     let of_gears = match drive {
@@ -476,10 +493,11 @@ fn arm(section: &Section<'_>, drive: Drive) -> Result<Arm<f64>, InputError> {
     let mut values = [0.0; 8];
     for (value, parameter) in values.iter_mut().zip(parameters) {
         let stated = section.number(arm_key(parameter))?;
-        *value = match parameter.kind() {
+        let stated = match parameter.kind() {
             ParameterKind::Length | ParameterKind::Ratio => stated,
             ParameterKind::Angle => stated.to_radians(),
         };
+        *value = convention.parameter(parameter, stated);
     }
     let arm = match drive {
         Drive::Rotary => {
@@ -489,7 +507,7 @@ fn arm(section: &Section<'_>, drive: Drive) -> Result<Arm<f64>, InputError> {
             }
             let [_, angles @ ..] = &mut numbers;
             *angles = angles.map(f64::to_radians);
-            Transmission::new(numbers)
+            Transmission::new(convention.transmission(numbers))
                 .and_then(|transmission| Arm::new(values)?.with_transmission(transmission))
         }
         Drive::Linear => {
@@ -529,7 +547,7 @@ fn limits(
         Drive::Linear => JointLimits::travel(least, most),
     };
     let limits = limits.map_err(|error| match error {
-        JointLimitsError::Empty => own.fault(format!(
+        SettingError::JointLimitsEmpty => own.fault(format!(
             "the largest {}, {high}, is not above the smallest, {low}",
             joint::name(drive)
         )),

@@ -288,6 +288,7 @@ impl Value for String {
         let text = match value.get_ref() {
             DeValue::String(text) => text.trim().to_owned(),
             DeValue::Integer(number) => number.to_string(),
+            DeValue::Float(number) => number.as_str().to_owned(),
             DeValue::Datetime(date) => date.to_string(),
             _ => return Err(no_value(value, "text in quotation marks")),
         };

@@ -22,9 +22,9 @@ impl RobotFile {
         file.text("name", own.name.as_ref());
         file.text("serial", own.serial.as_ref());
         file.section("[measurement]");
-        file.text("operator", own.operator.as_ref());
-        file.text("instrument", own.instrument.as_ref());
-        file.text("date", own.date.as_ref());
+        for (key, value) in &own.measurement {
+            file.text(key, Some(value));
+        }
         self.write_convention(&mut file);
         self.write_arms(&mut file);
         file.section("[platform]");
@@ -34,6 +34,11 @@ impl RobotFile {
         self.write_tolerance(&mut file);
         self.write_noise(&mut file);
         self.write_instruments(&mut file);
+        if let Some([absolute, relative]) = self.instruments.expected {
+            file.section("# Expected position errors, rms over the workspace (σ)\n[calibration]");
+            file.entry("absolute_mm", absolute);
+            file.entry("relative_mm", relative);
+        }
         if let Some(frame) = &self.sensor_frame {
             let rotation = self.convention.rotation(&frame.rotation);
             let rows = rotation
@@ -58,9 +63,7 @@ impl RobotFile {
         if own.is_usual() {
             return;
         }
-        file.section(
-            "# The arms' parameters below are in the axes of the program: z up, positive joints down.\n[convention]",
-        );
+        file.section("[convention]");
         if own.drive == Drive::Rotary {
             file.entry("joint_positive", word(&Vertical::WORDS, own.joint_positive));
         }
@@ -76,14 +79,16 @@ impl RobotFile {
         for arm in self.robot.arms() {
             file.section("[[arm]]");
             for parameter in arm.drive().parameters().iter().copied() {
+                let value = self.convention.parameter(parameter, arm.get(parameter));
                 let value = match parameter.kind() {
-                    ParameterKind::Length | ParameterKind::Ratio => arm.get(parameter),
-                    ParameterKind::Angle => degrees(arm.get(parameter)),
+                    ParameterKind::Length | ParameterKind::Ratio => value,
+                    ParameterKind::Angle => degrees(value),
                 };
                 file.entry(arm_key(parameter), value);
             }
             if let Some(transmission) = arm.transmission() {
-                let [gain, harmonics @ ..] = transmission.numbers();
+                let numbers = self.convention.transmission(transmission.numbers());
+                let [gain, harmonics @ ..] = numbers;
                 let [key, keys @ ..] = TRANSMISSION_KEYS;
                 file.entry(key, gain);
                 for (key, harmonic) in keys.into_iter().zip(harmonics) {
@@ -147,8 +152,7 @@ impl RobotFile {
         let facts = &self.instruments;
         for plane in &facts.planes {
             file.named("planes", &plane.name);
-            let [_, _, height] = self.outwards(&(plane.height * Vector3::z()));
-            file.entry("z_mm", height);
+            file.entry("z_mm", self.convention.height(plane.height));
             file.entry("sigma_mm", plane.sigma);
             file.optional("tilt_deg", plane.tilt.map(degrees));
             let blocks = Some(&plane.blocks);
@@ -168,7 +172,11 @@ impl RobotFile {
         for point in &facts.datum {
             file.named("datum", &point.name);
             file.vector(self.outwards(&point.place));
-            file.entry("sensor_mm", self.outwards(&point.seen));
+            let mut measured = facts.datum_measured.iter();
+            match measured.find(|(name, _)| *name == point.name) {
+                Some((_, name)) => file.text("point", Some(name)),
+                None => file.entry("sensor_mm", self.outwards(&point.seen)),
+            }
             file.optional("sigma_mm", point.sigma);
         }
         for target in &facts.targets {

@@ -10,7 +10,7 @@ use delta_cal::robot::Drive;
 use jiff::Timestamp;
 use jiff::civil::{DateTime, Time, date};
 use serde::Serialize;
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// Times match if they differ by at most this fraction of the median interval of the denser file.
 const NEAR: f64 = 0.5;
@@ -68,7 +68,17 @@ impl Readings {
         let poses = joints.rows(|row| row.joints(robot))?;
         let mut file = Self::of_name(measured.input.name());
         let mut rows = measured.rows(|row| file.reading(row, [0.0; 3], robot))?;
-        let keys = keys(&joints, &measured)?;
+        let names = robot.instruments.datum_measured.iter();
+        let names: HashSet<_> = names.map(|(_, name)| name.as_str()).collect();
+        let cells = measured.unread_cells()?;
+        let datum = |index: usize| {
+            let mut cells = cells.iter().filter_map(|(_, cells)| cells.get(index));
+            cells
+                .find(|cell| names.contains(cell.trim()))
+                .map(|own| own.trim().to_owned())
+        };
+        let keys = keys(&joints, &measured, |index| datum(index).is_none())?;
+        rows = file.without_datum(rows, |index, _| datum(index));
         let by = chosen(&keys);
         let pairs = match by {
             Some(key) if key.is_time() => by_time(key, 0.0),
@@ -85,10 +95,13 @@ impl Readings {
                 .with_remedy(remedy));
         }
         let mut used = vec![false; poses.len()];
+        let (labels, _) = joints.labels()?;
+        let mut planned = BTreeMap::new();
         for (row, pair) in rows.iter_mut().zip(pairs.into_iter().flatten()) {
             if let (Some(pose), Some(used)) = (poses.get(pair), used.get_mut(pair)) {
                 *used = true;
                 row.value.joints = pose.value;
+                planned.extend(labels.get(&pose.line).map(|own| (row.line, own.clone())));
             }
         }
         rows.retain(|row| row.value.readings() > 0);
@@ -104,18 +117,34 @@ impl Readings {
             unused: used.iter().filter(|used| !**used).count(),
             ignored: unread.chain(others).cloned().collect(),
         };
-        Ok(Self {
+        let mut file = Self {
             in_degrees: joints.unit_of(&Quantity::joints(Drive::Rotary)) == Some(Unit::Degree),
             joined: Some(joined),
             ..file.with_rows(&measured, rows)?
-        })
+        };
+        for (line, own) in planned {
+            let measured = file.labels.remove(&line).unwrap_or_default();
+            file.labels.insert(line, measured.or(own));
+        }
+        Ok(file)
     }
 }
 
 /// Columns of the same name in both files, other than those read as joints or readings; then columns of names that hold
 /// the same ones, whatever their headers.
-fn keys(joints: &Table<'_>, measured: &Table<'_>) -> Result<Vec<Key>, InputError> {
-    let (of_joints, of_measured) = (joints.unread_cells()?, measured.unread_cells()?);
+fn keys(
+    joints: &Table<'_>,
+    measured: &Table<'_>,
+    is_pose: impl Fn(usize) -> bool,
+) -> Result<Vec<Key>, InputError> {
+    let (mut of_joints, mut of_measured) = (joints.unread_cells()?, measured.unread_cells()?);
+    for (_, cells) in &mut of_measured {
+        let mut index = 0..;
+        cells.retain(|_| index.next().is_none_or(&is_pose));
+    }
+    for own in [&mut of_joints, &mut of_measured] {
+        own.retain(|(name, _)| !["repeat", "approach", "use"].contains(&name.as_str()));
+    }
     let same = |one: &str, other: &str| one.trim().eq_ignore_ascii_case(other.trim());
     let mut keys = Vec::new();
     for named in [true, false] {

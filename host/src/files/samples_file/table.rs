@@ -1,6 +1,6 @@
 //! A table of named columns with units and any separator: header, rows and numbers.
 
-use super::Row;
+use super::{Label, Row};
 use crate::files::columns::{ColumnName, Quantity, Unit};
 use crate::files::convention::Convention;
 use crate::files::input::{InputError, InputText};
@@ -9,7 +9,7 @@ use crate::text::{count, decimal_comma, list};
 use csv::{ReaderBuilder, StringRecord};
 use std::borrow::Cow;
 use std::cell::RefCell;
-use std::collections::HashSet;
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::f64::consts::TAU;
 
 const KNOWN: &str = "the columns are q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm (or _rad, and _cm, _m, \
@@ -18,6 +18,12 @@ const KNOWN: &str = "the columns are q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm (or _ra
                      order, and sigma_mm or u_k2_mm (k = 2), the uncertainty of the row; with a linear drive s1_mm… and to_s1_mm… instead of q1_deg… and \
                      to_q1_deg…; the program ignores columns whose name begins with _";
 
+/// Columns that say something of a row beside its numbers.
+const NAME: &str = "name";
+const REPEAT: &str = "repeat";
+const APPROACH: &str = "approach";
+const USE: &str = "use";
+const LABELS: [&str; 4] = [NAME, REPEAT, APPROACH, USE];
 /// Columns whose name starts with this are ignored.
 const IGNORED: char = '_';
 /// A cell that was not measured.
@@ -68,7 +74,7 @@ pub(super) struct TableRow<'a> {
 }
 
 impl<'a> Table<'a> {
-    /// `lenient`: unknown columns are allowed because they belong to another file.
+    /// `lenient`: unknown columns are allowed because they belong to another file or do not matter.
     pub(super) fn parse(
         input: &'a InputText,
         convention: &'a Convention,
@@ -90,8 +96,7 @@ impl<'a> Table<'a> {
             others: lenient || !input.columns().0.is_empty(),
         };
         if !lenient {
-            table.check_motive()?;
-            table.check_mapping()?;
+            table.check()?;
         }
         for (place, name) in table.names.iter().enumerate() {
             let Some(own) = table.recognise(place, name)? else {
@@ -135,6 +140,12 @@ impl<'a> Table<'a> {
         ))
     }
 
+    /// What a file that stands alone must be.
+    pub(super) fn check(&self) -> Result<(), InputError> {
+        self.check_motive()?;
+        self.check_mapping()
+    }
+
     /// Every column in `--columns` must occur exactly once.
     fn check_mapping(&self) -> Result<(), InputError> {
         for mapped in &self.input.columns().0 {
@@ -167,7 +178,7 @@ impl<'a> Table<'a> {
         if let Some(mapped) = mapping.of_column(name).or(numbered) {
             return Ok(Some(mapped));
         }
-        if name.is_empty() || name.starts_with(IGNORED) {
+        if name.is_empty() || name.starts_with(IGNORED) || LABELS.contains(&name) {
             return Ok(None);
         }
         let (cause, remedy) = match ColumnName::recognise(name) {
@@ -376,6 +387,53 @@ impl<'a> Table<'a> {
             Ok(())
         })?;
         Ok(columns)
+    }
+
+    /// What rows say beside their numbers, and the lines of rows that are not to be used.
+    pub(super) fn labels(&self) -> Result<(BTreeMap<u64, Label>, BTreeSet<u64>), InputError> {
+        let (mut labels, mut left_out) = (BTreeMap::new(), BTreeSet::new());
+        let place = |name: &str| self.names.iter().position(|own| own == name);
+        let named = place(NAME).or_else(|| {
+            let distances = self.column(Quantity::Distance).is_some();
+            let is_point = |own: &String| own.eq_ignore_ascii_case("point");
+            let point = self.names.iter().position(is_point);
+            point.filter(|_| !distances)
+        });
+        let [repeat, approach, used] = [REPEAT, APPROACH, USE].map(place);
+        let columns = [named, repeat, approach, used];
+        if columns.iter().all(Option::is_none) && self.input.lines().is_none() {
+            return Ok((labels, left_out));
+        }
+        self.each(|line, record| {
+            let cell = |place: Option<usize>| {
+                let text = record.get(place?)?.trim().to_owned();
+                Some(text).filter(|own| !own.is_empty())
+            };
+            let label = Label {
+                name: cell(named),
+                repeat: cell(repeat),
+                approach: cell(approach),
+            };
+            if label != Label::default() {
+                labels.insert(line, label);
+            }
+            let outside = self.input.lines().is_some_and(|own| !own.contains(&line));
+            let unused = match cell(used).map(|own| own.to_lowercase()).as_deref() {
+                None | Some("1" | "yes" | "true") => false,
+                Some("0" | "no" | "false" | "-") => true,
+                Some(other) => {
+                    let cause = format!("{other} is neither 1 (use the row) nor 0");
+                    return Err(InputError::new(self.input.name(), cause)
+                        .at_line(line)
+                        .at_column(USE));
+                }
+            };
+            if outside || unused {
+                left_out.insert(line);
+            }
+            Ok(())
+        })?;
+        Ok((labels, left_out))
     }
 
     /// The lines in which the cell of a quantity says that it was not measured.

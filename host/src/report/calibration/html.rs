@@ -4,6 +4,7 @@ use super::{Report, figures, text};
 use crate::fit::Frame;
 use crate::render::page::{self, figure, tile};
 use crate::render::{Section, Table};
+use crate::report::repeatability;
 use crate::text::{in_words, probability, significant, small_or};
 use maud::{Markup, html};
 
@@ -16,7 +17,12 @@ const MOST: usize = 2500;
 pub(super) fn render(report: &Report, first: Option<&Markup>) -> String {
     let title = format!("Calibration of {}", report.robot_file);
     let parameters = text::parameters(report);
-    let mut parts = vec![
+    let mut parts: Vec<_> = text::found_and_left(report).into_iter().collect();
+    parts.push(text::expected(report).note(text::CONTENTS));
+    parts.extend(text::budget(report));
+    parts.extend(report.repeatability.as_ref().map(repeatability));
+    parts.extend(text::places(report));
+    parts.extend([
         match figures::parameters(report) {
             Some((drawing, caption)) => parameters.after(figure(&drawing, caption)),
             None => parameters,
@@ -24,12 +30,7 @@ pub(super) fn render(report: &Report, first: Option<&Markup>) -> String {
         residuals(report),
         text::noise(report),
         text::causes(report).unwrap_or_else(|| text::no_causes(report)),
-        text::expected(report).note(text::CONTENTS),
-    ];
-    parts.extend(text::budget(report));
-    parts.extend(text::places(report));
-    parts.extend(text::next(report));
-    parts.push(glossary());
+    ]);
     let body = html! {
         h1 { (title) }
         p { b { (report.robot_file) } " from " b { (report.samples_file) } ": " (text::how(report)) "." (stated(report)) }
@@ -37,13 +38,20 @@ pub(super) fn render(report: &Report, first: Option<&Markup>) -> String {
         @if let Some(document) = &report.document { (document.page()) }
         // Those of a printer are over its printed area.
         @if first.is_none() { (tiles(report)) }
-        @if let Some(limit) = text::limit(report) { (limit) }
+        @if let Some(limit) = text::limit(report) { (limit.note(RULE)) }
         @if let Some(first) = first { (first) }
         (text::findings(report))
         @for part in &parts { (part) }
+        @if let Some(next) = text::next(report) { div.screen { (next) } }
+        (glossary())
+        @if report.document.is_some() { (page::signature()) }
     };
     page::render(&title, &body)
 }
+
+/// The decision rule of a limit.
+const RULE: &str = "Decision rule: simple acceptance. Pass if the expanded uncertainty of the calibrated positions is at \
+    most the limit.";
 
 fn stated(report: &Report) -> String {
     let drive = report.before.robot.drive();
@@ -82,8 +90,8 @@ fn tiles(report: &Report) -> Markup {
             @if let Some(own) = &report.expanded_uncertainty {
                 (tile(
                     &format!("Expanded uncertainty, {}", own.of),
-                    &mm(own.rms_mm),
-                    &format!("rms over the workspace, k = {:.2}", own.coverage_factor),
+                    &mm(own.workspace_mm),
+                    &format!("95 % of positions over the workspace, k = {:.2}", own.coverage_factor),
                 ))
             }
             @if let Some(chance) = report.workspace.and_then(|own| own.chance_of_harm) {
@@ -109,11 +117,20 @@ fn samples(report: &Report) -> Table {
             format!("{:.3}", convention.joints(&sample.joints)[joint])
         }
     };
+    let named = report.samples.iter().any(|own| own.name.is_some());
+    let positions = report.samples.iter().any(|own| own.residual_mm.is_some());
+    let off = |sample: &super::SampleReport, axis: usize| {
+        let own = sample.residual_mm;
+        own.map_or_else(String::new, |own| format!("{:+.4}", own[axis] + 0.0))
+    };
     let [q1, q2, q3] = convention
         .joint_names()
         .map(|name| name.replace("deg", "°"));
     Table::of(report.samples.iter().take(MOST))
         .column("line", |sample| sample.line)
+        .column_if(named, "name", |sample| {
+            sample.name.clone().unwrap_or_default()
+        })
         .column(q1, of_joint(0))
         .column(q2, of_joint(1))
         .column(q3, of_joint(2))
@@ -123,6 +140,9 @@ fn samples(report: &Report) -> Table {
         .column("after, mm", |sample| {
             small_or("out of reach", sample.error_after_mm)
         })
+        .column_if(positions, "x", |sample| off(sample, 0))
+        .column_if(positions, "y", |sample| off(sample, 1))
+        .column_if(positions, "z", |sample| off(sample, 2))
         .column("after, σ", |sample| {
             format!("{:.2}", sample.error_after_sigma)
         })
@@ -142,12 +162,12 @@ fn samples(report: &Report) -> Table {
 /// What the parameters mean.
 const TERMS: &str = "\
 Dx, Dy, Dz: a point on the motor axis, in the robot's frame; mm
-θ (theta): azimuth of the arm, seen from above; degrees
+θ (theta): azimuth of the arm about z; degrees
 α (alpha): tilt of the motor axis out of the base plane; degrees
-La_x, La_y: the upper arm at joint angle 0, along the arm and upwards; mm
-Upper arm, joint zero: the same as a length, and as the angle to level, negative where the arm hangs lower; mm, degrees
+La_x, La_y: the upper arm at joint angle 0, outwards and along z; mm
+Upper arm, joint zero: the same as a length, and as the angle to level, positive towards z; mm, degrees
 Lb: length of the forearm; mm
-X, q: the platform point; the joint angle, 0 with the upper arm level, positive downwards
+X, q: the platform point; the joint angle, 0 with the upper arm level
 σ: standard uncertainty, one standard deviation, marginal over everything that was estimated";
 
 /// Explains the parameters, with a drawing of an arm.

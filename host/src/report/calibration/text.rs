@@ -1,17 +1,20 @@
 //! Text shared by the terminal and the HTML page.
 
-use super::{ArmReport, ParameterReport, Report};
+use super::{ArmReport, ParameterReport, Report, TargetReport};
+use crate::accuracy::budget::Contribution;
 use crate::effects::EffectKind;
 use crate::finding::Level;
 use crate::fit::Frame;
 use crate::judge::credibility::NoiseVerdict;
 use crate::render::{Part, Section, Table, terminal};
+use crate::report::repeatability;
 use crate::text::{count, freedom, list, probability, significant, small};
+use nalgebra::Vector3;
 
 /// Explains what the expanded uncertainty covers.
-pub(super) const CONTENTS: &str = "The expanded uncertainty covers the noise of the measurement, what the samples leave undetermined within \
-    the [tolerance], and the errors found in the residuals, with 95 % coverage. It excludes systematic errors of the \
-    instrument (scale), temperature, load and speed.";
+pub(super) const CONTENTS: &str = "The error in space of 95 % of the positions over the workspace is within the expanded uncertainty: a quantile of its \
+    length (JCGM 102), not a multiple of the rms. It covers the sources of the budget and the errors found in the residuals. It excludes \
+    load, speed and temperatures other than those of the measurement.";
 
 /// The whole report for a terminal.
 pub(super) fn render(report: &Report) -> String {
@@ -19,6 +22,7 @@ pub(super) fn render(report: &Report) -> String {
     sections.extend([noise(report), expected(report)]);
     sections.extend(budget(report));
     sections.extend(causes(report));
+    sections.extend(report.repeatability.as_ref().map(repeatability));
     sections.extend(places(report));
     sections.extend(next(report));
     sections.push(findings(report));
@@ -221,13 +225,13 @@ pub(super) fn expected(report: &Report) -> Section {
     });
     if let Some(expanded) = &report.expanded_uncertainty {
         let factor = match expanded.degrees_of_freedom {
-            None => format!("k = {:.0}", expanded.coverage_factor),
+            None => format!("k = {:.2}", expanded.coverage_factor),
             Some(number) => format!("k = {:.2}, {}", expanded.coverage_factor, freedom(number)),
         };
         section = section.text(format!(
-            "Expanded uncertainty ({}): {} mm rms, {} mm worst ({factor}).",
+            "Expanded uncertainty ({}): 95 % of positions within {} mm, {} mm at the worst place ({factor}).",
             expanded.of,
-            significant(expanded.rms_mm, 2),
+            significant(expanded.workspace_mm, 2),
             significant(expanded.worst_mm, 2)
         ));
     }
@@ -255,25 +259,91 @@ pub(super) fn expected(report: &Report) -> Section {
 pub(super) fn budget(report: &Report) -> Option<Section> {
     let two = |value: f64| significant(value, 2);
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+    let absolute = report.solution.is_absolute();
     let stated = report
         .budget
         .iter()
         .any(|own| own.without_absolute_mm.is_some());
+    let part = |own: &Contribution| {
+        if absolute {
+            own.absolute_mm
+        } else {
+            own.relative_mm
+        }
+    };
     let table = Table::of(&report.budget)
         .column("uncertainty due to", |own| own.source.clone())
+        .column("type", |own| own.kind)
+        .column("σ", |own| {
+            let unit = own.unit.replace("deg", "°");
+            own.sigma
+                .map_or_else(String::new, |sigma| format!("{} {unit}", two(sigma)))
+        })
+        .column("mm per unit", |own| {
+            own.sigma
+                .map_or_else(String::new, |sigma| two(part(own) / sigma))
+        })
         .column("absolute, mm", |own| two(own.absolute_mm))
         .column("of variance", |own| percent(own.absolute_share))
+        .column("relative, mm", |own| two(own.relative_mm))
+        .column("of its variance", |own| percent(own.relative_share))
         .column_if(stated, "if it were exact", |own| {
             own.without_absolute_mm.map_or_else(String::new, two)
         })
-        .column("relative, mm", |own| two(own.relative_mm))
-        .column("of its variance", |own| percent(own.relative_share))
         .column_if(stated, "if it were exact, relative", |own| {
             own.without_relative_mm.map_or_else(String::new, two)
         })
         .table();
+    let own = report.expected_error?;
+    let mut table = table.row(
+        "combined",
+        [
+            String::new(),
+            String::new(),
+            String::new(),
+            two(own.absolute_rms_mm),
+            "100 %".to_owned(),
+            two(own.relative_rms_mm),
+            "100 %".to_owned(),
+        ],
+    );
+    if let Some(expanded) = &report.expanded_uncertainty {
+        let mut cells = vec![String::new(); if absolute { 3 } else { 5 }];
+        cells.push(two(expanded.workspace_mm));
+        table = table.row("expanded, 95 %", cells);
+    }
     let title = "Uncertainty budget of a position, rms over the workspace (σ)";
     (!report.budget.is_empty()).then(|| Section::new(title).table(table))
+}
+
+/// Position errors before and after, side by side.
+pub(super) fn found_and_left(report: &Report) -> Option<Section> {
+    let mm = |values: [f64; 3], place: usize| significant(values[place], 2);
+    let table = Table::of(&report.found_and_left)
+        .column("over", |own| own.over)
+        .column("error along", |own| own.of)
+        .column("as found: mean", |own| mm(own.found_mm, 0))
+        .column("rms", |own| mm(own.found_mm, 1))
+        .column("worst", |own| mm(own.found_mm, 2))
+        .column("as left: mean", |own| mm(own.left_mm, 0))
+        .column("rms", |own| mm(own.left_mm, 1))
+        .column("worst", |own| mm(own.left_mm, 2))
+        .table()
+        .in_groups_of(4);
+    let frame = if report.solution.is_absolute() {
+        "in the frame of the base"
+    } else {
+        "after the best rigid motion"
+    };
+    let note = format!(
+        "Position less the one that the controller computes. Over the workspace {frame}: as found, from the calibrated robot; as \
+         left, its standard uncertainty."
+    );
+    (!report.found_and_left.is_empty()).then(|| {
+        Section::new("Position errors as found and as left, mm")
+            .table(table)
+            .note(note)
+    })
 }
 
 /// The causes found, or the reason why none was looked for.
@@ -321,6 +391,37 @@ pub(super) fn places(report: &Report) -> Vec<Section> {
         sections.push(
             Section::new("Sensor frame (X_sensor = rotation · X_robot + translation)").text(place),
         );
+    }
+    let mm = |own: [f64; 3], axis: usize| format!("{:+.3}", own[axis] + 0.0);
+    if !report.datum.is_empty() {
+        let table = Table::of(&report.datum)
+            .column("datum point", |own| own.name.clone())
+            .column("off x, mm", |own| mm(own.off_mm, 0))
+            .column("y", |own| mm(own.off_mm, 1))
+            .column("z", |own| mm(own.off_mm, 2))
+            .column("distance", |own| {
+                format!("{:.3}", Vector3::from(own.off_mm).norm())
+            })
+            .table();
+        sections.push(Section::new("Datum points, measured less stated").table(table));
+    }
+    if !report.targets.is_empty() {
+        let stated = |own: &TargetReport| {
+            let [x, y, z] = own.stated_mm;
+            let [a, b, c] = own.sigma_mm;
+            format!("{x}, {y}, {z} ± {a}, {b}, {c}")
+        };
+        let table = Table::of(&report.targets)
+            .column("target", |own| own.name.clone())
+            .column("stated x, y, z, mm (σ)", |own| stated(own))
+            .column("found less stated, mm", |own| {
+                own.moved_mm.map_or_else(
+                    || "not determined".to_owned(),
+                    |own| format!("{}, {}, {}", mm(own, 0), mm(own, 1), mm(own, 2)),
+                )
+            })
+            .table();
+        sections.push(Section::new("Targets").table(table));
     }
     if !report.planes.is_empty() {
         let table = Table::of(&report.planes)
@@ -476,9 +577,9 @@ pub(in crate::report) fn verdict(report: &Report) -> Option<(bool, String)> {
     let figures = match report.expanded_uncertainty {
         None => "the expanded uncertainty is unknown".to_owned(),
         Some(expanded) => format!(
-            "expanded uncertainty ({}) {} mm rms, limit {} mm",
+            "expanded uncertainty ({}) {} mm for 95 % of positions, limit {} mm",
             expanded.of,
-            significant(expanded.rms_mm, 2),
+            significant(expanded.workspace_mm, 2),
             own.limit_mm
         ),
     };

@@ -180,6 +180,18 @@ pub(crate) fn position_errors(
     found: &Robot<f64>,
     truth: &Robot<f64>,
 ) -> [f64; 2] {
+    let all = position_lengths(reach, poses, found, truth);
+    let count = f64::from(u32::try_from(all.len()).unwrap());
+    [0, 1].map(|kind| all.iter().map(|own| own[kind].powi(2)).sum::<f64>() / count)
+}
+
+/// The length of each of these errors.
+pub(crate) fn position_lengths(
+    reach: &Reach,
+    poses: &[[f64; 3]],
+    found: &Robot<f64>,
+    truth: &Robot<f64>,
+) -> Vec<[f64; 2]> {
     let [arm, ..] = truth.arms();
     let pairs: Vec<_> = poses
         .iter()
@@ -189,11 +201,8 @@ pub(crate) fn position_errors(
         .collect();
     assert!(10 * pairs.len() > 9 * poses.len(), "{} poses", pairs.len());
     let motion = RigidTransform::align(pairs.iter().copied()).unwrap();
-    let mean = |moved: &dyn Fn(&Vector3<f64>) -> Vector3<f64>| {
-        let squares = pairs
-            .iter()
-            .map(|(found, truth)| (moved(found) - truth).norm_squared());
-        squares.sum::<f64>() / f64::from(u32::try_from(pairs.len()).unwrap())
-    };
-    [mean(&|x| *x), mean(&|x| motion.apply(x))]
+    let lengths = pairs
+        .iter()
+        .map(|(found, truth)| [(found - truth).norm(), (motion.apply(found) - truth).norm()]);
+    lengths.collect()
 }

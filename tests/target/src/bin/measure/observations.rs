@@ -3,10 +3,9 @@
 use crate::report::{Counts, Report, measured, stated};
 use core::fmt;
 use core::hint::black_box;
-use delta_cal::calibration::Start;
 use delta_cal::observations::{
     Distance, DistanceFrom, FkmCalibrator, Height, Instruments, Observation, ObservationNoise,
-    Plane, Point, PositionFrame,
+    Plane, Point,
 };
 use delta_cal::{Progress, Sample, Settings};
 use delta_cal_target_tests::{noise, nominal, stack_of, tolerance};
@@ -39,9 +38,9 @@ fn observation(index: usize, sample: &Sample<f32>, whole: bool) -> Observation<f
 
 /// In the robot's frame, and in a sensor's, with all coordinates and with two.
 pub(crate) fn measure(report: &mut Report<'_>) -> fmt::Result {
-    measure_in(report, "", PositionFrame::Base, false)?;
-    measure_in(report, "-sensor", PositionFrame::Sensor, true)?;
-    measure_in(report, "-sensor-two", PositionFrame::Sensor, false)?;
+    measure_in(report, "", false, false)?;
+    measure_in(report, "-sensor", true, true)?;
+    measure_in(report, "-sensor-two", true, false)?;
     any(report)
 }
 
@@ -54,13 +53,13 @@ fn any(report: &mut Report<'_>) -> fmt::Result {
             let mut calibrator = Calibrator::new(
                 &nominal(),
                 &Instruments {
-                    frame: PositionFrame::Base,
+                    sensor_frame: false,
                     planes: &[Plane::default()],
                     points: &[Point::default()],
                     noise: ObservationNoise::new(noise(), 0.02, 0.02).map_err(|_| fmt::Error)?,
                     transmission: None,
                 },
-                &settings.with_start([Start::Nominal, Start::Free][rows % 2]),
+                &settings.with_free_start(rows % 2 == 1),
             )
             .map_err(|_| fmt::Error)?;
             for (index, sample) in measured::<ROWS>(seed).iter().enumerate().take(rows) {
@@ -81,15 +80,10 @@ fn any(report: &mut Report<'_>) -> fmt::Result {
 
 /// Apart from the caller, whose frame lies above all others.
 #[inline(never)]
-fn measure_in(
-    report: &mut Report<'_>,
-    name: &str,
-    frame: PositionFrame,
-    whole: bool,
-) -> fmt::Result {
+fn measure_in(report: &mut Report<'_>, name: &str, sensor_frame: bool, whole: bool) -> fmt::Result {
     let robot = nominal::<f32>();
     let instruments = Instruments {
-        frame,
+        sensor_frame,
         planes: &[Plane::default()],
         points: &[Point::default()],
         noise: ObservationNoise::new(noise(), 0.02, 0.02).map_err(|_| fmt::Error)?,

@@ -4,7 +4,7 @@ use crate::report::{Counts, Report, measured, stated};
 use core::fmt;
 use core::hint::black_box;
 use core::mem::MaybeUninit;
-use delta_cal::calibration::{Calibrator, Estimator, Start};
+use delta_cal::calibration::{Calibrator, Estimator};
 use delta_cal::stream::Forgetting;
 use delta_cal::{Progress, Sample, Settings};
 use delta_cal_target_tests::cases::Case;
@@ -152,7 +152,7 @@ fn solves<E: Estimator>(
         let samples = measured::<200>(seed);
         for settings in [nothing, noise, both, nothing.with_tolerance(tolerance())] {
             solves.all::<E>(report, &settings, &samples)?;
-            solves.all::<E>(report, &settings.with_start(Start::Free), &samples)?;
+            solves.all::<E>(report, &settings.with_free_start(true), &samples)?;
         }
     }
     let (mut place, mut stack) = (MaybeUninit::uninit(), 0);

@@ -20,7 +20,10 @@ fn of<E: Estimator>(report: &mut Report<'_>, name: &str) -> fmt::Result {
     let (robot, mut place) = (nominal::<f32>(), MaybeUninit::uninit());
     let memory = Forgetting::new(20.0).map_err(|_| fmt::Error)?;
     for forgetting in [None, Some(memory)] {
-        let gated = Selection::Gated { forgetting };
+        let gated = Selection {
+            gated: true,
+            forgetting,
+        };
         for (settings, seed) in stated().into_iter().flat_map(|it| [(it, 1), (it, 2)]) {
             let stream = StreamCalibrator::<_, E>::new_in(&mut place, &robot, &settings, &gated);
             for sample in &measured::<200>(seed) {
@@ -37,7 +40,13 @@ fn of<E: Estimator>(report: &mut Report<'_>, name: &str) -> fmt::Result {
     report.instructions(format_args!("{name}-add-mean"), add.mean())?;
     report.instructions(format_args!("{name}-add"), add.worst)?;
     report.instructions(format_args!("{name}-step"), step.worst)?;
-    let (settings, gated) = (Settings::default(), Selection::Gated { forgetting: None });
+    let (settings, gated) = (
+        Settings::default(),
+        Selection {
+            gated: true,
+            forgetting: None,
+        },
+    );
     let new = stack_of(&mut || {
         black_box(place.write(StreamCalibrator::new(black_box(&robot), &settings, &gated)));
     });

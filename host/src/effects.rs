@@ -14,14 +14,16 @@ mod joints;
 mod load;
 mod numbers;
 mod places;
+mod surface;
 mod words;
 
 pub(crate) use course::moved;
 pub(crate) use instrument::motion;
 pub(crate) use numbers::turned;
 pub use places::{Places, PlaneFound, PointFound};
+pub(crate) use surface::{sigmas as sigmas_of_bed, waves as waves_of_bed};
 
-use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
+use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings, Row};
 use crate::geometry::{Directions, range};
 use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Robot};
@@ -57,6 +59,10 @@ pub enum EffectKind {
     Target,
     /// The sensor's frame is off the one that the datum points give.
     Datum,
+    /// The touched surface is uneven.
+    Bed,
+    /// All measured prints are longer by the same.
+    Oversize,
     /// The robot file's joint zeros are off.
     Zeros,
     /// Its gear ratio or steps per mm.
@@ -108,6 +114,7 @@ impl EffectKind {
             | Self::Slip
             | Self::Sag
             | Self::Scale
+            | Self::Oversize
             | Self::Gears
             | Self::Forearm
             | Self::UpperArm
@@ -116,6 +123,7 @@ impl EffectKind {
             Self::Eccentricity | Self::SecondHarmonic => 2,
             Self::Drift | Self::Target | Self::Zeros => 3,
             Self::Move | Self::Datum => 6,
+            Self::Bed => surface::COUNT,
         }
     }
 
@@ -213,6 +221,10 @@ impl Effect {
             }
             (None, kind) if kind.is_number() => numbers::columns(kind, &course.robot, &at.joints),
             (None, EffectKind::Sag) => load::columns(place),
+            (None, EffectKind::Bed) => {
+                surface::columns(&at.position, course.largest, place.touched)
+            }
+            (None, EffectKind::Oversize) => surface::apart(&at.position, place),
             (None, EffectKind::Drift | EffectKind::Move) => {
                 course::columns(self, &at.position, course, row)
             }
@@ -323,6 +335,10 @@ pub(crate) struct Place {
     pub(crate) radius_squared: f64,
     /// 1 for a row whose readings have the instrument's scale, 0 for a touch of a plane.
     pub(crate) scaled: f64,
+    /// Whether it is a touch of a plane and nothing else.
+    pub(crate) touched: bool,
+    /// From the start to the end of a distance between two poses: its direction and its middle, mm.
+    pub(crate) between: Option<[Vector3<f64>; 2]>,
     /// The point about which they have it, mm.
     pub(crate) origin: Vector3<f64>,
     /// Index of the target.
@@ -366,6 +382,8 @@ impl Course {
                 part: share(index as f64, last) - 0.5,
                 radius_squared: share(squared, largest),
                 scaled: if row.value.height.is_none() { 1.0 } else { 0.0 },
+                touched: row.value.kind() == Some(Kind::Height),
+                between: between(robot, &row.value),
                 origin: origin.map_or_else(Vector3::zeros, |own| own.place),
                 target: row.value.target,
             }
@@ -456,6 +474,15 @@ impl Course {
             }
         }
     }
+}
+
+/// Direction and middle of a distance between two poses.
+fn between(robot: &Robot<f64>, own: &Reading) -> Option<[Vector3<f64>; 2]> {
+    let Some((ReadingFrom::Pose(from), _)) = own.distance else {
+        return None;
+    };
+    let [from, to] = [robot.forward(&from).ok()?, robot.forward(&own.joints).ok()?];
+    Some([(to - from).normalize(), 0.5 * (from + to)])
 }
 
 /// 0 of nothing.

@@ -13,6 +13,7 @@ mod gcode;
 mod imported;
 mod klipper;
 mod probe;
+mod rotary;
 mod settings;
 mod stated;
 
@@ -20,7 +21,7 @@ use crate::files::input::{InputError, InputText};
 pub use console::touched;
 pub use imported::Imported;
 pub(crate) use imported::{SHRINKAGE, USUAL_TOWERS};
-pub use stated::{Stated, printed, shrinkage};
+pub use stated::{Length, Stated, lengths, printed, shrinkage};
 use std::path::Path;
 
 /// Returns the files that a line includes, sorted, given the name of the file with the line and the included name or
@@ -34,13 +35,23 @@ pub enum Firmware {
     Klipper,
     /// `config.g`: `M665 L R H B X Y Z`, `M666 X Y Z` upwards.
     RepRapFirmware,
+    /// Its YAML file with `parallel_delta`.
+    FluidNc,
+    /// Output of `$$`, or the settings by name.
+    GrblHal,
     /// Output of `M503`, or `Configuration.h`: `M665 L R H X Y Z A B C`, `M666 X Y Z` downwards from the end stop.
     Marlin,
 }
 
 impl Firmware {
     /// All.
-    pub const ALL: [Self; 3] = [Self::Klipper, Self::RepRapFirmware, Self::Marlin];
+    pub const ALL: [Self; 5] = [
+        Self::Klipper,
+        Self::RepRapFirmware,
+        Self::Marlin,
+        Self::FluidNc,
+        Self::GrblHal,
+    ];
 
     /// The name on the command line, and of the export target.
     pub const fn name(self) -> &'static str {
@@ -48,6 +59,8 @@ impl Firmware {
             Self::Klipper => "klipper",
             Self::RepRapFirmware => "reprapfirmware",
             Self::Marlin => "marlin",
+            Self::FluidNc => "fluidnc",
+            Self::GrblHal => "grblhal",
         }
     }
 
@@ -57,6 +70,8 @@ impl Firmware {
             Self::Klipper => "Klipper",
             Self::RepRapFirmware => "RepRapFirmware",
             Self::Marlin => "Marlin",
+            Self::FluidNc => "FluidNC",
+            Self::GrblHal => "grblHAL",
         }
     }
 
@@ -65,7 +80,7 @@ impl Firmware {
         match self {
             Self::Klipper => "x_offset and y_offset of [probe]",
             Self::RepRapFirmware => "G31 X Y",
-            Self::Marlin => "M851 X Y",
+            Self::Marlin | Self::FluidNc | Self::GrblHal => "M851 X Y",
         }
     }
 
@@ -88,6 +103,12 @@ impl Firmware {
         };
         if lines.any(|line| answered(line) || line.starts_with("#define DELTA_")) {
             return Some(Self::Marlin);
+        }
+        if any(&["parallel_delta:"]) {
+            return Some(Self::FluidNc);
+        }
+        if any(&["$641=", "Bicep length"]) {
+            return Some(Self::GrblHal);
         }
         // What RepRapFirmware answers to M665.
         if input.text().to_lowercase().contains("homed height") {
@@ -115,8 +136,8 @@ impl Firmware {
             )
         } else {
             (
-                "the file is not a configuration of Klipper, RepRapFirmware or Marlin",
-                "give printer.cfg, config.g, the output of M503, Configuration.h, or a robot file",
+                "the file is not a configuration of Klipper, RepRapFirmware, Marlin, FluidNC or grblHAL",
+                "give printer.cfg, config.g, the output of M503 or of $$, Configuration.h, FluidNC's file, or a robot file",
             )
         };
         Err(InputError::new(input.name(), cause).with_remedy(remedy))
@@ -134,11 +155,12 @@ impl Firmware {
     ) -> Result<Imported, InputError> {
         let stated = &Stated {
             kept: imported::kept(input.text()),
-            ..*stated
+            ..stated.clone()
         };
         match self {
             Self::Klipper => klipper::import(input, stated, includes),
             Self::RepRapFirmware | Self::Marlin => gcode::import(input, self, stated, includes),
+            Self::FluidNc | Self::GrblHal => rotary::import(input, self, stated),
         }
     }
 }

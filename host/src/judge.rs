@@ -26,6 +26,9 @@ const FAR_OFF: f64 = 0.05;
 const MORE_LIKELY: f64 = 0.5;
 
 /// A solution judged good.
+/// Nobody states the tolerance of a printer, so that a printer as far outside of it is one.
+const OF_PRINTER: f64 = 3.0;
+
 #[derive(Debug, Clone)]
 pub(crate) struct Judged {
     /// The robot file, with a wider tolerance if that was needed.
@@ -305,6 +308,7 @@ fn contradiction(
     }
     if let (Some(test), Some(tolerance)) = (prior_test, &robot.tolerance)
         && test.contradicts()
+        && !(case.options.of_printer && test.ratio < OF_PRINTER)
     {
         let statement = test.statement(robot.robot.drive(), tolerance);
         return Err(Objection::BeyondTolerance(test, statement));

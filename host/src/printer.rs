@@ -11,7 +11,7 @@ mod shape;
 use crate::calibration::{CalibrateError, Refused, read_samples};
 use crate::files::input::InputText;
 use crate::fit::Options;
-use crate::import::{Firmware, Imported, Includes, Stated, touched};
+use crate::import::{Firmware, Imported, Includes, Stated, lengths, touched};
 pub use area::{ACROSS, Better, Map, Off};
 use area::{bed, radius_of};
 pub use assess::Printer;
@@ -19,37 +19,43 @@ pub(crate) use contradiction::{DOUBTFUL, bad_touch, contradicted_length, contrad
 pub use next::{Next, touches_of_bed};
 pub use notes::Change;
 pub(crate) use notes::{alike, common_scale};
+pub use shape::Uneven;
 
 /// How far out the bed is held as configured where nothing was touched, as a part of its radius.
 const HELD_OUT: f64 = 0.9;
 
-/// A printer's configuration with its measurements: those of a samples file, of a console's answers, or those that the
-/// configuration holds, and what its owner states.
+/// A printer's configuration with its measurements: those of samples files, of a console's answers, of lengths of prints, or
+/// those that the configuration holds, and what its owner states.
 ///
 /// # Errors
 /// A configuration or samples at fault, and no measurements at all.
 pub fn read(
     firmware: Firmware,
     text: &InputText,
-    samples: Option<&InputText>,
+    samples: &[InputText],
     stated: &Stated,
     includes: &Includes<'_>,
     options: &Options,
 ) -> Result<Imported, CalibrateError> {
     let mut printer = firmware.import(text, stated, includes)?;
-    if let Some(samples) = samples {
-        printer = if let Some(touched) = touched(&printer, samples)? {
-            touched
+    let mut of_prints = Vec::new();
+    for samples in samples {
+        if let Some(found) = lengths(samples)? {
+            of_prints.extend(found);
+        } else if let Some(touched) = touched(&printer, samples)? {
+            printer = touched;
         } else {
             let readings = read_samples(samples, &printer.robot, options)?;
-            printer.with_readings(readings)
-        };
-    } else if printer.readings.rows.is_empty()
+            printer = printer.with_readings(readings);
+        }
+    }
+    if samples.is_empty()
+        && printer.readings.rows.is_empty()
         && let Some(touched) = touched(&printer, text)?
     {
         printer = touched;
     }
-    printer = printer.with_prints(stated)?;
+    printer = printer.with_lengths(&of_prints)?.with_prints(stated)?;
     if printer.readings.rows.is_empty() {
         return Err(printer.without_readings().into());
     }

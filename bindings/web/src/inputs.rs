@@ -108,7 +108,7 @@ impl Request {
         let printer = printer::read(
             self.firmware(&text)?,
             &text,
-            samples.as_ref(),
+            samples.as_slice(),
             &self.stated()?,
             &|from, wanted| files.included(from, wanted),
             &self.options(),
@@ -142,7 +142,8 @@ impl Request {
             all.collect::<Result<Vec<_>, _>>()
                 .map_err(|cause| Fault::of_request(format!("{name}: {cause}")))
         };
-        let printed = given(&self.printed).map(printed).transpose();
+        let all = self.printed.split([',', ';']).filter_map(given);
+        let printed = all.map(printed).collect::<Result<Vec<_>, _>>();
         let shrinkage = given(&self.shrinkage).map(shrinkage).transpose();
         let stated = Stated {
             printed: printed.map_err(Fault::of_request)?,

@@ -48,7 +48,7 @@ pub(crate) struct CalibrateArguments {
     /// Joint angles and what was measured there; - reads standard input
     #[arg(value_name = "SAMPLES.csv")]
     samples: Option<PathBuf>,
-    /// The measurements, if SAMPLES.csv holds only joint angles
+    /// The measurements, if SAMPLES.csv holds only joint angles; of a printer more readings
     #[arg(value_name = "POSITIONS.csv")]
     second: Option<PathBuf>,
     #[command(flatten)]
@@ -154,25 +154,24 @@ fn inputs(arguments: &CalibrateArguments, options: &Options) -> Result<Inputs, F
         return Ok((robot, readings, [file, samples], None));
     };
     let text = configuration(path)?;
-    let samples = || {
-        let second = arguments.second.as_deref();
-        let read = |own: &PathBuf| read_samples_texts(own, second, &arguments.columns);
-        arguments.samples.as_ref().map(read).transpose()
-    };
+    let read = |own: &PathBuf, second| read_samples_texts(own, second, &arguments.columns);
     if is_robot(path, &text) {
         no_printer(arguments)?;
         let robot = RobotFile::read(&text)?;
-        let samples = samples()?.ok_or_else(|| without_samples(path))?;
+        let samples = arguments.samples.as_ref();
+        let samples = samples.ok_or_else(|| without_samples(path))?;
+        let samples = read(samples, arguments.second.as_deref())?;
         let readings = read_samples(&samples, &robot, options)?;
         return Ok((robot, readings, [text, samples], None));
     }
     let stated = arguments.stated.stated()?;
     let firmware = Firmware::of(&text)?;
-    let samples = samples()?;
-    let own = samples.as_ref();
-    let printer = printer::read(firmware, &text, own, &stated, &includes, options)?;
+    let files = arguments.samples.iter().chain(&arguments.second);
+    let samples = files.map(|own| read(own, None));
+    let samples = samples.collect::<Result<Vec<_>, _>>()?;
+    let printer = printer::read(firmware, &text, &samples, &stated, &includes, options)?;
     let (robot, readings) = (printer.robot.clone(), printer.readings.clone());
-    let samples = samples.unwrap_or_else(|| text.clone());
+    let samples = samples.into_iter().next().unwrap_or_else(|| text.clone());
     Ok((robot, readings, [text, samples], Some(printer)))
 }
 

@@ -16,8 +16,10 @@ pub(crate) const HELP: &str = "\
 CONTROLLER is one of:
   klipper           printer.cfg: kinematics: delta or rotary_delta, and the
                     measurements that DELTA_CALIBRATE and DELTA_ANALYZE saved
-  reprapfirmware    config.g or config-override.g: M665 and M666
+  reprapfirmware    config.g or config-override.g: M665 or M669 K10, and M666
   marlin            what M503 prints: M665 and M666, or Configuration.h
+  fluidnc           its YAML file: parallel_delta
+  grblhal           what $$ prints, or the settings by name
 
 A folder stands for the printer.cfg or config.g in it.
 
@@ -56,9 +58,9 @@ pub(crate) struct StatedArguments {
     /// Its delta radius
     #[arg(long, value_name = "LENGTH", value_parser = measured)]
     radius: Option<Measured>,
-    /// A length as designed and as printed, mm
+    /// A length as designed and as printed, mm; again for more
     #[arg(long, value_name = "100=98.5", value_parser = printed)]
-    printed: Option<[f64; 2]>,
+    printed: Vec<[f64; 2]>,
     /// Shrinkage of prints: 0.3%
     #[arg(long, value_name = "PERCENT", value_parser = shrinkage)]
     shrinkage: Option<f64>,
@@ -67,7 +69,7 @@ pub(crate) struct StatedArguments {
 impl StatedArguments {
     pub(crate) fn stated(&self) -> Result<Stated, Failure> {
         let stated = Stated {
-            printed: self.printed,
+            printed: self.printed.clone(),
             shrinkage: self.shrinkage,
             ..Stated::default()
         };
@@ -86,7 +88,7 @@ impl StatedArguments {
         let given = [
             ("--rods", self.rods.is_some()),
             ("--radius", self.radius.is_some()),
-            ("--printed", self.printed.is_some()),
+            ("--printed", !self.printed.is_empty()),
             ("--shrinkage", self.shrinkage.is_some()),
         ];
         given

@@ -78,6 +78,16 @@ impl EffectKind {
                 "a target beside its stated place",
                 "measure where the target is on the platform, and correct [target]",
             ],
+            Self::Bed => [
+                "bed",
+                "an uneven bed",
+                "a bed mesh compensates for it; or straighten the bed, or lay glass on it",
+            ],
+            Self::Oversize => [
+                "oversize",
+                "an oversize of prints",
+                "correct the extrusion or the slicer's horizontal expansion",
+            ],
             Self::Datum => [
                 "datum",
                 "wrong datum points",
@@ -257,6 +267,13 @@ impl Effect {
             ),
             EffectKind::Datum => {
                 format!("the datum points put the sensor {size} mm beside its place")
+            }
+            EffectKind::Bed => {
+                format!("the touched surface itself is uneven by {size} ± {of_sigma} mm rms")
+            }
+            EffectKind::Oversize => {
+                let than = if signed > 0.0 { "longer" } else { "shorter" };
+                format!("all printed lengths are {than} by the same, {size} ± {of_sigma} mm")
             }
             EffectKind::Zeros => {
                 let each: Vec<_> = (1..)

@@ -226,6 +226,11 @@ pub struct InstrumentFacts {
     pub datum_measured: Vec<(String, String)>,
     /// Reflectors and tips.
     pub targets: Vec<Target>,
+    /// Standard uncertainty of an error common to all distances between two poses, mm, such as the oversize of prints.
+    pub oversize: Option<f64>,
+    /// What touched surfaces are uneven by, rms, mm; smooth, and flat if it is not stated. Where the noise of heights is
+    /// estimated, so is this, in proportion.
+    pub bed: Option<f64>,
     /// Relative standard uncertainty of the instrument's scale and of the robot's expansion together, if stated.
     pub scale: Option<f64>,
     /// The expected absolute and relative position error of a calibrated robot, σ, mm.

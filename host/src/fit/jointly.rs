@@ -12,8 +12,12 @@
 
 use super::Frame;
 use super::datum::Datum;
+use super::observations::{USUAL_TOUCH, is_stated};
 use super::solution::{Sensitivity, Solution, Unsolved};
-use crate::effects::{At, Course, Effect, EffectKind, Estimated, Places, motion, moved};
+use super::solve::SETTLED;
+use crate::effects::{
+    At, Course, Effect, EffectKind, Estimated, Places, motion, moved, sigmas_of_bed,
+};
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, READINGS, Readings};
 use delta_cal::frame::RigidTransform;
@@ -24,6 +28,10 @@ use nalgebra::{DMatrix, DVector, Vector3};
 const USUAL_SCALE: f64 = 1e-5;
 /// Fits with the effects of the last one removed; a slip of 30° takes six.
 const ROUNDS: u32 = 12;
+/// Degrees of freedom of what touches and beds usually are.
+const BED_FREEDOM: f64 = 2.0;
+/// Rounds of the factor of heights, in each of which everything else is linear.
+const HEIGHT_ROUNDS: u32 = 60;
 /// Noise so many times the stated one is no noise.
 const WIDEST: f64 = 1e6;
 /// Factor by which a widened noise shrinks while that is possible.
@@ -36,12 +44,12 @@ const STILL: f64 = 0.05;
 /// Weight of 0 for an effect without a prior, as a fraction of its column.
 const INDISTINCT: f64 = 1e-6;
 
-/// What the robot file states about effects on these readings; in a sensor's own frame, where one target is is the
+/// What the robot file states about effects on readings of these kinds; in a sensor's own frame, where one target is is the
 /// frame's place.
 pub(crate) fn stated(
     robot: &RobotFile,
     targets: &[String],
-    scaled: bool,
+    measured: impl Fn(Kind) -> bool,
     frame: Frame,
 ) -> Vec<Estimated> {
     let facts = &robot.instruments;
@@ -61,6 +69,7 @@ pub(crate) fn stated(
         Some(found)
     });
     let mut all: Vec<_> = targets.collect();
+    let scaled = measured(Kind::Position) || measured(Kind::Distance);
     if scaled && facts.distance_scale.is_none() {
         let sigma = vec![facts.scale.unwrap_or(USUAL_SCALE)];
         all.push(Estimated::new(
@@ -69,27 +78,31 @@ pub(crate) fn stated(
             sigma,
         ));
     }
+    if let Some(uneven) = facts.bed.filter(|_| measured(Kind::Height)) {
+        let effect = Effect::of(EffectKind::Bed);
+        let mean = vec![0.0; effect.unknowns()];
+        all.push(Estimated::new(effect, mean, sigmas_of_bed(uneven)));
+    }
+    if let Some(sigma) = facts.oversize.filter(|_| measured(Kind::Distance)) {
+        let effect = Effect::of(EffectKind::Oversize);
+        all.push(Estimated::new(effect, vec![0.0], vec![sigma]));
+    }
     all
 }
 
-/// Whether any reading has the instrument's scale.
-fn is_scaled(readings: &Readings) -> bool {
-    readings.holds(Kind::Position) || readings.holds(Kind::Distance)
-}
-
 /// Fits the robot and the effects stated in its file, and those opened beside them. `alone`: the robot fitted to readings
-/// in a frame, with a noise times a factor. The factor is above 1 until the effects explain what contradicts the noise;
+/// in a frame, with a noise times a factor, and with this noise of heights if that is estimated here. The factor is above 1 until the effects explain what contradicts the noise;
 /// if this is not `strict`, also where they do not.
 pub(super) fn jointly(
     robot: &RobotFile,
     readings: &Readings,
     frame: Frame,
     (opened, strict): (&[Estimated], bool),
-    alone: impl Fn(&Readings, Frame, f64) -> Result<Solution, Unsolved>,
+    alone: impl Fn(&Readings, Frame, f64, Option<f64>) -> Result<Solution, Unsolved>,
 ) -> Result<Solution, Unsolved> {
     // An invalid datum was refused earlier.
     let datum = Datum::of(robot, frame).ok().flatten();
-    let mut effects = stated(robot, &readings.targets, is_scaled(readings), frame);
+    let mut effects = stated(robot, &readings.targets, |own| readings.holds(own), frame);
     if datum.is_some() {
         effects.push(Estimated::open(Effect::of(EffectKind::Datum)));
     }
@@ -108,7 +121,11 @@ pub(super) fn jointly(
         },
         datum,
         effects,
+        height: None,
     };
+    if state.of_bed().is_some() && !is_stated(robot, Kind::Height) {
+        state.height = Some(USUAL_TOUCH);
+    }
     let is_free = frame == Frame::Sensor && state.datum.is_none();
     if is_free {
         state.found.frame = state.aligned(readings);
@@ -122,11 +139,11 @@ pub(super) fn jointly(
             Some(sensor) => (undone.turned(&sensor.inverse()), Frame::Base),
             None => (undone.clone(), frame),
         };
-        let exact = alone(&seen, within, 1.0);
+        let exact = alone(&seen, within, 1.0, state.height);
         let (mut solution, factor) = match exact {
             Ok(ref solution) => (solution.clone(), 1.0),
             Err(why) if !strict || (round < ROUNDS && !state.effects.is_empty()) => {
-                let fit = |factor| alone(&seen, within, factor);
+                let fit = |factor| alone(&seen, within, factor, state.height);
                 let narrower = last / NARROWED;
                 let possible = narrower > 1.0 && narrower.is_finite();
                 match possible.then(|| fit(narrower)) {
@@ -154,7 +171,8 @@ pub(super) fn jointly(
             Turn::default()
         };
         let turns = turn.spread > STILL * solution.levels.position.position();
-        if round < ROUNDS && (turns || narrows || step.gains()) {
+        let noisier = step.heights.as_ref().is_some_and(|own| !own.settled());
+        if round < ROUNDS && (turns || narrows || noisier || step.gains()) {
             state.take(&step);
             continue;
         }
@@ -216,7 +234,13 @@ pub(crate) fn of_platform_point(
             ..Places::default()
         },
         datum: None,
-        effects: stated(robot, &readings.targets, is_scaled(readings), Frame::Base),
+        height: None,
+        effects: stated(
+            robot,
+            &readings.targets,
+            |own| readings.holds(own),
+            Frame::Base,
+        ),
     };
     if known.is_none() {
         state.found.frame = state.aligned(readings);
@@ -233,9 +257,17 @@ struct State {
     found: Places,
     datum: Option<Datum>,
     effects: Vec<Estimated>,
+    /// σ of heights, if it is estimated together with the shape of the bed.
+    height: Option<f64>,
 }
 
 impl State {
+    /// The shape of the bed, if it is estimated.
+    fn of_bed(&mut self) -> Option<&mut Estimated> {
+        let mut all = self.effects.iter_mut();
+        all.find(|own| own.effect.kind == EffectKind::Bed)
+    }
+
     /// The effects that are removed from readings; the frame of the datum is that of `found` itself.
     fn removed(&self) -> Vec<(Effect, &[f64])> {
         let own = self.effects.iter();
@@ -350,6 +382,13 @@ impl State {
                 }
             }
         }
+        if let (Some(height), Some(own)) = (self.height, &step.heights) {
+            let factor = own.widened * own.variance.sqrt();
+            self.height = Some(height * factor);
+            for sigma in self.of_bed().into_iter().flat_map(|own| &mut own.sigma) {
+                *sigma *= factor;
+            }
+        }
     }
 }
 
@@ -408,6 +447,8 @@ struct Step {
     prior: (DMatrix<f64>, DVector<f64>),
     /// About which frames turn.
     centre: Vector3<f64>,
+    /// The noise of heights and the shape of the bed, if they are estimated.
+    heights: Option<Heights>,
 }
 
 impl Step {
@@ -419,6 +460,8 @@ impl Step {
         let every = solution.rows.len() as f64 / (rows.len() as f64).max(1.0);
         let mut all: Vec<DVector<f64>> = Vec::new();
         let mut columns = Vec::with_capacity(rows.len());
+        // How much each row counts as a touch.
+        let mut touched = Vec::new();
         for own in rows {
             let e = columns_of(solution, readings, course, effects, own);
             let fit = &solution.rows[own.row];
@@ -435,6 +478,8 @@ impl Step {
                     row[unknowns + place] = weight * e[(reading, place)];
                 }
                 row[width - 1] = weight * fit.whitened[reading];
+                let touch = Kind::of_place(reading) == Kind::Height;
+                touched.push(if touch { weight * weight } else { 0.0 });
                 all.push(row);
             }
             columns.push(e);
@@ -453,6 +498,7 @@ impl Step {
             row[index] = 1.0;
             all.push(row);
         }
+        let of_effects = all.len();
         let own = state.of_effects(course, solution.levels.position.position());
         for row in own.row_iter() {
             let mut whole = DVector::zeros(width);
@@ -463,6 +509,15 @@ impl Step {
         }
         let measured = DMatrix::from_fn(all.len().max(width), width, |row, column| {
             all.get(row).map_or(0.0, |own| own[column])
+        });
+        let heights = state.height.and_then(|height| {
+            let mut before = effects.iter();
+            let before = before
+                .by_ref()
+                .take_while(|own| own.effect.kind != EffectKind::Bed);
+            let bed = of_effects + before.map(|own| own.by.len()).sum::<usize>();
+            let bed = bed..bed + EffectKind::Bed.unknowns();
+            Heights::of(&all, &touched, (bed, height, solution.levels.height))
         });
         let mut triangle = measured.qr().unpack_r();
         // What no reading shows stays as it is.
@@ -499,6 +554,7 @@ impl Step {
                 prior.view((0, number), (number, 1)).column(0).into_owned(),
             ),
             centre: course.centre,
+            heights,
         }
     }
 
@@ -554,6 +610,82 @@ impl Step {
             }
         }
         solution.effects = effects;
+        let mut noise = solution.noise.iter_mut();
+        if let Some(heights) = self.heights
+            && let Some(own) = noise.find(|own| own.kind == Kind::Height)
+        {
+            own.stated = false;
+            own.squares = heights.squares;
+            own.freedom = heights.freedom;
+            own.known = heights.freedom + BED_FREEDOM;
+        }
+    }
+}
+
+/// The common factor of the noise of heights and of the bed's unevenness, estimated as the noise of other readings, with the
+/// waves of the bed as further readings of 0.
+struct Heights {
+    /// σ of a height in the fit, over that which was asked for.
+    widened: f64,
+    /// Of the next estimate, in units of the variance in the fit.
+    variance: f64,
+    /// Of the residuals at it.
+    squares: f64,
+    freedom: f64,
+}
+
+impl Heights {
+    /// Of all rows, the right-hand side last, those that are touches, and those of the `bed`; σ of a height as `asked` for and
+    /// as in the `fit`. `None` if they do not determine the unknowns.
+    fn of(
+        rows: &[DVector<f64>],
+        touched: &[f64],
+        (bed, asked, fit): (std::ops::Range<usize>, f64, f64),
+    ) -> Option<Self> {
+        let last = rows.first()?.len() - 1;
+        let [mut own, mut others] = [0, 1].map(|_| DMatrix::zeros(last + 1, last + 1));
+        let mut count = 0.0;
+        let widened = fit / asked;
+        for (index, row) in rows.iter().enumerate() {
+            let touch = touched.get(index).copied().unwrap_or_default();
+            if bed.contains(&index) {
+                own.ger(widened.powi(-2), row, row, 1.0);
+                count += 1.0;
+            } else if touch > 0.0 {
+                own.ger(1.0, row, row, 1.0);
+                count += touch;
+            } else {
+                others.ger(1.0, row, row, 1.0);
+            }
+        }
+        let usual = (USUAL_TOUCH / fit).powi(2);
+        let mut found = Self {
+            widened,
+            variance: 1.0,
+            squares: 0.0,
+            freedom: 0.0,
+        };
+        for _ in 0..HEIGHT_ROUNDS {
+            let whole = &others + &own / found.variance;
+            let normal = whole.view((0, 0), (last, last)).into_owned().cholesky()?;
+            let right = whole.view((0, last), (last, 1)).into_owned();
+            let off = normal.solve(&right).insert_row(last, -1.0);
+            let taken = normal.solve(&own.view((0, 0), (last, last)).into_owned());
+            found.squares = (off.transpose() * &own * &off)[(0, 0)] / found.variance;
+            found.freedom = count - taken.trace() / found.variance;
+            let squares = found.squares * found.variance + BED_FREEDOM * usual;
+            let next = squares / (found.freedom + BED_FREEDOM);
+            let change = (next / found.variance).ln();
+            found.variance = next;
+            if change.abs() < SETTLED {
+                break;
+            }
+        }
+        Some(found)
+    }
+
+    fn settled(&self) -> bool {
+        (self.widened * self.variance.sqrt()).ln().abs() < 2.0 * SETTLED
     }
 }
 

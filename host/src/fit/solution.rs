@@ -1,7 +1,7 @@
 //! The result of an estimator, or why there is none.
 
 use super::{Frame, Method};
-use crate::effects::{Estimated, Places};
+use crate::effects::{EffectKind, Estimated, Places};
 use crate::files::samples_file::{Kind, READINGS, Readings};
 use delta_cal::calibration::Start;
 use delta_cal::observations::{ObservationError, PrepareError};
@@ -211,9 +211,13 @@ impl Solution {
         SMatrix::from_fn(|row, column| self.covariance[(row, column)])
     }
 
-    /// Degrees of freedom of an estimated noise, the fewest of all kinds; `None` if every noise is stated.
+    /// Degrees of freedom of an estimated noise, the fewest of all kinds; `None` if every noise is stated. That of heights
+    /// counts as known where maps say what beds and touches usually are.
     pub fn estimated_freedom(&self) -> Option<f64> {
-        let estimated = self.noise.iter().filter(|own| !own.stated);
+        let mut effects = self.effects.iter();
+        let bed = effects.any(|own| own.effect.kind == EffectKind::Bed);
+        let known = |own: &&KindNoise| own.stated || (bed && own.kind == Kind::Height);
+        let estimated = self.noise.iter().filter(|own| !known(own));
         estimated.map(|own| own.known).reduce(f64::min)
     }
 

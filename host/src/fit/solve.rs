@@ -16,7 +16,7 @@ const USUAL_FREEDOM: f64 = 3.0;
 /// Fewest degrees of freedom that can tell a noise without prior.
 const LEAST_FREEDOM: f64 = 2.5;
 /// σ has converged if its relative change is below this.
-const SETTLED: f64 = 0.003;
+pub(super) const SETTLED: f64 = 0.003;
 const ROUNDS: u32 = 60;
 /// A σ below this fraction of the forearm is rounding error.
 const ROUNDING: f64 = 1e-11;
@@ -56,10 +56,14 @@ pub(crate) fn solve_with(
     options: &Options,
     opened: (&[Estimated], bool),
 ) -> Result<Solution, Unsolved> {
-    let alone = |readings: &Readings, frame, factor| {
+    let alone = |readings: &Readings, frame, factor, height: Option<f64>| {
         let options = Options { frame, ..*options };
-        if factor > 1.0 {
-            alone(&robot.with_noise_times(factor), readings, &options)
+        if factor > 1.0 || height.is_some() {
+            let mut robot = robot.with_noise_times(factor);
+            let facts = &mut robot.instruments;
+            let height = height.map(|own| own * factor);
+            facts.height_noise = height.or(facts.height_noise);
+            alone(&robot, readings, &options)
         } else {
             alone(robot, readings, &options)
         }

@@ -6,6 +6,7 @@
 //! RepRapFirmware   G1 X10 Y20, then: Stopped at height 0.032 mm          heightmap.csv
 //! Repetier         Z-probe:12.45 X:-80.00 Y:80.00           X: -80 0 80, then: y: 80 12.45 12.40 12.42
 //! Smoothieware     PROBE: X:0.0000,Y:0.0000,Z:5.2410
+//! tables           Bed probe heights: … after the G30 P… of bed.g; Bilinear Leveling Grid: where the bed's radius is known
 //! a table          x_mm,y_mm,height_mm
 //! ```
 
@@ -13,6 +14,7 @@ use super::Imported;
 use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::{Reading, Readings, Row};
 use nalgebra::Vector3;
+use std::collections::BTreeMap;
 
 /// The points of G33, with their directions, degrees, and distances from the centre relative to the radius: the centre,
 /// the towers, and the points opposite them.
@@ -66,11 +68,20 @@ pub fn touched(imported: &Imported, text: &InputText) -> Result<Option<Imported>
     };
     touches.extend(repetier_map(&content));
     if touches.is_empty() {
+        touches = probe_heights(&content);
+    }
+    if touches.is_empty()
+        && let Some(radius) = imported.probed_radius
+    {
+        touches = grid(&content, radius);
+    }
+    if touches.is_empty() {
         let lines = format!("\n{content}");
         if WITHOUT_PLACES.iter().any(|own| lines.contains(own)) {
             let cause = "these are heights without places";
             return Err(InputError::new(text.name(), cause).with_remedy(
-                "write a table x_mm,y_mm,height_mm with the places, or touch the bed by the commands of delta-cal plan \
+                "put bed.g with its G30 P commands above them (G32), give Configuration.h as the configuration (M420 V), \
+                 write a table x_mm,y_mm,height_mm with the places, or touch the bed by the commands of delta-cal plan \
                  and give that answer",
             ));
         }
@@ -266,6 +277,82 @@ fn height_map(content: &str) -> Option<Vec<Touch>> {
         }
     }
     Some(touches)
+}
+
+/// RepRapFirmware's answer to G32: heights in the order of the points that `G30 P` of bed.g states.
+fn probe_heights(content: &str) -> Vec<Touch> {
+    let mut points: BTreeMap<u32, [f64; 2]> = BTreeMap::new();
+    for own in content.lines() {
+        let code = own.split(';').next().unwrap_or_default();
+        let Some((_, words)) = code.split_once("g30 p") else {
+            continue;
+        };
+        let number = |letter: char| {
+            let mut words = words.split_whitespace();
+            words.find_map(|own| first(own.strip_prefix(letter)?))
+        };
+        let index = words
+            .split_whitespace()
+            .next()
+            .and_then(|own| own.parse().ok());
+        if let (Some(index), Some(x), Some(y)) = (index, number('x'), number('y')) {
+            points.insert(index, [x, y]);
+        }
+    }
+    let answers = (1..).zip(content.lines());
+    let mut answers = answers.filter_map(|(line, own)| {
+        let (_, heights) = own.split_once("bed probe heights:")?;
+        let heights = heights.split(',').next().unwrap_or_default();
+        Some((line, numbers(heights, &[' ', '\t'])?))
+    });
+    // The next answers are of other parameters.
+    let Some((line, heights)) = answers.next() else {
+        return Vec::new();
+    };
+    if heights.len() != points.len() {
+        return Vec::new();
+    }
+    let touches = points.values().zip(heights);
+    let touch = |([x, y], z): (&[f64; 2], f64)| Touch {
+        line,
+        at: [*x, *y, z],
+        named: Named::Probe,
+    };
+    touches.map(touch).collect()
+}
+
+/// Marlin's grid of M420 V and G29: evenly spaced over the square around the probed circle, outside of which it is
+/// extrapolated.
+fn grid(content: &str, radius: f64) -> Vec<Touch> {
+    let mut lines = (1..).zip(content.lines());
+    if !lines.any(|(_, own)| own.contains("leveling grid:")) {
+        return Vec::new();
+    }
+    let count = |text: &str| numbers(text, &[' ', '\t']).filter(|own| own.len() > 1);
+    let mut rows = Vec::new();
+    for (line, own) in lines.skip(1) {
+        let own = own.rsplit_once("recv:").map_or(own, |(_, own)| own);
+        match count(own).as_deref() {
+            Some([_, heights @ ..]) => rows.push((line, heights.to_vec())),
+            _ => break,
+        }
+    }
+    let along =
+        |index: usize, of: usize| radius * (2.0 * index as f64 / (of.max(2) - 1) as f64 - 1.0);
+    let mut touches = Vec::new();
+    for (row, (line, heights)) in rows.iter().enumerate() {
+        for (column, z) in heights.iter().enumerate() {
+            let [x, y] = [along(column, heights.len()), along(row, rows.len())];
+            if x.hypot(y) < radius + SAME {
+                touches.push(Touch {
+                    line: *line,
+                    at: [x, y, *z],
+                    named: Named::Probe,
+                });
+            }
+        }
+    }
+    touches
 }
 
 /// Repetier's map: a line of x, then lines of y with their heights.

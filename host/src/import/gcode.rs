@@ -2,6 +2,7 @@
 
 use super::imported::{Imported, Machine, Towers, USUAL_TOWERS};
 use super::probe::Probe;
+use super::rotary::{M669, of_gcode};
 use super::settings::{Entry, Settings};
 use super::{Firmware, Includes, Stated};
 use crate::files::input::{InputError, InputText};
@@ -14,12 +15,12 @@ const LARGEST_TRIM: f64 = 10.0;
 const OVERRIDE: &str = "config-override.g";
 
 const M665: &str = "M665";
-const M666: &str = "M666";
+pub(super) const M666: &str = "M666";
 /// The probe's offsets: Marlin's, RepRapFirmware's, and the latter's height between touches.
 const M851: &str = "M851";
 const G31: &str = "G31";
 const M558: &str = "M558";
-const COMMANDS: [&str; 5] = [M665, M666, M851, G31, M558];
+const COMMANDS: [&str; 6] = [M665, M666, M669, M851, G31, M558];
 /// Constants of Marlin's `Configuration.h`, with command and words.
 const CONSTANTS: [(&str, &str, &str); 13] = [
     ("DELTA_DIAGONAL_ROD", M665, "L"),
@@ -183,7 +184,7 @@ impl Settings {
     }
 
     /// The first numbers of three words, 0 for one that is not there.
-    fn three(&self, command: &str, letters: [&str; 3]) -> Result<[f64; 3], InputError> {
+    pub(super) fn three(&self, command: &str, letters: [&str; 3]) -> Result<[f64; 3], InputError> {
         let [a, b, c] = letters.map(|letter| self.number(command, letter));
         Ok([a?, b?, c?].map(Option::unwrap_or_default))
     }
@@ -269,6 +270,9 @@ pub(super) fn import(
         return Err(InputError::new(name, cause).with_remedy(remedy));
     }
     let words = read(input, firmware, includes)?;
+    if let Some(rotary) = of_gcode(&words, stated)? {
+        return Ok(rotary);
+    }
     if !words.entries.keys().any(|(command, _)| command == M665) {
         let cause = "no line is an M665 with values, which states the geometry of a linear Delta";
         return Err(InputError::new(name, cause).with_remedy(

@@ -63,11 +63,15 @@ impl Imported {
             Firmware::Klipper => "M112 (then FIRMWARE_RESTART)",
             Firmware::RepRapFirmware => "M112 (then M999)",
             Firmware::Marlin => "M112 or the power switch",
+            Firmware::FluidNc | Firmware::GrblHal => "! (hold), then reset",
         };
         let [beside_x, beside_y] = self.probe.offset.unwrap_or_default();
         let touch = |[x, y]: &[f64; 2]| match self.firmware {
             Firmware::Klipper => format!("G1 X{x:.1} Y{y:.1} F3000\nPROBE"),
             Firmware::RepRapFirmware => format!("G1 X{x:.1} Y{y:.1} F6000\nG30 S-1"),
+            Firmware::FluidNc | Firmware::GrblHal => {
+                format!("G1 X{x:.1} Y{y:.1} F3000\nG38.2 Z-1000 F100")
+            }
             // Marlin moves the probe there, not the nozzle.
             Firmware::Marlin => format!("G30 X{:.1} Y{:.1}", x + beside_x, y + beside_y),
         };

@@ -1,10 +1,11 @@
 //! Values that a printer's owner states beside the configuration: `345±0.1mm`, `100=98.5`, `0.3%`.
 
 use crate::files::columns;
+use crate::files::input::{InputError, InputText};
 use crate::files::length::Measured;
 
 /// Values that the owner states beside the configuration. Lengths in mm.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Stated {
     /// The lengths of the rods between their joints, as made or measured.
     pub rods: Option<[f64; 3]>,
@@ -14,8 +15,8 @@ pub struct Stated {
     pub rods_sigma: Option<f64>,
     /// σ of the radius; 1 mm if not stated.
     pub radius_sigma: Option<f64>,
-    /// The nominal and the measured length of a printed part.
-    pub printed: Option<[f64; 2]>,
+    /// The nominal and the measured lengths of printed parts.
+    pub printed: Vec<[f64; 2]>,
     /// The fraction by which prints shrink.
     pub shrinkage: Option<f64>,
     /// The radius and the rods as first configured, and those pasted in their place, as a comment of the configuration
@@ -46,6 +47,102 @@ impl Stated {
         self.radius_sigma = radius.and_then(|own| own.sigma);
         self
     }
+}
+
+/// A length that was measured on a print, between places of the bed, mm.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Length {
+    /// The line of the table.
+    pub line: u64,
+    /// What it is between, as it is called.
+    pub name: String,
+    /// The places, as designed.
+    pub between: [[f64; 2]; 2],
+    /// As measured.
+    pub length: f64,
+}
+
+/// The columns of a table of lengths.
+const COLUMNS: [&str; 7] = [
+    "from",
+    "x_mm",
+    "y_mm",
+    "to",
+    "to_x_mm",
+    "to_y_mm",
+    "length_mm",
+];
+
+/// Reads a table of lengths between places that have names: a place's x and y are needed where its name stands first, and
+/// names are not needed where x and y stand. `None` if this is another file.
+///
+/// # Errors
+/// A row without a place or a length, or a length that is far from the designed one.
+pub fn lengths(input: &InputText) -> Result<Option<Vec<Length>>, InputError> {
+    let mut lines = (1..).zip(input.text().lines()).filter(|(_, own)| {
+        let own = own.trim();
+        !own.is_empty() && !own.starts_with('#')
+    });
+    let marks = [',', ';', '\t'];
+    let cells = |line: &str| -> Vec<String> {
+        let cells = line.split(marks).map(|own| own.trim().trim_matches('"'));
+        cells.map(str::to_owned).collect()
+    };
+    let header = lines.next().map(|(_, own)| cells(&own.to_lowercase()));
+    let header = header.unwrap_or_default();
+    let known = |own: &String| COLUMNS.contains(&own.as_str());
+    if !header.iter().any(|own| own == "length_mm") || !header.iter().all(known) {
+        return Ok(None);
+    }
+    let mut places: Vec<(String, [f64; 2])> = Vec::new();
+    let mut found = Vec::new();
+    for (line, own) in lines {
+        let row = cells(own);
+        let cell = |name: &str| {
+            let at = header.iter().position(|own| own == name)?;
+            row.get(at).filter(|own| !own.is_empty())
+        };
+        let number = |name: &str| cell(name)?.parse().ok().filter(|own: &f64| own.is_finite());
+        let fault = |cause: &str| {
+            InputError::new(input.name(), cause)
+                .at_line(line)
+                .with_remedy("write for example A,-60,0,B,60,0,119.7 below from,x_mm,y_mm,to,to_x_mm,to_y_mm,length_mm")
+        };
+        let mut place = |name: &str, x: &str, y: &str| {
+            let name = cell(name).cloned();
+            if let (Some(x), Some(y)) = (number(x), number(y)) {
+                places.extend(name.clone().map(|own| (own, [x, y])));
+                return Some((name, [x, y]));
+            }
+            let known = places.iter().find(|own| Some(&own.0) == name.as_ref())?;
+            Some((name, known.1))
+        };
+        let ends = [
+            place("from", "x_mm", "y_mm"),
+            place("to", "to_x_mm", "to_y_mm"),
+        ];
+        let [Some((from, start)), Some((to, end))] = ends else {
+            return Err(fault(
+                "a place has neither x and y nor a name that a row above states",
+            ));
+        };
+        let length = number("length_mm").ok_or_else(|| fault("the length is not a number"))?;
+        let designed = (start[0] - end[0]).hypot(start[1] - end[1]);
+        if !((length / designed - 1.0).abs() < OFF) {
+            return Err(fault("the length is not within 10 % of the designed one"));
+        }
+        let name = match (from, to) {
+            (Some(from), Some(to)) => format!("{from} to {to}"),
+            _ => format!("line {line} of {}", input.name()),
+        };
+        found.push(Length {
+            line,
+            name,
+            between: [start, end],
+            length,
+        });
+    }
+    Ok(Some(found))
 }
 
 /// Printed lengths are off by less, as a part of the designed length.

@@ -204,6 +204,14 @@ pub(super) fn bed(radius: f64, circles: u32, on_a_circle: u32) -> Vec<[f64; 2]> 
 /// Places along the diameter of a map.
 pub const ACROSS: i32 = 40;
 
+/// Places all over a bed.
+pub(super) fn grid(radius: f64) -> impl Iterator<Item = [f64; 2]> {
+    let step = 2.0 * radius / f64::from(ACROSS);
+    let along = move |index: i32| step * (f64::from(index) + 0.5) - radius;
+    let all = (0..ACROSS).flat_map(move |x| (0..ACROSS).map(move |y| [along(x), along(y)]));
+    all.filter(move |[x, y]| x.hypot(*y) <= radius)
+}
+
 /// Places on the bed, each with how far the nozzle is from there in the controller's frame, about the mean, mm.
 pub type Map = Vec<([f64; 2], Vector3<f64>)>;
 
@@ -256,10 +264,6 @@ impl Off {
         if all.len() < 3 {
             return None;
         }
-        let step = 2.0 * radius / f64::from(ACROSS);
-        let along = |index: i32| step * (f64::from(index) + 0.5) - radius;
-        let grid = (0..ACROSS).flat_map(|x| (0..ACROSS).map(move |y| [along(x), along(y)]));
-        let grid = grid.filter(|[x, y]| x.hypot(*y) <= radius);
         let sum = |of: fn(&([f64; 2], Vector3<f64>)) -> f64| all.iter().map(of).sum::<f64>();
         let rms = |squares: f64| (squares / all.len() as f64).sqrt();
         let along = sum(|([x, y], off)| x * off.x + y * off.y);
@@ -272,7 +276,7 @@ impl Off {
                 .fold(0.0, |worst, (_, off)| off.z.abs().max(worst)),
             across: rms(sum(|(_, off)| off.xy().norm_squared())).hypot(across_sigma),
             hundred: 100.0 * (1.0 + along / sum(|([x, y], _)| x * x + y * y)),
-            map: about_mean(grid.collect()),
+            map: about_mean(grid(radius).collect()),
             places: all,
         })
     }

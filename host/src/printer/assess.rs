@@ -3,6 +3,7 @@
 use super::area::{Better, Judged, ON_THE_BED, Off, Uncertain, poses, radius_of};
 use super::next::{Next, next};
 use super::notes::{Change, crash, notes};
+use super::shape::Uneven;
 use crate::accuracy::information::prior;
 use crate::export::error::ExportError;
 use crate::export::geometry::Frame;
@@ -12,7 +13,7 @@ use crate::export::{Case, Settings, held, target};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Kind;
 use crate::fit::Solution;
-use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT};
+use crate::fit::observations::{USUAL_DISTANCE, USUAL_TOUCH};
 use crate::fit::solution::RowFit;
 use crate::import::{Imported, SHRINKAGE};
 use delta_cal::Robot;
@@ -45,6 +46,8 @@ pub struct Printer {
     pub before: Option<Off>,
     /// What the lines to paste are off.
     pub after: Option<Off>,
+    /// How uneven the bed itself is, if the touches show it.
+    pub uneven: Option<Uneven>,
     /// The probabilities that the lines to paste print better.
     pub better_probability: Option<Better>,
     /// Where the bed was touched.
@@ -178,6 +181,7 @@ impl Printer {
         let better = both.is_none_or(|(before, after)| after.is_better_than(before, judged))
             && better_probability.is_none_or(Better::is_likely);
         let [before, after] = [before, after].map(|own| own.map(|own| own.of_readings(judged)));
+        let uneven = Uneven::of(solution, radius);
         // More readings are as good as those that there are.
         let mut as_measured = calibrated.clone();
         as_measured.instruments.height_noise = Some(solution.levels.height);
@@ -188,7 +192,13 @@ impl Printer {
         Ok(Self {
             firmware: imported.firmware.name(),
             kinematics: imported.kinematics(),
-            notes: [imported.notes.clone(), notes(imported, solution)].concat(),
+            notes: [
+                imported.notes.clone(),
+                uneven.iter().map(Uneven::note).collect(),
+                notes(imported, solution),
+            ]
+            .concat(),
+            uneven,
             heights,
             distances,
             bed_radius_mm: radius,
@@ -220,7 +230,7 @@ impl Printer {
         let kinds = solution.noise.iter().filter_map(|own| {
             let usual = match own.kind {
                 Kind::Position => return None,
-                Kind::Height => USUAL_HEIGHT,
+                Kind::Height => USUAL_TOUCH,
                 Kind::Distance => USUAL_DISTANCE,
             };
             let widening = (own.squares / own.freedom.max(1.0)).sqrt().max(1.0);

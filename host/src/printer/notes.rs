@@ -47,7 +47,6 @@ pub(super) fn notes(imported: &Imported, solution: &Solution) -> Vec<String> {
             ));
         }
     }
-    notes.extend(super::shape::note(imported, solution));
     notes.extend(common_scale(imported));
     notes
 }

@@ -1,52 +1,62 @@
 //! The shape of the bed itself, which no parameter of a printer makes flat.
 
+use super::area::{Map, grid};
+use crate::effects::{Course, EffectKind, waves_of_bed};
 use crate::fit::Solution;
-use crate::import::Imported;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DVector, Vector2, Vector3};
+use serde::Serialize;
 
-/// Touches that show a shape.
-const LEAST_TOUCHES: usize = 30;
-/// σ of what beds are uneven by, mm; four maps of real beds have 0.02 to 0.03 mm.
-const UNEVEN: f64 = 0.025;
-/// Degrees of the polynomials in x and y beyond a plane.
-const DEGREES: std::ops::RangeInclusive<i32> = 2..=4;
-/// A shape that leaves more than this part of the scatter is none.
-const SHOWN: f64 = 0.85;
+/// A shape that is so many times its σ is found.
+const SHOWN: f64 = 3.0;
 
-/// What the touches say of the bed's shape, if there are enough: how uneven it is, and how much they scatter beyond that.
-pub(super) fn note(imported: &Imported, solution: &Solution) -> Option<String> {
-    let plane = solution.places.planes.first()?;
-    let touches = imported.readings.rows.iter().filter_map(|row| {
-        let (_, height) = row.value.height.filter(|(plane, _)| *plane == 0)?;
-        let at = solution.robot.forward(&row.value.joints).ok()?;
-        Some((at.xy(), plane.normal.dot(&at) - plane.offset - height))
-    });
-    let touches: Vec<_> = touches.collect();
-    if touches.len() < LEAST_TOUCHES {
-        return None;
+/// How uneven the touches show the bed to be.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Uneven {
+    /// rms, mm.
+    pub rms_mm: f64,
+    /// One σ of it, mm.
+    pub sigma_mm: f64,
+    /// Its height at places all over it, mm.
+    #[serde(skip)]
+    pub map: Map,
+}
+
+impl Uneven {
+    /// `None` if the touches show none.
+    pub(super) fn of(solution: &Solution, radius: f64) -> Option<Self> {
+        let mut effects = solution.effects.iter();
+        let own = effects.find(|own| own.effect.kind == EffectKind::Bed)?;
+        let size = own.by.len();
+        let by = DVector::from_column_slice(&own.by);
+        let rms = by.norm();
+        let covariance = solution
+            .covariance
+            .view((own.first, own.first), (size, size));
+        let sigma = by.dot(&(covariance * &by)).sqrt() / rms;
+        if !(rms > SHOWN * sigma) {
+            return None;
+        }
+        let course = Course::of(&solution.robot, &solution.places, &solution.readings);
+        let out = course.largest.sqrt();
+        let height = |[x, y]: [f64; 2]| {
+            let waves = waves_of_bed(Vector2::new(x, y) / out);
+            by.dot(&DVector::from_column_slice(&waves))
+        };
+        let touched = grid(radius).filter(|[x, y]| x.hypot(*y) <= out);
+        Some(Self {
+            rms_mm: rms,
+            sigma_mm: sigma,
+            map: touched
+                .map(|at| (at, Vector3::new(0.0, 0.0, height(at))))
+                .collect(),
+        })
     }
-    let radius = touches.iter().map(|own| own.0.norm()).fold(1.0, f64::max);
-    let powers = DEGREES.flat_map(|degree| (0..=degree).map(move |x| (x, degree - x)));
-    let powers: Vec<_> = powers.collect();
-    let columns = DMatrix::from_fn(touches.len(), powers.len(), |row, column| {
-        let at = touches[row].0 / radius;
-        let (x, y) = powers[column];
-        at.x.powi(x) * at.y.powi(y)
-    });
-    let heights = DVector::from_iterator(touches.len(), touches.iter().map(|own| own.1));
-    // Ridge: every coefficient is within the prior.
-    let weight = (solution.levels.height / UNEVEN).powi(2);
-    let normal = columns.tr_mul(&columns) + DMatrix::identity(powers.len(), powers.len()) * weight;
-    let shape = &columns * normal.cholesky()?.solve(&columns.tr_mul(&heights));
-    let rms = |own: &DVector<f64>, freedom: usize| (own.norm_squared() / freedom as f64).sqrt();
-    let scatter = rms(&heights, touches.len());
-    let left = rms(&(heights - &shape), touches.len() - powers.len());
-    (left < SHOWN * scatter).then(|| {
+
+    /// In a sentence.
+    pub(super) fn note(&self) -> String {
         format!(
-            "The bed itself is uneven: {:.3} mm rms, smooth over {} touches, which scatter by {left:.3} mm about it. No line \
-             removes that; a bed mesh does.",
-            rms(&shape, touches.len()),
-            touches.len()
+            "The bed itself is uneven by {:.3} ± {:.3} mm rms: the lines leave that, a bed mesh compensates for it.",
+            self.rms_mm, self.sigma_mm
         )
-    })
+    }
 }

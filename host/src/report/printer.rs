@@ -164,7 +164,11 @@ fn maps(printer: &Printer) -> Vec<(Figure, &'static str)> {
     let drawn = maps
         .iter()
         .map(|off| map_of(printer, &off.map, shade, times));
-    drawn.zip(captions).collect()
+    let uneven = printer.uneven.iter().map(|own| {
+        let drawn = map_of(printer, &own.map, shade, times);
+        (drawn, "How uneven the bed itself is: no line changes that.")
+    });
+    drawn.zip(captions).chain(uneven).collect()
 }
 
 /// Heights about their mean as shades, x and y as lines, and the touches.

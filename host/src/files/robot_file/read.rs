@@ -173,7 +173,9 @@ impl RobotFile {
     fn read_noise(&mut self, file: &Section<'_>) -> Result<(), InputError> {
         let drive = self.robot.drive();
         let key = joint::key("joint", drive);
-        let keys = format!("position_mm height_mm distance_mm distance_scale scale {key}");
+        let keys = format!(
+            "position_mm height_mm distance_mm distance_scale oversize_mm scale bed_mm {key}"
+        );
         let Some(own) = file.section("noise", &keys)? else {
             return Ok(());
         };
@@ -184,6 +186,8 @@ impl RobotFile {
         facts.distance_noise = own.optional_positive("distance_mm")?;
         facts.distance_scale = own.optional_positive("distance_scale")?;
         facts.scale = own.optional_positive("scale")?;
+        facts.oversize = own.optional_positive("oversize_mm")?;
+        facts.bed = own.optional_positive("bed_mm")?;
         let joint = own.number(&key)?;
         let joint = match drive {
             Drive::Rotary => joint.to_radians(),

@@ -142,7 +142,9 @@ impl RobotFile {
         file.optional("height_mm", facts.height_noise);
         file.optional("distance_mm", facts.distance_noise);
         file.optional("distance_scale", facts.distance_scale);
+        file.optional("oversize_mm", facts.oversize);
         file.optional("scale", facts.scale);
+        file.optional("bed_mm", facts.bed);
         let joint = self.noise.map(|noise| noise.joint()).or(facts.joint_noise);
         let joint = joint.map(|own| joint::in_file(drive, own));
         file.optional(&joint::key("joint", drive), joint);

@@ -81,6 +81,97 @@ fn lines_are_the_printer_that_they_describe() {
     }
 }
 
+/// A rotary robot in the forms in which it is exported is that robot: arms and joint angles at its positions.
+#[test]
+fn rotary_lines_are_imported_as_they_are_exported() {
+    let robot = |text: &str| {
+        let file = InputText::new("robot.toml", text);
+        RobotFile::read(&file).unwrap().robot
+    };
+    let symmetric = [-90.0, 30.0, 150.0].map(|theta: f64| {
+        let (sine, cosine) = theta.to_radians().sin_cos();
+        let [x, y] = [140.0 * cosine, 140.0 * sine];
+        format!("[[arm]]\ndx_mm = {x:.9}\ndy_mm = {y:.9}\ndz_mm = 0.0\ntheta_deg = {theta}\nalpha_deg = 0.0\nla_x_mm = 180.0\nla_y_mm = 0.0\nlb_mm = 400.0\n")
+    });
+    let text = format!(
+        "[joints]\nmin_deg = -80.0\nmax_deg = 80.0\n{}",
+        symmetric.concat()
+    );
+    for (target, name) in [
+        ("reprapfirmware", "config.g"),
+        ("fluidnc", "config.yaml"),
+        ("grblhal", "settings.txt"),
+    ] {
+        let folder = Folder::new();
+        folder.write("robot.toml", &text);
+        let home = if target == "reprapfirmware" {
+            "--home -60,-61,-60.5"
+        } else {
+            ""
+        };
+        folder
+            .run(&format!(
+                "export robot.toml --for {target} {home} --output {name}"
+            ))
+            .ok();
+        let run = folder
+            .run(&format!("import {target} {name} --output mine"))
+            .ok();
+        if !home.is_empty() {
+            assert!(
+                run.stdout
+                    .contains("--home -60.000000,-61.000000,-60.500000"),
+                "{}",
+                run.stdout
+            );
+        }
+        let [own, found] = [robot(&text), robot(&folder.read("mine/robot.toml"))];
+        for at in [
+            [0.0, 0.0, -350.0],
+            [80.0, -20.0, -400.0],
+            [-60.0, 90.0, -330.0],
+        ] {
+            let [mut own, mut found]: [Point; 2] =
+                [&own, &found].map(|own| own.inverse(&at.into()).unwrap());
+            // The controllers' motors are in an order of their own.
+            own.sort_by(f64::total_cmp);
+            found.sort_by(f64::total_cmp);
+            assert!(distance(own, found) < 1e-5, "{target}: {own:?} {found:?}");
+        }
+    }
+}
+
+/// Heights without places get them from bed.g, or from the radius of Marlin's grid.
+#[test]
+fn tables_of_heights_have_the_places_of_the_firmware() {
+    let bed = "G30 P0 X-60 Y-40 Z-99999\nG30 P1 X0 Y-80 Z-99999\nG30 P2 X60 Y-40 Z-99999\nG30 P3 X60 Y40 Z-99999\n\
+               G30 P4 X0 Y80 Z-99999\nG30 P5 X-60 Y40 Z-99999\nG30 P6 X0 Y0 Z-99999 S6\n";
+    let g32 = "Bed probe heights: -0.028 0.013 0.022 -0.010 0.041 -0.035 0.020, mean 0.002, deviation from mean 0.023\n";
+    let grid = "Bilinear Leveling Grid:\n      0      1      2\n 0 -0.021 -0.142 -0.210\n 1 -0.181 -0.052 -0.205\n 2 -0.101 -0.012 -0.105\n";
+    let constants = format!(
+        "{CONSTANTS}#define PRINTABLE_RADIUS 100\n#define NOZZLE_TO_PROBE_OFFSET {{ 0, 0, -1 }}\n"
+    );
+    for (name, text, answers, heights) in [
+        ("config.g", REPRAPFIRMWARE, format!("{bed}{g32}"), Some(7)),
+        ("config.g", REPRAPFIRMWARE, g32.to_owned(), None),
+        ("Configuration.h", &constants, grid.to_owned(), Some(5)),
+        ("m503.txt", MARLIN, grid.to_owned(), None),
+    ] {
+        let folder = Folder::new();
+        folder.write(name, text);
+        folder.write("console.txt", answers);
+        let run = folder.run(&format!("calibrate {name} console.txt --json -"));
+        match heights {
+            Some(heights) => assert_eq!(run.ok().json()["printer"]["heights"], heights, "{name}"),
+            None => assert!(
+                run.stderr.contains("heights without places"),
+                "{}",
+                run.stderr
+            ),
+        }
+    }
+}
+
 /// What a console says of a place and a height.
 type Answer = fn([f64; 2], f64) -> String;
 

@@ -71,6 +71,39 @@ fn a_printed_length_is_a_measurement() {
     assert_refused(&folder, "calibrate printer.cfg", table);
 }
 
+/// Prints that all are 0.2 mm too thick are no larger robot: three lengths and a table of lengths between places tell the
+/// oversize from the size.
+#[test]
+fn prints_that_are_too_thick_are_an_oversize() {
+    let own = printer("01");
+    let folder = folder(&own.configuration());
+    folder.write(
+        "lengths.csv",
+        "from,x_mm,y_mm,to,to_x_mm,to_y_mm,length_mm\nA,-60,0,B,60,0,120.2\nB,,,C,0,80,100.2\nC,,,A,,,100.2\n\
+         D,-10,0,E,10,0,20.2\nF,0,-10,G,0,10,20.2\n",
+    );
+    for (readings, distances) in [
+        ("--printed 20=20.2 --printed 60=60.2 --printed 120=120.2", 9),
+        ("lengths.csv", 5),
+    ] {
+        let command = format!("calibrate printer.cfg {readings} --shrinkage 0% --json -");
+        let report = folder.run(&command).ok().json();
+        assert_eq!(report["printer"]["distances"], distances);
+        let hundred = number(&report, "printer/before/hundred_mm_become_mm");
+        assert!((99.88..100.12).contains(&hundred), "{readings}: {hundred}");
+    }
+    let table = "
+        broken.csv ⇒ 3 ⇒ broken.csv:2: a place has neither x and y nor a name
+        far.csv ⇒ 3 ⇒ far.csv:2: the length is not within 10 % of the designed one
+        ";
+    folder.write("broken.csv", "from,to,length_mm\nA,B,100\n");
+    folder.write(
+        "far.csv",
+        "x_mm,y_mm,to_x_mm,to_y_mm,length_mm\n0,0,100,0,50\n",
+    );
+    assert_refused(&folder, "calibrate printer.cfg", table);
+}
+
 /// Touches of the bed in the firmware's commands, no place twice; nozzle and probe within the bed's radius, and clear of
 /// the bed by 5 mm or what is stated, from above the first touch on. Marlin is told the probe's place.
 #[test]

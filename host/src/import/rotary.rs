@@ -1,0 +1,168 @@
+//! Rotary Deltas of RepRapFirmware (M669 K10), FluidNC (`parallel_delta`) and grblHAL (`$641` to `$648`).
+
+use super::imported::{Imported, Machine};
+use super::settings::{Entry, Settings};
+use super::{Firmware, Stated};
+use crate::files::input::{InputError, InputText};
+use crate::files::samples_file::Readings;
+use delta_cal::robot::Arm;
+use std::collections::BTreeMap;
+
+pub(super) const M669: &str = "M669";
+/// The kinematics of rotary Deltas.
+const ROTARY: f64 = 10.0;
+/// Azimuths of RepRapFirmware's arms X, Y and Z, and of the motors of the others, degrees.
+const ARMS: [f64; 3] = [-150.0, -30.0, 90.0];
+const MOTORS: [f64; 3] = [-90.0, 30.0, 150.0];
+/// The highest angle of an arm that RepRapFirmware assumes, degrees above level.
+const HIGHEST: f64 = 45.0;
+
+/// What FluidNC and grblHAL call the lengths and the angle of the end stops, grblHAL by number and by name; the sides of
+/// triangles are 2√3 times the radii.
+const NAMES: [(&str, &[&str]); 5] = [
+    ("upper arm", &["crank_mm", "$642", "bicep length"]),
+    ("forearm", &["linkage_mm", "$641", "forearm length"]),
+    ("base", &["base_triangle_mm", "$643", "base radius"]),
+    (
+        "platform",
+        &["end_effector_triangle_mm", "$644", "end effector radius"],
+    ),
+    (
+        "home",
+        &["homing_mpos_radians", "mpos_mm", "$646", "home position"],
+    ),
+];
+const LENGTHS: &str = "lengths";
+
+/// A rotary Delta: lengths in mm, angles in degrees.
+struct Arms {
+    azimuths: [f64; 3],
+    radius: f64,
+    heights: [f64; 3],
+    upper: [f64; 3],
+    lower: [f64; 3],
+    /// Of each arm at its end stop, below level.
+    home: [f64; 3],
+    bed: Option<f64>,
+}
+
+impl Arms {
+    fn imported(self, settings: &Settings) -> Result<Imported, InputError> {
+        let arm = |index: usize| {
+            let azimuth = self.azimuths[index].to_radians();
+            let (sine, cosine) = azimuth.sin_cos();
+            let [x, y] = [self.radius * cosine, self.radius * sine];
+            let [upper, lower] = [self.upper[index], self.lower[index]];
+            Arm::new([x, y, self.heights[index], azimuth, 0.0, upper, 0.0, lower])
+        };
+        let machine = Machine::rotary(&settings.name, arm, [0.0; 3], self.bed)?;
+        let home = self.home.map(f64::to_radians);
+        let readings = Readings::of_name(&settings.name);
+        machine.imported(settings, home, readings, Vec::new())
+    }
+}
+
+/// Towers have none of these.
+fn without_towers(settings: &Settings, stated: &Stated) -> Result<(), InputError> {
+    if stated.rods.is_none() && stated.radius.is_none() {
+        return Ok(());
+    }
+    let cause = "--rods and --radius are for towers, and this robot has none";
+    Err(InputError::new(&settings.name, cause)
+        .with_remedy("omit them, and edit lb_mm in the robot file"))
+}
+
+/// The rotary Delta that M669 K10 states; `None` if it states another kinematics.
+///
+/// # Errors
+/// A word that is missing or damaged, or an impossible geometry.
+pub(super) fn of_gcode(words: &Settings, stated: &Stated) -> Result<Option<Imported>, InputError> {
+    if words.number(M669, "K")? != Some(ROTARY) {
+        return Ok(None);
+    }
+    without_towers(words, stated)?;
+    let each = |letter: &str| {
+        let all = words.numbers(M669, letter, (':', "a finite number"))?;
+        let first = *all.first().ok_or_else(|| words.lacking(M669, letter))?;
+        let of = |index: usize| all.get(index).copied().unwrap_or(first);
+        Ok::<_, InputError>([of(0), of(1), of(2)])
+    };
+    let range = words.numbers(M669, "A", (':', "two angles"))?;
+    let highest = range.get(1).copied().unwrap_or(HIGHEST);
+    let [corrections, trims] =
+        [M669, super::gcode::M666].map(|command| words.three(command, ["X", "Y", "Z"]));
+    let (corrections, trims) = (corrections?, trims?);
+    let arms = Arms {
+        azimuths: [0, 1, 2].map(|arm| ARMS[arm] + corrections[arm]),
+        radius: words.require_above_zero(M669, "R")?,
+        heights: each("H")?,
+        upper: each("U")?,
+        lower: each("L")?,
+        home: trims.map(|trim| -(highest + trim)),
+        bed: words.above_zero(M669, "B")?,
+    };
+    arms.imported(words).map(Some)
+}
+
+/// Reads FluidNC's configuration, or grblHAL's settings.
+///
+/// # Errors
+/// A length that is missing or damaged, or an impossible geometry.
+pub(super) fn import(
+    input: &InputText,
+    firmware: Firmware,
+    stated: &Stated,
+) -> Result<Imported, InputError> {
+    let mut entries = BTreeMap::new();
+    for (line, own) in (1..).zip(input.text().lines()) {
+        let lower = own.to_lowercase();
+        let lower = lower.split(['#', ';', '(']).next().unwrap_or_default();
+        let Some((name, value)) = lower.split_once([':', '=']) else {
+            continue;
+        };
+        let mut known = NAMES.into_iter();
+        let Some((option, _)) = known.find(|(_, names)| names.contains(&name.trim())) else {
+            continue;
+        };
+        let entry = Entry {
+            value: value.trim().to_owned(),
+            file: input.name().to_owned(),
+            line,
+            saved: false,
+        };
+        let key = (LENGTHS.to_owned(), option.to_owned());
+        entries.entry(key).or_insert(entry);
+    }
+    let settings = Settings {
+        firmware,
+        name: input.name().to_owned(),
+        entries,
+        missing: Vec::new(),
+    };
+    without_towers(&settings, stated)?;
+    let length = |option| settings.require_above_zero(LENGTHS, option);
+    let [upper, lower, base, platform] = [
+        length("upper arm")?,
+        length("forearm")?,
+        length("base")?,
+        length("platform")?,
+    ];
+    let home = settings.number(LENGTHS, "home")?.unwrap_or_default();
+    let home = match firmware {
+        Firmware::FluidNc => home.to_degrees(),
+        _ => home,
+    };
+    let arms = Arms {
+        azimuths: MOTORS,
+        radius: (base - platform) / (2.0 * 3f64.sqrt()),
+        heights: [0.0; 3],
+        upper: [upper; 3],
+        lower: [lower; 3],
+        home: [home; 3],
+        bed: None,
+    };
+    let mut imported = arms.imported(&settings)?;
+    imported.robot.instruments.bed = None;
+    imported.robot.platform_radius = Some(platform / (2.0 * 3f64.sqrt()));
+    Ok(imported)
+}

@@ -233,8 +233,8 @@ impl Information {
         let prior = problem.prior(&settings);
         let [arm, ..] = robot.arms();
         let least = (arm.upper_arm_length() / arm.lb()).powi(2);
-        let rows_hold = |kind| rows.iter().any(|row| row.kind() == Some(kind));
-        let measured = |kind| kind != Kind::Height || rows_hold(kind);
+        let touched = !setup.planes.is_empty();
+        let measured = |kind| kind != Kind::Height || touched;
         let effects = stated(&setup.robot, &[], measured, frame);
         let course = Course::of(robot, &setup.places, &Readings::of_readings(rows));
         let beyond: usize = effects.iter().map(|own| own.effect.unknowns()).sum();

@@ -131,8 +131,10 @@ fn rotary_lines_are_imported_as_they_are_exported() {
             [80.0, -20.0, -400.0],
             [-60.0, 90.0, -330.0],
         ] {
-            let [mut own, mut found]: [Point; 2] =
-                [&own, &found].map(|own| own.inverse(&at.into()).unwrap());
+            // z = 0 is where the controller has it.
+            let up = found.arms()[0].d().z - own.arms()[0].d().z;
+            let [mut own, mut found]: [Point; 2] = [(&own, at[2]), (&found, at[2] + up)]
+                .map(|(own, z)| own.inverse(&[at[0], at[1], z].into()).unwrap());
             // The controllers' motors are in an order of their own.
             own.sort_by(f64::total_cmp);
             found.sort_by(f64::total_cmp);

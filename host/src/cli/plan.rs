@@ -230,7 +230,7 @@ fn printer(arguments: &PlanArguments, text: &InputText) -> Result<(), Failure> {
     let firmware = Firmware::of(text)?;
     let imported = firmware.import(text, &Stated::default(), &includes)?;
     let (radius, places) = touches_of_bed(&imported, count);
-    let commands = imported.touches(&places);
+    let commands = imported.touches(&places)?;
     let said = format!(
         "{} touches of the bed within {:.0} mm of the centre, in machine coordinates.\nRun the commands, save the \
          console output, and run delta-cal calibrate {} console.txt\n",

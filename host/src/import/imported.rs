@@ -464,7 +464,9 @@ impl Imported {
         if printed && stated.shrinkage.is_none() {
             self.robot.instruments.distance_scale = Some(SHRINKAGE);
         }
-        if printed && !measured {
+        // One designed length does not tell an oversize from a scale.
+        let differ = stated.printed.windows(2).any(|own| own[0][0] != own[1][0]);
+        if differ && !measured {
             self.robot.instruments.oversize = Some(OVERSIZE);
         }
         let all = stated.printed.iter();

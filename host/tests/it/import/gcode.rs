@@ -117,7 +117,10 @@ fn rotary_lines_are_imported_as_they_are_exported() {
         let run = folder
             .run(&format!("import {target} {name} --output mine"))
             .ok();
-        if !home.is_empty() {
+        if home.is_empty() {
+            let refused = "--count 9 ⇒ 3 ⇒ no commands that touch a bed are known";
+            assert_refused(&folder, &format!("plan {name}"), refused);
+        } else {
             assert!(
                 run.stdout
                     .contains("--home -60.000000,-61.000000,-60.500000"),

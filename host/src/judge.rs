@@ -25,10 +25,10 @@ const FAR_OFF: f64 = 0.05;
 /// this likely.
 const MORE_LIKELY: f64 = 0.5;
 
-/// A solution judged good.
 /// Nobody states the tolerance of a printer, so that a printer as far outside of it is one.
 const OF_PRINTER: f64 = 3.0;
 
+/// A solution judged good.
 #[derive(Debug, Clone)]
 pub(crate) struct Judged {
     /// The robot file, with a wider tolerance if that was needed.

@@ -48,7 +48,7 @@ pub(crate) struct CalibrateArguments {
     /// Joint angles and what was measured there; - reads standard input
     #[arg(value_name = "SAMPLES.csv")]
     samples: Option<PathBuf>,
-    /// The measurements, if SAMPLES.csv holds only joint angles; of a printer more readings
+    /// The measurements, if SAMPLES.csv holds only joint angles; for printers more readings
     #[arg(value_name = "POSITIONS.csv")]
     second: Option<PathBuf>,
     #[command(flatten)]

@@ -58,7 +58,7 @@ pub(crate) struct StatedArguments {
     /// Its delta radius
     #[arg(long, value_name = "LENGTH", value_parser = measured)]
     radius: Option<Measured>,
-    /// A length as designed and as printed, mm; again for more
+    /// Lengths as designed and as printed, mm
     #[arg(long, value_name = "100=98.5", value_parser = printed)]
     printed: Vec<[f64; 2]>,
     /// Shrinkage of prints: 0.3%

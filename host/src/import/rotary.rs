@@ -162,7 +162,6 @@ pub(super) fn import(
         bed: None,
     };
     let mut imported = arms.imported(&settings)?;
-    imported.robot.instruments.bed = None;
     imported.robot.platform_radius = Some(platform / (2.0 * 3f64.sqrt()));
     Ok(imported)
 }

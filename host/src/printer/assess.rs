@@ -5,6 +5,7 @@ use super::next::{Next, next};
 use super::notes::{Change, crash, notes};
 use super::shape::Uneven;
 use crate::accuracy::information::prior;
+use crate::effects::EffectKind;
 use crate::export::error::ExportError;
 use crate::export::geometry::Frame;
 use crate::export::positions::{Loss, Place, Wanted};
@@ -13,7 +14,7 @@ use crate::export::{Case, Settings, held, target};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Kind;
 use crate::fit::Solution;
-use crate::fit::observations::{USUAL_DISTANCE, USUAL_TOUCH};
+use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT, USUAL_TOUCH};
 use crate::fit::solution::RowFit;
 use crate::import::{Imported, SHRINKAGE};
 use delta_cal::Robot;
@@ -227,10 +228,13 @@ impl Printer {
 
     /// The largest noise of the kinds of readings, in usual ones.
     pub(crate) fn noise(solution: &Solution) -> f64 {
+        let mut effects = solution.effects.iter();
+        let shaped = effects.any(|own| own.effect.kind == EffectKind::Bed);
         let kinds = solution.noise.iter().filter_map(|own| {
             let usual = match own.kind {
                 Kind::Position => return None,
-                Kind::Height => USUAL_TOUCH,
+                Kind::Height if shaped => USUAL_TOUCH,
+                Kind::Height => USUAL_HEIGHT,
                 Kind::Distance => USUAL_DISTANCE,
             };
             let widening = (own.squares / own.freedom.max(1.0)).sqrt().max(1.0);

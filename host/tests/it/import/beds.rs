@@ -137,12 +137,12 @@ fn uneven_beds_offset_probes_and_tilts_are_calibrated_as_well() {
     eprintln!("is, stated: below, beside, tilted, Marlin: {rms:.4?}");
     let [[below, _], others @ ..] = rms;
     // The tilt that the lines do not keep is left to the end stops.
-    for ([own, _], most) in others.into_iter().zip([1.15, 1.35, 1.15]) {
+    for ([own, _], most) in others.into_iter().zip([1.15, 1.2, 1.15]) {
         assert!(own < most * below, "{rms:?}");
     }
     // What is stated covers what is.
     for [is, stated] in rms {
-        assert!((0.5..1.25).contains(&(stated / is)), "{rms:?}");
+        assert!((0.4..1.25).contains(&(stated / is)), "{rms:?}");
     }
 }
 

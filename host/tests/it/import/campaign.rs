@@ -297,17 +297,7 @@ pub(super) fn spread(count: u32) -> Vec<[f64; 2]> {
     (0..count).map(place).collect()
 }
 
-/// The plane of the bed: what it adds to the height by x and by y, over places that are spread evenly.
-fn level(made: &Made, places: &[[f64; 2]]) -> [f64; 2] {
-    [0, 1].map(|axis| {
-        let along = |own: &[f64; 2]| own[axis] * made.bed(own[0], own[1]);
-        let squares = places.iter().map(|own| own[axis].powi(2));
-        places.iter().map(along).sum::<f64>() / squares.sum::<f64>()
-    })
-}
-
-/// How a printer prints with a configuration: height above the plane of the bed about its mean, rms; size; x and y, rms after
-/// a shift.
+/// How a printer prints with a configuration: height about its mean, rms; size; x and y, rms after a shift.
 pub(super) fn prints(made: &Made, controller: &Delta) -> [f64; 3] {
     let places = spread(300);
     let there = places
@@ -316,10 +306,10 @@ pub(super) fn prints(made: &Made, controller: &Delta) -> [f64; 3] {
     let there: Vec<_> = there.collect();
     let count = 300.0;
     let mean = there.iter().sum::<Vector3<f64>>() / count;
-    let [by_x, by_y] = level(made, &places);
-    let height = places.iter().zip(&there);
-    let height = height.map(|([x, y], is)| (is.z - mean.z - by_x * x - by_y * y).powi(2));
-    let height = height.sum::<f64>();
+    let height = there
+        .iter()
+        .map(|own| (own.z - mean.z).powi(2))
+        .sum::<f64>();
     let pairs = || places.iter().zip(&there);
     let along = pairs().map(|([x, y], is)| x * (is.x - mean.x) + y * (is.y - mean.y));
     let size = along.sum::<f64>() / places.iter().map(|[x, y]| x * x + y * y).sum::<f64>();

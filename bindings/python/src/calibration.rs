@@ -7,7 +7,7 @@ use crate::samples::{Again, Samples};
 use delta_cal_host::calibration::report::FrameReport;
 use delta_cal_host::files::document::Document;
 use delta_cal_host::report::calibration::comment;
-use delta_cal_host::{Frame, Method, Options, Readings, Report, RobotFile};
+use delta_cal_host::{Frame, Method, Options, Readings, Report};
 use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -147,8 +147,8 @@ python3 -m venv --clear target/python
 python=$(ls "$PWD"/target/python/*/python)
 "$python" -m pip install --quiet 'maturin>=1.9,<2'
 rm -f "$release"/delta_cal-*
-# Beside what is built already; the wheel is built from the source archive.
-CARGO_TARGET_DIR=$PWD/target "$python" -m maturin build --quiet --release --locked --sdist --out "$release" \
+# The wheel is built from the source archive, with the versions of the lock file.
+CARGO_TARGET_DIR=$PWD/target "$python" -m maturin build --quiet --release --sdist --out "$release" \
   --manifest-path bindings/python/Cargo.toml
 "$python" -m pip install --quiet "$(ls "$release"/delta_cal-*.whl)[test]"
 export DELTA_CAL=$PWD/target/debug/delta-cal MYPYPATH=$PWD/bindings/python/tests

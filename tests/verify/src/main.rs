@@ -5,7 +5,7 @@ mod release;
 mod uf2;
 
 use delta_cal_verify::{REQUIRE, at_root, is_here, tail};
-use release::{BOARD, COMMAND, CRATES, LIBRARY as LIBRARY_FOR_C, PRELUDE, PYTHON, WEB};
+use release::{PARTS, PRELUDE, PYTHON, WEB};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -197,20 +197,11 @@ const TARGETS: [&str; 3] = [
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let arguments: Vec<&str> = arguments.iter().map(|it| &**it).collect();
-    let stages = [
-        FORMAT,
-        CLIPPY,
-        UNITS,
-        FEATURES,
-        MIRI,
-        BOARD,
-        PYTHON,
-        WEB,
-        LIBRARY_FOR_C,
-        CRATES,
-        COMMAND,
-    ];
-    let all = || stages.iter().chain(SIDE_BY_SIDE.into_iter().flatten());
+    let stages = [FORMAT, CLIPPY, UNITS, FEATURES, MIRI];
+    let all = || {
+        let usual = stages.iter().chain(SIDE_BY_SIDE.into_iter().flatten());
+        usual.chain(&PARTS)
+    };
     let begin = Instant::now();
     let mut failed = Vec::new();
     match arguments[..] {
@@ -218,7 +209,7 @@ fn main() -> ExitCode {
         ["write-uf2", program, into] => return done(uf2::write(program, into)),
         ["release"] => {
             install(&TARGETS, &[&PROGRAMS[..], &FOR_PYTHON, &FOR_WEB].concat());
-            failed.extend(release::stages().iter().filter_map(in_silence));
+            failed.extend(release::parts().filter_map(in_silence));
         }
         [] | ["all"] => {
             install(&TARGETS, &PROGRAMS);

@@ -2,17 +2,16 @@
 
 use crate::Stage;
 
-/// The parts that are built on this machine; those that are the same everywhere on one of the systems only.
-pub(crate) fn stages() -> Vec<Stage> {
-    let mut stages = vec![PAPERS, COMMAND, PYTHON];
-    if cfg!(target_os = "linux") {
-        stages.push(LIBRARY);
-    }
-    if cfg!(all(target_os = "linux", target_arch = "x86_64")) {
-        stages.extend([CRATES, WEB, BOARD]);
-    }
-    stages.push(SUMS);
-    stages
+/// All parts. Some are the same everywhere, and built on one of the systems only.
+pub(crate) const PARTS: [Stage; 8] = [PAPERS, COMMAND, PYTHON, LIBRARY, CRATES, WEB, BOARD, SUMS];
+
+/// The parts that are built on this machine.
+pub(crate) fn parts() -> impl Iterator<Item = &'static Stage> {
+    PARTS.iter().filter(|part| match part.name {
+        "c-library" => cfg!(target_os = "linux"),
+        "crates" | "web" | "board" => cfg!(all(target_os = "linux", target_arch = "x86_64")),
+        _ => true,
+    })
 }
 
 /// What every script begins with: it stops at the first failure, and knows where it is.
@@ -52,7 +51,7 @@ cp CHANGELOG.md "$release"
 "#],
 };
 
-pub(crate) const CRATES: Stage = Stage {
+const CRATES: Stage = Stage {
     name: "crates",
     about: "the crates for crates.io, each built from its package",
     commands: &[r#"
@@ -63,7 +62,7 @@ cp target/package/*.crate "$release"
 "#],
 };
 
-pub(crate) const COMMAND: Stage = Stage {
+const COMMAND: Stage = Stage {
     name: "command",
     about: "the command for this machine, with completions and manual pages",
     commands: &[r#"
@@ -95,7 +94,7 @@ test -s ../"$name"/man/man1/delta-cal-calibrate.1
 "#],
 };
 
-pub(crate) const LIBRARY: Stage = Stage {
+const LIBRARY: Stage = Stage {
     name: "c-library",
     about: "the C library for this machine, found by CMake and pkg-config",
     commands: &[r#"
@@ -162,7 +161,7 @@ empty
     ],
 };
 
-pub(crate) const BOARD: Stage = Stage {
+const BOARD: Stage = Stage {
     name: "board",
     about: "the controller for a real board, Raspberry Pi Pico 2, as UF2",
     commands: &[

@@ -13,7 +13,6 @@
 #[cfg(target_os = "none")]
 mod handler {
     use core::panic::PanicInfo;
-    use delta_cal::samples::SampleError;
 
     unsafe extern "C" {
         fn a_panic_path_survives() -> !;

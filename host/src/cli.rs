@@ -90,6 +90,8 @@ fn run_command(command: Command, arguments: &ArgMatches) -> Result<(), Failure> 
         Command::Import(own) => import::run(&own),
         Command::Device(own) => device::run(&own),
         Command::Completions { shell } => complete(shell),
+        #[cfg(feature = "man")]
+        Command::Man { folder } => write_manual(&folder),
     }
 }
 
@@ -139,6 +141,19 @@ enum Command {
         /// The shell that is to complete commands and options
         shell: Shell,
     },
+    /// Write the manual pages into a folder
+    #[cfg(feature = "man")]
+    #[command(hide = true)]
+    Man {
+        /// The folder, which must exist
+        folder: std::path::PathBuf,
+    },
+}
+
+#[cfg(feature = "man")]
+fn write_manual(folder: &std::path::Path) -> Result<(), Failure> {
+    clap_mangen::generate_to(Arguments::command(), folder)
+        .map_err(|error| Failure::output(format!("{}: {error}", folder.display())))
 }
 
 fn complete(shell: Shell) -> Result<(), Failure> {

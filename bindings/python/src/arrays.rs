@@ -3,7 +3,6 @@
 use crate::errors::value_error;
 use delta_cal::robot::Drive;
 use delta_cal_host::{InputText, RobotFile};
-use nalgebra::Vector3;
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;

@@ -7,7 +7,7 @@ use crate::samples::{Again, Samples};
 use delta_cal_host::calibration::report::FrameReport;
 use delta_cal_host::files::document::Document;
 use delta_cal_host::report::calibration::comment;
-use delta_cal_host::{Frame, Method, Options, Readings, Report, RobotFile};
+use delta_cal_host::{Frame, Method, Options, Readings, Report};
 use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -235,7 +235,8 @@ impl Calibration {
         let signs = self.report.before.convention.signs();
         let stated = |place: usize| {
             let (row, column) = (place / 24, place % 24);
-            signs[row % 8] * signs[column % 8] * own[(row, column)]
+            // Of one triangle: symmetric to the last bit.
+            signs[row % 8] * signs[column % 8] * own[(row.max(column), row.min(column))]
         };
         array(py, (0..576).map(stated).collect(), &[24, 24])
     }

@@ -9,9 +9,11 @@ import { chromium } from "playwright-core";
 
 const HERE = dirname(fileURLToPath(import.meta.url));
 export const ROOT = join(HERE, "../../..");
-export const DIST = join(HERE, "../dist");
+/** Where the page is, unpacked: `PAGE` names another folder than where it was built. */
+const PAGE = process.env.PAGE ?? join(HERE, "..");
+export const DIST = join(PAGE, "dist");
 /** The page in one file. */
-export const FILE = join(HERE, "../delta-cal.html");
+export const FILE = join(PAGE, "delta-cal.html");
 /** All pages and commands are of this time. */
 export const NOW = 1_772_000_000;
 const CHROMIUM = process.env.CHROMIUM ?? "/usr/bin/chromium";
@@ -105,7 +107,9 @@ export function command(files, ...values) {
     if (error.status === undefined || error.status === null) throw error;
     [said, code] = [error.stdout + error.stderr, error.status];
   }
-  return { said, code, file: (name) => text(join(folder, name)) };
+  // The page has no command line to name.
+  const line = /<dt>Command<\/dt><dd>.*?<\/dd>|,\s*"command": "[^"]*"/;
+  return { said, code, file: (name) => text(join(folder, name)).replace(line, "") };
 }
 
 /** That two texts are equal, byte for byte; otherwise where they begin to differ. */

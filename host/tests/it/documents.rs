@@ -90,3 +90,41 @@ fn documents_show_what_the_commands_print() {
     assert!(wrong.is_empty(), "{wrong}");
     assert!(compared >= 5, "{compared}");
 }
+
+/// Every package has the version that the changelog begins with, as have the packages that depend on it.
+#[test]
+fn versions_agree() {
+    let read = |path: &str| std::fs::read_to_string(root().join(path)).unwrap();
+    let toml = |path: &str| read(path).parse::<toml::Table>().unwrap();
+    let version = env!("CARGO_PKG_VERSION");
+    let workspace = &toml("Cargo.toml")["workspace"];
+    let mut found = vec![(
+        "the workspace".to_owned(),
+        workspace["package"]["version"].clone(),
+    )];
+    for (name, needed) in workspace["dependencies"].as_table().unwrap() {
+        if needed.get("path").is_some()
+            && let Some(version) = needed.get("version")
+        {
+            found.push((name.clone(), version.clone()));
+        }
+    }
+    let own = ["firmware-example/boards/pico2", "tests/fuzz/programs"];
+    let members = workspace["members"].as_array().unwrap();
+    for folder in members.iter().map(|it| it.as_str().unwrap()).chain(own) {
+        let version = &toml(&format!("{folder}/Cargo.toml"))["package"]["version"];
+        if version.get("workspace").is_none() {
+            found.push((folder.to_owned(), version.clone()));
+        }
+    }
+    for (what, found) in &found {
+        assert_eq!(found.as_str(), Some(version), "{what}");
+    }
+    assert!(found.len() >= 6, "{found:?}");
+    // maturin takes it from Cargo.toml.
+    let python = &toml("bindings/python/pyproject.toml")["project"]["dynamic"];
+    assert_eq!(python.as_array().unwrap(), &["version".into()]);
+    let changelog = read("CHANGELOG.md");
+    let newest = changelog.lines().find_map(|line| line.strip_prefix("## "));
+    assert!(newest.unwrap().starts_with(&format!("{version}, ")));
+}

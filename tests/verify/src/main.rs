@@ -1,6 +1,11 @@
 //! Every check of the project in one command: `cargo verify`.
 
+mod papers;
+mod release;
+mod uf2;
+
 use delta_cal_verify::{REQUIRE, at_root, is_here, tail};
+use release::{PARTS, PRELUDE, PYTHON, WEB};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -11,10 +16,11 @@ use std::time::{Duration, Instant};
 const USAGE: &str = "\
 Runs every check of the code, two stages at a time, and prints a summary. Output is in target/verify/STAGE.log.
 
-Usage: cargo verify [all | quick | STAGE...]
+Usage: cargo verify [all | quick | release | STAGE...]
 
   all         then also the page in a browser and the Python package, or says which of them it skips
   quick       format, clippy on this machine, unit tests (about a minute)
+  release     builds what a release consists of into target/release-VERSION, and tries it (docs/release.md)
   STAGE...    only these, in sequence, with output on the terminal
   --help      print this and the stages
 ";
@@ -23,7 +29,7 @@ Usage: cargo verify [all | quick | STAGE...]
 struct Stage {
     name: &'static str,
     about: &'static str,
-    /// Words are separated by spaces.
+    /// Words are separated by spaces; several lines are a shell script, after `release::PRELUDE`.
     commands: &'static [&'static str],
 }
 
@@ -153,17 +159,6 @@ const FEATURES: Stage = Stage {
     ],
 };
 
-/// Runs only on request, and in the workflow: the controller itself is built and run for the emulated boards.
-const BOARD: Stage = Stage {
-    name: "board",
-    about: "builds the controller for a real board, Raspberry Pi Pico 2",
-    commands: &[
-        "rustup target add thumbv8m.main-none-eabihf",
-        "cargo build --quiet --locked --release --manifest-path firmware-example/boards/pico2/Cargo.toml \
-         --target thumbv8m.main-none-eabihf --target-dir target/pico2",
-    ],
-};
-
 /// Runs only on request.
 const MIRI: Stage = Stage {
     name: "miri",
@@ -172,36 +167,6 @@ const MIRI: Stage = Stage {
     commands: &[
         "cargo +nightly miri test --target arm-unknown-linux-gnueabi --target-dir target/miri --package delta-cal-c \
          --test it -- misuse calibrations",
-    ],
-};
-
-/// Runs only on request.
-const WEB: Stage = Stage {
-    name: "web",
-    about: "the page builds and works in a browser (node, npm, python3, chromium)",
-    commands: &[
-        "npm ci --prefix bindings/web --no-audit --no-fund",
-        "node bindings/web/build.mjs",
-        "cargo build --quiet --profile test --package delta-cal-host --bin delta-cal",
-        "node --test bindings/web/tests/",
-    ],
-};
-
-/// Runs only on request: builds the host again, optimised.
-const PYTHON: Stage = Stage {
-    name: "python",
-    about: "the Python package in its own environment: clippy, pip install, tests, types, examples",
-    commands: &[
-        "cargo clippy --quiet --package delta-cal-python -- --deny warnings",
-        "cargo build --quiet --profile test --package delta-cal-host --bin delta-cal",
-        "python3 -m venv --clear target/python",
-        "target/python/bin/python -m pip install --quiet ./bindings/python[test]",
-        "env DELTA_CAL=target/debug/delta-cal target/python/bin/python -m pytest --quiet bindings/python/tests",
-        "env MYPYPATH=bindings/python/tests target/python/bin/python -m mypy --strict bindings/python/examples",
-        "env --chdir=target/python bin/python ../../bindings/python/examples/laboratory.py",
-        "env --chdir=target/python bin/python ../../bindings/python/examples/circles.py",
-        "env --chdir=target/python bin/python ../../bindings/python/examples/cluster.py 500 2",
-        "env --chdir=target/python bin/python ../../bindings/python/examples/speed.py",
     ],
 };
 
@@ -231,44 +196,52 @@ const TARGETS: [&str; 3] = [
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let stages = [FORMAT, CLIPPY, UNITS, FEATURES, BOARD, MIRI, PYTHON, WEB];
-    let all = || stages.iter().chain(SIDE_BY_SIDE.into_iter().flatten());
-    if arguments.iter().any(|it| it == "-h" || it == "--help") {
-        print!("{USAGE}\nStages:\n");
-        for (index, stage) in all().enumerate() {
-            if all().take(index).all(|before| before.name != stage.name) {
-                println!("  {:<9}  {}", stage.name, stage.about);
-            }
-        }
-        return ExitCode::SUCCESS;
-    }
+    let arguments: Vec<&str> = arguments.iter().map(|it| &**it).collect();
+    let stages = [FORMAT, CLIPPY, UNITS, FEATURES, MIRI];
+    let all = || {
+        let usual = stages.iter().chain(SIDE_BY_SIDE.into_iter().flatten());
+        usual.chain(&PARTS)
+    };
     let begin = Instant::now();
     let mut failed = Vec::new();
-    let all_that_ships = arguments == ["all"];
-    if arguments.is_empty() || all_that_ships {
-        install(&TARGETS, &PROGRAMS);
-        if let Err(error) = fs::create_dir_all(logs()) {
-            eprintln!("target/verify: {error}");
-            return ExitCode::FAILURE;
+    match arguments[..] {
+        ["write-papers", target, folder] => return done(papers::write(target, Path::new(folder))),
+        ["write-uf2", program, into] => return done(uf2::write(program, into)),
+        ["release"] => {
+            install(&TARGETS, &[&PROGRAMS[..], &FOR_PYTHON, &FOR_WEB].concat());
+            failed.extend(release::parts().filter_map(in_silence));
         }
-        failed.extend(in_silence(&FORMAT));
-        failed.extend(side_by_side());
-        if all_that_ships {
-            failed.extend(with_programs(&PYTHON, &FOR_PYTHON));
-            failed.extend(with_programs(&WEB, &FOR_WEB));
-        }
-    } else {
-        for name in &arguments {
-            let quick = [FORMAT, CLIPPY, UNITS];
-            let chosen: Vec<&Stage> = match &**name {
-                "quick" => quick.iter().collect(),
-                _ => all().find(|stage| stage.name == name).into_iter().collect(),
-            };
-            if chosen.is_empty() {
-                eprintln!("Unknown stage {name:?}; cargo verify --help lists all stages.");
-                return ExitCode::from(2);
+        [] | ["all"] => {
+            install(&TARGETS, &PROGRAMS);
+            failed.extend(in_silence(&FORMAT));
+            failed.extend(side_by_side());
+            if arguments == ["all"] {
+                failed.extend(with_programs(&PYTHON, &FOR_PYTHON));
+                failed.extend(with_programs(&WEB, &FOR_WEB));
             }
-            failed.extend(chosen.into_iter().filter_map(on_the_terminal));
+        }
+        _ if arguments.iter().any(|it| ["-h", "--help"].contains(it)) => {
+            print!("{USAGE}\nStages:\n");
+            for (index, stage) in all().enumerate() {
+                if all().take(index).all(|before| before.name != stage.name) {
+                    println!("  {:<9}  {}", stage.name, stage.about);
+                }
+            }
+            return ExitCode::SUCCESS;
+        }
+        _ => {
+            for name in arguments {
+                let quick = [FORMAT, CLIPPY, UNITS];
+                let chosen: Vec<&Stage> = match name {
+                    "quick" => quick.iter().collect(),
+                    _ => all().find(|stage| stage.name == name).into_iter().collect(),
+                };
+                if chosen.is_empty() {
+                    eprintln!("Unknown stage {name:?}; cargo verify --help lists all stages.");
+                    return ExitCode::from(2);
+                }
+                failed.extend(chosen.into_iter().filter_map(on_the_terminal));
+            }
         }
     }
     let seconds = begin.elapsed().as_secs_f64();
@@ -278,6 +251,15 @@ fn main() -> ExitCode {
     }
     println!("failed: {}  {seconds:.0} s", failed.join(", "));
     ExitCode::FAILURE
+}
+
+/// The exit code of what scripts call.
+fn done(result: Result<(), String>) -> ExitCode {
+    if let Err(error) = result {
+        eprintln!("{error}");
+        return ExitCode::FAILURE;
+    }
+    ExitCode::SUCCESS
 }
 
 /// Installs what stages need besides Rust. If that fails, they report what is missing.
@@ -338,7 +320,8 @@ fn side_by_side() -> Vec<&'static str> {
 fn in_silence(stage: &Stage) -> Option<&'static str> {
     let begin = Instant::now();
     let path = logs().join(format!("{}.log", stage.name));
-    let done = File::create(&path)
+    let done = fs::create_dir_all(logs())
+        .and_then(|()| File::create(&path))
         .map_err(|error| error.to_string())
         .and_then(|file| run(stage, Some(&file)));
     let printed = fs::read_to_string(&path).unwrap_or_default();
@@ -385,8 +368,16 @@ fn run(stage: &Stage, into: Option<&File>) -> Result<(), String> {
 /// Runs a command that must succeed, with its output in the file or on the terminal.
 fn attempt(line: &str, into: Option<&File>) -> Result<(), String> {
     let mut words = line.split_whitespace();
-    let mut command = at_root(words.next().unwrap_or_default());
-    command.args(words).env(REQUIRE, "1");
+    let mut command = if line.contains('\n') {
+        let mut shell = at_root("sh");
+        shell.arg("-c").arg(format!("{PRELUDE}{line}"));
+        shell
+    } else {
+        let mut command = at_root(words.next().unwrap_or_default());
+        command.args(words);
+        command
+    };
+    command.env(REQUIRE, "1");
     if let Some(file) = into {
         let copy = || file.try_clone().map_err(|error| error.to_string());
         command.stdout(copy()?).stderr(copy()?);

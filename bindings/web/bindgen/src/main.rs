@@ -13,6 +13,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Bindgen::new()
         .input_path(program)
         .web(true)?
+        // The page lets it find the program beside it.
+        .omit_default_module_path(false)
         .typescript(false)
         .remove_name_section(true)
         .remove_producers_section(true)

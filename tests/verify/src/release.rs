@@ -1,0 +1,188 @@
+//! What a release consists of, in target/release-VERSION. Each part is tried in an empty folder, as its users have it.
+
+use crate::Stage;
+
+/// All parts. Some are the same everywhere, and built on one of the systems only.
+pub(crate) const PARTS: [Stage; 8] = [PAPERS, COMMAND, PYTHON, LIBRARY, CRATES, WEB, BOARD, SUMS];
+
+/// The parts that are built on this machine.
+pub(crate) fn parts() -> impl Iterator<Item = &'static Stage> {
+    PARTS.iter().filter(|part| match part.name {
+        "c-library" => cfg!(target_os = "linux"),
+        "crates" | "web" | "board" => cfg!(all(target_os = "linux", target_arch = "x86_64")),
+        _ => true,
+    })
+}
+
+/// What every script begins with: it stops at the first failure, and knows where it is.
+pub(crate) const PRELUDE: &str = concat!(
+    "set -eu; root=$PWD; release=$PWD/target/release-",
+    env!("CARGO_PKG_VERSION"),
+    r#"
+mkdir -p "$release" target/archive
+host=$(rustc -vV | sed -n 's/^host: //p')
+# The command is static on Linux.
+target=$(echo "$host" | sed 's/-linux-gnu$/-linux-musl/')
+empty() {
+  folder=$(mktemp -d)
+  trap 'rm -rf "$folder"' EXIT
+  cd "$folder"
+}
+# Packs a folder of target/archive, unpacks it in an empty folder, and enters that.
+archive() {
+  cp LICENSE-* "$release/THIRD-PARTY.txt" "target/archive/$1"
+  tar -czf "$release/$1.tar.gz" -C target/archive "$1"
+  empty
+  tar -xzf "$release/$1.tar.gz"
+}
+"#
+);
+
+const PAPERS: Stage = Stage {
+    name: "papers",
+    about: "licences and bill of materials of what a release contains",
+    commands: &[r#"
+rm -rf "$release" target/archive
+mkdir -p "$release" target/archive
+cargo fetch --quiet --locked
+cargo fetch --quiet --locked --manifest-path firmware-example/boards/pico2/Cargo.toml
+cargo verify write-papers "$target" "$release"
+cp CHANGELOG.md "$release"
+"#],
+};
+
+const CRATES: Stage = Stage {
+    name: "crates",
+    about: "the crates for crates.io, each built from its package",
+    commands: &[r#"
+rm -rf target/package
+cargo package --quiet --locked --package delta-cal --package delta-cal-protocol --package delta-cal-controller \
+  --package delta-cal-c --package delta-cal-host
+cp target/package/*.crate "$release"
+"#],
+};
+
+const COMMAND: Stage = Stage {
+    name: "command",
+    about: "the command for this machine, with completions and manual pages",
+    commands: &[r#"
+rustup target add "$target"
+cargo build --quiet --locked --release --package delta-cal-host --bin delta-cal --features man --target "$target" \
+  --config profile.release.strip=true
+name=delta-cal-$target
+folder=target/archive/$name
+rm -rf "$folder"
+mkdir -p "$folder/completions" "$folder/man/man1"
+cp README.md CHANGELOG.md "target/$target/release/delta-cal"* "$folder"
+rm -f "$folder"/*.d "$folder"/*.pdb
+for shell in bash elvish fish powershell zsh; do
+  "$folder/delta-cal" completions "$shell" > "$folder/completions/delta-cal.$shell"
+done
+"$folder/delta-cal" man "$folder/man/man1"
+archive "$name"
+delta_cal="$PWD/$name/delta-cal"
+case $target in *-musl) ldd "$delta_cal" 2>&1 | grep -q -e 'statically linked' -e 'not a dynamic' ;; esac
+mkdir mine
+cd mine
+"$delta_cal" init
+"$delta_cal" plan robot.toml --count 12 --output poses.csv
+"$delta_cal" calibrate --output calibrated.toml --report report.html
+"$delta_cal" export calibrated.toml --for linuxcnc
+test -s poses.csv && test -s report.html
+grep -q calibrate ../"$name"/man/man1/delta-cal.1
+test -s ../"$name"/man/man1/delta-cal-calibrate.1
+"#],
+};
+
+const LIBRARY: Stage = Stage {
+    name: "c-library",
+    about: "the C library for this machine, found by CMake and pkg-config",
+    commands: &[r#"
+cmake -S bindings/c -B target/c-library -DCMAKE_INSTALL_LIBDIR=lib "-DDELTA_CAL_BUILD=$root/target/firmware"
+cmake --build target/c-library
+name=delta-cal-c-$host
+rm -rf "target/archive/$name"
+cmake --install target/c-library --prefix "target/archive/$name"
+archive "$name"
+block() { awk "/^\`\`\`$1\$/{on=1;next} /^\`\`\`/{if(on)exit} on" "$root/docs/c.md"; }
+block c > main.c
+block text > expected
+export PKG_CONFIG_PATH=$PWD/$name/lib/pkgconfig
+cc main.c $(pkg-config --cflags --libs delta-cal) -lm -o controller
+LD_LIBRARY_PATH=$name/lib ./controller | diff expected -
+block cmake | sed 's/^include.*/find_package(delta-cal 0.1 REQUIRED)/' > CMakeLists.txt
+cmake -S . -B build "-DCMAKE_PREFIX_PATH=$PWD/$name"
+cmake --build build
+build/controller | diff expected -
+"#],
+};
+
+pub(crate) const WEB: Stage = Stage {
+    name: "web",
+    about: "the page builds and works in a browser (node, npm, python3, chromium)",
+    commands: &[
+        "npm ci --prefix bindings/web --no-audit --no-fund",
+        "node bindings/web/build.mjs",
+        "cargo build --quiet --profile test --package delta-cal-host --bin delta-cal",
+        r#"
+tar -czf "$release/delta-cal-page.tar.gz" -C bindings/web dist
+cp bindings/web/delta-cal.html "$release"
+empty
+tar -xzf "$release/delta-cal-page.tar.gz"
+cp "$release/delta-cal.html" .
+PAGE=$PWD node --test "$root/bindings/web/tests/"
+"#,
+    ],
+};
+
+pub(crate) const PYTHON: Stage = Stage {
+    name: "python",
+    about: "the Python package: clippy, source archive, wheel from it, its tests, types, examples",
+    commands: &[
+        "cargo clippy --quiet --package delta-cal-python --all-targets -- --deny warnings",
+        "cargo build --quiet --profile test --package delta-cal-host --bin delta-cal",
+        r#"
+python3 -m venv --clear target/python
+python=$(ls "$PWD"/target/python/*/python)
+"$python" -m pip install --quiet 'maturin>=1.9,<2'
+rm -f "$release"/delta_cal-*
+# The wheel is built from the source archive, with the versions of the lock file.
+CARGO_TARGET_DIR=$PWD/target "$python" -m maturin build --quiet --release --sdist --out "$release" \
+  --manifest-path bindings/python/Cargo.toml
+"$python" -m pip install --quiet "$(ls "$release"/delta_cal-*.whl)[test]"
+export DELTA_CAL=$PWD/target/debug/delta-cal MYPYPATH=$PWD/bindings/python/tests
+empty
+"$python" -m pytest --quiet -p no:cacheprovider "$root/bindings/python/tests"
+"$python" -m mypy --strict "$root/bindings/python/examples"
+"$python" "$root/bindings/python/examples/laboratory.py"
+"$python" "$root/bindings/python/examples/circles.py"
+"$python" "$root/bindings/python/examples/cluster.py" 500 2
+"#,
+    ],
+};
+
+const BOARD: Stage = Stage {
+    name: "board",
+    about: "the controller for a real board, Raspberry Pi Pico 2, as UF2",
+    commands: &[
+        "rustup target add thumbv8m.main-none-eabihf",
+        "cargo build --quiet --locked --release --manifest-path firmware-example/boards/pico2/Cargo.toml \
+         --target thumbv8m.main-none-eabihf --target-dir target/pico2",
+        "
+cargo verify write-uf2 target/pico2/thumbv8m.main-none-eabihf/release/delta-cal-pico2 \
+  \"$release/delta-cal-pico2.uf2\"
+",
+    ],
+};
+
+const SUMS: Stage = Stage {
+    name: "sums",
+    about: "SHA-256 of every file of a release",
+    commands: &[r#"
+cd "$release"
+rm -f SHA256SUMS
+(sha256sum -- * || shasum -a 256 -- *) > ../SHA256SUMS
+mv ../SHA256SUMS .
+ls -l
+"#],
+};

@@ -481,7 +481,8 @@ impl Imported {
             self.robot.instruments.distance_scale = Some(SHRINKAGE);
         }
         // One designed length does not tell an oversize from a scale.
-        let differ = stated.printed.windows(2).any(|own| own[0][0] != own[1][0]);
+        let mut pairs = stated.printed.windows(2);
+        let differ = pairs.any(|own| (own[0][0] - own[1][0]).abs() > 1.0);
         if differ && !measured {
             self.robot.instruments.oversize = Some(OVERSIZE);
         }

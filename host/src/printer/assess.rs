@@ -183,13 +183,6 @@ impl Printer {
             && better_probability.is_none_or(Better::is_likely);
         let [before, after] = [before, after].map(|own| own.map(|own| own.of_readings(judged)));
         let uneven = Uneven::of(solution, radius);
-        // More readings are as good as those that there are.
-        let mut as_measured = calibrated.clone();
-        as_measured.instruments.height_noise = Some(solution.levels.height);
-        as_measured.instruments.distance_noise = Some(solution.levels.distance);
-        if distances == 0 {
-            as_measured.instruments.distance_scale = Some(SHRINKAGE);
-        }
         Ok(Self {
             firmware: imported.firmware.name(),
             kinematics: imported.kinematics(),
@@ -216,7 +209,7 @@ impl Printer {
             changes,
             sigma_before_mm: prior(robot).map(|own| uncertain.relative.dot(&own).sqrt()),
             next: next(
-                &as_measured,
+                &as_measured(calibrated, solution, distances),
                 &imported.readings,
                 (radius, &uncertain.relative),
                 uncertain.relative.dot(&covariance).sqrt(),
@@ -261,4 +254,15 @@ impl Printer {
         let furthest = rows.max_by(|(_, one), (_, other)| one.total_cmp(other));
         furthest.map(|(index, _)| index)
     }
+}
+
+/// The calibrated robot, of which more readings are as good as those that there are.
+fn as_measured(calibrated: &RobotFile, solution: &Solution, distances: usize) -> RobotFile {
+    let mut robot = calibrated.clone();
+    robot.instruments.height_noise = Some(solution.levels.height);
+    robot.instruments.distance_noise = Some(solution.levels.distance);
+    if distances == 0 {
+        robot.instruments.distance_scale = Some(SHRINKAGE);
+    }
+    robot
 }

@@ -12,9 +12,8 @@
 
 use super::Frame;
 use super::datum::Datum;
-use super::observations::{USUAL_TOUCH, is_stated};
+use super::observations::{SETTLED, USUAL_TOUCH, is_stated};
 use super::solution::{Sensitivity, Solution, Unsolved};
-use super::solve::SETTLED;
 use crate::effects::{
     At, Course, Effect, EffectKind, Estimated, Places, motion, moved, sigmas_of_bed,
 };

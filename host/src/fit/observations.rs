@@ -16,6 +16,8 @@ pub(crate) const USUAL_HEIGHT: f64 = 0.02;
 pub(crate) const USUAL_DISTANCE: f64 = 0.05;
 /// The same of a touch, where the shape of the bed is known to differ from a plane.
 pub(crate) const USUAL_TOUCH: f64 = 0.01;
+/// An estimated σ has converged if its relative change is below this.
+pub(super) const SETTLED: f64 = 0.003;
 /// Without a stated tolerance, nothing determines where the robot stands in an unknown frame. A tolerance this wide
 /// about the robot of the file decides that and nothing else: fraction of the forearm, and radians.
 const GAUGE_LENGTH: f64 = 0.02;

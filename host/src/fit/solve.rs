@@ -2,7 +2,7 @@
 
 use super::estimators::Task;
 use super::jointly::jointly;
-use super::observations::{USUAL_DISTANCE, USUAL_HEIGHT, is_stated, levels, tolerance};
+use super::observations::{SETTLED, USUAL_DISTANCE, USUAL_HEIGHT, is_stated, levels, tolerance};
 use super::solution::{KindNoise, Levels, Solution, Unsolved};
 use super::{Frame, Method, Options};
 use crate::effects::Estimated;
@@ -15,8 +15,6 @@ use statrs::function::gamma::ln_gamma;
 const USUAL_FREEDOM: f64 = 3.0;
 /// Fewest degrees of freedom that can tell a noise without prior.
 const LEAST_FREEDOM: f64 = 2.5;
-/// σ has converged if its relative change is below this.
-pub(super) const SETTLED: f64 = 0.003;
 const ROUNDS: u32 = 60;
 /// A σ below this fraction of the forearm is rounding error.
 const ROUNDING: f64 = 1e-11;

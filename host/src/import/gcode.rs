@@ -2,7 +2,7 @@
 
 use super::imported::{Imported, Machine, Towers, USUAL_TOWERS};
 use super::probe::Probe;
-use super::rotary::{M669, of_gcode};
+use super::rotary::{M666, M669, of_gcode};
 use super::settings::{Entry, Settings};
 use super::{Firmware, Includes, Stated};
 use crate::files::input::{InputError, InputText};
@@ -15,7 +15,6 @@ const LARGEST_TRIM: f64 = 10.0;
 const OVERRIDE: &str = "config-override.g";
 
 const M665: &str = "M665";
-pub(super) const M666: &str = "M666";
 /// The probe's offsets: Marlin's, RepRapFirmware's, and the latter's height between touches.
 const M851: &str = "M851";
 const G31: &str = "G31";

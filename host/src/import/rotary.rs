@@ -8,6 +8,7 @@ use crate::files::samples_file::Readings;
 use delta_cal::robot::Arm;
 use std::collections::BTreeMap;
 
+pub(super) const M666: &str = "M666";
 pub(super) const M669: &str = "M669";
 /// The kinematics of rotary Deltas.
 const ROTARY: f64 = 10.0;
@@ -89,8 +90,7 @@ pub(super) fn of_gcode(words: &Settings, stated: &Stated) -> Result<Option<Impor
     };
     let range = words.numbers(M669, "A", (':', "two angles"))?;
     let highest = range.get(1).copied().unwrap_or(HIGHEST);
-    let [corrections, trims] =
-        [M669, super::gcode::M666].map(|command| words.three(command, ["X", "Y", "Z"]));
+    let [corrections, trims] = [M669, M666].map(|command| words.three(command, ["X", "Y", "Z"]));
     let (corrections, trims) = (corrections?, trims?);
     let arms = Arms {
         azimuths: [0, 1, 2].map(|arm| ARMS[arm] + corrections[arm]),

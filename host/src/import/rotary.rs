@@ -133,6 +133,16 @@ pub(super) fn import(
         let key = (LENGTHS.to_owned(), option.to_owned());
         entries.entry(key).or_insert(entry);
     }
+    let lengths = &NAMES[..4];
+    let missing = lengths
+        .iter()
+        .find(|(option, _)| !entries.contains_key(&(LENGTHS.to_owned(), (*option).to_owned())));
+    if let Some((_, names)) = missing {
+        let cause = format!("the file states no {}", names.join(" or "));
+        return Err(InputError::new(input.name(), cause).with_remedy(
+            "give FluidNC's YAML file with parallel_delta, or what grblHAL prints for $$ with its Delta kinematics",
+        ));
+    }
     let settings = Settings {
         firmware,
         name: input.name().to_owned(),

@@ -120,6 +120,8 @@ fn rotary_lines_are_imported_as_they_are_exported() {
         if home.is_empty() {
             let refused = "--count 9 ⇒ 3 ⇒ no commands that touch a bed are known";
             assert_refused(&folder, &format!("plan {name}"), refused);
+            let refused = "--output other ⇒ 3 ⇒ robot.toml: the file states no crank_mm or $642";
+            assert_refused(&folder, &format!("import {target} robot.toml"), refused);
         } else {
             assert!(
                 run.stdout

@@ -375,13 +375,23 @@ impl Report {
         let mut after = RobotFile {
             robot: solution.robot.clone(),
             sensor_frame: frame.or(before.sensor_frame),
+            parallelograms: before.parallelograms.map(|own| {
+                solution
+                    .tilt()
+                    .map_or(own, |found| own.with_numbers(&found.by))
+            }),
             ..before.clone()
         };
         let (expected, known) = judged.expected();
         after.instruments.expected = expected
             .as_ref()
             .map(|own| [own.absolute.rms, own.intrinsic.rms]);
-        let spread = Spread::of(solution, &judged.poses.inside, solution.is_absolute());
+        let spread = Spread::of(
+            solution,
+            &after.tool(),
+            &judged.poses.inside,
+            solution.is_absolute(),
+        );
         let expected = expected.as_ref();
         let lines = readings.rows.iter().zip(&solution.rows);
         let suspected = lines

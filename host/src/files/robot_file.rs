@@ -5,7 +5,7 @@ mod section;
 mod write;
 
 use super::convention::Convention;
-use crate::geometry::{LIMIT_MARGIN, Reach, Region, outside_limits};
+use crate::geometry::{LIMIT_MARGIN, Parallelograms, PlatformPose, Reach, Region, outside_limits};
 use crate::text::joint;
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
@@ -42,6 +42,14 @@ const TRANSMISSION_KEYS: [&str; 5] = [
     "transmission_sin2_deg",
 ];
 
+/// The keys of an arm's rods in an `[[arm]]` section.
+const ROD_KEYS: [&str; 4] = [
+    "rod_difference_mm",
+    "spacing_difference_mm",
+    "axis_yaw_deg",
+    "axis_roll_deg",
+];
+
 /// The content of a robot file. [`template`](Self::template) explains every key.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobotFile {
@@ -67,6 +75,10 @@ pub struct RobotFile {
     pub sensor_frame: Option<RigidTransform<f64>>,
     /// The platform radius, mm, if known: the parameters hold only the difference between base and platform radius.
     pub platform_radius: Option<f64>,
+    /// The two rods of each arm, if their spacing is known; without, the platform does not tilt.
+    pub parallelograms: Option<Parallelograms>,
+    /// The point of the platform for which errors are stated, if it is not the platform point, mm.
+    pub tool: Option<Vector3<f64>>,
     /// Noise and positions of other instruments.
     pub instruments: InstrumentFacts,
     /// The robot's identity and how it was measured.
@@ -88,6 +100,8 @@ impl RobotFile {
             noise: None,
             sensor_frame: None,
             platform_radius: None,
+            parallelograms: None,
+            tool: None,
             instruments: InstrumentFacts::default(),
             record: Record::default(),
         }
@@ -177,6 +191,14 @@ impl RobotFile {
         own
     }
 
+    /// The point of the platform for which errors are stated.
+    pub(crate) fn tool(&self) -> Tool {
+        Tool {
+            place: self.tool.unwrap_or_default(),
+            parallelograms: self.parallelograms,
+        }
+    }
+
     /// The limits on poses.
     pub const fn reach(&self) -> Reach {
         Reach {
@@ -184,6 +206,27 @@ impl RobotFile {
             forearm_limit: self.forearm_limit,
             within: self.within,
         }
+    }
+}
+
+/// A point of a platform that may tilt.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Tool {
+    /// From the platform point to it, mm.
+    pub place: Vector3<f64>,
+    /// The rods that hold the platform; `None` if they are parallelograms.
+    pub parallelograms: Option<Parallelograms>,
+}
+
+impl Tool {
+    /// Its position with a robot at these joints (radians or mm), mm; `None` if the robot does not reach them, or nothing
+    /// holds the platform's rotation there.
+    pub fn position(&self, robot: &Robot<f64>, joints: &[f64; 3]) -> Option<Vector3<f64>> {
+        let pose = match &self.parallelograms {
+            Some(rods) => rods.pose(robot, joints)?,
+            None => PlatformPose::level(robot.forward(joints).ok()?),
+        };
+        Some(pose.of(&self.place))
     }
 }
 

@@ -189,7 +189,13 @@ impl<'a> Bench<'a> {
                 let edge = Vec::new();
                 let (poses, region) = (WorkspacePoses { inside, edge }, region.turned(convention));
                 let within = |at: &Vector3<f64>| region.contains(at);
-                ExpectedError::at(robot, &covariance, &setup.robot.reach(), &poses, within)
+                ExpectedError::at(
+                    (robot, &setup.robot.tool()),
+                    &covariance,
+                    &setup.robot.reach(),
+                    &poses,
+                    within,
+                )
             }
             _ => ExpectedError::of_robot(&setup.robot, robot, &covariance),
         };

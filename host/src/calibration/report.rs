@@ -2,6 +2,8 @@
 //! degrees; docs/json.md documents the keys.
 
 use super::findings::findings;
+use super::tilt::tilt;
+pub use super::tilt::{RodsReport, TiltReport};
 use crate::accuracy::budget::{Contribution, budget};
 use crate::accuracy::expanded::{COVERAGE, Spread, of_vectors};
 use crate::accuracy::improvement::WorkspaceComparison;
@@ -99,6 +101,8 @@ pub struct Report {
     pub points: Vec<PointReport>,
     /// The joints' transmissions, if they were to be found.
     pub transmissions: Vec<TransmissionReport>,
+    /// How the platform tilts, if the spacing of its rods is stated.
+    pub tilt: Option<TiltReport>,
     /// The lines that a robust fit left out.
     pub suspected_samples: Vec<u64>,
     /// The poses whose x, y and z would help most.
@@ -442,6 +446,7 @@ impl Report {
             planes: planes(readings, solution, before),
             points: points(readings, solution, before),
             transmissions: transmissions(solution, &before.convention),
+            tilt: tilt(&after, solution, &judged.poses.inside),
             suspected_samples: suspected,
             next_poses: next_poses(before, solution, &judged.poses.inside),
             diagnosis,

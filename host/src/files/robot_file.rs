@@ -199,6 +199,14 @@ impl RobotFile {
         }
     }
 
+    /// The platform point.
+    pub fn platform_point(&self) -> Tool {
+        Tool {
+            parallelograms: self.parallelograms,
+            ..Tool::default()
+        }
+    }
+
     /// The limits on poses.
     pub const fn reach(&self) -> Reach {
         Reach {

@@ -236,9 +236,9 @@ impl Information {
         let least = (arm.upper_arm_length() / arm.lb()).powi(2);
         let touched = !setup.planes.is_empty();
         let measured = |kind| kind != Kind::Height || touched;
-        let effects = stated(&setup.robot, &[], measured, frame);
+        let effects = stated(&setup.robot, &setup.targets, measured, frame);
         let course = Course {
-            tilting: Tilting::of(&setup.robot, &[]),
+            tilting: Tilting::of(&setup.robot, &setup.targets),
             ..Course::of(robot, &setup.places, &Readings::of_readings(rows))
         };
         let beyond: usize = effects.iter().map(|own| own.effect.unknowns()).sum();

@@ -198,6 +198,10 @@ fn sigma(solution: &Solution, robot: &RobotFile, source: &str) -> Option<f64> {
         other => {
             let mut effects = solution.effects.iter();
             let own = effects.find(|own| source_of(solution, own) == other)?;
+            // Lengths and angles have no σ in common.
+            if own.effect.kind == EffectKind::Tilt {
+                return None;
+            }
             let squares = own.sigma.iter().map(|own| own * own).sum::<f64>();
             Some((squares / own.sigma.len().max(1) as f64).sqrt())
         }

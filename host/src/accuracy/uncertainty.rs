@@ -1,7 +1,7 @@
 //! Uncertainty of positions due to that of the parameters, at a pose and over the whole workspace.
 
 use super::rigid_motion::RigidMotions;
-use crate::files::robot_file::{RobotFile, Tool};
+use crate::files::robot_file::{RobotFile, Tool, Tooled};
 use crate::fit::solution::{OF_ROBOT, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
 use crate::geometry::Reach;
 use delta_cal::{Robot, Sample};
@@ -268,7 +268,7 @@ impl ExpectedError {
     /// At poses of the robot that are known already, the worst where positions are `within`; `None` if no pose is clear of
     /// singularities.
     pub(crate) fn at(
-        (robot, tool): (&Robot<f64>, &Tool),
+        (robot, tool): Tooled<'_>,
         covariance: &RobotCovariance,
         reach: &Reach,
         poses: &WorkspacePoses,

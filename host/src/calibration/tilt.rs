@@ -1,5 +1,6 @@
 //! What a report says of a platform that tilts, or that may.
 
+use crate::accuracy::quantiles::median;
 use crate::files::robot_file::RobotFile;
 use crate::finding::{Finding, note, warning};
 use crate::fit::{Case, Solution};
@@ -27,8 +28,8 @@ const KNOWN: f64 = 0.7;
 /// The tilt of the platform.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TiltReport {
-    /// The angle between platform and base, rms over the workspace, milliradians.
-    pub rms_mrad: f64,
+    /// The angle between platform and base, median over the workspace, milliradians.
+    pub median_mrad: f64,
     /// The rods of each arm.
     pub arms: Vec<RodsReport>,
 }
@@ -43,7 +44,7 @@ pub struct RodsReport {
     pub numbers: [f64; OF_ARM],
     /// One σ of each.
     pub sigmas: [f64; OF_ARM],
-    /// By how much the difference of the lengths tilts the platform, rms over the workspace, milliradians.
+    /// By how much the difference of the lengths tilts the platform, median over the workspace, milliradians.
     pub tilt_mrad: f64,
 }
 
@@ -56,7 +57,7 @@ pub(super) fn tilt(
     let (rods, found) = (after.parallelograms?, solution.tilt()?);
     let convention = &after.convention;
     let angles = poses.iter().filter_map(|pose| {
-        let pose = rods.pose(&after.robot, &pose.joints)?;
+        let pose = rods.pose(&after.robot, &pose.joints).ok()?;
         Some(pose.tilt)
     });
     let arms = (0..3).map(|arm| {
@@ -73,28 +74,25 @@ pub(super) fn tilt(
         };
         alone.numbers[arm][0] = rods.numbers[arm][0];
         let alone = poses.iter().step_by(20).filter_map(|pose| {
-            let pose = alone.pose(&after.robot, &pose.joints)?;
+            let pose = alone.pose(&after.robot, &pose.joints).ok()?;
             Some(pose.tilt)
         });
         RodsReport {
             arm: arm + 1,
             numbers: in_file(convention.rods(rods.numbers[arm])),
             sigmas: in_file([0, 1, 2, 3].map(sigma)),
-            tilt_mrad: rms(alone),
+            tilt_mrad: angle(alone),
         }
     });
     Some(TiltReport {
-        rms_mrad: rms(angles),
+        median_mrad: angle(angles),
         arms: arms.collect(),
     })
 }
 
-/// Root mean square of lengths, in thousandths.
-fn rms(all: impl Iterator<Item = Vector3<f64>>) -> f64 {
-    let (sum, count) = all.fold((0.0, 0.0), |(sum, count), own| {
-        (sum + own.norm_squared(), count + 1.0)
-    });
-    1e3 * f64::sqrt(sum / f64::max(count, 1.0))
+/// The median of rotations, milliradians. Near a singularity the platform turns far.
+fn angle(all: impl Iterator<Item = Vector3<f64>>) -> f64 {
+    1e3 * median(all.map(|own| own.norm())).unwrap_or_default()
 }
 
 /// Rods that differ; or what such rods would do, if nothing is known of them and a target or the tool is off the centre.
@@ -170,19 +168,18 @@ fn unknown(robot: &RobotFile, found: &Robot<f64>, poses: &[Sample<f64>]) -> Opti
     Some(note("rods_unknown", figures, text))
 }
 
-/// How far rods made to their tolerance move a point, one σ, rms over these poses, mm.
+/// How far rods made to their tolerance move a point, one σ, median over these poses, mm.
 fn displaced(
     rods: &Parallelograms,
     robot: &Robot<f64>,
     poses: &[Sample<f64>],
     place: &Vector3<f64>,
 ) -> f64 {
-    let squares = poses.iter().step_by(20).filter_map(|pose| {
+    let moves = poses.iter().step_by(20).filter_map(|pose| {
         let columns = rods.columns(robot, (&pose.position, &pose.joints), place)?;
         let each = columns.column_iter().zip(rods.sigmas());
         let each = each.map(|(own, sigma)| own.norm_squared() * sigma * sigma);
-        Some(each.sum::<f64>())
+        Some(each.sum::<f64>().sqrt())
     });
-    let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), own| (sum + own, count + 1.0));
-    f64::sqrt(sum / f64::max(count, 1.0))
+    median(moves).unwrap_or_default()
 }

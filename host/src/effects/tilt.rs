@@ -57,5 +57,5 @@ pub(super) fn displacement(at: &At, course: &Course, place: &Place, by: &[f64]) 
         parallelograms: Some(own.rods.with_numbers(by)),
     };
     let there = tool.position(&course.robot, &at.joints);
-    there.map_or_else(Vector3::zeros, |there| there - at.position - target)
+    there.map_or_else(|_| Vector3::zeros(), |there| there - at.position - target)
 }

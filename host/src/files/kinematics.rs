@@ -12,11 +12,6 @@ use nalgebra::Vector3;
 /// The columns of the rotation vector.
 const TILT: [&str; 3] = ["rx_deg", "ry_deg", "rz_deg"];
 
-/// Steps of the platform towards where it has its target; four are usual.
-const STEPS: u32 = 50;
-/// The target is there, mm.
-const THERE: f64 = 1e-9;
-
 /// A point of the platform by the name of its target, by `tool`, or by its coordinates in the axes of the robot file.
 ///
 /// # Errors
@@ -61,10 +56,8 @@ pub fn forward(
     let rows = read_joints(input, robot)?.into_iter();
     rows.map(|row| {
         let joints = row.value;
-        let position = robot.robot.forward(&joints);
-        position.map_err(|error| no_pose(input, row.line, error))?;
         let position = point.position(&robot.robot, &joints);
-        let position = position.ok_or_else(|| unheld(input, row.line))?;
+        let position = position.map_err(|error| no_pose(input, row.line, error))?;
         Ok(Sample { joints, position })
     })
     .collect()
@@ -81,27 +74,9 @@ pub fn inverse(
 ) -> Result<Vec<Sample<f64>>, InputError> {
     let rows = read_positions(input, &robot.convention)?.into_iter();
     rows.map(|row| {
-        let wanted = row.value;
-        let mut position = wanted - point.place;
-        let solve = |position: &Vector3<f64>| {
-            let joints = robot.robot.inverse(position);
-            joints.map_err(|error| no_pose(input, row.line, error))
-        };
-        let mut joints = solve(&position)?;
-        // The tilt changes so little from place to place that a few steps bring the point where it is wanted.
-        let mut steps = 0..STEPS;
-        while let Some(rods) = &point.parallelograms
-            && !rods.are_exact()
-        {
-            let there = point.position(&robot.robot, &joints);
-            let there = there.filter(|_| steps.next().is_some());
-            let off = wanted - there.ok_or_else(|| unheld(input, row.line))?;
-            if off.norm() < THERE {
-                break;
-            }
-            position += off;
-            joints = solve(&position)?;
-        }
+        let position = row.value;
+        let found = point.joints(&robot.robot, &position);
+        let (joints, platform) = found.map_err(|error| no_pose(input, row.line, error))?;
         let mut arms = joints.into_iter().zip(ArmIndex::ALL);
         let outside = arms.find_map(|(own, arm)| Some((arm, robot.outside_limits(own)?)));
         let (cause, remedy) = match outside {
@@ -112,8 +87,7 @@ pub fn inverse(
                 ),
                 "check the position, its frame and [joints] in the robot file",
             ),
-            None if hangs_below(&robot.robot, &position, &joints) => {
-                let position = wanted;
+            None if hangs_below(&robot.robot, &platform, &joints) => {
                 return Ok(Sample { joints, position });
             }
             None => (
@@ -145,7 +119,7 @@ pub fn to_csv(robot: &RobotFile, samples: &[Sample<f64>]) -> String {
             convention.joints(&own.joints),
             convention.position(&own.position),
         ];
-        let pose = rods.and_then(|rods| rods.pose(&robot.robot, &own.joints));
+        let pose = rods.and_then(|rods| rods.pose(&robot.robot, &own.joints).ok());
         if let Some(pose) = pose {
             cells.push(convention.vector(&pose.tilt).map(degrees).into());
         }
@@ -156,17 +130,6 @@ pub fn to_csv(robot: &RobotFile, samples: &[Sample<f64>]) -> String {
     });
     let lines = std::iter::once(header).chain(rows);
     lines.map(|cells| cells.concat().join(",") + "\n").collect()
-}
-
-fn unheld(input: &InputText, line: u64) -> InputError {
-    InputError::new(
-        input.name(),
-        "nothing holds the rotation of the platform here",
-    )
-    .at_line(line)
-    .with_remedy(
-        "all forearms hang vertically, or the platform is at a singularity; choose another pose",
-    )
 }
 
 fn no_pose(input: &InputText, line: u64, error: KinematicsError) -> InputError {

@@ -8,13 +8,18 @@ use super::convention::Convention;
 use crate::geometry::{LIMIT_MARGIN, Parallelograms, PlatformPose, Reach, Region, outside_limits};
 use crate::text::joint;
 use delta_cal::frame::RigidTransform;
-use delta_cal::kinematics::JointLimits;
+use delta_cal::kinematics::{JointLimits, KinematicsError};
 use delta_cal::robot::{Drive, TransmissionTolerance};
-use delta_cal::{Noise, Parameter, Robot, Tolerance};
+use delta_cal::{ArmIndex, Noise, Parameter, Robot, Tolerance};
 use nalgebra::Vector3;
 
 /// The target's name if the samples name none: that of the section `[target]`.
 pub(crate) const ONLY_TARGET: &str = "target";
+
+/// Most steps of the platform towards where it has its tool; four are usual.
+const STEPS: u32 = 50;
+/// The tool is there, mm.
+const THERE: f64 = 1e-9;
 
 /// The key of a parameter in an `[[arm]]` section.
 const fn arm_key(parameter: Parameter) -> &'static str {
@@ -192,7 +197,7 @@ impl RobotFile {
     }
 
     /// The point of the platform for which errors are stated.
-    pub(crate) fn tool(&self) -> Tool {
+    pub fn tool(&self) -> Tool {
         Tool {
             place: self.tool.unwrap_or_default(),
             parallelograms: self.parallelograms,
@@ -227,16 +232,52 @@ pub struct Tool {
 }
 
 impl Tool {
-    /// Its position with a robot at these joints (radians or mm), mm; `None` if the robot does not reach them, or nothing
-    /// holds the platform's rotation there.
-    pub fn position(&self, robot: &Robot<f64>, joints: &[f64; 3]) -> Option<Vector3<f64>> {
+    /// Its position with a robot at these joints (radians or mm), mm.
+    ///
+    /// # Errors
+    /// Those of [`Parallelograms::pose`].
+    pub fn position(
+        &self,
+        robot: &Robot<f64>,
+        joints: &[f64; 3],
+    ) -> Result<Vector3<f64>, KinematicsError> {
         let pose = match &self.parallelograms {
             Some(rods) => rods.pose(robot, joints)?,
-            None => PlatformPose::level(robot.forward(joints).ok()?),
+            None => PlatformPose::level(robot.forward(joints)?),
         };
-        Some(pose.of(&self.place))
+        Ok(pose.of(&self.place))
+    }
+
+    /// The joints (radians or mm), elbows out, that bring it to a position, mm, and where Model 24 has the platform point
+    /// there.
+    ///
+    /// # Errors
+    /// No joints do, or nothing holds the platform's rotation there.
+    pub fn joints(
+        &self,
+        robot: &Robot<f64>,
+        wanted: &Vector3<f64>,
+    ) -> Result<([f64; 3], Vector3<f64>), KinematicsError> {
+        let mut platform = wanted - self.place;
+        let mut joints = robot.inverse(&platform)?;
+        if self.parallelograms.is_none_or(|own| own.are_exact()) {
+            return Ok((joints, platform));
+        }
+        // The tilt changes so little from place to place that a few steps bring the tool where it is wanted.
+        for _ in 0..STEPS {
+            let off = wanted - self.position(robot, &joints)?;
+            if off.norm() < THERE {
+                return Ok((joints, platform));
+            }
+            platform += off;
+            joints = robot.inverse(&platform)?;
+        }
+        Err(KinematicsError::Parallel(ArmIndex::First))
     }
 }
+
+/// A robot and the tool that it carries.
+pub(crate) type Tooled<'a> = (&'a Robot<f64>, &'a Tool);
 
 /// The tolerance with every σ multiplied by `factor`.
 pub(crate) fn scaled(tolerance: &Tolerance<f64>, factor: f64) -> Option<Tolerance<f64>> {

@@ -15,8 +15,9 @@
 //! s (t × u) · ω = δl − δs (u · t) + s u · (ψ r + ρ z),        u · δX = −u · (ω × p)
 //! ```
 
-use delta_cal::Robot;
+use delta_cal::kinematics::KinematicsError;
 use delta_cal::robot::Drive;
+use delta_cal::{ArmIndex, Parameter, Robot};
 use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
 
 /// Numbers of an arm: δl and δs in mm, ψ and ρ in radians.
@@ -91,14 +92,22 @@ impl Parallelograms {
         std::array::from_fn(|place| if place % OF_ARM < 2 { length } else { angle })
     }
 
-    /// The platform of a robot, by Newton's method from where Model 24 has it. `None` if the robot does not reach these
-    /// joints (radians or mm), or if nothing holds the platform's rotation there.
-    pub fn pose(&self, robot: &Robot<f64>, joints: &[f64; 3]) -> Option<PlatformPose> {
-        let start = robot.forward(joints).ok()?;
+    /// The platform of a robot, by Newton's method from where Model 24 has it.
+    ///
+    /// # Errors
+    /// The robot does not reach these joints (radians or mm); [`KinematicsError::Parallel`] also where nothing holds the
+    /// platform's rotation.
+    pub fn pose(
+        &self,
+        robot: &Robot<f64>,
+        joints: &[f64; 3],
+    ) -> Result<PlatformPose, KinematicsError> {
+        let start = robot.forward(joints)?;
         if self.are_exact() {
-            return Some(PlatformPose::level(start));
+            return Ok(PlatformPose::level(start));
         }
-        let first = At::of(self, robot, &start, joints)?;
+        let unheld = KinematicsError::Parallel(ArmIndex::First);
+        let first = At::of(self, robot, &start, joints).ok_or(unheld)?;
         let [arm, ..] = robot.arms();
         let (mut position, mut rotation) = (start, UnitQuaternion::identity());
         for _ in 0..STEPS {
@@ -122,7 +131,7 @@ impl Parallelograms {
                     off[row] = robot.arms()[index].lb() + side * rods - length;
                 }
             }
-            let step = rows.lu().solve(&off)?;
+            let step = rows.lu().solve(&off).ok_or(unheld)?;
             let turn = step.fixed_rows::<3>(3).into_owned();
             position += step.fixed_rows::<3>(0);
             rotation = UnitQuaternion::new(turn) * rotation;
@@ -132,8 +141,11 @@ impl Parallelograms {
             }
         }
         let tilt = rotation.scaled_axis();
-        let found = position.iter().chain(&tilt).all(|own| own.is_finite());
-        found.then_some(PlatformPose { position, tilt })
+        if position.iter().chain(&tilt).all(|own| own.is_finite()) {
+            Ok(PlatformPose { position, tilt })
+        } else {
+            Err(unheld)
+        }
     }
 
     /// To first order, the displacement of a point of the platform by each of the twelve numbers, at a pose of Model 24: mm
@@ -198,7 +210,7 @@ impl At {
             let arm = &robot.arms()[index];
             let elbow = arm.elbow(joints[index]);
             let azimuth = match arm.drive() {
-                Drive::Rotary => arm.get(delta_cal::Parameter::Theta),
+                Drive::Rotary => arm.get(Parameter::Theta),
                 Drive::Linear => arm.d().y.atan2(arm.d().x),
             };
             let (sine, cosine) = azimuth.sin_cos();
@@ -226,7 +238,8 @@ impl At {
 #[cfg(test)]
 mod tests {
     use super::{NUMBERS, Parallelograms};
-    use delta_cal::{Robot, SymmetricRobot};
+    use delta_cal::kinematics::KinematicsError;
+    use delta_cal::{ArmIndex, Robot, SymmetricRobot};
     use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
 
     fn rods(numbers: &[f64]) -> Parallelograms {
@@ -322,6 +335,7 @@ mod tests {
             forearm: 480.0,
         };
         let robot = own.robot().unwrap();
-        assert_eq!(rods(&NUMBERS_OF_TEST).pose(&robot, &[0.0; 3]), None);
+        let unheld = Err(KinematicsError::Parallel(ArmIndex::First));
+        assert_eq!(rods(&NUMBERS_OF_TEST).pose(&robot, &[0.0; 3]), unheld);
     }
 }

@@ -3,7 +3,7 @@
 use crate::accuracy::uncertainty::Sensitivities;
 use crate::export::geometry::Frame;
 use crate::export::positions::reached;
-use crate::files::robot_file::RobotFile;
+use crate::files::robot_file::{RobotFile, Tooled};
 use crate::fit::solution::{OF_ROBOT, RobotCovariance};
 use crate::import::Imported;
 use delta_cal::{Robot, Sample};
@@ -246,7 +246,7 @@ impl Off {
     /// Of a controller with these kinematics, whose frame is this one of the calibrated robot's. `sigmas`: of heights and
     /// of x and y.
     pub(super) fn of(
-        calibrated: &Robot<f64>,
+        calibrated: Tooled<'_>,
         (controller, frame): (&Robot<f64>, Frame),
         radius: f64,
         sigmas: [f64; 2],

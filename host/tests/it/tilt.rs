@@ -1,17 +1,23 @@
 //! Robots whose platform tilts because the two rods of an arm differ, with reflectors beside the platform's centre.
 
 use crate::support::simulated::{SIGMAS, rotary};
+use crate::support::{Folder, NOISE, NOMINAL, csv, noisy, true_arms};
 use delta_cal::Robot;
 use delta_cal::simulate::{made_robot, random_pose, standard_normal};
 use delta_cal_host::files::robot_file::Target;
 use delta_cal_host::geometry::Parallelograms;
 use delta_cal_host::{Options, Reading, Readings, RobotFile, Row, calibrate};
+use delta_cal_tests::size as of_size;
 use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
 use rand_core::SeedableRng;
 use rand_pcg::Pcg32;
 
 /// σ of the rods' and the spacings' differences, mm, and of the elbows' axes, degrees.
 const RODS: [f64; 2] = [0.1, 0.1];
+
+/// Three targets and three tools, mm, for forearms of 480 mm.
+const TARGETS: [[f64; 3]; 3] = [[60.0, 0.0, 0.0], [-30.0, 52.0, 0.0], [-30.0, -52.0, -20.0]];
+const TOOLS: [[f64; 3]; 3] = [[0.0, 0.0, 0.0], [0.0, 0.0, -100.0], [80.0, 0.0, -40.0]];
 
 /// Six rods between points that are written as a drawing has them, and nothing shorter: position and rotation vector of the
 /// platform by Newton's method with numerical derivatives.
@@ -143,76 +149,130 @@ fn worked(file: &RobotFile, truth: &Robot<f64>, rng: &mut Pcg32) -> [f64; 3] {
     }
 }
 
+/// Three targets and 10 poses, one target and 30 poses; robots of eight geometries, and tools in turn.
 #[test]
 fn tools_are_where_they_are_stated_to_be_although_the_platform_tilts() {
-    let robots: u64 = std::env::var("DELTA_CAL_TILT").map_or(12, |own| own.parse().unwrap());
+    let robots = of_size(24, 96);
     let geometries = rotary(true);
-    let three = [[60.0, 0.0, 0.0], [-30.0, 52.0, 0.0], [-30.0, -52.0, -20.0]].map(Vector3::from);
-    let tools = [[0.0, 0.0, 0.0], [0.0, 0.0, -100.0], [80.0, 0.0, -40.0]].map(Vector3::from);
-    for (targets, poses) in [(&three[..1], 30), (&three[..], 10)] {
-        for known in (if std::env::var("DELTA_CAL_KNOWN").is_ok() {
-            vec![true]
-        } else {
-            vec![false, true]
-        }) {
-            let mut found = [[0.0; 2]; 3];
-            let mut refused = 0;
-            for robot in 0..robots {
-                let file = &geometries[if std::env::var("DELTA_CAL_GEOMETRY").is_ok() {
-                    robot as usize % geometries.len()
-                } else {
-                    0
-                }];
-                let size = file.robot.arms()[0].lb() / 480.0;
-                let targets: Vec<_> = targets.iter().map(|own| own * size).collect();
-                let mut own = made(file, &targets, poses, 40 + robot);
-                if !known {
-                    own.file.parallelograms = None;
-                }
-                for (tool, found) in tools.iter().zip(&mut found) {
-                    let tool = tool * size;
-                    own.file.tool = Some(tool);
-                    let report = match calibrate(&own.file, &own.readings, &Options::default()) {
-                        Ok(report) => report,
-                        Err(why) => {
-                            refused += 1;
-                            if robot < 3 {
-                                println!("{robot} {why}");
-                            }
-                            continue;
-                        }
-                    };
-                    let after = &report.after;
-                    let mut rng = Pcg32::seed_from_u64(robot);
-                    let judged = (0..200).map(|_| worked(&own.file, &own.truth, &mut rng));
-                    let judged: Vec<_> = judged.collect();
-                    let errors = judged.iter().filter_map(|q| {
-                        after.reach().clear_position(&after.robot, q).ok()?;
-                        let pose = platform(&own.truth, &own.rods, q);
-                        let there = delta_cal_host::files::robot_file::Tool {
-                            place: tool,
-                            parallelograms: after.parallelograms,
-                        };
-                        Some((there.position(&after.robot, q)? - at(pose, &tool)).norm_squared())
-                    });
-                    let errors: Vec<_> = errors.collect();
-                    found[0] += errors.iter().sum::<f64>() / errors.len() as f64;
-                    found[1] += report.expected_error.unwrap().absolute_rms_mm.powi(2);
-                }
-            }
-            let count = robots as f64 - refused as f64 / 3.0;
-            let rms = found.map(|own| own.map(|own| (own / count).sqrt()));
-            println!(
-                "{} targets, {poses} poses, known {known}: refused {refused}",
-                targets.len()
+    for (targets, poses) in [(3, 10), (1, 30)] {
+        let (mut achieved, mut stated) = (0.0, 0.0);
+        for robot in 0..robots {
+            let file = &geometries[robot % geometries.len()];
+            let size = file.robot.arms()[0].lb() / 480.0;
+            let tool = Vector3::from(TOOLS[robot % TOOLS.len()]) * size;
+            let targets = TARGETS[..targets].iter();
+            let targets: Vec<_> = targets.map(|own| Vector3::from(*own) * size).collect();
+            let mut own = made(file, &targets, poses, 40 + robot as u64);
+            own.file.tool = Some(tool);
+            let report = calibrate(&own.file, &own.readings, &Options::default()).unwrap();
+            let mut rng = Pcg32::seed_from_u64(robot as u64);
+            let squares = (0..100).map(|_| {
+                let joints = worked(&own.file, &own.truth, &mut rng);
+                let there = report.after.tool().position(&report.after.robot, &joints);
+                let is = at(platform(&own.truth, &own.rods, &joints), &tool);
+                (there.unwrap() - is).norm_squared() / (100.0 * size * size)
+            });
+            achieved += squares.sum::<f64>();
+            stated += (report.expected_error.unwrap().absolute_rms_mm / size).powi(2);
+        }
+        let [achieved, stated] = [achieved, stated].map(|own| (own / robots as f64).sqrt());
+        println!("{targets} targets, {poses} poses: {achieved:.3} mm, {stated:.3} stated");
+        assert!(
+            (0.8..1.25).contains(&(achieved / stated)),
+            "{achieved} {stated}"
+        );
+    }
+}
+
+/// A robot of known rods on the command line: positions of a target, and the joints that bring it there.
+#[test]
+fn forward_and_inverse_take_targets_and_the_correction_table_is_that_of_the_tool() {
+    let targets = TARGETS.map(Vector3::from);
+    let own = made(&rotary(true)[0], &targets, 12, 3);
+    let mut file = own.file.with_tolerance(None);
+    file.robot = own.truth.clone();
+    file.parallelograms = Some(own.rods);
+    file.tool = Some(Vector3::from(TOOLS[1]));
+    let folder = Folder::new();
+    folder.write("robot.toml", file.to_toml(""));
+    folder.write("nominal.toml", own.file.to_toml(""));
+    folder.write("q.csv", "q1_deg,q2_deg,q3_deg\n10,35,-5\n40,20,30\n");
+    let command = "forward robot.toml q.csv --output x.csv --target";
+    for (name, place) in [
+        ("T2", targets[2]),
+        ("12,-34,-56", Vector3::new(12.0, -34.0, -56.0)),
+        ("tool", Vector3::from(TOOLS[1])),
+    ] {
+        folder.run(&format!("{command} {name}")).ok();
+        for (line, joints) in folder
+            .read("x.csv")
+            .lines()
+            .skip(1)
+            .zip([[10.0, 35.0, -5.0], [40.0, 20.0, 30.0]])
+        {
+            let cells: Vec<f64> = line.split(',').map(|own| own.parse().unwrap()).collect();
+            let pose = platform(&own.truth, &own.rods, &joints.map(f64::to_radians));
+            let off = Vector3::from_row_slice(&cells[3..6]) - at(pose, &place);
+            let turned = Vector3::from_row_slice(&cells[6..]) - pose[1].map(f64::to_degrees);
+            assert!(
+                off.norm() < 1e-7 && turned.norm() < 1e-7,
+                "{name}: {off} {turned}"
             );
-            for ([achieved, stated], tool) in rms.iter().zip(&tools) {
-                println!(
-                    "  {:?}: {achieved:.3} ({stated:.3}) {:.2}",
-                    tool.data.0[0],
-                    achieved / stated
-                );
-            }
+        }
+        let back = folder
+            .run(&format!("inverse robot.toml x.csv --target {name}"))
+            .ok();
+        let line = back.stdout.lines().nth(1).unwrap();
+        for (cell, expected) in line.split(',').zip([10.0, 35.0, -5.0]) {
+            assert!(
+                (cell.parse::<f64>().unwrap() - expected).abs() < 1e-6,
+                "{line}"
+            );
         }
     }
+    let none = folder.run(&format!("{command} T9"));
+    assert!(
+        none.stderr.contains("its targets are T0, T1, T2 and tool"),
+        "{}",
+        none.stderr
+    );
+
+    let table = folder
+        .run("export robot.toml --for correction-table --nominal nominal.toml")
+        .ok();
+    let loss = |name: &str| -> f64 {
+        let line = table.stdout.lines().find(|own| own.contains(name)).unwrap();
+        line.split_whitespace()
+            .rev()
+            .nth(1)
+            .unwrap()
+            .parse()
+            .unwrap()
+    };
+    assert!(
+        loss("for correction-table") < 0.02 && loss("at target T1") > 0.05,
+        "{}",
+        table.stdout
+    );
+}
+
+/// Without the rods' spacing the report says what they could do; stated without the platform's radius it is refused.
+#[test]
+fn unknown_rods_are_said_to_be_unknown() {
+    let folder = Folder::new();
+    let target = "[target]\nx_mm = 60\ny_mm = 0\nz_mm = -40\n";
+    folder.write("robot.toml", format!("{NOMINAL}{NOISE}{target}"));
+    let rows = noisy(&true_arms(), 30, 0.02).into_iter();
+    let rows: Vec<_> = rows
+        .map(|(q, [x, y, z])| (q, [x + 60.0, y, z - 40.0]))
+        .collect();
+    folder.write("samples.csv", csv(&rows));
+    let run = folder.run("calibrate robot.toml samples.csv").ok();
+    assert!(
+        run.stdout
+            .contains("If the two rods of each arm differ by 0.1 mm"),
+        "{}",
+        run.stdout
+    );
+    assert!(run.stdout.contains("spacing_mm"), "{}", run.stdout);
 }

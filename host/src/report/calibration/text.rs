@@ -484,8 +484,8 @@ fn tilt(own: &TiltReport) -> Section {
         .column("axis roll, °", number(3))
         .table();
     let title = format!(
-        "Rods: the platform tilts by {} mrad, rms over the workspace",
-        significant(own.rms_mrad, 2)
+        "Rods: the platform tilts by {} mrad, median over the workspace",
+        significant(own.median_mrad, 2)
     );
     Section::new(title).table(table)
 }

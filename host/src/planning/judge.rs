@@ -237,10 +237,8 @@ impl Information {
         let touched = !setup.planes.is_empty();
         let measured = |kind| kind != Kind::Height || touched;
         let effects = stated(&setup.robot, &setup.targets, measured, frame);
-        let course = Course {
-            tilting: Tilting::of(&setup.robot, &setup.targets),
-            ..Course::of(robot, &setup.places, &Readings::of_readings(rows))
-        };
+        let mut course = Course::of(robot, &setup.places, &Readings::of_readings(rows));
+        course.tilting = Tilting::of(&setup.robot, &setup.targets);
         let beyond: usize = effects.iter().map(|own| own.effect.unknowns()).sum();
         let start = problem.start_unknowns();
         let sensitivity = |index: usize| {
@@ -272,10 +270,7 @@ impl Information {
                 1.0
             }
         });
-        let robots = match setup.robot.transmission {
-            Some(_) => WITH_TRANSMISSIONS,
-            None => PARAMETERS,
-        };
+        let robots = setup.robot_unknowns();
         // The first unknown of an effect.
         let first = |kind: EffectKind| {
             let index = effects.iter().position(|own| own.effect.kind == kind)?;

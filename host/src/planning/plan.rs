@@ -189,7 +189,7 @@ impl<'a> Bench<'a> {
         }
         let after = self.judge.after(setup, &rows, &search.anchors);
         let tilts = setup.robot.parallelograms.is_some() && request.kinds.positions();
-        let numbers = if tilts { 1..=MOST_TARGETS } else { 1..=0 };
+        let numbers = (1..=MOST_TARGETS).filter(|_| tilts);
         let by_targets = numbers.filter_map(|targets| self.with_targets(targets, count));
         let convention = &setup.robot.convention;
         let expected = match (request.region, self.within.clone()) {

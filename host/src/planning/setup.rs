@@ -7,6 +7,7 @@ use crate::files::robot_file::{ONLY_TARGET, RobotFile, Target};
 use crate::files::samples_file::{Kind as ReadingKind, Reading, ReadingFrom, Readings};
 use crate::fit::datum::{Datum, motion};
 use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT, is_stated, places};
+use crate::fit::solution::{PARAMETERS, WITH_TRANSMISSIONS};
 use crate::fit::{Frame, Options, solve};
 use crate::geometry::range;
 use crate::text::{in_words, joint, rounded};
@@ -307,6 +308,14 @@ impl Setup {
             let (sine, cosine) = angle.sine_cosine();
             let place = Vector3::new(out * cosine, out * sine, low(poses));
             at.place = place.map(|c| (c / 10.0).round() * 10.0 + 0.0) - target;
+        }
+    }
+
+    /// Number of the core's unknowns that belong to the robot.
+    pub(super) const fn robot_unknowns(&self) -> usize {
+        match self.robot.transmission {
+            Some(_) => WITH_TRANSMISSIONS,
+            None => PARAMETERS,
         }
     }
 

@@ -3,7 +3,7 @@
 use crate::accuracy::uncertainty::Sensitivities;
 use crate::export::geometry::Frame;
 use crate::export::positions::reached;
-use crate::files::robot_file::{RobotFile, Tooled};
+use crate::files::robot_file::RobotFile;
 use crate::fit::solution::{OF_ROBOT, RobotCovariance};
 use crate::import::Imported;
 use delta_cal::{Robot, Sample};
@@ -246,12 +246,13 @@ impl Off {
     /// Of a controller with these kinematics, whose frame is this one of the calibrated robot's. `sigmas`: of heights and
     /// of x and y.
     pub(super) fn of(
-        calibrated: Tooled<'_>,
+        calibrated: &RobotFile,
         (controller, frame): (&Robot<f64>, Frame),
         radius: f64,
         sigmas: [f64; 2],
     ) -> Option<Self> {
-        let frame = frame.transform();
+        let (frame, tool) = (frame.transform(), calibrated.tool());
+        let calibrated = (&calibrated.robot, &tool);
         let off = |[x, y]: [f64; 2]| {
             let wanted = Vector3::new(x, y, 0.0);
             let is = reached(calibrated, controller, &wanted)?;

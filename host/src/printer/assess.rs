@@ -169,14 +169,8 @@ impl Printer {
             height: heights > 0,
             across: distances > 0,
         };
-        let tool = calibrated.tool();
         let look = |(controller, frame): (&Robot<f64>, Frame)| {
-            Off::of(
-                (&calibrated.robot, &tool),
-                (controller, frame),
-                radius,
-                sigmas,
-            )
+            Off::of(calibrated, (controller, frame), radius, sigmas)
         };
         let before = look((&configured.robot, level));
         let pasted = export.controller.as_ref().zip(export.frame);

@@ -152,20 +152,22 @@ fn worked(file: &RobotFile, truth: &Robot<f64>, rng: &mut Pcg32) -> [f64; 3] {
 /// Three targets and 10 poses, one target and 30 poses; robots of eight geometries, and tools in turn.
 #[test]
 fn tools_are_where_they_are_stated_to_be_although_the_platform_tilts() {
-    let robots = of_size(24, 96);
+    let robots: u8 = of_size(24, 96);
     let geometries = rotary(true);
     for (targets, poses) in [(3, 10), (1, 30)] {
         let (mut achieved, mut stated) = (0.0, 0.0);
         for robot in 0..robots {
+            let seed = u64::from(robot);
+            let robot = usize::from(robot);
             let file = &geometries[robot % geometries.len()];
             let size = file.robot.arms()[0].lb() / 480.0;
             let tool = Vector3::from(TOOLS[robot % TOOLS.len()]) * size;
             let targets = TARGETS[..targets].iter();
             let targets: Vec<_> = targets.map(|own| Vector3::from(*own) * size).collect();
-            let mut own = made(file, &targets, poses, 40 + robot as u64);
+            let mut own = made(file, &targets, poses, 40 + seed);
             own.file.tool = Some(tool);
             let report = calibrate(&own.file, &own.readings, &Options::default()).unwrap();
-            let mut rng = Pcg32::seed_from_u64(robot as u64);
+            let mut rng = Pcg32::seed_from_u64(seed);
             let squares = (0..100).map(|_| {
                 let joints = worked(&own.file, &own.truth, &mut rng);
                 let there = report.after.tool().position(&report.after.robot, &joints);
@@ -175,7 +177,7 @@ fn tools_are_where_they_are_stated_to_be_although_the_platform_tilts() {
             achieved += squares.sum::<f64>();
             stated += (report.expected_error.unwrap().absolute_rms_mm / size).powi(2);
         }
-        let [achieved, stated] = [achieved, stated].map(|own| (own / robots as f64).sqrt());
+        let [achieved, stated] = [achieved, stated].map(|own| (own / f64::from(robots)).sqrt());
         println!("{targets} targets, {poses} poses: {achieved:.3} mm, {stated:.3} stated");
         assert!(
             (0.8..1.25).contains(&(achieved / stated)),

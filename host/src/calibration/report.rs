@@ -424,8 +424,10 @@ impl Report {
             sigma_widened_by: judged.widening,
             expected_error: expected.map(|own| expected_report(own, &before.convention)),
             budget: budget(solution, before, &judged.poses.inside),
+            // Those of a printer are its bed's.
             found_and_left: spread
                 .as_ref()
+                .filter(|_| !case.options.of_printer)
                 .map_or_else(Vec::new, |spread| found_and_left(case, solution, spread)),
             repeatability: Repeatability::of(
                 readings,

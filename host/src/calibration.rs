@@ -10,6 +10,7 @@ mod calibrate;
 mod findings;
 pub mod refusal;
 pub mod report;
+mod tilt;
 
 pub use calibrate::{calibrate, read_samples};
 pub use refusal::{CalibrateError, Refused};

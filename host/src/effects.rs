@@ -15,6 +15,7 @@ mod load;
 mod numbers;
 mod places;
 mod surface;
+mod tilt;
 mod words;
 
 pub(crate) use course::moved;
@@ -22,9 +23,10 @@ pub(crate) use instrument::motion;
 pub(crate) use numbers::turned;
 pub use places::{Places, PlaneFound, PointFound};
 pub(crate) use surface::{sigmas as sigmas_of_bed, waves as waves_of_bed};
+pub(crate) use tilt::Tilting;
 
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings, Row};
-use crate::geometry::{Directions, range};
+use crate::geometry::{Directions, NUMBERS, range};
 use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Robot};
 use nalgebra::{Matrix3, Vector3};
@@ -63,6 +65,8 @@ pub enum EffectKind {
     Bed,
     /// All measured prints are longer by the same.
     Oversize,
+    /// The platform tilts, because the two rods of an arm differ.
+    Tilt,
     /// The robot file's joint zeros are off.
     Zeros,
     /// Its gear ratio or steps per mm.
@@ -124,6 +128,7 @@ impl EffectKind {
             Self::Drift | Self::Target | Self::Zeros => 3,
             Self::Move | Self::Datum => 6,
             Self::Bed => surface::COUNT,
+            Self::Tilt => NUMBERS,
         }
     }
 
@@ -225,6 +230,7 @@ impl Effect {
                 surface::columns(&at.position, course.largest, place.touched)
             }
             (None, EffectKind::Oversize) => surface::apart(&at.position, place),
+            (None, EffectKind::Tilt) => tilt::columns(at, course, place),
             (None, EffectKind::Drift | EffectKind::Move) => {
                 course::columns(self, &at.position, course, row)
             }
@@ -257,6 +263,7 @@ impl Effect {
             kind if kind.is_number() => {
                 numbers::displacement(kind, &course.robot, &at.joints, by).unwrap_or_default()
             }
+            EffectKind::Tilt => tilt::displacement(at, course, &course.places[row], by),
             EffectKind::Move if row >= self.index => {
                 course::moved(&at.position, &course.centre, by) - at.position
             }
@@ -358,6 +365,8 @@ pub(crate) struct Course {
     pub(crate) robot: Robot<f64>,
     /// The target that the places of planes and points count already, mm.
     pub(crate) counted: Vector3<f64>,
+    /// How the platform tilts, if its rods are known.
+    pub(crate) tilting: Option<Tilting>,
 }
 
 impl Course {
@@ -395,6 +404,7 @@ impl Course {
             largest,
             robot: robot.clone(),
             counted: Vector3::zeros(),
+            tilting: None,
         }
     }
 
@@ -409,6 +419,7 @@ impl Course {
         Self {
             places: vec![place],
             robot: self.robot.clone(),
+            tilting: self.tilting.clone(),
             ..*self
         }
     }

@@ -16,7 +16,7 @@ pub mod positions;
 pub mod target;
 
 use crate::files::convention::Convention;
-use crate::files::robot_file::RobotFile;
+use crate::files::robot_file::{RobotFile, Tool};
 use crate::text::{degrees, joint, rounded};
 pub use correction_table::Table;
 use delta_cal::frame::RigidTransform;
@@ -98,6 +98,8 @@ pub struct Export {
     pub written: Written,
     /// The rigid motion from the robot's frame to the controller's, if it was fitted.
     pub frame: Option<Frame>,
+    /// What a correction table for the tool leaves at each target of a platform that tilts.
+    pub other_targets: Vec<(String, Loss)>,
     /// The errors with the target's parameters.
     pub loss: Loss,
     /// The errors of a controller with the nominal robot.
@@ -170,17 +172,20 @@ impl Case<'_> {
                 nearest_symmetric(&shapes, robot.drive()).map_err(|_| ExportError::Unreached)?
             }
         };
-        let before = Loss::after_rigid_motion(robot, &nominal, wanted);
+        let tool = self.robot.tool();
+        let calibrated = (robot, &tool);
+        let before = Loss::after_rigid_motion(calibrated, &nominal, wanted);
         let mut export = Export {
             target,
             robot: self.robot.name.clone(),
             nominal: self.nominal.map(|own| own.name.clone()),
             fitted_parameters: None,
             table: None,
+            other_targets: Vec::new(),
             written: Written::default(),
             frame: None,
             loss: Loss::default(),
-            not_calibrated: Loss::of_controller(robot, &nominal, &level.transform(), wanted),
+            not_calibrated: Loss::of_controller(calibrated, &nominal, &level.transform(), wanted),
             not_calibrated_after_rigid_motion: before,
             kept: None,
             controller: None,
@@ -192,7 +197,8 @@ impl Case<'_> {
                 let controller = fitted.geometry.robot();
                 let controller = controller.map_err(|_| ExportError::Unreached)?;
                 export.written = target.write(&fitted)?;
-                export.loss = Loss::of_controller(robot, &controller, &frame.transform(), wanted);
+                export.loss =
+                    Loss::of_controller(calibrated, &controller, &frame.transform(), wanted);
                 export.fitted_parameters = Some(target.holds.count());
                 export.controller = Some(controller);
                 export.frame = Some(frame.between(&self.robot.convention, &fitted.convention));
@@ -200,7 +206,7 @@ impl Case<'_> {
             Content::Everything => {
                 let same = RigidTransform::identity();
                 export.written = held(self.robot, &self.settings, [0.0; 3], target)?;
-                export.loss = Loss::of_controller(robot, robot, &same, wanted);
+                export.loss = Loss::of_controller(calibrated, robot, &same, wanted);
                 let controller = target.convention(self.robot);
                 let frame = Frame::default().between(&self.robot.convention, &controller);
                 export.frame = (frame != Frame::default()).then_some(frame);
@@ -217,6 +223,7 @@ impl Case<'_> {
                     export.written.warnings.push(warning);
                 }
                 export.loss = loss;
+                export.other_targets = self.other_targets(&table, &nominal);
                 export.table = Some(table);
             }
         }
@@ -230,6 +237,28 @@ impl Case<'_> {
             loss.at = self.robot.convention.vector(&loss.at);
         }
         Ok(export)
+    }
+
+    /// What a table for the tool leaves at the targets of a platform that tilts.
+    fn other_targets(&self, table: &Table, nominal: &Robot<f64>) -> Vec<(String, Loss)> {
+        let tool = self.robot.tool();
+        if tool.parallelograms.is_none_or(|own| own.are_exact()) {
+            return Vec::new();
+        }
+        let targets = self.robot.instruments.targets.iter();
+        let others = targets.filter(|own| own.place != tool.place);
+        let of_target = others.map(|own| {
+            let target = Tool {
+                place: own.place,
+                ..tool
+            };
+            let calibrated = (self.robot, &target);
+            let evaluated = self.wanted.evaluated.iter();
+            let is = |at| table.reached(calibrated, nominal, at);
+            let loss = Loss::of(evaluated.map(|at| (at, is(at))));
+            (own.name.clone(), loss)
+        });
+        of_target.collect()
     }
 
     /// The joints in the middle of the wanted positions.
@@ -279,7 +308,7 @@ impl Case<'_> {
         // With towers z = 0 and level are the bed's.
         let level = level.is_some() || drive == Drive::Linear;
         let found = fit(
-            (robot, &tolerance),
+            ((robot, &self.robot.tool()), &tolerance),
             (start, holds),
             (frame, level),
             self.wanted,

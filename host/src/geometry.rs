@@ -1,12 +1,15 @@
 //! Which poses a robot can take: limits of joints and ball joints, what rules out other poses, and a sweep of the
 //! forward model.
 
+mod parallelograms;
 mod region;
 
 use delta_cal::kinematics::{JointLimits, KinematicsError, SingularityDistance};
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::{ArmIndex, Real, Robot};
 use nalgebra::Vector3;
+pub(crate) use parallelograms::NUMBERS;
+pub use parallelograms::{OF_ARM, Parallelograms, PlatformPose};
 pub use region::Region;
 pub(crate) use region::{below, uniform};
 use std::f64::consts::{PI, TAU};

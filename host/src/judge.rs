@@ -11,7 +11,7 @@ use crate::effects::Places;
 use crate::explain::{Causes, Found};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Kind;
-use crate::fit::solution::{COMPUTED, WITH_TRANSMISSIONS};
+use crate::fit::solution::{COMPUTED, OF_ROBOT};
 use crate::fit::{Case, Solution, Unsolved, solve};
 use credibility::{NoiseTest, NoiseVerdict, PriorTest, ToleranceTest};
 use delta_cal::robot::Drive;
@@ -53,9 +53,9 @@ impl Judged {
     pub(crate) fn expected(&self) -> (Option<ExpectedError>, Known) {
         let (robot, solution) = (&self.robot, &self.solution);
         let covariance = solution.of_robot();
-        let reach = robot.reach();
-        let expected =
-            ExpectedError::at(&solution.robot, &covariance, &reach, &self.poses, |_| true);
+        let (reach, tool) = (robot.reach(), robot.tool());
+        let at = (&solution.robot, &tool);
+        let expected = ExpectedError::at(at, &covariance, &reach, &self.poses, |_| true);
         let before =
             prior(robot).and_then(|prior| ExpectedError::of_robot(robot, &robot.robot, &prior));
         let tolerance = robot.tolerance.as_ref();
@@ -178,7 +178,7 @@ fn judged(case: &Case<'_>, solution: Solution, found: Option<&Found>) -> Result<
         .iter()
         .map(|test| test.widening(!causes.found.is_empty()))
         .fold(1.0, f64::max);
-    let widening = by_noise.hypot(by_causes(&solution, &causes, &poses));
+    let widening = by_noise.hypot(by_causes(robot, &solution, &causes, &poses));
     let solution = solution.widened(widening);
     let errors = errors(case, &solution);
     let tolerance = robot.tolerance.as_ref();
@@ -219,15 +219,19 @@ fn judged(case: &Case<'_>, solution: Solution, found: Option<&Found>) -> Result<
 
 /// The error due to the causes, in the readings' part of σ of the positions. Where the readings leave the place of the
 /// base open, its σ hides what the causes do to relative positions.
-fn by_causes(solution: &Solution, causes: &Causes, poses: &WorkspacePoses) -> f64 {
+fn by_causes(
+    robot: &RobotFile,
+    solution: &Solution,
+    causes: &Causes,
+    poses: &WorkspacePoses,
+) -> f64 {
     if causes.found.is_empty() {
         return 0.0;
     }
     let covariance = solution.of_robot_by_readings();
-    let inside = Sensitivities::of(&solution.robot, poses.inside.iter().copied());
-    let sigma = |own: &Sensitivities<WITH_TRANSMISSIONS>| {
-        own.mean_square().component_mul(&covariance).sum().sqrt()
-    };
+    let inside = Sensitivities::of(&solution.robot, &robot.tool(), poses.inside.iter().copied());
+    let sigma =
+        |own: &Sensitivities<OF_ROBOT>| own.mean_square().component_mul(&covariance).sum().sqrt();
     let relative = inside.relative();
     let relative = relative.map_or(0.0, |own| causes.relative_error / sigma(&own));
     f64::max(causes.position_error / sigma(&inside), relative)

@@ -94,7 +94,7 @@ pub(crate) fn run(files: &Folder, request: &Request) -> Result<Exported, Fault> 
     };
     let wanted = match request.positions.as_deref() {
         Some(name) => {
-            let poses = kinematics::inverse(&robot, &files.table(name)?)?;
+            let poses = kinematics::inverse(&robot, &robot.platform_point(), &files.table(name)?)?;
             Wanted::of(name, poses.into_iter().map(|pose| pose.position).collect())
         }
         None => Wanted::in_workspace(&robot),

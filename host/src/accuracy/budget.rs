@@ -11,7 +11,7 @@ use super::uncertainty::Sensitivities;
 use crate::effects::{At, EffectKind, Estimated};
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, READINGS};
-use crate::fit::solution::{Solution, WITH_TRANSMISSIONS};
+use crate::fit::solution::{OF_ROBOT, Solution};
 use crate::text::joint;
 use delta_cal::robot::Drive;
 use delta_cal::{Parameter, Sample};
@@ -55,7 +55,8 @@ pub(crate) fn budget(
     let estimated = solution.estimated_freedom().is_some();
     let mut datum = robot.instruments.datum.iter();
     let of_misfit = datum.any(|own| own.sigma.is_none());
-    let inside = Sensitivities::<WITH_TRANSMISSIONS>::of(&solution.robot, poses.iter().copied());
+    let inside =
+        Sensitivities::<OF_ROBOT>::of(&solution.robot, &robot.tool(), poses.iter().copied());
     let Some(relative) = inside.relative() else {
         return Vec::new();
     };
@@ -66,12 +67,8 @@ pub(crate) fn budget(
     let covariance = &solution.covariance;
     let own = solution.robot_unknowns();
     let mean = |part: &DMatrix<f64>| {
-        [&absolute, &relative].map(|weights| {
-            let all = (0..own).flat_map(|row| (0..own).map(move |column| (row, column)));
-            all.map(|place| weights[place] * part[place])
-                .sum::<f64>()
-                .max(0.0)
-        })
+        let part = solution.robots(part);
+        [&absolute, &relative].map(|weights| weights.dot(&part).max(0.0))
     };
     let total = mean(covariance);
     let sandwich = |information: &DMatrix<f64>| mean(&(covariance * information * covariance));
@@ -201,6 +198,10 @@ fn sigma(solution: &Solution, robot: &RobotFile, source: &str) -> Option<f64> {
         other => {
             let mut effects = solution.effects.iter();
             let own = effects.find(|own| source_of(solution, own) == other)?;
+            // Lengths and angles have no σ in common.
+            if own.effect.kind == EffectKind::Tilt {
+                return None;
+            }
             let squares = own.sigma.iter().map(|own| own * own).sum::<f64>();
             Some((squares / own.sigma.len().max(1) as f64).sqrt())
         }

@@ -7,7 +7,8 @@
 
 use super::quantiles::quantile;
 use super::uncertainty::Sensitivities;
-use crate::fit::solution::{Solution, WITH_TRANSMISSIONS};
+use crate::files::robot_file::Tool;
+use crate::fit::solution::{OF_ROBOT, Solution};
 use delta_cal::Sample;
 use nalgebra::{Matrix3, Vector3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -34,9 +35,14 @@ pub(crate) struct Spread {
 
 impl Spread {
     /// In the frame of the base, or after the best rigid motion. `None` if the poses determine none.
-    pub(crate) fn of(solution: &Solution, poses: &[Sample<f64>], absolute: bool) -> Option<Self> {
+    pub(crate) fn of(
+        solution: &Solution,
+        tool: &Tool,
+        poses: &[Sample<f64>],
+        absolute: bool,
+    ) -> Option<Self> {
         let step = poses.len().div_ceil(MIXED).max(1);
-        let all = Sensitivities::<WITH_TRANSMISSIONS>::of(&solution.robot, poses.iter().copied());
+        let all = Sensitivities::<OF_ROBOT>::of(&solution.robot, tool, poses.iter().copied());
         let all = if absolute { all } else { all.relative()? };
         let covariance = solution.of_robot();
         let some = all.0.into_iter().step_by(step);

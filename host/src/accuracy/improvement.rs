@@ -15,6 +15,7 @@
 use super::information::{differences, prior_covariance, units};
 use super::quantiles::quantile;
 use super::uncertainty::Sensitivities;
+use crate::files::robot_file::Tool;
 use crate::fit::Solution;
 use delta_cal::robot::Arm;
 use delta_cal::{Robot, Sample, Tolerance};
@@ -280,7 +281,7 @@ impl WorkspaceComparison {
         inside: &[Sample<f64>],
     ) -> Option<Self> {
         let (after, covariance) = (&solution.robot, &solution.of_parameters());
-        let there = Sensitivities::of(after, inside.iter().copied());
+        let there = Sensitivities::of(after, &Tool::default(), inside.iter().copied());
         let moves = there.0.iter().filter_map(|(pose, _)| {
             let from = before.forward(&pose.joints).ok()?;
             Some((pose.position - from).norm_squared())

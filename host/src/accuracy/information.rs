@@ -3,6 +3,7 @@
 use crate::files::robot_file::RobotFile;
 pub(crate) use crate::fit::solution::PARAMETERS;
 use crate::fit::solution::{RobotCovariance, WITH_TRANSMISSIONS};
+use crate::geometry::Parallelograms;
 use delta_cal::robot::{Arm, Drive, ParameterKind, TransmissionTolerance};
 use delta_cal::{ArmIndex, Parameter, Robot, Tolerance};
 use nalgebra::{SMatrix, SVector, Vector2};
@@ -68,7 +69,8 @@ pub(crate) fn prior_covariance(
     covariance
 }
 
-/// Prior covariance of a robot's parameters, and of its transmissions if they are unknown; `None` without a tolerance.
+/// Prior covariance of a robot's parameters, and of its transmissions and rods if they are unknown; `None` without a
+/// tolerance.
 pub(crate) fn prior(file: &RobotFile) -> Option<RobotCovariance> {
     let mut covariance = RobotCovariance::zeros();
     let parameters = prior_covariance(&file.robot, file.tolerance.as_ref()?);
@@ -80,6 +82,10 @@ pub(crate) fn prior(file: &RobotFile) -> Option<RobotCovariance> {
         .as_ref()
         .map_or(0.0, TransmissionTolerance::sigma);
     for number in PARAMETERS..WITH_TRANSMISSIONS {
+        covariance[(number, number)] = sigma.powi(2);
+    }
+    let rods = file.parallelograms.iter().flat_map(Parallelograms::sigmas);
+    for (number, sigma) in (WITH_TRANSMISSIONS..).zip(rods) {
         covariance[(number, number)] = sigma.powi(2);
     }
     Some(covariance)

@@ -4,7 +4,7 @@ use super::information::prior_covariance;
 use super::quantiles::median;
 use super::rigid_motion::RigidMotions;
 use super::uncertainty::{jacobian, variance};
-use crate::files::robot_file::RobotFile;
+use crate::files::robot_file::{RobotFile, Tool};
 use delta_cal::Robot;
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -51,7 +51,7 @@ pub(crate) fn sigma_by_tolerance(
     let covariance = prior_covariance(&file.robot, tolerance);
     median(poses.filter_map(|joints| {
         let position = file.robot.forward(&joints).ok()?;
-        let jacobian = jacobian(&file.robot, &position, &joints)?;
+        let jacobian = jacobian(&file.robot, &Tool::default(), &position, &joints)?;
         Some(variance(&covariance, &jacobian)?.sqrt() / 3.0_f64.sqrt())
     }))
 }

@@ -1,16 +1,17 @@
 //! Uncertainty of positions due to that of the parameters, at a pose and over the whole workspace.
 
 use super::rigid_motion::RigidMotions;
-use crate::files::robot_file::RobotFile;
-use crate::fit::solution::{PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
+use crate::files::robot_file::{RobotFile, Tool, Tooled};
+use crate::fit::solution::{OF_ROBOT, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
 use crate::geometry::Reach;
 use delta_cal::{Robot, Sample};
 use nalgebra::{SMatrix, Vector3};
 
-/// J = ∂X/∂P (3.18) at a pose (`x`, `q`) of the robot: all 24 parameters, arm by arm; with P = 39 also the transmissions'
-/// numbers. `None` at a singular pose.
+/// J = ∂X/∂P (3.18) of a tool at a pose (`x`, `q`) of the robot: all 24 parameters, arm by arm; with P = 51 also the
+/// transmissions' and the rods' numbers. `None` at a singular pose.
 pub(crate) fn jacobian<const P: usize>(
     robot: &Robot<f64>,
+    tool: &Tool,
     x: &Vector3<f64>,
     q: &[f64; 3],
 ) -> Option<SMatrix<f64, 3, P>> {
@@ -19,11 +20,16 @@ pub(crate) fn jacobian<const P: usize>(
     for (arm, block) in blocks.iter().enumerate() {
         jacobian.fixed_columns_mut::<8>(8 * arm).copy_from(block);
     }
-    if P == WITH_TRANSMISSIONS {
+    if P == OF_ROBOT {
         let by_transmissions = robot.by_transmissions(x, q).ok()?;
         jacobian
             .columns_mut(PARAMETERS, WITH_TRANSMISSIONS - PARAMETERS)
             .copy_from(&by_transmissions);
+        if let Some(rods) = &tool.parallelograms {
+            jacobian
+                .columns_mut(WITH_TRANSMISSIONS, OF_ROBOT - WITH_TRANSMISSIONS)
+                .copy_from(&rods.columns(robot, (x, q), &tool.place)?);
+        }
     }
     Some(jacobian)
 }
@@ -37,7 +43,7 @@ pub(crate) fn variance<const P: usize>(
     // Multiplying along the long columns of Jᵀ is three times as fast as three numbers at a time.
     let transposed = jacobian.transpose();
     let variance = if (PARAMETERS..P).all(|place| covariance[(place, place)] <= 0.0) {
-        // Transmissions that are exact: the same bits in a third of the time.
+        // Transmissions and rods that are exact: the same bits in a third of the time.
         let of_parameters = transposed.fixed_rows::<PARAMETERS>(0);
         let covariance = covariance.fixed_view::<PARAMETERS, PARAMETERS>(0, 0);
         (covariance * of_parameters).dot(&of_parameters)
@@ -51,10 +57,15 @@ pub(crate) fn variance<const P: usize>(
 pub(crate) struct Sensitivities<const P: usize>(pub(crate) Vec<(Sample<f64>, SMatrix<f64, 3, P>)>);
 
 impl<const P: usize> Sensitivities<P> {
-    pub(crate) fn of(robot: &Robot<f64>, poses: impl IntoIterator<Item = Sample<f64>>) -> Self {
-        let poses = poses.into_iter();
-        let known =
-            poses.filter_map(|pose| Some((pose, jacobian(robot, &pose.position, &pose.joints)?)));
+    pub(crate) fn of(
+        robot: &Robot<f64>,
+        tool: &Tool,
+        poses: impl IntoIterator<Item = Sample<f64>>,
+    ) -> Self {
+        let known = poses.into_iter().filter_map(|pose| {
+            let jacobian = jacobian(robot, tool, &pose.position, &pose.joints)?;
+            Some((pose, jacobian))
+        });
         Self(known.collect())
     }
 
@@ -250,24 +261,25 @@ impl ExpectedError {
     ) -> Option<Self> {
         let reach = file.reach();
         let poses = WorkspacePoses::of(robot, &reach);
-        Self::at(robot, covariance, &reach, &poses, |_| true)
+        let tool = file.tool();
+        Self::at((robot, &tool), covariance, &reach, &poses, |_| true)
     }
 
     /// At poses of the robot that are known already, the worst where positions are `within`; `None` if no pose is clear of
     /// singularities.
     pub(crate) fn at(
-        robot: &Robot<f64>,
+        (robot, tool): Tooled<'_>,
         covariance: &RobotCovariance,
         reach: &Reach,
         poses: &WorkspacePoses,
         within: impl Fn(&Vector3<f64>) -> bool,
     ) -> Option<Self> {
         let [inside, edge] = [&poses.inside, &poses.edge]
-            .map(|poses| Sensitivities::of(robot, poses.iter().copied()));
+            .map(|poses| Sensitivities::of(robot, tool, poses.iter().copied()));
         let left = inside.without_rigid_motion()?;
         let over = |variance: &Variance<'_>| {
             let at = |pose: Sample<f64>| {
-                let jacobian = jacobian(robot, &pose.position, &pose.joints)?;
+                let jacobian = jacobian(robot, tool, &pose.position, &pose.joints)?;
                 Some((variance(&pose.position, &jacobian)?, pose))
             };
             let of_pose = |(pose, jacobian): &(Sample<f64>, _)| {
@@ -315,7 +327,7 @@ impl ExpectedError {
 }
 
 /// At a position with this Jacobian.
-type Variance<'a> = dyn Fn(&Vector3<f64>, &SMatrix<f64, 3, WITH_TRANSMISSIONS>) -> Option<f64> + 'a;
+type Variance<'a> = dyn Fn(&Vector3<f64>, &SMatrix<f64, 3, OF_ROBOT>) -> Option<f64> + 'a;
 
 /// Steps the joints from a pose towards larger variances; halves the step when none is larger.
 fn worst_from(

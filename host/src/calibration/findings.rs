@@ -1,5 +1,6 @@
 //! Findings of a calibration beside its figures: a sentence each, with the figures that it is based on.
 
+use super::tilt::of_rods;
 use crate::accuracy::position_error::{BeforeAfter, PositionError, sigma_by_tolerance};
 use crate::diagnosis::{Diagnosis, beside_the_platform_point, shifted_rows};
 use crate::effects::EffectKind;
@@ -82,6 +83,7 @@ pub(crate) fn findings(
         found.push(note("drift_hidden", json!({ "up_to_mm": up_to }), text));
     }
     of_stated(case, judged, &mut found);
+    of_rods(case, judged, &mut found);
     of_errors(case, judged, &mut found);
     of_noise(case, judged, &mut found);
     of_parameters(case, judged, known, &mut found);
@@ -259,6 +261,10 @@ fn of_stated(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
                     mm(off)
                 )
             }
+            EffectKind::Tilt => format!(
+                "The rods of an arm differ by {sigmas:.0} σ of what parallelogram_mm and parallelogram_deg state. Check \
+                 the rods, and the targets' places."
+            ),
             kind => format!(
                 "{}: fitted {} from what is stated ({sigmas:.0} σ). Measure a known length with the same instrument.",
                 kind.name(),

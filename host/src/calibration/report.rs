@@ -2,6 +2,8 @@
 //! degrees; docs/json.md documents the keys.
 
 use super::findings::findings;
+use super::tilt::tilt;
+pub use super::tilt::{RodsReport, TiltReport};
 use crate::accuracy::budget::{Contribution, budget};
 use crate::accuracy::expanded::{COVERAGE, Spread, of_vectors};
 use crate::accuracy::improvement::WorkspaceComparison;
@@ -99,6 +101,8 @@ pub struct Report {
     pub points: Vec<PointReport>,
     /// The joints' transmissions, if they were to be found.
     pub transmissions: Vec<TransmissionReport>,
+    /// How the platform tilts, if the spacing of its rods is stated.
+    pub tilt: Option<TiltReport>,
     /// The lines that a robust fit left out.
     pub suspected_samples: Vec<u64>,
     /// The poses whose x, y and z would help most.
@@ -375,13 +379,23 @@ impl Report {
         let mut after = RobotFile {
             robot: solution.robot.clone(),
             sensor_frame: frame.or(before.sensor_frame),
+            parallelograms: before.parallelograms.map(|own| {
+                solution
+                    .tilt()
+                    .map_or(own, |found| own.with_numbers(&found.by))
+            }),
             ..before.clone()
         };
         let (expected, known) = judged.expected();
         after.instruments.expected = expected
             .as_ref()
             .map(|own| [own.absolute.rms, own.intrinsic.rms]);
-        let spread = Spread::of(solution, &judged.poses.inside, solution.is_absolute());
+        let spread = Spread::of(
+            solution,
+            &after.tool(),
+            &judged.poses.inside,
+            solution.is_absolute(),
+        );
         let expected = expected.as_ref();
         let lines = readings.rows.iter().zip(&solution.rows);
         let suspected = lines
@@ -410,8 +424,10 @@ impl Report {
             sigma_widened_by: judged.widening,
             expected_error: expected.map(|own| expected_report(own, &before.convention)),
             budget: budget(solution, before, &judged.poses.inside),
+            // Those of a printer are its bed's.
             found_and_left: spread
                 .as_ref()
+                .filter(|_| !case.options.of_printer)
                 .map_or_else(Vec::new, |spread| found_and_left(case, solution, spread)),
             repeatability: Repeatability::of(
                 readings,
@@ -432,6 +448,7 @@ impl Report {
             planes: planes(readings, solution, before),
             points: points(readings, solution, before),
             transmissions: transmissions(solution, &before.convention),
+            tilt: tilt(&after, solution, &judged.poses.inside),
             suspected_samples: suspected,
             next_poses: next_poses(before, solution, &judged.poses.inside),
             diagnosis,

@@ -2,6 +2,7 @@
 
 use crate::accuracy::information::{ARM, PARAMETERS, is_empty, units};
 use crate::accuracy::uncertainty::jacobian;
+use crate::files::robot_file::Tool;
 use crate::fit::{Closure, Method};
 use delta_cal::calibration::{TolerancePrior, Triangle};
 use delta_cal::{ArmIndex, Noise, Robot, Sample, Tolerance};
@@ -83,7 +84,8 @@ fn closure_rows(truth: &Robot<f64>, pose: &Sample<f64>, noise: &Noise<f64>) -> V
 /// Other methods: three rows per pose, L⁻¹ ∂X/∂P. `None` at a singular pose.
 fn position_rows(truth: &Robot<f64>, pose: &Sample<f64>, noise: &Noise<f64>) -> Option<Vec<Row>> {
     let (units, whitening) = (units(truth), whitening(truth, pose, noise)?);
-    let rows = whitening * jacobian::<PARAMETERS>(truth, &pose.position, &pose.joints)?;
+    let rows =
+        whitening * jacobian::<PARAMETERS>(truth, &Tool::default(), &pose.position, &pose.joints)?;
     let each = rows.row_iter().map(|row| row.transpose());
     Some(each.map(|row| row.component_div(&units)).collect())
 }

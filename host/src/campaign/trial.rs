@@ -3,6 +3,7 @@
 use super::plan::{CampaignSolver, Case};
 use crate::accuracy::information::units;
 use crate::accuracy::uncertainty::Sensitivities;
+use crate::files::robot_file::Tool;
 use crate::fit::{Method, by_arms};
 use delta_cal::calibration::{JointCalibrator, JointOutcome, Start};
 use delta_cal::observations::{
@@ -160,7 +161,7 @@ impl Calibrated {
                 position,
             })
         });
-        let absolute = Sensitivities::of(robot, reached);
+        let absolute = Sensitivities::of(robot, &Tool::default(), reached);
         let rms = |own: &Sensitivities<24>| {
             let rows = own.0.iter().map(|(_, row)| row);
             let variances = rows.map(|row| (row * covariance * row.transpose()).trace());

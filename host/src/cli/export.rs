@@ -128,7 +128,11 @@ pub(crate) fn run(arguments: &ExportArguments) -> Result<(), Failure> {
     };
     let wanted = match &arguments.positions {
         Some(path) => {
-            let poses = kinematics::inverse(&robot, &read(path, &arguments.columns)?)?;
+            let poses = kinematics::inverse(
+                &robot,
+                &robot.platform_point(),
+                &read(path, &arguments.columns)?,
+            )?;
             let positions = poses.into_iter().map(|pose| pose.position);
             Wanted::of(path.display().to_string(), positions.collect())
         }

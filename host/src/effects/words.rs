@@ -88,6 +88,11 @@ impl EffectKind {
                 "an oversize of prints",
                 "correct the extrusion or the slicer's horizontal expansion",
             ],
+            Self::Tilt => [
+                "tilt",
+                "rods of a pair that differ",
+                "exchange the rods of each arm for a matched pair",
+            ],
             Self::Datum => [
                 "datum",
                 "wrong datum points",
@@ -270,6 +275,9 @@ impl Effect {
             }
             EffectKind::Bed => {
                 format!("the touched surface itself is uneven by {size} ± {of_sigma} mm rms")
+            }
+            EffectKind::Tilt => {
+                "the platform tilts, because the two rods of an arm differ".to_owned()
             }
             EffectKind::Oversize => {
                 let than = if signed > 0.0 { "longer" } else { "shorter" };

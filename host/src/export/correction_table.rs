@@ -3,7 +3,7 @@
 use super::error::ExportError;
 use super::geometry::coordinates;
 use super::positions::{Loss, Place, Wanted, controller_reaches, reached};
-use crate::files::robot_file::RobotFile;
+use crate::files::robot_file::{RobotFile, Tool, Tooled};
 use crate::geometry::hangs_below;
 use delta_cal::Robot;
 use delta_cal::kinematics::SingularityDistance;
@@ -106,11 +106,13 @@ impl Table {
             extrapolated: Vec::new(),
             centres: Loss::default(),
         };
+        let tool = robot.tool();
+        let calibrated = (&robot.robot, &tool);
         let count = table.counts.iter().product();
         let computed: Vec<_> = (0..count)
             .map(|node| {
                 let at = turned(&table.position(node));
-                correction(&robot.robot, nominal, &at).map(|by| turned(&by))
+                correction(calibrated, nominal, &at).map(|by| turned(&by))
             })
             .collect();
         for (node, own) in computed.iter().enumerate() {
@@ -121,10 +123,7 @@ impl Table {
             }
             table.corrections.push(own.or(extrapolated).map(Into::into));
         }
-        let is = |at: &Vector3<f64>| {
-            let commanded = at + turned(&table.interpolated(&turned(at))?);
-            reached(&robot.robot, nominal, &commanded)
-        };
+        let is = |at: &Vector3<f64>| table.reached((robot, &tool), nominal, at);
         let inside = |at: &Vector3<f64>| {
             let in_box = (0..3).all(|axis| (low[axis]..=high[axis]).contains(&at[axis]));
             let out = matches!(wanted.place, Place::Within(within) if at.xy().norm() > within);
@@ -141,6 +140,18 @@ impl Table {
             .map(|at| (at, is(&turned(at)).map(|own| turned(&own))));
         table.centres = Loss::of(at_centres);
         Some((table, loss))
+    }
+
+    /// The position, less the tool, that the tool reaches with the corrections where a position is wanted.
+    pub(super) fn reached(
+        &self,
+        (robot, tool): (&RobotFile, &Tool),
+        nominal: &Robot<f64>,
+        at: &Vector3<f64>,
+    ) -> Option<Vector3<f64>> {
+        let turned = |at: &Vector3<f64>| robot.convention.vector(at);
+        let commanded = at + turned(&self.interpolated(&turned(at))?);
+        reached((&robot.robot, tool), nominal, &commanded)
     }
 
     const fn indices(&self, node: usize) -> [usize; 3] {
@@ -252,13 +263,13 @@ impl Table {
 /// The correction at a position; `None` where there is no such pose, or so close to a parallel singularity that the
 /// correction is not representative of its neighbourhood.
 fn correction(
-    calibrated: &Robot<f64>,
+    (calibrated, tool): Tooled<'_>,
     nominal: &Robot<f64>,
     at: &Vector3<f64>,
 ) -> Option<Vector3<f64>> {
-    let joints = calibrated.inverse(at).ok()?;
-    let distance = calibrated.singularity_distance(at, &joints);
-    if !hangs_below(calibrated, at, &joints)
+    let (joints, platform) = tool.joints(calibrated, &(at + tool.place)).ok()?;
+    let distance = calibrated.singularity_distance(&platform, &joints);
+    if !hangs_below(calibrated, &platform, &joints)
         || distance.parallel < SingularityDistance::<f64>::LEAST_PARALLEL
     {
         return None;

@@ -2,8 +2,9 @@
 
 use super::geometry::{Each, Frame, Geometry, Holds};
 use super::positions::{Wanted, reached};
+use crate::files::robot_file::Tooled;
 use delta_cal::robot::Drive;
-use delta_cal::{Parameter, Robot, Tolerance};
+use delta_cal::{Parameter, Tolerance};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 /// A parameter that is one σ off its start weighs as much as this rms distance over all positions, mm.
@@ -35,7 +36,7 @@ enum Of {
 }
 
 struct Problem<'a> {
-    calibrated: &'a Robot<f64>,
+    calibrated: Tooled<'a>,
     /// Where the fit starts.
     start: (Geometry, Frame),
     /// The unknowns, those of the arms first, and the change by each per unit: σ of a parameter, mm or radians.
@@ -183,7 +184,7 @@ impl Problem<'_> {
 /// `frame` is where the fit of the frame starts. With a `level` the robot's z is the controller's after that frame.
 /// `None` if the target's kinematics does not reach the positions from where the fit starts.
 pub(super) fn fit(
-    (calibrated, tolerance): (&Robot<f64>, &Tolerance<f64>),
+    (calibrated, tolerance): (Tooled<'_>, &Tolerance<f64>),
     (start, holds): (Geometry, &Holds),
     (frame, level): (Frame, bool),
     wanted: &Wanted,

@@ -3,7 +3,7 @@
 use super::geometry::{Frame, coordinates};
 use crate::accuracy::uncertainty::inside;
 use crate::files::input::InputError;
-use crate::files::robot_file::RobotFile;
+use crate::files::robot_file::{RobotFile, Tooled};
 use crate::files::samples_file::Readings;
 use delta_cal::Robot;
 use delta_cal::frame::RigidTransform;
@@ -105,14 +105,15 @@ pub(super) fn controller_reaches(robot: &RobotFile, at: &Vector3<f64>) -> bool {
     })
 }
 
-/// The calibrated robot's position at the joint angles that a controller computes for a commanded position.
+/// The position, less the tool, of the calibrated robot's tool at the joint angles that a controller computes for a commanded
+/// position.
 pub(crate) fn reached(
-    calibrated: &Robot<f64>,
+    (calibrated, tool): Tooled<'_>,
     controller: &Robot<f64>,
     commanded: &Vector3<f64>,
 ) -> Option<Vector3<f64>> {
     let joints = controller.inverse(commanded).ok()?;
-    calibrated.forward(&joints).ok()
+    Some(tool.position(calibrated, &joints).ok()? - tool.place)
 }
 
 /// Position errors over many positions.
@@ -159,7 +160,7 @@ impl Loss {
     /// The errors of the calibrated robot if a controller with the kinematics of `controller` is commanded to each
     /// position; `frame` transforms the robot's frame to the controller's.
     pub(super) fn of_controller(
-        calibrated: &Robot<f64>,
+        calibrated: Tooled<'_>,
         controller: &Robot<f64>,
         frame: &RigidTransform<f64>,
         wanted: &Wanted,
@@ -170,7 +171,7 @@ impl Loss {
 
     /// The same after the best rigid motion.
     pub(super) fn after_rigid_motion(
-        calibrated: &Robot<f64>,
+        calibrated: Tooled<'_>,
         controller: &Robot<f64>,
         wanted: &Wanted,
     ) -> Self {

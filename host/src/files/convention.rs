@@ -222,6 +222,12 @@ impl Convention {
         [gain, even(cos), sin, even(cos2), sin2]
     }
 
+    /// Converts the numbers of an arm's rods to the file's axes, and back: with z downwards, t changes its direction.
+    pub(crate) fn rods(&self, [rods, spacing, yaw, roll]: [f64; 4]) -> [f64; 4] {
+        let turned = |own| self.angle(own);
+        [turned(rods), spacing, turned(yaw), roll]
+    }
+
     /// The rotation from internal axes to those of the file.
     pub(crate) fn turn(&self) -> Matrix3<f64> {
         Matrix3::from_diagonal(&Vector3::from(self.axes()))

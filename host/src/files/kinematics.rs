@@ -1,39 +1,82 @@
 //! Forward and inverse kinematics of whole files.
 
-use super::convention::Convention;
 use super::input::{InputError, InputText};
-use super::robot_file::RobotFile;
+use super::robot_file::{RobotFile, Tool};
 use super::samples_file::{read_joints, read_positions};
 use crate::geometry::hangs_below;
-use crate::text::{joint, rounded};
+use crate::text::{degrees, joint, list, rounded};
 use delta_cal::kinematics::KinematicsError;
 use delta_cal::{ArmIndex, Sample};
+use nalgebra::Vector3;
 
-/// The platform position at each row's joint angles.
+/// The columns of the rotation vector.
+const TILT: [&str; 3] = ["rx_deg", "ry_deg", "rz_deg"];
+
+/// A point of the platform by the name of its target, by `tool`, or by its coordinates in the axes of the robot file.
+///
+/// # Errors
+/// Neither.
+pub fn target(robot: &RobotFile, text: &str) -> Result<Tool, InputError> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|own| own.trim().parse()).collect();
+    let stated = || {
+        let targets = robot.instruments.targets.iter();
+        let targets = targets.map(|own| (own.name.clone(), own.place));
+        targets.chain(robot.tool.map(|place| ("tool".to_owned(), place)))
+    };
+    let place = match numbers.as_deref() {
+        Ok([x, y, z]) => Some(robot.convention.vector(&Vector3::new(*x, *y, *z))),
+        _ => stated()
+            .find(|(name, _)| name == text)
+            .map(|(_, place)| place),
+    };
+    let Some(place) = place else {
+        let names: Vec<_> = stated().map(|(name, _)| name).collect();
+        let cause = format!("--target {text}: neither a target of this file nor x,y,z in mm");
+        let remedy = match names.as_slice() {
+            [] => "add a section [target], or give three numbers".to_owned(),
+            names => format!("its targets are {}", list(names)),
+        };
+        return Err(InputError::new(&robot.name, cause).with_remedy(remedy));
+    };
+    Ok(Tool {
+        place,
+        ..robot.platform_point()
+    })
+}
+
+/// The position of a point of the platform at each row's joint angles.
 ///
 /// # Errors
 /// The first faulty row or impossible pose.
-pub fn forward(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>, InputError> {
+pub fn forward(
+    robot: &RobotFile,
+    point: &Tool,
+    input: &InputText,
+) -> Result<Vec<Sample<f64>>, InputError> {
     let rows = read_joints(input, robot)?.into_iter();
     rows.map(|row| {
         let joints = row.value;
-        let position = robot.robot.forward(&joints);
+        let position = point.position(&robot.robot, &joints);
         let position = position.map_err(|error| no_pose(input, row.line, error))?;
         Ok(Sample { joints, position })
     })
     .collect()
 }
 
-/// The joint angles, elbows out, for each row's position.
+/// The joint angles, elbows out, for each row's position of a point of the platform.
 ///
 /// # Errors
 /// The first faulty row, or the first position that no joint angles within the limits reach with elbows out.
-pub fn inverse(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>, InputError> {
+pub fn inverse(
+    robot: &RobotFile,
+    point: &Tool,
+    input: &InputText,
+) -> Result<Vec<Sample<f64>>, InputError> {
     let rows = read_positions(input, &robot.convention)?.into_iter();
     rows.map(|row| {
         let position = row.value;
-        let joints = robot.robot.inverse(&position);
-        let joints = joints.map_err(|error| no_pose(input, row.line, error))?;
+        let found = point.joints(&robot.robot, &position);
+        let (joints, platform) = found.map_err(|error| no_pose(input, row.line, error))?;
         let mut arms = joints.into_iter().zip(ArmIndex::ALL);
         let outside = arms.find_map(|(own, arm)| Some((arm, robot.outside_limits(own)?)));
         let (cause, remedy) = match outside {
@@ -44,7 +87,7 @@ pub fn inverse(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>,
                 ),
                 "check the position, its frame and [joints] in the robot file",
             ),
-            None if hangs_below(&robot.robot, &position, &joints) => {
+            None if hangs_below(&robot.robot, &platform, &joints) => {
                 return Ok(Sample { joints, position });
             }
             None => (
@@ -64,15 +107,26 @@ pub fn inverse(robot: &RobotFile, input: &InputText) -> Result<Vec<Sample<f64>>,
     .collect()
 }
 
-/// Samples as CSV in a convention, rounded to 9 decimals.
-pub fn to_csv(convention: &Convention, samples: &[Sample<f64>]) -> String {
-    let header = [convention.joint_columns(), convention.position_columns()];
+/// Samples as CSV in the convention of the robot file, rounded to 9 decimals; where the platform tilts, with its rotation
+/// vector.
+pub fn to_csv(robot: &RobotFile, samples: &[Sample<f64>]) -> String {
+    let convention = &robot.convention;
+    let rods = robot.parallelograms.filter(|own| !own.are_exact());
+    let mut header = vec![convention.joint_columns(), convention.position_columns()];
+    header.extend(rods.map(|_| TILT.map(str::to_owned)));
     let rows = samples.iter().map(|own| {
-        let own = [
+        let mut cells = vec![
             convention.joints(&own.joints),
             convention.position(&own.position),
         ];
-        own.map(|own| own.map(rounded))
+        let pose = rods.and_then(|rods| rods.pose(&robot.robot, &own.joints).ok());
+        if let Some(pose) = pose {
+            cells.push(convention.vector(&pose.tilt).map(degrees).into());
+        }
+        cells
+            .into_iter()
+            .map(|own: [f64; 3]| own.map(rounded))
+            .collect()
     });
     let lines = std::iter::once(header).chain(rows);
     lines.map(|cells| cells.concat().join(",") + "\n").collect()

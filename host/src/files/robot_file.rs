@@ -5,16 +5,21 @@ mod section;
 mod write;
 
 use super::convention::Convention;
-use crate::geometry::{LIMIT_MARGIN, Reach, Region, outside_limits};
+use crate::geometry::{LIMIT_MARGIN, Parallelograms, PlatformPose, Reach, Region, outside_limits};
 use crate::text::joint;
 use delta_cal::frame::RigidTransform;
-use delta_cal::kinematics::JointLimits;
+use delta_cal::kinematics::{JointLimits, KinematicsError};
 use delta_cal::robot::{Drive, TransmissionTolerance};
-use delta_cal::{Noise, Parameter, Robot, Tolerance};
+use delta_cal::{ArmIndex, Noise, Parameter, Robot, Tolerance};
 use nalgebra::Vector3;
 
 /// The target's name if the samples name none: that of the section `[target]`.
 pub(crate) const ONLY_TARGET: &str = "target";
+
+/// Most steps of the platform towards where it has its tool; four are usual.
+const STEPS: u32 = 50;
+/// The tool is there, mm.
+const THERE: f64 = 1e-9;
 
 /// The key of a parameter in an `[[arm]]` section.
 const fn arm_key(parameter: Parameter) -> &'static str {
@@ -42,6 +47,14 @@ const TRANSMISSION_KEYS: [&str; 5] = [
     "transmission_sin2_deg",
 ];
 
+/// The keys of an arm's rods in an `[[arm]]` section.
+const ROD_KEYS: [&str; 4] = [
+    "rod_difference_mm",
+    "spacing_difference_mm",
+    "axis_yaw_deg",
+    "axis_roll_deg",
+];
+
 /// The content of a robot file. [`template`](Self::template) explains every key.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobotFile {
@@ -67,6 +80,10 @@ pub struct RobotFile {
     pub sensor_frame: Option<RigidTransform<f64>>,
     /// The platform radius, mm, if known: the parameters hold only the difference between base and platform radius.
     pub platform_radius: Option<f64>,
+    /// The two rods of each arm, if their spacing is known; without, the platform does not tilt.
+    pub parallelograms: Option<Parallelograms>,
+    /// The point of the platform for which errors are stated, if it is not the platform point, mm.
+    pub tool: Option<Vector3<f64>>,
     /// Noise and positions of other instruments.
     pub instruments: InstrumentFacts,
     /// The robot's identity and how it was measured.
@@ -88,6 +105,8 @@ impl RobotFile {
             noise: None,
             sensor_frame: None,
             platform_radius: None,
+            parallelograms: None,
+            tool: None,
             instruments: InstrumentFacts::default(),
             record: Record::default(),
         }
@@ -177,6 +196,22 @@ impl RobotFile {
         own
     }
 
+    /// The point of the platform for which errors are stated.
+    pub fn tool(&self) -> Tool {
+        Tool {
+            place: self.tool.unwrap_or_default(),
+            parallelograms: self.parallelograms,
+        }
+    }
+
+    /// The platform point.
+    pub fn platform_point(&self) -> Tool {
+        Tool {
+            parallelograms: self.parallelograms,
+            ..Tool::default()
+        }
+    }
+
     /// The limits on poses.
     pub const fn reach(&self) -> Reach {
         Reach {
@@ -186,6 +221,63 @@ impl RobotFile {
         }
     }
 }
+
+/// A point of a platform that may tilt.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Tool {
+    /// From the platform point to it, mm.
+    pub place: Vector3<f64>,
+    /// The rods that hold the platform; `None` if they are parallelograms.
+    pub parallelograms: Option<Parallelograms>,
+}
+
+impl Tool {
+    /// Its position with a robot at these joints (radians or mm), mm.
+    ///
+    /// # Errors
+    /// Those of [`Parallelograms::pose`].
+    pub fn position(
+        &self,
+        robot: &Robot<f64>,
+        joints: &[f64; 3],
+    ) -> Result<Vector3<f64>, KinematicsError> {
+        let pose = match &self.parallelograms {
+            Some(rods) => rods.pose(robot, joints)?,
+            None => PlatformPose::level(robot.forward(joints)?),
+        };
+        Ok(pose.of(&self.place))
+    }
+
+    /// The joints (radians or mm), elbows out, that bring it to a position, mm, and where Model 24 has the platform point
+    /// there.
+    ///
+    /// # Errors
+    /// No joints do, or nothing holds the platform's rotation there.
+    pub fn joints(
+        &self,
+        robot: &Robot<f64>,
+        wanted: &Vector3<f64>,
+    ) -> Result<([f64; 3], Vector3<f64>), KinematicsError> {
+        let mut platform = wanted - self.place;
+        let mut joints = robot.inverse(&platform)?;
+        if self.parallelograms.is_none_or(|own| own.are_exact()) {
+            return Ok((joints, platform));
+        }
+        // The tilt changes so little from place to place that a few steps bring the tool where it is wanted.
+        for _ in 0..STEPS {
+            let off = wanted - self.position(robot, &joints)?;
+            if off.norm() < THERE {
+                return Ok((joints, platform));
+            }
+            platform += off;
+            joints = robot.inverse(&platform)?;
+        }
+        Err(KinematicsError::Parallel(ArmIndex::First))
+    }
+}
+
+/// A robot and the tool that it carries.
+pub(crate) type Tooled<'a> = (&'a Robot<f64>, &'a Tool);
 
 /// The tolerance with every σ multiplied by `factor`.
 pub(crate) fn scaled(tolerance: &Tolerance<f64>, factor: f64) -> Option<Tolerance<f64>> {

@@ -15,7 +15,7 @@ use super::datum::Datum;
 use super::observations::{SETTLED, USUAL_TOUCH, is_stated};
 use super::solution::{Sensitivity, Solution, Unsolved};
 use crate::effects::{
-    At, Course, Effect, EffectKind, Estimated, Places, motion, moved, sigmas_of_bed,
+    At, Course, Effect, EffectKind, Estimated, Places, Tilting, motion, moved, sigmas_of_bed,
 };
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, READINGS, Readings};
@@ -68,6 +68,11 @@ pub(crate) fn stated(
         Some(found)
     });
     let mut all: Vec<_> = targets.collect();
+    if let Some(rods) = &robot.parallelograms {
+        let mean = rods.numbers.as_flattened().to_vec();
+        let sigma = rods.sigmas().to_vec();
+        all.push(Estimated::new(Effect::of(EffectKind::Tilt), mean, sigma));
+    }
     let scaled = measured(Kind::Position) || measured(Kind::Distance);
     if scaled && facts.distance_scale.is_none() {
         let sigma = vec![facts.scale.unwrap_or(USUAL_SCALE)];
@@ -114,6 +119,7 @@ pub(super) fn jointly(
     let mut state = State {
         own: robot.robot.clone(),
         counted: robot.instruments.target_place(),
+        tilting: Tilting::of(robot, &readings.targets),
         found: Places {
             frame: datum.as_ref().map(|own| own.frame),
             ..Places::default()
@@ -228,6 +234,7 @@ pub(crate) fn of_platform_point(
     let mut state = State {
         own: robot.robot.clone(),
         counted: robot.instruments.target_place(),
+        tilting: Tilting::of(robot, &readings.targets),
         found: Places {
             frame: known,
             ..Places::default()
@@ -253,6 +260,7 @@ struct State {
     own: Robot<f64>,
     /// The target that the places of planes and points count already.
     counted: Vector3<f64>,
+    tilting: Option<Tilting>,
     found: Places,
     datum: Option<Datum>,
     effects: Vec<Estimated>,
@@ -279,6 +287,7 @@ impl State {
     fn course(&self, readings: &Readings) -> Course {
         Course {
             counted: self.counted,
+            tilting: self.tilting.clone(),
             ..Course::of(&self.own, &self.found, readings)
         }
     }

@@ -3,6 +3,7 @@
 use super::{Frame, Method};
 use crate::effects::{EffectKind, Estimated, Places};
 use crate::files::samples_file::{Kind, READINGS, Readings};
+use crate::geometry::NUMBERS;
 use delta_cal::calibration::Start;
 use delta_cal::observations::{ObservationError, PrepareError};
 use delta_cal::{Noise, Refusal, Robot};
@@ -170,7 +171,7 @@ pub struct Solution {
 }
 
 impl Solution {
-    /// Covariance of the robot's parameters and of the transmissions' numbers.
+    /// Covariance of the robot's parameters, and of the transmissions' and the rods' numbers.
     pub fn of_robot(&self) -> RobotCovariance {
         self.robots(&self.covariance)
     }
@@ -195,15 +196,28 @@ impl Solution {
         }
     }
 
-    fn robots(&self, covariance: &DMatrix<f64>) -> RobotCovariance {
-        let own = self.robot_unknowns();
-        RobotCovariance::from_fn(|row, column| {
-            if row < own && column < own {
-                covariance[(row, column)]
-            } else {
-                0.0
-            }
+    /// The robot's part of a matrix of all unknowns.
+    pub(crate) fn robots(&self, all: &DMatrix<f64>) -> RobotCovariance {
+        let places = self.robot_places();
+        RobotCovariance::from_fn(|row, column| match (places[row], places[column]) {
+            (Some(row), Some(column)) => all[(row, column)],
+            _ => 0.0,
         })
+    }
+
+    /// The unknown that each of the robot's numbers is; `None` if it is known.
+    pub(crate) fn robot_places(&self) -> [Option<usize>; OF_ROBOT] {
+        let tilt = self.tilt().map(|own| own.first);
+        std::array::from_fn(|own| match own {
+            WITH_TRANSMISSIONS.. => tilt.map(|first| first + own - WITH_TRANSMISSIONS),
+            own => (own < self.robot_unknowns()).then_some(own),
+        })
+    }
+
+    /// The tilt of the platform, if it is estimated.
+    pub(crate) fn tilt(&self) -> Option<&Estimated> {
+        let mut effects = self.effects.iter();
+        effects.find(|own| own.effect.kind == EffectKind::Tilt)
     }
 
     /// Covariance of the 24 parameters alone.
@@ -260,9 +274,12 @@ pub(crate) const WITH_TRANSMISSIONS: usize = PARAMETERS + 15;
 /// The robot's parameters and the unknowns of as many instruments as a file may have, such as a frame and 14 points.
 pub(crate) const MOST: usize = 72;
 
-/// Covariance of the parameters, arm by arm, and of the transmissions' numbers: mm, radians and their products; 0 for
-/// known numbers.
-pub type RobotCovariance = SMatrix<f64, WITH_TRANSMISSIONS, WITH_TRANSMISSIONS>;
+/// The same with the numbers of the arms' rods.
+pub(crate) const OF_ROBOT: usize = WITH_TRANSMISSIONS + NUMBERS;
+
+/// Covariance of the parameters, arm by arm, and of the transmissions' and the rods' numbers: mm, radians and their
+/// products; 0 for known numbers.
+pub type RobotCovariance = SMatrix<f64, OF_ROBOT, OF_ROBOT>;
 
 pub(crate) fn of_parameters(covariance: &RobotCovariance) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
     covariance

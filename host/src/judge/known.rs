@@ -3,10 +3,10 @@
 use super::credibility::in_tolerances;
 use crate::accuracy::information::parameter_at;
 use crate::accuracy::uncertainty::{ExpectedError, Sensitivities};
-use crate::effects::{At, Course};
+use crate::effects::{At, Course, Tilting};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Kind;
-use crate::fit::solution::PARAMETERS;
+use crate::fit::solution::{OF_ROBOT, PARAMETERS};
 use crate::fit::{Frame, Solution};
 use delta_cal::robot::{Parameter, ParameterKind};
 use delta_cal::{Robot, Sample, Tolerance};
@@ -120,7 +120,7 @@ pub(crate) fn next_poses(
     }
     let every = poses.len().div_ceil(CANDIDATES).max(1);
     let candidates = poses.iter().step_by(every).copied();
-    let candidates = Sensitivities::<PARAMETERS>::of(&solution.robot, candidates);
+    let candidates = Sensitivities::<OF_ROBOT>::of(&solution.robot, &robot.tool(), candidates);
     let judged = if solution.is_absolute() {
         Some(candidates.mean_square())
     } else {
@@ -129,21 +129,24 @@ pub(crate) fn next_poses(
     let Some(weights) = judged else {
         return Vec::new();
     };
-    let error = |covariance: &DMatrix<f64>| {
-        let of_parameters = covariance.view((0, 0), (PARAMETERS, PARAMETERS));
-        weights.dot(&of_parameters).max(0.0)
+    let error = |covariance: &DMatrix<f64>| weights.dot(&solution.robots(covariance)).max(0.0);
+    let course = Course {
+        tilting: Tilting::of(robot, &solution.readings.targets),
+        ..Course::of(&solution.robot, &solution.places, &solution.readings)
     };
-    let course = Course::of(&solution.robot, &solution.places, &solution.readings);
     let all = candidates.0.iter();
     let all = all.filter_map(|(pose, jacobian)| measured(solution, &course, pose, jacobian));
     let all: Vec<_> = all.collect();
+    let places = solution.robot_places();
     let mut covariance = solution.covariance.clone();
     let mut found = Vec::new();
     for _ in 0..PROPOSED {
         let gain = |(joints, rows, noise): &Measured| {
             let shared = &covariance * rows.transpose();
             let inverse = (rows * &shared + noise).try_inverse()?;
-            let left = shared.rows(0, PARAMETERS);
+            let left = DMatrix::from_fn(OF_ROBOT, 3, |own, axis| {
+                places[own].map_or(0.0, |place| shared[(place, axis)])
+            });
             let gained = (left.transpose() * weights * left).dot(&inverse);
             Some((gained, *joints, &shared * inverse * shared.transpose()))
         };
@@ -167,7 +170,7 @@ fn measured(
     solution: &Solution,
     course: &Course,
     pose: &Sample<f64>,
-    jacobian: &SMatrix<f64, 3, PARAMETERS>,
+    jacobian: &SMatrix<f64, 3, OF_ROBOT>,
 ) -> Option<Measured> {
     let at = At::new(&solution.robot, &pose.joints)?;
     let turn = solution
@@ -176,7 +179,7 @@ fn measured(
         .map_or_else(Matrix3::identity, |own| own.rotation);
     let mut rows = DMatrix::zeros(3, solution.covariance.nrows());
     rows.columns_mut(0, PARAMETERS)
-        .copy_from(&(turn * jacobian));
+        .copy_from(&(turn * jacobian.fixed_columns::<PARAMETERS>(0)));
     if solution.frame == Frame::Sensor {
         // Its shift, and its turn about the sensor's origin.
         let first = solution.robot_unknowns();

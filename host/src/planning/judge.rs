@@ -5,12 +5,12 @@ use super::PlanError;
 use super::setup::Setup;
 use crate::accuracy::information::prior;
 use crate::accuracy::uncertainty::{INSIDE, Sensitivities, first_inside, inside};
-use crate::effects::{At, Course, EffectKind};
+use crate::effects::{At, Course, EffectKind, Tilting};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Reading, Readings};
 use crate::fit::jointly::stated;
 use crate::fit::observations::{instruments, levels, row, tolerance};
-use crate::fit::solution::{MOST, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
+use crate::fit::solution::{MOST, OF_ROBOT, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
 use crate::fit::{Frame, Unsolved};
 use delta_cal::observations::ObservationProblem;
 use delta_cal::simulate::made_robot;
@@ -158,10 +158,11 @@ pub(super) fn weights(file: &RobotFile, absolute: bool) -> Option<RobotCovarianc
 impl Place {
     /// Only the poses that the robot reaches clear of singularities count.
     fn new(file: RobotFile, poses: &[Sample<f64>]) -> Option<Self> {
-        // Exact transmissions have no weight, and leaving them out takes a third of the time.
-        match file.transmission {
-            Some(_) => Self::of::<WITH_TRANSMISSIONS>(file, poses),
-            None => Self::of::<PARAMETERS>(file, poses),
+        // Exact transmissions and rods have no weight, and leaving them out takes a third of the time.
+        if file.transmission.is_none() && file.parallelograms.is_none() {
+            Self::of::<PARAMETERS>(file, poses)
+        } else {
+            Self::of::<OF_ROBOT>(file, poses)
         }
     }
 
@@ -171,7 +172,7 @@ impl Place {
             let position = reach.clear_position(&file.robot, &pose.joints).ok()?;
             Some(Sample { position, ..*pose })
         });
-        let there = Sensitivities::<P>::of(&file.robot, there);
+        let there = Sensitivities::<P>::of(&file.robot, &file.tool(), there);
         let weights = [&there.relative()?, &there].map(|own| {
             let mut weights = RobotCovariance::zeros();
             let mut used = weights.fixed_view_mut::<P, P>(0, 0);
@@ -192,8 +193,8 @@ pub(super) struct Information {
     prior: DMatrix<f64>,
     /// The size of each unknown's unit, in mm or radians.
     pub(super) units: DVector<f64>,
-    /// The number of unknowns that belong to the robot, including transmissions if they are estimated.
-    of_robot: usize,
+    /// Of each of the robot's numbers, the index among the unknowns; `None` if it is known.
+    of_robot: [Option<usize>; OF_ROBOT],
 }
 
 /// σ of what is exact, mm.
@@ -235,8 +236,9 @@ impl Information {
         let least = (arm.upper_arm_length() / arm.lb()).powi(2);
         let touched = !setup.planes.is_empty();
         let measured = |kind| kind != Kind::Height || touched;
-        let effects = stated(&setup.robot, &[], measured, frame);
-        let course = Course::of(robot, &setup.places, &Readings::of_readings(rows));
+        let effects = stated(&setup.robot, &setup.targets, measured, frame);
+        let mut course = Course::of(robot, &setup.places, &Readings::of_readings(rows));
+        course.tilting = Tilting::of(&setup.robot, &setup.targets);
         let beyond: usize = effects.iter().map(|own| own.effect.unknowns()).sum();
         let start = problem.start_unknowns();
         let sensitivity = |index: usize| {
@@ -268,10 +270,18 @@ impl Information {
                 1.0
             }
         });
-        let of_robot = match setup.robot.transmission {
-            Some(_) => WITH_TRANSMISSIONS,
-            None => PARAMETERS,
+        let robots = setup.robot_unknowns();
+        // The first unknown of an effect.
+        let first = |kind: EffectKind| {
+            let index = effects.iter().position(|own| own.effect.kind == kind)?;
+            let before = effects[..index].iter().map(|own| own.effect.unknowns());
+            Some(unknowns + before.sum::<usize>())
         };
+        let tilt = first(EffectKind::Tilt);
+        let of_robot = std::array::from_fn(|own| match own {
+            WITH_TRANSMISSIONS.. => tilt.map(|first| first + own - WITH_TRANSMISSIONS),
+            own => (own < robots).then_some(own),
+        });
         let mut prior = DMatrix::from_fn(unknowns + beyond, unknowns + beyond, |row, column| {
             if row.max(column) >= unknowns {
                 return 0.0;
@@ -286,13 +296,8 @@ impl Information {
         }
         if let Some(datum) = known {
             // Shift and turn of the frame are the first unknowns after the robot's; the points show the scale as well.
-            let scale = effects
-                .iter()
-                .position(|own| own.effect.kind == EffectKind::Scale);
-            let before = effects.iter().take(scale.unwrap_or_default());
-            let scale =
-                scale.map(|_| unknowns + before.map(|own| own.effect.unknowns()).sum::<usize>());
-            let places: Vec<_> = (of_robot..of_robot + 6).chain(scale).collect();
+            let scale = first(EffectKind::Scale);
+            let places: Vec<_> = (robots..robots + 6).chain(scale).collect();
             for (row, to_row) in places.iter().enumerate() {
                 for (column, to_column) in places.iter().enumerate() {
                     prior[(*to_row, *to_column)] +=
@@ -327,24 +332,27 @@ impl Information {
 
     /// The robot's own part of a covariance, in mm and radians.
     pub(super) fn of_robot(&self, covariance: &DMatrix<f64>) -> RobotCovariance {
-        RobotCovariance::from_fn(|row, column| {
-            if row.max(column) < self.of_robot {
-                covariance[(row, column)] * self.units[row] * self.units[column]
-            } else {
-                0.0
-            }
-        })
+        RobotCovariance::from_fn(
+            |row, column| match (self.of_robot[row], self.of_robot[column]) {
+                (Some(row), Some(column)) => {
+                    covariance[(row, column)] * self.units[row] * self.units[column]
+                }
+                _ => 0.0,
+            },
+        )
     }
 
     /// Weights of the robot's own parameters (mm, radians), extended to all unknowns and their units.
     pub(super) fn weights(&self, of_robot: &RobotCovariance) -> DMatrix<f64> {
-        let unknowns = self.units.len();
-        DMatrix::from_fn(unknowns, unknowns, |row, column| {
-            if row.max(column) < self.of_robot {
-                of_robot[(row, column)] * self.units[row] * self.units[column]
-            } else {
-                0.0
+        let mut weights = DMatrix::zeros(self.units.len(), self.units.len());
+        for (own, row) in self.of_robot.iter().enumerate() {
+            for (other, column) in self.of_robot.iter().enumerate() {
+                if let (Some(row), Some(column)) = (*row, *column) {
+                    weights[(row, column)] =
+                        of_robot[(own, other)] * self.units[row] * self.units[column];
+                }
             }
-        })
+        }
+        weights
     }
 }

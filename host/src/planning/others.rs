@@ -35,9 +35,10 @@ pub fn others(request: &PlanRequest<'_>, used: &[[f64; 3]]) -> Result<Vec<Planne
     if poses.len() < request.count {
         return Err(PlanError::NoPose);
     }
-    Ok(poses
-        .iter()
-        .map(|pose| setup.planned(Kind::XYZ, pose))
+    let targets = (0..setup.targets.len().max(1)).cycle();
+    let planned = targets.zip(&poses);
+    Ok(planned
+        .map(|(target, pose)| setup.planned(Kind::XYZ, target, pose))
         .collect())
 }
 

@@ -24,6 +24,8 @@ use serde::Serialize;
 const REGION_POSES: usize = 300;
 /// The number of measurements tried first for a required accuracy.
 const TRIED: usize = 20;
+/// A third target beside the centre shows all of a platform's tilt.
+const MOST_TARGETS: usize = 3;
 /// Starting poses tried for a short path.
 const STARTS: usize = 24;
 
@@ -57,6 +59,9 @@ pub struct Plan {
     /// The expected error after the measurements.
     #[serde(rename = "planned")]
     pub after: Precision,
+    /// What as many measurements of one, two and three targets bring, if the platform's tilt is to be found; further targets
+    /// than those stated are turned by 120° about the platform's axis.
+    pub by_targets: Vec<Precision>,
     /// The nominal robot's expected error over its workspace or the region, with the worst places.
     #[serde(rename = "expected_error")]
     pub expected: ExpectedReport,
@@ -183,13 +188,22 @@ impl<'a> Bench<'a> {
             });
         }
         let after = self.judge.after(setup, &rows, &search.anchors);
+        let tilts = setup.robot.parallelograms.is_some() && request.kinds.positions();
+        let numbers = (1..=MOST_TARGETS).filter(|_| tilts);
+        let by_targets = numbers.filter_map(|targets| self.with_targets(targets, count));
         let convention = &setup.robot.convention;
         let expected = match (request.region, self.within.clone()) {
             (Some(region), Some(inside)) => {
                 let edge = Vec::new();
                 let (poses, region) = (WorkspacePoses { inside, edge }, region.turned(convention));
                 let within = |at: &Vector3<f64>| region.contains(at);
-                ExpectedError::at(robot, &covariance, &setup.robot.reach(), &poses, within)
+                ExpectedError::at(
+                    (robot, &setup.robot.tool()),
+                    &covariance,
+                    &setup.robot.reach(),
+                    &poses,
+                    within,
+                )
             }
             _ => ExpectedError::of_robot(&setup.robot, robot, &covariance),
         };
@@ -218,10 +232,26 @@ impl<'a> Bench<'a> {
                 .collect(),
             before: self.judge.before(),
             after: after.ok_or(PlanError::Singular)?,
+            by_targets: by_targets.collect(),
             expected: expected_report(&expected.ok_or(PlanError::NoPose)?, convention),
             measurements,
             setup: setup.clone(),
         })
+    }
+}
+
+impl Bench<'_> {
+    /// What so many measurements of so many targets bring; `None` if they determine nothing.
+    fn with_targets(&self, targets: usize, count: usize) -> Option<Precision> {
+        let request = self.request;
+        let setup = &self.setup.with_targets(targets)?;
+        let mut rng = Pcg32::seed_from_u64(request.seed);
+        let weights = self.judge.weights(request.absolute);
+        let kinds = &request.kinds;
+        let search = Search::new(setup, kinds, &self.selection, &[], weights, &mut rng).ok()?;
+        let found = search.best(count, &mut rng).ok()?;
+        let rows: Vec<_> = found.iter().map(|own| own.reading).collect();
+        self.judge.after(setup, &rows, &search.anchors)
     }
 }
 

@@ -206,7 +206,8 @@ impl<'a> Search<'a> {
         match kind {
             Kind::Plane => self.setup.planes.len(),
             Kind::Point => self.setup.points.len(),
-            Kind::Distance | Kind::Position(_) => 1,
+            Kind::Distance => 1,
+            Kind::Position(_) => self.setup.targets.len().max(1),
         }
     }
 
@@ -242,7 +243,7 @@ impl<'a> Search<'a> {
                 (Some(self.selection.near(&other, spread, rng)?), 0)
             }
             (Some((ReadingFrom::Point(point), _)), _) => (None, point),
-            (None, plane) => (None, plane.map_or(0, |(plane, _)| plane)),
+            (None, plane) => (None, plane.map_or(own.reading.target, |(plane, _)| plane)),
         };
         self.placed(own.kind, pose, other, instrument, own.block_mm)
     }
@@ -297,6 +298,10 @@ impl<'a> Search<'a> {
             position: kind.coordinates().map(|read| read.then_some(0.0)),
             height: plane.map(|_| (instrument, 0.0)),
             distance: from.map(|from| (from, 1.0)),
+            target: match kind {
+                Kind::Position(_) => instrument,
+                _ => 0,
+            },
             ..Reading::at(pose.joints)
         };
         let convention = &setup.robot.convention;
@@ -306,7 +311,7 @@ impl<'a> Search<'a> {
             block_mm: block.filter(|_| plane.is_some()),
             point: point.map(|point| point.name.clone()),
             reading: setup.read(&setup.robot.robot, &asked),
-            ..setup.planned(kind, &pose)
+            ..setup.planned(kind, instrument, &pose)
         })
     }
 

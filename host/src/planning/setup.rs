@@ -3,18 +3,20 @@
 use super::request::{Kind, PlanRequest};
 use crate::accuracy::uncertainty::inside;
 use crate::effects::{Places, PlaneFound, PointFound};
-use crate::files::robot_file::RobotFile;
+use crate::files::robot_file::{ONLY_TARGET, RobotFile, Target};
 use crate::files::samples_file::{Kind as ReadingKind, Reading, ReadingFrom, Readings};
 use crate::fit::datum::{Datum, motion};
 use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT, is_stated, places};
+use crate::fit::solution::{PARAMETERS, WITH_TRANSMISSIONS};
 use crate::fit::{Frame, Options, solve};
 use crate::geometry::range;
 use crate::text::{in_words, joint, rounded};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{Plane, Point};
 use delta_cal::{Noise, Real, Robot, Sample};
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::{Rotation3, SMatrix, Vector3};
 use serde::Serialize;
+use std::f64::consts::TAU;
 
 /// The name of the plane if the robot file states none.
 pub const PLANE: &str = "plane";
@@ -34,6 +36,8 @@ const JOINT_DEGREES: f64 = 0.002;
 const SAME: f64 = 1.0;
 /// Poses stay above planes by so many σ of their height.
 const CLEAR: f64 = 3.0;
+/// A target this close to the axis of the platform, mm, is on it.
+const CENTRAL: f64 = 1.0;
 /// A file with more different heights than this was not measured on gauge blocks.
 const MOST_BLOCKS: usize = 8;
 
@@ -76,8 +80,10 @@ pub struct Setup {
     pub frame: Frame,
     /// What datum points say about that frame's shift (mm) and turn (radians) in the sensor's axes: its information.
     pub datum: Option<SMatrix<f64, 7, 7>>,
-    /// The vector from the platform point to the target, mm.
+    /// The vector from the platform point to the target that touches planes and to which distances are measured, mm.
     pub target: Vector3<f64>,
+    /// The targets of positions, by name; empty if none is stated.
+    pub targets: Vec<String>,
     /// Whether the robot file states the noise of every kind that is measured.
     pub noise_stated: bool,
 }
@@ -103,6 +109,9 @@ pub struct Planned {
     pub nominal_mm: [f64; 3],
     /// Joints of the pose from which a distance between poses is measured.
     pub to_joints: Option<[f64; 3]>,
+    /// Name of the target, if there are several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target: Option<String>,
     /// Name of the plane.
     pub plane: Option<String>,
     /// The gauge block on it.
@@ -115,16 +124,32 @@ pub struct Planned {
 }
 
 impl Setup {
-    /// Coordinates to measure at a pose.
-    pub(super) fn planned(&self, kind: Kind, pose: &Sample<f64>) -> Planned {
+    /// Coordinates of a target, by its index, to measure at a pose.
+    pub(super) fn planned(&self, kind: Kind, target: usize, pose: &Sample<f64>) -> Planned {
         let convention = &self.robot.convention;
-        let at = pose.position + self.target;
+        let target = match kind {
+            Kind::Position(_) => target,
+            _ => 0,
+        };
+        let name = self.targets.get(target);
+        let stated = name.and_then(|name| {
+            let mut stated = self.robot.instruments.targets.iter();
+            stated.find(|own| own.name == *name)
+        });
+        let beside = match (kind, stated) {
+            (Kind::Position(_), Some(own)) => own.place,
+            _ => self.target,
+        };
+        let at = pose.position + beside;
         let seen = self.places.frame.map_or(at, |frame| frame.apply(&at));
         let asked = Reading {
             position: kind.coordinates().map(|read| read.then_some(0.0)),
+            target,
             ..Reading::at(pose.joints)
         };
+        let named = name.filter(|name| matches!(kind, Kind::Position(_)) && *name != ONLY_TARGET);
         Planned {
+            target: named.cloned(),
             name: None,
             repeat: None,
             kind,
@@ -252,6 +277,11 @@ impl Setup {
             frame,
             datum: datum.map(seen),
             target: facts.target_place(),
+            targets: if named.targets.is_empty() {
+                facts.targets.iter().map(|own| own.name.clone()).collect()
+            } else {
+                named.targets.clone()
+            },
             noise_stated: kinds.all(|kind| !measured(kind) || is_stated(robot, kind)),
         }
     }
@@ -281,10 +311,42 @@ impl Setup {
         }
     }
 
-    /// Whether the target stays above every plane of known height with the platform here; the height may be off by three σ.
+    /// Number of the core's unknowns that belong to the robot.
+    pub(super) const fn robot_unknowns(&self) -> usize {
+        match self.robot.transmission {
+            Some(_) => WITH_TRANSMISSIONS,
+            None => PARAMETERS,
+        }
+    }
+
+    /// The same with the first `count` targets, or with as many more, turned about the z axis from the first.
+    pub(super) fn with_targets(&self, count: usize) -> Option<Self> {
+        let mut own = self.clone();
+        let targets = &mut own.robot.instruments.targets;
+        let first = targets
+            .first()
+            .filter(|own| own.place.xy().norm() > CENTRAL)?;
+        let first = first.clone();
+        for index in targets.len()..count {
+            let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), TAU * index as f64 / 3.0);
+            targets.push(Target {
+                name: format!("{} {index}", first.name),
+                place: turn * first.place,
+                ..first
+            });
+        }
+        targets.truncate(count);
+        own.targets = targets.iter().map(|own| own.name.clone()).collect();
+        Some(own)
+    }
+
+    /// Whether all targets stay above every plane of known height with the platform here; the height may be off by three σ.
     pub(super) fn is_above_planes(&self, platform: &Vector3<f64>) -> bool {
-        let mut planes = self.robot.instruments.planes.iter();
-        planes.all(|own| platform.z + self.target.z >= own.height + CLEAR * own.sigma)
+        let facts = &self.robot.instruments;
+        let targets = facts.targets.iter().map(|own| own.place.z);
+        let lowest = targets.reduce(f64::min).unwrap_or_default();
+        let mut planes = facts.planes.iter();
+        planes.all(|own| platform.z + lowest >= own.height + CLEAR * own.sigma)
     }
 
     /// Whether the points stand on a table, below the platform.

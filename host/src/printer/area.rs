@@ -4,7 +4,7 @@ use crate::accuracy::uncertainty::Sensitivities;
 use crate::export::geometry::Frame;
 use crate::export::positions::reached;
 use crate::files::robot_file::RobotFile;
-use crate::fit::solution::{RobotCovariance, WITH_TRANSMISSIONS};
+use crate::fit::solution::{OF_ROBOT, RobotCovariance};
 use crate::import::Imported;
 use delta_cal::{Robot, Sample};
 use nalgebra::{SMatrix, SVector, Vector2, Vector3};
@@ -58,7 +58,7 @@ pub(super) fn poses(file: &RobotFile, radius: f64) -> Vec<Sample<f64>> {
 /// W of mean squares tr(W C), C being the covariance of the parameters.
 pub(super) struct Uncertain {
     /// J about its mean at positions on the bed.
-    on_bed: Vec<(Vector3<f64>, SMatrix<f64, 3, WITH_TRANSMISSIONS>)>,
+    on_bed: Vec<(Vector3<f64>, SMatrix<f64, 3, OF_ROBOT>)>,
     /// Of positions after the best rigid motion, over the printed volume.
     pub(super) relative: RobotCovariance,
     /// Of heights over the bed about their mean.
@@ -70,7 +70,7 @@ pub(super) struct Uncertain {
 impl Uncertain {
     /// Over poses of the printed area.
     pub(super) fn of(file: &RobotFile, poses: &[Sample<f64>]) -> Option<Self> {
-        let all = Sensitivities::of(&file.robot, poses.iter().copied());
+        let all = Sensitivities::of(&file.robot, &file.tool(), poses.iter().copied());
         let on_bed = all.0.iter();
         let on_bed = on_bed.filter(|(pose, _)| pose.position.z.abs() < ON_THE_BED);
         let on_bed: Vec<_> = on_bed.collect();
@@ -246,12 +246,13 @@ impl Off {
     /// Of a controller with these kinematics, whose frame is this one of the calibrated robot's. `sigmas`: of heights and
     /// of x and y.
     pub(super) fn of(
-        calibrated: &Robot<f64>,
+        calibrated: &RobotFile,
         (controller, frame): (&Robot<f64>, Frame),
         radius: f64,
         sigmas: [f64; 2],
     ) -> Option<Self> {
-        let frame = frame.transform();
+        let (frame, tool) = (frame.transform(), calibrated.tool());
+        let calibrated = (&calibrated.robot, &tool);
         let off = |[x, y]: [f64; 2]| {
             let wanted = Vector3::new(x, y, 0.0);
             let is = reached(calibrated, controller, &wanted)?;

@@ -170,7 +170,7 @@ impl Printer {
             across: distances > 0,
         };
         let look = |(controller, frame): (&Robot<f64>, Frame)| {
-            Off::of(&calibrated.robot, (controller, frame), radius, sigmas)
+            Off::of(calibrated, (controller, frame), radius, sigmas)
         };
         let before = look((&configured.robot, level));
         let pasted = export.controller.as_ref().zip(export.frame);

@@ -88,6 +88,8 @@ fn losses(text: &mut String, export: &Export) {
         let name = format!("- at the centres of {} cells", table.centres.positions);
         rows.push((name, &table.centres));
     }
+    let others = export.other_targets.iter();
+    rows.extend(others.map(|(name, loss)| (format!("- at target {name}"), loss)));
     let width = rows.iter().map(|(name, _)| name.chars().count()).max();
     let width = width.unwrap_or(0);
     let _ = writeln!(

@@ -41,6 +41,7 @@ pub fn text(plan: &Plan) -> String {
         Order::Shortest => "Order: shortest path of the joints. A drift during the measurement would go unnoticed.".to_owned(),
     });
     sentences.extend(places(plan));
+    sentences.extend(targets(plan));
     let section = sentences.into_iter().fold(Section::new(""), Section::text);
     terminal::text([section, expected(plan)])
 }
@@ -59,6 +60,21 @@ fn number_of_kinds(plan: &Plan) -> String {
     };
     let measured = count(plan.count, "measurement");
     format!("{measured}{repeated}: {}", list(&kinds))
+}
+
+/// What further targets bring.
+fn targets(plan: &Plan) -> Option<String> {
+    let each = plan
+        .by_targets
+        .iter()
+        .map(|own| small(own.of(plan.absolute)));
+    let each: Vec<_> = each.collect();
+    (!each.is_empty()).then(|| {
+        format!(
+            "With one, two and three targets, as many measurements bring {} mm, because the platform tilts.",
+            list(&each)
+        )
+    })
 }
 
 /// Where to put planes and points.
@@ -187,6 +203,9 @@ pub fn csv(planned: &[Planned], convention: &Convention) -> String {
     }
     if heights {
         column(&convention.column(Quantity::Height), &empty);
+    }
+    if has(&|own| own.target.is_some()) {
+        column("target", &|own| own.target.clone());
     }
     if named {
         column("plane", &|own| own.plane.clone());

@@ -199,10 +199,12 @@ fn map_of(printer: &Printer, map: &Map, shade: f64, times: f64) -> Figure {
     }
     let lines = map.iter().step_by(EVERY);
     let lines = lines.map(|([x, y], off)| [(*x, *y), (x + times * off.x, y + times * off.y)]);
-    let lines = Shape::Segments(lines.collect());
+    if printer.distances > 0 {
+        let name = format!("x and y, {times} times");
+        figure = figure.with(name, Colour::Grey, Shape::Segments(lines.collect()));
+    }
     let touches = printer.touches.iter().map(|[x, y]| (*x, *y));
     figure
-        .with(format!("x and y, {times} times"), Colour::Grey, lines)
         .with("touches", Colour::Ink, Shape::Points(touches.collect()))
         .with_equal_scales()
 }

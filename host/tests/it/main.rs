@@ -28,5 +28,6 @@ mod plant;
 mod plot;
 mod simulate;
 mod table_formats;
+mod tilt;
 mod validate;
 mod workspace;

@@ -2,13 +2,13 @@
 
 use super::section::{OneOrThree, Positive, Section, parse};
 use super::{
-    DatumPoint, KnownPlane, MEASUREMENT, NamedPoint, ONLY_TARGET, RobotFile, TRANSMISSION_KEYS,
-    Target, arm_key,
+    DatumPoint, KnownPlane, MEASUREMENT, NamedPoint, ONLY_TARGET, ROD_KEYS, RobotFile,
+    TRANSMISSION_KEYS, Target, arm_key,
 };
 use crate::files::columns::Unit;
 use crate::files::convention::{Convention, JOINT_UNITS, LENGTH_UNITS, Vertical};
 use crate::files::input::{InputError, InputText};
-use crate::geometry::{Region, reaches_anywhere};
+use crate::geometry::{OF_ARM, Parallelograms, Region, reaches_anywhere};
 use crate::text::{count, joint};
 use delta_cal::frame::RigidTransform;
 use delta_cal::kinematics::JointLimits;
@@ -21,6 +21,11 @@ use nalgebra::{Matrix3, Vector3};
 const TARGET_KEYS: &str = "x_mm y_mm z_mm sigma_mm";
 /// Typical σ of a reflector's or a tip's place on the platform, mm.
 const USUAL_TARGET: f64 = 0.05;
+/// Typical σ of what the two rods of an arm differ by, mm, and of the elbow's axis against the platform's, degrees.
+const USUAL_RODS: f64 = 0.1;
+const USUAL_AXES: f64 = 0.1;
+/// A larger difference of the rods, as a fraction of their spacing, is a mistake.
+const LARGEST_DIFFERENCE: f64 = 0.2;
 /// The temperature for which lengths are stated (ISO 1), °C.
 const REFERENCE_TEMPERATURE: f64 = 20.0;
 /// A larger expansion is a mistake: 1 %.
@@ -30,7 +35,7 @@ const LARGEST_EXPANSION: f64 = 0.01;
 const ROTATION_ERROR: f64 = 1e-6;
 
 const SECTIONS: &str = "convention nominal arm joints workspace tolerance noise sensor_frame planes distances points platform \
-                        target targets datum robot measurement calibration";
+                        parallelogram target targets tool datum robot measurement calibration";
 
 impl RobotFile {
     /// Reads a robot file.
@@ -85,11 +90,13 @@ impl RobotFile {
                 .with_remedy(remedy));
         }
         let platform = file.section("platform", "radius_mm")?;
-        let platform_radius = match (&nominal, &platform) {
-            (Some(nominal), _) => nominal.optional("platform_radius_mm")?,
-            (None, Some(platform)) => Some(platform.number("radius_mm")?),
-            (None, None) => None,
-        };
+        let mut platform_radius = None;
+        if let Some(nominal) = &nominal {
+            platform_radius = nominal.optional("platform_radius_mm")?;
+        }
+        if let (None, Some(platform)) = (platform_radius, &platform) {
+            platform_radius = Some(platform.number("radius_mm")?);
+        }
         let mut own = Self {
             convention,
             forearm_limit,
@@ -97,6 +104,7 @@ impl RobotFile {
             ..Self::of(input.name(), robot, limits)
         };
         own.read_workspace(&file)?;
+        own.read_parallelograms(&file, &arms)?;
         own.read_tolerance(&file)?;
         own.read_noise(&file)?;
         own.read_instruments(&file)?;
@@ -131,6 +139,59 @@ impl RobotFile {
         Ok(())
     }
 
+    /// The rods of the arms, and the tool.
+    fn read_parallelograms(
+        &mut self,
+        file: &Section<'_>,
+        arms: &[Section<'_>],
+    ) -> Result<(), InputError> {
+        if let Some(own) = file.section("tool", "x_mm y_mm z_mm")? {
+            self.tool = Some(vector(&own, &self.convention)?);
+        }
+        let Some(own) = file.section("parallelogram", "spacing_mm")? else {
+            let mut arms = arms.iter();
+            return match arms.find(|arm| ROD_KEYS.iter().any(|key| arm.has(key))) {
+                Some(arm) => {
+                    let fault =
+                        arm.fault("the rods of an arm differ, and their spacing is not stated");
+                    Err(fault.with_remedy("add [parallelogram] with spacing_mm"))
+                }
+                None => Ok(()),
+            };
+        };
+        let spacing = own.positive("spacing_mm")?;
+        let Some(platform_radius) = self.platform_radius else {
+            let fault = own.fault("the rods' spacing needs the platform's radius");
+            return Err(fault.with_remedy("add [platform] with radius_mm"));
+        };
+        let mut numbers = [[0.0; OF_ARM]; 3];
+        for (numbers, arm) in numbers.iter_mut().zip(arms) {
+            for (number, key) in numbers.iter_mut().zip(ROD_KEYS) {
+                *number = arm.optional(key)?.unwrap_or_default();
+            }
+            let [_, _, angles @ ..] = numbers;
+            *angles = angles.map(f64::to_radians);
+            *numbers = self.convention.rods(*numbers);
+        }
+        let [rods, apart, ..] = numbers.map(|own| own.map(f64::abs));
+        if rods
+            .iter()
+            .chain(&apart)
+            .any(|own| *own > LARGEST_DIFFERENCE * spacing)
+        {
+            return Err(
+                own.fault("the rods of an arm differ by more than a fifth of their spacing")
+            );
+        }
+        self.parallelograms = Some(Parallelograms {
+            spacing,
+            platform_radius,
+            numbers,
+            tolerance: [USUAL_RODS, USUAL_AXES.to_radians()],
+        });
+        Ok(())
+    }
+
     /// The tolerance of the geometry, and of the transmissions if they are estimated.
     fn read_tolerance(&mut self, file: &Section<'_>) -> Result<(), InputError> {
         let drive = self.robot.drive();
@@ -138,9 +199,26 @@ impl RobotFile {
             Drive::Rotary => "length_mm angle_deg zero_deg transmission_deg",
             Drive::Linear => "length_mm angle_deg scale zero_mm radius_mm forearm_mm",
         };
-        let Some(own) = file.section("tolerance", keys)? else {
+        let keys = format!("{keys} parallelogram_mm parallelogram_deg");
+        let Some(own) = file.section("tolerance", &keys)? else {
             return Ok(());
         };
+        let rods = own.optional_positive("parallelogram_mm")?;
+        let axes = own.optional_positive("parallelogram_deg")?;
+        match &mut self.parallelograms {
+            Some(stated) => {
+                stated.tolerance = [
+                    rods.unwrap_or(USUAL_RODS),
+                    axes.unwrap_or(USUAL_AXES).to_radians(),
+                ];
+            }
+            None if rods.or(axes).is_some() => {
+                let fault =
+                    own.fault("parallelogram_mm and parallelogram_deg need the rods' spacing");
+                return Err(fault.with_remedy("add [parallelogram] with spacing_mm"));
+            }
+            None => {}
+        }
         let length = own.positive("length_mm")?;
         let stated = Tolerance::new(length, own.positive("angle_deg")?.to_radians());
         let stated = match drive {
@@ -493,7 +571,8 @@ fn arm(section: &Section<'_>, convention: &Convention) -> Result<Arm<f64>, Input
         Drive::Rotary => TRANSMISSION_KEYS.join(" "),
         Drive::Linear => String::new(),
     };
-    section.only(&format!("{} {of_gears}", keys.join(" ")))?;
+    let of_rods = ROD_KEYS.join(" ");
+    section.only(&format!("{} {of_gears} {of_rods}", keys.join(" ")))?;
     let mut values = [0.0; 8];
     for (value, parameter) in values.iter_mut().zip(parameters) {
         let stated = section.number(arm_key(parameter))?;

@@ -1,6 +1,6 @@
 //! Writes a robot file.
 
-use super::{ONLY_TARGET, RobotFile, TRANSMISSION_KEYS, arm_key};
+use super::{ONLY_TARGET, ROD_KEYS, RobotFile, TRANSMISSION_KEYS, arm_key};
 use crate::files::columns::Unit;
 use crate::files::convention::{JOINT_UNITS, LENGTH_UNITS, Vertical};
 use crate::text::{degrees, joint, tolerance_keys};
@@ -29,6 +29,8 @@ impl RobotFile {
         self.write_arms(&mut file);
         file.section("[platform]");
         file.optional("radius_mm", self.platform_radius);
+        file.section("[parallelogram]");
+        file.optional("spacing_mm", self.parallelograms.map(|own| own.spacing));
         self.write_joints(&mut file);
         self.write_workspace(&mut file);
         self.write_tolerance(&mut file);
@@ -76,7 +78,7 @@ impl RobotFile {
     }
 
     fn write_arms(&self, file: &mut File) {
-        for arm in self.robot.arms() {
+        for (index, arm) in self.robot.arms().iter().enumerate() {
             file.section("[[arm]]");
             for parameter in arm.drive().parameters().iter().copied() {
                 let value = self.convention.parameter(parameter, arm.get(parameter));
@@ -93,6 +95,17 @@ impl RobotFile {
                 file.entry(key, gain);
                 for (key, harmonic) in keys.into_iter().zip(harmonics) {
                     file.entry(key, degrees(harmonic));
+                }
+            }
+            if let Some(rods) = self.parallelograms.filter(|own| !own.are_exact()) {
+                let [lengths @ .., yaw, roll] = self.convention.rods(rods.numbers[index]);
+                let [rod, spacing] = lengths;
+                for (key, number) in
+                    ROD_KEYS
+                        .iter()
+                        .zip([rod, spacing, degrees(yaw), degrees(roll)])
+                {
+                    file.entry(key, number);
                 }
             }
         }
@@ -128,6 +141,10 @@ impl RobotFile {
         }
         let transmission = self.transmission.map(|own| degrees(own.sigma()));
         file.optional("transmission_deg", transmission);
+        if let Some([length, angle]) = self.parallelograms.map(|own| own.tolerance) {
+            file.entry("parallelogram_mm", length);
+            file.entry("parallelogram_deg", degrees(angle));
+        }
     }
 
     fn write_noise(&self, file: &mut File) {
@@ -189,6 +206,10 @@ impl RobotFile {
             }
             file.vector(self.outwards(&target.place));
             file.entry("sigma_mm", <[f64; 3]>::from(target.sigma));
+        }
+        if let Some(tool) = &self.tool {
+            file.section("[tool]");
+            file.vector(self.outwards(tool));
         }
     }
 }

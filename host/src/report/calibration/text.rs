@@ -1,6 +1,6 @@
 //! Text shared by the terminal and the HTML page.
 
-use super::{ArmReport, ParameterReport, Report, TargetReport};
+use super::{ArmReport, ParameterReport, Report, RodsReport, TargetReport, TiltReport};
 use crate::accuracy::budget::Contribution;
 use crate::effects::EffectKind;
 use crate::finding::Level;
@@ -464,7 +464,30 @@ pub(super) fn places(report: &Report) -> Vec<Section> {
             .table();
         sections.push(Section::new("Transmissions").table(table));
     }
+    sections.extend(report.tilt.as_ref().map(tilt));
     sections
+}
+
+/// The rods, and the tilt that they give the platform.
+fn tilt(own: &TiltReport) -> Section {
+    let number = |index: usize| {
+        move |own: &&RodsReport| {
+            let [number, sigma] = [own.numbers[index], own.sigmas[index]];
+            format!("{} ± {}", significant(number, 3), significant(sigma, 1))
+        }
+    };
+    let table = Table::of(&own.arms)
+        .column("arm", |own| own.arm)
+        .column("rod difference, mm", number(0))
+        .column("spacing difference, mm", number(1))
+        .column("axis yaw, °", number(2))
+        .column("axis roll, °", number(3))
+        .table();
+    let title = format!(
+        "Rods: the platform tilts by {} mrad, median over the workspace",
+        significant(own.median_mrad, 2)
+    );
+    Section::new(title).table(table)
 }
 
 /// What to measure next.

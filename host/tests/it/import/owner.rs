@@ -218,15 +218,20 @@ fn comments_do_not_change_what_a_file_is() {
 /// Both maps of a bed that the lines improve, with the touches.
 #[test]
 fn the_page_shows_the_bed_before_and_after() {
-    let folder = folder(&printer("13").configuration());
-    folder.run("calibrate printer.cfg --report r.html").ok();
-    let page = folder.read("r.html");
-    for words in [
-        "The bed as configured.",
-        "The bed with the lines pasted.",
-        "touches",
-        "x and y, ",
-    ] {
-        assert!(page.contains(words), "{words}");
+    let printed = "--printed 20=20.2 --printed 60=60.2 --printed 120=120.2";
+    for (number, lengths, distances) in [("13", "", false), ("01", printed, true)] {
+        let folder = folder(&printer(number).configuration());
+        let command = format!("calibrate printer.cfg --report r.html {lengths}");
+        folder.run(&command).ok();
+        let page = folder.read("r.html");
+        for (words, shown) in [
+            ("The bed as configured.", true),
+            ("The bed with the lines pasted.", true),
+            ("touches", true),
+            ("x and y, ", distances),
+            ("as found and as left", false),
+        ] {
+            assert_eq!(page.contains(words), shown, "{words}");
+        }
     }
 }

@@ -1,0 +1,185 @@
+//! What a report says of a platform that tilts, or that may.
+
+use crate::accuracy::quantiles::median;
+use crate::files::robot_file::RobotFile;
+use crate::finding::{Finding, note, warning};
+use crate::fit::{Case, Solution};
+use crate::geometry::{OF_ARM, Parallelograms};
+use crate::judge::Judged;
+use crate::text::{degrees, list, significant};
+use delta_cal::{Robot, Sample};
+use nalgebra::Vector3;
+use serde::Serialize;
+use serde_json::json;
+
+/// Rods of a pair whose spacing nobody stated: how far apart they usually are, mm, and by what they usually differ.
+const USUAL: Parallelograms = Parallelograms {
+    spacing: 50.0,
+    platform_radius: 0.0,
+    numbers: [[0.0; OF_ARM]; 3],
+    tolerance: [0.1, 0.0],
+};
+/// A point this close to the centre of the platform, mm, is in it.
+const CENTRAL: f64 = 1.0;
+/// Rods that differ by more than this many σ, which are known better than this part of their tolerance, do differ.
+const NAMED: f64 = 2.0;
+const KNOWN: f64 = 0.7;
+
+/// The tilt of the platform.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TiltReport {
+    /// The angle between platform and base, median over the workspace, milliradians.
+    pub median_mrad: f64,
+    /// The rods of each arm.
+    pub arms: Vec<RodsReport>,
+}
+
+/// The two rods of an arm. The one on the side of t = z × r is the longer one, r being the arm's radial direction.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct RodsReport {
+    /// 1, 2 or 3.
+    pub arm: usize,
+    /// Difference of the rods' lengths, and of their spacing at the platform less that at the elbow, mm; yaw and roll of the
+    /// elbow's axis against the platform's, degrees.
+    pub numbers: [f64; OF_ARM],
+    /// One σ of each.
+    pub sigmas: [f64; OF_ARM],
+    /// By how much the difference of the lengths tilts the platform, median over the workspace, milliradians.
+    pub tilt_mrad: f64,
+}
+
+/// How a platform tilts over these poses; `None` if its rods are not known.
+pub(super) fn tilt(
+    after: &RobotFile,
+    solution: &Solution,
+    poses: &[Sample<f64>],
+) -> Option<TiltReport> {
+    let (rods, found) = (after.parallelograms?, solution.tilt()?);
+    let convention = &after.convention;
+    let angles = poses.iter().filter_map(|pose| {
+        let pose = rods.pose(&after.robot, &pose.joints).ok()?;
+        Some(pose.tilt)
+    });
+    let arms = (0..3).map(|arm| {
+        let in_file = |[rods, spacing, yaw, roll]: [f64; OF_ARM]| {
+            [rods, spacing, degrees(yaw), degrees(roll)]
+        };
+        let sigma = |number| {
+            let place = found.first + OF_ARM * arm + number;
+            solution.covariance[(place, place)].sqrt()
+        };
+        let mut alone = Parallelograms {
+            numbers: [[0.0; OF_ARM]; 3],
+            ..rods
+        };
+        alone.numbers[arm][0] = rods.numbers[arm][0];
+        let alone = poses.iter().step_by(20).filter_map(|pose| {
+            let pose = alone.pose(&after.robot, &pose.joints).ok()?;
+            Some(pose.tilt)
+        });
+        RodsReport {
+            arm: arm + 1,
+            numbers: in_file(convention.rods(rods.numbers[arm])),
+            sigmas: in_file([0, 1, 2, 3].map(sigma)),
+            tilt_mrad: angle(alone),
+        }
+    });
+    Some(TiltReport {
+        median_mrad: angle(angles),
+        arms: arms.collect(),
+    })
+}
+
+/// The median of rotations, milliradians. Near a singularity the platform turns far.
+fn angle(all: impl Iterator<Item = Vector3<f64>>) -> f64 {
+    1e3 * median(all.map(|own| own.norm())).unwrap_or_default()
+}
+
+/// Rods that differ; or what such rods would do, if nothing is known of them and a target or the tool is off the centre.
+pub(super) fn of_rods(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
+    let (robot, solution) = (case.robot, &judged.solution);
+    let poses = &judged.poses.inside;
+    let Some(stated) = robot.parallelograms else {
+        found.extend(unknown(robot, &solution.robot, poses));
+        return;
+    };
+    let after = RobotFile {
+        parallelograms: solution.tilt().map(|own| stated.with_numbers(&own.by)),
+        ..robot.with_robot(&solution.robot)
+    };
+    let Some(report) = tilt(&after, solution, poses) else {
+        return;
+    };
+    let [tolerance, _] = stated.tolerance;
+    for own in &report.arms {
+        let ([size, ..], [sigma, ..]) = (own.numbers.map(f64::abs), own.sigmas);
+        if size > NAMED * sigma && sigma < KNOWN * tolerance {
+            let text = format!(
+                "The two rods of arm {} differ by {} ± {} mm and tilt the platform by {} mrad. Exchange or match them.",
+                own.arm,
+                significant(size, 2),
+                significant(sigma, 1),
+                significant(own.tilt_mrad, 2)
+            );
+            let figures = json!({
+                "arm": own.arm, "difference_mm": own.numbers[0], "sigma_mm": sigma, "tilt_mrad": own.tilt_mrad,
+            });
+            found.push(warning("rods_differ", figures, text));
+        }
+    }
+}
+
+/// What rods that differ would do to targets and tool.
+fn unknown(robot: &RobotFile, found: &Robot<f64>, poses: &[Sample<f64>]) -> Option<Finding> {
+    let tool = robot.tool.iter().map(|own| ("the tool".to_owned(), *own));
+    let targets = robot.instruments.targets.iter();
+    let targets = targets.map(|own| (format!("the target {}", own.name), own.place));
+    let named =
+        |(name, place): (String, _)| (name.replace("the target target", "the target"), place);
+    let beside = targets.map(named).chain(tool);
+    let beside: Vec<_> = beside.filter(|(_, place)| place.norm() > CENTRAL).collect();
+    if beside.is_empty() {
+        return None;
+    }
+    let rods = Parallelograms {
+        platform_radius: robot.platform_radius.unwrap_or_default(),
+        ..USUAL
+    };
+    let (difference, spacing) = (USUAL.tolerance[0], USUAL.spacing);
+    let moves: Vec<_> = beside
+        .iter()
+        .map(|(name, place)| (name, displaced(&rods, found, poses, place)))
+        .collect();
+    let each: Vec<_> = moves
+        .iter()
+        .map(|(name, by)| format!("{name} by {} mm", significant(*by, 2)))
+        .collect();
+    let text = format!(
+        "If the two rods of each arm differ by {difference} mm, as is usual, the platform tilts and moves {} (σ, with rods \
+         {spacing:.0} mm apart). No stated error counts this. State spacing_mm in [parallelogram], and measure with three \
+         targets, to have the tilt found.",
+        list(&each)
+    );
+    let moves: serde_json::Map<_, _> = moves
+        .into_iter()
+        .map(|(name, by)| (name.replace("the ", ""), json!(by)))
+        .collect();
+    let figures = json!({ "difference_mm": difference, "spacing_mm": spacing, "moves_mm": moves });
+    Some(note("rods_unknown", figures, text))
+}
+
+/// How far rods made to their tolerance move a point, one σ, median over these poses, mm.
+fn displaced(
+    rods: &Parallelograms,
+    robot: &Robot<f64>,
+    poses: &[Sample<f64>],
+    place: &Vector3<f64>,
+) -> f64 {
+    let moves = poses.iter().step_by(20).filter_map(|pose| {
+        let columns = rods.columns(robot, (&pose.position, &pose.joints), place)?;
+        let each = columns.column_iter().zip(rods.sigmas());
+        let each = each.map(|(own, sigma)| own.norm_squared() * sigma * sigma);
+        Some(each.sum::<f64>().sqrt())
+    });
+    median(moves).unwrap_or_default()
+}

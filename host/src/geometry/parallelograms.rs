@@ -1,0 +1,341 @@
+//! The two rods of each arm, and the platform that tilts where they are no parallelogram.
+//!
+//! ```text
+//! a± = B(q) + p ± s/2 (t + ψ r + ρ z)        joints at the elbow
+//! b± = X + R (p ± (s + δs)/2 t)              joints at the platform
+//! |b± − a±| = Lb ± δl/2
+//! ```
+//!
+//! r is the radial direction of an arm, z up and t = z × r; p = Rb r is the platform's offset, which D has subtracted, s the
+//! spacing of the rods. Six distances determine the platform's position X and rotation R. To first order the rotation
+//! vector ω and the displacement δX of the platform point are those of two systems of three equations, with u the forearm's
+//! direction:
+//!
+//! ```text
+//! s (t × u) · ω = δl − δs (u · t) + s u · (ψ r + ρ z),        u · δX = −u · (ω × p)
+//! ```
+
+use delta_cal::kinematics::KinematicsError;
+use delta_cal::robot::Drive;
+use delta_cal::{ArmIndex, Parameter, Robot};
+use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
+
+/// Numbers of an arm: δl and δs in mm, ψ and ρ in radians.
+pub const OF_ARM: usize = 4;
+/// Numbers of a robot.
+pub(crate) const NUMBERS: usize = 3 * OF_ARM;
+/// Below this |det| of the three (t × u), nothing holds the platform's rotation; 1 would be three perpendicular ones.
+const UNHELD: f64 = 0.02;
+/// Newton's steps; two are usual.
+const STEPS: usize = 12;
+/// A step is the last if it moves joints by less than this fraction of a forearm.
+const SETTLED: f64 = 1e-14;
+
+/// The rods of the three arms.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parallelograms {
+    /// Distance s between the two rods of an arm, mm.
+    pub spacing: f64,
+    /// Radius Rb of the platform, mm.
+    pub platform_radius: f64,
+    /// Of each arm, by how much the rods differ (δl) and by how much they are further apart at the platform (δs), mm; yaw ψ
+    /// and roll ρ of the elbow's axis against the platform's, radians. The rod on the side of +t is the longer one.
+    pub numbers: [[f64; OF_ARM]; 3],
+    /// σ of the lengths, mm, and of the angles, radians.
+    pub tolerance: [f64; 2],
+}
+
+/// Position and rotation of a platform.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlatformPose {
+    /// The platform point, mm.
+    pub position: Vector3<f64>,
+    /// The rotation vector, radians.
+    pub tilt: Vector3<f64>,
+}
+
+impl PlatformPose {
+    /// A platform that does not tilt.
+    pub(crate) fn level(position: Vector3<f64>) -> Self {
+        Self {
+            position,
+            tilt: Vector3::zeros(),
+        }
+    }
+
+    /// The position of a point of the platform, mm.
+    pub fn of(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        if self.tilt == Vector3::zeros() {
+            return self.position + point;
+        }
+        self.position + UnitQuaternion::new(self.tilt) * point
+    }
+}
+
+impl Parallelograms {
+    /// Whether the platform tilts nowhere.
+    pub(crate) fn are_exact(&self) -> bool {
+        self.numbers == [[0.0; OF_ARM]; 3]
+    }
+
+    /// With these twelve numbers, arm by arm.
+    pub(crate) fn with_numbers(mut self, numbers: &[f64]) -> Self {
+        for (own, number) in self.numbers.as_flattened_mut().iter_mut().zip(numbers) {
+            *own = *number;
+        }
+        self
+    }
+
+    /// σ of the twelve numbers.
+    pub(crate) fn sigmas(&self) -> [f64; NUMBERS] {
+        let [length, angle] = self.tolerance;
+        std::array::from_fn(|place| if place % OF_ARM < 2 { length } else { angle })
+    }
+
+    /// The platform of a robot, by Newton's method from where Model 24 has it.
+    ///
+    /// # Errors
+    /// The robot does not reach these joints (radians or mm); [`KinematicsError::Parallel`] also where nothing holds the
+    /// platform's rotation.
+    pub fn pose(
+        &self,
+        robot: &Robot<f64>,
+        joints: &[f64; 3],
+    ) -> Result<PlatformPose, KinematicsError> {
+        let start = robot.forward(joints)?;
+        if self.are_exact() {
+            return Ok(PlatformPose::level(start));
+        }
+        let unheld = KinematicsError::Parallel(ArmIndex::First);
+        let first = At::of(self, robot, &start, joints).ok_or(unheld)?;
+        let [arm, ..] = robot.arms();
+        let (mut position, mut rotation) = (start, UnitQuaternion::identity());
+        for _ in 0..STEPS {
+            let mut rows = SMatrix::<f64, 6, 6>::zeros();
+            let mut off = SVector::<f64, 6>::zeros();
+            for (index, (own, numbers)) in first.arms.iter().zip(&self.numbers).enumerate() {
+                let [rods, spacing, yaw, roll] = *numbers;
+                for (row, side) in [(2 * index, 0.5), (2 * index + 1, -0.5)] {
+                    let axis = own.across + own.radial * yaw + Vector3::z() * roll;
+                    let from = own.elbow + own.offset + axis * (side * self.spacing);
+                    let lever = own.offset + own.across * (side * (self.spacing + spacing));
+                    let lever = rotation * lever;
+                    let rod = position + lever - from;
+                    let length = rod.norm();
+                    let along = rod / length;
+                    let turned = lever.cross(&along);
+                    rows.fixed_view_mut::<1, 3>(row, 0)
+                        .copy_from(&along.transpose());
+                    rows.fixed_view_mut::<1, 3>(row, 3)
+                        .copy_from(&turned.transpose());
+                    off[row] = robot.arms()[index].lb() + side * rods - length;
+                }
+            }
+            let step = rows.lu().solve(&off).ok_or(unheld)?;
+            let turn = step.fixed_rows::<3>(3).into_owned();
+            position += step.fixed_rows::<3>(0);
+            rotation = UnitQuaternion::new(turn) * rotation;
+            let size = step.fixed_rows::<3>(0).norm() + turn.norm() * self.spacing;
+            if size < SETTLED * arm.lb() {
+                break;
+            }
+        }
+        let tilt = rotation.scaled_axis();
+        if position.iter().chain(&tilt).all(|own| own.is_finite()) {
+            Ok(PlatformPose { position, tilt })
+        } else {
+            Err(unheld)
+        }
+    }
+
+    /// To first order, the displacement of a point of the platform by each of the twelve numbers, at a pose of Model 24: mm
+    /// per mm or radian. `None` if nothing holds the platform's rotation.
+    pub(crate) fn columns(
+        &self,
+        robot: &Robot<f64>,
+        (position, joints): (&Vector3<f64>, &[f64; 3]),
+        point: &Vector3<f64>,
+    ) -> Option<SMatrix<f64, 3, NUMBERS>> {
+        let at = At::of(self, robot, position, joints)?;
+        let forearms = Matrix3::from_rows(&at.arms.each_ref().map(|own| own.along.transpose()));
+        let forearms = forearms.try_inverse()?;
+        let mut columns = SMatrix::<f64, 3, NUMBERS>::zeros();
+        for (index, own) in at.arms.iter().enumerate() {
+            let along = own.along;
+            let by = [
+                1.0,
+                -along.dot(&own.across),
+                self.spacing * along.dot(&own.radial),
+                self.spacing * along.z,
+            ];
+            for (number, by) in by.into_iter().enumerate() {
+                let turn = at.turns.column(index) * by;
+                let shift = at.arms.each_ref();
+                let shift = shift.map(|own| -own.along.dot(&turn.cross(&own.offset)));
+                let moved = forearms * Vector3::from(shift) + turn.cross(point);
+                columns.set_column(OF_ARM * index + number, &moved);
+            }
+        }
+        Some(columns)
+    }
+}
+
+/// An arm at a pose of Model 24.
+struct ArmAt {
+    /// B(q).
+    elbow: Vector3<f64>,
+    /// u, from the elbow to the platform.
+    along: Vector3<f64>,
+    /// r and t.
+    radial: Vector3<f64>,
+    across: Vector3<f64>,
+    /// p.
+    offset: Vector3<f64>,
+}
+
+/// The arms at a pose, and the rotation of the platform by each arm's right-hand side.
+struct At {
+    arms: [ArmAt; 3],
+    turns: Matrix3<f64>,
+}
+
+impl At {
+    fn of(
+        own: &Parallelograms,
+        robot: &Robot<f64>,
+        position: &Vector3<f64>,
+        joints: &[f64; 3],
+    ) -> Option<Self> {
+        let arms = [0, 1, 2].map(|index| {
+            let arm = &robot.arms()[index];
+            let elbow = arm.elbow(joints[index]);
+            let azimuth = match arm.drive() {
+                Drive::Rotary => arm.get(Parameter::Theta),
+                Drive::Linear => arm.d().y.atan2(arm.d().x),
+            };
+            let (sine, cosine) = azimuth.sin_cos();
+            let radial = Vector3::new(cosine, sine, 0.0);
+            ArmAt {
+                elbow,
+                along: (position - elbow).normalize(),
+                radial,
+                across: Vector3::new(-sine, cosine, 0.0),
+                offset: radial * own.platform_radius,
+            }
+        });
+        let rows = arms
+            .each_ref()
+            .map(|own| own.across.cross(&own.along).transpose());
+        let rows = Matrix3::from_rows(&rows);
+        if !(rows.determinant().abs() > UNHELD) {
+            return None;
+        }
+        let turns = (rows * own.spacing).try_inverse()?;
+        Some(Self { arms, turns })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{NUMBERS, Parallelograms};
+    use delta_cal::kinematics::KinematicsError;
+    use delta_cal::{ArmIndex, Robot, SymmetricRobot};
+    use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
+
+    fn rods(numbers: &[f64]) -> Parallelograms {
+        let none = Parallelograms {
+            spacing: 60.0,
+            platform_radius: 30.0,
+            numbers: [[0.0; 4]; 3],
+            tolerance: [0.1, 0.002],
+        };
+        none.with_numbers(numbers)
+    }
+
+    fn robot() -> Robot<f64> {
+        let own = SymmetricRobot {
+            base_radius: 194.0,
+            platform_radius: 30.0,
+            upper_arm: 260.0,
+            forearm: 480.0,
+        };
+        own.robot().unwrap()
+    }
+
+    const NUMBERS_OF_TEST: [f64; NUMBERS] = [
+        0.11, -0.07, 0.002, 0.001, -0.05, 0.09, -0.001, 0.003, 0.02, 0.12, 0.0015, -0.002,
+    ];
+
+    /// Positions of the six rods' ends as a drawing has them, with cartesian coordinates and nothing shifted.
+    #[test]
+    fn six_rods_have_their_lengths() {
+        let (robot, own) = (robot(), rods(&NUMBERS_OF_TEST));
+        for joints in [[0.1, 0.3, -0.2], [0.6, 0.2, 0.5]] {
+            let pose = own.pose(&robot, &joints).unwrap();
+            for (arm, n) in own.numbers.iter().enumerate() {
+                let turn = Rotation3::from_axis_angle(
+                    &Vector3::z_axis(),
+                    arm as f64 * 120_f64.to_radians(),
+                );
+                let elbow = Vector3::new(
+                    194.0 + 260.0 * joints[arm].cos(),
+                    0.0,
+                    -260.0 * joints[arm].sin(),
+                );
+                for side in [1.0, -1.0] {
+                    let axis = Vector3::new(n[2], 1.0, n[3]) * (side * 30.0);
+                    let to = Vector3::new(30.0, side * (60.0 + n[1]) / 2.0, 0.0);
+                    let rod = pose.of(&(turn * to)) - turn * (elbow + axis);
+                    assert!(
+                        (rod.norm() - 480.0 - side * n[0] / 2.0).abs() < 1e-9,
+                        "{rod}"
+                    );
+                }
+            }
+        }
+    }
+
+    /// Central differences of the exact pose.
+    #[test]
+    fn columns_are_derivatives() {
+        let robot = robot();
+        let point = Vector3::new(55.0, -30.0, -80.0);
+        for joints in [[0.1, 0.3, -0.2], [0.6, 0.2, 0.5]] {
+            let at = robot.forward(&joints).unwrap();
+            let columns = rods(&[]).columns(&robot, (&at, &joints), &point).unwrap();
+            let step = 1e-5;
+            let numeric = DMatrix::from_fn(3, NUMBERS, |axis, number| {
+                let moved = |by: f64| {
+                    let mut numbers = DVector::zeros(NUMBERS);
+                    numbers[number] = by;
+                    let pose = rods(numbers.as_slice()).pose(&robot, &joints).unwrap();
+                    pose.of(&point)[axis]
+                };
+                (moved(step) - moved(-step)) / (2.0 * step)
+            });
+            let off = DMatrix::from_fn(3, NUMBERS, |row, column| columns[(row, column)]) - &numeric;
+            assert!(off.amax() < 1e-6 * numeric.amax(), "{off}");
+        }
+    }
+
+    #[test]
+    fn exact_parallelograms_are_model_24() {
+        let (robot, joints) = (robot(), [0.1, 0.3, -0.2]);
+        let pose = rods(&[]).pose(&robot, &joints).unwrap();
+        assert_eq!(pose.position, robot.forward(&joints).unwrap());
+        assert_eq!(pose.tilt, Vector3::zeros());
+    }
+
+    #[test]
+    fn vertical_forearms_hold_no_rotation() {
+        let own = SymmetricRobot {
+            base_radius: 30.0,
+            platform_radius: 230.0,
+            upper_arm: 200.0,
+            forearm: 480.0,
+        };
+        let robot = own.robot().unwrap();
+        let unheld = Err(KinematicsError::Parallel(ArmIndex::First));
+        assert_eq!(rods(&NUMBERS_OF_TEST).pose(&robot, &[0.0; 3]), unheld);
+    }
+}

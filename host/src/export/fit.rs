@@ -2,6 +2,7 @@
 
 use super::geometry::{Each, Frame, Geometry, Holds};
 use super::positions::{Wanted, reached};
+use crate::halt;
 use delta_cal::robot::Drive;
 use delta_cal::{Parameter, Robot, Tolerance};
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -147,6 +148,7 @@ impl Problem<'_> {
         let mut residuals = self.residuals(&at)?;
         let mut damping = 1e-6;
         for _ in 0..STEPS {
+            halt::check();
             let jacobian = self.jacobian(&at, residuals.len())?;
             let normal = jacobian.tr_mul(&jacobian);
             let gradient = jacobian.tr_mul(&residuals);

@@ -9,6 +9,7 @@ use super::{Frame, Method};
 use crate::effects::{Places, PlaneFound, PointFound};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Readings};
+use crate::halt;
 use delta_cal::calibration::{ArmOutcome, Estimate, Start, Unknowns};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{Instruments, ObservationError, ObservationProblem, ObservationRow};
@@ -368,6 +369,7 @@ where
     let count = problem.rows().len();
     let every = count.div_ceil(MOST_SENSITIVITIES).max(1);
     let looked = (0..count).into_par_iter().map(|row| {
+        halt::check();
         let whitened = problem.residuals_at(robot, end, row);
         let columns = problem.linearized_at(robot, end, row);
         let mut by_unknowns = DMatrix::zeros(READINGS, units.len());

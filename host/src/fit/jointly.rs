@@ -19,6 +19,7 @@ use crate::effects::{
 };
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, READINGS, Readings};
+use crate::halt;
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Refusal, Robot};
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -131,6 +132,7 @@ pub(super) fn jointly(
     }
     let mut last = f64::INFINITY;
     for round in 1.. {
+        halt::check();
         let course = state.course(readings);
         let undone = state.without(&course, readings);
         let sensor = state.datum.as_ref().and(state.found.frame);
@@ -462,6 +464,7 @@ impl Step {
         // How much each row counts as a touch.
         let mut touched = Vec::new();
         for own in rows {
+            halt::check();
             let e = columns_of(solution, readings, course, effects, own);
             let fit = &solution.rows[own.row];
             let weight = (every * fit.weight).sqrt();

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from ._native import Calibration
+    from ._calibration import Calibration
 
 
 def calibration(result: Calibration) -> Any:
@@ -37,14 +37,13 @@ def calibration(result: Calibration) -> Any:
         if not np.isnan(column).all():
             residuals.plot(result.lines, column, ".", label=label)
     residuals.axhline(0, color="0.7", linewidth=0.8)
-    residuals.set_xlabel("line")
+    residuals.set_xlabel("sample")
     residuals.set_ylabel("residual, mm")
     residuals.legend()
 
     q = result.robot.inverse(_grid(result))
     x = result.robot.forward(q)
-    derivatives = result.robot.parameter_jacobian(q)
-    variance = np.einsum("nij,jk,nik->n", derivatives, result.covariance, derivatives)
+    variance = np.trace(result.position_covariance(q), axis1=-2, axis2=-1)
     shown = bed.scatter(x[:, 0], x[:, 1], c=np.sqrt(variance), s=12, cmap="viridis")
     figure.colorbar(shown, ax=bed, label="σ of the position, mm")
     bed.set_aspect("equal")

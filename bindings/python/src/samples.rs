@@ -15,6 +15,8 @@ use std::fmt::Write;
 
 /// A table's header and first line.
 const ABOVE: u64 = 2;
+/// Rows between two looks at the keyboard.
+const LOOKS: usize = 4096;
 const NOT_MEASURED: &str = "-";
 
 /// A column of a table.
@@ -35,7 +37,7 @@ impl Cells {
     fn numbers(argument: &str, given: &Bound<'_, PyAny>, count: usize) -> PyResult<Self> {
         let array = numbers(argument, given)?;
         let all = match array.as_slice()? {
-            [one] if array.ndim() == 0 => vec![*one; count],
+            [one] => vec![*one; count],
             all if array.ndim() == 1 => all.to_vec(),
             _ => {
                 return Err(value_error(
@@ -280,10 +282,13 @@ impl Table {
         Ok(self)
     }
 
-    fn text(&self) -> String {
+    fn text(&self, py: Python<'_>) -> PyResult<String> {
         let names = self.columns.iter().map(|own| own.name.as_str());
         let mut text = names.collect::<Vec<_>>().join(",");
         for row in 0..self.count {
+            if row.is_multiple_of(LOOKS) {
+                py.check_signals()?;
+            }
             for (place, own) in self.columns.iter().enumerate() {
                 text.push(if place == 0 { '\n' } else { ',' });
                 match &own.cells {
@@ -296,7 +301,7 @@ impl Table {
                 }
             }
         }
-        text + "\n"
+        Ok(text + "\n")
     }
 }
 
@@ -375,9 +380,9 @@ impl Samples {
         }
     }
 
-    fn of_table(name: &str, table: &Table) -> PyResult<Self> {
+    fn of_table(py: Python<'_>, name: &str, table: &Table) -> PyResult<Self> {
         Self::of(
-            vec![(name.to_owned(), table.text().into_bytes())],
+            vec![(name.to_owned(), table.text(py)?.into_bytes())],
             None,
             true,
         )
@@ -417,7 +422,7 @@ impl Samples {
             return Ok(samples.get().clone());
         }
         if is_frame(given)? {
-            return Self::of_table(FRAME, &Table::of_frame(given)?);
+            return Self::of_table(given.py(), FRAME, &Table::of_frame(given)?);
         }
         if given.is_instance_of::<PyString>() || given.hasattr("__fspath__")? {
             return read_samples(given, None, None);
@@ -448,7 +453,7 @@ impl Samples {
             });
         }
         let whole = whole.ok_or_else(|| value_error("q", "no rows"))?;
-        Self::of_table(&names.join(", "), &whole)
+        Self::of_table(given.py(), &names.join(", "), &whole)
     }
 }
 

@@ -358,7 +358,7 @@ def test_warnings_are_pythons(robot, measured):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT")
 @pytest.mark.parametrize("call", ["dc.plan(robot, 500)", "dc.simulate(robot, n=10**7)", "dc.simulate(robot, n=10**6, planned=True)",
-                                  "dc.workspace(robot, spacing=1.0)", "[robot.forward(q) for _ in range(1000)]",
+                                  "dc.workspace(robot, tolerance=1e-9, spacing=2.0)", "[robot.forward(q) for _ in range(1000)]",
                                   "dc.calibrate(robot, q[:200000], robot.forward(q[:200000]))"])
 def test_an_interrupt_ends_every_call(call):
     code = f"""

@@ -25,6 +25,9 @@ const FEW: usize = 30;
 /// At most this many rows, evenly spread, keep their derivatives.
 const MOST_SENSITIVITIES: usize = 5000;
 
+/// Samples that a calibrator is given between two looks at whether it is to stop.
+const AT_ONCE: usize = 1000;
+
 /// The data and settings of an estimate.
 #[derive(Clone, Copy)]
 pub(super) struct Task<'a> {
@@ -118,8 +121,12 @@ impl Task<'_> {
         let (before, after) = samples.split_at(samples.len() / 2);
         let taken = |first: usize, samples: &[Sample<f64>]| {
             let mut own = empty.clone();
-            own.add_many(samples)
-                .map_err(|(index, error)| unusable(first + index, error))?;
+            for (part, samples) in samples.chunks(AT_ONCE).enumerate() {
+                halt::check();
+                let first = first + part * AT_ONCE;
+                own.add_many(samples)
+                    .map_err(|(index, error)| unusable(first + index, error))?;
+            }
             own.flush();
             Ok::<_, Unsolved>(own)
         };
@@ -180,7 +187,7 @@ impl Task<'_> {
                 (weights, suspected, worth) = (found.weights, found.suspected, found.worth);
                 found.outcome
             } else {
-                problem.solve(settings)?
+                problem.solve_watched(settings, halt::check)?
             };
             let estimate = &outcome.estimate;
             let moved = std::array::from_fn(|place| estimate.correction[place] * units[place]);

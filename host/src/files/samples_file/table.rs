@@ -5,6 +5,7 @@ use crate::files::columns::{ColumnName, Quantity, Unit};
 use crate::files::convention::Convention;
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
+use crate::halt;
 use crate::text::{count, decimal_comma, list};
 use csv::{ReaderBuilder, StringRecord};
 use std::borrow::Cow;
@@ -341,6 +342,7 @@ impl<'a> Table<'a> {
         let mut rows = Vec::new();
         let numbers = RefCell::new(Numbers::default());
         self.each(|line, record| {
+            halt::check();
             self.check_length(line, record)?;
             let value = read(&TableRow {
                 table: self,

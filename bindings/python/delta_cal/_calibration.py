@@ -6,7 +6,7 @@ import os
 import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Union
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from ._native import Array, Noise, Report, Rows, Tolerance
+    from ._native import Report
+    from ._types import Array, Noise, PathLike, Rows, Tolerance
 
-PathLike = Union[str, "os.PathLike[str]"]
 
 
 class CalibrationWarning(UserWarning):
@@ -291,10 +291,10 @@ def calibrate(
         for own, value in others.items():
             if value is not None:
                 raise TypeError(f"{own}: is not for a printer's configuration")
-        files = [own for own in (q, x) if own is not None]
-        for own in files:
-            if not isinstance(own, (str, os.PathLike)):
-                raise TypeError("q: a file with readings of the printer is needed")
+        given = [file for file in (q, x) if file is not None]
+        files = [file for file in given if isinstance(file, (str, os.PathLike))]
+        if len(files) < len(given):
+            raise TypeError("q: a file with readings of the printer is needed")
         found = _native.calibrate_printer(robot, files, stated_of(printer), method, robust, limit)
     found["unknowns"] = [Unknown(*own) for own in found["unknowns"]]
     _warn(own["text"] for own in found["findings"] if own["level"] == "warning")

@@ -1,27 +1,31 @@
-import os
-from collections.abc import Mapping, Sequence
-from typing import Any, Final, Literal, Protocol, Union, final
+from collections.abc import Sequence
+from typing import Any, Final, Literal, final
 
-import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import Self
 
-Array = NDArray[np.float64]
-Frame = Literal["base", "sensor"]
-Path = Union[str, os.PathLike[str]]
-Section = Mapping[str, Any]
+from ._types import Array, Noise, PathLike, Rows, Section, Tolerance
 
-class DataFrame(Protocol):
-    """A frame of pandas or polars, by the column names of a samples file."""
-
-    @property
-    def columns(self) -> Any: ...
-    @property
-    def dtypes(self) -> Any: ...
-
-Rows = Union[ArrayLike, DataFrame]
-Noise = Union[tuple[float, float], tuple[tuple[float, float, float], float], Section]
-Tolerance = Union[tuple[float, float], Section]
+__all__ = [
+    "__version__",
+    "Refused",
+    "Report",
+    "Robot",
+    "Samples",
+    "calibrate",
+    "calibrate_printer",
+    "compare",
+    "determined",
+    "export",
+    "import_",
+    "plan",
+    "read_samples",
+    "report_of_texts",
+    "robot_of_text",
+    "samples_of_bytes",
+    "simulate",
+    "validate",
+    "workspace",
+]
 
 __version__: Final[str]
 
@@ -57,10 +61,10 @@ class Robot:
         **sections: Section,
     ) -> Robot: ...
     @staticmethod
-    def read(path: Path) -> Robot: ...
+    def read(path: PathLike) -> Robot: ...
     @staticmethod
     def from_toml(text: str, *, name: str = "robot") -> Robot: ...
-    def write(self, path: Path) -> None: ...
+    def write(self, path: PathLike) -> None: ...
     def to_toml(self) -> str: ...
     def to_dict(self) -> dict[str, Any]: ...
     def replace(
@@ -139,15 +143,15 @@ def calibrate(
     limit: float | None,
 ) -> dict[str, Any]: ...
 def calibrate_printer(
-    path: Path,
-    samples: Sequence[Path],
+    path: PathLike,
+    samples: Sequence[PathLike],
     stated: dict[str, Any],
     method: str | None,
     robust: bool,
     limit: float | None,
 ) -> dict[str, Any]: ...
 def read_samples(
-    path: Path, positions: Path | None = None, *, columns: str | None = None
+    path: PathLike, positions: PathLike | None = None, *, columns: str | None = None
 ) -> Samples: ...
 def plan(
     robot: Robot,
@@ -174,7 +178,7 @@ def export(
     height: float | None,
     limit: float | None,
 ) -> dict[str, Any]: ...
-def import_(path: Path, firmware: str | None, stated: dict[str, Any]) -> dict[str, Any]: ...
+def import_(path: PathLike, firmware: str | None, stated: dict[str, Any]) -> dict[str, Any]: ...
 def simulate(
     robot: Robot,
     first: int,

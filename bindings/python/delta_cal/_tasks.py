@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import json
 import operator
-import os
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Callable, Literal, Union
+from typing import TYPE_CHECKING, Any, Callable, Literal
 
 from . import _native
 from ._calibration import _readings, _warn, stated_of
@@ -20,11 +19,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from ._native import Array, Noise, Rows, Tolerance
-
-    Progress = Union[bool, Callable[[int, int], object]]
-
-PathLike = Union[str, "os.PathLike[str]"]
+    from ._types import Array, Noise, PathLike, Progress, Rows, Tolerance
 
 
 def _json(report: dict[str, Any]) -> str:

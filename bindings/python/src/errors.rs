@@ -105,7 +105,7 @@ pub(crate) fn calibrate_error(py: Python<'_>, error: &CalibrateError, in_arrays:
     );
     let diagnosis = refused.diagnosis.as_ref();
     let diagnosis = diagnosis.map(|own| {
-        let remedy = own.remedy().to_string();
+        let remedy = own.remedy().clone();
         ("diagnosis", words(own.to_string()), words(remedy))
     });
     let findings: Vec<_> = std::iter::once(own).chain(diagnosis).collect();

@@ -813,7 +813,8 @@ impl Robot {
             return Ok(None);
         };
         let [x, y, z] = own.position_by_axis();
-        let position = if x == y && y == z {
+        let alike = [y, z].iter().all(|own| own.to_bits() == x.to_bits());
+        let position = if alike {
             x.into_pyobject(py)?.into_any()
         } else {
             (x, y, z).into_pyobject(py)?.into_any()

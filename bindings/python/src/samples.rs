@@ -191,10 +191,12 @@ impl Table {
             let Some(given) = get(argument)? else {
                 continue;
             };
-            let cells = match is_number {
-                true => Cells::numbers(argument, &given, count)?,
-                false => Cells::words(argument, &given, count)?,
+            let read = if is_number {
+                Cells::numbers
+            } else {
+                Cells::words
             };
+            let cells = read(argument, &given, count)?;
             let name = column.to_owned();
             table.columns.push(Column { name, cells });
         }
@@ -261,13 +263,13 @@ impl Table {
     /// With the rows of another below.
     fn with(mut self, other: Self) -> PyResult<Self> {
         for Column { name, cells } in other.columns {
-            match self.columns.iter_mut().find(|own| own.name == name) {
-                Some(own) => own.cells.append(&name, cells)?,
-                None => {
-                    let mut own = cells.missing(self.count);
-                    own.append(&name, cells)?;
-                    self.columns.push(Column { name, cells: own });
-                }
+            let mut all = self.columns.iter_mut();
+            if let Some(own) = all.find(|own| own.name == name) {
+                own.cells.append(&name, cells)?;
+            } else {
+                let mut own = cells.missing(self.count);
+                own.append(&name, cells)?;
+                self.columns.push(Column { name, cells: own });
             }
         }
         self.count += other.count;
@@ -470,6 +472,8 @@ pub(crate) fn bytes_of(path: &Bound<'_, PyAny>) -> PyResult<(String, Vec<u8>)> {
 pub(crate) type Again<'py, T> = (Bound<'py, PyAny>, T);
 /// Name and bytes of a file.
 type Part<'py> = (String, Bound<'py, PyBytes>);
+/// The arguments of `samples_of_bytes`.
+type Parts<'py> = (Vec<Part<'py>>, Option<String>, bool);
 
 #[pymethods]
 impl Samples {
@@ -529,10 +533,7 @@ impl Samples {
         hexadecimal(digest.finalize())
     }
 
-    fn __reduce__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<Again<'py, (Vec<Part<'py>>, Option<String>, bool)>> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Again<'py, Parts<'py>>> {
         let again = py
             .import("delta_cal._native")?
             .getattr("samples_of_bytes")?;

@@ -386,7 +386,7 @@ pub(crate) fn simulate<'py>(
         py,
         || {
             campaign::run(&plan, &(first..end), &mut |own, _| {
-                counted.store(own, Relaxed)
+                counted.store(own, Relaxed);
             })
         },
         |py| match &progress {

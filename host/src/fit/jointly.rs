@@ -464,7 +464,6 @@ impl Step {
         // How much each row counts as a touch.
         let mut touched = Vec::new();
         for own in rows {
-            halt::check();
             let e = columns_of(solution, readings, course, effects, own);
             let fit = &solution.rows[own.row];
             let weight = (every * fit.weight).sqrt();
@@ -704,6 +703,7 @@ fn columns_of(
     let Some(row) = readings.rows.get(own.row) else {
         return columns;
     };
+    halt::check();
     for (by_position, joints) in own.by_positions.iter().zip(row.value.poses()) {
         let Some(at) = joints.and_then(|joints| At::new(&solution.robot, &joints)) else {
             continue;

@@ -5,6 +5,7 @@ use super::solution::Solution;
 use crate::effects::{EffectKind, Estimated};
 use crate::files::convention::Convention;
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
+use delta_cal::Parameter;
 use delta_cal::robot::ParameterKind;
 
 /// An unknown of a fit, in the convention of the robot file.
@@ -113,7 +114,7 @@ impl Solution {
         for (index, value) in self.robot.parameters().concat().into_iter().enumerate() {
             let (arm, place) = (index / 8 + 1, index % 8);
             let symbol = places[place].map_or("unused", |own| own.symbol());
-            let unit = match places[place].map(|own| own.kind()) {
+            let unit = match places[place].map(Parameter::kind) {
                 Some(ParameterKind::Length) => "mm",
                 Some(ParameterKind::Angle) => "rad",
                 _ => "",

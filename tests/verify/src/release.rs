@@ -171,7 +171,8 @@ rm -rf "$unpacked"
 export DELTA_CAL=$PWD/target/debug/delta-cal MYPYPATH=$PWD/bindings/python/tests
 empty
 "$python" -m pytest --quiet -p no:cacheprovider "$root/bindings/python/tests"
-"$python" -m mypy --strict "$root/bindings/python/examples" -p delta_cal
+"$python" -m mypy --strict "$root/bindings/python/examples"
+"$python" -m mypy --strict --package delta_cal
 "$python" -m mypy.stubtest --concise delta_cal
 "$python" "$root/bindings/python/examples/laboratory.py"
 "$python" "$root/bindings/python/examples/circles.py"

@@ -186,7 +186,7 @@ def _readings(q: Any, x: Any, others: Mapping[str, Any]) -> Any:
     if whole and x is None and not given:
         return q
     if x is not None:
-        given["x"] = x
+        given = {"x": x, **given}
     if isinstance(q, (str, os.PathLike, Samples, dict)) or _are_dicts(q):
         raise TypeError(f"{next(iter(given))}: q holds the readings already")
     if not given:
@@ -278,6 +278,8 @@ def calibrate(
         "height": height, "plane": plane, "distance": distance, "point": point,
         "to": to, "sigma": sigma, "target": target, "name": name,
     }
+    if not isinstance(robot, (Robot, str, os.PathLike)):
+        raise TypeError(f"robot: {type(robot).__name__}; a Robot or a path is needed")
     if not isinstance(robot, Robot) and Path(robot).suffix == ".toml":
         robot = Robot.read(robot)
     if isinstance(robot, Robot):

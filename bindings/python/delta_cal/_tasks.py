@@ -139,13 +139,13 @@ def plan(
 
 def determined(
     robot: Robot,
-    samples: Samples | PathLike,
+    samples: Rows | Samples | PathLike | Mapping[str, Any] | Sequence[Mapping[str, Any]],
     *,
     frame: Literal["base", "sensor"] = "base",
     absolute: bool = False,
     seed: int = 1,
 ) -> Determined:
-    """What the rows of a samples file determine, measured or not, and which to add: ``delta-cal plan --samples``."""
+    """What samples determine, measured or not (a file of a plan), and which to add: ``delta-cal plan --samples``."""
     return Determined(**_native.determined(robot, samples, frame, absolute, _whole("seed", seed, 0)))
 
 

@@ -116,7 +116,7 @@ pub(crate) fn several<const N: usize>(
     all.try_into().map_err(|_| {
         value_error(
             argument,
-            format!("{} numbers; {wanted} is needed", all.len()),
+            format!("{wanted} is needed, not {} numbers", all.len()),
         )
     })
 }

@@ -390,32 +390,43 @@ impl Samples {
         )
     }
 
-    /// Rows of arrays have their indices in place of lines.
+    /// Of a line: of arrays the index of its row.
+    pub(crate) fn place_of(&self, line: u64) -> u64 {
+        if self.in_arrays {
+            line.saturating_sub(ABOVE)
+        } else {
+            line
+        }
+    }
+
+    /// The same of all lines of what was read.
+    pub(crate) fn placed(&self, mut readings: Readings) -> Readings {
+        for row in &mut readings.rows {
+            row.line = self.place_of(row.line);
+        }
+        for line in &mut readings.copies {
+            *line = self.place_of(*line);
+        }
+        let labels = readings.labels.into_iter();
+        readings.labels = labels
+            .map(|(line, own)| (self.place_of(line), own))
+            .collect();
+        readings
+    }
+
     pub(crate) fn readings(
         &self,
         robot: &Robot,
         options: Options,
     ) -> Result<Readings, CalibrateError> {
-        let read = read(&self.text, &robot.file, &options);
-        if !self.in_arrays {
-            return read;
-        }
-        let index = |line: u64| line.saturating_sub(ABOVE);
-        let mut readings = read.map_err(|mut error| {
-            if let CalibrateError::Input(fault) = &mut error {
-                fault.line = fault.line.map(index);
+        match read(&self.text, &robot.file, &options) {
+            Ok(readings) => Ok(self.placed(readings)),
+            Err(CalibrateError::Input(mut fault)) => {
+                fault.line = fault.line.map(|line| self.place_of(line));
+                Err(fault.into())
             }
-            error
-        })?;
-        for row in &mut readings.rows {
-            row.line = index(row.line);
+            refused => refused,
         }
-        for line in &mut readings.copies {
-            *line = index(*line);
-        }
-        let labels = std::mem::take(&mut readings.labels).into_iter();
-        readings.labels = labels.map(|(line, own)| (index(line), own)).collect();
-        Ok(readings)
     }
 
     /// What `calibrate` and `validate` are given: samples or their file, a frame of all columns, or arrays by name.

@@ -115,9 +115,10 @@ pub(crate) fn determined<'py>(
     let samples = Samples::given(robot, samples)?;
     let file = Planned::read(&samples.text, &robot.file);
     let file = file.map_err(|error| input_error(&error, false))?;
-    let found = with_cores(py, || {
-        Determined::by(&request, &file.readings, &file.unmeasured)
-    })?;
+    let unmeasured = file.unmeasured.iter();
+    let unmeasured: Vec<_> = unmeasured.map(|line| samples.place_of(*line)).collect();
+    let readings = samples.placed(file.readings);
+    let found = with_cores(py, || Determined::by(&request, &readings, &unmeasured))?;
     let found = found.map_err(|error| plan_error(py, error))?;
     let dict = PyDict::new(py);
     dict.set_item("csv", plan_report::csv(&found.next, &robot.file.convention))?;

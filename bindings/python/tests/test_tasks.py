@@ -126,3 +126,40 @@ def test_a_robot_of_a_campaign_is_the_same_in_every_range(robot):
 def test_a_campaign_that_cannot_be(options, message, robot):
     with pytest.raises(ValueError, match=message):
         dc.simulate(robot, **options)
+
+
+@pytest.mark.parametrize("name", ["plans", "targets"])
+def test_the_notebook_runs(name):
+    cells = json.loads((EXAMPLES.parents[1] / "bindings" / "python" / "examples" / f"{name}.ipynb").read_text(encoding="utf-8"))["cells"]
+    names = {}
+    for cell in cells:
+        if cell["cell_type"] == "code":
+            exec("".join(cell["source"]), names)  # noqa: S102
+
+
+def test_progress_is_told(robot):
+    told = []
+    dc.simulate(robot, n=2000, progress=lambda done, whole: told.append((done, whole)))
+    assert told[-1] == (2000, 2000) and told == sorted(told)
+
+
+def test_what_rows_determine(robot, measured):
+    _, q, x = measured
+    few, many = (dc.determined(robot, {"q": q[:count], "x": x[:count]}) for count in (3, 40))
+    errors = [own.to_dict()["expected_error"]["absolute_rms_mm"] for own in (few, many)]
+    assert errors[1] == pytest.approx(dc.calibrate(robot, q, x).expected_error["absolute_rms_mm"], rel=0.2) and errors[0] > 3 * errors[1]
+    assert "rows 0, 1 and 2" in str(few).replace("lines", "rows") and "q1_deg" in few.csv
+
+
+def test_workspace_and_comparison(robot, measured):
+    made, *_ = measured
+    found = dc.workspace(robot, tolerance=0.1, spacing=20)
+    # On the boundary a joint is at its limit, or no other pose is there.
+    q = robot.inverse(found.boundary)
+    reached = np.isfinite(q).all(axis=1)
+    np.testing.assert_allclose(robot.forward(q[reached]), found.boundary[reached], atol=1e-6)
+    assert found.to_dict()["boundary_points"] == len(found.boundary)
+    moved = dc.compare(robot, robot.replace(parameters=robot.parameters + [0, 0, 1, 0, 0, 0, 0, 0])).to_dict()
+    assert moved["absolute_mm"][2][0] == pytest.approx(1, abs=1e-6) and moved["relative_mm"][3][1] < 1e-6
+    with pytest.raises(ValueError, match="spacing: "):
+        dc.workspace(robot, spacing=-1)

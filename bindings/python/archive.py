@@ -27,6 +27,7 @@ def trim(root: Path) -> None:
         text = manifest.read_text(encoding="utf-8")
         text = re.sub(r"^\[dev-dependencies\]\n.*?(?=^\[|\Z)", "", text, flags=re.M | re.S)
         text = re.sub(r"^\[\[(bench|example|test)\]\]\n.*?(?=^\[|\Z)", "", text, flags=re.M | re.S)
+        text = re.sub(r"^\[profile\.(?!release).*?\]\n.*?(?=^\[|\Z)", "", text, flags=re.M | re.S)
         text = re.sub(r"^members = \[.*?\]", f"members = {PARTS!r}".replace("'", '"'), text, flags=re.M | re.S)
         manifest.write_text(text, encoding="utf-8")
     # The lock file loses what nothing needs any more; no version changes.

@@ -163,7 +163,7 @@ case $host in
   *) portable= ;;
 esac
 cd "$unpacked"/delta_cal-*
-CARGO_TARGET_DIR=$root/target "$python" -m maturin build --quiet --release --locked $portable --out "$release"
+PATH=$(dirname "$python"):$PATH CARGO_TARGET_DIR=$root/target "$python" -m maturin build --quiet --release --locked $portable --out "$release"
 cd "$root"
 rm -rf "$unpacked"
 "$python" -m pip install --quiet "$(ls "$release"/delta_cal-*.whl)[test]"

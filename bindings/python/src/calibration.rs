@@ -1,13 +1,14 @@
 //! A calibration and everything there is to know of it. The package wraps it in a dataclass.
 
 use crate::arrays::{array, hexadecimal, with_cores};
-use crate::errors::{calibrate_error, in_python, in_rows, input_error, type_error, value_error};
-use crate::robot::{Robot, Stated, parameters_of};
-use crate::samples::{Again, Samples, bytes_of};
-use crate::tasks::included;
+use crate::errors::{calibrate_error, in_python, in_rows, input_error, value_error};
+use crate::files::{bytes_of, configuration, included, loads, plain};
+use crate::robot::{Robot, parameters_of};
+use crate::samples::{Again, Samples};
+use crate::stated::Stated;
 use delta_cal_host::calibration::report::FrameReport;
 use delta_cal_host::files::document::Document;
-use delta_cal_host::import::{Firmware, Imported, Stated as OfPrinter};
+use delta_cal_host::import::Imported;
 use delta_cal_host::printer;
 use delta_cal_host::report::calibration::comment;
 use delta_cal_host::report::printer::PrinterReport;
@@ -118,21 +119,6 @@ fn now() -> u64 {
     })
 }
 
-/// A text as Python's objects.
-pub(crate) fn loads<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyAny>> {
-    py.import("json")?.call_method1("loads", (json,))
-}
-
-/// Without the colours of a terminal.
-pub(crate) fn plain(text: &str) -> String {
-    let mut parts = text.split('\u{1b}');
-    let first = parts.next().unwrap_or_default().to_owned();
-    parts.fold(first, |text, part| {
-        let (_, rest) = part.split_once('m').unwrap_or(("", part));
-        text + rest
-    })
-}
-
 /// What a calibration found.
 #[pyfunction]
 pub(crate) fn calibrate<'py>(
@@ -221,42 +207,6 @@ pub(crate) fn calibrate_printer<'py>(
         options: format!("{stated:?} {method:?} {robust} {limit:?}"),
     };
     found.dict(py, report, Some(&imported))
-}
-
-/// A configuration, whose firmware it is, and what is stated beside it.
-pub(crate) fn configuration(
-    path: &Bound<'_, PyAny>,
-    firmware: Option<&str>,
-    stated: &Bound<'_, PyDict>,
-) -> PyResult<(InputText, Firmware, OfPrinter)> {
-    let (name, bytes) = bytes_of(path)?;
-    let fault = |error| input_error(&error, false);
-    let text = InputText::from_bytes(name, &bytes).map_err(fault)?;
-    let firmware = match firmware {
-        None => Firmware::of(&text).map_err(fault)?,
-        Some(name) => {
-            let mut all = Firmware::ALL.into_iter();
-            all.find(|own| own.name() == name).ok_or_else(|| {
-                let names = Firmware::ALL.map(Firmware::name).join(", ");
-                value_error("firmware", format!("one of {names} is needed"))
-            })?
-        }
-    };
-    let mut own = OfPrinter::default();
-    for (name, value) in stated.iter() {
-        let name: String = name.extract()?;
-        let fault = |_| type_error(&name, "lengths in mm are needed");
-        match name.as_str() {
-            "rods" => own.rods = Some(value.extract().map_err(fault)?),
-            "radius" => own.radius = Some(value.extract().map_err(fault)?),
-            "rods_sigma" => own.rods_sigma = Some(value.extract().map_err(fault)?),
-            "radius_sigma" => own.radius_sigma = Some(value.extract().map_err(fault)?),
-            "printed" => own.printed = value.extract().map_err(fault)?,
-            "shrinkage" => own.shrinkage = Some(value.extract().map_err(fault)?),
-            _ => return Err(type_error(&name, "not stated of a printer")),
-        }
-    }
-    Ok((text, firmware, own))
 }
 
 /// What a calibration began with.

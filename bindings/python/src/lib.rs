@@ -3,6 +3,8 @@
 //! ```text
 //! errors       refusals and faults as Python exceptions
 //! arrays       arguments to rows of numbers, rows to arrays; the cores
+//! files        JSON, files, a printer's configuration
+//! stated       what is stated of a robot
 //! robot        the class Robot: kinematics of whole arrays
 //! samples      the class Samples: files, frames and arrays as one text
 //! calibration  `calibrate`, and its report
@@ -19,8 +21,10 @@
 mod arrays;
 mod calibration;
 mod errors;
+mod files;
 mod robot;
 mod samples;
+mod stated;
 mod tasks;
 
 use pyo3::prelude::*;

@@ -2,6 +2,7 @@
 
 use crate::arrays::{Rows, array, hexadecimal, is_frame, named, names_of, numbers};
 use crate::errors::{calibrate_error, input_error, type_error, value_error};
+use crate::files::bytes_of;
 use crate::robot::Robot;
 use delta_cal::robot::Drive;
 use delta_cal_host::files::columns::ColumnMapping;
@@ -470,15 +471,6 @@ impl Samples {
     }
 }
 
-/// The bytes of a file; an error has its path and number.
-pub(crate) fn bytes_of(path: &Bound<'_, PyAny>) -> PyResult<(String, Vec<u8>)> {
-    let path = path.py().import("pathlib")?.call_method1("Path", (path,))?;
-    Ok((
-        path.str()?.to_string(),
-        path.call_method0("read_bytes")?.extract()?,
-    ))
-}
-
 /// A function, and the arguments with which it makes an object again.
 pub(crate) type Again<'py, T> = (Bound<'py, PyAny>, T);
 /// Name and bytes of a file.
@@ -598,11 +590,4 @@ pub(crate) fn samples_of_bytes(
     in_arrays: bool,
 ) -> PyResult<Samples> {
     Samples::of(parts, columns, in_arrays)
-}
-
-/// Writes a text; an error has its path and number.
-pub(crate) fn write(path: &Bound<'_, PyAny>, text: &str) -> PyResult<()> {
-    let path = path.py().import("pathlib")?.call_method1("Path", (path,))?;
-    path.call_method1("write_bytes", (PyBytes::new(path.py(), text.as_bytes()),))?;
-    Ok(())
 }

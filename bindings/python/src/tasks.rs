@@ -1,8 +1,9 @@
 //! What is done with a robot beside its calibration. The package wraps each in a dataclass.
 
 use crate::arrays::{array, with_cores, with_cores_telling};
-use crate::calibration::{configuration, document, frame_of, limit_of, loads, method_of, plain};
+use crate::calibration::{document, frame_of, limit_of, method_of};
 use crate::errors::{calibrate_error, in_python, input_error, refusal, value_error};
+use crate::files::{configuration, included, loads, plain};
 use crate::robot::Robot;
 use crate::samples::{Samples, samples_of_bytes};
 use delta_cal_host::campaign::{self, OneCase, RobotResult, Spread};
@@ -17,11 +18,10 @@ use delta_cal_host::report::{
 };
 use delta_cal_host::validation::{Comparison, Request, check_independent};
 use delta_cal_host::workspace::{Analysis, Options as Resolution};
-use delta_cal_host::{Frame, InputError, InputText, Options, Planned};
+use delta_cal_host::{Frame, InputText, Options, Planned};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// Joint angles, nominal positions, the samples file to fill in, the report for programs and for people.
@@ -268,35 +268,6 @@ pub(crate) fn import_<'py>(
     dict.set_item("bed_radius", found.bed_radius)?;
     dict.set_item("notes", &found.notes)?;
     Ok(dict)
-}
-
-/// The files that a line of a configuration includes, beside the file with the line.
-pub(crate) fn included(from: &str, wanted: &str) -> Result<Vec<InputText>, InputError> {
-    let found = |py: Python<'_>| -> PyResult<Vec<PathBuf>> {
-        let folder = PathBuf::from(from);
-        let folder = folder.parent().unwrap_or(std::path::Path::new(""));
-        let literal = folder.join(wanted);
-        if literal.is_file() {
-            return Ok(vec![literal]);
-        }
-        let glob = py.import("glob")?;
-        let folder = glob.call_method1("escape", (folder.display().to_string(),))?;
-        let pattern = PathBuf::from(folder.extract::<String>()?).join(wanted);
-        let found = glob.call_method1("glob", (pattern.display().to_string(),))?;
-        let mut paths: Vec<PathBuf> = found.extract()?;
-        paths.sort();
-        Ok(paths)
-    };
-    let paths = Python::attach(found);
-    let paths = paths.map_err(|error| InputError::new(from, error.to_string()))?;
-    let files = paths.iter().filter(|path| path.is_file());
-    let read = |path: &PathBuf| {
-        let name = path.display().to_string();
-        let bytes = std::fs::read(path);
-        let bytes = bytes.map_err(|error| InputError::new(&name, error.to_string()))?;
-        InputText::from_bytes(name, &bytes)
-    };
-    files.map(read).collect()
 }
 
 /// The report of the workspace, its text, and its boundary as CSV.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +18,16 @@ def calibration(result: Calibration) -> Any:
     except ImportError as error:
         raise ImportError("plot needs matplotlib: pip install matplotlib") from error
     report = result.to_dict()
-    figure = Figure(figsize=(12, 4), layout="constrained")
+
+    class Picture(Figure):
+        """Shown in a notebook without pyplot as well."""
+
+        def _repr_png_(self) -> bytes:
+            into = io.BytesIO()
+            self.savefig(into, format="png")
+            return into.getvalue()
+
+    figure = Picture(figsize=(12, 4), layout="constrained")
     parameters, residuals, bed = figure.subplots(1, 3)
 
     symbols = [own["symbol"] for own in report["arms"][0]["parameters"]]

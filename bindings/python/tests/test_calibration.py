@@ -386,7 +386,7 @@ def test_plots_are_drawn(tmp_path, robot, measured):
     figure = dc.calibrate(robot, q, x).plot()
     figure.savefig(tmp_path / "figure.png")
     # Parameters, residuals, bed and its scale.
-    assert len(figure.axes) == 4
+    assert len(figure.axes) == 4 and figure._repr_png_().startswith(b"\x89PNG")
 
 
 def test_threads_get_the_bits_of_one(robot, measured):

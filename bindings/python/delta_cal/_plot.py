@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,16 +19,9 @@ def calibration(result: Calibration) -> Any:
     except ImportError as error:
         raise ImportError("plot needs matplotlib: pip install matplotlib") from error
     report = result.to_dict()
-
-    class Picture(Figure):
-        """Shown in a notebook without pyplot as well."""
-
-        def _repr_png_(self) -> bytes:
-            into = io.BytesIO()
-            self.savefig(into, format="png")
-            return into.getvalue()
-
-    figure = Picture(figsize=(12, 4), layout="constrained")
+    figure = Figure(figsize=(12, 4), layout="constrained")
+    # For a notebook without pyplot.
+    setattr(figure, "_repr_png_", partial(_png, figure))
     parameters, residuals, bed = figure.subplots(1, 3)
 
     symbols = [own["symbol"] for own in report["arms"][0]["parameters"]]
@@ -60,6 +54,12 @@ def calibration(result: Calibration) -> Any:
     bed.set_xlabel(f"x, mm (z = {np.nanmedian(x[:, 2]):.0f} mm)")
     bed.set_ylabel("y, mm")
     return figure
+
+
+def _png(figure: Any) -> bytes:
+    into = io.BytesIO()
+    figure.savefig(into, format="png")
+    return into.getvalue()
 
 
 def _grid(result: Calibration) -> Any:

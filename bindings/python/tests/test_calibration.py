@@ -381,6 +381,18 @@ except KeyboardInterrupt:
     print(f"{call}: {float(out.split()[1]) - begin:.2f} s after the interrupt")
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGINT")
+def test_an_interrupt_costs_other_threads_nothing(robot):
+    expected, found = dc.simulate(robot, n=2000)["error_after"], []
+    other = threading.Thread(target=lambda: found.extend(dc.simulate(robot, n=2000)["error_after"] for _ in range(3)))
+    other.start()
+    threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        dc.plan(robot, 500)
+    other.join()
+    np.testing.assert_array_equal(found, [expected] * 3)
+
+
 def test_plots_are_drawn(tmp_path, robot, measured):
     _, q, x = measured
     figure = dc.calibrate(robot, q, x).plot()

@@ -155,7 +155,9 @@ rm -f "$release"/delta_cal-*
 "$python" bindings/python/archive.py "$release"
 # The wheel is built from the source archive, in an empty folder, with the versions of the lock file. Cargo builds again what
 # is newer than the last build: the archive's files are as old as their commit, so they are unpacked with the time of now.
-unpacked=$(mktemp -d)
+unpacked=${TMPDIR:-/tmp}/delta-cal-source
+rm -rf "$unpacked"
+mkdir "$unpacked"
 tar -xzmf "$release"/delta_cal-*.tar.gz -C "$unpacked"
 case $host in
   # For any Linux of the last ten years.

@@ -36,10 +36,11 @@ impl Drop for Halt {
     }
 }
 
-/// Returns, unless computations are to stop; of no measurable cost.
+/// Returns, unless computations are to stop; of no measurable cost. Outside a pool of threads, whose owner expects it, it
+/// always returns.
 #[inline]
 pub fn check() {
-    if Halt::is_wanted() {
+    if Halt::is_wanted() && rayon::current_thread_index().is_some() {
         std::panic::resume_unwind(Box::new(Halted));
     }
 }

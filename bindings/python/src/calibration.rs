@@ -247,7 +247,7 @@ impl Found<'_> {
         let report = match printer {
             None => Form::OfRobot(Box::new(report)),
             Some(printer) => {
-                let report = PrinterReport::of(printer, report);
+                let report = with_cores(py, || PrinterReport::of(printer, report.clone()))?;
                 let report = report.map_err(|error| calibrate_error(py, &error, false))?;
                 let json = serde_json::to_string(&report.printer).unwrap_or_default();
                 dict.set_item("printer", loads(py, &json)?)?;

@@ -342,7 +342,6 @@ impl<'a> Table<'a> {
         let mut rows = Vec::new();
         let numbers = RefCell::new(Numbers::default());
         self.each(|line, record| {
-            halt::check();
             self.check_length(line, record)?;
             let value = read(&TableRow {
                 table: self,
@@ -459,6 +458,7 @@ impl<'a> Table<'a> {
         let nothing = |own: char| own == self.separator || own == '"' || own.is_whitespace();
         let lines = (1..).zip(self.input.text().split('\n'));
         for (line, text) in lines.skip_while(|(line, _)| *line <= self.line) {
+            halt::check();
             let comment = text.trim_start_matches(['"', ' ', '\t']).starts_with('#');
             if comment || text.chars().all(nothing) {
                 continue;

@@ -27,6 +27,7 @@ pub(crate) use tilt::Tilting;
 
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings, Row};
 use crate::geometry::{Directions, NUMBERS, range};
+use crate::halt;
 use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Robot};
 use nalgebra::{Matrix3, Vector3};
@@ -381,6 +382,7 @@ impl Course {
         let last = rows.len().saturating_sub(1) as f64;
         let mut moves = Directions::default();
         let place = |(index, row): (usize, &Row<Reading>)| {
+            halt::check();
             let squared = positions[index].map_or(0.0, |own| own.xy().norm_squared());
             let origin = match row.value.distance {
                 Some((ReadingFrom::Point(point), _)) => found.points.get(point),
@@ -433,6 +435,7 @@ impl Course {
     ) -> Readings {
         let mut undone = readings.clone();
         for (row, own) in undone.rows.iter_mut().enumerate() {
+            halt::check();
             self.undo(found, row, &mut own.value, effects);
         }
         undone

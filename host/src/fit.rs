@@ -13,6 +13,7 @@ pub mod observations;
 mod robust;
 pub mod solution;
 pub(crate) mod solve;
+mod unknowns;
 
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Readings;
@@ -21,6 +22,7 @@ use serde::{Deserialize, Serialize};
 pub use solution::{Solution, Unsolved};
 pub use solve::solve;
 pub(crate) use solve::solve_with;
+pub use unknowns::Unknown;
 
 /// The estimator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]

@@ -37,6 +37,7 @@ pub mod files;
 pub mod finding;
 pub mod fit;
 pub mod geometry;
+pub mod halt;
 pub mod import;
 pub mod judge;
 pub mod planning;

@@ -9,27 +9,53 @@ calibrated from measured positions, heights or distances, validated, and exporte
     result = dc.calibrate(robot, dc.read_samples("samples.csv"))
     result.robot.write("calibrated.toml")
 
-A calibration that cannot be trusted raises :class:`Refused`; an argument that cannot be used raises ``ValueError``, whose
-message begins with its name. The results are those of the command ``delta-cal``, to the bit.
+A calibration that cannot be trusted raises :class:`Refused`; an argument that cannot be used raises ``ValueError`` or
+``TypeError``, whose message begins with its name. The results are those of the command ``delta-cal``, to the bit.
 """
 
-from ._native import Calibration, Refused, Robot, Samples, calibrate, read_samples
-from ._tasks import Export, Imported, Plan, Validation, export, import_, plan, simulate, validate
+from ._calibration import Calibration, CalibrationWarning, Unknown, calibrate
+from ._native import Refused, Robot, Samples, __version__, read_samples
+from ._tasks import (
+    Comparison,
+    Determined,
+    Export,
+    Imported,
+    Plan,
+    Validation,
+    Workspace,
+    compare,
+    determined,
+    export,
+    import_,
+    plan,
+    simulate,
+    validate,
+    workspace,
+)
 
 __all__ = [
     "Calibration",
+    "CalibrationWarning",
+    "Comparison",
+    "Determined",
     "Export",
     "Imported",
     "Plan",
     "Refused",
     "Robot",
     "Samples",
+    "Unknown",
     "Validation",
+    "Workspace",
+    "__version__",
     "calibrate",
+    "compare",
+    "determined",
     "export",
     "import_",
     "plan",
     "read_samples",
     "simulate",
     "validate",
+    "workspace",
 ]

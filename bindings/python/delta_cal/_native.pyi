@@ -1,25 +1,39 @@
-import os
-from typing import Any, Literal, Protocol, Union
+from collections.abc import Sequence
+from typing import Any, Final, Literal, final
 
-import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import Self
 
-Array = NDArray[np.float64]
-Frame = Literal["base", "sensor"]
+from ._types import Array, Noise, PathLike, Rows, Section, Tolerance
 
-class DataFrame(Protocol):
-    """A frame of pandas or polars, by the column names of a samples file."""
+__all__ = [
+    "__version__",
+    "Refused",
+    "Report",
+    "Robot",
+    "Samples",
+    "calibrate",
+    "calibrate_printer",
+    "compare",
+    "determined",
+    "export",
+    "import_",
+    "plan",
+    "read_samples",
+    "report_of_texts",
+    "robot_of_text",
+    "samples_of_bytes",
+    "simulate",
+    "validate",
+    "workspace",
+]
 
-    @property
-    def columns(self) -> Any: ...
-
-Rows = Union[ArrayLike, DataFrame]
-Noise = Union[tuple[float, float], tuple[tuple[float, float, float], float]]
+__version__: Final[str]
 
 class Refused(Exception):
     findings: list[dict[str, str]]
+    rows: list[int]
 
+@final
 class Robot:
     @staticmethod
     def nominal(
@@ -28,37 +42,52 @@ class Robot:
         platform_radius: float,
         upper_arm: float,
         forearm: float,
-        limits: tuple[float, float],
-        tolerance: tuple[float, float] | None = None,
+        limits: ArrayLike,
+        tolerance: Tolerance | None = None,
         zero: float | None = None,
         noise: Noise | None = None,
+        **sections: Section,
     ) -> Robot: ...
     @staticmethod
     def from_parameters(
         parameters: ArrayLike,
         *,
-        limits: tuple[float, float],
-        tolerance: tuple[float, float] | None = None,
+        limits: ArrayLike,
+        transmissions: ArrayLike | None = None,
+        drive: Literal["rotary", "linear"] = "rotary",
+        tolerance: Tolerance | None = None,
         zero: float | None = None,
         noise: Noise | None = None,
+        **sections: Section,
     ) -> Robot: ...
     @staticmethod
-    def read(path: str | os.PathLike[str]) -> Robot: ...
-    def write(self, path: str | os.PathLike[str]) -> None: ...
+    def read(path: PathLike) -> Robot: ...
+    @staticmethod
+    def from_toml(text: str, *, name: str = "robot") -> Robot: ...
+    def write(self, path: PathLike) -> None: ...
     def to_toml(self) -> str: ...
+    def to_dict(self) -> dict[str, Any]: ...
     def replace(
         self,
         *,
-        noise: Noise | None = None,
-        tolerance: tuple[float, float] | None = None,
+        parameters: ArrayLike | None = None,
+        limits: ArrayLike | None = None,
+        transmissions: ArrayLike | None = None,
+        tolerance: Tolerance | None = None,
         zero: float | None = None,
+        noise: Noise | None = None,
+        **sections: Section | None,
     ) -> Robot: ...
     def forward(self, q: Rows, *, errors: Literal["nan", "raise"] = "nan") -> Array: ...
     def inverse(self, x: Rows, *, errors: Literal["nan", "raise"] = "nan") -> Array: ...
     def jacobian(self, q: Rows, *, errors: Literal["nan", "raise"] = "nan") -> Array: ...
-    def parameter_jacobian(self, q: Rows, *, errors: Literal["nan", "raise"] = "nan") -> Array: ...
+    def parameter_jacobian(
+        self, q: Rows, *, transmissions: bool = False, errors: Literal["nan", "raise"] = "nan"
+    ) -> Array: ...
     @property
     def parameters(self) -> Array: ...
+    @property
+    def transmissions(self) -> Array: ...
     @property
     def limits(self) -> tuple[float, float]: ...
     @property
@@ -66,17 +95,19 @@ class Robot:
     @property
     def zero(self) -> float | None: ...
     @property
-    def noise(self) -> tuple[float, float] | None: ...
+    def noise(self) -> tuple[float | tuple[float, float, float], float] | None: ...
     @property
     def name(self) -> str: ...
     @property
     def drive(self) -> Literal["rotary", "linear"]: ...
     @property
     def fingerprint(self) -> str: ...
+    def _repr_html_(self) -> str: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
-    def __copy__(self) -> Self: ...
-    def __deepcopy__(self, memo: Any) -> Self: ...
 
+@final
 class Samples:
     def arrays(self, robot: Robot) -> dict[str, NDArray[Any]]: ...
     @property
@@ -85,62 +116,42 @@ class Samples:
     def text(self) -> str: ...
     @property
     def fingerprint(self) -> str: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __ne__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
-    def __copy__(self) -> Self: ...
-    def __deepcopy__(self, memo: Any) -> Self: ...
 
-class Calibration:
-    @property
-    def robot(self) -> Robot: ...
-    @property
-    def before(self) -> Robot: ...
-    @property
-    def parameters(self) -> Array: ...
-    @property
-    def sigma(self) -> Array: ...
-    @property
-    def covariance(self) -> Array: ...
-    @property
-    def residuals(self) -> Array: ...
-    @property
-    def lines(self) -> NDArray[np.uint64]: ...
-    @property
-    def expected_error(self) -> dict[str, Any] | None: ...
-    @property
-    def findings(self) -> list[dict[str, Any]]: ...
-    @property
-    def frame(self) -> Array | None: ...
-    @property
-    def method(self) -> Literal["joint", "ikm", "fkm"]: ...
-    @property
-    def fingerprint(self) -> str: ...
-    def to_dict(self) -> dict[str, Any]: ...
-    def to_html(self) -> str: ...
-    def write(self, path: str | os.PathLike[str]) -> None: ...
-    def plot(self) -> Any: ...
-    def _repr_html_(self) -> str: ...
-    def __hash__(self) -> int: ...
-    def __copy__(self) -> Self: ...
-    def __deepcopy__(self, memo: Any) -> Self: ...
+@final
+class Report:
+    def text(self) -> str: ...
+    def json(self) -> str: ...
+    def html(self) -> str: ...
 
+def report_of_texts(text: str, json: str, html: str) -> Report: ...
+def robot_of_text(name: str, text: str) -> Robot: ...
+def samples_of_bytes(
+    parts: Sequence[tuple[str, bytes]], columns: str | None, in_arrays: bool
+) -> Samples: ...
 def calibrate(
     robot: Robot,
-    q: Rows | Samples,
-    x: Rows | None = None,
-    *,
-    noise: Noise | None = None,
-    tolerance: tuple[float, float] | None = None,
-    zero: float | None = None,
-    frame: Frame = "base",
-    method: Literal["joint", "ikm", "fkm"] | None = None,
-    robust: bool = False,
-    limit: float | None = None,
-) -> Calibration: ...
+    samples: Any,
+    noise: Noise | None,
+    tolerance: Tolerance | None,
+    zero: float | None,
+    frame: str,
+    method: str | None,
+    robust: bool,
+    limit: float | None,
+) -> dict[str, Any]: ...
+def calibrate_printer(
+    path: PathLike,
+    samples: Sequence[PathLike],
+    stated: dict[str, Any],
+    method: str | None,
+    robust: bool,
+    limit: float | None,
+) -> dict[str, Any]: ...
 def read_samples(
-    path: str | os.PathLike[str],
-    positions: str | os.PathLike[str] | None = None,
-    *,
-    columns: str | None = None,
+    path: PathLike, positions: PathLike | None = None, *, columns: str | None = None
 ) -> Samples: ...
 def plan(
     robot: Robot,
@@ -151,10 +162,13 @@ def plan(
     absolute: bool,
     order: str,
     accuracy: float | None,
+    seed: int,
+    names: str | None,
 ) -> dict[str, Any]: ...
-def validate(
-    robot: Robot, q: Rows | Samples, x: Rows | None, limit: float, frame: str
+def determined(
+    robot: Robot, samples: Any, frame: str, absolute: bool, seed: int
 ) -> dict[str, Any]: ...
+def validate(robot: Robot, samples: Any, limit: float, frame: str) -> dict[str, Any]: ...
 def export(
     robot: Robot,
     target: str,
@@ -164,9 +178,7 @@ def export(
     height: float | None,
     limit: float | None,
 ) -> dict[str, Any]: ...
-def import_(
-    path: str, firmware: str | None, rods: tuple[float, float, float] | None
-) -> dict[str, Any]: ...
+def import_(path: PathLike, firmware: str | None, stated: dict[str, Any]) -> dict[str, Any]: ...
 def simulate(
     robot: Robot,
     first: int,
@@ -176,4 +188,7 @@ def simulate(
     method: str,
     planned: bool,
     spread: str,
+    progress: Any,
 ) -> dict[str, Any]: ...
+def workspace(robot: Robot, tolerance: float, spacing: float | None) -> dict[str, Any]: ...
+def compare(before: Robot, after: Robot) -> dict[str, Any]: ...

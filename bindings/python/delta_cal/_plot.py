@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from ._native import Calibration
+    from ._calibration import Calibration
 
 
 def calibration(result: Calibration) -> Any:
@@ -18,6 +20,8 @@ def calibration(result: Calibration) -> Any:
         raise ImportError("plot needs matplotlib: pip install matplotlib") from error
     report = result.to_dict()
     figure = Figure(figsize=(12, 4), layout="constrained")
+    # For a notebook without pyplot.
+    setattr(figure, "_repr_png_", partial(_png, figure))
     parameters, residuals, bed = figure.subplots(1, 3)
 
     symbols = [own["symbol"] for own in report["arms"][0]["parameters"]]
@@ -37,20 +41,25 @@ def calibration(result: Calibration) -> Any:
         if not np.isnan(column).all():
             residuals.plot(result.lines, column, ".", label=label)
     residuals.axhline(0, color="0.7", linewidth=0.8)
-    residuals.set_xlabel("line")
+    residuals.set_xlabel("sample")
     residuals.set_ylabel("residual, mm")
     residuals.legend()
 
     q = result.robot.inverse(_grid(result))
     x = result.robot.forward(q)
-    derivatives = result.robot.parameter_jacobian(q)
-    variance = np.einsum("nij,jk,nik->n", derivatives, result.covariance, derivatives)
+    variance = np.trace(result.position_covariance(q), axis1=-2, axis2=-1)
     shown = bed.scatter(x[:, 0], x[:, 1], c=np.sqrt(variance), s=12, cmap="viridis")
     figure.colorbar(shown, ax=bed, label="σ of the position, mm")
     bed.set_aspect("equal")
     bed.set_xlabel(f"x, mm (z = {np.nanmedian(x[:, 2]):.0f} mm)")
     bed.set_ylabel("y, mm")
     return figure
+
+
+def _png(figure: Any) -> bytes:
+    into = io.BytesIO()
+    figure.savefig(into, format="png")
+    return into.getvalue()
 
 
 def _grid(result: Calibration) -> Any:

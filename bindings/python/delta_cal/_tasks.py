@@ -1,40 +1,64 @@
-"""Plans, validations, exports, imports and simulations."""
+"""Plans, validations, exports, imports, simulations, workspaces, comparisons."""
 
 from __future__ import annotations
 
 import json
-import os
+import operator
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Callable, Literal
 
 from . import _native
+from ._calibration import _readings, _warn, stated_of
 from ._native import Robot, Samples
+from ._pages import framed, plain, written
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from collections.abc import Mapping, Sequence
 
-    from ._native import Rows
+    from numpy.typing import ArrayLike
 
-    Array = NDArray[np.float64]
-
-_ENDINGS = "a name that ends in {} is needed"
-
-
-def _write(path: str | os.PathLike[str], texts: dict[str, str]) -> None:
-    text = texts.get(Path(path).suffix)
-    if text is None:
-        raise ValueError("path: " + _ENDINGS.format(" or ".join(texts)))
-    Path(path).write_text(text, encoding="utf-8")
+    from ._types import Array, Noise, PathLike, Progress, Rows, Tolerance
 
 
 def _json(report: dict[str, Any]) -> str:
     return json.dumps(report, indent=2, ensure_ascii=False) + "\n"
 
 
+def _whole(name: str, number: Any, least: int) -> int:
+    try:
+        own = operator.index(number)
+    except TypeError:
+        raise TypeError(f"{name}: {number!r}; a whole number is needed") from None
+    if not least <= own < 2**63:
+        raise ValueError(f"{name}: {own}; a whole number of at least {least} is needed")
+    return own
+
+
+class _Result:
+    """Shown as its text, in a notebook as the same."""
+
+    text: str
+    report: dict[str, Any]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The report of the command's ``--json``."""
+        return self.report
+
+    def __str__(self) -> str:
+        return self.text
+
+    def __repr__(self) -> str:
+        first = next((line for line in self.text.splitlines() if line.strip()), "")
+        return f"<delta_cal.{type(self).__name__}: {first.strip()}>"
+
+    def _repr_html_(self) -> str:
+        return plain(self.text)
+
+
 @dataclass(frozen=True, repr=False)
-class Plan:
+class Plan(_Result):
     """Measurements to take. Two plans are equal if their samples files are."""
 
     csv: str
@@ -52,16 +76,19 @@ class Plan:
         error: dict[str, Any] = self.report["expected_error"]
         return error
 
-    def to_dict(self) -> dict[str, Any]:
-        """The report of ``delta-cal plan --json``."""
-        return self.report
-
-    def write(self, path: str | os.PathLike[str]) -> None:
+    def write(self, path: PathLike) -> None:
         """Writes the samples file to fill in (.csv) or the report (.json, .txt)."""
-        _write(path, {".csv": self.csv, ".json": _json(self.report), ".txt": self.text})
+        written(path, {".csv": lambda: self.csv, ".json": lambda: _json(self.report), ".txt": lambda: self.text})
 
-    def __repr__(self) -> str:
-        return self.text
+
+@dataclass(frozen=True, repr=False)
+class Determined(_Result):
+    """What samples determine, and which to add."""
+
+    csv: str
+    """The samples to add, to fill in."""
+    report: dict[str, Any] = field(compare=False)
+    text: str = field(compare=False)
 
 
 def plan(
@@ -74,6 +101,8 @@ def plan(
     absolute: bool = False,
     order: Literal["random", "shortest"] = "random",
     accuracy: float | None = None,
+    seed: int = 1,
+    names: str | None = None,
 ) -> Plan:
     """Chooses the measurements after which positions are known best.
 
@@ -94,18 +123,34 @@ def plan(
         ``"shortest"`` is a short path of the joints.
     accuracy : float, optional
         As few measurements as leave this position error, mm rms, in place of ``count``.
+    seed : int
+        Another seed gives other poses.
+    names : str, optional
+        Names the rows: ``"P"`` P01, P02, …
 
     Raises
     ------
     Refused
         No such measurements determine the robot, or reach ``accuracy``.
     """
-    found = _native.plan(robot, count, measure, frame, within, absolute, order, accuracy)
-    return Plan(**found)
+    count, seed = _whole("count", count, 0), _whole("seed", seed, 0)
+    return Plan(**_native.plan(robot, count, measure, frame, within, absolute, order, accuracy, seed, names))
+
+
+def determined(
+    robot: Robot,
+    samples: Rows | Samples | PathLike | Mapping[str, Any] | Sequence[Mapping[str, Any]],
+    *,
+    frame: Literal["base", "sensor"] = "base",
+    absolute: bool = False,
+    seed: int = 1,
+) -> Determined:
+    """What samples determine, measured or not (a file of a plan), and which to add: ``delta-cal plan --samples``."""
+    return Determined(**_native.determined(robot, samples, frame, absolute, _whole("seed", seed, 0)))
 
 
 @dataclass(frozen=True, repr=False)
-class Validation:
+class Validation(_Result):
     """A robot against independent measurements. Lengths in mm."""
 
     verdict: str
@@ -130,27 +175,34 @@ class Validation:
         """Whether the interval ends below the limit."""
         return self.verdict == "pass"
 
-    def to_dict(self) -> dict[str, Any]:
-        """The report of ``delta-cal validate --json``."""
-        return self.report
+    def __bool__(self) -> bool:
+        return self.passed
 
     def to_html(self) -> str:
         """The certificate, one page to print."""
         return self.html
 
-    def write(self, path: str | os.PathLike[str]) -> None:
+    def write(self, path: PathLike) -> None:
         """Writes the certificate (.html) or the report (.json, .txt)."""
-        _write(path, {".html": self.html, ".json": _json(self.report), ".txt": self.text})
+        written(path, {".html": lambda: self.html, ".json": lambda: _json(self.report), ".txt": lambda: self.text})
 
-    def __repr__(self) -> str:
-        return self.text
+    def _repr_html_(self) -> str:
+        return framed(self.html)
 
 
 def validate(
     robot: Robot,
-    q: Rows | Samples,
+    q: Rows | Samples | PathLike | Mapping[str, Any] | Sequence[Mapping[str, Any]],
     x: Rows | None = None,
     *,
+    height: ArrayLike | None = None,
+    plane: str | Sequence[str] | None = None,
+    distance: ArrayLike | None = None,
+    point: str | Sequence[str] | None = None,
+    to: Rows | None = None,
+    sigma: ArrayLike | None = None,
+    target: str | Sequence[str] | None = None,
+    name: Sequence[str] | None = None,
     limit: float,
     frame: Literal["base", "sensor", "stored"] = "base",
 ) -> Validation:
@@ -158,7 +210,7 @@ def validate(
 
     Parameters
     ----------
-    q, x
+    q, x, height, plane, distance, point, to, sigma, target, name
         As of ``calibrate``.
     limit : float
         The rms position error that passes, mm.
@@ -170,11 +222,17 @@ def validate(
     Refused
         Too few poses, or measurements that are wrong as a whole.
     """
-    return Validation(**_native.validate(robot, q, x, limit, frame))
+    readings = {
+        "height": height, "plane": plane, "distance": distance, "point": point,
+        "to": to, "sigma": sigma, "target": target, "name": name,
+    }
+    found = Validation(**_native.validate(robot, _readings(q, x, readings), limit, frame))
+    _warn(found.warnings)
+    return found
 
 
 @dataclass(frozen=True, repr=False)
-class Export:
+class Export(_Result):
     """A robot for another controller."""
 
     lines: str
@@ -186,16 +244,9 @@ class Export:
     warnings: list[str] = field(compare=False)
     report: dict[str, Any] = field(compare=False)
 
-    def to_dict(self) -> dict[str, Any]:
-        """The report of ``delta-cal export --json``."""
-        return self.report
-
-    def write(self, path: str | os.PathLike[str]) -> None:
+    def write(self, path: PathLike) -> None:
         """Writes the lines below their comment."""
         Path(path).write_text(self.text, encoding="utf-8")
-
-    def __repr__(self) -> str:
-        return self.text
 
 
 def export(
@@ -245,10 +296,9 @@ class Imported:
 
 
 def import_(
-    path: str | os.PathLike[str],
+    path: PathLike,
     firmware: Literal["klipper", "reprapfirmware", "marlin"] | None = None,
-    *,
-    rods: float | tuple[float, float, float] | None = None,
+    **printer: Any,
 ) -> Imported:
     """Reads ``printer.cfg``, ``config.g`` or what M503 prints.
 
@@ -256,19 +306,60 @@ def import_(
     ----------
     firmware : str, optional
         Needed if the file does not show it.
-    rods : float or (float, float, float), optional
-        The rods as made, mm, in place of those of the configuration.
+    rods, radius : float, optional
+        The rods (one or three) and the delta radius as made, mm, in place of those of the configuration.
+    rods_sigma, radius_sigma : float, optional
+        Their σ, mm.
+    printed : list of (float, float), optional
+        Lengths as designed and as printed, mm.
+    shrinkage : float, optional
+        The fraction by which prints shrink.
     """
-    three = (rods, rods, rods) if isinstance(rods, (int, float)) else rods
-    return Imported(**_native.import_(os.fspath(path), firmware, three))
+    return Imported(**_native.import_(path, firmware, stated_of(printer)))
+
+
+@dataclass(frozen=True, repr=False)
+class Workspace(_Result):
+    """Where a robot can be."""
+
+    boundary: Array = field(compare=False)
+    """Points of its boundary, array (n, 3), mm."""
+    report: dict[str, Any]
+    text: str = field(compare=False)
+
+
+def workspace(robot: Robot, *, tolerance: float = 0.01, spacing: float | None = None) -> Workspace:
+    """Computes boundary, volume, cylinders and singularities of the workspace.
+
+    Parameters
+    ----------
+    tolerance : float
+        How exact the boundary's points are, mm.
+    spacing : float, optional
+        Between lines along which they lie, mm; otherwise a part of the workspace.
+    """
+    return Workspace(**_native.workspace(robot, tolerance, spacing))
+
+
+@dataclass(frozen=True, repr=False)
+class Comparison(_Result):
+    """How positions of two robots differ."""
+
+    report: dict[str, Any]
+    text: str = field(compare=False)
+
+
+def compare(before: Robot, after: Robot) -> Comparison:
+    """Compares the positions of two robots over the workspace, absolute and relative, with their σ."""
+    return Comparison(**_native.compare(before, after))
 
 
 def simulate(
     robot: Robot,
     *,
-    tolerance: tuple[float, float] | None = None,
+    tolerance: Tolerance | None = None,
     zero: float | None = None,
-    noise: tuple[float, float] | None = None,
+    noise: Noise | None = None,
     seed: int = 1,
     n: int = 1000,
     first: int = 0,
@@ -276,6 +367,7 @@ def simulate(
     method: Literal["joint", "ikm", "fkm"] = "joint",
     planned: bool = False,
     spread: Literal["normal", "uniform"] = "normal",
+    progress: Progress = False,
 ) -> dict[str, Any]:
     """Makes robots within the tolerance, measures and calibrates each.
 
@@ -294,6 +386,8 @@ def simulate(
         Poses of ``plan`` in place of random ones.
     spread : {"normal", "uniform"}
         The tolerance as one σ, or as the limits.
+    progress : bool or callable
+        Shows how far it is, with tqdm if that is installed; or what to call with the finished robots and ``n``.
 
     Returns
     -------
@@ -302,9 +396,39 @@ def simulate(
         and ``error_stated`` (positions, rms over held-out poses; stated: one σ), the same of ``relative`` (after the
         best rigid motion) and ``parameter`` (with ``parameter_bound``, the Cramér–Rao bound).
     """
-    if n < 0 or first < 0 or seed < 0 or poses < 1:
-        name = next(name for name, own in (("n", n), ("first", first), ("seed", seed), ("poses", poses - 1)) if own < 0)
-        raise ValueError(f"{name}: a whole number of at least {int(name == 'poses')} is needed")
+    n, first, seed, poses = _whole("n", n, 0), _whole("first", first, 0), _whole("seed", seed, 0), _whole("poses", poses, 1)
     known = robot.replace(noise=noise, tolerance=tolerance, zero=zero)
-    found: dict[str, Any] = _native.simulate(known, first, n, seed, poses, method, planned, spread)
+    with _Told(progress, n) as tell:
+        found: dict[str, Any] = _native.simulate(known, first, n, seed, poses, method, planned, spread, tell)
     return found
+
+
+class _Told:
+    """What is called with the finished and all."""
+
+    def __init__(self, progress: Progress, whole: int) -> None:
+        self.tell: Callable[[int, int], object] | None = progress if callable(progress) else None
+        self.whole = whole
+        self.end: Callable[[], object] | None = None
+        if progress is True:
+            self._show()
+
+    def _show(self) -> None:
+        try:
+            from tqdm.auto import tqdm
+        except ImportError:
+            self.tell = lambda done, whole: print(f"\r{done} of {whole}", end="", file=sys.stderr, flush=True)
+            self.end = lambda: print(file=sys.stderr)
+        else:
+            bar = tqdm(total=self.whole)
+            self.tell = lambda done, whole: bar.update(done - bar.n)
+            self.end = bar.close
+
+    def __enter__(self) -> Callable[[int, int], object] | None:
+        return self.tell
+
+    def __exit__(self, error: object, *_: object) -> None:
+        if self.tell is not None and error is None:
+            self.tell(self.whole, self.whole)
+        if self.end is not None:
+            self.end()

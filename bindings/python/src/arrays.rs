@@ -1,19 +1,26 @@
 //! Arguments to rows of numbers, frames to tables, rows to arrays, and what identifies them.
 
-use crate::errors::value_error;
+use crate::errors::{type_error, value_error};
 use delta_cal::robot::Drive;
-use delta_cal_host::{InputText, RobotFile};
+use delta_cal_host::RobotFile;
+use delta_cal_host::halt::{self, Halt, Halted};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::PyTuple;
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::any::Any;
 use std::f64::consts::TAU;
 use std::fmt::{Display, Write};
 use std::ops::BitOr;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
+/// Between two looks at the keyboard.
+const LOOK: Duration = Duration::from_millis(50);
 /// Rows that one core takes at once.
 const CHUNK: usize = 2048;
 /// Rows that a message names.
@@ -22,93 +29,118 @@ const NAMED: usize = 5;
 /// Rows of three numbers, in place where they are contiguous 64-bit numbers.
 pub(crate) struct Rows<'py> {
     array: PyReadonlyArrayDyn<'py, f64>,
-    /// Whether one row was given, of shape (3,).
-    pub(crate) single: bool,
 }
 
 impl Rows<'_> {
     pub(crate) fn get(&self) -> PyResult<&[[f64; 3]]> {
         Ok(self.array.as_slice()?.as_chunks().0)
     }
+
+    /// The shape without the last axis.
+    fn outer(&self) -> &[usize] {
+        let shape = self.array.shape();
+        &shape[..shape.len() - 1]
+    }
+
+    /// Of shape (n, 3).
+    pub(crate) fn in_table(self, argument: &str) -> PyResult<Self> {
+        match self.array.shape() {
+            [_, _] => Ok(self),
+            shape => {
+                let cause = format!("shape {shape:?}; an array of shape (n, 3) is needed");
+                Err(value_error(argument, cause))
+            }
+        }
+    }
 }
 
-/// Numbers of any real type in the shape (n, 3) or (3,).
+/// Numbers of any real type in the shape (…, 3).
 pub(crate) fn rows<'py>(argument: &str, given: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
     let array = numbers(argument, given)?;
-    let shape = array.shape();
-    if shape.last() != Some(&3) || shape.len() > 2 {
-        let cause = format!("shape {shape:?}; an array of shape (n, 3) is needed");
+    if array.shape().last() != Some(&3) {
+        let shape = array.shape();
+        let cause = format!("shape {shape:?}; an array of shape (…, 3) is needed");
         return Err(value_error(argument, cause));
     }
-    let single = shape.len() == 1;
-    Ok(Rows { array, single })
+    Ok(Rows { array })
 }
 
 /// Rows that were read from a frame.
-pub(crate) fn rows_of(
-    py: Python<'_>,
-    rows: impl ExactSizeIterator<Item = [f64; 3]>,
-) -> PyResult<Rows<'_>> {
+pub(crate) fn rows_of(py: Python<'_>, rows: Vec<[f64; 3]>) -> PyResult<Rows<'_>> {
     let shape = [rows.len(), 3];
-    let array = array(py, rows.flatten().collect(), &shape)?;
+    let array = array(py, rows.into_flattened(), &shape)?;
     Ok(Rows {
         array: array.extract()?,
-        single: false,
     })
 }
 
-/// Contiguous 64-bit numbers of any shape.
+/// Contiguous 64-bit numbers of any shape; NaN where they are masked.
 pub(crate) fn numbers<'py>(
     argument: &str,
     given: &Bound<'py, PyAny>,
 ) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
     let numpy = given.py().import("numpy")?;
     let array = numpy
-        .call_method1("asarray", (given,))
-        .map_err(|error| value_error(argument, error.value(given.py())))?;
+        .call_method1("asanyarray", (given,))
+        .map_err(|error| {
+            let cause = error.value(given.py());
+            value_error(argument, cause)
+        })?;
     let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
     if !["f", "i", "u"].contains(&kind.as_str()) {
         let cause = format!(
             "dtype {}; an array of real numbers is needed",
             array.getattr("dtype")?
         );
-        return Err(value_error(argument, cause));
+        return Err(type_error(argument, cause));
     }
+    let array = if array.hasattr("filled")? {
+        array
+            .call_method1("astype", ("float64",))?
+            .call_method1("filled", (f64::NAN,))?
+    } else {
+        array
+    };
     let array = numpy.call_method1("ascontiguousarray", (array, "float64"))?;
     array.extract()
 }
 
-/// An array of this shape.
+/// So many numbers.
+pub(crate) fn several<const N: usize>(
+    argument: &str,
+    given: &Bound<'_, PyAny>,
+    wanted: &str,
+) -> PyResult<[f64; N]> {
+    let array = numbers(argument, given)?;
+    let all = array.as_slice()?;
+    all.try_into().map_err(|_| {
+        value_error(
+            argument,
+            format!("{wanted} is needed, not {} numbers", all.len()),
+        )
+    })
+}
+
+/// An array of this shape, for reading.
 pub(crate) fn array<'py>(
     py: Python<'py>,
     values: Vec<f64>,
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyAny>> {
-    PyArray1::from_vec(py, values).call_method1("reshape", (PyTuple::new(py, shape)?,))
+    let array = PyArray1::from_vec(py, values);
+    let array = array.call_method1("reshape", (PyTuple::new(py, shape)?,))?;
+    array.call_method1("setflags", (false,))?;
+    Ok(array)
 }
 
-/// "row 3 holds NaN", if one holds what is no finite number.
-pub(crate) fn finite(argument: &str, rows: &[[f64; 3]]) -> PyResult<()> {
-    let faulty = rows
-        .iter()
-        .enumerate()
-        .filter(|(_, row)| !row.iter().all(|own| own.is_finite()));
-    let faulty: Vec<String> = faulty.map(|(index, _)| index.to_string()).collect();
-    let named = faulty.iter().take(NAMED).cloned().collect::<Vec<_>>();
-    let more = if faulty.len() > NAMED { ", …" } else { "" };
-    match faulty.len() {
-        0 => Ok(()),
-        1 => Err(value_error(
-            argument,
-            format!("row {} holds NaN or infinity; leave it out", named.join("")),
-        )),
-        count => Err(value_error(
-            argument,
-            format!(
-                "{count} rows hold NaN or infinity; leave them out: {}{more}",
-                named.join(", ")
-            ),
-        )),
+/// The indices of rows, for a message: "row 3", "rows 3, 5, …".
+pub(crate) fn named(rows: &[usize]) -> String {
+    let first = rows.iter().take(NAMED).map(ToString::to_string);
+    let first = first.collect::<Vec<_>>().join(", ");
+    match rows.len() {
+        1 => format!("row {first}"),
+        count if count > NAMED => format!("{count} rows ({first}, …)"),
+        _ => format!("rows {first}"),
     }
 }
 
@@ -158,17 +190,21 @@ pub(crate) fn each_row<'py, const WIDTH: usize, E: Display>(
     compute: impl Fn(&[f64; 3]) -> Result<[f64; WIDTH], E> + Sync,
 ) -> PyResult<Bound<'py, PyAny>> {
     let from = rows.get()?;
-    let mut shape = vec![from.len()];
-    shape.extend(each);
-    let array = PyArrayDyn::<f64>::zeros(py, &shape[usize::from(rows.single)..], false);
+    let shape = [rows.outer(), each].concat();
+    let array = PyArrayDyn::<f64>::zeros(py, &shape[..], false);
     let mut values = array.readwrite();
     let (into, _) = values.as_slice_mut()?.as_chunks_mut::<WIDTH>();
     let fill = |(into, row): (&mut [f64; WIDTH], &[f64; 3])| {
         *into = compute(row).unwrap_or([f64::NAN; WIDTH]);
     };
     if from.len() > CHUNK {
-        let pairs = into.par_iter_mut().with_min_len(CHUNK).zip(from);
-        with_cores(py, || pairs.for_each(fill))?;
+        with_cores(py, || {
+            let pairs = into.par_iter_mut().with_min_len(CHUNK).zip(from);
+            pairs.for_each(|pair| {
+                halt::check();
+                fill(pair);
+            });
+        })?;
     } else {
         py.detach(|| into.iter_mut().zip(from).for_each(fill));
     }
@@ -182,10 +218,70 @@ pub(crate) fn each_row<'py, const WIDTH: usize, E: Display>(
 }
 
 /// Without the interpreter's lock, on threads of this process: those of a process that forked are not there in its
-/// child.
-pub(crate) fn with_cores<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+/// child. An interrupt stops the work; what stops because of another thread's interrupt begins again.
+pub(crate) fn with_cores<T: Send>(py: Python<'_>, work: impl FnMut() -> T + Send) -> PyResult<T> {
+    with_cores_telling(py, work, |_| Ok(()))
+}
+
+/// The same, with something that is done at every look at the keyboard.
+pub(crate) fn with_cores_telling<T: Send>(
+    py: Python<'_>,
+    mut work: impl FnMut() -> T + Send,
+    tell: impl Fn(Python<'_>) -> PyResult<()> + Sync,
+) -> PyResult<T> {
     let pool = cores()?;
-    Ok(py.detach(|| pool.install(work)))
+    let look = |py: Python<'_>| py.check_signals().and_then(|()| tell(py));
+    loop {
+        let found = py.detach(|| watched(|| pool.install(&mut work), &look))?;
+        match found {
+            Ok(found) => return Ok(found),
+            Err(payload) if payload.is::<Halted>() => {
+                while Halt::is_wanted() {
+                    py.detach(|| std::thread::sleep(LOOK));
+                    py.check_signals()?;
+                }
+            }
+            Err(payload) => return Err(fault(payload.as_ref())),
+        }
+    }
+}
+
+/// Works on another thread while this one looks at the keyboard.
+fn watched<T: Send>(
+    work: impl FnOnce() -> T + Send,
+    look: &(impl Fn(Python<'_>) -> PyResult<()> + Sync),
+) -> PyResult<std::thread::Result<T>> {
+    std::thread::scope(|scope| {
+        let (done, finished) = channel();
+        scope.spawn(move || {
+            // Whoever waits for it is there.
+            let _ = done.send(catch_unwind(AssertUnwindSafe(work)));
+        });
+        loop {
+            match finished.recv_timeout(LOOK) {
+                Ok(found) => return Ok(found),
+                Err(RecvTimeoutError::Timeout) => {
+                    if let Err(interrupt) = Python::attach(look) {
+                        let halt = Halt::new();
+                        let _ = finished.recv();
+                        drop(halt);
+                        return Err(interrupt);
+                    }
+                }
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(PyRuntimeError::new_err("a thread ended without a result"));
+                }
+            }
+        }
+    })
+}
+
+/// A panic is a defect of this package.
+fn fault(payload: &(dyn Any + Send)) -> PyErr {
+    let text = payload.downcast_ref::<&str>().copied();
+    let text = text.or(payload.downcast_ref::<String>().map(String::as_str));
+    let text = text.unwrap_or("no message");
+    PyRuntimeError::new_err(format!("a defect of delta_cal, please report it: {text}"))
 }
 
 fn cores() -> PyResult<Arc<ThreadPool>> {
@@ -207,25 +303,16 @@ fn cores() -> PyResult<Arc<ThreadPool>> {
 
 /// Whether it is a data frame: of pandas, polars, or what has their methods.
 pub(crate) fn is_frame(given: &Bound<'_, PyAny>) -> PyResult<bool> {
-    Ok(given.hasattr("columns")? && (given.hasattr("to_csv")? || given.hasattr("write_csv")?))
+    Ok(given.hasattr("columns")? && given.hasattr("dtypes")?)
 }
 
-/// Both write each number so that it reads back as the same.
-pub(crate) fn frame_text(argument: &str, frame: &Bound<'_, PyAny>) -> PyResult<String> {
-    let text = if frame.hasattr("to_csv")? {
-        let arguments = PyDict::new(frame.py());
-        arguments.set_item("index", false)?;
-        frame.call_method("to_csv", (), Some(&arguments))
-    } else {
-        frame.call_method0("write_csv")
-    };
-    let text = text.and_then(|text| text.extract());
-    text.map_err(|error| value_error(argument, error.value(frame.py())))
-}
-
-/// A frame as a table of this name.
-pub(crate) fn as_table(argument: &str, frame: &Bound<'_, PyAny>) -> PyResult<InputText> {
-    Ok(InputText::new(argument, &frame_text(argument, frame)?))
+/// The names of its columns.
+pub(crate) fn names_of(argument: &str, frame: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
+    let names = frame.getattr("columns")?.try_iter()?;
+    let names = names.map(|name| name?.extract());
+    names
+        .collect::<PyResult<_>>()
+        .map_err(|_| type_error(argument, "names of columns are no words"))
 }
 
 /// A digest in hexadecimal digits.

@@ -1,7 +1,7 @@
 //! Refusals and faults as Python exceptions.
 
 use delta_cal_host::{CalibrateError, InputError};
-use pyo3::exceptions::{PyException, PyValueError};
+use pyo3::exceptions::{PyException, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::fmt::Display;
@@ -12,7 +12,7 @@ pyo3::create_exception!(
     PyException,
     "These measurements cannot calibrate or judge this robot, which keeps its parameters.\n\n\
      `findings` is a list of dicts with the keys `level`, `kind`, `text` and `remedy`: the cause first, then what \
-     would explain the samples as a whole."
+     would explain the samples as a whole. `rows` lists the indices of the rows that they name (of a file, the lines)."
 );
 
 /// What the command's messages call its options.
@@ -53,14 +53,34 @@ pub(crate) fn value_error(argument: &str, cause: impl Display) -> PyErr {
     PyValueError::new_err(format!("{argument}: {cause}"))
 }
 
-/// Cause and remedy of a fault in a file, a frame or an array. Rows of arrays and frames are counted from 0, lines of
-/// files from 1.
-pub(crate) fn input_error(error: &InputError, rows_of: Option<&str>) -> PyErr {
+/// An argument of another type than is needed.
+pub(crate) fn type_error(argument: &str, cause: impl Display) -> PyErr {
+    PyTypeError::new_err(format!("{argument}: {cause}"))
+}
+
+/// A message of arrays, whose rows have no lines.
+pub(crate) fn in_rows(text: &str) -> String {
+    let words = [
+        ("Line ", "Row "),
+        ("line ", "row "),
+        ("Lines ", "Rows "),
+        ("lines ", "rows "),
+    ];
+    words
+        .iter()
+        .fold(text.to_owned(), |text, (line, row)| text.replace(line, row))
+}
+
+/// Cause and remedy of a fault in a file, a frame or an array; `in_arrays`: its lines are rows of these arrays.
+pub(crate) fn input_error(error: &InputError, in_arrays: bool) -> PyErr {
     let mut text = error.to_string();
-    if let (Some(name), Some(line)) = (rows_of, error.line)
-        && let Some(rest) = text.strip_prefix(&format!("{name}:{line}:"))
-    {
-        text = format!("{name}: row {}:{rest}", line.saturating_sub(2));
+    if let (true, Some(line)) = (in_arrays, error.line) {
+        let name = &error.file;
+        text = in_rows(&text.replacen(
+            &format!("{name}:{line}:"),
+            &format!("{name}: row {line}:"),
+            1,
+        ));
     } else if let Some(excerpt) = &error.excerpt {
         text = format!("{text}\n{excerpt}");
     }
@@ -69,26 +89,27 @@ pub(crate) fn input_error(error: &InputError, rows_of: Option<&str>) -> PyErr {
 }
 
 /// A refusal is [`Refused`] with its findings; all else is a `ValueError`.
-pub(crate) fn calibrate_error(
-    py: Python<'_>,
-    error: &CalibrateError,
-    rows_of: Option<&str>,
-) -> PyErr {
-    match error {
-        CalibrateError::Input(fault) => input_error(fault, rows_of),
-        CalibrateError::Refused(refused) => {
-            let mut findings = vec![(
-                "refused",
-                in_python(refused.as_ref()),
-                in_python(refused.remedy()),
-            )];
-            let diagnosis = refused.diagnosis.as_ref();
-            findings.extend(
-                diagnosis.map(|own| ("diagnosis", in_python(own), in_python(own.remedy()))),
-            );
-            refusal(py, &findings)
-        }
-    }
+pub(crate) fn calibrate_error(py: Python<'_>, error: &CalibrateError, in_arrays: bool) -> PyErr {
+    let refused = match error {
+        CalibrateError::Input(fault) => return input_error(fault, in_arrays),
+        CalibrateError::Refused(refused) => refused,
+    };
+    let words = |text: String| {
+        let text = in_python(text);
+        if in_arrays { in_rows(&text) } else { text }
+    };
+    let own = (
+        "refused",
+        words(refused.to_string()),
+        words(refused.remedy()),
+    );
+    let diagnosis = refused.diagnosis.as_ref();
+    let diagnosis = diagnosis.map(|own| {
+        let remedy = own.remedy().clone();
+        ("diagnosis", words(own.to_string()), words(remedy))
+    });
+    let findings: Vec<_> = std::iter::once(own).chain(diagnosis).collect();
+    refusal(py, &findings)
 }
 
 /// Kind, cause and remedy of each finding.
@@ -99,7 +120,8 @@ pub(crate) fn refusal(py: Python<'_>, findings: &[(&str, String, String)]) -> Py
     });
     let mut message: Vec<String> = lines.collect();
     message.extend(findings.first().map(|(_, _, remedy)| remedy.clone()));
-    let error = Refused::new_err(message.join("\n"));
+    let message = message.join("\n");
+    let error = Refused::new_err(message.clone());
     let with_findings = || -> PyResult<()> {
         let all = findings.iter().map(|(kind, text, remedy)| {
             let own = PyDict::new(py);
@@ -110,10 +132,27 @@ pub(crate) fn refusal(py: Python<'_>, findings: &[(&str, String, String)]) -> Py
             Ok(own)
         });
         let all = all.collect::<PyResult<Vec<_>>>()?;
-        error.value(py).setattr("findings", all)
+        error.value(py).setattr("findings", all)?;
+        error.value(py).setattr("rows", rows_in(&message))
     };
     match with_findings() {
         Ok(()) => error,
         Err(other) => other,
     }
+}
+
+/// The rows or lines that a message names: "rows 3, 5 and 7", "row 3".
+fn rows_in(message: &str) -> Vec<u64> {
+    let mut found = Vec::new();
+    let mut listed = false;
+    for word in message.split_whitespace() {
+        let word = word.trim_matches(|c: char| !c.is_alphanumeric());
+        let number = word.parse::<u64>().ok().filter(|_| listed);
+        let keeps = ["row", "rows", "line", "lines"].contains(&word.to_lowercase().as_str());
+        listed = keeps || (listed && (number.is_some() || word == "and"));
+        found.extend(number);
+    }
+    found.sort_unstable();
+    found.dedup();
+    found
 }

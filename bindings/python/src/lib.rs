@@ -3,10 +3,12 @@
 //! ```text
 //! errors       refusals and faults as Python exceptions
 //! arrays       arguments to rows of numbers, rows to arrays; the cores
+//! files        JSON, files, a printer's configuration
+//! stated       what is stated of a robot
 //! robot        the class Robot: kinematics of whole arrays
 //! samples      the class Samples: files, frames and arrays as one text
-//! calibration  the class Calibration, and `calibrate`
-//! tasks        plan, validate, export, import_, simulate
+//! calibration  `calibrate`, and its report
+//! tasks        plan, validate, export, import_, simulate, workspace, compare
 //! ```
 //!
 //! Whatever its source, a sample passes through the reader of samples files: arrays give the same bits and the same
@@ -19,8 +21,10 @@
 mod arrays;
 mod calibration;
 mod errors;
+mod files;
 mod robot;
 mod samples;
+mod stated;
 mod tasks;
 
 use pyo3::prelude::*;
@@ -42,13 +46,13 @@ macro_rules! by_fingerprint {
     )*};
 }
 
-by_fingerprint!(robot::Robot, samples::Samples, calibration::Calibration);
+by_fingerprint!(robot::Robot, samples::Samples);
 
 /// The compiled part of `delta_cal`.
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::calibration::{Calibration, calibrate, calibrate_again};
+    use crate::calibration::{Report, calibrate, calibrate_printer, report_of_texts};
     #[pymodule_export]
     use crate::errors::Refused;
     #[pymodule_export]
@@ -56,5 +60,15 @@ mod _native {
     #[pymodule_export]
     use crate::samples::{Samples, read_samples, samples_of_bytes};
     #[pymodule_export]
-    use crate::tasks::{export, import_, plan, simulate, validate};
+    use crate::tasks::{compare, determined, export, import_, plan, simulate, validate, workspace};
+
+    use numpy::PyArray1;
+    use pyo3::prelude::*;
+
+    /// NumPy is loaded now: later an interrupt could come between.
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        drop(PyArray1::<f64>::from_vec(module.py(), Vec::new()));
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
 }

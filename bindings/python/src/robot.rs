@@ -1,22 +1,27 @@
 //! A robot: what a robot file says, and the kinematics of whole arrays.
 
 use crate::arrays::{
-    Rows, array, as_table, each_row, hexadecimal, is_frame, numbers, outside, radians, rows,
-    rows_of,
+    Rows, array, each_row, hexadecimal, is_frame, names_of, numbers, outside, radians, rows,
+    rows_of, several,
 };
-use crate::errors::{input_error, value_error};
-use delta_cal::kinematics::{JointLimits, KinematicsError};
-use delta_cal::robot::Drive;
-use delta_cal::{ArmIndex, Noise, Parameter, Robot as Geometry, SymmetricRobot, Tolerance};
-use delta_cal_host::files::convention::Convention;
+use crate::errors::{input_error, type_error, value_error};
+use crate::files::{bytes_of, dumps, loads, write};
+use crate::stated::{
+    LARGEST_ZERO, Stated, arms_of, limits_of, merge, noise_of, not_degrees, tolerance_of,
+    with_transmissions,
+};
+use delta_cal::kinematics::KinematicsError;
+use delta_cal::robot::{Arm, Drive};
+use delta_cal::{Parameter, Robot as Geometry, SymmetricRobot};
+use delta_cal_host::files::convention::{Convention, Three};
 use delta_cal_host::geometry::hangs_below;
-use delta_cal_host::{InputText, RobotFile, read_joints, read_positions};
+use delta_cal_host::{InputText, RobotFile};
 use nalgebra::Vector3;
-use numpy::PyUntypedArrayMethods;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::fmt;
-use std::path::PathBuf;
 
 /// A Delta robot: geometry, joint limits, convention, tolerance, noise.
 ///
@@ -63,7 +68,7 @@ impl From<KinematicsError> for NoPose {
 impl Robot {
     /// Of the text of a robot file.
     pub(crate) fn of_text(source: InputText) -> PyResult<Self> {
-        let file = RobotFile::read(&source).map_err(|error| input_error(&error, None))?;
+        let file = RobotFile::read(&source).map_err(|error| input_error(&error, false))?;
         Ok(Self { file, source })
     }
 
@@ -72,66 +77,105 @@ impl Robot {
         Self::of_text(InputText::new(&file.name, &file.to_toml(comment)))
     }
 
-    /// With what is stated beside it.
-    pub(crate) fn known(
-        &self,
-        noise: Option<&Bound<'_, PyAny>>,
-        tolerance: Option<(f64, f64)>,
-        zero: Option<f64>,
-    ) -> PyResult<Self> {
-        let Self { file, source } = self;
-        let mut file = file.clone();
-        if let Some(noise) = noise {
+    /// With what is stated in its place.
+    pub(crate) fn with(&self, stated: Stated<'_>) -> PyResult<Self> {
+        let mut file = self.file.clone();
+        let mut sections = serde_json::Map::new();
+        for (name, value) in stated.sections.iter().flatten() {
+            if !(value.is_none() || value.is_instance_of::<PyDict>()) {
+                let cause = "a dict is needed, of the keys that a robot file has in this section";
+                return Err(type_error(&name.extract::<String>()?, cause));
+            }
+            let json: String = dumps(&value)?.extract()?;
+            let value = serde_json::from_str(&json).unwrap_or(Value::Null);
+            sections.insert(name.extract()?, value);
+        }
+        // The numbers of the file are in it.
+        if let Some(convention) = sections.remove("convention") {
+            let mut all = serde_json::Map::new();
+            all.insert("convention".to_owned(), convention);
+            file.convention = Self::of_file(&file, "")?.merged(all)?.file.convention;
+        }
+        let drive = file.robot.drive();
+        if let Some(parameters) = stated.parameters {
+            let arms = arms_of(&file.convention, parameters)?;
+            let robot = file.robot.with_parameters(arms);
+            file.robot = robot.map_err(|error| value_error("parameters", error))?;
+        }
+        if let Some(transmissions) = stated.transmissions {
+            file.robot = with_transmissions(&file, transmissions)?;
+        }
+        if let Some(limits) = stated.limits {
+            let [low, high] = several("limits", limits, "(smallest, largest)")?;
+            let (low, high) = file.convention.limits(low, high);
+            file.limits = limits_of((low, high), drive)?;
+        }
+        if let Some(noise) = stated.noise {
             file.noise = Some(noise_of(noise)?);
         }
-        if let Some((length, angle)) = tolerance {
-            let new = Tolerance::new(length, angle);
-            let new = new.map_err(|error| value_error("tolerance", error))?;
-            let old = file.tolerance;
-            let kept = match (file.robot.drive(), old) {
-                (Drive::Linear, Some(old)) => new
-                    .with_linear(old.of(Parameter::Zero), old.of(Parameter::Scale))
-                    .and_then(|own| own.with_radius(old.radius()))
-                    .and_then(|own| own.with_forearm(old.forearm())),
-                _ => match old.and_then(|own| own.joint_zero()) {
-                    Some(zero) => new.with_joint_zero(zero),
-                    None => Ok(new),
-                },
-            };
-            file.tolerance = Some(kept.map_err(|error| value_error("tolerance", error))?);
+        if let Some(tolerance) = stated.tolerance {
+            file.tolerance = Some(tolerance_of(tolerance, &file)?);
         }
-        if let Some(zero) = zero {
-            if file.robot.drive() == Drive::Linear {
+        if let Some(zero) = stated.zero {
+            if drive == Drive::Linear {
                 return Err(value_error("zero", "the joints of this robot do not turn"));
             }
             let Some(tolerance) = file.tolerance else {
                 return Err(value_error("zero", "needs a tolerance as well"));
             };
+            not_degrees("zero", zero, LARGEST_ZERO)?;
             let with_zero = tolerance.with_joint_zero(zero);
             file.tolerance = Some(with_zero.map_err(|error| value_error("zero", error))?);
         }
-        if file == self.file {
-            return Ok(Self {
-                file,
-                source: source.clone(),
-            });
+        let same = file == self.file;
+        let own = if same {
+            self.same()
+        } else {
+            Self::of_file(&file, "")?
+        };
+        if sections.is_empty() {
+            Ok(own)
+        } else {
+            own.merged(sections)
         }
-        Self::of_file(&file, "")
+    }
+
+    fn same(&self) -> Self {
+        let Self { file, source } = self;
+        Self {
+            file: file.clone(),
+            source: source.clone(),
+        }
+    }
+
+    /// With other keys in sections of its file.
+    fn merged(&self, sections: serde_json::Map<String, Value>) -> PyResult<Self> {
+        let mut whole = self.sections()?;
+        merge(&mut whole, Value::Object(sections));
+        let text = toml::to_string(&whole).map_err(|error| value_error("robot", error))?;
+        Self::of_text(InputText::new(&self.file.name, &text))
+    }
+
+    /// The sections of its file.
+    fn sections(&self) -> PyResult<Value> {
+        toml::from_str(self.source.text()).map_err(|error| value_error("robot", error))
     }
 
     /// Joints in the controller's direction.
-    pub(crate) fn joints<'py>(&self, given: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
-        let drive = self.file.robot.drive();
+    pub(crate) fn joints<'py>(
+        &self,
+        argument: &str,
+        given: &Bound<'py, PyAny>,
+    ) -> PyResult<Rows<'py>> {
+        let (drive, convention) = (self.file.robot.drive(), self.file.convention);
         if !is_frame(given)? {
-            let own = rows("q", given)?;
-            radians("q", own.get()?, drive)?;
+            let own = rows(argument, given)?;
+            radians(argument, own.get()?, drive)?;
             return Ok(own);
         }
-        let read = read_joints(&as_table("q", given)?, &self.file);
-        let read = read.map_err(|error| input_error(&error, Some("q")))?;
-        let convention = self.file.convention;
-        let rows = read.iter().map(|row| convention.directed(&row.value));
-        rows_of(given.py(), rows)
+        let names = names_of(argument, given)?;
+        let columns = Three::of_joints(drive, &names);
+        self.converted(argument, given, columns, |row| convention.directed(&row))
     }
 
     /// Positions in the controller's axes.
@@ -139,11 +183,55 @@ impl Robot {
         if !is_frame(given)? {
             return rows("x", given);
         }
-        let read = read_positions(&as_table("x", given)?, &self.file.convention);
-        let read = read.map_err(|error| input_error(&error, Some("x")))?;
         let convention = self.file.convention;
-        let rows = read.iter().map(|row| convention.vector(&row.value).into());
-        rows_of(given.py(), rows)
+        let columns = Three::of_positions(&names_of("x", given)?);
+        self.converted("x", given, columns, |row| {
+            convention.vector(&row.into()).into()
+        })
+    }
+
+    fn converted<'py>(
+        &self,
+        argument: &str,
+        frame: &Bound<'py, PyAny>,
+        columns: Option<Three>,
+        outwards: impl Fn([f64; 3]) -> [f64; 3],
+    ) -> PyResult<Rows<'py>> {
+        let columns = columns.ok_or_else(|| {
+            let example = match (argument, self.file.robot.drive()) {
+                ("x", _) => "x_mm, y_mm, z_mm",
+                (_, Drive::Rotary) => "q1_rad, q2_rad, q3_rad",
+                (_, Drive::Linear) => "s1_mm, s2_mm, s3_mm",
+            };
+            value_error(
+                argument,
+                format!("needs columns such as {example}, each once and with its unit"),
+            )
+        })?;
+        let [one, two, three] = columns
+            .names()
+            .map(|name| numbers(name, &frame.get_item(name)?.call_method0("to_numpy")?));
+        let (one, two, three) = (one?, two?, three?);
+        let cells = one
+            .as_slice()?
+            .iter()
+            .zip(two.as_slice()?)
+            .zip(three.as_slice()?);
+        let rows = cells.map(|((one, two), three)| {
+            columns
+                .inwards(&self.file.convention, [*one, *two, *three])
+                .map(&outwards)
+        });
+        let rows = rows.collect::<Option<Vec<_>>>();
+        rows_of(
+            frame.py(),
+            rows.ok_or_else(|| {
+                value_error(
+                    argument,
+                    "counts need counts_per_deg in the robot's convention",
+                )
+            })?,
+        )
     }
 
     fn pose(&self, q: &[f64; 3]) -> Result<Vector3<f64>, NoPose> {
@@ -164,34 +252,6 @@ fn raises(errors: &str) -> PyResult<bool> {
     }
 }
 
-/// (σ of a coordinate in mm, or of each axis, σ of a joint).
-fn noise_of(noise: &Bound<'_, PyAny>) -> PyResult<Noise<f64>> {
-    let wanted = || {
-        let cause = "(position, joint) is needed: standard uncertainties in mm and radians";
-        value_error("noise", cause)
-    };
-    let (position, joint): (Bound<'_, PyAny>, f64) = noise.extract().map_err(|_| wanted())?;
-    let noise = match position.extract::<f64>() {
-        Ok(position) => Noise::new(position, joint),
-        Err(_) => Noise::by_axis(position.extract().map_err(|_| wanted())?, joint),
-    };
-    noise.map_err(|error| value_error("noise", error))
-}
-
-fn limits_of((low, high): (f64, f64), drive: Drive) -> PyResult<JointLimits<f64>> {
-    let limits = match drive {
-        Drive::Rotary => JointLimits::new(low, high),
-        Drive::Linear => JointLimits::travel(low, high),
-    };
-    limits.map_err(|error| {
-        let unit = match drive {
-            Drive::Rotary => " (radians)",
-            Drive::Linear => " (mm)",
-        };
-        value_error("limits", format!("{error}{unit}"))
-    })
-}
-
 #[pymethods]
 impl Robot {
     /// A robot of a data sheet: three equal arms, 120° apart, arm 1 along +x.
@@ -208,22 +268,27 @@ impl Robot {
     ///     One σ of the joint zeros, radians, where they are less exact than the parts.
     /// noise : (float, float), optional
     ///     One σ of a measured coordinate (mm, or three) and of a joint angle (radians): the weights.
+    /// **sections : dict
+    ///     Sections of the robot file with the keys and units that docs/instruments.md lists, `noise` and `tolerance`
+    ///     among them: `target={"z_mm": -40}`, `noise={"height_mm": 0.02}`. A key that is None is removed.
     ///
     /// Raises
     /// ------
     /// ValueError
     ///     Lengths or limits that are impossible; the message begins with the argument.
     #[staticmethod]
-    #[pyo3(signature = (*, base_radius, platform_radius, upper_arm, forearm, limits, tolerance=None, zero=None, noise=None))]
-    fn nominal(
+    #[pyo3(signature = (*, base_radius, platform_radius, upper_arm, forearm, limits, tolerance=None, zero=None, noise=None, **sections))]
+    fn nominal<'py>(
+        py: Python<'py>,
         base_radius: f64,
         platform_radius: f64,
         upper_arm: f64,
         forearm: f64,
-        limits: (f64, f64),
-        tolerance: Option<(f64, f64)>,
+        limits: &Bound<'py, PyAny>,
+        tolerance: Option<&Bound<'py, PyAny>>,
         zero: Option<f64>,
-        noise: Option<&Bound<'_, PyAny>>,
+        noise: Option<&Bound<'py, PyAny>>,
+        sections: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Self> {
         let lengths = [
             ("base_radius", base_radius),
@@ -244,42 +309,78 @@ impl Robot {
             forearm,
         };
         let robot = robot.robot().map_err(|error| value_error("robot", error))?;
-        let mut file = RobotFile::of("robot", robot, limits_of(limits, Drive::Rotary)?);
+        let mut file = RobotFile::of("robot", robot, limits_of(ANY_LIMITS, Drive::Rotary)?);
         file.platform_radius = Some(platform_radius);
-        Self::of_file(&file, "")?.known(noise, tolerance, zero)
+        Self::of_file(&file, "")?.with(Stated {
+            limits: Some(limits),
+            ..Stated::of(py, noise, tolerance, zero, sections)?
+        })
     }
 
-    /// A robot of its 24 parameters.
+    /// A robot of its parameters.
     ///
     /// Parameters
     /// ----------
     /// parameters : array (3, 8)
-    ///     Dx, Dy, Dz (mm), theta, alpha (radians), La_x, La_y, Lb (mm) of each arm.
-    /// limits, tolerance, zero, noise
+    ///     As of `Robot.parameters`.
+    /// limits : (float, float)
+    ///     Smallest and largest joint: radians, or mm of travel.
+    /// transmissions : array (3, 5), optional
+    ///     As of `Robot.transmissions`; otherwise they are exact.
+    /// drive : {"rotary", "linear"}
+    ///     What moves the elbows.
+    /// tolerance, zero, noise, sections
     ///     As of `nominal`.
     #[staticmethod]
-    #[pyo3(signature = (parameters, *, limits, tolerance=None, zero=None, noise=None))]
-    fn from_parameters(
-        parameters: &Bound<'_, PyAny>,
-        limits: (f64, f64),
-        tolerance: Option<(f64, f64)>,
+    #[pyo3(signature = (parameters, *, limits, transmissions=None, drive="rotary", tolerance=None, zero=None, noise=None, **sections))]
+    fn from_parameters<'py>(
+        py: Python<'py>,
+        parameters: &Bound<'py, PyAny>,
+        limits: &Bound<'py, PyAny>,
+        transmissions: Option<&Bound<'py, PyAny>>,
+        drive: &str,
+        tolerance: Option<&Bound<'py, PyAny>>,
         zero: Option<f64>,
-        noise: Option<&Bound<'_, PyAny>>,
+        noise: Option<&Bound<'py, PyAny>>,
+        sections: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Self> {
-        let given = numbers("parameters", parameters)?;
-        if given.shape() != [3, 8] {
-            let cause = format!(
-                "shape {:?}; an array of shape (3, 8) is needed",
-                given.shape()
-            );
-            return Err(value_error("parameters", cause));
-        }
-        let (arms, _) = given.as_slice()?.as_chunks::<8>();
-        let arms = std::array::from_fn(|arm| arms[arm]);
-        let robot = Geometry::from_parameters(arms);
-        let robot = robot.map_err(|error| value_error("parameters", error))?;
-        let file = RobotFile::of("robot", robot, limits_of(limits, Drive::Rotary)?);
-        Self::of_file(&file, "")?.known(noise, tolerance, zero)
+        let drive = match drive {
+            "rotary" => Drive::Rotary,
+            "linear" => Drive::Linear,
+            _ => return Err(value_error("drive", "\"rotary\" or \"linear\" is needed")),
+        };
+        let arms = arms_of(&Convention::usual(drive), parameters)?;
+        let fault = |error| value_error("parameters", error);
+        let robot = match drive {
+            // Upper arms of 1 mm are the scales of linear drives.
+            Drive::Rotary
+                if arms
+                    .iter()
+                    .all(|arm| arm[6] == 0.0 && (arm[5] - 1.0).abs() < 0.5) =>
+            {
+                let cause = "these are the parameters of linear drives; drive=\"linear\" is needed";
+                return Err(value_error("parameters", cause));
+            }
+            Drive::Rotary => Geometry::from_parameters(arms).map_err(fault)?,
+            Drive::Linear => {
+                if let Some(arm) = arms.iter().position(|arm| arm[6] != 0.0) {
+                    let cause = format!("[{arm}, 6] is not 0; linear drives have seven parameters");
+                    return Err(value_error("parameters", cause));
+                }
+                let arm = |index: usize| {
+                    let [a, b, c, d, e, f, _, h] = arms[index];
+                    Arm::linear([a, b, c, d, e, f, h]).map_err(fault)
+                };
+                Geometry::new([arm(0)?, arm(1)?, arm(2)?]).map_err(fault)?
+            }
+        };
+        let file = RobotFile::of("robot", robot, limits_of(ANY_LIMITS, drive)?);
+        Self::of_file(&file, "")?.with(Stated {
+            parameters: Some(parameters),
+            transmissions,
+            limits: Some(limits),
+            ..Stated::of(py, noise, tolerance, zero, sections)?
+        })
     }
 
     /// Reads a robot file, with its convention, tolerance, noise and instruments.
@@ -291,15 +392,27 @@ impl Robot {
     /// ValueError
     ///     The first fault of the file, with its line and what to do.
     #[staticmethod]
-    fn read(path: PathBuf) -> PyResult<Self> {
-        let bytes = std::fs::read(&path)?;
-        let text = InputText::from_bytes(path.display().to_string(), &bytes);
-        Self::of_text(text.map_err(|error| input_error(&error, None))?)
+    fn read(path: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let (name, bytes) = bytes_of(path)?;
+        let text = InputText::from_bytes(name, &bytes);
+        Self::of_text(text.map_err(|error| input_error(&error, false))?)
+    }
+
+    /// A robot of the text of a robot file.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Its first fault, with its line and what to do.
+    #[staticmethod]
+    #[pyo3(signature = (text, *, name="robot"))]
+    fn from_toml(text: &str, name: &str) -> PyResult<Self> {
+        Self::of_text(InputText::new(name, text))
     }
 
     /// Writes the robot file, which `delta-cal` reads as well.
-    fn write(&self, path: PathBuf) -> PyResult<()> {
-        Ok(std::fs::write(path, self.source.text())?)
+    fn write(&self, path: &Bound<'_, PyAny>) -> PyResult<()> {
+        write(path, self.source.text())
     }
 
     /// The robot file: TOML.
@@ -307,34 +420,51 @@ impl Robot {
         self.source.text()
     }
 
-    /// The same robot with other standard uncertainties; `None` keeps what it has.
+    /// The sections of the robot file.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        loads(py, &self.sections()?.to_string())
+    }
+
+    /// The same robot with something else; `None` keeps what it has.
     ///
     /// Parameters
     /// ----------
-    /// noise, tolerance, zero
-    ///     As of `nominal`.
-    #[pyo3(signature = (*, noise=None, tolerance=None, zero=None))]
-    fn replace(
+    /// parameters, limits, transmissions
+    ///     As of `from_parameters`.
+    /// tolerance, zero, noise, sections
+    ///     As of `nominal`. `convention` counts the same robot in another way.
+    #[pyo3(signature = (*, parameters=None, limits=None, transmissions=None, tolerance=None, zero=None, noise=None, **sections))]
+    fn replace<'py>(
         &self,
-        noise: Option<&Bound<'_, PyAny>>,
-        tolerance: Option<(f64, f64)>,
+        py: Python<'py>,
+        parameters: Option<&Bound<'py, PyAny>>,
+        limits: Option<&Bound<'py, PyAny>>,
+        transmissions: Option<&Bound<'py, PyAny>>,
+        tolerance: Option<&Bound<'py, PyAny>>,
         zero: Option<f64>,
+        noise: Option<&Bound<'py, PyAny>>,
+        sections: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Self> {
-        self.known(noise, tolerance, zero)
+        self.with(Stated {
+            parameters,
+            transmissions,
+            limits,
+            ..Stated::of(py, noise, tolerance, zero, sections)?
+        })
     }
 
     /// Positions of the platform point.
     ///
     /// Parameters
     /// ----------
-    /// q : array (n, 3) or (3,), or a frame with the columns of a samples file
+    /// q : array (…, 3), or a frame with the columns of a samples file
     ///     Joint angles, radians.
     /// errors : {"nan", "raise"}
     ///     How to treat a row without a pose: out of reach, at a singularity, more than 1° outside the limits.
     ///
     /// Returns
     /// -------
-    /// array (n, 3) or (3,)
+    /// array (…, 3)
     ///     mm.
     #[pyo3(signature = (q, *, errors="nan"))]
     fn forward<'py>(
@@ -344,7 +474,7 @@ impl Robot {
         errors: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
         let convention = self.file.convention;
-        each_row(py, "q", &self.joints(q)?, &[3], raises(errors)?, |q| {
+        each_row(py, "q", &self.joints("q", q)?, &[3], raises(errors)?, |q| {
             let at = self.pose(&convention.directed(q))?;
             Ok::<[f64; 3], NoPose>(convention.vector(&at).into())
         })
@@ -354,14 +484,14 @@ impl Robot {
     ///
     /// Parameters
     /// ----------
-    /// x : array (n, 3) or (3,), or a frame with the columns of a samples file
+    /// x : array (…, 3), or a frame with the columns of a samples file
     ///     Positions of the platform point, mm.
     /// errors : {"nan", "raise"}
     ///     How to treat a row that no joint angles within the limits reach.
     ///
     /// Returns
     /// -------
-    /// array (n, 3) or (3,)
+    /// array (…, 3)
     ///     Radians.
     #[pyo3(signature = (x, *, errors="nan"))]
     fn inverse<'py>(
@@ -393,7 +523,7 @@ impl Robot {
     ///
     /// Returns
     /// -------
-    /// array (n, 3, 3) or (3, 3)
+    /// array (…, 3, 3)
     ///     mm a radian: [..., i, j] is how x_i moves with q_j.
     #[pyo3(signature = (q, *, errors="nan"))]
     fn jacobian<'py>(
@@ -404,14 +534,21 @@ impl Robot {
     ) -> PyResult<Bound<'py, PyAny>> {
         let convention = self.file.convention;
         let (sense, axes) = (convention.sense(), convention.axes());
-        each_row(py, "q", &self.joints(q)?, &[3, 3], raises(errors)?, |q| {
-            let q = convention.directed(q);
-            let own = self.file.robot.platform_jacobian(&self.pose(&q)?, &q)?;
-            Ok::<[f64; 9], NoPose>(std::array::from_fn(|place| {
-                let (row, column) = (place / 3, place % 3);
-                sense * axes[row] * own.by_joints[(row, column)]
-            }))
-        })
+        each_row(
+            py,
+            "q",
+            &self.joints("q", q)?,
+            &[3, 3],
+            raises(errors)?,
+            |q| {
+                let q = convention.directed(q);
+                let own = self.file.robot.platform_jacobian(&self.pose(&q)?, &q)?;
+                Ok::<[f64; 9], NoPose>(std::array::from_fn(|place| {
+                    let (row, column) = (place / 3, place % 3);
+                    sense * axes[row] * own.by_joints[(row, column)]
+                }))
+            },
+        )
     }
 
     /// ∂x/∂p of the 24 parameters, arm by arm in the order of `parameters`.
@@ -420,26 +557,49 @@ impl Robot {
     /// ----------
     /// q, errors
     ///     As of `forward`; NaN also at singularities.
+    /// transmissions : bool
+    ///     The 15 numbers of `transmissions` below them.
     ///
     /// Returns
     /// -------
-    /// array (n, 3, 24) or (3, 24)
+    /// array (…, 3, 24) or (…, 3, 39)
     ///     Without a unit, or mm a radian.
-    #[pyo3(signature = (q, *, errors="nan"))]
+    #[pyo3(signature = (q, *, transmissions=false, errors="nan"))]
     fn parameter_jacobian<'py>(
         &self,
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
+        transmissions: bool,
         errors: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let convention = self.file.convention;
+        let (convention, robot) = (self.file.convention, &self.file.robot);
         let (axes, signs) = (convention.axes(), convention.signs());
-        each_row(py, "q", &self.joints(q)?, &[3, 24], raises(errors)?, |q| {
+        let of_numbers = convention.transmission([1.0; 5]);
+        let (rows, raise) = (self.joints("q", q)?, raises(errors)?);
+        let by_parameters = |q: &[f64; 3]| {
             let q = convention.directed(q);
-            let own = self.file.robot.platform_jacobian(&self.pose(&q)?, &q)?;
-            Ok::<[f64; 72], NoPose>(std::array::from_fn(|place| {
-                let (row, column) = (place / 24, place % 24);
+            let x = self.pose(&q)?;
+            let own = robot.platform_jacobian(&x, &q)?;
+            let at = move |row: usize, column: usize| {
                 axes[row] * signs[column % 8] * own.by_parameters[column / 8][(row, column % 8)]
+            };
+            Ok::<_, NoPose>((x, q, at))
+        };
+        if !transmissions {
+            return each_row(py, "q", &rows, &[3, 24], raise, |q| {
+                let (_, _, at) = by_parameters(q)?;
+                Ok::<[f64; 72], NoPose>(std::array::from_fn(|place| at(place / 24, place % 24)))
+            });
+        }
+        each_row(py, "q", &rows, &[3, 39], raise, |q| {
+            let (x, q, at) = by_parameters(q)?;
+            let more = robot.by_transmissions(&x, &q)?;
+            Ok::<[f64; 117], NoPose>(std::array::from_fn(|place| {
+                let (row, column) = (place / 39, place % 39);
+                match column.checked_sub(24) {
+                    None => at(row, column),
+                    Some(number) => axes[row] * of_numbers[number % 5] * more[(row, number)],
+                }
             }))
         })
     }
@@ -471,11 +631,29 @@ impl Robot {
         self.file.tolerance?.joint_zero()
     }
 
-    /// One σ of a measured coordinate (mm, rms over the axes) and of a joint (radians), or None.
+    /// One σ of a measured coordinate (mm, or of each axis where they differ) and of a joint (radians), or None.
     #[getter]
-    fn noise(&self) -> Option<(f64, f64)> {
-        let own = self.file.noise?;
-        Some((own.position(), own.joint()))
+    fn noise<'py>(&self, py: Python<'py>) -> PyResult<Option<(Bound<'py, PyAny>, f64)>> {
+        let Some(own) = self.file.noise else {
+            return Ok(None);
+        };
+        let [x, y, z] = own.position_by_axis();
+        let alike = [y, z].iter().all(|own| own.to_bits() == x.to_bits());
+        let position = if alike {
+            x.into_pyobject(py)?.into_any()
+        } else {
+            (x, y, z).into_pyobject(py)?.into_any()
+        };
+        Ok(Some((position, own.joint())))
+    }
+
+    /// The errors of the joints: array (3, 5), a row an arm. The arm's angle is q + gain q + cos cos q + sin sin q +
+    /// cos2 cos 2q + sin2 sin 2q, radians.
+    #[getter]
+    fn transmissions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let own = self.file.robot.transmissions().map(|own| own.numbers());
+        let stated = own.map(|own| self.file.convention.transmission(own));
+        array(py, stated.concat(), &[3, 5])
     }
 
     /// The name of its file.
@@ -506,19 +684,28 @@ impl Robot {
     }
 
     fn __repr__(&self) -> String {
-        let mut text = format!("<delta_cal.Robot {}, {}", self.file.name, self.drive());
-        for (arm, index) in self.file.robot.arms().iter().zip(ArmIndex::ALL) {
-            let values = arm.drive().parameters().iter().map(|own| {
-                let decimals = 4;
-                let value = self.file.convention.parameter(*own, arm.get(*own));
-                format!("{} {value:.decimals$}", own.symbol())
-            });
-            let values = values.collect::<Vec<_>>().join(", ");
-            text = format!("{text}\n  arm {}: {values}", index.index() + 1);
-        }
-        text + ">"
+        let (low, high) = self.limits();
+        let [arm, ..] = self.file.robot.arms();
+        let unit = match self.file.robot.drive() {
+            Drive::Rotary => "rad",
+            Drive::Linear => "mm",
+        };
+        format!(
+            "<delta_cal.Robot {}: {}, forearm {:.1} mm, joints {low:.3} to {high:.3} {unit}>",
+            self.file.name,
+            self.drive(),
+            arm.lb()
+        )
+    }
+
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let pages = slf.py().import("delta_cal._pages")?;
+        pages.call_method1("robot", (slf,))
     }
 }
+
+/// Limits of a robot before its own are stated.
+const ANY_LIMITS: (f64, f64) = (-1.0, 1.0);
 
 /// The 24 parameters of a robot in its file's convention: array (3, 8).
 pub(crate) fn parameters_of<'py>(

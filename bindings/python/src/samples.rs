@@ -1,21 +1,329 @@
 //! Samples: files, frames and arrays as one text, which the reader of samples files reads.
 
-use crate::arrays::{array, finite, frame_text, hexadecimal, is_frame};
-use crate::errors::{input_error, value_error};
+use crate::arrays::{Rows, array, hexadecimal, is_frame, named, names_of, numbers};
+use crate::errors::{calibrate_error, input_error, type_error, value_error};
+use crate::files::bytes_of;
 use crate::robot::Robot;
 use delta_cal::robot::Drive;
 use delta_cal_host::files::columns::ColumnMapping;
 use delta_cal_host::{CalibrateError, InputText, Options, Readings, read_samples as read};
+use numpy::PyUntypedArrayMethods;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::{PyBytes, PyDict, PyList, PyString};
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
-use std::path::PathBuf;
 
-/// The name of samples that are arrays.
-const ARRAYS: &str = "q, x";
+/// A table's header and first line.
+const ABOVE: u64 = 2;
+/// Rows between two looks at the keyboard.
+const LOOKS: usize = 4096;
+const NOT_MEASURED: &str = "-";
+
+/// A column of a table.
+struct Column {
+    name: String,
+    cells: Cells,
+}
+
+enum Cells {
+    /// NaN where nothing was measured.
+    Numbers(Vec<f64>),
+    /// Empty where nothing is said.
+    Words(Vec<String>),
+}
+
+impl Cells {
+    /// One number, or one a row.
+    fn numbers(argument: &str, given: &Bound<'_, PyAny>, count: usize) -> PyResult<Self> {
+        let array = numbers(argument, given)?;
+        let all = match array.as_slice()? {
+            [one] => vec![*one; count],
+            all if array.ndim() == 1 => all.to_vec(),
+            _ => {
+                return Err(value_error(
+                    argument,
+                    format!(
+                        "shape {:?}; an array of shape (n,) is needed",
+                        array.shape()
+                    ),
+                ));
+            }
+        };
+        check_count(argument, all.len(), count)?;
+        finite(argument, all.iter().copied().enumerate())?;
+        Ok(Self::Numbers(all))
+    }
+
+    /// One word, or one a row; None is none.
+    fn words(argument: &str, given: &Bound<'_, PyAny>, count: usize) -> PyResult<Self> {
+        let all = if let Ok(word) = given.cast::<PyString>() {
+            vec![word.to_string(); count]
+        } else {
+            let words = given
+                .try_iter()
+                .map_err(|_| type_error(argument, "words are needed"))?;
+            let words = words.map(|word| match word? {
+                word if word.is_none() => Ok(String::new()),
+                word => word.str().map(|own| own.to_string()),
+            });
+            words.collect::<PyResult<Vec<_>>>()?
+        };
+        check_count(argument, all.len(), count)?;
+        let faulty = |own: &String| own.contains(['"', ',', ';', '\n', '\r', '\t']);
+        match all.iter().position(faulty) {
+            Some(row) => {
+                let cause = format!("row {row}: a word without separators is needed");
+                Err(value_error(argument, cause))
+            }
+            None => Ok(Self::Words(all)),
+        }
+    }
+
+    fn of_column(name: &str, column: &Bound<'_, PyAny>, count: usize) -> PyResult<Self> {
+        let array = column.call_method0("to_numpy")?;
+        let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+        match kind.as_str() {
+            "f" => Self::numbers(name, &array, count),
+            _ => Self::words(name, &array, count),
+        }
+    }
+
+    fn missing(&self, count: usize) -> Self {
+        match self {
+            Self::Numbers(_) => Self::Numbers(vec![f64::NAN; count]),
+            Self::Words(_) => Self::Words(vec![String::new(); count]),
+        }
+    }
+
+    fn append(&mut self, argument: &str, more: Self) -> PyResult<()> {
+        match (self, more) {
+            (Self::Numbers(own), Self::Numbers(more)) => own.extend(more),
+            (Self::Words(own), Self::Words(more)) => own.extend(more),
+            _ => {
+                return Err(type_error(
+                    argument,
+                    "numbers in some rows and words in others",
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// One a row: the argument, the column, and whether it is a number.
+const READINGS: [(&str, &str, bool); 7] = [
+    ("height", "height_mm", true),
+    ("plane", "plane", false),
+    ("distance", "distance_mm", true),
+    ("point", "point", false),
+    ("sigma", "sigma_mm", true),
+    ("target", "target", false),
+    ("name", "name", false),
+];
+
+/// That an argument has a row for each of `q`.
+fn check_count(argument: &str, own: usize, count: usize) -> PyResult<()> {
+    if own == count {
+        return Ok(());
+    }
+    Err(value_error(
+        argument,
+        format!("{own} rows, and q has {count}"),
+    ))
+}
+
+fn rows_for<'py>(count: usize, argument: &str, rows: Rows<'py>) -> PyResult<Rows<'py>> {
+    let rows = rows.in_table(argument)?;
+    check_count(argument, rows.get()?.len(), count)?;
+    Ok(rows)
+}
+
+/// Columns of so many rows.
+struct Table {
+    count: usize,
+    columns: Vec<Column>,
+}
+
+impl Table {
+    /// Of arrays by the names of the arguments.
+    fn of_arrays(robot: &Robot, given: &Bound<'_, PyDict>) -> PyResult<Self> {
+        for name in given.keys() {
+            let name: String = name.extract()?;
+            let known =
+                ["q", "x", "to"].contains(&&*name) || READINGS.iter().any(|own| own.0 == name);
+            if !known {
+                return Err(PyTypeError::new_err(format!("{name}: no such reading")));
+            }
+        }
+        let get = |name: &str| {
+            given
+                .get_item(name)
+                .map(|own| own.filter(|own| !own.is_none()))
+        };
+        let q = get("q")?.ok_or_else(|| value_error("q", "joint angles are needed"))?;
+        let joints = robot.joints("q", &q)?.in_table("q")?;
+        let count = joints.get()?.len();
+        if count == 0 {
+            return Err(value_error("q", "no rows"));
+        }
+        let mut table = Self {
+            count,
+            columns: Vec::new(),
+        };
+        let joint = match robot.file.robot.drive() {
+            Drive::Rotary => ["q1_rad", "q2_rad", "q3_rad"],
+            Drive::Linear => ["s1_mm", "s2_mm", "s3_mm"],
+        };
+        table.vectors("q", joint.map(str::to_owned), joints.get()?)?;
+        if let Some(x) = get("x")? {
+            let rows = rows_for(count, "x", robot.positions(&x)?)?;
+            table.vectors(
+                "x",
+                ["x_mm", "y_mm", "z_mm"].map(str::to_owned),
+                rows.get()?,
+            )?;
+        }
+        if let Some(to) = get("to")? {
+            let rows = rows_for(count, "to", robot.joints("to", &to)?)?;
+            table.vectors("to", joint.map(|own| format!("to_{own}")), rows.get()?)?;
+        }
+        for (argument, column, is_number) in READINGS {
+            let Some(given) = get(argument)? else {
+                continue;
+            };
+            let read = if is_number {
+                Cells::numbers
+            } else {
+                Cells::words
+            };
+            let cells = read(argument, &given, count)?;
+            let name = column.to_owned();
+            table.columns.push(Column { name, cells });
+        }
+        table.leave_out_the_unmeasured();
+        Ok(table)
+    }
+
+    fn vectors(&mut self, argument: &str, names: [String; 3], rows: &[[f64; 3]]) -> PyResult<()> {
+        let cells = rows.iter().enumerate();
+        finite(
+            argument,
+            cells.flat_map(|(row, own)| own.map(|own| (row, own))),
+        )?;
+        for (place, name) in names.into_iter().enumerate() {
+            let cells = Cells::Numbers(rows.iter().map(|row| row[place]).collect());
+            self.columns.push(Column { name, cells });
+        }
+        Ok(())
+    }
+
+    /// Rows without a joint, in the first three columns, or without any reading.
+    fn leave_out_the_unmeasured(&mut self) {
+        const READ: [&str; 5] = ["x_mm", "y_mm", "z_mm", "height_mm", "distance_mm"];
+        let (joints, others) = self.columns.split_at_mut(3);
+        let is_read = |own: &Column, row: usize| match &own.cells {
+            Cells::Numbers(all) => !all[row].is_nan(),
+            Cells::Words(_) => false,
+        };
+        let used = |row: usize| {
+            let mut read = others.iter().filter(|own| READ.contains(&&*own.name));
+            joints.iter().all(|own| is_read(own, row)) && read.any(|own| is_read(own, row))
+        };
+        let used: Vec<_> = (0..self.count).map(used).collect();
+        if used.iter().all(|own| *own) {
+            return;
+        }
+        for own in joints {
+            if let Cells::Numbers(all) = &mut own.cells {
+                for cell in all.iter_mut().filter(|own| own.is_nan()) {
+                    *cell = 0.0;
+                }
+            }
+        }
+        let words = used
+            .iter()
+            .map(|used| if *used { "1" } else { "0" }.to_owned());
+        self.columns.push(Column {
+            name: "use".to_owned(),
+            cells: Cells::Words(words.collect()),
+        });
+    }
+
+    /// Of a frame, by the names of its columns.
+    fn of_frame(frame: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let count = frame.len()?;
+        let columns = names_of(FRAME, frame)?.into_iter().map(|name| {
+            let cells = Cells::of_column(&name, &frame.get_item(&name)?, count)?;
+            Ok(Column { name, cells })
+        });
+        let columns = columns.collect::<PyResult<_>>()?;
+        Ok(Self { count, columns })
+    }
+
+    /// With the rows of another below.
+    fn with(mut self, other: Self) -> PyResult<Self> {
+        for Column { name, cells } in other.columns {
+            let mut all = self.columns.iter_mut();
+            if let Some(own) = all.find(|own| own.name == name) {
+                own.cells.append(&name, cells)?;
+            } else {
+                let mut own = cells.missing(self.count);
+                own.append(&name, cells)?;
+                self.columns.push(Column { name, cells: own });
+            }
+        }
+        self.count += other.count;
+        for own in &mut self.columns {
+            let length = match &own.cells {
+                Cells::Numbers(all) => all.len(),
+                Cells::Words(all) => all.len(),
+            };
+            let more = own.cells.missing(self.count - length);
+            own.cells.append(&own.name, more)?;
+        }
+        Ok(self)
+    }
+
+    fn text(&self, py: Python<'_>) -> PyResult<String> {
+        let names = self.columns.iter().map(|own| own.name.as_str());
+        let mut text = names.collect::<Vec<_>>().join(",");
+        for row in 0..self.count {
+            if row.is_multiple_of(LOOKS) {
+                py.check_signals()?;
+            }
+            for (place, own) in self.columns.iter().enumerate() {
+                text.push(if place == 0 { '\n' } else { ',' });
+                match &own.cells {
+                    Cells::Numbers(all) if all[row].is_nan() => text.push_str(NOT_MEASURED),
+                    Cells::Words(all) => text.push_str(&all[row]),
+                    // The shortest text that reads back as the same number.
+                    Cells::Numbers(all) => {
+                        let _ = write!(text, "{:?}", all[row]);
+                    }
+                }
+            }
+        }
+        Ok(text + "\n")
+    }
+}
+
 /// The name of samples that are a frame.
 const FRAME: &str = "samples";
+
+/// That no number is infinite.
+fn finite(argument: &str, numbers: impl Iterator<Item = (usize, f64)>) -> PyResult<()> {
+    let faulty = numbers.filter(|(_, own)| own.is_infinite());
+    let mut rows: Vec<_> = faulty.map(|(row, _)| row).collect();
+    rows.dedup();
+    if rows.is_empty() {
+        return Ok(());
+    }
+    Err(value_error(
+        argument,
+        format!("infinity in {}", named(&rows)),
+    ))
+}
 
 /// Joint angles and what was measured there: positions, single coordinates, heights, distances, in any mixture.
 ///
@@ -26,11 +334,17 @@ pub(crate) struct Samples {
     /// Name and bytes of the file, and of the one beside it.
     parts: Vec<(String, Vec<u8>)>,
     columns: Option<String>,
+    /// Whether they are arrays or a frame, whose rows count from 0, and no file.
+    pub(crate) in_arrays: bool,
     pub(crate) text: InputText,
 }
 
 impl Samples {
-    fn of(parts: Vec<(String, Vec<u8>)>, columns: Option<String>) -> PyResult<Self> {
+    fn of(
+        parts: Vec<(String, Vec<u8>)>,
+        columns: Option<String>,
+        in_arrays: bool,
+    ) -> PyResult<Self> {
         let mapping = match columns.as_deref() {
             Some(columns) => columns.parse::<ColumnMapping>(),
             None => Ok(ColumnMapping::default()),
@@ -39,7 +353,7 @@ impl Samples {
         let mut texts = Vec::new();
         for (name, bytes) in &parts {
             let text = InputText::from_bytes(name, bytes);
-            let text = text.map_err(|error| input_error(&error, None))?;
+            let text = text.map_err(|error| input_error(&error, false))?;
             texts.push(text.with_columns(mapping.clone()));
         }
         let mut texts = texts.into_iter();
@@ -54,18 +368,51 @@ impl Samples {
         Ok(Self {
             parts,
             columns,
+            in_arrays,
             text,
         })
     }
 
-    fn of_text(name: &str, text: String) -> PyResult<Self> {
-        Self::of(vec![(name.to_owned(), text.into_bytes())], None)
+    /// Of a file that is already read.
+    pub(crate) fn of_input(text: InputText) -> Self {
+        Self {
+            parts: vec![(text.name().to_owned(), text.text().as_bytes().to_vec())],
+            columns: None,
+            in_arrays: false,
+            text,
+        }
     }
 
-    /// Whether messages are to count rows from 0: `Some` of samples that are no file.
-    pub(crate) fn rows_of(&self) -> Option<&str> {
-        let name = self.text.name();
-        (name == ARRAYS || name == FRAME).then_some(name)
+    fn of_table(py: Python<'_>, name: &str, table: &Table) -> PyResult<Self> {
+        Self::of(
+            vec![(name.to_owned(), table.text(py)?.into_bytes())],
+            None,
+            true,
+        )
+    }
+
+    /// Of a line: of arrays the index of its row.
+    pub(crate) fn place_of(&self, line: u64) -> u64 {
+        if self.in_arrays {
+            line.saturating_sub(ABOVE)
+        } else {
+            line
+        }
+    }
+
+    /// The same of all lines of what was read.
+    pub(crate) fn placed(&self, mut readings: Readings) -> Readings {
+        for row in &mut readings.rows {
+            row.line = self.place_of(row.line);
+        }
+        for line in &mut readings.copies {
+            *line = self.place_of(*line);
+        }
+        let labels = readings.labels.into_iter();
+        readings.labels = labels
+            .map(|(line, own)| (self.place_of(line), own))
+            .collect();
+        readings
     }
 
     pub(crate) fn readings(
@@ -73,49 +420,54 @@ impl Samples {
         robot: &Robot,
         options: Options,
     ) -> Result<Readings, CalibrateError> {
-        read(&self.text, &robot.file, &options)
+        match read(&self.text, &robot.file, &options) {
+            Ok(readings) => Ok(self.placed(readings)),
+            Err(CalibrateError::Input(mut fault)) => {
+                fault.line = fault.line.map(|line| self.place_of(line));
+                Err(fault.into())
+            }
+            refused => refused,
+        }
     }
 
-    /// What `calibrate` and `validate` are given: samples, a frame of all columns, or joints and positions.
-    pub(crate) fn given(
-        robot: &Robot,
-        q: &Bound<'_, PyAny>,
-        x: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Self> {
-        let Some(x) = x else {
-            if let Ok(samples) = q.cast::<Self>() {
-                return Ok(samples.get().clone());
-            }
-            if is_frame(q)? {
-                return Self::of_text(FRAME, frame_text("samples", q)?);
-            }
-            return Err(value_error("x", "positions are needed beside joint angles"));
+    /// What `calibrate` and `validate` are given: samples or their file, a frame of all columns, or arrays by name.
+    pub(crate) fn given(robot: &Robot, given: &Bound<'_, PyAny>) -> PyResult<Self> {
+        if let Ok(samples) = given.cast::<Self>() {
+            return Ok(samples.get().clone());
+        }
+        if is_frame(given)? {
+            return Self::of_table(given.py(), FRAME, &Table::of_frame(given)?);
+        }
+        if given.is_instance_of::<PyString>() || given.hasattr("__fspath__")? {
+            return read_samples(given, None, None);
+        }
+        let all = match given.cast::<PyDict>() {
+            Ok(one) => PyList::new(given.py(), [one])?,
+            Err(_) => given
+                .py()
+                .import("builtins")?
+                .getattr("list")?
+                .call1((given,))?
+                .cast_into()?,
         };
-        if q.cast::<Self>().is_ok() {
-            return Err(value_error("x", "the samples hold the positions already"));
+        let mut names: Vec<String> = Vec::new();
+        let mut whole: Option<Table> = None;
+        for one in all.iter() {
+            let one = one.cast_into::<PyDict>()?;
+            for (name, value) in one.iter() {
+                let name: String = name.extract()?;
+                if !value.is_none() && !names.contains(&name) {
+                    names.push(name);
+                }
+            }
+            let table = Table::of_arrays(robot, &one)?;
+            whole = Some(match whole {
+                Some(whole) => whole.with(table)?,
+                None => table,
+            });
         }
-        let drive = robot.file.robot.drive();
-        let (joints, positions) = (robot.joints(q)?, robot.positions(x)?);
-        let (joints, positions) = (joints.get()?, positions.get()?);
-        if joints.len() != positions.len() {
-            let cause = format!("{} rows, and q has {}", positions.len(), joints.len());
-            return Err(value_error("x", cause));
-        }
-        if joints.is_empty() {
-            return Err(value_error("q", "no rows"));
-        }
-        finite("q", joints)?;
-        finite("x", positions)?;
-        let mut text = match drive {
-            Drive::Rotary => "q1_rad,q2_rad,q3_rad,x_mm,y_mm,z_mm\n",
-            Drive::Linear => "s1_mm,s2_mm,s3_mm,x_mm,y_mm,z_mm\n",
-        }
-        .to_owned();
-        // The shortest text that reads back as the same number.
-        for ([a, b, c], [x, y, z]) in joints.iter().zip(positions) {
-            let _ = writeln!(text, "{a:?},{b:?},{c:?},{x:?},{y:?},{z:?}");
-        }
-        Self::of_text(ARRAYS, text)
+        let whole = whole.ok_or_else(|| value_error("q", "no rows"))?;
+        Self::of_table(given.py(), &names.join(", "), &whole)
     }
 }
 
@@ -123,6 +475,8 @@ impl Samples {
 pub(crate) type Again<'py, T> = (Bound<'py, PyAny>, T);
 /// Name and bytes of a file.
 type Part<'py> = (String, Bound<'py, PyBytes>);
+/// The arguments of `samples_of_bytes`.
+type Parts<'py> = (Vec<Part<'py>>, Option<String>, bool);
 
 #[pymethods]
 impl Samples {
@@ -132,10 +486,10 @@ impl Samples {
     /// -------
     /// dict of arrays
     ///     `q` (n, 3) radians; `x` (n, 3), `height` (n,) and `distance` (n,) mm, NaN where nothing was read; `line` (n,)
-    ///     of the file.
+    ///     of the file, or the index of the row of arrays.
     fn arrays<'py>(&self, py: Python<'py>, robot: &Robot) -> PyResult<Bound<'py, PyDict>> {
-        let readings = Readings::read(&self.text, &robot.file);
-        let readings = readings.map_err(|error| input_error(&error, self.rows_of()))?;
+        let readings = self.readings(robot, Options::default());
+        let readings = readings.map_err(|error| calibrate_error(py, &error, self.in_arrays))?;
         let convention = robot.file.convention;
         let rows = &readings.rows;
         let count = rows.len();
@@ -182,16 +536,16 @@ impl Samples {
         hexadecimal(digest.finalize())
     }
 
-    fn __reduce__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<Again<'py, (Vec<Part<'py>>, Option<String>)>> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Again<'py, Parts<'py>>> {
         let again = py
             .import("delta_cal._native")?
             .getattr("samples_of_bytes")?;
         let parts = self.parts.iter();
         let parts = parts.map(|(name, bytes)| (name.clone(), PyBytes::new(py, bytes)));
-        Ok((again, (parts.collect(), self.columns.clone())))
+        Ok((
+            again,
+            (parts.collect(), self.columns.clone(), self.in_arrays),
+        ))
     }
 
     fn __repr__(&self) -> String {
@@ -220,15 +574,12 @@ impl Samples {
 #[pyfunction]
 #[pyo3(signature = (path, positions=None, *, columns=None))]
 pub(crate) fn read_samples(
-    path: PathBuf,
-    positions: Option<PathBuf>,
+    path: &Bound<'_, PyAny>,
+    positions: Option<&Bound<'_, PyAny>>,
     columns: Option<String>,
 ) -> PyResult<Samples> {
-    let mut parts = Vec::new();
-    for path in std::iter::once(path).chain(positions) {
-        parts.push((path.display().to_string(), std::fs::read(&path)?));
-    }
-    Samples::of(parts, columns)
+    let parts = std::iter::once(path).chain(positions).map(bytes_of);
+    Samples::of(parts.collect::<PyResult<_>>()?, columns, false)
 }
 
 /// Of names and bytes.
@@ -236,6 +587,7 @@ pub(crate) fn read_samples(
 pub(crate) fn samples_of_bytes(
     parts: Vec<(String, Vec<u8>)>,
     columns: Option<String>,
+    in_arrays: bool,
 ) -> PyResult<Samples> {
-    Samples::of(parts, columns)
+    Samples::of(parts, columns, in_arrays)
 }

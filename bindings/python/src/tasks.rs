@@ -1,27 +1,28 @@
 //! What is done with a robot beside its calibration. The package wraps each in a dataclass.
 
-use crate::arrays::{array, with_cores};
-use crate::calibration::{document, frame_of, loads, method_of, now, plain};
+use crate::arrays::{array, with_cores, with_cores_telling};
+use crate::calibration::{document, frame_of, limit_of, method_of};
 use crate::errors::{calibrate_error, in_python, input_error, refusal, value_error};
+use crate::files::{configuration, included, loads, plain};
 use crate::robot::Robot;
 use crate::samples::{Samples, samples_of_bytes};
 use delta_cal_host::campaign::{self, OneCase, RobotResult, Spread};
 use delta_cal_host::export::positions::Wanted;
 use delta_cal_host::export::{Case, Settings, target as target_of};
-use delta_cal_host::import::{Firmware, Stated};
 use delta_cal_host::planning::{
-    self, LEAST, MOST, Order, PlanError, PlanRequest, Region, Wishes, plan_for,
+    self, Determined, Kind, LEAST, MOST, Order, PlanError, PlanRequest, Region, Wishes, labelled,
+    plan_for,
 };
-use delta_cal_host::report::{plan as plan_report, validation};
-use delta_cal_host::validation::{Request, check_independent};
-use delta_cal_host::{Frame, InputError, InputText, Options};
+use delta_cal_host::report::{
+    comparison, plan as plan_report, validation, workspace as workspace_report,
+};
+use delta_cal_host::validation::{Comparison, Request, check_independent};
+use delta_cal_host::workspace::{Analysis, Options as Resolution};
+use delta_cal_host::{Frame, InputText, Options, Planned};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use std::path::PathBuf;
-
-/// Robots of a campaign between two looks at the keyboard.
-const BATCH: u64 = 2048;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// Joint angles, nominal positions, the samples file to fill in, the report for programs and for people.
 #[pyfunction]
@@ -35,6 +36,8 @@ pub(crate) fn plan<'py>(
     absolute: bool,
     order: &str,
     accuracy: Option<f64>,
+    seed: u64,
+    names: Option<&str>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let wishes: Wishes = measure
         .parse()
@@ -54,6 +57,7 @@ pub(crate) fn plan<'py>(
             "shortest" => Order::Shortest,
             _ => return Err(value_error("order", "\"random\" or \"shortest\" is needed")),
         },
+        seed,
         ..PlanRequest::new(&robot.file, wishes, count)
     };
     if request.frame == Frame::Sensor && !request.kinds.positions() {
@@ -64,13 +68,8 @@ pub(crate) fn plan<'py>(
         Some(accuracy) => plan_for(&request, accuracy),
         None => planning::plan(&request),
     })?;
-    let found = found.map_err(|error| match error {
-        PlanError::Singular | PlanError::NotDetermined { .. } | PlanError::TooAccurate { .. } => {
-            let finding = ("plan", in_python(error), in_python(error.remedy()));
-            refusal(py, &[finding])
-        }
-        _ => value_error("measure", in_python(format!("{error}\n{}", error.remedy()))),
-    })?;
+    let mut found = found.map_err(|error| plan_error(py, error))?;
+    found.measurements = labelled(found.measurements, names, 1);
     let convention = robot.file.convention;
     let rows = &found.measurements;
     let q = rows
@@ -87,29 +86,65 @@ pub(crate) fn plan<'py>(
     Ok(dict)
 }
 
+fn plan_error(py: Python<'_>, error: PlanError) -> PyErr {
+    match error {
+        PlanError::Singular | PlanError::NotDetermined { .. } | PlanError::TooAccurate { .. } => {
+            let finding = ("plan", in_python(error), in_python(error.remedy()));
+            refusal(py, &[finding])
+        }
+        _ => value_error("measure", in_python(format!("{error}\n{}", error.remedy()))),
+    }
+}
+
+/// What samples determine, and what to add: the samples file to fill in, the report for programs and for people.
+#[pyfunction]
+pub(crate) fn determined<'py>(
+    py: Python<'py>,
+    robot: &Robot,
+    samples: &Bound<'py, PyAny>,
+    frame: &str,
+    absolute: bool,
+    seed: u64,
+) -> PyResult<Bound<'py, PyDict>> {
+    let request = PlanRequest {
+        frame: frame_of(frame)?,
+        absolute,
+        seed,
+        ..PlanRequest::new(&robot.file, Wishes::only(Kind::XYZ), LEAST)
+    };
+    let samples = Samples::given(robot, samples)?;
+    let file = Planned::read(&samples.text, &robot.file);
+    let file = file.map_err(|error| input_error(&error, false))?;
+    let unmeasured = file.unmeasured.iter();
+    let unmeasured: Vec<_> = unmeasured.map(|line| samples.place_of(*line)).collect();
+    let readings = samples.placed(file.readings);
+    let found = with_cores(py, || Determined::by(&request, &readings, &unmeasured))?;
+    let found = found.map_err(|error| plan_error(py, error))?;
+    let dict = PyDict::new(py);
+    dict.set_item("csv", plan_report::csv(&found.next, &robot.file.convention))?;
+    dict.set_item("report", loads(py, &plan_report::samples_json(&found))?)?;
+    dict.set_item("text", plain(&plan_report::samples_text(&found)))?;
+    Ok(dict)
+}
+
 /// Verdict, report for programs, certificate and text.
 #[pyfunction]
 pub(crate) fn validate<'py>(
     py: Python<'py>,
     robot: &Robot,
-    q: &Bound<'py, PyAny>,
-    x: Option<&Bound<'py, PyAny>>,
+    samples: &Bound<'py, PyAny>,
     limit: f64,
     frame: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
-    if !(limit > 0.0 && limit.is_finite()) {
-        let cause = format!("{limit}; a length above 0 mm is needed");
-        return Err(value_error("limit", cause));
-    }
+    let limit = limit_of(limit)?;
     let stored = frame == "stored";
     let request = Request {
         limit,
         frame: frame_of(if stored { "sensor" } else { frame })?,
         stored,
     };
-    let samples = Samples::given(robot, q, x)?;
-    check_independent(&robot.source, &samples.text)
-        .map_err(|error| input_error(&error, samples.rows_of()))?;
+    let samples = Samples::given(robot, samples)?;
+    check_independent(&robot.source, &samples.text).map_err(|error| input_error(&error, false))?;
     let found = with_cores(py, || {
         let options = Options {
             frame: request.frame,
@@ -118,8 +153,8 @@ pub(crate) fn validate<'py>(
         let readings = samples.readings(robot, options)?;
         delta_cal_host::validation::validate(&robot.file, &readings, request)
     })?;
-    let found = found.map_err(|error| calibrate_error(py, &error, samples.rows_of()))?;
-    let document = document(robot, &samples, now());
+    let found = found.map_err(|error| calibrate_error(py, &error, samples.in_arrays))?;
+    let document = document(robot, &samples);
     let deviations = found.rows.iter().map(|own| own.deviation_mm).collect();
     let dict = PyDict::new(py);
     dict.set_item("verdict", found.verdict.name())?;
@@ -177,8 +212,8 @@ pub(crate) fn export<'py>(
         limit,
         ..Settings::default()
     };
-    let found = with_cores(py, move || {
-        let wanted = match positions {
+    let found = with_cores(py, || {
+        let wanted = match positions.clone() {
             Some(positions) => Wanted::of("x", positions),
             None => Wanted::in_workspace(&robot.file),
         };
@@ -206,36 +241,23 @@ pub(crate) fn export<'py>(
 #[pyfunction]
 pub(crate) fn import_<'py>(
     py: Python<'py>,
-    path: PathBuf,
+    path: &Bound<'py, PyAny>,
     firmware: Option<&str>,
-    rods: Option<[f64; 3]>,
+    stated: &Bound<'py, PyDict>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let name = path.display().to_string();
-    let text = InputText::from_bytes(name, &std::fs::read(&path)?);
-    let text = text.map_err(|error| input_error(&error, None))?;
-    let firmware = match firmware {
-        None => Firmware::of(&text).map_err(|error| input_error(&error, None))?,
-        Some(name) => {
-            let mut all = Firmware::ALL.into_iter();
-            all.find(|own| own.name() == name).ok_or_else(|| {
-                let names = Firmware::ALL.map(Firmware::name).join(", ");
-                value_error("firmware", format!("one of {names} is needed"))
-            })?
-        }
-    };
-    let includes = |from: &str, wanted: &str| included(py, from, wanted);
-    let stated = Stated {
-        rods,
-        ..Stated::default()
-    };
-    let found = firmware.import(&text, &stated, &includes);
+    let (text, firmware, stated) = configuration(path, firmware, stated)?;
+    let found = firmware.import(&text, &stated, &included);
     let found = found.and_then(|own| own.with_prints(&stated));
-    let found = found.map_err(|error| input_error(&error, None))?;
+    let found = found.map_err(|error| input_error(&error, false))?;
     let robot = Robot::of_text(InputText::new(&found.robot.name, &found.robot_text()))?;
     let samples = match found.samples_text() {
         Some(text) => {
             let name = format!("{}, readings", found.robot.name);
-            Some(samples_of_bytes(vec![(name, text.into_bytes())], None)?)
+            Some(samples_of_bytes(
+                vec![(name, text.into_bytes())],
+                None,
+                false,
+            )?)
         }
         None => None,
     };
@@ -248,32 +270,49 @@ pub(crate) fn import_<'py>(
     Ok(dict)
 }
 
-/// The files that a line of a configuration includes, beside the file with the line.
-fn included(py: Python<'_>, from: &str, wanted: &str) -> Result<Vec<InputText>, InputError> {
-    let found = || -> PyResult<Vec<PathBuf>> {
-        let folder = PathBuf::from(from);
-        let folder = folder.parent().unwrap_or(std::path::Path::new(""));
-        let literal = folder.join(wanted);
-        if literal.is_file() {
-            return Ok(vec![literal]);
+/// The report of the workspace, its text, and its boundary as CSV.
+#[pyfunction]
+pub(crate) fn workspace<'py>(
+    py: Python<'py>,
+    robot: &Robot,
+    tolerance: f64,
+    spacing: Option<f64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    for (name, length) in [("tolerance", Some(tolerance)), ("spacing", spacing)] {
+        if let Some(length) = length.filter(|own| !(*own > 0.0 && own.is_finite())) {
+            let cause = format!("{length}; a length above 0 mm is needed");
+            return Err(value_error(name, cause));
         }
-        let glob = py.import("glob")?;
-        let folder = glob.call_method1("escape", (folder.display().to_string(),))?;
-        let pattern = PathBuf::from(folder.extract::<String>()?).join(wanted);
-        let found = glob.call_method1("glob", (pattern.display().to_string(),))?;
-        let mut paths: Vec<PathBuf> = found.extract()?;
-        paths.sort();
-        Ok(paths)
-    };
-    let paths = found().map_err(|error| InputError::new(from, error.to_string()))?;
-    let files = paths.iter().filter(|path| path.is_file());
-    let read = |path: &PathBuf| {
-        let name = path.display().to_string();
-        let bytes = std::fs::read(path);
-        let bytes = bytes.map_err(|error| InputError::new(&name, error.to_string()))?;
-        InputText::from_bytes(name, &bytes)
-    };
-    files.map(read).collect()
+    }
+    let options = Resolution { tolerance, spacing };
+    let found = with_cores(py, || Analysis::compute(&robot.file, &options, &mut |_| {}))?;
+    let found = found
+        .map_err(|error| value_error("robot", in_python(format!("{error}\n{}", error.remedy()))))?;
+    let convention = robot.file.convention;
+    let points = found.workspace.points.iter();
+    let points = points.flat_map(|own| <[f64; 3]>::from(convention.vector(&own.position)));
+    let points: Vec<f64> = points.collect();
+    let shape = [points.len() / 3, 3];
+    let dict = PyDict::new(py);
+    dict.set_item("boundary", array(py, points, &shape)?)?;
+    dict.set_item("report", loads(py, &workspace_report::to_json(&found))?)?;
+    dict.set_item("text", plain(&workspace_report::to_text(&found)))?;
+    Ok(dict)
+}
+
+/// How positions of two robots differ over the workspace, for programs and for people.
+#[pyfunction]
+pub(crate) fn compare<'py>(
+    py: Python<'py>,
+    before: &Robot,
+    after: &Robot,
+) -> PyResult<Bound<'py, PyDict>> {
+    let found = with_cores(py, || Comparison::of(&before.file, &after.file))?;
+    let found = found.map_err(|error| input_error(&error, false))?;
+    let dict = PyDict::new(py);
+    dict.set_item("report", loads(py, &comparison::json(&found))?)?;
+    dict.set_item("text", plain(&comparison::text(&found)))?;
+    Ok(dict)
 }
 
 /// Columns of a simulated campaign, a row a robot.
@@ -288,6 +327,7 @@ pub(crate) fn simulate<'py>(
     method: &str,
     planned: bool,
     spread: &str,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let case = OneCase {
         robot: "robot",
@@ -309,22 +349,28 @@ pub(crate) fn simulate<'py>(
         return Err(value_error(missing, "needed, here or in the robot"));
     }
     let plan = case.plan(&robot.file);
-    let plan = plan.map_err(|error| input_error(&error, None))?;
-    let mut rows: Vec<RobotResult> = Vec::new();
+    let plan = plan.map_err(|error| input_error(&error, false))?;
     let end = first
         .checked_add(count)
         .ok_or_else(|| value_error("n", "too many robots"))?;
-    // A plan is made for each batch.
-    let batch = if planned { count.max(1) } else { BATCH };
-    let mut next = first;
-    while next < end {
-        let range = next..end.min(next + batch);
-        next = range.end;
-        let found = with_cores(py, || campaign::run(&plan, &range, &mut |_, _| {}))?;
-        let found = found.map_err(|error| input_error(&error, None))?;
-        rows.extend(found.into_iter().map(|(_, row)| row));
-        py.check_signals()?;
-    }
+    let counted = AtomicU64::new(0);
+    let found = with_cores_telling(
+        py,
+        || {
+            campaign::run(&plan, &(first..end), &mut |own, _| {
+                counted.store(own, Relaxed);
+            })
+        },
+        |py| match &progress {
+            Some(tell) => tell
+                .bind(py)
+                .call1((counted.load(Relaxed), count))
+                .map(drop),
+            None => Ok(()),
+        },
+    )?;
+    let found = found.map_err(|error| input_error(&error, false))?;
+    let rows: Vec<_> = found.into_iter().map(|(_, row)| row).collect();
     columns(py, &rows)
 }
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import copy
+import errno
 import gc
 import os
 import pickle
+import signal
 import subprocess
 import sys
 import threading
@@ -96,15 +98,17 @@ def test_a_result_holds_what_it_says(robot, measured):
     made, q, x = measured
     result = dc.calibrate(robot, q, x)
     np.testing.assert_array_equal(result.parameters, result.robot.parameters)
-    np.testing.assert_allclose(result.sigma.ravel(), np.sqrt(np.diag(result.covariance)))
+    np.testing.assert_array_equal(result.sigma.ravel(), np.sqrt(np.diag(result.covariance))[:24])
     np.testing.assert_array_equal(result.covariance, result.covariance.T)
+    # The scale of the instrument is one of the unknowns.
+    assert [own.name for own in result.unknowns[-2:]] == ["arm3.Lb", "scale"] and result.scale == result.unknowns[-1].value
     np.testing.assert_allclose(result.residuals, x - result.robot.forward(q), atol=1e-9)
     error = np.linalg.norm(result.robot.forward(q) - made.forward(q), axis=1)
     assert np.sqrt(np.mean(error**2)) < 3 * result.expected_error["absolute_rms_mm"]
     assert result.frame is None and result.method == "joint" and result.before == robot
     assert all(finding["level"] in ("warning", "note") and finding["text"] for finding in result.findings)
-    assert result.lines.tolist() == list(range(2, 42))
-    assert "Dx" in repr(result) and "\x1b" not in repr(result)
+    assert result.lines.tolist() == list(range(40))
+    assert "Dx" in str(result) and "\x1b" not in str(result) and len(repr(result)) < 200
     assert "<iframe" in result._repr_html_() and "<html" not in result._repr_html_()
 
 
@@ -123,13 +127,110 @@ def test_a_sensor_that_stands_anywhere(robot, measured):
 
 def test_other_readings_than_positions():
     robot = dc.Robot.read(EXAMPLES / "plate" / "robot.toml")
-    samples = dc.read_samples(EXAMPLES / "plate" / "touches.csv")
-    result = dc.calibrate(robot, samples)
+    path = EXAMPLES / "plate" / "touches.csv"
+    samples = dc.read_samples(path)
+    result = dc.calibrate(robot, path)
     arrays = samples.arrays(robot)
+    given = {"q": arrays["q"], "height": arrays["height"], "plane": "plane"}
+    blocks = [{name: own[part] for name, own in given.items()} for part in (slice(0, 5), slice(5, None))]
+    for other in (dc.calibrate(robot, **given), dc.calibrate(robot, blocks), dc.calibrate(robot, pl.read_csv(path, comment_prefix="#"))):
+        np.testing.assert_allclose(other.parameters, result.parameters, rtol=1e-12)
     assert result.residuals.shape == (len(arrays["q"]), 5)
     assert (np.isfinite(result.residuals) == np.c_[
         np.isfinite(arrays["x"]), np.isfinite(arrays["height"]), np.isfinite(arrays["distance"])
     ]).all()
+
+
+def test_rows_of_any_readings_together(robot, measured):
+    made, q, x = measured
+    robot = robot.replace(noise={"height_mm": 0.02, "distance_mm": 0.02})
+    rng, from_q = np.random.default_rng(3), np.roll(q, 1, axis=0)
+    seen = made.forward(q)
+    noise = 0.02 * rng.standard_normal((3, len(q)))
+    height, apart = seen[:, 2] + 500 + noise[0], np.linalg.norm(seen - made.forward(from_q), axis=1) + noise[1]
+    ball = np.linalg.norm(seen - [0, 0, -700], axis=1) + noise[2]
+    together = dc.calibrate(robot, [
+        {"q": q, "x": x, "sigma": 0.02},
+        {"q": q, "height": height, "plane": "table"},
+        {"q": q, "distance": apart, "to": from_q},
+        {"q": q, "distance": ball, "point": "socket"},
+    ])
+    values = {own.name: own.value for own in together.unknowns}
+    sigma = dict(zip(values, np.sqrt(np.diag(together.covariance))))
+    for name, true in {"plane.table.z": -500, "plane.table.slope_x": 0, "point.socket.x": 0, "point.socket.z": -700, "scale": 0}.items():
+        assert abs(values[name] - true) < 4 * sigma[name]
+    assert together.residuals.shape == (160, 5)
+    assert np.isfinite(together.residuals).sum(axis=0).tolist() == [40, 40, 40, 40, 80]
+
+
+def test_what_was_not_measured_is_left_out(robot, measured):
+    _, q, x = measured
+    masked = np.ma.masked_array(x.copy(), np.arange(120).reshape(40, 3) // 3 == 5)
+    masked.data[5] += 50
+    with_nan = np.where(masked.mask, np.nan, x)
+    without = dc.calibrate(robot, np.delete(q, 5, axis=0), np.delete(x, 5, axis=0))
+    for result in (dc.calibrate(robot, q, masked), dc.calibrate(robot, q, with_nan), dc.calibrate(robot, np.ma.masked_array(q, masked.mask), x)):
+        np.testing.assert_array_equal(result.parameters, without.parameters)
+        assert result.lines.tolist() == [row for row in range(40) if row != 5]
+    one = with_nan.copy()
+    one[5, :2] = x[5, :2]
+    assert np.isnan(dc.calibrate(robot, q, one).residuals[5]).tolist() == [False, False, True]
+
+
+def spread(result, q, **options):
+    covariance = result.position_covariance(q, **options)
+    assert covariance.shape == (*q.shape[:-1], 3, 3)
+    return np.sqrt(np.nanmean(np.trace(covariance, axis1=-2, axis2=-1)))
+
+
+def test_unknowns_beside_the_24_parameters_count(robot, measured):
+    made, q, x = measured
+    numbers = 1e-3 * np.random.default_rng(5).standard_normal((3, 5))
+    turned = made.replace(transmissions=numbers)
+    q = np.random.default_rng(6).uniform(-0.9, 1.4, (200, 3))
+    seen = turned.forward(q) + 0.02 * np.random.default_rng(7).standard_normal(q.shape)
+    loose = robot.replace(tolerance={"transmission_deg": 0.1})
+    result = dc.calibrate(loose, q, seen)
+    assert len(result.unknowns) == len(result.covariance) == 40 and result.unknowns[24].name == "arm1.gain"
+    sigma = np.sqrt(np.diag(result.covariance))
+    np.testing.assert_array_less(np.abs(result.transmissions - numbers), 4 * sigma[24:39].reshape(3, 5))
+    # What the report states over the workspace, by another way.
+    everywhere = np.random.default_rng(8).uniform(-1.05, 1.57, (4000, 3))
+    assert spread(result, everywhere) == pytest.approx(result.expected_error["absolute_rms_mm"], rel=0.1)
+    again = dc.Robot.from_parameters(result.parameters, transmissions=result.transmissions, limits=robot.limits)
+    np.testing.assert_allclose(again.forward(q), result.robot.forward(q), atol=1e-9)
+
+
+def test_a_target_is_known_otherwise_than_the_platform_point(robot, measured):
+    made, q, x = measured
+    place = np.array([1.0, -2.0, -40.0])
+    stated = robot.replace(target={"x_mm": 1.1, "y_mm": -2.1, "z_mm": -40, "sigma_mm": 0.3})
+    result = dc.calibrate(stated, q, x + place)
+    assert result.targets["target"] == pytest.approx(place, abs=1)
+    assert spread(result, q, target="target") < 0.1 < spread(result, q)
+    with pytest.raises(ValueError, match="target: 'other' is none of"):
+        result.position_covariance(q, target="other")
+    both = {"z_mm": 0, "sigma_mm": 0.01}
+    robot = robot.replace(targets={"left": {"x_mm": -30, "y_mm": 0, **both}, "right": {"x_mm": 30, "y_mm": 0, **both}})
+    names = np.where(np.arange(40) % 2, "left", "right")
+    beside = np.where(names[:, None] == "left", [-30, 0, 0], [30, 0, 0])
+    found = dc.calibrate(robot, q, x + beside, target=names)
+    assert found.targets["left"] == pytest.approx([-30, 0, 0], abs=0.05) and set(found.targets) == {"left", "right"}
+
+
+@pytest.mark.parametrize(
+    ("folder", "table", "options"),
+    [("paper-robot", "samples.csv", {"frame": "sensor"}), ("plate", "touches.csv", {}), ("printer", "samples.csv", {})],
+)
+def test_every_unknown_has_a_name_and_a_unit(folder, table, options):
+    robot = dc.Robot.read(EXAMPLES / folder / "robot.toml")
+    result = dc.calibrate(robot, EXAMPLES / folder / table, **options)
+    names = [own.name for own in result.unknowns]
+    assert len(set(names)) >= len(names) - 2 and len(names) == len(result.covariance)
+    assert {own.unit for own in result.unknowns} <= {"mm", "rad", ""}
+    # With z downwards the same numbers, in the other axes.
+    other = dc.calibrate(robot.replace(convention={"z_axis": "down"}), EXAMPLES / folder / table, **options) if folder == "plate" else result
+    np.testing.assert_allclose(np.diag(other.covariance), np.diag(result.covariance), rtol=1e-3)
 
 
 def test_what_is_stated_takes_the_place_of_the_robot_s(robot, measured):
@@ -145,7 +246,8 @@ def test_a_robust_fit_leaves_a_wrong_row_out(robot, measured):
     wrong = x.copy()
     wrong[7, 0] += 3
     result = dc.calibrate(robot, q, wrong, robust=True)
-    assert result.to_dict()["suspected_samples"] == [9]
+    assert result.to_dict()["suspected_samples"] == [7]
+    assert any("Row 7" in finding["text"] or "row 7" in finding["text"] for finding in result.findings)
 
 
 def test_a_refusal_has_findings(robot, measured):
@@ -162,16 +264,23 @@ def test_a_refusal_has_findings(robot, measured):
 FAULTS = [
     (lambda q, x: (q, x[:-1]), {}, "x: 39 rows, and q has 40"),
     (lambda q, x: (q[:, :2], x), {}, "q: shape"),
-    (lambda q, x: (q, np.where(np.arange(120).reshape(40, 3) == 10, np.nan, x)), {}, "x: row 3 holds NaN"),
-    (lambda q, x: (np.where(q > 1, np.inf, q), x), {}, "q: .* rows hold NaN or infinity"),
+    (lambda q, x: (q, np.where(np.arange(120).reshape(40, 3) == 10, np.inf, x)), {}, "x: infinity in row 3"),
+    (lambda q, x: (np.where(q > 1, -np.inf, q), x), {}, r"q: infinity in \d+ rows \("),
     (lambda q, x: (np.rad2deg(q), x), {}, "q: row 0 holds .*radians"),
     (lambda q, x: (q + [0, 0, 1], x), {}, "q, x: row .*outside the joint limits"),
-    (lambda q, x: (q,), {}, "x: positions are needed"),
+    (lambda q, x: (q,), {}, "x: positions or other readings are needed"),
     (lambda q, x: (q[:0], x[:0]), {}, "q: no rows"),
     (lambda q, x: (q, x), {"frame": "world"}, "frame: "),
     (lambda q, x: (q, x), {"method": "newton"}, "method: "),
     (lambda q, x: (q, x), {"noise": 0.02}, "noise: "),
-    (lambda q, x: (q, x), {"tolerance": (0, 1)}, "tolerance: "),
+    (lambda q, x: (q, x), {"tolerance": (0, 0.1)}, "tolerance: "),
+    (lambda q, x: (q, x), {"tolerance": (0.5, 0.21)}, "tolerance: .*radians"),
+    (lambda q, x: (q, x), {"tolerance": (1e155, 0.1)}, "tolerance: .*forearm"),
+    (lambda q, x: (q, x), {"zero": 6}, "zero: .*radians"),
+    (lambda q, x: (q, x), {"plane": ["a"]}, "plane: 1 rows, and q has 40"),
+    (lambda q, x: (q,), {"height": 1.0, "plane": "a,b"}, "plane: row 0: a word"),
+    (lambda q, x: (q,), {"height": "high"}, "height: dtype"),
+    (lambda q, x: ([{"q": q, "x": x[1:]}],), {}, "x: 39 rows, and q has 40"),
     (lambda q, x: (q, x), {"limit": -1}, "limit: "),
     (lambda q, x: (q, x), {"method": "joint", "frame": "sensor"}, '(?s)method="joint".*method="fkm"'),
     (lambda q, x: (pd.DataFrame({"q1_deg": [1.0]}),), {}, "samples.*q2_deg"),
@@ -181,16 +290,17 @@ FAULTS = [
 @pytest.mark.parametrize(("arguments", "options", "message"), FAULTS)
 def test_an_argument_that_cannot_be_used(arguments, options, message, robot, measured):
     _, q, x = measured
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises((ValueError, TypeError), match=message):
         dc.calibrate(robot, *arguments(q, x), **options)
 
 
 def test_files_that_cannot_be_used(tmp_path, robot):
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(FileNotFoundError) as missing:
         dc.read_samples(tmp_path / "none.csv")
+    assert missing.value.errno == errno.ENOENT and missing.value.filename == str(tmp_path / "none.csv")
     (tmp_path / "samples.csv").write_text("q1_deg,q2_deg,q3_deg,x_mm,y_mm,z_mm\n1,2,3,4,5,six\n")
     with pytest.raises(ValueError, match="samples.csv:2: column z_mm"):
-        dc.calibrate(robot, dc.read_samples(tmp_path / "samples.csv"))
+        dc.calibrate(robot, tmp_path / "samples.csv")
     with pytest.raises(ValueError, match="columns: "):
         dc.read_samples(tmp_path / "samples.csv", columns="A1")
 
@@ -202,7 +312,9 @@ def test_copies_and_pickles_are_equal(robot, measured):
     for other in (again, copy.copy(result), copy.deepcopy(result)):
         assert other == result and hash(other) == hash(result) and other.fingerprint == result.fingerprint
     np.testing.assert_array_equal(again.covariance, result.covariance)
-    assert again.to_dict() == result.to_dict()
+    assert again.to_dict() == result.to_dict() and again.to_html() == result.to_html() and str(again) == str(result)
+    with pytest.raises(ValueError, match="read-only"):
+        result.covariance[0, 0] = 1
     assert dc.calibrate(robot, q, x) != result
     samples = dc.read_samples(EXAMPLES / "paper-robot" / "samples.csv")
     assert pickle.loads(pickle.dumps(samples)) == samples != dc.read_samples(EXAMPLES / "plate" / "touches.csv")
@@ -221,12 +333,72 @@ def test_reports_are_written(ending, tmp_path, robot, measured):
         result.write(tmp_path / "report.pdf")
 
 
+def test_a_printer_is_calibrated_as_by_the_command(command, monkeypatch, tmp_path):
+    monkeypatch.chdir(EXAMPLES)
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+    paste = tmp_path / "paste.cfg"
+    report, calibrated = command("calibrate", "printer/printer.cfg", "--paste", str(paste))
+    result = dc.calibrate("printer/printer.cfg")
+    report["document"].pop("command")
+    assert result.to_dict() == report
+    assert result.robot.to_toml() == calibrated.read_text()
+    assert result.printer["lines"] == paste.read_text() and result.printer["next"]
+    result.write(tmp_path / "lines.cfg")
+    assert (tmp_path / "lines.cfg").read_text() == paste.read_text()
+    with pytest.raises(TypeError, match="zero: "):
+        dc.calibrate("printer/printer.cfg", zero=0.1)
+
+
+def test_warnings_are_pythons(robot, measured):
+    _, q, x = measured
+    with pytest.warns(dc.CalibrationWarning, match="Residuals"):
+        dc.calibrate(robot, q, x + np.random.default_rng(2).standard_normal(x.shape) * 0.04)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGINT")
+@pytest.mark.parametrize("call", ["dc.plan(robot, 500)", "dc.simulate(robot, n=10**7)", "dc.simulate(robot, n=10**6, planned=True)",
+                                  "dc.workspace(robot, tolerance=1e-9, spacing=2.0)", "[robot.forward(q) for _ in range(1000)]",
+                                  "dc.calibrate(robot, q[:200000], robot.forward(q[:200000]))"])
+def test_an_interrupt_ends_every_call(call):
+    code = f"""
+import time, numpy as np, delta_cal as dc
+robot = dc.Robot.nominal(base_radius=194, platform_radius=30, upper_arm=260, forearm=480, limits=(-1.05, 1.57),
+                         tolerance=(0.5, 3.5e-3), noise=(0.02, 3.5e-5))
+q = np.random.default_rng(1).uniform(-0.9, 1.4, (10**6, 3))
+print("ready", flush=True)
+try:
+    {call}
+except KeyboardInterrupt:
+    print("interrupted", time.time(), flush=True)
+"""
+    child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert child.stdout.readline() == "ready\n"
+    time.sleep(0.7)
+    child.send_signal(signal.SIGINT)
+    begin = time.time()
+    out, _ = child.communicate(timeout=60)
+    assert out.startswith("interrupted") and child.returncode == 0
+    print(f"{call}: {float(out.split()[1]) - begin:.2f} s after the interrupt")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGINT")
+def test_an_interrupt_costs_other_threads_nothing(robot):
+    expected, found = dc.simulate(robot, n=2000)["error_after"], []
+    other = threading.Thread(target=lambda: found.extend(dc.simulate(robot, n=2000)["error_after"] for _ in range(3)))
+    other.start()
+    threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        dc.plan(robot, 500)
+    other.join()
+    np.testing.assert_array_equal(found, [expected] * 3)
+
+
 def test_plots_are_drawn(tmp_path, robot, measured):
     _, q, x = measured
     figure = dc.calibrate(robot, q, x).plot()
     figure.savefig(tmp_path / "figure.png")
     # Parameters, residuals, bed and its scale.
-    assert len(figure.axes) == 4
+    assert len(figure.axes) == 4 and figure._repr_png_().startswith(b"\x89PNG")
 
 
 def test_threads_get_the_bits_of_one(robot, measured):

@@ -19,6 +19,7 @@ from hypothesis.extra import numpy as hnp
 import delta_cal as dc
 
 ROBOT = dc.Robot.nominal(base_radius=194, platform_radius=30, upper_arm=260, forearm=480, limits=(-1.05, 1.57))
+PRINTER = dc.Robot.read(EXAMPLES / "printer" / "robot.toml")
 Q = np.random.default_rng(1).uniform(-0.9, 1.4, (500, 3))
 
 
@@ -88,6 +89,10 @@ def test_one_pose_any_layout_and_any_type():
     assert ROBOT.forward(Q.astype(np.float32)).dtype == np.float64
     assert ROBOT.parameter_jacobian(Q[0]).shape == (3, 24)
     assert ROBOT.forward(np.empty((0, 3))).shape == (0, 3)
+    np.testing.assert_array_equal(ROBOT.forward(Q.reshape(5, 10, 10, 3)), one.reshape(5, 10, 10, 3))
+    assert ROBOT.jacobian(Q.reshape(50, 10, 3)).shape == (50, 10, 3, 3)
+    masked = np.ma.masked_array(Q, np.arange(1500).reshape(500, 3) == 4)
+    assert np.isnan(ROBOT.forward(masked)[1]).all() and np.isfinite(ROBOT.forward(masked)[2:]).all()
 
 
 def test_rows_of_many_threads_have_the_bits_of_one():
@@ -99,10 +104,12 @@ def test_rows_of_many_threads_have_the_bits_of_one():
 def test_frames_by_the_names_of_their_columns(frame):
     q = frame({"q1_rad": Q[:, 0], "q2_rad": Q[:, 1], "q3_rad": Q[:, 2]})
     np.testing.assert_array_equal(ROBOT.forward(q), ROBOT.forward(Q))
+    degrees = frame({"other": Q[:, 0], "Q3 [deg]": np.rad2deg(Q[:, 2]), "q1/°": np.rad2deg(Q[:, 0]), "q2_deg": np.rad2deg(Q[:, 1])})
+    np.testing.assert_allclose(ROBOT.forward(degrees), ROBOT.forward(Q))
     x = ROBOT.forward(Q)
     np.testing.assert_array_equal(ROBOT.inverse(frame(x, columns=["x_mm", "y_mm", "z_mm"])) if frame is pd.DataFrame
                                   else ROBOT.inverse(frame(x, schema=["x_mm", "y_mm", "z_mm"])), ROBOT.inverse(x))
-    with pytest.raises(ValueError, match="q.*column q2_deg"):
+    with pytest.raises(ValueError, match="q: needs columns such as q1_rad, q2_rad"):
         ROBOT.forward(frame({"q1_deg": [1.0], "q3_deg": [1.0]}))
 
 
@@ -110,7 +117,7 @@ def test_frames_by_the_names_of_their_columns(frame):
     ("call", "message"),
     [
         (lambda: ROBOT.forward([[1, 2]]), r"q: shape \[1, 2\]"),
-        (lambda: ROBOT.forward(np.zeros((2, 2, 3))), "q: shape"),
+        (lambda: ROBOT.forward(0.1), r"q: shape \[1\]"),
         (lambda: ROBOT.forward([["a", "b", "c"]]), "q: dtype"),
         (lambda: ROBOT.forward(np.zeros((1, 3), complex)), "q: dtype complex"),
         (lambda: ROBOT.forward([[1, 2], [3]]), "q: "),
@@ -125,11 +132,17 @@ def test_frames_by_the_names_of_their_columns(frame):
         (lambda: ROBOT.replace(noise=(0.02,)), "noise: "),
         (lambda: ROBOT.replace(noise=(-1.0, 1.0)), "noise: "),
         (lambda: ROBOT.replace(tolerance=(0.5, 0.0)), "tolerance: "),
+        (lambda: ROBOT.replace(limits=[1, 2, 3]), "limits: .*, not 3 numbers"),
+        (lambda: ROBOT.replace(target=-40), "target: a dict"),
+        (lambda: ROBOT.replace(target={"height": 1}), "height"),
+        (lambda: dc.Robot.from_parameters(PRINTER.parameters, limits=(-1, 1)), "parameters: .*linear"),
+        (lambda: dc.Robot.from_parameters(PRINTER.parameters + 0.1, limits=(0, 300), drive="linear"), r"parameters: \[0, 6\]"),
+        (lambda: dc.Robot.from_toml("[nominal]\nbase_radius_mm = 'x'"), "robot:1: missing field `joints`"),
         (lambda: ROBOT.replace(zero=0.1), "zero: "),
     ],
 )
 def test_a_fault_names_its_argument(call, message):
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises((ValueError, TypeError), match=message):
         call()
 
 
@@ -147,6 +160,43 @@ def test_a_data_sheet_that_cannot_be(change, message):
     sheet = {"base_radius": 194, "platform_radius": 30, "upper_arm": 260, "forearm": 480, "limits": (-1.05, 1.57)}
     with pytest.raises(ValueError, match=message):
         dc.Robot.nominal(**{**sheet, **change})
+
+
+def test_sections_are_those_of_the_file():
+    robot = ROBOT.replace(target={"x_mm": 0, "y_mm": 0, "z_mm": -40}, noise={"height_mm": 0.02, "joint_deg": 0.01}, convention={"z_axis": "down"})
+    assert robot.to_dict()["target"]["z_mm"] == -40
+    # The same robot, counted in another way.
+    np.testing.assert_allclose(robot.forward(Q), ROBOT.forward(Q) * [1, -1, -1])
+    assert "target" not in robot.replace(target=None).to_dict()
+    sheet = {"base_radius": 194, "platform_radius": 30, "upper_arm": 260, "forearm": 480}
+    stated = dc.Robot.nominal(**sheet, limits=np.array([-1.57, 1.05]), convention={"joint_positive": "up"})
+    np.testing.assert_allclose(stated.forward(-Q), ROBOT.forward(Q))
+    assert dc.Robot.from_toml(robot.to_toml()) == robot
+    assert ROBOT.replace(noise=((0.01, 0.02, 0.03), 1e-5)).noise == ((0.01, 0.02, 0.03), pytest.approx(1e-5))
+
+
+@pytest.mark.parametrize("own", [ROBOT, PRINTER], ids=["rotary", "linear"])
+def test_parameters_make_the_robot_again(own):
+    more = {} if own is PRINTER else {"transmissions": 1e-3 * np.arange(15).reshape(3, 5)}
+    changed = own.replace(parameters=own.parameters + [1, 0, 1, 0, 0, 0, 0, 1], **more)
+    again = dc.Robot.from_parameters(changed.parameters, limits=changed.limits, drive=own.drive, **more)
+    np.testing.assert_array_equal(again.parameters, changed.parameters)
+    q = np.linspace(*own.limits, 33)[1:-1].reshape(-1, 1) * [1, 0.98, 0.99]
+    np.testing.assert_allclose(again.forward(q), changed.forward(q))
+    if more:
+        # The arms turn as docs/instruments.md states.
+        turned = q + sum(row * term for row, term in zip(more["transmissions"].T, (q, np.cos(q), np.sin(q), np.cos(2 * q), np.sin(2 * q))))
+        np.testing.assert_allclose(changed.forward(q), forward(changed.parameters, turned), atol=1e-9)
+
+
+@pytest.mark.parametrize("number", range(15))
+def test_jacobian_of_transmissions_is_the_difference_quotient(number):
+    base = 1e-3 * np.arange(15)
+    robots = [ROBOT.replace(transmissions=(base + by * np.eye(15)[number]).reshape(3, 5)) for by in (1e-6, 0, -1e-6)]
+    up, middle, down = (own.forward(Q) for own in robots)
+    found = robots[1].parameter_jacobian(Q, transmissions=True)
+    np.testing.assert_allclose(found[:, :, 24 + number], (up - down) / 2e-6, atol=1e-3)
+    np.testing.assert_array_equal(found[:, :, :24], robots[1].parameter_jacobian(Q))
 
 
 @pytest.mark.parametrize("name", ["paper-robot", "circle-sheet", "plate", "printer"])

@@ -26,7 +26,10 @@ def test_a_plan_holds_what_it_says(robot, tmp_path):
     assert plan.q.shape == plan.x.shape and len(plan.q) >= 12
     np.testing.assert_allclose(robot.forward(plan.q), plan.x, atol=1e-9)
     assert (np.hypot(plan.x[:, 0], plan.x[:, 1]) <= 150 + 1e-9).all()
-    assert plan.expected_error["relative_rms_mm"] > 0 and "12" in repr(plan)
+    assert plan.expected_error["relative_rms_mm"] > 0 and "12" in repr(plan) and "\n" not in repr(plan)
+    assert (dc.plan(robot, 12, seed=2).q != dc.plan(robot, 12).q).any() and "P01" in dc.plan(robot, 10, names="P").csv
+    with pytest.raises(ValueError, match="read-only"):
+        plan.q[0] = 99
     assert pickle.loads(pickle.dumps(plan)) == plan
     plan.write(tmp_path / "poses.csv")
     assert dc.read_samples(tmp_path / "poses.csv").text == plan.csv
@@ -38,6 +41,8 @@ def test_a_plan_holds_what_it_says(robot, tmp_path):
     ("options", "message"),
     [
         ({"count": 3}, "count: 3"),
+        ({"count": -1}, "count: -1"),
+        ({"count": 4.5}, "count: 4.5"),
         ({"measure": "plate"}, "measure: "),
         ({"within": "r=200"}, "within: "),
         ({"order": "any"}, "order: "),
@@ -46,7 +51,7 @@ def test_a_plan_holds_what_it_says(robot, tmp_path):
     ],
 )
 def test_a_plan_that_cannot_be(options, message, robot):
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises((ValueError, TypeError), match=message):
         dc.plan(robot, **options)
 
 
@@ -60,7 +65,8 @@ def test_from_a_data_sheet_to_a_validated_robot(robot, measured, tmp_path):
     assert found.passed and found.verdict == "pass" and found.interval[1] < 0.1
     off = np.linalg.norm(seen - result.robot.forward(check), axis=1)
     np.testing.assert_allclose(found.deviations, off, atol=1e-9)
-    assert dc.validate(robot, check, seen, limit=0.1).verdict == "fail"
+    failed = dc.validate(robot, check, seen, limit=0.1)
+    assert failed.verdict == "fail" and found and not failed
     for ending in ("html", "json", "txt"):
         found.write(tmp_path / f"certificate.{ending}")
     assert json.loads((tmp_path / "certificate.json").read_text()) == found.to_dict()
@@ -80,7 +86,7 @@ def test_an_export_is_that_of_the_command(command, monkeypatch):
     found = dc.export(dc.Robot.read("paper-robot/robot.toml"), "klipper")
     assert found.text == lines.read_text()
     assert found.to_dict() == report
-    assert found.text.endswith(found.lines) and repr(found) == found.text
+    assert found.text.endswith(found.lines) and str(found) == found.text
     with pytest.raises(ValueError, match="target: .*klipper"):
         dc.export(dc.Robot.read("paper-robot/robot.toml"), "no-such")
 
@@ -120,3 +126,40 @@ def test_a_robot_of_a_campaign_is_the_same_in_every_range(robot):
 def test_a_campaign_that_cannot_be(options, message, robot):
     with pytest.raises(ValueError, match=message):
         dc.simulate(robot, **options)
+
+
+@pytest.mark.parametrize("name", ["plans", "targets"])
+def test_the_notebook_runs(name):
+    cells = json.loads((EXAMPLES.parents[1] / "bindings" / "python" / "examples" / f"{name}.ipynb").read_text(encoding="utf-8"))["cells"]
+    names = {}
+    for cell in cells:
+        if cell["cell_type"] == "code":
+            exec("".join(cell["source"]), names)  # noqa: S102
+
+
+def test_progress_is_told(robot):
+    told = []
+    dc.simulate(robot, n=2000, progress=lambda done, whole: told.append((done, whole)))
+    assert told[-1] == (2000, 2000) and told == sorted(told)
+
+
+def test_what_rows_determine(robot, measured):
+    _, q, x = measured
+    few, many = (dc.determined(robot, {"q": q[:count], "x": x[:count]}) for count in (3, 40))
+    errors = [own.to_dict()["expected_error"]["absolute_rms_mm"] for own in (few, many)]
+    assert errors[1] == pytest.approx(dc.calibrate(robot, q, x).expected_error["absolute_rms_mm"], rel=0.2) and errors[0] > 3 * errors[1]
+    assert "rows 0, 1 and 2" in str(few).replace("lines", "rows") and "q1_deg" in few.csv
+
+
+def test_workspace_and_comparison(robot, measured):
+    made, *_ = measured
+    found = dc.workspace(robot, tolerance=0.1, spacing=20)
+    # On the boundary a joint is at its limit, or no other pose is there.
+    q = robot.inverse(found.boundary)
+    reached = np.isfinite(q).all(axis=1)
+    np.testing.assert_allclose(robot.forward(q[reached]), found.boundary[reached], atol=1e-6)
+    assert found.to_dict()["boundary_points"] == len(found.boundary)
+    moved = dc.compare(robot, robot.replace(parameters=robot.parameters + [0, 0, 1, 0, 0, 0, 0, 0])).to_dict()
+    assert moved["absolute_mm"][2][0] == pytest.approx(1, abs=1e-6) and moved["relative_mm"][3][1] < 1e-6
+    with pytest.raises(ValueError, match="spacing: "):
+        dc.workspace(robot, spacing=-1)

@@ -18,9 +18,23 @@ impl<T: Unknowns<N>, const N: usize> ObservationProblem<'_, T, N> {
     /// # Errors
     /// A [`Refusal`]; keep the robot's current parameters.
     pub fn solve(&self, settings: &Settings<T>) -> Result<ObservationOutcome<T, N>, Refusal> {
+        self.solve_watched(settings, || ())
+    }
+
+    /// The same; `watch` is called between the bounded steps.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve).
+    pub fn solve_watched(
+        &self,
+        settings: &Settings<T>,
+        mut watch: impl FnMut(),
+    ) -> Result<ObservationOutcome<T, N>, Refusal> {
         let mut outcome = ObservationOutcome::vacant(self.robot);
         let mut minimizer = self.minimizer(settings)?;
-        while minimizer.step(self, &mut outcome.estimate)? == Progress::Working {}
+        while minimizer.step(self, &mut outcome.estimate)? == Progress::Working {
+            watch();
+        }
         self.complete(&mut outcome)?;
         Ok(outcome)
     }

@@ -9,7 +9,7 @@
 use crate::files::samples_file::{Reading, Readings, Row};
 use nalgebra::Vector3;
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// Fewer repetitions of a pose say nothing of its repeatability.
 const LEAST: usize = 3;
@@ -95,11 +95,11 @@ impl Repeatability {
     pub(crate) fn of(readings: &Readings, attained: &[Option<Attained>]) -> Option<Self> {
         let mut groups: BTreeMap<(usize, Option<String>), Vec<Attained>> = BTreeMap::new();
         let mut names: Vec<String> = Vec::new();
+        let mut places: HashMap<String, usize> = HashMap::new();
         for ((row, key), own) in readings.rows.iter().zip(keys(readings)).zip(attained) {
             let Some(own) = own else { continue };
-            let place = names.iter().position(|name| *name == key);
-            let place = place.unwrap_or_else(|| {
-                names.push(key);
+            let place = *places.entry(key).or_insert_with_key(|key| {
+                names.push(key.clone());
                 names.len() - 1
             });
             let approach = readings.labels.get(&row.line);

@@ -4,6 +4,7 @@ use super::rigid_motion::RigidMotions;
 use crate::files::robot_file::{RobotFile, Tool, Tooled};
 use crate::fit::solution::{OF_ROBOT, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
 use crate::geometry::Reach;
+use crate::halt;
 use delta_cal::{Robot, Sample};
 use nalgebra::{SMatrix, Vector3};
 
@@ -169,6 +170,7 @@ pub(super) fn clear_pose(
     reach: &Reach,
     joints: [f64; 3],
 ) -> Option<Sample<f64>> {
+    halt::check();
     let position = reach.clear_position(robot, &joints).ok()?;
     reach
         .works_at(&position)

@@ -7,6 +7,7 @@ use super::trial::{ACCEPTED, NO_ROBOT, calibrate};
 use crate::accuracy::information::differences;
 use crate::accuracy::position_error::position_errors;
 use crate::files::input::InputError;
+use crate::halt;
 use csv::ReaderBuilder;
 use delta_cal::Robot;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
@@ -117,6 +118,7 @@ pub fn run(
 
 /// One row for each of the cases that share their robots.
 fn of_robot(plan: &Plan, cases: &[Case], planned: &Planned, robot: u64) -> Vec<Row> {
+    halt::check();
     let seed = plan.seed_of(&cases[0], robot);
     let nominal = &plan.robot.robot;
     let none = RobotResult {

@@ -1,6 +1,7 @@
 //! The places of the instruments: the sensor's frame, planes and points.
 
 use crate::files::samples_file::{READINGS, Reading, ReadingFrom};
+use crate::halt;
 use delta_cal::Robot;
 use delta_cal::frame::RigidTransform;
 use nalgebra::Vector3;
@@ -43,6 +44,7 @@ impl Places {
         robot: &Robot<f64>,
         reading: &Reading,
     ) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        halt::check();
         let computed = robot.forward(&reading.joints).ok()?;
         let read = reading.sample()?.position;
         let is = self
@@ -54,6 +56,7 @@ impl Places {
     /// The readings of a row expected of a robot: x, y, z, height, distance; `None` where nothing was read or the robot
     /// does not reach the row.
     pub fn expected(&self, robot: &Robot<f64>, reading: &Reading) -> [Option<f64>; READINGS] {
+        halt::check();
         let Ok(position) = robot.forward(&reading.joints) else {
             return [None; READINGS];
         };

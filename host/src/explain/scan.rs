@@ -8,6 +8,7 @@
 use crate::effects::{At, Course, Effect, EffectKind};
 use crate::files::samples_file::{Kind, READINGS};
 use crate::fit::Solution;
+use crate::halt;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
 
 /// Below this part of a column, nothing of it is left beside the unknowns.
@@ -212,6 +213,7 @@ impl Scan {
     pub(super) fn throughout(&self, effects: &[Effect]) -> Option<Gain> {
         let mut sums = self.sums(effects.iter().map(Effect::unknowns).sum());
         for counted in &self.rows {
+            halt::check();
             Self::add(&mut sums, counted, &self.columns(counted, effects));
         }
         self.gain(&sums, effects)

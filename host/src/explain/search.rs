@@ -7,6 +7,7 @@ use crate::files::samples_file::{Kind, Readings};
 use crate::fit::solution::Levels;
 use crate::fit::{Case, Options, Solution, solve_with};
 use crate::geometry::Directions;
+use crate::halt;
 use delta_cal::ArmIndex;
 use delta_cal::robot::Drive;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -222,6 +223,7 @@ fn searched(case: &Case<'_>) -> Option<Found> {
         let open = |own: &&Fitted| depth == 0 || !(own.is_explained() || own.is_number());
         for state in beam.iter().filter(open) {
             for hypothesis in search.candidates(state) {
+                halt::check();
                 let known = |own: &Hypothesis| next.iter().any(|other| other.hypothesis == *own);
                 let fitted = (!known(&hypothesis)).then(|| search.settled(hypothesis));
                 let fitted = fitted.flatten().filter(|own| {

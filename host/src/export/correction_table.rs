@@ -5,6 +5,7 @@ use super::geometry::coordinates;
 use super::positions::{Loss, Place, Wanted, controller_reaches, reached};
 use crate::files::robot_file::{RobotFile, Tool, Tooled};
 use crate::geometry::hangs_below;
+use crate::halt;
 use delta_cal::Robot;
 use delta_cal::kinematics::SingularityDistance;
 use nalgebra::{Matrix4, RowVector3, SMatrix, Vector3, Vector4};
@@ -63,6 +64,7 @@ impl Table {
         };
         let mut worst = f64::INFINITY;
         for spacing in SPACINGS {
+            halt::check();
             let Some((table, loss)) = Self::spaced(robot, nominal, wanted, spacing) else {
                 break;
             };

@@ -3,6 +3,7 @@
 use super::geometry::{Each, Frame, Geometry, Holds};
 use super::positions::{Wanted, reached};
 use crate::files::robot_file::Tooled;
+use crate::halt;
 use delta_cal::robot::Drive;
 use delta_cal::{Parameter, Tolerance};
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -148,6 +149,7 @@ impl Problem<'_> {
         let mut residuals = self.residuals(&at)?;
         let mut damping = 1e-6;
         for _ in 0..STEPS {
+            halt::check();
             let jacobian = self.jacobian(&at, residuals.len())?;
             let normal = jacobian.tr_mul(&jacobian);
             let gradient = jacobian.tr_mul(&residuals);

@@ -1,7 +1,7 @@
 //! A controller's sign and axis conventions. Internally a positive joint angle swings the arm downwards and z points
 //! upwards; everything read or written follows the convention of its robot file.
 
-use super::columns::{Quantity, Unit};
+use super::columns::{ColumnName, Quantity, Unit};
 use crate::geometry::Limit;
 use crate::text::{degrees, list, rounded};
 use delta_cal::Parameter;
@@ -217,7 +217,7 @@ impl Convention {
     }
 
     /// Converts the numbers of a transmission to the file's direction of joints, and back: cosines are even.
-    pub(crate) fn transmission(&self, [gain, cos, sin, cos2, sin2]: [f64; 5]) -> [f64; 5] {
+    pub fn transmission(&self, [gain, cos, sin, cos2, sin2]: [f64; 5]) -> [f64; 5] {
         let even = |value| self.sense() * value + 0.0;
         [gain, even(cos), sin, even(cos2), sin2]
     }
@@ -263,6 +263,50 @@ impl Convention {
     /// Column headings: "q1, deg".
     pub(crate) fn joint_names(&self) -> [String; 3] {
         self.joint_columns().map(|own| own.replacen('_', ", ", 1))
+    }
+}
+
+/// Three columns of a table, and how their numbers are converted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Three([(String, Quantity, Unit); 3]);
+
+impl Three {
+    /// The columns of the joints, if their names state their units.
+    pub fn of_joints(drive: Drive, names: &[String]) -> Option<Self> {
+        Self::of(Quantity::joints(drive), names)
+    }
+
+    /// The same of x, y and z.
+    pub fn of_positions(names: &[String]) -> Option<Self> {
+        Self::of(Quantity::COORDINATES, names)
+    }
+
+    fn of(wanted: [Quantity; 3], names: &[String]) -> Option<Self> {
+        let column = |quantity| {
+            let own = |name: &String| {
+                let known = ColumnName::recognise(name)?;
+                let unit = known.unit.filter(|_| known.quantity == quantity)?;
+                Some((name.clone(), quantity, unit))
+            };
+            let mut found = names.iter().filter_map(own);
+            found.next().filter(|_| found.next().is_none())
+        };
+        let [one, two, three] = wanted.map(column);
+        Some(Self([one?, two?, three?]))
+    }
+
+    /// Their names.
+    pub fn names(&self) -> [&str; 3] {
+        self.0.each_ref().map(|(name, ..)| name.as_str())
+    }
+
+    /// A row in millimetres and radians, in the internal axes; `None` in counts of unknown size.
+    pub fn inwards(&self, convention: &Convention, row: [f64; 3]) -> Option<[f64; 3]> {
+        let own = |place: usize| {
+            let (_, quantity, unit) = &self.0[place];
+            convention.inwards(*quantity, *unit, row[place])
+        };
+        Some([own(0)?, own(1)?, own(2)?])
     }
 }
 

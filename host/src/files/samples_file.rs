@@ -7,6 +7,7 @@ use super::columns::{Quantity, Unit};
 use super::convention::Convention;
 use super::input::{InputError, InputText};
 use super::robot_file::{ONLY_TARGET, RobotFile};
+use crate::halt;
 use crate::text::list;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
@@ -351,6 +352,7 @@ impl Readings {
         let mut seen = BTreeSet::new();
         let copies = &mut self.copies;
         self.rows.retain(|row| {
+            halt::check();
             let read = Reading {
                 sigma: None,
                 ..row.value

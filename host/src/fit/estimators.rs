@@ -9,6 +9,7 @@ use super::{Frame, Method};
 use crate::effects::{Places, PlaneFound, PointFound};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Readings};
+use crate::halt;
 use delta_cal::calibration::{ArmOutcome, Estimate, Start, Unknowns};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{Instruments, ObservationError, ObservationProblem, ObservationRow};
@@ -23,6 +24,9 @@ use rayon::prelude::*;
 const FEW: usize = 30;
 /// At most this many rows, evenly spread, keep their derivatives.
 const MOST_SENSITIVITIES: usize = 5000;
+
+/// Samples that a calibrator is given between two looks at whether it is to stop.
+const AT_ONCE: usize = 1000;
 
 /// The data and settings of an estimate.
 #[derive(Clone, Copy)]
@@ -117,8 +121,12 @@ impl Task<'_> {
         let (before, after) = samples.split_at(samples.len() / 2);
         let taken = |first: usize, samples: &[Sample<f64>]| {
             let mut own = empty.clone();
-            own.add_many(samples)
-                .map_err(|(index, error)| unusable(first + index, error))?;
+            for (part, samples) in samples.chunks(AT_ONCE).enumerate() {
+                halt::check();
+                let first = first + part * AT_ONCE;
+                own.add_many(samples)
+                    .map_err(|(index, error)| unusable(first + index, error))?;
+            }
             own.flush();
             Ok::<_, Unsolved>(own)
         };
@@ -179,7 +187,7 @@ impl Task<'_> {
                 (weights, suspected, worth) = (found.weights, found.suspected, found.worth);
                 found.outcome
             } else {
-                problem.solve(settings)?
+                problem.solve_watched(settings, halt::check)?
             };
             let estimate = &outcome.estimate;
             let moved = std::array::from_fn(|place| estimate.correction[place] * units[place]);
@@ -368,6 +376,7 @@ where
     let count = problem.rows().len();
     let every = count.div_ceil(MOST_SENSITIVITIES).max(1);
     let looked = (0..count).into_par_iter().map(|row| {
+        halt::check();
         let whitened = problem.residuals_at(robot, end, row);
         let columns = problem.linearized_at(robot, end, row);
         let mut by_unknowns = DMatrix::zeros(READINGS, units.len());

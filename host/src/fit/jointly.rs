@@ -19,6 +19,7 @@ use crate::effects::{
 };
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, READINGS, Readings};
+use crate::halt;
 use delta_cal::frame::RigidTransform;
 use delta_cal::{Refusal, Robot};
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -137,6 +138,7 @@ pub(super) fn jointly(
     }
     let mut last = f64::INFINITY;
     for round in 1.. {
+        halt::check();
         let course = state.course(readings);
         let undone = state.without(&course, readings);
         let sensor = state.datum.as_ref().and(state.found.frame);
@@ -710,6 +712,7 @@ fn columns_of(
     let Some(row) = readings.rows.get(own.row) else {
         return columns;
     };
+    halt::check();
     for (by_position, joints) in own.by_positions.iter().zip(row.value.poses()) {
         let Some(at) = joints.and_then(|joints| At::new(&solution.robot, &joints)) else {
             continue;

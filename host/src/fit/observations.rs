@@ -4,6 +4,7 @@ use super::Frame;
 use super::solution::{Levels, Unsolved};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings};
+use crate::halt;
 use delta_cal::observations::{
     Distance, DistanceFrom, Height, Instruments, Observation, ObservationNoise, ObservationRow,
     Plane, Point,
@@ -108,6 +109,7 @@ pub fn places(robot: &RobotFile, file: &Readings) -> (Vec<Plane<f64>>, Vec<Point
 
 /// A row of the core's problem, weighted by its own σ if it states one.
 pub(crate) fn row(reading: &Reading, levels: &Levels) -> Result<ObservationRow<f64>, Unsolved> {
+    halt::check();
     let mut own = ObservationRow::new(observation(reading)?);
     if let (Some(sigma), Some(kind)) = (reading.sigma, reading.kind()) {
         own.set_weight((levels.of(kind) / sigma).powi(2));

@@ -152,7 +152,7 @@ where
     let counted = search.states.iter().zip(&weights);
     let counted = counted.filter(|(own, _)| own.readings > 0);
     Ok(RobustFit {
-        outcome: weighed.solve(&settings)?,
+        outcome: weighed.solve_watched(&settings, crate::halt::check)?,
         worth: effective / counted.map(|(_, weight)| weight).sum::<f64>(),
         weights,
         suspected,

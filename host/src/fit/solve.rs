@@ -8,6 +8,7 @@ use super::{Frame, Method, Options};
 use crate::effects::Estimated;
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
+use crate::halt;
 use delta_cal::{Noise, Refusal};
 use statrs::function::gamma::ln_gamma;
 
@@ -95,6 +96,7 @@ fn settled(task: &Task<'_>, first: Levels) -> Result<Solution, Unsolved> {
     let mut levels = first;
     let mut last = Err(Unsolved::NoRedundancy);
     for _ in 0..ROUNDS {
+        halt::check();
         let mut solution = match task.solve(&levels) {
             Ok(solution) => solution,
             Err(Unsolved::Refused(refusal)) => {

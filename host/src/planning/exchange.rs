@@ -5,6 +5,7 @@
 //! C. J. Nachtsheim, "A comparison of algorithms for constructing exact D-optimal designs",
 //! Technometrics 22(3), 1980. The criterion is tr W C, with the covariance C of all unknowns.
 
+use crate::halt;
 use nalgebra::{Const, DMatrix, Dyn, OMatrix, SMatrix};
 
 /// Most passes over the set; about ten are enough.
@@ -77,6 +78,7 @@ impl<const R: usize> Pool<R> {
             let mut additions = self.additions(&set);
             let mut bettered = false;
             for place in 0..set.chosen.len() {
+                halt::check();
                 let threshold = set.value * (1.0 - WORTHWHILE);
                 let best = self.best(&set, &additions, place);
                 let Some((candidate, _)) = best.filter(|(_, value)| *value < threshold) else {
@@ -107,6 +109,7 @@ impl<const R: usize> Pool<R> {
     /// singular.
     pub(super) fn add(&self, mut set: Set, count: usize) -> Option<Set> {
         for _ in 0..count {
+            halt::check();
             let additions = self.additions(&set);
             let free = self.free(&set, None);
             let best = free.max_by(|a, b| additions[*a].gain.total_cmp(&additions[*b].gain));

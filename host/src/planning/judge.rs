@@ -12,6 +12,7 @@ use crate::fit::jointly::stated;
 use crate::fit::observations::{instruments, levels, row, tolerance};
 use crate::fit::solution::{MOST, OF_ROBOT, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
 use crate::fit::{Frame, Unsolved};
+use crate::halt;
 use delta_cal::observations::ObservationProblem;
 use delta_cal::simulate::made_robot;
 use delta_cal::{Robot, Sample, Settings};
@@ -86,6 +87,7 @@ impl Judge {
         });
         let made: Vec<_> = made.collect();
         let made = made.into_par_iter().filter_map(|robot| {
+            halt::check();
             let file = file.clone();
             place(RobotFile { robot, ..file }, EACH)
         });
@@ -133,6 +135,7 @@ impl Judge {
             made => made,
         };
         let squares = robots.par_iter().map(|place| {
+            halt::check();
             let covariance = known(place)?;
             let squares = place.weights.each_ref().map(|own| own.dot(&covariance));
             squares.iter().all(|own| *own >= 0.0).then_some(squares)

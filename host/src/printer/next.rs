@@ -5,6 +5,7 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
 use crate::fit::Frame;
 use crate::fit::solution::RobotCovariance;
+use crate::halt;
 use crate::import::Imported;
 use crate::planning::covariance_after;
 use nalgebra::Vector3;
@@ -86,6 +87,7 @@ fn chosen(
     let mut chosen = Vec::new();
     for _ in 0..count {
         let added = places.iter().enumerate().filter_map(|(index, (_, row))| {
+            halt::check();
             with.rows.push(*row);
             let left = leaves(&with);
             with.rows.pop();

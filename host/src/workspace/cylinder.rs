@@ -6,6 +6,7 @@
 use super::Workspace;
 use super::grid::{Intervals, intersection};
 use crate::geometry::range;
+use crate::halt;
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
@@ -107,6 +108,7 @@ impl Scan<'_> {
     /// The intervals common to all lines on a ring.
     fn ring(&self, radius: f64) -> Intervals {
         let line = |line: u32| {
+            halt::check();
             let (sin, cos) = (TAU * f64::from(line) / f64::from(LINES)).sin_cos();
             self.line(radius * cos, radius * sin)
         };

@@ -2,6 +2,7 @@
 
 use super::Workspace;
 use crate::geometry::{Limit, Reach, SWEPT, sweep};
+use crate::halt;
 use delta_cal::Robot;
 use nalgebra::Vector3;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
@@ -175,6 +176,7 @@ impl Workspace {
         (0..self.grid.lines(axis))
             .into_par_iter()
             .map(|line| {
+                halt::check();
                 let origin = self.grid.node(self.grid.beginning(line, axis));
                 self.pieces(&origin, &direction, length)
             })

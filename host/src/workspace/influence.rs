@@ -4,6 +4,7 @@ use super::Workspace;
 use super::surface::{Surface, Varied};
 use crate::accuracy::information::{parameters, prior_covariance};
 use crate::files::convention::Convention;
+use crate::halt;
 use delta_cal::robot::ParameterKind;
 use delta_cal::{ArmIndex, Parameter, Tolerance};
 use nalgebra::SVector;
@@ -52,6 +53,7 @@ impl Influence {
         let varied = Varied::of(robot);
         let points = workspace.points.par_iter();
         let displacements = points.map(|point| {
+            halt::check();
             let surface = Surface::new(robot, reach, point.limit, point.q);
             surface.displacement(&varied, &point.position)
         });

@@ -35,6 +35,12 @@ archive() {
   empty
   tar -xzf "$release/$1.tar.gz"
 }
+# Licences and bill of materials.
+papers() {
+  cargo fetch --quiet --locked
+  cargo fetch --quiet --locked --manifest-path firmware-example/boards/pico2/Cargo.toml
+  cargo verify write-papers "$target" "$release"
+}
 "#
 );
 
@@ -44,9 +50,7 @@ const PAPERS: Stage = Stage {
     commands: &[r#"
 rm -rf "$release" target/archive
 mkdir -p "$release" target/archive
-cargo fetch --quiet --locked
-cargo fetch --quiet --locked --manifest-path firmware-example/boards/pico2/Cargo.toml
-cargo verify write-papers "$target" "$release"
+papers
 cp CHANGELOG.md "$release"
 "#],
 };
@@ -142,18 +146,36 @@ pub(crate) const PYTHON: Stage = Stage {
         "cargo clippy --quiet --package delta-cal-python --all-targets -- --deny warnings",
         "cargo build --quiet --profile test --package delta-cal-host --bin delta-cal",
         r#"
+test -s "$release/THIRD-PARTY.txt" || papers
+cp LICENSE-* "$release/THIRD-PARTY.txt" bindings/python
 python3 -m venv --clear target/python
 python=$(ls "$PWD"/target/python/*/python)
-"$python" -m pip install --quiet 'maturin>=1.9,<2'
+"$python" -m pip install --quiet 'maturin>=1.9,<2' ziglang
 rm -f "$release"/delta_cal-*
-# The wheel is built from the source archive, with the versions of the lock file.
-CARGO_TARGET_DIR=$PWD/target "$python" -m maturin build --quiet --release --sdist --out "$release" \
-  --manifest-path bindings/python/Cargo.toml
+"$python" bindings/python/archive.py "$release"
+# The wheel is built from the source archive, in an empty folder, with the versions of the lock file. Cargo builds again what
+# is newer than the last build: the archive's files are as old as their commit, so they are unpacked with the time of now.
+unpacked=${TMPDIR:-/tmp}/delta-cal-source
+rm -rf "$unpacked"
+mkdir "$unpacked"
+tar -xzmf "$release"/delta_cal-*.tar.gz -C "$unpacked"
+case $host in
+  # For any Linux of the last ten years.
+  *-linux-gnu) portable='--zig --compatibility manylinux2014' ;;
+  *) portable= ;;
+esac
+cd "$unpacked"/delta_cal-*
+PATH=$(dirname "$python"):$PATH CARGO_TARGET_DIR=$root/target "$python" -m maturin build --quiet --release --locked $portable --out "$release"
+cd "$root"
+rm -rf "$unpacked"
 "$python" -m pip install --quiet "$(ls "$release"/delta_cal-*.whl)[test]"
+"$python" -m zipfile --list "$(ls "$release"/delta_cal-*.whl)" | grep -q 'licenses/THIRD-PARTY.txt'
 export DELTA_CAL=$PWD/target/debug/delta-cal MYPYPATH=$PWD/bindings/python/tests
 empty
 "$python" -m pytest --quiet -p no:cacheprovider "$root/bindings/python/tests"
 "$python" -m mypy --strict "$root/bindings/python/examples"
+"$python" -m mypy --strict --package delta_cal
+"$python" -m mypy.stubtest --concise delta_cal
 "$python" "$root/bindings/python/examples/laboratory.py"
 "$python" "$root/bindings/python/examples/circles.py"
 "$python" "$root/bindings/python/examples/cluster.py" 500 2

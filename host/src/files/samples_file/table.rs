@@ -5,6 +5,7 @@ use crate::files::columns::{ColumnName, Quantity, Unit};
 use crate::files::convention::Convention;
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
+use crate::halt;
 use crate::text::{count, decimal_comma, list};
 use csv::{ReaderBuilder, StringRecord};
 use std::borrow::Cow;
@@ -457,6 +458,7 @@ impl<'a> Table<'a> {
         let nothing = |own: char| own == self.separator || own == '"' || own.is_whitespace();
         let lines = (1..).zip(self.input.text().split('\n'));
         for (line, text) in lines.skip_while(|(line, _)| *line <= self.line) {
+            halt::check();
             let comment = text.trim_start_matches(['"', ' ', '\t']).starts_with('#');
             if comment || text.chars().all(nothing) {
                 continue;

@@ -1,0 +1,311 @@
+"""Calibrations."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+
+from . import _native
+from ._native import Robot, Samples
+from ._pages import framed, written
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from numpy.typing import ArrayLike
+
+    from ._native import Report
+    from ._types import Array, Noise, PathLike, Rows, Tolerance
+
+
+
+class CalibrationWarning(UserWarning):
+    """A finding because of which a result may mislead."""
+
+
+class Unknown(NamedTuple):
+    """What was estimated: a row and a column of ``Calibration.covariance``."""
+
+    name: str
+    """``arm1.Dx``, ``arm1.gain``, ``frame.x``, ``plane.NAME.z``, ``point.NAME.x``, ``target.x`` or ``target.NAME.x``,
+    ``scale``, …"""
+    unit: str
+    """``mm``, ``rad``, or empty of a ratio."""
+    value: float
+    """The estimate; NaN of ``frame.turn_x``, …, small turns about the sensor's axes."""
+
+
+@dataclass(frozen=True, repr=False)
+class Calibration:
+    """A calibrated robot with its uncertainty, residuals and findings; ``print`` shows its tables, a notebook its page.
+
+    Two calibrations are equal if robot file, samples and options are. All arrays are for reading.
+    """
+
+    fingerprint: str
+    """SHA-256 of robot file, samples and options, 64 hexadecimal digits."""
+    robot: Robot = field(compare=False)
+    """The calibrated robot, with all else that its file said."""
+    before: Robot = field(compare=False)
+    """The robot as it was."""
+    parameters: Array = field(compare=False)
+    """The 24 parameters, array (3, 8): mm and radians, as ``Robot.parameters``."""
+    sigma: Array = field(compare=False)
+    """Their standard uncertainties, array (3, 8)."""
+    covariance: Array = field(compare=False)
+    """The covariance of everything that was estimated, array (u, u), as ``unknowns`` lists it: the 24 parameters, arm by
+    arm, the 15 numbers of the transmissions if they were to be found, then frame, planes, points, targets, scale."""
+    unknowns: list[Unknown] = field(compare=False)
+    """Names and units of its rows and columns."""
+    residuals: Array = field(compare=False)
+    """Readings less what the calibrated robot gives, mm, a row a sample: array (n, 3) of x, y, z, with heights or
+    distances among the readings (n, 5). NaN where nothing was read."""
+    lines: Array = field(compare=False)
+    """The indices of the rows of ``residuals`` in the arrays, of a file its lines, array (n,). Rows equal to an earlier
+    one are left out."""
+    expected_error: dict[str, Any] | None = field(compare=False)
+    """The position error that the calibrated robot is expected to have (σ), mm; None if it cannot be estimated. Keys:
+    ``absolute_rms_mm``, ``absolute_worst_mm``, ``absolute_worst_at_mm``, and the same of ``relative``."""
+    findings: list[dict[str, Any]] = field(compare=False)
+    """Everything that was found, the gravest first: ``level`` ("warning" or "note"), ``text``, ``kind`` and figures."""
+    frame: Array | None = field(compare=False)
+    """From the robot's frame to the sensor's, array (4, 4): X_sensor = T X_robot, mm; None with ``frame="base"``."""
+    method: Literal["joint", "ikm", "fkm"] = field(compare=False)
+    """The estimator."""
+    report: Report = field(compare=False)
+    printer: dict[str, Any] | None = field(default=None, compare=False)
+    """Of a printer's configuration: ``lines`` to paste, ``before`` and ``after`` (errors of the bed), ``next`` (what to
+    measure), ``changes``, ``notes``, …, with the keys of docs/json.md."""
+
+    @property
+    def transmissions(self) -> Array | None:
+        """The errors of the joints as found, array (3, 5), as ``Robot.transmissions``; None if they were exact."""
+        found = self._of("arm1.gain") is not None
+        return self.robot.transmissions if found else None
+
+    @property
+    def targets(self) -> dict[str, Array]:
+        """Where each target is as found, array (3,) mm from the platform point, by name; the only one is ``"target"``."""
+        places: dict[str, list[float]] = {}
+        for own in self.unknowns:
+            if own.name.startswith("target."):
+                places.setdefault(own.name[len("target.") : -len(".x")] or "target", []).append(own.value)
+        return {name: np.array(place) for name, place in places.items()}
+
+    @property
+    def scale(self) -> float | None:
+        """Relative excess of the instrument's lengths; None if nothing was read that has it."""
+        place = self._of("scale")
+        return None if place is None else self.unknowns[place].value
+
+    def _of(self, name: str) -> int | None:
+        return next((place for place, own in enumerate(self.unknowns) if own.name == name), None)
+
+    def position_covariance(self, q: Rows, target: str | None = None) -> Array:
+        """The covariance of positions of the calibrated robot in the frame of its base, mm².
+
+        Parameters
+        ----------
+        q : array (…, 3), or a frame
+            Joint angles, radians.
+        target : str, optional
+            That of a target (``"target"`` if it has no name) in place of the platform point.
+
+        Returns
+        -------
+        array (…, 3, 3)
+            NaN as of ``Robot.parameter_jacobian``. Its diagonal is the square of σ in x, y and z.
+        """
+        by = self.robot.parameter_jacobian(q, transmissions=self._of("arm1.gain") is not None)
+        size = by.shape[-1]
+        found = by @ self.covariance[:size, :size] @ np.swapaxes(by, -1, -2)
+        if target is None:
+            return np.asarray(found)
+        first = self._of("target.x" if target == "target" else f"target.{target}.x")
+        if first is None:
+            stated = {own["name"] for own in self.to_dict()["targets"]}
+            if target in stated:
+                return np.asarray(found)
+            raise ValueError(f"target: {target!r} is none of {sorted(stated)}")
+        own = slice(first, first + 3)
+        beside = by @ self.covariance[:size, own]
+        return np.asarray(found + beside + np.swapaxes(beside, -1, -2) + self.covariance[own, own])
+
+    def to_dict(self) -> dict[str, Any]:
+        """The report of ``delta-cal calibrate --json``: angles in degrees, keys as docs/json.md has them."""
+        import json
+
+        found: dict[str, Any] = json.loads(self.report.json())
+        return found
+
+    def to_html(self) -> str:
+        """The report as one HTML page."""
+        return self.report.html()
+
+    def write(self, path: PathLike) -> None:
+        """Writes the report, by the name of the file: .html, .json, .txt, .toml for the calibrated robot, .cfg for the
+        lines to paste into a printer's configuration."""
+        texts = {".html": self.report.html, ".json": self.report.json, ".txt": self.report.text, ".toml": self.robot.to_toml}
+        if self.printer is not None:
+            lines = self.printer["lines"]
+            texts[".cfg"] = lambda: lines or ""
+        written(path, texts)
+
+    def plot(self) -> Any:
+        """Draws parameters, residuals and where positions are known worst, with matplotlib.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from . import _plot
+
+        return _plot.calibration(self)
+
+    def __str__(self) -> str:
+        return self.report.text()
+
+    def __repr__(self) -> str:
+        error = self.expected_error
+        known = "unknown" if error is None else f"{error['relative_rms_mm']:.3g} mm relative, {error['absolute_rms_mm']:.3g} mm absolute"
+        return f"<delta_cal.Calibration of {self.before.name}: {len(self.lines)} samples, {self.method}, expected error {known}>"
+
+    def _repr_html_(self) -> str:
+        return framed(self.to_html())
+
+
+def _readings(q: Any, x: Any, others: Mapping[str, Any]) -> Any:
+    """What the extension is given: samples, a frame or a file alone, or arrays by their names."""
+    given = {name: own for name, own in others.items() if own is not None}
+    whole = isinstance(q, (str, os.PathLike, Samples, dict)) or hasattr(q, "columns") or _are_dicts(q)
+    if whole and x is None and not given:
+        return q
+    if x is not None:
+        given = {"x": x, **given}
+    if isinstance(q, (str, os.PathLike, Samples, dict)) or _are_dicts(q):
+        raise TypeError(f"{next(iter(given))}: q holds the readings already")
+    if not given:
+        raise ValueError("x: positions or other readings are needed beside joint angles")
+    return {"q": q, **given}
+
+
+def _are_dicts(q: Any) -> bool:
+    return isinstance(q, (list, tuple)) and len(q) > 0 and all(isinstance(own, dict) for own in q)
+
+
+def _warn(findings: Iterable[str]) -> None:
+    for text in findings:
+        warnings.warn(text, CalibrationWarning, stacklevel=3)
+
+
+def calibrate(
+    robot: Robot | PathLike,
+    q: Rows | Samples | PathLike | Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = None,
+    x: Rows | None = None,
+    *,
+    height: ArrayLike | None = None,
+    plane: str | Sequence[str] | None = None,
+    distance: ArrayLike | None = None,
+    point: str | Sequence[str] | None = None,
+    to: Rows | None = None,
+    sigma: ArrayLike | None = None,
+    target: str | Sequence[str] | None = None,
+    name: Sequence[str] | None = None,
+    noise: Noise | None = None,
+    tolerance: Tolerance | None = None,
+    zero: float | None = None,
+    frame: Literal["base", "sensor"] = "base",
+    method: Literal["joint", "ikm", "fkm"] | None = None,
+    robust: bool = False,
+    limit: float | None = None,
+    **printer: Any,
+) -> Calibration:
+    """Calibrates a robot, or a printer from its configuration.
+
+    Parameters
+    ----------
+    robot : Robot, or path
+        The robot before calibration, or its file. State tolerance and noise for a better result and a reliable σ. Or a
+        printer's configuration, with the heights that it holds and those of the files ``q`` and ``x``.
+    q : array (n, 3), Samples, a samples file, a frame with its columns, a dict of arrays, or several dicts
+        Joint angles, radians (mm of travel). All but the array hold the readings as well; the keys of a dict are the
+        names of the arguments down to ``name``.
+    x : array (n, 3) or frame, optional
+        Measured positions, mm, a row for each of ``q``. NaN and masked: not measured.
+    height, plane : array (n,), name or names (n,), optional
+        Heights above a plane, mm.
+    distance, point, to : array (n,), name or names (n,), array (n, 3), optional
+        Distances, mm, from a fixed point, or from the pose of the joint angles ``to``.
+    sigma : float or array (n,), optional
+        σ of each row's readings, mm, in place of ``noise``.
+    target : name or names (n,), optional
+        The target that each row measured.
+    name : names (n,), optional
+        Of the rows, for the report.
+    noise, tolerance, zero : optional
+        In place of the robot's own, as of ``Robot.nominal``.
+    frame : {"base", "sensor"}
+        The frame of ``x``; the sensor's may stand anywhere and is found with the parameters.
+    method : {"joint", "ikm", "fkm"}, optional
+        Joint for complete positions in the robot's frame, otherwise fkm.
+    robust : bool
+        Leave out and name samples that disagree (Tukey's loss).
+    limit : float, optional
+        Largest expanded uncertainty, mm rms; the report says whether it is met.
+    **printer : optional
+        Of a configuration, as of ``import_``: rods, radius, printed, shrinkage.
+
+    Raises
+    ------
+    Refused
+        The samples cannot calibrate this robot; ``findings`` says why and what to do.
+    ValueError, TypeError
+        An argument that cannot be used; the message begins with its name. Rows are counted from 0.
+    OSError
+        A file that cannot be read.
+
+    Warns
+    -----
+    CalibrationWarning
+        For each finding of the level "warning".
+    """
+    readings = {
+        "height": height, "plane": plane, "distance": distance, "point": point,
+        "to": to, "sigma": sigma, "target": target, "name": name,
+    }
+    if not isinstance(robot, (Robot, str, os.PathLike)):
+        raise TypeError(f"robot: {type(robot).__name__}; a Robot or a path is needed")
+    if not isinstance(robot, Robot) and Path(robot).suffix == ".toml":
+        robot = Robot.read(robot)
+    if isinstance(robot, Robot):
+        for own in printer:
+            raise TypeError(f"{own}: is for a printer's configuration")
+        if q is None:
+            raise ValueError("q: joint angles or samples are needed")
+        found = _native.calibrate(robot, _readings(q, x, readings), noise, tolerance, zero, frame, method, robust, limit)
+    else:
+        others = {**readings, "noise": noise, "tolerance": tolerance, "zero": zero}
+        for own, value in others.items():
+            if value is not None:
+                raise TypeError(f"{own}: is not for a printer's configuration")
+        given = [file for file in (q, x) if file is not None]
+        files = [file for file in given if isinstance(file, (str, os.PathLike))]
+        if len(files) < len(given):
+            raise TypeError("q: a file with readings of the printer is needed")
+        found = _native.calibrate_printer(robot, files, stated_of(printer), method, robust, limit)
+    found["unknowns"] = [Unknown(*own) for own in found["unknowns"]]
+    _warn(own["text"] for own in found["findings"] if own["level"] == "warning")
+    return Calibration(**found)
+
+
+def stated_of(printer: Mapping[str, Any]) -> dict[str, Any]:
+    """What is stated of a printer, with one length of all rods as three."""
+    known = dict(printer)
+    if isinstance(known.get("rods"), (int, float)):
+        known["rods"] = (known["rods"],) * 3
+    return {name: own for name, own in known.items() if own is not None}

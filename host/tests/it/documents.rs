@@ -99,7 +99,7 @@ fn documents_show_what_the_commands_print() {
                     }
                 }
                 Block::Console(block) => {
-                    for part in block.split("\n$ ").skip(1) {
+                    for part in block.trim_start_matches("$ ").split("\n$ ") {
                         let (command, shown) = part.split_once('\n').unwrap_or((part, ""));
                         let (_, printed) = run(&folder, command);
                         let printed = words(&printed);

@@ -79,7 +79,7 @@ pub enum PlanError {
     },
     /// No number of measurements up to [`MOST`] is expected to reach the required accuracy.
     #[error(
-        "no number of measurements up to {MOST} reaches {wanted} mm: {MOST} are expected to reach {} mm",
+        "{wanted} mm is out of reach: even {MOST} measurements leave {} mm",
         small(*reached)
     )]
     TooAccurate {

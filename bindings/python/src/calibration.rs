@@ -153,7 +153,7 @@ pub(crate) fn plain(text: &str) -> String {
 /// robust : bool
 ///     Leave out and name samples that disagree (Tukey's loss).
 /// limit : float, optional
-///     Largest expanded uncertainty, mm rms; the report says whether it is met.
+///     Largest expanded uncertainty (95 % of positions), mm; the report says whether it is met.
 ///
 /// Raises
 /// ------

@@ -337,7 +337,7 @@ impl Calibration {
         hexadecimal(digest.finalize())
     }
 
-    /// The report of `delta-cal calibrate --json`: angles in degrees, keys as docs/json.md has them.
+    /// The report of `delta-cal calibrate --json`: angles in degrees, keys as docs/calibration.schema.json has them.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         loads(py, &self.report.to_json())
     }

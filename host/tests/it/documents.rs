@@ -121,6 +121,64 @@ fn documents_show_what_the_commands_print() {
     assert!(compared >= 40, "{compared}");
 }
 
+/// The anchor that a heading gets.
+fn anchor(heading: &str) -> String {
+    let kept = heading.trim().to_lowercase();
+    let kept = kept
+        .chars()
+        .filter(|own| own.is_alphanumeric() || "_- ".contains(*own));
+    kept.map(|own| if own == ' ' { '-' } else { own }).collect()
+}
+
+/// Links between pages lead to a file and a heading.
+#[test]
+fn links_lead_somewhere() {
+    let mut wrong = String::new();
+    for (page, text) in pages() {
+        let prose: String = text.split("\n```").step_by(2).collect();
+        for link in prose.split("](").skip(1) {
+            let link = link.split(')').next().unwrap();
+            if link.starts_with("http") || link == "../../releases" {
+                continue;
+            }
+            let (path, heading) = link.split_once('#').unwrap_or((link, ""));
+            let own = Path::new(&page);
+            let target = match path {
+                "" => own.to_owned(),
+                path => own.parent().unwrap().join(path),
+            };
+            let held = target.exists()
+                && (heading.is_empty() || {
+                    let text = std::fs::read_to_string(&target).unwrap();
+                    let mut headings = text.lines().filter(|own| own.starts_with('#'));
+                    headings.any(|own| anchor(own.trim_start_matches('#')) == heading)
+                });
+            if !held {
+                writeln!(wrong, "{page}: {link}").unwrap();
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+}
+
+/// What is generated is not counted.
+#[test]
+fn documents_are_short() {
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    assert!(readme.lines().count() <= 120);
+    let architecture = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let pages = pages()
+        .into_iter()
+        .map(|(_, text)| text)
+        .chain([architecture]);
+    let own = |text: String| {
+        let written = text.split("<!-- generated -->").next().unwrap();
+        written.split_whitespace().count()
+    };
+    let words: usize = pages.map(own).sum();
+    assert!(words <= 30_000, "{words}");
+}
+
 /// Every package has the version that the changelog begins with, as have the packages that depend on it.
 #[test]
 fn versions_agree() {

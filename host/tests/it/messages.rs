@@ -215,7 +215,10 @@ fn index() -> String {
     text.push_str("\n## Causes\n\n| cause | says | what to do |\n| --- | --- | --- |\n");
     let words = tokens("effects/words.rs");
     for arm in function(&words, "words").split(|own| *own == Token::Arm) {
-        if let [Token::Text(name), Token::Text(noun), Token::Text(remedy)] = arm {
+        if let [Token::Text(name), Token::Text(noun), Token::Text(remedy)] = arm
+            && noun.contains(' ')
+            && !name.contains(' ')
+        {
             writeln!(text, "| `{name}` | {noun} | {remedy} |").unwrap();
         }
     }

@@ -53,7 +53,7 @@ pub(crate) struct CalibrateArguments {
     second: Option<PathBuf>,
     #[command(flatten)]
     columns: ColumnsArgument,
-    /// joint or ikm (each arm alone) for positions in the robot's frame, fkm for any readings
+    /// joint or ikm (each arm by itself) for positions in the robot's frame, fkm for any readings
     #[arg(long, value_enum, hide_possible_values = true)]
     method: Option<Method>,
     /// Leave out and name samples that disagree (Tukey's loss)

@@ -62,7 +62,7 @@ pub(crate) struct CalibrateArguments {
     /// The frame of x, y and z: base, or sensor, which is estimated too
     #[arg(long, value_enum, hide_possible_values = true, default_value_t = Frame::Base)]
     frame: Frame,
-    /// Largest expanded uncertainty (95 % of positions) to accept
+    /// Largest expanded uncertainty (95 % of positions)
     #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
     limit: Option<f64>,
     #[command(flatten)]

@@ -39,6 +39,12 @@ const OF_FUNCTIONS: [(&str, &str, &str); 6] = [
     ("", "validation/readings.rs", "unknown_frame"),
     ("Warnings of a validation", "validation.rs", "warnings"),
 ];
+/// Files of errors, each with its remedy.
+const OF_ERRORS: [(&str, &str); 3] = [
+    ("Refusals of a plan", "planning.rs"),
+    ("Refusals of an export", "export/error.rs"),
+    ("Refusals of a workspace", "workspace/grid.rs"),
+];
 /// The file of arms, and those that pass on what others say.
 const OTHERS: [&str; 4] = [
     "calibration/refusal.rs",
@@ -175,6 +181,33 @@ fn function(tokens: &[Token], name: &str) -> Vec<Token> {
     found
 }
 
+/// The first literal of a source.
+fn literal(source: &str) -> String {
+    let text = source.split('"').nth(1).expect("a literal");
+    shown(text)
+}
+
+/// What each error of a file says, and its remedy.
+fn errors(path: &str) -> Vec<[String; 2]> {
+    let text = source(path);
+    let (kinds, remedies) = text.split_once("fn remedy").expect("remedies");
+    let of = |error: &str| {
+        let declared = error
+            .lines()
+            .skip_while(|line| !line.ends_with(")]"))
+            .nth(1)?;
+        let declared = declared.trim_start_matches(|own: char| !own.is_uppercase());
+        let name = declared.split(|own: char| !own.is_alphanumeric()).next()?;
+        let (_, remedy) = remedies.split_once(&format!("Self::{name}"))?;
+        Some([literal(error), literal(remedy)])
+    };
+    kinds
+        .split("#[error(")
+        .skip(1)
+        .map(|own| of(own).expect("a remedy"))
+        .collect()
+}
+
 /// Kind, level and text.
 fn findings() -> Vec<[String; 3]> {
     let mut found: Vec<[String; 3]> = Vec::new();
@@ -251,6 +284,16 @@ fn index() -> String {
                     writeln!(text, "| {} |", says.join(" ")).unwrap();
                 }
             }
+        }
+    }
+    for (heading, path) in OF_ERRORS {
+        write!(
+            text,
+            "\n## {heading}\n\n| says | what to do |\n| --- | --- |\n"
+        )
+        .unwrap();
+        for [says, remedy] in errors(path) {
+            writeln!(text, "| {says} | {remedy} |").unwrap();
         }
     }
     text

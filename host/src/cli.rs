@@ -38,7 +38,7 @@ Exit codes:
   3  an input file is wrong
   4  a file could not be written
   5  the controller or the link to it failed
-  6  the --limit is not met, or not known to be; the output files are written
+  6  the --limit is not met, or this is undecided; the output files are written
 
 With exit codes 1 (except plan --samples), 2 and 3 no output file is written or changed.";
 

@@ -79,7 +79,8 @@ pub enum PlanError {
     },
     /// No number of measurements up to [`MOST`] is expected to reach the required accuracy.
     #[error(
-        "no number of measurements up to {MOST} reaches {wanted} mm: {MOST} are expected to reach {} mm",
+        "{} mm is out of reach: even {MOST} measurements leave {} mm",
+        small(*wanted),
         small(*reached)
     )]
     TooAccurate {

@@ -1,4 +1,4 @@
-"""Simulates the packaging robot of docs/plant.md: what its controller and a laser tracker write.
+"""Simulates the packaging robot of docs/tutorial.md: what its controller and a laser tracker write.
 
     python3 generate_plant.py poses.csv check.csv FOLDER
 
@@ -111,4 +111,5 @@ def main():
     measured(made, check, frame, f"{folder}/check_plc.csv", f"{folder}/check_tracker.csv")
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -3,11 +3,6 @@
 #![forbid(unsafe_code)]
 #![allow(clippy::expect_used, clippy::missing_panics_doc)] // a panic fails the test
 
-/// Compiles and runs the README's examples as doc tests.
-#[cfg(doctest)]
-#[doc = include_str!("../../README.md")]
-struct Readme;
-
 pub mod closures;
 pub mod geometries;
 pub mod goldens;

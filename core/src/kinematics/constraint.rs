@@ -122,8 +122,8 @@ pub(crate) fn constraint_gradient<T: Real>(
 pub struct PlatformJacobian<T: Real> {
     /// ∂X/∂q = −(∂f/∂X)⁻¹ ∂f/∂q, the velocity Jacobian: Ẋ = by_joints · q̇. Length per radian.
     pub by_joints: Matrix3<T>,
-    /// ∂X/∂Pᵢ = −(∂f/∂X)⁻¹ ∂f/∂Pᵢ for each arm, from differentiating (3.14); the printed (3.16), (3.17) and (3.18) have
-    /// a different sign. Columns at the parameters' [places](crate::robot::Drive::places); dimensionless, or length per
+    /// ∂X/∂Pᵢ = −(∂f/∂X)⁻¹ ∂f/∂Pᵢ for each arm, from differentiating (3.14); the printed (3.16) and (3.17) lack the
+    /// minus sign. Columns at the parameters' [places](crate::robot::Drive::places); dimensionless, or length per
     /// radian.
     pub by_parameters: [SMatrix<T, 3, 8>; 3],
 }

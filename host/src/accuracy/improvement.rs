@@ -1,6 +1,6 @@
 //! The probability that a calibration makes a robot worse because its parameters are noisy.
 //!
-//! docs/accuracy.md derives it. The calibrated parameters differ by u = δ + ε from those before: δ is the robot's true
+//! docs/method.md derives it. The calibrated parameters differ by u = δ + ε from those before: δ is the robot's true
 //! difference, ε ~ N(0, C). With M the mean of JᵀJ over the workspace, the mean squared position error falls by
 //! 2 uᵀM δ − uᵀM u. The samples' own estimates d along the eigenvectors of C reveal the size τ of δ:
 //!
@@ -229,7 +229,7 @@ const NEGLIGIBLE: f64 = 5e-6;
 /// Above this probability of making the robot worse, a calibration is doubtful.
 const DOUBTFUL: f64 = 0.005;
 /// With a stated tolerance, a calibration is refused above this probability. Without one, every doubtful one is
-/// refused, because the probability is then slightly underestimated (docs/accuracy.md).
+/// refused, because the probability is then slightly underestimated (docs/method.md).
 const HARMFUL: f64 = 0.05;
 
 /// How far positions over the workspace move with a calibration.

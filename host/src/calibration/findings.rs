@@ -506,14 +506,22 @@ fn of_parameters(case: &Case<'_>, judged: &Judged, known: &Known, found: &mut Ve
 /// What the tolerance decided overall.
 fn of_determined(known: &Known, readings: &Readings, found: &mut Vec<Finding>) {
     if !known.place {
-        let text = "The place of the robot's base (six numbers) comes from the tolerance. If absolute positions matter, \
-                    measure x, y and z of three poses.";
+        let text = if readings.holds(Kind::Position) {
+            "The place of the robot's base (six numbers) comes from the tolerance. If absolute positions matter, state \
+             three [datum] points that the sensor measures too."
+        } else {
+            "The place of the robot's base (six numbers) comes from the tolerance. If absolute positions matter, measure \
+             x, y and z of three poses."
+        };
         found.push(note("place_unknown", json!({}), text));
     }
     if !known.scale {
         let distances = readings.holds(Kind::Distance);
         let text = if distances {
             "The scale comes from the tolerance: the distances are too few or too inexact. Measure more or longer ones."
+        } else if readings.holds(Kind::Position) {
+            "The scale comes from the tolerance: the coordinates do not determine it. Measure one known length with the \
+             same instrument."
         } else {
             "The scale comes from the tolerance: touches of planes cannot show it. Measure one known length: a gauge block \
              (height_mm) or a distance between two poses."

@@ -1,5 +1,5 @@
 //! The report of a calibration, the source of the terminal, HTML and JSON output. Lengths in millimetres, angles in
-//! degrees; docs/json.md documents the keys.
+//! degrees; docs/calibration.schema.json documents the keys.
 
 use super::findings::findings;
 use super::tilt::tilt;

@@ -30,7 +30,7 @@ rows and one in 10 have the same blanks; otherwise an error. - is not measured. 
 σ that [noise] does not state is estimated. Without x, y and z a [tolerance] is needed.
 
 A result is refused if the samples do not determine the robot, contradict [noise] or [tolerance], or may make it \
-worse (chance above 5 %; without a [tolerance] 0.5 %; heights of towers 50 %).
+worse (chance above 5 %; without a [tolerance] 0.5 %; towers without x, y and z 50 %).
 
 A printer's configuration (or its folder) that holds heights stands for both files; SAMPLES.csv may be its console output.
 
@@ -53,7 +53,7 @@ pub(crate) struct CalibrateArguments {
     second: Option<PathBuf>,
     #[command(flatten)]
     columns: ColumnsArgument,
-    /// joint or ikm (each arm alone) for positions in the robot's frame, fkm for any readings
+    /// joint or ikm (each arm by itself) for positions in the robot's frame, fkm for any readings
     #[arg(long, value_enum, hide_possible_values = true)]
     method: Option<Method>,
     /// Leave out and name samples that disagree (Tukey's loss)
@@ -62,7 +62,7 @@ pub(crate) struct CalibrateArguments {
     /// The frame of x, y and z: base, or sensor, which is estimated too
     #[arg(long, value_enum, hide_possible_values = true, default_value_t = Frame::Base)]
     frame: Frame,
-    /// Largest expanded uncertainty (rms)
+    /// Largest expanded uncertainty (95 % of positions)
     #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
     limit: Option<f64>,
     #[command(flatten)]

@@ -46,7 +46,7 @@ pub(crate) fn robot_path() -> impl TypedValueParser<Value = PathBuf> {
 /// What the columns of a table hold.
 #[derive(Debug, Args)]
 pub(crate) struct ColumnsArgument {
-    /// Other column names: the standard name before each =, the name in the file after it
+    /// Column names of the file: STANDARD=NAME, separated by commas
     #[arg(long, value_name = "q1_deg=A1,x_mm=X,...")]
     pub(crate) columns: Option<ColumnMapping>,
     /// Use only the rows in these lines

@@ -21,7 +21,7 @@ pub enum ExportError {
     #[error("the robot reaches only {0} of the positions; a fit needs at least 20")]
     TooFewPositions(usize),
     /// The kinematics of the target does not reach a position.
-    #[error("the target's kinematics does not reach the robot's positions")]
+    #[error("the controller's kinematics does not reach the robot's positions")]
     Unreached,
     /// No correction table of acceptable size meets the limit.
     #[error(

@@ -458,8 +458,8 @@ impl Fitted<'_> {
         }
         if linear && self.settings.level.is_none() {
             warnings.push(
-                "z = 0 and level are those of the robot file. After a calibration from heights the bed is elsewhere: give the \
-                 file of the heights with --bed."
+                "z = 0 and the level are the robot file's, not the bed's. If heights were measured, give their file with \
+                 --bed."
                     .to_owned(),
             );
         }

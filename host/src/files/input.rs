@@ -54,7 +54,7 @@ impl InputText {
     /// The stream cannot be read, is longer than 4 GB, or is not text.
     pub fn from_reader(name: impl Into<String>, reader: impl Read) -> Result<Self, InputError> {
         let larger = InputError::new(name, "the file is larger than 4 GB")
-            .with_remedy("give fewer rows: some hundred calibrate a robot");
+            .with_remedy("split it: a few hundred rows are enough to calibrate a robot");
         Self::limited(reader, LARGEST_TABLE, larger)
     }
 
@@ -63,7 +63,7 @@ impl InputText {
     /// # Errors
     /// The stream cannot be read, is too large for such a file, or is not text.
     pub fn of_settings(name: impl Into<String>, reader: impl Read) -> Result<Self, InputError> {
-        let cause = "the file is larger than 1 MB, and no robot file or campaign is";
+        let cause = "the file is larger than 1 MB: not a robot file or campaign file";
         let larger = InputError::new(name, cause)
             .with_remedy("check the name: a robot file is a short text, see delta-cal init");
         Self::limited(reader, LARGEST_SETTINGS, larger)
@@ -199,7 +199,7 @@ impl NotText {
         let error = match self {
             Self::Control => InputError::new(name, "is not a text file"),
             Self::Damaged(line) => {
-                InputError::new(name, "the UTF-16 text has half a character").at_line(*line)
+                InputError::new(name, "the UTF-16 text is damaged here").at_line(*line)
             }
         };
         error.with_remedy("save it as plain text in UTF-8 (in a spreadsheet: CSV UTF-8)")

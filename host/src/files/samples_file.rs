@@ -545,8 +545,8 @@ fn check_blanks(table: &Table<'_>, rows: &[Row<Reading>]) -> Result<(), InputErr
     let column = table.name_of(Quantity::COORDINATES[axis]);
     let cause = format!("the cell is blank in {count} of {} rows", rows.len());
     let remedy = format!(
-        "fill it in, or write - if it was not measured; a blank means that where at least {LEAST_GROUP} rows, and one in \
-         {ONE_IN}, have the same"
+        "fill it in, or write - if it was not measured; blanks count as not measured if at least {LEAST_GROUP} rows, and one \
+         in {ONE_IN}, have the same"
     );
     Err(InputError::new(table.input.name(), cause)
         .at_line(*line)
@@ -620,7 +620,7 @@ impl Readings {
             (None, None) => return Ok(None),
             (Some(from), Some(distance)) if distance > 0.0 => return Ok(Some((from, distance))),
             (Some(_), None) => (
-                "the row states a start but no distance".to_owned(),
+                "the row has no distance_mm for its point or second pose".to_owned(),
                 "fill in distance_mm, or leave the cells of point and to_q1_deg… empty",
             ),
             (_, Some(distance)) if !(distance > 0.0) => (

@@ -5,7 +5,7 @@ use super::{Column, Part, Section, Table};
 use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 
 const STYLE: &str = include_str!("page/style.css");
-/// One arm with its parameters, and the arms from above: docs/model.svg without background and references.
+/// One arm with its parameters, and the arms from above.
 const DRAWING: &str = include_str!("page/arm.svg");
 
 /// The page around a report.

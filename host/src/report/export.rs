@@ -166,7 +166,7 @@ fn over(export: &Export) -> String {
         let why = if export.table.is_some() {
             "their cells lack corrections"
         } else {
-            "the target's kinematics does not reach them"
+            "the controller's kinematics does not reach them"
         };
         let _ = write!(text, " {} more are excluded: {why}.", loss.unreached);
     }

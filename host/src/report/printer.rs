@@ -374,7 +374,9 @@ fn proposal(report: &Report, printer: &Printer, next: &Next) -> String {
         (false, "delta") => "the rods between their joints with a calliper (--rods 345.2±0.1mm)",
         (false, _) => "the forearms between their joints with a calliper (lower_arm_length)",
     };
-    format!("Measure next: {otherwise}; heights and printed distances bring little more.")
+    format!(
+        "Measure next: {otherwise}. More heights or printed distances would hardly improve the printer."
+    )
 }
 
 fn paste(printer: &Printer) -> String {

@@ -71,7 +71,7 @@ fn a_file_that_is_no_text_or_of_another_kind_is_told_as_such() {
     let half = b"\xff\xfea\0\n\0\x00\xd8b\0".to_vec();
     let nul = [HEADER.as_bytes(), b"\0"].concat();
     for (bytes, expected) in [
-        (half, ":2: the UTF-16 text has half a character"),
+        (half, ":2: the UTF-16 text is damaged here"),
         (nul, ": is not a text file"),
     ] {
         assert_fails(NOMINAL, &bytes, &format!("samples.csv{expected}"));
@@ -247,7 +247,7 @@ const RADII: &str = r#"
     = 480 ⇒ = 1e300 ⇒ robot.toml:5: 1e300 is too large | in mm
     = 480 ⇒ = 99999999999999999999 ⇒ robot.toml:5: 1e20 is too large
     ⇒ [tolerance]\nlength_mm = 1e155\nangle_deg = 1 ⇒ robot.toml:11: 1e155 is too large
-    = 480 ⇒ = 480\nazimuth_deg = [0, 120, 120] ⇒ robot.toml:1: two arms are in the same place
+    = 480 ⇒ = 480\nazimuth_deg = [0, 120, 120] ⇒ robot.toml:1: two arms coincide
     = 30 ⇒ = -30 ⇒ robot.toml:1: the geometry is impossible: the base and platform radii
     = 480 ⇒ = 48 ⇒ robot.toml:1: the geometry is impossible: the forearms do not meet
     = 90 ⇒ = -60 ⇒ robot.toml:7: the largest joint angle, -60, is not above the smallest, -60

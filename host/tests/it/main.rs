@@ -22,6 +22,7 @@ mod import;
 mod joint_zeros;
 mod kinematics;
 mod linuxcnc;
+mod messages;
 mod pipeline;
 mod plan;
 mod plant;

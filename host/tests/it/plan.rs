@@ -191,7 +191,7 @@ fn an_accuracy_is_reached_by_as_many_as_stated_and_not_by_fewer() {
         assert!(rms(&fewer) > accuracy, "{count}: {fewer}");
     }
     // No number of poses is enough.
-    let table = "1e-12mm ⇒ 2 ⇒ no number of measurements up to 500";
+    let table = "1e-12mm ⇒ 2 ⇒ out of reach: even 500 measurements leave";
     assert_refused(&folder, "plan robot.toml --accuracy", table);
 }
 

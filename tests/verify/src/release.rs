@@ -78,6 +78,7 @@ folder=target/archive/$name
 rm -rf "$folder"
 mkdir -p "$folder/completions" "$folder/man/man1"
 cp README.md CHANGELOG.md "target/$target/release/delta-cal"* "$folder"
+cp -r host/examples "$folder"
 rm -f "$folder"/*.d "$folder"/*.pdb
 for shell in bash elvish fish powershell zsh; do
   "$folder/delta-cal" completions "$shell" > "$folder/completions/delta-cal.$shell"

@@ -71,10 +71,7 @@ impl RobotFile {
         };
         let [one, other, last] = robot.arms();
         let impossible = if one == other || other == last || last == one {
-            Some([
-                "two arms are in the same place",
-                "give each arm an azimuth of its own",
-            ])
+            Some(["two arms coincide", "give each arm another azimuth"])
         } else if reaches_anywhere(&robot, &limits) {
             None
         } else {

@@ -203,8 +203,7 @@ impl<'a> Table<'a> {
             ),
             _ => (
                 "unknown column",
-                "if the program is to ignore the column, write _ before its name; if not, say with --columns what it \
-                 contains",
+                "to ignore it, begin its name with _; to use it, name its contents with --columns",
             ),
         };
         let fault = self.fault(cause).at_column(name);
@@ -507,7 +506,7 @@ impl<'a> Table<'a> {
         let remedy = if self.separator == ',' && found == 2 * expected {
             "this looks like decimal commas: separate the fields by semicolons, or write decimal points"
         } else {
-            "the row continues after this column; decimal commas have this effect as well"
+            "delete what follows this column; if commas are decimal, separate the fields by semicolons"
         };
         let last = &self.names[expected - 1];
         Err(other_length().at_column(last).with_remedy(remedy))

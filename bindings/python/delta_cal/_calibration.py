@@ -122,8 +122,13 @@ class Calibration:
             NaN as of ``Robot.parameter_jacobian``. Its diagonal is the square of σ in x, y and z.
         """
         by = self.robot.parameter_jacobian(q, transmissions=self._of("arm1.gain") is not None)
-        size = by.shape[-1]
-        found = by @ self.covariance[:size, :size] @ np.swapaxes(by, -1, -2)
+        places = np.arange(by.shape[-1])
+        rods = self._of("arm1.rod_difference")
+        if rods is not None:
+            x, y, z = self.targets[target] if target in self.targets else np.zeros(3)
+            by = np.concatenate([by, self.robot.rods_jacobian(q, (x, y, z))], axis=-1)
+            places = np.concatenate([places, np.arange(rods, rods + 12)])
+        found = by @ self.covariance[np.ix_(places, places)] @ np.swapaxes(by, -1, -2)
         if target is None:
             return np.asarray(found)
         first = self._of("target.x" if target == "target" else f"target.{target}.x")
@@ -133,7 +138,7 @@ class Calibration:
                 return np.asarray(found)
             raise ValueError(f"target: {target!r} is none of {sorted(stated)}")
         own = slice(first, first + 3)
-        beside = by @ self.covariance[:size, own]
+        beside = by @ self.covariance[places, own]
         return np.asarray(found + beside + np.swapaxes(beside, -1, -2) + self.covariance[own, own])
 
     def to_dict(self) -> dict[str, Any]:

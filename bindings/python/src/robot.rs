@@ -12,8 +12,10 @@ use crate::stated::{
 };
 use delta_cal::kinematics::KinematicsError;
 use delta_cal::robot::{Arm, Drive};
-use delta_cal::{Parameter, Robot as Geometry, SymmetricRobot};
+use delta_cal::{ArmIndex, Parameter, Robot as Geometry, SymmetricRobot};
 use delta_cal_host::files::convention::{Convention, Three};
+use delta_cal_host::files::kinematics;
+use delta_cal_host::files::robot_file::Tool;
 use delta_cal_host::geometry::hangs_below;
 use delta_cal_host::{InputText, RobotFile};
 use nalgebra::Vector3;
@@ -241,6 +243,27 @@ impl Robot {
         }
         Ok(at)
     }
+
+    /// The platform point, a target by name, or a point at these coordinates.
+    fn point(&self, target: Option<&Bound<'_, PyAny>>) -> PyResult<Tool> {
+        let Some(target) = target else {
+            return Ok(self.file.platform_point());
+        };
+        if let Ok(name) = target.extract::<String>() {
+            let found = kinematics::target(&self.file, &name);
+            return found.map_err(|error| {
+                let remedy = error.remedy.unwrap_or_default();
+                value_error("target", &format!("{name:?} is none; {remedy}"))
+            });
+        }
+        let place = target.extract::<[f64; 3]>();
+        let place =
+            place.map_err(|_| value_error("target", "a name or (x, y, z) in mm is needed"))?;
+        Ok(Tool {
+            place: self.file.convention.vector(&Vector3::from(place)),
+            ..self.file.platform_point()
+        })
+    }
 }
 
 /// "raise" or "nan".
@@ -453,12 +476,14 @@ impl Robot {
         })
     }
 
-    /// Positions of the platform point.
+    /// Positions of the platform point, or of a target.
     ///
     /// Parameters
     /// ----------
     /// q : array (…, 3), or a frame with the columns of a samples file
     ///     Joint angles, radians.
+    /// target : str or (3,), optional
+    ///     A target of the robot file, "tool", or a point of the platform, mm.
     /// errors : {"nan", "raise"}
     ///     How to treat a row without a pose: out of reach, at a singularity, more than 1° outside the limits.
     ///
@@ -466,16 +491,22 @@ impl Robot {
     /// -------
     /// array (…, 3)
     ///     mm.
-    #[pyo3(signature = (q, *, errors="nan"))]
+    #[pyo3(signature = (q, *, target=None, errors="nan"))]
     fn forward<'py>(
         &self,
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
+        target: Option<&Bound<'py, PyAny>>,
         errors: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let convention = self.file.convention;
+        let (convention, point) = (self.file.convention, self.point(target)?);
         each_row(py, "q", &self.joints("q", q)?, &[3], raises(errors)?, |q| {
-            let at = self.pose(&convention.directed(q))?;
+            let q = convention.directed(q);
+            let at = match point.parallelograms {
+                None => self.pose(&q)? + point.place,
+                Some(_) if outside(&self.file, &q) => return Err(NoPose::Limits),
+                Some(_) => point.position(&self.file.robot, &q)?,
+            };
             Ok::<[f64; 3], NoPose>(convention.vector(&at).into())
         })
     }
@@ -485,7 +516,9 @@ impl Robot {
     /// Parameters
     /// ----------
     /// x : array (…, 3), or a frame with the columns of a samples file
-    ///     Positions of the platform point, mm.
+    ///     Positions of the platform point, or of the target, mm.
+    /// target
+    ///     As of `forward`.
     /// errors : {"nan", "raise"}
     ///     How to treat a row that no joint angles within the limits reach.
     ///
@@ -493,21 +526,23 @@ impl Robot {
     /// -------
     /// array (…, 3)
     ///     Radians.
-    #[pyo3(signature = (x, *, errors="nan"))]
+    #[pyo3(signature = (x, *, target=None, errors="nan"))]
     fn inverse<'py>(
         &self,
         py: Python<'py>,
         x: &Bound<'py, PyAny>,
+        target: Option<&Bound<'py, PyAny>>,
         errors: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (convention, robot) = (self.file.convention, &self.file.robot);
+        let point = self.point(target)?;
         each_row(py, "x", &self.positions(x)?, &[3], raises(errors)?, |x| {
             let x = convention.vector(&Vector3::from(*x));
-            let q = robot.inverse(&x)?;
+            let (q, platform) = point.joints(robot, &x)?;
             if outside(&self.file, &q) {
                 return Err(NoPose::Limits);
             }
-            if !hangs_below(robot, &x, &q) {
+            if !hangs_below(robot, &platform, &q) {
                 return Err(NoPose::AboveElbows);
             }
             Ok(convention.directed(&q))
@@ -600,6 +635,32 @@ impl Robot {
                     None => at(row, column),
                     Some(number) => axes[row] * of_numbers[number % 5] * more[(row, number)],
                 }
+            }))
+        })
+    }
+
+    /// ∂x/∂n of the twelve numbers of the arms' rods, to first order, at a point of the platform, mm: array (…, 3, 12), mm per
+    /// mm or radian. NaN at singularities; 0 if the spacing of the rods is not stated.
+    fn rods_jacobian<'py>(
+        &self,
+        py: Python<'py>,
+        q: &Bound<'py, PyAny>,
+        point: [f64; 3],
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (convention, robot) = (self.file.convention, &self.file.robot);
+        let (axes, signs) = (convention.axes(), convention.rods([1.0; 4]));
+        let point = convention.vector(&Vector3::from(point));
+        each_row(py, "q", &self.joints("q", q)?, &[3, 12], false, |q| {
+            let q = convention.directed(q);
+            let x = self.pose(&q)?;
+            let Some(rods) = &self.file.parallelograms else {
+                return Ok([0.0; 36]);
+            };
+            let columns = rods.columns(robot, (&x, &q), &point);
+            let columns = columns.ok_or(KinematicsError::Parallel(ArmIndex::First))?;
+            Ok::<[f64; 36], NoPose>(std::array::from_fn(|place| {
+                let (row, column) = (place / 12, place % 12);
+                axes[row] * signs[column % 4] * columns[(row, column)]
             }))
         })
     }

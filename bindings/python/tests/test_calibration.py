@@ -201,6 +201,27 @@ def test_unknowns_beside_the_24_parameters_count(robot, measured):
     np.testing.assert_allclose(again.forward(q), result.robot.forward(q), atol=1e-9)
 
 
+def test_a_platform_that_tilts_is_found_and_counts(robot, measured):
+    made, *_ = measured
+    rods = {"spacing_mm": 60}
+    made = dc.Robot.from_toml(made.replace(parallelogram=rods).to_toml().replace("[[arm]]", "[[arm]]\nrod_difference_mm = 0.2", 1))
+    places = {"T1": [60.0, 0.0, 0.0], "T2": [-30.0, 52.0, 0.0], "T3": [-30.0, -52.0, -20.0]}
+    stated = {name: dict(zip(("x_mm", "y_mm", "z_mm"), place), sigma_mm=0.01) for name, place in places.items()}
+    robot = robot.replace(parallelogram=rods, targets=stated)
+    q = np.random.default_rng(3).uniform(-0.2, 0.8, (30, 3))
+    names = np.array(list(places))[np.arange(30) % 3]
+    x = np.array([made.forward(q, target=places[name])[row] for row, name in enumerate(names)])
+    x += 0.02 * np.random.default_rng(4).standard_normal(x.shape)
+    np.testing.assert_allclose(made.forward(made.inverse(x[:3], target=places["T1"]), target=places["T1"]), x[:3], atol=1e-6)
+    result = dc.calibrate(robot, q, x, target=names)
+    off = result.robot.forward(q, target=places["T1"]) - made.forward(q, target=places["T1"])
+    # 30 poses share some 20 errors of the parameters.
+    assert 0.5 < np.sqrt(np.mean(np.sum(off**2, axis=-1))) / spread(result, q, target="T1") < 1.6
+    assert result.unknowns[result._of("arm1.rod_difference")].value == pytest.approx(0.2, abs=0.25)
+    with pytest.raises(ValueError, match="target: .*T1, T2"):
+        robot.forward(q, target="T9")
+
+
 def test_a_target_is_known_otherwise_than_the_platform_point(robot, measured):
     made, q, x = measured
     place = np.array([1.0, -2.0, -40.0])

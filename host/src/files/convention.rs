@@ -223,7 +223,7 @@ impl Convention {
     }
 
     /// Converts the numbers of an arm's rods to the file's axes, and back: with z downwards, t changes its direction.
-    pub(crate) fn rods(&self, [rods, spacing, yaw, roll]: [f64; 4]) -> [f64; 4] {
+    pub fn rods(&self, [rods, spacing, yaw, roll]: [f64; 4]) -> [f64; 4] {
         let turned = |own| self.angle(own);
         [turned(rods), spacing, turned(yaw), roll]
     }

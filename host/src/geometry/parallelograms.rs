@@ -23,7 +23,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
 /// Numbers of an arm: δl and δs in mm, ψ and ρ in radians.
 pub const OF_ARM: usize = 4;
 /// Numbers of a robot.
-pub(crate) const NUMBERS: usize = 3 * OF_ARM;
+pub const NUMBERS: usize = 3 * OF_ARM;
 /// Below this |det| of the three (t × u), nothing holds the platform's rotation; 1 would be three perpendicular ones.
 const UNHELD: f64 = 0.02;
 /// Newton's steps; two are usual.
@@ -150,7 +150,7 @@ impl Parallelograms {
 
     /// To first order, the displacement of a point of the platform by each of the twelve numbers, at a pose of Model 24: mm
     /// per mm or radian. `None` if nothing holds the platform's rotation.
-    pub(crate) fn columns(
+    pub fn columns(
         &self,
         robot: &Robot<f64>,
         (position, joints): (&Vector3<f64>, &[f64; 3]),

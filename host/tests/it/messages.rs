@@ -17,7 +17,11 @@ enum Token {
 
 const SITES: [&str; 3] = ["warning(", "note(", "Refused::new("];
 /// Files whose messages have a kind.
-const FINDINGS: [&str; 2] = ["calibration/findings.rs", "diagnosis/rows.rs"];
+const FINDINGS: [&str; 3] = [
+    "calibration/findings.rs",
+    "calibration/tilt.rs",
+    "diagnosis/rows.rs",
+];
 /// Headings, files and functions of the messages that have none.
 const OF_FUNCTIONS: [(&str, &str, &str); 6] = [
     ("", "calibration/calibrate.rs", "check"),

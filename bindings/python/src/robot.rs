@@ -253,7 +253,7 @@ impl Robot {
             let found = kinematics::target(&self.file, &name);
             return found.map_err(|error| {
                 let remedy = error.remedy.unwrap_or_default();
-                value_error("target", &format!("{name:?} is none; {remedy}"))
+                value_error("target", format!("{name:?} is none; {remedy}"))
             });
         }
         let place = target.extract::<[f64; 3]>();

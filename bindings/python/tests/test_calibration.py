@@ -204,7 +204,8 @@ def test_unknowns_beside_the_24_parameters_count(robot, measured):
 def test_a_platform_that_tilts_is_found_and_counts(robot, measured):
     made, *_ = measured
     rods = {"spacing_mm": 60}
-    made = dc.Robot.from_toml(made.replace(parallelogram=rods).to_toml().replace("[[arm]]", "[[arm]]\nrod_difference_mm = 0.2", 1))
+    made = made.replace(parallelogram=rods, platform={"radius_mm": 30}).to_toml()
+    made = dc.Robot.from_toml(made.replace("[[arm]]", "[[arm]]\nrod_difference_mm = 0.2", 1))
     places = {"T1": [60.0, 0.0, 0.0], "T2": [-30.0, 52.0, 0.0], "T3": [-30.0, -52.0, -20.0]}
     stated = {name: dict(zip(("x_mm", "y_mm", "z_mm"), place), sigma_mm=0.01) for name, place in places.items()}
     robot = robot.replace(parallelogram=rods, targets=stated)

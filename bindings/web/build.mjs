@@ -3,7 +3,7 @@
 
 import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
-import { cpSync, existsSync, mkdirSync, readFileSync, readdirSync, rmSync, statSync, writeFileSync } from "node:fs";
+import { cpSync, existsSync, mkdirSync, readFileSync, readdirSync, renameSync, rmSync, statSync, writeFileSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { brotliCompressSync, gzipSync } from "node:zlib";
@@ -25,6 +25,12 @@ run("cargo", "build", "--profile", "web", "--target", "wasm32-unknown-unknown", 
 rmSync(DIST, { recursive: true, force: true });
 mkdirSync(DIST);
 run("cargo", "run", "--quiet", "--package", "delta-cal-web-bindgen", "--target-dir", TARGET, "--", join(TARGET, program), DIST);
+
+// The types of the boundary are for `npm run check`, and not of the page.
+const TYPES = join(HERE, "types");
+rmSync(TYPES, { recursive: true, force: true });
+mkdirSync(TYPES);
+for (const name of readdirSync(DIST).filter((name) => name.endsWith(".d.ts"))) renameSync(join(DIST, name), join(TYPES, name));
 
 const optimiser = join(HERE, "node_modules/binaryen/bin/wasm-opt");
 const module = join(DIST, "delta_cal_web_bg.wasm");

@@ -51,8 +51,8 @@ fn robot(files: &Folder, name: &str) -> Result<RobotFile, Fault> {
 }
 
 /// Those that take a robot.
-pub(crate) fn targets(files: &Folder, name: &str) -> Result<Vec<Named>, Fault> {
-    let drive = robot(files, name)?.robot.drive();
+pub(crate) fn targets(files: &Folder, request: &Request) -> Result<Vec<Named>, Fault> {
+    let drive = robot(files, &request.robot)?.robot.drive();
     let taking = all_targets().iter();
     let taking = taking.filter(|own| own.drive.is_none_or(|own| own == drive));
     let named = taking.map(|own| Named {

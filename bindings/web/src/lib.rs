@@ -77,13 +77,13 @@ impl Session {
     }
 
     /// The export targets of a robot.
-    pub fn targets(&self, robot: &str) -> String {
-        answer(&export::targets(&self.files, robot))
+    pub fn targets(&self, request: &str) -> String {
+        answer(&parse(request).and_then(|own| export::targets(&self.files, &own)))
     }
 
     /// `delta-cal plan`.
     pub fn plan(&self, request: &str) -> String {
-        answer(&parse(request).and_then(|own| plan::run(&self.files, &own)))
+        answer(&both(request).and_then(|(of, own)| plan::run(&self.files, &of, &own)))
     }
 
     /// `delta-cal validate`.
@@ -99,12 +99,17 @@ impl Session {
 
     /// Shoulders, elbows and platform of a robot and of its calibration.
     pub fn skeleton(&self, request: &str) -> String {
-        answer(&parse(request).and_then(|own| picture::skeleton(&self.files, &own)))
+        answer(&both(request).and_then(|(of, own)| picture::skeleton(&self.files, &of, &own)))
     }
 }
 
 fn parse<T: DeserializeOwned>(request: &str) -> Result<T, Fault> {
     serde_json::from_str(request).map_err(|error| Fault::of_request(error.to_string()))
+}
+
+/// What a request is about, and the rest of it.
+fn both<T: DeserializeOwned>(request: &str) -> Result<(inputs::Request, T), Fault> {
+    Ok((parse(request)?, parse(request)?))
 }
 
 /// `{"Ok": …}`, or `{"Err": …}` with a fault.

@@ -9,12 +9,10 @@ use delta_cal_host::RobotFile;
 use delta_cal_host::printer::{ACROSS, Off, Printer};
 use serde::{Deserialize, Serialize};
 
-/// A robot as its file has it, a robot file with its calibration, and joints in the file's unit.
+/// A robot file with a calibration, and joints in the file's unit.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(crate) struct Request {
-    #[serde(flatten)]
-    before: inputs::Request,
     after: String,
     joints: [f64; 3],
 }
@@ -34,8 +32,13 @@ pub(crate) struct Skeleton {
     after: Option<Arms>,
 }
 
-pub(crate) fn skeleton(files: &Folder, request: &Request) -> Result<Skeleton, Fault> {
-    let machine = request.before.machine(files)?;
+/// `before`: the robot as its file has it.
+pub(crate) fn skeleton(
+    files: &Folder,
+    before: &inputs::Request,
+    request: &Request,
+) -> Result<Skeleton, Fault> {
+    let machine = before.machine(files)?;
     let before = machine.robot();
     let after = RobotFile::read(&files.settings(&request.after)?)?;
     let joints = match before.robot.drive() {

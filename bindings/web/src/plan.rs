@@ -14,8 +14,6 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(crate) struct Request {
-    #[serde(flatten)]
-    of: inputs::Request,
     /// As `--measure`.
     measure: String,
     count: Option<usize>,
@@ -54,10 +52,15 @@ pub(crate) struct Touches {
     radius: f64,
 }
 
-pub(crate) fn run(files: &Folder, request: &Request) -> Result<Planned, Fault> {
-    match request.of.machine(files)? {
+/// `of`: the robot and the frame.
+pub(crate) fn run(
+    files: &Folder,
+    of: &inputs::Request,
+    request: &Request,
+) -> Result<Planned, Fault> {
+    match of.machine(files)? {
         Machine::Printer(imported) => touches(&imported, request).map(Planned::Touches),
-        Machine::Robot(robot) => poses(&robot, request).map(Planned::Poses),
+        Machine::Robot(robot) => poses(&robot, of.frame(), request).map(Planned::Poses),
     }
 }
 
@@ -77,19 +80,19 @@ fn touches(imported: &Imported, request: &Request) -> Result<Touches, Fault> {
     })
 }
 
-fn poses(robot: &RobotFile, request: &Request) -> Result<Poses, Fault> {
+fn poses(robot: &RobotFile, frame: Frame, request: &Request) -> Result<Poses, Fault> {
     let kinds: Wishes = request.measure.parse().map_err(Fault::of_request)?;
     let within = request.within.as_deref();
     let within = within.map(str::parse::<Region>).transpose();
     let within = within.map_err(Fault::of_request)?;
-    if request.of.frame() == Frame::Sensor && !kinds.positions() {
+    if frame == Frame::Sensor && !kinds.positions() {
         return Err(Fault::new(
             "the sensor frame is for coordinates, and none are measured",
             "choose the robot's frame, or measure coordinates too",
         ));
     }
     let wanted = PlanRequest {
-        frame: request.of.frame(),
+        frame,
         region: within,
         absolute: request.absolute,
         order: if request.shortest {

@@ -111,7 +111,7 @@ export class Calibrate {
   #result(state, answer) {
     const found = answer.Ok;
     const output = outputOf(state) ?? "calibrated.toml";
-    const { good, crash, sentences, warnings, next } = verdict(found);
+    const { good, crash, sentences, warnings, notes, next } = verdict(found);
     const request = state.asked.calibrate?.request ?? {};
     const { paste, toml, html, json, report } = found;
     const primary = paste ? copyButton(paste, "Copy the lines", true) : downloadButton(output, toml, { first: !report.printer });
@@ -124,6 +124,7 @@ export class Calibrate {
         { id: "verdict", class: good ? "good" : "doubtful", "aria-label": "verdict" },
         crash && element("p", { class: "crash", role: "alert" }, element("strong", {}, "Before you paste: "), crash),
         ...sentences.map((own) => element("p", {}, own)),
+        ...notes.map((own) => element("p", { class: "note" }, own)),
         shown.length > 0 && element("div", { class: "fault" }, element("strong", {}, warnings.length === 1 ? "A warning:" : `${warnings.length} warnings:`), element("ul", {}, ...shown), more > 0 && `${more} more in the report.`),
         element("div", { class: "row" }, primary, next && element("button", { type: "button", onclick: () => this.#open(next) }, then[next])),
       ),

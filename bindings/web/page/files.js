@@ -23,6 +23,8 @@ export class FileList {
   #opener = null;
   /** @type {File[] | null} */
   #shown = null;
+  /** The newest files that were folded away. */
+  #folded = 0;
 
   /** @param {import("./store.js").Store} store */
   constructor(store) {
@@ -89,7 +91,7 @@ export class FileList {
   }
 
   /** @param {State} state */
-  show({ files, asked }) {
+  show({ files }) {
     if (files === this.#shown) return;
     const grown = files.length > 0;
     this.#shown = files;
@@ -99,9 +101,13 @@ export class FileList {
     const summary = files.map((own) => own.name).join(", ");
     byId("files-title").textContent = grown ? `Files: ${summary}` : "Files";
     // What was given is one line as soon as all of it is read; what cannot be read is shown.
-    const faulty = files.some((own) => own.fault || own.kind === "unread");
-    if (grown && !faulty && !this.#edited && !asked.calibrate?.answer) /** @type {HTMLDetailsElement} */ (byId("input")).open = false;
-    if (!grown) /** @type {HTMLDetailsElement} */ (byId("input")).open = true;
+    const input = /** @type {HTMLDetailsElement} */ (byId("input"));
+    const newest = Math.max(0, ...files.map((own) => own.batch));
+    if (!grown) input.open = true;
+    else if (newest > this.#folded && !this.#edited && !files.some((own) => own.fault || own.kind === "unread")) {
+      this.#folded = newest;
+      input.open = false;
+    }
   }
 
   /** @param {File} own */

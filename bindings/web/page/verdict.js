@@ -5,7 +5,7 @@ import { inPageWords } from "./words.js";
 
 /**
  * `crash`: a warning that must be read before anything is pasted; `next`: a tab with what to do next.
- * @typedef {{good: boolean, crash: string | null, sentences: [string, string, string], warnings: string[], next: "plan" | "validate" | null}} Verdict
+ * @typedef {{good: boolean, crash: string | null, sentences: [string, string, string], warnings: string[], notes: string[], next: "plan" | "validate" | null}} Verdict
  */
 
 /**
@@ -17,7 +17,7 @@ export function verdict(found) {
   const crash = /WARNING: (.*)/.exec(paste ?? "")?.[1] ?? null;
   const warnings = report.warnings.map(inPageWords);
   const sentences = report.printer ? ofPrinter(report, paste) : ofRobot(report);
-  return { good: warnings.length === 0 && report.acceptance?.passed !== false, crash, warnings, ...sentences };
+  return { good: warnings.length === 0 && report.acceptance?.passed !== false, crash, warnings, notes: (report.printer?.notes ?? []).map(inPageWords), ...sentences };
 }
 
 /**
@@ -42,9 +42,9 @@ function ofPrinter(report, paste) {
   if (better?.height != null) sure.push(`a flatter bed with ${chance(better.height)} probability`);
   if (better?.xy != null) sure.push(`better x and y with ${chance(better.xy)}`);
   const from = [heights && `${heights} heights`, distances && `${distances} distances`].filter(Boolean).join(" and ");
-  const size_ = sized ? "" : "; the size of parts is not measured";
+  const unknown = distances ? "; the size of parts is uncertain without the shrinkage of prints (Options)" : "; the size of parts is not measured";
   return {
-    sentences: [`${what.join("; ") || "Nothing was measured of the bed"}.`, `From ${from}: ${sure.join(", ") || "not known how much better"}${size_}.`, nextOf(next, firmware, paste)],
+    sentences: [`${what.join("; ") || "Nothing was measured of the bed"}.`, `From ${from}: ${sure.join(", ") || "not known how much better"}${sized ? "" : unknown}.`, nextOf(next, firmware, paste)],
     next: next && worthwhile(next.sigma_with_heights_mm, next) ? "plan" : null,
   };
 }

@@ -186,8 +186,10 @@ function view(at, space, across, up, caption, circle) {
 function checklist(csv) {
   const lines = csv.split("\n").filter((line) => line && !line.startsWith("#"));
   const [head = [], ...rows] = lines.map((line) => line.split(","));
-  // What the nominal robot would read is not to be filled in.
-  const named = head.map((own) => (own.startsWith("_") ? `expected ${own.slice(1)}` : own));
+  // What the nominal robot would read is for comparison: a tenth is enough.
+  const nominal = head.map((own) => own.startsWith("_"));
+  const named = head.map((own) => own.replace(/^_nominal_/, "nominal "));
+  const shown = (/** @type {string} */ own, /** @type {number} */ index) => (nominal[index] && number(own) ? Number(own).toFixed(1) : own);
   return element(
     "table",
     { class: "checklist" },
@@ -195,7 +197,7 @@ function checklist(csv) {
     element(
       "tbody",
       {},
-      ...rows.map((row, index) => element("tr", {}, element("th", { scope: "row" }, `${index + 1}`), ...row.map((own) => element("td", {}, own)), element("td", {}, "☐"))),
+      ...rows.map((row, index) => element("tr", {}, element("th", { scope: "row" }, `${index + 1}`), ...row.map((own, place) => element("td", {}, shown(own, place))), element("td", {}, "☐"))),
     ),
   );
 }

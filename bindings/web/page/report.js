@@ -14,6 +14,7 @@ export function reportElement(html, label) {
   sheet.replaceSync(style.replaceAll(":root", ":host").replace(/\bbody\b/g, ".page").replace(/^main\b/gm, ".page"));
   // The text of its figures keeps its size.
   sheet.insertRule("@media screen { figure { overflow-x: auto } figure svg { min-width: 36rem } }");
+  sheet.insertRule("@media print { .scroll { overflow: visible } .scroll table { font-size: 7pt } .scroll th, .scroll td { padding: 0 .3em } }");
   const host = document.createElement("div");
   host.className = "report";
   host.setAttribute("role", "region");

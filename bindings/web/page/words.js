@@ -17,6 +17,7 @@ const WORDS = [
   [/delta-cal init(?: writes)?/g, "New robot"],
   [/`?calibrate --frame sensor`? (finds|writes)/g, "a calibration with “Frame: the sensor's own” $1"],
   [/`?validate --frame sensor`?/g, "Validate with the sensor's frame"],
+  [/\(--frame sensor\)/g, "(the sensor's own)"],
   [/(?:use |with )?`?--frame sensor`?/g, "choose “Frame: the sensor's own” under Options"],
   [/state --shrinkage/g, "state the shrinkage of prints under Options"],
   [/\(--shrinkage\)/g, "(state it under Options)"],

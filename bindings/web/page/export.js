@@ -42,7 +42,7 @@ export class Export {
     /** @type {[string, string][]} */
     const own = output ? [[output, `${output} (this calibration)`]] : [];
     const all = [...own, ...titled(robots)];
-    options("export-robot", all.length ? all : [["", "calibrate a robot first"]]);
+    options("export-robot", all.length ? all : [["", "calibrate a robot first"]], this.#shown === answer ? undefined : (output ?? undefined));
     const nominal = find(state, request?.robot ?? "")?.kind === "robot" ? request?.robot : "";
     options("export-nominal", [["", "the nearest symmetric robot"], ...titled(robots)], this.#shown === answer ? undefined : nominal);
     const tables = titled(names(state, "samples", "positions", "table"));

@@ -203,6 +203,7 @@ journey("from four lengths to a plan", async (page) => {
   await page.locator("#plan").getByRole("button", { name: "Plan", exact: true }).click();
   await page.locator("#planned svg").first().waitFor();
   assert.doesNotMatch(await page.locator("#planned pre").innerText(), /\u001b|\[1m/);
+  await list(page);
   const robot = await downloaded(page, "Save robot.toml");
   const folder = mkdtempSync(join(tmpdir(), "delta-cal-web-"));
   writeFileSync(join(folder, "robot.toml"), robot);

@@ -542,6 +542,8 @@ journey("50 calibrations leave no listeners and no nodes behind", async (page, {
     await page.waitForFunction((wanted) => window.shown !== (window.shown = document.querySelector("#verdict")) && wanted !== undefined, index);
     await result(page);
     await page.locator("#robot-picture canvas").waitFor();
+    // The end of the report, which is shown part by part.
+    await page.locator("#report footer").waitFor();
   };
   for (let index = 0; index < 15; index++) await again(index);
   const before = await counts();

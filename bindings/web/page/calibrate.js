@@ -5,7 +5,7 @@ import { list, number } from "./numbers.js";
 import { bedFigure, samplesFigure } from "./pictures.js";
 import { reportElement } from "./report.js";
 import { robotFigure } from "./robot3d.js";
-import { find, outputOf, robotOf, robots, samplesOf, tables, withFields } from "./state.js";
+import { find, isMeasured, outputOf, robotOf, robots, samplesOf, tables, withFields } from "./state.js";
 import { verdict } from "./verdict.js";
 import { FIELDS, WITHOUT_MEASUREMENTS } from "./words.js";
 
@@ -67,7 +67,7 @@ export class Calibrate {
     options("second", [["", "none"], ...those], samples[1] ?? "");
     byId("printer-options").hidden = !printer;
     byId("options").hidden = !robot;
-    const from = samples.join(" and ") || (printer ? "the measurements saved in it" : "no samples yet");
+    const from = samples.join(" and ") || (isMeasured(robot) ? "the measurements saved in it" : "no measurements yet");
     byId("chosen").textContent = robot ? `${robot.name}, with ${from}. Options` : "Options";
     const answer = state.asked.calibrate?.answer ?? null;
     if (answer === this.#shown) return;

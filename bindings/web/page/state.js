@@ -252,6 +252,14 @@ export function unread(state) {
 const isTable = (file) => TABLES.includes(file.kind);
 
 /**
+ * Whether a configuration holds measurements.
+ * @param {File | undefined} file
+ */
+export function isMeasured(file) {
+  return file?.kind === "printer" && !/no measurements saved/.test(file.what);
+}
+
+/**
  * The measurements: those that are chosen; otherwise of a robot the first that were read, which stay when others come, and of a
  * printer the newest. A file that cannot be read is taken only where nothing else can be.
  * @param {State} state
@@ -270,8 +278,7 @@ export function samplesOf(state) {
   else own = readable.find((file) => file.batch === robot?.batch) ?? readable[0];
   if (own) return [own.name, chosen[1]].filter((name) => name !== undefined);
   if (joints && positions) return [joints, positions];
-  const saved = robot?.kind === "printer" && !/no measurements saved/.test(robot.what);
-  return saved || all.length === 0 ? [] : [/** @type {File} */ (newest(all)).name];
+  return isMeasured(robot) || all.length === 0 ? [] : [/** @type {File} */ (newest(all)).name];
 }
 
 /** What of the form is not of a robot or of a printer. */

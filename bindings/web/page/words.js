@@ -18,6 +18,7 @@ const WORDS = [
   [/`?calibrate --frame sensor`? (finds|writes)/g, "a calibration with “Frame: the sensor's own” $1"],
   [/`?validate --frame sensor`?/g, "Validate with the sensor's frame"],
   [/\(--frame sensor\)/g, "(the sensor's own)"],
+  [/Use --frame sensor/g, "Choose “Frame: the sensor's own” under Options"],
   [/(?:use |with )?`?--frame sensor`?/g, "choose “Frame: the sensor's own” under Options"],
   [/state --shrinkage/g, "state the shrinkage of prints under Options"],
   [/\(--shrinkage\)/g, "(state it under Options)"],

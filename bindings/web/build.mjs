@@ -3,7 +3,8 @@
 
 import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
-import { cpSync, existsSync, mkdirSync, readFileSync, readdirSync, rmSync, statSync, writeFileSync } from "node:fs";
+import { cpSync, existsSync, mkdirSync, readFileSync, readdirSync, renameSync, rmSync, statSync, writeFileSync } from "node:fs";
+import { homedir } from "node:os";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { brotliCompressSync, gzipSync } from "node:zlib";
@@ -12,12 +13,15 @@ const HERE = dirname(fileURLToPath(import.meta.url));
 const ROOT = join(HERE, "../..");
 const TARGET = process.env.CARGO_TARGET_DIR ?? join(ROOT, "target/web");
 const DIST = join(HERE, "dist");
+/** A browser downloads the program: what is not inlined is not there twice, and the sources' paths say nothing there. */
+const FLAGS = `-Cllvm-args=-inline-threshold=5 -Cllvm-args=-inlinehint-threshold=80 --remap-path-prefix=${process.env.CARGO_HOME ?? join(homedir(), ".cargo")}=.`;
 /** Of everything together, compressed as static hosts do it: with Brotli. */
 const LARGEST = 700_000;
 const EXAMPLES = ["paper-robot/robot.toml", "paper-robot/samples.csv", "circle-sheet/robot.toml", "circle-sheet/samples.csv", "printer/printer.cfg"];
 
 function run(program, ...values) {
-  execFileSync(program, values, { cwd: ROOT, stdio: "inherit" });
+  const env = { CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: FLAGS, ...process.env };
+  execFileSync(program, values, { cwd: ROOT, stdio: "inherit", env });
 }
 
 const program = "wasm32-unknown-unknown/web/delta_cal_web.wasm";
@@ -25,6 +29,12 @@ run("cargo", "build", "--profile", "web", "--target", "wasm32-unknown-unknown", 
 rmSync(DIST, { recursive: true, force: true });
 mkdirSync(DIST);
 run("cargo", "run", "--quiet", "--package", "delta-cal-web-bindgen", "--target-dir", TARGET, "--", join(TARGET, program), DIST);
+
+// The types of the boundary are for `npm run check`, and not of the page.
+const TYPES = join(HERE, "types");
+rmSync(TYPES, { recursive: true, force: true });
+mkdirSync(TYPES);
+for (const name of readdirSync(DIST).filter((name) => name.endsWith(".d.ts"))) renameSync(join(DIST, name), join(TYPES, name));
 
 const optimiser = join(HERE, "node_modules/binaryen/bin/wasm-opt");
 const module = join(DIST, "delta_cal_web_bg.wasm");
@@ -36,6 +46,8 @@ if (existsSync(optimiser)) {
 }
 
 cpSync(join(HERE, "page"), DIST, { recursive: true });
+const bundler = existsSync(join(HERE, "node_modules/esbuild")) ? await import("esbuild") : null;
+if (bundler) await bundled();
 for (const example of EXAMPLES) cpSync(join(ROOT, "host/examples", example), join(DIST, "examples", example));
 
 const inside = (folder, prefix = "") =>
@@ -51,7 +63,7 @@ const worker = readFileSync(join(DIST, "sw.js"), "utf8")
   .replace("delta-cal-unbuilt", `delta-cal-${hash.digest("hex").slice(0, 16)}`);
 writeFileSync(join(DIST, "sw.js"), worker);
 
-if (existsSync(join(HERE, "node_modules/esbuild"))) await oneFile();
+if (bundler) await oneFile();
 
 let [all, compressed, zipped] = [0, 0, 0];
 for (const file of [...files, "sw.js"]) {
@@ -66,12 +78,19 @@ if (compressed > LARGEST) {
   process.exit(1);
 }
 
+/** Two scripts in place of all modules, without what only people read. Names stay, so that an error says where it is. */
+async function bundled() {
+  const entries = ["app.js", "worker.js"].map((name) => join(DIST, name));
+  await bundler.build({ entryPoints: [...entries, join(DIST, "style.css")], bundle: true, format: "esm", minifyWhitespace: true, outdir: DIST, allowOverwrite: true });
+  const kept = ["app.js", "worker.js", "sw.js"];
+  for (const name of readdirSync(DIST).filter((name) => name.endsWith(".js") && !kept.includes(name))) rmSync(join(DIST, name));
+}
+
 /** The page in one file, which a browser opens without a server: it loads neither modules nor workers from files. */
 async function oneFile() {
-  const { build } = await import("esbuild");
   const bundle = async (entry) => {
     const define = { "import.meta.url": '""' };
-    const built = await build({ entryPoints: [join(DIST, entry)], bundle: true, minify: true, write: false, define });
+    const built = await bundler.build({ entryPoints: [join(DIST, entry)], bundle: true, minify: true, write: false, define });
     return built.outputFiles[0].text;
   };
   const inDist = (name, encoding = "utf8") => readFileSync(join(DIST, name), encoding);

@@ -10,3 +10,4 @@ pub mod length;
 mod region;
 pub mod robot_file;
 pub mod samples_file;
+mod time;

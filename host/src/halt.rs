@@ -40,6 +40,7 @@ impl Drop for Halt {
 /// always returns.
 #[inline]
 pub fn check() {
+    #[cfg(not(target_family = "wasm"))]
     if Halt::is_wanted() && rayon::current_thread_index().is_some() {
         std::panic::resume_unwind(Box::new(Halted));
     }

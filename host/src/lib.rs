@@ -27,6 +27,7 @@ pub mod calibration;
 pub mod campaign;
 #[cfg(feature = "cli")]
 pub mod cli;
+mod cores;
 #[cfg(feature = "device")]
 pub mod device;
 pub mod diagnosis;
@@ -40,6 +41,7 @@ pub mod geometry;
 pub mod halt;
 pub mod import;
 pub mod judge;
+mod order;
 pub mod planning;
 pub mod printer;
 pub mod render;

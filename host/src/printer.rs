@@ -14,7 +14,7 @@ use crate::fit::Options;
 use crate::import::{Firmware, Imported, Includes, Stated, lengths, touched};
 pub use area::{ACROSS, Better, Map, Off};
 use area::{bed, radius_of};
-pub use assess::Printer;
+pub use assess::{Printer, as_printed};
 pub(crate) use contradiction::{DOUBTFUL, bad_touch, contradicted_length, contradicting};
 pub use next::{Next, touches_of_bed};
 pub use notes::Change;

@@ -1,65 +1,77 @@
-// The page: files, tabs, and the panels that use them.
+// The page: tabs, the panels behind them, and what concerns them all.
 
 import { Calibrate } from "./calibrate.js";
 import { byId, kept, say } from "./dom.js";
-import { Engine } from "./engine.js";
 import { Export } from "./export.js";
-import { Files } from "./files.js";
+import { FileList } from "./files.js";
 import { NewRobot } from "./new.js";
 import { Plan } from "./plan.js";
+import { redraw } from "./robot3d.js";
 import { Simulate } from "./simulate.js";
+import { EMPTY } from "./state.js";
+import { Store } from "./store.js";
 import { Validate } from "./validate.js";
+import { Waiting } from "./waiting.js";
 
+/** @type {Record<string, string[]>} */
 const EXAMPLES = {
   "paper-robot": ["robot.toml", "samples.csv"],
   "circle-sheet": ["robot.toml", "samples.csv"],
   printer: ["printer.cfg"],
 };
 
-const engine = new Engine();
-const files = new Files(engine, () => {
-  calibrate.refresh();
-  for (const panel of panels) panel.refresh(calibrate.result);
+const waiting = new Waiting();
+const store = new Store((task) => waiting.show(task));
+const files = new FileList(store);
+/** @type {{show(state: import("./state.js").State): void}[]} */
+const panels = [files, new Calibrate(store, files, open), new Export(store), new Validate(store), new Plan(store, waiting), new Simulate(store, waiting)];
+new NewRobot(store, () => open("plan"));
+store.listen((state) => {
+  for (const panel of panels) panel.show(state);
 });
-const calibrate = new Calibrate(engine, files, (result) => {
-  for (const panel of panels) panel.refresh(result);
-});
-const panels = [new Export(engine, files), new Validate(engine, files), new Plan(engine, files), new Simulate(engine, files)];
-new NewRobot(files, () => select(byId("tab-plan")));
+store.update((state) => state);
 
-byId("stop").addEventListener("click", () => engine.stop());
-byId("clear").addEventListener("click", () => files.clear());
-byId("new-button").addEventListener("click", () => select(byId("tab-new")));
+byId("stop").addEventListener("click", () => store.stop());
+byId("clear").addEventListener("click", () => store.update(({ next, fields }) => ({ ...EMPTY, next, fields })));
+byId("new-button").addEventListener("click", () => open("new"));
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 
-for (const button of document.querySelectorAll("[data-example]")) {
+for (const button of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("[data-example]"))) {
   button.addEventListener("click", async () => {
-    const folder = button.dataset.example;
+    const folder = button.dataset.example ?? "";
     const inside = kept("examples");
-    const fetched = EXAMPLES[folder].map(async (name) => {
+    const fetched = (EXAMPLES[folder] ?? []).map(async (name) => {
       const path = `examples/${folder}/${name}`;
-      if (inside) return [name, new TextEncoder().encode(JSON.parse(inside)[path])];
+      if (inside) return { name, bytes: new TextEncoder().encode(JSON.parse(inside)[path]) };
       const response = await fetch(path);
-      return [name, new Uint8Array(await response.arrayBuffer())];
+      if (!response.ok) throw new Error(path);
+      return { name, bytes: new Uint8Array(await response.arrayBuffer()) };
     });
     try {
       const found = await Promise.all(fetched);
-      await files.clear();
-      await files.add(found);
-      select(byId("tab-calibrate"));
+      store.update(({ next }) => ({ ...EMPTY, next }));
+      store.add(found);
+      open("calibrate");
     } catch {
       say("The example could not be loaded.");
     }
   });
 }
 
-const tabs = [...document.querySelectorAll("[role=tab]")];
+const tabs = /** @type {HTMLElement[]} */ ([...document.querySelectorAll("[role=tab]")]);
 
+/** @param {string} name */
+function open(name) {
+  select(byId(`tab-${name}`));
+}
+
+/** @param {HTMLElement} tab @param {boolean} [focus] */
 function select(tab, focus = false) {
   for (const own of tabs) {
     const chosen = own === tab;
     own.setAttribute("aria-selected", String(chosen));
     own.tabIndex = chosen ? 0 : -1;
-    byId(own.getAttribute("aria-controls")).hidden = !chosen;
+    byId(own.getAttribute("aria-controls") ?? "").hidden = !chosen;
   }
   if (focus) tab.focus();
 }
@@ -67,14 +79,15 @@ function select(tab, focus = false) {
 for (const [index, tab] of tabs.entries()) {
   tab.addEventListener("click", () => select(tab));
   tab.addEventListener("keydown", ({ key }) => {
-    const step = { ArrowRight: 1, ArrowLeft: -1 }[key];
-    if (step) select(tabs[(index + step + tabs.length) % tabs.length], true);
+    const step = key === "ArrowRight" ? 1 : key === "ArrowLeft" ? -1 : 0;
+    const next = tabs[(index + step + tabs.length) % tabs.length];
+    if (step && next) select(next, true);
   });
 }
 
 // Nothing is kept: leaving the page asks.
 window.addEventListener("beforeunload", (event) => {
-  if (engine.files.size > 0) event.preventDefault();
+  if (store.state.files.length > 0) event.preventDefault();
 });
 
 if ("serviceWorker" in navigator && location.protocol !== "file:") {

@@ -1,213 +1,167 @@
-// The panel that calibrates: which files, how, and the result.
+// The panel that calibrates: which files, how, and what it means.
 
-import { byId, copyButton, downloadButton, element, faultBox, options, say } from "./dom.js";
-import { Stopped } from "./engine.js";
-import { pictures } from "./pictures.js";
+import { byId, copyButton, downloadButton, element, faultBox, field, folded, options, say, titled } from "./dom.js";
+import { list, number } from "./numbers.js";
+import { bedFigure, samplesFigure } from "./pictures.js";
 import { reportElement } from "./report.js";
+import { robotFigure } from "./robot3d.js";
+import { find, isMeasured, outputOf, robotOf, robots, samplesOf, tables, withFields } from "./state.js";
+import { verdict } from "./verdict.js";
+import { FIELDS, WITHOUT_MEASUREMENTS } from "./words.js";
 
-/** Options of the command that a message may name, and the fields that they are here. */
-const FIELDS = [
-  ["--frame sensor", "frame", "Positions in the sensor frame", "sensor"],
-  ["--robust", "robust", "Leave out samples that disagree", true],
-  ["--method fkm", "method", "Method FKM", "fkm"],
-  ["--rods", "rods", "State the rods' length"],
-  ["--radius", "radius", "State the delta radius"],
-  ["--printed", "printed", "State a printed length"],
-  ["--columns", "columns", "State the columns"],
-  ["M665", "firmware", "Say which firmware"],
-];
+/** @typedef {import("./state.js").State} State */
+/** @typedef {import("./state.js").Answer} Answer */
+/** @typedef {import("./state.js").Fault} Fault */
 
-/** What the owner of a printer states. */
-const STATED = ["rods", "radius", "printed", "shrinkage"];
+/** Warnings beside the verdict; the report has all. */
+const WARNINGS = 3;
 
-/** Calibrates as soon as the files suffice. */
+/** How the text of each field is read. @type {Record<string, (own: HTMLInputElement) => any>} */
+const READ = {
+  limit: (own) => number(own.value),
+  robust: (own) => own.checked,
+  rods: (own) => list(own.value),
+  radius: (own) => list(own.value).slice(0, 1),
+  printed: (own) => list(own.value.replaceAll(/\s*=\s*/g, "=")),
+  shrinkage: (own) => list(own.value.replaceAll(/\s*%/g, "%")).slice(0, 1),
+};
+
 export class Calibrate {
-  /** Files and options of the last result, and the result. */
-  result = null;
-  #engine;
+  #store;
   #files;
-  #done;
-  #asked = "";
-  #turn = 0;
+  #open;
+  /** @type {Answer | null | undefined} */
+  #shown;
 
-  /** `done` is told of every result. */
-  constructor(engine, files, done) {
-    this.#engine = engine;
+  /**
+   * @param {import("./store.js").Store} store
+   * @param {import("./files.js").FileList} files
+   * @param {(tab: string) => void} open
+   */
+  constructor(store, files, open) {
+    this.#store = store;
     this.#files = files;
-    this.#done = done;
-    byId("calibrate").addEventListener("submit", (event) => {
-      event.preventDefault();
-      this.run();
+    this.#open = open;
+    const form = byId("calibrate");
+    form.addEventListener("submit", (event) => event.preventDefault());
+    form.addEventListener("change", (event) => {
+      const own = /** @type {HTMLInputElement} */ (event.target);
+      const value = READ[own.id]?.(own) ?? own.value;
+      const wrong = Number.isNaN(value);
+      own.setCustomValidity(wrong ? "a number is needed" : "");
+      own.reportValidity();
+      if (!wrong) store.update((state) => withFields(state, "calibrate", { [own.id]: value }));
     });
-    for (const id of ["robot", "samples", "second", "frame", "method", "robust", "limit", "columns", "firmware", ...STATED]) {
-      byId(id).addEventListener("change", () => this.run());
-    }
   }
 
-  /** After the files changed: chooses those that belong together, and calibrates. */
-  refresh() {
-    const files = this.#files;
-    const robots = files.names("robot", "printer");
-    const tables = files.names("samples", "joints", "positions", "plan", "table");
-    const pairs = (names, none) => [...(none ? [["", none]] : []), ...names.map((name) => [name, name])];
-    options(byId("robot"), pairs(robots, robots.length ? null : "add a robot file"));
-    const printer = files.find(byId("robot").value)?.kind === "printer";
-    const saved = printer ? "measurements saved in the configuration" : null;
-    const before = byId("samples").value;
-    options(byId("samples"), pairs(tables, saved ?? (tables.length ? null : "add a samples file")));
-    // Joints in one file, positions in another.
-    const joints = files.names("joints")[0];
-    const positions = files.names("positions")[0];
-    options(byId("second"), pairs(tables, "none"), joints && positions ? positions : undefined);
-    if (joints && positions && files.names("samples").length === 0) byId("samples").value = joints;
-    if (printer && !before && files.names("samples").length) byId("samples").value = files.names("samples")[0];
+  /** @param {State} state */
+  show(state) {
+    const robot = find(state, robotOf(state));
+    const printer = robot?.kind === "printer";
+    const samples = samplesOf(state);
+    const all = robots(state);
+    options("robot", all.length ? titled(all) : [["", "add a robot file"]], robot?.name ?? "");
+    const none = printer ? "saved in the configuration" : "add a samples file";
+    const those = titled(tables(state));
+    options("samples", printer || !those.length ? [["saved", none], ...those] : those, samples[0] ?? "saved");
+    options("second", [["", "none"], ...those], samples[1] ?? "");
     byId("printer-options").hidden = !printer;
-    this.run({ quietly: true });
+    byId("options").hidden = !robot;
+    const from = samples.join(" and ") || (isMeasured(robot) ? "the measurements saved in it" : "no measurements yet");
+    byId("chosen").textContent = robot ? `${robot.name}, with ${from}. Options` : "Options";
+    const answer = state.asked.calibrate?.answer ?? null;
+    if (answer === this.#shown) return;
+    this.#shown = answer;
+    if (!answer) byId("result").replaceChildren();
+    else if (answer.Err) this.#fault(answer.Err);
+    else this.#result(state, answer);
   }
 
-  request() {
-    const samples = [byId("samples").value, byId("second").value].filter(Boolean);
-    return {
-      robot: byId("robot").value,
-      samples,
-      method: byId("method").value || null,
-      robust: byId("robust").checked,
-      sensor: byId("frame").value === "sensor",
-      limit: byId("limit").value ? Number(byId("limit").value) : null,
-      ...Object.fromEntries(STATED.map((id) => [id, byId(id).value])),
-      columns: byId("columns").value || null,
-      firmware: byId("firmware").value || null,
-    };
-  }
-
-  /** Calibrates what is chosen; quietly only if something changed. */
-  async run({ quietly = false } = {}) {
-    const request = this.request();
-    const printer = this.#files.find(request.robot)?.kind === "printer";
-    const ready = request.robot && (request.samples.length || printer);
-    byId("go").disabled = !ready;
-    if (!ready) {
-      if (!this.#files.known.length) this.clear();
-      this.#asked = "";
-      return;
-    }
-    const involved = [request.robot, ...request.samples, ...this.#files.names("included")];
-    const asked = JSON.stringify([request, involved.map((name) => stamp(this.#engine.files.get(name)))]);
-    if (quietly && asked === this.#asked) return;
-    this.#asked = asked;
-    const turn = ++this.#turn;
-    const now = Math.floor(Date.now() / 1000);
-    let answer;
-    try {
-      answer = await waiting(this.#engine, "Calibrating", () =>
-        this.#engine.ask("calibrate", JSON.stringify({ ...request, now })),
-      );
-    } catch (error) {
-      if (error instanceof Stopped) say("Stopped.");
-      else this.#fault({ message: `the computation failed: ${error.message}`, remedy: "reload the page, and report this file" });
-      return;
-    }
-    if (turn !== this.#turn) return;
-    if (answer.Err) this.#fault(answer.Err);
-    else this.#show(request, answer.Ok, answer.milliseconds);
-  }
-
-  clear() {
-    this.result = null;
-    byId("result").replaceChildren();
-    this.#done(null);
-  }
-
+  /** @param {Fault} fault */
   #fault(fault) {
-    this.result = null;
     const said = `${fault.message} ${fault.diagnosis ?? ""} ${fault.remedy ?? ""}`;
-    const actions = FIELDS.filter(([option]) => said.includes(option)).map(([, id, label, value]) =>
-      element("button", { type: "button", onclick: () => this.#set(id, value) }, label),
-    );
-    if (fault.file && this.#files.find(fault.file)) {
-      actions.unshift(
-        element("button", { type: "button", onclick: () => this.#files.edit(fault.file, fault.line) }, `Fix ${fault.file}`),
-      );
+    /** @type {(label: string, onclick: () => void) => HTMLElement} */
+    const button = (label, onclick) => element("button", { type: "button", onclick }, label);
+    const actions = FIELDS.filter(([option]) => said.includes(option)).map(([, id, label, value]) => button(label, () => this.#set(id, value)));
+    const { file } = fault;
+    if (file && find(this.#store.state, file)) actions.unshift(button(`Fix ${file}`, () => this.#files.edit(file, fault.line)));
+    if (WITHOUT_MEASUREMENTS.test(said)) {
+      actions.unshift(button("Type heights", () => this.#files.heights.open()));
+      actions.unshift(button("Plan touches", () => this.#open("plan")));
     }
-    if (fault.json) actions.push(downloadButton("refusal.json", () => fault.json, "application/json"));
+    if (fault.json) actions.push(downloadButton("refusal.json", fault.json, { type: "application/json" }));
     byId("result").replaceChildren(faultBox(fault, ...actions));
     say(fault.refused ? "Refused." : "Error.");
-    this.#done(null);
   }
 
+  /** @param {string} id @param {string | boolean | undefined} value */
   #set(id, value) {
-    const field = byId(id);
-    byId("options").open = true;
+    const own = field(id);
+    /** @type {HTMLDetailsElement} */ (byId("options")).open = true;
     if (value === undefined) {
-      field.focus();
+      own.focus();
       return;
     }
-    if (field.type === "checkbox") field.checked = value;
-    else field.value = value;
-    this.run();
+    if (typeof value === "boolean") own.checked = value;
+    else own.value = value;
+    own.dispatchEvent(new Event("change", { bubbles: true }));
   }
 
-  async #show(request, found, milliseconds) {
-    const output = this.#files.putResult("calibrated.toml", found.toml);
-    this.result = { request, output, ...found };
-    const paste = found.paste;
+  /** @param {State} state @param {Answer} answer */
+  #result(state, answer) {
+    const found = answer.Ok;
+    const output = outputOf(state) ?? "calibrated.toml";
+    const { good, crash, sentences, warnings, notes, next } = verdict(found);
+    const request = state.asked.calibrate?.request ?? {};
+    const { paste, toml, html, json, report } = found;
+    const primary = paste ? copyButton(paste, "Copy the lines", true) : downloadButton(output, toml, { first: !report.printer });
+    const then = { plan: "Plan touches", validate: "Check it" };
+    const shown = warnings.slice(0, WARNINGS).map((own) => element("li", {}, own));
+    const more = warnings.length - shown.length;
     const parts = [
       element(
-        "div",
-        { class: "row", id: "downloads" },
-        downloadButton(output, () => found.toml),
-        copyButton(() => found.toml, `Copy ${output}`),
-        downloadButton("report.html", () => found.html, "text/html"),
-        downloadButton("report.json", () => found.json, "application/json"),
-        paste && downloadButton("paste.cfg", () => paste),
-        paste && copyButton(() => paste, "Copy the lines to paste"),
-        element("button", { type: "button", onclick: () => window.print() }, "Print"),
+        "section",
+        { id: "verdict", class: good ? "good" : "doubtful", "aria-label": "verdict" },
+        crash && element("p", { class: "crash", role: "alert" }, element("strong", {}, "Before you paste: "), crash),
+        ...sentences.map((own) => element("p", {}, own)),
+        ...notes.map((own) => element("p", { class: "note" }, own)),
+        shown.length > 0 && element("div", { class: "fault" }, element("strong", {}, warnings.length === 1 ? "A warning:" : `${warnings.length} warnings:`), element("ul", {}, ...shown), more > 0 && `${more} more in the report.`),
+        element("div", { class: "row" }, primary, next && element("button", { type: "button", onclick: () => this.#open(next) }, then[next])),
       ),
+      found.bed ? bedFigure(found.bed) : samplesFigure(report.samples),
     ];
-    if (paste) parts.push(element("pre", { id: "paste", tabindex: 0, "aria-label": "lines to paste" }, paste));
-    const drawn = element("div", { id: "pictures" });
-    parts.push(drawn, reportElement(found.html, "report"));
-    byId("result").replaceChildren(...parts);
-    say(`Calibrated from ${request.samples.join(" and ") || request.robot} in ${milliseconds.toFixed(0)} ms.`);
-    this.#done(this.result);
-    drawn.replaceChildren(...(await pictures(this.#engine, this.result)));
+    if (paste) parts.push(folded("The lines", {}, element("pre", { id: "paste", tabindex: 0, "aria-label": "lines to paste" }, paste)));
+    if (found.bed) parts.push(folded("Error of each measurement", {}, samplesFigure(report.samples)));
+    parts.push(
+      opened("The robot in 3D", { id: "robot-picture" }, () => robotFigure(this.#store, { ...request, after: output }, found.joints)),
+      opened("Full report: parameters, uncertainty, warnings", { id: "report" }, () => reportElement(html, "report")),
+      folded(
+        "Downloads",
+        { id: "downloads" },
+        element(
+          "div",
+          { class: "row" },
+          (paste || report.printer) && downloadButton(output, toml),
+          paste && downloadButton("paste.cfg", paste),
+          copyButton(toml, `Copy ${output}`),
+          downloadButton("report.html", html, { type: "text/html" }),
+          downloadButton("report.json", json, { type: "application/json" }),
+        ),
+      ),
+    );
+    byId("result").replaceChildren(...parts.filter((own) => own !== null));
+    say(`Calibrated from ${request.samples?.join(" and ") || request.robot} in ${(answer.milliseconds ?? 0).toFixed(0)} ms.`);
   }
-}
-
-/** Which content a name had when it was used: another array is another content. */
-const stamps = new WeakMap();
-let stampsGiven = 0;
-function stamp(bytes) {
-  if (!bytes) return 0;
-  if (!stamps.has(bytes)) stamps.set(bytes, ++stampsGiven);
-  return stamps.get(bytes);
 }
 
 /**
- * Shows what is being computed and for how long, with a button that stops it. `ask` is given a function that shows another
- * text, and which part is done.
+ * What is made when it is unfolded first: most results are not looked at in all parts.
+ * @param {string} title
+ * @param {Record<string, any>} attributes
+ * @param {() => HTMLElement} make
  */
-export async function waiting(engine, what, ask) {
-  const bar = byId("waiting");
-  const begin = performance.now();
-  const drawn = bar.querySelector("progress");
-  drawn.removeAttribute("value");
-  const show = () => {
-    const seconds = Math.round((performance.now() - begin) / 1000);
-    byId("waiting-text").textContent = seconds ? `${what} … ${seconds} s` : `${what} …`;
-  };
-  show();
-  const later = setTimeout(() => (bar.hidden = false), 200);
-  const timer = setInterval(show, 500);
-  try {
-    return await ask((text, part) => {
-      what = text;
-      if (part !== undefined) drawn.value = part;
-      show();
-    });
-  } finally {
-    clearTimeout(later);
-    clearInterval(timer);
-    bar.hidden = true;
-  }
+function opened(title, attributes, make) {
+  const own = folded(title, attributes);
+  own.addEventListener("toggle", () => own.append(make()), { once: true });
+  return own;
 }

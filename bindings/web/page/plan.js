@@ -1,153 +1,203 @@
-// The panel that chooses what to measure.
+// The panel that chooses what to measure: poses of a robot, or touches of a printer's bed.
 
-import { byId, downloadButton, element, faultBox, options, plain, say, shape } from "./dom.js";
-import { waiting } from "./calibrate.js";
 import { chart } from "./chart.js";
+import { byId, choice, copyButton, downloadButton, element, faultBox, field, options, plain, say, shape, titled } from "./dom.js";
+import { number } from "./numbers.js";
+import { dropped, ended, begun, find, robotOf, robots } from "./state.js";
+import { inPageWords } from "./words.js";
+
+/** @typedef {import("./state.js").State} State */
+/** @typedef {import("./state.js").Answer} Answer */
 
 const COUNTS = [8, 12, 16, 20, 30, 40];
 
 export class Plan {
-  #engine;
-  #files;
+  #store;
+  #waiting;
+  /** @type {unknown} */
+  #planned;
+  /** @type {unknown} */
+  #drawn;
+  #kind = "";
 
-  constructor(engine, files) {
-    this.#engine = engine;
-    this.#files = files;
+  /** @param {import("./store.js").Store} store @param {import("./waiting.js").Waiting} waiting */
+  constructor(store, waiting) {
+    this.#store = store;
+    this.#waiting = waiting;
     byId("plan").addEventListener("submit", (event) => {
       event.preventDefault();
-      this.run();
+      store.run("plan", "plan", this.#request());
     });
-    byId("plan-curve").addEventListener("click", () => this.curve());
+    byId("plan").addEventListener("change", () => store.update((state) => dropped(dropped(state, "plan"), "curve")));
+    byId("plan-curve").addEventListener("click", () => this.#curve());
   }
 
-  refresh() {
-    const robots = this.#files.names("robot", "printer");
-    const pairs = robots.length ? robots.map((name) => [name, name]) : [["", "add a robot file, or make one under New robot"]];
-    options(byId("plan-robot"), pairs);
-    if (this.#files.find(byId("plan-robot").value)?.kind === "printer") byId("plan-measure").value = "plane|base";
+  /** @param {State} state */
+  show(state) {
+    const all = robots(state);
+    options("plan-robot", all.length ? titled(all) : [["", "add a robot file, or make one under New robot"]], this.#kind ? undefined : robotOf(state));
+    const kind = find(state, choice("plan-robot").value)?.kind ?? "";
+    if (kind !== this.#kind) field("plan-count").value = kind === "printer" ? "16" : "20";
+    this.#kind = kind;
+    for (const own of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("#plan .of-robot"))) own.hidden = kind === "printer";
+    byId("plan-go").textContent = kind === "printer" ? "Plan touches" : "Plan";
+    this.#show(state.asked.plan?.answer ?? null);
+    this.#showCurve(state.asked.curve?.answer ?? null);
   }
 
   #request() {
-    const [measure, frame] = byId("plan-measure").value.split("|");
+    const [measure, frame] = choice("plan-measure").value.split("|");
+    const printer = this.#kind === "printer";
     return {
-      robot: byId("plan-robot").value,
-      measure,
-      sensor: frame === "sensor",
-      count: Number(byId("plan-count").value),
-      accuracy: byId("plan-accuracy").value ? Number(byId("plan-accuracy").value) : null,
-      within: byId("plan-within").value || null,
-      absolute: byId("plan-absolute").checked,
-      shortest: byId("plan-order").value === "shortest",
+      robot: choice("plan-robot").value,
+      count: number(field("plan-count").value),
+      ...(!printer && {
+        measure,
+        sensor: frame === "sensor",
+        accuracy: number(field("plan-accuracy").value),
+        within: field("plan-within").value.trim() || null,
+        absolute: field("plan-absolute").checked,
+        shortest: choice("plan-order").value === "shortest",
+      }),
     };
   }
 
-  async run() {
-    const request = this.#request();
-    const ask = () => this.#engine.ask("plan", JSON.stringify(request));
-    const answer = await waiting(this.#engine, "Planning", ask).catch((error) => ({ Err: { message: error.message } }));
-    if (answer.Err) {
-      byId("planned").replaceChildren(faultBox(answer.Err));
-      return;
-    }
-    const { text, csv, json, workspace } = answer.Ok;
-    const { measurements } = JSON.parse(json);
-    say(`${measurements.length} measurements planned.`);
-    byId("planned").replaceChildren(
-      element(
-        "div",
-        { class: "row" },
-        downloadButton("poses.csv", () => csv, "text/csv"),
-        downloadButton("plan.json", () => json, "application/json"),
-        element("button", { type: "button", onclick: () => window.print() }, "Print the checklist"),
-      ),
-      element("pre", { tabindex: 0, "aria-label": "the plan in words" }, plain(text)),
-      element(
-        "div",
-        { class: "pictures" },
-        view(measurements, workspace, 0, 1, "From above: x to the right, y upwards"),
-        view(measurements, workspace, 0, 2, "From the side: x to the right, z upwards"),
-      ),
-      element("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "checklist" }, checklist(csv)),
-    );
+  /** @param {Answer | null} answer */
+  #show(answer) {
+    if (answer === this.#planned) return;
+    this.#planned = answer;
+    const place = byId("planned");
+    if (!answer) place.replaceChildren();
+    else if (answer.Err) place.replaceChildren(faultBox(answer.Err));
+    else place.replaceChildren(...(answer.Ok.gcode ? touches(answer.Ok) : poses(answer.Ok)));
   }
 
   /** What so many measurements bring, one plan after the other. */
-  async curve() {
+  async #curve() {
     const request = { ...this.#request(), accuracy: null };
     const found = [];
-    try {
-      await waiting(this.#engine, "Planning", async (progress) => {
-        for (const [index, count] of COUNTS.entries()) {
-          progress(`Planning ${count} measurements, ${index + 1} of ${COUNTS.length}`);
-          const answer = await this.#engine.ask("plan", JSON.stringify({ ...request, count }));
-          if (answer.Err) continue;
-          const { before, planned } = JSON.parse(answer.Ok.json);
-          found.push({ count, before, planned });
-          byId("curve").replaceChildren(this.#drawn(found, request.absolute));
-        }
-      });
-    } catch (error) {
-      say(error.message === "stopped" ? "Stopped." : error.message);
+    this.#store.update((state) => begun(state, "curve", request));
+    for (const [index, count] of COUNTS.entries()) {
+      const answer = this.#store.ask("curve", "plan", { ...request, count });
+      this.#waiting.progress(`Planning ${count} measurements, ${index + 1} of ${COUNTS.length}`);
+      const { Ok, Err } = (await answer) ?? {};
+      if (this.#store.state.asked.curve?.request !== request || Err?.message === "stopped") break;
+      if (Ok) {
+        const { before, planned } = JSON.parse(Ok.json);
+        found.push({ count, before, planned });
+      }
+      const so = Ok || found.length ? { Ok: [...found] } : { Err };
+      this.#store.update((state) => ended(state, "curve", request, so));
     }
-    if (found.length === 0) byId("curve").replaceChildren(faultBox({ message: "No plan of up to 40 measurements is possible" }));
   }
 
-  #drawn(found, absolute) {
-    const of = (own) => (absolute ? own.absolute : own.relative);
-    const points = found.map((own) => ({ x: own.count, y: of(own.planned), title: `${own.count}: ${of(own.planned).toPrecision(2)} mm` }));
-    const before = found[0].before && of(found[0].before);
-    const rows = found.map((own) =>
-      element("tr", {}, element("th", { scope: "row" }, `${own.count}`), element("td", {}, of(own.planned).toPrecision(2))),
-    );
-    const head = element("tr", {}, element("th", {}, "measurements"), element("th", {}, "expected error, mm (σ)"));
-    return element(
-      "figure",
-      {},
-      chart({ x: "measurements", y: "expected error, mm", series: [{ points, class: "is", line: true }], log: true }),
-      element("figcaption", {}, before ? `Before any measurement: ${before.toPrecision(2)} mm.` : "No tolerance is stated."),
-      element("table", {}, head, ...rows),
-    );
+  /** @param {Answer | null} answer */
+  #showCurve(answer) {
+    if (answer === this.#drawn) return;
+    this.#drawn = answer;
+    if (!answer) return byId("curve").replaceChildren();
+    if (answer.Err) return byId("curve").replaceChildren(faultBox(answer.Err));
+    byId("curve").replaceChildren(curve(answer.Ok, field("plan-absolute").checked));
   }
 }
 
-/** Poses in their order, seen along an axis. */
-function view(measurements, workspace, across, up, caption) {
-  const at = measurements.map((own) => own.position_mm);
-  const all = [...workspace, ...at];
-  const range = (axis) => [Math.min(...all.map((own) => own[axis])), Math.max(...all.map((own) => own[axis]))];
-  const [[left, right], [low, high]] = [range(across), range(up)];
+/** @param {any} found @returns {Node[]} */
+function touches({ gcode, places, radius }) {
+  say(`${places.length} touches planned.`);
+  return [
+    element("p", {}, `${places.length} touches within ${radius.toFixed(0)} mm of the centre. Run the commands in the printer's console, and drop what it answers here, beside the configuration.`),
+    element("div", { class: "row" }, downloadButton("touches.gcode", gcode, { first: true }), copyButton(gcode, "Copy the commands"), printButton()),
+    element("div", { class: "pictures" }, view(places.map((/** @type {number[]} */ [x, y]) => [x, y, 0]), [[-radius, -radius, 0], [radius, radius, 0]], 0, 1, `From above: ${places.length} places in their order`, radius)),
+    element("pre", { tabindex: 0, "aria-label": "commands" }, gcode),
+  ];
+}
+
+function printButton() {
+  return element("button", { type: "button", onclick: () => window.print() }, "Print the checklist");
+}
+
+/** @param {any} found @returns {Node[]} */
+function poses({ text, csv, json, workspace }) {
+  const { measurements } = JSON.parse(json);
+  say(`${measurements.length} measurements planned.`);
+  const at = measurements.map((/** @type {any} */ own) => own.position_mm);
+  return [
+    element("div", { class: "row" }, downloadButton("poses.csv", csv, { type: "text/csv", first: true }), downloadButton("plan.json", json, { type: "application/json" }), printButton()),
+    element("pre", { tabindex: 0, "aria-label": "the plan in words" }, inPageWords(plain(text))),
+    element("div", { class: "pictures" }, view(at, workspace, 0, 1, "From above: x to the right, y upwards"), view(at, workspace, 0, 2, "From the side: x to the right, z upwards")),
+    element("div", { class: "wide", tabindex: 0, role: "region", "aria-label": "checklist" }, checklist(csv)),
+  ];
+}
+
+/** @param {any[]} found @param {boolean} absolute */
+function curve(found, absolute) {
+  const of = (/** @type {any} */ own) => (absolute ? own.absolute : own.relative);
+  const points = found.map((own) => ({ x: own.count, y: of(own.planned), title: `${own.count}: ${of(own.planned).toPrecision(2)} mm` }));
+  const before = found[0].before && of(found[0].before);
+  const rows = found.map((own) => element("tr", {}, element("th", { scope: "row" }, `${own.count}`), element("td", {}, of(own.planned).toPrecision(2))));
+  const head = element("tr", {}, element("th", {}, "measurements"), element("th", {}, "expected error, mm (σ)"));
+  return element(
+    "figure",
+    {},
+    chart({ x: "measurements", y: "expected error, mm", series: [{ points, class: "is", line: true }], log: true }),
+    element("figcaption", {}, before ? `Before any measurement: ${before.toPrecision(2)} mm.` : "No tolerance is stated."),
+    element("table", {}, head, ...rows),
+  );
+}
+
+/**
+ * Poses in their order, seen along an axis.
+ * @param {number[][]} at
+ * @param {number[][]} space
+ * @param {number} across
+ * @param {number} up
+ * @param {string} caption
+ * @param {number} [circle] radius of a bed
+ */
+function view(at, space, across, up, caption, circle) {
+  const all = [...space, ...at];
+  const of = (/** @type {number[]} */ own, /** @type {number} */ axis) => own[axis] ?? 0;
+  const range = (/** @type {number} */ axis) => [Math.min(...all.map((own) => of(own, axis))), Math.max(...all.map((own) => of(own, axis)))];
+  const [[left = 0, right = 0], [low = 0, high = 0]] = [range(across), range(up)];
   const scale = 380 / Math.max(right - left, high - low);
-  const place = (own) => [30 + (own[across] - left) * scale, 30 + (high - own[up]) * scale];
-  const drawing = shape("svg", { viewBox: `0 0 ${60 + (right - left) * scale} ${60 + (high - low) * scale}`, class: "picture", role: "img", "aria-label": caption });
-  for (const own of workspace) {
-    const [x, y] = place(own);
-    drawing.append(shape("circle", { cx: x, cy: y, r: 2, class: "space-dot" }));
+  const place = (/** @type {number[]} */ own) => [30 + (of(own, across) - left) * scale, 30 + (high - of(own, up)) * scale];
+  const drawing = shape("svg", { viewBox: `0 0 ${60 + (right - left) * scale} ${60 + (high - low) * scale}`, class: "picture view", role: "img", "aria-label": caption });
+  if (circle) {
+    const [x, y] = place([0, 0, 0]);
+    drawing.append(shape("circle", { cx: x, cy: y, r: circle * scale, class: "axis" }));
+  } else {
+    for (const own of space) {
+      const [x, y] = place(own);
+      drawing.append(shape("circle", { cx: x, cy: y, r: 2, class: "space-dot" }));
+    }
   }
   drawing.append(shape("polyline", { points: at.map((own) => place(own).join(",")).join(" "), class: "way", "stroke-width": 0.7 }));
   for (const [index, own] of at.entries()) {
-    const [x, y] = place(own);
+    const [x = 0, y = 0] = place(own);
     drawing.append(
       shape("circle", { cx: x, cy: y, r: 4, class: "is" }, shape("title", {}, `${index + 1}: ${own.map((value) => value.toFixed(1)).join(", ")} mm`)),
       shape("text", { x: x + 6, y: y + 4 }, `${index + 1}`),
     );
   }
-  return element("figure", {}, drawing, element("figcaption", {}, `${caption}; grey: the workspace.`));
+  return element("figure", {}, drawing, element("figcaption", {}, circle ? `${caption}.` : `${caption}; grey: the workspace.`));
 }
 
-/** The samples file as a table with a box to tick. */
+/** The samples file as a table with a box to tick. @param {string} csv */
 function checklist(csv) {
   const lines = csv.split("\n").filter((line) => line && !line.startsWith("#"));
-  const [head, ...rows] = lines.map((line) => line.split(","));
+  const [head = [], ...rows] = lines.map((line) => line.split(","));
+  // What the nominal robot would read is for comparison: a tenth is enough.
+  const nominal = head.map((own) => own.startsWith("_"));
+  const named = head.map((own) => own.replace(/^_nominal_/, "nominal "));
+  const shown = (/** @type {string} */ own, /** @type {number} */ index) => (nominal[index] && number(own) ? Number(own).toFixed(1) : own);
   return element(
     "table",
     { class: "checklist" },
-    element("thead", {}, element("tr", {}, element("th", {}, "no."), ...head.map((own) => element("th", {}, own)), element("th", {}, "done"))),
+    element("thead", {}, element("tr", {}, element("th", {}, "no."), ...named.map((own) => element("th", {}, own)), element("th", {}, "done"))),
     element(
       "tbody",
       {},
-      ...rows.map((row, index) =>
-        element("tr", {}, element("th", { scope: "row" }, `${index + 1}`), ...row.map((own) => element("td", {}, own)), element("td", {}, "☐")),
-      ),
+      ...rows.map((row, index) => element("tr", {}, element("th", { scope: "row" }, `${index + 1}`), ...row.map((own, place) => element("td", {}, shown(own, place))), element("td", {}, "☐"))),
     ),
   );
 }

@@ -1,8 +1,12 @@
 // The panel that calibrates simulated robots: what a calibration with these measurements will be worth.
 
-import { byId, downloadButton, element, faultBox, options, plain, say } from "./dom.js";
-import { waiting } from "./calibrate.js";
 import { chart } from "./chart.js";
+import { byId, choice, downloadButton, element, faultBox, field, options, plain, say, titled } from "./dom.js";
+import { number } from "./numbers.js";
+import { begun, dropped, ended, names } from "./state.js";
+
+/** @typedef {import("./state.js").State} State */
+/** @typedef {import("./state.js").Answer} Answer */
 
 /** How long the worker computes before it tells what it has, ms. */
 const TURN = 300;
@@ -10,89 +14,90 @@ const TURN = 300;
 const POINTS = 200;
 
 export class Simulate {
-  #engine;
-  #files;
-  #turn = 0;
+  #store;
+  #waiting;
+  /** @type {unknown} */
+  #answer;
 
-  constructor(engine, files) {
-    this.#engine = engine;
-    this.#files = files;
+  /** @param {import("./store.js").Store} store @param {import("./waiting.js").Waiting} waiting */
+  constructor(store, waiting) {
+    this.#store = store;
+    this.#waiting = waiting;
     byId("simulate").addEventListener("submit", (event) => {
       event.preventDefault();
-      this.run();
+      this.#run();
     });
+    byId("simulate").addEventListener("change", () => store.update((state) => dropped(state, "simulate")));
   }
 
-  refresh() {
-    const robots = this.#files.names("robot");
-    const none = [["", "add a robot file, or make one under New robot"]];
-    options(byId("simulate-robot"), robots.length ? robots.map((name) => [name, name]) : none);
+  /** @param {State} state */
+  show(state) {
+    const robots = names(state, "robot");
+    options("simulate-robot", robots.length ? titled(robots) : [["", "add a robot file, or make one under New robot"]]);
+    const answer = state.asked.simulate?.answer ?? null;
+    if (answer === this.#answer) return;
+    this.#answer = answer;
+    if (!answer) byId("simulated").replaceChildren();
+    else byId("simulated").replaceChildren(...(answer.Err ? [faultBox(answer.Err)] : shown(answer.Ok)));
   }
 
-  /** Asks for a range of robots after the other. A later campaign ends this one. */
-  async run() {
-    const turn = ++this.#turn;
-    const robots = Number(byId("simulate-robots").value);
-    const request = {
-      robot: byId("simulate-robot").value,
-      robots,
-      poses: Number(byId("simulate-poses").value),
-    };
-    let [first, count, answer] = [0, 4];
-    try {
-      await waiting(this.#engine, "Simulating", async (progress) => {
-        while (first < robots && turn === this.#turn) {
-          const begin = performance.now();
-          answer = await this.#engine.ask("simulate", JSON.stringify({ ...request, first, count }));
-          if (answer.Err) return;
-          first = answer.Ok.done;
-          const fits = (count * TURN) / (performance.now() - begin);
-          count = Math.ceil(Math.min(2 * count, fits));
-          progress(`${first} of ${robots} robots`, first / robots);
-        }
-      });
-    } catch (error) {
-      answer = { Err: { message: error.message } };
-    }
-    if (turn !== this.#turn) return;
-    byId("simulated").replaceChildren(...(answer.Err ? [faultBox(answer.Err)] : this.#shown(robots, answer.Ok)));
-  }
-
-  #shown(robots, { toml, summary: { text, csv, json, errors } }) {
-    say(`${robots} robots simulated.`);
-    return [
-      element(
-        "div",
-        { class: "row" },
-        downloadButton("rows.csv", () => csv, "text/csv"),
-        downloadButton("summary.json", () => json, "application/json"),
-        downloadButton("campaign.toml", () => toml),
-      ),
-      element("pre", { tabindex: 0, "aria-label": "the campaign in words" }, plain(text)),
-      element(
-        "figure",
-        {},
-        chart({
-          x: "robots, %",
-          y: "position error at most, mm",
-          log: true,
-          series: [
-            { points: quantiles(errors.map(([before]) => before)), class: "was", line: true },
-            { points: quantiles(errors.map(([, after]) => after)), class: "is", line: true },
-          ],
-        }),
-        element("figcaption", {}, "Grey: before. Blue: calibrated."),
-      ),
-    ];
+  /** Asks for a range of robots after the other, until there are all or something else is asked for. */
+  async #run() {
+    const robots = number(field("simulate-robots").value) ?? 0;
+    const request = { robot: choice("simulate-robot").value, robots, poses: number(field("simulate-poses").value) };
+    this.#store.update((state) => begun(state, "simulate", request));
+    let [first, count] = [0, 4];
+    do {
+      const begin = performance.now();
+      const answer = await this.#store.ask("simulate", "simulate", { ...request, first, count });
+      if (!answer || this.#store.state.asked.simulate?.request !== request) return;
+      if (answer.Err || answer.Ok.done >= robots) {
+        this.#store.update((state) => ended(state, "simulate", request, answer));
+        return;
+      }
+      first = answer.Ok.done;
+      const fits = (count * TURN) / (performance.now() - begin);
+      count = Math.ceil(Math.min(2 * count, fits));
+      this.#waiting.progress(`${first} of ${robots} robots`, first / robots);
+    } while (first < robots);
   }
 }
 
-/** The error that this part of the robots does not exceed. */
+/** @param {any} found @returns {Node[]} */
+function shown({ toml, done, summary: { text, csv, json, errors } }) {
+  say(`${done} robots simulated.`);
+  return [
+    element(
+      "div",
+      { class: "row" },
+      downloadButton("rows.csv", csv, { type: "text/csv" }),
+      downloadButton("summary.json", json, { type: "application/json" }),
+      downloadButton("campaign.toml", toml),
+    ),
+    element("pre", { tabindex: 0, "aria-label": "the campaign in words" }, plain(text)),
+    element(
+      "figure",
+      {},
+      chart({
+        x: "robots, %",
+        y: "position error at most, mm",
+        log: true,
+        series: [
+          { points: quantiles(errors.map((/** @type {number[]} */ [before]) => before)), class: "was", line: true },
+          { points: quantiles(errors.map((/** @type {number[]} */ [, after]) => after)), class: "is", line: true },
+        ],
+      }),
+      element("figcaption", {}, "Grey: before. Blue: calibrated."),
+    ),
+  ];
+}
+
+/** The error that this part of the robots does not exceed. @param {number[]} errors */
 function quantiles(errors) {
   const sorted = errors.toSorted((one, other) => one - other);
   const count = Math.min(POINTS, sorted.length);
   return Array.from({ length: count }, (_, index) => {
     const place = Math.floor(((index + 1) * sorted.length) / count) - 1;
-    return { x: (100 * (place + 1)) / sorted.length, y: sorted[place] };
+    return { x: (100 * (place + 1)) / sorted.length, y: sorted[place] ?? 0 };
   });
 }

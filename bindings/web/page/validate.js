@@ -1,64 +1,68 @@
 // The panel that checks a robot against measurements that the calibration did not use.
 
-import { byId, downloadButton, element, faultBox, options, say } from "./dom.js";
-import { waiting } from "./calibrate.js";
+import { byId, choice, downloadButton, element, faultBox, field, options, say, titled } from "./dom.js";
+import { number } from "./numbers.js";
 import { reportElement } from "./report.js";
+import { dropped, names, outputOf } from "./state.js";
 
+/** @typedef {import("./state.js").State} State */
+
+/** @type {Record<string, string>} */
 const VERDICTS = { pass: "Passed.", fail: "Failed.", undecided: "Undecided.", not_judged: "Not judged." };
 
 export class Validate {
-  #engine;
-  #files;
-  #result = null;
+  /** @type {unknown} */
+  #answer;
+  /** @type {string | null} */
+  #output = null;
 
-  constructor(engine, files) {
-    this.#engine = engine;
-    this.#files = files;
+  /** @param {import("./store.js").Store} store */
+  constructor(store) {
     byId("validate").addEventListener("submit", (event) => {
       event.preventDefault();
-      this.run();
+      store.run("validate", "validate", made());
     });
+    byId("validate").addEventListener("change", () => store.update((state) => dropped(state, "validate")));
   }
 
-  refresh(result) {
-    const own = result ? [[result.output, `${result.output} (this calibration)`]] : [];
-    const pairs = this.#files.names("robot").map((name) => [name, name]);
-    const none = own.length + pairs.length ? [] : [["", "calibrate a robot first"]];
-    options(byId("validate-robot"), [...own, ...pairs, ...none], result !== this.#result ? result?.output : undefined);
-    this.#result = result;
-    const tables = this.#files.names("samples", "table");
-    const other = tables.filter((name) => !result?.request.samples.includes(name));
-    options(byId("validate-samples"), [...(other.length ? other : ["add a file"])].map((name) => [other.length ? name : "", name]));
-    byId("validated").replaceChildren();
-  }
-
-  async run() {
-    const frame = byId("validate-frame").value;
-    const request = {
-      robot: byId("validate-robot").value,
-      samples: [byId("validate-samples").value].filter(Boolean),
-      limit: Number(byId("validate-limit").value),
-      sensor: frame !== "base",
-      stored: frame === "stored",
-      now: Math.floor(Date.now() / 1000),
-    };
-    const ask = () => this.#engine.ask("validate", JSON.stringify(request));
-    const answer = await waiting(this.#engine, "Validating", ask).catch((error) => ({ Err: { message: error.message } }));
-    if (answer.Err) {
-      byId("validated").replaceChildren(faultBox(answer.Err));
-      return;
-    }
+  /** @param {State} state */
+  show(state) {
+    const output = outputOf(state);
+    /** @type {[string, string][]} */
+    const own = output ? [[output, `${output} (this calibration)`]] : [];
+    const all = [...own, ...titled(names(state, "robot"))];
+    options("validate-robot", all.length ? all : [["", "calibrate a robot first"]], output !== this.#output ? (output ?? undefined) : undefined);
+    this.#output = output;
+    const used = state.asked.calibrate?.request.samples ?? [];
+    const other = names(state, "samples", "table").filter((name) => !used.includes(name));
+    options("validate-samples", other.length ? titled(other) : [["", "add a file"]]);
+    const answer = state.asked.validate?.answer ?? null;
+    if (answer === this.#answer) return;
+    this.#answer = answer;
+    if (!answer) return byId("validated").replaceChildren();
+    if (answer.Err) return byId("validated").replaceChildren(faultBox(answer.Err));
     const { verdict, html, json } = answer.Ok;
-    say(VERDICTS[verdict]);
+    say(VERDICTS[verdict] ?? "");
     byId("validated").replaceChildren(
       element(
         "div",
         { class: "row" },
-        downloadButton("certificate.html", () => html, "text/html"),
-        downloadButton("validation.json", () => json, "application/json"),
+        downloadButton("certificate.html", html, { type: "text/html", first: true }),
+        downloadButton("validation.json", json, { type: "application/json" }),
         element("button", { type: "button", onclick: () => window.print() }, "Print"),
       ),
       reportElement(html, "certificate"),
     );
   }
+}
+
+function made() {
+  const frame = choice("validate-frame").value;
+  return {
+    robot: choice("validate-robot").value,
+    samples: [choice("validate-samples").value].filter(Boolean),
+    limit: number(field("validate-limit").value),
+    sensor: frame !== "base",
+    stored: frame === "stored",
+  };
 }

@@ -2,34 +2,78 @@
 
 import init, { Session } from "./delta_cal_web.js";
 
-// In a page in one file the program stands before this.
-const { program } = globalThis;
-const bytes = program && { module_or_path: Uint8Array.from(atob(program), (own) => own.charCodeAt(0)) };
-const ready = init(bytes).then(() => new Session());
+/** @type {Session} */
+let session;
 
-/** What the page draws of a report; the rest of it stays text. */
-const DRAWN = ["samples", "warnings", "position_error_mm", "expected_error"];
+/** What the page shows of a report; the rest of it stays text. */
+const SHOWN = [
+  "samples", "sample_count", "warnings", "position_error_mm", "residuals", "expected_error", "expanded_uncertainty", "acceptance", "workspace",
+  "determined", "next_poses", "printer",
+];
 
+/**
+ * @param {string} call
+ * @param {any} answer
+ */
 function parsed(call, answer) {
-  if (typeof answer !== "string" || call === "text") return answer;
   const found = JSON.parse(answer);
   if (call === "calibrate" && found.Ok) {
     const report = JSON.parse(found.Ok.json);
-    found.Ok.report = Object.fromEntries(DRAWN.map((key) => [key, report[key]]));
+    found.Ok.report = Object.fromEntries(SHOWN.map((key) => [key, report[key]]));
   }
   return found;
 }
 
-self.addEventListener("message", async ({ data: { id, call, values } }) => {
+/** Loads the program, or takes the one that an earlier worker compiled. @param {WebAssembly.Module | null} compiled */
+async function load(compiled) {
+  // In a page in one file the program stands before this.
+  const text = /** @type {any} */ (globalThis).program;
+  const address = new URL("delta_cal_web_bg.wasm", import.meta.url || "http://none");
+  const bytes = () => Uint8Array.from(atob(text), (own) => own.charCodeAt(0));
+  const program = compiled ?? (await (text ? WebAssembly.compile(bytes()) : WebAssembly.compileStreaming(fetched(address))));
+  await init({ module_or_path: program });
+  session = new Session();
+  self.postMessage({ program });
+}
+
+/** @param {URL} address */
+async function fetched(address) {
+  const response = await fetch(address);
+  if (!response.ok) throw new Error(`${response.status}`);
+  // Whatever type a server gives it.
+  return new Response(response.body, { headers: { "Content-Type": "application/wasm" } });
+}
+
+/** @param {any} question */
+function answer({ id, removed, put, call, values }) {
+  let file = null;
   try {
-    const session = await ready;
+    for (const name of removed) session.remove(name);
+    for (const [name, bytes] of put) {
+      file = name;
+      session.put(name, bytes);
+    }
+    file = call === "recognise" ? values[0] : null;
     const begin = performance.now();
-    const answer = session[call](...values);
+    const text = /** @type {any} */ (session)[call](...values);
     const milliseconds = performance.now() - begin;
-    const found = parsed(call, answer);
-    if (found?.Ok) found.milliseconds = milliseconds;
-    self.postMessage({ id, answer: found });
+    const found = call === "text" ? { Ok: text } : parsed(call, text);
+    self.postMessage({ id, answer: { ...found, milliseconds } });
   } catch (error) {
-    self.postMessage({ id, crash: String(error?.message ?? error) });
+    self.postMessage({ id, file, crash: String(/** @type {any} */ (error)?.message ?? error) });
   }
+}
+
+/** @type {Promise<void>} */
+let ready;
+
+self.addEventListener("message", async ({ data }) => {
+  try {
+    ready ??= load(data.program);
+    await ready;
+  } catch {
+    self.postMessage({ unloadable: true });
+    return;
+  }
+  if (data.call) answer(data);
 });

@@ -3,18 +3,17 @@
 use crate::fault::Fault;
 use crate::folder::Folder;
 use crate::inputs::{Inputs, Request};
-use crate::picture::Pictured;
+use crate::picture::Bed;
 use delta_cal::robot::Drive;
 use delta_cal_host::printer::explained;
 use delta_cal_host::report::calibration::comment;
 use delta_cal_host::report::printer::PrinterReport;
-use delta_cal_host::{CalibrateError, Options, calibrate};
+use delta_cal_host::{CalibrateError, Options, Report, calibrate};
 use serde::Serialize;
 
 /// What the command writes.
 #[derive(Debug, Serialize)]
 pub(crate) struct Calibrated {
-    text: String,
     /// The page of `--report`.
     html: String,
     json: String,
@@ -22,65 +21,69 @@ pub(crate) struct Calibrated {
     toml: String,
     /// The lines of `--paste`.
     paste: Option<String>,
+    /// A printer's bed, before and after.
+    bed: Option<Bed>,
     /// The joints at a printer's end stops, in the file's unit, for an export.
     home: Option<[f64; 3]>,
     /// The range of the joints, degrees or mm of travel.
     joints: [f64; 2],
 }
 
-pub(crate) fn run(files: &Folder, request: &Request) -> Result<(Calibrated, Pictured), Fault> {
-    let refused = |error: CalibrateError| {
-        let json = error.to_json();
-        let fault = Fault::from(error.clone());
-        if error.refused() {
-            fault.with_json(json)
-        } else {
-            fault
-        }
-    };
-    let Inputs {
-        robot,
-        readings,
-        document,
-        printer,
-    } = request.inputs(files)?;
+/// A calibration, and what it is of.
+pub(crate) fn calibrated(files: &Folder, request: &Request) -> Result<(Inputs, Report), Fault> {
+    let inputs = request.inputs(files)?;
+    let printer = inputs.printer.as_ref();
     let options = Options {
         of_printer: printer.is_some(),
         ..request.options()
     };
-    let calibrated = calibrate(&robot, &readings, &options);
-    let mut report = calibrated.map_err(|error| refused(explained(error, printer.as_ref())))?;
-    report.document = Some(document);
+    let calibrated = calibrate(&inputs.robot, &inputs.readings, &options);
+    let mut report = calibrated.map_err(|error| refused(explained(error, printer)))?;
+    report.document = Some(inputs.document.clone());
     if let Some(limit) = request.limit {
         report = report.with_limit(limit);
     }
+    Ok((inputs, report))
+}
+
+fn refused(error: CalibrateError) -> Fault {
+    let json = error.refused().then(|| error.to_json());
+    let fault = Fault::from(error);
+    match json {
+        Some(json) => fault.with_json(json),
+        None => fault,
+    }
+}
+
+pub(crate) fn run(files: &Folder, request: &Request) -> Result<Calibrated, Fault> {
+    let (inputs, report) = calibrated(files, request)?;
+    let Inputs {
+        robot,
+        readings,
+        printer,
+        ..
+    } = inputs;
     let toml = report.after.to_toml(&comment(&report, &readings));
-    let after = report.after.clone();
     let in_file = |joint: f64| match robot.robot.drive() {
         Drive::Rotary => joint.to_degrees(),
         Drive::Linear => joint,
     };
     let home = printer.as_ref().map(|own| own.home.map(in_file));
     let joints = [robot.limits.minimum(), robot.limits.maximum()].map(in_file);
-    let mut printed = None;
-    let (text, html, json) = match &printer {
-        None => (report.to_text(), report.to_html(), report.to_json()),
+    let (html, json, printed) = match &printer {
+        None => (report.to_html(), report.to_json(), None),
         Some(printer) => {
             let report = PrinterReport::of(printer, report).map_err(refused)?;
-            let texts = (report.to_text(), report.to_html(), report.to_json());
-            printed = Some(report.printer);
-            texts
+            (report.to_html(), report.to_json(), Some(report.printer))
         }
     };
-    let pictured = Pictured::new(robot, after, printed.as_ref());
-    let calibrated = Calibrated {
-        text,
+    Ok(Calibrated {
         html,
         json,
         toml,
+        bed: printed.as_ref().and_then(Bed::of),
         paste: printed.and_then(|own| own.lines),
         home,
         joints,
-    };
-    Ok((calibrated, pictured))
+    })
 }

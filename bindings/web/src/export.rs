@@ -1,11 +1,14 @@
 //! `delta-cal export`.
 
+use crate::calibrate::calibrated;
 use crate::fault::Fault;
 use crate::folder::Folder;
+use crate::inputs;
 use delta_cal::robot::Drive;
 use delta_cal_host::export::positions::{Wanted, bed};
 use delta_cal_host::export::{Case, Settings, target, targets as all_targets};
 use delta_cal_host::files::kinematics;
+use delta_cal_host::printer::as_printed;
 use delta_cal_host::{Options, RobotFile, read_samples};
 use serde::{Deserialize, Serialize};
 
@@ -14,6 +17,8 @@ use serde::{Deserialize, Serialize};
 pub(crate) struct Request {
     /// The calibrated robot.
     robot: String,
+    /// The calibration that it comes from: a printer's bed and end stops are then as in its own lines.
+    calibrated_from: Option<inputs::Request>,
     target: String,
     nominal: Option<String>,
     positions: Option<String>,
@@ -46,8 +51,8 @@ fn robot(files: &Folder, name: &str) -> Result<RobotFile, Fault> {
 }
 
 /// Those that take a robot.
-pub(crate) fn targets(files: &Folder, name: &str) -> Result<Vec<Named>, Fault> {
-    let drive = robot(files, name)?.robot.drive();
+pub(crate) fn targets(files: &Folder, request: &Request) -> Result<Vec<Named>, Fault> {
+    let drive = robot(files, &request.robot)?.robot.drive();
     let taking = all_targets().iter();
     let taking = taking.filter(|own| own.drive.is_none_or(|own| own == drive));
     let named = taking.map(|own| Named {
@@ -55,6 +60,20 @@ pub(crate) fn targets(files: &Folder, name: &str) -> Result<Vec<Named>, Fault> {
         title: &own.title,
     });
     Ok(named.collect())
+}
+
+/// Where the printer that was calibrated prints, if it is one.
+fn printed(
+    files: &Folder,
+    request: &Request,
+    robot: &RobotFile,
+) -> Result<Option<(Wanted, Settings)>, Fault> {
+    let Some(from) = &request.calibrated_from else {
+        return Ok(None);
+    };
+    let (inputs, report) = calibrated(files, from)?;
+    let printer = inputs.printer.as_ref();
+    Ok(printer.map(|own| as_printed(own, robot, &report.solution)))
 }
 
 pub(crate) fn run(files: &Folder, request: &Request) -> Result<Exported, Fault> {
@@ -80,24 +99,31 @@ pub(crate) fn run(files: &Folder, request: &Request) -> Result<Exported, Fault> 
         }
         _ => None,
     };
-    let settings = Settings {
-        height: request.height,
-        home: home.map(|home| match drive {
-            Drive::Rotary => home.map(f64::to_radians),
-            Drive::Linear => home,
-        }),
-        platform_radius: request.platform_radius,
-        inches: request.inches,
-        limit: request.limit,
-        level,
-        ..Settings::default()
-    };
     let wanted = match request.positions.as_deref() {
         Some(name) => {
             let poses = kinematics::inverse(&robot, &robot.platform_point(), &files.table(name)?)?;
             Wanted::of(name, poses.into_iter().map(|pose| pose.position).collect())
         }
         None => Wanted::in_workspace(&robot),
+    };
+    let (wanted, settings) = match printed(files, request, &robot)? {
+        Some((printed, settings)) if request.positions.is_none() => (printed, settings),
+        Some((_, settings)) => (wanted, settings),
+        None => (wanted, Settings::default()),
+    };
+    let settings = Settings {
+        height: request.height.or(settings.height),
+        home: home.map_or(settings.home, |home| {
+            Some(match drive {
+                Drive::Rotary => home.map(f64::to_radians),
+                Drive::Linear => home,
+            })
+        }),
+        platform_radius: request.platform_radius,
+        inches: request.inches,
+        limit: request.limit,
+        level: level.or(settings.level),
+        ..settings
     };
     let case = Case {
         robot: &robot,

@@ -9,7 +9,7 @@ use delta_cal_host::{
     ColumnMapping, Frame, InputError, InputText, Method, Options, Readings, RobotFile, printer,
     read_samples,
 };
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use std::path::Path;
 
 /// What the page asks for. Names are of its files.
@@ -18,16 +18,16 @@ use std::path::Path;
 pub(crate) struct Request {
     /// A robot file or a printer's configuration.
     pub(crate) robot: String,
-    /// One file, or joints and then positions.
+    /// One file, or joints and then positions; any number of a printer.
     pub(crate) samples: Vec<String>,
     columns: Option<String>,
     /// Whose configuration it is, where its text does not say.
     firmware: Option<String>,
     /// Of a printer, as the options of the command, in mm without a unit; empty if not stated.
-    rods: String,
-    radius: String,
-    printed: String,
-    shrinkage: String,
+    rods: Vec<String>,
+    radius: Vec<String>,
+    printed: Vec<String>,
+    shrinkage: Vec<String>,
     method: Option<Method>,
     robust: bool,
     /// Whether coordinates are in the sensor's frame.
@@ -49,6 +49,22 @@ pub(crate) struct Inputs {
     pub(crate) printer: Option<Imported>,
 }
 
+/// A robot without its readings.
+#[derive(Debug)]
+pub(crate) enum Machine {
+    Robot(Box<RobotFile>),
+    Printer(Box<Imported>),
+}
+
+impl Machine {
+    pub(crate) fn robot(&self) -> &RobotFile {
+        match self {
+            Self::Robot(own) => own,
+            Self::Printer(own) => &own.robot,
+        }
+    }
+}
+
 impl Request {
     pub(crate) fn options(&self) -> Options {
         Options {
@@ -67,32 +83,37 @@ impl Request {
         }
     }
 
-    /// The samples in one file, or joints and positions in two.
-    pub(crate) fn samples(&self, files: &Folder) -> Result<Option<InputText>, Fault> {
+    /// The files with samples, each for itself.
+    fn tables(&self, files: &Folder) -> Result<Vec<InputText>, Fault> {
         let columns = self.columns.as_deref().filter(|own| !own.trim().is_empty());
         let columns = columns.map(str::parse::<ColumnMapping>).transpose();
         let columns = columns.map_err(Fault::of_request)?;
         let read = |name: &String| {
             let text = files.table(name)?;
-            Ok::<_, Fault>(match &columns {
+            Ok(match &columns {
                 Some(columns) => text.with_columns(columns.clone()),
                 None => text,
             })
         };
-        match self.samples.as_slice() {
-            [] => Ok(None),
-            [only] => read(only).map(Some),
-            [first, second, ..] => Ok(Some(read(second)?.with_beside(read(first)?))),
-        }
+        self.samples.iter().map(read).collect()
+    }
+
+    /// The samples in one file, or joints and positions in two.
+    pub(crate) fn samples(&self, files: &Folder) -> Result<Option<InputText>, Fault> {
+        let mut tables = self.tables(files)?.into_iter();
+        let (first, second) = (tables.next(), tables.next());
+        Ok(first.map(|first| match second {
+            Some(second) => second.with_beside(first),
+            None => first,
+        }))
     }
 
     pub(crate) fn inputs(&self, files: &Folder) -> Result<Inputs, Fault> {
         let name = &self.robot;
         let text = files.settings(name)?;
-        let samples = self.samples(files)?;
         if is_robot_file(&text) {
             let robot = RobotFile::read(&text)?;
-            let samples = samples.ok_or_else(|| {
+            let samples = self.samples(files)?.ok_or_else(|| {
                 Fault::new(
                     format!("{name} is given without its samples"),
                     "add a samples file, or plan measurements",
@@ -105,15 +126,16 @@ impl Request {
                 printer: None,
             });
         }
+        let samples = self.tables(files)?;
         let printer = printer::read(
             self.firmware(&text)?,
             &text,
-            samples.as_slice(),
+            &samples,
             &self.stated()?,
             &|from, wanted| files.included(from, wanted),
             &self.options(),
         )?;
-        let of_samples = samples.as_ref().unwrap_or(&text);
+        let of_samples = samples.first().unwrap_or(&text);
         Ok(Inputs {
             robot: printer.robot.clone(),
             readings: printer.readings.clone(),
@@ -130,9 +152,8 @@ impl Request {
     }
 
     fn stated(&self) -> Result<Stated, Fault> {
-        let lengths = |name: &str, text: &str| {
-            let all = text.split([',', ';']).filter_map(given);
-            let all = all.map(|own| {
+        let lengths = |name: &str, all: &[String]| {
+            let all = all.iter().map(|own| {
                 if own.ends_with(|c: char| c.is_ascii_digit()) {
                     measured(&format!("{own}mm"))
                 } else {
@@ -142,9 +163,9 @@ impl Request {
             all.collect::<Result<Vec<_>, _>>()
                 .map_err(|cause| Fault::of_request(format!("{name}: {cause}")))
         };
-        let all = self.printed.split([',', ';']).filter_map(given);
-        let printed = all.map(printed).collect::<Result<Vec<_>, _>>();
-        let shrinkage = given(&self.shrinkage).map(shrinkage).transpose();
+        let printed = self.printed.iter().map(|own| printed(own));
+        let printed = printed.collect::<Result<Vec<_>, _>>();
+        let shrinkage = self.shrinkage.first().map(|own| shrinkage(own)).transpose();
         let stated = Stated {
             printed: printed.map_err(Fault::of_request)?,
             shrinkage: shrinkage.map_err(Fault::of_request)?,
@@ -155,54 +176,27 @@ impl Request {
             .map_err(|cause| {
                 Fault::new(
                     format!("rods: {cause}"),
-                    "write for example 345, or 345.1, 344.9, 345.0",
+                    "write for example 345, or 345.1; 344.9; 345.0",
                 )
             })?;
         Ok(stated.with_radius(lengths("radius", &self.radius)?.first().copied()))
     }
 
-    fn printer(&self, files: &Folder, text: &InputText) -> Result<Imported, Fault> {
-        let includes = |from: &str, wanted: &str| files.included(from, wanted);
-        let stated = self.stated()?;
-        let imported = self.firmware(text)?.import(text, &stated, &includes)?;
-        Ok(imported.with_prints(&stated)?)
-    }
-
-    /// The robot alone, of a robot file or a configuration.
-    pub(crate) fn robot(&self, files: &Folder) -> Result<RobotFile, Fault> {
+    /// The robot alone, of a robot file or of a printer's configuration.
+    pub(crate) fn machine(&self, files: &Folder) -> Result<Machine, Fault> {
         let text = files.settings(&self.robot)?;
         if is_robot_file(&text) {
-            return Ok(RobotFile::read(&text)?);
+            return Ok(Machine::Robot(Box::new(RobotFile::read(&text)?)));
         }
-        Ok(self.printer(files, &text)?.robot)
+        let includes = |from: &str, wanted: &str| files.included(from, wanted);
+        let imported = self.firmware(&text)?;
+        let imported = imported.import(&text, &self.stated()?, &includes)?;
+        Ok(Machine::Printer(Box::new(imported)))
     }
-}
-
-/// What a field of the page holds, if anything.
-fn given(text: &str) -> Option<&str> {
-    Some(text.trim()).filter(|own| !own.is_empty())
 }
 
 /// Whether a text is that of a robot, and not of a controller.
 pub(crate) fn is_robot_file(text: &InputText) -> bool {
     let named = Path::new(text.name()).extension();
     named.is_some_and(|own| own == "toml") || text.text().contains("[joints]")
-}
-
-/// The files that an import writes.
-#[derive(Debug, Serialize)]
-pub(crate) struct ImportedFiles {
-    robot: String,
-    samples: Option<String>,
-    notes: Vec<String>,
-}
-
-/// Robot file and samples of a printer's configuration.
-pub(crate) fn import(files: &Folder, request: &Request) -> Result<ImportedFiles, Fault> {
-    let imported = request.printer(files, &files.settings(&request.robot)?)?;
-    Ok(ImportedFiles {
-        robot: imported.robot_text(),
-        samples: imported.samples_text(),
-        notes: imported.notes,
-    })
 }

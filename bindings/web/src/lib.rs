@@ -25,17 +25,15 @@ mod validate;
 use delta_cal_host::campaign::Row;
 use fault::Fault;
 use folder::Folder;
-use picture::Pictured;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use wasm_bindgen::prelude::wasm_bindgen;
 
-/// The files of a page, its last calibration, and the robots of its campaign so far.
+/// The files of a page, and the robots of its campaign so far.
 #[wasm_bindgen]
 #[derive(Debug, Default)]
 pub struct Session {
     files: Folder,
-    pictured: Option<Pictured>,
     rows: Vec<Row>,
 }
 
@@ -63,18 +61,14 @@ impl Session {
         Some(text.text().to_owned())
     }
 
-    /// What each file is.
-    pub fn recognise(&self) -> String {
-        answer(&Ok(recognise::all(&self.files)))
+    /// What a file is, a table with the robot of a request.
+    pub fn recognise(&self, name: &str, request: &str) -> String {
+        answer(&parse(request).map(|own| recognise::one(&self.files, name, &own)))
     }
 
     /// `delta-cal calibrate`.
-    pub fn calibrate(&mut self, request: &str) -> String {
-        let done = parse(request).and_then(|own| calibrate::run(&self.files, &own));
-        answer(&done.map(|(calibrated, pictured)| {
-            self.pictured = Some(pictured);
-            calibrated
-        }))
+    pub fn calibrate(&self, request: &str) -> String {
+        answer(&parse(request).and_then(|own| calibrate::run(&self.files, &own)))
     }
 
     /// `delta-cal export`.
@@ -83,18 +77,13 @@ impl Session {
     }
 
     /// The export targets of a robot.
-    pub fn targets(&self, robot: &str) -> String {
-        answer(&export::targets(&self.files, robot))
-    }
-
-    /// `delta-cal import`: robot file and samples of a printer's configuration.
-    pub fn import(&self, request: &str) -> String {
-        answer(&parse(request).and_then(|own| inputs::import(&self.files, &own)))
+    pub fn targets(&self, request: &str) -> String {
+        answer(&parse(request).and_then(|own| export::targets(&self.files, &own)))
     }
 
     /// `delta-cal plan`.
     pub fn plan(&self, request: &str) -> String {
-        answer(&parse(request).and_then(|own| plan::run(&self.files, &own)))
+        answer(&both(request).and_then(|(of, own)| plan::run(&self.files, &of, &own)))
     }
 
     /// `delta-cal validate`.
@@ -108,20 +97,19 @@ impl Session {
         answer(&done)
     }
 
-    /// Shoulders, elbows and platform of the last calibration at joints in the file's unit, before and after.
-    pub fn skeleton(&self, joints: &[f64]) -> String {
-        let pictured = self.pictured.as_ref();
-        answer(&Ok(pictured.and_then(|own| own.skeleton(joints))))
-    }
-
-    /// The height of a printer's nozzle above the bed where its controller believes that it touches.
-    pub fn bed(&self) -> String {
-        answer(&Ok(self.pictured.as_ref().and_then(Pictured::bed)))
+    /// Shoulders, elbows and platform of a robot and of its calibration.
+    pub fn skeleton(&self, request: &str) -> String {
+        answer(&both(request).and_then(|(of, own)| picture::skeleton(&self.files, &of, &own)))
     }
 }
 
 fn parse<T: DeserializeOwned>(request: &str) -> Result<T, Fault> {
     serde_json::from_str(request).map_err(|error| Fault::of_request(error.to_string()))
+}
+
+/// What a request is about, and the rest of it.
+fn both<T: DeserializeOwned>(request: &str) -> Result<(inputs::Request, T), Fault> {
+    Ok((parse(request)?, parse(request)?))
 }
 
 /// `{"Ok": …}`, or `{"Err": …}` with a fault.

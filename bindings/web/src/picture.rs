@@ -1,17 +1,20 @@
 //! What the page draws: the arms of a robot and the bed of a printer, before and after.
 
+use crate::fault::Fault;
+use crate::folder::Folder;
+use crate::inputs;
 use delta_cal::Robot;
 use delta_cal::robot::Drive;
 use delta_cal_host::RobotFile;
 use delta_cal_host::printer::{ACROSS, Off, Printer};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-/// A calibration that can be drawn.
-#[derive(Debug)]
-pub(crate) struct Pictured {
-    before: RobotFile,
-    after: RobotFile,
-    bed: Option<Bed>,
+/// A robot file with a calibration, and joints in the file's unit.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct Request {
+    after: String,
+    joints: [f64; 3],
 }
 
 /// Three arms: shoulder and elbow of each, and the platform; mm.
@@ -22,11 +25,45 @@ pub(crate) struct Arms {
     platform: [f64; 3],
 }
 
-/// The same robot as its file says and as it was found.
+/// The same robot as its file says and as it was found, if both reach these joints.
 #[derive(Debug, Serialize)]
 pub(crate) struct Skeleton {
-    before: Arms,
-    after: Arms,
+    before: Option<Arms>,
+    after: Option<Arms>,
+}
+
+/// `before`: the robot as its file has it.
+pub(crate) fn skeleton(
+    files: &Folder,
+    before: &inputs::Request,
+    request: &Request,
+) -> Result<Skeleton, Fault> {
+    let machine = before.machine(files)?;
+    let before = machine.robot();
+    let after = RobotFile::read(&files.settings(&request.after)?)?;
+    let joints = match before.robot.drive() {
+        Drive::Rotary => request.joints.map(f64::to_radians),
+        Drive::Linear => request.joints,
+    };
+    Ok(Skeleton {
+        before: arms(&before.robot, joints),
+        after: arms(&after.robot, joints),
+    })
+}
+
+fn arms(robot: &Robot<f64>, joints: [f64; 3]) -> Option<Arms> {
+    let platform = robot.forward(&joints).ok()?;
+    let arms = robot.arms();
+    let [one, two, three] = joints;
+    Some(Arms {
+        shoulders: arms.each_ref().map(|arm| arm.d().into()),
+        elbows: [
+            arms[0].elbow(one).into(),
+            arms[1].elbow(two).into(),
+            arms[2].elbow(three).into(),
+        ],
+        platform: platform.into(),
+    })
 }
 
 /// Where the nozzle is when its controller believes that it touches the bed: x, y and the height about its mean at places so
@@ -39,58 +76,20 @@ pub(crate) struct Bed {
     after: Option<Vec<[f64; 3]>>,
 }
 
-impl Pictured {
-    pub(crate) fn new(before: RobotFile, after: RobotFile, printer: Option<&Printer>) -> Self {
-        Self {
-            before,
-            after,
-            bed: printer.and_then(|own| {
-                let heights = |off: &Off| {
-                    let places = off.map.iter();
-                    places.map(|([x, y], off)| [*x, *y, off.z]).collect()
-                };
-                Some(Bed {
-                    radius: own.bed_radius_mm,
-                    step: 2.0 * own.bed_radius_mm / f64::from(ACROSS),
-                    before: heights(own.before.as_ref()?),
-                    after: own.after.as_ref().map(heights),
-                })
-            }),
-        }
-    }
-
-    /// At joints in degrees or mm of travel.
-    pub(crate) fn skeleton(&self, joints: &[f64]) -> Option<Skeleton> {
-        let joints = <[f64; 3]>::try_from(joints).ok()?;
-        let joints = match self.before.robot.drive() {
-            Drive::Rotary => joints.map(f64::to_radians),
-            Drive::Linear => joints,
+impl Bed {
+    /// `None` where no height was measured.
+    pub(crate) fn of(printer: &Printer) -> Option<Self> {
+        let heights = |off: &Off| -> Vec<[f64; 3]> {
+            let places = off.map.iter();
+            places.map(|([x, y], off)| [*x, *y, off.z]).collect()
         };
-        Some(Skeleton {
-            before: arms(&self.before.robot, joints)?,
-            after: arms(&self.after.robot, joints)?,
+        let before = heights(printer.before.as_ref()?);
+        let pasted = printer.after.as_ref().filter(|_| printer.lines.is_some());
+        (!before.is_empty()).then(|| Self {
+            radius: printer.bed_radius_mm,
+            step: 2.0 * printer.bed_radius_mm / f64::from(ACROSS),
+            before,
+            after: pasted.map(heights),
         })
     }
-
-    pub(crate) const fn bed(&self) -> Option<&Bed> {
-        self.bed.as_ref()
-    }
-}
-
-fn arms(robot: &Robot<f64>, joints: [f64; 3]) -> Option<Arms> {
-    let platform = robot.forward(&joints).ok()?;
-    let mut own = Arms {
-        shoulders: [[0.0; 3]; 3],
-        elbows: [[0.0; 3]; 3],
-        platform: platform.into(),
-    };
-    for (index, (arm, joint)) in robot.arms().iter().zip(joints).enumerate() {
-        if let (Some(shoulder), Some(elbow)) =
-            (own.shoulders.get_mut(index), own.elbows.get_mut(index))
-        {
-            *shoulder = arm.d().into();
-            *elbow = arm.elbow(joint).into();
-        }
-    }
-    Some(own)
 }

@@ -2,12 +2,14 @@
 
 use crate::fault::Fault;
 use crate::folder::Folder;
-use crate::inputs::is_robot_file;
+use crate::inputs::{Machine, Request, is_robot_file};
 use delta_cal::robot::Drive;
 use delta_cal_host::files::samples_file::Kind as Measured;
-use delta_cal_host::import::{Firmware, Stated};
+use delta_cal_host::import::{Firmware, Imported, Stated, lengths, touched};
 use delta_cal_host::text::{count, list};
-use delta_cal_host::{InputText, Planned, Readings, RobotFile, read_joints, read_positions};
+use delta_cal_host::{
+    InputError, InputText, Planned, Readings, RobotFile, read_joints, read_positions,
+};
 use serde::Serialize;
 
 /// What a file is for.
@@ -41,22 +43,12 @@ pub(crate) struct Recognised {
     fault: Option<Fault>,
 }
 
-/// A robot to read tables with.
-struct Known {
-    robot: RobotFile,
-}
-
-/// Each file; the tables with the first robot that there is.
-pub(crate) fn all(files: &Folder) -> Vec<Recognised> {
-    let mut known = None;
-    let of_settings: Vec<_> = files
-        .names()
-        .map(|name| settings(files, name, &mut known))
-        .collect();
-    let names = files.names().zip(of_settings);
-    let each =
-        names.map(|(name, found)| found.unwrap_or_else(|| of_table(files, name, known.as_ref())));
-    each.collect()
+/// What a file is, for itself or with the robot that tables are read with; `None` of a table without a robot.
+pub(crate) fn one(files: &Folder, name: &str, request: &Request) -> Recognised {
+    if let Some(found) = settings(files, name) {
+        return found;
+    }
+    of_table(files, name, request.machine(files).ok().as_ref())
 }
 
 fn recognised(name: &str, kind: Kind, what: impl Into<String>, fault: Option<Fault>) -> Recognised {
@@ -69,7 +61,7 @@ fn recognised(name: &str, kind: Kind, what: impl Into<String>, fault: Option<Fau
 }
 
 /// A robot file or a configuration; `None` if it is neither.
-fn settings(files: &Folder, name: &str, known: &mut Option<Known>) -> Option<Recognised> {
+fn settings(files: &Folder, name: &str) -> Option<Recognised> {
     let text = match files.table(name) {
         Ok(text) => text,
         Err(error) => {
@@ -80,11 +72,7 @@ fn settings(files: &Folder, name: &str, known: &mut Option<Known>) -> Option<Rec
     if is_robot_file(&text) {
         let found = files.settings(name).and_then(|text| RobotFile::read(&text));
         return Some(match found {
-            Ok(robot) => {
-                let what = of_robot(&robot);
-                known.get_or_insert(Known { robot });
-                recognised(name, Kind::Robot, what, None)
-            }
+            Ok(robot) => recognised(name, Kind::Robot, of_robot(&robot), None),
             Err(error) => recognised(name, Kind::Robot, "Robot file", Some(error.into())),
         });
     }
@@ -111,15 +99,15 @@ fn settings(files: &Folder, name: &str, known: &mut Option<Known>) -> Option<Rec
                 Drive::Linear => "towers",
                 Drive::Rotary => "rotary arms",
             };
-            let [heights, distances] = imported.counts();
-            let what = format!(
-                "Printer with {title}, {drive}: {} and {} saved",
-                count(heights, "height"),
-                count(distances, "distance")
-            );
-            known.get_or_insert(Known {
-                robot: imported.robot,
-            });
+            let saved = match imported.counts() {
+                [0, 0] => "no measurements saved".to_owned(),
+                [heights, distances] => format!(
+                    "{} and {} saved",
+                    count(heights, "height"),
+                    count(distances, "distance")
+                ),
+            };
+            let what = format!("Printer with {title}, {drive}: {saved}");
             recognised(name, Kind::Printer, what, None)
         }
         Err(error) => {
@@ -164,20 +152,36 @@ fn of_robot(robot: &RobotFile) -> String {
     format!("{kind}, {lengths} {length:.1} mm; states {stated}")
 }
 
-fn of_table(files: &Folder, name: &str, known: Option<&Known>) -> Recognised {
+/// A table or an answer of a console, with the robot that it is read with.
+fn of_table(files: &Folder, name: &str, machine: Option<&Machine>) -> Recognised {
     let text = match files.table(name) {
         Ok(text) => text,
         Err(error) => {
             return recognised(name, Kind::Unusable, "Not a table", Some(error.into()));
         }
     };
-    let Some(Known { robot }) = known else {
-        let rows = text.text().lines().count().saturating_sub(1);
-        let what = format!(
-            "Table of about {}; add the robot to read it",
-            count(rows, "row")
-        );
-        return recognised(name, Kind::Table, what, None);
+    let robot = match machine {
+        None => {
+            let rows = text.text().lines().count().saturating_sub(1);
+            let what = format!(
+                "Table of about {}; add the robot to read it",
+                count(rows, "row")
+            );
+            return recognised(name, Kind::Table, what, None);
+        }
+        Some(Machine::Printer(printer)) => match of_console(&text, printer) {
+            Ok(None) => &printer.robot,
+            Ok(Some(what)) => return recognised(name, Kind::Samples, what, None),
+            Err(error) => {
+                return recognised(
+                    name,
+                    Kind::Samples,
+                    "Answer of a console",
+                    Some(error.into()),
+                );
+            }
+        },
+        Some(Machine::Robot(robot)) => robot,
     };
     let fault = match Readings::read(&text, robot) {
         Ok(readings) => return recognised(name, Kind::Samples, of_readings(&readings), None),
@@ -204,8 +208,22 @@ fn of_table(files: &Folder, name: &str, known: Option<&Known>) -> Recognised {
             let what = format!("{} without joints; add them", count(rows.len(), "position"));
             recognised(name, Kind::Positions, what, None)
         }
-        _ => recognised(name, Kind::Samples, "Samples", Some(fault.into())),
+        _ => recognised(
+            name,
+            Kind::Samples,
+            "Not readable as samples",
+            Some(fault.into()),
+        ),
     }
+}
+
+/// Touches of a printer's bed, or lengths of its prints, in words.
+fn of_console(text: &InputText, printer: &Imported) -> Result<Option<String>, InputError> {
+    if let Some(all) = lengths(text)? {
+        return Ok(Some(format!("{} of prints", count(all.len(), "length"))));
+    }
+    let touched = touched(printer, text)?;
+    Ok(touched.map(|own| format!("{} of the bed", count(own.readings.rows.len(), "height"))))
 }
 
 /// Whether a table's header names anything that is measured.

@@ -12,7 +12,6 @@ use serde::Serialize;
 #[derive(Debug, Serialize)]
 pub(crate) struct Validated {
     verdict: &'static str,
-    text: String,
     /// The certificate.
     html: String,
     json: String,
@@ -36,7 +35,6 @@ pub(crate) fn run(files: &Folder, request: &Request) -> Result<Validated, Fault>
     let found = validate(&robot, &readings, asked)?;
     Ok(Validated {
         verdict: found.verdict.name(),
-        text: report::text(&found),
         html: report::certificate(&found, &document),
         json: report::json(&found, &document),
     })

@@ -94,7 +94,7 @@ export function command(files, ...values) {
   const folder = mkdtempSync(join(tmpdir(), "delta-cal-web-"));
   for (const file of files) execFileSync("cp", [file, folder]);
   const program = process.env.DELTA_CAL ?? join(ROOT, "target/debug/delta-cal");
-  let said = "";
+  let said;
   let code = 0;
   try {
     said = execFileSync(program, values, {

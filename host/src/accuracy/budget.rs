@@ -12,6 +12,7 @@ use crate::effects::{At, EffectKind, Estimated};
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, READINGS};
 use crate::fit::solution::{OF_ROBOT, Solution};
+use crate::order;
 use crate::text::joint;
 use delta_cal::robot::Drive;
 use delta_cal::{Parameter, Sample};
@@ -127,7 +128,7 @@ pub(crate) fn budget(
     }
     let own = usize::from(!solution.is_absolute());
     sources.retain(|(_, parts, _)| (0..2).any(|kind| parts[kind] > LEAST * total[kind]));
-    sources.sort_by(|a, b| b.1[own].total_cmp(&a.1[own]));
+    order::sort_by(&mut sources, |(_, parts, _)| -parts[own]);
     let line = |(source, [absolute, relative], exact): (String, [f64; 2], Option<[f64; 2]>)| {
         Contribution {
             kind: if estimated && source.ends_with("readings") || source == "datum" && of_misfit {

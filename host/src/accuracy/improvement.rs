@@ -17,6 +17,7 @@ use super::quantiles::quantile;
 use super::uncertainty::Sensitivities;
 use crate::files::robot_file::Tool;
 use crate::fit::Solution;
+use crate::order::sort_by;
 use delta_cal::robot::Arm;
 use delta_cal::{Robot, Sample, Tolerance};
 use nalgebra::{DMatrix, DVector, SMatrix};
@@ -52,7 +53,7 @@ impl Change {
     pub(crate) fn without_kernel(self, dimensions: usize) -> Self {
         let eigen = self.sensitivity.clone().symmetric_eigen();
         let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
-        order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
+        sort_by(&mut order, |own| -eigen.eigenvalues[*own]);
         order.truncate(order.len().saturating_sub(dimensions));
         let kept = eigen.eigenvectors.select_columns(&order);
         let projected = |matrix: &DMatrix<f64>| kept.tr_mul(matrix) * &kept;

@@ -5,6 +5,7 @@ use super::quantiles::median;
 use super::rigid_motion::RigidMotions;
 use super::uncertainty::{jacobian, variance};
 use crate::files::robot_file::{RobotFile, Tool};
+use crate::order;
 use delta_cal::Robot;
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -115,7 +116,7 @@ impl PositionError {
                 None => unreachable += 1,
             }
         }
-        known.sort_by(|a, b| a.0.total_cmp(&b.0));
+        order::sort_by(&mut known, |own| own.0);
         let squares: f64 = known.iter().map(|(distance, _)| distance * distance).sum();
         let middle = known.get(known.len() / 2);
         Self {

@@ -1,11 +1,12 @@
 //! Medians and quantiles of χ².
 
+use crate::order;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 /// The median, the upper of two; `None` of nothing.
 pub(crate) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
+    order::sort(&mut values);
     values.get(values.len() / 2).copied()
 }
 

@@ -5,6 +5,7 @@ use crate::files::robot_file::{RobotFile, Tool, Tooled};
 use crate::fit::solution::{OF_ROBOT, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
 use crate::geometry::Reach;
 use crate::halt;
+use crate::order;
 use delta_cal::{Robot, Sample};
 use nalgebra::{SMatrix, Vector3};
 
@@ -296,14 +297,14 @@ impl ExpectedError {
                 .sum::<Vector3<f64>>()
                 / count;
             let far = |pose: &Sample<f64>| (pose.position - centre).norm_squared();
-            found.sort_by(|a, b| far(&b.1).total_cmp(&far(&a.1)));
+            order::sort_by(&mut found, |own| -far(&own.1));
             let (outer, inner) = found.split_at(found.len() / 10);
             let [outermost, others] = [outer, inner].map(|own| {
                 let sum: f64 = own.iter().map(|(variance, _)| variance).sum();
                 f64::sqrt(sum / f64::max(own.len() as f64, 1.0))
             });
             found.extend(edge.0.iter().filter_map(of_pose));
-            found.sort_by(|a, b| b.0.total_cmp(&a.0));
+            order::sort_by(&mut found, |own| -own.0);
             let starts = found.into_iter().take(STARTS);
             let (largest, worst) = starts
                 .map(|start| {

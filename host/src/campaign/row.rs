@@ -6,11 +6,11 @@ use super::simulated::{Planned, measured_at, simulate};
 use super::trial::{ACCEPTED, NO_ROBOT, calibrate};
 use crate::accuracy::information::differences;
 use crate::accuracy::position_error::position_errors;
+use crate::cores;
 use crate::files::input::InputError;
 use crate::halt;
 use csv::ReaderBuilder;
 use delta_cal::Robot;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -94,7 +94,7 @@ pub fn run(
 ) -> Result<Vec<Row>, InputError> {
     let each = robots.end.saturating_sub(robots.start);
     let total = each * plan.scenarios.len() as u64;
-    let batch = ROBOTS_A_THREAD * rayon::current_num_threads() as u64;
+    let batch = ROBOTS_A_THREAD * cores::count() as u64;
     let mut rows = Vec::new();
     let mut finished = 0;
     progress(finished, total);
@@ -103,10 +103,7 @@ pub fn run(
         let mut first = robots.start;
         while first < robots.end {
             let next = robots.end.min(first + batch);
-            let found: Vec<_> = (first..next)
-                .into_par_iter()
-                .map(|robot| of_robot(plan, cases, &planned, robot))
-                .collect();
+            let found = cores::map(first..next, |robot| of_robot(plan, cases, &planned, robot));
             rows.extend(found.into_iter().flatten());
             finished += next - first;
             first = next;

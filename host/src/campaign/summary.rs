@@ -3,6 +3,7 @@
 use super::plan::Case;
 use super::row::{RobotResult, Row};
 use crate::files::input::InputError;
+use crate::order;
 use serde::Serialize;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -22,7 +23,7 @@ pub struct Distribution {
 impl Distribution {
     /// `None` if there are no values.
     pub fn of(mut values: Vec<f64>) -> Option<Self> {
-        values.sort_by(f64::total_cmp);
+        order::sort(&mut values);
         let last = values.len().checked_sub(1)?;
         let at = |percent: usize| {
             let (index, rest) = (percent * last / 100, percent * last % 100);

@@ -10,6 +10,7 @@ use crate::files::samples_file::Readings;
 use crate::fit::{Case, Frame, Options};
 use crate::geometry::outside_limits;
 use crate::judge::attempt;
+use crate::order;
 use crate::text::{capitalised, significant};
 use delta_cal::Sample;
 use delta_cal::frame::RigidTransform;
@@ -319,6 +320,6 @@ fn alike(mut all: Vec<Scored>) -> Vec<Scored> {
     let best = medians.reduce(f64::min).unwrap_or_default();
     all.retain(|scored| scored.median <= ALIKE * best);
     let rank = |scored: &Scored| scored.median.max(SAME * best);
-    all.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
+    order::sort_by(&mut all, rank);
     all
 }

@@ -9,6 +9,7 @@ use crate::effects::{At, Course, Effect, EffectKind};
 use crate::files::samples_file::{Kind, READINGS};
 use crate::fit::Solution;
 use crate::halt;
+use crate::order;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
 
 /// Below this part of a column, nothing of it is left beside the unknowns.
@@ -273,7 +274,7 @@ impl Scan {
         };
         let noise = |off: &[f64]| {
             let mut sorted = off.to_vec();
-            sorted.sort_by(f64::total_cmp);
+            order::sort(&mut sorted);
             OF_MEDIAN * sorted.get(sorted.len() / 2).copied().unwrap_or_default()
         };
         let mut left = off(&DVector::zeros(self.unknowns));

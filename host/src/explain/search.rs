@@ -8,6 +8,7 @@ use crate::fit::solution::Levels;
 use crate::fit::{Case, Options, Solution, solve_with};
 use crate::geometry::Directions;
 use crate::halt;
+use crate::order;
 use delta_cal::ArmIndex;
 use delta_cal::robot::Drive;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -238,7 +239,7 @@ fn searched(case: &Case<'_>) -> Option<Found> {
             .chain(&next)
             .map(Fitted::misfit)
             .fold(f64::INFINITY, f64::min);
-        next.sort_by(|a, b| a.score(misfit).total_cmp(&b.score(misfit)));
+        order::sort_by(&mut next, |own| own.score(misfit));
         let before = all
             .iter()
             .map(|own| own.score(misfit))
@@ -251,7 +252,7 @@ fn searched(case: &Case<'_>) -> Option<Found> {
         all.extend(next);
     }
     let misfit = all.iter().map(Fitted::misfit).fold(f64::INFINITY, f64::min);
-    all.sort_by(|a, b| a.score(misfit).total_cmp(&b.score(misfit)));
+    order::sort_by(&mut all, |own| own.score(misfit));
     let base = found.base.score(misfit);
     all.retain(|own| own.hypothesis != Hypothesis::default() && own.score(misfit) < base);
     if let Some(best) = all.first() {
@@ -578,7 +579,7 @@ impl Search<'_> {
         let least = WORTHWHILE * gains.fold(0.0, f64::max);
         for mut gains in kinds {
             gains.retain(|own| own.0 > least);
-            gains.sort_by(|a, b| b.0.total_cmp(&a.0));
+            order::sort_by(&mut gains, |own| -own.0);
             for (gain, hypothesis) in gains.into_iter().take(OF_EACH_KIND) {
                 let unknowns = hypothesis.unknowns() + 3 * hypothesis.rows.len();
                 let penalty = Self::penalty(unknowns, self.alike(hypothesis.kind()));

@@ -2,7 +2,7 @@
 
 use crate::files::input::InputText;
 use crate::files::robot_file::{Record, RobotFile};
-use jiff::Timestamp;
+use crate::files::time::day;
 use serde::{Serialize, Serializer};
 
 /// An input file, identified by name and content.
@@ -51,13 +51,6 @@ pub struct Document {
 
 fn as_day<S: Serializer>(seconds: &u64, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(&day(*seconds))
-}
-
-/// The UTC date of a time in seconds since 1970-01-01.
-fn day(seconds: u64) -> String {
-    let seconds = i64::try_from(seconds).unwrap_or(i64::MAX);
-    let written = Timestamp::from_second(seconds).unwrap_or(Timestamp::MAX);
-    written.strftime("%F").to_string()
 }
 
 impl Document {

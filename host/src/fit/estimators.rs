@@ -6,6 +6,7 @@ use super::solution::{
     KindNoise, Levels, MOST, PARAMETERS, RowFit, Sensitivity, Solution, Unsolved,
 };
 use super::{Frame, Method};
+use crate::cores;
 use crate::effects::{Places, PlaneFound, PointFound};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Readings};
@@ -18,7 +19,6 @@ use delta_cal::{
     ArmIndex, IkmCalibrator, JointCalibrator, Noise, Robot, Sample, Settings, Tolerance,
 };
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
-use rayon::prelude::*;
 
 /// Parameters of the smaller, faster problem, enough for files with one instrument beside the robot.
 const FEW: usize = 30;
@@ -130,7 +130,7 @@ impl Task<'_> {
             own.flush();
             Ok::<_, Unsolved>(own)
         };
-        let (one, other) = rayon::join(|| taken(0, before), || taken(before.len(), after));
+        let (one, other) = cores::join(|| taken(0, before), || taken(before.len(), after));
         let mut calibrator = one?;
         // Merging cannot fail: robot and noise are the same.
         let _ = calibrator.merge(&other?);
@@ -375,8 +375,7 @@ where
 {
     let count = problem.rows().len();
     let every = count.div_ceil(MOST_SENSITIVITIES).max(1);
-    let looked = (0..count).into_par_iter().map(|row| {
-        halt::check();
+    let looked = cores::map(0..count, |row| {
         let whitened = problem.residuals_at(robot, end, row);
         let columns = problem.linearized_at(robot, end, row);
         let mut by_unknowns = DMatrix::zeros(READINGS, units.len());
@@ -409,7 +408,7 @@ where
         });
         (fit, sensitivity)
     });
-    let (fits, kept): (Vec<_>, Vec<_>) = looked.unzip();
+    let (fits, kept): (Vec<_>, Vec<_>) = looked.into_iter().unzip();
     (fits, kept.into_iter().flatten().collect())
 }
 

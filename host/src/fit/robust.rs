@@ -11,6 +11,7 @@
 //! many minima, and the wrong rows must not choose among them (Yohai's MM-estimate, 1987).
 
 use super::solution::{PARAMETERS, Unsolved};
+use crate::order;
 use delta_cal::Settings;
 use delta_cal::calibration::limits::SUSPECTED;
 use delta_cal::calibration::{TolerancePrior, Unknowns};
@@ -431,7 +432,7 @@ where
     fn nearest(&self, starting: &Starting) -> (Vec<usize>, f64) {
         let distance = |row: &usize| self.states[*row].distance;
         let mut distances: Vec<_> = starting.rows.iter().map(distance).collect();
-        distances.sort_unstable_by(f64::total_cmp);
+        order::sort(&mut distances);
         let farthest = distances.get(starting.kept.saturating_sub(1));
         let near = |row: &usize| farthest.is_some_and(|farthest| distance(row) <= *farthest);
         let rows: Vec<_> = starting.rows.iter().copied().filter(near).collect();

@@ -6,6 +6,7 @@ use crate::files::robot_file::{RobotFile, scaled};
 use crate::files::samples_file::Kind;
 use crate::fit::Solution;
 use crate::fit::solution::{KindNoise, PARAMETERS};
+use crate::order;
 use crate::text::{in_file_units, list, significant, tolerance_keys};
 use delta_cal::robot::{Drive, ParameterKind};
 use delta_cal::{ArmIndex, Parameter, Real, Robot, Tolerance};
@@ -186,7 +187,7 @@ impl PriorTest {
         };
         let (mut chi_square, mut combinations) = (0.0, 0);
         let mut pairs: Vec<_> = eigen.eigenvalues.iter().zip(&along).collect();
-        pairs.sort_by(|a, b| a.0.total_cmp(b.0));
+        order::sort_by(&mut pairs, |own| *own.0);
         for (part, along) in pairs.into_iter().take(of) {
             // c = 1/(1 + Λ) is the remaining fraction of the prior's variance, d = m/(1 − c) the samples' own estimate.
             let part = part.max(LEAST);
@@ -277,7 +278,7 @@ fn changes(before: &Robot<f64>, after: &Robot<f64>) -> Vec<Change> {
         }
     };
     let mut changes: Vec<_> = parameters(before).map(change).collect();
-    changes.sort_by(|a, b| b.size.total_cmp(&a.size));
+    order::sort_by(&mut changes, |own| -own.size);
     changes
 }
 

@@ -5,6 +5,7 @@ use super::PlanError;
 use super::setup::Setup;
 use crate::accuracy::information::prior;
 use crate::accuracy::uncertainty::{INSIDE, Sensitivities, first_inside, inside};
+use crate::cores;
 use crate::effects::{At, Course, EffectKind, Tilting};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Reading, Readings};
@@ -12,13 +13,11 @@ use crate::fit::jointly::stated;
 use crate::fit::observations::{instruments, levels, row, tolerance};
 use crate::fit::solution::{MOST, OF_ROBOT, PARAMETERS, RobotCovariance, WITH_TRANSMISSIONS};
 use crate::fit::{Frame, Unsolved};
-use crate::halt;
 use delta_cal::observations::ObservationProblem;
 use delta_cal::simulate::made_robot;
 use delta_cal::{Robot, Sample, Settings};
 use nalgebra::{DMatrix, DVector};
 use rand_pcg::Pcg32;
-use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 use serde::Serialize;
 
 /// Robots drawn from the tolerance. The mean square differs by up to 40 % between robots, so the rms over 64 of them
@@ -85,15 +84,13 @@ impl Judge {
             let made = (0..MADE).filter_map(|_| made_robot(&file.robot, tolerance, rng).ok());
             made.collect::<Vec<_>>()
         });
-        let made: Vec<_> = made.collect();
-        let made = made.into_par_iter().filter_map(|robot| {
-            halt::check();
+        let made = cores::map(made, |robot| {
             let file = file.clone();
             place(RobotFile { robot, ..file }, EACH)
         });
         Ok(Self {
             nominal,
-            made: made.collect(),
+            made: made.into_iter().flatten().collect(),
         })
     }
 
@@ -134,13 +131,12 @@ impl Judge {
             [] => std::slice::from_ref(&self.nominal),
             made => made,
         };
-        let squares = robots.par_iter().map(|place| {
-            halt::check();
+        let squares = cores::map(robots, |place| {
             let covariance = known(place)?;
             let squares = place.weights.each_ref().map(|own| own.dot(&covariance));
             squares.iter().all(|own| *own >= 0.0).then_some(squares)
         });
-        let squares: Vec<[f64; 2]> = squares.collect::<Option<_>>()?;
+        let squares: Vec<[f64; 2]> = squares.into_iter().collect::<Option<_>>()?;
         let rms = |of: usize| {
             let sum: f64 = squares.iter().map(|own| own[of]).sum();
             (sum / squares.len() as f64).sqrt()

@@ -9,14 +9,15 @@ use super::judge::Information;
 use super::request::{Kind, Wishes};
 use super::selection::{Selection, drawn};
 use super::setup::{Planned, Setup};
+use crate::cores;
 use crate::files::samples_file::{Reading, ReadingFrom};
 use crate::fit::solution::RobotCovariance;
 use crate::geometry::below;
+use crate::order;
 use delta_cal::{Parameter, Sample};
 use nalgebra::{DMatrix, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 /// Candidates from the whole workspace.
 const CANDIDATES: usize = 1500;
@@ -70,7 +71,7 @@ impl<'a> Search<'a> {
         };
         let drawn = selection.draw_many(DRAWN, rng)?;
         let mut steepness: Vec<_> = drawn.iter().map(|pose| search.steepness(pose)).collect();
-        steepness.sort_by(f64::total_cmp);
+        order::sort(&mut steepness);
         search.steep = STEEP.max(steepness[DRAWN / 2]);
         for wish in &kinds.0 {
             for instrument in 0..search.instruments_of(wish.kind) {
@@ -123,14 +124,14 @@ impl<'a> Search<'a> {
                 (chosen, Pcg32::seed_from_u64(rng.next_u64()))
             })
             .collect();
-        let found: Vec<_> = starts
-            .into_par_iter()
-            .filter_map(|(chosen, mut rng)| {
-                let set = pool.exchange(pool.set(chosen)?);
-                self.nearer::<R>(members(&drawn, &set), &mut rng)
-            })
-            .collect();
-        let best = found.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        let found = cores::map(starts, |(chosen, mut rng)| {
+            let set = pool.exchange(pool.set(chosen)?);
+            self.nearer::<R>(members(&drawn, &set), &mut rng)
+        });
+        let best = found
+            .into_iter()
+            .flatten()
+            .min_by(|a, b| a.1.total_cmp(&b.1));
         best.map(|(chosen, _)| chosen).ok_or(PlanError::Singular)
     }
 

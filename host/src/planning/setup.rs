@@ -10,6 +10,7 @@ use crate::fit::observations::{USUAL_DISTANCE, USUAL_HEIGHT, is_stated, places};
 use crate::fit::solution::{PARAMETERS, WITH_TRANSMISSIONS};
 use crate::fit::{Frame, Options, solve};
 use crate::geometry::range;
+use crate::order;
 use crate::text::{in_words, joint, rounded};
 use delta_cal::frame::RigidTransform;
 use delta_cal::observations::{Plane, Point};
@@ -384,7 +385,7 @@ impl Setup {
             let mut heights: Vec<_> = heights
                 .map(|(_, height)| (10.0 * height).round() / 10.0 + 0.0)
                 .collect();
-            heights.sort_by(f64::total_cmp);
+            order::sort(&mut heights);
             heights.dedup_by(|one, other| (*one - *other).abs() < SAME);
             plane.blocks = match heights.len() {
                 1..=MOST_BLOCKS => heights,
@@ -481,7 +482,7 @@ fn broadest(poses: &[Sample<f64>]) -> f64 {
 /// The height of a table: one pose in ten lies below it.
 fn low(poses: &[Sample<f64>]) -> f64 {
     let mut heights: Vec<_> = poses.iter().map(|pose| pose.position.z).collect();
-    heights.sort_by(f64::total_cmp);
+    order::sort(&mut heights);
     let height = heights.get(heights.len() / 10).copied().unwrap_or_default();
     10.0 * (height / 10.0).round()
 }

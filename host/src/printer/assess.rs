@@ -107,6 +107,45 @@ fn touches(imported: &Imported, robot: &Robot<f64>) -> Vec<[f64; 2]> {
     at.map(|at| [at.x, at.y]).collect()
 }
 
+/// Where a printer prints, the first layer most of all, with the bed as it was found and the end stops as they are: for its own
+/// lines, and for those of another controller.
+pub fn as_printed(
+    imported: &Imported,
+    calibrated: &RobotFile,
+    solution: &Solution,
+) -> (Wanted, Settings) {
+    let radius = radius_of(imported);
+    let times = |at: &Vector3<f64>| {
+        let on_the_bed = at.z.abs() < ON_THE_BED;
+        if on_the_bed { FIRST_LAYER } else { 1.0 }
+    };
+    let poses = poses(calibrated, radius);
+    let positions = || poses.iter().map(|pose| pose.position);
+    let wanted = Wanted {
+        place: Place::Within(radius),
+        fitted: positions().map(|at| (at, times(&at))).collect(),
+        evaluated: positions().collect(),
+    };
+    // The first plane is the bed.
+    let plane = solution.places.planes.first();
+    let level = plane.map_or_else(Frame::default, |own| {
+        Frame::on_plane(&own.normal, own.offset)
+    });
+    // Where nothing was touched, no height changes.
+    let [heights, _] = imported.counts();
+    let origin = imported.towers.inverse(&Vector3::zeros()).ok();
+    let kept = origin.map(|low| [0, 1, 2].map(|arm| imported.home[arm] - low[arm]));
+    let settings = Settings {
+        home: Some(imported.home),
+        level: Some(level),
+        height: Some(0.0),
+        bed_radius: imported.bed_radius,
+        endstops: kept.filter(|_| heights == 0),
+        ..Settings::default()
+    };
+    (wanted, settings)
+}
+
 impl Printer {
     /// Of a configuration and what was found from its readings.
     ///
@@ -120,37 +159,10 @@ impl Printer {
         let robot = &imported.robot;
         let radius = radius_of(imported);
         let poses = poses(calibrated, radius);
-        let times = |at: &Vector3<f64>| {
-            let on_the_bed = at.z.abs() < ON_THE_BED;
-            if on_the_bed { FIRST_LAYER } else { 1.0 }
-        };
-        let positions = || poses.iter().map(|pose| pose.position);
-        let wanted = Wanted {
-            place: Place::Within(radius),
-            fitted: positions().map(|at| (at, times(&at))).collect(),
-            evaluated: positions().collect(),
-        };
-        // The first plane is the bed.
-        let plane = solution.places.planes.first();
-        let level = plane.map_or_else(Frame::default, |own| {
-            Frame::on_plane(&own.normal, own.offset)
-        });
+        let (wanted, settings) = as_printed(imported, calibrated, solution);
+        let level = settings.level.unwrap_or_default();
         let configured = robot.with_robot(&imported.configured);
-        let settings = Settings {
-            home: Some(imported.home),
-            level: Some(level),
-            height: Some(0.0),
-            bed_radius: imported.bed_radius,
-            ..Settings::default()
-        };
         let [heights, distances] = imported.counts();
-        // Where nothing was touched, no height changes.
-        let origin = imported.towers.inverse(&Vector3::zeros()).ok();
-        let kept = origin.map(|low| [0, 1, 2].map(|arm| imported.home[arm] - low[arm]));
-        let settings = Settings {
-            endstops: kept.filter(|_| heights == 0),
-            ..settings
-        };
         let target = target(imported.target(), robot.robot.drive())?;
         let export = Case {
             robot: calibrated,

@@ -5,6 +5,7 @@ use crate::calibration::refusal::{CalibrateError, Refused};
 use crate::files::input::InputError;
 use crate::finding::Level;
 use crate::import::{Firmware, Imported};
+use crate::order;
 use crate::printer::{
     ACROSS, Change, DOUBTFUL, Map, Next, Off, Printer, alike, bad_touch, common_scale,
     contradicted_length, contradicting,
@@ -306,7 +307,7 @@ fn changes(changes: &[Change]) -> Option<String> {
     let by = |change: &Change| change.after - change.before;
     let changed = changes.iter().filter(|own| by(own).abs() >= CHANGED);
     let mut changed: Vec<_> = changed.collect();
-    changed.sort_by(|one, other| by(other).abs().total_cmp(&by(one).abs()));
+    order::sort_by(&mut changed, |own| -by(own).abs());
     let largest = changed.iter().take(3);
     let largest = largest.map(|own| format!("{} {:+.2} {}", own.name, by(own), own.unit));
     let largest: Vec<_> = largest.collect();

@@ -5,12 +5,13 @@ use super::{
     Cylinder, Influence, Mesh, Options, ParameterInfluence, ToleranceBand, Volume, Workspace,
     WorkspaceError, cylinders,
 };
+use crate::cores;
 use crate::files::convention::Convention;
 use crate::files::robot_file::RobotFile;
 use crate::geometry::Limit;
+use crate::order;
 use delta_cal::kinematics::SingularityDistance;
 use nalgebra::Vector3;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -195,7 +196,7 @@ fn limits(workspace: &Workspace, convention: &Convention) -> Vec<LimitShare> {
         share: area / all,
     };
     let mut shares: Vec<_> = areas.into_iter().map(share).collect();
-    shares.sort_by(|a, b| b.share.total_cmp(&a.share));
+    order::sort_by(&mut shares, |own| -own.share);
     shares
 }
 
@@ -212,15 +213,12 @@ fn singularities(workspace: &Workspace, litres: f64) -> Singularities {
     };
     let mut strided = (1..).map(inside);
     let places = strided.find(|places| places.len() <= POSITIONS);
-    let found = places
-        .unwrap_or_default()
-        .into_par_iter()
-        .filter_map(|place| {
-            let x = grid.node(place);
-            let q = reach.any_joints(robot, &x).ok()?;
-            Some(robot.singularity_distance(&x, &q))
-        });
-    let found: Vec<SingularityDistance<f64>> = found.collect();
+    let found = cores::map(places.unwrap_or_default(), |place| {
+        let x = grid.node(place);
+        let q = reach.any_joints(robot, &x).ok()?;
+        Some(robot.singularity_distance(&x, &q))
+    });
+    let found: Vec<SingularityDistance<f64>> = found.into_iter().flatten().collect();
     let mut singularities = Singularities {
         positions: found.len(),
         least_serial: found.iter().flat_map(|at| at.serial).fold(1.0, f64::min),

@@ -5,10 +5,10 @@
 
 use super::Workspace;
 use super::grid::{Intervals, intersection};
+use crate::cores;
 use crate::geometry::range;
 use crate::halt;
 use nalgebra::Vector3;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 
@@ -112,7 +112,7 @@ impl Scan<'_> {
             let (sin, cos) = (TAU * f64::from(line) / f64::from(LINES)).sin_cos();
             self.line(radius * cos, radius * sin)
         };
-        let lines: Vec<Intervals> = (0..LINES).into_par_iter().map(line).collect();
+        let lines: Vec<Intervals> = cores::map(0..LINES, line);
         let all = lines.iter().cloned();
         let common = all.reduce(|common, line| intersection(&common, &line));
         let slack = between_lines(&lines);

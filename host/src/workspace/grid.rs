@@ -1,11 +1,11 @@
 //! The grid of lines through the workspace's bounding box.
 
 use super::Workspace;
+use crate::cores;
 use crate::geometry::{Limit, Reach, SWEPT, sweep};
-use crate::halt;
+use crate::order;
 use delta_cal::Robot;
 use nalgebra::Vector3;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 /// Lines across the longest side if no spacing is set.
 pub(super) const LINES: f64 = 80.0;
@@ -173,14 +173,10 @@ impl Workspace {
     /// The reachable intervals of all grid lines along an axis.
     pub(super) fn lines_along(&self, axis: usize) -> Vec<Intervals> {
         let (direction, length) = (Vector3::ith(axis, 1.0), self.grid.length(axis));
-        (0..self.grid.lines(axis))
-            .into_par_iter()
-            .map(|line| {
-                halt::check();
-                let origin = self.grid.node(self.grid.beginning(line, axis));
-                self.pieces(&origin, &direction, length)
-            })
-            .collect()
+        cores::map(0..self.grid.lines(axis), |line| {
+            let origin = self.grid.node(self.grid.beginning(line, axis));
+            self.pieces(&origin, &direction, length)
+        })
     }
 
     /// The reachable intervals of a line from `origin` along the unit vector `direction`.
@@ -273,7 +269,7 @@ impl Workspace {
                     .for_each(&mut beside);
             }
         }
-        places.sort_by(f64::total_cmp);
+        order::sort(&mut places);
         places
     }
 }

@@ -3,12 +3,11 @@
 use super::Workspace;
 use super::surface::{Surface, Varied};
 use crate::accuracy::information::{parameters, prior_covariance};
+use crate::cores;
 use crate::files::convention::Convention;
-use crate::halt;
 use delta_cal::robot::ParameterKind;
 use delta_cal::{ArmIndex, Parameter, Tolerance};
 use nalgebra::SVector;
-use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde::Serialize;
 
 /// Influence of one parameter on the boundary, per mm for a length and per degree for an angle.
@@ -51,13 +50,10 @@ impl Influence {
     pub fn of(workspace: &Workspace) -> Self {
         let Workspace { robot, reach, .. } = workspace;
         let varied = Varied::of(robot);
-        let points = workspace.points.par_iter();
-        let displacements = points.map(|point| {
-            halt::check();
+        Self(cores::map(&workspace.points, |point| {
             let surface = Surface::new(robot, reach, point.limit, point.q);
             surface.displacement(&varied, &point.position)
-        });
-        Self(displacements.collect())
+        }))
     }
 
     /// Areas (mm²) and displacements of the points.

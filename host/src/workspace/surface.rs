@@ -12,12 +12,12 @@
 
 use super::grid::PART;
 use super::{Workspace, surface};
+use crate::cores;
 use crate::geometry::{Limit, Reach, other_elbow};
 use delta_cal::kinematics::KinematicsError;
 use delta_cal::robot::{Drive, ParameterKind};
 use delta_cal::{ArmIndex, Parameter, Robot};
 use nalgebra::Vector3;
-use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 use std::f64::consts::{PI, TAU};
 
 /// Step of a length, mm.
@@ -241,8 +241,8 @@ pub(super) fn points(workspace: &Workspace) -> Vec<BoundaryPoint> {
             let point = |(way, sign)| point(workspace, first, axis, way, sign);
             ends.map(point).collect::<Vec<_>>()
         };
-        let lines = workspace.lines[axis].par_iter().enumerate();
-        lines.flat_map_iter(of_line).collect::<Vec<_>>()
+        let lines = workspace.lines[axis].iter().enumerate();
+        cores::map(lines, of_line).into_iter().flatten()
     };
     [0, 1, 2].into_iter().flat_map(along).collect()
 }

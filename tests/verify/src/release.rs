@@ -124,10 +124,11 @@ build/controller | diff expected -
 
 pub(crate) const WEB: Stage = Stage {
     name: "web",
-    about: "the page builds and works in a browser (node, npm, python3, chromium)",
+    about: "the page builds, and works in a browser (node, npm, python3, chromium)",
     commands: &[
         "npm ci --prefix bindings/web --no-audit --no-fund",
         "node bindings/web/build.mjs",
+        "npm run --silent check --prefix bindings/web",
         "cargo build --quiet --profile test --package delta-cal-host --bin delta-cal",
         r#"
 tar -czf "$release/delta-cal-page.tar.gz" -C bindings/web dist

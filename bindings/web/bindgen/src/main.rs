@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .web(true)?
         // The page lets it find the program beside it.
         .omit_default_module_path(false)
-        .typescript(false)
+        .typescript(true)
         .remove_name_section(true)
         .remove_producers_section(true)
         .generate(folder)?;

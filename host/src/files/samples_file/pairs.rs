@@ -5,10 +5,10 @@ use super::{Readings, Row};
 use crate::files::columns::{Quantity, Unit};
 use crate::files::input::{InputError, InputText};
 use crate::files::robot_file::RobotFile;
+use crate::files::time;
+use crate::order;
 use crate::text::count;
 use delta_cal::robot::Drive;
-use jiff::Timestamp;
-use jiff::civil::{DateTime, Time, date};
 use serde::Serialize;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -226,21 +226,8 @@ impl Key {
 /// Parses seconds, a time of day, or a date with time, in UTC or not.
 fn seconds(cell: &str) -> Option<f64> {
     let cell = cell.trim();
-    if let Ok(number) = cell.replace(',', ".").parse() {
-        return Some(number);
-    }
-    // 2026-03-02T10:00:00Z, or with another offset from UTC.
-    if let Ok(time) = cell.parse::<Timestamp>() {
-        return Some(time.as_duration().as_secs_f64());
-    }
-    let since = match cell.parse::<Time>() {
-        Ok(time) => time.duration_since(Time::midnight()),
-        Err(_) => cell
-            .parse::<DateTime>()
-            .ok()?
-            .duration_since(date(1970, 1, 1).at(0, 0, 0, 0)),
-    };
-    Some(since.as_secs_f64())
+    let number = cell.replace(',', ".").parse().ok();
+    number.or_else(|| time::seconds(cell))
 }
 
 /// For each measured row, the row of joints with the same name.
@@ -344,10 +331,10 @@ fn by_time(key: &Key, later: f64) -> Vec<Option<usize>> {
     let (joints, measured) = (of(&key.joints), of(&key.measured));
     let between = |times: &[f64]| {
         let mut sorted = times.to_vec();
-        sorted.sort_by(f64::total_cmp);
+        order::sort(&mut sorted);
         let mut steps: Vec<f64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).collect();
         steps.retain(|step| *step > 0.0);
-        steps.sort_by(f64::total_cmp);
+        order::sort(&mut steps);
         steps.get(steps.len() / 2).copied().unwrap_or(f64::INFINITY)
     };
     let near = NEAR * between(&joints).min(between(&measured));

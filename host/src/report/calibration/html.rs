@@ -6,6 +6,7 @@ use crate::render::page::{self, figure, tile};
 use crate::render::{Section, Table};
 use crate::report::repeatability;
 use crate::text::{in_words, probability, significant, small_or};
+use delta_cal::robot::Drive;
 use maud::{Markup, html};
 
 /// Up to this many samples, the table is open initially.
@@ -43,7 +44,7 @@ pub(super) fn render(report: &Report, first: Option<&Markup>) -> String {
         (text::findings(report))
         @for part in &parts { (part) }
         @if let Some(next) = text::next(report) { div.screen { (next) } }
-        (glossary())
+        (glossary(report.before.robot.drive()))
         @if report.document.is_some() { (page::signature()) }
     };
     page::render(&title, &body)
@@ -159,7 +160,7 @@ fn samples(report: &Report) -> Table {
         )
 }
 
-/// What the parameters mean.
+/// What the parameters of arms that motors turn mean, and those of towers.
 const TERMS: &str = "\
 Dx, Dy, Dz: a point on the motor axis, in the robot's frame; mm
 θ (theta): azimuth of the arm about z; degrees
@@ -170,11 +171,23 @@ Lb: length of the forearm; mm
 X, q: the platform point; the joint angle, 0 with the upper arm level
 σ: standard uncertainty, one standard deviation, marginal over everything that was estimated";
 
+const TOWER_TERMS: &str = "\
+Dx, Dy: where a tower stands, less the distance of its rod's joint from the platform's centre; mm
+Dz: height of the carriage at travel 0, which holds the end stop; mm
+lean_x, lean_y: lean of a tower along x and y; degrees
+scale: travel of a carriage in parts of what the controller commands
+Lb: length of the rods; mm
+σ: standard uncertainty, one standard deviation, marginal over everything that was estimated";
+
 /// Explains the parameters, with a drawing of an arm.
-fn glossary() -> Section {
-    let terms = TERMS.lines().filter_map(|line| line.split_once(": "));
+fn glossary(drive: Drive) -> Section {
+    let terms = match drive {
+        Drive::Rotary => TERMS,
+        Drive::Linear => TOWER_TERMS,
+    };
+    let terms = terms.lines().filter_map(|line| line.split_once(": "));
     Section::new("What the parameters mean").in_page(html! {
-        (page::drawing())
+        @if drive == Drive::Rotary { (page::drawing()) }
         dl.terms { @for (name, meaning) in terms { dt { (name) } dd { (meaning) } } }
     })
 }

@@ -1,0 +1,44 @@
+//! Work on all cores; one after the other where there are no threads, as in a browser.
+
+use crate::halt;
+#[cfg(not(target_family = "wasm"))]
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+
+/// As many robots or lines at a time keep every core busy.
+pub(crate) fn count() -> usize {
+    #[cfg(not(target_family = "wasm"))]
+    return rayon::current_num_threads();
+    #[cfg(target_family = "wasm")]
+    return 1;
+}
+
+/// What a function makes of each item, in their order. Before each, it can be stopped.
+pub(crate) fn map<I, R: Send>(items: I, of: impl Fn(I::Item) -> R + Send + Sync) -> Vec<R>
+where
+    I: IntoIterator<Item: Send>,
+{
+    let of = |item| {
+        halt::check();
+        of(item)
+    };
+    #[cfg(not(target_family = "wasm"))]
+    return items
+        .into_iter()
+        .collect::<Vec<_>>()
+        .into_par_iter()
+        .map(of)
+        .collect();
+    #[cfg(target_family = "wasm")]
+    return items.into_iter().map(of).collect();
+}
+
+/// Both.
+pub(crate) fn join<A: Send, B: Send>(
+    one: impl FnOnce() -> A + Send,
+    other: impl FnOnce() -> B + Send,
+) -> (A, B) {
+    #[cfg(not(target_family = "wasm"))]
+    return rayon::join(one, other);
+    #[cfg(target_family = "wasm")]
+    return (one(), other());
+}

@@ -4,15 +4,28 @@ from __future__ import annotations
 
 import io
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from ._calibration import Calibration
+from ._native import Robot
+from ._types import Array, Rows
 
 
-def calibration(result: Calibration) -> Any:
+class Calibrated(Protocol):
+    """What is drawn of a calibration."""
+
+    @property
+    def robot(self) -> Robot: ...
+    @property
+    def residuals(self) -> Array: ...
+    @property
+    def lines(self) -> Any: ...
+    def to_dict(self) -> dict[str, Any]: ...
+    def position_covariance(self, q: Rows) -> Array: ...
+
+
+def calibration(result: Calibrated) -> Any:
     """Changes of the parameters with their σ, residuals of the samples, and σ of positions in a plane."""
     try:
         from matplotlib.figure import Figure
@@ -62,7 +75,7 @@ def _png(figure: Any) -> bytes:
     return into.getvalue()
 
 
-def _grid(result: Calibration) -> Any:
+def _grid(result: Calibrated) -> Any:
     """Positions all over the workspace at its middle height."""
     robot = result.robot
     angles = np.linspace(robot.limits[0], robot.limits[1], 12)

@@ -287,14 +287,22 @@ fn inputs(arguments: &CalibrateArguments) -> Result<(RobotFile, Readings), Calib
 const ELSEWHERE: &str = "calibrate with delta-cal calibrate --output calibrated.toml, and send the result with \
                          delta-cal device apply calibrated.toml";
 
-/// A robot file with rotary drives, the only ones that the protocol supports.
+/// A robot file with rotary drives and a platform that does not tilt, the only ones that the protocol supports.
 fn rotary(path: &Path) -> Result<RobotFile, InputError> {
     let robot = RobotFile::read(&InputText::from_file(path)?)?;
-    if robot.robot.drive() == Drive::Rotary {
+    let (cause, remedy) = if robot.robot.drive() == Drive::Linear {
+        (
+            "the protocol has no robots with linear drives",
+            "calibrate it with delta-cal calibrate, and export the result",
+        )
+    } else if robot.parallelograms.is_some() {
+        (
+            "the controller knows no rods that differ, so that its tool would be beside its place",
+            "export a correction table, or delete [parallelogram] and calibrate again",
+        )
+    } else {
         return Ok(robot);
-    }
-    let cause = "the protocol has no robots with linear drives";
-    let remedy = "calibrate it with delta-cal calibrate, and export the result";
+    };
     Err(InputError::new(&robot.name, cause).with_remedy(remedy))
 }
 

@@ -31,7 +31,7 @@ pub fn target(robot: &RobotFile, text: &str) -> Result<Tool, InputError> {
     };
     let Some(place) = place else {
         let names: Vec<_> = stated().map(|(name, _)| name).collect();
-        let cause = format!("--target {text}: neither a target of this file nor x,y,z in mm");
+        let cause = format!("target {text}: neither a target of this file nor x,y,z in mm");
         let remedy = match names.as_slice() {
             [] => "add a section [target], or give three numbers".to_owned(),
             names => format!("its targets are {}", list(names)),

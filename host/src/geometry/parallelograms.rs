@@ -18,7 +18,7 @@
 use delta_cal::kinematics::KinematicsError;
 use delta_cal::robot::Drive;
 use delta_cal::{ArmIndex, Parameter, Robot};
-use nalgebra::{Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, UnitQuaternion, Vector3};
 
 /// Numbers of an arm: δl and δs in mm, ψ and ρ in radians.
 pub const OF_ARM: usize = 4;
@@ -111,8 +111,8 @@ impl Parallelograms {
         let [arm, ..] = robot.arms();
         let (mut position, mut rotation) = (start, UnitQuaternion::identity());
         for _ in 0..STEPS {
-            let mut rows = SMatrix::<f64, 6, 6>::zeros();
-            let mut off = SVector::<f64, 6>::zeros();
+            let mut rows = DMatrix::zeros(6, 6);
+            let mut off = DVector::zeros(6);
             for (index, (own, numbers)) in first.arms.iter().zip(&self.numbers).enumerate() {
                 let [rods, spacing, yaw, roll] = *numbers;
                 for (row, side) in [(2 * index, 0.5), (2 * index + 1, -0.5)] {
@@ -131,8 +131,8 @@ impl Parallelograms {
                     off[row] = robot.arms()[index].lb() + side * rods - length;
                 }
             }
-            let step = rows.lu().solve(&off).ok_or(unheld)?;
-            let turn = step.fixed_rows::<3>(3).into_owned();
+            let step = rows.try_inverse().ok_or(unheld)? * off;
+            let turn = Vector3::new(step[3], step[4], step[5]);
             position += step.fixed_rows::<3>(0);
             rotation = UnitQuaternion::new(turn) * rotation;
             let size = step.fixed_rows::<3>(0).norm() + turn.norm() * self.spacing;

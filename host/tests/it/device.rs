@@ -232,6 +232,8 @@ fn refusals_change_nothing_and_say_why() {
     let other = NOMINAL.replace("forearm_mm = 480", "forearm_mm = 800");
     folder.write("other.toml", other);
     folder.write("towers.toml", TOWERS);
+    let rods = "\n[parallelogram]\nspacing_mm = 60\n";
+    folder.write("rods.toml", format!("{NOMINAL}{rods}"));
     let table = "
         calibrate bare.toml few.csv ⇒ 1 ⇒ few.csv | help:
         calibrate robot.toml swapped.csv ⇒ 1 ⇒ swapped.csv | y, x, z | help:
@@ -241,6 +243,7 @@ fn refusals_change_nothing_and_say_why() {
         calibrate longer.toml samples.csv ⇒ 3 ⇒ La_x of arm 1 is 260.010 mm in the file and 260.000 mm in the controller
         apply other.toml ⇒ 3 ⇒ not the controller's robot
         apply towers.toml ⇒ 3 ⇒ linear drives
+        apply rods.toml ⇒ 3 ⇒ correction table
         ";
     let command = format!("device --port {port} --json report.json");
     assert_refused(&folder, &command, table);

@@ -14,7 +14,7 @@ const ROOT = join(HERE, "../..");
 const TARGET = process.env.CARGO_TARGET_DIR ?? join(ROOT, "target/web");
 const DIST = join(HERE, "dist");
 /** A browser downloads the program: what is not inlined is not there twice, and the sources' paths say nothing there. */
-const FLAGS = `-Cllvm-args=-inline-threshold=5 -Cllvm-args=-inlinehint-threshold=80 --remap-path-prefix=${process.env.CARGO_HOME ?? join(homedir(), ".cargo")}=.`;
+const FLAGS = `-Cllvm-args=-inline-threshold=5 -Cllvm-args=-inlinehint-threshold=40 --remap-path-prefix=${process.env.CARGO_HOME ?? join(homedir(), ".cargo")}=.`;
 /** Of everything together, compressed as static hosts do it: with Brotli. */
 const LARGEST = 700_000;
 const EXAMPLES = ["paper-robot/robot.toml", "paper-robot/samples.csv", "circle-sheet/robot.toml", "circle-sheet/samples.csv", "printer/printer.cfg"];

@@ -68,7 +68,9 @@ export async function open(browser, address, settings = {}) {
   page.on("pageerror", (error) => said.push(String(error)));
   page.on("dialog", (dialog) => dialog.accept());
   await page.goto(address);
-  return { page, context, asked, said, close: () => context.close() };
+  // A page that is just being left may never say that it is closed.
+  const close = () => Promise.race([context.close(), new Promise((resolve) => setTimeout(resolve, 10_000).unref())]);
+  return { page, context, asked, said, close };
 }
 
 /** Gives the page files as a choice or a drop does. */

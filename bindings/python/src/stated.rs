@@ -130,18 +130,28 @@ pub(crate) fn tolerance_of(given: &Bound<'_, PyAny>, file: &RobotFile) -> PyResu
     kept.map_err(|error| value_error("tolerance", error))
 }
 
+/// So many numbers of each arm.
+fn of_arms<const N: usize>(
+    argument: &'static str,
+    given: &Bound<'_, PyAny>,
+) -> PyResult<[[f64; N]; 3]> {
+    let given = numbers(argument, given)?;
+    let shape = given.shape();
+    match given.as_slice()?.as_chunks::<N>() {
+        (&[first, second, third], []) if shape == [3, N] => Ok([first, second, third]),
+        _ => {
+            let cause = format!("shape {shape:?}; an array of shape (3, {N}) is needed");
+            Err(value_error(argument, cause))
+        }
+    }
+}
+
 /// The parameters of three arms, in the internal axes.
 pub(crate) fn arms_of(
     convention: &Convention,
     given: &Bound<'_, PyAny>,
 ) -> PyResult<[[f64; 8]; 3]> {
-    let given = numbers("parameters", given)?;
-    if given.shape() != [3, 8] {
-        let shape = given.shape();
-        let cause = format!("shape {shape:?}; an array of shape (3, 8) is needed");
-        return Err(value_error("parameters", cause));
-    }
-    let (arms, _) = given.as_slice()?.as_chunks::<8>();
+    let arms = of_arms::<8>("parameters", given)?;
     let signs = convention.signs();
     Ok(std::array::from_fn(|arm| {
         std::array::from_fn(|place| signs[place] * arms[arm][place])
@@ -152,13 +162,7 @@ pub(crate) fn with_transmissions(
     file: &RobotFile,
     given: &Bound<'_, PyAny>,
 ) -> PyResult<Geometry<f64>> {
-    let given = numbers("transmissions", given)?;
-    if given.shape() != [3, 5] {
-        let shape = given.shape();
-        let cause = format!("shape {shape:?}; an array of shape (3, 5) is needed");
-        return Err(value_error("transmissions", cause));
-    }
-    let (arms, _) = given.as_slice()?.as_chunks::<5>();
+    let arms = of_arms::<5>("transmissions", given)?;
     let fault = |error| value_error("transmissions", error);
     let own = |arm: usize| Transmission::new(file.convention.transmission(arms[arm]));
     let all = [

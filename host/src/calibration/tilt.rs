@@ -1,7 +1,7 @@
 //! What a report says of a platform that tilts, or that may.
 
 use crate::accuracy::quantiles::median;
-use crate::files::robot_file::RobotFile;
+use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::finding::{Finding, note, warning};
 use crate::fit::{Case, Solution};
 use crate::geometry::{OF_ARM, Parallelograms};
@@ -21,6 +21,8 @@ const USUAL: Parallelograms = Parallelograms {
 };
 /// A point this close to the centre of the platform, mm, is in it.
 const CENTRAL: f64 = 1.0;
+/// Of the poses in the workspace, every so many are looked at.
+const EVERY: usize = 20;
 /// Rods that differ by more than this many σ, which are known better than this part of their tolerance, do differ.
 const NAMED: f64 = 2.0;
 const KNOWN: f64 = 0.7;
@@ -56,10 +58,12 @@ pub(super) fn tilt(
 ) -> Option<TiltReport> {
     let (rods, found) = (after.parallelograms?, solution.tilt()?);
     let convention = &after.convention;
-    let angles = poses.iter().filter_map(|pose| {
-        let pose = rods.pose(&after.robot, &pose.joints).ok()?;
-        Some(pose.tilt)
-    });
+    let tilted = |rods: &Parallelograms| {
+        let some = poses.iter().step_by(EVERY);
+        let found = some.filter_map(|pose| rods.pose(&after.robot, &pose.joints).ok());
+        // Near a singularity the platform turns far: the median, milliradians.
+        1e3 * median(found.map(|pose| pose.tilt.norm())).unwrap_or_default()
+    };
     let arms = (0..3).map(|arm| {
         let in_file = |[rods, spacing, yaw, roll]: [f64; OF_ARM]| {
             [rods, spacing, degrees(yaw), degrees(roll)]
@@ -73,26 +77,17 @@ pub(super) fn tilt(
             ..rods
         };
         alone.numbers[arm][0] = rods.numbers[arm][0];
-        let alone = poses.iter().step_by(20).filter_map(|pose| {
-            let pose = alone.pose(&after.robot, &pose.joints).ok()?;
-            Some(pose.tilt)
-        });
         RodsReport {
             arm: arm + 1,
             numbers: in_file(convention.rods(rods.numbers[arm])),
             sigmas: in_file([0, 1, 2, 3].map(sigma)),
-            tilt_mrad: angle(alone),
+            tilt_mrad: tilted(&alone),
         }
     });
     Some(TiltReport {
-        median_mrad: angle(angles),
+        median_mrad: tilted(&rods),
         arms: arms.collect(),
     })
-}
-
-/// The median of rotations, milliradians. Near a singularity the platform turns far.
-fn angle(all: impl Iterator<Item = Vector3<f64>>) -> f64 {
-    1e3 * median(all.map(|own| own.norm())).unwrap_or_default()
 }
 
 /// Rods that differ; or what such rods would do, if nothing is known of them and a target or the tool is off the centre.
@@ -131,12 +126,15 @@ pub(super) fn of_rods(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>
 
 /// What rods that differ would do to targets and tool.
 fn unknown(robot: &RobotFile, found: &Robot<f64>, poses: &[Sample<f64>]) -> Option<Finding> {
-    let tool = robot.tool.iter().map(|own| ("the tool".to_owned(), *own));
-    let targets = robot.instruments.targets.iter();
-    let targets = targets.map(|own| (format!("the target {}", own.name), own.place));
-    let named =
-        |(name, place): (String, _)| (name.replace("the target target", "the target"), place);
-    let beside = targets.map(named).chain(tool);
+    let tool = robot.tool.iter().map(|own| ("tool".to_owned(), *own));
+    let targets = robot.instruments.targets.iter().map(|own| {
+        let name = match own.name.as_str() {
+            ONLY_TARGET => ONLY_TARGET.to_owned(),
+            name => format!("target {name}"),
+        };
+        (name, own.place)
+    });
+    let beside = targets.chain(tool);
     let beside: Vec<_> = beside.filter(|(_, place)| place.norm() > CENTRAL).collect();
     if beside.is_empty() {
         return None;
@@ -152,7 +150,7 @@ fn unknown(robot: &RobotFile, found: &Robot<f64>, poses: &[Sample<f64>]) -> Opti
         .collect();
     let each: Vec<_> = moves
         .iter()
-        .map(|(name, by)| format!("{name} by {} mm", significant(*by, 2)))
+        .map(|(name, by)| format!("the {name} by {} mm", significant(*by, 2)))
         .collect();
     let text = format!(
         "If the two rods of each arm differ by {difference} mm, as is usual, the platform tilts and moves {} (σ, with rods \
@@ -162,7 +160,7 @@ fn unknown(robot: &RobotFile, found: &Robot<f64>, poses: &[Sample<f64>]) -> Opti
     );
     let moves: serde_json::Map<_, _> = moves
         .into_iter()
-        .map(|(name, by)| (name.replace("the ", ""), json!(by)))
+        .map(|(name, by)| (name.clone(), json!(by)))
         .collect();
     let figures = json!({ "difference_mm": difference, "spacing_mm": spacing, "moves_mm": moves });
     Some(note("rods_unknown", figures, text))
@@ -175,7 +173,7 @@ fn displaced(
     poses: &[Sample<f64>],
     place: &Vector3<f64>,
 ) -> f64 {
-    let moves = poses.iter().step_by(20).filter_map(|pose| {
+    let moves = poses.iter().step_by(EVERY).filter_map(|pose| {
         let columns = rods.columns(robot, (&pose.position, &pose.joints), place)?;
         let each = columns.column_iter().zip(rods.sigmas());
         let each = each.map(|(own, sigma)| own.norm_squared() * sigma * sigma);

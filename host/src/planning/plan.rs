@@ -168,10 +168,7 @@ impl<'a> Bench<'a> {
         }
         let (request, setup) = (self.request, &self.setup);
         let mut rng = Pcg32::seed_from_u64(request.seed);
-        let weights = self.judge.weights(request.absolute);
-        let kinds = &request.kinds;
-        let search = Search::new(setup, kinds, &self.selection, &[], weights, &mut rng)?;
-        let found = search.best(count, &mut rng)?;
+        let (search, found) = self.searched(setup, count, &mut rng)?;
         if found.len() < count {
             return Err(PlanError::TooFewOfAKind(found.len()));
         }
@@ -217,7 +214,7 @@ impl<'a> Bench<'a> {
         let place = |at: &Vector3<f64>| convention.vector(&(at + setup.target)).into();
         Ok(Plan {
             robot_file: request.robot.name.clone(),
-            measure: kinds.to_string(),
+            measure: request.kinds.to_string(),
             count,
             order: request.order,
             seed: request.seed,
@@ -241,15 +238,25 @@ impl<'a> Bench<'a> {
 }
 
 impl Bench<'_> {
+    /// The best measurements of a set-up, and the search that found them.
+    fn searched<'a>(
+        &'a self,
+        setup: &'a Setup,
+        count: usize,
+        rng: &mut Pcg32,
+    ) -> Result<(Search<'a>, Vec<Planned>), PlanError> {
+        let weights = self.judge.weights(self.request.absolute);
+        let kinds = &self.request.kinds;
+        let search = Search::new(setup, kinds, &self.selection, &[], weights, rng)?;
+        let found = search.best(count, rng)?;
+        Ok((search, found))
+    }
+
     /// What so many measurements of so many targets bring; `None` if they determine nothing.
     fn with_targets(&self, targets: usize, count: usize) -> Option<Precision> {
-        let request = self.request;
         let setup = &self.setup.with_targets(targets)?;
-        let mut rng = Pcg32::seed_from_u64(request.seed);
-        let weights = self.judge.weights(request.absolute);
-        let kinds = &request.kinds;
-        let search = Search::new(setup, kinds, &self.selection, &[], weights, &mut rng).ok()?;
-        let found = search.best(count, &mut rng).ok()?;
+        let mut rng = Pcg32::seed_from_u64(self.request.seed);
+        let (search, found) = self.searched(setup, count, &mut rng).ok()?;
         let rows: Vec<_> = found.iter().map(|own| own.reading).collect();
         self.judge.after(setup, &rows, &search.anchors)
     }

@@ -1,6 +1,8 @@
 //! Text shared by the terminal and the HTML page.
 
-use super::{ArmReport, ParameterReport, Report, RodsReport, TargetReport, TiltReport};
+use super::{
+    ArmReport, ParameterReport, Report, RodsReport, TargetReport, TiltReport, TransmissionReport,
+};
 use crate::accuracy::budget::Contribution;
 use crate::effects::EffectKind;
 use crate::finding::Level;
@@ -443,13 +445,7 @@ pub(super) fn places(report: &Report) -> Vec<Section> {
     }
     if !report.transmissions.is_empty() {
         let number = |index: usize| {
-            move |own: &&super::TransmissionReport| {
-                format!(
-                    "{} ± {}",
-                    significant(own.numbers[index], 3),
-                    significant(own.sigmas[index], 1)
-                )
-            }
+            move |own: &&TransmissionReport| with_sigma(own.numbers[index], own.sigmas[index])
         };
         let table = Table::of(&report.transmissions)
             .column("arm", |own| own.arm)
@@ -468,14 +464,14 @@ pub(super) fn places(report: &Report) -> Vec<Section> {
     sections
 }
 
+fn with_sigma(number: f64, sigma: f64) -> String {
+    format!("{} ± {}", significant(number, 3), significant(sigma, 1))
+}
+
 /// The rods, and the tilt that they give the platform.
 fn tilt(own: &TiltReport) -> Section {
-    let number = |index: usize| {
-        move |own: &&RodsReport| {
-            let [number, sigma] = [own.numbers[index], own.sigmas[index]];
-            format!("{} ± {}", significant(number, 3), significant(sigma, 1))
-        }
-    };
+    let number =
+        |index: usize| move |own: &&RodsReport| with_sigma(own.numbers[index], own.sigmas[index]);
     let table = Table::of(&own.arms)
         .column("arm", |own| own.arm)
         .column("rod difference, mm", number(0))

@@ -8,8 +8,8 @@ use delta_cal::{
 const MOST_SAMPLES: usize = 40;
 /// Most starts per arm, and most rounds of balancing the tolerance, as in the core's tests.
 const STARTS: u32 = 40;
-/// Steps per iteration: a linearisation, the damping of eight rows in two to four pieces, and a trial. The seed
-/// `many_rounds_f64` takes 2.2 on average.
+/// Steps per iteration of an arm: a linearisation, the damping of eight rows in two to four pieces, and a trial. The seed
+/// `many_rounds_f64` takes 14,323 in all.
 const ARM_PIECES: u32 = 6;
 /// The same with 24 rows; a covariance takes fewer.
 const JOINT_PIECES: u32 = 16;

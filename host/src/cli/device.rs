@@ -10,6 +10,7 @@ use crate::device::{
     self, Client, DeviceError, Link, Number, Patience, Port, adopt, check_calibrated,
     check_nominal, in_use, robot as robot_of,
 };
+use crate::files::convention::Convention;
 use crate::files::example;
 use crate::text::small;
 use crate::{
@@ -373,7 +374,7 @@ fn apply<T: Number>(client: &mut Client<Link>, robot: &RobotFile) -> Result<Repo
     let moved = check_calibrated(robot, &robot_of(&nominal.geometry)?)?;
     let before = client.parameters::<T>(ParameterSet::Current)?;
     let after = adopt::<T, _>(client, &robot.robot, before.generation)?;
-    let mut report = report::changed(&before, &after);
+    let mut report = report::changed(&before, &after, &robot.convention);
     let _ = writeln!(
         report.text,
         "Applied: the control loop uses {}, {} mm rms from the nominal robot.",
@@ -402,9 +403,11 @@ fn parameters<T: Number>(
         (ParameterSet::Current, "current")
     };
     let parameters = client.parameters::<T>(set)?;
+    let convention = template.as_ref().map(|own| own.convention);
+    let convention = convention.unwrap_or(Convention::usual(Drive::Rotary));
     Ok(Report {
         robot_file: robot_file(template, name, &parameters, port)?,
-        ..report::parameters(name, &parameters)
+        ..report::parameters(name, &parameters, &convention)
     })
 }
 
@@ -454,5 +457,9 @@ fn revert<T: Number>(client: &mut Client<Link>, to: RevertTo) -> Result<Report, 
     let before = client.parameters::<T>(ParameterSet::Current)?;
     let after = client.revert::<T>(before.generation, to)?;
     let after = in_use::<T, _>(client, after.geometry.fingerprint())?;
-    Ok(report::changed(&before, &after))
+    Ok(report::changed(
+        &before,
+        &after,
+        &Convention::usual(Drive::Rotary),
+    ))
 }

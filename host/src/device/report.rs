@@ -2,6 +2,7 @@
 
 use super::Number;
 use crate::calibration::Report as Calibrated;
+use crate::files::convention::Convention;
 use crate::render::{Section, Table, terminal};
 use crate::report::Versioned;
 use crate::text::{in_unit, small};
@@ -298,21 +299,26 @@ pub(crate) fn calibration<T: Number>(
     }
 }
 
-/// A geometry of the controller: `current` or `nominal`. `transmissions`, the errors of each joint's gear and encoder, is
-/// null if there are none.
-pub(crate) fn parameters<T: Number>(set: &str, parameters: &Parameters<T>) -> Report {
+/// A geometry of the controller, `current` or `nominal`, in the axes and signs of a convention. `transmissions`, the errors
+/// of each joint's gear and encoder, is null if there are none.
+pub(crate) fn parameters<T: Number>(
+    set: &str,
+    parameters: &Parameters<T>,
+    convention: &Convention,
+) -> Report {
     let arm = |values: [T; 8]| -> Map<String, Value> {
         let named = Parameter::ROTARY.into_iter().zip(values);
         let named = named.map(|(own, value)| {
-            let value = in_unit(own, value.to_f64());
+            let value = in_unit(own, convention.parameter(own, value.to_f64()));
             (own.symbol().to_owned(), value.into())
         });
         named.collect()
     };
-    let transmission = |[gain, harmonics @ ..]: [T; 5]| {
-        let [cos, sin, cos2, sin2] = harmonics.map(|own| own.to_f64().to_degrees());
+    let transmission = |own: [T; 5]| {
+        let [gain, harmonics @ ..] = convention.transmission(own.map(T::to_f64));
+        let [cos, sin, cos2, sin2] = harmonics.map(f64::to_degrees);
         json!({
-            "gain": gain.to_f64(),
+            "gain": gain,
             "cos_deg": cos,
             "sin_deg": sin,
             "cos2_deg": cos2,
@@ -323,6 +329,7 @@ pub(crate) fn parameters<T: Number>(set: &str, parameters: &Parameters<T>) -> Re
     Report {
         keys: json!({
             "set": set,
+            "convention": convention.to_string(),
             "origin": origin(parameters.origin),
             "fingerprint": hexadecimal(geometry.fingerprint()),
             "arms": geometry.arms.map(arm),
@@ -333,7 +340,11 @@ pub(crate) fn parameters<T: Number>(set: &str, parameters: &Parameters<T>) -> Re
 }
 
 /// The parameters in use, compared with those before.
-pub(crate) fn changed<T: Number>(before: &Parameters<T>, after: &Parameters<T>) -> Report {
+pub(crate) fn changed<T: Number>(
+    before: &Parameters<T>,
+    after: &Parameters<T>,
+    convention: &Convention,
+) -> Report {
     let [from, to] = [before, after].map(|own| {
         let fingerprint = hexadecimal(own.geometry.fingerprint());
         format!("{} (fingerprint {fingerprint})", origin(own.origin))
@@ -345,6 +356,6 @@ pub(crate) fn changed<T: Number>(before: &Parameters<T>, after: &Parameters<T>) 
     };
     Report {
         text,
-        ..parameters("current", after)
+        ..parameters("current", after, convention)
     }
 }

@@ -187,6 +187,22 @@ fn applies_a_robot_that_was_calibrated_here_and_works_with_its_own_robot_file() 
     }
     let printed = run(&folder, &port, "parameters --nominal").ok().stdout;
     assert_eq!(printed, folder.read("nominal.toml"));
+
+    // In the axes of a robot file whose z points downwards, about x.
+    let down = robot_toml(&true_arms()) + "\n[convention]\nz_axis = \"down\"\n";
+    folder.write("down.toml", down);
+    let [up, down] =
+        ["", "down.toml "].map(|own| json(&folder, &port, &format!("parameters {own}--nominal")));
+    let turned = ["Dy", "Dz", "theta", "La_y"].map(|key| (key, -1.0));
+    for (key, sign) in turned
+        .into_iter()
+        .chain(["Dx", "alpha", "La_x", "Lb"].map(|key| (key, 1.0)))
+    {
+        for arm in 0..3 {
+            let [up, down] = [&up, &down].map(|own| number(own, &format!("arms/{arm}/{key}")));
+            assert!((sign * up - down).abs() < 1e-9, "{key} {up} {down}");
+        }
+    }
 }
 
 /// The result is in use although the interrupted command did not learn it, and the next command does no harm.

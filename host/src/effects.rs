@@ -24,6 +24,7 @@ pub(crate) use numbers::turned;
 pub use places::{Places, PlaneFound, PointFound};
 pub(crate) use surface::{sigmas as sigmas_of_bed, waves as waves_of_bed};
 pub(crate) use tilt::Tilting;
+pub(crate) use words::misplaced;
 
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings, Row};
 use crate::geometry::{Directions, NUMBERS, range};

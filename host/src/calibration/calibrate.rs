@@ -131,9 +131,8 @@ fn refused(
     let hint = diagnosis.is_none().then(|| match objection {
         Objection::Worse(..) => by_one(),
         own if !own.may_be_wrong_rows() => None,
-        _ => beside_the_platform_point(case)
-            .map(|target| target.text)
-            .or_else(by_one)
+        _ => by_one()
+            .or_else(|| Some(beside_the_platform_point(case)?.text))
             .or_else(|| wrong_rows(case)),
     });
     explained(case, objection, hint.flatten(), diagnosis)

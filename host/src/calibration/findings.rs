@@ -3,7 +3,7 @@
 use super::tilt::of_rods;
 use crate::accuracy::position_error::{BeforeAfter, PositionError, sigma_by_tolerance};
 use crate::diagnosis::{Diagnosis, beside_the_platform_point, shifted_rows};
-use crate::effects::EffectKind;
+use crate::effects::{EffectKind, misplaced};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Reading, Readings, Row};
 use crate::finding::{Finding, note, warning};
@@ -36,8 +36,6 @@ const HALF: f64 = 0.4;
 
 /// A part of a statement's variance below which the readings say nothing about it.
 const LEAST_SHOWN: f64 = 0.01;
-/// A mistake leaves at most this part of the difference.
-const EXPLAINED: f64 = 0.2;
 
 /// Formats to two significant digits.
 fn mm(value: f64) -> String {
@@ -252,13 +250,9 @@ fn of_stated(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
                 let name = name.map_or("target", String::as_str);
                 let [stated, fitted] = [&own.mean, &own.by]
                     .map(|own| convention.vector(&Vector3::from_row_slice(own)));
-                let off = (fitted - stated).norm();
-                let [x, y, z] = fitted.data.0[0];
                 format!(
-                    "{name}: {}fitted {} mm from its stated place ({sigmas:.0} σ), at x {x:.2}, y {y:.2}, z {z:.2} mm. \
-                     Check the target's place and the robot file.",
-                    mistaken(&stated, &fitted),
-                    mm(off)
+                    "{} ({sigmas:.0} σ). Check the target's place and the robot file.",
+                    misplaced(name, &stated, &fitted)
                 )
             }
             EffectKind::Tilt => format!(
@@ -289,32 +283,6 @@ fn of_stated(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
             found.push(warning("stated", figures, text));
         }
     }
-}
-
-/// A mistake that makes the stated coordinates the fitted ones: two exchanged, or a sign.
-fn mistaken(stated: &Vector3<f64>, fitted: &Vector3<f64>) -> String {
-    let names = ["x", "y", "z"];
-    let pairs = [(0, 1), (1, 2), (0, 2)].map(|(one, other)| {
-        let mut changed = *stated;
-        changed.swap_rows(one, other);
-        (
-            changed,
-            format!("{} and {} look exchanged; ", names[one], names[other]),
-        )
-    });
-    let signs = [0, 1, 2].map(|axis| {
-        let mut changed = *stated;
-        changed[axis] = -changed[axis];
-        (
-            changed,
-            format!("the sign of {} looks wrong; ", names[axis]),
-        )
-    });
-    let all = pairs.into_iter().chain(signs);
-    let left = all.map(|(changed, text)| ((fitted - changed).norm(), text));
-    let best = left.min_by(|a, b| a.0.total_cmp(&b.0));
-    best.filter(|(left, _)| *left < EXPLAINED * (fitted - stated).norm())
-        .map_or_else(String::new, |(_, text)| text)
 }
 
 fn of_errors(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {

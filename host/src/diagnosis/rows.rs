@@ -214,7 +214,7 @@ pub(crate) fn beside_the_platform_point(case: &Case<'_>) -> Option<Finding> {
     if !(mean.norm() > SAME * scatter && mean.norm() > least) {
         return None;
     }
-    let [x, y, z] = mean.data.0[0];
+    let [x, y, z] = robot.convention.vector(&mean).data.0[0];
     let text = format!(
         "All measured points are offset by ({x:.1}, {y:.1}, {z:.1}) mm from the platform point (scatter {scatter:.1} mm). \
          If a reflector or tip is mounted there, state [target] x_mm = {x:.1}, y_mm = {y:.1}, z_mm = {z:.1}; if the \

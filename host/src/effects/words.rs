@@ -7,6 +7,9 @@ use crate::text::{joint, list, significant};
 use delta_cal::robot::Drive;
 use nalgebra::{DVector, Vector3};
 
+/// A mistake leaves at most this part of the difference.
+const EXPLAINED: f64 = 0.2;
+
 impl EffectKind {
     /// Its name: `gear_ratio`, `eccentricity`, `second_harmonic`, `uneven_travel`, `backlash`, `sag`, `drift` or
     /// `scale`.
@@ -319,10 +322,20 @@ impl Effect {
                 100.0 * signed.abs(),
                 if signed > 0.0 { "larger" } else { "smaller" }
             ),
-            EffectKind::Target => format!(
-                "the target is {size} ± {of_sigma} mm beside its stated place (x {:+.3}, y {:+.3}, z {:+.3} mm)",
-                moved.x, moved.y, moved.z
-            ),
+            EffectKind::Target => {
+                let name = readings.targets.get(self.index);
+                let name = name.map_or("target", String::as_str);
+                let stated = robot.instruments.targets.iter();
+                let mut stated = stated.filter(|own| own.name == *name || readings.targets.is_empty());
+                match stated.next() {
+                    Some(stated) => misplaced(name, &convention.vector(&stated.place), &moved),
+                    None => format!(
+                        "all points are beside the platform point; if a reflector or a tip is mounted there, state \
+                         [target] x_mm = {:.1}, y_mm = {:.1}, z_mm = {:.1}",
+                        moved.x, moved.y, moved.z
+                    ),
+                }
+            }
             EffectKind::Scale => format!(
                 "all measured lengths are {} ± {} % {} than the robot makes them; a sheet printed at \
              another size or an instrument of another scale",
@@ -336,4 +349,40 @@ impl Effect {
             None => what,
         }
     }
+}
+
+/// A target that the readings put elsewhere: "target: x and y look exchanged; fitted 17 mm from its stated place, at …".
+pub(crate) fn misplaced(name: &str, stated: &Vector3<f64>, fitted: &Vector3<f64>) -> String {
+    let [x, y, z] = fitted.data.0[0];
+    format!(
+        "{name}: {}fitted {} mm from its stated place, at x {x:.2}, y {y:.2}, z {z:.2} mm",
+        mistaken(stated, fitted),
+        significant((fitted - stated).norm(), 2)
+    )
+}
+
+/// A mistake that makes the stated coordinates the fitted ones: two exchanged, or a sign.
+fn mistaken(stated: &Vector3<f64>, fitted: &Vector3<f64>) -> String {
+    let names = ["x", "y", "z"];
+    let pairs = [(0, 1), (1, 2), (0, 2)].map(|(one, other)| {
+        let mut changed = *stated;
+        changed.swap_rows(one, other);
+        (
+            changed,
+            format!("{} and {} look exchanged; ", names[one], names[other]),
+        )
+    });
+    let signs = [0, 1, 2].map(|axis| {
+        let mut changed = *stated;
+        changed[axis] = -changed[axis];
+        (
+            changed,
+            format!("the sign of {} looks wrong; ", names[axis]),
+        )
+    });
+    let all = pairs.into_iter().chain(signs);
+    let left = all.map(|(changed, text)| ((fitted - changed).norm(), text));
+    let best = left.min_by(|a, b| a.0.total_cmp(&b.0));
+    best.filter(|(left, _)| *left < EXPLAINED * (fitted - stated).norm())
+        .map_or_else(String::new, |(_, text)| text)
 }

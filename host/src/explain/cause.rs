@@ -2,12 +2,12 @@
 
 use super::search::{Fitted, Found};
 use crate::accuracy::uncertainty::Sensitivities;
-use crate::effects::{At, Course, Effect, EffectKind};
+use crate::effects::{At, Course, Effect, EffectKind, Estimated};
 use crate::fit::solution::COMPUTED;
 use crate::fit::{Case, Solution};
 use crate::text::{capitalised, in_lines, list};
 use delta_cal::{ArmIndex, Robot, Sample};
-use nalgebra::{DVector, SVector};
+use nalgebra::{DVector, SVector, Vector3};
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -109,7 +109,8 @@ fn cause(case: &Case<'_>, found: &Found, best: &Fitted, effect: &Effect) -> Opti
         .cholesky()
         .map_or(0.0, |own| own.solve(&by).dot(&by));
     let drive = case.robot.robot.drive();
-    let (own, sigma, text) = effect.described(&estimate.by, sigma, case.robot, case.readings);
+    let by = in_axes_of_the_file(estimate, &best.solution);
+    let (own, sigma, text) = effect.described(&by, sigma, case.robot, case.readings);
     let others: Vec<_> = others(found, effect).collect();
     let mut alternatives: Vec<_> = others.iter().map(|own| own.named()).collect();
     alternatives.dedup();
@@ -131,6 +132,17 @@ fn cause(case: &Case<'_>, found: &Found, best: &Fitted, effect: &Effect) -> Opti
         text,
         remedy: effect.kind.remedy(&kinds),
     })
+}
+
+/// The unknowns of an effect; of a move, which happened to the sensor, in the axes in which the file has its positions.
+fn in_axes_of_the_file(estimate: &Estimated, solution: &Solution) -> Vec<f64> {
+    let mut by = estimate.by.clone();
+    if let (EffectKind::Move, Some(frame)) = (estimate.effect.kind, &solution.places.frame) {
+        for own in by.chunks_exact_mut(3) {
+            own.copy_from_slice((frame.rotation * Vector3::from_column_slice(own)).as_slice());
+        }
+    }
+    by
 }
 
 /// What rivals have in place of an effect.
@@ -279,8 +291,8 @@ fn what(case: &Case<'_>, fitted: &Fitted) -> Option<String> {
             .places()
             .map(|place| covariance[(place, place)])
             .sum();
-        let by = &estimate.by;
-        let (.., text) = own.described(by, variance.sqrt(), case.robot, case.readings);
+        let by = in_axes_of_the_file(estimate, &fitted.solution);
+        let (.., text) = own.described(&by, variance.sqrt(), case.robot, case.readings);
         Some(text)
     });
     let mut all: Vec<_> = effects.collect();

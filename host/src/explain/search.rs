@@ -5,7 +5,7 @@ use crate::effects::{Effect, EffectKind, Estimated};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, Readings};
 use crate::fit::solution::Levels;
-use crate::fit::{Case, Options, Solution, solve_with};
+use crate::fit::{Case, Frame, Options, Solution, solve_with};
 use crate::geometry::Directions;
 use crate::halt;
 use crate::order;
@@ -74,6 +74,11 @@ impl Fitted {
     /// Whether the residuals are no larger than a stated noise.
     fn is_explained(&self) -> bool {
         self.squares > 0.0 && self.squares < EXPLAINED * self.freedom
+    }
+
+    /// Whether the residuals are larger than a stated noise.
+    fn contradicts(&self) -> bool {
+        self.squares > EXPLAINED * self.freedom
     }
 
     /// Whether what it adds is a wrong number of the robot file, which the prior alone may show.
@@ -470,10 +475,17 @@ impl Search<'_> {
         };
         while let Some(step) = steps(&best) {
             let beside = [step.index.checked_sub(1), Some(step.index + 1)];
-            let beside = beside
-                .into_iter()
-                .flatten()
-                .filter(|row| (1..self.rows).contains(row));
+            let beside = beside.into_iter().flatten().filter(|row| {
+                let out = &best.hypothesis.rows;
+                let before = (0..*row).filter(|row| !out.contains(row)).count();
+                let all = self.rows - out.len();
+                let least = if step.kind == EffectKind::Move {
+                    LEAST_ROWS
+                } else {
+                    1
+                };
+                (least..=all.saturating_sub(least)).contains(&before)
+            });
             let moved = beside.filter_map(|row| {
                 let mut hypothesis = best.hypothesis.clone();
                 *hypothesis.effects.last_mut()? = step.at(row);
@@ -559,13 +571,29 @@ impl Search<'_> {
             kinds.push(moves);
         }
         kinds.push(scan.rows());
+        let targets = self.case.readings.targets.len().max(1);
+        let targets = (0..targets).map(|index| Effect::of(EffectKind::Target).at(index));
+        let known = |own: &Effect| state.estimate(own).is_some();
+        let (stated, unstated): (Vec<_>, Vec<_>) = targets.partition(known);
+        // In a sensor's own frame, where a target is is where the frame is.
+        let options = &self.options;
+        let placed = options.frame == Frame::Base || !self.case.robot.instruments.datum.is_empty();
+        if placed && self.case.robot.tolerance.is_some() {
+            kinds.push(
+                unstated
+                    .iter()
+                    .filter_map(|own| throughout(&[*own]))
+                    .collect(),
+            );
+        }
         // What is stated of a target is among the unknowns: opening it frees them.
-        let stated = state.solution.effects.iter().filter(|own| {
+        let doubtful = |own: &&Estimated| {
             let each = own.by.iter().zip(&own.mean).zip(&own.sigma);
             let mut sigmas = each.map(|((by, mean), sigma)| (by - mean).abs() / sigma);
-            own.effect.kind == EffectKind::Target
-                && sigmas.any(|own| own > DOUBTFUL && own.is_finite())
-        });
+            sigmas.any(|own| own.is_finite() && (own > DOUBTFUL || placed && state.contradicts()))
+        };
+        let stated = stated.iter().filter_map(|own| state.estimate(own));
+        let stated = stated.filter(doubtful);
         let stated: Vec<_> = stated
             .map(|own| Hypothesis::of(&[own.effect], own.by.clone()))
             .collect();

@@ -479,7 +479,17 @@ impl Readings {
         self
     }
 
-    /// The robot with the datum points that were measured here, and the noise that rows state in place of its own; the σ of each row sets its weight relative to it.
+    /// Widens the σ of the rows that state one.
+    #[must_use]
+    pub(crate) fn with_sigma_times(mut self, factor: f64) -> Self {
+        for row in &mut self.rows {
+            row.value.sigma = row.value.sigma.map(|own| own * factor);
+        }
+        self
+    }
+
+    /// The robot with the datum points that were measured here, and the noise that rows state in place of its own; the σ of
+    /// each row sets its weight relative to it.
     pub(crate) fn noise_into(&self, robot: &RobotFile) -> RobotFile {
         let [position, height, distance] = Kind::ALL.map(|kind| self.stated_sigma(kind));
         let mut own = robot.clone();

@@ -160,6 +160,7 @@ pub(super) fn jointly(
             }
             Err(why) => return Err(why),
         };
+        let [seen, undone] = [seen, undone].map(|own| own.with_sigma_times(factor));
         // With less noise, effects and robot are better known.
         let narrows = factor > 1.0 && factor < last;
         last = factor;

@@ -62,7 +62,7 @@ pub(crate) fn solve_with(
             let facts = &mut robot.instruments;
             let height = height.map(|own| own * factor);
             facts.height_noise = height.or(facts.height_noise);
-            alone(&robot, readings, &options)
+            alone(&robot, &readings.clone().with_sigma_times(factor), &options)
         } else {
             alone(robot, readings, &options)
         }

@@ -63,7 +63,7 @@ pub(crate) fn findings(
         let text = format!(
             "{}. The model cannot represent this error, so the parameters are biased. {}.",
             capitalised(&cause.text),
-            capitalised(cause.remedy)
+            capitalised(&cause.remedy)
         );
         found.push(warning(
             "cause",

@@ -326,7 +326,8 @@ impl Effect {
                 let name = readings.targets.get(self.index);
                 let name = name.map_or("target", String::as_str);
                 let stated = robot.instruments.targets.iter();
-                let mut stated = stated.filter(|own| own.name == *name || readings.targets.is_empty());
+                let mut stated =
+                    stated.filter(|own| own.name == *name || readings.targets.is_empty());
                 match stated.next() {
                     Some(stated) => misplaced(name, &convention.vector(&stated.place), &moved),
                     None => format!(

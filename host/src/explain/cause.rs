@@ -61,7 +61,7 @@ pub struct Cause {
     /// The cause in one sentence.
     pub text: String,
     /// The remedy.
-    pub remedy: &'static str,
+    pub remedy: String,
 }
 
 impl Causes {
@@ -130,7 +130,7 @@ fn cause(case: &Case<'_>, found: &Found, best: &Fitted, effect: &Effect) -> Opti
         p: ChiSquared::new(size as f64).map_or(1.0, |own| own.sf(squares)),
         alternatives,
         text,
-        remedy: effect.kind.remedy(&kinds),
+        remedy: remedy(case, effect, &kinds),
     })
 }
 
@@ -143,6 +143,16 @@ fn in_axes_of_the_file(estimate: &Estimated, solution: &Solution) -> Vec<f64> {
         }
     }
     by
+}
+
+/// What to do, given the alternatives; with a step, the rows before it and those from it on.
+fn remedy(case: &Case<'_>, effect: &Effect, alternatives: &[EffectKind]) -> String {
+    let own = effect.kind.remedy(alternatives);
+    let line = case.readings.rows.get(effect.index).map(|row| row.line);
+    match line.filter(|_| effect.kind.is_step()) {
+        Some(line) => format!("{own} (--rows ..{} and --rows {line}..)", line - 1),
+        None => own.to_owned(),
+    }
 }
 
 /// What rivals have in place of an effect.
@@ -220,11 +230,11 @@ impl Found {
         let remedy = match best.hypothesis.effects.first() {
             Some(own) => {
                 let others: Vec<_> = others(self, own).map(|own| own.kind).collect();
-                own.kind.remedy(&others)
+                remedy(case, own, &others)
             }
-            None => "measure these rows again, or delete them; --robust leaves them out",
+            None => "measure these rows again, or delete them; --robust leaves them out".to_owned(),
         };
-        let remedy = capitalised(remedy);
+        let remedy = capitalised(&remedy);
         let text = match &what[..] {
             [] => return None,
             [one] => format!("This {explains}: {one}. {remedy}."),

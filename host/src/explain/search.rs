@@ -87,6 +87,16 @@ impl Fitted {
         last.is_some_and(|own| own.kind.is_number() || own.kind == EffectKind::Target)
     }
 
+    /// Whether each target is nearer to the platform than a forearm is long.
+    fn is_on_the_platform(&self) -> bool {
+        let [arm, ..] = self.solution.robot.arms();
+        let mut all = self.solution.effects.iter();
+        all.all(|own| {
+            let beside = own.by.iter().map(|by| by * by).sum::<f64>().sqrt();
+            own.effect.kind != EffectKind::Target || beside < arm.lb()
+        })
+    }
+
     /// Residuals over the stated noise, at least 1.
     pub(super) fn misfit(&self) -> f64 {
         (self.squares / self.freedom.max(1.0)).sqrt().max(1.0)
@@ -234,7 +244,8 @@ fn searched(case: &Case<'_>) -> Option<Found> {
                 let fitted = (!known(&hypothesis)).then(|| search.settled(hypothesis));
                 let fitted = fitted.flatten().filter(|own| {
                     // Steps that begin at different rows may settle at the same one.
-                    (own.is_number() || own.is_in_residuals(state)) && !known(&own.hypothesis)
+                    let shown = own.is_number() || own.is_in_residuals(state);
+                    shown && own.is_on_the_platform() && !known(&own.hypothesis)
                 });
                 next.extend(fitted);
             }

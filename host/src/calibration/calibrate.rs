@@ -149,12 +149,6 @@ fn known_frame(robot: &RobotFile, frame: Frame) -> Option<RigidTransform<f64>> {
 /// Checks the files and options.
 fn check(robot: &RobotFile, readings: &Readings, options: &Options) -> Result<(), CalibrateError> {
     check_method(robot, readings, options)?;
-    if options.robust && readings.rows.iter().any(|row| row.value.sigma.is_some()) {
-        let cause = "--robust weighs the rows itself, and the file states the uncertainty of each";
-        return Err(InputError::new(&readings.name, cause)
-            .with_remedy("leave out --robust, or write _ before the name of the column")
-            .into());
-    }
     check_names(robot, readings)?;
     if options.frame == Frame::Sensor {
         if !readings.holds(Kind::Position) {

@@ -149,7 +149,10 @@ where
         return Err(Unsolved::TooManySuspected(number, counted));
     }
     let weighed = problem.weighed(&search.rows, effective);
-    let weights: Vec<_> = search.rows.iter().map(ObservationRow::weight).collect();
+    let weights = search.rows.iter().zip(&search.states);
+    let weights: Vec<_> = weights
+        .map(|(row, own)| row.weight() / own.stated)
+        .collect();
     let counted = search.states.iter().zip(&weights);
     let counted = counted.filter(|(own, _)| own.readings > 0);
     Ok(RobustFit {
@@ -163,6 +166,8 @@ where
 /// The state of a row in the robust fit.
 #[derive(Debug, Clone, Copy)]
 struct State {
+    /// Its weight by its own stated σ.
+    stated: f64,
     /// ψ(d)/d.
     weight: f64,
     /// d, in σ.
@@ -176,6 +181,7 @@ impl State {
     fn of(row: &ObservationRow<f64>) -> Self {
         let counts = !row.is_left_out();
         Self {
+            stated: if counts { row.weight() } else { 1.0 },
             weight: 1.0,
             distance: 0.0,
             readings: if counts {
@@ -190,7 +196,7 @@ impl State {
 
 /// A search for the right rows and the unknowns that fit them.
 struct Search<'a, const N: usize> {
-    /// The problem with all rows weighted equally.
+    /// The problem with all rows weighted by their own σ alone.
     problem: &'a ObservationProblem<'a, f64, N>,
     /// The rows with their present weights.
     rows: Vec<ObservationRow<f64>>,
@@ -290,7 +296,7 @@ where
             (own.distance / scale, own.readings as f64, stretch)
         }));
         for (row, own) in self.rows.iter_mut().zip(&self.states) {
-            row.set_weight(own.weight / divisor);
+            row.set_weight(own.stated * own.weight / divisor);
         }
         (largest, effective)
     }
@@ -404,7 +410,7 @@ where
                 row.set_weight(0.0);
             }
             for row in &chosen {
-                self.rows[*row].set_weight(1.0);
+                self.rows[*row].set_weight(self.states[*row].stated);
             }
             let most = self.settings.iteration_limit.min(ITERATIONS);
             let Some(correction) = self.fit(most, chosen.len() as f64) else {

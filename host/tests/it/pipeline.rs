@@ -206,12 +206,30 @@ fn a_robot_that_is_better_than_its_tolerance_is_not_made_worse() {
     }
 }
 
-/// 3 of 40 rows are off by 1 to 2 mm. Rows out of the file robot's reach, such as row 3 of the last robot, are not
-/// reported because they are not used.
+/// The same readings, of which every other row is off by four times as much and states so.
+fn uncertain(truth: &Robot<f64>, mut readings: Readings) -> Readings {
+    for (index, row) in readings.rows.iter_mut().enumerate() {
+        let own = &mut row.value;
+        let times = [1.0, 4.0][index % 2];
+        own.sigma = Some(times * SIGMAS[0]);
+        let exact = truth.forward(&own.joints).unwrap();
+        for (coordinate, exact) in own.position.iter_mut().zip(&exact) {
+            *coordinate = coordinate.map(|value| exact + times * (value - exact));
+        }
+    }
+    readings
+}
+
+/// 3 of 40 rows are off by 1 to 2 mm, whether rows state their uncertainty or not. Rows out of the file robot's reach, such as
+/// row 3 of the last robot, are not reported because they are not used.
 #[test]
 fn a_robust_fit_names_the_wrong_rows_and_is_not_spoiled_by_them() {
-    for (place, file) in rotary(true).into_iter().take(5).enumerate() {
-        let (_, mut readings) = measured(&file, Instrument::Positions, 40, 11 + place as u64);
+    let files = rotary(true).into_iter().take(5).enumerate();
+    for ((place, file), stated) in files.flat_map(|own| [(own.clone(), false), (own, true)]) {
+        let (truth, mut readings) = measured(&file, Instrument::Positions, 40, 11 + place as u64);
+        if stated {
+            readings = uncertain(&truth, readings);
+        }
         let wrong = [8, 17, 29];
         for (axis, (row, off)) in wrong.into_iter().zip([1.0, 1.5, 2.0]).enumerate() {
             let coordinate = &mut readings.rows[row].value.position[axis];
@@ -222,7 +240,7 @@ fn a_robust_fit_names_the_wrong_rows_and_is_not_spoiled_by_them() {
             ..Options::default()
         };
         let report = calibrate(&file, &readings, &options).unwrap();
-        assert_eq!(report.suspected_samples, [10, 19, 31], "{place}");
+        assert_eq!(report.suspected_samples, [10, 19, 31], "{place} {stated}");
         // Residuals are 20 times the noise.
         let plain = calibrate(&file, &readings, &Options::default());
         assert!(plain.is_err(), "{place}");
@@ -236,13 +254,18 @@ fn a_robust_fit_shows_the_noise_as_it_is() {
         robust: true,
         ..Options::default()
     };
-    let ratios = (0..12).map(|seed| {
-        let (_, readings) = measured(&first(), Instrument::Positions, 150, seed);
-        let report = calibrate(&first(), &readings, &options).unwrap();
-        report.noise[0].ratio / 12.0
-    });
-    let mean: f64 = ratios.sum();
-    assert!((0.965..1.035).contains(&mean), "{mean}");
+    for stated in [false, true] {
+        let ratios = (0..12).map(|seed| {
+            let (truth, mut readings) = measured(&first(), Instrument::Positions, 150, seed);
+            if stated {
+                readings = uncertain(&truth, readings);
+            }
+            let report = calibrate(&first(), &readings, &options).unwrap();
+            report.noise[0].ratio / 12.0
+        });
+        let mean: f64 = ratios.sum();
+        assert!((0.965..1.035).contains(&mean), "{stated} {mean}");
+    }
 }
 
 /// The robot of a file whose noise is stated this many times too large.

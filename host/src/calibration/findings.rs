@@ -4,7 +4,7 @@ use super::tilt::of_rods;
 use crate::accuracy::position_error::{BeforeAfter, PositionError, sigma_by_tolerance};
 use crate::diagnosis::{Diagnosis, beside_the_platform_point, shifted_rows};
 use crate::effects::{EffectKind, misplaced};
-use crate::files::robot_file::RobotFile;
+use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, READINGS, Reading, Readings, Row};
 use crate::finding::{Finding, note, warning};
 use crate::fit::datum::{CONTRADICTED, Datum};
@@ -16,7 +16,6 @@ use crate::judge::known::Known;
 use crate::text::{capitalised, count, in_lines, joint, probability, significant};
 use delta_cal::Parameter;
 use delta_cal::calibration::Start;
-use nalgebra::Vector3;
 use serde_json::json;
 use std::collections::BTreeMap;
 
@@ -227,7 +226,7 @@ fn repeatability(readings: &Readings, kind: Kind) -> Option<Finding> {
 
 /// Stated places of targets and datum points, and a stated scale, that the readings contradict.
 fn of_stated(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
-    let (solution, convention) = (&judged.solution, &case.robot.convention);
+    let solution = &judged.solution;
     for own in &solution.effects {
         let each = own
             .places()
@@ -247,13 +246,9 @@ fn of_stated(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
         let text = match own.effect.kind {
             EffectKind::Target => {
                 let name = case.readings.targets.get(own.effect.index);
-                let name = name.map_or("target", String::as_str);
-                let [stated, fitted] = [&own.mean, &own.by]
-                    .map(|own| convention.vector(&Vector3::from_row_slice(own)));
-                format!(
-                    "{} ({sigmas:.0} σ). Check the target's place and the robot file.",
-                    misplaced(name, &stated, &fitted)
-                )
+                let name = name.map_or(ONLY_TARGET, String::as_str);
+                let off = misplaced(case.robot, name, &own.by).unwrap_or_default();
+                format!("{off} ({sigmas:.0} σ). Check the target's place and the robot file.")
             }
             EffectKind::Tilt => format!(
                 "The rods of an arm differ by {sigmas:.0} σ of what parallelogram_mm and parallelogram_deg state. Check \

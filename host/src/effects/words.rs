@@ -1,7 +1,7 @@
 //! Effects in words: what each is, its size, and its remedy.
 
 use super::{Effect, EffectKind};
-use crate::files::robot_file::RobotFile;
+use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, Readings};
 use crate::text::{joint, list, significant};
 use delta_cal::robot::Drive;
@@ -324,18 +324,14 @@ impl Effect {
             ),
             EffectKind::Target => {
                 let name = readings.targets.get(self.index);
-                let name = name.map_or("target", String::as_str);
-                let stated = robot.instruments.targets.iter();
-                let mut stated =
-                    stated.filter(|own| own.name == *name || readings.targets.is_empty());
-                match stated.next() {
-                    Some(stated) => misplaced(name, &convention.vector(&stated.place), &moved),
-                    None => format!(
+                let name = name.map_or(ONLY_TARGET, String::as_str);
+                misplaced(robot, name, by).unwrap_or_else(|| {
+                    format!(
                         "all points are beside the platform point; if a reflector or a tip is mounted there, state \
                          [target] x_mm = {:.1}, y_mm = {:.1}, z_mm = {:.1}",
                         moved.x, moved.y, moved.z
-                    ),
-                }
+                    )
+                })
             }
             EffectKind::Scale => format!(
                 "all measured lengths are {} ± {} % {} than the robot makes them; a sheet printed at \
@@ -352,18 +348,33 @@ impl Effect {
     }
 }
 
-/// A target that the readings put elsewhere: "target: x and y look exchanged; fitted 17 mm from its stated place, at …".
-pub(crate) fn misplaced(name: &str, stated: &Vector3<f64>, fitted: &Vector3<f64>) -> String {
+/// A stated target that the readings put elsewhere: "target: x and y look exchanged; fitted 17 mm from its stated place, …".
+pub(crate) fn misplaced(robot: &RobotFile, name: &str, fitted: &[f64]) -> Option<String> {
+    let targets = &robot.instruments.targets;
+    let place = |own: &Vector3<f64>| robot.convention.vector(own);
+    let stated = place(&targets.iter().find(|own| own.name == name)?.place);
+    let fitted = place(&Vector3::from_column_slice(fitted));
+    let others = targets.iter().filter(|own| own.name != name);
+    let others = others.map(|own| {
+        (
+            place(&own.place),
+            format!("looks exchanged with {}; ", own.name),
+        )
+    });
     let [x, y, z] = fitted.data.0[0];
-    format!(
+    Some(format!(
         "{name}: {}fitted {} mm from its stated place, at x {x:.2}, y {y:.2}, z {z:.2} mm",
-        mistaken(stated, fitted),
+        mistaken(&stated, &fitted, others),
         significant((fitted - stated).norm(), 2)
-    )
+    ))
 }
 
-/// A mistake that makes the stated coordinates the fitted ones: two exchanged, or a sign.
-fn mistaken(stated: &Vector3<f64>, fitted: &Vector3<f64>) -> String {
+/// A mistake that makes the stated coordinates the fitted ones: two exchanged, a sign, or one of others.
+fn mistaken(
+    stated: &Vector3<f64>,
+    fitted: &Vector3<f64>,
+    others: impl Iterator<Item = (Vector3<f64>, String)>,
+) -> String {
     let names = ["x", "y", "z"];
     let pairs = [(0, 1), (1, 2), (0, 2)].map(|(one, other)| {
         let mut changed = *stated;
@@ -381,7 +392,7 @@ fn mistaken(stated: &Vector3<f64>, fitted: &Vector3<f64>) -> String {
             format!("the sign of {} looks wrong; ", names[axis]),
         )
     });
-    let all = pairs.into_iter().chain(signs);
+    let all = pairs.into_iter().chain(signs).chain(others);
     let left = all.map(|(changed, text)| ((fitted - changed).norm(), text));
     let best = left.min_by(|a, b| a.0.total_cmp(&b.0));
     best.filter(|(left, _)| *left < EXPLAINED * (fitted - stated).norm())

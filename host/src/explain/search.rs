@@ -582,13 +582,14 @@ impl Search<'_> {
             kinds.push(moves);
         }
         kinds.push(scan.rows());
-        let targets = self.case.readings.targets.len().max(1);
-        let targets = (0..targets).map(|index| Effect::of(EffectKind::Target).at(index));
+        let count_of_targets = self.case.readings.targets.len().max(1);
+        let targets = (0..count_of_targets).map(|index| Effect::of(EffectKind::Target).at(index));
         let known = |own: &Effect| state.estimate(own).is_some();
         let (stated, unstated): (Vec<_>, Vec<_>) = targets.partition(known);
-        // In a sensor's own frame, where a target is is where the frame is.
-        let options = &self.options;
-        let placed = options.frame == Frame::Base || !self.case.robot.instruments.datum.is_empty();
+        // In a sensor's own frame, where the only target is is where the frame is.
+        let is_known =
+            self.options.frame == Frame::Base || !self.case.robot.instruments.datum.is_empty();
+        let placed = is_known || count_of_targets > 1;
         if placed && self.case.robot.tolerance.is_some() {
             kinds.push(
                 unstated
@@ -605,9 +606,18 @@ impl Search<'_> {
         };
         let stated = stated.iter().filter_map(|own| state.estimate(own));
         let stated = stated.filter(doubtful);
-        let stated: Vec<_> = stated
-            .map(|own| Hypothesis::of(&[own.effect], own.by.clone()))
-            .collect();
+        let stated: Vec<_> = stated.collect();
+        // Two may have been exchanged.
+        let pairs = stated.iter().enumerate().flat_map(|(index, own)| {
+            let others = stated[..index].iter();
+            others.map(move |other| {
+                let from = [&*other.mean, &*own.mean].concat();
+                Hypothesis::of(&[own.effect, other.effect], from)
+            })
+        });
+        let alone = stated.iter();
+        let alone = alone.map(|own| Hypothesis::of(&[own.effect], own.by.clone()));
+        let stated: Vec<_> = alone.chain(pairs).collect();
         let solution = &state.solution;
         let variance = (solution.squares() / solution.degrees_of_freedom().max(1.0)).max(1.0);
         let mut chosen: Vec<_> = stated

@@ -385,6 +385,14 @@ impl Readings {
             .into_iter()
             .map(|(name, all)| (name, all.iter().sum::<Vector3<f64>>() / all.len() as f64))
             .collect();
+        // Points of the machine have no target on the platform.
+        let named = std::mem::take(&mut self.targets);
+        for row in &mut others {
+            let name = named
+                .get(row.value.target)
+                .map_or(ONLY_TARGET, String::as_str);
+            row.value.target = index_of(&mut self.targets, name);
+        }
         others
     }
 

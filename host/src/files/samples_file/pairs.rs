@@ -1,10 +1,10 @@
 //! Joints in one file and readings in another, as a controller and an instrument write them.
 
 use super::table::Table;
-use super::{Readings, Row};
+use super::{Readings, Row, index_of};
 use crate::files::columns::{Quantity, Unit};
 use crate::files::input::{InputError, InputText};
-use crate::files::robot_file::RobotFile;
+use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::time;
 use crate::order;
 use crate::text::count;
@@ -96,14 +96,27 @@ impl Readings {
         }
         let mut used = vec![false; poses.len()];
         let (labels, _) = joints.labels()?;
+        // A plan says which target to measure, and stands beside the joints.
+        let planned_targets = if measured.has_any(&[Quantity::Target]) {
+            Vec::new()
+        } else {
+            joints.rows(|row| Ok(row.text(Quantity::Target).map(str::to_owned)))?
+        };
+        let mut targets = Vec::new();
         let mut planned = BTreeMap::new();
         for (row, pair) in rows.iter_mut().zip(pairs.into_iter().flatten()) {
             if let (Some(pose), Some(used)) = (poses.get(pair), used.get_mut(pair)) {
                 *used = true;
                 row.value.joints = pose.value;
+                let target = planned_targets
+                    .get(pair)
+                    .and_then(|own| own.value.as_deref());
+                let name = target.or_else(|| Some(file.targets.get(row.value.target)?.as_str()));
+                row.value.target = index_of(&mut targets, name.unwrap_or(ONLY_TARGET));
                 planned.extend(labels.get(&pose.line).map(|own| (row.line, own.clone())));
             }
         }
+        file.targets = targets;
         rows.retain(|row| row.value.readings() > 0);
         let unread = measured
             .unread()

@@ -13,7 +13,7 @@ use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Kind;
 use crate::fit::solution::{COMPUTED, OF_ROBOT};
 use crate::fit::{Case, Solution, Unsolved, solve};
-use credibility::{NoiseTest, NoiseVerdict, PriorTest, ToleranceTest};
+use credibility::{NoiseTest, NoiseVerdict, PriorTest, SMALL, ToleranceTest};
 use delta_cal::robot::Drive;
 use delta_cal::{Refusal, Robot, Sample, Tolerance};
 use known::Known;
@@ -267,13 +267,17 @@ fn with_shown(case: &Case<'_>, test: &mut NoiseTest) -> Result<(), Objection> {
     };
     let mut free = case.robot.clone();
     match test.kind {
-        Kind::Position => free.noise = None,
+        Kind::Position => (free.noise, free.instruments.joint_noise) = (None, None),
         Kind::Height => free.instruments.height_noise = None,
         Kind::Distance => free.instruments.distance_noise = None,
     }
-    let solution = solve(&free, case.readings, &case.options);
-    let noise = solution.map_or_else(|_| Vec::new(), |own| own.noise);
-    let mut noise = noise.iter().filter_map(NoiseTest::of);
+    let mut even = case.readings.clone();
+    even.rows.iter_mut().for_each(|row| row.value.sigma = None);
+    let solution = solve(&free, &even, &case.options);
+    let Ok(solution) = solution else {
+        return Ok(());
+    };
+    let mut noise = solution.noise.iter().filter_map(NoiseTest::of);
     let Some(own) = noise.find(|own| own.kind == test.kind) else {
         return Ok(());
     };
@@ -284,6 +288,10 @@ fn with_shown(case: &Case<'_>, test: &mut NoiseTest) -> Result<(), Objection> {
         return Err(Objection::NoiseFarOff(test.kind, stated, shown));
     }
     (test.sigma_mm, test.limits_mm) = (shown, own.limits_mm);
+    let joints = case.robot.noise.is_some_and(|own| own.joint() > 0.0);
+    if test.kind == Kind::Position && joints && shown > SMALL * stated {
+        test.joint_shown = Some(solution.levels.position.joint());
+    }
     Ok(())
 }
 

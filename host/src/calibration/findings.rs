@@ -335,10 +335,19 @@ fn of_noise(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>) {
                 } else {
                     ""
                 };
-                let text = format!(
-                    "Residuals of {of} are only {ratio:.2} × the stated noise ({sigma} mm). {half}If these rows were \
-                     measured and not computed, set {key} = {sigma}."
-                );
+                let drive = case.robot.robot.drive();
+                let joints = joint::key("joint", drive);
+                let text = match test.joint_shown {
+                    Some(shown) => format!(
+                        "Residuals of {of} are only {ratio:.2} × the stated noise, because {joints} is too large. Set \
+                         {joints} = {}.",
+                        mm(joint::in_file(drive, shown))
+                    ),
+                    None => format!(
+                        "Residuals of {of} are only {ratio:.2} × the stated noise ({sigma} mm). {half}If these rows were \
+                         measured and not computed, set {key} = {sigma}."
+                    ),
+                };
                 found.push(warning("noise_overstated", json!({ "test": test }), text));
             }
             NoiseVerdict::Agrees | NoiseVerdict::Estimated => {}

@@ -20,7 +20,7 @@ const IMPROBABLE: f64 = 0.0027;
 /// Noise exceeded by less than this factor counts as well stated, however many samples there are.
 const EXCEEDED: f64 = 1.1;
 /// Overstated noise is cautious; below this fraction of it, it misleads.
-const SMALL: f64 = 0.6;
+pub(super) const SMALL: f64 = 0.6;
 /// Probability on either side of the confidence interval.
 const TAIL: f64 = 0.025;
 
@@ -43,6 +43,10 @@ pub struct NoiseTest {
     pub probability: f64,
     /// The verdict.
     pub verdict: NoiseVerdict,
+    /// Of positions that only the joints' part of the stated noise overstates: σ of a joint that the residuals show,
+    /// radians or mm.
+    #[serde(skip)]
+    pub joint_shown: Option<f64>,
 }
 
 /// Verdict of the χ² test of a stated noise.
@@ -95,6 +99,7 @@ impl NoiseTest {
             ratio,
             probability,
             verdict,
+            joint_shown: None,
         })
     }
 

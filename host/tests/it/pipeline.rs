@@ -300,6 +300,34 @@ fn a_noise_stated_too_large_is_told_what_the_readings_show() {
     }
 }
 
+/// A joint noise that is stated too large is told as such, and what is advised in its place raises no further warning.
+#[test]
+fn a_joint_noise_stated_too_large_is_told_from_one_of_positions() {
+    let (_, readings) = measured(&first(), Instrument::Positions, 40, 3);
+    let [position, joint, ..] = SIGMAS;
+    let stated = |joint: f64| RobotFile {
+        noise: Some(Noise::new(position, joint.to_radians()).unwrap()),
+        ..first()
+    };
+    let said = |joint: f64| {
+        calibrate(&stated(joint), &readings, &Options::default())
+            .unwrap()
+            .warnings
+            .join(" ")
+    };
+    for times in [10.0, 20.0] {
+        let said_of = said(times * joint);
+        let (_, advised) = said_of
+            .split_once("because joint_deg is too large. Set joint_deg = ")
+            .expect(&said_of);
+        let advised = advised
+            .split_once(". ")
+            .map_or(advised, |own| own.0)
+            .trim_end_matches('.');
+        assert_eq!(said(advised.parse().unwrap()), "", "{times}: {advised}");
+    }
+}
+
 /// Residuals of twice the stated noise widen what the readings decide, and not what the tolerance does.
 #[test]
 fn no_parameter_is_less_certain_than_the_tolerance() {

@@ -180,15 +180,15 @@ fn keys(
     Ok(keys)
 }
 
-/// Whether each of these cells is a name of its own, and occurs among the others.
+/// Whether each of these cells is a name of its own, and most occur among the others.
 fn are_the_same_names(joints: &[String], measured: &[String]) -> bool {
     let is_name =
         |cell: &String| !cell.trim().is_empty() && comparable(cell).parse::<f64>().is_err();
     let known: HashSet<_> = joints.iter().map(|own| comparable(own)).collect();
-    known.len() == joints.len()
-        && measured
-            .iter()
-            .all(|own| is_name(own) && known.contains(&comparable(own)))
+    let both = measured
+        .iter()
+        .filter(|own| known.contains(&comparable(own)));
+    known.len() == joints.len() && measured.iter().all(is_name) && 2 * both.count() > measured.len()
 }
 
 /// The name or number column that matches all rows, else a time column, else the name column with most matches or of the

@@ -203,9 +203,13 @@ pub fn validate(
     let options = Options::in_frame(frame);
     let in_base = known.map(|own| readings.turned(&own.inverse()));
     let diagnosis = diagnose(robot, in_base.as_ref().unwrap_or(&readings), &options);
-    // A mistake in all rows needs no further explanation.
-    let judged = Some(in_base.as_ref().unwrap_or(&readings)).filter(|_| diagnosis.is_none());
-    let step = judged.and_then(|own| step(robot, own, options));
+    // A mistake in all rows needs no further explanation. Most rows are in another frame than the known one of the sensor,
+    // too, after it moved.
+    let judged = Some(in_base.as_ref().unwrap_or(&readings));
+    let judged = judged.filter(|_| diagnosis.is_none() || request.frame == Frame::Sensor);
+    let step = judged.and_then(|own| {
+        step(robot, own, options, known.as_ref()).filter(|own| diagnosis.is_none() || own.is_all)
+    });
     if let Some(step) = &step {
         readings.rows.truncate(step.row);
     }
@@ -322,12 +326,17 @@ const fn where_else(frame: Frame) -> &'static str {
 
 /// What happened during the measurement, if anything did: the robot is fitted to the readings and then explains them but for
 /// a step.
-fn step(robot: &RobotFile, readings: &Readings, options: Options) -> Option<Step> {
+fn step(
+    robot: &RobotFile,
+    readings: &Readings,
+    options: Options,
+    known: Option<&RigidTransform<f64>>,
+) -> Option<Step> {
     let mut robot = robot.at_platform_point();
     // The frame is known, or fitted.
     robot.instruments.datum.clear();
     let case = Case::new(&robot, readings, options);
-    search(&case)?.step(&case)
+    search(&case)?.step(&case, known)
 }
 
 /// The kind of the readings if they are all of one kind.

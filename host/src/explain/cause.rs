@@ -6,6 +6,7 @@ use crate::effects::{At, Course, Effect, EffectKind, Estimated};
 use crate::fit::solution::COMPUTED;
 use crate::fit::{Case, Solution};
 use crate::text::{capitalised, in_lines, list};
+use delta_cal::frame::RigidTransform;
 use delta_cal::{ArmIndex, Robot, Sample};
 use nalgebra::{DVector, SVector, Vector3};
 use serde::Serialize;
@@ -81,10 +82,11 @@ impl Causes {
         let Some(best) = best.filter(|own| own.is_in_residuals(&found.base)) else {
             return causes;
         };
+        let frame = best.solution.places.frame.as_ref();
         let effects = best.hypothesis.effects.iter();
         let outside = effects.filter(|own| !own.kind.is_number());
         causes.found = outside
-            .filter_map(|own| cause(case, found, best, own))
+            .filter_map(|own| cause(case, found, best, own, frame))
             .collect();
         if causes.found.iter().any(|own| own.kind == EffectKind::Drift) {
             causes.hidden_drift = None;
@@ -96,7 +98,13 @@ impl Causes {
     }
 }
 
-fn cause(case: &Case<'_>, found: &Found, best: &Fitted, effect: &Effect) -> Option<Cause> {
+fn cause(
+    case: &Case<'_>,
+    found: &Found,
+    best: &Fitted,
+    effect: &Effect,
+    frame: Option<&RigidTransform<f64>>,
+) -> Option<Cause> {
     let estimate = best.estimate(effect)?;
     let size = estimate.by.len();
     let variance = (best.solution.squares() / best.solution.degrees_of_freedom()).max(1.0);
@@ -109,7 +117,7 @@ fn cause(case: &Case<'_>, found: &Found, best: &Fitted, effect: &Effect) -> Opti
         .cholesky()
         .map_or(0.0, |own| own.solve(&by).dot(&by));
     let drive = case.robot.robot.drive();
-    let by = in_axes_of_the_file(estimate, &best.solution);
+    let by = in_axes_of_the_file(estimate, frame);
     let (own, sigma, text) = effect.described(&by, sigma, case.robot, case.readings);
     let others: Vec<_> = others(found, effect).collect();
     let mut alternatives: Vec<_> = others.iter().map(|own| own.named()).collect();
@@ -134,10 +142,10 @@ fn cause(case: &Case<'_>, found: &Found, best: &Fitted, effect: &Effect) -> Opti
     })
 }
 
-/// The unknowns of an effect; of a move, which happened to the sensor, in the axes in which the file has its positions.
-fn in_axes_of_the_file(estimate: &Estimated, solution: &Solution) -> Vec<f64> {
+/// The unknowns of an effect; of a move, which happened to the sensor, in its frame, in which the file has its positions.
+fn in_axes_of_the_file(estimate: &Estimated, frame: Option<&RigidTransform<f64>>) -> Vec<f64> {
     let mut by = estimate.by.clone();
-    if let (EffectKind::Move, Some(frame)) = (estimate.effect.kind, &solution.places.frame) {
+    if let (EffectKind::Move, Some(frame)) = (estimate.effect.kind, frame) {
         for own in by.chunks_exact_mut(3) {
             own.copy_from_slice((frame.rotation * Vector3::from_column_slice(own)).as_slice());
         }
@@ -255,6 +263,9 @@ pub struct Step {
     /// Its index in the file.
     #[serde(skip)]
     pub(crate) row: usize,
+    /// Whether nothing else is left to explain.
+    #[serde(skip)]
+    pub(crate) is_all: bool,
     /// Its line.
     pub line: u64,
     /// What happened, in one sentence.
@@ -262,17 +273,23 @@ pub struct Step {
 }
 
 impl Found {
-    /// The first step that the residuals show.
-    pub(crate) fn step(&self, case: &Case<'_>) -> Option<Step> {
+    /// The first step that the residuals show; `known`, the sensor's frame, if the readings are no longer in it.
+    pub(crate) fn step(
+        &self,
+        case: &Case<'_>,
+        known: Option<&RigidTransform<f64>>,
+    ) -> Option<Step> {
         let best = self.best.as_ref()?;
         let effects = best.hypothesis.effects.iter();
         let steps = effects.filter(|own| own.kind.is_step());
         let first = steps.min_by_key(|own| own.index)?;
-        let own = cause(case, self, best, first)?;
+        let frame = known.or(best.solution.places.frame.as_ref());
+        let own = cause(case, self, best, first, frame)?;
         let [arm, ..] = case.robot.robot.arms();
         let is_rounding = best.solution.levels.position.position() < COMPUTED * arm.lb();
         (best.is_in_residuals(&self.base) && !is_rounding).then_some(Step {
             row: first.index,
+            is_all: best.misfit() < EXPLAINED,
             line: own.line?,
             text: own.text,
         })
@@ -301,7 +318,7 @@ fn what(case: &Case<'_>, fitted: &Fitted) -> Option<String> {
             .places()
             .map(|place| covariance[(place, place)])
             .sum();
-        let by = in_axes_of_the_file(estimate, &fitted.solution);
+        let by = in_axes_of_the_file(estimate, fitted.solution.places.frame.as_ref());
         let (.., text) = own.described(&by, variance.sqrt(), case.robot, case.readings);
         Some(text)
     });

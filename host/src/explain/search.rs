@@ -617,10 +617,17 @@ impl Search<'_> {
         });
         let alone = stated.iter();
         let alone = alone.map(|own| Hypothesis::of(&[own.effect], own.by.clone()));
-        let stated: Vec<_> = alone.chain(pairs).collect();
+        let of_targets: Vec<_> = alone.chain(pairs).collect();
         let solution = &state.solution;
-        let variance = (solution.squares() / solution.degrees_of_freedom().max(1.0)).max(1.0);
-        let mut chosen: Vec<_> = stated
+        // A noise that was widened may be more than the residuals need.
+        let stated = if state.squares > 0.0 {
+            solution.squares() / state.squares
+        } else {
+            1.0
+        };
+        let variance = solution.squares() / solution.degrees_of_freedom().max(1.0);
+        let variance = variance.max(stated);
+        let mut chosen: Vec<_> = of_targets
             .iter()
             .filter_map(|own| state.hypothesis.and(own))
             .collect();

@@ -12,13 +12,6 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use serde_json::json;
 
-/// Rods of a pair whose spacing nobody stated: how far apart they usually are, mm, and by what they usually differ.
-const USUAL: Parallelograms = Parallelograms {
-    spacing: 50.0,
-    platform_radius: 0.0,
-    numbers: [[0.0; OF_ARM]; 3],
-    tolerance: [0.1, 0.0],
-};
 /// A point this close to the centre of the platform, mm, is in it.
 const CENTRAL: f64 = 1.0;
 /// Of the poses in the workspace, every so many are looked at.
@@ -108,7 +101,7 @@ pub(super) fn of_rods(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>
     let [tolerance, _] = stated.tolerance;
     for own in &report.arms {
         let ([size, ..], [sigma, ..]) = (own.numbers.map(f64::abs), own.sigmas);
-        if size > NAMED * sigma && sigma < KNOWN * tolerance {
+        if differ(size, sigma, tolerance) {
             let text = format!(
                 "The two rods of arm {} differ by {} ± {} mm and tilt the platform by {} mrad. Exchange or match them.",
                 own.arm,
@@ -122,6 +115,11 @@ pub(super) fn of_rods(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>
             found.push(warning("rods_differ", figures, text));
         }
     }
+}
+
+/// Whether rods differ by more than their σ explains, if that says more than their tolerance.
+pub(crate) fn differ(size: f64, sigma: f64, tolerance: f64) -> bool {
+    size > NAMED * sigma && sigma < KNOWN * tolerance
 }
 
 /// What rods that differ would do to targets and tool.
@@ -141,9 +139,9 @@ fn unknown(robot: &RobotFile, found: &Robot<f64>, poses: &[Sample<f64>]) -> Opti
     }
     let rods = Parallelograms {
         platform_radius: robot.platform_radius.unwrap_or_default(),
-        ..USUAL
+        ..Parallelograms::USUAL
     };
-    let (difference, spacing) = (USUAL.tolerance[0], USUAL.spacing);
+    let (difference, spacing) = (rods.tolerance[0], rods.spacing);
     let moves: Vec<_> = beside
         .iter()
         .map(|(name, place)| (name, displaced(&rods, found, poses, place)))

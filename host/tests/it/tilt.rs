@@ -3,6 +3,7 @@
 use crate::support::simulated::{SIGMAS, rotary};
 use crate::support::{Folder, NOISE, NOMINAL, csv, noisy, true_arms};
 use delta_cal::Robot;
+use delta_cal::robot::Drive;
 use delta_cal::simulate::{made_robot, random_pose, standard_normal};
 use delta_cal_host::files::robot_file::Target;
 use delta_cal_host::geometry::Parallelograms;
@@ -21,9 +22,17 @@ const TOOLS: [[f64; 3]; 3] = [[0.0, 0.0, 0.0], [0.0, 0.0, -100.0], [80.0, 0.0, -
 
 /// Six rods between points that are written as a drawing has them, and nothing shorter: position and rotation vector of the
 /// platform by Newton's method with numerical derivatives.
-fn platform(robot: &Robot<f64>, rods: &Parallelograms, joints: &[f64; 3]) -> [Vector3<f64>; 2] {
+pub(crate) fn platform(
+    robot: &Robot<f64>,
+    rods: &Parallelograms,
+    joints: &[f64; 3],
+) -> [Vector3<f64>; 2] {
     let radial = [0, 1, 2].map(|arm| {
-        let azimuth = robot.arms()[arm].parameters()[3];
+        let own = &robot.arms()[arm];
+        let azimuth = match own.drive() {
+            Drive::Rotary => own.parameters()[3],
+            Drive::Linear => own.d().y.atan2(own.d().x),
+        };
         Vector3::new(azimuth.cos(), azimuth.sin(), 0.0)
     });
     let off = |at: &DVector<f64>| {
@@ -59,7 +68,7 @@ fn platform(robot: &Robot<f64>, rods: &Parallelograms, joints: &[f64; 3]) -> [Ve
 }
 
 /// Where a point of the platform is.
-fn at(pose: [Vector3<f64>; 2], point: &Vector3<f64>) -> Vector3<f64> {
+pub(crate) fn at(pose: [Vector3<f64>; 2], point: &Vector3<f64>) -> Vector3<f64> {
     pose[0] + Rotation3::new(pose[1]) * point
 }
 

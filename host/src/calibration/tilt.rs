@@ -16,9 +16,8 @@ use serde_json::json;
 const CENTRAL: f64 = 1.0;
 /// Of the poses in the workspace, every so many are looked at.
 const EVERY: usize = 20;
-/// Rods that differ by more than this many σ, which are known better than this part of their tolerance, do differ.
-const NAMED: f64 = 2.0;
-const KNOWN: f64 = 0.7;
+/// Rods that differ by more than this many σ do differ.
+pub(crate) const NAMED: f64 = 2.0;
 
 /// The tilt of the platform.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -98,10 +97,9 @@ pub(super) fn of_rods(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>
     let Some(report) = tilt(&after, solution, poses) else {
         return;
     };
-    let [tolerance, _] = stated.tolerance;
     for own in &report.arms {
         let ([size, ..], [sigma, ..]) = (own.numbers.map(f64::abs), own.sigmas);
-        if differ(size, sigma, tolerance) {
+        if size > NAMED * sigma {
             let text = format!(
                 "The two rods of arm {} differ by {} ± {} mm and tilt the platform by {} mrad. Exchange or match them.",
                 own.arm,
@@ -115,11 +113,6 @@ pub(super) fn of_rods(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>
             found.push(warning("rods_differ", figures, text));
         }
     }
-}
-
-/// Whether rods differ by more than their σ explains, if that says more than their tolerance.
-pub(crate) fn differ(size: f64, sigma: f64, tolerance: f64) -> bool {
-    size > NAMED * sigma && sigma < KNOWN * tolerance
 }
 
 /// What rods that differ would do to targets and tool.

@@ -1,7 +1,7 @@
 //! An effector that tilts because the two rods of a tower differ, and what that makes of a probe beside the nozzle.
 
 use super::area::{Map, bed, grid};
-use crate::calibration::differ;
+use crate::calibration::NAMED;
 use crate::files::robot_file::RobotFile;
 use crate::fit::Solution;
 use crate::geometry::{NUMBERS, OF_ARM, Parallelograms};
@@ -76,9 +76,10 @@ impl Effector {
         let count = columns.len().max(1) as f64;
         let mean = columns.iter().sum::<RowSVector<f64, NUMBERS>>() / count;
         let numbers = found.places();
-        let covariance = solution
-            .covariance
-            .view((numbers.start, numbers.start), (numbers.len(), numbers.len()));
+        let covariance = solution.covariance.view(
+            (numbers.start, numbers.start),
+            (numbers.len(), numbers.len()),
+        );
         let variance = columns.iter().map(|own| {
             let own = own - mean;
             (own * covariance * own.transpose())[(0, 0)]
@@ -90,7 +91,7 @@ impl Effector {
         let named = |arm: usize| {
             let (difference, place) = (rods.numbers[arm][0], numbers.start + OF_ARM * arm);
             let sigma = solution.covariance[(place, place)].sqrt();
-            if !differ(difference.abs(), sigma, rods.tolerance[0]) {
+            if !(difference.abs() > NAMED * sigma) {
                 return None;
             }
             let mut alone = rods.with_numbers(&[0.0; NUMBERS]);

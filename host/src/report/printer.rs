@@ -172,7 +172,10 @@ fn maps(printer: &Printer) -> Vec<(Figure, &'static str)> {
     });
     let bias = printer.effector.iter().map(|own| {
         let drawn = map_of(printer, &own.map, shade, times);
-        (drawn, "The bias of the probe, from the tilt of the effector.")
+        (
+            drawn,
+            "The bias of the probe, from the tilt of the effector.",
+        )
     });
     drawn.zip(captions).chain(uneven).chain(bias).collect()
 }

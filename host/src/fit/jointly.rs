@@ -698,7 +698,7 @@ impl Heights {
 }
 
 /// E of a row: the derivatives of its readings by the effects.
-fn columns_of(
+pub(crate) fn columns_of(
     solution: &Solution,
     readings: &Readings,
     course: &Course,

@@ -7,7 +7,8 @@ use delta_cal::robot::Drive;
 use delta_cal::simulate::{made_robot, random_pose, standard_normal};
 use delta_cal_host::files::robot_file::Target;
 use delta_cal_host::geometry::Parallelograms;
-use delta_cal_host::{Options, Reading, Readings, RobotFile, Row, calibrate};
+use delta_cal_host::planning::{Kind, Wishes};
+use delta_cal_host::{Options, PlanRequest, Reading, Readings, RobotFile, Row, calibrate, plan};
 use delta_cal_tests::size as of_size;
 use nalgebra::{DMatrix, DVector, Rotation3, Vector3};
 use rand_core::SeedableRng;
@@ -129,27 +130,36 @@ fn made(
             sigma: Vector3::repeat(1e-3),
         });
     }
-    let [position, joint, ..] = SIGMAS;
-    for index in 0..rows {
-        let joints = worked(&file, &truth, &mut rng);
-        for (target, place) in targets.iter().enumerate() {
-            let seen = at(platform(&truth, &rods, &joints), place);
-            let mut normal = |sigma: f64| sigma * standard_normal::<f64, _>(&mut rng);
-            readings.rows.push(Row {
-                line: (index * targets.len() + target) as u64 + 2,
-                value: Reading {
-                    position: [0, 1, 2].map(|axis| Some(seen[axis] + normal(position))),
-                    target,
-                    ..Reading::at(joints.map(|q| q + normal(joint.to_radians())))
-                },
-            });
-        }
-    }
-    Made {
+    let mut own = Made {
         file,
         truth,
         rods,
         readings,
+    };
+    for _ in 0..rows {
+        let joints = worked(&own.file, &own.truth, &mut rng);
+        for target in 0..targets.len() {
+            own.measure(joints, target, &mut rng);
+        }
+    }
+    own
+}
+
+impl Made {
+    /// A row of this target.
+    fn measure(&mut self, joints: [f64; 3], target: usize, rng: &mut Pcg32) {
+        let place = self.file.instruments.targets[target].place;
+        let seen = at(platform(&self.truth, &self.rods, &joints), &place);
+        let [position, joint, ..] = SIGMAS;
+        let mut normal = |sigma: f64| sigma * standard_normal::<f64, _>(rng);
+        self.readings.rows.push(Row {
+            line: self.readings.rows.len() as u64 + 2,
+            value: Reading {
+                position: [0, 1, 2].map(|axis| Some(seen[axis] + normal(position))),
+                target,
+                ..Reading::at(joints.map(|q| q + normal(joint.to_radians())))
+            },
+        });
     }
 }
 
@@ -235,6 +245,34 @@ fn the_budget_states_what_unknown_rods_add() {
     );
     assert!(achieved > 5.0 * stated, "{achieved} {stated}");
     assert!((0.8..1.25).contains(&parts), "{parts}");
+}
+
+/// Planned poses of three targets bring what the plan promises, within 15 %.
+#[test]
+fn planned_poses_keep_their_promise_where_the_platform_tilts() {
+    let mut ratios = Vec::new();
+    for (seed, file) in (90..).zip(rotary(true)) {
+        let size = file.robot.arms()[0].lb() / 480.0;
+        let targets = TARGETS.map(|own| Vector3::from(own) * size);
+        let rods = (60.0 * size, RODS[1].to_radians());
+        let mut own = made(&file, rods, &targets, 0, seed);
+        own.file.tool = Some(Vector3::from(TOOLS[1]) * size);
+        let plan = plan(&PlanRequest {
+            absolute: true,
+            region: own.file.within,
+            ..PlanRequest::new(&own.file, Wishes::only(Kind::XYZ), 24)
+        });
+        let plan = plan.unwrap();
+        let mut rng = Pcg32::seed_from_u64(seed);
+        for planned in &plan.measurements {
+            own.measure(planned.reading.joints, planned.reading.target, &mut rng);
+        }
+        let report = calibrate(&own.file, &own.readings, &Options::default()).unwrap();
+        ratios.push(report.expected_error.unwrap().absolute_rms_mm / plan.after.absolute);
+    }
+    let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
+    println!("reached/promised {mean:.3}, {ratios:.2?}");
+    assert!((0.85..1.15).contains(&mean), "{ratios:?}");
 }
 
 /// A robot of known rods on the command line: positions of a target, and the joints that bring it there.
@@ -339,4 +377,31 @@ fn unknown_rods_are_said_to_be_unknown() {
         "{}",
         run.stdout
     );
+}
+
+/// Simulated robots whose platform tilts: what is stated of their tool is true.
+#[test]
+fn campaigns_simulate_platforms_that_tilt() {
+    let folder = Folder::new();
+    let target = |(index, [x, y, z]): (usize, &[f64; 3])| {
+        format!("[targets.T{index}]\nx_mm = {x}\ny_mm = {y}\nz_mm = {z}\nsigma_mm = 0.001\n")
+    };
+    let targets: String = TARGETS.iter().enumerate().map(target).collect();
+    let rods = "[parallelogram]\nspacing_mm = 60\n[tool]\nx_mm = 0\ny_mm = 0\nz_mm = -100\n";
+    let within = "[workspace]\nwithin = \"r=216,z=-650..-450\"\n";
+    folder.write("robot.toml", format!("{NOMINAL}{within}{rods}{targets}"));
+    folder.write(
+        "campaign.toml",
+        "robot = \"robot.toml\"\nrobots = 24\nseed = 3\nspread = \"normal\"\nposes = [10]\nmethods = [\"fkm\"]\n\
+         start_errors = [{ length_mm = 0.5, angle_deg = 0.2 }]\n\
+         noise_levels = [{ position_mm = 0.02, joint_deg = 0.001 }]\n",
+    );
+    folder.run("simulate campaign.toml --output rows.csv").ok();
+    let summary = folder.run("simulate --summary rows.csv --json -").ok();
+    let summary: serde_json::Value = serde_json::from_str(&summary.stdout).unwrap();
+    for ratio in ["error_to_stated", "relative_to_stated"] {
+        let found = summary[0]["ratios"][ratio].as_f64().unwrap();
+        println!("{ratio} {found}");
+        assert!((0.8..1.25).contains(&found), "{summary:#}");
+    }
 }

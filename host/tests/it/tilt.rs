@@ -251,7 +251,7 @@ fn the_budget_states_what_unknown_rods_add() {
 #[test]
 fn planned_poses_keep_their_promise_where_the_platform_tilts() {
     let mut ratios = Vec::new();
-    for (seed, file) in (90..).zip(rotary(true)) {
+    for (seed, file) in (90..).zip(rotary(true).into_iter().step_by(3)) {
         let size = file.robot.arms()[0].lb() / 480.0;
         let targets = TARGETS.map(|own| Vector3::from(own) * size);
         let rods = (60.0 * size, RODS[1].to_radians());
@@ -260,7 +260,7 @@ fn planned_poses_keep_their_promise_where_the_platform_tilts() {
         let plan = plan(&PlanRequest {
             absolute: true,
             region: own.file.within,
-            ..PlanRequest::new(&own.file, Wishes::only(Kind::XYZ), 24)
+            ..PlanRequest::new(&own.file, Wishes::only(Kind::XYZ), 15)
         });
         let plan = plan.unwrap();
         let mut rng = Pcg32::seed_from_u64(seed);
@@ -270,9 +270,10 @@ fn planned_poses_keep_their_promise_where_the_platform_tilts() {
         let report = calibrate(&own.file, &own.readings, &Options::default()).unwrap();
         ratios.push(report.expected_error.unwrap().absolute_rms_mm / plan.after.absolute);
     }
-    let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
-    println!("reached/promised {mean:.3}, {ratios:.2?}");
-    assert!((0.85..1.15).contains(&mean), "{ratios:?}");
+    println!("reached/promised {ratios:.2?}");
+    for ratio in ratios {
+        assert!((0.85..1.15).contains(&ratio), "{ratio}");
+    }
 }
 
 /// A robot of known rods on the command line: positions of a target, and the joints that bring it there.

@@ -21,13 +21,13 @@ const SPACING: f64 = 36.0;
 const TOUCH: f64 = 0.01;
 
 /// Rods that differ by this, and are further apart at one end by that, mm.
-fn rods(differences: [[f64; 2]; 3]) -> Option<Parallelograms> {
-    Some(Parallelograms {
+fn rods(differences: [[f64; 2]; 3]) -> Parallelograms {
+    Parallelograms {
         spacing: SPACING,
         platform_radius: 33.0,
         numbers: differences.map(|[length, apart]| [length, apart, 0.0, 0.0]),
         tolerance: [0.1, 0.0],
-    })
+    }
 }
 
 /// A printer with a flat bed, as its firmware has it, and what it answers.
@@ -123,7 +123,7 @@ fn touches_and_papers_separate_the_tilt() {
         let mut level = Made::new(&set("A1"), &mut rng);
         level.bed = [0.0; 6];
         let mut made = level.clone();
-        made.rods = rods([0; 3].map(|_| [0; 2].map(|_| 0.1 * normal(&mut rng))));
+        made.rods = Some(rods([0; 3].map(|_| [0; 2].map(|_| 0.1 * normal(&mut rng)))));
         let noise: Vec<_> = (0..23).map(|_| TOUCH * normal(&mut rng)).collect();
         let [tilts, level_touched] =
             [(&made, BESIDE), (&level, [0.0; 2])].map(|(made, beside)| Touched {
@@ -178,7 +178,7 @@ fn the_pair_of_rods_that_tilts_the_effector_is_named() {
         let mut rng = generator(5501, 1);
         let mut made = Made::new(&set("A1"), &mut rng);
         made.bed = [0.0; 6];
-        made.rods = rods([[difference, 0.0], [0.0; 2], [0.0; 2]]);
+        made.rods = Some(rods([[difference, 0.0], [0.0; 2], [0.0; 2]]));
         let noise: Vec<_> = (0..23).map(|_| TOUCH * normal(&mut rng)).collect();
         let touched = Touched {
             made: &made,

@@ -12,7 +12,7 @@ mod session;
 use crate::accuracy::position_error::position_errors;
 use crate::accuracy::uncertainty::WorkspacePoses;
 use crate::files::input::InputError;
-use crate::files::robot_file::RobotFile;
+use crate::files::robot_file::{RobotFile, Tool};
 use crate::files::samples_file::Readings;
 use crate::text::{in_file_units, small};
 pub use client::{Client, Patience};
@@ -83,7 +83,8 @@ pub fn robot<T: Real>(geometry: &Geometry<T>) -> Result<Robot<f64>, DeviceError>
 pub fn check_calibrated(file: &RobotFile, nominal: &Robot<f64>) -> Result<f64, InputError> {
     let poses = WorkspacePoses::of(&file.robot, &file.reach());
     let joints = poses.inside.iter().map(|pose| pose.joints);
-    let [rms, _] = position_errors(&file.robot, nominal, joints);
+    let none = Tool::default();
+    let [rms, _] = position_errors((&file.robot, &none), (nominal, &none), joints);
     let [arm, ..] = nominal.arms();
     if rms <= ANOTHER_ROBOT * arm.lb() {
         return Ok(rms);

@@ -23,7 +23,7 @@ pub(crate) use instrument::motion;
 pub(crate) use numbers::turned;
 pub use places::{Places, PlaneFound, PointFound};
 pub(crate) use surface::{sigmas as sigmas_of_bed, waves as waves_of_bed};
-pub(crate) use tilt::Tilting;
+pub(crate) use tilt::Platform;
 pub(crate) use words::misplaced;
 
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings, Row};
@@ -229,7 +229,8 @@ impl Effect {
             (None, kind) if kind.is_number() => numbers::columns(kind, &course.robot, &at.joints),
             (None, EffectKind::Sag) => load::columns(place),
             (None, EffectKind::Bed) => {
-                surface::columns(&at.position, course.largest, place.touched)
+                let touched = at.position + course.target(place);
+                surface::columns(&touched, course.disc, place.touched)
             }
             (None, EffectKind::Oversize) => surface::apart(&at.position, place),
             (None, EffectKind::Tilt) => tilt::columns(at, course, place),
@@ -367,19 +368,32 @@ pub(crate) struct Course {
     pub(crate) robot: Robot<f64>,
     /// The target that the places of planes and points count already, mm.
     pub(crate) counted: Vector3<f64>,
-    /// How the platform tilts, if its rods are known.
-    pub(crate) tilting: Option<Tilting>,
+    /// The targets, and what holds them.
+    pub(crate) platform: Platform,
+    /// Largest squared distance of a touched place from the robot's axis, mm².
+    pub(crate) disc: f64,
 }
 
 impl Course {
-    pub(crate) fn of(robot: &Robot<f64>, found: &Places, readings: &Readings) -> Self {
+    pub(crate) fn of(
+        robot: &Robot<f64>,
+        platform: Platform,
+        found: &Places,
+        readings: &Readings,
+    ) -> Self {
         let rows = &readings.rows;
         let positions = rows.iter().map(|row| robot.forward(&row.value.joints).ok());
         let positions: Vec<_> = positions.collect();
         let reached = || positions.iter().flatten();
-        let largest = reached()
-            .map(|own| own.xy().norm_squared())
-            .fold(0.0, f64::max);
+        let largest = |all: &mut dyn Iterator<Item = Vector3<f64>>| {
+            all.map(|own| own.xy().norm_squared()).fold(0.0, f64::max)
+        };
+        let touched = rows.iter().zip(&positions).filter_map(|(row, own)| {
+            row.value.height?;
+            Some((*own)? + platform.target(row.value.target))
+        });
+        let disc = largest(&mut touched.into_iter());
+        let largest = largest(&mut reached().copied());
         let last = rows.len().saturating_sub(1) as f64;
         let mut moves = Directions::default();
         let place = |(index, row): (usize, &Row<Reading>)| {
@@ -407,7 +421,8 @@ impl Course {
             largest,
             robot: robot.clone(),
             counted: Vector3::zeros(),
-            tilting: None,
+            platform,
+            disc,
         }
     }
 
@@ -422,9 +437,14 @@ impl Course {
         Self {
             places: vec![place],
             robot: self.robot.clone(),
-            tilting: self.tilting.clone(),
+            platform: self.platform.clone(),
             ..*self
         }
+    }
+
+    /// Where a row's target is stated to be, mm.
+    fn target(&self, place: &Place) -> Vector3<f64> {
+        self.platform.target(place.target)
     }
 
     /// The readings without this much of the effects, as the robot at these places would have given them.

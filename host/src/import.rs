@@ -20,7 +20,7 @@ mod stated;
 use crate::files::input::{InputError, InputText};
 pub use console::touched;
 pub use imported::Imported;
-pub(crate) use imported::{SHRINKAGE, USUAL_TOWERS};
+pub(crate) use imported::{OF_PROBE, SHRINKAGE, USUAL_TOWERS};
 pub use stated::{Length, Stated, lengths, printed, shrinkage};
 use std::path::Path;
 
@@ -155,6 +155,7 @@ impl Firmware {
     ) -> Result<Imported, InputError> {
         let stated = &Stated {
             kept: imported::kept(input.text()),
+            apart: imported::apart(input.text()),
             ..stated.clone()
         };
         match self {

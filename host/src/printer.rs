@@ -4,6 +4,7 @@
 mod area;
 mod assess;
 mod contradiction;
+mod effector;
 mod next;
 mod notes;
 mod shape;
@@ -16,6 +17,7 @@ pub use area::{ACROSS, Better, Map, Off};
 use area::{bed, radius_of};
 pub use assess::{Printer, as_printed};
 pub(crate) use contradiction::{DOUBTFUL, bad_touch, contradicted_length, contradicting};
+pub use effector::{Differing, Effector};
 pub use next::{Next, touches_of_bed};
 pub use notes::Change;
 pub(crate) use notes::{alike, common_scale};

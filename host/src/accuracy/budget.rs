@@ -7,16 +7,19 @@
 //!
 //! Nₖ is the information of a source: the readings, the tolerance, a target, datum points, a scale.
 
+use super::quantiles::median;
 use super::uncertainty::Sensitivities;
-use crate::effects::{At, EffectKind, Estimated};
+use crate::effects::{At, Course, Effect, EffectKind, Estimated, Platform};
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, READINGS};
+use crate::fit::jointly::columns_of;
 use crate::fit::solution::{OF_ROBOT, Solution};
+use crate::geometry::{NUMBERS, Parallelograms};
 use crate::order;
 use crate::text::joint;
 use delta_cal::robot::Drive;
 use delta_cal::{Parameter, Sample};
-use nalgebra::{DMatrix, SMatrix};
+use nalgebra::{DMatrix, SMatrix, SVector};
 use serde::Serialize;
 
 /// What one source contributes.
@@ -148,6 +151,60 @@ pub(crate) fn budget(
         }
     };
     sources.into_iter().map(line).collect()
+}
+
+/// What rods made to this tolerance, which the fit does not know of, add to σ of a position: absolute and relative, median over
+/// these poses, mm.
+///
+/// ```text
+/// δu = C Aᵀ E a,   δX = (J C Aᵀ E − E_tool) a
+/// ```
+pub(crate) fn unmodelled(
+    solution: &Solution,
+    robot: &RobotFile,
+    rods: Parallelograms,
+    poses: Vec<Sample<f64>>,
+) -> Option<[f64; 2]> {
+    let readings = &solution.readings;
+    let tilting = RobotFile {
+        parallelograms: Some(rods),
+        ..robot.clone()
+    };
+    let platform = Platform::of(&tilting, &readings.targets);
+    let course = Course::of(&solution.robot, platform, &solution.places, readings);
+    let effect = Effect::of(EffectKind::Tilt);
+    let effects = [Estimated::new(
+        effect,
+        vec![0.0; NUMBERS],
+        rods.sigmas().to_vec(),
+    )];
+    let every = solution.rows.len() as f64 / (solution.sensitivities.len() as f64).max(1.0);
+    let mut absorbed = DMatrix::zeros(solution.covariance.nrows(), NUMBERS);
+    for own in &solution.sensitivities {
+        let weight = every * solution.rows[own.row].weight;
+        let columns = columns_of(solution, readings, &course, &effects, own);
+        absorbed += own.by_unknowns.tr_mul(&columns) * weight;
+    }
+    let absorbed = &solution.covariance * absorbed;
+    let places = solution.robot_places();
+    let by_robot = SMatrix::<f64, OF_ROBOT, NUMBERS>::from_fn(|own, number| {
+        places[own].map_or(0.0, |place| absorbed[(place, number)])
+    });
+    let tool = robot.tool();
+    let all = Sensitivities::<OF_ROBOT>::of(&solution.robot, &tool, poses);
+    let moved = all.0.into_iter().filter_map(|(pose, jacobian)| {
+        let at = (&pose.position, &pose.joints);
+        let own = rods.columns(&solution.robot, at, &tool.place)?;
+        Some((pose, jacobian * by_robot - own))
+    });
+    let moved = Sensitivities::<NUMBERS>(moved.collect());
+    let sigmas = SMatrix::<f64, NUMBERS, NUMBERS>::from_diagonal(&SVector::from(rods.sigmas()));
+    // Near a singularity of its rotation the platform turns far.
+    let typical = |own: &Sensitivities<NUMBERS>| {
+        let each = own.0.iter();
+        median(each.map(|(_, own)| (own * sigmas).norm()))
+    };
+    Some([typical(&moved)?, typical(&moved.relative()?)?])
 }
 
 /// The part of a matrix that belongs to these unknowns; 0 elsewhere.

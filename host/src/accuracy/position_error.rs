@@ -4,7 +4,7 @@ use super::information::prior_covariance;
 use super::quantiles::median;
 use super::rigid_motion::RigidMotions;
 use super::uncertainty::{jacobian, variance};
-use crate::files::robot_file::{RobotFile, Tool};
+use crate::files::robot_file::{RobotFile, Tool, Tooled};
 use crate::order;
 use delta_cal::Robot;
 use nalgebra::Vector3;
@@ -57,17 +57,17 @@ pub(crate) fn sigma_by_tolerance(
     }))
 }
 
-/// rms errors of the positions that a robot's geometry gives at these joint angles (radians), mm: absolute, and after the
+/// rms errors of the positions of its tool that a robot's geometry gives at these joint angles (radians), mm: absolute, and after the
 /// rigid motion that fits best. Infinite if the geometry reaches too few of them.
 pub(crate) fn position_errors(
-    robot: &Robot<f64>,
-    truth: &Robot<f64>,
+    (robot, tool): Tooled<'_>,
+    (truth, true_tool): Tooled<'_>,
     joints: impl Iterator<Item = [f64; 3]>,
 ) -> [f64; 2] {
     let errors: Vec<_> = joints
         .filter_map(|q| {
-            let is = truth.forward(&q).ok()?;
-            Some((is, robot.forward(&q).ok()? - is))
+            let is = true_tool.position(truth, &q).ok()?;
+            Some((is, tool.position(robot, &q).ok()? - is))
         })
         .collect();
     let lengths = errors.iter().map(|(_, error)| error.norm());

@@ -2,8 +2,8 @@
 //! degrees; docs/calibration.schema.json documents the keys.
 
 use super::findings::findings;
-use super::tilt::tilt;
-pub use super::tilt::{RodsReport, TiltReport};
+pub use super::tilt::{RodsReport, TiltReport, UnknownRods};
+use super::tilt::{tilt, unknown_rods};
 use crate::accuracy::budget::{Contribution, budget};
 use crate::accuracy::expanded::{COVERAGE, Spread, of_vectors};
 use crate::accuracy::improvement::WorkspaceComparison;
@@ -75,6 +75,8 @@ pub struct Report {
     pub expected_error: Option<ExpectedReport>,
     /// What each source contributes to it, the largest first.
     pub budget: Vec<Contribution>,
+    /// What rods of which nothing is known add to it.
+    pub unknown_rods: Option<UnknownRods>,
     /// Position errors as found and as left, over the samples and over the workspace.
     pub found_and_left: Vec<FoundAndLeft>,
     /// Pose accuracy and repeatability, if poses were repeated.
@@ -424,6 +426,7 @@ impl Report {
             sigma_widened_by: judged.widening,
             expected_error: expected.map(|own| expected_report(own, &before.convention)),
             budget: budget(solution, before, &judged.poses.inside),
+            unknown_rods: unknown_rods(before, solution, &judged.poses.inside),
             // Those of a printer are its bed's.
             found_and_left: spread
                 .as_ref()

@@ -1,5 +1,6 @@
 //! What a report says of a platform that tilts, or that may.
 
+use crate::accuracy::budget::unmodelled;
 use crate::accuracy::quantiles::median;
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::finding::{Finding, note, warning};
@@ -12,20 +13,12 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use serde_json::json;
 
-/// Rods of a pair whose spacing nobody stated: how far apart they usually are, mm, and by what they usually differ.
-const USUAL: Parallelograms = Parallelograms {
-    spacing: 50.0,
-    platform_radius: 0.0,
-    numbers: [[0.0; OF_ARM]; 3],
-    tolerance: [0.1, 0.0],
-};
 /// A point this close to the centre of the platform, mm, is in it.
 const CENTRAL: f64 = 1.0;
 /// Of the poses in the workspace, every so many are looked at.
 const EVERY: usize = 20;
-/// Rods that differ by more than this many σ, which are known better than this part of their tolerance, do differ.
-const NAMED: f64 = 2.0;
-const KNOWN: f64 = 0.7;
+/// Rods that differ by more than this many σ do differ.
+pub(crate) const NAMED: f64 = 2.0;
 
 /// The tilt of the platform.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -95,7 +88,7 @@ pub(super) fn of_rods(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>
     let (robot, solution) = (case.robot, &judged.solution);
     let poses = &judged.poses.inside;
     let Some(stated) = robot.parallelograms else {
-        found.extend(unknown(robot, &solution.robot, poses));
+        found.extend(unknown(robot, solution, poses));
         return;
     };
     let after = RobotFile {
@@ -105,10 +98,9 @@ pub(super) fn of_rods(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>
     let Some(report) = tilt(&after, solution, poses) else {
         return;
     };
-    let [tolerance, _] = stated.tolerance;
     for own in &report.arms {
         let ([size, ..], [sigma, ..]) = (own.numbers.map(f64::abs), own.sigmas);
-        if size > NAMED * sigma && sigma < KNOWN * tolerance {
+        if size > NAMED * sigma {
             let text = format!(
                 "The two rods of arm {} differ by {} ± {} mm and tilt the platform by {} mrad. Exchange or match them.",
                 own.arm,
@@ -124,8 +116,51 @@ pub(super) fn of_rods(case: &Case<'_>, judged: &Judged, found: &mut Vec<Finding>
     }
 }
 
-/// What rods that differ would do to targets and tool.
-fn unknown(robot: &RobotFile, found: &Robot<f64>, poses: &[Sample<f64>]) -> Option<Finding> {
+/// Rods of which nothing is known, in the uncertainty budget.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct UnknownRods {
+    /// By how much the two rods of an arm, and their spacings, are taken to differ, one σ.
+    pub difference_mm: f64,
+    /// How far apart they are taken to be.
+    pub spacing_mm: f64,
+    /// σ of a position in the frame of the base due to that, median over the workspace.
+    pub absolute_mm: f64,
+    /// The same for relative positions.
+    pub relative_mm: f64,
+}
+
+/// `None` if the rods are known, or all targets and the tool are the platform's centre.
+pub(super) fn unknown_rods(
+    robot: &RobotFile,
+    solution: &Solution,
+    poses: &[Sample<f64>],
+) -> Option<UnknownRods> {
+    let places = robot.instruments.targets.iter().map(|own| own.place);
+    let mut beside = places.chain(robot.tool);
+    let unknown = robot.parallelograms.is_none() && beside.any(|own| own.norm() > CENTRAL);
+    let rods = usual(robot);
+    let poses = poses.iter().step_by(EVERY).copied();
+    let [absolute_mm, relative_mm] = unknown
+        .then(|| unmodelled(solution, robot, rods, poses.collect()))
+        .flatten()?;
+    Some(UnknownRods {
+        difference_mm: rods.tolerance[0],
+        spacing_mm: rods.spacing,
+        absolute_mm,
+        relative_mm,
+    })
+}
+
+fn usual(robot: &RobotFile) -> Parallelograms {
+    Parallelograms {
+        platform_radius: robot.platform_radius.unwrap_or_default(),
+        ..Parallelograms::USUAL
+    }
+}
+
+/// In a sentence.
+fn unknown(robot: &RobotFile, solution: &Solution, poses: &[Sample<f64>]) -> Option<Finding> {
+    let own = unknown_rods(robot, solution, poses)?;
     let tool = robot.tool.iter().map(|own| ("tool".to_owned(), *own));
     let targets = robot.instruments.targets.iter().map(|own| {
         let name = match own.name.as_str() {
@@ -135,34 +170,37 @@ fn unknown(robot: &RobotFile, found: &Robot<f64>, poses: &[Sample<f64>]) -> Opti
         (name, own.place)
     });
     let beside = targets.chain(tool);
-    let beside: Vec<_> = beside.filter(|(_, place)| place.norm() > CENTRAL).collect();
-    if beside.is_empty() {
-        return None;
-    }
-    let rods = Parallelograms {
-        platform_radius: robot.platform_radius.unwrap_or_default(),
-        ..USUAL
-    };
-    let (difference, spacing) = (USUAL.tolerance[0], USUAL.spacing);
+    let beside = beside.filter(|(_, place)| place.norm() > CENTRAL);
+    let rods = usual(robot);
     let moves: Vec<_> = beside
-        .iter()
-        .map(|(name, place)| (name, displaced(&rods, found, poses, place)))
+        .map(|(name, place)| (name, displaced(&rods, &solution.robot, poses, &place)))
         .collect();
     let each: Vec<_> = moves
         .iter()
         .map(|(name, by)| format!("the {name} by {} mm", significant(*by, 2)))
         .collect();
+    let stated = if solution.is_absolute() {
+        own.absolute_mm
+    } else {
+        own.relative_mm
+    };
     let text = format!(
-        "If the two rods of each arm differ by {difference} mm, as is usual, the platform tilts and moves {} (σ, with rods \
-         {spacing:.0} mm apart). No stated error counts this. State spacing_mm in [parallelogram], and measure with three \
-         targets, to have the tilt found.",
-        list(&each)
+        "If the two rods of each arm differ by {} mm, as is usual, the platform tilts and moves {} (σ, with rods {:.0} mm apart). \
+         Positions are then uncertain by {} mm more; the budget states that beside the combined uncertainty. State spacing_mm \
+         in [parallelogram], and measure with three targets, to have the tilt found.",
+        own.difference_mm,
+        list(&each),
+        own.spacing_mm,
+        significant(stated, 2)
     );
     let moves: serde_json::Map<_, _> = moves
         .into_iter()
         .map(|(name, by)| (name.clone(), json!(by)))
         .collect();
-    let figures = json!({ "difference_mm": difference, "spacing_mm": spacing, "moves_mm": moves });
+    let figures = json!({
+        "difference_mm": own.difference_mm, "spacing_mm": own.spacing_mm, "moves_mm": moves,
+        "absolute_mm": own.absolute_mm, "relative_mm": own.relative_mm,
+    });
     Some(note("rods_unknown", figures, text))
 }
 

@@ -2,7 +2,7 @@
 
 use crate::files::example;
 use crate::files::input::{InputError, InputText};
-use crate::files::robot_file::RobotFile;
+use crate::files::robot_file::{RobotFile, Tool};
 use crate::fit::Method;
 use delta_cal::robot::{Arm, Drive};
 use delta_cal::{Noise, Parameter, Tolerance};
@@ -263,6 +263,12 @@ impl Plan {
         };
         toml.plan(input.name(), RobotFile::read(&robot)?)
             .map_err(|error| error.with_remedy(KEYS))
+    }
+
+    /// The point for which errors are evaluated: of a platform that tilts, the tool.
+    pub(super) fn tool(&self) -> Tool {
+        let tilting = self.robot.parallelograms;
+        tilting.map_or_else(Tool::default, |_| self.robot.tool())
     }
 
     /// The seed of a robot. It depends on the geometry and the case's values, not on its position in the file:

@@ -8,6 +8,7 @@ use crate::accuracy::information::differences;
 use crate::accuracy::position_error::position_errors;
 use crate::cores;
 use crate::files::input::InputError;
+use crate::files::robot_file::Tool;
 use crate::halt;
 use csv::ReaderBuilder;
 use delta_cal::Robot;
@@ -129,16 +130,20 @@ fn of_robot(plan: &Plan, cases: &[Case], planned: &Planned, robot: u64) -> Vec<R
         return cases.map(|case| (case.clone(), none.clone())).collect();
     };
     let truth = &simulated.truth;
-    let errors = |robot: &Robot<f64>| {
-        let positions = position_errors(robot, truth, simulated.held_out.iter().copied());
+    let errors = |robot: &Robot<f64>, tool: &Tool| {
+        let (own, true_one) = ((robot, tool), (truth, &simulated.tool));
+        let positions = position_errors(own, true_one, simulated.held_out.iter().copied());
         (differences(robot, truth).norm(), positions.map(Some))
     };
-    let (before, [error_before_mm, relative_before_mm]) = errors(nominal);
+    let (before, [error_before_mm, relative_before_mm]) = errors(nominal, &plan.tool());
     // Bounds do not depend on the solver or the weights.
     let mut bounds = HashMap::new();
     let result = |case: &Case| {
         let known = bounds.entry((case.method, case.prior));
         let parameter_bound_mm = *known.or_insert_with(|| {
+            if plan.robot.parallelograms.is_some() {
+                return None;
+            }
             let tolerance = case.tolerance().filter(|_| case.prior);
             let measured = &simulated.measured;
             bound(
@@ -150,7 +155,7 @@ fn of_robot(plan: &Plan, cases: &[Case], planned: &Planned, robot: u64) -> Vec<R
             )
         });
         let begin = (!cfg!(target_family = "wasm")).then(Instant::now);
-        let calibrated = calibrate(nominal, case, &simulated.samples);
+        let calibrated = calibrate(&plan.robot, case, &simulated.samples);
         let row = RobotResult {
             seconds: begin.map(|begin| begin.elapsed().as_secs_f64()),
             parameter_before_mm: Some(before),
@@ -166,7 +171,8 @@ fn of_robot(plan: &Plan, cases: &[Case], planned: &Planned, robot: u64) -> Vec<R
                 return RobotResult { status, ..row };
             }
         };
-        let (error, [error_after_mm, relative_after_mm]) = errors(&calibrated.robot);
+        let (error, [error_after_mm, relative_after_mm]) =
+            errors(&calibrated.robot, &calibrated.tool);
         let [parameter_stated_mm, error_stated_mm, relative_stated_mm] =
             calibrated.stated(&simulated.held_out);
         let largest = match case.noise() {

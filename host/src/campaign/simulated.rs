@@ -2,11 +2,13 @@
 
 use super::plan::{Case, Plan, Spread};
 use crate::files::input::InputError;
-use crate::files::robot_file::RobotFile;
+use crate::files::robot_file::{RobotFile, Tool};
+use crate::geometry::Parallelograms;
 use crate::planning::{Kind, Order, PlanRequest, Wishes, plan as planned};
 use delta_cal::robot::{Arm, ParameterKind};
 use delta_cal::simulate::{random_pose, simulate_sample, standard_normal};
 use delta_cal::{Parameter, Robot, Sample};
+use nalgebra::Vector3;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -38,6 +40,8 @@ pub(super) fn measured_at(plan: &Plan, case: &Case) -> Result<Planned, InputErro
     Ok(Some(poses.map(|own| own.reading.joints).collect()))
 }
 
+/// Random poses tried for one where the robot works.
+const TRIED: u32 = 10_000;
 /// Number of poses over which the position error is evaluated; none of them is measured.
 pub const HELD_OUT_POSES: usize = 100;
 
@@ -45,7 +49,9 @@ pub const HELD_OUT_POSES: usize = 100;
 #[derive(Debug, Clone)]
 pub(super) struct SimulatedRobot {
     pub(super) truth: Robot<f64>,
-    /// Samples, including noise.
+    /// The tool, with the true rods.
+    pub(super) tool: Tool,
+    /// Samples, including noise; where the platform tilts, of each target in turn.
     pub(super) samples: Vec<Sample<f64>>,
     /// The exact joint angles of the samples, radians.
     pub(super) measured: Vec<[f64; 3]>,
@@ -63,6 +69,13 @@ pub(super) fn simulate(
 ) -> Option<SimulatedRobot> {
     let mut rng = Pcg32::seed_from_u64(seed);
     let truth = true_robot(plan, case, &mut rng)?;
+    let stated = plan.robot.parallelograms;
+    let rods = stated.map(|own| true_rods(own, &mut rng));
+    let targets = plan.robot.instruments.targets.iter();
+    let mut places: Vec<_> = targets.map(|own| own.place).collect();
+    if rods.is_none() || places.is_empty() {
+        places = vec![Vector3::zeros()];
+    }
     let count = case.poses;
     let noise = case.noise();
     let mut samples = Vec::with_capacity(count);
@@ -70,23 +83,60 @@ pub(super) fn simulate(
     for index in 0..count {
         let pose = match planned {
             Some(joints) => simulate_sample(&truth, joints.get(index)?, None, &mut rng).ok()?,
-            None => random_pose(&truth, &plan.robot.limits, &mut rng)?,
+            None => worked(plan, &truth, &mut rng)?,
         };
         measured.push(pose.joints);
-        samples.push(match &noise {
-            None => pose,
-            noise => simulate_sample(&truth, &pose.joints, noise.as_ref(), &mut rng).ok()?,
-        });
+        for place in &places {
+            let mut sample = match &noise {
+                None => pose,
+                noise => simulate_sample(&truth, &pose.joints, noise.as_ref(), &mut rng).ok()?,
+            };
+            if rods.is_some() {
+                let target = Tool {
+                    place: *place,
+                    parallelograms: rods,
+                };
+                sample.position += target.position(&truth, &pose.joints).ok()? - pose.position;
+            }
+            samples.push(sample);
+        }
     }
     let held_out = (0..HELD_OUT_POSES)
-        .map(|_| random_pose(&truth, &plan.robot.limits, &mut rng).map(|pose| pose.joints))
+        .map(|_| worked(plan, &truth, &mut rng).map(|pose| pose.joints))
         .collect::<Option<_>>()?;
     Some(SimulatedRobot {
         truth,
+        tool: Tool {
+            parallelograms: rods,
+            ..plan.tool()
+        },
         samples,
         measured,
         held_out,
     })
+}
+
+/// A random pose. Where the platform tilts it is clear of singularities and where the robot works: near a singularity of its
+/// rotation a platform turns far.
+fn worked(plan: &Plan, truth: &Robot<f64>, rng: &mut Pcg32) -> Option<Sample<f64>> {
+    let file = &plan.robot;
+    let random = |_| random_pose(truth, &file.limits, rng);
+    if file.parallelograms.is_none() {
+        return (0..1).find_map(random);
+    }
+    let clear = |pose: &Sample<f64>| {
+        let reach = file.reach();
+        let clear = reach.clear_position(&file.robot, &pose.joints).is_ok();
+        clear && file.within.is_none_or(|own| own.contains(&pose.position))
+    };
+    (0..TRIED).filter_map(random).find(clear)
+}
+
+/// Rods made to their tolerance, normal.
+fn true_rods(stated: Parallelograms, rng: &mut Pcg32) -> Parallelograms {
+    let numbers = stated.numbers.as_flattened().iter().zip(stated.sigmas());
+    let numbers = numbers.map(|(own, sigma)| own + sigma * standard_normal::<f64, _>(rng));
+    stated.with_numbers(&numbers.collect::<Vec<_>>())
 }
 
 fn true_robot(plan: &Plan, case: &Case, rng: &mut Pcg32) -> Option<Robot<f64>> {

@@ -3,8 +3,10 @@
 use super::plan::{CampaignSolver, Case};
 use crate::accuracy::information::units;
 use crate::accuracy::uncertainty::Sensitivities;
-use crate::files::robot_file::Tool;
-use crate::fit::{Method, by_arms};
+use crate::files::robot_file::{RobotFile, Tool};
+use crate::files::samples_file::{Reading, Readings, Row};
+use crate::fit::solution::{RobotCovariance, Unsolved};
+use crate::fit::{Method, Options, by_arms, solve};
 use delta_cal::calibration::{JointCalibrator, JointOutcome, Start};
 use delta_cal::observations::{
     Instruments, Observation, ObservationNoise, ObservationProblem, ObservationRow, PrepareError,
@@ -35,6 +37,9 @@ const FAULTY_SAMPLE: Status = "faulty_sample";
 #[derive(Debug)]
 pub(super) struct Calibrated {
     pub(super) robot: Robot<f64>,
+    pub(super) tool: Tool,
+    /// Covariance with that of the rods, where the platform tilts.
+    with_rods: Option<Box<RobotCovariance>>,
     /// `None` without redundant readings to estimate the noise from.
     covariance: Option<Covariance>,
     /// Whether `covariance` includes the correlation between arms.
@@ -44,10 +49,14 @@ pub(super) struct Calibrated {
 }
 
 pub(super) fn calibrate(
-    nominal: &Robot<f64>,
+    file: &RobotFile,
     case: &Case,
     samples: &[Sample<f64>],
 ) -> Result<Calibrated, Status> {
+    if file.parallelograms.is_some() {
+        return tilting(file, case, samples);
+    }
+    let nominal = &file.robot;
     let settings = Settings::default()
         .with_noise(case.noise().filter(|_| case.weights))
         .with_tolerance(case.tolerance().filter(|_| case.prior))
@@ -69,6 +78,47 @@ pub(super) fn calibrate(
     let outcome = outcome.map_err(|own| status(&own))?;
     let covariance = outcome.estimate.covariance.as_ref();
     Ok(of_arms(&RobotOutcome::from(&outcome), covariance))
+}
+
+/// Where the platform tilts, of each target in turn.
+fn tilting(file: &RobotFile, case: &Case, samples: &[Sample<f64>]) -> Result<Calibrated, Status> {
+    let robot = RobotFile {
+        noise: case.noise().filter(|_| case.weights),
+        tolerance: case.tolerance().filter(|_| case.prior),
+        ..file.clone()
+    };
+    let targets = file.instruments.targets.iter();
+    let mut readings = Readings::of_name(&file.name);
+    readings.targets = targets.map(|own| own.name.clone()).collect();
+    let count = readings.targets.len().max(1);
+    let rows = samples.iter().enumerate().map(|(index, sample)| Row {
+        line: 0,
+        value: Reading {
+            target: index % count,
+            ..Reading::of(sample)
+        },
+    });
+    readings.rows = rows.collect();
+    let options = Options {
+        method: Some(case.method),
+        ..Options::default()
+    };
+    let solution = solve(&robot, &readings, &options).map_err(|own| match own {
+        Unsolved::Refused(refusal) => status(&refusal),
+        _ => "refused",
+    })?;
+    let rods = file.parallelograms.zip(solution.tilt());
+    Ok(Calibrated {
+        tool: Tool {
+            parallelograms: rods.map(|(own, found)| own.with_numbers(&found.by)),
+            ..file.tool()
+        },
+        with_rods: Some(Box::new(solution.expected_of_robot())),
+        covariance: Some(solution.of_parameters()),
+        whole: true,
+        from_nominal: solution.start == Start::Nominal,
+        robot: solution.robot,
+    })
 }
 
 /// The paper's FKM method: the core's observation problem, where each row reads all three coordinates in the robot's
@@ -135,6 +185,8 @@ fn of_arms(outcome: &RobotOutcome<f64>, covariance: Option<&Covariance>) -> Cali
     let mut arms = outcome.arms.iter();
     Calibrated {
         robot: outcome.robot.clone(),
+        tool: Tool::default(),
+        with_rods: None,
         covariance: covariance.copied().or_else(|| by_arms(&outcome.arms)),
         whole: covariance.is_some(),
         from_nominal: arms.all(|arm| arm.start == Start::Nominal),
@@ -153,6 +205,18 @@ impl Calibrated {
         if !self.whole {
             return [parameters, None, None];
         }
+        let [absolute, relative] = match &self.with_rods {
+            None => self.of_positions(covariance, held_out),
+            Some(covariance) => self.of_positions(covariance, held_out),
+        };
+        [parameters, absolute, relative]
+    }
+
+    fn of_positions<const P: usize>(
+        &self,
+        covariance: &SMatrix<f64, P, P>,
+        held_out: &[[f64; 3]],
+    ) -> [Option<f64>; 2] {
         let robot = &self.robot;
         let reached = held_out.iter().filter_map(|joints| {
             let position = robot.forward(joints).ok()?;
@@ -161,15 +225,15 @@ impl Calibrated {
                 position,
             })
         });
-        let absolute = Sensitivities::of(robot, &Tool::default(), reached);
-        let rms = |own: &Sensitivities<24>| {
+        let absolute = Sensitivities::of(robot, &self.tool, reached);
+        let rms = |own: &Sensitivities<P>| {
             let rows = own.0.iter().map(|(_, row)| row);
             let variances = rows.map(|row| (row * covariance * row.transpose()).trace());
             let sigma = (variances.sum::<f64>() / own.0.len() as f64).sqrt();
             sigma.is_finite().then_some(sigma)
         };
         let relative = absolute.relative();
-        [parameters, rms(&absolute), relative.as_ref().and_then(rms)]
+        [rms(&absolute), relative.as_ref().and_then(rms)]
     }
 }
 

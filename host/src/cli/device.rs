@@ -12,6 +12,7 @@ use crate::device::{
 };
 use crate::files::convention::Convention;
 use crate::files::example;
+use crate::files::robot_file::Tool;
 use crate::text::small;
 use crate::{
     CalibrateError, InputError, InputText, InstrumentFacts, Method, Options, Readings, Record,
@@ -338,7 +339,12 @@ fn calibrate_there<T: Number>(
         )
     })?;
     let joints = samples.rows.iter().map(|row| row.value.joints);
-    let [differs, _] = position_errors(&robot_of(&geometry)?, &here.after.robot, joints);
+    let none = Tool::default();
+    let [differs, _] = position_errors(
+        (&robot_of(&geometry)?, &none),
+        (&here.after.robot, &none),
+        joints,
+    );
     if !(differs <= tolerated(&here)) {
         return Err(Failure::device(
             format!(

@@ -2,7 +2,7 @@
 
 use super::search::{Fitted, Found};
 use crate::accuracy::uncertainty::Sensitivities;
-use crate::effects::{At, Course, Effect, EffectKind, Estimated};
+use crate::effects::{At, Course, Effect, EffectKind, Estimated, Platform};
 use crate::fit::solution::COMPUTED;
 use crate::fit::{Case, Solution};
 use crate::text::{capitalised, in_lines, list};
@@ -179,7 +179,12 @@ fn others<'a>(found: &'a Found, effect: &'a Effect) -> impl Iterator<Item = &'a 
 /// in both directions of a backlash. Drift, scale and what moved belong to the instrument.
 fn discrepancy(best: &Fitted, solution: &Solution, poses: &[Sample<f64>]) -> [f64; 2] {
     let robot = &best.solution.robot;
-    let course = Course::of(robot, &best.solution.places, &best.solution.readings);
+    let course = Course::of(
+        robot,
+        Platform::default(),
+        &best.solution.places,
+        &best.solution.readings,
+    );
     let own = best
         .hypothesis
         .effects

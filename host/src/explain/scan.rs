@@ -5,7 +5,7 @@
 //! a = S⁻¹ Eᵀ(r − A δ),   S = EᵀE − EᵀA M⁻¹ AᵀE,   gain = aᵀ S a
 //! ```
 
-use crate::effects::{At, Course, Effect, EffectKind};
+use crate::effects::{At, Course, Effect, EffectKind, Platform};
 use crate::files::samples_file::{Kind, READINGS};
 use crate::fit::Solution;
 use crate::halt;
@@ -118,7 +118,7 @@ impl Scan {
     pub(super) fn of(solution: &Solution) -> Option<Self> {
         let readings = &solution.readings;
         let (robot, unknowns) = (&solution.robot, solution.covariance.nrows());
-        let course = Course::of(robot, &solution.places, readings);
+        let course = Course::of(robot, Platform::default(), &solution.places, readings);
         let mut prior = solution.prior.tr_mul(&solution.prior);
         let mut normal = prior.clone();
         let mut right = -(solution.prior.tr_mul(&(&solution.prior * &solution.moved)));

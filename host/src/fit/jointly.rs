@@ -15,7 +15,7 @@ use super::datum::Datum;
 use super::observations::{SETTLED, USUAL_TOUCH, is_stated};
 use super::solution::{Sensitivity, Solution, Unsolved};
 use crate::effects::{
-    At, Course, Effect, EffectKind, Estimated, Places, Tilting, motion, moved, sigmas_of_bed,
+    At, Course, Effect, EffectKind, Estimated, Places, Platform, motion, moved, sigmas_of_bed,
 };
 use crate::files::robot_file::{ONLY_TARGET, RobotFile};
 use crate::files::samples_file::{Kind, READINGS, Readings};
@@ -36,6 +36,8 @@ const HEIGHT_ROUNDS: u32 = 60;
 const WIDEST: f64 = 1e6;
 /// Factor by which a widened noise shrinks while that is possible.
 const NARROWED: f64 = 3.0;
+/// σ of an unknown that is exact.
+const EXACT: f64 = 1e-6;
 /// A step that would lower the cost by less than this, in units of the residuals' variance, is none: every unknown is
 /// within a tenth of its σ.
 const NOTHING: f64 = 0.01;
@@ -120,7 +122,7 @@ pub(super) fn jointly(
     let mut state = State {
         own: robot.robot.clone(),
         counted: robot.instruments.target_place(),
-        tilting: Tilting::of(robot, &readings.targets),
+        platform: Platform::of(robot, &readings.targets),
         found: Places {
             frame: datum.as_ref().map(|own| own.frame),
             ..Places::default()
@@ -237,7 +239,7 @@ pub(crate) fn of_platform_point(
     let mut state = State {
         own: robot.robot.clone(),
         counted: robot.instruments.target_place(),
-        tilting: Tilting::of(robot, &readings.targets),
+        platform: Platform::of(robot, &readings.targets),
         found: Places {
             frame: known,
             ..Places::default()
@@ -263,7 +265,7 @@ struct State {
     own: Robot<f64>,
     /// The target that the places of planes and points count already.
     counted: Vector3<f64>,
-    tilting: Option<Tilting>,
+    platform: Platform,
     found: Places,
     datum: Option<Datum>,
     effects: Vec<Estimated>,
@@ -290,8 +292,7 @@ impl State {
     fn course(&self, readings: &Readings) -> Course {
         Course {
             counted: self.counted,
-            tilting: self.tilting.clone(),
-            ..Course::of(&self.own, &self.found, readings)
+            ..Course::of(&self.own, self.platform.clone(), &self.found, readings)
         }
     }
 
@@ -343,10 +344,7 @@ impl State {
         let mut place = 0;
         for own in &self.effects {
             for ((by, mean), sigma) in own.by.iter().zip(&own.mean).zip(&own.sigma) {
-                let weight = match *sigma {
-                    sigma if sigma > 0.0 => 1.0 / sigma,
-                    _ => 1.0,
-                };
+                let weight = 1.0 / sigma.max(EXACT);
                 let mut row = DVector::zeros(number + 1);
                 row[place] = weight;
                 row[number] = weight * (mean - by);
@@ -701,7 +699,7 @@ impl Heights {
 }
 
 /// E of a row: the derivatives of its readings by the effects.
-fn columns_of(
+pub(crate) fn columns_of(
     solution: &Solution,
     readings: &Readings,
     course: &Course,

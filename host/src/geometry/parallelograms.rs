@@ -73,6 +73,14 @@ impl PlatformPose {
 }
 
 impl Parallelograms {
+    /// Rods of which nothing is stated: how far apart they usually are, mm, and by what they usually differ.
+    pub(crate) const USUAL: Self = Self {
+        spacing: 50.0,
+        platform_radius: 0.0,
+        numbers: [[0.0; OF_ARM]; 3],
+        tolerance: [0.1, 0.0],
+    };
+
     /// Whether the platform tilts nowhere.
     pub(crate) fn are_exact(&self) -> bool {
         self.numbers == [[0.0; OF_ARM]; 3]

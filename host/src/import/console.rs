@@ -7,10 +7,10 @@
 //! Repetier         Z-probe:12.45 X:-80.00 Y:80.00           X: -80 0 80, then: y: 80 12.45 12.40 12.42
 //! Smoothieware     PROBE: X:0.0000,Y:0.0000,Z:5.2410
 //! tables           Bed probe heights: … after the G30 P… of bed.g; Bilinear Leveling Grid: where the bed's radius is known
-//! a table          x_mm,y_mm,height_mm
+//! a table          x_mm,y_mm,height_mm      of the nozzle on paper: x_mm,y_mm,paper_mm
 //! ```
 
-use super::Imported;
+use super::{Imported, OF_PROBE};
 use crate::files::input::{InputError, InputText};
 use crate::files::samples_file::{Reading, Readings, Row};
 use nalgebra::Vector3;
@@ -38,11 +38,12 @@ const WITHOUT_PLACES: [&str; 5] = [
 /// Places closer than this are the same, mm.
 const SAME: f64 = 0.01;
 
-/// What an answer names the place of.
+/// What an answer names the place of; a paper is touched by the nozzle, everything else by the probe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Named {
     Nozzle,
     Probe,
+    Paper,
 }
 
 /// A touch of the bed.
@@ -90,7 +91,7 @@ pub fn touched(imported: &Imported, text: &InputText) -> Result<Option<Imported>
     with_touches(imported.clone(), text.name(), touches).map(Some)
 }
 
-/// The printer with these touches in place of its readings.
+/// The printer with these touches in place of its readings; with papers beside them.
 pub(super) fn with_touches(
     imported: Imported,
     name: &str,
@@ -114,6 +115,7 @@ pub(super) fn with_touches(
     let heights = found.iter().map(|(own, _)| own.at[2]);
     let mean = heights.sum::<f64>() / found.len() as f64;
     let [beside_x, beside_y] = imported.probe.offset.unwrap_or_default();
+    let paper = found.iter().any(|(own, _)| own.named == Named::Paper);
     let mut readings = Readings::of_name(name);
     readings.planes = vec!["plane".to_owned()];
     for (own, _) in &found {
@@ -131,13 +133,14 @@ pub(super) fn with_touches(
             line: own.line,
             value: Reading {
                 height: Some((0, mean)),
+                target: if paper { 0 } else { OF_PROBE },
                 ..Reading::at(joints)
             },
         });
     }
     let asked = imported.probe.offset.is_none();
     let asked = asked && found.iter().any(|(own, _)| own.named == Named::Probe);
-    let mut imported = imported.with_readings(readings);
+    let mut imported = imported.with_touches_of(readings, paper);
     if asked {
         imported.notes.push(format!(
             "{name} names where the probe touched, and the configuration does not state where the probe is beside the \
@@ -226,7 +229,7 @@ fn numbers(text: &str, marks: &[char]) -> Option<Vec<f64>> {
         .collect()
 }
 
-/// A table `x_mm,y_mm,height_mm`: places of the nozzle.
+/// A table `x_mm,y_mm,height_mm` or `x_mm,y_mm,paper_mm`: places of the nozzle.
 fn table(content: &str) -> Option<Vec<Touch>> {
     let mut lines = (1..).zip(content.lines()).filter(|(_, own)| {
         let own = own.trim();
@@ -234,12 +237,13 @@ fn table(content: &str) -> Option<Vec<Touch>> {
     });
     let (_, header) = lines.next()?;
     let names: Vec<_> = header.split([',', ';', '\t']).map(str::trim).collect();
-    if names != ["x_mm", "y_mm", "height_mm"] {
-        return None;
-    }
+    let named = match names.as_slice() {
+        ["x_mm", "y_mm", "height_mm"] => Named::Nozzle,
+        ["x_mm", "y_mm", "paper_mm"] => Named::Paper,
+        _ => return None,
+    };
     let touch = |(line, own): (u64, &str)| {
         let at = numbers(own, &[',', ';', '\t'])?.try_into().ok()?;
-        let named = Named::Nozzle;
         Some(Touch { line, at, named })
     };
     lines.map(touch).collect()

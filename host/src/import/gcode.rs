@@ -334,7 +334,7 @@ pub(super) fn import(
         Firmware::RepRapFirmware => G31,
         _ => M851,
     };
-    imported.probe = Probe {
+    let probe = Probe {
         clearance: words.number(M558, "H")?.unwrap_or_default(),
         ..Probe::of(&words, probe, ["X", "Y", "Z"])?
     };
@@ -342,8 +342,8 @@ pub(super) fn import(
     let margin = words.number(M665, "Q")?.unwrap_or(USUAL_MARGIN);
     let within = words
         .number(M665, "P")?
-        .map(|own| own - margin - imported.probe.distance());
+        .map(|own| own - margin - probe.distance());
     imported.probed_radius = within.or(bed);
     imported.one_rod = one_rod;
-    Ok(imported)
+    Ok(imported.with_probe(probe, stated.apart))
 }

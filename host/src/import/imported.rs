@@ -5,9 +5,9 @@ use super::settings::Settings;
 use super::{Firmware, Length, Stated};
 use crate::files::columns::Quantity;
 use crate::files::input::InputError;
-use crate::files::robot_file::{KnownPlane, RobotFile};
+use crate::files::robot_file::{KnownPlane, RobotFile, Target};
 use crate::files::samples_file::{Kind, Reading, ReadingFrom, Readings, Row};
-use crate::geometry::{range, reaches_anywhere};
+use crate::geometry::{Parallelograms, range, reaches_anywhere};
 use crate::text::rounded;
 use delta_cal::kinematics::JointLimits;
 use delta_cal::robot::{Arm, Drive, GeometryError};
@@ -38,9 +38,15 @@ const ARMS: (f64, f64) = (0.5, 0.2);
 /// σ of the joint zeros of rotary arms, degrees, and of the shoulders' height above the bed, mm: as measured by tape.
 const ARM_ZERO: f64 = 6.0;
 const SHOULDERS: f64 = 20.0;
-/// The plane of the probe's heights if others were measured by hand, and σ of the probe's offset, mm.
+/// The plane of the probe's heights if others were measured by hand, and σ of the height at which the probe triggers, mm.
 pub(super) const PROBE: &str = "probe";
-const PROBE_OFFSET: f64 = 0.3;
+const TRIGGER: f64 = 0.3;
+const NOZZLE: &str = "nozzle";
+/// The nozzle and the probe as targets: by index, and σ of the place of the probe, mm.
+pub(crate) const OF_PROBE: usize = 1;
+const PROBE_PLACE: [f64; 3] = [0.5, 0.5, BED];
+/// Radius of an effector as a part of the rods' length.
+const EFFECTOR: f64 = 0.1;
 /// σ of the oversize of prints, mm: outer lengths grow with the extruded width.
 const OVERSIZE: f64 = 0.15;
 /// σ of a calliper on a printed part, mm, and the directions in which the part is taken to lie, degrees.
@@ -51,10 +57,19 @@ const USUAL_BED: f64 = 0.6;
 /// As-made rods have lengths that are multiples of this, mm.
 const ROUND: f64 = 0.1;
 
+/// How a comment begins that states how far apart the two rods of a tower are.
+const APART: &str = "delta-cal: rods";
 /// How a comment of pasted lines begins that says what was configured before.
 const KEPT: &str = "delta-cal keeps:";
 /// Pasted lengths are the same as those that a comment states within this, mm.
 const PASTED: f64 = 0.001;
+
+/// How far apart the two rods of a tower are, as a comment states it, mm.
+pub(super) fn apart(text: &str) -> Option<f64> {
+    let own = text.lines().find_map(|own| own.split_once(APART))?.1;
+    let number = own.split_whitespace().next()?.trim_end_matches("mm");
+    number.parse().ok().filter(|own: &f64| *own > 0.0)
+}
 
 /// The radius and the rods' lengths as first configured, and those that were pasted in their place.
 pub(super) fn kept(text: &str) -> Option<[[f64; 4]; 2]> {
@@ -338,7 +353,7 @@ fn level_planes(names: &[String], drive: Drive) -> Vec<KnownPlane> {
         line: 0,
         height: 0.0,
         sigma: match drive {
-            Drive::Linear if name == PROBE => PROBE_OFFSET,
+            Drive::Linear if name == PROBE => TRIGGER,
             Drive::Linear => BED,
             Drive::Rotary => SHOULDERS,
         },
@@ -398,7 +413,65 @@ impl Imported {
         let drive = self.robot.robot.drive();
         self.robot.instruments.planes = level_planes(&readings.planes, drive);
         self.robot.instruments.bed = unevenness(&readings);
+        if !readings.targets.iter().any(|name| name == PROBE) {
+            self.robot.parallelograms = None;
+            self.robot.instruments.targets.clear();
+        }
         self.readings = readings;
+        self
+    }
+
+    /// With touches of the bed by the nozzle on paper, or by the probe, in place of earlier ones.
+    pub(super) fn with_touches_of(self, mut touches: Readings, paper: bool) -> Self {
+        let is_paper = |own: &Row<Reading>| own.value.height.is_some() && own.value.target == 0;
+        let kept = self.readings.rows.iter().zip(&self.names);
+        let kept = kept.filter(|(row, _)| is_paper(row) != paper);
+        let (rows, kept): (Vec<_>, Vec<_>) = kept.map(|(row, name)| (*row, name.clone())).unzip();
+        let both = rows.iter().any(|own| own.value.height.is_some());
+        let targets = self.robot.instruments.targets.iter();
+        touches.targets = targets.map(|own| own.name.clone()).collect();
+        let mut own = self.with_readings(touches);
+        own.names.extend(kept);
+        own.readings.rows.extend(rows);
+        if both {
+            own.readings.planes.push(PROBE.to_owned());
+            for row in &mut own.readings.rows {
+                if let Some((plane, _)) = &mut row.value.height {
+                    *plane = row.value.target;
+                }
+            }
+            let drive = own.robot.robot.drive();
+            own.robot.instruments.planes = level_planes(&own.readings.planes, drive);
+            own.robot.instruments.bed = unevenness(&own.readings);
+        }
+        own
+    }
+
+    /// With a probe, if it is beside the nozzle: where it touches, an effector tilts whose rods differ.
+    pub(super) fn with_probe(mut self, probe: Probe, apart: Option<f64>) -> Self {
+        self.probe = probe;
+        let Some([x, y]) = probe.offset.filter(|_| probe.distance() > 0.0) else {
+            return self;
+        };
+        let [arm, ..] = self.robot.robot.arms();
+        let usual = Parallelograms::USUAL;
+        self.robot.platform_radius = Some(EFFECTOR * arm.lb());
+        self.robot.parallelograms = Some(Parallelograms {
+            spacing: apart.unwrap_or(usual.spacing),
+            platform_radius: EFFECTOR * arm.lb(),
+            ..usual
+        });
+        let target = |(name, place, sigma): (&str, _, [f64; 3])| Target {
+            name: name.to_owned(),
+            place,
+            sigma: sigma.into(),
+        };
+        let nozzle = (NOZZLE, Vector3::zeros(), [BED; 3]);
+        let probe = (PROBE, Vector3::new(x, y, 0.0), PROBE_PLACE);
+        self.robot.instruments.targets = [nozzle, probe].map(target).to_vec();
+        if !self.readings.rows.is_empty() {
+            self.readings.targets = [NOZZLE, PROBE].map(str::to_owned).to_vec();
+        }
         self
     }
 
@@ -423,6 +496,9 @@ impl Imported {
         self.readings.planes = vec!["plane".to_owned()];
         self.robot.instruments.height_noise = Some(BED);
         self.robot.instruments.bed = None;
+        self.robot.parallelograms = None;
+        self.robot.instruments.targets.clear();
+        self.readings.targets.clear();
         self.robot.instruments.planes =
             level_planes(&self.readings.planes, self.robot.robot.drive());
         self
@@ -620,9 +696,10 @@ impl Imported {
         let mut rows = self.readings.rows.iter();
         let weighted = rows.any(|row| row.value.sigma.is_some());
         let sigma = weighted.then_some(Quantity::Sigma);
+        let target = (heights && self.robot.parallelograms.is_some()).then_some(Quantity::Target);
         let columns = joints
             .into_iter()
-            .chain([height, plane, distance])
+            .chain([height, plane, target, distance])
             .chain(to)
             .chain([sigma]);
         let columns: Vec<_> = columns.flatten().collect();
@@ -640,6 +717,7 @@ impl Imported {
                 Quantity::Height => own.height.map(|(_, height)| rounded(height)),
                 Quantity::Plane => own.height.and_then(|(plane, _)| planes.get(plane).cloned()),
                 Quantity::Sigma => own.sigma.map(rounded),
+                Quantity::Target => self.readings.targets.get(own.target).cloned(),
                 _ => from
                     .and(own.distance)
                     .map(|(_, distance)| rounded(distance)),

@@ -2,7 +2,7 @@
 
 use super::configuration::{self, MESH, PRINTER, SAVED, STEPPERS};
 use super::console::{Named, Touch, with_touches};
-use super::imported::{Imported, Machine, PROBE, Towers, USUAL_TOWERS};
+use super::imported::{Imported, Machine, OF_PROBE, PROBE, Towers, USUAL_TOWERS};
 use super::probe::Probe;
 use super::settings::Settings;
 use super::{Includes, Stated};
@@ -67,7 +67,7 @@ pub(super) fn import(
     let notes = configuration::notes(&settings, broken);
     let mut imported = machine.imported(&settings, home, readings, notes)?;
     imported.names = names;
-    imported.probe = Probe {
+    let probe = Probe {
         clearance: settings
             .number(SAVED, "horizontal_move_z")?
             .unwrap_or_default(),
@@ -77,6 +77,7 @@ pub(super) fn import(
             ["x_offset", "y_offset", "z_offset"],
         )?
     };
+    imported = imported.with_probe(probe, stated.apart);
     if imported.readings.rows.is_empty() && broken.is_none() {
         let meshed = mesh(&settings)?;
         if !meshed.is_empty() {
@@ -210,7 +211,9 @@ fn measured(
             } else {
                 let height = settings.number(SAVED, &name)?.unwrap_or_default();
                 reading.joints = pose("pos")?;
-                reading.height = Some((usize::from(both && prefix == "height"), height));
+                let probed = prefix == "height";
+                reading.height = Some((usize::from(both && probed), height));
+                reading.target = if probed { OF_PROBE } else { 0 };
                 file.planes = vec!["plane".to_owned()];
                 if both {
                     file.planes.push(PROBE.to_owned());

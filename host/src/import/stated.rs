@@ -22,6 +22,8 @@ pub struct Stated {
     /// The radius and the rods as first configured, and those pasted in their place, as a comment of the configuration
     /// states them.
     pub kept: Option<[[f64; 4]; 2]>,
+    /// How far apart the two rods of a tower are, as a comment of the configuration states it.
+    pub apart: Option<f64>,
 }
 
 impl Stated {

@@ -3,7 +3,7 @@
 use super::credibility::in_tolerances;
 use crate::accuracy::information::parameter_at;
 use crate::accuracy::uncertainty::{ExpectedError, Sensitivities};
-use crate::effects::{At, Course, Tilting};
+use crate::effects::{At, Course, Platform};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::Kind;
 use crate::fit::solution::{OF_ROBOT, PARAMETERS};
@@ -130,10 +130,9 @@ pub(crate) fn next_poses(
         return Vec::new();
     };
     let error = |covariance: &DMatrix<f64>| weights.dot(&solution.robots(covariance)).max(0.0);
-    let course = Course {
-        tilting: Tilting::of(robot, &solution.readings.targets),
-        ..Course::of(&solution.robot, &solution.places, &solution.readings)
-    };
+    let readings = &solution.readings;
+    let platform = Platform::of(robot, &readings.targets);
+    let course = Course::of(&solution.robot, platform, &solution.places, readings);
     let all = candidates.0.iter();
     let all = all.filter_map(|(pose, jacobian)| measured(solution, &course, pose, jacobian));
     let all: Vec<_> = all.collect();

@@ -6,7 +6,7 @@ use super::setup::Setup;
 use crate::accuracy::information::prior;
 use crate::accuracy::uncertainty::{INSIDE, Sensitivities, first_inside, inside};
 use crate::cores;
-use crate::effects::{At, Course, EffectKind, Tilting};
+use crate::effects::{At, Course, EffectKind, Platform};
 use crate::files::robot_file::RobotFile;
 use crate::files::samples_file::{Kind, READINGS, Reading, Readings};
 use crate::fit::jointly::stated;
@@ -236,8 +236,8 @@ impl Information {
         let touched = !setup.planes.is_empty();
         let measured = |kind| kind != Kind::Height || touched;
         let effects = stated(&setup.robot, &setup.targets, measured, frame);
-        let mut course = Course::of(robot, &setup.places, &Readings::of_readings(rows));
-        course.tilting = Tilting::of(&setup.robot, &setup.targets);
+        let platform = Platform::of(&setup.robot, &setup.targets);
+        let course = Course::of(robot, platform, &setup.places, &Readings::of_readings(rows));
         let beyond: usize = effects.iter().map(|own| own.effect.unknowns()).sum();
         let start = problem.start_unknowns();
         let sensitivity = |index: usize| {

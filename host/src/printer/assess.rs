@@ -1,6 +1,7 @@
 //! A printer assessed: what its configuration is off, what to paste instead, and what that leaves.
 
 use super::area::{Better, Judged, ON_THE_BED, Off, Uncertain, poses, radius_of};
+use super::effector::Effector;
 use super::next::{Next, next};
 use super::notes::{Change, crash, notes};
 use super::shape::Uneven;
@@ -49,6 +50,8 @@ pub struct Printer {
     pub after: Option<Off>,
     /// How uneven the bed itself is, if the touches show it.
     pub uneven: Option<Uneven>,
+    /// How the effector tilts, if the probe is beside the nozzle.
+    pub effector: Option<Effector>,
     /// The probabilities that the lines to paste print better.
     pub better_probability: Option<Better>,
     /// Where the bed was touched.
@@ -194,17 +197,23 @@ impl Printer {
         let better = both.is_none_or(|(before, after)| after.is_better_than(before, judged))
             && better_probability.is_none_or(Better::is_likely);
         let [before, after] = [before, after].map(|own| own.map(|own| own.of_readings(judged)));
-        let uneven = Uneven::of(solution, radius);
+        let uneven = Uneven::of(robot, solution, radius);
+        let effector = Effector::of(imported, calibrated, solution, radius);
+        let spacing = robot.parallelograms.map_or(0.0, |own| own.spacing);
         Ok(Self {
             firmware: imported.firmware.name(),
             kinematics: imported.kinematics(),
             notes: [
                 imported.notes.clone(),
                 uneven.iter().map(Uneven::note).collect(),
+                effector
+                    .as_ref()
+                    .map_or_else(Vec::new, |own| own.notes(spacing)),
                 notes(imported, solution),
             ]
             .concat(),
             uneven,
+            effector,
             heights,
             distances,
             bed_radius_mm: radius,

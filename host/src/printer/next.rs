@@ -6,7 +6,7 @@ use crate::files::samples_file::{Reading, ReadingFrom, Readings, Row};
 use crate::fit::Frame;
 use crate::fit::solution::RobotCovariance;
 use crate::halt;
-use crate::import::Imported;
+use crate::import::{Imported, OF_PROBE};
 use crate::planning::covariance_after;
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -56,7 +56,7 @@ pub(super) fn next(
     let scale = now / leaves(file)?;
     let leaves = |file: &Readings| Some(scale * leaves(file)?);
     let places = bed(OUT * radius, CIRCLES, ON_A_CIRCLE);
-    let (heights, with_heights) = chosen(robot, file, places, HEIGHTS, leaves);
+    let (heights, with_heights) = chosen((robot, 0), file, places, HEIGHTS, leaves);
     let with_object = object(robot).and_then(|rows| {
         let mut more = file.clone();
         more.rows.extend(rows);
@@ -73,7 +73,7 @@ pub(super) fn next(
 /// So many touches of the bed, each at another place, each as good as possible after those before it; and the readings with
 /// these.
 fn chosen(
-    robot: &RobotFile,
+    (robot, target): (&RobotFile, usize),
     file: &Readings,
     places: Vec<[f64; 2]>,
     count: usize,
@@ -82,7 +82,7 @@ fn chosen(
     let mut with = file.clone();
     let mut places: Vec<_> = places
         .into_iter()
-        .filter_map(|place| Some((place, height(robot, place)?)))
+        .filter_map(|place| Some((place, height(robot, place, target)?)))
         .collect();
     let mut chosen = Vec::new();
     for _ in 0..count {
@@ -111,11 +111,12 @@ fn row(reading: Reading) -> Row<Reading> {
     }
 }
 
-/// The nozzle on the bed, which is the first plane.
-fn height(robot: &RobotFile, [x, y]: [f64; 2]) -> Option<Row<Reading>> {
+/// A touch of the bed, which is the first plane, with the nozzle at a place: by itself, or by the probe.
+fn height(robot: &RobotFile, [x, y]: [f64; 2], target: usize) -> Option<Row<Reading>> {
     let joints = robot.robot.inverse(&Vector3::new(x, y, 0.0)).ok()?;
     Some(row(Reading {
         height: Some((0, 0.0)),
+        target,
         ..Reading::at(joints)
     }))
 }
@@ -126,6 +127,8 @@ pub fn touches_of_bed(imported: &Imported, count: usize) -> (f64, Vec<[f64; 2]>)
     let radius = radius_of(imported);
     let mut nothing = Readings::of_name(&imported.robot.name);
     nothing.planes = vec!["plane".to_owned()];
+    let targets = imported.robot.instruments.targets.iter();
+    nothing.targets = targets.map(|own| own.name.clone()).collect();
     let imported = imported.clone().with_readings(nothing);
     let robot = &imported.robot;
     let Some(weights) = Uncertain::of(robot, &poses(robot, radius)) else {
@@ -139,7 +142,7 @@ pub fn touches_of_bed(imported: &Imported, count: usize) -> (f64, Vec<[f64; 2]>)
     let circles = u32::try_from(count / on_a_circle).unwrap_or(0) + CIRCLES;
     let out = f64::min(OUT * radius, radius - imported.probe.distance());
     let places = bed(out.max(0.0), circles, ON_A_CIRCLE);
-    let (places, _) = chosen(robot, &imported.readings, places, count, leaves);
+    let (places, _) = chosen((robot, OF_PROBE), &imported.readings, places, count, leaves);
     (radius, places)
 }
 

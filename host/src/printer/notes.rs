@@ -37,7 +37,10 @@ pub struct Change {
 /// Of what was read.
 pub(super) fn notes(imported: &Imported, solution: &Solution) -> Vec<String> {
     let mut notes = Vec::new();
-    if let [bed, probe] = solution.places.planes.as_slice() {
+    let by_hand = |name: &String| name.starts_with("manual_height");
+    if let [bed, probe] = solution.places.planes.as_slice()
+        && imported.names.iter().any(by_hand)
+    {
         let off = probe.offset - bed.offset;
         if off.abs() > PROBE_OFF {
             let word = if off < 0.0 { "large" } else { "small" };

@@ -1,7 +1,8 @@
 //! The shape of the bed itself, which no parameter of a printer makes flat.
 
 use super::area::{Map, grid};
-use crate::effects::{Course, EffectKind, waves_of_bed};
+use crate::effects::{Course, EffectKind, Platform, waves_of_bed};
+use crate::files::robot_file::RobotFile;
 use crate::fit::Solution;
 use nalgebra::{DVector, Vector2, Vector3};
 use serde::Serialize;
@@ -23,7 +24,7 @@ pub struct Uneven {
 
 impl Uneven {
     /// `None` if the touches show none.
-    pub(super) fn of(solution: &Solution, radius: f64) -> Option<Self> {
+    pub(super) fn of(robot: &RobotFile, solution: &Solution, radius: f64) -> Option<Self> {
         let mut effects = solution.effects.iter();
         let own = effects.find(|own| own.effect.kind == EffectKind::Bed)?;
         let size = own.by.len();
@@ -36,8 +37,10 @@ impl Uneven {
         if !(rms > SHOWN * sigma) {
             return None;
         }
-        let course = Course::of(&solution.robot, &solution.places, &solution.readings);
-        let out = course.largest.sqrt();
+        let readings = &solution.readings;
+        let platform = Platform::of(robot, &readings.targets);
+        let course = Course::of(&solution.robot, platform, &solution.places, readings);
+        let out = course.disc.sqrt();
         let height = |[x, y]: [f64; 2]| {
             let waves = waves_of_bed(Vector2::new(x, y) / out);
             by.dot(&DVector::from_column_slice(&waves))

@@ -122,7 +122,8 @@ impl PrinterReport {
             let _ = write!(text, "\n{}\n", wrapped(note, ""));
         }
         let warnings = report.findings.iter();
-        for own in warnings.filter(|own| own.level == Level::Warning) {
+        // What rods do is said in the words of towers.
+        for own in warnings.filter(|own| own.level == Level::Warning && own.kind != "rods_differ") {
             let _ = write!(text, "\nWarning: {}\n", wrapped(&own.text, ""));
         }
         text.push_str("\nDetails:\n");
@@ -169,7 +170,14 @@ fn maps(printer: &Printer) -> Vec<(Figure, &'static str)> {
         let drawn = map_of(printer, &own.map, shade, times);
         (drawn, "How uneven the bed itself is: no line changes that.")
     });
-    drawn.zip(captions).chain(uneven).collect()
+    let bias = printer.effector.iter().map(|own| {
+        let drawn = map_of(printer, &own.map, shade, times);
+        (
+            drawn,
+            "The bias of the probe, from the tilt of the effector.",
+        )
+    });
+    drawn.zip(captions).chain(uneven).chain(bias).collect()
 }
 
 /// Heights about their mean as shades, x and y as lines, and the touches.

@@ -71,9 +71,11 @@ fn the_schema_of_the_json_holds_every_key() {
     let folder = folder(&noisy(&true_arms(), 30, 0.02));
     let printer = include_str!("../../examples/printer/printer.cfg");
     folder.write("printer.cfg", printer);
+    let beside = format!("[probe]\nx_offset: 25\ny_offset: 0\n{printer}");
+    folder.write("beside.cfg", beside);
     let schema = include_str!("../../../docs/calibration.schema.json");
     let schema: Value = serde_json::from_str(schema).unwrap();
-    for files in ["robot.toml samples.csv", "printer.cfg"] {
+    for files in ["robot.toml samples.csv", "printer.cfg", "beside.cfg"] {
         let json = json(&folder, files);
         assert_eq!(json["schema_version"], 3);
         let found = violations(&schema, &json);

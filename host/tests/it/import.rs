@@ -9,6 +9,7 @@ mod fixtures;
 mod gcode;
 mod owner;
 mod refusals;
+mod tilting;
 
 use crate::support::Folder;
 

@@ -201,7 +201,10 @@ impl RobotFile {
             return Ok(());
         };
         let rods = own.optional_positive("parallelogram_mm")?;
-        let axes = own.optional_positive("parallelogram_deg")?;
+        let axes: Option<f64> = own.optional("parallelogram_deg")?;
+        if axes.is_some_and(|own| !(own >= 0.0)) {
+            return Err(own.fault("parallelogram_deg is below 0"));
+        }
         match &mut self.parallelograms {
             Some(stated) => {
                 stated.tolerance = [

@@ -314,6 +314,26 @@ pub(super) fn budget(report: &Report) -> Option<Section> {
         cells.push(two(expanded.workspace_mm));
         table = table.row("expanded, 95 %", cells);
     }
+    if let Some(rods) = &report.unknown_rods {
+        let both = |absolute: f64, relative: f64| {
+            let [absolute, relative] = [absolute, relative].map(two);
+            [String::new(), absolute, String::new(), relative]
+        };
+        let name = format!(
+            "not combined: rods that differ, {} mm apart",
+            rods.spacing_mm
+        );
+        let sigma = rods.difference_mm;
+        let cells = ["B".to_owned(), format!("{sigma} mm")];
+        let own_cells = both(rods.absolute_mm, rods.relative_mm);
+        table = table.row(name, cells.into_iter().chain(own_cells));
+        let total = both(
+            own.absolute_rms_mm.hypot(rods.absolute_mm),
+            own.relative_rms_mm.hypot(rods.relative_mm),
+        );
+        let empty = [String::new(), String::new()];
+        table = table.row("combined with that", empty.into_iter().chain(total));
+    }
     let title = "Uncertainty budget of a position, rms over the workspace (σ)";
     (!report.budget.is_empty()).then(|| Section::new(title).table(table))
 }

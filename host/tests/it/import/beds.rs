@@ -16,9 +16,9 @@ use std::fmt::Write;
 
 /// A controller that adds a part of x and of y to every height.
 #[derive(Clone, Copy)]
-struct Told {
-    own: Delta,
-    tilt: [f64; 2],
+pub(super) struct Told {
+    pub(super) own: Delta,
+    pub(super) tilt: [f64; 2],
 }
 
 impl Told {
@@ -28,11 +28,11 @@ impl Told {
     }
 
     /// The commanded height at which the probe, beside the nozzle, touches a bed.
-    fn touch(&self, made: &Made, [x, y]: [f64; 2], beside: [f64; 2]) -> f64 {
+    pub(super) fn touch(&self, made: &Made, [x, y]: [f64; 2], beside: [f64; 2]) -> f64 {
         let mut z = 0.0;
         for _ in 0..20 {
-            let at = made.position(self.steps([x, y, z]));
-            z -= at.z - made.bed(at.x + beside[0], at.y + beside[1]);
+            let at = made.at(self.steps([x, y, z]), beside);
+            z -= at.z - made.bed(at.x, at.y);
         }
         z
     }

@@ -4,10 +4,12 @@
 use crate::export::klipper::Delta;
 use crate::import::fixtures::{Printer, Row, printers};
 use crate::support::{Point, distance};
+use crate::tilt;
 use delta_cal::Robot;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Arm;
 use delta_cal::simulate::standard_normal;
+use delta_cal_host::geometry::Parallelograms;
 use delta_cal_host::import::{Firmware, Imported, Stated};
 use delta_cal_host::report::printer::PrinterReport;
 use delta_cal_host::{Frame, InputText, Options, calibrate};
@@ -91,13 +93,19 @@ pub(super) fn set(name: &str) -> Set {
 }
 
 /// A printer as it was built; steps count down from its end stops.
+#[derive(Clone)]
 pub(super) struct Made {
     robot: Robot<f64>,
     high: Point,
     steps: Point,
     pub(super) bed: [f64; 6],
     touch: f64,
+    /// The rods of an effector that tilts.
+    pub(super) rods: Option<Parallelograms>,
 }
+
+/// The nozzle is this far below the rods' joints, mm.
+const NOZZLE: f64 = 40.0;
 
 pub(super) fn normal(rng: &mut Pcg32) -> f64 {
     standard_normal::<f64, _>(rng)
@@ -142,12 +150,24 @@ impl Made {
             steps: [0, 1, 2].map(|_| STEP * (1.0 + 0.0002 * normal(rng))),
             bed: [0; 6].map(|_| uneven * normal(rng)),
             touch: between(set.touch, rng),
+            rods: None,
         }
     }
 
     pub(super) fn position(&self, steps: Point) -> Vector3<f64> {
+        self.at(steps, [0.0; 2])
+    }
+
+    /// Where the effector's point beside the nozzle is.
+    pub(super) fn at(&self, steps: Point, [x, y]: [f64; 2]) -> Vector3<f64> {
         let travel = [0, 1, 2].map(|k| self.high[k] - steps[k] * self.steps[k]);
-        self.robot.forward(&travel).unwrap()
+        match &self.rods {
+            None => self.robot.forward(&travel).unwrap() + Vector3::new(x, y, 0.0),
+            Some(rods) => {
+                let below = Vector3::new(x, y, -NOZZLE);
+                tilt::at(tilt::platform(&self.robot, rods, &travel), &below) + Vector3::z() * NOZZLE
+            }
+        }
     }
 
     pub(super) fn bed(&self, x: f64, y: f64) -> f64 {

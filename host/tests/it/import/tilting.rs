@@ -1,0 +1,220 @@
+//! Effectors that tilt, because the two rods of a tower differ, with a probe beside the nozzle.
+
+use crate::export::klipper::Delta;
+use crate::import::beds::Told;
+use crate::import::campaign::{
+    HEIGHT, Made, OF_PRINTER, STEPS, drawn, normal, prints, set, spread,
+};
+use crate::import::fixtures::{Printer, folder};
+use delta_cal_host::geometry::Parallelograms;
+use delta_cal_host::import::{Firmware, Stated};
+use delta_cal_host::report::printer::PrinterReport;
+use delta_cal_host::{InputText, calibrate, printer};
+use delta_cal_tests::{generator, size};
+use std::fmt::Write;
+
+/// The probe beside the nozzle, mm.
+const BESIDE: [f64; 2] = [25.0, 0.0];
+/// Between the two rods of a tower, mm: then a probe is biased by 0.07 mm rms over the bed.
+const SPACING: f64 = 36.0;
+/// σ of a touch and of a paper, mm.
+const TOUCH: f64 = 0.01;
+
+/// Rods that differ by this, and are further apart at one end by that, mm.
+fn rods(differences: [[f64; 2]; 3]) -> Parallelograms {
+    Parallelograms {
+        spacing: SPACING,
+        platform_radius: 33.0,
+        numbers: differences.map(|[length, apart]| [length, apart, 0.0, 0.0]),
+        tolerance: [0.1, 0.0],
+    }
+}
+
+/// A printer with a flat bed, as its firmware has it, and what it answers.
+struct Touched<'a> {
+    made: &'a Made,
+    noise: &'a [f64],
+    /// The probe beside the nozzle.
+    beside: [f64; 2],
+}
+
+impl Touched<'_> {
+    fn touch(&self, at: [f64; 2], beside: [f64; 2]) -> f64 {
+        let told = Told {
+            own: drawn(),
+            tilt: [0.0; 2],
+        };
+        told.touch(self.made, at, beside)
+    }
+
+    /// Of 16 places, nozzle and probe over the bed.
+    fn console(&self) -> String {
+        let mut text = String::new();
+        for ([x, y], noise) in spread(16).into_iter().zip(self.noise) {
+            let [x, y] = [
+                0.85 * x - 0.15 * self.beside[0],
+                0.85 * y - 0.15 * self.beside[1],
+            ];
+            let z = self.touch([x, y], self.beside) + noise;
+            writeln!(text, "// probe at {x:.3},{y:.3} is z={z:.6}").unwrap();
+        }
+        text
+    }
+
+    /// Of 7 places, with paper 0.1 mm thick.
+    fn papers(&self) -> String {
+        let mut text = "x_mm,y_mm,paper_mm\n".to_owned();
+        for ([x, y], noise) in spread(7).into_iter().zip(&self.noise[16..]) {
+            let [x, y] = [0.85 * x, 0.85 * y];
+            let z = self.touch([x, y], [0.0; 2]) + 0.1 + noise;
+            writeln!(text, "{x:.3},{y:.3},{z:.4}").unwrap();
+        }
+        text
+    }
+}
+
+/// `printer.cfg` with the probe this far beside the nozzle.
+fn configuration([x, y]: [f64; 2]) -> String {
+    let own = Printer {
+        number: String::new(),
+        klipper: drawn(),
+        rows: Vec::new(),
+    };
+    format!(
+        "# delta-cal: rods {SPACING} mm apart\n[probe]\nx_offset: {x}\ny_offset: {y}\n{}",
+        own.configuration()
+    )
+}
+
+/// How flat a printer prints with the lines, or with the configuration if there are none, and what is stated of it.
+fn flat(made: &Made, beside: [f64; 2], samples: &[(&str, String)]) -> [f64; 2] {
+    let text = |(name, own): &(&str, String)| InputText::new(*name, own.as_str());
+    let config = text(&("printer.cfg", configuration(beside)));
+    let samples: Vec<_> = samples.iter().map(text).collect();
+    let none = |_: &str, _: &str| Ok(Vec::new());
+    let stated = Stated::default();
+    let own = printer::read(
+        Firmware::Klipper,
+        &config,
+        &samples,
+        &stated,
+        &none,
+        &OF_PRINTER,
+    );
+    let own = own.unwrap();
+    let calibrated = calibrate(&own.robot, &own.readings, &OF_PRINTER).unwrap();
+    let report = PrinterReport::of(&own, calibrated).unwrap().printer;
+    let (pasted, stated) = match &report.lines {
+        Some(lines) => (Delta::pasted(lines, STEPS), report.after),
+        None => (drawn(), report.before),
+    };
+    [prints(made, &pasted)[HEIGHT], stated.unwrap().height]
+}
+
+/// Pairs of rods that differ by 0.1 mm. With 16 touches and 7 papers the bed is nearly as flat as that of a printer that does
+/// not tilt, and what is stated is true, of 16 touches alone as well.
+#[test]
+fn touches_and_papers_separate_the_tilt() {
+    let printers = size(8_u32, 100);
+    let mut squares = [[0.0; 2]; 4];
+    let mut bias = 0.0;
+    for index in 0..printers {
+        let mut rng = generator(5500, u64::from(index));
+        let mut level = Made::new(&set("A1"), &mut rng);
+        level.bed = [0.0; 6];
+        let mut made = level.clone();
+        made.rods = Some(rods([0; 3].map(|_| [0; 2].map(|_| 0.1 * normal(&mut rng)))));
+        let noise: Vec<_> = (0..23).map(|_| TOUCH * normal(&mut rng)).collect();
+        let [tilts, level_touched] =
+            [(&made, BESIDE), (&level, [0.0; 2])].map(|(made, beside)| Touched {
+                made,
+                noise: &noise,
+                beside,
+            });
+        let console = |own: &Touched<'_>| ("console.txt", own.console());
+        let papers = |own: &Touched<'_>| ("papers.csv", own.papers());
+        let found = [
+            flat(
+                &level,
+                [0.0; 2],
+                &[console(&level_touched), papers(&level_touched)],
+            ),
+            flat(&made, BESIDE, &[console(&tilts), papers(&tilts)]),
+            flat(&made, BESIDE, &[console(&tilts)]),
+            // As if the probe were below the nozzle.
+            flat(&made, [0.0; 2], &[console(&tilts)]),
+        ];
+        for (sums, own) in squares.iter_mut().zip(found) {
+            for (sum, own) in sums.iter_mut().zip(own) {
+                *sum += own * own / f64::from(printers);
+            }
+        }
+        bias += spread(100)
+            .into_iter()
+            .map(|[x, y]| {
+                let steps = drawn().steps([x, y, 0.0]);
+                let [probe, nozzle] = [BESIDE, [0.0; 2]].map(|own| made.at(steps, own));
+                (probe.z - nozzle.z).powi(2) / (100.0 * f64::from(printers))
+            })
+            .sum::<f64>();
+    }
+    let rms = squares.map(|own| own.map(f64::sqrt));
+    println!(
+        "bias {:.3}, level, papers, touches, ignored: {rms:.4?}",
+        bias.sqrt()
+    );
+    let [level, papers, touches, _] = rms;
+    assert!(papers[0] < 1.3 * level[0], "{rms:?}");
+    for [is, stated] in [papers, touches] {
+        assert!((0.8..1.25).contains(&(is / stated)), "{rms:?}");
+    }
+}
+
+/// A pair that differs by much is named, with the side to which the effector is lower; of a level effector none is. The
+/// probe's bias is mapped.
+#[test]
+fn the_pair_of_rods_that_tilts_the_effector_is_named() {
+    for difference in [0.6, 0.0] {
+        let mut rng = generator(5501, 1);
+        let mut made = Made::new(&set("A1"), &mut rng);
+        made.bed = [0.0; 6];
+        made.rods = Some(rods([[difference, 0.0], [0.0; 2], [0.0; 2]]));
+        let noise: Vec<_> = (0..23).map(|_| TOUCH * normal(&mut rng)).collect();
+        let touched = Touched {
+            made: &made,
+            noise: &noise,
+            beside: BESIDE,
+        };
+        let folder = folder(&configuration(BESIDE));
+        folder.write("console.txt", touched.console());
+        folder.write("papers.csv", touched.papers());
+        let run = "calibrate printer.cfg console.txt papers.csv --json r.json --report r.html";
+        let text = folder.run(run).ok().stdout.replace('\n', " ");
+        assert!(folder.read("r.html").contains("The bias of the probe"));
+        let json: serde_json::Value = serde_json::from_str(&folder.read("r.json")).unwrap();
+        let effector = &json["printer"]["effector"];
+        if difference == 0.0 {
+            assert_eq!(effector["rods"], serde_json::json!([]), "{effector}");
+            let [bias, sigma] = ["probe_bias_rms_mm", "probe_bias_sigma_mm"]
+                .map(|own| effector[own].as_f64().unwrap());
+            assert!(bias < 2.0 * sigma, "{effector}");
+            continue;
+        }
+        // The point of the effector that is lowest at the centre.
+        let steps = drawn().steps([0.0; 3]);
+        let height = |degrees: f64| {
+            let (sine, cosine) = degrees.to_radians().sin_cos();
+            made.at(steps, [10.0 * cosine, 10.0 * sine]).z
+        };
+        let towers = [("A", 210.0), ("B", 330.0), ("C", 90.0)];
+        let heights = towers.map(|(name, degrees)| (name, height(degrees)));
+        let lowest = heights.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        let (lower, _) = lowest.unwrap();
+        for expected in [
+            format!("The effector tilts towards tower {lower} by"),
+            "the two rods of tower A differ by".to_owned(),
+        ] {
+            assert!(text.contains(&expected), "{expected}\n{text}");
+        }
+    }
+}

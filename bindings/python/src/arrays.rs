@@ -7,7 +7,7 @@ use delta_cal_host::halt::{self, Halt, Halted};
 use numpy::{
     Element, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
 };
-use pyo3::exceptions::PyRuntimeError;
+use pyo3::exceptions::{PyImportError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
@@ -100,7 +100,7 @@ pub(crate) fn rows<'py, N: Number>(
 }
 
 /// Rows that were read from a frame.
-pub(crate) fn rows_of<N: Number>(py: Python<'_>, all: Vec<[f64; 3]>) -> PyResult<Rows<'_, N>> {
+pub(crate) fn rows_of<N: Number>(py: Python<'_>, all: Vec<[N; 3]>) -> PyResult<Rows<'_, N>> {
     let shape = [all.len(), 3];
     rows("", &array(py, all.into_flattened(), &shape)?)
 }
@@ -153,9 +153,9 @@ pub(crate) fn several<const N: usize>(
 }
 
 /// An array of this shape, for reading.
-pub(crate) fn array<'py>(
+pub(crate) fn array<'py, N: Element>(
     py: Python<'py>,
-    values: Vec<f64>,
+    values: Vec<N>,
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyAny>> {
     let array = PyArray1::from_vec(py, values);
@@ -351,9 +351,21 @@ fn cores() -> PyResult<Arc<ThreadPool>> {
     Ok(new)
 }
 
-/// Whether it is a data frame: of pandas, polars, or what has their methods.
-pub(crate) fn is_frame(given: &Bound<'_, PyAny>) -> PyResult<bool> {
-    Ok(given.hasattr("columns")? && given.hasattr("dtypes")?)
+/// A data frame: of pandas, polars, or what has their methods; that of another library by the interchange protocol.
+pub(crate) fn frame<'py>(given: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyAny>>> {
+    if given.hasattr("columns")? && given.hasattr("dtypes")? {
+        return Ok(Some(given.clone()));
+    }
+    if !given.hasattr("__dataframe__")? {
+        return Ok(None);
+    }
+    for reader in ["polars", "pandas.api.interchange"] {
+        if let Ok(module) = given.py().import(reader) {
+            return module.call_method1("from_dataframe", (given,)).map(Some);
+        }
+    }
+    let cause = "pandas or polars is needed to read this frame";
+    Err(PyImportError::new_err(cause))
 }
 
 /// The names of its columns.

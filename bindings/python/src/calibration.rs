@@ -325,7 +325,7 @@ fn residuals<'py>(py: Python<'py>, report: &Calibrated) -> PyResult<Bound<'py, P
     });
     let width = if coordinates { 3 } else { 5 };
     let axes = report.before.convention;
-    let mut found = Vec::with_capacity(width * rows.len());
+    let mut found: Vec<f64> = Vec::with_capacity(width * rows.len());
     for row in rows {
         let expected = solution.places.expected(&solution.robot, &row.value);
         let mut own = [f64::NAN; 5];

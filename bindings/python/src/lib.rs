@@ -8,7 +8,7 @@
 //! files        JSON, files, a printer's configuration
 //! stated       what is stated of a robot
 //! robot        the class Robot: kinematics of whole arrays
-//! samples      the class Samples: files, frames and arrays as one text
+//! samples      the class Samples: files, frames and arrays as tables
 //! calibration  `calibrate`, and its report
 //! tasks        plan, validate, export, import_, simulate, workspace, compare
 //! ```

@@ -1,8 +1,8 @@
 //! A robot: what a robot file says, and the kinematics of whole arrays.
 
 use crate::arrays::{
-    Number, Rows, array, each_row, hexadecimal, is_frame, names_of, numbers, radians, rows,
-    rows_of, several,
+    Number, Rows, array, each_row, frame, hexadecimal, names_of, numbers, radians, rows, rows_of,
+    several,
 };
 use crate::errors::{input_error, type_error, value_error};
 use crate::files::{bytes_of, dumps, loads, write};
@@ -172,14 +172,14 @@ impl Robot {
         given: &Bound<'py, PyAny>,
     ) -> PyResult<Rows<'py, N>> {
         let (drive, convention) = (self.file.robot.drive(), self.file.convention);
-        if !is_frame(given)? {
+        let Some(frame) = frame(given)? else {
             let own = rows(argument, given)?;
             radians(argument, own.get()?, drive)?;
             return Ok(own);
-        }
-        let names = names_of(argument, given)?;
+        };
+        let names = names_of(argument, &frame)?;
         let columns = Three::of_joints(drive, &names);
-        self.converted(argument, given, columns, |row| convention.directed(&row))
+        self.converted(argument, &frame, columns, |row| convention.directed(&row))
     }
 
     /// Positions in the controller's axes.
@@ -187,12 +187,12 @@ impl Robot {
         &self,
         given: &Bound<'py, PyAny>,
     ) -> PyResult<Rows<'py, N>> {
-        if !is_frame(given)? {
+        let Some(frame) = frame(given)? else {
             return rows("x", given);
-        }
+        };
         let convention = self.file.convention;
-        let columns = Three::of_positions(&names_of("x", given)?);
-        self.converted("x", given, columns, |row| {
+        let columns = Three::of_positions(&names_of("x", &frame)?);
+        self.converted("x", &frame, columns, |row| {
             convention.vector(&row.into()).into()
         })
     }
@@ -215,30 +215,21 @@ impl Robot {
                 format!("needs columns such as {example}, each once and with its unit"),
             )
         })?;
-        let [one, two, three] = columns
+        let factors = columns.inwards(&self.file.convention, [1.0; 3]);
+        let factors = factors.map(outwards).ok_or_else(|| {
+            let cause = "counts need counts_per_deg in the robot's convention";
+            value_error(argument, cause)
+        })?;
+        let columns = columns
             .names()
             .map(|name| numbers::<f64>(name, &frame.get_item(name)?.call_method0("to_numpy")?));
-        let (one, two, three) = (one?, two?, three?);
-        let cells = one
-            .as_slice()?
-            .iter()
-            .zip(two.as_slice()?)
-            .zip(three.as_slice()?);
-        let rows = cells.map(|((one, two), three)| {
-            columns
-                .inwards(&self.file.convention, [*one, *two, *three])
-                .map(&outwards)
-        });
-        let rows = rows.collect::<Option<Vec<_>>>();
-        rows_of(
-            frame.py(),
-            rows.ok_or_else(|| {
-                value_error(
-                    argument,
-                    "counts need counts_per_deg in the robot's convention",
-                )
-            })?,
-        )
+        let mut rows = vec![[N::of(0.0); 3]; frame.len()?];
+        for (place, (column, factor)) in columns.into_iter().zip(factors).enumerate() {
+            for (row, own) in rows.iter_mut().zip(column?.as_slice()?) {
+                row[place] = N::of(factor * own);
+            }
+        }
+        rows_of(frame.py(), rows)
     }
 
     /// Numbers of each row: of `q` joints, of `x` positions, in the type of the array.

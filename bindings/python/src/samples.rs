@@ -1,114 +1,93 @@
-//! Samples: files, frames and arrays as one text, which the reader of samples files reads.
+//! Samples: files, frames and arrays as tables, which the reader of samples files reads.
 
-use crate::arrays::{Rows, array, hexadecimal, is_frame, named, names_of, numbers};
+use crate::arrays::{Rows, array, frame, hexadecimal, named, names_of, numbers};
 use crate::errors::{calibrate_error, input_error, type_error, value_error};
 use crate::files::bytes_of;
 use crate::robot::Robot;
 use delta_cal::robot::Drive;
 use delta_cal_host::files::columns::ColumnMapping;
+use delta_cal_host::files::input::Cells;
 use delta_cal_host::{CalibrateError, InputText, Options, Readings, read_samples as read};
 use numpy::PyUntypedArrayMethods;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList, PyString};
 use sha2::{Digest, Sha256};
-use std::fmt::Write;
 
 /// A table's header and first line.
 const ABOVE: u64 = 2;
-/// Rows between two looks at the keyboard.
-const LOOKS: usize = 4096;
-const NOT_MEASURED: &str = "-";
 
-/// A column of a table.
-struct Column {
-    name: String,
-    cells: Cells,
+/// One number, or one a row.
+fn numbers_of(argument: &str, given: &Bound<'_, PyAny>, count: usize) -> PyResult<Cells> {
+    let array = numbers(argument, given)?;
+    let all = match array.as_slice()? {
+        [one] => vec![*one; count],
+        all if array.ndim() == 1 => all.to_vec(),
+        _ => {
+            let cause = format!(
+                "shape {:?}; an array of shape (n,) is needed",
+                array.shape()
+            );
+            return Err(value_error(argument, cause));
+        }
+    };
+    check_count(argument, all.len(), count)?;
+    finite(argument, all.iter().copied().enumerate())?;
+    Ok(Cells::Numbers(all))
 }
 
-enum Cells {
-    /// NaN where nothing was measured.
-    Numbers(Vec<f64>),
-    /// Empty where nothing is said.
-    Words(Vec<String>),
+/// One word, or one a row; None is none.
+fn words_of(argument: &str, given: &Bound<'_, PyAny>, count: usize) -> PyResult<Cells> {
+    let all = if let Ok(word) = given.cast::<PyString>() {
+        vec![word.to_string(); count]
+    } else {
+        let words = given
+            .try_iter()
+            .map_err(|_| type_error(argument, "words are needed"))?;
+        let words = words.map(|word| match word? {
+            word if word.is_none() => Ok(String::new()),
+            word => word.str().map(|own| own.to_string()),
+        });
+        words.collect::<PyResult<Vec<_>>>()?
+    };
+    check_count(argument, all.len(), count)?;
+    let faulty = |own: &String| own.contains(['"', ',', ';', '\n', '\r', '\t']);
+    match all.iter().position(faulty) {
+        Some(row) => {
+            let cause = format!("row {row}: a word without separators is needed");
+            Err(value_error(argument, cause))
+        }
+        None => Ok(Cells::Words(all)),
+    }
 }
 
-impl Cells {
-    /// One number, or one a row.
-    fn numbers(argument: &str, given: &Bound<'_, PyAny>, count: usize) -> PyResult<Self> {
-        let array = numbers(argument, given)?;
-        let all = match array.as_slice()? {
-            [one] => vec![*one; count],
-            all if array.ndim() == 1 => all.to_vec(),
-            _ => {
-                return Err(value_error(
-                    argument,
-                    format!(
-                        "shape {:?}; an array of shape (n,) is needed",
-                        array.shape()
-                    ),
-                ));
-            }
-        };
-        check_count(argument, all.len(), count)?;
-        finite(argument, all.iter().copied().enumerate())?;
-        Ok(Self::Numbers(all))
+fn of_column(name: &str, column: &Bound<'_, PyAny>, count: usize) -> PyResult<Cells> {
+    let array = column.call_method0("to_numpy")?;
+    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+    match kind.as_str() {
+        "f" => numbers_of(name, &array, count),
+        _ => words_of(name, &array, count),
     }
+}
 
-    /// One word, or one a row; None is none.
-    fn words(argument: &str, given: &Bound<'_, PyAny>, count: usize) -> PyResult<Self> {
-        let all = if let Ok(word) = given.cast::<PyString>() {
-            vec![word.to_string(); count]
-        } else {
-            let words = given
-                .try_iter()
-                .map_err(|_| type_error(argument, "words are needed"))?;
-            let words = words.map(|word| match word? {
-                word if word.is_none() => Ok(String::new()),
-                word => word.str().map(|own| own.to_string()),
-            });
-            words.collect::<PyResult<Vec<_>>>()?
-        };
-        check_count(argument, all.len(), count)?;
-        let faulty = |own: &String| own.contains(['"', ',', ';', '\n', '\r', '\t']);
-        match all.iter().position(faulty) {
-            Some(row) => {
-                let cause = format!("row {row}: a word without separators is needed");
-                Err(value_error(argument, cause))
-            }
-            None => Ok(Self::Words(all)),
+fn missing(cells: &Cells, count: usize) -> Cells {
+    match cells {
+        Cells::Numbers(_) => Cells::Numbers(vec![f64::NAN; count]),
+        Cells::Words(_) => Cells::Words(vec![String::new(); count]),
+    }
+}
+
+/// Adds the cells of more rows.
+fn append(argument: &str, own: &mut Cells, more: Cells) -> PyResult<()> {
+    match (own, more) {
+        (Cells::Numbers(own), Cells::Numbers(more)) => own.extend(more),
+        (Cells::Words(own), Cells::Words(more)) => own.extend(more),
+        _ => {
+            let cause = "numbers in some rows and words in others";
+            return Err(type_error(argument, cause));
         }
     }
-
-    fn of_column(name: &str, column: &Bound<'_, PyAny>, count: usize) -> PyResult<Self> {
-        let array = column.call_method0("to_numpy")?;
-        let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
-        match kind.as_str() {
-            "f" => Self::numbers(name, &array, count),
-            _ => Self::words(name, &array, count),
-        }
-    }
-
-    fn missing(&self, count: usize) -> Self {
-        match self {
-            Self::Numbers(_) => Self::Numbers(vec![f64::NAN; count]),
-            Self::Words(_) => Self::Words(vec![String::new(); count]),
-        }
-    }
-
-    fn append(&mut self, argument: &str, more: Self) -> PyResult<()> {
-        match (self, more) {
-            (Self::Numbers(own), Self::Numbers(more)) => own.extend(more),
-            (Self::Words(own), Self::Words(more)) => own.extend(more),
-            _ => {
-                return Err(type_error(
-                    argument,
-                    "numbers in some rows and words in others",
-                ));
-            }
-        }
-        Ok(())
-    }
+    Ok(())
 }
 
 /// One a row: the argument, the column, and whether it is a number.
@@ -142,7 +121,7 @@ fn rows_for<'py>(count: usize, argument: &str, rows: Rows<'py>) -> PyResult<Rows
 /// Columns of so many rows.
 struct Table {
     count: usize,
-    columns: Vec<Column>,
+    columns: Vec<(String, Cells)>,
 }
 
 impl Table {
@@ -192,14 +171,9 @@ impl Table {
             let Some(given) = get(argument)? else {
                 continue;
             };
-            let read = if is_number {
-                Cells::numbers
-            } else {
-                Cells::words
-            };
+            let read = if is_number { numbers_of } else { words_of };
             let cells = read(argument, &given, count)?;
-            let name = column.to_owned();
-            table.columns.push(Column { name, cells });
+            table.columns.push((column.to_owned(), cells));
         }
         table.leave_out_the_unmeasured();
         Ok(table)
@@ -213,7 +187,7 @@ impl Table {
         )?;
         for (place, name) in names.into_iter().enumerate() {
             let cells = Cells::Numbers(rows.iter().map(|row| row[place]).collect());
-            self.columns.push(Column { name, cells });
+            self.columns.push((name, cells));
         }
         Ok(())
     }
@@ -222,20 +196,20 @@ impl Table {
     fn leave_out_the_unmeasured(&mut self) {
         const READ: [&str; 5] = ["x_mm", "y_mm", "z_mm", "height_mm", "distance_mm"];
         let (joints, others) = self.columns.split_at_mut(3);
-        let is_read = |own: &Column, row: usize| match &own.cells {
+        let is_read = |(_, cells): &(String, Cells), row: usize| match cells {
             Cells::Numbers(all) => !all[row].is_nan(),
             Cells::Words(_) => false,
         };
         let used = |row: usize| {
-            let mut read = others.iter().filter(|own| READ.contains(&&*own.name));
+            let mut read = others.iter().filter(|(name, _)| READ.contains(&&**name));
             joints.iter().all(|own| is_read(own, row)) && read.any(|own| is_read(own, row))
         };
         let used: Vec<_> = (0..self.count).map(used).collect();
         if used.iter().all(|own| *own) {
             return;
         }
-        for own in joints {
-            if let Cells::Numbers(all) = &mut own.cells {
+        for (_, cells) in joints {
+            if let Cells::Numbers(all) = cells {
                 for cell in all.iter_mut().filter(|own| own.is_nan()) {
                     *cell = 0.0;
                 }
@@ -244,18 +218,16 @@ impl Table {
         let words = used
             .iter()
             .map(|used| if *used { "1" } else { "0" }.to_owned());
-        self.columns.push(Column {
-            name: "use".to_owned(),
-            cells: Cells::Words(words.collect()),
-        });
+        let cells = Cells::Words(words.collect());
+        self.columns.push(("use".to_owned(), cells));
     }
 
     /// Of a frame, by the names of its columns.
     fn of_frame(frame: &Bound<'_, PyAny>) -> PyResult<Self> {
         let count = frame.len()?;
         let columns = names_of(FRAME, frame)?.into_iter().map(|name| {
-            let cells = Cells::of_column(&name, &frame.get_item(&name)?, count)?;
-            Ok(Column { name, cells })
+            let cells = of_column(&name, &frame.get_item(&name)?, count)?;
+            Ok((name, cells))
         });
         let columns = columns.collect::<PyResult<_>>()?;
         Ok(Self { count, columns })
@@ -263,48 +235,18 @@ impl Table {
 
     /// With the rows of another below.
     fn with(mut self, other: Self) -> PyResult<Self> {
-        for Column { name, cells } in other.columns {
-            let mut all = self.columns.iter_mut();
-            if let Some(own) = all.find(|own| own.name == name) {
-                own.cells.append(&name, cells)?;
-            } else {
-                let mut own = cells.missing(self.count);
-                own.append(&name, cells)?;
-                self.columns.push(Column { name, cells: own });
+        for (name, like) in &other.columns {
+            if self.columns.iter().all(|(own, _)| own != name) {
+                self.columns.push((name.clone(), missing(like, self.count)));
             }
+        }
+        for (name, own) in &mut self.columns {
+            let more = other.columns.iter().find(|(other, _)| other == name);
+            let more = more.map_or_else(|| missing(own, other.count), |(_, more)| more.clone());
+            append(name, own, more)?;
         }
         self.count += other.count;
-        for own in &mut self.columns {
-            let length = match &own.cells {
-                Cells::Numbers(all) => all.len(),
-                Cells::Words(all) => all.len(),
-            };
-            let more = own.cells.missing(self.count - length);
-            own.cells.append(&own.name, more)?;
-        }
         Ok(self)
-    }
-
-    fn text(&self, py: Python<'_>) -> PyResult<String> {
-        let names = self.columns.iter().map(|own| own.name.as_str());
-        let mut text = names.collect::<Vec<_>>().join(",");
-        for row in 0..self.count {
-            if row.is_multiple_of(LOOKS) {
-                py.check_signals()?;
-            }
-            for (place, own) in self.columns.iter().enumerate() {
-                text.push(if place == 0 { '\n' } else { ',' });
-                match &own.cells {
-                    Cells::Numbers(all) if all[row].is_nan() => text.push_str(NOT_MEASURED),
-                    Cells::Words(all) => text.push_str(&all[row]),
-                    // The shortest text that reads back as the same number.
-                    Cells::Numbers(all) => {
-                        let _ = write!(text, "{:?}", all[row]);
-                    }
-                }
-            }
-        }
-        Ok(text + "\n")
     }
 }
 
@@ -340,11 +282,7 @@ pub(crate) struct Samples {
 }
 
 impl Samples {
-    fn of(
-        parts: Vec<(String, Vec<u8>)>,
-        columns: Option<String>,
-        in_arrays: bool,
-    ) -> PyResult<Self> {
+    fn of(parts: Vec<(String, Vec<u8>)>, columns: Option<String>) -> PyResult<Self> {
         let mapping = match columns.as_deref() {
             Some(columns) => columns.parse::<ColumnMapping>(),
             None => Ok(ColumnMapping::default()),
@@ -368,27 +306,27 @@ impl Samples {
         Ok(Self {
             parts,
             columns,
-            in_arrays,
+            in_arrays: false,
             text,
         })
     }
 
-    /// Of a file that is already read.
+    /// Of what is already read, which Python does not get.
     pub(crate) fn of_input(text: InputText) -> Self {
         Self {
-            parts: vec![(text.name().to_owned(), text.text().as_bytes().to_vec())],
+            parts: Vec::new(),
             columns: None,
             in_arrays: false,
             text,
         }
     }
 
-    fn of_table(py: Python<'_>, name: &str, table: &Table) -> PyResult<Self> {
-        Self::of(
-            vec![(name.to_owned(), table.text(py)?.into_bytes())],
-            None,
-            true,
-        )
+    /// Rows of arrays or of a frame, which no text holds.
+    fn of_table(name: &str, table: Table) -> Self {
+        Self {
+            in_arrays: true,
+            ..Self::of_input(InputText::of_columns(name, table.columns))
+        }
     }
 
     /// Of a line: of arrays the index of its row.
@@ -435,8 +373,8 @@ impl Samples {
         if let Ok(samples) = given.cast::<Self>() {
             return Ok(samples.get().clone());
         }
-        if is_frame(given)? {
-            return Self::of_table(given.py(), FRAME, &Table::of_frame(given)?);
+        if let Some(frame) = frame(given)? {
+            return Ok(Self::of_table(FRAME, Table::of_frame(&frame)?));
         }
         if given.is_instance_of::<PyString>() || given.hasattr("__fspath__")? {
             return read_samples(given, None, None);
@@ -467,7 +405,7 @@ impl Samples {
             });
         }
         let whole = whole.ok_or_else(|| value_error("q", "no rows"))?;
-        Self::of_table(given.py(), &names.join(", "), &whole)
+        Ok(Self::of_table(&names.join(", "), whole))
     }
 }
 
@@ -476,7 +414,7 @@ pub(crate) type Again<'py, T> = (Bound<'py, PyAny>, T);
 /// Name and bytes of a file.
 type Part<'py> = (String, Bound<'py, PyBytes>);
 /// The arguments of `samples_of_bytes`.
-type Parts<'py> = (Vec<Part<'py>>, Option<String>, bool);
+type Parts<'py> = (Vec<Part<'py>>, Option<String>);
 
 #[pymethods]
 impl Samples {
@@ -529,9 +467,8 @@ impl Samples {
     #[getter]
     pub(crate) fn fingerprint(&self) -> String {
         let mut digest = Sha256::new();
-        for (_, bytes) in &self.parts {
-            digest.update(Sha256::digest(bytes));
-        }
+        digest.update(self.text.sha256());
+        digest.update(self.text.beside().map_or("", InputText::sha256));
         digest.update(self.columns.as_deref().unwrap_or_default());
         hexadecimal(digest.finalize())
     }
@@ -542,10 +479,7 @@ impl Samples {
             .getattr("samples_of_bytes")?;
         let parts = self.parts.iter();
         let parts = parts.map(|(name, bytes)| (name.clone(), PyBytes::new(py, bytes)));
-        Ok((
-            again,
-            (parts.collect(), self.columns.clone(), self.in_arrays),
-        ))
+        Ok((again, (parts.collect(), self.columns.clone())))
     }
 
     fn __repr__(&self) -> String {
@@ -579,7 +513,7 @@ pub(crate) fn read_samples(
     columns: Option<String>,
 ) -> PyResult<Samples> {
     let parts = std::iter::once(path).chain(positions).map(bytes_of);
-    Samples::of(parts.collect::<PyResult<_>>()?, columns, false)
+    Samples::of(parts.collect::<PyResult<_>>()?, columns)
 }
 
 /// Of names and bytes.
@@ -587,7 +521,6 @@ pub(crate) fn read_samples(
 pub(crate) fn samples_of_bytes(
     parts: Vec<(String, Vec<u8>)>,
     columns: Option<String>,
-    in_arrays: bool,
 ) -> PyResult<Samples> {
-    Samples::of(parts, columns, in_arrays)
+    Samples::of(parts, columns)
 }

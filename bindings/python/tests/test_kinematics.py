@@ -41,7 +41,7 @@ DOWN = {"convention": {"z_axis": "down", "joint_positive": "up"}, "target": {"x_
 @pytest.mark.parametrize("own", [ROBOT.replace(limits=(-1.5, 2.7)), PRINTER, ROBOT.replace(**DOWN)], ids=["rotary", "linear", "downwards"])
 def test_many_rows_are_those_of_single_ones(own):
     # Beyond the limits and the singularities too.
-    low, high = np.array(own.limits) + 0.1 * np.ptp(own.limits) * [-1, 1]
+    low, high = np.array(own.limits) + 0.1 * np.ptp(own.limits) * np.array([-1, 1])
     q = np.random.default_rng(2).uniform(low, high, (3000, 3))
     calls = {own.forward: (q, 1e-10), own.inverse: (own.forward(q), 3e-12), own.jacobian: (q, 1e-7)}
     for call, (rows, bound) in calls.items():

@@ -15,7 +15,7 @@ use delta_cal::{Noise, Sample};
 use nalgebra::Vector3;
 pub use pairs::Joined;
 use serde::Serialize;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use table::{Table, TableRow};
 
 /// Readings per row: x, y, z, height, distance.
@@ -207,6 +207,34 @@ impl Reading {
         [x, y, z, height, self.distance.map(|(_, distance)| distance)]
     }
 
+    /// What tells rows apart: every bit but those of σ.
+    fn bits(&self) -> [u64; 14] {
+        let place = |own: Option<usize>| own.map_or(u64::MAX, |own| own as u64);
+        let (point, [from1, from2, from3]) = match self.distance {
+            Some((ReadingFrom::Point(point), _)) => (Some(point), [None; 3]),
+            Some((ReadingFrom::Pose(joints), _)) => (None, joints.map(Some)),
+            None => (None, [None; 3]),
+        };
+        let [one, two, three] = self.joints.map(f64::to_bits);
+        let [x, y, z, height, distance] = self.read();
+        let number = |own: Option<f64>| own.map_or(u64::MAX, f64::to_bits);
+        let from = [number(from1), number(from2), number(from3)];
+        let [from1, from2, from3] = from;
+        let read = [
+            number(x),
+            number(y),
+            number(z),
+            number(height),
+            number(distance),
+        ];
+        let [x, y, z, height, distance] = read;
+        let (plane, point) = (place(self.height.map(|(plane, _)| plane)), place(point));
+        let target = place(Some(self.target));
+        [
+            one, two, three, x, y, z, height, distance, from1, from2, from3, plane, point, target,
+        ]
+    }
+
     /// The kind of the first reading.
     pub fn kind(&self) -> Option<Kind> {
         let place = self.read().iter().position(Option::is_some)?;
@@ -349,16 +377,11 @@ impl Readings {
 
     /// Keeps the first of the rows with identical numbers, and lists the lines of the others.
     fn keep_one_of_each(&mut self) {
-        let mut seen = BTreeSet::new();
+        let mut seen = HashSet::new();
         let copies = &mut self.copies;
         self.rows.retain(|row| {
             halt::check();
-            let read = Reading {
-                sigma: None,
-                ..row.value
-            };
-            // The text has every bit of a number.
-            let new = seen.insert(format!("{read:?}"));
+            let new = seen.insert(row.value.bits());
             if !new {
                 copies.push(row.line);
             }
@@ -583,7 +606,7 @@ impl Readings {
                 .fault_of(Quantity::Height, cause)
                 .with_remedy("fill in height_mm, or leave the cell of the plane empty"));
         }
-        let plane = plane.unwrap_or(ONLY_PLANE);
+        let plane = plane.as_deref().unwrap_or(ONLY_PLANE);
         let reading = Reading {
             joints,
             position,
@@ -606,7 +629,7 @@ impl Readings {
     fn target(&mut self, row: &TableRow<'_>) -> usize {
         index_of(
             &mut self.targets,
-            row.text(Quantity::Target).unwrap_or(ONLY_TARGET),
+            row.text(Quantity::Target).as_deref().unwrap_or(ONLY_TARGET),
         )
     }
 
@@ -639,11 +662,11 @@ impl Readings {
         robot: &RobotFile,
     ) -> Result<Option<ReadingFrom>, InputError> {
         let to_joints = Quantity::to_joints(robot.limits.drive());
-        let pose = to_joints.iter().any(|joint| row.text(*joint).is_some());
+        let pose = to_joints.iter().any(|joint| row.holds(*joint));
         match (row.text(Quantity::Point), pose) {
             (None, false) => Ok(None),
             (Some(point), false) => {
-                let point = index_of(&mut self.points, point);
+                let point = index_of(&mut self.points, &point);
                 Ok(Some(ReadingFrom::Point(point)))
             }
             (None, true) => {
@@ -673,7 +696,7 @@ impl Readings {
         if let Some(from) = self.start(row, robot)? {
             own.distance = Some((from, 1.0));
         } else if let Some(plane) = row.text(Quantity::Plane) {
-            own.height = Some((index_of(&mut self.planes, plane), 0.0));
+            own.height = Some((index_of(&mut self.planes, &plane), 0.0));
         } else if table.has_any(&Quantity::COORDINATES) {
             let there = robot.robot.forward(&own.joints).unwrap_or_default();
             for (axis, quantity) in Quantity::COORDINATES.into_iter().enumerate() {
@@ -753,7 +776,7 @@ impl Planned {
         let mut unmeasured = Vec::new();
         let rows = table.rows(|row| {
             let mut readings = Quantity::READINGS.into_iter();
-            if readings.any(|own| row.text(own).is_some()) {
+            if readings.any(|own| row.holds(own)) {
                 return file.reading(row, row.joints(robot)?, robot);
             }
             unmeasured.push(row.line);

@@ -20,7 +20,7 @@ use std::ops::BitOr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Between two looks at the keyboard.
 const LOOK: Duration = Duration::from_millis(50);
@@ -294,6 +294,22 @@ pub(crate) fn with_cores_telling<T: Send>(
             Err(payload) => return Err(fault(payload.as_ref())),
         }
     }
+}
+
+/// The same; `told`, if there is one, is called with the seconds that have passed.
+pub(crate) fn with_cores_timed<T: Send>(
+    py: Python<'_>,
+    told: Option<&Py<PyAny>>,
+    work: impl FnMut() -> T + Send,
+) -> PyResult<T> {
+    let begin = Instant::now();
+    with_cores_telling(py, work, |py| match told {
+        Some(told) => told
+            .bind(py)
+            .call1((begin.elapsed().as_secs_f64(),))
+            .map(drop),
+        None => Ok(()),
+    })
 }
 
 /// Works on another thread while this one looks at the keyboard.

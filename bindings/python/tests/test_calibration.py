@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import polars as pl
+import pyarrow as pa
 import pytest
 from conftest import EXAMPLES
 from formula import forward
@@ -64,6 +65,7 @@ def test_arrays_have_the_bits_of_a_file(tmp_path, measured, robot):
         dc.calibrate(robot, pl.from_pandas(table)),
         dc.calibrate(robot, joints, positions),
         dc.calibrate(robot, q.tolist(), positions),
+        dc.calibrate(robot, pa.Table.from_pandas(table)),
     ):
         np.testing.assert_array_equal(result.parameters, of_file.parameters)
         np.testing.assert_array_equal(result.covariance, of_file.covariance)

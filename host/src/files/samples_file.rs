@@ -208,7 +208,7 @@ impl Reading {
     }
 
     /// What tells rows apart: every bit but those of σ.
-    fn bits(&self) -> [u64; 14] {
+    pub(crate) fn bits(&self) -> [u64; 14] {
         let place = |own: Option<usize>| own.map_or(u64::MAX, |own| own as u64);
         let (point, [from1, from2, from3]) = match self.distance {
             Some((ReadingFrom::Point(point), _)) => (Some(point), [None; 3]),

@@ -247,8 +247,8 @@ def calibrate(
         Heights above a plane, mm.
     distance, point, to : array (n,), name or names (n,), array (n, 3), optional
         Distances, mm, from a fixed point, or from the pose of the joint angles ``to``.
-    sigma : float or array (n,), optional
-        σ of each row's readings, mm, in place of ``noise``.
+    sigma : float, array (n,), (n, 3) or (n, 3, 3), optional
+        In place of ``noise``: σ of each row's readings, mm; or of each of its coordinates; or their covariance, mm².
     target : name or names (n,), optional
         The target that each row measured.
     name : names (n,), optional

@@ -8,6 +8,7 @@ use delta_cal::robot::Drive;
 use delta_cal_host::files::columns::ColumnMapping;
 use delta_cal_host::files::input::Cells;
 use delta_cal_host::{CalibrateError, InputText, Options, Readings, read_samples as read};
+use nalgebra::{Matrix3, Vector3};
 use numpy::PyUntypedArrayMethods;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -35,6 +36,59 @@ fn numbers_of(argument: &str, given: &Bound<'_, PyAny>, count: usize) -> PyResul
     finite(argument, all.iter().copied().enumerate())?;
     Ok(Cells::Numbers(all))
 }
+
+/// Whether an argument has more axes than that of the rows.
+fn is_above_one(given: &Bound<'_, PyAny>) -> PyResult<bool> {
+    let numpy = given.py().import("numpy")?;
+    Ok(numpy.call_method1("ndim", (given,))?.extract::<usize>()? > 1)
+}
+
+/// σ and shape of the coordinates' covariance of each row.
+type Covariances = (Cells, Vec<Option<Matrix3<f64>>>);
+
+/// Of σ of each coordinate (n, 3), or of covariances (n, 3, 3).
+fn covariances(
+    argument: &str,
+    given: &Bound<'_, PyAny>,
+    count: usize,
+    axes: [f64; 3],
+) -> PyResult<Covariances> {
+    let array = numbers::<f64>(argument, given)?;
+    let all = array.as_slice()?;
+    let matrices: Vec<Matrix3<f64>> = match array.shape() {
+        [_, 3] => {
+            let rows = all.as_chunks::<3>().0.iter();
+            rows.map(|own| Matrix3::from_diagonal(&Vector3::from(own.map(|own| own * own))))
+                .collect()
+        }
+        [_, 3, 3] => {
+            let rows = all.as_chunks::<9>().0.iter();
+            rows.map(|own| Matrix3::from_row_slice(own)).collect()
+        }
+        shape => {
+            let cause = format!("shape {shape:?}; (n,), (n, 3) or (n, 3, 3) is needed");
+            return Err(value_error(argument, cause));
+        }
+    };
+    check_count(argument, matrices.len(), count)?;
+    let signs = Matrix3::from_diagonal(&Vector3::from(axes));
+    let (mut sigmas, mut shapes) = (Vec::new(), Vec::new());
+    for (row, own) in matrices.into_iter().enumerate() {
+        let square = own.trace() / 3.0;
+        let shape = signs * own * signs / square;
+        let off = (shape - shape.transpose()).abs().max();
+        if !(square.is_finite() && off < SYMMETRIC && shape.cholesky().is_some()) {
+            let cause = format!("row {row} is no covariance: symmetric and positive definite");
+            return Err(value_error(argument, cause));
+        }
+        sigmas.push(square.sqrt());
+        shapes.push(Some(shape));
+    }
+    Ok((Cells::Numbers(sigmas), shapes))
+}
+
+/// A covariance is as symmetric as rounding leaves it.
+const SYMMETRIC: f64 = 1e-9;
 
 /// One word, or one a row; None is none.
 fn words_of(argument: &str, given: &Bound<'_, PyAny>, count: usize) -> PyResult<Cells> {
@@ -122,6 +176,7 @@ fn rows_for<'py>(count: usize, argument: &str, rows: Rows<'py>) -> PyResult<Rows
 struct Table {
     count: usize,
     columns: Vec<(String, Cells)>,
+    shapes: Vec<Option<Matrix3<f64>>>,
 }
 
 impl Table {
@@ -149,6 +204,7 @@ impl Table {
         let mut table = Self {
             count,
             columns: Vec::new(),
+            shapes: vec![None; count],
         };
         let joint = match robot.file.robot.drive() {
             Drive::Rotary => ["q1_rad", "q2_rad", "q3_rad"],
@@ -172,7 +228,14 @@ impl Table {
                 continue;
             };
             let read = if is_number { numbers_of } else { words_of };
-            let cells = read(argument, &given, count)?;
+            let cells = if argument == "sigma" && is_above_one(&given)? {
+                let axes = robot.file.convention.axes();
+                let (sigmas, shapes) = covariances(argument, &given, count, axes)?;
+                table.shapes = shapes;
+                sigmas
+            } else {
+                read(argument, &given, count)?
+            };
             table.columns.push((column.to_owned(), cells));
         }
         table.leave_out_the_unmeasured();
@@ -230,7 +293,12 @@ impl Table {
             Ok((name, cells))
         });
         let columns = columns.collect::<PyResult<_>>()?;
-        Ok(Self { count, columns })
+        let shapes = vec![None; count];
+        Ok(Self {
+            count,
+            columns,
+            shapes,
+        })
     }
 
     /// With the rows of another below.
@@ -246,6 +314,7 @@ impl Table {
             append(name, own, more)?;
         }
         self.count += other.count;
+        self.shapes.extend(other.shapes);
         Ok(self)
     }
 }
@@ -276,6 +345,8 @@ pub(crate) struct Samples {
     /// Name and bytes of the file, and of the one beside it.
     parts: Vec<(String, Vec<u8>)>,
     columns: Option<String>,
+    /// Shapes of the covariances of the rows of arrays.
+    shapes: Vec<Option<Matrix3<f64>>>,
     /// Whether they are arrays or a frame, whose rows count from 0, and no file.
     pub(crate) in_arrays: bool,
     pub(crate) text: InputText,
@@ -306,6 +377,7 @@ impl Samples {
         Ok(Self {
             parts,
             columns,
+            shapes: Vec::new(),
             in_arrays: false,
             text,
         })
@@ -316,6 +388,7 @@ impl Samples {
         Self {
             parts: Vec::new(),
             columns: None,
+            shapes: Vec::new(),
             in_arrays: false,
             text,
         }
@@ -325,6 +398,7 @@ impl Samples {
     fn of_table(name: &str, table: Table) -> Self {
         Self {
             in_arrays: true,
+            shapes: table.shapes,
             ..Self::of_input(InputText::of_columns(name, table.columns))
         }
     }
@@ -342,6 +416,8 @@ impl Samples {
     pub(crate) fn placed(&self, mut readings: Readings) -> Readings {
         for row in &mut readings.rows {
             row.line = self.place_of(row.line);
+            let place = usize::try_from(row.line).unwrap_or(usize::MAX);
+            row.value.shape = self.shapes.get(place).copied().flatten();
         }
         for line in &mut readings.copies {
             *line = self.place_of(*line);
@@ -470,6 +546,9 @@ impl Samples {
         digest.update(self.text.sha256());
         digest.update(self.text.beside().map_or("", InputText::sha256));
         digest.update(self.columns.as_deref().unwrap_or_default());
+        for own in self.shapes.iter().flatten().flat_map(|own| own.iter()) {
+            digest.update(own.to_le_bytes());
+        }
         hexadecimal(digest.finalize())
     }
 

@@ -12,7 +12,7 @@ use crate::text::list;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
 use delta_cal::{Noise, Sample};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 pub use pairs::Joined;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet, HashSet};
@@ -150,6 +150,8 @@ pub struct Reading {
     pub distance: Option<(ReadingFrom, f64)>,
     /// Standard uncertainty of the readings, mm, if the row states it.
     pub sigma: Option<f64>,
+    /// Covariance of the coordinates, in squares of `sigma`, if they are not independent and alike.
+    pub shape: Option<Matrix3<f64>>,
     /// Index of the target that was measured.
     pub target: usize,
 }
@@ -172,6 +174,7 @@ impl Reading {
             height: None,
             distance: None,
             sigma: None,
+            shape: None,
             target: 0,
         }
     }
@@ -487,6 +490,8 @@ impl Readings {
             let sample = row.value.sample();
             let turned = |own: Sample<f64>| by.apply(&own.position).data.0[0].map(Some);
             row.value.position = sample.map_or([None; 3], turned);
+            let shape = row.value.shape;
+            row.value.shape = shape.map(|own| by.rotation * own * by.rotation.transpose());
         }
         turned
     }
@@ -613,6 +618,7 @@ impl Readings {
             height: height.map(|height| (index_of(&mut self.planes, plane), height)),
             distance: self.distance(row, robot)?,
             sigma: sigma(row)?,
+            shape: None,
             target: self.target(row),
         };
         if reading.readings() == 0 && !row.is_unmeasured() {

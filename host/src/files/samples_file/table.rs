@@ -113,13 +113,11 @@ impl Record<'_> {
 
     /// Whether a cell holds something.
     fn is_filled(&self, place: usize) -> bool {
-        match self.number(place) {
-            Some(number) => !number.is_nan(),
-            None => {
-                let cell = self.get(place);
-                cell.is_some_and(|own| !(own.is_empty() || own == NOT_MEASURED))
-            }
+        if let Some(number) = self.number(place) {
+            return !number.is_nan();
         }
+        let cell = self.get(place);
+        cell.is_some_and(|own| !(own.is_empty() || own == NOT_MEASURED))
     }
 }
 

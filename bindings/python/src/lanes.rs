@@ -1,7 +1,7 @@
 //! Kinematics of many poses at once, in the widest vector instructions of the processor.
 //!
 //! The formulas are those of the core (`core/src/kinematics.rs`) without its branches. Results agree with the core's to
-//! about 1e-13: sine, cosine and arctangent are other polynomials, and sums are rounded in another order. A pose of which
+//! about 1e-13 of the robot's size: sine, cosine and arctangent are other polynomials, and sums are rounded in another order. A pose of which
 //! that does not hold, within 1 % of a singularity or outside the limits, is NaN here; the caller leaves it to the core.
 
 use crate::wide::{Vectors, Which, Wide};

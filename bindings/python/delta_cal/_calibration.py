@@ -303,8 +303,9 @@ def calibrate(
         for own, value in others.items():
             if value is not None:
                 raise TypeError(f"{own}: is not for a printer's configuration")
-        files = [file for file in (q, x) if file is not None]
-        if not all(isinstance(file, (str, os.PathLike)) for file in files):
+        parts = [file for file in (q, x) if file is not None]
+        files = [file for file in parts if isinstance(file, (str, os.PathLike))]
+        if len(files) < len(parts):
             raise TypeError("q: a file with readings of the printer is needed")
         with Told(progress) as tell:
             found = _native.calibrate_printer(robot, files, stated_of(printer), method, robust, limit, tell)

@@ -12,7 +12,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import Callable
+from typing import Any, Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,8 +62,9 @@ q = rng.uniform(-0.9, 1.4, (10**6, 3))
 parameters = robot.parameters
 print("| 10⁶ poses | ms | NumPy, ms | times as fast | memory, ms | largest difference |\n| --- | --- | --- | --- | --- | --- |")
 for number in (np.float64, np.float32):
-    angles, of = q.astype(number), parameters.astype(number)
-    x = robot.forward(angles)
+    angles: NDArray[Any] = q.astype(number)
+    of: NDArray[Any] = parameters.astype(number)
+    x: NDArray[Any] = robot.forward(angles)
     by_columns, places = columns(angles), columns(x)
     calls: dict[str, tuple[Callable[[], NDArray[np.float64]], Callable[[], object]]] = {
         "forward": (lambda: robot.forward(angles), lambda: positions(of, by_columns)),
@@ -86,6 +87,6 @@ made = dc.Robot.from_parameters(parameters + sigma * rng.standard_normal((3, 8))
 poses = rng.uniform(-0.7, 1.2, (40, 3))
 seen = made.forward(poses) + 0.02 * rng.standard_normal(poses.shape)
 direct = in_rust(robot, poses, seen)
-own = best(20, lambda: dc.calibrate(robot, poses, seen))
-print(f"calibrate, 40 samples: {1000 * own[0]:.1f} ms", end="")
-print(f", in Rust {1000 * direct:.1f} ms: {own[0] / direct:.2f} times" if direct else "")
+spent = best(20, lambda: dc.calibrate(robot, poses, seen))
+print(f"calibrate, 40 samples: {1000 * spent[0]:.1f} ms", end="")
+print(f", in Rust {1000 * direct:.1f} ms: {spent[0] / direct:.2f} times" if direct else "")

@@ -2,7 +2,11 @@
 
 use crate::halt;
 #[cfg(not(target_family = "wasm"))]
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
+
+/// Most pieces of the work for each core.
+#[cfg(not(target_family = "wasm"))]
+const PIECES: usize = 64;
 
 /// As many robots or lines at a time keep every core busy.
 pub(crate) fn count() -> usize {
@@ -22,12 +26,13 @@ where
         of(item)
     };
     #[cfg(not(target_family = "wasm"))]
-    return items
-        .into_iter()
-        .collect::<Vec<_>>()
-        .into_par_iter()
-        .map(of)
-        .collect();
+    {
+        let items: Vec<_> = items.into_iter().collect();
+        // Stopping unwinds each piece.
+        let least = items.len() / (PIECES * count());
+        let items = items.into_par_iter().with_min_len(least.max(1));
+        items.map(of).collect()
+    }
     #[cfg(target_family = "wasm")]
     return items.into_iter().map(of).collect();
 }

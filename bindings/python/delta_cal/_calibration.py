@@ -12,7 +12,7 @@ import numpy as np
 
 from . import _native
 from ._native import Robot, Samples
-from ._pages import framed, written
+from ._pages import Told, framed, written
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from ._native import Report
-    from ._types import Array, Noise, PathLike, Rows, Tolerance
+    from ._types import Array, Noise, PathLike, Rows, Tolerance, Waiting
 
 
 
@@ -187,7 +187,7 @@ class Calibration:
 def _readings(q: Any, x: Any, others: Mapping[str, Any]) -> Any:
     """What the extension is given: samples, a frame or a file alone, or arrays by their names."""
     given = {name: own for name, own in others.items() if own is not None}
-    whole = isinstance(q, (str, os.PathLike, Samples, dict)) or hasattr(q, "columns") or _are_dicts(q)
+    whole = isinstance(q, (str, os.PathLike, Samples, dict)) or hasattr(q, "columns") or hasattr(q, "__dataframe__") or _are_dicts(q)
     if whole and x is None and not given:
         return q
     if x is not None:
@@ -228,6 +228,7 @@ def calibrate(
     method: Literal["joint", "ikm", "fkm"] | None = None,
     robust: bool = False,
     limit: float | None = None,
+    progress: Waiting = False,
     **printer: Any,
 ) -> Calibration:
     """Calibrates a robot, or a printer from its configuration.
@@ -246,8 +247,8 @@ def calibrate(
         Heights above a plane, mm.
     distance, point, to : array (n,), name or names (n,), array (n, 3), optional
         Distances, mm, from a fixed point, or from the pose of the joint angles ``to``.
-    sigma : float or array (n,), optional
-        σ of each row's readings, mm, in place of ``noise``.
+    sigma : float, array (n,), (n, 3) or (n, 3, 3), optional
+        In place of ``noise``: σ of each row's readings, mm; or of each of its coordinates; or their covariance, mm².
     target : name or names (n,), optional
         The target that each row measured.
     name : names (n,), optional
@@ -262,6 +263,8 @@ def calibrate(
         Leave out and name samples that disagree (Tukey's loss).
     limit : float, optional
         Largest expanded uncertainty, mm rms; the report says whether it is met.
+    progress : bool or callable
+        Shows the time, with tqdm if that is installed; or what to call with the seconds.
     **printer : optional
         Of a configuration, as of ``import_``: rods, radius, printed, shrinkage.
 
@@ -292,17 +295,20 @@ def calibrate(
             raise TypeError(f"{own}: is for a printer's configuration")
         if q is None:
             raise ValueError("q: joint angles or samples are needed")
-        found = _native.calibrate(robot, _readings(q, x, readings), noise, tolerance, zero, frame, method, robust, limit)
+        given = _readings(q, x, readings)
+        with Told(progress) as tell:
+            found = _native.calibrate(robot, given, noise, tolerance, zero, frame, method, robust, limit, tell)
     else:
         others = {**readings, "noise": noise, "tolerance": tolerance, "zero": zero}
         for own, value in others.items():
             if value is not None:
                 raise TypeError(f"{own}: is not for a printer's configuration")
-        given = [file for file in (q, x) if file is not None]
-        files = [file for file in given if isinstance(file, (str, os.PathLike))]
-        if len(files) < len(given):
+        parts = [file for file in (q, x) if file is not None]
+        files = [file for file in parts if isinstance(file, (str, os.PathLike))]
+        if len(files) < len(parts):
             raise TypeError("q: a file with readings of the printer is needed")
-        found = _native.calibrate_printer(robot, files, stated_of(printer), method, robust, limit)
+        with Told(progress) as tell:
+            found = _native.calibrate_printer(robot, files, stated_of(printer), method, robust, limit, tell)
     found["unknowns"] = [Unknown(*own) for own in found["unknowns"]]
     _warn(own["text"] for own in found["findings"] if own["level"] == "warning")
     return Calibration(**found)

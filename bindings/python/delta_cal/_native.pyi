@@ -134,7 +134,7 @@ class Report:
 def report_of_texts(text: str, json: str, html: str) -> Report: ...
 def robot_of_text(name: str, text: str) -> Robot: ...
 def samples_of_bytes(
-    parts: Sequence[tuple[str, bytes]], columns: str | None, in_arrays: bool
+    parts: Sequence[tuple[str, bytes]], columns: str | None
 ) -> Samples: ...
 def calibrate(
     robot: Robot,
@@ -146,6 +146,7 @@ def calibrate(
     method: str | None,
     robust: bool,
     limit: float | None,
+    progress: Any,
 ) -> dict[str, Any]: ...
 def calibrate_printer(
     path: PathLike,
@@ -154,6 +155,7 @@ def calibrate_printer(
     method: str | None,
     robust: bool,
     limit: float | None,
+    progress: Any,
 ) -> dict[str, Any]: ...
 def read_samples(
     path: PathLike, positions: PathLike | None = None, *, columns: str | None = None
@@ -169,6 +171,7 @@ def plan(
     accuracy: float | None,
     seed: int,
     names: str | None,
+    progress: Any,
 ) -> dict[str, Any]: ...
 def determined(
     robot: Robot, samples: Any, frame: str, absolute: bool, seed: int

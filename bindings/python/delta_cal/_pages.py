@@ -1,9 +1,10 @@
-"""What notebooks show, and files of results."""
+"""What notebooks show, progress, and files of results."""
 
 from __future__ import annotations
 
 import html
 import os
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable
 
@@ -45,3 +46,34 @@ def written(path: str | os.PathLike[str], texts: Mapping[str, Callable[[], str]]
         endings = " or ".join(texts)
         raise ValueError(f"path: a name that ends in {endings} is needed")
     Path(path).write_text(text(), encoding="utf-8")
+
+
+class Told:
+    """What is called with the finished and all, or with the seconds of what has no parts."""
+
+    def __init__(self, progress: bool | Callable[..., object], whole: int | None = None) -> None:
+        self.tell: Callable[..., object] | None = progress if callable(progress) else None
+        self.whole = whole
+        self.end: Callable[[], object] | None = None
+        if progress is True:
+            self._show()
+
+    def _show(self) -> None:
+        try:
+            from tqdm.auto import tqdm
+        except ImportError:
+            self.tell = lambda done, *_: print(f"\r{done:.0f} of {self.whole or '? s'}", end="", file=sys.stderr, flush=True)
+            self.end = lambda: print(file=sys.stderr)
+        else:
+            bar = tqdm(total=self.whole, bar_format=None if self.whole else "{elapsed}")
+            self.tell = lambda done, *_: bar.update(done - bar.n)
+            self.end = bar.close
+
+    def __enter__(self) -> Callable[..., object] | None:
+        return self.tell
+
+    def __exit__(self, error: object, *_: object) -> None:
+        if self.tell is not None and self.whole is not None and error is None:
+            self.tell(self.whole, self.whole)
+        if self.end is not None:
+            self.end()

@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import json
 import operator
-import sys
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Callable, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from . import _native
 from ._calibration import _readings, _warn, stated_of
 from ._native import Robot, Samples
-from ._pages import framed, plain, written
+from ._pages import Told, framed, plain, written
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from numpy.typing import ArrayLike
 
-    from ._types import Array, Noise, PathLike, Progress, Rows, Tolerance
+    from ._types import Array, Noise, PathLike, Progress, Rows, Tolerance, Waiting
 
 
 def _json(report: dict[str, Any]) -> str:
@@ -103,6 +102,7 @@ def plan(
     accuracy: float | None = None,
     seed: int = 1,
     names: str | None = None,
+    progress: Waiting = False,
 ) -> Plan:
     """Chooses the measurements after which positions are known best.
 
@@ -127,6 +127,8 @@ def plan(
         Another seed gives other poses.
     names : str, optional
         Names the rows: ``"P"`` P01, P02, …
+    progress : bool or callable
+        Shows the time, with tqdm if that is installed; or what to call with the seconds.
 
     Raises
     ------
@@ -134,7 +136,8 @@ def plan(
         No such measurements determine the robot, or reach ``accuracy``.
     """
     count, seed = _whole("count", count, 0), _whole("seed", seed, 0)
-    return Plan(**_native.plan(robot, count, measure, frame, within, absolute, order, accuracy, seed, names))
+    with Told(progress) as tell:
+        return Plan(**_native.plan(robot, count, measure, frame, within, absolute, order, accuracy, seed, names, tell))
 
 
 def determined(
@@ -398,37 +401,7 @@ def simulate(
     """
     n, first, seed, poses = _whole("n", n, 0), _whole("first", first, 0), _whole("seed", seed, 0), _whole("poses", poses, 1)
     known = robot.replace(noise=noise, tolerance=tolerance, zero=zero)
-    with _Told(progress, n) as tell:
+    with Told(progress, n) as tell:
         found: dict[str, Any] = _native.simulate(known, first, n, seed, poses, method, planned, spread, tell)
     return found
 
-
-class _Told:
-    """What is called with the finished and all."""
-
-    def __init__(self, progress: Progress, whole: int) -> None:
-        self.tell: Callable[[int, int], object] | None = progress if callable(progress) else None
-        self.whole = whole
-        self.end: Callable[[], object] | None = None
-        if progress is True:
-            self._show()
-
-    def _show(self) -> None:
-        try:
-            from tqdm.auto import tqdm
-        except ImportError:
-            self.tell = lambda done, whole: print(f"\r{done} of {whole}", end="", file=sys.stderr, flush=True)
-            self.end = lambda: print(file=sys.stderr)
-        else:
-            bar = tqdm(total=self.whole)
-            self.tell = lambda done, whole: bar.update(done - bar.n)
-            self.end = bar.close
-
-    def __enter__(self) -> Callable[[int, int], object] | None:
-        return self.tell
-
-    def __exit__(self, error: object, *_: object) -> None:
-        if self.tell is not None and error is None:
-            self.tell(self.whole, self.whole)
-        if self.end is not None:
-            self.end()

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 PathLike = Union[str, "os.PathLike[str]"]
 Progress = Union[bool, Callable[[int, int], object]]
+Waiting = Union[bool, Callable[[float], object]]
 Section = Mapping[str, Any]
 
 

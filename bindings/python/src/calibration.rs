@@ -1,6 +1,6 @@
 //! A calibration and everything there is to know of it. The package wraps it in a dataclass.
 
-use crate::arrays::{array, hexadecimal, with_cores};
+use crate::arrays::{array, hexadecimal, with_cores, with_cores_timed};
 use crate::errors::{calibrate_error, in_python, in_rows, input_error, value_error};
 use crate::files::{bytes_of, configuration, included, loads, plain};
 use crate::robot::{Robot, parameters_of};
@@ -132,6 +132,7 @@ pub(crate) fn calibrate<'py>(
     method: Option<&str>,
     robust: bool,
     limit: Option<f64>,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let robot = robot.with(Stated::of(py, noise, tolerance, zero, None)?)?;
     let options = Options {
@@ -142,7 +143,7 @@ pub(crate) fn calibrate<'py>(
     };
     let limit = limit.map(limit_of).transpose()?;
     let samples = Samples::given(&robot, samples)?;
-    let found = with_cores(py, || {
+    let found = with_cores_timed(py, progress.as_ref(), || {
         let readings = samples.readings(&robot, options)?;
         let report = delta_cal_host::calibrate(&robot.file, &readings, &options)?;
         Ok((readings, report))
@@ -169,6 +170,7 @@ pub(crate) fn calibrate_printer<'py>(
     method: Option<&str>,
     robust: bool,
     limit: Option<f64>,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let options = Options {
         method: method.map(method_of).transpose()?,
@@ -182,7 +184,7 @@ pub(crate) fn calibrate_printer<'py>(
         InputText::from_bytes(name, &bytes).map_err(|error| input_error(&error, false))
     });
     let samples = samples.collect::<PyResult<Vec<_>>>()?;
-    let found = with_cores(py, || {
+    let found = with_cores_timed(py, progress.as_ref(), || {
         let imported = printer::read(firmware, &text, &samples, &stated, &included, &options)?;
         let options = Options {
             of_printer: true,
@@ -325,7 +327,7 @@ fn residuals<'py>(py: Python<'py>, report: &Calibrated) -> PyResult<Bound<'py, P
     });
     let width = if coordinates { 3 } else { 5 };
     let axes = report.before.convention;
-    let mut found = Vec::with_capacity(width * rows.len());
+    let mut found: Vec<f64> = Vec::with_capacity(width * rows.len());
     for row in rows {
         let expected = solution.places.expected(&solution.robot, &row.value);
         let mut own = [f64::NAN; 5];

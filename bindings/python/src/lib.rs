@@ -2,11 +2,13 @@
 //!
 //! ```text
 //! errors       refusals and faults as Python exceptions
+//! wide         numbers of several rows, computed in one instruction
+//! lanes        kinematics of many rows at once
 //! arrays       arguments to rows of numbers, rows to arrays; the cores
 //! files        JSON, files, a printer's configuration
 //! stated       what is stated of a robot
 //! robot        the class Robot: kinematics of whole arrays
-//! samples      the class Samples: files, frames and arrays as one text
+//! samples      the class Samples: files, frames and arrays as tables
 //! calibration  `calibrate`, and its report
 //! tasks        plan, validate, export, import_, simulate, workspace, compare
 //! ```
@@ -22,10 +24,12 @@ mod arrays;
 mod calibration;
 mod errors;
 mod files;
+mod lanes;
 mod robot;
 mod samples;
 mod stated;
 mod tasks;
+mod wide;
 
 use pyo3::prelude::*;
 

@@ -1,11 +1,12 @@
 //! A robot: what a robot file says, and the kinematics of whole arrays.
 
 use crate::arrays::{
-    Rows, array, each_row, hexadecimal, is_frame, names_of, numbers, outside, radians, rows,
-    rows_of, several,
+    Number, Rows, array, each_row, frame, hexadecimal, names_of, numbers, radians, rows, rows_of,
+    several,
 };
 use crate::errors::{input_error, type_error, value_error};
 use crate::files::{bytes_of, dumps, loads, write};
+use crate::lanes::{Derivatives, Exact, Forward, Inverse, Kernel, Lanes, margin};
 use crate::stated::{
     LARGEST_ZERO, Stated, arms_of, limits_of, merge, noise_of, not_degrees, tolerance_of,
     with_transmissions,
@@ -19,6 +20,7 @@ use delta_cal_host::files::robot_file::Tool;
 use delta_cal_host::geometry::hangs_below;
 use delta_cal_host::{InputText, RobotFile};
 use nalgebra::Vector3;
+use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::Value;
@@ -164,41 +166,44 @@ impl Robot {
     }
 
     /// Joints in the controller's direction.
-    pub(crate) fn joints<'py>(
+    pub(crate) fn joints<'py, N: Number>(
         &self,
         argument: &str,
         given: &Bound<'py, PyAny>,
-    ) -> PyResult<Rows<'py>> {
+    ) -> PyResult<Rows<'py, N>> {
         let (drive, convention) = (self.file.robot.drive(), self.file.convention);
-        if !is_frame(given)? {
+        let Some(frame) = frame(given)? else {
             let own = rows(argument, given)?;
             radians(argument, own.get()?, drive)?;
             return Ok(own);
-        }
-        let names = names_of(argument, given)?;
+        };
+        let names = names_of(argument, &frame)?;
         let columns = Three::of_joints(drive, &names);
-        self.converted(argument, given, columns, |row| convention.directed(&row))
+        self.converted(argument, &frame, columns, |row| convention.directed(&row))
     }
 
     /// Positions in the controller's axes.
-    pub(crate) fn positions<'py>(&self, given: &Bound<'py, PyAny>) -> PyResult<Rows<'py>> {
-        if !is_frame(given)? {
+    pub(crate) fn positions<'py, N: Number>(
+        &self,
+        given: &Bound<'py, PyAny>,
+    ) -> PyResult<Rows<'py, N>> {
+        let Some(frame) = frame(given)? else {
             return rows("x", given);
-        }
+        };
         let convention = self.file.convention;
-        let columns = Three::of_positions(&names_of("x", given)?);
-        self.converted("x", given, columns, |row| {
+        let columns = Three::of_positions(&names_of("x", &frame)?);
+        self.converted("x", &frame, columns, |row| {
             convention.vector(&row.into()).into()
         })
     }
 
-    fn converted<'py>(
+    fn converted<'py, N: Number>(
         &self,
         argument: &str,
         frame: &Bound<'py, PyAny>,
         columns: Option<Three>,
         outwards: impl Fn([f64; 3]) -> [f64; 3],
-    ) -> PyResult<Rows<'py>> {
+    ) -> PyResult<Rows<'py, N>> {
         let columns = columns.ok_or_else(|| {
             let example = match (argument, self.file.robot.drive()) {
                 ("x", _) => "x_mm, y_mm, z_mm",
@@ -210,30 +215,55 @@ impl Robot {
                 format!("needs columns such as {example}, each once and with its unit"),
             )
         })?;
-        let [one, two, three] = columns
+        let factors = columns.inwards(&self.file.convention, [1.0; 3]);
+        let factors = factors.map(outwards).ok_or_else(|| {
+            let cause = "counts need counts_per_deg in the robot's convention";
+            value_error(argument, cause)
+        })?;
+        let columns = columns
             .names()
-            .map(|name| numbers(name, &frame.get_item(name)?.call_method0("to_numpy")?));
-        let (one, two, three) = (one?, two?, three?);
-        let cells = one
-            .as_slice()?
-            .iter()
-            .zip(two.as_slice()?)
-            .zip(three.as_slice()?);
-        let rows = cells.map(|((one, two), three)| {
-            columns
-                .inwards(&self.file.convention, [*one, *two, *three])
-                .map(&outwards)
-        });
-        let rows = rows.collect::<Option<Vec<_>>>();
-        rows_of(
-            frame.py(),
-            rows.ok_or_else(|| {
-                value_error(
-                    argument,
-                    "counts need counts_per_deg in the robot's convention",
-                )
-            })?,
-        )
+            .map(|name| numbers::<f64>(name, &frame.get_item(name)?.call_method0("to_numpy")?));
+        let mut rows = vec![[N::of(0.0); 3]; frame.len()?];
+        for (place, (column, factor)) in columns.into_iter().zip(factors).enumerate() {
+            for (row, own) in rows.iter_mut().zip(column?.as_slice()?) {
+                row[place] = N::of(factor * own);
+            }
+        }
+        rows_of(frame.py(), rows)
+    }
+
+    /// Numbers of each row: of `q` joints, of `x` positions, in the type of the array.
+    fn each<'py, const WIDTH: usize>(
+        &self,
+        (argument, given): (&str, &Bound<'py, PyAny>),
+        shape: &[usize],
+        errors: &str,
+        kernel: Option<impl Kernel<WIDTH>>,
+        compute: impl Fn(&[f64; 3]) -> Result<[f64; WIDTH], NoPose> + Sync,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let raise = match errors {
+            "raise" => true,
+            "nan" => false,
+            _ => return Err(value_error("errors", "\"nan\" or \"raise\" is needed")),
+        };
+        if given.cast::<PyArrayDyn<f32>>().is_ok() {
+            let rows = self.rows::<f32>(argument, given)?;
+            each_row(given.py(), argument, &rows, shape, raise, kernel, compute)
+        } else {
+            let rows = self.rows::<f64>(argument, given)?;
+            each_row(given.py(), argument, &rows, shape, raise, kernel, compute)
+        }
+    }
+
+    fn rows<'py, N: Number>(
+        &self,
+        argument: &str,
+        given: &Bound<'py, PyAny>,
+    ) -> PyResult<Rows<'py, N>> {
+        match argument {
+            "x" => self.positions(given),
+            _ => self.joints(argument, given),
+        }
     }
 
     fn pose(&self, q: &[f64; 3]) -> Result<Vector3<f64>, NoPose> {
@@ -263,15 +293,6 @@ impl Robot {
             place: self.file.convention.vector(&Vector3::from(place)),
             ..self.file.platform_point()
         })
-    }
-}
-
-/// "raise" or "nan".
-fn raises(errors: &str) -> PyResult<bool> {
-    match errors {
-        "raise" => Ok(true),
-        "nan" => Ok(false),
-        _ => Err(value_error("errors", "\"nan\" or \"raise\" is needed")),
     }
 }
 
@@ -490,24 +511,25 @@ impl Robot {
     /// Returns
     /// -------
     /// array (…, 3)
-    ///     mm.
+    ///     mm, float32 if `q` is. From 64 rows on they are computed several at once and agree with those of single rows
+    ///     to 1e-12 mm, the last bits of a number.
     #[pyo3(signature = (q, *, target=None, errors="nan"))]
     fn forward<'py>(
         &self,
-        py: Python<'py>,
         q: &Bound<'py, PyAny>,
         target: Option<&Bound<'py, PyAny>>,
         errors: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (convention, point) = (self.file.convention, self.point(target)?);
-        each_row(py, "q", &self.joints("q", q)?, &[3], raises(errors)?, |q| {
+        let kernel = Lanes::of(&self.file, &point).map(Forward);
+        self.each(("q", q), &[3], errors, kernel, |q| {
             let q = convention.directed(q);
             let at = match point.parallelograms {
                 None => self.pose(&q)? + point.place,
                 Some(_) if outside(&self.file, &q) => return Err(NoPose::Limits),
                 Some(_) => point.position(&self.file.robot, &q)?,
             };
-            Ok::<[f64; 3], NoPose>(convention.vector(&at).into())
+            Ok(convention.vector(&at).into())
         })
     }
 
@@ -529,14 +551,14 @@ impl Robot {
     #[pyo3(signature = (x, *, target=None, errors="nan"))]
     fn inverse<'py>(
         &self,
-        py: Python<'py>,
         x: &Bound<'py, PyAny>,
         target: Option<&Bound<'py, PyAny>>,
         errors: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
         let (convention, robot) = (self.file.convention, &self.file.robot);
         let point = self.point(target)?;
-        each_row(py, "x", &self.positions(x)?, &[3], raises(errors)?, |x| {
+        let kernel = Lanes::of(&self.file, &point).map(Inverse);
+        self.each(("x", x), &[3], errors, kernel, |x| {
             let x = convention.vector(&Vector3::from(*x));
             let (q, platform) = point.joints(robot, &x)?;
             if outside(&self.file, &q) {
@@ -561,29 +583,18 @@ impl Robot {
     /// array (…, 3, 3)
     ///     mm a radian: [..., i, j] is how x_i moves with q_j.
     #[pyo3(signature = (q, *, errors="nan"))]
-    fn jacobian<'py>(
-        &self,
-        py: Python<'py>,
-        q: &Bound<'py, PyAny>,
-        errors: &str,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn jacobian<'py>(&self, q: &Bound<'py, PyAny>, errors: &str) -> PyResult<Bound<'py, PyAny>> {
         let convention = self.file.convention;
         let (sense, axes) = (convention.sense(), convention.axes());
-        each_row(
-            py,
-            "q",
-            &self.joints("q", q)?,
-            &[3, 3],
-            raises(errors)?,
-            |q| {
-                let q = convention.directed(q);
-                let own = self.file.robot.platform_jacobian(&self.pose(&q)?, &q)?;
-                Ok::<[f64; 9], NoPose>(std::array::from_fn(|place| {
-                    let (row, column) = (place / 3, place % 3);
-                    sense * axes[row] * own.by_joints[(row, column)]
-                }))
-            },
-        )
+        let kernel = Lanes::of(&self.file, &self.point(None)?).map(Derivatives);
+        self.each(("q", q), &[3, 3], errors, kernel, |q| {
+            let q = convention.directed(q);
+            let own = self.file.robot.platform_jacobian(&self.pose(&q)?, &q)?;
+            Ok(std::array::from_fn(|place| {
+                let (row, column) = (place / 3, place % 3);
+                sense * axes[row] * own.by_joints[(row, column)]
+            }))
+        })
     }
 
     /// ∂x/∂p of the 24 parameters, arm by arm in the order of `parameters`.
@@ -602,7 +613,6 @@ impl Robot {
     #[pyo3(signature = (q, *, transmissions=false, errors="nan"))]
     fn parameter_jacobian<'py>(
         &self,
-        py: Python<'py>,
         q: &Bound<'py, PyAny>,
         transmissions: bool,
         errors: &str,
@@ -610,7 +620,6 @@ impl Robot {
         let (convention, robot) = (self.file.convention, &self.file.robot);
         let (axes, signs) = (convention.axes(), convention.signs());
         let of_numbers = convention.transmission([1.0; 5]);
-        let (rows, raise) = (self.joints("q", q)?, raises(errors)?);
         let by_parameters = |q: &[f64; 3]| {
             let q = convention.directed(q);
             let x = self.pose(&q)?;
@@ -621,15 +630,15 @@ impl Robot {
             Ok::<_, NoPose>((x, q, at))
         };
         if !transmissions {
-            return each_row(py, "q", &rows, &[3, 24], raise, |q| {
+            return self.each::<72>(("q", q), &[3, 24], errors, EXACT, |q| {
                 let (_, _, at) = by_parameters(q)?;
-                Ok::<[f64; 72], NoPose>(std::array::from_fn(|place| at(place / 24, place % 24)))
+                Ok(std::array::from_fn(|place| at(place / 24, place % 24)))
             });
         }
-        each_row(py, "q", &rows, &[3, 39], raise, |q| {
+        self.each::<117>(("q", q), &[3, 39], errors, EXACT, |q| {
             let (x, q, at) = by_parameters(q)?;
             let more = robot.by_transmissions(&x, &q)?;
-            Ok::<[f64; 117], NoPose>(std::array::from_fn(|place| {
+            Ok(std::array::from_fn(|place| {
                 let (row, column) = (place / 39, place % 39);
                 match column.checked_sub(24) {
                     None => at(row, column),
@@ -643,14 +652,13 @@ impl Robot {
     /// mm or radian. NaN at singularities; 0 if the spacing of the rods is not stated.
     fn rods_jacobian<'py>(
         &self,
-        py: Python<'py>,
         q: &Bound<'py, PyAny>,
         point: [f64; 3],
     ) -> PyResult<Bound<'py, PyAny>> {
         let (convention, robot) = (self.file.convention, &self.file.robot);
         let (axes, signs) = (convention.axes(), convention.rods([1.0; 4]));
         let point = convention.vector(&Vector3::from(point));
-        each_row(py, "q", &self.joints("q", q)?, &[3, 12], false, |q| {
+        self.each::<36>(("q", q), &[3, 12], "nan", EXACT, |q| {
             let q = convention.directed(q);
             let x = self.pose(&q)?;
             let Some(rods) = &self.file.parallelograms else {
@@ -658,7 +666,7 @@ impl Robot {
             };
             let columns = rods.columns(robot, (&x, &q), &point);
             let columns = columns.ok_or(KinematicsError::Parallel(ArmIndex::First))?;
-            Ok::<[f64; 36], NoPose>(std::array::from_fn(|place| {
+            Ok(std::array::from_fn(|place| {
                 let (row, column) = (place / 12, place % 12);
                 axes[row] * signs[column % 4] * columns[(row, column)]
             }))
@@ -764,6 +772,18 @@ impl Robot {
         pages.call_method1("robot", (slf,))
     }
 }
+
+/// Whether a joint is farther outside the limits.
+pub(crate) fn outside(robot: &RobotFile, joints: &[f64; 3]) -> bool {
+    let margin = margin(robot);
+    let (low, high) = (robot.limits.minimum(), robot.limits.maximum());
+    joints
+        .iter()
+        .any(|own| *own < low - margin || *own > high + margin)
+}
+
+/// Every row is the core's.
+const EXACT: Option<Exact> = None;
 
 /// Limits of a robot before its own are stated.
 const ANY_LIMITS: (f64, f64) = (-1.0, 1.0);

@@ -1,114 +1,147 @@
-//! Samples: files, frames and arrays as one text, which the reader of samples files reads.
+//! Samples: files, frames and arrays as tables, which the reader of samples files reads.
 
-use crate::arrays::{Rows, array, hexadecimal, is_frame, named, names_of, numbers};
+use crate::arrays::{Rows, array, frame, hexadecimal, named, names_of, numbers};
 use crate::errors::{calibrate_error, input_error, type_error, value_error};
 use crate::files::bytes_of;
 use crate::robot::Robot;
 use delta_cal::robot::Drive;
 use delta_cal_host::files::columns::ColumnMapping;
+use delta_cal_host::files::input::Cells;
 use delta_cal_host::{CalibrateError, InputText, Options, Readings, read_samples as read};
+use nalgebra::{Matrix3, Vector3};
 use numpy::PyUntypedArrayMethods;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList, PyString};
 use sha2::{Digest, Sha256};
-use std::fmt::Write;
 
 /// A table's header and first line.
 const ABOVE: u64 = 2;
-/// Rows between two looks at the keyboard.
-const LOOKS: usize = 4096;
-const NOT_MEASURED: &str = "-";
 
-/// A column of a table.
-struct Column {
-    name: String,
-    cells: Cells,
+/// One number, or one a row.
+fn numbers_of(argument: &str, given: &Bound<'_, PyAny>, count: usize) -> PyResult<Cells> {
+    let array = numbers(argument, given)?;
+    let all = match array.as_slice()? {
+        [one] => vec![*one; count],
+        all if array.ndim() == 1 => all.to_vec(),
+        _ => {
+            let cause = format!(
+                "shape {:?}; an array of shape (n,) is needed",
+                array.shape()
+            );
+            return Err(value_error(argument, cause));
+        }
+    };
+    check_count(argument, all.len(), count)?;
+    finite(argument, all.iter().copied().enumerate())?;
+    Ok(Cells::Numbers(all))
 }
 
-enum Cells {
-    /// NaN where nothing was measured.
-    Numbers(Vec<f64>),
-    /// Empty where nothing is said.
-    Words(Vec<String>),
+/// Whether an argument has more axes than that of the rows.
+fn is_above_one(given: &Bound<'_, PyAny>) -> PyResult<bool> {
+    let numpy = given.py().import("numpy")?;
+    Ok(numpy.call_method1("ndim", (given,))?.extract::<usize>()? > 1)
 }
 
-impl Cells {
-    /// One number, or one a row.
-    fn numbers(argument: &str, given: &Bound<'_, PyAny>, count: usize) -> PyResult<Self> {
-        let array = numbers(argument, given)?;
-        let all = match array.as_slice()? {
-            [one] => vec![*one; count],
-            all if array.ndim() == 1 => all.to_vec(),
-            _ => {
-                return Err(value_error(
-                    argument,
-                    format!(
-                        "shape {:?}; an array of shape (n,) is needed",
-                        array.shape()
-                    ),
-                ));
-            }
-        };
-        check_count(argument, all.len(), count)?;
-        finite(argument, all.iter().copied().enumerate())?;
-        Ok(Self::Numbers(all))
-    }
+/// σ and shape of the coordinates' covariance of each row.
+type Covariances = (Cells, Vec<Option<Matrix3<f64>>>);
 
-    /// One word, or one a row; None is none.
-    fn words(argument: &str, given: &Bound<'_, PyAny>, count: usize) -> PyResult<Self> {
-        let all = if let Ok(word) = given.cast::<PyString>() {
-            vec![word.to_string(); count]
-        } else {
-            let words = given
-                .try_iter()
-                .map_err(|_| type_error(argument, "words are needed"))?;
-            let words = words.map(|word| match word? {
-                word if word.is_none() => Ok(String::new()),
-                word => word.str().map(|own| own.to_string()),
-            });
-            words.collect::<PyResult<Vec<_>>>()?
-        };
-        check_count(argument, all.len(), count)?;
-        let faulty = |own: &String| own.contains(['"', ',', ';', '\n', '\r', '\t']);
-        match all.iter().position(faulty) {
-            Some(row) => {
-                let cause = format!("row {row}: a word without separators is needed");
-                Err(value_error(argument, cause))
-            }
-            None => Ok(Self::Words(all)),
+/// Of σ of each coordinate (n, 3), or of covariances (n, 3, 3).
+fn covariances(
+    argument: &str,
+    given: &Bound<'_, PyAny>,
+    count: usize,
+    axes: [f64; 3],
+) -> PyResult<Covariances> {
+    let array = numbers::<f64>(argument, given)?;
+    let all = array.as_slice()?;
+    let matrices: Vec<Matrix3<f64>> = match array.shape() {
+        [_, 3] => {
+            let rows = all.as_chunks::<3>().0.iter();
+            rows.map(|own| Matrix3::from_diagonal(&Vector3::from(own.map(|own| own * own))))
+                .collect()
+        }
+        [_, 3, 3] => {
+            let rows = all.as_chunks::<9>().0.iter();
+            rows.map(|own| Matrix3::from_row_slice(own)).collect()
+        }
+        shape => {
+            let cause = format!("shape {shape:?}; (n,), (n, 3) or (n, 3, 3) is needed");
+            return Err(value_error(argument, cause));
+        }
+    };
+    check_count(argument, matrices.len(), count)?;
+    let signs = Matrix3::from_diagonal(&Vector3::from(axes));
+    let (mut sigmas, mut shapes) = (Vec::new(), Vec::new());
+    for (row, own) in matrices.into_iter().enumerate() {
+        let square = own.trace() / 3.0;
+        let shape = signs * own * signs / square;
+        let off = (shape - shape.transpose()).abs().max();
+        if !(square.is_finite() && off < SYMMETRIC && shape.cholesky().is_some()) {
+            let cause = format!("row {row} is no covariance: symmetric and positive definite");
+            return Err(value_error(argument, cause));
+        }
+        sigmas.push(square.sqrt());
+        shapes.push(Some(shape));
+    }
+    Ok((Cells::Numbers(sigmas), shapes))
+}
+
+/// A covariance is as symmetric as rounding leaves it.
+const SYMMETRIC: f64 = 1e-9;
+
+/// One word, or one a row; None is none.
+fn words_of(argument: &str, given: &Bound<'_, PyAny>, count: usize) -> PyResult<Cells> {
+    let all = if let Ok(word) = given.cast::<PyString>() {
+        vec![word.to_string(); count]
+    } else {
+        let words = given
+            .try_iter()
+            .map_err(|_| type_error(argument, "words are needed"))?;
+        let words = words.map(|word| match word? {
+            word if word.is_none() => Ok(String::new()),
+            word => word.str().map(|own| own.to_string()),
+        });
+        words.collect::<PyResult<Vec<_>>>()?
+    };
+    check_count(argument, all.len(), count)?;
+    let faulty = |own: &String| own.contains(['"', ',', ';', '\n', '\r', '\t']);
+    match all.iter().position(faulty) {
+        Some(row) => {
+            let cause = format!("row {row}: a word without separators is needed");
+            Err(value_error(argument, cause))
+        }
+        None => Ok(Cells::Words(all)),
+    }
+}
+
+fn of_column(name: &str, column: &Bound<'_, PyAny>, count: usize) -> PyResult<Cells> {
+    let array = column.call_method0("to_numpy")?;
+    let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+    match kind.as_str() {
+        "f" => numbers_of(name, &array, count),
+        _ => words_of(name, &array, count),
+    }
+}
+
+fn missing(cells: &Cells, count: usize) -> Cells {
+    match cells {
+        Cells::Numbers(_) => Cells::Numbers(vec![f64::NAN; count]),
+        Cells::Words(_) => Cells::Words(vec![String::new(); count]),
+    }
+}
+
+/// Adds the cells of more rows.
+fn append(argument: &str, own: &mut Cells, more: Cells) -> PyResult<()> {
+    match (own, more) {
+        (Cells::Numbers(own), Cells::Numbers(more)) => own.extend(more),
+        (Cells::Words(own), Cells::Words(more)) => own.extend(more),
+        _ => {
+            let cause = "numbers in some rows and words in others";
+            return Err(type_error(argument, cause));
         }
     }
-
-    fn of_column(name: &str, column: &Bound<'_, PyAny>, count: usize) -> PyResult<Self> {
-        let array = column.call_method0("to_numpy")?;
-        let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
-        match kind.as_str() {
-            "f" => Self::numbers(name, &array, count),
-            _ => Self::words(name, &array, count),
-        }
-    }
-
-    fn missing(&self, count: usize) -> Self {
-        match self {
-            Self::Numbers(_) => Self::Numbers(vec![f64::NAN; count]),
-            Self::Words(_) => Self::Words(vec![String::new(); count]),
-        }
-    }
-
-    fn append(&mut self, argument: &str, more: Self) -> PyResult<()> {
-        match (self, more) {
-            (Self::Numbers(own), Self::Numbers(more)) => own.extend(more),
-            (Self::Words(own), Self::Words(more)) => own.extend(more),
-            _ => {
-                return Err(type_error(
-                    argument,
-                    "numbers in some rows and words in others",
-                ));
-            }
-        }
-        Ok(())
-    }
+    Ok(())
 }
 
 /// One a row: the argument, the column, and whether it is a number.
@@ -142,7 +175,8 @@ fn rows_for<'py>(count: usize, argument: &str, rows: Rows<'py>) -> PyResult<Rows
 /// Columns of so many rows.
 struct Table {
     count: usize,
-    columns: Vec<Column>,
+    columns: Vec<(String, Cells)>,
+    shapes: Vec<Option<Matrix3<f64>>>,
 }
 
 impl Table {
@@ -170,6 +204,7 @@ impl Table {
         let mut table = Self {
             count,
             columns: Vec::new(),
+            shapes: vec![None; count],
         };
         let joint = match robot.file.robot.drive() {
             Drive::Rotary => ["q1_rad", "q2_rad", "q3_rad"],
@@ -192,14 +227,16 @@ impl Table {
             let Some(given) = get(argument)? else {
                 continue;
             };
-            let read = if is_number {
-                Cells::numbers
+            let read = if is_number { numbers_of } else { words_of };
+            let cells = if argument == "sigma" && is_above_one(&given)? {
+                let axes = robot.file.convention.axes();
+                let (sigmas, shapes) = covariances(argument, &given, count, axes)?;
+                table.shapes = shapes;
+                sigmas
             } else {
-                Cells::words
+                read(argument, &given, count)?
             };
-            let cells = read(argument, &given, count)?;
-            let name = column.to_owned();
-            table.columns.push(Column { name, cells });
+            table.columns.push((column.to_owned(), cells));
         }
         table.leave_out_the_unmeasured();
         Ok(table)
@@ -213,7 +250,7 @@ impl Table {
         )?;
         for (place, name) in names.into_iter().enumerate() {
             let cells = Cells::Numbers(rows.iter().map(|row| row[place]).collect());
-            self.columns.push(Column { name, cells });
+            self.columns.push((name, cells));
         }
         Ok(())
     }
@@ -222,20 +259,20 @@ impl Table {
     fn leave_out_the_unmeasured(&mut self) {
         const READ: [&str; 5] = ["x_mm", "y_mm", "z_mm", "height_mm", "distance_mm"];
         let (joints, others) = self.columns.split_at_mut(3);
-        let is_read = |own: &Column, row: usize| match &own.cells {
+        let is_read = |(_, cells): &(String, Cells), row: usize| match cells {
             Cells::Numbers(all) => !all[row].is_nan(),
             Cells::Words(_) => false,
         };
         let used = |row: usize| {
-            let mut read = others.iter().filter(|own| READ.contains(&&*own.name));
+            let mut read = others.iter().filter(|(name, _)| READ.contains(&&**name));
             joints.iter().all(|own| is_read(own, row)) && read.any(|own| is_read(own, row))
         };
         let used: Vec<_> = (0..self.count).map(used).collect();
         if used.iter().all(|own| *own) {
             return;
         }
-        for own in joints {
-            if let Cells::Numbers(all) = &mut own.cells {
+        for (_, cells) in joints {
+            if let Cells::Numbers(all) = cells {
                 for cell in all.iter_mut().filter(|own| own.is_nan()) {
                     *cell = 0.0;
                 }
@@ -244,67 +281,41 @@ impl Table {
         let words = used
             .iter()
             .map(|used| if *used { "1" } else { "0" }.to_owned());
-        self.columns.push(Column {
-            name: "use".to_owned(),
-            cells: Cells::Words(words.collect()),
-        });
+        let cells = Cells::Words(words.collect());
+        self.columns.push(("use".to_owned(), cells));
     }
 
     /// Of a frame, by the names of its columns.
     fn of_frame(frame: &Bound<'_, PyAny>) -> PyResult<Self> {
         let count = frame.len()?;
         let columns = names_of(FRAME, frame)?.into_iter().map(|name| {
-            let cells = Cells::of_column(&name, &frame.get_item(&name)?, count)?;
-            Ok(Column { name, cells })
+            let cells = of_column(&name, &frame.get_item(&name)?, count)?;
+            Ok((name, cells))
         });
         let columns = columns.collect::<PyResult<_>>()?;
-        Ok(Self { count, columns })
+        let shapes = vec![None; count];
+        Ok(Self {
+            count,
+            columns,
+            shapes,
+        })
     }
 
     /// With the rows of another below.
     fn with(mut self, other: Self) -> PyResult<Self> {
-        for Column { name, cells } in other.columns {
-            let mut all = self.columns.iter_mut();
-            if let Some(own) = all.find(|own| own.name == name) {
-                own.cells.append(&name, cells)?;
-            } else {
-                let mut own = cells.missing(self.count);
-                own.append(&name, cells)?;
-                self.columns.push(Column { name, cells: own });
+        for (name, like) in &other.columns {
+            if self.columns.iter().all(|(own, _)| own != name) {
+                self.columns.push((name.clone(), missing(like, self.count)));
             }
+        }
+        for (name, own) in &mut self.columns {
+            let more = other.columns.iter().find(|(other, _)| other == name);
+            let more = more.map_or_else(|| missing(own, other.count), |(_, more)| more.clone());
+            append(name, own, more)?;
         }
         self.count += other.count;
-        for own in &mut self.columns {
-            let length = match &own.cells {
-                Cells::Numbers(all) => all.len(),
-                Cells::Words(all) => all.len(),
-            };
-            let more = own.cells.missing(self.count - length);
-            own.cells.append(&own.name, more)?;
-        }
+        self.shapes.extend(other.shapes);
         Ok(self)
-    }
-
-    fn text(&self, py: Python<'_>) -> PyResult<String> {
-        let names = self.columns.iter().map(|own| own.name.as_str());
-        let mut text = names.collect::<Vec<_>>().join(",");
-        for row in 0..self.count {
-            if row.is_multiple_of(LOOKS) {
-                py.check_signals()?;
-            }
-            for (place, own) in self.columns.iter().enumerate() {
-                text.push(if place == 0 { '\n' } else { ',' });
-                match &own.cells {
-                    Cells::Numbers(all) if all[row].is_nan() => text.push_str(NOT_MEASURED),
-                    Cells::Words(all) => text.push_str(&all[row]),
-                    // The shortest text that reads back as the same number.
-                    Cells::Numbers(all) => {
-                        let _ = write!(text, "{:?}", all[row]);
-                    }
-                }
-            }
-        }
-        Ok(text + "\n")
     }
 }
 
@@ -334,17 +345,15 @@ pub(crate) struct Samples {
     /// Name and bytes of the file, and of the one beside it.
     parts: Vec<(String, Vec<u8>)>,
     columns: Option<String>,
+    /// Shapes of the covariances of the rows of arrays.
+    shapes: Vec<Option<Matrix3<f64>>>,
     /// Whether they are arrays or a frame, whose rows count from 0, and no file.
     pub(crate) in_arrays: bool,
     pub(crate) text: InputText,
 }
 
 impl Samples {
-    fn of(
-        parts: Vec<(String, Vec<u8>)>,
-        columns: Option<String>,
-        in_arrays: bool,
-    ) -> PyResult<Self> {
+    fn of(parts: Vec<(String, Vec<u8>)>, columns: Option<String>) -> PyResult<Self> {
         let mapping = match columns.as_deref() {
             Some(columns) => columns.parse::<ColumnMapping>(),
             None => Ok(ColumnMapping::default()),
@@ -368,27 +377,30 @@ impl Samples {
         Ok(Self {
             parts,
             columns,
-            in_arrays,
+            shapes: Vec::new(),
+            in_arrays: false,
             text,
         })
     }
 
-    /// Of a file that is already read.
+    /// Of what is already read, which Python does not get.
     pub(crate) fn of_input(text: InputText) -> Self {
         Self {
-            parts: vec![(text.name().to_owned(), text.text().as_bytes().to_vec())],
+            parts: Vec::new(),
             columns: None,
+            shapes: Vec::new(),
             in_arrays: false,
             text,
         }
     }
 
-    fn of_table(py: Python<'_>, name: &str, table: &Table) -> PyResult<Self> {
-        Self::of(
-            vec![(name.to_owned(), table.text(py)?.into_bytes())],
-            None,
-            true,
-        )
+    /// Rows of arrays or of a frame, which no text holds.
+    fn of_table(name: &str, table: Table) -> Self {
+        Self {
+            in_arrays: true,
+            shapes: table.shapes,
+            ..Self::of_input(InputText::of_columns(name, table.columns))
+        }
     }
 
     /// Of a line: of arrays the index of its row.
@@ -404,6 +416,8 @@ impl Samples {
     pub(crate) fn placed(&self, mut readings: Readings) -> Readings {
         for row in &mut readings.rows {
             row.line = self.place_of(row.line);
+            let place = usize::try_from(row.line).unwrap_or(usize::MAX);
+            row.value.shape = self.shapes.get(place).copied().flatten();
         }
         for line in &mut readings.copies {
             *line = self.place_of(*line);
@@ -435,8 +449,8 @@ impl Samples {
         if let Ok(samples) = given.cast::<Self>() {
             return Ok(samples.get().clone());
         }
-        if is_frame(given)? {
-            return Self::of_table(given.py(), FRAME, &Table::of_frame(given)?);
+        if let Some(frame) = frame(given)? {
+            return Ok(Self::of_table(FRAME, Table::of_frame(&frame)?));
         }
         if given.is_instance_of::<PyString>() || given.hasattr("__fspath__")? {
             return read_samples(given, None, None);
@@ -467,7 +481,7 @@ impl Samples {
             });
         }
         let whole = whole.ok_or_else(|| value_error("q", "no rows"))?;
-        Self::of_table(given.py(), &names.join(", "), &whole)
+        Ok(Self::of_table(&names.join(", "), whole))
     }
 }
 
@@ -476,7 +490,7 @@ pub(crate) type Again<'py, T> = (Bound<'py, PyAny>, T);
 /// Name and bytes of a file.
 type Part<'py> = (String, Bound<'py, PyBytes>);
 /// The arguments of `samples_of_bytes`.
-type Parts<'py> = (Vec<Part<'py>>, Option<String>, bool);
+type Parts<'py> = (Vec<Part<'py>>, Option<String>);
 
 #[pymethods]
 impl Samples {
@@ -529,10 +543,12 @@ impl Samples {
     #[getter]
     pub(crate) fn fingerprint(&self) -> String {
         let mut digest = Sha256::new();
-        for (_, bytes) in &self.parts {
-            digest.update(Sha256::digest(bytes));
-        }
+        digest.update(self.text.sha256());
+        digest.update(self.text.beside().map_or("", InputText::sha256));
         digest.update(self.columns.as_deref().unwrap_or_default());
+        for own in self.shapes.iter().flatten().flat_map(|own| own.iter()) {
+            digest.update(own.to_le_bytes());
+        }
         hexadecimal(digest.finalize())
     }
 
@@ -542,10 +558,7 @@ impl Samples {
             .getattr("samples_of_bytes")?;
         let parts = self.parts.iter();
         let parts = parts.map(|(name, bytes)| (name.clone(), PyBytes::new(py, bytes)));
-        Ok((
-            again,
-            (parts.collect(), self.columns.clone(), self.in_arrays),
-        ))
+        Ok((again, (parts.collect(), self.columns.clone())))
     }
 
     fn __repr__(&self) -> String {
@@ -579,7 +592,7 @@ pub(crate) fn read_samples(
     columns: Option<String>,
 ) -> PyResult<Samples> {
     let parts = std::iter::once(path).chain(positions).map(bytes_of);
-    Samples::of(parts.collect::<PyResult<_>>()?, columns, false)
+    Samples::of(parts.collect::<PyResult<_>>()?, columns)
 }
 
 /// Of names and bytes.
@@ -587,7 +600,6 @@ pub(crate) fn read_samples(
 pub(crate) fn samples_of_bytes(
     parts: Vec<(String, Vec<u8>)>,
     columns: Option<String>,
-    in_arrays: bool,
 ) -> PyResult<Samples> {
-    Samples::of(parts, columns, in_arrays)
+    Samples::of(parts, columns)
 }

@@ -1,6 +1,6 @@
 //! What is done with a robot beside its calibration. The package wraps each in a dataclass.
 
-use crate::arrays::{array, with_cores, with_cores_telling};
+use crate::arrays::{array, with_cores, with_cores_telling, with_cores_timed};
 use crate::calibration::{document, frame_of, limit_of, method_of};
 use crate::errors::{calibrate_error, in_python, input_error, refusal, value_error};
 use crate::files::{configuration, included, loads, plain};
@@ -38,6 +38,7 @@ pub(crate) fn plan<'py>(
     accuracy: Option<f64>,
     seed: u64,
     names: Option<&str>,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let wishes: Wishes = measure
         .parse()
@@ -64,7 +65,7 @@ pub(crate) fn plan<'py>(
         let cause = "\"sensor\" is for coordinates, and measure asks for none";
         return Err(value_error("frame", cause));
     }
-    let found = with_cores(py, || match accuracy {
+    let found = with_cores_timed(py, progress.as_ref(), || match accuracy {
         Some(accuracy) => plan_for(&request, accuracy),
         None => planning::plan(&request),
     })?;
@@ -253,11 +254,7 @@ pub(crate) fn import_<'py>(
     let samples = match found.samples_text() {
         Some(text) => {
             let name = format!("{}, readings", found.robot.name);
-            Some(samples_of_bytes(
-                vec![(name, text.into_bytes())],
-                None,
-                false,
-            )?)
+            Some(samples_of_bytes(vec![(name, text.into_bytes())], None)?)
         }
         None => None,
     };

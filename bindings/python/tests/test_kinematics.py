@@ -11,7 +11,7 @@ import pandas as pd
 import polars as pl
 import pytest
 from conftest import EXAMPLES
-from formula import forward
+from formula import columns, derivatives, forward, joints
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -28,9 +28,40 @@ def test_forward_is_that_of_an_independent_formula(measured):
     np.testing.assert_allclose(made.forward(Q), forward(made.parameters, Q), atol=1e-9)
 
 
-def test_inverse_gives_joints_of_the_same_pose():
-    x = ROBOT.forward(Q)
-    np.testing.assert_allclose(forward(ROBOT.parameters, ROBOT.inverse(x)), x, atol=1e-9)
+def test_inverse_gives_joints_of_the_same_pose(measured):
+    for robot in (ROBOT, measured[0]):
+        x = robot.forward(Q)
+        np.testing.assert_allclose(robot.inverse(x), np.stack(joints(robot.parameters, columns(x)), axis=-1), atol=1e-9)
+        np.testing.assert_allclose(forward(robot.parameters, robot.inverse(x)), x, atol=1e-9)
+
+
+DOWN = {"convention": {"z_axis": "down", "joint_positive": "up"}, "target": {"x_mm": 10, "y_mm": 20, "z_mm": -40}}
+
+
+@pytest.mark.parametrize("own", [ROBOT.replace(limits=(-1.5, 2.7)), PRINTER, ROBOT.replace(**DOWN)], ids=["rotary", "linear", "downwards"])
+def test_many_rows_are_those_of_single_ones(own):
+    # Beyond the limits and the singularities too.
+    low, high = np.array(own.limits) + 0.1 * np.ptp(own.limits) * np.array([-1, 1])
+    q = np.random.default_rng(2).uniform(low, high, (3000, 3))
+    calls = {own.forward: (q, 1e-10), own.inverse: (own.forward(q), 3e-12), own.jacobian: (q, 1e-7)}
+    for call, (rows, bound) in calls.items():
+        many, single = call(rows), np.array([call(row) for row in rows])
+        # Positions of some 500 mm, joints, and derivatives that grow without bound towards a singularity: to 1e-12 of them.
+        np.testing.assert_allclose(many, single, rtol=1e-12, atol=bound)
+        assert 0.1 < np.isnan(single).mean() < 0.6
+    target = {"target": (10.0, 20.0, -30.0)}
+    at = own.forward(q, **target)
+    np.testing.assert_allclose(at, own.forward(q) + target["target"], rtol=1e-12, atol=1e-9)
+    np.testing.assert_allclose(own.inverse(at, **target), own.inverse(own.forward(q)), atol=1e-9)
+
+
+def test_numbers_of_32_bits_give_such_numbers():
+    q = Q.astype(np.float32)
+    for call, of in ((ROBOT.forward, q), (ROBOT.inverse, ROBOT.forward(q)), (ROBOT.jacobian, q), (ROBOT.parameter_jacobian, q)):
+        found = call(of)
+        assert found.dtype == np.float32
+        np.testing.assert_array_equal(found, call(of.astype(np.float64)).astype(np.float32))
+        assert call(of[0]).dtype == np.float32
 
 
 @pytest.mark.parametrize("column", range(24))
@@ -43,6 +74,8 @@ def test_parameter_jacobian_is_the_difference_quotient(column):
 
 @pytest.mark.parametrize("joint", range(3))
 def test_jacobian_is_the_difference_quotient(joint):
+    formula = derivatives(ROBOT.parameters, columns(Q))[joint]
+    np.testing.assert_allclose(ROBOT.jacobian(Q)[:, :, joint], np.stack(formula, axis=-1), rtol=1e-9, atol=1e-9)
     step = 1e-6 * np.eye(3)[joint]
     expected = (forward(ROBOT.parameters, Q + step) - forward(ROBOT.parameters, Q - step)) / 2e-6
     np.testing.assert_allclose(ROBOT.jacobian(Q)[:, :, joint], expected, atol=1e-3)
@@ -81,12 +114,11 @@ def test_any_joints_have_a_pose_or_nan(q):
 
 def test_one_pose_any_layout_and_any_type():
     one = ROBOT.forward(Q)
-    np.testing.assert_array_equal(ROBOT.forward(Q[3]), one[3])
+    np.testing.assert_allclose(ROBOT.forward(Q[3]), one[3], rtol=1e-12)
     np.testing.assert_array_equal(ROBOT.forward(Q.tolist()), one)
     np.testing.assert_array_equal(ROBOT.forward(np.asfortranarray(Q)), one)
     np.testing.assert_array_equal(ROBOT.forward(Q[::-1])[::-1], one)
     assert ROBOT.forward([[0, 0, 1]]).shape == (1, 3)
-    assert ROBOT.forward(Q.astype(np.float32)).dtype == np.float64
     assert ROBOT.parameter_jacobian(Q[0]).shape == (3, 24)
     assert ROBOT.forward(np.empty((0, 3))).shape == (0, 3)
     np.testing.assert_array_equal(ROBOT.forward(Q.reshape(5, 10, 10, 3)), one.reshape(5, 10, 10, 3))

@@ -141,6 +141,12 @@ def test_progress_is_told(robot):
     told = []
     dc.simulate(robot, n=2000, progress=lambda done, whole: told.append((done, whole)))
     assert told[-1] == (2000, 2000) and told == sorted(told)
+    waited = []
+    dc.plan(robot, 60, progress=waited.append)
+    q = np.random.default_rng(1).uniform(-0.9, 1.4, (20000, 3))
+    dc.calibrate(robot, q, robot.forward(q), progress=waited.append)
+    assert len(waited) > 3 and waited[0] < 1
+    dc.plan(robot, 8, progress=True)
 
 
 def test_what_rows_determine(robot, measured):

@@ -106,8 +106,15 @@ impl<T: Real> ObservationRow<T> {
             for (entry, other) in row.iter_mut().zip(&shares).take(index + 1) {
                 *entry = product(share, other);
             }
+            for (place, (entry, other)) in row.iter_mut().zip(&equations).take(index).enumerate() {
+                let shape = self.shape.and_then(|own| own.get((index, place)).copied());
+                if let (Some(shape), Some(other)) = (shape, other) {
+                    *entry += shape * equation.sigma * other.sigma;
+                }
+            }
+            let shape = self.shape.and_then(|own| own.get((index, index)).copied());
             if let Some(diagonal) = row.get_mut(index) {
-                *diagonal += equation.sigma.squared() + rounding;
+                *diagonal += shape.unwrap_or(T::ONE) * equation.sigma.squared() + rounding;
             }
         }
         self.factor = cholesky(&covariance);

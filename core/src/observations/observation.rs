@@ -2,7 +2,7 @@
 
 use crate::samples::SampleError;
 use crate::{Busy, Real};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Readings taken at one set of joint angles: any of the coordinates, a height, a distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -135,6 +135,8 @@ pub(super) const LOWER: usize = READINGS * (READINGS + 1) / 2;
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObservationRow<T: Real> {
     pub(super) observation: Observation<T>,
+    /// Covariance of the coordinates alone, in products of their σ, if it is not the identity.
+    pub(super) shape: Option<Matrix3<T>>,
     /// L of the readings' covariance, each row up to its diagonal, which is 1 for a missing reading.
     pub(super) factor: [T; LOWER],
     /// The nominal robot's position at the joint angles, if it reaches them.
@@ -150,6 +152,7 @@ impl<T: Real> ObservationRow<T> {
     pub const fn new(observation: Observation<T>) -> Self {
         Self {
             observation,
+            shape: None,
             factor: [T::ZERO; LOWER],
             nominal: Vector3::new(T::ZERO, T::ZERO, T::ZERO),
             root_weight: T::ONE,
@@ -160,6 +163,15 @@ impl<T: Real> ObservationRow<T> {
     /// The observation.
     pub const fn observation(&self) -> &Observation<T> {
         &self.observation
+    }
+
+    /// With coordinates whose errors are not independent or not alike: their covariance in products of the σ of the
+    /// [noise](super::ObservationNoise), symmetric and positive definite. It counts when the row is
+    /// [prepared](super::ObservationProblem::prepare).
+    #[must_use]
+    pub const fn with_shape(mut self, shape: Matrix3<T>) -> Self {
+        self.shape = Some(shape);
+        self
     }
 
     /// Sets the row's weight in the sum of squares.

@@ -87,6 +87,19 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
         instruments: &'a Instruments<'a, T>,
         rows: &'a mut [ObservationRow<T>],
     ) -> Result<Self, PrepareError> {
+        Self::prepare_watched(robot, instruments, rows, || ())
+    }
+
+    /// The same; `watch` is called between the rows.
+    ///
+    /// # Errors
+    /// As [`prepare`](Self::prepare).
+    pub fn prepare_watched(
+        robot: &'a Robot<T>,
+        instruments: &'a Instruments<'a, T>,
+        rows: &'a mut [ObservationRow<T>],
+        mut watch: impl FnMut(),
+    ) -> Result<Self, PrepareError> {
         let parameters = OF_ROBOT + instruments.unknowns();
         if parameters > N {
             let parameters = parameters as u64;
@@ -100,6 +113,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
                 .map_err(|error| PrepareError::Row { index, error })?;
         }
         for (index, row) in rows.iter_mut().enumerate() {
+            watch();
             let placed = row.place(robot);
             row.left_out = placed == Err(ObservationError::Unreached);
             if !row.left_out {
@@ -110,6 +124,7 @@ impl<'a, T: Real, const N: usize> ObservationProblem<'a, T, N> {
             Prepared::begun(robot, instruments, rows).map_err(PrepareError::Refused)?;
         prepared.start.locate_all(robot, instruments, rows);
         for row in rows.iter_mut() {
+            watch();
             prepared.weigh(robot, instruments, row);
         }
         Ok(Self {

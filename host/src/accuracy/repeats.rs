@@ -7,6 +7,7 @@
 //! ```
 
 use crate::files::samples_file::{Reading, Readings, Row};
+use crate::halt;
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::collections::{BTreeMap, HashMap};
@@ -56,6 +57,7 @@ fn keys(readings: &Readings) -> impl Iterator<Item = String> {
     let mut counted: BTreeMap<String, usize> = BTreeMap::new();
     let mut firsts: BTreeMap<[u64; 3], u64> = BTreeMap::new();
     readings.rows.iter().map(move |row: &Row<Reading>| {
+        halt::check();
         let label = readings.labels.get(&row.line).cloned().unwrap_or_default();
         if let Some(repeat) = label.repeat {
             let place = counted.entry(repeat).or_default();

@@ -10,6 +10,7 @@ use crate::finding::{Finding, note, warning};
 use crate::fit::datum::{CONTRADICTED, Datum};
 use crate::fit::solution::RowFit;
 use crate::fit::{Case, Frame};
+use crate::halt;
 use crate::judge::Judged;
 use crate::judge::credibility::{NoiseVerdict, doubtful};
 use crate::judge::known::Known;
@@ -194,13 +195,16 @@ fn of_files(case: &Case<'_>, found: &mut Vec<Finding>) {
 
 /// Repeatability of a kind of reading, from poses measured more than once.
 fn repeatability(readings: &Readings, kind: Kind) -> Option<Finding> {
-    let mut poses: BTreeMap<String, Vec<&Reading>> = BTreeMap::new();
+    let mut poses: BTreeMap<_, Vec<&Reading>> = BTreeMap::new();
     for row in &readings.rows {
+        halt::check();
         let own = &row.value;
-        let plane = own.height.map(|(plane, _)| plane);
-        let from = own.distance.map(|(from, _)| from);
-        let key = format!("{:?} {plane:?} {from:?}", own.joints);
-        poses.entry(key).or_default().push(own);
+        let unread = Reading {
+            height: own.height.map(|(plane, _)| (plane, 0.0)),
+            distance: own.distance.map(|(from, _)| (from, 0.0)),
+            ..Reading::at(own.joints)
+        };
+        poses.entry(unread.bits()).or_default().push(own);
     }
     let (mut squares, mut freedom) = (0.0, 0.0);
     for repeated in poses.values().filter(|own| own.len() > 1) {

@@ -2,10 +2,12 @@
 
 use super::columns::ColumnMapping;
 use sha2::{Digest, Sha256};
+use std::borrow::Cow;
 use std::error::Error;
 use std::fmt::{self, Write};
 use std::io::{self, Read};
 use std::ops::{Range, RangeInclusive};
+use std::sync::Arc;
 
 /// Size limit of robot and campaign files, far above any real one.
 const LARGEST_SETTINGS: u64 = 1 << 20;
@@ -16,11 +18,40 @@ const LONGEST: usize = 2000;
 /// Binary data is recognised within this many bytes.
 const START: u64 = 1 << 16;
 
-/// A file's name and text, without byte order mark and with lines ending in `\n`.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// The cells of a column that is in memory.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cells {
+    /// NaN where nothing was measured.
+    Numbers(Vec<f64>),
+    /// Empty where nothing is said.
+    Words(Vec<String>),
+}
+
+impl Cells {
+    /// The text of a cell.
+    pub(crate) fn text(&self, row: usize) -> Option<Cow<'_, str>> {
+        match self {
+            Self::Numbers(all) => all.get(row).map(|own| format!("{own:?}").into()),
+            Self::Words(all) => all.get(row).map(Into::into),
+        }
+    }
+
+    /// How many there are.
+    pub(crate) fn count(&self) -> usize {
+        match self {
+            Self::Numbers(all) => all.len(),
+            Self::Words(all) => all.len(),
+        }
+    }
+}
+
+/// A file's name and text, without byte order mark and with lines ending in `\n`; or a table's header and its columns.
+#[derive(Debug, Clone, PartialEq)]
 pub struct InputText {
     name: String,
     text: String,
+    /// The columns, if they are not in the text; the first row is that of line 2.
+    cells: Option<Arc<[Cells]>>,
     sha256: String,
     columns: ColumnMapping,
     /// The lines whose rows are to be used, if not all.
@@ -78,15 +109,31 @@ impl InputText {
         Self::from_bytes(larger.file, &bytes)
     }
 
-    fn of(name: String, text: &str, bytes: &[u8]) -> Self {
-        let mut sha256 = String::with_capacity(64);
-        for byte in Sha256::digest(bytes) {
-            let _ = write!(sha256, "{byte:02x}");
+    /// A table of columns of the same length, by their names as a samples file has them.
+    pub fn of_columns(name: impl Into<String>, columns: Vec<(String, Cells)>) -> Self {
+        let (names, cells): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
+        let text = names.join(",") + "\n";
+        let mut digest = Sha256::new();
+        digest.update(&text);
+        for own in &cells {
+            match own {
+                Cells::Numbers(all) => all.iter().for_each(|own| digest.update(own.to_le_bytes())),
+                Cells::Words(all) => all.iter().for_each(|own| digest.update(own.clone() + "\n")),
+            }
         }
+        Self {
+            cells: Some(cells.into()),
+            sha256: hexadecimal(&digest.finalize()),
+            ..Self::of(name.into(), &text, &[])
+        }
+    }
+
+    fn of(name: String, text: &str, bytes: &[u8]) -> Self {
         Self {
             name,
             text: text.replace("\r\n", "\n").replace('\r', "\n"),
-            sha256,
+            cells: None,
+            sha256: hexadecimal(&Sha256::digest(bytes)),
             columns: ColumnMapping::default(),
             lines: None,
             beside: None,
@@ -124,6 +171,11 @@ impl InputText {
         self.lines.as_ref()
     }
 
+    /// The columns, if they are not in the text.
+    pub(crate) fn cells(&self) -> Option<&[Cells]> {
+        self.cells.as_deref()
+    }
+
     /// The column mapping.
     pub(crate) const fn columns(&self) -> &ColumnMapping {
         &self.columns
@@ -139,7 +191,7 @@ impl InputText {
         &self.text
     }
 
-    /// SHA-256 of the file's original bytes, in hexadecimal, as `sha256sum` prints it.
+    /// SHA-256 of the file's original bytes, in hexadecimal, as `sha256sum` prints it; of columns that of header and numbers.
     pub fn sha256(&self) -> &str {
         &self.sha256
     }
@@ -171,6 +223,14 @@ impl InputText {
             ..InputError::new(&self.name, cause).at_line(line)
         }
     }
+}
+
+fn hexadecimal(digest: &[u8]) -> String {
+    let mut digits = String::with_capacity(64);
+    for byte in digest {
+        let _ = write!(digits, "{byte:02x}");
+    }
+    digits
 }
 
 /// Reads at most one byte more than `most`, and only the start of binary data, which may never end.

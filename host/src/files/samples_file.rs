@@ -12,10 +12,10 @@ use crate::text::list;
 use delta_cal::frame::RigidTransform;
 use delta_cal::robot::Drive;
 use delta_cal::{Noise, Sample};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 pub use pairs::Joined;
 use serde::Serialize;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use table::{Table, TableRow};
 
 /// Readings per row: x, y, z, height, distance.
@@ -150,6 +150,8 @@ pub struct Reading {
     pub distance: Option<(ReadingFrom, f64)>,
     /// Standard uncertainty of the readings, mm, if the row states it.
     pub sigma: Option<f64>,
+    /// Covariance of the coordinates, in squares of `sigma`, if they are not independent and alike.
+    pub shape: Option<Matrix3<f64>>,
     /// Index of the target that was measured.
     pub target: usize,
 }
@@ -172,6 +174,7 @@ impl Reading {
             height: None,
             distance: None,
             sigma: None,
+            shape: None,
             target: 0,
         }
     }
@@ -205,6 +208,34 @@ impl Reading {
         let [x, y, z] = self.position;
         let height = self.height.map(|(_, height)| height);
         [x, y, z, height, self.distance.map(|(_, distance)| distance)]
+    }
+
+    /// What tells rows apart: every bit but those of σ.
+    pub(crate) fn bits(&self) -> [u64; 14] {
+        let place = |own: Option<usize>| own.map_or(u64::MAX, |own| own as u64);
+        let (point, [from1, from2, from3]) = match self.distance {
+            Some((ReadingFrom::Point(point), _)) => (Some(point), [None; 3]),
+            Some((ReadingFrom::Pose(joints), _)) => (None, joints.map(Some)),
+            None => (None, [None; 3]),
+        };
+        let [one, two, three] = self.joints.map(f64::to_bits);
+        let [x, y, z, height, distance] = self.read();
+        let number = |own: Option<f64>| own.map_or(u64::MAX, f64::to_bits);
+        let from = [number(from1), number(from2), number(from3)];
+        let [from1, from2, from3] = from;
+        let read = [
+            number(x),
+            number(y),
+            number(z),
+            number(height),
+            number(distance),
+        ];
+        let [x, y, z, height, distance] = read;
+        let (plane, point) = (place(self.height.map(|(plane, _)| plane)), place(point));
+        let target = place(Some(self.target));
+        [
+            one, two, three, x, y, z, height, distance, from1, from2, from3, plane, point, target,
+        ]
     }
 
     /// The kind of the first reading.
@@ -349,16 +380,11 @@ impl Readings {
 
     /// Keeps the first of the rows with identical numbers, and lists the lines of the others.
     fn keep_one_of_each(&mut self) {
-        let mut seen = BTreeSet::new();
+        let mut seen = HashSet::new();
         let copies = &mut self.copies;
         self.rows.retain(|row| {
             halt::check();
-            let read = Reading {
-                sigma: None,
-                ..row.value
-            };
-            // The text has every bit of a number.
-            let new = seen.insert(format!("{read:?}"));
+            let new = seen.insert(row.value.bits());
             if !new {
                 copies.push(row.line);
             }
@@ -472,6 +498,8 @@ impl Readings {
             let sample = row.value.sample();
             let turned = |own: Sample<f64>| by.apply(&own.position).data.0[0].map(Some);
             row.value.position = sample.map_or([None; 3], turned);
+            let shape = row.value.shape;
+            row.value.shape = shape.map(|own| by.rotation * own * by.rotation.transpose());
         }
         turned
     }
@@ -601,13 +629,14 @@ impl Readings {
                 .fault_of(Quantity::Height, cause)
                 .with_remedy("fill in height_mm, or leave the cell of the plane empty"));
         }
-        let plane = plane.unwrap_or(ONLY_PLANE);
+        let plane = plane.as_deref().unwrap_or(ONLY_PLANE);
         let reading = Reading {
             joints,
             position,
             height: height.map(|height| (index_of(&mut self.planes, plane), height)),
             distance: self.distance(row, robot)?,
             sigma: sigma(row)?,
+            shape: None,
             target: self.target(row),
         };
         if reading.readings() == 0 && !row.is_unmeasured() {
@@ -624,7 +653,7 @@ impl Readings {
     fn target(&mut self, row: &TableRow<'_>) -> usize {
         index_of(
             &mut self.targets,
-            row.text(Quantity::Target).unwrap_or(ONLY_TARGET),
+            row.text(Quantity::Target).as_deref().unwrap_or(ONLY_TARGET),
         )
     }
 
@@ -657,11 +686,11 @@ impl Readings {
         robot: &RobotFile,
     ) -> Result<Option<ReadingFrom>, InputError> {
         let to_joints = Quantity::to_joints(robot.limits.drive());
-        let pose = to_joints.iter().any(|joint| row.text(*joint).is_some());
+        let pose = to_joints.iter().any(|joint| row.holds(*joint));
         match (row.text(Quantity::Point), pose) {
             (None, false) => Ok(None),
             (Some(point), false) => {
-                let point = index_of(&mut self.points, point);
+                let point = index_of(&mut self.points, &point);
                 Ok(Some(ReadingFrom::Point(point)))
             }
             (None, true) => {
@@ -691,7 +720,7 @@ impl Readings {
         if let Some(from) = self.start(row, robot)? {
             own.distance = Some((from, 1.0));
         } else if let Some(plane) = row.text(Quantity::Plane) {
-            own.height = Some((index_of(&mut self.planes, plane), 0.0));
+            own.height = Some((index_of(&mut self.planes, &plane), 0.0));
         } else if table.has_any(&Quantity::COORDINATES) {
             let there = robot.robot.forward(&own.joints).unwrap_or_default();
             for (axis, quantity) in Quantity::COORDINATES.into_iter().enumerate() {
@@ -771,7 +800,7 @@ impl Planned {
         let mut unmeasured = Vec::new();
         let rows = table.rows(|row| {
             let mut readings = Quantity::READINGS.into_iter();
-            if readings.any(|own| row.text(own).is_some()) {
+            if readings.any(|own| row.holds(own)) {
                 return file.reading(row, row.joints(robot)?, robot);
             }
             unmeasured.push(row.line);

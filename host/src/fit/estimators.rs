@@ -142,9 +142,12 @@ impl Task<'_> {
     fn ikm(&self, noise: &Noise<f64>) -> Result<Found, Unsolved> {
         let samples = self.samples();
         let mut calibrator = IkmCalibrator::new(&self.robot.robot, &self.settings(noise));
-        calibrator
-            .add_many(&samples)
-            .map_err(|(index, error)| unusable(index, error))?;
+        for (part, samples) in samples.chunks(AT_ONCE).enumerate() {
+            halt::check();
+            calibrator
+                .add_many(samples)
+                .map_err(|(index, error)| unusable(part * AT_ONCE + index, error))?;
+        }
         let outcome = calibrator.calibrate()?;
         let covariance = by_arms(&outcome.arms).ok_or(Unsolved::NoRedundancy)?;
         let shares = outcome.arms.each_ref().map(|arm| arm.prior_share);
@@ -173,7 +176,8 @@ impl Task<'_> {
         f64: Unknowns<N>,
     {
         let robot = &self.robot.robot;
-        let problem = ObservationProblem::<f64, N>::prepare(robot, instruments, rows)?;
+        let problem =
+            ObservationProblem::<f64, N>::prepare_watched(robot, instruments, rows, halt::check)?;
         let count = problem.rows().len();
         let (mut weights, mut suspected, mut worth) = (vec![1.0; count], vec![false; count], 1.0);
         let unknowns = PARAMETERS + instruments.unknowns();
@@ -221,7 +225,10 @@ impl Task<'_> {
         let covariance = found.covariance.resize(unknowns, unknowns, 0.0);
         let held = &prior * &covariance;
         let log_spread = problem.rows().iter().filter(|row| !row.is_left_out());
-        let log_spread = log_spread.map(|row| row.spread().ln()).sum();
+        let log_spread = log_spread
+            .inspect(|_| halt::check())
+            .map(|row| row.spread().ln())
+            .sum();
         let at = (&found.robot, &end);
         let (rows, sensitivities) =
             looked_at(&problem, at, &units, &covariance, (&weights, &suspected));
@@ -271,6 +278,7 @@ impl Task<'_> {
                 known: 0.0,
             };
             for (row, fit) in self.readings.rows.iter().zip(rows) {
+                halt::check();
                 if fit.left_out || fit.suspected {
                     continue;
                 }

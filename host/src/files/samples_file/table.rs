@@ -3,7 +3,7 @@
 use super::{Label, Row};
 use crate::files::columns::{ColumnName, Quantity, Unit};
 use crate::files::convention::Convention;
-use crate::files::input::{InputError, InputText};
+use crate::files::input::{Cells, InputError, InputText};
 use crate::files::robot_file::RobotFile;
 use crate::halt;
 use crate::text::{count, decimal_comma, list};
@@ -71,7 +71,54 @@ pub(super) struct TableRow<'a> {
     table: &'a Table<'a>,
     numbers: &'a RefCell<Numbers>,
     pub(super) line: u64,
-    record: &'a [Cow<'a, str>],
+    record: Record<'a>,
+}
+
+/// The cells of a row.
+#[derive(Clone, Copy)]
+enum Record<'a> {
+    /// Of a line of text.
+    Fields(&'a [Cow<'a, str>]),
+    /// Of columns, at an index.
+    Cells(&'a [Cells], usize),
+}
+
+impl Record<'_> {
+    /// The text of a cell.
+    fn get(&self, place: usize) -> Option<Cow<'_, str>> {
+        match self {
+            Self::Fields(fields) => fields.get(place).map(|own| Cow::Borrowed(own.as_ref())),
+            Self::Cells(columns, row) => columns.get(place)?.text(*row),
+        }
+    }
+
+    /// A cell that holds a number and no text; NaN if it was not measured.
+    fn number(&self, place: usize) -> Option<f64> {
+        match self {
+            Self::Cells(columns, row) => match columns.get(place)? {
+                Cells::Numbers(all) => all.get(*row).copied(),
+                Cells::Words(_) => None,
+            },
+            Self::Fields(_) => None,
+        }
+    }
+
+    /// Whether a cell says that it was not measured.
+    fn is_unmeasured(&self, place: usize) -> bool {
+        match self.number(place) {
+            Some(number) => number.is_nan(),
+            None => self.get(place).is_some_and(|own| own == NOT_MEASURED),
+        }
+    }
+
+    /// Whether a cell holds something.
+    fn is_filled(&self, place: usize) -> bool {
+        if let Some(number) = self.number(place) {
+            return !number.is_nan();
+        }
+        let cell = self.get(place);
+        cell.is_some_and(|own| !(own.is_empty() || own == NOT_MEASURED))
+    }
 }
 
 impl<'a> Table<'a> {
@@ -341,7 +388,9 @@ impl<'a> Table<'a> {
         let mut rows = Vec::new();
         let numbers = RefCell::new(Numbers::default());
         self.each(|line, record| {
-            self.check_length(line, record)?;
+            if let Record::Fields(fields) = record {
+                self.check_length(line, fields)?;
+            }
             let value = read(&TableRow {
                 table: self,
                 numbers: &numbers,
@@ -381,8 +430,7 @@ impl<'a> Table<'a> {
         let places: Vec<_> = (0..self.names.len()).filter(unread).collect();
         self.each(|_, record| {
             for ((_, cells), place) in columns.iter_mut().zip(&places) {
-                let cell = record.get(*place);
-                cells.push(cell.map(ToString::to_string).unwrap_or_default());
+                cells.push(record.get(*place).unwrap_or_default().into_owned());
             }
             Ok(())
         })?;
@@ -441,7 +489,7 @@ impl<'a> Table<'a> {
         let place = self.column(quantity).map_or(usize::MAX, |own| own.place);
         let mut lines = HashSet::new();
         self.each(|line, record| {
-            if record.get(place).is_some_and(|cell| cell == NOT_MEASURED) {
+            if record.is_unmeasured(place) {
                 lines.insert(line);
             }
             Ok(())
@@ -452,8 +500,15 @@ impl<'a> Table<'a> {
     /// Calls back for each record below the header, with its line; skips comments and empty lines.
     fn each(
         &self,
-        mut take: impl FnMut(u64, &[Cow<'_, str>]) -> Result<(), InputError>,
+        mut take: impl FnMut(u64, Record<'_>) -> Result<(), InputError>,
     ) -> Result<(), InputError> {
+        if let Some(columns) = self.input.cells() {
+            let rows = columns.first().map_or(0, Cells::count);
+            return (2..).zip(0..rows).try_for_each(|(line, row)| {
+                halt::check();
+                take(line, Record::Cells(columns, row))
+            });
+        }
         let nothing = |own: char| own == self.separator || own == '"' || own.is_whitespace();
         let lines = (1..).zip(self.input.text().split('\n'));
         for (line, text) in lines.skip_while(|(line, _)| *line <= self.line) {
@@ -468,7 +523,7 @@ impl<'a> Table<'a> {
                     .at_line(line)
                     .with_remedy("delete the quotes: numbers need none"));
             };
-            take(line, &record)?;
+            take(line, Record::Fields(&record))?;
         }
         Ok(())
     }
@@ -631,20 +686,30 @@ impl TableRow<'_> {
 
     /// A number in radians or millimetres; `None` if the column is missing or the cell is empty.
     pub(super) fn optional(&self, quantity: Quantity) -> Result<Option<f64>, InputError> {
-        let text = self.text(quantity);
-        text.map(|_| self.number(quantity)).transpose()
+        let there = self.holds(quantity);
+        there.then(|| self.number(quantity)).transpose()
+    }
+
+    /// Whether the cell holds something.
+    pub(super) fn holds(&self, quantity: Quantity) -> bool {
+        let column = self.table.column(quantity);
+        column.is_some_and(|own| self.record.is_filled(own.place))
     }
 
     /// The text of a non-empty cell.
-    pub(super) fn text(&self, quantity: Quantity) -> Option<&str> {
+    pub(super) fn text(&self, quantity: Quantity) -> Option<Cow<'_, str>> {
         let column = self.table.column(quantity)?;
-        let field = self.record.get(column.place)?;
-        (!(field.is_empty() || *field == NOT_MEASURED)).then_some(field)
+        let filled = self.record.is_filled(column.place);
+        filled.then(|| self.record.get(column.place)).flatten()
     }
 
     /// Whether a cell says that it was not measured.
     pub(super) fn is_unmeasured(&self) -> bool {
-        self.record.iter().any(|cell| cell == NOT_MEASURED)
+        let cells = match self.record {
+            Record::Fields(fields) => fields.len(),
+            Record::Cells(columns, _) => columns.len(),
+        };
+        (0..cells).any(|place| self.record.is_unmeasured(place))
     }
 
     /// Joint angles in radians or travels in mm, within the limits plus a margin.
@@ -681,9 +746,12 @@ impl TableRow<'_> {
         let Some(column) = self.table.column(quantity) else {
             return Err(self.fault_of(quantity, "the column is missing"));
         };
-        let field = self.record.get(column.place).map_or("", AsRef::as_ref);
+        let field = || self.record.get(column.place).unwrap_or_default();
         let mut numbers = self.numbers.borrow_mut();
-        let read = numbers.read(self.line, column.place, field);
+        let read = match self.record.number(column.place) {
+            Some(number) => Ok(number),
+            None => numbers.read(self.line, column.place, &field()),
+        };
         let read = read.and_then(|value| {
             if quantity.is_angle() && !column.stated {
                 numbers.angle = numbers.angle.max(value.abs());
@@ -785,18 +853,18 @@ fn thousands(field: &str) -> bool {
 }
 
 /// Accepts a number in radians or millimetres if it is plausible; `None` is a number of counts of unknown size.
-fn possible(field: &str, value: Option<f64>) -> Result<f64, Fault> {
+fn possible<'a>(field: impl FnOnce() -> Cow<'a, str>, value: Option<f64>) -> Result<f64, Fault> {
     let (cause, remedy) = match value {
         None => (
             "the joint is in counts, and the robot file states no counts_per_deg".to_owned(),
             "state counts_per_deg in [convention]",
         ),
         Some(value) if !value.is_finite() => (
-            format!("\"{field}\" is not a finite number"),
+            format!("\"{}\" is not a finite number", field()),
             "leave out a row that was not measured, or measure it again",
         ),
         Some(value) if value.abs() > LARGEST => (
-            format!("\"{field}\" is too large"),
+            format!("\"{}\" is too large", field()),
             "check the number and the unit in the header (_mm or _m)",
         ),
         Some(value) => return Ok(value),

@@ -10,6 +10,7 @@ use crate::order;
 use crate::text::count;
 use delta_cal::robot::Drive;
 use serde::Serialize;
+use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// Times match if they differ by at most this fraction of the median interval of the denser file.
@@ -100,7 +101,7 @@ impl Readings {
         let planned_targets = if measured.has_any(&[Quantity::Target]) {
             Vec::new()
         } else {
-            joints.rows(|row| Ok(row.text(Quantity::Target).map(str::to_owned)))?
+            joints.rows(|row| Ok(row.text(Quantity::Target).map(Cow::into_owned)))?
         };
         let mut targets = Vec::new();
         let mut planned = BTreeMap::new();

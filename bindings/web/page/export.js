@@ -61,7 +61,7 @@ export class Export {
     if (content === this.#targeted || !robot) return;
     this.#targeted = content;
     const answer = await this.#store.ask("targets", "targets", { robot });
-    if (answer) options("export-target", (answer.Ok ?? []).map((/** @type {any} */ { name, title }) => [name, title]));
+    if (answer) options("export-target", (answer.Ok ?? []).map(({ name, title }) => [name, title]));
   }
 
   /** @type {unknown} */
@@ -91,11 +91,11 @@ export class Export {
   }
 }
 
-/** @param {State} state */
+/** @param {State} state @returns {import("./state.js").Calls["export"]["request"]} */
 function made(state) {
   const robot = choice("export-robot").value;
   const { request, answer } = state.asked.calibrate ?? {};
-  const printed = robot !== "" && robot === outputOf(state) && answer?.Ok.home;
+  const printed = robot !== "" && robot === outputOf(state) && answer?.Ok?.home;
   return {
     robot,
     calibrated_from: printed ? request : null,

@@ -169,12 +169,18 @@ function view(at, space, across, up, caption, circle) {
     }
   }
   drawing.append(shape("polyline", { points: at.map((own) => place(own).join(",")).join(" "), class: "way", "stroke-width": 0.7 }));
+  /** Those so near to each other that their numbers would touch share a label. @type {{x: number, y: number, numbers: number[]}[]} */
+  const labels = [];
   for (const [index, own] of at.entries()) {
     const [x = 0, y = 0] = place(own);
-    drawing.append(
-      shape("circle", { cx: x, cy: y, r: 4, class: "is" }, shape("title", {}, `${index + 1}: ${own.map((value) => value.toFixed(1)).join(", ")} mm`)),
-      shape("text", { x: x + 6, y: y + 4 }, `${index + 1}`),
-    );
+    drawing.append(shape("circle", { cx: x, cy: y, r: 4, class: "is" }, shape("title", {}, `${index + 1}: ${own.map((value) => value.toFixed(1)).join(", ")} mm`)));
+    const near = labels.find((label) => Math.abs(label.x - x) < 22 && Math.abs(label.y - y) < 16);
+    if (near) near.numbers.push(index + 1);
+    else labels.push({ x, y, numbers: [index + 1] });
+  }
+  for (const { x, y, numbers } of labels) {
+    const left = x > 300;
+    drawing.append(shape("text", { x: left ? x - 6 : x + 6, y: y + 4, "text-anchor": left && "end" }, numbers.join(", ")));
   }
   return element("figure", {}, drawing, element("figcaption", {}, circle ? `${caption}.` : `${caption}; grey: the workspace.`));
 }

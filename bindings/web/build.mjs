@@ -97,7 +97,7 @@ function typed({ type, properties, items, anyOf, enum: values }) {
 /** Two scripts in place of all modules, without what only people read. Names stay, so that an error says where it is. */
 async function bundled() {
   const entries = ["app.js", "worker.js"].map((name) => join(DIST, name));
-  await bundler.build({ entryPoints: [...entries, join(DIST, "style.css")], bundle: true, format: "esm", minifyWhitespace: true, minifySyntax: true, outdir: DIST, allowOverwrite: true });
+  await bundler.build({ entryPoints: [...entries, join(DIST, "style.css")], bundle: true, format: "esm", minifyWhitespace: true, outdir: DIST, allowOverwrite: true });
   const kept = ["app.js", "worker.js", "sw.js"];
   for (const name of readdirSync(DIST).filter((name) => name.endsWith(".js") && !kept.includes(name))) rmSync(join(DIST, name));
 }

@@ -86,7 +86,7 @@ export class Export {
       ),
       element("pre", { tabindex: 0, "aria-label": "what is kept and lost" }, inPageWords(summary)),
       element("h3", {}, "Lines for the controller"),
-      element("pre", { id: "lines", tabindex: 0, "aria-label": "lines for the controller" }, shortened(text)),
+      element("pre", { id: "lines", tabindex: 0, "aria-label": "lines for the controller" }, inPageWords(shortened(text))),
     );
   }
 }

@@ -16,6 +16,7 @@ use tsify::Tsify;
 /// What the page asks for. Names are of its files.
 #[derive(Debug, Default, Deserialize, Tsify)]
 #[serde(default)]
+#[expect(clippy::struct_excessive_bools, reason = "boxes of a form")]
 pub(crate) struct Request {
     /// A robot file or a printer's configuration.
     pub(crate) robot: String,

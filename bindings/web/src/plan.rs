@@ -5,7 +5,9 @@ use crate::folder::Folder;
 use crate::inputs::{self, Machine};
 use delta_cal_host::export::positions::Wanted;
 use delta_cal_host::import::Imported;
-use delta_cal_host::planning::{LEAST, MOST, Order, PlanRequest, Precision, Region, Wishes, plan, plan_for};
+use delta_cal_host::planning::{
+    LEAST, MOST, Order, PlanRequest, Precision, Region, Wishes, plan, plan_for,
+};
 use delta_cal_host::printer::touches_of_bed;
 use delta_cal_host::report::plan as report;
 use delta_cal_host::{Frame, RobotFile};
